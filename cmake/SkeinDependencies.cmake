@@ -1,0 +1,62 @@
+# Everything Skein links. All are Debian 12 packages (scripts/setup.sh installs them),
+# but for the part of COLMAP 3.8 that scripts/setup.sh builds.
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+find_package(Threads REQUIRED)
+find_package(Eigen3 REQUIRED)
+find_package(Ceres 2.1 REQUIRED)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs features2d calib3d dnn flann)
+find_package(SQLite3 REQUIRED)
+find_package(OpenSSL REQUIRED)
+find_package(Boost REQUIRED COMPONENTS filesystem system)
+find_package(spdlog REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+
+# pkg-config lcm fails on Debian 12 without glib's dev package: find it directly.
+find_path(LCM_INCLUDE_DIR lcm/lcm-cpp.hpp REQUIRED)
+find_library(LCM_LIBRARY lcm REQUIRED)
+find_program(LCM_GEN lcm-gen REQUIRED)
+find_file(LCM_JAR lcm.jar PATHS /usr/share/java REQUIRED)
+add_library(lcm INTERFACE)
+target_include_directories(lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
+target_link_libraries(lcm INTERFACE ${LCM_LIBRARY} Threads::Threads)
+
+find_path(EXIF_INCLUDE_DIR libexif/exif-data.h REQUIRED)
+find_library(EXIF_LIBRARY exif REQUIRED)
+add_library(exif INTERFACE)
+target_include_directories(exif SYSTEM INTERFACE ${EXIF_INCLUDE_DIR})
+target_link_libraries(exif INTERFACE ${EXIF_LIBRARY})
+
+find_path(HNSWLIB_INCLUDE_DIR hnswlib/hnswlib.h REQUIRED)
+add_library(hnswlib INTERFACE)
+target_include_directories(hnswlib SYSTEM INTERFACE ${HNSWLIB_INCLUDE_DIR})
+
+# COLMAP 3.8: the BSD part that cmake/colmap builds. Headers are included as COLMAP's own
+# files include each other ("base/reconstruction.h").
+set(SKEIN_COLMAP_DIR "$ENV{SKEIN_COLMAP_DIR}" CACHE PATH "Where scripts/setup.sh installed COLMAP's part")
+if(NOT SKEIN_COLMAP_DIR)
+  set(SKEIN_COLMAP_DIR ${CMAKE_SOURCE_DIR}/.deps/colmap)
+endif()
+find_library(SKEIN_COLMAP_LIBRARY skein_colmap PATHS ${SKEIN_COLMAP_DIR}/lib NO_DEFAULT_PATH)
+if(NOT SKEIN_COLMAP_LIBRARY)
+  message(FATAL_ERROR "No libskein_colmap.a in ${SKEIN_COLMAP_DIR}/lib; run scripts/setup.sh first")
+endif()
+find_library(FREEIMAGE_LIBRARY freeimage REQUIRED)
+find_library(GLOG_LIBRARY glog REQUIRED)
+add_library(colmap INTERFACE)
+target_include_directories(colmap SYSTEM INTERFACE ${SKEIN_COLMAP_DIR}/include/skein_colmap)
+target_compile_definitions(colmap INTERFACE GLOG_NO_ABBREVIATED_SEVERITIES)
+target_link_libraries(colmap INTERFACE ${SKEIN_COLMAP_LIBRARY} Ceres::ceres Eigen3::Eigen
+  Boost::filesystem Boost::system SQLite::SQLite3 ${FREEIMAGE_LIBRARY} ${GLOG_LIBRARY} Threads::Threads)
+
+if(SKEIN_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+if(SKEIN_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()
