@@ -1,0 +1,54 @@
+// The `skein` command: looks its first argument up in a table of subcommands and runs that one.
+#include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "clients/subcommand.h"
+
+namespace {
+
+using skein::Subcommand;
+
+// Sorted as a user meets them.
+const std::vector<Subcommand> kSubcommands = {};
+
+void PrintUsage(std::ostream& out) {
+  out << "Usage: skein SUBCOMMAND [options]      (skein SUBCOMMAND --help tells its options)\n\n";
+  for (const Subcommand& subcommand : kSubcommands) {
+    out << "  " << subcommand.name << std::string(12 - std::string(subcommand.name).size(), ' ')
+        << subcommand.help << "\n";
+  }
+  out << "\n  --help      this text\n  --version   Skein's version\n"
+      << "\nExit codes: 0 done, 1 error, 2 bad usage.\n";
+}
+
+int RunSubcommand(const Subcommand& subcommand, int argc, char** argv) {
+  try {
+    return subcommand.run(argc, argv);
+  } catch (const std::exception& e) {
+    std::cerr << "skein " << subcommand.name << ": " << e.what() << std::endl;
+    return skein::kExitError;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (first == "--help" || first == "-h") {
+    PrintUsage(std::cout);
+    return skein::kExitOk;
+  }
+  if (first == "--version") {
+    std::cout << "skein " << SKEIN_VERSION << std::endl;
+    return skein::kExitOk;
+  }
+  for (const Subcommand& subcommand : kSubcommands) {
+    if (first == subcommand.name) return RunSubcommand(subcommand, argc - 1, argv + 1);
+  }
+  std::cerr << (first.empty() ? "skein: say which subcommand\n"
+                              : "skein: there is no subcommand '" + first + "'\n");
+  PrintUsage(std::cerr);
+  return skein::kExitUsage;
+}

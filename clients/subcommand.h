@@ -1,0 +1,35 @@
+// What the `skein` command's subcommands share: the row of the table in main.cc, exit codes, and
+// one way of parsing options.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+
+namespace skein {
+
+// Exit codes of every subcommand.
+enum ExitCode : int {
+  kExitOk = 0,
+  kExitError = 1,  // it was understood and could not be done; one line on stderr says why
+  kExitUsage = 2,  // bad option or argument; one line on stderr says what to do
+};
+
+struct Subcommand {
+  const char* name;
+  const char* help;                   // one line
+  int (*run)(int argc, char** argv);  // argv[0] is the subcommand's name; may throw std::exception
+};
+
+// Parses `argc`/`argv` with `app`. Empty: go on. Otherwise the code to exit with; help or the
+// reason has been printed.
+inline std::optional<int> ParseOptions(CLI::App* app, int argc, char** argv) {
+  app->footer("Exit codes: 0 done, 1 error, 2 bad usage.");
+  try {
+    app->parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app->exit(e) == 0 ? kExitOk : kExitUsage;
+  }
+  return std::nullopt;
+}
+
+}  // namespace skein
