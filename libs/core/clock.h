@@ -1,0 +1,31 @@
+// Clocks: UTC for what is recorded, monotonic for what is measured.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace skein {
+
+// Microseconds since 1970 UTC.
+inline int64_t NowUs() {
+  using namespace std::chrono;
+  return duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+// Seconds on a clock that never jumps; its zero means nothing.
+inline double MonotonicS() {
+  using namespace std::chrono;
+  return duration<double>(steady_clock::now().time_since_epoch()).count();
+}
+
+// Measures from its construction.
+class Timer {
+ public:
+  double ElapsedS() const { return MonotonicS() - start_s_; }
+  void Restart() { start_s_ = MonotonicS(); }
+
+ private:
+  double start_s_ = MonotonicS();
+};
+
+}  // namespace skein

@@ -1,0 +1,107 @@
+#include "core/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+namespace skein {
+namespace {
+
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(int fd) : fd_(fd) {}
+  ~FileDescriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+Status SystemError(const std::string& what, const std::string& path) {
+  return Status::Error(what + " " + path + ": " + std::strerror(errno));
+}
+
+std::string TemporaryName(const std::string& path) {
+  static std::atomic<unsigned> counter{0};
+  return path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
+}
+
+Status WriteAll(int fd, const void* data, size_t size, const std::string& path) {
+  const auto* next = static_cast<const uint8_t*>(data);
+  while (size > 0) {
+    const ssize_t written = ::write(fd, next, size);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return SystemError("cannot write", path);
+    next += written;
+    size -= static_cast<size_t>(written);
+  }
+  return Status::Ok();
+}
+
+Status WriteTemporary(const std::string& path, const void* data, size_t size) {
+  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  if (file.get() < 0) return SystemError("cannot create", path);
+  if (Status status = WriteAll(file.get(), data, size, path); !status) return status;
+  if (::fsync(file.get()) != 0) return SystemError("cannot sync", path);
+  struct stat info;
+  if (::fstat(file.get(), &info) != 0) return SystemError("cannot stat", path);
+  if (static_cast<size_t>(info.st_size) != size) return Status::Error("short write to " + path);
+  return Status::Ok();
+}
+
+Status SyncFolderOf(const std::string& path) {
+  std::string folder = std::filesystem::path(path).parent_path().string();
+  if (folder.empty()) folder = ".";
+  FileDescriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (file.get() < 0) return SystemError("cannot open", folder);
+  if (::fsync(file.get()) != 0) return SystemError("cannot sync", folder);
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status WriteFileAtomic(const std::string& path, const void* data, size_t size) {
+  const std::string temporary = TemporaryName(path);
+  Status status = WriteTemporary(temporary, data, size);
+  if (status && ::rename(temporary.c_str(), path.c_str()) != 0) {
+    status = SystemError("cannot rename to", path);
+  }
+  if (!status) {
+    ::unlink(temporary.c_str());
+    return status;
+  }
+  return SyncFolderOf(path);
+}
+
+Status WriteFileAtomic(const std::string& path, const Bytes& bytes) {
+  return WriteFileAtomic(path, bytes.data(), bytes.size());
+}
+
+Result<Bytes> ReadFile(const std::string& path) {
+  FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0) return SystemError("cannot open", path);
+  struct stat info;
+  if (::fstat(file.get(), &info) != 0) return SystemError("cannot stat", path);
+  if (!S_ISREG(info.st_mode)) return Status::Error("not a regular file: " + path);
+  Bytes bytes(static_cast<size_t>(info.st_size));
+  size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return SystemError("cannot read", path);
+    if (got == 0) return Status::Error("file shrank while it was read: " + path);
+    done += static_cast<size_t>(got);
+  }
+  return bytes;
+}
+
+}  // namespace skein

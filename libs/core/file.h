@@ -1,0 +1,20 @@
+// Whole files, written so that a reader sees the old content or the new, never a part.
+#pragma once
+
+#include <string>
+
+#include "core/bytes.h"
+#include "core/result.h"
+
+namespace skein {
+
+// Writes `path` anew: temporary name in the same folder, fsync, size check, rename, fsync of the
+// folder. The folder must exist. After an error the old file, if any, is untouched. Safe with
+// several processes writing one path: the last rename wins.
+Status WriteFileAtomic(const std::string& path, const void* data, size_t size);
+Status WriteFileAtomic(const std::string& path, const Bytes& bytes);
+
+// The whole file; an error says which file and why.
+Result<Bytes> ReadFile(const std::string& path);
+
+}  // namespace skein

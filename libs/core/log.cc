@@ -1,0 +1,17 @@
+#include "core/log.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+namespace skein {
+
+void InitLog(const std::string& service, bool verbose) {
+  spdlog::drop(service);
+  auto logger = spdlog::stderr_color_mt(service);
+  logger->set_pattern("%H:%M:%S.%e %n %^%l%$ %v");
+  logger->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
+  logger->flush_on(spdlog::level::info);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+}  // namespace skein

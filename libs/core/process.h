@@ -1,0 +1,25 @@
+// What a process knows of itself and its host.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace skein {
+
+// Caps the threads that OpenMP and the BLAS under it start, through their environment variables;
+// call first in main. Ceres and OpenCV are capped where they are used. num_threads >= 1.
+void CapThreads(int num_threads);
+
+// Resident memory now and at its peak, in bytes; 0 if /proc cannot be read.
+int64_t ResidentMemoryBytes();
+int64_t PeakMemoryBytes();
+
+// Processor time this process has used, user and system together, seconds.
+double CpuTimeS();
+
+std::string HostName();
+
+// From the kernel's random source.
+uint64_t RandomU64();
+
+}  // namespace skein

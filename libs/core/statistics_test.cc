@@ -1,0 +1,25 @@
+#include "core/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+namespace skein {
+namespace {
+
+TEST(Statistics, PercentileInterpolatesBetweenRanks) {
+  EXPECT_DOUBLE_EQ(percentile({4, 1, 3, 2}, 50), 2.5);
+  EXPECT_DOUBLE_EQ(percentile({4, 1, 3, 2}, 0), 1);
+  EXPECT_DOUBLE_EQ(percentile({4, 1, 3, 2}, 100), 4);
+  EXPECT_DOUBLE_EQ(percentile({7}, 95), 7);
+  EXPECT_DOUBLE_EQ(percentile({}, 95), 0);
+  EXPECT_THROW(percentile({1}, 101), std::invalid_argument);
+}
+
+TEST(Statistics, MeanOfNothingIsZero) {
+  EXPECT_DOUBLE_EQ(mean({}), 0);
+  EXPECT_DOUBLE_EQ(mean({1, 2, 6}), 3);
+}
+
+}  // namespace
+}  // namespace skein
