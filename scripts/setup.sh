@@ -1,0 +1,160 @@
+#!/usr/bin/env bash
+# Installs what Skein is built from. Debian 12, as root or with sudo, safe to run again.
+#
+#   scripts/setup.sh [--tests]
+#
+#   --tests   also what only the tests use (clang-format, colmap's command, Xvfb)
+#
+# Packages that are there already are left alone. The part of COLMAP 3.8 that Skein links
+# is built into .deps/ from the Debian source package, once (2 to 5 minutes).
+#
+# Environment:
+#   SKEIN_DEPS           where to put it instead of .deps/
+#   SKEIN_COLMAP_DIR     an installed COLMAP part: nothing is fetched or built
+#   SKEIN_COLMAP_SOURCE  COLMAP 3.8's unpacked source: nothing is fetched
+source "$(dirname "$0")/lib.sh"
+
+build_packages=(
+  g++ cmake ninja-build ccache dpkg-dev
+  liblcm-dev liblcm-bin liblcm-java libjchart2d-java libeigen3-dev libceres-dev libopencv-dev
+  libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libfreeimage-dev libgoogle-glog-dev
+  libboost-filesystem-dev libboost-system-dev libcli11-dev libspdlog-dev nlohmann-json3-dev
+  libgtest-dev libbenchmark-dev iproute2 util-linux jq)
+test_packages=(clang-format colmap xvfb xauth openjdk-17-jre)
+
+is_debian_12() { (. /etc/os-release && [[ $ID == debian && ${VERSION_ID:-} == 12 ]]) 2>/dev/null; }
+
+as_root() {
+  if ((EUID == 0)); then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo "$@"
+  else
+    die "root or sudo is needed to install: ${missing[*]}"
+  fi
+}
+
+is_installed() { [[ $(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
+
+find_missing() {
+  missing=()
+  local package
+  for package in "$@"; do
+    is_installed "$package" || missing+=("$package")
+  done
+  command -v javac >/dev/null && command -v jar >/dev/null || missing+=(default-jdk-headless)
+}
+
+# Names every package that the configured sources don't have.
+require_candidates() {
+  local package absent=()
+  for package in "${missing[@]}"; do
+    apt-cache show "$package" >/dev/null 2>&1 || absent+=("$package")
+  done
+  ((${#absent[@]} == 0)) ||
+    die "these Debian packages cannot be had from the configured apt sources: ${absent[*]}"
+}
+
+install_packages() {
+  find_missing "$@"
+  if ((${#missing[@]} == 0)); then
+    say "all ${#} packages are there"
+    return
+  fi
+  say "installing: ${missing[*]}"
+  as_root apt-get update -q -o Acquire::Retries=3 -o DPkg::Lock::Timeout=600 ||
+    warn "apt-get update failed; trying with the package lists that are there"
+  require_candidates
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends \
+    -o Acquire::Retries=3 -o DPkg::Lock::Timeout=600 "${missing[@]}" ||
+    die "apt-get could not install: ${missing[*]} (its message stands above)"
+}
+
+# Debian's own stanzas of the configured sources, asking for source packages instead of binaries.
+write_source_entries() {
+  local out=$1 file
+  local suites='(^|[ \t])(bookworm|stable)(-updates|-security|\/updates)?([ \t]|$)'
+  for file in /etc/apt/sources.list.d/*.sources; do
+    [[ -e $file ]] && awk -v suites="$suites" 'BEGIN { RS = ""; ORS = "\n\n" }
+      match($0, /(^|\n)Suites:[^\n]*/) && substr($0, RSTART, RLENGTH) ~ suites &&
+      $0 ~ /\nComponents:[^\n]*[ \t]main/ { print }' "$file" |
+      sed 's/^Types:.*/Types: deb-src/' >"$out/$(basename "$file")"
+  done
+  for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list; do
+    [[ -e $file ]] && { grep -E '^deb[ \t]' "$file" || true; } | { grep -E "$suites.*main" || true; } |
+      sed 's/^deb[ \t]/deb-src /' >"$out/$(basename "$file" .list)-list.list"
+  done
+  find "$out" -type f -empty -delete
+  [[ -n $(ls "$out") ]] || die "no Debian 12 source with component main is configured in /etc/apt"
+}
+
+# Uses an apt configuration of its own: nothing of the system's is changed.
+fetch_colmap_source() {
+  local work=$SKEIN_DEPS/apt
+  rm -rf "$work"
+  mkdir -p "$work/parts" "$work/lists/partial" "$work/cache/archives/partial" "$work/source"
+  write_source_entries "$work/parts"
+  local apt=(apt-get -q -o Dir::Etc::sourcelist=/dev/null -o "Dir::Etc::sourceparts=$work/parts"
+    -o "Dir::State::lists=$work/lists" -o "Dir::Cache=$work/cache" -o APT::Sandbox::User=root
+    -o Acquire::Retries=3 -o Acquire::Languages=none)
+  say "getting COLMAP 3.8's source"
+  "${apt[@]}" update >"$work/log" 2>&1 || warn "apt-get update for source packages had errors; going on"
+  (cd "$work/source" && "${apt[@]}" source colmap >>"$work/log" 2>&1) ||
+    { tail -n 5 "$work/log" >&2; die "COLMAP's source package cannot be had from the configured apt sources"; }
+  mkdir -p "$SKEIN_DEPS/src"
+  mv "$work"/source/colmap-3.8 "$SKEIN_DEPS/src/"
+  rm -rf "$work"
+}
+
+colmap_stamp() {
+  (cd "$SKEIN_ROOT/cmake/colmap" && find . -type f -print0 | sort -z | xargs -0 sha256sum) |
+    cat - <(echo "COLMAP 3.8 $(g++ -dumpfullversion)") | sha256sum | cut -d' ' -f1
+}
+
+build_colmap() {
+  local source=$1 prefix=$SKEIN_DEPS/colmap
+  say "building COLMAP's part with $(build_jobs) jobs"
+  export_build_environment
+  cmake -G Ninja -S "$SKEIN_ROOT/cmake/colmap" -B "$SKEIN_DEPS/build" -DCOLMAP_SOURCE="$source" \
+    -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$prefix" >"$SKEIN_DEPS/colmap.log" 2>&1 ||
+    { cat "$SKEIN_DEPS/colmap.log" >&2; die "configuring COLMAP's part failed"; }
+  ninja -C "$SKEIN_DEPS/build" -j "$(build_jobs)" || die "building COLMAP's part failed"
+  rm -rf "$prefix"
+  cmake --install "$SKEIN_DEPS/build" >>"$SKEIN_DEPS/colmap.log"
+  colmap_stamp >"$prefix/stamp"
+}
+
+provide_colmap() {
+  if [[ -n ${SKEIN_COLMAP_DIR:-} && -e $SKEIN_COLMAP_DIR/lib/libskein_colmap.a ]]; then
+    say "using COLMAP's part in $SKEIN_COLMAP_DIR"
+  elif [[ $(cat "$SKEIN_DEPS/colmap/stamp" 2>/dev/null) == "$(colmap_stamp)" ]]; then
+    say "COLMAP's part is built"
+  elif [[ -n ${SKEIN_COLMAP_SOURCE:-} ]]; then
+    build_colmap "$SKEIN_COLMAP_SOURCE"
+  else
+    [[ -e $SKEIN_DEPS/src/colmap-3.8/src/base/reconstruction.cc ]] || fetch_colmap_source
+    build_colmap "$SKEIN_DEPS/src/colmap-3.8"
+  fi
+}
+
+require_elsewhere() {
+  warn "this is not Debian 12: install yourself what corresponds to ${build_packages[*]}"
+  [[ -n ${SKEIN_COLMAP_SOURCE:-} || -e ${SKEIN_COLMAP_DIR:-$SKEIN_DEPS/colmap}/lib/libskein_colmap.a ]] ||
+    die "and set SKEIN_COLMAP_SOURCE to COLMAP 3.8's unpacked source (its release tagged 3.8)"
+}
+
+packages=("${build_packages[@]}")
+for argument in "$@"; do
+  case $argument in
+    --tests) packages+=("${test_packages[@]}") ;;
+    -h | --help) print_help; exit 0 ;;
+    *) usage_error "unknown option $argument" ;;
+  esac
+done
+
+mkdir -p "$SKEIN_DEPS"
+exec 8>"$SKEIN_DEPS/lock"
+flock 8
+if is_debian_12; then install_packages "${packages[@]}"; else require_elsewhere; fi
+provide_colmap
+say "set-up is complete"

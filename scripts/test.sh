@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# Sets up, builds and runs every test. Ends with one line: N passed, N failed, N skipped.
+#
+#   scripts/test.sh [--preset release|asan|tsan] [--filter REGEX] [--label unit|process|static] [--no-setup]
+#
+#   --preset    what to build and test (default release)
+#   --filter    only the tests whose name matches
+#   --label     only the tests of one kind
+#   --no-setup  take the packages and COLMAP's part as they are
+#
+# Exits 0 when all passed, 1 when one failed or the build broke, 2 on bad usage.
+source "$(dirname "$0")/lib.sh"
+
+preset=release setup=1 selection=()
+while (($#)); do
+  case $1 in
+    --preset) preset=${2:?--preset needs a value}; shift ;;
+    --filter) selection+=(-R "${2:?--filter needs a value}"); shift ;;
+    --label) selection+=(-L "${2:?--label needs a value}"); shift ;;
+    --no-setup) setup=0 ;;
+    -h | --help) print_help; exit 0 ;;
+    *) usage_error "unknown option $1" ;;
+  esac
+  shift
+done
+
+# count ATTRIBUTE FILE: a number of the JUnit report's head
+count() { grep -o -m1 "$1=\"[0-9]*\"" "$2" | head -n 1 | tr -dc '0-9'; }
+
+mkdir -p "$SKEIN_DEPS"
+((setup == 0)) || "$SKEIN_ROOT/scripts/setup.sh" --tests
+build_skein "$preset"
+
+report=$SKEIN_ROOT/build/$preset/test_report.xml
+rm -f "$report"
+say "testing"
+status=0
+ctest --test-dir "$SKEIN_ROOT/build/$preset" -j "$(nproc)" --output-on-failure --no-tests=error \
+  --output-junit "$report" "${selection[@]}" || status=1
+[[ -s $report ]] || die "ctest wrote no report"
+
+failed=$(count failures "$report")
+skipped=$(($(count skipped "$report") + $(count disabled "$report")))
+passed=$(($(count tests "$report") - failed - skipped))
+echo "$passed passed, $failed failed, $skipped skipped"
+exit "$status"
