@@ -1,0 +1,85 @@
+// Similarity between two submaps from the photos that both hold: SfM on-the-fly v2, section 3.4,
+// Algorithm 3, with two departures that make collinear and coincident camera centres work:
+//  - a hypothesis never rests on camera centres alone. It comes from the 3D-3D points that both
+//    submaps see through the same (image, point2D), or from the whole poses (rotation from
+//    rotations, scale from the ratio of the depths of common points);
+//  - the best hypothesis is refined on the symmetric reprojection error of all inliers.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "base/camera.h"
+#include "geometry/sim3_similarity.h"
+
+namespace skein {
+
+// One photo as one submap holds it.
+struct SharedView {
+  struct Observation {
+    Eigen::Vector3d xyz;    // in the submap's frame
+    Eigen::Vector2d pixel;  // where the photo sees it, COLMAP's convention
+  };
+  int64_t image_id = 0;
+  colmap::Camera camera;
+  CameraPose cam_from_world;
+  std::unordered_map<uint32_t, Observation> observations;  // by point2D index
+};
+
+// One photo as both submaps hold it, with the points that both see through it.
+struct SharedImage {
+  struct CommonPoint {
+    uint32_t point2D_idx = 0;
+    Eigen::Vector3d source_xyz;
+    Eigen::Vector3d target_xyz;
+    Eigen::Vector2d pixel;
+  };
+  int64_t image_id = 0;
+  colmap::Camera source_camera;
+  colmap::Camera target_camera;
+  CameraPose cam_from_source;
+  CameraPose cam_from_target;
+  std::vector<CommonPoint> points;  // by point2D index
+};
+
+// Photos of both lists, by image id. Views with an invalid camera are left out.
+std::vector<SharedImage> PairSharedViews(const std::vector<SharedView>& source,
+                                         const std::vector<SharedView>& target);
+
+struct Sim3Options {
+  // Share of a photo's common points that must reproject in both directions (min_ior).
+  double min_inlier_ratio = 0.3;
+  // Largest reprojection error of an inlier (max_re), for a photo whose longer side is 1,600 px;
+  // grows with the photo's size, as the accuracy of its features does.
+  double max_reprojection_error_px = 12.0;
+  // Trials (num_trials). Triples are enumerated when there are no more than that.
+  int num_trials = 1000;
+  // Photos that must agree. Never below 3 in a merge that the merger orders.
+  int min_inlier_images = 3;
+  // A photo with fewer common points is no evidence.
+  int min_common_points = 8;
+  // Common points of one photo that score a hypothesis; the final score takes all.
+  int max_scored_points = 150;
+  uint64_t seed = 0;
+
+  // Empty if the values make sense, else what is wrong.
+  std::string Check() const;
+};
+
+struct Sim3Result {
+  bool success = false;
+  std::string reason;  // why not
+  Similarity target_from_source;
+  std::vector<int64_t> inlier_image_ids;  // ascending
+  int num_common_points = 0;
+  int num_inlier_points = 0;   // in inlier photos
+  double mean_error_px = 0.0;  // mean of both directions over the inlier points
+  int num_trials = 0;
+};
+
+// Deterministic for equal input and seed.
+Sim3Result EstimateSim3(const std::vector<SharedImage>& shared, const Sim3Options& options);
+
+}  // namespace skein

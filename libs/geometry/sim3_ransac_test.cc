@@ -1,0 +1,277 @@
+#include "geometry/sim3_ransac.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "geometry/sim3_score.h"
+
+namespace skein {
+namespace {
+
+enum class Centres { kSpread, kLine, kSpot };
+
+struct World {
+  double scale = 1.0;
+  double noise_px = 0.3;
+  double depth_noise = 0.0;   // relative, of each submap's points along the viewing ray
+  double wrong_points = 0.0;  // share of points whose target side is another point
+  int num_wrong_images = 0;   // photos whose target pose is arbitrary
+  int num_images = 6;
+  Centres centres = Centres::kSpread;
+  double target_focal_factor = 1.0;
+};
+
+class Scene {
+ public:
+  Scene(const World& world, uint64_t seed) : random_(seed) {
+    truth_.scale = world.scale;
+    truth_.rotation = RandomRotation();
+    truth_.translation = 10 * Eigen::Vector3d(Uniform(), Uniform(), Uniform());
+    for (int i = 0; i < world.num_images; ++i) AddImage(world, i);
+  }
+
+  std::vector<SharedImage> shared_;
+  Similarity truth_;
+
+ private:
+  double Uniform() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
+  double Normal() { return std::normal_distribution<double>()(random_); }
+  Eigen::Quaterniond RandomRotation() {
+    return Eigen::Quaterniond(Normal(), Normal(), Normal(), Normal()).normalized();
+  }
+
+  Eigen::Vector3d CentreOf(Centres centres, int i) {
+    if (centres == Centres::kSpot) return {0.2, -0.1, 0.3};
+    if (centres == Centres::kLine) return {0.7 * i, 0, 0};
+    return {0.7 * i, Uniform(), Uniform()};
+  }
+
+  void AddImage(const World& world, int i) {
+    SharedImage image;
+    image.image_id = 100 + i;
+    image.source_camera.InitializeWithName("SIMPLE_RADIAL", 1300, 1600, 1200);
+    image.source_camera.Params()[3] = -0.05;
+    image.target_camera = image.source_camera;
+    image.target_camera.Params()[0] *= world.target_focal_factor;
+    image.cam_from_source.rotation =
+        Eigen::Quaterniond(1, 0.1 * Uniform(), 0.1 * Uniform(), 0.1 * Uniform()).normalized();
+    image.cam_from_source.translation =
+        -(image.cam_from_source.rotation * CentreOf(world.centres, i));
+    image.cam_from_target = TransformPose(truth_, image.cam_from_source);
+    for (uint32_t k = 0; k < 300; ++k) AddPoint(world, k, &image);
+    SpoilPoints(world.wrong_points, &image);
+    if (i < world.num_wrong_images) image.cam_from_target = {RandomRotation(), {1, 2, 3}};
+    shared_.push_back(image);
+  }
+
+  void AddPoint(const World& world, uint32_t k, SharedImage* image) {
+    const Eigen::Vector3d in_camera(2 * Uniform(), 1.5 * Uniform(), 6 + 2 * Uniform());
+    const CameraPose& pose = image->cam_from_source;
+    const auto noisy = [&] {
+      const Eigen::Vector3d moved = in_camera * (1 + world.depth_noise * Normal());
+      return Eigen::Vector3d(pose.rotation.conjugate() * (moved - pose.translation));
+    };
+    SharedImage::CommonPoint point;
+    point.point2D_idx = k;
+    point.source_xyz = noisy();
+    point.target_xyz = truth_.Apply(noisy());
+    point.pixel = image->source_camera.WorldToImage(in_camera.hnormalized()) +
+                  world.noise_px * Eigen::Vector2d(Normal(), Normal());
+    image->points.push_back(point);
+  }
+
+  void SpoilPoints(double share, SharedImage* image) {
+    const size_t num = share * image->points.size();
+    for (size_t k = 0; k + 1 < num; ++k) {
+      std::swap(image->points[k].target_xyz, image->points[k + 1].target_xyz);
+    }
+  }
+
+  std::mt19937_64 random_;
+};
+
+double RotationErrorRad(const Similarity& a, const Similarity& b) {
+  return a.rotation.angularDistance(b.rotation);
+}
+
+void ExpectTruth(const Scene& scene, const Sim3Result& result, double tolerance) {
+  ASSERT_TRUE(result.success) << result.reason;
+  EXPECT_NEAR(result.target_from_source.scale / scene.truth_.scale, 1.0, tolerance);
+  EXPECT_LT(RotationErrorRad(result.target_from_source, scene.truth_), tolerance);
+  const Eigen::Vector3d middle(2, 0, 5);
+  const double distance =
+      (result.target_from_source.Apply(middle) - scene.truth_.Apply(middle)).norm();
+  EXPECT_LT(distance / scene.truth_.scale, 10 * tolerance);
+}
+
+TEST(Similarity, InverseUndoes) {
+  const Similarity s{2.5, Eigen::Quaterniond(1, 2, 3, 4).normalized(), {1, 2, 3}};
+  const Eigen::Vector3d x(4, -5, 6);
+  EXPECT_LT((s.Inverse().Apply(s.Apply(x)) - x).norm(), 1e-12);
+}
+
+TEST(Similarity, TransformedPoseSeesTransformedPointAtTheSamePixel) {
+  const Similarity s{0.3, Eigen::Quaterniond(1, 2, 3, 4).normalized(), {1, 2, 3}};
+  const CameraPose pose{Eigen::Quaterniond(1, 0.1, -0.2, 0.3).normalized(), {0.5, 0.6, 7}};
+  const Eigen::Vector3d x(0.4, -0.5, 6);
+  const Eigen::Vector3d moved = TransformPose(s, pose).Apply(s.Apply(x));
+  EXPECT_LT((moved - s.scale * pose.Apply(x)).norm(), 1e-12);
+}
+
+TEST(Similarity, FromPointsRefusesLineSpotAndTooFew) {
+  const std::vector<Eigen::Vector3d> line = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {5, 5, 5}};
+  const std::vector<Eigen::Vector3d> spot(4, Eigen::Vector3d(1, 2, 3));
+  const std::vector<Eigen::Vector3d> two = {{0, 0, 0}, {1, 0, 0}};
+  EXPECT_FALSE(SimilarityFromPoints(line, line));
+  EXPECT_FALSE(SimilarityFromPoints(spot, spot));
+  EXPECT_FALSE(SimilarityFromPoints(two, two));
+}
+
+TEST(Similarity, FromThreePointsIsExact) {
+  const Similarity s{40, Eigen::Quaterniond(1, -2, 3, 4).normalized(), {1, 2, 3}};
+  const std::vector<Eigen::Vector3d> source = {{0, 0, 0}, {1, 0, 0}, {0, 2, 1}};
+  std::vector<Eigen::Vector3d> target;
+  for (const auto& x : source) target.push_back(s.Apply(x));
+  const auto found = SimilarityFromPoints(source, target);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->scale, s.scale, 1e-9);
+  EXPECT_LT(found->rotation.angularDistance(s.rotation), 1e-7);
+}
+
+class ScaleTest : public ::testing::TestWithParam<double> {};
+
+TEST_P(ScaleTest, FindsTruthWithNoiseAndOutliers) {
+  World world;
+  world.scale = GetParam();
+  world.depth_noise = 0.01;
+  world.wrong_points = 0.4;
+  const Scene scene(world, 7);
+  ExpectTruth(scene, EstimateSim3(scene.shared_, {}), 3e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scales, ScaleTest, ::testing::Values(0.01, 0.1, 1.0, 10.0, 100.0));
+
+TEST(Sim3, WorksWithCentresOnALine) {
+  World world;
+  world.centres = Centres::kLine;
+  world.depth_noise = 0.01;
+  const Scene scene(world, 3);
+  ExpectTruth(scene, EstimateSim3(scene.shared_, {}), 3e-3);
+}
+
+TEST(Sim3, WorksWithCentresInOneSpot) {
+  World world;
+  world.centres = Centres::kSpot;
+  world.scale = 0.2;
+  world.depth_noise = 0.01;
+  const Scene scene(world, 4);
+  ExpectTruth(scene, EstimateSim3(scene.shared_, {}), 3e-3);
+}
+
+TEST(Sim3, LeavesOutPhotosWithWrongPoses) {
+  World world;
+  world.num_images = 10;
+  world.num_wrong_images = 6;
+  const Scene scene(world, 5);
+  const Sim3Result result = EstimateSim3(scene.shared_, {});
+  ExpectTruth(scene, result, 1e-3);
+  EXPECT_EQ(result.inlier_image_ids, (std::vector<int64_t>{106, 107, 108, 109}));
+}
+
+TEST(Sim3, MinimalSetOfThreeIsEnough) {
+  World world;
+  world.num_images = 3;
+  const Scene scene(world, 6);
+  ExpectTruth(scene, EstimateSim3(scene.shared_, {}), 1e-3);
+}
+
+TEST(Sim3, TwoAreNotEnough) {
+  World world;
+  world.num_images = 2;
+  const Scene scene(world, 6);
+  const Sim3Result result = EstimateSim3(scene.shared_, {});
+  EXPECT_FALSE(result.success);
+  EXPECT_FALSE(result.reason.empty());
+}
+
+TEST(Sim3, NothingSharedIsNoSuccess) { EXPECT_FALSE(EstimateSim3({}, {}).success); }
+
+TEST(Sim3, ThreePhotosOfWhichOneIsWrongFail) {
+  World world;
+  world.num_images = 3;
+  world.num_wrong_images = 1;
+  const Scene scene(world, 8);
+  EXPECT_FALSE(EstimateSim3(scene.shared_, {}).success);
+}
+
+TEST(Sim3, PhotosThatEachMoveTheirOwnWayFail) {
+  World world;
+  world.num_wrong_images = 6;
+  const Scene scene(world, 9);
+  EXPECT_FALSE(EstimateSim3(scene.shared_, {}).success);
+}
+
+TEST(Sim3, PointsMatchedToWrongPointsFail) {
+  World world;
+  world.wrong_points = 1.0;
+  const Scene scene(world, 10);
+  EXPECT_FALSE(EstimateSim3(scene.shared_, {}).success);
+}
+
+TEST(Sim3, PhotosWithFewCommonPointsAreNoEvidence) {
+  Scene scene(World(), 11);
+  for (size_t i = 2; i < scene.shared_.size(); ++i) scene.shared_[i].points.resize(7);
+  EXPECT_FALSE(EstimateSim3(scene.shared_, {}).success);
+}
+
+TEST(Sim3, ToleratesDifferentFocalLengths) {
+  World world;
+  world.target_focal_factor = 1.004;
+  const Scene scene(world, 12);
+  ExpectTruth(scene, EstimateSim3(scene.shared_, {}), 1e-2);
+}
+
+TEST(Sim3, EqualSeedsGiveEqualResults) {
+  World world;
+  world.num_images = 30;
+  world.num_wrong_images = 12;
+  world.depth_noise = 0.02;
+  const Scene scene(world, 13);
+  Sim3Options options;
+  options.num_trials = 200;
+  options.seed = 42;
+  const Sim3Result a = EstimateSim3(scene.shared_, options);
+  const Sim3Result b = EstimateSim3(scene.shared_, options);
+  ASSERT_TRUE(a.success);
+  EXPECT_EQ(a.target_from_source.scale, b.target_from_source.scale);
+  EXPECT_EQ(a.target_from_source.translation, b.target_from_source.translation);
+  EXPECT_EQ(a.inlier_image_ids, b.inlier_image_ids);
+}
+
+TEST(Sim3, RefusesNonsenseOptions) {
+  Sim3Options options;
+  options.min_inlier_images = 2;
+  EXPECT_THROW(EstimateSim3({}, options), std::invalid_argument);
+}
+
+TEST(PairSharedViews, TakesCommonPhotosAndCommonPoints) {
+  SharedView a, b, c;
+  a.image_id = b.image_id = 5;
+  c.image_id = 6;
+  for (SharedView* view : {&a, &b, &c}) {
+    view->camera.InitializeWithName("SIMPLE_RADIAL", 1000, 800, 600);
+  }
+  a.observations = {{1, {{1, 1, 1}, {10, 10}}}, {2, {{2, 2, 2}, {20, 20}}}};
+  b.observations = {{2, {{4, 4, 4}, {20, 20}}}, {3, {{6, 6, 6}, {30, 30}}}};
+  const auto shared = PairSharedViews({a, c}, {b});
+  ASSERT_EQ(shared.size(), 1u);
+  ASSERT_EQ(shared[0].points.size(), 1u);
+  EXPECT_EQ(shared[0].points[0].point2D_idx, 2u);
+  EXPECT_EQ(shared[0].points[0].source_xyz.x(), 2);
+  EXPECT_EQ(shared[0].points[0].target_xyz.x(), 4);
+}
+
+}  // namespace
+}  // namespace skein
