@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "core/result.h"
+
+namespace skein {
+
+// Where things lie in a session folder.
+struct SessionPaths {
+  std::filesystem::path root;
+
+  std::filesystem::path SessionFile() const { return root / "session.json"; }
+  std::filesystem::path Ledger() const { return root / "ledger.db"; }
+  std::filesystem::path Images() const { return root / "images"; }
+  std::filesystem::path Image(const std::string& agent, const std::string& name) const {
+    return root / "images" / agent / name;
+  }
+  std::filesystem::path Blobs() const { return root / "blobs"; }
+  std::filesystem::path Retrieval() const { return root / "retrieval"; }
+  std::filesystem::path Submaps() const { return root / "submaps"; }
+  std::filesystem::path Submap(int64_t submap_id) const {
+    return root / "submaps" / std::to_string(submap_id);
+  }
+  std::filesystem::path Sparse() const { return root / "sparse"; }
+  std::filesystem::path Report() const { return root / "report.json"; }
+};
+
+struct Session {
+  std::string session_id;  // 16 lower-case hex digits, random
+  SessionPaths paths;
+};
+
+// Opens DIR, creating it and DIR/session.json when absent. Of several processes that create it at
+// once, all get the same id. A damaged or newer session.json is an error that says what to do.
+Result<Session> OpenOrCreateSession(const std::filesystem::path& dir);
+
+// As above, but the folder must hold a session.
+Result<Session> OpenSession(const std::filesystem::path& dir);
+
+}  // namespace skein
