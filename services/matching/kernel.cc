@@ -1,0 +1,301 @@
+#include "matching/kernel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include "matching/kernel_block.h"
+
+namespace skein {
+namespace {
+
+constexpr int kAlignment = 64;
+constexpr int32_t kMaxDistanceSq = kDescriptorDim * 255 * 255;
+constexpr int32_t kNoDistance = std::numeric_limits<int32_t>::max();
+constexpr double kRatioUnit = 1e6;
+
+int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+KernelFormat FormatOf(KernelVersion version) {
+  switch (version) {
+#if defined(__x86_64__)
+    case KernelVersion::kAvx512Vnni:
+      return {16, kAvx512PanelColumns, 4, true, ProcessBlockAvx512Vnni};
+    case KernelVersion::kAvx2:
+      return {8, kAvx2PanelColumns, 2, false, ProcessBlockAvx2};
+#endif
+    default:
+      return {1, kPortablePanelColumns, kDescriptorDim, false, ProcessBlockPortable};
+  }
+}
+
+// Memory for vector loads; grows, never shrinks, keeps no content.
+template <typename T>
+class AlignedBuffer {
+ public:
+  T* Resize(size_t count) {
+    if (count > capacity_) {
+      const size_t bytes = (count * sizeof(T) + kAlignment - 1) / kAlignment * kAlignment;
+      data_.reset(static_cast<T*>(std::aligned_alloc(kAlignment, bytes)));
+      if (!data_) throw std::bad_alloc();
+      capacity_ = count;
+    }
+    return data_.get();
+  }
+  T* data() const { return data_.get(); }
+
+ private:
+  struct Free {
+    void operator()(void* p) const { std::free(p); }
+  };
+  std::unique_ptr<T, Free> data_;
+  size_t capacity_ = 0;
+};
+
+int32_t NormSq(const uint8_t* descriptor) {
+  int32_t sum = 0;
+  for (int k = 0; k < kDescriptorDim; ++k) sum += int32_t{descriptor[k]} * descriptor[k];
+  return sum;
+}
+
+int32_t Sum(const uint8_t* descriptor) {
+  int32_t sum = 0;
+  for (int k = 0; k < kDescriptorDim; ++k) sum += descriptor[k];
+  return sum;
+}
+
+// Nearest neighbour and distance of the next one.
+struct Nearest {
+  int32_t best_sq = kNoDistance;
+  int32_t best_index = -1;
+  int32_t second_sq = kNoDistance;
+
+  void Insert(int32_t distance_sq, int32_t index) {
+    const bool nearer = distance_sq < best_sq || (distance_sq == best_sq && index < best_index);
+    second_sq = std::min(second_sq, nearer ? best_sq : distance_sq);
+    if (nearer) {
+      best_sq = distance_sq;
+      best_index = index;
+    }
+  }
+
+  void InsertSecond(int32_t distance_sq) { second_sq = std::min(second_sq, distance_sq); }
+};
+
+class NearestTest {
+ public:
+  explicit NearestTest(const MatchOptions& options)
+      : ratio_sq_(std::llround(options.max_ratio * options.max_ratio * kRatioUnit)),
+        max_distance_sq_(options.max_distance_sq) {}
+
+  bool Passes(const Nearest& nearest) const {
+    if (nearest.best_index < 0 || nearest.best_sq > max_distance_sq_) return false;
+    if (ratio_sq_ == 0 || nearest.second_sq == kNoDistance) return true;
+    return nearest.best_sq * static_cast<int64_t>(kRatioUnit) < nearest.second_sq * ratio_sq_;
+  }
+
+ private:
+  int64_t ratio_sq_;
+  int32_t max_distance_sq_;
+};
+
+}  // namespace
+
+std::string KernelName(KernelVersion version) {
+  switch (version) {
+    case KernelVersion::kPortable:
+      return "portable";
+    case KernelVersion::kAvx2:
+      return "avx2";
+    case KernelVersion::kAvx512Vnni:
+      return "avx512vnni";
+  }
+  throw std::invalid_argument("unknown kernel version");
+}
+
+bool IsKernelSupported(KernelVersion version) {
+#if defined(__x86_64__)
+  if (version == KernelVersion::kAvx512Vnni) {
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512vnni");
+  }
+  if (version == KernelVersion::kAvx2) return __builtin_cpu_supports("avx2");
+#endif
+  return version == KernelVersion::kPortable;
+}
+
+KernelVersion FastestKernel() {
+  for (const KernelVersion version : {KernelVersion::kAvx512Vnni, KernelVersion::kAvx2}) {
+    if (IsKernelSupported(version)) return version;
+  }
+  return KernelVersion::kPortable;
+}
+
+void MatchOptions::Check() const {
+  if (!(max_ratio >= 0 && max_ratio <= 1)) {
+    throw std::invalid_argument("max_ratio must lie in 0..1");
+  }
+  if (max_distance_sq < 0) throw std::invalid_argument("max_distance_sq must not be negative");
+  if (!IsKernelSupported(kernel)) {
+    throw std::invalid_argument("this processor does not run kernel " + KernelName(kernel));
+  }
+}
+
+class DescriptorMatcher::Workspace {
+ public:
+  explicit Workspace(KernelVersion version) : format_(FormatOf(version)) {}
+
+  // Fills rows() and columns().
+  void Run(const DescriptorView& first, const DescriptorView& second) {
+    rows_.assign(first.count, Nearest());
+    columns_.assign(second.count, Nearest());
+    if (first.count == 0 || second.count == 0) return;
+    PackRows(first);
+    PackColumns(second);
+    const int block_columns = kBlockVectors * format_.lanes;
+    for (int column = 0; column < second.count; column += block_columns) {
+      const int num_columns = std::min(block_columns, second.count - column);
+      for (int row = 0; row < first.count; row += kBlockRows) {
+        ProcessBlock(row, std::min(kBlockRows, first.count - row), column, num_columns);
+      }
+    }
+  }
+
+  const std::vector<Nearest>& rows() const { return rows_; }
+  const std::vector<Nearest>& columns() const { return columns_; }
+
+ private:
+  size_t ElementBytes() const { return format_.rows_signed8 ? 1 : 2; }
+
+  void PackRows(const DescriptorView& view) {
+    const size_t size = static_cast<size_t>(view.count) * kDescriptorDim;
+    packed_rows_.Resize(size * ElementBytes());
+    if (format_.rows_signed8) {
+      for (size_t i = 0; i < size; ++i) packed_rows_.data()[i] = view.data[i] ^ 0x80;
+    } else {
+      int16_t* wide = reinterpret_cast<int16_t*>(packed_rows_.data());
+      for (size_t i = 0; i < size; ++i) wide[i] = view.data[i];
+    }
+    row_keys_.Resize(view.count);
+    for (int i = 0; i < view.count; ++i) {
+      row_keys_.data()[i] = NormSq(view.data + kDescriptorDim * size_t(i)) * 256 + i % kBlockRows;
+    }
+  }
+
+  void PackColumns(const DescriptorView& view) {
+    const int padded = RoundUp(view.count, format_.panel_columns);
+    const size_t bytes = static_cast<size_t>(padded) * kDescriptorDim * ElementBytes();
+    std::memset(packed_columns_.Resize(bytes), 0, bytes);
+    column_keys_.Resize(padded);
+    column_offset_.Resize(padded);
+    for (int j = 0; j < padded; ++j) {
+      const uint8_t* descriptor = j < view.count ? view.data + kDescriptorDim * size_t(j) : nullptr;
+      const int32_t norm_sq = descriptor ? NormSq(descriptor) : kPaddingNormSq;
+      column_keys_.data()[j] = norm_sq * 256 + j / format_.lanes % kBlockVectors;
+      column_offset_.data()[j] = descriptor && format_.rows_signed8 ? 128 * Sum(descriptor) : 0;
+      if (!descriptor) continue;
+      if (format_.rows_signed8) {
+        PackColumn(descriptor, j, packed_columns_.data());
+      } else {
+        PackColumn(descriptor, j, reinterpret_cast<int16_t*>(packed_columns_.data()));
+      }
+    }
+  }
+
+  // A panel is 128 / group x panel_columns x group.
+  template <typename T>
+  void PackColumn(const uint8_t* descriptor, int j, T* packed) const {
+    const int group = format_.group;
+    T* out = packed + static_cast<size_t>(j / format_.panel_columns) * format_.panel_columns *
+                          kDescriptorDim;
+    out += j % format_.panel_columns * group;
+    for (int k = 0; k < kDescriptorDim; k += group, out += format_.panel_columns * group) {
+      for (int g = 0; g < group; ++g) out[g] = descriptor[k + g];
+    }
+  }
+
+  void ProcessBlock(int row, int num_rows, int column, int num_columns) {
+    const int padded = RoundUp(num_columns, format_.panel_columns);
+    const size_t row_states = static_cast<size_t>(num_rows) * format_.lanes;
+    BlockTask task;
+    task.rows = packed_rows_.data() + static_cast<size_t>(row) * kDescriptorDim * ElementBytes();
+    task.columns =
+        packed_columns_.data() + static_cast<size_t>(column) * kDescriptorDim * ElementBytes();
+    task.row_keys = row_keys_.data() + row;
+    task.column_keys = column_keys_.data() + column;
+    task.column_offset = column_offset_.data() + column;
+    task.row_best = row_best_.Resize(row_states);
+    task.row_second = row_second_.Resize(row_states);
+    task.column_best = column_best_.Resize(padded);
+    task.column_second = column_second_.Resize(padded);
+    task.num_rows = num_rows;
+    task.num_panels = padded / format_.panel_columns;
+    for (int32_t* state : {task.row_best, task.row_second}) {
+      std::fill(state, state + row_states, kNoKey);
+    }
+    for (int32_t* state : {task.column_best, task.column_second}) {
+      std::fill(state, state + padded, kNoKey);
+    }
+    format_.process(task);
+    for (int i = 0; i < num_rows; ++i) TakeRow(task, i, column, &rows_[row + i]);
+    for (int j = 0; j < num_columns; ++j) TakeColumn(task, j, row, &columns_[column + j]);
+  }
+
+  void TakeRow(const BlockTask& task, int i, int column, Nearest* nearest) const {
+    const int32_t norm_sq = task.row_keys[i] >> 8;
+    for (int lane = 0; lane < format_.lanes; ++lane) {
+      const int32_t best = task.row_best[i * format_.lanes + lane];
+      const int32_t second = task.row_second[i * format_.lanes + lane];
+      if (best >> 8 == kPaddingNormSq) continue;
+      nearest->Insert((best >> 8) + norm_sq, column + (best & 255) * format_.lanes + lane);
+      if (second >> 8 != kPaddingNormSq) nearest->InsertSecond((second >> 8) + norm_sq);
+    }
+  }
+
+  void TakeColumn(const BlockTask& task, int j, int row, Nearest* nearest) const {
+    const int32_t vector = task.column_keys[j] & 255;
+    const int32_t best = task.column_best[j] - vector;
+    const int32_t second = task.column_second[j] - vector;
+    nearest->Insert(best >> 8, row + (best & 255));
+    if (second >> 8 <= kMaxDistanceSq) nearest->InsertSecond(second >> 8);
+  }
+
+  KernelFormat format_;
+  AlignedBuffer<uint8_t> packed_rows_, packed_columns_;
+  AlignedBuffer<int32_t> row_keys_, column_keys_, column_offset_;
+  AlignedBuffer<int32_t> row_best_, row_second_, column_best_, column_second_;
+  std::vector<Nearest> rows_, columns_;
+};
+
+DescriptorMatcher::DescriptorMatcher(const MatchOptions& options) : options_(options) {
+  options_.Check();
+  workspace_ = std::make_unique<Workspace>(options_.kernel);
+}
+
+DescriptorMatcher::~DescriptorMatcher() = default;
+
+std::vector<IndexPair> DescriptorMatcher::Match(const DescriptorView& first,
+                                                const DescriptorView& second) {
+  for (const DescriptorView& view : {first, second}) {
+    if (view.count < 0 || (view.count > 0 && !view.data)) {
+      throw std::invalid_argument("descriptors without data or with a negative count");
+    }
+  }
+  workspace_->Run(first, second);
+  const NearestTest test(options_);
+  std::vector<IndexPair> matches;
+  for (int i = 0; i < first.count; ++i) {
+    const Nearest& row = workspace_->rows()[i];
+    if (!test.Passes(row)) continue;
+    const Nearest& column = workspace_->columns()[row.best_index];
+    if (column.best_index != i || !test.Passes(column)) continue;
+    matches.push_back({static_cast<uint32_t>(i), static_cast<uint32_t>(row.best_index)});
+  }
+  return matches;
+}
+
+}  // namespace skein

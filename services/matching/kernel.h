@@ -1,0 +1,81 @@
+#pragma once
+
+// Mutual nearest neighbours with ratio test over 128-dimensional uint8 descriptors, exact.
+//
+// All squared distances |a|^2 + |b|^2 - 2ab are integers (<= 128 * 255^2 = 8,323,200), so every
+// version gives identical results. Each distance is computed once and serves both directions.
+//
+// A pair (i, j) matches when all of these hold:
+//   - j is the nearest neighbour of i in the second set and i is the one of j in the first;
+//     of equally near neighbours the one of lowest index counts as the nearest;
+//   - in both directions best^2 < max_ratio^2 * second^2, strictly, where second is the next
+//     neighbour, which may be as near as the best: so duplicates never match below ratio 1.
+//     A lone neighbour (the other set has one descriptor) has no second and passes;
+//   - distance^2 <= max_distance_sq.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+constexpr int kDescriptorDim = 128;
+
+// count x 128 uint8, row major; not owned.
+struct DescriptorView {
+  const uint8_t* data = nullptr;
+  int count = 0;
+};
+
+struct IndexPair {
+  uint32_t first;   // index in the first set
+  uint32_t second;  // index in the second set
+
+  bool operator==(const IndexPair& other) const {
+    return first == other.first && second == other.second;
+  }
+};
+
+enum class KernelVersion { kPortable, kAvx2, kAvx512Vnni };
+
+// "portable", "avx2", "avx512vnni".
+std::string KernelName(KernelVersion version);
+
+// Whether this processor and operating system run it.
+bool IsKernelSupported(KernelVersion version);
+
+// The fastest one supported here.
+KernelVersion FastestKernel();
+
+struct MatchOptions {
+  // Lowe's ratio of Euclidean distances; its square is held to 1e-6. 0 turns the test off.
+  double max_ratio = 0.8;
+
+  // Largest squared distance. The default is COLMAP's limit of 0.7 rad between descriptors of norm
+  // 512: 2 * 512^2 * (1 - cos 0.7).
+  int max_distance_sq = 123290;
+
+  KernelVersion kernel = FastestKernel();
+
+  // Throws std::invalid_argument.
+  void Check() const;
+};
+
+// Holds the working memory (about 6 MB at 8,192 x 8,192), so keep one a thread.
+class DescriptorMatcher {
+ public:
+  explicit DescriptorMatcher(const MatchOptions& options);
+  ~DescriptorMatcher();
+
+  // Matches ordered by `first`. Either set may be empty. Throws std::invalid_argument if a count is
+  // negative or data is null with a positive count.
+  std::vector<IndexPair> Match(const DescriptorView& first, const DescriptorView& second);
+
+ private:
+  class Workspace;
+  MatchOptions options_;
+  std::unique_ptr<Workspace> workspace_;
+};
+
+}  // namespace skein

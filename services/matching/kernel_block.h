@@ -1,0 +1,55 @@
+#pragma once
+
+// Interface between kernel.cc and its per-instruction-set files. Those are compiled with -m flags:
+// they include nothing with inline code that another file might link in their place.
+//
+// A block is up to 256 rows against up to 256 vectors of columns. A distance and the place it was
+// found at are one int32, so that best and second best are kept by min and max alone:
+//   row direction     (|b|^2 - 2ab) << 8 | vector of the column, one value a lane
+//   column direction  (d^2 << 8) + row + vector of the column
+// Both fit: d^2 <= 8,323,200 < 2^23, and |b|^2 - 2ab >= -|a|^2.
+
+#include <cstdint>
+
+namespace skein {
+
+constexpr int kBlockRows = 256;
+constexpr int kBlockVectors = 256;
+constexpr int32_t kNoKey = INT32_MAX;
+
+// |b|^2 of the columns that fill up the last panel: farther than any real one.
+constexpr int32_t kPaddingNormSq = (1 << 23) - 1;
+
+struct BlockTask {
+  const void* rows;              // num_rows x 128, in the version's row format
+  const void* columns;           // num_panels panels, in the version's column format
+  const int32_t* row_keys;       // num_rows: |a|^2 << 8 | row
+  const int32_t* column_keys;    // a column: |b|^2 << 8 | vector
+  const int32_t* column_offset;  // a column: what the product of the formats lacks to ab
+  int32_t* row_best;             // num_rows x lanes
+  int32_t* row_second;           // num_rows x lanes
+  int32_t* column_best;          // a column
+  int32_t* column_second;        // a column
+  int num_rows;
+  int num_panels;
+};
+
+struct KernelFormat {
+  int lanes;          // columns in a vector
+  int panel_columns;  // columns in a panel, a multiple of lanes
+  int group;          // dimensions of one column that lie together in a panel
+  bool rows_signed8;  // rows int8 (a - 128) and columns uint8; else both int16
+  void (*process)(const BlockTask& task);
+};
+
+constexpr int kPortablePanelColumns = 1;
+void ProcessBlockPortable(const BlockTask& task);
+
+// x86-64 only.
+constexpr int kAvx2PanelColumns = 16;
+void ProcessBlockAvx2(const BlockTask& task);
+
+constexpr int kAvx512PanelColumns = 64;
+void ProcessBlockAvx512Vnni(const BlockTask& task);
+
+}  // namespace skein

@@ -1,0 +1,41 @@
+#include "matching/kernel_block.h"
+
+namespace skein {
+namespace {
+
+inline int32_t Dot(const int16_t* a, const int16_t* b) {
+  int32_t sum = 0;
+  for (int k = 0; k < 128; ++k) sum += static_cast<int32_t>(a[k]) * static_cast<int32_t>(b[k]);
+  return sum;
+}
+
+inline int32_t Min(int32_t a, int32_t b) { return a < b ? a : b; }
+inline int32_t Max(int32_t a, int32_t b) { return a < b ? b : a; }
+
+inline void Insert(const int32_t key, int32_t* best, int32_t* second) {
+  *second = Min(*second, Max(*best, key));
+  *best = Min(*best, key);
+}
+
+}  // namespace
+
+void ProcessBlockPortable(const BlockTask& task) {
+  const int16_t* rows = static_cast<const int16_t*>(task.rows);
+  const int16_t* columns = static_cast<const int16_t*>(task.columns);
+  for (int column = 0; column < task.num_panels; ++column) {
+    const int32_t column_key = task.column_keys[column];
+    int32_t column_best = task.column_best[column];
+    int32_t column_second = task.column_second[column];
+    for (int row = 0; row < task.num_rows; ++row) {
+      // |b|^2 - 2ab and its key are in range, 2ab * 256 alone is not: unsigned wraps.
+      const uint32_t ab = static_cast<uint32_t>(Dot(rows + 128 * row, columns + 128 * column));
+      const int32_t key = static_cast<int32_t>(static_cast<uint32_t>(column_key) - (ab << 9));
+      Insert(key, &task.row_best[row], &task.row_second[row]);
+      Insert(key + task.row_keys[row], &column_best, &column_second);
+    }
+    task.column_best[column] = column_best;
+    task.column_second[column] = column_second;
+  }
+}
+
+}  // namespace skein

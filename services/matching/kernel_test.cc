@@ -1,0 +1,214 @@
+#include "matching/kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace skein {
+namespace {
+
+using Descriptors = std::vector<uint8_t>;
+
+constexpr int kNoLimit = 1 << 30;
+
+DescriptorView View(const Descriptors& d) {
+  return {d.data(), static_cast<int>(d.size()) / kDescriptorDim};
+}
+
+Descriptors Constant(int count, uint8_t value) {
+  return Descriptors(static_cast<size_t>(count) * kDescriptorDim, value);
+}
+
+Descriptors FullRange(int count, std::mt19937* rng) {
+  std::uniform_int_distribution<int> byte(0, 255);
+  Descriptors d(static_cast<size_t>(count) * kDescriptorDim);
+  for (uint8_t& v : d) v = byte(*rng);
+  return d;
+}
+
+// RootSIFT: the root of a sparse positive vector, of norm 512.
+Descriptors SiftLike(int count, std::mt19937* rng) {
+  std::gamma_distribution<double> gamma(0.4, 1.0);
+  Descriptors d;
+  for (int i = 0; i < count; ++i) {
+    double values[kDescriptorDim], sum = 0;
+    for (double& v : values) sum += v = gamma(*rng);
+    for (double v : values) d.push_back(std::min(255.0, 512 * std::sqrt(v / sum)));
+  }
+  return d;
+}
+
+// `d` in another order, each value changed by up to `noise`; some dropped, some new.
+Descriptors NoisyView(const Descriptors& d, int noise, std::mt19937* rng) {
+  std::vector<int> order(d.size() / kDescriptorDim);
+  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::shuffle(order.begin(), order.end(), *rng);
+  std::uniform_int_distribution<int> change(-noise, noise);
+  Descriptors out = SiftLike(17, rng);
+  for (size_t i = 0; i < order.size(); i += 1 + i % 3 / 2) {
+    for (int k = 0; k < kDescriptorDim; ++k) {
+      out.push_back(std::clamp(d[order[i] * kDescriptorDim + k] + change(*rng), 0, 255));
+    }
+  }
+  return out;
+}
+
+int DistanceSq(const Descriptors& a, int i, const Descriptors& b, int j) {
+  int sum = 0;
+  for (int k = 0; k < kDescriptorDim; ++k) {
+    const int d = a[i * kDescriptorDim + k] - b[j * kDescriptorDim + k];
+    sum += d * d;
+  }
+  return sum;
+}
+
+// Nearest of b's to a's i-th by the rules in kernel.h, or -1.
+int ReferenceNearest(const Descriptors& a, int i, const Descriptors& b, const MatchOptions& o) {
+  int best = -1;
+  int64_t best_sq = 0, second_sq = -1;
+  for (int j = 0; j < View(b).count; ++j) {
+    const int64_t d = DistanceSq(a, i, b, j);
+    if (best < 0 || d < best_sq) {
+      second_sq = best < 0 ? -1 : best_sq;
+      best_sq = d;
+      best = j;
+    } else if (second_sq < 0 || d < second_sq) {
+      second_sq = d;
+    }
+  }
+  const int64_t ratio_sq = std::llround(o.max_ratio * o.max_ratio * 1e6);
+  if (best < 0 || best_sq > o.max_distance_sq) return -1;
+  if (ratio_sq > 0 && second_sq >= 0 && best_sq * 1000000 >= ratio_sq * second_sq) return -1;
+  return best;
+}
+
+std::vector<IndexPair> Reference(const Descriptors& a, const Descriptors& b,
+                                 const MatchOptions& o) {
+  std::vector<int> backward;
+  for (int j = 0; j < View(b).count; ++j) backward.push_back(ReferenceNearest(b, j, a, o));
+  std::vector<IndexPair> matches;
+  for (int i = 0; i < View(a).count; ++i) {
+    const int j = ReferenceNearest(a, i, b, o);
+    if (j >= 0 && backward[j] == i) matches.push_back({uint32_t(i), uint32_t(j)});
+  }
+  return matches;
+}
+
+class Kernel : public testing::TestWithParam<KernelVersion> {
+ protected:
+  void SetUp() override {
+    if (!IsKernelSupported(GetParam())) GTEST_SKIP() << "not supported by this processor";
+  }
+
+  size_t ExpectEqualsReference(const Descriptors& a, const Descriptors& b) {
+    size_t num_matches = 0;
+    for (const double ratio : {0.8, 0.0, 1.0}) {
+      for (const int max_distance_sq : {kNoLimit, MatchOptions().max_distance_sq, 0}) {
+        MatchOptions options{ratio, max_distance_sq, GetParam()};
+        const auto expected = Reference(a, b, options);
+        EXPECT_EQ(DescriptorMatcher(options).Match(View(a), View(b)), expected)
+            << View(a).count << " x " << View(b).count << " ratio " << ratio;
+        num_matches = std::max(num_matches, expected.size());
+      }
+    }
+    return num_matches;
+  }
+
+  std::mt19937 rng_{12345};
+};
+
+TEST_P(Kernel, EqualsReferenceAtCountsThatAreNoMultipleOfTheTile) {
+  const int counts[] = {0, 1, 2, 3, 15, 16, 17, 63, 64, 65, 255, 257};
+  for (const int n : counts) {
+    for (const int m : counts) {
+      ExpectEqualsReference(SiftLike(n, &rng_), SiftLike(m, &rng_));
+      ExpectEqualsReference(FullRange(n, &rng_), FullRange(m, &rng_));
+    }
+  }
+}
+
+TEST_P(Kernel, EqualsReferenceOnTwoViewsOfOneScene) {
+  const Descriptors a = SiftLike(900, &rng_);
+  EXPECT_GT(ExpectEqualsReference(a, NoisyView(a, 12, &rng_)), 500u);
+}
+
+TEST_P(Kernel, EqualsReferenceBeyondOneBlockOfColumns) {
+  ExpectEqualsReference(SiftLike(70, &rng_), SiftLike(2 * 256 * 16 + 5, &rng_));
+  ExpectEqualsReference(FullRange(2 * 256 * 16 + 5, &rng_), FullRange(70, &rng_));
+}
+
+TEST_P(Kernel, EqualsReferenceAtTheExtremesOfTheRange) {
+  for (const int n : {1, 2, 70, 300}) {
+    ExpectEqualsReference(Constant(n, 0), Constant(n, 255));
+    ExpectEqualsReference(Constant(n, 255), Constant(n, 0));
+    ExpectEqualsReference(Constant(n, 0), Constant(n, 0));
+    ExpectEqualsReference(Constant(n, 255), Constant(n, 255));
+    ExpectEqualsReference(Constant(n, 255), FullRange(n + 1, &rng_));
+    ExpectEqualsReference(FullRange(n + 1, &rng_), Constant(n, 0));
+  }
+}
+
+TEST_P(Kernel, EqualsReferenceWithDuplicates) {
+  Descriptors a = SiftLike(300, &rng_);
+  Descriptors b = NoisyView(a, 5, &rng_);
+  for (const int copies : {1, 2, 33}) {
+    for (int i = 0; i < copies; ++i) {
+      a.insert(a.end(), a.begin() + 128 * i, a.begin() + 128 * (i + 40));
+      b.insert(b.end(), b.begin() + 128 * (5 + i), b.begin() + 128 * (5 + i + 21));
+    }
+    ExpectEqualsReference(a, b);
+  }
+}
+
+TEST_P(Kernel, TakesTheLowestIndexOfEquallyNearOnes) {
+  const Descriptors one = SiftLike(1, &rng_);
+  Descriptors many;
+  for (int i = 0; i < 100; ++i) many.insert(many.end(), one.begin(), one.end());
+  DescriptorMatcher matcher({0.0, kNoLimit, GetParam()});
+  const std::vector<IndexPair> first{{0, 0}};
+  EXPECT_EQ(matcher.Match(View(many), View(many)), first);
+}
+
+TEST_P(Kernel, DuplicatesFailTheRatioTest) {
+  Descriptors a = SiftLike(1, &rng_), b = a;
+  b.insert(b.end(), a.begin(), a.end());
+  EXPECT_TRUE(DescriptorMatcher({0.8, kNoLimit, GetParam()}).Match(View(a), View(b)).empty());
+}
+
+TEST_P(Kernel, ALoneNeighbourPassesTheRatioTest) {
+  const Descriptors a = Constant(1, 3), b = Constant(1, 9);
+  EXPECT_EQ(DescriptorMatcher({0.8, kNoLimit, GetParam()}).Match(View(a), View(b)).size(), 1u);
+}
+
+TEST_P(Kernel, OneMatcherServesPairsOfAnySize) {
+  DescriptorMatcher matcher({0.8, kNoLimit, GetParam()});
+  for (const int n : {500, 3, 0, 40, 700}) {
+    const Descriptors a = SiftLike(n, &rng_), b = NoisyView(a, 10, &rng_);
+    EXPECT_EQ(matcher.Match(View(a), View(b)), Reference(a, b, {0.8, kNoLimit, GetParam()}));
+  }
+}
+
+TEST_P(Kernel, RefusesBrokenInput) {
+  DescriptorMatcher matcher({0.8, kNoLimit, GetParam()});
+  EXPECT_THROW(matcher.Match({nullptr, 1}, {nullptr, 0}), std::invalid_argument);
+  EXPECT_THROW(matcher.Match({nullptr, 0}, {nullptr, -1}), std::invalid_argument);
+}
+
+INSTANTIATE_TEST_SUITE_P(Versions, Kernel,
+                         testing::Values(KernelVersion::kPortable, KernelVersion::kAvx2,
+                                         KernelVersion::kAvx512Vnni),
+                         [](const auto& info) { return KernelName(info.param); });
+
+TEST(MatchOptions, RefusesNonsense) {
+  MatchOptions options;
+  options.max_ratio = 1.5;
+  EXPECT_THROW(DescriptorMatcher{options}, std::invalid_argument);
+  options = MatchOptions();
+  options.max_distance_sq = -1;
+  EXPECT_THROW(DescriptorMatcher{options}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skein
