@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/probe.h"
 #include "clients/subcommand.h"
 
 namespace {
@@ -11,7 +12,9 @@ namespace {
 using skein::Subcommand;
 
 // Sorted as a user meets them.
-const std::vector<Subcommand> kSubcommands = {};
+const std::vector<Subcommand> kSubcommands = {
+    {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
+};
 
 void PrintUsage(std::ostream& out) {
   out << "Usage: skein SUBCOMMAND [options]      (skein SUBCOMMAND --help tells its options)\n\n";

@@ -46,3 +46,11 @@ build_skein() {
   say "building with $(build_jobs) jobs"
   ninja -C "$SKEIN_ROOT/build/$preset" -j "$(build_jobs)" "$@"
 }
+
+# LCM's own jar: the relay and lcm-spy.
+lcm_jar() {
+  local jar=/usr/share/java/lcm.jar
+  [[ -e $jar ]] || jar=/usr/local/share/java/lcm.jar
+  [[ -e $jar ]] || die "no lcm.jar in /usr/share/java: scripts/setup.sh installs it (liblcm-java)"
+  echo "$jar"
+}

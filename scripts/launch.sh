@@ -1,0 +1,255 @@
+#!/usr/bin/env bash
+# Starts Skein's services on a session folder, restarts what dies, and stops all on Ctrl-C.
+#
+#   scripts/launch.sh --session DIR [options]
+#
+#   --session DIR   session folder; one that exists goes on where it stopped
+#   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq://
+#                   URL on this host the two relays (port and port + 1) are started too
+#   --features N    feature extractors (default: a quarter of the cores, at least 1)
+#   --matching N    matchers (default: half of the cores, at least 1)
+#   --mappers N     mappers, one a submap at a time (default 3; an idle one costs nothing)
+#   --threads N     threads of each service (default: half of the cores, at least 1)
+#   --build DIR     build folder (default: build/release)
+#   --ready-file F  written when every service is ready
+#   --verbose       services log more
+#
+# Logs are in DIR/log/INSTANCE.log, process ids in DIR/run/INSTANCE.pid.
+# Exit codes: 0 stopped by a signal, 1 a service cannot run, 2 bad usage.
+source "$(dirname "$0")/lib.sh"
+
+readonly ready_deadline_s=60 stop_deadline_s=15 healthy_s=60
+readonly first_backoff_ms=200 longest_backoff_ms=10000
+
+cores=$(nproc)
+half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
+session='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
+features=$quarter matching=$half mappers=3 threads=$half
+
+need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
+while (($#)); do
+  case $1 in
+    --session | --lcm-url | --features | --matching | --mappers | --threads | --build | --ready-file)
+      (($# > 1)) || usage_error "$1 needs a value" ;;&
+    --session) session=$2; shift ;;
+    --lcm-url) url=$2; shift ;;
+    --features) need_count "$1" "$2"; features=$2; shift ;;
+    --matching) need_count "$1" "$2"; matching=$2; shift ;;
+    --mappers) need_count "$1" "$2"; mappers=$2; shift ;;
+    --threads) need_count "$1" "$2"; threads=$2; shift ;;
+    --build) SKEIN_BUILD=$2; shift ;;
+    --ready-file) ready_file=$2; shift ;;
+    --verbose) service_options+=(--verbose) ;;
+    -h | --help) print_help; exit 0 ;;
+    *) usage_error "unknown option $1" ;;
+  esac
+  shift
+done
+[[ -n $session ]] || usage_error "--session is needed"
+bin=$SKEIN_BUILD/bin
+[[ -x $bin/skein-ingest ]] || die "no services in $bin: build first (scripts/test.sh or scripts/demo.sh does)"
+mkdir -p "$session/log" "$session/run" || die "cannot write to $session"
+session=$(cd "$session" && pwd)
+
+# What runs, by instance. A command is its words, one a line; due_ms is when to start it (again).
+instances=()
+declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal
+now_ms() { echo $((${EPOCHREALTIME/[.,]/} / 1000)); }
+
+add_instance() {
+  local instance=$1
+  shift
+  instances+=("$instance")
+  printf -v "command_of[$instance]" '%s\n' "$@"
+  backoff_ms[$instance]=$first_backoff_ms
+  due_ms[$instance]=0
+}
+
+add_service() {
+  local instance=$1 service=$2
+  add_instance "$instance" "$bin/skein-$service" --session "$session" --lcm-url "$url" \
+    --instance "$instance" --threads "$threads" "${service_options[@]}"
+}
+
+is_local_host() {
+  [[ $1 =~ ^(127\..*|localhost|0\.0\.0\.0|)$ ]] || ip -o addr show 2>/dev/null | grep -qF " $1/"
+}
+port_is_open() { (exec 3<>"/dev/tcp/$1/$2") 2>/dev/null; }
+
+add_relays() {
+  [[ $url =~ ^tcpq://([^:/?]*)(:([0-9]+))? ]] || return 0
+  local host=${BASH_REMATCH[1]:-127.0.0.1} port=${BASH_REMATCH[3]:-7700} relay_port
+  is_local_host "$host" || { say "expecting the relays on $host:$port and $((port + 1))"; return 0; }
+  for relay_port in "$port" $((port + 1)); do
+    if port_is_open "$host" "$relay_port"; then
+      say "a relay listens on $host:$relay_port already"
+    elif [[ -x $bin/skein-relay ]]; then
+      add_instance "relay-$relay_port" "$bin/skein-relay" --port "$relay_port"
+    else
+      add_instance "relay-$relay_port" java -Xmx64m -cp "$(lcm_jar)" lcm.lcm.TCPService "$relay_port"
+    fi
+  done
+}
+
+start_instance() {
+  local instance=$1 log=$session/log/$1.log words
+  mapfile -t words <<<"${command_of[$instance]%$'\n'}"
+  touch "$log"
+  log_offset[$instance]=$(stat -c %s "$log")
+  # The child dies with this script, however that ends.
+  OMP_NUM_THREADS=$threads OPENBLAS_NUM_THREADS=1 SKEIN_PREVIOUS_EXIT_SIGNAL=${2:-} \
+    setpriv --pdeathsig TERM -- "${words[@]}" >>"$log" 2>&1 9>&- &
+  pid_of[$instance]=$!
+  started_ms[$instance]=$(now_ms)
+  due_ms[$instance]=0
+  echo "${pid_of[$instance]}" >"$session/run/$instance.pid"
+}
+
+is_ready() {
+  local instance=$1
+  case $instance in
+    relay-*) port_is_open 127.0.0.1 "${instance#relay-}" ;;
+    *) tail -c "+$((${log_offset[$instance]} + 1))" "$session/log/$instance.log" | grep -qx "ready $instance" ;;
+  esac
+}
+
+# A child that died: note how, and when to start it again.
+note_death() {
+  local instance=$1 status=0 uptime_ms cause
+  wait "${pid_of[$instance]}" || status=$?
+  uptime_ms=$(($(now_ms) - ${started_ms[$instance]}))
+  unset "pid_of[$instance]"
+  rm -f "$session/run/$instance.pid"
+  ((!stopping && !interrupted)) || return 0
+  ((status != 2)) || fatal "$instance refused its options: $(tail -n 1 "$session/log/$instance.log")"
+  ((uptime_ms < healthy_s * 1000)) || backoff_ms[$instance]=$first_backoff_ms
+  cause="exit code $status"
+  ((status <= 128)) || { exit_signal[$instance]=$((status - 128)); cause="signal $((status - 128))"; }
+  warn "$instance ended ($cause); starting it again in ${backoff_ms[$instance]} ms (log: $session/log/$instance.log)"
+  due_ms[$instance]=$(($(now_ms) + ${backoff_ms[$instance]}))
+  backoff_ms[$instance]=$((backoff_ms[$instance] * 2))
+  ((${backoff_ms[$instance]} <= longest_backoff_ms)) || backoff_ms[$instance]=$longest_backoff_ms
+}
+
+start_due() {
+  local instance now
+  now=$(now_ms)
+  for instance in "${instances[@]}"; do
+    [[ -n ${pid_of[$instance]:-} ]] || ((${due_ms[$instance]} > now)) ||
+      { start_instance "$instance" "${exit_signal[$instance]:-}"; unset "exit_signal[$instance]"; }
+  done
+}
+
+reap_dead() {
+  local instance
+  for instance in "${instances[@]}"; do
+    [[ -z ${pid_of[$instance]:-} ]] || kill -0 "${pid_of[$instance]}" 2>/dev/null || note_death "$instance"
+  done
+}
+
+# Returns when a child has died, a signal came, or after $1 seconds.
+wait_for_event() {
+  setpriv --pdeathsig KILL -- sleep "$1" 9>&- &
+  local timer=$!
+  wait -n 2>/dev/null || true
+  kill "$timer" 2>/dev/null || true
+  wait "$timer" 2>/dev/null || true
+}
+
+is_any_alive() { ((${#pid_of[@]} > 0)); }
+signal_all() {
+  local instance
+  for instance in "${!pid_of[@]}"; do kill "-$1" "${pid_of[$instance]}" 2>/dev/null || true; done
+}
+
+stop_all() {
+  local deadline=$(($(now_ms) + stop_deadline_s * 1000))
+  stopping=1
+  signal_all TERM
+  while is_any_alive && (($(now_ms) < deadline)); do
+    wait_for_event 0.2
+    reap_dead
+  done
+  if is_any_alive; then
+    warn "killing what did not stop within $stop_deadline_s s: ${!pid_of[*]}"
+    signal_all KILL
+    wait
+  fi
+  rm -f "$session"/run/*.pid
+}
+
+fatal() {
+  warn "$*"
+  stop_all
+  exit 1
+}
+
+# Processes of an earlier launch on this session that outlived it.
+stop_leftovers() {
+  local file pid leftovers=()
+  for file in "$session"/run/*.pid; do
+    [[ -e $file ]] || continue
+    pid=$(<"$file")
+    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' <"/proc/$pid/cmdline" 2>/dev/null | grep -qE '/skein-|TCPService'; then
+      leftovers+=("$pid")
+    fi
+    rm -f "$file"
+  done
+  ((${#leftovers[@]})) || return 0
+  warn "stopping what an earlier launch left: ${leftovers[*]}"
+  kill -TERM "${leftovers[@]}" 2>/dev/null || true
+  local deadline=$(($(now_ms) + stop_deadline_s * 1000)) pid
+  for pid in "${leftovers[@]}"; do
+    while kill -0 "$pid" 2>/dev/null; do
+      (($(now_ms) < deadline)) || { kill -KILL "$pid" 2>/dev/null || true; break; }
+      sleep 0.1
+    done
+  done
+}
+
+await_ready() {
+  local deadline=$(($(now_ms) + ready_deadline_s * 1000)) instance waiting=("$@") still
+  while ((${#waiting[@]})); do
+    reap_dead
+    start_due
+    still=()
+    for instance in "${waiting[@]}"; do
+      [[ -n ${pid_of[$instance]:-} ]] && is_ready "$instance" || still+=("$instance")
+    done
+    waiting=("${still[@]}")
+    ((${#waiting[@]})) || break
+    (($(now_ms) < deadline)) ||
+      fatal "not ready within $ready_deadline_s s: ${waiting[*]}; last words of ${waiting[0]}:
+$(tail -n 5 "$session/log/${waiting[0]}.log")"
+    ((!interrupted)) || { stop_all; exit 0; }
+    wait_for_event 0.1
+  done
+}
+
+exec 9>"$session/run/launch.lock"
+flock -n 9 || die "another launch.sh runs on $session"
+stopping=0 interrupted=0
+trap 'interrupted=1' INT TERM HUP
+stop_leftovers
+
+add_relays
+await_ready "${instances[@]}"
+add_service ingest ingest
+for ((i = 1; i <= features; i++)); do add_service "features-$i" features; done
+add_service retrieval retrieval
+for ((i = 1; i <= matching; i++)); do add_service "matching-$i" matching; done
+for ((i = 1; i <= mappers; i++)); do add_service "mapper-$i" mapper; done
+add_service merger merger
+await_ready "${instances[@]}"
+
+say "${#instances[@]} processes are ready on $url"
+say "watch:  $SKEIN_BUILD/bin/skein status --session '$session' --lcm-url '$url'   or   scripts/spy.sh --lcm-url '$url'"
+[[ -z $ready_file ]] || echo "$url" >"$ready_file"
+
+while ((!interrupted)); do
+  reap_dead
+  start_due
+  wait_for_event 1
+done
+say "stopping"
+stop_all
