@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/bytes.h"
+#include "core/result.h"
+
+struct sqlite3;
+
+namespace skein {
+
+// A committed fact, as stored. The payload is the encoded message, which the store doesn't read.
+struct LedgerRecord {
+  int64_t seq = 0;  // from 1, without gaps
+  std::string fact_id;
+  std::string kind;  // image, features, ...
+  int64_t utime_us = 0;
+  Bytes payload;
+};
+
+// What ingest must remember beside the facts, e.g. which camera a photo's make and size belong to.
+struct LedgerNote {
+  std::string kind;
+  std::string key;
+  std::string value;
+};
+
+// The session's facts in order: an SQLite file in WAL mode with synchronous=FULL, so what Append
+// returned for survives a crash and a power loss. One process writes (a lock beside the file sees
+// to that); any number may read. One thread uses an object.
+class Ledger {
+ public:
+  // For the writer. Fails, with one line for the user, if another process has it open for writing,
+  // if it is no ledger, or of a newer schema.
+  static Result<std::unique_ptr<Ledger>> Open(const std::filesystem::path& path);
+  // For readers; the file must exist.
+  static Result<std::unique_ptr<Ledger>> OpenReadOnly(const std::filesystem::path& path);
+  ~Ledger();
+  Ledger(const Ledger&) = delete;
+  Ledger& operator=(const Ledger&) = delete;
+
+  // Commits all or nothing, with one sync. The records must go on at head() + 1.
+  // After an error (disk full, I/O) the ledger on disk is as before.
+  Status Append(const std::vector<LedgerRecord>& records,
+                const std::vector<LedgerNote>& notes = {});
+
+  // Records from_seq..to_seq that exist, in order.
+  Result<std::vector<LedgerRecord>> Range(int64_t from_seq, int64_t to_seq) const;
+  // Every record in order. Throws what `visit` throws.
+  Status ForEach(const std::function<void(const LedgerRecord&)>& visit) const;
+  // Key -> value of the notes of a kind.
+  Result<std::map<std::string, std::string>> Notes(const std::string& kind) const;
+
+  int64_t head() const { return head_seq_; }  // seq of the last record, 0 if none
+
+ private:
+  Ledger() = default;
+  Status Connect(const std::filesystem::path& path, int flags);
+  Status CheckSchema(const std::string& path, bool create);
+  Status Lock(const std::filesystem::path& path);
+  Status Execute(const std::string& sql);
+  Result<int64_t> QueryInteger(const std::string& sql) const;
+  Status Insert(const std::vector<LedgerRecord>& records, const std::vector<LedgerNote>& notes);
+  Status Select(const std::string& sql, int64_t from_seq, int64_t to_seq,
+                const std::function<void(LedgerRecord)>& visit) const;
+
+  sqlite3* db_ = nullptr;
+  int lock_fd_ = -1;
+  int64_t head_seq_ = 0;
+};
+
+}  // namespace skein
