@@ -38,11 +38,11 @@ target_include_directories(hnswlib SYSTEM INTERFACE ${HNSWLIB_INCLUDE_DIR})
 
 # COLMAP 3.8: the BSD part that cmake/colmap builds. Headers are included as COLMAP's own
 # files include each other ("base/reconstruction.h").
-set(SKEIN_COLMAP_DIR "$ENV{SKEIN_COLMAP_DIR}" CACHE PATH "Where scripts/setup.sh installed COLMAP's part")
-if(NOT SKEIN_COLMAP_DIR)
-  set(SKEIN_COLMAP_DIR ${CMAKE_SOURCE_DIR}/.deps/colmap)
+set(SKEIN_COLMAP_DIR "${CMAKE_SOURCE_DIR}/.deps/colmap" CACHE PATH "Where scripts/setup.sh installed COLMAP's part")
+if(NOT "$ENV{SKEIN_COLMAP_DIR}" STREQUAL "")
+  set(SKEIN_COLMAP_DIR "$ENV{SKEIN_COLMAP_DIR}" CACHE PATH "" FORCE)
 endif()
-find_library(SKEIN_COLMAP_LIBRARY skein_colmap PATHS ${SKEIN_COLMAP_DIR}/lib NO_DEFAULT_PATH)
+find_library(SKEIN_COLMAP_LIBRARY skein_colmap PATHS ${SKEIN_COLMAP_DIR}/lib NO_DEFAULT_PATH NO_CACHE)
 if(NOT SKEIN_COLMAP_LIBRARY)
   message(FATAL_ERROR "No libskein_colmap.a in ${SKEIN_COLMAP_DIR}/lib; run scripts/setup.sh first")
 endif()

@@ -3,6 +3,9 @@
 # skein_test(NAME SOURCES x_test.cc ... LINKS ... [LABELS process] [TIMEOUT s])
 #
 # Headers are included from libs/ and services/: "core/hash.h", "matching/kernel.h".
+# The target "product" builds the executables and the jar: all that a user runs, no tests.
+add_custom_target(product)
+
 function(skein_configure target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
   target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR}/libs ${CMAKE_SOURCE_DIR}/services
@@ -26,6 +29,7 @@ function(skein_executable name)
   add_executable(${name} ${ARG_SOURCES})
   skein_configure(${name})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
+  add_dependencies(product ${name})
 endfunction()
 
 function(skein_test name)

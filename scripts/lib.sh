@@ -54,3 +54,55 @@ lcm_jar() {
   [[ -e $jar ]] || die "no lcm.jar in /usr/share/java: scripts/setup.sh installs it (liblcm-java)"
   echo "$jar"
 }
+
+# private_lcm_url SESSION: a URL that no other session of this host uses. udpm where multicast
+# works, else tcpq (launch.sh then starts the relays).
+private_lcm_url() {
+  local key port
+  key=$(realpath -m "$1" | cksum | cut -d' ' -f1)
+  port=$((10000 + 2 * (key % 10000)))
+  if "$SKEIN_BUILD/bin/skein" probe --timeout 2 --lcm-url "udpm://239.255.76.67:$port?ttl=0" >/dev/null 2>&1; then
+    echo "udpm://239.255.76.67:$port?ttl=0"
+  else
+    warn "no multicast on this host (\`ip route get 239.255.76.67\` tells why): using TCP on 127.0.0.1"
+    echo "tcpq://127.0.0.1:$port"
+  fi
+}
+
+launch_pid=''
+# start_services SESSION URL [launch.sh's options...]: returns when all are ready. Sets launch_pid.
+start_services() {
+  local session=$1 url=$2 ready
+  shift 2
+  mkdir -p "$session/run"
+  ready=$session/run/ready
+  rm -f "$ready"
+  "$SKEIN_ROOT/scripts/launch.sh" --session "$session" --lcm-url "$url" --build "$SKEIN_BUILD" \
+    --ready-file "$ready" "$@" &
+  launch_pid=$!
+  until [[ -s $ready ]]; do # launch.sh has its own deadline for this
+    kill -0 "$launch_pid" 2>/dev/null || die "the services did not start"
+    sleep 0.1
+  done
+}
+
+stop_services() {
+  [[ -n $launch_pid ]] || return 0
+  kill -TERM "$launch_pid" 2>/dev/null || true
+  wait "$launch_pid" 2>/dev/null || true
+  launch_pid=''
+}
+
+# The class path of lcm-spy with our types, then of more jars or folders.
+lcm_spy_class_path() {
+  local types=$SKEIN_BUILD/skein_lcmtypes.jar charts=/usr/share/java/jchart2d.jar
+  [[ -e $types ]] || die "no $types: build first"
+  [[ -e $charts ]] || warn "no $charts (libjchart2d-java): lcm-spy can't open its channel windows"
+  local IFS=:
+  echo "$(lcm_jar):$charts:$types${*:+:$*}"
+}
+
+# Debian's lcm-spy starter passes -Xincgc, which Java 9 and later refuse: so not through it.
+exec_lcm_spy() {
+  exec java -Djava.net.preferIPv4Stack=true -Xmx256m -cp "$(lcm_spy_class_path)" lcm.spy.Spy "--lcm-url=$1"
+}

@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# From a bare Debian 12 to a model: sets up, builds, and reconstructs a synthetic place that three
+# simulated agents photograph, or your own photos.
+#
+#   scripts/demo.sh                                         the synthetic place
+#   scripts/demo.sh --images [NAME=]DIR [--images ...]      your photos, one agent a folder
+#
+#   --session DIR   session folder (default: build/demo/session, anew each time)
+#   --photos N      photos of each simulated agent (default 20)
+#   Everything else is passed on to scripts/reconstruct.sh (--rate, --order, --max-size, ...).
+#
+# Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
+source "$(dirname "$0")/lib.sh"
+
+agents=3 photos=20 session='' own_photos=0 options=()
+while (($#)); do
+  case $1 in
+    -h | --help) print_help; exit 0 ;;
+    --session) session=${2:?--session needs a value}; shift ;;
+    --photos) photos=${2:?--photos needs a value}; shift ;;
+    --images) own_photos=1; options+=("$1" "${2:?--images needs a value}"); shift ;;
+    *) options+=("$1") ;;
+  esac
+  shift
+done
+
+"$SKEIN_ROOT/scripts/setup.sh"
+build_skein release product
+
+demo=$SKEIN_ROOT/build/demo
+if [[ -z $session ]]; then
+  session=$demo/session
+  rm -rf "$session"
+fi
+if ((!own_photos)); then
+  place=$demo/place-$agents-$photos
+  if [[ ! -e $place/complete ]]; then
+    say "$agents simulated agents photograph a synthetic place ($photos photos each)"
+    rm -rf "$place"
+    "$SKEIN_BUILD/bin/skein" sim --output "$place" --agents "$agents" --photos "$photos"
+    touch "$place/complete"
+  fi
+  for folder in "$place"/images/*/; do options+=(--images "$folder"); done
+  options+=(--ground-truth "$place/truth")
+fi
+"$SKEIN_ROOT/scripts/reconstruct.sh" --session "$session" "${options[@]}"

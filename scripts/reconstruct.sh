@@ -1,0 +1,104 @@
+#!/usr/bin/env bash
+# Photos in, model out: starts the services, publishes the photos, finishes, stops.
+#
+#   scripts/reconstruct.sh --session DIR --images [NAME=]DIR [--images [NAME=]DIR ...] [options]
+#
+#   --session DIR          session folder; one that exists goes on where it stopped
+#   --images [NAME=]DIR    photos of one agent; several are published at once. NAME: the
+#                          folder's name unless given
+#   --rate HZ              photos a second of each agent (default: as fast as they are taken)
+#   --order ORDER          name, time or shuffle:SEED (default name)
+#   --max-size PX          longest side at which features are found (default 1600)
+#   --ground-truth PATH    evaluate against Strecha .camera files, a COLMAP model or TUM lines
+#   --lcm-url URL          default: one of this session's own
+#   --features N --matching N --mappers N --threads N --build DIR    as in launch.sh
+#   --keep                 leave the services running after the finish (until Ctrl-C)
+#
+# Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
+source "$(dirname "$0")/lib.sh"
+
+session='' url='' truth='' keep=0 launch_options=() agent_options=()
+names=() folders=()
+
+# add_images [NAME=]DIR
+add_images() {
+  local name='' folder=$1
+  if [[ ! -d $folder && $folder == *=* ]]; then
+    name=${folder%%=*} folder=${folder#*=}
+  fi
+  [[ -d $folder ]] || usage_error "--images $1: there is no folder '$folder'"
+  folder=$(cd "$folder" && pwd)
+  [[ -n $name ]] || name=$(basename "$folder" | tr -c 'A-Za-z0-9._\n-' '-')
+  [[ " ${names[*]} " != *" $name "* ]] || name=$name-$((${#names[@]} + 1))
+  names+=("$name") folders+=("$folder")
+}
+
+while (($#)); do
+  case $1 in
+    --keep) keep=1; shift; continue ;;
+    -h | --help) print_help; exit 0 ;;
+  esac
+  (($# > 1)) || usage_error "unknown option $1, or it needs a value"
+  case $1 in
+    --session) session=$2 ;;
+    --images) add_images "$2" ;;
+    --rate | --order) agent_options+=("$1" "$2") ;;
+    --max-size | --features | --matching | --mappers | --threads) launch_options+=("$1" "$2") ;;
+    --ground-truth) [[ -e $2 ]] || usage_error "--ground-truth: there is no '$2'"; truth=$(realpath "$2") ;;
+    --lcm-url) url=$2 ;;
+    --build) SKEIN_BUILD=$2 ;;
+    *) usage_error "unknown option $1" ;;
+  esac
+  shift 2
+done
+[[ -n $session ]] || usage_error "--session is needed"
+((${#folders[@]})) || usage_error "--images is needed"
+skein=$SKEIN_BUILD/bin/skein
+[[ -x $skein ]] || die "no $skein: build first (scripts/demo.sh or scripts/test.sh does)"
+mkdir -p "$session"
+session=$(cd "$session" && pwd)
+[[ -n $url ]] || url=$(private_lcm_url "$session")
+
+agent_pids=()
+cleanup() {
+  local pid
+  for pid in "${agent_pids[@]}"; do kill -TERM "$pid" 2>/dev/null || true; done
+  stop_services
+}
+trap cleanup EXIT
+trap 'exit 130' INT TERM
+
+publish() {
+  local i failed=0
+  for i in "${!folders[@]}"; do
+    "$skein" agent --session "$session" --lcm-url "$url" --name "${names[i]}" \
+      --images "${folders[i]}" "${agent_options[@]}" &
+    agent_pids+=($!)
+  done
+  for i in "${!agent_pids[@]}"; do
+    wait "${agent_pids[i]}" || { failed=1; warn "agent ${names[i]} could not place all its photos"; }
+  done
+  agent_pids=()
+  return "$failed"
+}
+
+# Every photo received is registered, deferred or failed with a reason.
+account() {
+  jq -r '.images | "photos: \(.received) received, \(.registered) registered, \(.deferred) deferred, \(.failed) failed, \(.duplicates) duplicates"' "$session/report.json"
+  jq -e '.images | .received == .registered + .deferred + .failed' "$session/report.json" >/dev/null
+}
+
+start_services "$session" "$url" "${launch_options[@]}"
+status=0
+publish || status=1
+"$skein" finish --session "$session" --lcm-url "$url" || die "the session did not finish"
+account || { status=1; warn "not every photo is accounted for: see $session/report.json"; }
+if [[ -n $truth ]]; then
+  "$skein" evaluate "$session/sparse/0" "$truth" || status=1
+fi
+say "model: $session/sparse (open it with: colmap gui --import_path '$session/sparse/0' --image_path '$session/images' --database_path '$session/database.db')"
+if ((keep)); then
+  say "the services keep running; Ctrl-C stops them"
+  wait "$launch_pid" || true
+fi
+exit "$status"

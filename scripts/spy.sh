@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# lcm-spy with Skein's messages decoded (double-click a channel to see the fields).
+#
+#   scripts/spy.sh [--lcm-url URL] [--build DIR]
+#
+# launch.sh and reconstruct.sh print the URL of their session. Needs a display.
+source "$(dirname "$0")/lib.sh"
+
+url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
+while (($#)); do
+  case $1 in
+    -h | --help) print_help; exit 0 ;;
+    --lcm-url) url=${2:?--lcm-url needs a value}; shift ;;
+    --build) SKEIN_BUILD=${2:?--build needs a value}; shift ;;
+    *) usage_error "unknown option $1" ;;
+  esac
+  shift
+done
+[[ -n ${DISPLAY:-} ]] || die "no display: set DISPLAY (ssh -X sets it)"
+exec_lcm_spy "$url"
