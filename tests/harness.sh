@@ -23,3 +23,63 @@ tracked_files() {
     find . \( -path ./build -o -path ./.deps \) -prune -o -type f -path "*${pattern#\*}" -print0
   done
 }
+
+drop_shim=$SKEIN_BUILD/tests/libdrop_datagrams.so
+
+# new_workspace: a scratch folder; services stop and the folder goes when the test ends, logs are
+# shown when it failed.
+new_workspace() {
+  workspace=$(mktemp -d "${TMPDIR:-/tmp}/skein_test.XXXXXX")
+  trap end_test EXIT
+  trap 'exit 130' INT TERM
+}
+
+end_test() {
+  local status=$? log
+  stop_services
+  kill $(jobs -p) 2>/dev/null || true
+  if ((status != 0 && status != 77)); then
+    for log in "$workspace"/*/log/*.log; do
+      [[ -s $log ]] && { echo "--- ${log##*/}"; tail -n 15 "$log"; }
+    done
+  fi
+  rm -rf "$workspace"
+  return "$status"
+}
+
+# wait_until DEADLINE_S WHAT COMMAND...: polls the command; fails with WHAT after the deadline
+wait_until() {
+  local deadline=$((SECONDS + $1)) what=$2
+  shift 2
+  until "$@"; do
+    ((SECONDS < deadline)) || fail "not within the deadline: $what"
+    sleep 0.1
+  done
+}
+
+# enter_network_namespace "$@": runs the rest of the calling test in a network namespace of its own,
+# loopback with multicast. Where that isn't permitted the test goes on outside, over tcpq.
+# Sets IN_NAMESPACE (empty outside).
+enter_network_namespace() {
+  IN_NAMESPACE=${IN_NAMESPACE:-}
+  if [[ -n $IN_NAMESPACE ]]; then
+    ip link set lo up multicast on
+    ip route add 224.0.0.0/4 dev lo
+    return
+  fi
+  local unshare=(unshare --net)
+  ((EUID == 0)) || unshare+=(--map-root-user)
+  if "${unshare[@]}" true 2>/dev/null; then
+    IN_NAMESPACE=1 exec "${unshare[@]}" bash "$0" "$@"
+  fi
+  echo "no network namespace may be made here: going on over TCP on 127.0.0.1"
+}
+
+# The LCM URL of this test.
+test_lcm_url() {
+  if [[ -n ${IN_NAMESPACE:-} ]]; then
+    echo 'udpm://239.255.76.67:7667?ttl=0'
+  else
+    echo "tcpq://127.0.0.1:$((20000 + 2 * ($$ % 5000)))"
+  fi
+}
