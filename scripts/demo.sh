@@ -34,12 +34,8 @@ if [[ -z $session ]]; then
 fi
 if ((!own_photos)); then
   place=$demo/place-$agents-$photos
-  if [[ ! -e $place/complete ]]; then
-    say "$agents simulated agents photograph a synthetic place ($photos photos each)"
-    rm -rf "$place"
-    "$SKEIN_BUILD/bin/skein" sim --output "$place" --agents "$agents" --photos "$photos"
-    touch "$place/complete"
-  fi
+  say "$agents simulated agents photograph a synthetic place ($photos photos each)"
+  render_place "$place" "$agents" "$photos"
   for folder in "$place"/images/*/; do options+=(--images "$folder"); done
   options+=(--ground-truth "$place/truth")
 fi

@@ -2,8 +2,11 @@
 # Starts Skein's services on a session folder, restarts what dies, and stops all on Ctrl-C.
 #
 #   scripts/launch.sh --session DIR [options]
+#   scripts/launch.sh --join ID --session DIR --lcm-url tcpq://HOST:PORT [options]
 #
 #   --session DIR   session folder; one that exists goes on where it stopped
+#   --join ID       only workers (features, matching, mappers) for a session on another host, which
+#                   prints its id; DIR then holds nothing but their logs
 #   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq://
 #                   URL on this host the two relays (port and port + 1) are started too
 #   --features N    feature extractors (default: a quarter of the cores, at least 1)
@@ -23,15 +26,16 @@ readonly first_backoff_ms=200 longest_backoff_ms=10000
 
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
-session='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
+session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
 features=$quarter matching=$half mappers=3 threads=$half
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
 while (($#)); do
   case $1 in
-    --session | --lcm-url | --features | --matching | --mappers | --threads | --build | --ready-file)
+    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --build | --ready-file)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
+    --join) join=$2; shift ;;
     --lcm-url) url=$2; shift ;;
     --features) need_count "$1" "$2"; features=$2; shift ;;
     --matching) need_count "$1" "$2"; matching=$2; shift ;;
@@ -67,8 +71,17 @@ add_instance() {
 
 add_service() {
   local instance=$1 service=$2
-  add_instance "$instance" "$bin/skein-$service" --session "$session" --lcm-url "$url" \
+  local where=(--session "$session")
+  [[ -z $join ]] || where=(--session-id "$join")
+  add_instance "$instance" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
     --instance "$instance" --threads "$threads" "${service_options[@]}"
+}
+
+# add_workers SERVICE COUNT: SERVICE-1, SERVICE-2, ...; on a joining host with its name in front
+add_workers() {
+  local i prefix=''
+  [[ -z $join ]] || prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$-
+  for ((i = 1; i <= $2; i++)); do add_service "$prefix$1-$i" "$1"; done
 }
 
 is_local_host() {
@@ -232,17 +245,20 @@ stopping=0 interrupted=0
 trap 'interrupted=1' INT TERM HUP
 stop_leftovers
 
-add_relays
-await_ready "${instances[@]}"
-add_service ingest ingest
-for ((i = 1; i <= features; i++)); do add_service "features-$i" features; done
-add_service retrieval retrieval
-for ((i = 1; i <= matching; i++)); do add_service "matching-$i" matching; done
-for ((i = 1; i <= mappers; i++)); do add_service "mapper-$i" mapper; done
-add_service merger merger
+if [[ -z $join ]]; then
+  add_relays
+  await_ready "${instances[@]}"
+  add_service ingest ingest
+  add_service retrieval retrieval
+  add_service merger merger
+fi
+add_workers features "$features"
+add_workers matching "$matching"
+add_workers mapper "$mappers"
 await_ready "${instances[@]}"
 
 say "${#instances[@]} processes are ready on $url"
+[[ -n $join ]] || say "session $(jq -r .session_id "$session/session.json" 2>/dev/null || echo "$session")"
 say "watch:  $SKEIN_BUILD/bin/skein status --session '$session' --lcm-url '$url'   or   scripts/spy.sh --lcm-url '$url'"
 [[ -z $ready_file ]] || echo "$url" >"$ready_file"
 

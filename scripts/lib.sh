@@ -106,3 +106,20 @@ lcm_spy_class_path() {
 exec_lcm_spy() {
   exec java -Djava.net.preferIPv4Stack=true -Xmx256m -cp "$(lcm_spy_class_path)" lcm.spy.Spy "--lcm-url=$1"
 }
+
+# render_place DIR AGENTS PHOTOS [skein sim's options...]: DIR/images/AGENT/*.jpg and, as a COLMAP
+# model, DIR/truth. PHOTOS: of each agent. A place that is complete is taken as it is.
+render_place() {
+  local place=$1 agents=$2 photos=$3
+  shift 3
+  [[ ! -e $place/complete ]] || return 0
+  rm -rf "$place"
+  mkdir -p "$place"
+  "$SKEIN_BUILD/bin/skein" sim --output "$place" --agents "$agents" --photos "$photos" "$@"
+  touch "$place/complete"
+}
+
+# is_accounted_for REPORT: every photo received is registered, deferred or failed with a reason
+is_accounted_for() {
+  jq -e '.images | .received == .registered + .deferred + .failed' "$1" >/dev/null
+}

@@ -82,17 +82,14 @@ publish() {
   return "$failed"
 }
 
-# Every photo received is registered, deferred or failed with a reason.
-account() {
-  jq -r '.images | "photos: \(.received) received, \(.registered) registered, \(.deferred) deferred, \(.failed) failed, \(.duplicates) duplicates"' "$session/report.json"
-  jq -e '.images | .received == .registered + .deferred + .failed' "$session/report.json" >/dev/null
-}
-
 start_services "$session" "$url" "${launch_options[@]}"
 status=0
 publish || status=1
 "$skein" finish --session "$session" --lcm-url "$url" || die "the session did not finish"
-account || { status=1; warn "not every photo is accounted for: see $session/report.json"; }
+jq -r '.images | "photos: \(.received) received, \(.registered) registered, \(.deferred) deferred, \(.failed) failed, \(.duplicates) duplicates"' \
+  "$session/report.json"
+is_accounted_for "$session/report.json" ||
+  { status=1; warn "not every photo is accounted for: see $session/report.json"; }
 if [[ -n $truth ]]; then
   "$skein" evaluate "$session/sparse/0" "$truth" || status=1
 fi

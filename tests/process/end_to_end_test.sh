@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Two agents' photos of a synthetic place through reconstruct.sh; Debian's colmap opens the model.
+#
+#   end_to_end_test.sh udpm|tcpq
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+[[ $1 == tcpq ]] || enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+use_place 2 8 --seed 1
+
+images=()
+for folder in "$place"/images/*/; do images+=(--images "$folder"); done
+"$SKEIN_ROOT/scripts/reconstruct.sh" --session "$workspace/a session" --build "$SKEIN_BUILD" \
+  --lcm-url "$url" "${images[@]}" --ground-truth "$place/truth" || fail "reconstruct.sh"
+expect_model "$workspace/a session" 1
+
+command -v colmap >/dev/null || { echo "no colmap command: its reading of the model is not tested"; exit 0; }
+analysis=$(QT_QPA_PLATFORM=offscreen colmap model_analyzer --path "$workspace/a session/sparse/0" 2>&1) ||
+  fail "colmap cannot open the model: $analysis"
+grep -E 'Registered images|Points|Mean reprojection' <<<"$analysis"
+grep -qE "Registered images: $(jq '.submaps[0].images' "$workspace/a session/report.json")\b" <<<"$analysis" ||
+  fail "colmap counts other images: $analysis"

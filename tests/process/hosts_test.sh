@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Two hosts: features, matching and mapper run in a second network namespace, joined by a cable
+# (veth), over tcpq; the session folder is hidden from them.
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+enter_network_namespace "$@"
+[[ -n $IN_NAMESPACE ]] || skip "no network namespace may be made here"
+unshare --mount true 2>/dev/null || skip "no mount namespace may be made here"
+new_workspace
+url=tcpq://10.77.0.1:7700
+use_place 2 8 --seed 1
+session=$workspace/session
+
+# A second network namespace, held open by a sleeping process.
+setpriv --pdeathsig KILL -- unshare --net sleep infinity &
+other_host=$!
+wait_until 5 "the second host exists" eval '[[ $(readlink /proc/$other_host/ns/net) != $(readlink /proc/$$/ns/net) ]]'
+ip link add cable type veth peer name cable_end netns "$other_host"
+ip addr add 10.77.0.1/24 dev cable
+ip link set cable up
+nsenter --net -t "$other_host" ip addr add 10.77.0.2/24 dev cable_end
+nsenter --net -t "$other_host" ip link set cable_end up
+
+start_services "$session" "$url" --features 0 --matching 0 --mappers 0
+session_id=$(jq -r .session_id "$session/session.json")
+mkdir -p "$workspace/remote"
+nsenter --net -t "$other_host" unshare --mount bash -c \
+  'mount -t tmpfs none "$1" && exec "$2/scripts/launch.sh" --join "$3" --session "$4" --lcm-url "$5" --build "$6"' - \
+  "$session" "$SKEIN_ROOT" "$session_id" "$workspace/remote" "$url" "$SKEIN_BUILD" &
+remote_pid=$!
+
+publish "$session"
+await_agents
+finish "$session"
+received=$(<"/proc/$other_host/net/dev" awk '/cable_end/ { print $2, $10 }')
+echo "bytes over the cable, to and from the workers: $received"
+kill -TERM "$remote_pid"
+wait "$remote_pid" || true
+stop_services
+expect_model "$session" 1

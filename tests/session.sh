@@ -1,0 +1,103 @@
+# Sessions for process tests and for benchmark/faults.sh: source it after harness.sh.
+# Wants `workspace` (new_workspace) and `url`.
+
+agent_pids=()
+
+# use_place AGENTS PHOTOS [skein sim's options...]: sets `place` and `num_photos`. Rendered once a
+# build folder; tests that run at the same time wait for each other.
+use_place() {
+  place=$SKEIN_BUILD/test_places/$(tr -c 'A-Za-z0-9\n' '_' <<<"$*")
+  num_photos=$(($1 * $2))
+  mkdir -p "$SKEIN_BUILD/test_places"
+  (
+    flock 7
+    render_place "$place" "$@"
+  ) 7>"$place.lock"
+}
+
+# use_photos AGENT FOLDER TRUTH: one agent's real photos
+use_photos() {
+  place=$workspace/photos-$1
+  mkdir -p "$place/images"
+  ln -sfn "$2" "$place/images/$1"
+  ln -sfn "$3" "$place/truth"
+  num_photos=$(find "$2/" -maxdepth 1 -type f | wc -l)
+}
+
+# publish SESSION [agent's options...]: all agents of the place, in the background
+publish() {
+  local session=$1 folder
+  shift
+  agent_pids=()
+  for folder in "$place"/images/*/; do
+    "$SKEIN_BUILD/bin/skein" agent --session "$session" --lcm-url "$url" --name "$(basename "$folder")" \
+      --images "$folder" "$@" >>"$workspace/agents.log" 2>&1 &
+    agent_pids+=($!)
+  done
+}
+
+await_agents() {
+  local pid
+  for pid in "${agent_pids[@]}"; do
+    wait "$pid" || { cat "$workspace/agents.log"; fail "an agent failed"; }
+  done
+  agent_pids=()
+}
+
+finish() {
+  "$SKEIN_BUILD/bin/skein" finish --session "$1" --lcm-url "$url" >"$workspace/finish.log" 2>&1 ||
+    { cat "$workspace/finish.log"; fail "finish failed"; }
+}
+
+# count_facts SESSION KIND
+count_facts() {
+  sqlite3 "file:$1/ledger.db?mode=ro" ".timeout 5000" "SELECT COUNT(*) FROM facts WHERE kind = '$2'" 2>/dev/null || echo 0
+}
+has_facts() { (($(count_facts "$1" "$2") >= $3)); }
+
+# kill_service SESSION INSTANCE: kill -9, and waits until launch.sh has started it again
+kill_service() {
+  local session=$1 instance=$2 old
+  old=$(<"$session/run/$instance.pid")
+  kill -9 "$old"
+  wait_until 20 "$instance is started again" is_started_anew "$session" "$instance" "$old"
+}
+is_started_anew() {
+  local now
+  now=$(cat "$1/run/$2.pid" 2>/dev/null) && [[ -n $now && $now != "$3" ]]
+}
+
+# position_rmse SESSION: % of the extent, of the largest model
+position_rmse() {
+  "$SKEIN_BUILD/bin/skein" evaluate --json "$1/sparse/0" "$place/truth" | jq -r .position_rmse_percent
+}
+
+# expect_model SESSION MAX_RMSE_PERCENT: every photo of the place accounted for, at least 98 %
+# registered, positions true
+expect_model() {
+  local report=$1/report.json rmse
+  is_accounted_for "$report" || fail "photos are not accounted for: $(jq -c .images "$report")"
+  jq -e --argjson n "$num_photos" '.images | .received == $n and .registered >= 0.98 * $n' "$report" >/dev/null ||
+    fail "of $num_photos photos: $(jq -c '{images, failures}' "$report")"
+  rmse=$(position_rmse "$1")
+  echo "$(jq .images.registered "$report")/$num_photos registered, position RMSE $rmse % of the extent"
+  jq -en --argjson rmse "$rmse" --argjson limit "$2" '$rmse <= $limit' >/dev/null ||
+    fail "position RMSE $rmse % of the extent, above $2 %"
+}
+
+# lose_datagrams PERCENT SEED: of every process that is started from now on
+lose_datagrams() {
+  export LD_PRELOAD=$drop_shim SKEIN_DROP_PERCENT=$1 SKEIN_DROP_SEED=$2 SKEIN_DROP_LOG=$workspace/drops
+}
+report_losses() {
+  unset LD_PRELOAD
+  awk '{ sent += $3; dropped += $4 } END { printf "%d of %d datagrams dropped\n", dropped, sent; exit dropped == 0 }' \
+    "$workspace/drops" || fail "no datagram was dropped"
+}
+
+# kill_everything SESSION: launch.sh, services and agents, at once
+kill_everything() {
+  kill -9 "$launch_pid" "${agent_pids[@]}" $(cat "$1"/run/*.pid)
+  wait "$launch_pid" "${agent_pids[@]}" 2>/dev/null || true
+  launch_pid='' agent_pids=()
+}
