@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/result.h"
+
+// Names come from anyone on the network and become paths.
+namespace skein {
+
+constexpr size_t kMaxAgentBytes = 64;
+constexpr size_t kMaxNameBytes = 255;
+
+// An agent's name is one path component: 1..64 bytes of UTF-8 without control characters, '/' or
+// '\', and not starting with a dot.
+Status CheckAgentName(const std::string& agent);
+
+// A photo's name is a relative path of components: 1..255 bytes of UTF-8 in all, without control
+// characters, without empty, "." or ".." components, not absolute.
+Status CheckPhotoName(const std::string& name);
+
+// The text for a log or a terminal: what is no printable UTF-8 becomes '?', cut to max_bytes.
+std::string Printable(const std::string& text, size_t max_bytes = 100);
+
+// "a/b.jpg", 2 -> "a/b~2.jpg": the name of another photo that came under a name already taken.
+// Shortens the stem where the result would pass kMaxNameBytes.
+std::string NumberedName(const std::string& name, int number);
+
+}  // namespace skein
