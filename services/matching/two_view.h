@@ -1,0 +1,62 @@
+#pragma once
+
+// Geometric verification of putative matches: COLMAP's two-view estimation (E, F and H by
+// LO-RANSAC, then the decision which of them explains the pair) with tighter limits on its trials.
+//
+// COLMAP searches each model until one with the inlier ratio of 0.25 would have been found. Here a
+// search ends as soon as a model that could change the outcome would have been found, with the same
+// confidence: the pair needs 15 inliers, so with 30 matches a ratio of 0.5; F must reach E's
+// support, H 0.8 of it. Random numbers are drawn in COLMAP's order, so where no limit binds the
+// result is COLMAP's to the bit.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/camera.h"
+#include "estimators/two_view_geometry.h"
+#include "feature/types.h"
+
+namespace skein {
+
+struct TwoViewOptions {
+  double max_error_px = 4.0;
+  double confidence = 0.999;
+  double min_inlier_ratio = 0.25;
+  int max_num_trials = 10000;
+  int min_num_inliers = 15;
+
+  // Off: COLMAP's own limits (for comparison).
+  bool limit_trials_by_outcome = true;
+
+  // Throws std::invalid_argument.
+  void Check() const;
+};
+
+// SIMPLE_RADIAL without distortion, principal point in the middle. Throws std::invalid_argument
+// unless the sizes and the focal length are positive and finite.
+colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior);
+
+// Points are full-resolution pixels, one a keypoint; `matches` index them and must be in range
+// (throws std::invalid_argument). E is used when both cameras have a focal prior. The result is
+// deterministic by `seed`. It has
+//   config          DEGENERATE or WATERMARK when the pair is not verified
+//   inlier_matches  of the model that explains the pair
+//   qvec, tvec      camera 2 from camera 1, |tvec| = 1 or 0 (panoramic)
+//   tri_angle       median triangulation angle, radians
+// Without focal priors E, pose and angle follow from F and the assumed focal lengths.
+colmap::TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
+                                        const std::vector<Eigen::Vector2d>& points1,
+                                        const colmap::Camera& camera2,
+                                        const std::vector<Eigen::Vector2d>& points2,
+                                        const colmap::FeatureMatches& matches, uint32_t seed,
+                                        const TwoViewOptions& options);
+
+// Whether the pair shows one scene from a geometry that can be used.
+bool IsVerified(const colmap::TwoViewGeometry& geometry);
+
+// |z| of the unit relative translation; 0 without translation.
+double ForwardMotion(const colmap::TwoViewGeometry& geometry);
+
+}  // namespace skein

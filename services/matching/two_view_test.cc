@@ -1,0 +1,209 @@
+#include "matching/two_view.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+#include "util/random.h"
+
+namespace skein {
+namespace {
+
+using colmap::TwoViewGeometry;
+using Points = std::vector<Eigen::Vector2d>;
+
+constexpr double kFocalPx = 1200;
+constexpr int kWidthPx = 1600, kHeightPx = 1200;
+
+// Two views of 3D points in front of camera 1, with pixel noise, and false matches.
+struct Scene {
+  Points points1, points2;
+  colmap::FeatureMatches matches;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // camera 2 from camera 1
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+};
+
+class TwoView : public testing::Test {
+ protected:
+  double Uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(rng_);
+  }
+
+  Eigen::Vector2d RandomPixel() { return {Uniform(0, kWidthPx), Uniform(0, kHeightPx)}; }
+
+  Eigen::Vector2d Project(const Eigen::Vector3d& x) {
+    std::normal_distribution<double> noise(0, 0.3);
+    return kFocalPx * x.hnormalized() +
+           Eigen::Vector2d(kWidthPx / 2. + noise(rng_), kHeightPx / 2. + noise(rng_));
+  }
+
+  // Depth at a pixel of camera 1; the scene is a plane, or deep.
+  Scene MakeScene(int num_true, int num_false, const Eigen::Vector3d& t, bool planar) {
+    Scene scene;
+    scene.t = t;
+    scene.R = Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.2, 1, 0.1).normalized()).matrix();
+    for (int i = 0; i < num_true; ++i) {
+      const double depth = planar ? 8 : Uniform(4, 12);
+      const Eigen::Vector3d ray(Uniform(-0.5, 0.5), Uniform(-0.4, 0.4), 1);
+      scene.points1.push_back(Project(depth * ray));
+      scene.points2.push_back(Project(scene.R * (depth * ray) + t));
+    }
+    for (int i = 0; i < num_false; ++i) {
+      scene.points1.push_back(RandomPixel());
+      scene.points2.push_back(RandomPixel());
+    }
+    for (int i = 0; i < num_true + num_false; ++i) scene.matches.emplace_back(i, i);
+    return scene;
+  }
+
+  TwoViewGeometry Estimate(const Scene& scene, bool prior = true) {
+    const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
+    return EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5,
+                           options_);
+  }
+
+  std::mt19937 rng_{42};
+  TwoViewOptions options_;
+};
+
+TEST_F(TwoView, FindsPoseOfCalibratedPair) {
+  const Scene scene = MakeScene(200, 100, Eigen::Vector3d(-1, 0.1, 0.1), false);
+  const TwoViewGeometry geometry = Estimate(scene);
+  EXPECT_EQ(geometry.config, TwoViewGeometry::CALIBRATED);
+  EXPECT_TRUE(IsVerified(geometry));
+  EXPECT_GE(geometry.inlier_matches.size(), 195u);
+  EXPECT_LE(geometry.inlier_matches.size(), 215u);
+  EXPECT_GT(geometry.tvec.dot(scene.t.normalized()), 0.999);
+  const Eigen::Vector4d& q = geometry.qvec;
+  const Eigen::Quaterniond rotation(q(0), q(1), q(2), q(3));
+  EXPECT_LT(rotation.angularDistance(Eigen::Quaterniond(scene.R)), 0.01);
+  EXPECT_GT(geometry.tri_angle, 0.05);
+  EXPECT_NEAR(ForwardMotion(geometry), 0.1, 0.05);
+}
+
+TEST_F(TwoView, SeesForwardMotion) {
+  const Scene scene = MakeScene(200, 20, Eigen::Vector3d(0, 0, -2), false);
+  EXPECT_GT(ForwardMotion(Estimate(scene)), 0.95);
+}
+
+TEST_F(TwoView, FindsPoseFromFundamentalMatrixWithoutPriors) {
+  const Scene scene = MakeScene(200, 60, Eigen::Vector3d(-1, 0.1, 0.1), false);
+  const TwoViewGeometry geometry = Estimate(scene, false);
+  EXPECT_EQ(geometry.config, TwoViewGeometry::UNCALIBRATED);
+  EXPECT_GT(std::abs(geometry.tvec.dot(scene.t.normalized())), 0.98);
+  EXPECT_GT(geometry.tri_angle, 0.05);
+}
+
+TEST_F(TwoView, RecognisesPlane) {
+  const Scene scene = MakeScene(200, 60, Eigen::Vector3d(-1, 0.1, 0.1), true);
+  EXPECT_EQ(Estimate(scene).config, TwoViewGeometry::PLANAR);
+}
+
+TEST_F(TwoView, PureRotationHasNoTriangulationAngle) {
+  const Scene scene = MakeScene(200, 60, Eigen::Vector3d::Zero(), false);
+  const TwoViewGeometry geometry = Estimate(scene);
+  EXPECT_TRUE(geometry.config == TwoViewGeometry::PANORAMIC ||
+              geometry.config == TwoViewGeometry::PLANAR);
+  EXPECT_LT(geometry.tri_angle, 0.02);
+}
+
+TEST_F(TwoView, RecognisesWatermark) {
+  Scene scene;
+  for (int i = 0; i < 60; ++i) {
+    scene.points1.emplace_back(Uniform(20, 150), Uniform(20, 150));
+    scene.points2.push_back(scene.points1.back());
+    scene.matches.emplace_back(i, i);
+  }
+  const TwoViewGeometry geometry = Estimate(scene);
+  EXPECT_EQ(geometry.config, TwoViewGeometry::WATERMARK);
+  EXPECT_FALSE(IsVerified(geometry));
+}
+
+TEST_F(TwoView, RefusesRandomMatches) {
+  for (const int n : {15, 40, 100}) {
+    EXPECT_FALSE(IsVerified(Estimate(MakeScene(0, n, Eigen::Vector3d::Zero(), false)))) << n;
+  }
+}
+
+TEST_F(TwoView, RefusesTooFewMatches) {
+  EXPECT_FALSE(IsVerified(Estimate(MakeScene(14, 0, Eigen::Vector3d(-1, 0, 0), false))));
+  EXPECT_FALSE(IsVerified(Estimate(Scene())));
+}
+
+TEST_F(TwoView, StaysFiniteWhenAllMatchesCoincide) {
+  Scene scene;
+  for (int i = 0; i < 50; ++i) {
+    scene.points1.emplace_back(800, 600);
+    scene.points2.emplace_back(900, 500);
+    scene.matches.emplace_back(i, i);
+  }
+  const TwoViewGeometry geometry = Estimate(scene);
+  EXPECT_TRUE(geometry.qvec.allFinite());
+  EXPECT_TRUE(geometry.tvec.allFinite());
+  EXPECT_TRUE(std::isfinite(geometry.tri_angle));
+}
+
+TEST_F(TwoView, RefusesBrokenInput) {
+  Scene scene = MakeScene(30, 0, Eigen::Vector3d(-1, 0, 0), false);
+  scene.matches.emplace_back(3, 30);
+  EXPECT_THROW(Estimate(scene), std::invalid_argument);
+  EXPECT_THROW(PriorCamera(0, 5, 100, true), std::invalid_argument);
+  EXPECT_THROW(PriorCamera(5, 5, std::nan(""), true), std::invalid_argument);
+  options_.max_error_px = 0;
+  EXPECT_THROW(Estimate(Scene()), std::invalid_argument);
+}
+
+TEST_F(TwoView, IsDeterministic) {
+  const Scene scene = MakeScene(60, 60, Eigen::Vector3d(-1, 0.1, 0.1), false);
+  const TwoViewGeometry a = Estimate(scene), b = Estimate(scene);
+  EXPECT_EQ(a.E, b.E);
+  EXPECT_EQ(a.F, b.F);
+  EXPECT_EQ(a.H, b.H);
+  EXPECT_EQ(a.tvec, b.tvec);
+}
+
+TwoViewGeometry EstimateByColmap(const Scene& scene, bool prior) {
+  const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
+  TwoViewGeometry::Options options;
+  options.ransac_options.max_error = 4;
+  options.ransac_options.confidence = 0.999;
+  options.ransac_options.min_inlier_ratio = 0.25;
+  options.ransac_options.max_num_trials = 10000;
+  options.compute_relative_pose = true;
+  colmap::SetPRNGSeed(5);
+  TwoViewGeometry geometry;
+  geometry.Estimate(camera, scene.points1, camera, scene.points2, scene.matches, options);
+  return geometry;
+}
+
+void ExpectSameInliers(const TwoViewGeometry& a, const TwoViewGeometry& b) {
+  EXPECT_EQ(a.config, b.config);
+  ASSERT_EQ(a.inlier_matches.size(), b.inlier_matches.size());
+  for (size_t i = 0; i < a.inlier_matches.size(); ++i) {
+    EXPECT_EQ(a.inlier_matches[i].point2D_idx1, b.inlier_matches[i].point2D_idx1);
+  }
+}
+
+TEST_F(TwoView, EqualsColmap) {
+  for (const bool limit : {false, true}) {
+    options_.limit_trials_by_outcome = limit;
+    for (const bool prior : {true, false}) {
+      for (const bool planar : {true, false}) {
+        for (const int num_false : {0, 30, 150}) {
+          const Scene scene = MakeScene(100, num_false, Eigen::Vector3d(-1, 0.1, 0.1), planar);
+          const TwoViewGeometry ours = Estimate(scene, prior);
+          const TwoViewGeometry expected = EstimateByColmap(scene, prior);
+          ExpectSameInliers(ours, expected);
+          if (prior) {
+            EXPECT_LT((ours.tvec - expected.tvec).norm(), 1e-6);
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace skein
