@@ -1,0 +1,39 @@
+// Puts two models into one frame and one structure, before any adjustment.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/reconstruction.h"
+#include "geometry/sim3_ransac.h"
+
+namespace skein {
+
+// The photos registered in both models, with the points that both see through them.
+std::vector<SharedImage> SharedImagesOf(const colmap::Reconstruction& source,
+                                        const colmap::Reconstruction& target);
+
+// What became of the models' parts.
+struct FuseResult {
+  std::string reason;                     // empty, or why the models cannot be fused
+  std::set<colmap::image_t> agreeing;     // shared photos whose two poses agree: they are the seam
+  std::set<colmap::image_t> kept_target;  // shared photos that disagree: the target's side is kept
+  std::set<colmap::image_t> kept_source;  // the same, the source's side is kept
+  std::set<colmap::image_t> added;        // photos that only the source had registered
+  int num_common_points = 0;  // points of the target that tracks of the source meet in a photo
+  int num_fused_points = 0;   // of these, with one point now
+  int num_added_points = 0;   // points of the source without any in the target
+};
+
+// Fuses `source` into `merged`, which is a copy of the target. A shared photo keeps the target's
+// pose; where the poses disagree the side with more observations keeps its own and the other's
+// observations go. Tracks that meet in one (image, point2D) become one when every observation
+// reprojects within the limit of `options`. Cameras of both get the mean of their intrinsics,
+// weighted by their number of photos. Not COLMAP 3.8's Reconstruction::Merge: that takes images
+// which merely exist for common ones and keeps only the target's intrinsics.
+FuseResult FuseModels(const colmap::Reconstruction& source, const Similarity& target_from_source,
+                      const Sim3Options& options, colmap::Reconstruction* merged);
+
+}  // namespace skein

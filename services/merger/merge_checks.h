@@ -1,0 +1,46 @@
+// What a merge must not make worse, measured on a model before and after it.
+#pragma once
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/reconstruction.h"
+
+namespace skein {
+
+// An observation: image and point2D index.
+using Observation = std::pair<colmap::image_t, colmap::point2D_t>;
+
+// Every observation of a point by a registered photo, restricted to `images` unless that is empty.
+std::vector<Observation> ObservationsOf(const colmap::Reconstruction& model,
+                                        const std::set<colmap::image_t>& images);
+
+struct Residuals {
+  int num_observations = 0;    // asked for
+  int num_good = 0;            // present, before the camera, within the limit
+  int num_behind = 0;          // the point is behind the camera
+  double mean_error_px = 0.0;  // over the good ones
+
+  double GoodShare() const {
+    return num_observations > 0 ? static_cast<double>(num_good) / num_observations : 1.0;
+  }
+};
+
+// `observations` in `model`; one that has no point there any more is asked for and not good.
+Residuals MeasureResiduals(const colmap::Reconstruction& model,
+                           const std::vector<Observation>& observations, double max_error_px);
+
+struct ResidualTolerance {
+  double max_error_growth = 1.25;     // of the mean error, as a factor ...
+  double max_error_growth_px = 0.25;  // ... plus this
+  double max_lost_share = 0.1;        // of a side's good observations
+  double max_behind_share = 0.005;    // of a side's observations
+};
+
+// Empty if `after` is no worse than `before` within the tolerance, else what is worse.
+std::string CompareResiduals(const Residuals& before, const Residuals& after,
+                             const ResidualTolerance& tolerance);
+
+}  // namespace skein
