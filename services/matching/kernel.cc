@@ -278,6 +278,8 @@ DescriptorMatcher::DescriptorMatcher(const MatchOptions& options) : options_(opt
 
 DescriptorMatcher::~DescriptorMatcher() = default;
 
+DescriptorMatcher::DescriptorMatcher(DescriptorMatcher&& other) noexcept = default;
+
 std::vector<IndexPair> DescriptorMatcher::Match(const DescriptorView& first,
                                                 const DescriptorView& second) {
   for (const DescriptorView& view : {first, second}) {

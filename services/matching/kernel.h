@@ -67,6 +67,7 @@ class DescriptorMatcher {
  public:
   explicit DescriptorMatcher(const MatchOptions& options);
   ~DescriptorMatcher();
+  DescriptorMatcher(DescriptorMatcher&& other) noexcept;
 
   // Matches ordered by `first`. Either set may be empty. Throws std::invalid_argument if a count is
   // negative or data is null with a positive count.

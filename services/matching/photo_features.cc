@@ -1,0 +1,43 @@
+#include "matching/photo_features.h"
+
+#include "store/formats.h"
+
+namespace skein {
+namespace {
+
+// Also false for NaN.
+bool IsInside(const Keypoint& keypoint, const colmap::Camera& camera) {
+  return keypoint.x >= 0 && keypoint.y >= 0 && keypoint.x <= camera.Width() &&
+         keypoint.y <= camera.Height();
+}
+
+}  // namespace
+
+size_t PhotoFeatures::MemoryBytes() const {
+  return sizeof(*this) + points.size() * sizeof(points[0]) + descriptors.size();
+}
+
+Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
+                                             const Bytes& keypoints, const Bytes& descriptors) {
+  const std::string photo = "features of image " + std::to_string(image_id) + ": ";
+  const Result<Keypoints> points = DecodeKeypoints(keypoints);
+  if (!points.ok()) return Status::Error(photo + points.error());
+  Result<Descriptors> rows = DecodeDescriptors(descriptors);
+  if (!rows.ok()) return Status::Error(photo + rows.error());
+  if (points->size() != rows->rows()) {
+    return Status::Error(photo + std::to_string(points->size()) + " keypoints but " +
+                         std::to_string(rows->rows()) + " descriptors");
+  }
+  auto features = std::make_shared<PhotoFeatures>();
+  features->image_id = image_id;
+  features->camera = camera;
+  features->points.reserve(points->size());
+  for (const Keypoint& keypoint : *points) {
+    if (!IsInside(keypoint, camera)) return Status::Error(photo + "keypoint outside the image");
+    features->points.emplace_back(keypoint.x, keypoint.y);
+  }
+  features->descriptors = std::move(rows->data);
+  return PhotoFeaturesPtr(std::move(features));
+}
+
+}  // namespace skein

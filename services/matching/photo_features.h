@@ -1,0 +1,33 @@
+#pragma once
+
+// Local features of one photo as matching needs them.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/camera.h"
+#include "core/bytes.h"
+#include "core/result.h"
+
+namespace skein {
+
+struct PhotoFeatures {
+  int64_t image_id = 0;
+  colmap::Camera camera;
+  std::vector<Eigen::Vector2d> points;  // full-resolution pixels
+  std::vector<uint8_t> descriptors;     // points.size() x 128, row major
+
+  size_t MemoryBytes() const;
+};
+
+using PhotoFeaturesPtr = std::shared_ptr<const PhotoFeatures>;
+
+// Decodes the blobs of a features_t (store/formats.h). Fails if they are damaged, disagree on the
+// number of keypoints, or hold a keypoint outside the camera's image.
+Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
+                                             const Bytes& keypoints, const Bytes& descriptors);
+
+}  // namespace skein

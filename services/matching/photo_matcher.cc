@@ -1,0 +1,124 @@
+#include "matching/photo_matcher.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <stdexcept>
+#include <thread>
+
+#include "core/clock.h"
+
+namespace skein {
+namespace {
+
+struct PairResult {
+  colmap::TwoViewGeometry geometry;
+  double match_s = 0;
+  double verify_s = 0;
+};
+
+DescriptorView DescriptorsOf(const PhotoFeatures& photo) {
+  return {photo.descriptors.data(), static_cast<int>(photo.points.size())};
+}
+
+PairResult MatchPair(const PhotoFeatures& photo, const PhotoFeatures& other,
+                     DescriptorMatcher* matcher, const TwoViewOptions& options) {
+  PairResult result;
+  Timer timer;
+  colmap::FeatureMatches matches;
+  for (const IndexPair& pair : matcher->Match(DescriptorsOf(photo), DescriptorsOf(other))) {
+    matches.emplace_back(pair.first, pair.second);
+  }
+  result.match_s = timer.ElapsedS();
+  timer.Restart();
+  result.geometry = EstimateTwoView(photo.camera, photo.points, other.camera, other.points, matches,
+                                    PairSeed(photo.image_id, other.image_id), options);
+  result.verify_s = timer.ElapsedS();
+  return result;
+}
+
+std::array<double, 9> RowMajor(const Eigen::Matrix3d& matrix) {
+  std::array<double, 9> out;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(out.data()) = matrix;
+  return out;
+}
+
+TwoViewPair ToTwoViewPair(int64_t other_id, const colmap::TwoViewGeometry& geometry) {
+  TwoViewPair pair;
+  pair.other_id = other_id;
+  pair.geometry = static_cast<int8_t>(geometry.config);
+  pair.E = RowMajor(geometry.E);
+  pair.F = RowMajor(geometry.F);
+  pair.H = RowMajor(geometry.H);
+  Eigen::Map<Eigen::Vector4d>(pair.qvec.data()) = geometry.qvec;
+  Eigen::Map<Eigen::Vector3d>(pair.tvec.data()) = geometry.tvec;
+  pair.tri_angle_rad = static_cast<float>(geometry.tri_angle);
+  pair.forward_motion = static_cast<float>(ForwardMotion(geometry));
+  for (const colmap::FeatureMatch& match : geometry.inlier_matches) {
+    pair.inliers.emplace_back(match.point2D_idx1, match.point2D_idx2);
+  }
+  return pair;
+}
+
+// Runs work(thread, item) for all items on the calling thread and num_threads - 1 others. Rethrows
+// what one of them throws.
+template <typename Work>
+void ParallelFor(int num_threads, int num_items, Work work) {
+  std::atomic<int> next{0};
+  std::vector<std::exception_ptr> errors(num_threads);
+  const auto run = [&](int thread) {
+    try {
+      for (int item; (item = next++) < num_items;) work(thread, item);
+    } catch (...) {
+      errors[thread] = std::current_exception();
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 1; i < std::min(num_threads, num_items); ++i) threads.emplace_back(run, i);
+  run(0);
+  for (std::thread& thread : threads) thread.join();
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+}
+
+}  // namespace
+
+uint32_t PairSeed(int64_t image_id, int64_t other_id) {
+  // The finaliser of SplitMix64.
+  uint64_t x = static_cast<uint64_t>(image_id) << 32 ^ static_cast<uint64_t>(other_id);
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return static_cast<uint32_t>(x ^ (x >> 31));
+}
+
+PhotoMatcher::PhotoMatcher(const PhotoMatcherOptions& options) : options_(options) {
+  if (options.num_threads < 1) throw std::invalid_argument("number of threads must be positive");
+  options.two_view.Check();
+  for (int i = 0; i < options.num_threads; ++i) matchers_.emplace_back(options.matching);
+}
+
+PhotoMatches PhotoMatcher::Match(const PhotoFeatures& photo,
+                                 const std::vector<PhotoFeaturesPtr>& others) {
+  const Timer timer;
+  std::vector<PairResult> results(others.size());
+  ParallelFor(options_.num_threads, static_cast<int>(others.size()), [&](int thread, int i) {
+    results[i] = MatchPair(photo, *others[i], &matchers_[thread], options_.two_view);
+  });
+  PhotoMatches matches;
+  matches.num_tried = static_cast<int>(others.size());
+  for (size_t i = 0; i < others.size(); ++i) {
+    matches.match_s += results[i].match_s;
+    matches.verify_s += results[i].verify_s;
+    if (!IsVerified(results[i].geometry)) continue;
+    matches.pairs.push_back(ToTwoViewPair(others[i]->image_id, results[i].geometry));
+  }
+  std::stable_sort(matches.pairs.begin(), matches.pairs.end(),
+                   [](const TwoViewPair& a, const TwoViewPair& b) {
+                     return a.inliers.size() > b.inliers.size();
+                   });
+  matches.elapsed_s = timer.ElapsedS();
+  return matches;
+}
+
+}  // namespace skein

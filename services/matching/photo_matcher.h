@@ -1,0 +1,45 @@
+#pragma once
+
+// A photo against its candidates: putative matches, then geometric verification of each pair.
+
+#include <vector>
+
+#include "matching/kernel.h"
+#include "matching/photo_features.h"
+#include "matching/two_view.h"
+#include "store/formats.h"
+
+namespace skein {
+
+struct PhotoMatches {
+  int num_tried = 0;
+  TwoViewPairs pairs;    // the verified ones, most inliers first
+  double match_s = 0;    // time in descriptor matching, summed over pairs
+  double verify_s = 0;   // time in verification, summed over pairs
+  double elapsed_s = 0;  // from start to end, all threads at once
+};
+
+struct PhotoMatcherOptions {
+  MatchOptions matching;
+  TwoViewOptions two_view;
+  int num_threads = 1;
+};
+
+// Seed of a pair's robust estimation.
+uint32_t PairSeed(int64_t image_id, int64_t other_id);
+
+class PhotoMatcher {
+ public:
+  // Throws std::invalid_argument on bad options.
+  explicit PhotoMatcher(const PhotoMatcherOptions& options);
+
+  // The result does not depend on the number of threads. Pairs hold geometry from `photo` to the
+  // other: x_other^T F x_photo = 0, other_from_photo.
+  PhotoMatches Match(const PhotoFeatures& photo, const std::vector<PhotoFeaturesPtr>& others);
+
+ private:
+  PhotoMatcherOptions options_;
+  std::vector<DescriptorMatcher> matchers_;  // one a thread
+};
+
+}  // namespace skein

@@ -1,0 +1,181 @@
+#include "matching/photo_matcher.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "matching/feature_cache.h"
+
+namespace skein {
+namespace {
+
+constexpr double kFocalPx = 1000;
+constexpr int kSizePx = 1000;
+
+// Photos of one cloud of points, each with a descriptor of its own, along a line.
+class World {
+ public:
+  World() {
+    std::uniform_real_distribution<double> at(-3, 3), depth(5, 12);
+    for (int i = 0; i < 400; ++i) {
+      points_.emplace_back(at(rng_), at(rng_), depth(rng_));
+      for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(rng_() % 64);
+    }
+  }
+
+  // From the first points of the cloud; the rest of its features are its own.
+  PhotoFeaturesPtr Photo(int64_t id, double x, size_t num_common) {
+    auto photo = std::make_shared<PhotoFeatures>();
+    photo->image_id = id;
+    photo->camera = PriorCamera(kSizePx, kSizePx, kFocalPx, true);
+    for (size_t i = 0; i < points_.size(); ++i) {
+      const bool common = i < num_common;
+      const Eigen::Vector3d& point = common ? points_[i] : points_[rng_() % points_.size()];
+      photo->points.push_back(kFocalPx * (point - Eigen::Vector3d(x, 0, 0)).hnormalized() +
+                              Eigen::Vector2d::Constant(kSizePx / 2.));
+      for (int k = 0; k < kDescriptorDim; ++k) {
+        photo->descriptors.push_back(common ? descriptors_[i * kDescriptorDim + k] : rng_() % 64);
+      }
+    }
+    return photo;
+  }
+
+ private:
+  std::mt19937 rng_{3};
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<uint8_t> descriptors_;
+};
+
+TEST(PhotoMatcher, KeepsVerifiedPairsMostInliersFirst) {
+  World world;
+  const auto photo = world.Photo(9, 0, 400);
+  const std::vector<PhotoFeaturesPtr> others{world.Photo(2, 0.5, 100), world.Photo(5, 1, 0),
+                                             world.Photo(3, 1.0, 300)};
+  const PhotoMatches matches = PhotoMatcher({}).Match(*photo, others);
+  EXPECT_EQ(matches.num_tried, 3);
+  ASSERT_EQ(matches.pairs.size(), 2u);
+  EXPECT_EQ(matches.pairs[0].other_id, 3);
+  EXPECT_EQ(matches.pairs[1].other_id, 2);
+  EXPECT_GE(matches.pairs[0].inliers.size(), 295u);
+  EXPECT_EQ(matches.pairs[0].geometry, colmap::TwoViewGeometry::CALIBRATED);
+  EXPECT_NEAR(matches.pairs[0].tvec[0], -1, 1e-3);  // other_from_photo
+  EXPECT_GT(matches.pairs[0].tri_angle_rad, 0.05);
+  for (const auto& [in_photo, in_other] : matches.pairs[0].inliers) EXPECT_EQ(in_photo, in_other);
+}
+
+TEST(PhotoMatcher, FundamentalMatrixMapsPhotoToOther) {
+  World world;
+  const auto photo = world.Photo(9, 0, 400), other = world.Photo(2, 0.5, 300);
+  const PhotoMatches matches = PhotoMatcher({}).Match(*photo, {other});
+  ASSERT_EQ(matches.pairs.size(), 1u);
+  const Eigen::Matrix3d F =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matches.pairs[0].F.data());
+  for (const auto& [i, j] : matches.pairs[0].inliers) {
+    const Eigen::Vector3d line = F * photo->points[i].homogeneous();
+    EXPECT_LT(std::abs(line.dot(other->points[j].homogeneous())) / line.head<2>().norm(), 8);
+  }
+}
+
+TEST(PhotoMatcher, ResultDoesNotDependOnThreads) {
+  World world;
+  const auto photo = world.Photo(9, 0, 400);
+  std::vector<PhotoFeaturesPtr> others;
+  for (int i = 1; i < 8; ++i) others.push_back(world.Photo(i, 0.2 * i, 30 * i));
+  PhotoMatcherOptions options;
+  const PhotoMatches one = PhotoMatcher(options).Match(*photo, others);
+  options.num_threads = 3;
+  const PhotoMatches three = PhotoMatcher(options).Match(*photo, others);
+  EXPECT_EQ(EncodeTwoViewPairs(one.pairs), EncodeTwoViewPairs(three.pairs));
+}
+
+TEST(PhotoMatcher, WithoutCandidatesOrFeaturesThereAreNoPairs) {
+  World world;
+  auto empty = std::make_shared<PhotoFeatures>();
+  empty->camera = PriorCamera(kSizePx, kSizePx, kFocalPx, true);
+  PhotoMatcher matcher({});
+  EXPECT_EQ(matcher.Match(*world.Photo(1, 0, 400), {}).num_tried, 0);
+  EXPECT_TRUE(matcher.Match(*world.Photo(1, 0, 400), {empty}).pairs.empty());
+  EXPECT_TRUE(matcher.Match(*empty, {world.Photo(1, 0, 400)}).pairs.empty());
+}
+
+TEST(PhotoMatcher, RefusesZeroThreads) {
+  PhotoMatcherOptions options;
+  options.num_threads = 0;
+  EXPECT_THROW(PhotoMatcher{options}, std::invalid_argument);
+}
+
+class PhotoFeaturesBlobs : public testing::Test {
+ protected:
+  Result<PhotoFeaturesPtr> Decode() {
+    return DecodePhotoFeatures(7, PriorCamera(kSizePx, kSizePx, kFocalPx, false),
+                               EncodeKeypoints(keypoints_), EncodeDescriptors(descriptors_));
+  }
+
+  Keypoints keypoints_ = Keypoints(3, Keypoint{10, 20, 2, 0, 1, 2, 3});
+  Descriptors descriptors_{std::vector<uint8_t>(3 * kDescriptorDim, 9)};
+};
+
+TEST_F(PhotoFeaturesBlobs, Decode) {
+  const auto features = Decode();
+  ASSERT_TRUE(features.ok()) << features.error();
+  EXPECT_EQ((*features)->image_id, 7);
+  EXPECT_EQ((*features)->points.size(), 3u);
+  EXPECT_EQ((*features)->points[1], Eigen::Vector2d(10, 20));
+  EXPECT_EQ((*features)->descriptors, descriptors_.data);
+}
+
+TEST_F(PhotoFeaturesBlobs, RefuseCountsThatDiffer) {
+  keypoints_.pop_back();
+  EXPECT_FALSE(Decode().ok());
+}
+
+TEST_F(PhotoFeaturesBlobs, RefuseKeypointsOutsideTheImageOrNotNumbers) {
+  for (const float x : {-1.f, kSizePx + 1.f, std::nanf(""), INFINITY}) {
+    keypoints_[1].x = x;
+    EXPECT_FALSE(Decode().ok()) << x;
+  }
+}
+
+TEST_F(PhotoFeaturesBlobs, RefuseDamagedBytes) {
+  const colmap::Camera camera = PriorCamera(kSizePx, kSizePx, kFocalPx, false);
+  Bytes damaged = EncodeDescriptors(descriptors_);
+  damaged.pop_back();
+  EXPECT_FALSE(DecodePhotoFeatures(7, camera, EncodeKeypoints(keypoints_), damaged).ok());
+  EXPECT_FALSE(DecodePhotoFeatures(7, camera, {}, EncodeDescriptors(descriptors_)).ok());
+}
+
+PhotoFeaturesPtr Photo(int64_t id, size_t num_points) {
+  auto photo = std::make_shared<PhotoFeatures>();
+  photo->image_id = id;
+  photo->points.resize(num_points);
+  photo->descriptors.resize(num_points * kDescriptorDim);
+  return photo;
+}
+
+TEST(FeatureCache, DropsWhatWasNotUsedForLongest) {
+  const size_t one = Photo(1, 100)->MemoryBytes();
+  FeatureCache cache(2 * one);
+  cache.Insert(Photo(1, 100));
+  cache.Insert(Photo(2, 100));
+  EXPECT_TRUE(cache.Find(1));
+  cache.Insert(Photo(3, 100));
+  EXPECT_TRUE(cache.Find(1));
+  EXPECT_FALSE(cache.Find(2));
+  EXPECT_TRUE(cache.Find(3));
+  EXPECT_EQ(cache.num_bytes(), 2 * one);
+}
+
+TEST(FeatureCache, ReplacesAndRefusesWhatIsTooLarge) {
+  FeatureCache cache(Photo(1, 100)->MemoryBytes());
+  cache.Insert(Photo(1, 100));
+  cache.Insert(Photo(1, 50));
+  EXPECT_EQ(cache.size(), 1u);
+  EXPECT_EQ(cache.Find(1)->points.size(), 50u);
+  cache.Insert(Photo(2, 200));
+  EXPECT_FALSE(cache.Find(2));
+  EXPECT_EQ(cache.num_bytes(), 0u);
+}
+
+}  // namespace
+}  // namespace skein
