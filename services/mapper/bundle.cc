@@ -1,0 +1,368 @@
+#include "mapper/bundle.h"
+
+#include <cmath>
+#include <thread>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "mapper/bundle_terms.h"
+#include "mapper/reduced_system.h"
+
+namespace skein {
+namespace {
+
+constexpr double kInitialDamping = 1e-4;
+constexpr double kMaxDamping = 1e10;
+constexpr double kMinDiagonal = 1e-6;
+
+// A point's terms and its own block of the normal equations.
+struct PointTerms {
+  std::vector<ObservationTerm> terms;
+  int size = 0;
+  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  Eigen::Vector3d damping = Eigen::Vector3d::Zero();   // added to the diagonal of V
+  Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();
+
+  void Set(const Bundle& bundle, const BundleLayout& layout, const RobustLoss& loss,
+           const BundlePoint& point, double lambda) {
+    if (static_cast<int>(terms.size()) < point.count) terms.resize(point.count);
+    size = 0;
+    V.setZero();
+    gradient.setZero();
+    for (int i = point.first; i < point.first + point.count; ++i) {
+      ObservationTerm& term = terms[size];
+      if (!Linearise(bundle, layout, loss, point, bundle.observations[i], &term)) continue;
+      V.noalias() += term.J_point.transpose() * term.J_point;
+      gradient.noalias() += term.J_point.transpose() * term.residual;
+      ++size;
+    }
+    damping = lambda * V.diagonal().cwiseMax(kMinDiagonal);
+    V.diagonal() += damping;
+    V_inverse = V.inverse();
+  }
+};
+
+class Solver {
+ public:
+  Solver(const BundleOptions& options, Bundle* bundle)
+      : options_(options), bundle_(*bundle), layout_(MakeLayout(*bundle)),
+        loss_{options.loss, options.loss_scale_px}, start_(bundle->poses) {
+    SplitPoints();
+    const bool dense = layout_.num_free_poses <= options.max_dense_poses;
+    for (size_t i = 0; i < chunks_.size(); ++i) {
+      systems_.push_back(dense ? MakeDenseSystem(layout_) : MakeSparseSystem(*bundle, layout_));
+    }
+  }
+
+  BundleSummary Run() {
+    BundleSummary summary;
+    summary.num_free_poses = layout_.num_free_poses;
+    double cost = Cost();
+    summary.initial_cost = summary.final_cost = cost;
+    double lambda = kInitialDamping;
+    double growth = 2.0;
+    while (summary.iterations < options_.max_iterations && lambda < kMaxDamping) {
+      if (options_.cancel != nullptr && *options_.cancel) return summary;
+      ++summary.iterations;
+      const std::vector<BundlePose> poses = bundle_.poses;
+      const std::vector<BundleCamera> cameras = bundle_.cameras;
+      const std::vector<BundlePoint> points = bundle_.points;
+      double predicted = 0;
+      const bool solved = Step(lambda, &predicted);
+      const double new_cost = solved ? Cost() : std::numeric_limits<double>::infinity();
+      if (!(new_cost < cost)) {
+        bundle_.poses = poses;
+        bundle_.cameras = cameras;
+        bundle_.points = points;
+        lambda *= growth;
+        growth *= 2.0;
+        if (solved && new_cost - cost < options_.function_tolerance * cost) break;
+        continue;
+      }
+      const double decrease = cost - new_cost;
+      const double gain = predicted > 0 ? decrease / predicted : 1.0;
+      lambda *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain - 1.0, 3));
+      growth = 2.0;
+      cost = new_cost;
+      if (decrease < options_.function_tolerance * cost) break;
+    }
+    summary.final_cost = cost;
+    summary.usable = std::isfinite(cost);
+    return summary;
+  }
+
+ private:
+  struct Chunk {
+    int begin, end;
+  };
+
+  void SplitPoints() {
+    const int num_chunks = std::max(1, options_.num_threads);
+    const int num_points = static_cast<int>(bundle_.points.size());
+    const size_t per_chunk = bundle_.observations.size() / num_chunks + 1;
+    int begin = 0;
+    size_t count = 0;
+    for (int p = 0; p < num_points; ++p) {
+      count += bundle_.points[p].count;
+      if (count < per_chunk && p + 1 < num_points) continue;
+      chunks_.push_back({begin, p + 1});
+      begin = p + 1;
+      count = 0;
+    }
+    if (chunks_.empty()) chunks_.push_back({0, 0});
+  }
+
+  template <typename Function>
+  void ForEachChunk(const Function& function) {
+    std::vector<std::thread> threads;
+    for (size_t i = 1; i < chunks_.size(); ++i) threads.emplace_back([&, i] { function(i); });
+    function(0);
+    for (std::thread& thread : threads) thread.join();
+  }
+
+  double Cost() {
+    std::vector<double> costs(chunks_.size());
+    ForEachChunk([&](size_t i) {
+      costs[i] = ReprojectionCost(bundle_, loss_, chunks_[i].begin, chunks_[i].end);
+    });
+    double sum = CameraPriorCost(bundle_) + PosePriorCost();
+    for (const double cost : costs) sum += cost;
+    return sum;
+  }
+
+  // Builds and solves the damped normal equations and moves the bundle; the decrease of the cost
+  // that the linear model promises goes to `predicted`.
+  bool Step(double lambda, double* predicted) {
+    ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, systems_[i].get()); });
+    ReducedSystem& system = *systems_[0];
+    for (size_t i = 1; i < systems_.size(); ++i) system.Add(*systems_[i]);
+    if (prior_information_.empty()) SetPosePriors(system);
+    AddPriors(&system);
+    const Eigen::VectorXd damping = lambda * system.diagonal.cwiseMax(kMinDiagonal);
+    Eigen::VectorXd b = system.schur_gradient - WeightedGradient(system.gradient);
+    Eigen::VectorXd y(layout_.size);
+    if (layout_.size > 0 && !system.Solve(damping, b, &y)) return false;
+    const Eigen::VectorXd delta = Unweighted(y);
+    *predicted = options_.weight_form == WeightForm::kPaper
+                     ? 0.0
+                     : 0.5 * delta.dot(damping.cwiseProduct(delta) - system.gradient);
+    std::vector<double> gains(chunks_.size());
+    ForEachChunk([&](size_t i) { gains[i] = MovePoints(chunks_[i], lambda, y); });
+    for (const double gain : gains) *predicted += gain;
+    MoveCameras(delta);
+    return true;
+  }
+
+  void Accumulate(const Chunk& chunk, double lambda, ReducedSystem* system) {
+    system->SetZero();
+    PointTerms point_terms;
+    for (int p = chunk.begin; p < chunk.end; ++p) {
+      point_terms.Set(bundle_, layout_, loss_, bundle_.points[p], lambda);
+      AddDirect(point_terms, system);
+      if (!bundle_.points[p].constant) AddSchur(point_terms, system);
+    }
+  }
+
+  void AddDirect(const PointTerms& point, ReducedSystem* system) {
+    for (int i = 0; i < point.size; ++i) {
+      const ObservationTerm& term = point.terms[i];
+      if (term.pose_row >= 0) {
+        system->AddBlock(term.pose_row, term.pose_row, term.J_pose.transpose() * term.J_pose);
+        system->gradient.segment<6>(term.pose_row) += term.J_pose.transpose() * term.residual;
+      }
+      if (term.camera_row < 0) continue;
+      const auto J = term.J_camera.leftCols(term.camera_size);
+      system->AddBlock(term.camera_row, term.camera_row, J.transpose() * J);
+      system->gradient.segment(term.camera_row, term.camera_size) += J.transpose() * term.residual;
+      if (term.pose_row < 0) continue;
+      system->AddBlock(term.pose_row, term.camera_row, term.J_pose.transpose() * J);
+    }
+  }
+
+  // Takes the point out of the system: S -= W V^-1 W', and the same for the right-hand side.
+  void AddSchur(const PointTerms& point, ReducedSystem* system) {
+    const Eigen::Vector3d v = point.V_inverse * point.gradient;
+    CameraCouplings(point);
+    for (int i = 0; i < point.size; ++i) {
+      const ObservationTerm& a = point.terms[i];
+      if (a.pose_row < 0) continue;
+      const Eigen::Matrix<double, 6, 3> Y = a.W * point.V_inverse;
+      system->schur_gradient.segment<6>(a.pose_row).noalias() += a.W * v;
+      system->SubtractBlock(a.pose_row, a.pose_row, Y * a.W.transpose());
+      for (int j = i + 1; j < point.size; ++j) {
+        const ObservationTerm& b = point.terms[j];
+        if (b.pose_row < 0) continue;
+        if (a.pose_row < b.pose_row) {
+          system->SubtractBlock(a.pose_row, b.pose_row, Y * b.W.transpose());
+        } else if (a.pose_row == b.pose_row) {  // the point twice in one image
+          const Eigen::Matrix<double, 6, 6> twice = Y * b.W.transpose();
+          system->SubtractBlock(a.pose_row, a.pose_row, twice + twice.transpose());
+        } else {
+          system->SubtractBlock(b.pose_row, a.pose_row, b.W * Y.transpose());
+        }
+      }
+      for (const Coupling& c : Couplings()) {
+        system->SubtractBlock(a.pose_row, c.row, Y * c.W.topRows(c.size).transpose());
+      }
+    }
+    for (const Coupling& a : Couplings()) {
+      const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxIntrinsics, 3> Y =
+          a.W.topRows(a.size) * point.V_inverse;
+      system->schur_gradient.segment(a.row, a.size) += a.W.topRows(a.size) * v;
+      for (const Coupling& b : Couplings()) {
+        if (a.row <= b.row) system->SubtractBlock(a.row, b.row, Y * b.W.topRows(b.size).transpose());
+      }
+    }
+  }
+
+  // Of one point with one camera's parameters, summed over its observations by that camera.
+  struct Coupling {
+    Coupling(int row, int size) : row(row), size(size) {}
+    int row, size;
+    Eigen::Matrix<double, kMaxIntrinsics, 3> W = Eigen::Matrix<double, kMaxIntrinsics, 3>::Zero();
+  };
+  static std::vector<Coupling>& Couplings() {
+    thread_local std::vector<Coupling> couplings;
+    return couplings;
+  }
+
+  void CameraCouplings(const PointTerms& point) {
+    std::vector<Coupling>& couplings = Couplings();
+    couplings.clear();
+    for (int i = 0; i < point.size; ++i) {
+      const ObservationTerm& term = point.terms[i];
+      if (term.camera_row < 0) continue;
+      Coupling* coupling = nullptr;
+      for (Coupling& c : couplings) coupling = c.row == term.camera_row ? &c : coupling;
+      if (coupling == nullptr) {
+        couplings.emplace_back(term.camera_row, term.camera_size);
+        coupling = &couplings.back();
+      }
+      coupling->W.topRows(term.camera_size) +=
+          term.J_camera.leftCols(term.camera_size).transpose() * term.J_point;
+    }
+  }
+
+  // Back-substitution of the points; returns the decrease that the linear model promises of them.
+  double MovePoints(const Chunk& chunk, double lambda, const Eigen::VectorXd& y) {
+    double predicted = 0;
+    PointTerms terms;
+    for (int p = chunk.begin; p < chunk.end; ++p) {
+      BundlePoint& point = bundle_.points[p];
+      if (point.constant) continue;
+      terms.Set(bundle_, layout_, loss_, point, lambda);
+      Eigen::Vector3d rhs = terms.gradient;
+      for (int i = 0; i < terms.size; ++i) {
+        const ObservationTerm& term = terms.terms[i];
+        if (term.pose_row >= 0) rhs += term.W.transpose() * y.segment<6>(term.pose_row);
+        if (term.camera_row < 0) continue;
+        rhs += term.J_point.transpose() * (term.J_camera.leftCols(term.camera_size) *
+                                           y.segment(term.camera_row, term.camera_size));
+      }
+      const Eigen::Vector3d delta = -(terms.V_inverse * rhs);
+      predicted += 0.5 * delta.dot(terms.damping.cwiseProduct(delta) - terms.gradient);
+      point.xyz += delta;
+    }
+    return predicted;
+  }
+
+  void MoveCameras(const Eigen::VectorXd& delta) {
+    for (size_t i = 0; i < bundle_.poses.size(); ++i) {
+      if (layout_.pose_row[i] < 0) continue;
+      IncrementPose(delta.segment<6>(layout_.pose_row[i]), &bundle_.poses[i]);
+    }
+    for (size_t i = 0; i < bundle_.cameras.size(); ++i) {
+      BundleCamera& camera = bundle_.cameras[i];
+      for (size_t k = 0; k < camera.refined.size(); ++k) {
+        camera.params[camera.refined[k]] += delta[layout_.camera_row[i] + k];
+      }
+    }
+  }
+
+  // The prior's information of each free pose: (1/p - 1) times its own block before the first step.
+  void SetPosePriors(const ReducedSystem& system) {
+    prior_information_.assign(bundle_.poses.size(), Eigen::Matrix<double, 6, 6>::Zero());
+    if (options_.weight_form != WeightForm::kConsistent) return;
+    for (size_t i = 0; i < bundle_.poses.size(); ++i) {
+      const int row = layout_.pose_row[i];
+      if (row < 0) continue;
+      prior_information_[i] = (1.0 / bundle_.poses[i].weight - 1.0) * system.direct_block(row);
+    }
+  }
+
+  double PosePriorCost() const {
+    double cost = 0;
+    for (size_t i = 0; i < prior_information_.size(); ++i) {
+      if (layout_.pose_row[i] < 0) continue;
+      const auto delta = PoseIncrement(start_[i], bundle_.poses[i]);
+      cost += 0.5 * delta.dot(prior_information_[i] * delta);
+    }
+    return cost;
+  }
+
+  void AddPriors(ReducedSystem* system) {
+    for (size_t i = 0; i < bundle_.poses.size(); ++i) {
+      const int row = layout_.pose_row[i];
+      if (row < 0 || bundle_.poses[i].weight >= 1.0 ||
+          options_.weight_form != WeightForm::kConsistent) {
+        continue;
+      }
+      system->AddBlock(row, row, prior_information_[i]);
+      system->gradient.segment<6>(row) +=
+          prior_information_[i] * PoseIncrement(start_[i], bundle_.poses[i]);
+    }
+    for (size_t i = 0; i < bundle_.cameras.size(); ++i) AddCameraPrior(i, system);
+  }
+
+  void AddCameraPrior(size_t i, ReducedSystem* system) {
+    const BundleCamera& camera = bundle_.cameras[i];
+    for (size_t k = 0; k < camera.refined.size(); ++k) {
+      const int param = camera.refined[k];
+      if (camera.prior_sigma.empty() || camera.prior_sigma[param] <= 0) continue;
+      const double information = 1.0 / (camera.prior_sigma[param] * camera.prior_sigma[param]);
+      const int row = layout_.camera_row[i] + static_cast<int>(k);
+      system->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(information));
+      system->gradient[row] += information * (camera.params[param] - camera.prior[param]);
+    }
+  }
+
+  // The paper multiplies the gradient of a camera by its weight, and the unknown it solves for
+  // is the weighted increment (Eq. 11).
+  Eigen::VectorXd WeightedGradient(const Eigen::VectorXd& gradient) const {
+    return ScaledByWeight(gradient, [](double p) { return p; });
+  }
+  Eigen::VectorXd Unweighted(const Eigen::VectorXd& y) const {
+    return ScaledByWeight(y, [](double p) { return 1.0 / p; });
+  }
+  template <typename Function>
+  Eigen::VectorXd ScaledByWeight(Eigen::VectorXd v, const Function& scale) const {
+    if (options_.weight_form != WeightForm::kPaper) return v;
+    for (size_t i = 0; i < bundle_.poses.size(); ++i) {
+      if (layout_.pose_row[i] < 0) continue;
+      v.segment<6>(layout_.pose_row[i]) *= scale(bundle_.poses[i].weight);
+    }
+    return v;
+  }
+
+  const BundleOptions options_;
+  Bundle& bundle_;
+  const BundleLayout layout_;
+  const RobustLoss loss_;
+  const std::vector<BundlePose> start_;
+  std::vector<Chunk> chunks_;
+  std::vector<std::unique_ptr<ReducedSystem>> systems_;
+  std::vector<Eigen::Matrix<double, 6, 6>> prior_information_;
+};
+
+}  // namespace
+
+BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle) {
+  Bundle refined = *bundle;
+  const BundleSummary summary = Solver(options, &refined).Run();
+  if (summary.usable) *bundle = std::move(refined);
+  return summary;
+}
+
+}  // namespace skein

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace skein {
+
+// A bundle adjustment problem as plain values: a copy of what it refines, so that it can be
+// solved in any thread while the map goes on. Built from a map by mapper/bundle_builder.h.
+
+struct BundlePose {
+  uint32_t image_id = 0;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // cam_from_world
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  int camera = 0;          // index into Bundle::cameras
+  bool constant = false;
+  double weight = 1.0;     // p of the paper's Eq. 2, in (0, 1]; see WeightForm
+};
+
+struct BundleCamera {
+  uint32_t camera_id = 0;
+  int model_id = 0;             // COLMAP's
+  std::vector<double> params;   // COLMAP's order
+  std::vector<int> refined;     // indices of the parameters that may change
+  std::vector<double> prior;    // as params: the centre of a weak Gaussian prior
+  std::vector<double> prior_sigma;  // as params, in the parameter's unit; 0: no prior
+};
+
+struct BundlePoint {
+  uint64_t point3D_id = 0;
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
+  int first = 0;           // its observations: [first, first + count)
+  int count = 0;
+  bool constant = false;
+};
+
+struct BundleObservation {
+  int pose = 0;            // index into Bundle::poses
+  uint32_t point2D_idx = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
+
+struct Bundle {
+  std::vector<BundlePose> poses;
+  std::vector<BundleCamera> cameras;
+  std::vector<BundlePoint> points;
+  std::vector<BundleObservation> observations;  // grouped by point
+};
+
+// How the weights of poses act (docs/methods/local_ba.md).
+enum class WeightForm {
+  kNone,        // not at all
+  kPaper,       // as the paper's Eq. 10-11 scale the camera blocks of the normal equations
+  kConsistent,  // a prior (1/p - 1) * H on the pose's increment, H its own information matrix
+};
+
+enum class Loss { kSquared, kSoftL1, kCauchy };
+
+struct BundleOptions {
+  int max_iterations = 25;
+  double function_tolerance = 1e-6;   // relative decrease of the cost at which it is converged
+  Loss loss = Loss::kSoftL1;
+  double loss_scale_px = 1.0;
+  WeightForm weight_form = WeightForm::kNone;
+  int num_threads = 1;
+  int max_dense_poses = 250;          // more free poses: sparse Cholesky of the Schur complement
+  const std::atomic<bool>* cancel = nullptr;  // checked at each iteration
+};
+
+struct BundleSummary {
+  bool usable = false;      // false: numerical failure or cancelled; the bundle is as it was
+  int iterations = 0;
+  double initial_cost = 0;  // half the sum of the robust squared residuals
+  double final_cost = 0;
+  int num_free_poses = 0;
+};
+
+// Levenberg-Marquardt on the Schur complement of the points. Increments of a pose are local:
+// X_cam' = exp(w) X_cam - s, so that they don't depend on the choice of the world's frame.
+// Deterministic for a given number of threads. Throws std::invalid_argument when indices of
+// the bundle are out of range.
+BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle);
+
+// Reprojection error in pixels of each observation; infinite behind the camera.
+std::vector<double> ReprojectionErrors(const Bundle& bundle);
+
+}  // namespace skein

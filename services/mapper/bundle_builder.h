@@ -1,0 +1,38 @@
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "mapper/bundle.h"
+#include "mapper/scene_map.h"
+
+namespace skein {
+
+// Which part of a map a bundle holds.
+struct BundleRequest {
+  std::vector<image_t> free;         // poses to refine
+  std::vector<double> weights;       // of `free`, in (0, 1]; empty: all 1
+  std::vector<image_t> held;         // constant poses, whose observations count
+  std::vector<point3D_t> points;     // to refine; those with < 2 observations in it are left out
+  bool refine_cameras = false;       // focal length; distortion from three registered photos on
+};
+
+// A bundle of a part of the map; only registered images count.
+Bundle BuildBundle(const SceneMap& map, const BundleRequest& request);
+
+// All registered images and points.
+Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
+
+// Puts the refined poses, points and parameters into the map they were built from. Images that
+// are no longer registered and points that are gone are passed over.
+void ApplyBundle(const Bundle& bundle, SceneMap* map);
+
+// A pose in COLMAP's and in our form.
+void GetPose(const colmap::Image& image, BundlePose* pose);
+void SetPose(const BundlePose& pose, colmap::Image* image);
+
+// The camera with its weak priors: focal length 10 % (EXIF) or 30 %, distortion 0.1.
+BundleCamera MakeBundleCamera(const SceneMap& map, camera_t id, bool refine_focal,
+                              bool refine_distortion);
+
+}  // namespace skein

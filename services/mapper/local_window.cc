@@ -1,0 +1,114 @@
+#include "mapper/local_window.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+namespace skein {
+namespace {
+
+// Points of an image, with multiplicity removed.
+std::vector<point3D_t> PointsOf(const SceneMap& map, image_t id) {
+  std::vector<point3D_t> points;
+  for (const colmap::Point2D& point : map.reconstruction().Image(id).Points2D()) {
+    if (point.HasPoint3D()) points.push_back(point.Point3DId());
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+// How many points of `ids` each registered image sees, most first.
+std::vector<std::pair<image_t, int>> Observers(const SceneMap& map,
+                                               const std::vector<point3D_t>& ids) {
+  std::map<image_t, int> counts;
+  for (const point3D_t id : ids) {
+    for (const auto& element : map.reconstruction().Point3D(id).Track().Elements()) {
+      ++counts[element.image_id];
+    }
+  }
+  std::vector<std::pair<image_t, int>> sorted(counts.begin(), counts.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  return sorted;
+}
+
+// The points of the free images: those of the new photo first, then by the number of free images
+// that see them, then by id.
+std::vector<point3D_t> SelectPoints(const SceneMap& map, const std::vector<image_t>& free,
+                                    size_t limit) {
+  std::unordered_map<point3D_t, int> counts;
+  for (const image_t id : free) {
+    for (const point3D_t point : PointsOf(map, id)) counts[point] += id == free[0] ? 1000 : 1;
+  }
+  std::vector<std::pair<int, point3D_t>> ranked;
+  for (const auto& [id, count] : counts) {
+    if (map.reconstruction().Point3D(id).Track().Length() >= 2) ranked.emplace_back(-count, id);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  if (limit > 0 && ranked.size() > limit) ranked.resize(limit);
+  std::vector<point3D_t> points;
+  for (const auto& [count, id] : ranked) points.push_back(id);
+  std::sort(points.begin(), points.end());
+  return points;
+}
+
+// COLMAP's local BA: the images with most common points, two of them held for the gauge.
+BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& map,
+                           image_t new_image_id) {
+  BundleRequest request;
+  request.free.push_back(new_image_id);
+  std::vector<image_t> window;
+  for (const auto& [id, count] : Observers(map, PointsOf(map, new_image_id))) {
+    if (static_cast<int>(window.size()) + 1 >= options.colmap_images) break;
+    if (id != new_image_id) window.push_back(id);
+  }
+  const size_t num_held = std::min<size_t>(2, window.size());
+  request.held.assign(window.end() - num_held, window.end());
+  request.free.insert(request.free.end(), window.begin(), window.end() - num_held);
+  request.points = SelectPoints(map, request.free, 0);
+  return request;
+}
+
+}  // namespace
+
+LocalBaForm LocalBaFormFromName(const std::string& name) {
+  if (name == "paper") return LocalBaForm::kPaper;
+  if (name == "consistent") return LocalBaForm::kConsistent;
+  if (name == "equal") return LocalBaForm::kEqual;
+  if (name == "colmap") return LocalBaForm::kColmap;
+  throw std::invalid_argument("unknown local BA '" + name +
+                              "'; one of paper, consistent, equal, colmap");
+}
+
+BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMap& map,
+                                const SimilarityLists& similar, image_t new_image_id) {
+  if (options.form == LocalBaForm::kColmap) return ColmapWindow(options, map, new_image_id);
+  const bool limited = options.form != LocalBaForm::kPaper;
+  const auto is_member = [&](uint32_t id) { return map.IsRegistered(id); };
+  BundleRequest request;
+  std::set<image_t> in_window;
+  for (const TreeNode& node :
+       BuildAssociationTree(options.tree, similar, new_image_id, is_member)) {
+    const bool full = limited && options.max_free > 0 &&
+                      static_cast<int>(request.free.size()) >= options.max_free;
+    in_window.insert(node.image_id);
+    if (node.weight > 0 && !full) {
+      request.free.push_back(node.image_id);
+      request.weights.push_back(node.weight);
+    } else {
+      request.held.push_back(node.image_id);
+    }
+  }
+  request.points = SelectPoints(map, request.free, limited ? options.max_points : 0);
+  const size_t max_held = limited && options.max_held > 0 ? options.max_held : SIZE_MAX;
+  if (request.held.size() > max_held) request.held.resize(max_held);
+  for (const auto& [id, count] : Observers(map, request.points)) {
+    if (request.held.size() >= max_held) break;
+    if (in_window.insert(id).second) request.held.push_back(id);
+  }
+  return request;
+}
+
+}  // namespace skein

@@ -1,0 +1,271 @@
+// skein-mapper-offline: feeds a COLMAP database photo by photo to the mapper, without services, and
+// tells what came of it. For measuring the mapper against `colmap mapper` on the same matches.
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <random>
+
+#include <CLI/CLI.hpp>
+
+#include "base/database.h"
+#include "base/similarity_transform.h"
+#include "mapper/submap.h"
+
+namespace skein {
+namespace {
+
+struct Arguments {
+  std::string database, order = "name", ground_truth, reference, output, local_ba = "consistent";
+  double focal_factor = 1.0;
+  int threads = 1;
+  int max_photos = 0;
+  bool verbose = false;
+};
+
+double CpuSeconds() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_utime.tv_sec + usage.ru_utime.tv_usec * 1e-6 + usage.ru_stime.tv_sec +
+         usage.ru_stime.tv_usec * 1e-6;
+}
+
+std::vector<colmap::Image> OrderedImages(const colmap::Database& database,
+                                         const Arguments& arguments) {
+  std::vector<colmap::Image> images = database.ReadAllImages();
+  std::sort(images.begin(), images.end(),
+            [](const auto& a, const auto& b) { return a.Name() < b.Name(); });
+  if (arguments.order.rfind("shuffle:", 0) == 0) {
+    std::mt19937 random(std::stoi(arguments.order.substr(8)));
+    std::shuffle(images.begin(), images.end(), random);
+  }
+  if (arguments.max_photos > 0 && arguments.max_photos < static_cast<int>(images.size())) {
+    images.resize(arguments.max_photos);
+  }
+  return images;
+}
+
+PhotoInput ReadPhoto(const colmap::Database& database, const colmap::Image& image,
+                     const Arguments& arguments) {
+  const colmap::Camera camera = database.ReadCamera(image.CameraId());
+  PhotoInput photo;
+  photo.image_id = image.ImageId();
+  photo.camera_id = image.CameraId();
+  photo.name = image.Name();
+  photo.width_px = static_cast<int>(camera.Width());
+  photo.height_px = static_cast<int>(camera.Height());
+  photo.focal_px = camera.MeanFocalLength() * arguments.focal_factor;
+  photo.focal_from_exif = camera.HasPriorFocalLength();
+  for (const colmap::FeatureKeypoint& k : database.ReadKeypoints(image.ImageId())) {
+    photo.keypoints.push_back({k.x, k.y, k.ComputeScale(), k.ComputeOrientation(), 0, 0, 0});
+  }
+  return photo;
+}
+
+// Verified pairs with the photos that came before, most inliers first.
+TwoViewPairs ReadPairs(const colmap::Database& database, image_t id,
+                       const std::vector<image_t>& before) {
+  TwoViewPairs pairs;
+  for (const image_t other : before) {
+    if (!database.ExistsInlierMatches(id, other)) continue;
+    const colmap::TwoViewGeometry geometry = database.ReadTwoViewGeometry(id, other);
+    if (geometry.inlier_matches.size() < 15) continue;
+    TwoViewPair pair;
+    pair.other_id = other;
+    for (const auto& match : geometry.inlier_matches) {
+      pair.inliers.emplace_back(match.point2D_idx1, match.point2D_idx2);
+    }
+    pairs.push_back(pair);
+  }
+  std::stable_sort(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
+    return a.inliers.size() > b.inliers.size();
+  });
+  if (pairs.size() > 30) pairs.resize(30);
+  return pairs;
+}
+
+// Stands for the distance of global descriptors, which the database does not have.
+std::vector<std::pair<uint32_t, double>> DistancesFromInliers(const TwoViewPairs& pairs) {
+  std::vector<std::pair<uint32_t, double>> distances;
+  for (const TwoViewPair& pair : pairs) {
+    const double similarity = std::min(1.0, static_cast<double>(pair.inliers.size()) / 1000.0);
+    distances.emplace_back(pair.other_id, 2.0 * std::sqrt(1.0 - similarity));
+  }
+  return distances;
+}
+
+std::map<std::string, Eigen::Vector3d> ReadGroundTruth(const std::string& folder) {
+  std::map<std::string, Eigen::Vector3d> centers;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    std::ifstream file(entry.path());
+    std::vector<double> values{std::istream_iterator<double>(file), {}};
+    if (values.size() < 24) continue;
+    centers[entry.path().stem().string()] = {values[21], values[22], values[23]};
+  }
+  return centers;
+}
+
+std::map<std::string, Eigen::Vector3d> ReadReference(const std::string& folder) {
+  colmap::Reconstruction reconstruction;
+  reconstruction.Read(folder);
+  std::map<std::string, Eigen::Vector3d> centers;
+  for (const image_t id : reconstruction.RegImageIds()) {
+    centers[reconstruction.Image(id).Name()] = reconstruction.Image(id).ProjectionCenter();
+  }
+  return centers;
+}
+
+// RMSE of positions after a similarity, in percent of the diagonal of the truth's bounding box.
+double PositionRmsePercent(const colmap::Reconstruction& reconstruction,
+                           const std::map<std::string, Eigen::Vector3d>& truth) {
+  std::vector<Eigen::Vector3d> from, to;
+  for (const image_t id : reconstruction.RegImageIds()) {
+    const auto it = truth.find(reconstruction.Image(id).Name());
+    if (it == truth.end()) continue;
+    from.push_back(reconstruction.Image(id).ProjectionCenter());
+    to.push_back(it->second);
+  }
+  colmap::SimilarityTransform3 transform;
+  if (from.size() < 3 || !transform.Estimate<true>(from, to)) return NAN;
+  double sum = 0;
+  Eigen::Vector3d low = to[0], high = to[0];
+  for (size_t i = 0; i < from.size(); ++i) {
+    transform.TransformPoint(&from[i]);
+    sum += (from[i] - to[i]).squaredNorm();
+    low = low.cwiseMin(to[i]);
+    high = high.cwiseMax(to[i]);
+  }
+  return 100.0 * std::sqrt(sum / from.size()) / (high - low).norm();
+}
+
+class Run {
+ public:
+  explicit Run(const Arguments& arguments) : arguments_(arguments), submap_(Options(arguments)) {
+    if (!arguments.ground_truth.empty()) truth_ = ReadGroundTruth(arguments.ground_truth);
+    if (!arguments.reference.empty()) truth_ = ReadReference(arguments.reference);
+  }
+
+  int Execute() {
+    const colmap::Database database(arguments_.database);
+    const std::vector<colmap::Image> images = OrderedImages(database, arguments_);
+    double mapper_s = 0;
+    for (const colmap::Image& image : images) {
+      const PhotoInput photo = ReadPhoto(database, image, arguments_);
+      const TwoViewPairs pairs = ReadPairs(database, image.ImageId(), before_);
+      before_.push_back(image.ImageId());
+      const double start = CpuSeconds();
+      Feed(photo, pairs);
+      mapper_s += CpuSeconds() - start;
+    }
+    Print("before finish", images.size(), mapper_s);
+    const double start = CpuSeconds();
+    submap_.Finish(Sink());
+    Print("after finish", images.size(), CpuSeconds() - start);
+    if (!arguments_.output.empty()) Write();
+    return 0;
+  }
+
+ private:
+  static SubmapOptions Options(const Arguments& arguments) {
+    SubmapOptions options;
+    options.local.form = LocalBaFormFromName(arguments.local_ba);
+    options.num_threads = arguments.threads;
+    return options;
+  }
+
+  void Feed(const PhotoInput& photo, const TwoViewPairs& pairs) {
+    for (const Status& status :
+         {submap_.AddPhoto(photo), submap_.AddPairs(photo.image_id, pairs)}) {
+      if (!status.ok()) throw std::runtime_error(photo.name + ": " + status.error());
+    }
+    submap_.AddSimilar(photo.image_id, DistancesFromInliers(pairs));
+    if (submap_.map().reconstruction().NumRegImages() == 0) {
+      TryToStart(photo.image_id, pairs);
+      return;
+    }
+    submap_.Enqueue(photo.image_id);
+    while (submap_.Step(Sink())) continue;
+  }
+
+  void TryToStart(int64_t image_id, const TwoViewPairs& pairs) {
+    InitialPairOptions options;
+    options.min_triangulation_angle_deg = before_.size() < 5 ? 16 : before_.size() < 8 ? 8 : 4;
+    for (const TwoViewPair& pair : pairs) {
+      const InitialPairResult result = submap_.Start(options, pair.other_id, image_id, Sink());
+      if (arguments_.verbose) {
+        std::cout << "initial pair " << pair.other_id << " " << image_id << ": "
+                  << (result.ok ? "ok" : result.reason) << ", " << result.num_inliers
+                  << " inliers, " << result.triangulation_angle_deg << " deg\n";
+      }
+      if (!result.ok) continue;
+      while (submap_.Step(Sink())) continue;
+      return;
+    }
+  }
+
+  Submap::EventSink Sink() {
+    return [this](const PhotoEvent& event) {
+      if (!arguments_.verbose) return;
+      const char* names[] = {"registered", "deferred", "rejected", "withdrawn"};
+      std::cout << "  " << event.image_id << " " << names[static_cast<int>(event.state)] << " "
+                << event.reason << " visible " << event.num_visible << " inliers "
+                << event.num_inliers << " error " << event.mean_error_px << " register "
+                << event.register_s << " triangulate " << event.triangulate_s << " ba "
+                << event.ba_s << " (" << event.num_ba_images << ") total " << event.total_s
+                << "\n";
+    };
+  }
+
+  void Print(const std::string& when, size_t num_photos, double seconds) const {
+    const SubmapStatistics s = submap_.Statistics();
+    std::cout << when << ": registered " << s.num_images << "/" << num_photos << " points "
+              << s.num_points << " MRE " << s.mean_reprojection_error_px << " MTL "
+              << s.mean_track_length << " RMSE% "
+              << PositionRmsePercent(submap_.map().reconstruction(), truth_) << " cpu_s "
+              << seconds << " per photo " << seconds / num_photos << "\n";
+    for (const auto& [id, state] : submap_.map().camera_states()) {
+      std::cout << "  camera " << id << ": "
+                << submap_.map().reconstruction().Camera(id).ParamsToString() << "\n";
+    }
+  }
+
+  void Write() const {
+    std::filesystem::create_directories(arguments_.output);
+    submap_.map().reconstruction().Write(arguments_.output);
+  }
+
+  const Arguments arguments_;
+  Submap submap_;
+  std::vector<image_t> before_;
+  std::map<std::string, Eigen::Vector3d> truth_;
+};
+
+}  // namespace
+}  // namespace skein
+
+int main(int argc, char** argv) {
+  skein::Arguments arguments;
+  CLI::App app("Feeds a COLMAP database photo by photo to Skein's mapper");
+  app.add_option("--database", arguments.database, "COLMAP database with verified matches")
+      ->required()->check(CLI::ExistingFile);
+  app.add_option("--order", arguments.order, "name or shuffle:SEED");
+  app.add_option("--ground-truth", arguments.ground_truth, "folder of Strecha's .camera files");
+  app.add_option("--reference", arguments.reference, "COLMAP model to compare positions with");
+  app.add_option("--output", arguments.output, "folder for the model");
+  app.add_option("--local-ba", arguments.local_ba, "paper, consistent, equal or colmap");
+  app.add_option("--focal-factor", arguments.focal_factor, "multiplies the focal prior");
+  app.add_option("--threads", arguments.threads, "threads of a bundle adjustment");
+  app.add_option("--max-photos", arguments.max_photos, "stop after this many; 0: all");
+  app.add_flag("--verbose", arguments.verbose, "tell about each photo");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return skein::Run(arguments).Execute();
+  } catch (const std::exception& error) {
+    std::cerr << "skein-mapper-offline: " << error.what() << "\n";
+    return 1;
+  }
+}

@@ -1,0 +1,105 @@
+#include "mapper/projection.h"
+
+#include <ceres/jet.h>
+
+#include "base/camera_models.h"
+
+namespace skein {
+namespace {
+
+// Points closer to the camera's plane than this count as behind it.
+constexpr double kMinDepth = 1e-9;
+
+// d (x/z, y/z) / d point.
+Eigen::Matrix<double, 2, 3> PerspectiveJacobian(double u, double v, double inverse_z) {
+  Eigen::Matrix<double, 2, 3> J;
+  J << inverse_z, 0, -u * inverse_z, 0, inverse_z, -v * inverse_z;
+  return J;
+}
+
+// f, cx, cy, k: pixel = f * (1 + k r^2) * (u, v) + c.
+void SimpleRadial(double f, double cx, double cy, double k, double u, double v,
+                  Eigen::Vector2d* pixel, Eigen::Matrix2d* J_uv, IntrinsicsJacobian* J_intrinsics) {
+  const double r2 = u * u + v * v;
+  const double d = 1.0 + k * r2;
+  *pixel << f * d * u + cx, f * d * v + cy;
+  const double cross = 2.0 * f * k * u * v;
+  *J_uv << f * (d + 2.0 * k * u * u), cross, cross, f * (d + 2.0 * k * v * v);
+  if (J_intrinsics != nullptr) {
+    J_intrinsics->leftCols<4>() << d * u, 1, 0, f * r2 * u, d * v, 0, 1, f * r2 * v;
+  }
+}
+
+template <typename Model>
+void ByAutomaticDifferentiation(const std::vector<double>& params, double u, double v,
+                                Eigen::Vector2d* pixel, Eigen::Matrix2d* J_uv,
+                                IntrinsicsJacobian* J_intrinsics) {
+  constexpr int kParams = Model::kNumParams;
+  using Jet = ceres::Jet<double, kParams + 2>;
+  Jet jet_params[kParams];
+  for (int i = 0; i < kParams; ++i) jet_params[i] = Jet(params[i], i + 2);
+  Jet x, y;
+  Model::WorldToImage(jet_params, Jet(u, 0), Jet(v, 1), &x, &y);
+  *pixel << x.a, y.a;
+  *J_uv << x.v[0], x.v[1], y.v[0], y.v[1];
+  if (J_intrinsics == nullptr) return;
+  for (int i = 0; i < kParams; ++i) J_intrinsics->col(i) << x.v[i + 2], y.v[i + 2];
+}
+
+void Distort(int model_id, const std::vector<double>& params, double u, double v,
+             Eigen::Vector2d* pixel, Eigen::Matrix2d* J_uv, IntrinsicsJacobian* J_intrinsics) {
+  switch (model_id) {
+    case colmap::SimpleRadialCameraModel::kModelId:
+      return SimpleRadial(params[0], params[1], params[2], params[3], u, v, pixel, J_uv,
+                          J_intrinsics);
+    case colmap::SimplePinholeCameraModel::kModelId:
+      return SimpleRadial(params[0], params[1], params[2], 0.0, u, v, pixel, J_uv, J_intrinsics);
+#define CAMERA_MODEL_CASE(Model)                                                              \
+  case colmap::Model::kModelId:                                                               \
+    return ByAutomaticDifferentiation<colmap::Model>(params, u, v, pixel, J_uv, J_intrinsics);
+      CAMERA_MODEL_CASE(PinholeCameraModel)
+      CAMERA_MODEL_CASE(RadialCameraModel)
+      CAMERA_MODEL_CASE(OpenCVCameraModel)
+      CAMERA_MODEL_CASE(OpenCVFisheyeCameraModel)
+      CAMERA_MODEL_CASE(FullOpenCVCameraModel)
+      CAMERA_MODEL_CASE(FOVCameraModel)
+      CAMERA_MODEL_CASE(SimpleRadialFisheyeCameraModel)
+      CAMERA_MODEL_CASE(RadialFisheyeCameraModel)
+      CAMERA_MODEL_CASE(ThinPrismFisheyeCameraModel)
+#undef CAMERA_MODEL_CASE
+    default:
+      throw std::invalid_argument("unknown camera model");
+  }
+}
+
+}  // namespace
+
+bool ProjectWithJacobians(int model_id, const std::vector<double>& params,
+                          const Eigen::Vector3d& point_in_cam, Eigen::Vector2d* pixel,
+                          Eigen::Matrix<double, 2, 3>* J_point, IntrinsicsJacobian* J_intrinsics) {
+  if (!(point_in_cam.z() > kMinDepth)) return false;
+  const double inverse_z = 1.0 / point_in_cam.z();
+  const double u = point_in_cam.x() * inverse_z;
+  const double v = point_in_cam.y() * inverse_z;
+  Eigen::Matrix2d J_uv;
+  Distort(model_id, params, u, v, pixel, &J_uv, J_intrinsics);
+  *J_point = J_uv * PerspectiveJacobian(u, v, inverse_z);
+  return true;
+}
+
+bool Project(int model_id, const std::vector<double>& params, const Eigen::Vector3d& point_in_cam,
+             Eigen::Vector2d* pixel) {
+  if (!(point_in_cam.z() > kMinDepth)) return false;
+  const double u = point_in_cam.x() / point_in_cam.z();
+  const double v = point_in_cam.y() / point_in_cam.z();
+  if (model_id == colmap::SimpleRadialCameraModel::kModelId) {
+    const double fd = params[0] * (1.0 + params[3] * (u * u + v * v));
+    *pixel << fd * u + params[1], fd * v + params[2];
+    return true;
+  }
+  Eigen::Matrix2d J_uv;
+  Distort(model_id, params, u, v, pixel, &J_uv, nullptr);
+  return true;
+}
+
+}  // namespace skein

@@ -1,0 +1,191 @@
+#include "mapper/reduced_system.h"
+
+#include <algorithm>
+#include <set>
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+
+namespace skein {
+namespace {
+
+using ConstBlock = Eigen::Map<const Eigen::MatrixXd>;
+
+class DenseSystem : public ReducedSystem {
+ public:
+  explicit DenseSystem(int size) : ReducedSystem(size), S_(size, size) {}
+
+  bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
+             Eigen::VectorXd* x) override {
+    S_.diagonal() += damping;
+    // Column-major upper triangle is the lower one of the transpose, which LLT reads fastest.
+    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Upper> llt(S_);
+    if (llt.info() != Eigen::Success) return false;
+    *x = llt.solve(b);
+    return x->allFinite();
+  }
+
+ protected:
+  void Add(int row, int column, const double* values, int rows, int columns,
+           double sign) override {
+    if (rows == 6 && columns == 6) {
+      const Eigen::Map<const Eigen::Matrix<double, 6, 6>> block(values);
+      if (sign > 0) {
+        S_.block<6, 6>(row, column) += block;
+      } else {
+        S_.block<6, 6>(row, column) -= block;
+      }
+      return;
+    }
+    S_.block(row, column, rows, columns) += sign * ConstBlock(values, rows, columns);
+  }
+  void SetMatrixZero() override { S_.setZero(); }
+  void AddMatrix(const ReducedSystem& other) override {
+    S_ += static_cast<const DenseSystem&>(other).S_;
+  }
+
+ private:
+  Eigen::MatrixXd S_;
+};
+
+// Pose blocks in block rows with sorted columns; the cameras' rows, few, as a dense border.
+class SparseSystem : public ReducedSystem {
+ public:
+  SparseSystem(const Bundle& bundle, const BundleLayout& layout)
+      : ReducedSystem(layout.size), num_pose_rows_(6 * layout.num_free_poses),
+        columns_(layout.num_free_poses), first_(layout.num_free_poses + 1, 0),
+        border_(layout.size, layout.size - num_pose_rows_) {
+    FindBlocks(bundle, layout);
+    for (size_t i = 0; i < columns_.size(); ++i) first_[i + 1] = first_[i] + columns_[i].size();
+    blocks_.resize(first_.back());
+  }
+
+  bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
+             Eigen::VectorXd* x) override {
+    const Eigen::SparseMatrix<double> S = Matrix(damping);
+    if (!analysed_) llt_.analyzePattern(S);
+    analysed_ = true;
+    llt_.factorize(S);
+    if (llt_.info() != Eigen::Success) return false;
+    return SolveBordered(damping, b, x);
+  }
+
+ protected:
+  void Add(int row, int column, const double* values, int rows, int columns,
+           double sign) override {
+    if (column >= num_pose_rows_) {
+      border_.block(row, column - num_pose_rows_, rows, columns) +=
+          sign * ConstBlock(values, rows, columns);
+      return;
+    }
+    const std::vector<int>& in_row = columns_[row / 6];
+    const size_t at = std::lower_bound(in_row.begin(), in_row.end(), column / 6) - in_row.begin();
+    blocks_[first_[row / 6] + at] += sign * Eigen::Map<const Eigen::Matrix<double, 6, 6>>(values);
+  }
+  void SetMatrixZero() override {
+    for (auto& block : blocks_) block.setZero();
+    border_.setZero();
+  }
+  void AddMatrix(const ReducedSystem& other) override {
+    const auto& o = static_cast<const SparseSystem&>(other);
+    for (size_t i = 0; i < blocks_.size(); ++i) blocks_[i] += o.blocks_[i];
+    border_ += o.border_;
+  }
+
+ private:
+  void FindBlocks(const Bundle& bundle, const BundleLayout& layout) {
+    std::vector<std::set<int>> found(columns_.size());
+    for (const BundlePoint& point : bundle.points) {
+      for (int i = point.first; i < point.first + point.count; ++i) {
+        const int row = layout.pose_row[bundle.observations[i].pose];
+        for (int j = point.first; row >= 0 && j < point.first + point.count; ++j) {
+          const int column = layout.pose_row[bundle.observations[j].pose];
+          if (column >= row) found[row / 6].insert(column / 6);
+        }
+      }
+    }
+    for (size_t i = 0; i < found.size(); ++i) {
+      found[i].insert(static_cast<int>(i));
+      columns_[i].assign(found[i].begin(), found[i].end());
+    }
+  }
+
+  Eigen::SparseMatrix<double> Matrix(const Eigen::VectorXd& damping) const {
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(36 * blocks_.size());
+    for (size_t row = 0; row < columns_.size(); ++row) {
+      for (size_t k = 0; k < columns_[row].size(); ++k) {
+        const auto& block = blocks_[first_[row] + k];
+        const int r0 = 6 * static_cast<int>(row), c0 = 6 * columns_[row][k];
+        for (int c = 0; c < 6; ++c) {
+          for (int r = 0; r < 6; ++r) {
+            if (r0 + r > c0 + c) continue;
+            entries.emplace_back(r0 + r, c0 + c,
+                                 block(r, c) + (r0 + r == c0 + c ? damping[r0 + r] : 0.0));
+          }
+        }
+      }
+    }
+    Eigen::SparseMatrix<double> S(num_pose_rows_, num_pose_rows_);
+    S.setFromTriplets(entries.begin(), entries.end());
+    return S;
+  }
+
+  // [A B; B' C] [x; z] = [b; d] through the Schur complement of A.
+  bool SolveBordered(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
+                     Eigen::VectorXd* x) const {
+    const int border = static_cast<int>(border_.cols());
+    x->resize(b.size());
+    const Eigen::MatrixXd B = border_.topRows(num_pose_rows_);
+    const Eigen::VectorXd A_b = llt_.solve(b.head(num_pose_rows_));
+    if (border > 0) {
+      Eigen::MatrixXd C = border_.bottomRows(border);
+      C.diagonal() += damping.tail(border);
+      C = C.selfadjointView<Eigen::Upper>();
+      const Eigen::MatrixXd A_B = llt_.solve(B);
+      const Eigen::LLT<Eigen::MatrixXd> llt(C - B.transpose() * A_B);
+      if (llt.info() != Eigen::Success) return false;
+      x->tail(border) = llt.solve(b.tail(border) - B.transpose() * A_b);
+      x->head(num_pose_rows_) = A_b - A_B * x->tail(border);
+    } else {
+      *x = A_b;
+    }
+    return x->allFinite();
+  }
+
+  const int num_pose_rows_;
+  std::vector<std::vector<int>> columns_;  // block columns of each block row, sorted
+  std::vector<size_t> first_;              // of each row in blocks_
+  std::vector<Eigen::Matrix<double, 6, 6>> blocks_;
+  Eigen::MatrixXd border_;                 // columns of the cameras' parameters
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt_;
+  bool analysed_ = false;
+};
+
+}  // namespace
+
+void ReducedSystem::SetZero() {
+  gradient.setZero();
+  schur_gradient.setZero();
+  diagonal.setZero();
+  direct_.setZero();
+  SetMatrixZero();
+}
+
+void ReducedSystem::Add(const ReducedSystem& other) {
+  gradient += other.gradient;
+  schur_gradient += other.schur_gradient;
+  diagonal += other.diagonal;
+  direct_ += other.direct_;
+  AddMatrix(other);
+}
+
+std::unique_ptr<ReducedSystem> MakeDenseSystem(const BundleLayout& layout) {
+  return std::make_unique<DenseSystem>(layout.size);
+}
+
+std::unique_ptr<ReducedSystem> MakeSparseSystem(const Bundle& bundle, const BundleLayout& layout) {
+  return std::make_unique<SparseSystem>(bundle, layout);
+}
+
+}  // namespace skein

@@ -1,0 +1,215 @@
+#include "mapper/registration.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "base/pose.h"
+#include "estimators/pose.h"
+#include "mapper/bundle_builder.h"
+#include "mapper/bundle_terms.h"
+#include "util/math.h"
+#include "util/random.h"
+
+namespace skein {
+namespace {
+
+constexpr double kMinFocalRatio = 0.1;
+constexpr double kMaxFocalRatio = 10.0;
+constexpr double kMaxDistortion = 1.0;
+
+bool HasBogusParams(const colmap::Camera& camera) {
+  return camera.HasBogusParams(kMinFocalRatio, kMaxFocalRatio, kMaxDistortion);
+}
+
+// One free pose, all points constant.
+Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool refine_camera,
+                      const VisiblePoints& visible, const PoseEstimate& estimate) {
+  Bundle bundle;
+  bundle.poses.push_back(estimate.pose);
+  bundle.cameras.push_back(
+      MakeBundleCamera(map, camera.CameraId(), refine_camera, refine_camera));
+  bundle.cameras[0].params = camera.Params();
+  for (size_t i = 0; i < visible.size(); ++i) {
+    if (!estimate.inlier_mask[i]) continue;
+    BundlePoint point;
+    point.xyz = visible.xyz[i];
+    point.first = static_cast<int>(bundle.observations.size());
+    point.count = 1;
+    point.constant = true;
+    bundle.points.push_back(point);
+    bundle.observations.push_back({0, visible.point2D_idxs[i], visible.pixels[i]});
+  }
+  return bundle;
+}
+
+// The pose's covariance for 1 px of noise, from its information matrix (robustly weighted).
+void SetSigmas(const Bundle& bundle, PoseEstimate* estimate) {
+  const BundleLayout layout = MakeLayout(bundle);
+  const RobustLoss loss{Loss::kCauchy, 1.0};
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  std::vector<double> depths;
+  for (const BundlePoint& point : bundle.points) {
+    ObservationTerm term;
+    if (!Linearise(bundle, layout, loss, point, bundle.observations[point.first], &term)) continue;
+    information += term.J_pose.transpose() * term.J_pose;
+    depths.push_back((bundle.poses[0].R * point.xyz + bundle.poses[0].t).z());
+  }
+  estimate->position_sigma = estimate->rotation_sigma_deg = HUGE_VAL;
+  const Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>> lu(information);
+  if (depths.empty() || !lu.isInvertible()) return;
+  const Eigen::Matrix<double, 6, 6> covariance = lu.inverse();
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  estimate->rotation_sigma_deg = colmap::RadToDeg(
+      std::sqrt(covariance.topLeftCorner<3, 3>().selfadjointView<Eigen::Upper>()
+                    .eigenvalues().maxCoeff()));
+  estimate->position_sigma =
+      std::sqrt(covariance.bottomRightCorner<3, 3>().selfadjointView<Eigen::Upper>()
+                    .eigenvalues().maxCoeff()) / depths[depths.size() / 2];
+}
+
+PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
+  estimate.ok = false;
+  estimate.reason = reason;
+  return estimate;
+}
+
+bool RunRansac(const RegistrationOptions& options, bool estimate_focal,
+               const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+  colmap::AbsolutePoseEstimationOptions ransac;
+  ransac.estimate_focal_length = estimate_focal;
+  ransac.num_focal_length_samples = options.num_focal_samples;
+  ransac.min_focal_length_ratio = options.min_focal_factor;
+  ransac.max_focal_length_ratio = options.max_focal_factor;
+  ransac.num_threads = 1;
+  ransac.ransac_options.max_error = options.max_error_px;
+  ransac.ransac_options.min_inlier_ratio = options.min_inlier_ratio;
+  ransac.ransac_options.min_num_trials = options.min_num_trials;
+  ransac.ransac_options.max_num_trials = options.max_num_trials;
+  ransac.ransac_options.confidence = options.confidence;
+  Eigen::Vector4d qvec;
+  Eigen::Vector3d tvec;
+  size_t num_inliers = 0;
+  if (!colmap::EstimateAbsolutePose(ransac, visible.pixels, visible.xyz, &qvec, &tvec, camera,
+                                    &num_inliers, &estimate->inlier_mask)) {
+    return false;
+  }
+  estimate->num_inliers = static_cast<int>(num_inliers);
+  estimate->pose.R = colmap::QuaternionToRotationMatrix(qvec);
+  estimate->pose.t = tvec;
+  return true;
+}
+
+// Refines pose (and camera) on the inliers; counts them anew at the refined pose.
+bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine_camera,
+            const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+  Bundle bundle = PoseOnlyBundle(map, *camera, refine_camera, visible, *estimate);
+  BundleOptions solve;
+  solve.loss = Loss::kCauchy;
+  solve.max_iterations = 100;
+  if (!SolveBundle(solve, &bundle).usable) return false;
+  estimate->pose = bundle.poses[0];
+  camera->SetParams(bundle.cameras[0].params);
+  estimate->num_inliers = 0;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    Eigen::Vector2d pixel;
+    const bool inlier =
+        Project(camera->ModelId(), camera->Params(),
+                estimate->pose.R * visible.xyz[i] + estimate->pose.t, &pixel) &&
+        (pixel - visible.pixels[i]).norm() <= options.max_error_px;
+    estimate->inlier_mask[i] = inlier;
+    estimate->num_inliers += inlier;
+  }
+  SetSigmas(PoseOnlyBundle(map, *camera, false, visible, *estimate), estimate);
+  return true;
+}
+
+}  // namespace
+
+unsigned SeedFromIds(uint64_t a, uint64_t b) {
+  uint64_t x = a * 0x9E3779B97F4A7C15ull + b;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+  return static_cast<unsigned>(x ^ (x >> 31));
+}
+
+VisiblePoints FindVisiblePoints(const SceneMap& map, image_t image_id) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image& image = reconstruction.Image(image_id);
+  VisiblePoints visible;
+  std::vector<point3D_t> seen;
+  for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+    seen.clear();
+    for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
+      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
+      if (!other.IsRegistered()) continue;
+      const colmap::Point2D& point2D = other.Point2D(correspondence.point2D_idx);
+      if (!point2D.HasPoint3D()) continue;
+      const point3D_t id = point2D.Point3DId();
+      if (std::find(seen.begin(), seen.end(), id) != seen.end()) continue;
+      seen.push_back(id);
+      visible.point2D_idxs.push_back(i);
+      visible.point3D_ids.push_back(id);
+      visible.pixels.push_back(image.Point2D(i).XY());
+      visible.xyz.push_back(reconstruction.Point3D(id).XYZ());
+    }
+  }
+  return visible;
+}
+
+PoseEstimate EstimatePose(const SceneMap& map, image_t image_id, const VisiblePoints& visible,
+                          const RegistrationOptions& options) {
+  const colmap::Image& image = map.reconstruction().Image(image_id);
+  colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
+  const CameraState& state = map.camera_state(camera.CameraId());
+  const bool estimate_camera = state.num_registered == 0 && !state.refined;
+  PoseEstimate estimate;
+  estimate.pose.image_id = image_id;
+  estimate.num_visible = static_cast<int>(visible.size());
+  if (estimate.num_visible < options.min_num_inliers) {
+    return Refuse(estimate, "too few visible points");
+  }
+  colmap::SetPRNGSeed(SeedFromIds(image_id, visible.size()));
+  if (!RunRansac(options, estimate_camera && !state.focal_from_exif, visible, &camera,
+                 &estimate) ||
+      estimate.num_inliers < options.min_num_inliers) {
+    return Refuse(estimate, "too few inliers");
+  }
+  if (!Refine(map, options, estimate_camera, visible, &camera, &estimate)) {
+    return Refuse(estimate, "pose refinement failed");
+  }
+  estimate.camera_params = camera.Params();
+  if (estimate.num_inliers < options.min_num_inliers) return Refuse(estimate, "too few inliers");
+  if (estimate.num_inliers < options.min_inlier_ratio * estimate.num_visible) {
+    return Refuse(estimate, "too small a part of the visible points fits");
+  }
+  if (HasBogusParams(camera)) return Refuse(estimate, "camera parameters out of range");
+  if (estimate.position_sigma > options.max_position_sigma ||
+      estimate.rotation_sigma_deg > options.max_rotation_sigma_deg) {
+    return Refuse(estimate, "pose badly determined by its inliers");
+  }
+  estimate.ok = true;
+  return estimate;
+}
+
+void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, image_t image_id,
+                      SceneMap* map) {
+  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Image& image = reconstruction.Image(image_id);
+  SetPose(estimate.pose, &image);
+  reconstruction.Camera(image.CameraId()).SetParams(estimate.camera_params);
+  map->Register(image_id);
+  for (size_t i = 0; i < visible.size(); ++i) {
+    const point3D_t point3D_id = visible.point3D_ids[i];
+    if (!estimate.inlier_mask[i] || image.Point2D(visible.point2D_idxs[i]).HasPoint3D() ||
+        !reconstruction.ExistsPoint3D(point3D_id)) {
+      continue;
+    }
+    reconstruction.AddObservation(point3D_id, {image_id, visible.point2D_idxs[i]});
+    map->triangulator().AddModifiedPoint3D(point3D_id);
+  }
+}
+
+}  // namespace skein

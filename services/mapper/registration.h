@@ -1,0 +1,66 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mapper/bundle.h"
+#include "mapper/scene_map.h"
+
+namespace skein {
+
+struct RegistrationOptions {
+  double max_error_px = 12.0;        // of an inlier, as COLMAP
+  int min_num_inliers = 30;
+  double min_inlier_ratio = 0.25;
+  int min_num_trials = 100;
+  int max_num_trials = 10000;
+  double confidence = 0.99999;
+  // A pose whose standard deviations for 1 px of noise exceed these hangs on points in one corner,
+  // on a line or too far away, and is refused. Position as a fraction of the points' median depth.
+  double max_position_sigma = 0.02;
+  double max_rotation_sigma_deg = 0.5;
+  // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
+  // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
+  double min_focal_factor = 0.4;
+  double max_focal_factor = 2.5;
+  int num_focal_samples = 20;
+};
+
+// 2D-3D correspondences of a photo with a map.
+struct VisiblePoints {
+  std::vector<point2D_t> point2D_idxs;
+  std::vector<point3D_t> point3D_ids;
+  std::vector<Eigen::Vector2d> pixels;
+  std::vector<Eigen::Vector3d> xyz;
+  size_t size() const { return pixels.size(); }
+};
+
+// Through the verified matches with registered photos, each (keypoint, point) once.
+VisiblePoints FindVisiblePoints(const SceneMap& map, image_t image_id);
+
+struct PoseEstimate {
+  bool ok = false;
+  std::string reason;                  // why not
+  int num_visible = 0;
+  int num_inliers = 0;
+  BundlePose pose;                     // cam_from_world
+  std::vector<double> camera_params;   // as given, or refined with the pose
+  std::vector<char> inlier_mask;       // of the visible points
+  double position_sigma = 0;           // see RegistrationOptions
+  double rotation_sigma_deg = 0;
+};
+
+// Absolute pose by LO-RANSAC (P3P, refined by EPnP; COLMAP's estimator) and a robust non-linear
+// refinement. The camera's focal length and distortion are estimated along only when no photo of
+// it is registered. Changes nothing in the map. The same input gives the same result.
+PoseEstimate EstimatePose(const SceneMap& map, image_t image_id, const VisiblePoints& visible,
+                          const RegistrationOptions& options);
+
+// Registers the photo with the pose and continues the inliers' tracks.
+void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, image_t image_id,
+                      SceneMap* map);
+
+// Seed for COLMAP's random numbers, from the ids of what is estimated.
+unsigned SeedFromIds(uint64_t a, uint64_t b);
+
+}  // namespace skein

@@ -1,0 +1,324 @@
+#include "mapper/submap.h"
+
+#include <algorithm>
+
+#include "core/clock.h"
+#include "mapper/bundle_builder.h"
+#include "mapper/retriangulation.h"
+
+namespace skein {
+namespace {
+
+// COLMAP refines its first maps more strictly, too.
+constexpr size_t kSmallMap = 10;
+
+BundleOptions GlobalOptions(const SubmapOptions& options, size_t num_images) {
+  BundleOptions solve;
+  solve.max_iterations = num_images <= kSmallMap ? 100 : 50;
+  solve.function_tolerance = num_images <= kSmallMap ? 1e-6 : 1e-5;
+  solve.loss = Loss::kSoftL1;
+  solve.num_threads = options.num_threads;
+  return solve;
+}
+
+WeightForm FormOfWeights(LocalBaForm form) {
+  if (form == LocalBaForm::kPaper) return WeightForm::kPaper;
+  if (form == LocalBaForm::kConsistent) return WeightForm::kConsistent;
+  return WeightForm::kNone;
+}
+
+double MeanError(const SceneMap& map, image_t id) {
+  double sum = 0;
+  int count = 0;
+  for (const colmap::Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
+    if (!point2D.HasPoint3D()) continue;
+    const colmap::Point3D& point = map.reconstruction().Point3D(point2D.Point3DId());
+    if (!point.HasError()) continue;
+    sum += point.Error();
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
+std::vector<point3D_t> AllPoints(const SceneMap& map) {
+  std::vector<point3D_t> ids;
+  for (const auto& [id, point] : map.reconstruction().Points3D()) ids.push_back(id);
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+}  // namespace
+
+Submap::Submap(const SubmapOptions& options)
+    : options_(options), map_(std::make_unique<SceneMap>(options.camera_model)) {}
+
+void Submap::AddSimilar(int64_t image_id,
+                        const std::vector<std::pair<uint32_t, double>>& distances) {
+  similar_.Add(static_cast<uint32_t>(image_id), distances);
+}
+
+InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image_id1,
+                                int64_t image_id2, const EventSink& sink) {
+  InitialPairResult result;
+  if (!map_->HasPhoto(image_id1) || !map_->HasPhoto(image_id2) || image_id1 == image_id2) {
+    result.reason = "the initial pair is not there";
+    return result;
+  }
+  const double start = MonotonicS();
+  const image_t id1 = static_cast<image_t>(image_id1), id2 = static_cast<image_t>(image_id2);
+  result = RegisterInitialPair(options, id1, id2, map_.get());
+  if (!result.ok) return result;
+  RefineGlobally(2, false);
+  if (map_->reconstruction().Image(id1).NumPoints3D() <
+      static_cast<point2D_t>(options.min_num_inliers / 2)) {
+    map_->Deregister(id1);
+    map_->Deregister(id2);
+    result.ok = false;
+    result.reason = "too few points after bundle adjustment";
+    return result;
+  }
+  PoseEstimate estimate;
+  estimate.num_visible = estimate.num_inliers = result.num_inliers;
+  for (const image_t id : {id1, id2}) {
+    PhotoEvent event = RegisteredEvent(id, estimate);
+    event.total_s = MonotonicS() - start;
+    event.num_ba_images = 2;
+    sink(event);
+    queue_.erase(id);
+    EnqueueNeighbours(id);
+  }
+  return result;
+}
+
+void Submap::Enqueue(int64_t image_id) {
+  if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) return;
+  const image_t id = static_cast<image_t>(image_id);
+  if (trials_[id].rejected) return;
+  queue_[id] = CountVisible(id);
+}
+
+int Submap::CountVisible(image_t id) const {
+  return static_cast<int>(FindVisiblePoints(*map_, id).size());
+}
+
+void Submap::EnqueueNeighbours(image_t id) {
+  for (const auto& [other, inliers] : map_->Neighbours(id)) {
+    if (!map_->HasPhoto(other) || map_->IsRegistered(other) || trials_[other].rejected) continue;
+    const int visible = CountVisible(other);
+    const bool was_tried = trials_[other].deferred;
+    if (queue_.count(other) > 0 || !was_tried || visible > trials_[other].last_visible) {
+      queue_[other] = visible;
+    }
+  }
+}
+
+bool Submap::Step(const EventSink& sink) {
+  if (queue_.empty()) return false;
+  auto best = queue_.begin();
+  for (auto it = queue_.begin(); it != queue_.end(); ++it) {
+    if (it->second > best->second) best = it;
+  }
+  const image_t id = best->first;
+  queue_.erase(best);
+  if (map_->IsRegistered(id)) return true;
+  if (TryPhoto(id, sink)) EnqueueNeighbours(id);
+  return true;
+}
+
+bool Submap::TryPhoto(image_t id, const EventSink& sink) {
+  const double start = MonotonicS();
+  const VisiblePoints visible = FindVisiblePoints(*map_, id);
+  const PoseEstimate estimate = EstimatePose(*map_, id, visible, options_.registration);
+  PhotoEvent event;
+  event.image_id = id;
+  event.register_s = MonotonicS() - start;
+  trials_[id].last_visible = estimate.num_visible;
+  if (!estimate.ok) {
+    event.total_s = event.register_s;
+    Defer(estimate, id, event, sink);
+    return false;
+  }
+  RegisterWithPose(estimate, visible, id, map_.get());
+  const double before_triangulation = MonotonicS();
+  map_->triangulator().TriangulateImage(options_.triangulation, id);
+  const double triangulate_s = MonotonicS() - before_triangulation;
+  const Adjustment adjustment = Adjust(id);
+  trials_[id].deferred = false;
+  std::vector<image_t> adjusted;
+  std::swap(adjusted, last_adjusted_);
+  const PhotoEvent timing = event;
+  event = RegisteredEvent(id, estimate);
+  event.register_s = timing.register_s;
+  event.triangulate_s = triangulate_s;
+  event.ba_s = adjustment.seconds;
+  event.num_ba_images = adjustment.num_images;
+  event.total_s = MonotonicS() - start;
+  sink(event);
+  WithdrawWeak(adjusted, sink);
+  return map_->IsRegistered(id);
+}
+
+void Submap::Defer(const PoseEstimate& estimate, image_t id, PhotoEvent event,
+                   const EventSink& sink) {
+  if (trials_[id].deferred) return;
+  trials_[id].deferred = true;
+  event.state = PhotoEvent::State::kDeferred;
+  event.reason = estimate.reason;
+  event.num_visible = estimate.num_visible;
+  event.num_inliers = estimate.num_inliers;
+  sink(event);
+}
+
+PhotoEvent Submap::RegisteredEvent(image_t id, const PoseEstimate& estimate) const {
+  PhotoEvent event;
+  event.image_id = id;
+  event.state = PhotoEvent::State::kRegistered;
+  event.num_visible = estimate.num_visible;
+  event.num_inliers = estimate.num_inliers;
+  event.qvec = map_->reconstruction().Image(id).Qvec();
+  event.tvec = map_->reconstruction().Image(id).Tvec();
+  event.mean_error_px = MeanError(*map_, id);
+  return event;
+}
+
+void Submap::WithdrawWeak(const std::vector<image_t>& images, const EventSink& sink) {
+  for (const image_t id : images) {
+    if (!map_->IsRegistered(id) || map_->reconstruction().NumRegImages() <= 2) continue;
+    const int num_points = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
+    if (num_points >= options_.min_observations) continue;
+    map_->Deregister(id);
+    Trial& trial = trials_[id];
+    trial.deferred = true;
+    trial.last_visible = CountVisible(id);
+    trial.rejected = ++trial.num_withdrawals > options_.max_withdrawals;
+    PhotoEvent event;
+    event.image_id = id;
+    event.state = trial.rejected ? PhotoEvent::State::kRejected : PhotoEvent::State::kWithdrawn;
+    event.reason = "too few observations left after bundle adjustment";
+    event.num_inliers = num_points;
+    sink(event);
+  }
+}
+
+Submap::Adjustment Submap::Adjust(image_t new_image) {
+  const double start = MonotonicS();
+  Adjustment adjustment;
+  const size_t num_images = map_->reconstruction().NumRegImages();
+  if (static_cast<int>(num_images) <= options_.max_images_all_global) {
+    RefineGlobally(2, false);
+    adjustment.num_images = static_cast<int>(num_images);
+  } else {
+    adjustment = AdjustLocally(new_image);
+    if (HasGrown()) RefineGlobally(1, true);
+  }
+  map_->triangulator().ClearModifiedPoints3D();
+  adjustment.seconds = MonotonicS() - start;
+  return adjustment;
+}
+
+Submap::Adjustment Submap::AdjustLocally(image_t new_image) {
+  Adjustment adjustment;
+  const BundleRequest request =
+      SelectLocalWindow(options_.local, *map_, similar_, new_image);
+  Bundle bundle = BuildBundle(*map_, request);
+  BundleOptions solve;
+  solve.loss = Loss::kSoftL1;
+  solve.max_iterations = 15;
+  solve.function_tolerance = 1e-4;
+  solve.num_threads = options_.num_threads;
+  solve.weight_form = FormOfWeights(options_.local.form);
+  const BundleSummary summary = SolveBundle(solve, &bundle);
+  adjustment.num_images = summary.num_free_poses;
+  if (!summary.usable) return adjustment;
+  ApplyBundle(bundle, map_.get());
+  FilterBundle(options_.filter, bundle, map_.get());
+  colmap::IncrementalTriangulator& triangulator = map_->triangulator();
+  const std::unordered_set<point3D_t> modified = triangulator.GetModifiedPoints3D();
+  triangulator.MergeTracks(options_.triangulation, modified);
+  triangulator.CompleteTracks(options_.triangulation, triangulator.GetModifiedPoints3D());
+  triangulator.CompleteImage(options_.triangulation, new_image);
+  const auto& changed = triangulator.GetModifiedPoints3D();
+  std::vector<point3D_t> points(changed.begin(), changed.end());
+  std::sort(points.begin(), points.end());
+  FilterPoints(options_.filter, points, map_.get());
+  last_adjusted_ = request.free;
+  return adjustment;
+}
+
+double Submap::AdjustGlobally(const BundleOptions& options, int* num_images) {
+  const size_t num_observations = map_->reconstruction().ComputeNumObservations();
+  Bundle bundle = BuildGlobalBundle(*map_, true);
+  const BundleSummary summary = SolveBundle(options, &bundle);
+  if (num_images != nullptr) *num_images = summary.num_free_poses;
+  if (!summary.usable) return 0;
+  ApplyBundle(bundle, map_.get());
+  size_t num_changed = map_->triangulator().CompleteAllTracks(options_.triangulation);
+  num_changed += map_->triangulator().MergeAllTracks(options_.triangulation);
+  num_changed += FilterPoints(options_.filter, AllPoints(*map_), map_.get());
+  return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
+}
+
+void Submap::RefineGlobally(int max_rounds, bool retriangulate) {
+  constexpr double kMaxChange = 0.0005;
+  if (retriangulate) {
+    map_->triangulator().CompleteAllTracks(options_.triangulation);
+    map_->triangulator().MergeAllTracks(options_.triangulation);
+    RetriangulationOptions options;
+    options.triangulation = options_.triangulation;
+    Retriangulate(options, map_->pairs(), map_.get());
+  }
+  const BundleOptions solve = GlobalOptions(options_, map_->reconstruction().NumRegImages());
+  for (int i = 0; i < max_rounds; ++i) {
+    if (AdjustGlobally(solve, nullptr) < kMaxChange) break;
+  }
+  last_adjusted_ = map_->reconstruction().RegImageIds();
+  MarkCamerasRefined();
+  NoteSize();
+}
+
+bool Submap::HasGrown() const {
+  const colmap::Reconstruction& reconstruction = map_->reconstruction();
+  return reconstruction.NumRegImages() >= options_.global_growth * images_at_global_ ||
+         reconstruction.NumPoints3D() >= options_.global_growth * points_at_global_;
+}
+
+void Submap::NoteSize() {
+  images_at_global_ = map_->reconstruction().NumRegImages();
+  points_at_global_ = map_->reconstruction().NumPoints3D();
+}
+
+void Submap::MarkCamerasRefined() {
+  for (const auto& [id, state] : map_->camera_states()) {
+    if (state.num_registered >= 2) map_->camera_state(id).refined = true;
+  }
+}
+
+void Submap::Finish(const EventSink& sink) {
+  for (auto& [id, trial] : trials_) {
+    if (trial.deferred && !trial.rejected && !map_->IsRegistered(id)) Enqueue(id);
+  }
+  while (Step(sink)) continue;
+  if (map_->reconstruction().NumRegImages() < 2) return;
+  RefineGlobally(5, true);
+  for (const image_t id : map_->reconstruction().RegImageIds()) {
+    map_->triangulator().CompleteImage(options_.triangulation, id);
+  }
+  RefineGlobally(5, true);
+  const std::vector<image_t> images = map_->reconstruction().RegImageIds();
+  WithdrawWeak(images, sink);
+}
+
+SubmapStatistics Submap::Statistics() const {
+  SubmapStatistics statistics;
+  const colmap::Reconstruction& reconstruction = map_->reconstruction();
+  statistics.num_images = static_cast<int>(reconstruction.NumRegImages());
+  for (const auto& [id, trial] : trials_) {
+    statistics.num_deferred += trial.deferred && !map_->IsRegistered(id);
+  }
+  statistics.num_points = static_cast<int>(reconstruction.NumPoints3D());
+  statistics.mean_reprojection_error_px = reconstruction.ComputeMeanReprojectionError();
+  statistics.mean_track_length = reconstruction.ComputeMeanTrackLength();
+  return statistics;
+}
+
+}  // namespace skein

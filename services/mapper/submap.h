@@ -1,0 +1,129 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mapper/filters.h"
+#include "mapper/initial_pair.h"
+#include "mapper/local_window.h"
+#include "mapper/registration.h"
+#include "mapper/scene_map.h"
+
+namespace skein {
+
+struct SubmapOptions {
+  std::string camera_model = "SIMPLE_RADIAL";
+  RegistrationOptions registration;
+  LocalWindowOptions local;
+  FilterOptions filter;
+  colmap::IncrementalTriangulator::Options triangulation;
+  int max_images_all_global = 12;   // up to here each photo's BA takes in the whole map
+  double global_growth = 1.1;       // growth of images or points that calls for a global BA
+  int min_observations = 15;        // of a registered photo; with less it is withdrawn
+  int max_withdrawals = 2;          // of one photo; then it is rejected
+  int num_threads = 1;
+};
+
+// What became of a photo.
+struct PhotoEvent {
+  enum class State { kRegistered, kDeferred, kRejected, kWithdrawn };
+  int64_t image_id = 0;
+  State state = State::kDeferred;
+  std::string reason;               // of all but kRegistered
+  int num_visible = 0;
+  int num_inliers = 0;
+  Eigen::Vector4d qvec{1, 0, 0, 0};  // cam_from_world, wxyz
+  Eigen::Vector3d tvec{0, 0, 0};
+  double mean_error_px = 0;         // of its observations after its BA
+  int num_ba_images = 0;            // free images of its BA
+  double register_s = 0, triangulate_s = 0, ba_s = 0, total_s = 0;
+};
+
+struct SubmapStatistics {
+  int num_images = 0;
+  int num_deferred = 0;
+  int num_points = 0;
+  double mean_reprojection_error_px = 0;
+  double mean_track_length = 0;
+};
+
+// One submap: takes photos with their matches one after the other, registers those it can, keeps
+// the others until a neighbour of theirs is registered. The result depends only on the order of
+// the calls. Owned by one thread; knows nothing of messages.
+class Submap {
+ public:
+  using EventSink = std::function<void(const PhotoEvent&)>;
+
+  explicit Submap(const SubmapOptions& options);
+
+  // Photo, pairs and similar photos (with distances of global descriptors) go in first, in this
+  // order; refusals leave the submap as it was.
+  Status AddPhoto(const PhotoInput& photo) { return map_->AddPhoto(photo); }
+  Status AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
+    return map_->AddPairs(image_id, pairs);
+  }
+  void AddSimilar(int64_t image_id, const std::vector<std::pair<uint32_t, double>>& distances);
+
+  // Starts the map from two photos that are there. On failure nothing is registered.
+  InitialPairResult Start(const InitialPairOptions& options, int64_t image_id1, int64_t image_id2,
+                          const EventSink& sink);
+
+  // Puts a photo that is there into the queue; ignored when it is registered or rejected.
+  void Enqueue(int64_t image_id);
+  // Tries the queue's most promising photo; false if the queue was empty. Success puts those of its
+  // neighbours into the queue that wait and see more points than when they were last tried.
+  bool Step(const EventSink& sink);
+
+  // The deferred once more, then global BA with retriangulation until nothing changes much.
+  void Finish(const EventSink& sink);
+
+  SubmapStatistics Statistics() const;
+  SceneMap& map() { return *map_; }
+  const SceneMap& map() const { return *map_; }
+  const SubmapOptions& options() const { return options_; }
+
+ private:
+  struct Trial {
+    int last_visible = 0;      // points visible when it was last tried
+    int num_withdrawals = 0;
+    bool deferred = false;     // told so
+    bool rejected = false;
+  };
+  struct Adjustment {
+    int num_images = 0;
+    double seconds = 0;
+  };
+
+  bool TryPhoto(image_t id, const EventSink& sink);
+  void Defer(const PoseEstimate& estimate, image_t id, PhotoEvent event, const EventSink& sink);
+  PhotoEvent RegisteredEvent(image_t id, const PoseEstimate& estimate) const;
+  void EnqueueNeighbours(image_t id);
+  int CountVisible(image_t id) const;
+
+  Adjustment Adjust(image_t new_image);
+  Adjustment AdjustLocally(image_t new_image);
+  // One global BA; returns the part of the observations that completion, merging and filtering
+  // changed after it.
+  double AdjustGlobally(const BundleOptions& options, int* num_images);
+  void RefineGlobally(int max_rounds, bool retriangulate);
+  bool HasGrown() const;
+  void NoteSize();
+  void MarkCamerasRefined();
+  void WithdrawWeak(const std::vector<image_t>& images, const EventSink& sink);
+
+  SubmapOptions options_;
+  std::unique_ptr<SceneMap> map_;
+  SimilarityLists similar_;
+  std::map<image_t, Trial> trials_;
+  std::map<image_t, int> queue_;            // with the number of points it sees
+  size_t images_at_global_ = 0;
+  size_t points_at_global_ = 0;
+  std::vector<image_t> last_adjusted_;      // images whose observations the last BA filtered
+};
+
+}  // namespace skein
