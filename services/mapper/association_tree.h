@@ -39,14 +39,14 @@ class SimilarityLists {
 // reaches it.
 struct AssociationTreeOptions {
   int top_n = 8;
-  int depth = 4;   // L_h
+  int depth = 4;  // L_h
 };
 
 struct TreeNode {
   uint32_t image_id = 0;
-  int ripple = 0;      // 0: the new photo
-  double path = 0;     // sum of 1/s along the shortest path from the new photo
-  double weight = 1;   // p of Eq. 2; 0 in the last ripple, which is held constant (p = infinity)
+  int ripple = 0;     // 0: the new photo
+  double path = 0;    // sum of 1/s along the shortest path from the new photo
+  double weight = 1;  // p of Eq. 2; 0 in the last ripple, which is held constant (p = infinity)
 };
 
 // Only photos for which `is_member` is true count. Sorted by ripple, then path, then id.

@@ -1,10 +1,9 @@
 #include "mapper/bundle.h"
 
-#include <cmath>
-#include <thread>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <cmath>
+#include <thread>
 
 #include "mapper/bundle_terms.h"
 #include "mapper/reduced_system.h"
@@ -22,7 +21,7 @@ struct PointTerms {
   int size = 0;
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  Eigen::Vector3d damping = Eigen::Vector3d::Zero();   // added to the diagonal of V
+  Eigen::Vector3d damping = Eigen::Vector3d::Zero();  // added to the diagonal of V
   Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();
 
   void Set(const Bundle& bundle, const BundleLayout& layout, const RobustLoss& loss,
@@ -47,8 +46,11 @@ struct PointTerms {
 class Solver {
  public:
   Solver(const BundleOptions& options, Bundle* bundle)
-      : options_(options), bundle_(*bundle), layout_(MakeLayout(*bundle)),
-        loss_{options.loss, options.loss_scale_px}, start_(bundle->poses) {
+      : options_(options),
+        bundle_(*bundle),
+        layout_(MakeLayout(*bundle)),
+        loss_{options.loss, options.loss_scale_px},
+        start_(bundle->poses) {
     SplitPoints();
     const bool dense = layout_.num_free_poses <= options.max_dense_poses;
     for (size_t i = 0; i < chunks_.size(); ++i) {
@@ -212,7 +214,8 @@ class Solver {
           a.W.topRows(a.size) * point.V_inverse;
       system->schur_gradient.segment(a.row, a.size) += a.W.topRows(a.size) * v;
       for (const Coupling& b : Couplings()) {
-        if (a.row <= b.row) system->SubtractBlock(a.row, b.row, Y * b.W.topRows(b.size).transpose());
+        if (a.row <= b.row)
+          system->SubtractBlock(a.row, b.row, Y * b.W.topRows(b.size).transpose());
       }
     }
   }

@@ -1,11 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <atomic>
 #include <cstdint>
 #include <vector>
-
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 
 namespace skein {
 
@@ -16,30 +15,30 @@ struct BundlePose {
   uint32_t image_id = 0;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // cam_from_world
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
-  int camera = 0;          // index into Bundle::cameras
+  int camera = 0;  // index into Bundle::cameras
   bool constant = false;
-  double weight = 1.0;     // p of the paper's Eq. 2, in (0, 1]; see WeightForm
+  double weight = 1.0;  // p of the paper's Eq. 2, in (0, 1]; see WeightForm
 };
 
 struct BundleCamera {
   uint32_t camera_id = 0;
-  int model_id = 0;             // COLMAP's
-  std::vector<double> params;   // COLMAP's order
-  std::vector<int> refined;     // indices of the parameters that may change
-  std::vector<double> prior;    // as params: the centre of a weak Gaussian prior
+  int model_id = 0;                 // COLMAP's
+  std::vector<double> params;       // COLMAP's order
+  std::vector<int> refined;         // indices of the parameters that may change
+  std::vector<double> prior;        // as params: the centre of a weak Gaussian prior
   std::vector<double> prior_sigma;  // as params, in the parameter's unit; 0: no prior
 };
 
 struct BundlePoint {
   uint64_t point3D_id = 0;
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
-  int first = 0;           // its observations: [first, first + count)
+  int first = 0;  // its observations: [first, first + count)
   int count = 0;
   bool constant = false;
 };
 
 struct BundleObservation {
-  int pose = 0;            // index into Bundle::poses
+  int pose = 0;  // index into Bundle::poses
   uint32_t point2D_idx = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
@@ -62,17 +61,17 @@ enum class Loss { kSquared, kSoftL1, kCauchy };
 
 struct BundleOptions {
   int max_iterations = 25;
-  double function_tolerance = 1e-6;   // relative decrease of the cost at which it is converged
+  double function_tolerance = 1e-6;  // relative decrease of the cost at which it is converged
   Loss loss = Loss::kSoftL1;
   double loss_scale_px = 1.0;
   WeightForm weight_form = WeightForm::kNone;
   int num_threads = 1;
-  int max_dense_poses = 250;          // more free poses: sparse Cholesky of the Schur complement
+  int max_dense_poses = 250;  // more free poses: sparse Cholesky of the Schur complement
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration
 };
 
 struct BundleSummary {
-  bool usable = false;      // false: numerical failure or cancelled; the bundle is as it was
+  bool usable = false;  // false: numerical failure or cancelled; the bundle is as it was
   int iterations = 0;
   double initial_cost = 0;  // half the sum of the robust squared residuals
   double final_cost = 0;

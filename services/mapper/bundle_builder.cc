@@ -44,8 +44,8 @@ class Builder {
     if (is_new) {
       const bool refine_distortion =
           map_.reconstruction().NumRegImages() >= kMinImagesForDistortion;
-      bundle_.cameras.push_back(MakeBundleCamera(
-          map_, id, request_.refine_cameras, request_.refine_cameras && refine_distortion));
+      bundle_.cameras.push_back(MakeBundleCamera(map_, id, request_.refine_cameras,
+                                                 request_.refine_cameras && refine_distortion));
     }
     return it->second;
   }

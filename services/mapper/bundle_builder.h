@@ -10,11 +10,11 @@ namespace skein {
 
 // Which part of a map a bundle holds.
 struct BundleRequest {
-  std::vector<image_t> free;         // poses to refine
-  std::vector<double> weights;       // of `free`, in (0, 1]; empty: all 1
-  std::vector<image_t> held;         // constant poses, whose observations count
-  std::vector<point3D_t> points;     // to refine; those with < 2 observations in it are left out
-  bool refine_cameras = false;       // focal length; distortion from three registered photos on
+  std::vector<image_t> free;      // poses to refine
+  std::vector<double> weights;    // of `free`, in (0, 1]; empty: all 1
+  std::vector<image_t> held;      // constant poses, whose observations count
+  std::vector<point3D_t> points;  // to refine; those with < 2 observations in it are left out
+  bool refine_cameras = false;    // focal length; distortion from three registered photos on
 };
 
 // A bundle of a part of the map; only registered images count.

@@ -49,9 +49,12 @@ BundleLayout MakeLayout(const Bundle& bundle) {
 double RobustLoss::Value(double s) const {
   const double c2 = scale * scale;
   switch (kind) {
-    case Loss::kSquared: return s;
-    case Loss::kSoftL1: return 2.0 * c2 * (std::sqrt(1.0 + s / c2) - 1.0);
-    case Loss::kCauchy: return c2 * std::log1p(s / c2);
+    case Loss::kSquared:
+      return s;
+    case Loss::kSoftL1:
+      return 2.0 * c2 * (std::sqrt(1.0 + s / c2) - 1.0);
+    case Loss::kCauchy:
+      return c2 * std::log1p(s / c2);
   }
   return s;
 }
@@ -59,9 +62,12 @@ double RobustLoss::Value(double s) const {
 double RobustLoss::Derivative(double s) const {
   const double c2 = scale * scale;
   switch (kind) {
-    case Loss::kSquared: return 1.0;
-    case Loss::kSoftL1: return 1.0 / std::sqrt(1.0 + s / c2);
-    case Loss::kCauchy: return 1.0 / (1.0 + s / c2);
+    case Loss::kSquared:
+      return 1.0;
+    case Loss::kSoftL1:
+      return 1.0 / std::sqrt(1.0 + s / c2);
+    case Loss::kCauchy:
+      return 1.0 / (1.0 + s / c2);
   }
   return 1.0;
 }
@@ -107,8 +113,8 @@ double ReprojectionCost(const Bundle& bundle, const RobustLoss& loss, int begin,
       const BundlePose& pose = bundle.poses[observation.pose];
       const BundleCamera& camera = bundle.cameras[pose.camera];
       Eigen::Vector2d pixel;
-      const bool in_front = Project(camera.model_id, camera.params,
-                                    pose.R * point.xyz + pose.t, &pixel);
+      const bool in_front =
+          Project(camera.model_id, camera.params, pose.R * point.xyz + pose.t, &pixel);
       const double squared = in_front ? (pixel - observation.pixel).squaredNorm()
                                       : kBehindCameraResidualPx * kBehindCameraResidualPx;
       cost += 0.5 * loss.Value(squared);
@@ -132,9 +138,8 @@ double CameraPriorCost(const Bundle& bundle) {
 void IncrementPose(const Eigen::Matrix<double, 6, 1>& delta, BundlePose* pose) {
   const Eigen::Vector3d w = delta.head<3>();
   const double angle = w.norm();
-  const Eigen::Matrix3d dR = angle < 1e-12
-                                 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() + Skew(w))
-                                 : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+  const Eigen::Matrix3d dR = angle < 1e-12 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() + Skew(w))
+                                           : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
   pose->R = Eigen::Quaterniond(dR * pose->R).normalized().toRotationMatrix();
   pose->t = dR * pose->t - delta.tail<3>();
 }

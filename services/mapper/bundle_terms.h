@@ -20,15 +20,15 @@ BundleLayout MakeLayout(const Bundle& bundle);
 
 // One observation, linearised and multiplied by the square root of its robust weight.
 struct ObservationTerm {
-  int pose = -1;         // index, -1 when the pose is constant
+  int pose = -1;  // index, -1 when the pose is constant
   int pose_row = -1;
   int camera_row = -1;
   int camera_size = 0;
   Eigen::Matrix<double, 2, 6> J_pose;
   Eigen::Matrix<double, 2, 3> J_point;
-  IntrinsicsJacobian J_camera;     // left columns: the refined parameters
+  IntrinsicsJacobian J_camera;  // left columns: the refined parameters
   Eigen::Vector2d residual;
-  Eigen::Matrix<double, 6, 3> W;   // J_pose' J_point
+  Eigen::Matrix<double, 6, 3> W;  // J_pose' J_point
 };
 
 struct RobustLoss {

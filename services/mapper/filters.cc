@@ -74,8 +74,9 @@ int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* m
     of_point.clear();
     for (int i = point.first; i < point.first + point.count; ++i) {
       const BundleObservation& observation = bundle.observations[i];
-      of_point.emplace_back(colmap::TrackElement(bundle.poses[observation.pose].image_id,
-                                                 observation.point2D_idx), errors[i]);
+      of_point.emplace_back(
+          colmap::TrackElement(bundle.poses[observation.pose].image_id, observation.point2D_idx),
+          errors[i]);
     }
     num_filtered += FilterPoint(options, point.point3D_id, of_point, &reconstruction);
   }

@@ -43,14 +43,14 @@ colmap::TwoViewGeometry Estimate(const InitialPairOptions& options, const Pair& 
   estimation.ransac_options.max_num_trials = 2000;
   estimation.ransac_options.max_error = options.max_error_px;
   colmap::TwoViewGeometry geometry;
-  geometry.EstimateCalibrated(pair.camera1, pair.points1, pair.camera2, pair.points2,
-                              pair.matches, estimation);
+  geometry.EstimateCalibrated(pair.camera1, pair.points1, pair.camera2, pair.points2, pair.matches,
+                              estimation);
   return geometry;
 }
 
 // Tries focal lengths for cameras that have none from EXIF; leaves the best in `pair`.
-colmap::TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, bool free1,
-                                          bool free2, Pair* pair) {
+colmap::TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, bool free1, bool free2,
+                                          Pair* pair) {
   const Pair prior = *pair;
   colmap::TwoViewGeometry best;
   double best_score = -1;
@@ -60,8 +60,8 @@ colmap::TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, boo
     if (free1) ScaleFocal(factor, &scaled.camera1);
     if (free2) ScaleFocal(factor, &scaled.camera2);
     const colmap::TwoViewGeometry geometry = Estimate(options, scaled);
-    const double score = static_cast<double>(geometry.inlier_matches.size()) *
-                         (factor == 1.0 ? kMinGain : 1.0);
+    const double score =
+        static_cast<double>(geometry.inlier_matches.size()) * (factor == 1.0 ? kMinGain : 1.0);
     if (score <= best_score) continue;
     best_score = score;
     best = geometry;
@@ -128,8 +128,8 @@ void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, image_t i
   map->Register(image_id1);
   map->Register(image_id2);
   const double min_angle = std::min(colmap::DegToRad(kMaxPointAngleDeg), 0.5 * geometry.tri_angle);
-  result->num_points = TriangulatePair(geometry.inlier_matches, min_angle, image_id1, image_id2,
-                                       &reconstruction);
+  result->num_points =
+      TriangulatePair(geometry.inlier_matches, min_angle, image_id1, image_id2, &reconstruction);
 }
 
 }  // namespace
@@ -144,8 +144,8 @@ InitialPairResult RegisterInitialPair(const InitialPairOptions& options, image_t
             Points(image1), Points(image2),
             map->graph().FindCorrespondencesBetweenImages(image_id1, image_id2)};
   colmap::SetPRNGSeed(SeedFromIds(image_id1, image_id2));
-  colmap::TwoViewGeometry geometry = EstimateWithFocal(
-      options, IsFree(*map, pair.camera1), IsFree(*map, pair.camera2), &pair);
+  colmap::TwoViewGeometry geometry =
+      EstimateWithFocal(options, IsFree(*map, pair.camera1), IsFree(*map, pair.camera2), &pair);
   result.num_inliers = static_cast<int>(geometry.inlier_matches.size());
   if (result.num_inliers < options.min_num_inliers ||
       !geometry.EstimateRelativePose(pair.camera1, pair.points1, pair.camera2, pair.points2)) {

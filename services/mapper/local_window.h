@@ -16,16 +16,16 @@ LocalBaForm LocalBaFormFromName(const std::string& name);
 struct LocalWindowOptions {
   LocalBaForm form = LocalBaForm::kConsistent;
   AssociationTreeOptions tree;
-  int max_free = 40;        // images, the new one included; 0: no limit (the paper's form)
-  int max_held = 80;        // 0: no limit
-  int max_points = 8000;    // 0: no limit
-  int colmap_images = 6;    // of --local-ba colmap
+  int max_free = 40;      // images, the new one included; 0: no limit (the paper's form)
+  int max_held = 80;      // 0: no limit
+  int max_points = 8000;  // 0: no limit
+  int colmap_images = 6;  // of --local-ba colmap
 };
 
 // The part of the map that a new photo's local BA refines: the association tree's ripples before
 // the last are free with their weights, the last one and what exceeds the limits is held, and so
-// are the images that see the window's points with the most of them. Points: all of the new photo's,
-// then those which most free images see.
+// are the images that see the window's points with the most of them. Points: all of the new
+// photo's, then those which most free images see.
 BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMap& map,
                                 const SimilarityLists& similar, image_t new_image_id);
 

@@ -3,14 +3,13 @@
 
 #include <sys/resource.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <random>
-
-#include <CLI/CLI.hpp>
 
 #include "base/database.h"
 #include "base/similarity_transform.h"
@@ -215,8 +214,7 @@ class Run {
                 << event.reason << " visible " << event.num_visible << " inliers "
                 << event.num_inliers << " error " << event.mean_error_px << " register "
                 << event.register_s << " triangulate " << event.triangulate_s << " ba "
-                << event.ba_s << " (" << event.num_ba_images << ") total " << event.total_s
-                << "\n";
+                << event.ba_s << " (" << event.num_ba_images << ") total " << event.total_s << "\n";
     };
   }
 
@@ -225,8 +223,8 @@ class Run {
     std::cout << when << ": registered " << s.num_images << "/" << num_photos << " points "
               << s.num_points << " MRE " << s.mean_reprojection_error_px << " MTL "
               << s.mean_track_length << " RMSE% "
-              << PositionRmsePercent(submap_.map().reconstruction(), truth_) << " cpu_s "
-              << seconds << " per photo " << seconds / num_photos << "\n";
+              << PositionRmsePercent(submap_.map().reconstruction(), truth_) << " cpu_s " << seconds
+              << " per photo " << seconds / num_photos << "\n";
     for (const auto& [id, state] : submap_.map().camera_states()) {
       std::cout << "  camera " << id << ": "
                 << submap_.map().reconstruction().Camera(id).ParamsToString() << "\n";
@@ -251,7 +249,8 @@ int main(int argc, char** argv) {
   skein::Arguments arguments;
   CLI::App app("Feeds a COLMAP database photo by photo to Skein's mapper");
   app.add_option("--database", arguments.database, "COLMAP database with verified matches")
-      ->required()->check(CLI::ExistingFile);
+      ->required()
+      ->check(CLI::ExistingFile);
   app.add_option("--order", arguments.order, "name or shuffle:SEED");
   app.add_option("--ground-truth", arguments.ground_truth, "folder of Strecha's .camera files");
   app.add_option("--reference", arguments.reference, "COLMAP model to compare positions with");

@@ -54,8 +54,8 @@ void Distort(int model_id, const std::vector<double>& params, double u, double v
                           J_intrinsics);
     case colmap::SimplePinholeCameraModel::kModelId:
       return SimpleRadial(params[0], params[1], params[2], 0.0, u, v, pixel, J_uv, J_intrinsics);
-#define CAMERA_MODEL_CASE(Model)                                                              \
-  case colmap::Model::kModelId:                                                               \
+#define CAMERA_MODEL_CASE(Model) \
+  case colmap::Model::kModelId:  \
     return ByAutomaticDifferentiation<colmap::Model>(params, u, v, pixel, J_uv, J_intrinsics);
       CAMERA_MODEL_CASE(PinholeCameraModel)
       CAMERA_MODEL_CASE(RadialCameraModel)

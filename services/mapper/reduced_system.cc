@@ -1,10 +1,9 @@
 #include "mapper/reduced_system.h"
 
-#include <algorithm>
-#include <set>
-
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <set>
 
 namespace skein {
 namespace {
@@ -26,8 +25,7 @@ class DenseSystem : public ReducedSystem {
   }
 
  protected:
-  void Add(int row, int column, const double* values, int rows, int columns,
-           double sign) override {
+  void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
     if (rows == 6 && columns == 6) {
       const Eigen::Map<const Eigen::Matrix<double, 6, 6>> block(values);
       if (sign > 0) {
@@ -52,8 +50,10 @@ class DenseSystem : public ReducedSystem {
 class SparseSystem : public ReducedSystem {
  public:
   SparseSystem(const Bundle& bundle, const BundleLayout& layout)
-      : ReducedSystem(layout.size), num_pose_rows_(6 * layout.num_free_poses),
-        columns_(layout.num_free_poses), first_(layout.num_free_poses + 1, 0),
+      : ReducedSystem(layout.size),
+        num_pose_rows_(6 * layout.num_free_poses),
+        columns_(layout.num_free_poses),
+        first_(layout.num_free_poses + 1, 0),
         border_(layout.size, layout.size - num_pose_rows_) {
     FindBlocks(bundle, layout);
     for (size_t i = 0; i < columns_.size(); ++i) first_[i + 1] = first_[i] + columns_[i].size();
@@ -71,8 +71,7 @@ class SparseSystem : public ReducedSystem {
   }
 
  protected:
-  void Add(int row, int column, const double* values, int rows, int columns,
-           double sign) override {
+  void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
     if (column >= num_pose_rows_) {
       border_.block(row, column - num_pose_rows_, rows, columns) +=
           sign * ConstBlock(values, rows, columns);
@@ -157,7 +156,7 @@ class SparseSystem : public ReducedSystem {
   std::vector<std::vector<int>> columns_;  // block columns of each block row, sorted
   std::vector<size_t> first_;              // of each row in blocks_
   std::vector<Eigen::Matrix<double, 6, 6>> blocks_;
-  Eigen::MatrixXd border_;                 // columns of the cameras' parameters
+  Eigen::MatrixXd border_;  // columns of the cameras' parameters
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt_;
   bool analysed_ = false;
 };

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <memory>
-
 #include <Eigen/Core>
+#include <memory>
 
 #include "mapper/bundle_terms.h"
 

@@ -1,10 +1,9 @@
 #include "mapper/registration.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 #include "base/pose.h"
 #include "estimators/pose.h"
@@ -29,8 +28,7 @@ Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool re
                       const VisiblePoints& visible, const PoseEstimate& estimate) {
   Bundle bundle;
   bundle.poses.push_back(estimate.pose);
-  bundle.cameras.push_back(
-      MakeBundleCamera(map, camera.CameraId(), refine_camera, refine_camera));
+  bundle.cameras.push_back(MakeBundleCamera(map, camera.CameraId(), refine_camera, refine_camera));
   bundle.cameras[0].params = camera.Params();
   for (size_t i = 0; i < visible.size(); ++i) {
     if (!estimate.inlier_mask[i]) continue;
@@ -62,12 +60,13 @@ void SetSigmas(const Bundle& bundle, PoseEstimate* estimate) {
   if (depths.empty() || !lu.isInvertible()) return;
   const Eigen::Matrix<double, 6, 6> covariance = lu.inverse();
   std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  estimate->rotation_sigma_deg = colmap::RadToDeg(
-      std::sqrt(covariance.topLeftCorner<3, 3>().selfadjointView<Eigen::Upper>()
-                    .eigenvalues().maxCoeff()));
-  estimate->position_sigma =
-      std::sqrt(covariance.bottomRightCorner<3, 3>().selfadjointView<Eigen::Upper>()
-                    .eigenvalues().maxCoeff()) / depths[depths.size() / 2];
+  estimate->rotation_sigma_deg = colmap::RadToDeg(std::sqrt(
+      covariance.topLeftCorner<3, 3>().selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff()));
+  estimate->position_sigma = std::sqrt(covariance.bottomRightCorner<3, 3>()
+                                           .selfadjointView<Eigen::Upper>()
+                                           .eigenvalues()
+                                           .maxCoeff()) /
+                             depths[depths.size() / 2];
 }
 
 PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
@@ -115,10 +114,9 @@ bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine
   estimate->num_inliers = 0;
   for (size_t i = 0; i < visible.size(); ++i) {
     Eigen::Vector2d pixel;
-    const bool inlier =
-        Project(camera->ModelId(), camera->Params(),
-                estimate->pose.R * visible.xyz[i] + estimate->pose.t, &pixel) &&
-        (pixel - visible.pixels[i]).norm() <= options.max_error_px;
+    const bool inlier = Project(camera->ModelId(), camera->Params(),
+                                estimate->pose.R * visible.xyz[i] + estimate->pose.t, &pixel) &&
+                        (pixel - visible.pixels[i]).norm() <= options.max_error_px;
     estimate->inlier_mask[i] = inlier;
     estimate->num_inliers += inlier;
   }
@@ -172,8 +170,7 @@ PoseEstimate EstimatePose(const SceneMap& map, image_t image_id, const VisiblePo
     return Refuse(estimate, "too few visible points");
   }
   colmap::SetPRNGSeed(SeedFromIds(image_id, visible.size()));
-  if (!RunRansac(options, estimate_camera && !state.focal_from_exif, visible, &camera,
-                 &estimate) ||
+  if (!RunRansac(options, estimate_camera && !state.focal_from_exif, visible, &camera, &estimate) ||
       estimate.num_inliers < options.min_num_inliers) {
     return Refuse(estimate, "too few inliers");
   }

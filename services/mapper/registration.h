@@ -9,7 +9,7 @@
 namespace skein {
 
 struct RegistrationOptions {
-  double max_error_px = 12.0;        // of an inlier, as COLMAP
+  double max_error_px = 12.0;  // of an inlier, as COLMAP
   int min_num_inliers = 30;
   double min_inlier_ratio = 0.25;
   int min_num_trials = 100;
@@ -40,13 +40,13 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, image_t image_id);
 
 struct PoseEstimate {
   bool ok = false;
-  std::string reason;                  // why not
+  std::string reason;  // why not
   int num_visible = 0;
   int num_inliers = 0;
-  BundlePose pose;                     // cam_from_world
-  std::vector<double> camera_params;   // as given, or refined with the pose
-  std::vector<char> inlier_mask;       // of the visible points
-  double position_sigma = 0;           // see RegistrationOptions
+  BundlePose pose;                    // cam_from_world
+  std::vector<double> camera_params;  // as given, or refined with the pose
+  std::vector<char> inlier_mask;      // of the visible points
+  double position_sigma = 0;          // see RegistrationOptions
   double rotation_sigma_deg = 0;
 };
 

@@ -20,8 +20,8 @@ bool IsValidId(int64_t id) { return id >= 1 && id <= kMaxImageId; }
 SceneMap::SceneMap(const std::string& camera_model)
     : reconstruction_(std::make_unique<colmap::Reconstruction>()),
       graph_(std::make_unique<colmap::CorrespondenceGraph>()),
-      triangulator_(std::make_unique<colmap::IncrementalTriangulator>(graph_.get(),
-                                                                      reconstruction_.get())) {
+      triangulator_(
+          std::make_unique<colmap::IncrementalTriangulator>(graph_.get(), reconstruction_.get())) {
   if (!colmap::ExistsCameraModelWithName(camera_model)) {
     throw std::invalid_argument("unknown camera model " + camera_model);
   }

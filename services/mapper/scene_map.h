@@ -25,10 +25,10 @@ using colmap::point3D_t;
 struct PhotoInput {
   int64_t image_id = 0;
   int64_t camera_id = 0;
-  std::string name;             // AGENT/NAME
+  std::string name;  // AGENT/NAME
   int width_px = 0;
   int height_px = 0;
-  double focal_px = 0;          // prior
+  double focal_px = 0;  // prior
   bool focal_from_exif = false;
   Keypoints keypoints;
 };
@@ -37,8 +37,8 @@ struct PhotoInput {
 struct CameraState {
   std::vector<double> prior_params;
   bool focal_from_exif = false;
-  bool refined = false;         // a BA over several photos has set its parameters
-  int num_registered = 0;       // registered photos of it
+  bool refined = false;    // a BA over several photos has set its parameters
+  int num_registered = 0;  // registered photos of it
 };
 
 // A growing scene in COLMAP's structures: photos with their keypoints, verified correspondences,

@@ -218,8 +218,7 @@ Submap::Adjustment Submap::Adjust(image_t new_image) {
 
 Submap::Adjustment Submap::AdjustLocally(image_t new_image) {
   Adjustment adjustment;
-  const BundleRequest request =
-      SelectLocalWindow(options_.local, *map_, similar_, new_image);
+  const BundleRequest request = SelectLocalWindow(options_.local, *map_, similar_, new_image);
   Bundle bundle = BuildBundle(*map_, request);
   BundleOptions solve;
   solve.loss = Loss::kSoftL1;

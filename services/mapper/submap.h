@@ -22,10 +22,10 @@ struct SubmapOptions {
   LocalWindowOptions local;
   FilterOptions filter;
   colmap::IncrementalTriangulator::Options triangulation;
-  int max_images_all_global = 12;   // up to here each photo's BA takes in the whole map
-  double global_growth = 1.1;       // growth of images or points that calls for a global BA
-  int min_observations = 15;        // of a registered photo; with less it is withdrawn
-  int max_withdrawals = 2;          // of one photo; then it is rejected
+  int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
+  double global_growth = 1.1;      // growth of images or points that calls for a global BA
+  int min_observations = 15;       // of a registered photo; with less it is withdrawn
+  int max_withdrawals = 2;         // of one photo; then it is rejected
   int num_threads = 1;
 };
 
@@ -34,13 +34,13 @@ struct PhotoEvent {
   enum class State { kRegistered, kDeferred, kRejected, kWithdrawn };
   int64_t image_id = 0;
   State state = State::kDeferred;
-  std::string reason;               // of all but kRegistered
+  std::string reason;  // of all but kRegistered
   int num_visible = 0;
   int num_inliers = 0;
   Eigen::Vector4d qvec{1, 0, 0, 0};  // cam_from_world, wxyz
   Eigen::Vector3d tvec{0, 0, 0};
-  double mean_error_px = 0;         // of its observations after its BA
-  int num_ba_images = 0;            // free images of its BA
+  double mean_error_px = 0;  // of its observations after its BA
+  int num_ba_images = 0;     // free images of its BA
   double register_s = 0, triangulate_s = 0, ba_s = 0, total_s = 0;
 };
 
@@ -89,9 +89,9 @@ class Submap {
 
  private:
   struct Trial {
-    int last_visible = 0;      // points visible when it was last tried
+    int last_visible = 0;  // points visible when it was last tried
     int num_withdrawals = 0;
-    bool deferred = false;     // told so
+    bool deferred = false;  // told so
     bool rejected = false;
   };
   struct Adjustment {
@@ -120,10 +120,10 @@ class Submap {
   std::unique_ptr<SceneMap> map_;
   SimilarityLists similar_;
   std::map<image_t, Trial> trials_;
-  std::map<image_t, int> queue_;            // with the number of points it sees
+  std::map<image_t, int> queue_;  // with the number of points it sees
   size_t images_at_global_ = 0;
   size_t points_at_global_ = 0;
-  std::vector<image_t> last_adjusted_;      // images whose observations the last BA filtered
+  std::vector<image_t> last_adjusted_;  // images whose observations the last BA filtered
 };
 
 }  // namespace skein
