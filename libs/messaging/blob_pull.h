@@ -1,0 +1,110 @@
+// How one blob is pulled: what to ask for next, what is lost, when it is whole. No messages, no
+// clock of its own, no I/O.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/bytes.h"
+
+namespace skein {
+
+// How many chunks may be in flight to this process, over all its pulls: the receive buffers are
+// what overflows. Doubles every round trip until the first loss, then grows by one a round trip;
+// half after a loss, at most once a round trip (as TCP does, RFC 5681).
+class PullWindow {
+ public:
+  PullWindow(int initial_chunks, int max_chunks);
+
+  int size() const { return static_cast<int>(size_); }
+  // Number of the next chunk asked for; they tell what was asked before what.
+  int64_t NextTicket() { return ++last_ticket_; }
+  void OnArrival();
+  // The chunk of that ticket is lost.
+  void OnLoss(int64_t ticket);
+
+ private:
+  double size_;
+  const double max_size_;
+  double threshold_;
+  int64_t last_ticket_ = 0;
+  int64_t recovered_ticket_ = 0;  // losses up to here were answered
+};
+
+// Round trip of a request and its chunk, and from it how long to wait for one (RFC 6298).
+class RoundTrip {
+ public:
+  void Add(double sample_s);
+  double timeout_s() const;
+
+ private:
+  bool any_ = false;
+  double mean_s_ = 0.1;
+  double deviation_s_ = 0.05;
+};
+
+class BlobPull {
+ public:
+  struct Ask {
+    int64_t offset;
+    int64_t length;
+  };
+  enum class Outcome {
+    kIgnored,   // double, or not part of this pull
+    kTaken,     // more is missing
+    kComplete,  // Take() gives it
+    kTooLarge,  // more than max_bytes: give up
+  };
+
+  // chunk_bytes: what is asked for at once; a sender may use less. max_bytes: the largest blob
+  // accepted.
+  BlobPull(int chunk_bytes, int64_t max_bytes) : chunk_bytes_(chunk_bytes), max_bytes_(max_bytes) {}
+
+  // The next missing range that is not in flight, at most max_chunks long; they are in flight now.
+  std::optional<Ask> NextAsk(int max_chunks, double now_s, PullWindow* window);
+  Outcome OnChunk(int64_t offset, int64_t total_bytes, const uint8_t* data, size_t size,
+                  double now_s, PullWindow* window, RoundTrip* round_trip);
+  // When nothing came for long: gives up all that is in flight and waits twice as long next time,
+  // at most 2 s. True if it did.
+  bool CheckTimeout(double now_s, const RoundTrip& round_trip, PullWindow* window);
+  // Nothing came although it was asked for repeatedly: the owner is away.
+  bool stalled() const { return num_timeouts_ >= 2; }
+
+  int num_in_flight() const { return static_cast<int>(in_flight_.size()); }
+  int64_t received_bytes() const { return received_bytes_; }
+  // The whole blob, once; the pull is empty then.
+  Bytes Take();
+  // Forgets everything received.
+  void Restart();
+
+ private:
+  struct Chunk {
+    int64_t ticket = 0;  // of the ask in flight, 0 if none
+    double asked_s = 0;
+    int num_asks = 0;
+    bool have = false;
+  };
+
+  bool AcceptTotal(int64_t total_bytes);
+  bool FitsGrid(int64_t offset, size_t size);
+  void UseSmallerChunks(int chunk_bytes);
+  void Store(size_t index, const uint8_t* data, size_t size);
+  void FindLosses(int64_t arrived_ticket, PullWindow* window);
+  int64_t ChunkSize(size_t index) const;
+  bool complete() const { return total_bytes_ >= 0 && received_bytes_ == total_bytes_; }
+
+  int chunk_bytes_;
+  const int64_t max_bytes_;
+  int64_t total_bytes_ = -1;  // -1: not known yet
+  int64_t received_bytes_ = 0;
+  std::vector<Chunk> chunks_;
+  size_t first_missing_ = 0;             // no missing chunk before it that is not in flight
+  std::map<int64_t, size_t> in_flight_;  // ticket -> chunk
+  double last_event_s_ = 0;              // ask after idleness, or arrival
+  int num_timeouts_ = 0;                 // since the last arrival
+  Bytes data_;
+};
+
+}  // namespace skein

@@ -1,0 +1,91 @@
+// Every channel: its name and its one type. docs/channels.md says who sends what to whom and when.
+#pragma once
+
+#include <string>
+
+#include "skein/blob_chunk_t.hpp"
+#include "skein/blob_request_t.hpp"
+#include "skein/candidates_t.hpp"
+#include "skein/command_reply_t.hpp"
+#include "skein/command_t.hpp"
+#include "skein/failure_t.hpp"
+#include "skein/features_t.hpp"
+#include "skein/finish_t.hpp"
+#include "skein/heartbeat_t.hpp"
+#include "skein/image_ack_t.hpp"
+#include "skein/image_offer_t.hpp"
+#include "skein/image_t.hpp"
+#include "skein/ledger_head_t.hpp"
+#include "skein/ledger_range_t.hpp"
+#include "skein/ledger_request_t.hpp"
+#include "skein/matches_t.hpp"
+#include "skein/merge_t.hpp"
+#include "skein/registration_t.hpp"
+#include "skein/seed_t.hpp"
+#include "skein/shared_reply_t.hpp"
+#include "skein/shared_request_t.hpp"
+#include "skein/submap_t.hpp"
+#include "skein/submit_reply_t.hpp"
+#include "skein/work_failed_t.hpp"
+#include "skein/work_request_t.hpp"
+#include "skein/work_t.hpp"
+
+namespace skein {
+
+// LCM takes a subscription's channel for a regular expression: names hold A-Z, 0-9 and _ only.
+template <class T>
+struct Channel {
+  const char* name;
+};
+
+// Committed facts, broadcast by ingest. A LedgerFollower makes a gapless sequence of them.
+inline constexpr Channel<image_t> kImageChannel{"SKEIN_IMAGE"};
+inline constexpr Channel<features_t> kFeaturesChannel{"SKEIN_FEATURES"};
+inline constexpr Channel<candidates_t> kCandidatesChannel{"SKEIN_CANDIDATES"};
+inline constexpr Channel<matches_t> kMatchesChannel{"SKEIN_MATCHES"};
+inline constexpr Channel<registration_t> kRegistrationChannel{"SKEIN_REGISTRATION"};
+inline constexpr Channel<submap_t> kSubmapChannel{"SKEIN_SUBMAP"};
+inline constexpr Channel<seed_t> kSeedChannel{"SKEIN_SEED"};
+inline constexpr Channel<merge_t> kMergeChannel{"SKEIN_MERGE"};
+inline constexpr Channel<failure_t> kFailureChannel{"SKEIN_FAILURE"};
+inline constexpr Channel<finish_t> kFinishChannel{"SKEIN_FINISH"};
+
+// Submissions to ingest; a Submitter repeats them until they are answered.
+inline constexpr Channel<image_t> kSubmitImageChannel{"SKEIN_SUBMIT_IMAGE"};
+inline constexpr Channel<features_t> kSubmitFeaturesChannel{"SKEIN_SUBMIT_FEATURES"};
+inline constexpr Channel<candidates_t> kSubmitCandidatesChannel{"SKEIN_SUBMIT_CANDIDATES"};
+inline constexpr Channel<matches_t> kSubmitMatchesChannel{"SKEIN_SUBMIT_MATCHES"};
+inline constexpr Channel<registration_t> kSubmitRegistrationChannel{"SKEIN_SUBMIT_REGISTRATION"};
+inline constexpr Channel<submap_t> kSubmitSubmapChannel{"SKEIN_SUBMIT_SUBMAP"};
+inline constexpr Channel<seed_t> kSubmitSeedChannel{"SKEIN_SUBMIT_SEED"};
+inline constexpr Channel<merge_t> kSubmitMergeChannel{"SKEIN_SUBMIT_MERGE"};
+inline constexpr Channel<failure_t> kSubmitFailureChannel{"SKEIN_SUBMIT_FAILURE"};
+inline constexpr Channel<finish_t> kSubmitFinishChannel{"SKEIN_SUBMIT_FINISH"};
+inline constexpr Channel<submit_reply_t> kSubmitReplyChannel{"SKEIN_SUBMIT_REPLY"};
+
+inline constexpr Channel<image_offer_t> kImageOfferChannel{"SKEIN_IMAGE_OFFER"};
+inline constexpr Channel<image_ack_t> kImageAckChannel{"SKEIN_IMAGE_ACK"};
+
+inline constexpr Channel<ledger_head_t> kLedgerHeadChannel{"SKEIN_LEDGER_HEAD"};
+inline constexpr Channel<ledger_request_t> kLedgerRequestChannel{"SKEIN_LEDGER_REQUEST"};
+inline constexpr Channel<ledger_range_t> kLedgerRangeChannel{"SKEIN_LEDGER_RANGE"};
+
+inline constexpr Channel<work_request_t> kWorkRequestChannel{"SKEIN_WORK_REQUEST"};
+inline constexpr Channel<work_t> kWorkChannel{"SKEIN_WORK"};
+inline constexpr Channel<work_failed_t> kWorkFailedChannel{"SKEIN_WORK_FAILED"};
+
+inline constexpr Channel<submap_t> kSubmapStatusChannel{"SKEIN_SUBMAP_STATUS"};
+inline constexpr Channel<shared_request_t> kSharedRequestChannel{"SKEIN_SHARED_REQUEST"};
+inline constexpr Channel<shared_reply_t> kSharedReplyChannel{"SKEIN_SHARED_REPLY"};
+
+inline constexpr Channel<heartbeat_t> kHeartbeatChannel{"SKEIN_HEARTBEAT"};
+inline constexpr Channel<command_t> kCommandChannel{"SKEIN_COMMAND"};
+inline constexpr Channel<command_reply_t> kCommandReplyChannel{"SKEIN_COMMAND_REPLY"};
+
+inline constexpr Channel<blob_request_t> kBlobRequestChannel{"SKEIN_BLOB_REQUEST"};
+
+// Channel of the chunks for one instance, on the bulk bus: SKEIN_BLOB_CHUNK_<INSTANCE>, in the
+// letters and the length (63) that LCM takes. Two instances may share one: chunks say their blob.
+std::string BlobChunkChannel(const std::string& instance);
+
+}  // namespace skein

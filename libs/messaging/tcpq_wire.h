@@ -1,0 +1,58 @@
+// The protocol of LCM's tcpq:// transport, between a client and the relay. Numbers are uint32, big
+// endian. Each side first sends its magic number and the protocol's version; then come frames:
+//   publish (both ways): 1, length of the channel's name, name, length of the message, message
+//   subscribe, unsubscribe (client to relay): 2 or 3, length of the name, name (a regex)
+// Source: lcm/lcm_tcpq.c and lcm-java/lcm/lcm/TCPService.java of LCM 1.3.1.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/bytes.h"
+
+namespace skein::tcpq {
+
+inline constexpr uint32_t kServerMagic = 0x287617fa;
+inline constexpr uint32_t kClientMagic = 0x287617fb;
+inline constexpr uint32_t kVersion = 0x0100;
+
+enum class FrameType : uint32_t { kPublish = 1, kSubscribe = 2, kUnsubscribe = 3 };
+
+// Anything larger is no LCM traffic.
+inline constexpr uint32_t kMaxChannelBytes = 1024;
+inline constexpr uint32_t kMaxMessageBytes = 64 << 20;
+
+struct Frame {
+  FrameType type = FrameType::kPublish;
+  std::string channel;
+  Bytes message;  // of kPublish
+};
+
+void AppendGreeting(uint32_t magic, Bytes* out);
+void AppendSubscription(FrameType type, const std::string& channel, Bytes* out);
+void AppendPublish(const std::string& channel, const void* data, size_t size, Bytes* out);
+
+// Splits a stream of bytes, which come in pieces of any size, into frames.
+class FrameParser {
+ public:
+  // expected_magic: the other side's.
+  explicit FrameParser(uint32_t expected_magic) : expected_magic_(expected_magic) {}
+
+  void Feed(const uint8_t* data, size_t size);
+  enum class State { kFrame, kNeedMore, kBroken };
+  // kFrame: one was moved to *frame; call again. kBroken: the other side does not speak the
+  // protocol; hang up.
+  State Next(Frame* frame);
+
+ private:
+  bool Peek(size_t offset, uint32_t* value) const;
+  State ParseGreeting();
+  size_t available() const { return buffer_.size() - consumed_; }
+
+  uint32_t expected_magic_;
+  bool greeted_ = false;
+  Bytes buffer_;
+  size_t consumed_ = 0;
+};
+
+}  // namespace skein::tcpq
