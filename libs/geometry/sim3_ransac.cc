@@ -46,7 +46,7 @@ double SoftRatio(const ImageScore& score, double max_error_px) {
   return (score.num_inliers - score.sum_error_px / (max_error_px + 1e-12)) / score.num_points;
 }
 
-TotalScore Score(const std::vector<SharedImage>& shared, const std::vector<size_t>& usable,
+TotalScore Score(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& usable,
                  const Similarity& hypothesis, const Sim3Options& options, int max_points) {
   TotalScore total;
   for (const size_t i : usable) {
@@ -64,7 +64,7 @@ double Median(std::vector<double>* values) {
   return *middle;
 }
 
-std::optional<ImageHypothesis> HypothesisOfImage(const SharedImage& image) {
+std::optional<ImageHypothesis> HypothesisOfImage(const SharedPhoto& image) {
   std::vector<double> log_ratios;
   const size_t step = std::max<size_t>(1, image.points.size() / kDepthSamples);
   for (size_t i = 0; i < image.points.size(); i += step) {
@@ -88,7 +88,7 @@ Eigen::Quaterniond MeanRotation(const std::array<Eigen::Quaterniond, 3>& rotatio
 }
 
 // Rotation and scale from the three photos, translation from their centres.
-Similarity FromPoses(const std::vector<SharedImage>& shared,
+Similarity FromPoses(const std::vector<SharedPhoto>& shared,
                      const std::vector<std::optional<ImageHypothesis>>& hypotheses,
                      const Triple& triple) {
   std::array<Eigen::Quaterniond, 3> rotations;
@@ -109,7 +109,7 @@ Similarity FromPoses(const std::vector<SharedImage>& shared,
 }
 
 // One random common point of each of the three photos.
-std::optional<Similarity> FromPoints(const std::vector<SharedImage>& shared, const Triple& triple,
+std::optional<Similarity> FromPoints(const std::vector<SharedPhoto>& shared, const Triple& triple,
                                      Random* random) {
   std::vector<Eigen::Vector3d> source, target;
   for (const size_t i : triple) {
@@ -165,7 +165,7 @@ struct Best {
   }
 };
 
-Best Search(const std::vector<SharedImage>& shared, const std::vector<size_t>& usable,
+Best Search(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& usable,
             const std::vector<std::optional<ImageHypothesis>>& hypotheses,
             const Sim3Options& options, int* num_trials) {
   Random random(options.seed);
@@ -182,7 +182,7 @@ Best Search(const std::vector<SharedImage>& shared, const std::vector<size_t>& u
   return best;
 }
 
-std::vector<bool> InlierImages(const std::vector<SharedImage>& shared,
+std::vector<bool> InlierImages(const std::vector<SharedPhoto>& shared,
                                const std::vector<size_t>& usable, const Similarity& similarity,
                                const Sim3Options& options) {
   std::vector<bool> inliers(shared.size(), false);
@@ -193,7 +193,7 @@ std::vector<bool> InlierImages(const std::vector<SharedImage>& shared,
 }
 
 // Refine, find the inliers anew, refine again, as long as that is better.
-Similarity RefineBest(const std::vector<SharedImage>& shared, const std::vector<size_t>& usable,
+Similarity RefineBest(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& usable,
                       Similarity similarity, const Sim3Options& options) {
   TotalScore score = Score(shared, usable, similarity, options, 0);
   for (int round = 0; round < 3; ++round) {
@@ -207,7 +207,7 @@ Similarity RefineBest(const std::vector<SharedImage>& shared, const std::vector<
   return similarity;
 }
 
-void Report(const std::vector<SharedImage>& shared, const std::vector<size_t>& usable,
+void Report(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& usable,
             const Sim3Options& options, Sim3Result* result) {
   double sum_error_px = 0;
   for (const size_t i : usable) {
@@ -241,17 +241,17 @@ std::string Sim3Options::Check() const {
   return "";
 }
 
-std::vector<SharedImage> PairSharedViews(const std::vector<SharedView>& source,
+std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
                                          const std::vector<SharedView>& target) {
   std::map<int64_t, const SharedView*> target_views;
   for (const SharedView& view : target) {
     if (view.camera.VerifyParams()) target_views[view.image_id] = &view;
   }
-  std::vector<SharedImage> shared;
+  std::vector<SharedPhoto> shared;
   for (const SharedView& view : source) {
     const auto it = target_views.find(view.image_id);
     if (it == target_views.end() || !view.camera.VerifyParams()) continue;
-    SharedImage image{view.image_id,
+    SharedPhoto image{view.image_id,
                       view.camera,
                       it->second->camera,
                       view.cam_from_world,
@@ -271,7 +271,7 @@ std::vector<SharedImage> PairSharedViews(const std::vector<SharedView>& source,
   return shared;
 }
 
-Sim3Result EstimateSim3(const std::vector<SharedImage>& shared, const Sim3Options& options) {
+Sim3Result EstimateSim3(const std::vector<SharedPhoto>& shared, const Sim3Options& options) {
   if (const std::string wrong = options.Check(); !wrong.empty()) throw std::invalid_argument(wrong);
   std::vector<std::optional<ImageHypothesis>> hypotheses(shared.size());
   std::vector<size_t> usable;

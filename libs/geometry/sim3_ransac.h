@@ -29,7 +29,7 @@ struct SharedView {
 };
 
 // One photo as both submaps hold it, with the points that both see through it.
-struct SharedImage {
+struct SharedPhoto {
   struct CommonPoint {
     uint32_t point2D_idx = 0;
     Eigen::Vector3d source_xyz;
@@ -45,7 +45,7 @@ struct SharedImage {
 };
 
 // Photos of both lists, by image id. Views with an invalid camera are left out.
-std::vector<SharedImage> PairSharedViews(const std::vector<SharedView>& source,
+std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
                                          const std::vector<SharedView>& target);
 
 struct Sim3Options {
@@ -80,6 +80,6 @@ struct Sim3Result {
 };
 
 // Deterministic for equal input and seed.
-Sim3Result EstimateSim3(const std::vector<SharedImage>& shared, const Sim3Options& options);
+Sim3Result EstimateSim3(const std::vector<SharedPhoto>& shared, const Sim3Options& options);
 
 }  // namespace skein

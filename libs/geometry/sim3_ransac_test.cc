@@ -32,7 +32,7 @@ class Scene {
     for (int i = 0; i < world.num_images; ++i) AddImage(world, i);
   }
 
-  std::vector<SharedImage> shared_;
+  std::vector<SharedPhoto> shared_;
   Similarity truth_;
 
  private:
@@ -49,7 +49,7 @@ class Scene {
   }
 
   void AddImage(const World& world, int i) {
-    SharedImage image;
+    SharedPhoto image;
     image.image_id = 100 + i;
     image.source_camera.InitializeWithName("SIMPLE_RADIAL", 1300, 1600, 1200);
     image.source_camera.Params()[3] = -0.05;
@@ -66,14 +66,14 @@ class Scene {
     shared_.push_back(image);
   }
 
-  void AddPoint(const World& world, uint32_t k, SharedImage* image) {
+  void AddPoint(const World& world, uint32_t k, SharedPhoto* image) {
     const Eigen::Vector3d in_camera(2 * Uniform(), 1.5 * Uniform(), 6 + 2 * Uniform());
     const CameraPose& pose = image->cam_from_source;
     const auto noisy = [&] {
       const Eigen::Vector3d moved = in_camera * (1 + world.depth_noise * Normal());
       return Eigen::Vector3d(pose.rotation.conjugate() * (moved - pose.translation));
     };
-    SharedImage::CommonPoint point;
+    SharedPhoto::CommonPoint point;
     point.point2D_idx = k;
     point.source_xyz = noisy();
     point.target_xyz = truth_.Apply(noisy());
@@ -82,7 +82,7 @@ class Scene {
     image->points.push_back(point);
   }
 
-  void SpoilPoints(double share, SharedImage* image) {
+  void SpoilPoints(double share, SharedPhoto* image) {
     const size_t num = share * image->points.size();
     for (size_t k = 0; k + 1 < num; ++k) {
       std::swap(image->points[k].target_xyz, image->points[k + 1].target_xyz);

@@ -81,7 +81,7 @@ struct TransferError {
 
 using TransferCost = ceres::AutoDiffCostFunction<TransferError, 2, 1, 4, 3>;
 
-void AddPoint(const SharedImage& image, const SharedImage::CommonPoint& point,
+void AddPoint(const SharedPhoto& image, const SharedPhoto::CommonPoint& point,
               ceres::LossFunction* loss, double* log_scale, double* q, double* t,
               ceres::Problem* problem) {
   auto* forward = new TransferError{image.cam_from_target,
@@ -100,7 +100,7 @@ void AddPoint(const SharedImage& image, const SharedImage::CommonPoint& point,
   problem->AddResidualBlock(new TransferCost(backward), loss, log_scale, q, t);
 }
 
-size_t AddImage(const SharedImage& image, const Similarity& initial, double max_error_px,
+size_t AddImage(const SharedPhoto& image, const Similarity& initial, double max_error_px,
                 ceres::LossFunction* loss, double* log_scale, double* q, double* t,
                 ceres::Problem* problem) {
   const Similarity inverse = initial.Inverse();
@@ -119,12 +119,12 @@ size_t AddImage(const SharedImage& image, const Similarity& initial, double max_
 
 }  // namespace
 
-double MaxErrorPx(const SharedImage& image, const Sim3Options& options) {
+double MaxErrorPx(const SharedPhoto& image, const Sim3Options& options) {
   const double size = std::max(image.target_camera.Width(), image.target_camera.Height());
   return options.max_reprojection_error_px * (size > 0 ? size / kReferenceSizePx : 1.0);
 }
 
-double SymmetricErrorPx(const SharedImage& image, const SharedImage::CommonPoint& point,
+double SymmetricErrorPx(const SharedPhoto& image, const SharedPhoto::CommonPoint& point,
                         const Similarity& target_from_source, const Similarity& source_from_target,
                         double* mean_px) {
   const double forward = ErrorPx(image.cam_from_target, image.target_camera,
@@ -135,7 +135,7 @@ double SymmetricErrorPx(const SharedImage& image, const SharedImage::CommonPoint
   return std::max(forward, backward);
 }
 
-ImageScore ScoreImage(const SharedImage& image, const Similarity& target_from_source,
+ImageScore ScoreImage(const SharedPhoto& image, const Similarity& target_from_source,
                       const Sim3Options& options, int max_points) {
   const Similarity source_from_target = target_from_source.Inverse();
   const double max_error_px = MaxErrorPx(image, options);
@@ -155,7 +155,7 @@ ImageScore ScoreImage(const SharedImage& image, const Similarity& target_from_so
   return score;
 }
 
-Similarity RefineSim3(const std::vector<SharedImage>& shared, const std::vector<bool>& used,
+Similarity RefineSim3(const std::vector<SharedPhoto>& shared, const std::vector<bool>& used,
                       const Similarity& initial, const Sim3Options& options) {
   double log_scale = std::log(initial.scale);
   double q[4] = {initial.rotation.w(), initial.rotation.x(), initial.rotation.y(),

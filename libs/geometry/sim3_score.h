@@ -15,21 +15,21 @@ struct ImageScore {
 };
 
 // Limit for one photo, see Sim3Options::max_reprojection_error_px.
-double MaxErrorPx(const SharedImage& image, const Sim3Options& options);
+double MaxErrorPx(const SharedPhoto& image, const Sim3Options& options);
 
 // The larger of both directions' reprojection errors, infinity for a point behind a camera.
 // `source_from_target` is the inverse of `target_from_source`.
-double SymmetricErrorPx(const SharedImage& image, const SharedImage::CommonPoint& point,
+double SymmetricErrorPx(const SharedPhoto& image, const SharedPhoto::CommonPoint& point,
                         const Similarity& target_from_source, const Similarity& source_from_target,
                         double* mean_px);
 
 // Scores at most `max_points` points, evenly spread over the list; all if it is 0.
-ImageScore ScoreImage(const SharedImage& image, const Similarity& target_from_source,
+ImageScore ScoreImage(const SharedPhoto& image, const Similarity& target_from_source,
                       const Sim3Options& options, int max_points);
 
 // Minimises the symmetric reprojection error of the points that are inliers of `initial`, in the
 // photos `used` (same length as `shared`), with a robust loss. Returns `initial` when it diverges.
-Similarity RefineSim3(const std::vector<SharedImage>& shared, const std::vector<bool>& used,
+Similarity RefineSim3(const std::vector<SharedPhoto>& shared, const std::vector<bool>& used,
                       const Similarity& initial, const Sim3Options& options);
 
 }  // namespace skein

@@ -33,7 +33,7 @@ double MaxCentreError(const colmap::Reconstruction& model, const SyntheticWorld&
 
 Similarity AlignSubmaps(const colmap::Reconstruction& source,
                         const colmap::Reconstruction& target) {
-  const Sim3Result result = EstimateSim3(SharedImagesOf(source, target), {});
+  const Sim3Result result = EstimateSim3(SharedPhotosOf(source, target), {});
   EXPECT_TRUE(result.success) << result.reason;
   return result.target_from_source;
 }

@@ -106,7 +106,7 @@ class Fuser {
   }
 
   double LimitPx(const colmap::Image& image) const {
-    SharedImage shared;
+    SharedPhoto shared;
     shared.target_camera = merged_.Camera(image.CameraId());
     return MaxErrorPx(shared, options_);
   }
@@ -247,7 +247,7 @@ class Fuser {
 
 }  // namespace
 
-std::vector<SharedImage> SharedImagesOf(const colmap::Reconstruction& source,
+std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
                                         const colmap::Reconstruction& target) {
   std::vector<SharedView> source_views, target_views;
   const std::set<image_t> registered = RegisteredIn(target);

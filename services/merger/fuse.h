@@ -12,7 +12,7 @@
 namespace skein {
 
 // The photos registered in both models, with the points that both see through them.
-std::vector<SharedImage> SharedImagesOf(const colmap::Reconstruction& source,
+std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
                                         const colmap::Reconstruction& target);
 
 // What became of the models' parts.

@@ -1,0 +1,77 @@
+// Which two submaps to join next, and what was tried already. Everything is recovered from the
+// ledger: an attempt is known by the number of shared photos it had.
+//
+// Smaller into larger; if that fails the other way round; if both fail, not before there are more
+// shared photos (SfM on-the-fly v2, section 3.4). A submap takes part in one merge at a time.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "merger/submap_directory.h"
+
+namespace skein {
+
+struct MergeOptions {
+  bool enabled = true;
+  int min_shared_images = 3;          // N_si
+  int min_shared_when_finishing = 1;  // nothing more can come then
+  // After so many failures of a pair, more new shared photos than one are asked for: each attempt
+  // costs the source its time, and look-alike places would have it stop all the time.
+  int patient_failures = 4;
+  double patient_growth = 1.5;
+};
+
+struct MergeAttempt {
+  int64_t source_id = 0;
+  int64_t target_id = 0;
+  std::vector<int64_t> shared_images;
+};
+
+// A merge that was ordered and has not ended.
+struct PendingMerge {
+  int64_t merge_id = 0;
+  int64_t source_id = 0;
+  int64_t target_id = 0;
+  int num_shared_images = 0;
+};
+
+class MergePolicy {
+ public:
+  explicit MergePolicy(const MergeOptions& options) : options_(options) {}
+
+  void OnOrdered(const PendingMerge& merge);
+  void OnDone(int64_t merge_id);
+  void OnUndone(int64_t merge_id);
+  // No similarity was found, in either direction.
+  void OnFailed(int64_t source_id, int64_t target_id, int num_shared_images);
+  // A submap is gone: what was pending with it is over.
+  void OnEnded(int64_t submap_id);
+
+  // The pair with most shared photos first; nullopt if there is nothing to do.
+  std::optional<MergeAttempt> Next(const SubmapDirectory& directory, bool finishing) const;
+  const std::map<int64_t, PendingMerge>& pending() const { return pending_; }
+  // True from ORDERED to DONE or UNDONE.
+  bool IsBusy(int64_t submap_id) const;
+
+ private:
+  using Direction = std::pair<int64_t, int64_t>;  // source, target
+  struct Tried {
+    int num_shared_images = 0;
+    int num_failures = 0;
+  };
+
+  void Remember(const Direction& direction, int num_shared_images);
+  bool WasTried(const Direction& direction, int num_shared_images, bool finishing) const;
+
+  const MergeOptions options_;
+  std::map<int64_t, PendingMerge> pending_;
+  std::map<Direction, Tried> tried_;
+};
+
+}  // namespace skein

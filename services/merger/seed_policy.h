@@ -1,0 +1,94 @@
+// When to start a submap, and from which pair of photos.
+//
+// A photo is an orphan when every live submap has worked in its matches and none registered it.
+// The best pair of orphans by inliers x angle becomes a seed. Two seeds must never grow into one
+// scene side by side, so a photo waits as long as a live submap that could still reach it, over
+// any chain of verified pairs, has not worked up to it; and a photo that a submap deferred waits a
+// while, because the submap may grow towards it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "merger/submap_directory.h"
+
+namespace skein {
+
+struct SeedOptions {
+  int min_inliers = 100;
+  int min_inliers_at_last = 50;  // when finishing and nothing better is left
+  double max_forward_motion = 0.95;
+  // Median triangulation angle asked for at first, and its relaxations, in degrees.
+  std::vector<double> min_tri_angle_steps_deg = {16, 8, 4, 2};
+  // A step is taken when so many orphans of one component wait, or it has been quiet so long; all
+  // are taken when the session finishes. One entry a step, the first is for the first relaxation.
+  std::vector<int> relax_orphans = {4, 6, 9};
+  std::vector<double> relax_quiet_s = {3, 6, 9};
+  // A deferred photo waits until so many further photos were matched, or it is quiet.
+  int deferred_patience = 15;
+
+  std::string Check() const;  // empty, or what is wrong
+};
+
+// Verified pair of an image with an earlier one.
+struct VerifiedPair {
+  int64_t other_id = 0;
+  int num_inliers = 0;
+  double tri_angle_rad = 0.0;
+  double forward_motion = 0.0;
+};
+
+struct SeedSituation {
+  double quiet_s = 0.0;    // since the last photo was accepted or matched, 0 while one is in flight
+  bool finishing = false;  // the session drained: nothing comes any more
+  int64_t head_seq = 0;    // everything up to here was given to the policy and the directory
+};
+
+struct SeedChoice {
+  int64_t image_id1 = 0;
+  int64_t image_id2 = 0;
+  int num_inliers = 0;
+  double tri_angle_rad = 0.0;
+};
+
+class SeedPolicy {
+ public:
+  explicit SeedPolicy(const SeedOptions& options);  // throws std::invalid_argument
+
+  // A photo went through matching at `seq` of the ledger.
+  void OnMatches(int64_t image_id, int64_t seq, const std::vector<VerifiedPair>& pairs);
+
+  std::vector<int64_t> Orphans(const SubmapDirectory& directory,
+                               const SeedSituation& situation) const;
+  // nullopt: nothing to seed now. Equal input gives equal output.
+  std::optional<SeedChoice> Choose(const SubmapDirectory& directory,
+                                   const SeedSituation& situation) const;
+
+ private:
+  struct Photo {
+    int64_t seq = 0;
+    int64_t order = 0;  // how many photos were matched before
+    std::map<int64_t, VerifiedPair> pairs;
+  };
+  using Components = std::unordered_map<int64_t, int64_t>;  // image -> representative
+
+  Components FindComponents() const;
+  bool MayStillBeReached(const Photo& photo, int64_t component, const Components& components,
+                         const SubmapDirectory& directory) const;
+  bool IsPatient(int64_t image_id, const Photo& photo, const SubmapDirectory& directory,
+                 const SeedSituation& situation) const;
+  size_t RelaxationOf(size_t num_orphans, const SeedSituation& situation) const;
+  std::optional<SeedChoice> BestPair(const std::vector<int64_t>& orphans, double min_angle_rad,
+                                     int min_inliers, const SubmapDirectory& directory) const;
+  std::optional<SeedChoice> ChooseIn(const std::vector<int64_t>& orphans,
+                                     const SubmapDirectory& directory,
+                                     const SeedSituation& situation) const;
+
+  const SeedOptions options_;
+  std::map<int64_t, Photo> photos_;
+};
+
+}  // namespace skein
