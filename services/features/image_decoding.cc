@@ -28,7 +28,8 @@ cv::Mat UprightView(const cv::Mat& as_stored, int exif_orientation) {
   // OpenCV's flip codes: 1 left-right, 0 upside down, -1 both.
   static constexpr int kNoFlip = 2;
   static constexpr int kFlip[9] = {kNoFlip, kNoFlip, 1, -1, 0, kNoFlip, 1, -1, 0};
-  const int flip = exif_orientation >= 1 && exif_orientation <= 8 ? kFlip[exif_orientation] : kNoFlip;
+  const int flip =
+      exif_orientation >= 1 && exif_orientation <= 8 ? kFlip[exif_orientation] : kNoFlip;
   if (flip == kNoFlip) return view;
   cv::Mat flipped;
   cv::flip(view, flipped, flip);

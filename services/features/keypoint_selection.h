@@ -7,7 +7,7 @@ namespace skein {
 
 struct SelectionOptions {
   int max_features = 8192;
-  int cell_px = 64;             // side of a grid cell in pixels of the searched image
+  int cell_px = 64;           // side of a grid cell in pixels of the searched image
   double spread = 0.1;        // share of the budget that is dealt evenly to the cells, 0..1
   double scale_exponent = 0;  // strength = contrast * scale^exponent
 };
