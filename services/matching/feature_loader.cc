@@ -1,0 +1,51 @@
+#include "matching/feature_loader.h"
+
+#include <utility>
+
+namespace skein {
+
+FeatureLoader::FeatureLoader(PollLoop& loop, BlobClient& blobs, size_t cache_bytes)
+    : blobs_(blobs), cache_(cache_bytes), decoder_(loop) {}
+
+void FeatureLoader::Load(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded) {
+  if (PhotoFeaturesPtr cached = cache_.Find(image_id)) return on_loaded(std::move(cached));
+  const auto [loading, is_new] = loading_.try_emplace(image_id);
+  loading->second.waiting.push_back(std::move(on_loaded));
+  if (!is_new) return;
+  loading->second.camera = entry.camera;
+  Fetch(image_id, entry.keypoints_blob, &Loading::keypoints);
+  Fetch(image_id, entry.descriptors_blob, &Loading::descriptors);
+}
+
+void FeatureLoader::Fetch(int64_t image_id, const std::string& blob_id, Bytes Loading::*target) {
+  blobs_.Fetch(blob_id, "ingest", [this, image_id, target](Result<Bytes> bytes) {
+    Loading& loading = loading_.at(image_id);
+    if (bytes.ok()) {
+      loading.*target = std::move(*bytes);
+    } else {
+      loading.error = bytes.error();
+    }
+    if (--loading.num_missing == 0) Decode(image_id, &loading);
+  });
+}
+
+void FeatureLoader::Decode(int64_t image_id, Loading* loading) {
+  if (!loading->error.empty()) return Finish(image_id, Status::Error(loading->error));
+  decoder_.Run(
+      [image_id, camera = loading->camera, keypoints = std::move(loading->keypoints),
+       descriptors = std::move(loading->descriptors)] {
+        return DecodePhotoFeatures(image_id, camera, keypoints, descriptors);
+      },
+      [this, image_id](const Result<PhotoFeaturesPtr>& features) {
+        if (features.ok()) cache_.Insert(*features);
+        Finish(image_id, features);
+      });
+}
+
+void FeatureLoader::Finish(int64_t image_id, const Result<PhotoFeaturesPtr>& features) {
+  const std::vector<OnLoaded> waiting = std::move(loading_.at(image_id).waiting);
+  loading_.erase(image_id);
+  for (const OnLoaded& on_loaded : waiting) on_loaded(features);
+}
+
+}  // namespace skein

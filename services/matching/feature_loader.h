@@ -1,0 +1,46 @@
+#pragma once
+
+// Features by image id: from the cache, else fetched and decoded. Loop's thread.
+
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+#include "matching/feature_cache.h"
+#include "matching/photo_index.h"
+#include "messaging/blob_client.h"
+#include "messaging/worker_thread.h"
+
+namespace skein {
+
+class FeatureLoader {
+ public:
+  using OnLoaded = std::function<void(const Result<PhotoFeaturesPtr>&)>;
+
+  FeatureLoader(PollLoop& loop, BlobClient& blobs, size_t cache_bytes);
+
+  // Calls on_loaded once, later, or within the call if the photo is cached. Loads of one photo
+  // share their fetches.
+  void Load(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded);
+
+ private:
+  struct Loading {
+    colmap::Camera camera;
+    Bytes keypoints;
+    Bytes descriptors;
+    int num_missing = 2;
+    std::string error;
+    std::vector<OnLoaded> waiting;
+  };
+
+  void Fetch(int64_t image_id, const std::string& blob_id, Bytes Loading::*target);
+  void Decode(int64_t image_id, Loading* loading);
+  void Finish(int64_t image_id, const Result<PhotoFeaturesPtr>& features);
+
+  BlobClient& blobs_;
+  FeatureCache cache_;
+  std::unordered_map<int64_t, Loading> loading_;
+  WorkerThread decoder_;
+};
+
+}  // namespace skein

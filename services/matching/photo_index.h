@@ -1,0 +1,49 @@
+#pragma once
+
+// What the ledger says that matching needs: each photo's camera and feature blobs, and the
+// candidates to match it with. Loop's thread.
+
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "base/camera.h"
+#include "core/result.h"
+#include "messaging/facts.h"
+
+namespace skein {
+
+struct PhotoEntry {
+  colmap::Camera camera;
+  std::string keypoints_blob;  // "" until the features are known
+  std::string descriptors_blob;
+};
+
+class PhotoIndex {
+ public:
+  // Facts of other kinds are ignored. Returns the reason if the fact cannot be used.
+  Status Take(const Fact& fact);
+
+  // Whether the ledger was read up to the photo's candidates.
+  bool HasCandidates(int64_t image_id) const { return candidates_.count(image_id) > 0; }
+
+  // Those known, each once, without the photo itself. Throws std::out_of_range without
+  // HasCandidates.
+  const std::vector<int64_t>& CandidatesOf(int64_t image_id) const {
+    return candidates_.at(image_id);
+  }
+
+  // Null unless image and features are known.
+  const PhotoEntry* FindFeatures(int64_t image_id) const;
+
+ private:
+  Status TakeImage(const image_t& image);
+  Status TakeFeatures(const features_t& features);
+  Status TakeCandidates(const candidates_t& candidates);
+
+  std::unordered_map<int64_t, PhotoEntry> photos_;
+  std::unordered_map<int64_t, std::vector<int64_t>> candidates_;
+};
+
+}  // namespace skein
