@@ -79,10 +79,16 @@ void LedgerFollower::Repair() {
   ledger_request_t request;
   request.requester = node_.instance();
   request.from_seq = next_seq_;
-  request.to_seq = ahead_.empty() ? head_seq_ : ahead_.begin()->first - 1;
+  request.to_seq = LastMissing();
   node_.Publish(kLedgerRequestChannel, request);
   ask_due_s_ = now_s + ask_interval_s_;
   ask_interval_s_ = std::min(kLastAskS, 2 * ask_interval_s_);
+}
+
+int64_t LedgerFollower::LastMissing() const {
+  int64_t seq = head_seq_;
+  for (auto fact = ahead_.rbegin(); fact != ahead_.rend() && fact->first == seq; ++fact) --seq;
+  return seq;
 }
 
 void LedgerFollower::OnRange(const ledger_range_t& range) {
