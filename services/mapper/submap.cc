@@ -9,13 +9,12 @@
 namespace skein {
 namespace {
 
-// COLMAP refines its first maps more strictly, too.
-constexpr size_t kSmallMap = 10;
-
-BundleOptions GlobalOptions(const SubmapOptions& options, size_t num_images) {
+// Outliers make the tail of convergence long; they are filtered between the rounds, which then
+// start close to their end.
+BundleOptions GlobalOptions(const SubmapOptions& options, bool last) {
   BundleOptions solve;
-  solve.max_iterations = num_images <= kSmallMap ? 100 : 50;
-  solve.function_tolerance = num_images <= kSmallMap ? 1e-6 : 1e-5;
+  solve.max_iterations = last ? 30 : 10;
+  solve.function_tolerance = last ? 1e-6 : 1e-4;
   solve.loss = Loss::kSoftL1;
   solve.num_threads = options.num_threads;
   return solve;
@@ -68,7 +67,7 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
   const image_t id1 = static_cast<image_t>(image_id1), id2 = static_cast<image_t>(image_id2);
   result = RegisterInitialPair(options, id1, id2, map_.get());
   if (!result.ok) return result;
-  RefineGlobally(2, false);
+  RefineGlobally(2, false, false);
   if (map_->reconstruction().Image(id1).NumPoints3D() <
       static_cast<point2D_t>(options.min_num_inliers / 2)) {
     map_->Deregister(id1);
@@ -205,11 +204,11 @@ Submap::Adjustment Submap::Adjust(image_t new_image) {
   Adjustment adjustment;
   const size_t num_images = map_->reconstruction().NumRegImages();
   if (static_cast<int>(num_images) <= options_.max_images_all_global) {
-    RefineGlobally(2, false);
+    RefineGlobally(2, false, false);
     adjustment.num_images = static_cast<int>(num_images);
   } else {
     adjustment = AdjustLocally(new_image);
-    if (HasGrown()) RefineGlobally(1, true);
+    if (HasGrown()) RefineGlobally(1, true, false);
   }
   map_->triangulator().ClearModifiedPoints3D();
   adjustment.seconds = MonotonicS() - start;
@@ -257,7 +256,7 @@ double Submap::AdjustGlobally(const BundleOptions& options, int* num_images) {
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
 }
 
-void Submap::RefineGlobally(int max_rounds, bool retriangulate) {
+void Submap::RefineGlobally(int max_rounds, bool retriangulate, bool final) {
   constexpr double kMaxChange = 0.0005;
   if (retriangulate) {
     map_->triangulator().CompleteAllTracks(options_.triangulation);
@@ -266,9 +265,8 @@ void Submap::RefineGlobally(int max_rounds, bool retriangulate) {
     options.triangulation = options_.triangulation;
     Retriangulate(options, map_->pairs(), map_.get());
   }
-  const BundleOptions solve = GlobalOptions(options_, map_->reconstruction().NumRegImages());
   for (int i = 0; i < max_rounds; ++i) {
-    if (AdjustGlobally(solve, nullptr) < kMaxChange) break;
+    if (AdjustGlobally(GlobalOptions(options_, final), nullptr) < kMaxChange) break;
   }
   last_adjusted_ = map_->reconstruction().RegImageIds();
   MarkCamerasRefined();
@@ -298,11 +296,11 @@ void Submap::Finish(const EventSink& sink) {
   }
   while (Step(sink)) continue;
   if (map_->reconstruction().NumRegImages() < 2) return;
-  RefineGlobally(5, true);
+  RefineGlobally(2, true, false);
   for (const image_t id : map_->reconstruction().RegImageIds()) {
     map_->triangulator().CompleteImage(options_.triangulation, id);
   }
-  RefineGlobally(5, true);
+  RefineGlobally(5, true, true);
   const std::vector<image_t> images = map_->reconstruction().RegImageIds();
   WithdrawWeak(images, sink);
 }

@@ -110,7 +110,7 @@ class Submap {
   // One global BA; returns the part of the observations that completion, merging and filtering
   // changed after it.
   double AdjustGlobally(const BundleOptions& options, int* num_images);
-  void RefineGlobally(int max_rounds, bool retriangulate);
+  void RefineGlobally(int max_rounds, bool retriangulate, bool final);
   bool HasGrown() const;
   void NoteSize();
   void MarkCamerasRefined();
