@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "clients/probe.h"
+#include "clients/sim/sim.h"
 #include "clients/subcommand.h"
 
 namespace {
@@ -14,6 +15,7 @@ using skein::Subcommand;
 // Sorted as a user meets them.
 const std::vector<Subcommand> kSubcommands = {
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
+    {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
 };
 
 void PrintUsage(std::ostream& out) {

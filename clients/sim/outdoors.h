@@ -1,0 +1,33 @@
+// Outdoor places: buildings with relief around squares.
+#pragma once
+
+#include "clients/sim/place_builder.h"
+
+namespace skein::sim {
+
+struct BuildingSpec {
+  Eigen::Vector2d center;
+  double yaw_rad = 0;  // 0: its front looks along -y
+  double width_m = 12, depth_m = 9, height_m = 9;
+  int floors = 3;
+  bool gable_roof = false;
+  double texels_per_m = 120;       // of the front
+  double side_texels_per_m = 120;  // of the other façades
+  uint64_t seed = 1;
+};
+
+void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder);
+
+// A square around `center`: a building in the middle, a ring of buildings around it, kiosks and
+// crates between, a wall around all. Free to walk in: 10.5 m to 18 m from the centre.
+struct SquareSpec {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  uint64_t seed = 1;         // of the surroundings
+  uint64_t middle_seed = 1;  // of the building in the middle
+  int ring = 8;
+};
+constexpr double kRingFrontM = 26;  // distance of the ring's façades from the centre
+
+void AddSquare(const SquareSpec& spec, PlaceBuilder* builder);
+
+}  // namespace skein::sim

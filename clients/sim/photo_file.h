@@ -1,0 +1,31 @@
+// A rendered photo as a camera would store it: JPEG with EXIF.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skein::sim {
+
+struct GpsTag {
+  double latitude_deg, longitude_deg, altitude_m;
+};
+
+struct ExifInfo {
+  std::string make, model;
+  int64_t capture_utime_us = 0;  // UTC
+  double focal_mm = 0;
+  int focal_35mm = 0;  // focal length in pixels * 36 mm / longer side, rounded as cameras do
+  int width = 0, height = 0;
+  std::optional<GpsTag> gps;
+};
+
+// The APP1 segment's payload: "Exif\0\0" and a little-endian TIFF structure.
+std::vector<uint8_t> EncodeExif(const ExifInfo& info);
+
+// JPEG bytes; `exif` null: none. Throws when OpenCV cannot encode.
+std::vector<uint8_t> EncodePhoto(const cv::Mat3b& image, const ExifInfo* exif, int quality);
+
+}  // namespace skein::sim

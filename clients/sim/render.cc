@@ -1,0 +1,199 @@
+#include "clients/sim/render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "clients/sim/random.h"
+
+namespace skein::sim {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+constexpr float kGrainLevel = 0.7f;  // above this level of the texture its grain is not seen
+constexpr int kEdgeSamples = 3;      // rays a side of an edge pixel
+constexpr int kMaxTaps = 4;          // along the long axis of a sample's footprint
+
+class Renderer {
+ public:
+  Renderer(const Place& place, const Camera& camera, const Pose& pose)
+      : place_(place),
+        camera_(camera),
+        undistort_(camera),
+        world_from_cam_(pose.cam_from_world.conjugate().toRotationMatrix().cast<float>()),
+        center_(pose.center.cast<float>()),
+        pixel_angle_(static_cast<float>(1 / camera.focal_px)),
+        surface_(camera.height, camera.width),
+        lighting_(camera.height, camera.width, 0.0f) {}
+
+  cv::Mat3f Render() {
+    cv::Mat3f image(camera_.height, camera_.width);
+    for (int y = 0; y < camera_.height; ++y) {
+      for (int x = 0; x < camera_.width; ++x) {
+        const Vector3f ray = Ray(x + 0.5f, y + 0.5f);
+        const int index = place_.scene.Trace(center_, ray).surface;
+        surface_(y, x) = index;
+        if (index < 0) continue;
+        const PreparedSurface& s = place_.scene.surface(index);
+        lighting_(y, x) = Lighting(s, TexturePosition(s, ray));
+      }
+    }
+    for (int y = 0; y < camera_.height; ++y) {
+      for (int x = 0; x < camera_.width; ++x) {
+        const Vector3f color = Uniform(x, y) ? ShadeInside(x, y) : ShadeEdge(x, y);
+        image(y, x) = cv::Vec3f(color.x(), color.y(), color.z());
+      }
+    }
+    return image;
+  }
+
+ private:
+  Vector3f Ray(float x_px, float y_px) const {
+    const Vector2f uv = undistort_(x_px, y_px);
+    return world_from_cam_ * Vector3f(uv.x(), uv.y(), 1);
+  }
+
+  bool Uniform(int x, int y) const {
+    const int here = surface_(y, x);
+    return x > 0 && y > 0 && x + 1 < camera_.width && y + 1 < camera_.height &&
+           surface_(y, x - 1) == here && surface_(y, x + 1) == here && surface_(y - 1, x) == here &&
+           surface_(y + 1, x) == here;
+  }
+
+  static Vector3f Sky(const Vector3f& direction) {
+    const float height = std::clamp(direction.normalized().z(), 0.0f, 1.0f);
+    return Vector3f(238, 228, 218) + height * (Vector3f(215, 160, 110) - Vector3f(238, 228, 218));
+  }
+
+  Vector2f TexturePosition(const PreparedSurface& s, const Vector3f& direction) const {
+    const float t = s.normal.dot(s.origin - center_) / s.normal.dot(direction);
+    const Vector3f offset = center_ + t * direction - s.origin;
+    return {offset.dot(s.u_axis), offset.dot(s.v_axis)};
+  }
+
+  float Lighting(const PreparedSurface& s, const Vector2f& uv) const {
+    const Vector3f point = s.origin + uv.x() * s.u_axis + uv.y() * s.v_axis;
+    const Vector3f normal = s.normal.dot(center_ - point) < 0 ? Vector3f(-s.normal) : s.normal;
+    const Light& light = place_.light;
+    if (light.indoors) return light.ambient * (0.9f + 0.1f * normal.z() + 0.07f * normal.x());
+    const float sky = light.ambient * (0.85f + 0.15f * normal.z());
+    const float facing = normal.dot(light.sun_direction);
+    if (facing <= 0) return sky;
+    const bool shadow = place_.scene.Occluded(point + 2e-3f * normal, light.sun_direction, 1e4f);
+    return shadow ? sky : sky + light.sun * facing;
+  }
+
+  Vector3f Albedo(const PreparedSurface& s, const Vector2f& uv, float footprint_m) const {
+    const Texture& texture = place_.textures[s.surface.texture];
+    const Vector2f at = s.surface.uv + uv;
+    const float level = texture.Level(footprint_m);
+    Vector3f color = texture.Sample(at.x(), at.y(), level).cwiseProduct(s.surface.tint);
+    if (level < kGrainLevel) {
+      const Texture& grain = place_.grain[0];
+      const float shift = place_.grain_shift_m[s.surface.texture];
+      const Vector3f fine = grain.Sample(at.x() + shift, at.y() - shift, grain.Level(footprint_m));
+      const float strength = s.surface.detail * std::min(1.0f, kGrainLevel - level) / 128;
+      color.array() *= 1 + strength * (fine.array() - 128);
+    }
+    return color;
+  }
+
+  // One surface fills the pixel: no more rays, only its texture.
+  Vector3f ShadeInside(int x, int y) const {
+    const int index = surface_(y, x);
+    if (index < 0) return Sky(Ray(x + 0.5f, y + 0.5f));
+    const PreparedSurface& s = place_.scene.surface(index);
+    Vector2f uv[2][2];
+    for (int j = 0; j < 2; ++j) {
+      for (int i = 0; i < 2; ++i) {
+        uv[j][i] = TexturePosition(s, Ray(x + 0.25f + 0.5f * i, y + 0.25f + 0.5f * j));
+      }
+    }
+    const Vector2f dx = uv[0][1] - uv[0][0], dy = uv[1][0] - uv[0][0];
+    const bool wide = dx.squaredNorm() > dy.squaredNorm();
+    const Vector2f& major = wide ? dx : dy;
+    const float minor_m = std::max((wide ? dy : dx).norm(), 1e-6f);
+    const int taps = std::clamp(static_cast<int>(major.norm() / minor_m + 0.5f), 1, kMaxTaps);
+    const float footprint_m = std::max(minor_m, major.norm() / taps);
+    Vector3f sum = Vector3f::Zero();
+    for (const auto& row : uv) {
+      for (const Vector2f& at : row) {
+        for (int k = 0; k < taps; ++k) {
+          const float along = (k + 0.5f) / taps - 0.5f;
+          sum += Albedo(s, at + along * major, footprint_m);
+        }
+      }
+    }
+    // Over the neighbours, which see the same surface: shadows get smooth edges.
+    const float light =
+        lighting_(y, x) / 2 +
+        (lighting_(y, x - 1) + lighting_(y, x + 1) + lighting_(y - 1, x) + lighting_(y + 1, x)) / 8;
+    return sum * (light / (4 * taps));
+  }
+
+  Vector3f ShadeEdge(int x, int y) const {
+    Vector3f sum = Vector3f::Zero();
+    for (int j = 0; j < kEdgeSamples; ++j) {
+      for (int i = 0; i < kEdgeSamples; ++i) {
+        sum += ShadeRay(Ray(x + (i + 0.5f) / kEdgeSamples, y + (j + 0.5f) / kEdgeSamples));
+      }
+    }
+    return sum / (kEdgeSamples * kEdgeSamples);
+  }
+
+  Vector3f ShadeRay(const Vector3f& direction) const {
+    const Hit hit = place_.scene.Trace(center_, direction);
+    if (hit.surface < 0) return Sky(direction);
+    const PreparedSurface& s = place_.scene.surface(hit.surface);
+    const Vector2f uv = TexturePosition(s, direction);
+    const float cosine = std::abs(s.normal.dot(direction)) / direction.norm();
+    const float footprint_m =
+        hit.t * pixel_angle_ / kEdgeSamples / std::sqrt(std::max(cosine, 0.05f));
+    return Albedo(s, uv, footprint_m) * Lighting(s, uv);
+  }
+
+  const Place& place_;
+  const Camera& camera_;
+  const Undistorter undistort_;
+  const Eigen::Matrix3f world_from_cam_;
+  const Vector3f center_;
+  const float pixel_angle_;
+  cv::Mat1i surface_;   // seen at each pixel's centre
+  cv::Mat1f lighting_;  // there
+};
+
+cv::Mat3b Expose(const cv::Mat3f& light, const Exposure& exposure) {
+  constexpr int kNoiseTable = 1 << 16;
+  Random random(exposure.seed);
+  std::vector<float> gaussian(kNoiseTable);
+  for (float& g : gaussian) g = static_cast<float>(random.Gaussian());
+  cv::Mat3b photo(light.size());
+  const float cx = light.cols / 2.0f, cy = light.rows / 2.0f;
+  const float corner2 = cx * cx + cy * cy;
+  for (int y = 0; y < light.rows; ++y) {
+    for (int x = 0; x < light.cols; ++x) {
+      const float r2 = ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / corner2;
+      const float gain = static_cast<float>(exposure.gain * (1 - exposure.vignetting * r2));
+      const uint64_t noise = random.Next();
+      for (int c = 0; c < 3; ++c) {
+        const float value = light(y, x)[c] * gain;
+        const float sigma = static_cast<float>(exposure.noise_sigma) *
+                            std::sqrt(0.5f + std::max(0.0f, value) / 128);
+        const float g = gaussian[(noise >> (16 * c)) & (kNoiseTable - 1)];
+        photo(y, x)[c] = cv::saturate_cast<uchar>(value + sigma * g);
+      }
+    }
+  }
+  return photo;
+}
+
+}  // namespace
+
+cv::Mat3b RenderPhoto(const Place& place, const Camera& camera, const Pose& pose,
+                      const Exposure& exposure) {
+  return Expose(Renderer(place, camera, pose).Render(), exposure);
+}
+
+}  // namespace skein::sim

@@ -1,0 +1,169 @@
+#include "clients/sim/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "clients/sim/indoors.h"
+#include "clients/sim/outdoors.h"
+#include "clients/sim/random.h"
+
+namespace skein::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kEyeM = 1.65;
+constexpr double kTwinDistanceM = 130;
+
+constexpr double kCorridorStepM = 0.45;
+constexpr double kCorridorOwnShare = 0.72;  // of an agent's photos before the next one's begin
+constexpr double kCorridorMarginM = 3;
+
+struct View {
+  Vector3d center, target;
+};
+
+// Around the square's middle, looking at the building there.
+View OrbitView(const Vector3d& middle, double radius_m, double angle) {
+  const Vector3d out(std::cos(angle), std::sin(angle), 0);
+  return {middle + radius_m * out + Vector3d(0, 0, kEyeM), middle + Vector3d(0, 0, 3.4)};
+}
+
+View TogetherView(const ScenarioOptions& options, const Vector3d& middle, int agent, int i) {
+  const double step = std::clamp(195.0 / options.photos, 2.5, 9.5) * kDegree;
+  const double direction = agent % 2 == 0 ? 1 : -1;
+  const double phase = 0.5 * (agent / 2);
+  return OrbitView(middle, 12.6 + 1.2 * (agent % 4), direction * step * (i + phase));
+}
+
+// Along the façades of the ring, looking outwards. The last sixth of an agent's photos shows
+// where the next agent began.
+View RingView(const ScenarioOptions& options, int agent, int i) {
+  const double share = 1.2 * 360 / options.agents / options.photos;
+  const double step = std::clamp(share, 2.0, 7.25) * kDegree;
+  const double angle = step * (agent * options.photos / 1.2 + i);
+  const Vector3d out(std::cos(angle), std::sin(angle), 0);
+  return {16 * out + Vector3d(0, 0, kEyeM), kRingFrontM * out + Vector3d(0, 0, 3.2)};
+}
+
+// Turns on the spot's circle, always looking across the room, then walks east into the next room.
+View RoomsView(const ScenarioOptions& options, int agent, int i) {
+  constexpr double kBack = 1.5, kTurn = 15 * kDegree;
+  const bool last = agent + 1 == options.agents;
+  const int passage = last ? 0 : std::min(options.photos / 2, 18);
+  const int turning = options.photos - passage;
+  const Vector3d room(agent * kRoomPitchM, 0, kEyeM - 0.1);
+  const double heading = i < turning ? kTurn * (i + 1 - turning) : 0;
+  const Vector3d forward(std::cos(heading), std::sin(heading), 0);
+  const double walked = i < turning ? 0 : kRoomPitchM * (i + 1 - turning) / passage;
+  const Vector3d center = room - kBack * forward + Vector3d(walked, 0, 0);
+  const double glance = i < turning ? 0 : 12 * kDegree * std::sin(M_PI * walked / kRoomPitchM);
+  return {center,
+          center + 4 * Vector3d(std::cos(heading + glance), std::sin(heading + glance), -0.03)};
+}
+
+View CorridorView(const ScenarioOptions& options, int agent, int i) {
+  const double x =
+      kCorridorMarginM + kCorridorStepM * (agent * options.photos * kCorridorOwnShare + i);
+  const Vector3d center(x, -0.9, 1.5);
+  return {center, center + Vector3d(std::cos(60 * kDegree), std::sin(60 * kDegree), -0.05)};
+}
+
+double CorridorLength(const ScenarioOptions& options) {
+  const View last = CorridorView(options, options.agents - 1, options.photos - 1);
+  return last.center.x() + 2 * kCorridorMarginM;
+}
+
+View PlanView(const ScenarioOptions& options, int agent, int i) {
+  switch (options.scenario) {
+    case Scenario::kTogether:
+      return TogetherView(options, Vector3d::Zero(), agent, i);
+    case Scenario::kTwins:
+      return TogetherView(options, Vector3d(kTwinDistanceM * (agent % 2), 0, 0), agent / 2, i);
+    case Scenario::kRooms:
+      return RoomsView(options, agent, i);
+    case Scenario::kCorridor:
+      return CorridorView(options, agent, i);
+    default:
+      return RingView(options, agent, i);
+  }
+}
+
+Pose HandHeld(const View& view, Scenario scenario, Random* random) {
+  Vector3d sway(random->Gaussian() * 0.05, random->Gaussian() * 0.05, random->Gaussian() * 0.03);
+  if (scenario == Scenario::kCorridor) sway.tail<2>().setZero();
+  const Vector3d center = view.center + sway;
+  const double distance = (view.target - view.center).norm();
+  const Vector3d aim(random->Gaussian(), random->Gaussian(), random->Gaussian());
+  return LookAt(center, view.target + sway + aim * distance * 1.0 * kDegree,
+                random->Gaussian() * 1.0 * kDegree);
+}
+
+const std::vector<std::pair<std::string, Scenario>>& Table() {
+  static const std::vector<std::pair<std::string, Scenario>> table = {
+      {"together", Scenario::kTogether}, {"disjoint", Scenario::kDisjoint},
+      {"relay", Scenario::kRelay},       {"rooms", Scenario::kRooms},
+      {"twins", Scenario::kTwins},       {"corridor", Scenario::kCorridor}};
+  return table;
+}
+
+}  // namespace
+
+std::optional<Scenario> ParseScenario(const std::string& name) {
+  for (const auto& [text, scenario] : Table()) {
+    if (text == name) return scenario;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> ScenarioNames() {
+  std::vector<std::string> names;
+  for (const auto& row : Table()) names.push_back(row.first);
+  return names;
+}
+
+std::vector<Walk> PlanWalks(const ScenarioOptions& options) {
+  const Random base(options.seed ^ 0x77616c6bULL);
+  std::vector<Walk> walks;
+  for (int agent = 0; agent < options.agents; ++agent) {
+    Random random = base.Fork(agent);
+    Walk walk;
+    walk.agent = "agent-" + std::to_string(agent + 1);
+    const double start_s = options.scenario == Scenario::kRelay
+                               ? agent * options.photos * options.capture_interval_s
+                               : 0.37 * options.capture_interval_s * agent / 3;
+    for (int i = 0; i < options.photos; ++i) {
+      walk.shots.push_back({HandHeld(PlanView(options, agent, i), options.scenario, &random),
+                            start_s + i * options.capture_interval_s});
+    }
+    walks.push_back(std::move(walk));
+  }
+  return walks;
+}
+
+Place BuildPlace(const ScenarioOptions& options, int threads) {
+  PlaceBuilder builder(options.seed);
+  const Random random(options.seed);
+  Light light;
+  switch (options.scenario) {
+    case Scenario::kRooms:
+      AddRooms(options.agents, options.seed, &builder);
+      break;
+    case Scenario::kCorridor:
+      AddCorridor(CorridorLength(options), options.seed, &builder);
+      break;
+    case Scenario::kTwins:
+      AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);
+      AddSquare({{kTwinDistanceM, 0}, random.Fork(3).Next(), random.Fork(2).Next()}, &builder);
+      break;
+    default:
+      AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);
+  }
+  light.indoors = options.scenario == Scenario::kRooms || options.scenario == Scenario::kCorridor;
+  if (light.indoors) light.ambient = 1;
+  return builder.Build(threads, light);
+}
+
+}  // namespace skein::sim

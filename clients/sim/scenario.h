@@ -1,0 +1,47 @@
+// What is photographed and by whom: a scenario is a place and a walk for each agent.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/sim/camera.h"
+#include "clients/sim/place.h"
+
+namespace skein::sim {
+
+enum class Scenario {
+  kTogether,  // all agents around one building, from one spot, in both directions
+  kDisjoint,  // each agent along its own part of a square; late photos reach the next one's part
+  kRelay,     // the same walks one after the other
+  kRooms,     // each agent in its own room, then through a corridor into the next one's
+  kTwins,     // two squares around look-alike buildings: never to be taken for one
+  kCorridor,  // all camera centres on one line
+};
+std::optional<Scenario> ParseScenario(const std::string& name);
+std::vector<std::string> ScenarioNames();
+
+struct Shot {
+  Pose pose;
+  double capture_s;  // after the beginning of the session
+};
+
+struct Walk {
+  std::string agent;
+  std::vector<Shot> shots;
+};
+
+struct ScenarioOptions {
+  Scenario scenario = Scenario::kTogether;
+  int agents = 3;
+  int photos = 20;  // of each agent
+  uint64_t seed = 1;
+  double capture_interval_s = 3;
+};
+
+// Hand-held: centre and view direction jitter (except across the line of kCorridor).
+std::vector<Walk> PlanWalks(const ScenarioOptions& options);
+Place BuildPlace(const ScenarioOptions& options, int threads);
+
+}  // namespace skein::sim

@@ -1,0 +1,126 @@
+#include "clients/sim/truth.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+#include "clients/sim/parallel.h"
+#include "clients/sim/random.h"
+
+namespace skein::sim {
+namespace {
+
+constexpr int kPointsPerPhoto = 150;
+
+struct Observation {
+  int photo;
+  Eigen::Vector2d pixel;
+};
+
+struct TruePoint {
+  Eigen::Vector3d position;
+  std::vector<Observation> track;
+};
+
+bool Sees(const Place& place, const Camera& camera, const Pose& pose, const Eigen::Vector3d& point,
+          Eigen::Vector2d* pixel) {
+  if (!Project(camera, pose, point, pixel)) return false;
+  const Eigen::Vector3f from = pose.center.cast<float>();
+  return !place.scene.Occluded(from, point.cast<float>() - from, 1 - 1e-3f);
+}
+
+std::vector<TruePoint> SamplePoints(const Place& place, const std::vector<Camera>& cameras,
+                                    const std::vector<TruePhoto>& photos, int photo,
+                                    uint64_t seed) {
+  std::vector<TruePoint> points;
+  const Pose& pose = photos[photo].pose;
+  const Camera& camera = cameras[photos[photo].camera];
+  const Undistorter undistort(camera);
+  Random random = Random(seed).Fork(photo);
+  for (int i = 0; i < kPointsPerPhoto; ++i) {
+    const Eigen::Vector2f uv = undistort(static_cast<float>(random.Uniform(0, camera.width)),
+                                         static_cast<float>(random.Uniform(0, camera.height)));
+    const Eigen::Vector3d ray =
+        pose.cam_from_world.conjugate() * Eigen::Vector3d(uv.x(), uv.y(), 1);
+    const Hit hit = place.scene.Trace(pose.center.cast<float>(), ray.cast<float>());
+    if (hit.surface < 0) continue;
+    TruePoint point{pose.center + hit.t * ray, {}};
+    for (int k = 0; k < static_cast<int>(photos.size()); ++k) {
+      Eigen::Vector2d pixel;
+      if (Sees(place, cameras[photos[k].camera], photos[k].pose, point.position, &pixel)) {
+        point.track.push_back({k, pixel});
+      }
+    }
+    if (point.track.size() >= 2) points.push_back(point);
+  }
+  return points;
+}
+
+void WriteText(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + path.string());
+}
+
+std::ostringstream ExactStream() {
+  std::ostringstream out;
+  out << std::setprecision(std::numeric_limits<double>::max_digits10);
+  return out;
+}
+
+std::string CamerasText(const std::vector<Camera>& cameras) {
+  std::ostringstream out = ExactStream();
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    const Camera& c = cameras[i];
+    out << i + 1 << " SIMPLE_RADIAL " << c.width << " " << c.height << " " << c.focal_px << " "
+        << c.width / 2.0 << " " << c.height / 2.0 << " " << c.distortion << "\n";
+  }
+  return out.str();
+}
+
+}  // namespace
+
+void WriteTruth(const std::string& folder, const Place& place, const std::vector<Camera>& cameras,
+                const std::vector<TruePhoto>& photos, uint64_t seed, int threads) {
+  std::vector<std::vector<TruePoint>> sampled(photos.size());
+  ParallelFor(static_cast<int>(photos.size()), threads,
+              [&](int i) { sampled[i] = SamplePoints(place, cameras, photos, i, seed); });
+
+  std::vector<std::string> observations(photos.size());
+  std::vector<int> counts(photos.size(), 0);
+  std::ostringstream points = ExactStream();
+  int point_id = 0;
+  for (const auto& of_photo : sampled) {
+    for (const TruePoint& point : of_photo) {
+      points << ++point_id << " " << point.position.x() << " " << point.position.y() << " "
+             << point.position.z() << " 128 128 128 0";
+      for (const Observation& o : point.track) {
+        points << " " << o.photo + 1 << " " << counts[o.photo]++;
+        char text[96];
+        std::snprintf(text, sizeof text, "%.6f %.6f %d ", o.pixel.x(), o.pixel.y(), point_id);
+        observations[o.photo] += text;
+      }
+      points << "\n";
+    }
+  }
+  std::ostringstream images = ExactStream();
+  for (size_t i = 0; i < photos.size(); ++i) {
+    const Eigen::Quaterniond& q = photos[i].pose.cam_from_world;
+    const Eigen::Vector3d t = photos[i].pose.Translation();
+    images << i + 1 << " " << q.w() << " " << q.x() << " " << q.y() << " " << q.z() << " " << t.x()
+           << " " << t.y() << " " << t.z() << " " << photos[i].camera + 1 << " " << photos[i].name
+           << "\n"
+           << observations[i] << "\n";
+  }
+  std::filesystem::create_directories(folder);
+  WriteText(std::filesystem::path(folder) / "cameras.txt", CamerasText(cameras));
+  WriteText(std::filesystem::path(folder) / "images.txt", images.str());
+  WriteText(std::filesystem::path(folder) / "points3D.txt", points.str());
+}
+
+}  // namespace skein::sim

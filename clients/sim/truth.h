@@ -1,0 +1,24 @@
+// The exact model of a synthetic session, as a COLMAP text model.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/sim/camera.h"
+#include "clients/sim/place.h"
+
+namespace skein::sim {
+
+struct TruePhoto {
+  std::string name;  // AGENT/NAME
+  int camera = 0;    // index into the cameras
+  Pose pose;
+};
+
+// Writes cameras.txt, images.txt and points3D.txt into `folder` (made when missing). The points lie
+// on the surfaces, sampled from every photo with `seed`; a track holds every photo that sees its
+// point. Throws std::runtime_error when a file cannot be written.
+void WriteTruth(const std::string& folder, const Place& place, const std::vector<Camera>& cameras,
+                const std::vector<TruePhoto>& photos, uint64_t seed, int threads);
+
+}  // namespace skein::sim
