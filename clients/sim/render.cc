@@ -25,21 +25,12 @@ class Renderer {
         world_from_cam_(pose.cam_from_world.conjugate().toRotationMatrix().cast<float>()),
         center_(pose.center.cast<float>()),
         pixel_angle_(static_cast<float>(1 / camera.focal_px)),
-        surface_(camera.height, camera.width),
+        patch_(camera.height, camera.width),
         lighting_(camera.height, camera.width, 0.0f) {}
 
   cv::Mat3f Render() {
     cv::Mat3f image(camera_.height, camera_.width);
-    for (int y = 0; y < camera_.height; ++y) {
-      for (int x = 0; x < camera_.width; ++x) {
-        const Vector3f ray = Ray(x + 0.5f, y + 0.5f);
-        const int index = place_.scene.Trace(center_, ray).surface;
-        surface_(y, x) = index;
-        if (index < 0) continue;
-        const PreparedSurface& s = place_.scene.surface(index);
-        lighting_(y, x) = Lighting(s, TexturePosition(s, ray));
-      }
-    }
+    TraceCenters();
     for (int y = 0; y < camera_.height; ++y) {
       for (int x = 0; x < camera_.width; ++x) {
         const Vector3f color = Uniform(x, y) ? ShadeInside(x, y) : ShadeEdge(x, y);
@@ -55,11 +46,49 @@ class Renderer {
     return world_from_cam_ * Vector3f(uv.x(), uv.y(), 1);
   }
 
+  // Every other pixel of every other row is traced; a pixel between four that see one surface
+  // sees it too (what is narrower than two pixels may be lost there).
+  void TraceCenters() {
+    for (int y = 0; y < camera_.height; y += 2) {
+      for (int x = 0; x < camera_.width; x += 2) TraceCenter(x, y);
+    }
+    for (int y = 0; y < camera_.height; ++y) {
+      for (int x = y % 2 == 0 ? 1 : 0; x < camera_.width; x += y % 2 == 0 ? 2 : 1) {
+        if (!InferCenter(x, y)) TraceCenter(x, y);
+      }
+    }
+  }
+
+  void TraceCenter(int x, int y) {
+    const Vector3f ray = Ray(x + 0.5f, y + 0.5f);
+    const int index = place_.scene.Trace(center_, ray).surface;
+    patch_(y, x) = index < 0 ? -1 : place_.scene.surface(index).patch;
+    if (index < 0) return;
+    const PreparedSurface& s = place_.scene.surface(index);
+    lighting_(y, x) = Lighting(s, TexturePosition(s, ray));
+  }
+
+  bool InferCenter(int x, int y) {
+    const int x0 = x & ~1, y0 = y & ~1, x1 = x0 + 2, y1 = y0 + 2;
+    if (x1 >= camera_.width || y1 >= camera_.height) return false;
+    const int surface = patch_(y0, x0);
+    if (patch_(y0, x1) != surface || patch_(y1, x0) != surface || patch_(y1, x1) != surface) {
+      return false;
+    }
+    const float light = lighting_(y0, x0);
+    if (lighting_(y0, x1) != light || lighting_(y1, x0) != light || lighting_(y1, x1) != light) {
+      return false;  // a shadow's edge
+    }
+    patch_(y, x) = surface;
+    lighting_(y, x) = light;
+    return true;
+  }
+
   bool Uniform(int x, int y) const {
-    const int here = surface_(y, x);
+    const int here = patch_(y, x);
     return x > 0 && y > 0 && x + 1 < camera_.width && y + 1 < camera_.height &&
-           surface_(y, x - 1) == here && surface_(y, x + 1) == here && surface_(y - 1, x) == here &&
-           surface_(y + 1, x) == here;
+           patch_(y, x - 1) == here && patch_(y, x + 1) == here && patch_(y - 1, x) == here &&
+           patch_(y + 1, x) == here;
   }
 
   static Vector3f Sky(const Vector3f& direction) {
@@ -102,7 +131,7 @@ class Renderer {
 
   // One surface fills the pixel: no more rays, only its texture.
   Vector3f ShadeInside(int x, int y) const {
-    const int index = surface_(y, x);
+    const int index = patch_(y, x);
     if (index < 0) return Sky(Ray(x + 0.5f, y + 0.5f));
     const PreparedSurface& s = place_.scene.surface(index);
     Vector2f uv[2][2];
@@ -135,23 +164,31 @@ class Renderer {
 
   Vector3f ShadeEdge(int x, int y) const {
     Vector3f sum = Vector3f::Zero();
+    LitPatch lit;
     for (int j = 0; j < kEdgeSamples; ++j) {
       for (int i = 0; i < kEdgeSamples; ++i) {
-        sum += ShadeRay(Ray(x + (i + 0.5f) / kEdgeSamples, y + (j + 0.5f) / kEdgeSamples));
+        sum += ShadeRay(Ray(x + (i + 0.5f) / kEdgeSamples, y + (j + 0.5f) / kEdgeSamples), &lit);
       }
     }
     return sum / (kEdgeSamples * kEdgeSamples);
   }
 
-  Vector3f ShadeRay(const Vector3f& direction) const {
+  // The light on a patch within one pixel, kept from one of its rays to the next.
+  struct LitPatch {
+    int patch = -1;
+    float light = 0;
+  };
+
+  Vector3f ShadeRay(const Vector3f& direction, LitPatch* lit) const {
     const Hit hit = place_.scene.Trace(center_, direction);
     if (hit.surface < 0) return Sky(direction);
     const PreparedSurface& s = place_.scene.surface(hit.surface);
     const Vector2f uv = TexturePosition(s, direction);
+    if (lit->patch != s.patch) *lit = {s.patch, Lighting(s, uv)};
     const float cosine = std::abs(s.normal.dot(direction)) / direction.norm();
     const float footprint_m =
         hit.t * pixel_angle_ / kEdgeSamples / std::sqrt(std::max(cosine, 0.05f));
-    return Albedo(s, uv, footprint_m) * Lighting(s, uv);
+    return Albedo(s, uv, footprint_m) * lit->light;
   }
 
   const Place& place_;
@@ -160,7 +197,7 @@ class Renderer {
   const Eigen::Matrix3f world_from_cam_;
   const Vector3f center_;
   const float pixel_angle_;
-  cv::Mat1i surface_;   // seen at each pixel's centre
+  cv::Mat1i patch_;     // seen at each pixel's centre
   cv::Mat1f lighting_;  // there
 };
 

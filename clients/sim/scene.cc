@@ -1,8 +1,10 @@
 #include "clients/sim/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace skein::sim {
 namespace {
@@ -49,6 +51,25 @@ Scene::Scene(const std::vector<Surface>& surfaces) {
   std::vector<int> order;
   if (!items.empty()) Build(&items, 0, static_cast<int>(items.size()), &order);
   for (const int i : order) surfaces_.emplace_back(surfaces[i]);
+  FindPatches();
+}
+
+void Scene::FindPatches() {
+  std::map<std::array<int64_t, 9>, int> patches;
+  for (int i = 0; i < size(); ++i) {
+    PreparedSurface& s = surfaces_[i];
+    const auto rounded = [](float value) { return std::llround(value * 500.0); };
+    const std::array<int64_t, 9> key = {s.surface.texture,
+                                        rounded(s.normal.x()),
+                                        rounded(s.normal.y()),
+                                        rounded(s.normal.z()),
+                                        rounded(s.normal.dot(s.origin)),
+                                        rounded(s.surface.uv.x() - s.u_axis.dot(s.origin)),
+                                        rounded(s.surface.uv.y() - s.v_axis.dot(s.origin)),
+                                        rounded(s.surface.tint.x()),
+                                        rounded(s.surface.tint.y())};
+    s.patch = patches.emplace(key, i).first->second;
+  }
 }
 
 // Surface area heuristic, all splits of the three sorted axes.
@@ -59,8 +80,8 @@ void Scene::Build(std::vector<Item>* items, int begin, int end, std::vector<int>
     node_low = node_low.min((*items)[i].low);
     node_high = node_high.max((*items)[i].high);
   }
-  node.low << node_low, 0;
-  node.high << node_high, 0;
+  node.low << node_low.x(), node_low.y(), node_low.z(), 0;
+  node.high << node_high.x(), node_high.y(), node_high.z(), 0;
   const int index = static_cast<int>(nodes_.size());
   if (end - begin <= kLeafSize) {
     node.first = static_cast<int>(order->size());
@@ -115,8 +136,8 @@ Hit Scene::Walk(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
   if (nodes_.empty()) return hit;
   // The fourth axis never limits: its slab is entered at 0 and left at infinity.
   Eigen::Array4f from, inverse;
-  from << origin.array(), 0;
-  inverse << direction.array().inverse(), 0;
+  from << origin.x(), origin.y(), origin.z(), 0;
+  inverse << 1 / direction.x(), 1 / direction.y(), 1 / direction.z(), 0;
   const Eigen::Array4f open(0, 0, 0, std::numeric_limits<float>::max());
   // Entry into a node's box, or infinity when the ray misses it or enters behind the nearest hit.
   const auto entry = [&](const Node& node) {

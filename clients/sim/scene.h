@@ -28,6 +28,7 @@ struct PreparedSurface {
   Eigen::Vector3f origin, normal, u_axis, v_axis;  // unit vectors; the normal points outside
   float width_m, height_m;
   Surface surface;
+  int patch = 0;  // the first of the surfaces that lie in one plane and show one picture
 
   explicit PreparedSurface(const Surface& s);
   bool Contains(float u_m, float v_m) const;
@@ -54,13 +55,14 @@ class Scene {
  private:
   struct Node {
     Eigen::Array4f low, high;  // the fourth is 0: four floats are one SIMD register
-    int32_t first = 0;  // leaf: first surface; inner: right child (the left one is next)
-    int32_t count = 0;  // 0: inner
+    int32_t first = 0;         // leaf: first surface; inner: right child (the left one is next)
+    int32_t count = 0;         // 0: inner
   };
   struct Item {
     Eigen::Array3f low, high;
     int surface;
   };
+  void FindPatches();
   void Build(std::vector<Item>* items, int begin, int end, std::vector<int>* order);
   template <bool kAny>
   Hit Walk(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float min_t,
