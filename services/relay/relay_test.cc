@@ -1,0 +1,158 @@
+#include "relay/relay.h"
+
+#include <gtest/gtest.h>
+#include <lcm/lcm.h>
+
+#include <memory>
+
+#include "core/hash.h"
+#include "messaging/ledger_test_util.h"
+#include "messaging/process_test_util.h"
+
+namespace skein {
+namespace {
+
+constexpr int kPort = 7700;
+constexpr char kUrl[] = "tcpq://127.0.0.1:7700";
+
+void RunRelays() {
+  PollLoop loop;
+  Relay main_relay(loop, {kPort, 8 << 20});
+  Relay bulk_relay(loop, {kPort + 1, 8 << 20});
+  loop.Run();
+}
+
+// A client that listens to everything until it is stopped.
+void ListenToCommands() {
+  PollLoop loop;
+  Bus bus(kUrl, loop);
+  bus.Subscribe(kCommandChannel, [](const command_t&) {});
+  loop.Run();
+}
+
+class RelayTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!EnterOwnNetwork()) GTEST_SKIP() << "needs a network namespace";
+  }
+  // Publishes num_messages of 30 KB each, as they arrive again; how many came back in time.
+  int Echo(Bus& bus, PollLoop& loop, int num_messages, double timeout_s) {
+    command_t command{};
+    command.argument = std::string(30000, 'x');
+    int heard = 0, sent = 0;
+    const auto subscription = bus.Subscribe(kCommandChannel, [&](const command_t&) { ++heard; });
+    const auto timer = loop.AddTimer(0.001, [&] {
+      for (int i = 0; i < 10 && sent < num_messages && sent < heard + 50; ++i) {
+        if (bus.Publish(kCommandChannel, command)) ++sent;
+      }
+    });
+    loop.RunUntil([&] { return heard == num_messages; }, timeout_s);
+    loop.CancelTimer(timer);
+    bus.Unsubscribe(subscription);
+    return heard;
+  }
+};
+
+TEST_F(RelayTest, OneStoppedClientStallsNobodyElse) {
+  const Child relays(RunRelays);
+  ASSERT_TRUE(WaitForPort(kPort, 10));
+  const Child stopped(ListenToCommands);
+  PollLoop loop;
+  Bus bus(kUrl, loop);
+  ASSERT_EQ(Echo(bus, loop, 100, 30), 100);  // everyone has joined
+  stopped.Signal(SIGSTOP);
+  // 60 MB: beyond the stopped client's socket buffers and its queue.
+  EXPECT_EQ(Echo(bus, loop, 2000, 60), 2000);
+  stopped.Signal(SIGCONT);
+}
+
+// Why there is a relay of our own. Says what it sees; does not demand that the other one stalls.
+TEST_F(RelayTest, TheStockRelayIsMeasuredBesideIt) {
+  const Child relay(std::vector<std::string>{"java", "-Xmx64m", "-cp", "/usr/share/java/lcm.jar",
+                                             "lcm.lcm.TCPService", std::to_string(kPort)});
+  ASSERT_TRUE(WaitForPort(kPort, 30));
+  const Child stopped(ListenToCommands);
+  PollLoop loop;
+  Bus bus(kUrl, loop);
+  ASSERT_EQ(Echo(bus, loop, 100, 30), 100);
+  stopped.Signal(SIGSTOP);
+  std::printf("LCM's relay with one stopped client: %d of 2000 messages of 30 KB in 5 s\n",
+              Echo(bus, loop, 2000, 5));
+  stopped.Signal(SIGCONT);
+}
+
+TEST_F(RelayTest, StockLcmClientsTalkThroughIt) {
+  const Child relays(RunRelays);
+  ASSERT_TRUE(WaitForPort(kPort, 10));
+  lcm_t* lcm = ::lcm_create(kUrl);
+  ASSERT_NE(lcm, nullptr);
+  int heard = 0;
+  const auto count = [](const lcm_recv_buf_t*, const char*, void* user) {
+    ++*static_cast<int*>(user);
+  };
+  ::lcm_subscribe(lcm, ".*_A", count, &heard);
+  for (const char* channel : {"X_B", "X_A", "A_X", "Y_A"}) ::lcm_publish(lcm, channel, "abc", 3);
+  while (heard < 2 && ::lcm_handle_timeout(lcm, 5000) > 0) continue;
+  EXPECT_EQ(heard, 2);
+  EXPECT_EQ(::lcm_handle_timeout(lcm, 50), 0);
+  ::lcm_destroy(lcm);
+}
+
+TEST_F(RelayTest, PullsGoOnOverItsRestart) {
+  auto relays = std::make_unique<Child>(RunRelays);
+  ASSERT_TRUE(WaitForPort(kPort + 1, 10));
+  const Bytes blob(64 << 20, 7);
+  const Child owner_process([&blob] {
+    PollLoop loop;
+    Bus bus(kUrl, loop);
+    Node owner(TestOptions("owner"), loop, bus);
+    owner.blobs().Offer(blob);
+    loop.Run();
+  });
+  PollLoop loop;
+  Bus bus(kUrl, loop);
+  Node reader(TestOptions("reader"), loop, bus);
+  bool done = false;
+  const auto id = HashBytes(blob.data(), blob.size());
+  reader.blobs().Fetch(id, "owner", [&](const Result<Bytes>& fetched) {
+    EXPECT_TRUE(fetched.ok() && *fetched == blob);
+    done = true;
+  });
+  ASSERT_TRUE(loop.RunUntil([&] { return reader.blobs().bytes_pulled() > (4 << 20); }, 30));
+  relays->Kill();
+  EXPECT_FALSE(done);
+  relays = std::make_unique<Child>(RunRelays);
+  EXPECT_TRUE(loop.RunUntil([&] { return done; }, 60));
+}
+
+TEST_F(RelayTest, HangsUpOnWhoSpeaksAnotherProtocol) {
+  PollLoop loop;
+  Relay relay(loop, {0, 1 << 20});
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<uint16_t>(relay.port()));
+  ASSERT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  ASSERT_TRUE(loop.RunUntil([&] { return relay.num_clients() == 1; }, 10));
+  ASSERT_EQ(::write(fd, "GET / HTTP/1.1\r\n", 16), 16);
+  EXPECT_TRUE(loop.RunUntil([&] { return relay.num_clients() == 0; }, 10));
+  ::close(fd);
+}
+
+TEST(ChannelSet, MatchesWholeNames) {
+  ChannelSet channels;
+  EXPECT_TRUE(channels.Add("SKEIN_IMAGE"));
+  EXPECT_TRUE(channels.Add("SKEIN_SUBMIT_.*"));
+  EXPECT_FALSE(channels.Add("("));
+  EXPECT_FALSE(channels.Add(std::string(1000, 'x')));
+  EXPECT_TRUE(channels.Matches("SKEIN_IMAGE"));
+  EXPECT_FALSE(channels.Matches("SKEIN_IMAGE_OFFER"));
+  EXPECT_TRUE(channels.Matches("SKEIN_SUBMIT_SEED"));
+  EXPECT_FALSE(channels.Matches("X_SKEIN_SUBMIT_SEED"));
+  channels.Remove("SKEIN_SUBMIT_.*");
+  EXPECT_FALSE(channels.Matches("SKEIN_SUBMIT_SEED"));
+}
+
+}  // namespace
+}  // namespace skein
