@@ -40,7 +40,12 @@ public class SpyCheck {
 
   /** With the channel's window open, as a double-click opens it. */
   static void takeScreenshot(Spy spy, String channel, File file) throws Exception {
-    SwingUtilities.invokeAndWait(() -> spy.createViewer(spy.channelMap.get(channel)));
+    SwingUtilities.invokeAndWait(
+        () -> {
+          final ChannelData data = spy.channelMap.get(channel);
+          spy.createViewer(data);
+          data.viewerFrame.setLocation(120, 300);
+        });
     final long enough = spy.channelMap.get(channel).nreceived + 5;
     while (spy.channelMap.get(channel).nreceived < enough) Thread.sleep(100);
     final Rectangle screen = new Rectangle(Toolkit.getDefaultToolkit().getScreenSize());
