@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct LeaseOptions {
+  double lease_s = 6;        // lapses when its worker hasn't named the item for so long
+  double retry_delay_s = 1;  // from a reported failure to the next try
+  double resend_s = 0.5;     // a grant that isn't confirmed after this is told again
+  int max_failures = 3;      // reported errors and crashes together
+  int max_kills = 10;        // deaths by SIGKILL while working on it: out of memory
+};
+
+// Items of one kind of work and who holds which. Knows no messages and no clock: `now_s` is any
+// monotonic time and is passed in. What items there are comes from the ledger (Add, Remove), so
+// nothing here needs to survive a restart; a worker that names an item it holds gets it back.
+class WorkQueue {
+ public:
+  struct Grant {
+    std::string worker;
+    int64_t item = 0;
+    int attempt = 1;
+  };
+  // A try that failed; the item is parked, or tried again later.
+  struct Failure {
+    int64_t item = 0;
+    std::string worker;
+    std::string reason;
+    int attempts = 0;
+    bool parked = false;
+  };
+  struct Request {
+    std::string worker;
+    int capacity = 0;              // further items it can take
+    int previous_exit_signal = 0;  // of the process that had the worker's name before
+    std::vector<int64_t> held;     // the one being worked on first
+  };
+
+  explicit WorkQueue(LeaseOptions options = {}) : options_(options) {}
+
+  // No effect if it is there. `failures`: what the ledger knows of earlier tries.
+  void Add(int64_t item, int failures = 0);
+  void Remove(int64_t item);  // done or parked
+
+  // Renews, notes capacity, and notices what the worker's previous process died of.
+  std::vector<Failure> OnRequest(const Request& request, double now_s);
+  // A reported error; nothing if the worker has no lease on the item (a repeat of the report).
+  std::vector<Failure> OnFailed(const std::string& worker, int64_t item, const std::string& reason,
+                                bool permanent, double now_s);
+
+  // Lets leases lapse, and hands what waits, oldest first, to who can take it: call after every
+  // change and at least once a second. Includes unconfirmed grants that are to be told again.
+  std::vector<Grant> Assign(double now_s);
+
+  size_t num_waiting() const { return waiting_.size(); }
+  size_t num_leased() const { return leases_.size(); }
+  bool Has(int64_t item) const { return waiting_.count(item) > 0 || leases_.count(item) > 0; }
+
+ private:
+  struct Lease {
+    std::string worker;
+    double expires_s = 0;
+    double told_s = 0;
+    bool confirmed = false;
+  };
+  struct Worker {
+    int capacity = 0;
+    double seen_s = 0;
+    std::vector<int64_t> held;
+  };
+  struct History {
+    int failures = 0;
+    int kills = 0;
+    double not_before_s = 0;
+  };
+
+  std::vector<Failure> NoteDeath(const Worker& before, const Request& request, double now_s);
+  std::vector<Failure> NoteFailure(const std::string& worker, int64_t item,
+                                   const std::string& reason, bool permanent, double now_s);
+  void Renew(const Request& request, double now_s);
+  void Release(int64_t item);
+  void ReleaseLapsed(double now_s);
+  int FreeSlots(const std::string& name, const Worker& worker) const;
+  std::string MostFree(double now_s) const;
+
+  LeaseOptions options_;
+  std::set<int64_t> waiting_;  // ids grow with age, so the order is oldest first
+  std::map<int64_t, Lease> leases_;
+  std::map<int64_t, History> history_;  // of items that failed
+  std::map<std::string, Worker> workers_;
+};
+
+// "SIGSEGV" for 11; "signal 35" for others.
+std::string SignalName(int signal);
+// Whether a process that ended by this signal did so by its own fault.
+bool IsCrash(int signal);
+
+}  // namespace skein
