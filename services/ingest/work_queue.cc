@@ -18,10 +18,22 @@ bool IsCrash(int signal) {
          signal == SIGILL;
 }
 
-void WorkQueue::Add(int64_t item, int failures) {
-  if (Has(item)) return;
-  waiting_.insert(item);
-  if (failures > 0) history_[item].failures = failures;
+void WorkQueue::Add(int64_t item) {
+  if (!Has(item)) waiting_.insert(item);
+}
+
+void WorkQueue::NoteEarlier(int64_t item, int failures) {
+  if (!Has(item)) return;
+  int& known = history_[item].failures;
+  known = std::max(known, failures);
+}
+
+void WorkQueue::Lease(int64_t item, const std::string& worker, double now_s) {
+  if (!Has(item)) return;
+  const auto found = leases_.find(item);
+  if (found != leases_.end() && found->second.worker == worker) return;
+  waiting_.erase(item);
+  leases_[item] = {worker, now_s + options_.lease_s, now_s, false};
 }
 
 void WorkQueue::Remove(int64_t item) {
@@ -69,7 +81,8 @@ std::vector<WorkQueue::Failure> WorkQueue::NoteDeath(const Worker& before, const
 
 void WorkQueue::Renew(const Request& request, double now_s) {
   for (const int64_t item : request.held) {
-    if (waiting_.erase(item) > 0) leases_[item] = {request.worker, 0, now_s, true};
+    const bool may_resume = !options_.may_resume || options_.may_resume(request.worker, item);
+    if (may_resume && waiting_.erase(item) > 0) leases_[item] = {request.worker, 0, now_s, true};
     const auto lease = leases_.find(item);
     if (lease == leases_.end() || lease->second.worker != request.worker) continue;
     lease->second.expires_s = now_s + options_.lease_s;
@@ -151,7 +164,7 @@ std::vector<WorkQueue::Grant> WorkQueue::Assign(double now_s) {
   for (auto& [item, lease] : leases_) {
     if (lease.confirmed || now_s - lease.told_s < options_.resend_s) continue;
     lease.told_s = now_s;
-    grants.push_back({lease.worker, item, attempt(item)});
+    grants.push_back({lease.worker, item, attempt(item), false});
   }
   for (auto next = waiting_.begin(); next != waiting_.end();) {
     const int64_t item = *next;
@@ -164,7 +177,7 @@ std::vector<WorkQueue::Grant> WorkQueue::Assign(double now_s) {
     if (worker.empty()) break;
     next = waiting_.erase(next);
     leases_[item] = {worker, now_s + options_.lease_s, now_s, false};
-    grants.push_back({worker, item, attempt(item)});
+    grants.push_back({worker, item, attempt(item), true});
   }
   return grants;
 }

@@ -15,6 +15,8 @@ struct LeaseOptions {
   double resend_s = 0.5;     // a grant that isn't confirmed after this is told again
   int max_failures = 3;      // reported errors and crashes together
   int max_kills = 10;        // deaths by SIGKILL while working on it: out of memory
+  // Whether a worker that names an item which waits may go on with it; unset: yes.
+  std::function<bool(const std::string& worker, int64_t item)> may_resume;
 };
 
 // Items of one kind of work and who holds which. Knows no messages and no clock: `now_s` is any
@@ -26,6 +28,7 @@ class WorkQueue {
     std::string worker;
     int64_t item = 0;
     int attempt = 1;
+    bool is_new = true;  // false: told again
   };
   // A try that failed; the item is parked, or tried again later.
   struct Failure {
@@ -44,9 +47,13 @@ class WorkQueue {
 
   explicit WorkQueue(LeaseOptions options = {}) : options_(options) {}
 
-  // No effect if it is there. `failures`: what the ledger knows of earlier tries.
-  void Add(int64_t item, int failures = 0);
+  // No effect if it is there.
+  void Add(int64_t item);
   void Remove(int64_t item);  // done or parked
+  // What the ledger knows of earlier tries.
+  void NoteEarlier(int64_t item, int failures);
+  // The worker is known to have it: starts a lease, unless it has one. No effect on unknown items.
+  void Lease(int64_t item, const std::string& worker, double now_s);
 
   // Renews, notes capacity, and notices what the worker's previous process died of.
   std::vector<Failure> OnRequest(const Request& request, double now_s);
@@ -63,7 +70,7 @@ class WorkQueue {
   bool Has(int64_t item) const { return waiting_.count(item) > 0 || leases_.count(item) > 0; }
 
  private:
-  struct Lease {
+  struct LeaseState {
     std::string worker;
     double expires_s = 0;
     double told_s = 0;
@@ -91,7 +98,7 @@ class WorkQueue {
 
   LeaseOptions options_;
   std::set<int64_t> waiting_;  // ids grow with age, so the order is oldest first
-  std::map<int64_t, Lease> leases_;
+  std::map<int64_t, LeaseState> leases_;
   std::map<int64_t, History> history_;  // of items that failed
   std::map<std::string, Worker> workers_;
 };

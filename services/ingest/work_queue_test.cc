@@ -83,6 +83,17 @@ TEST(WorkQueue, GivesAWorkerBackWhatItHeldBeforeIngestRestarted) {
   EXPECT_EQ(queue.num_leased(), 1u);
 }
 
+TEST(WorkQueue, LetsOnlyTheOwnerGoOnWithASubmap) {
+  LeaseOptions options;
+  options.may_resume = [](const std::string& worker, int64_t) { return worker == "owner"; };
+  WorkQueue queue(options);
+  queue.Add(1);
+  queue.OnRequest({"late", 0, 0, {1}}, 0);
+  EXPECT_EQ(queue.num_leased(), 0u);
+  queue.OnRequest({"owner", 0, 0, {1}}, 0);
+  EXPECT_EQ(queue.num_leased(), 1u);
+}
+
 TEST(WorkQueue, ParksAfterThreeReportedErrors) {
   WorkQueue queue;
   queue.OnRequest({"w", 1, 0, {}}, 0);
@@ -114,7 +125,8 @@ TEST(WorkQueue, ParksAtOnceWhatCannotBeHelped) {
 TEST(WorkQueue, RemembersFailuresOfBeforeARestart) {
   WorkQueue queue;
   queue.OnRequest({"w", 1, 0, {}}, 0);
-  queue.Add(1, 2);
+  queue.Add(1);
+  queue.NoteEarlier(1, 2);
   EXPECT_EQ(queue.Assign(0).at(0).attempt, 3);
   EXPECT_TRUE(queue.OnFailed("w", 1, "again", false, 1).at(0).parked);
 }

@@ -1,0 +1,88 @@
+#include "ingest/ledger_writer.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "ingest/submission_rules.h"
+
+namespace skein {
+namespace {
+
+Fact DecodeRecord(const LedgerRecord& record) {
+  const int kind = FactKindFromName(record.kind);
+  Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
+  if (fact.ok()) return *std::move(fact);
+  throw std::runtime_error("ledger: fact " + std::to_string(record.seq) +
+                           " cannot be read (written by another version of Skein?): " +
+                           fact.error());
+}
+
+LedgerRecord EncodeRecord(const Fact& fact) {
+  const fact_header_t& header = Header(fact);
+  return {header.seq, header.fact_id, FactKindName(fact), header.utime_us, EncodeFact(fact)};
+}
+
+}  // namespace
+
+LedgerWriter::LedgerWriter(std::unique_ptr<Ledger> ledger, std::string session_id,
+                           std::function<int64_t()> now_us)
+    : ledger_(std::move(ledger)), session_id_(std::move(session_id)), now_us_(std::move(now_us)) {
+  ForEach([this](const Fact& fact) { state_.Apply(fact); });
+}
+
+void LedgerWriter::ForEach(const OnCommitted& visit) const {
+  const Status status =
+      ledger_->ForEach([&](const LedgerRecord& record) { visit(DecodeRecord(record)); });
+  if (!status.ok()) throw std::runtime_error(status.error());
+}
+
+Fact LedgerWriter::Stage(Fact fact, std::vector<LedgerNote> notes, OnCommitted then) {
+  if (state_.FindFact(Header(fact).fact_id) != 0) {
+    throw std::logic_error("fact " + Header(fact).fact_id + " exists");
+  }
+  Header(fact).session_id = session_id_;
+  CompleteFact(&fact, state_, now_us_());
+  state_.Apply(fact);
+  ArrangeFlush();
+  notes_.insert(notes_.end(), notes.begin(), notes.end());
+  staged_.push_back({std::move(fact), std::move(then)});
+  return staged_.back().fact;
+}
+
+void LedgerWriter::StageNote(LedgerNote note) {
+  ArrangeFlush();
+  notes_.push_back(std::move(note));
+}
+
+void LedgerWriter::ArrangeFlush() {
+  if (!has_staged() && arrange_flush_) arrange_flush_();
+}
+
+void LedgerWriter::Flush() {
+  const std::vector<Staged> batch = std::exchange(staged_, {});
+  const std::vector<LedgerNote> notes = std::exchange(notes_, {});
+  std::vector<LedgerRecord> records;
+  for (const Staged& staged : batch) records.push_back(EncodeRecord(staged.fact));
+  const Status status = ledger_->Append(records, notes);
+  if (!status.ok()) {
+    throw std::runtime_error("cannot write the ledger (is the disk full?): " + status.error());
+  }
+  for (const Staged& staged : batch) {
+    for (const OnCommitted& observer : observers_) observer(staged.fact);
+    if (staged.then) staged.then(staged.fact);
+  }
+}
+
+std::map<std::string, std::string> LedgerWriter::Notes(const std::string& kind) const {
+  auto notes = ledger_->Notes(kind);
+  if (!notes.ok()) throw std::runtime_error(notes.error());
+  return *std::move(notes);
+}
+
+std::vector<LedgerRecord> LedgerWriter::Range(int64_t from_seq, int64_t to_seq) const {
+  auto records = ledger_->Range(from_seq, to_seq);
+  if (!records.ok()) throw std::runtime_error(records.error());
+  return *std::move(records);
+}
+
+}  // namespace skein

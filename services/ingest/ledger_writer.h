@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ingest/session_state.h"
+#include "messaging/facts.h"
+#include "store/ledger.h"
+
+namespace skein {
+
+// The one place where facts are committed. A staged fact counts for `state()` at once, so that the
+// next one is judged with it, and is durable and told to the observers at the next Flush: all that
+// wait share one sync of the disk. Nobody outside may learn of a fact before that.
+class LedgerWriter {
+ public:
+  using OnCommitted = std::function<void(const Fact&)>;
+
+  // Replays the ledger. Throws std::runtime_error if it cannot be read or is damaged.
+  LedgerWriter(std::unique_ptr<Ledger> ledger, std::string session_id,
+               std::function<int64_t()> now_us);
+
+  // Completes the fact (see CompleteFact) and stages it. `then` is called at Flush, after the
+  // observers. Returns the completed fact. Throws std::logic_error for a fact_id that exists.
+  Fact Stage(Fact fact, std::vector<LedgerNote> notes = {}, OnCommitted then = nullptr);
+  void StageNote(LedgerNote note);
+  // Throws std::runtime_error, with the reason for the user, if the disk takes no more: then
+  // nothing staged was told to anyone, and a fresh start finds the ledger as it was before.
+  void Flush();
+  bool has_staged() const { return !staged_.empty() || !notes_.empty(); }
+
+  // Called at Flush for every fact in order; may stage more. For the lifetime of the writer.
+  void AddObserver(OnCommitted observer) { observers_.push_back(std::move(observer)); }
+  // Called when the first fact or note is staged after a Flush: arranges for the next.
+  void OnStaged(std::function<void()> arrange_flush) { arrange_flush_ = std::move(arrange_flush); }
+
+  const SessionState& state() const { return state_; }
+  int64_t durable_head() const { return ledger_->head(); }
+  const std::string& session_id() const { return session_id_; }
+  int64_t now_us() const { return now_us_(); }
+
+  std::map<std::string, std::string> Notes(const std::string& kind) const;
+  std::vector<LedgerRecord> Range(int64_t from_seq, int64_t to_seq) const;
+  // Every durable fact in order.
+  void ForEach(const OnCommitted& visit) const;
+
+ private:
+  struct Staged {
+    Fact fact;
+    OnCommitted then;
+  };
+
+  void ArrangeFlush();
+
+  std::unique_ptr<Ledger> ledger_;
+  const std::string session_id_;
+  const std::function<int64_t()> now_us_;
+  SessionState state_;
+  std::vector<Staged> staged_;
+  std::vector<LedgerNote> notes_;
+  std::vector<OnCommitted> observers_;
+  std::function<void()> arrange_flush_;
+};
+
+}  // namespace skein

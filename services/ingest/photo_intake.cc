@@ -1,0 +1,296 @@
+#include "ingest/photo_intake.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/hash.h"
+#include "ingest/photo_name.h"
+#include "ingest/photo_store.h"
+#include "spdlog/spdlog.h"
+
+namespace skein {
+namespace {
+
+constexpr char kCameraNote[] = "camera";
+constexpr char kRenamedNote[] = "renamed";
+constexpr char kDuplicateNote[] = "duplicate";
+
+// The owner answers, but holds no such blob: it restarted or gave the photo up.
+bool OwnerLostIt(const std::string& error) { return error.find("has no blob") != std::string::npos; }
+
+}  // namespace
+
+PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
+                         IntakeOptions options)
+    : node_(node),
+      writer_(writer),
+      paths_(std::move(paths)),
+      options_(options),
+      cameras_(writer.Notes(kCameraNote)),
+      renamed_(writer.Notes(kRenamedNote)),
+      duplicates_(writer.Notes(kDuplicateNote)),
+      worker_(node.loop()) {}
+
+void PhotoIntake::OnOffer(const image_offer_t& offer) {
+  const Key key = RefusalId(offer.agent, offer.name, offer.blob_id);
+  if (AnswerDecided(key, offer)) return;
+  if (pending_.count(key) > 0) return Ack(offer, image_ack_t::WAIT, 0, "being received");
+  if (Status status = CheckOffer(offer); !status.ok()) return Refuse(key, offer, status.error());
+  if (writer_.state().finishing()) {
+    return Ack(offer, image_ack_t::WAIT, 0, "the session is finishing; offer again");
+  }
+  if (num_pending() >= options_.max_pending) {
+    return Ack(offer, image_ack_t::WAIT, 0, "other photos are being received; offer again");
+  }
+  Begin(key, offer);
+}
+
+// Answers for what is in the ledger already. Staged facts aren't durable yet: not answered.
+bool PhotoIntake::AnswerDecided(const Key& key, const image_offer_t& offer) {
+  const SessionState& state = writer_.state();
+  if (const failure_t* refused = state.FindFailure(key)) {
+    if (refused->header.seq > writer_.durable_head()) return true;
+    Ack(offer, image_ack_t::REFUSED, 0, refused->reason);
+    return true;
+  }
+  const int64_t image_id = state.FindImageByBlob(offer.blob_id);
+  if (image_id == 0 || !CheckOffer(offer).ok()) return false;
+  const image_t& image = state.FindPhoto(image_id)->image;
+  if (image.header.seq > writer_.durable_head()) return true;
+  if (IsSamePhoto(key, offer, image)) {
+    Ack(offer, image_ack_t::STORED, image_id);
+    return true;
+  }
+  if (duplicates_.emplace(key, std::to_string(image_id)).second) {
+    writer_.StageNote({kDuplicateNote, key, std::to_string(image_id)});
+  }
+  Ack(offer, image_ack_t::DUPLICATE, image_id, "same content as " + image.agent + "/" + image.name);
+  return true;
+}
+
+bool PhotoIntake::IsSamePhoto(const Key& key, const image_offer_t& offer,
+                              const image_t& image) const {
+  return (image.agent == offer.agent && image.name == offer.name) || renamed_.count(key) > 0;
+}
+
+Status PhotoIntake::CheckOffer(const image_offer_t& offer) const {
+  if (Status status = CheckAgentName(offer.agent); !status.ok()) return status;
+  if (Status status = CheckPhotoName(offer.name); !status.ok()) return status;
+  if (!IsBlobId(offer.blob_id)) return Status::Error("hash is not 64 lower-case hex digits");
+  if (offer.size_bytes <= 0) return Status::Error("empty file");
+  if (offer.size_bytes > options_.limits.max_bytes) {
+    return Status::Error("file has " + std::to_string(offer.size_bytes) + " bytes, more than " +
+                         std::to_string(options_.limits.max_bytes));
+  }
+  return Status::Ok();
+}
+
+void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
+  Pending& pending = pending_[key];
+  pending.offer = offer;
+  pending.received_utime_us = writer_.now_us();
+  pending.progress_s = MonotonicS();
+  // One byte more than was offered is enough to see that the size doesn't match.
+  pending.fetch_id = node_.blobs().Fetch(
+      offer.blob_id, offer.owner,
+      [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); },
+      options_.limits.max_bytes);
+  Ack(offer, image_ack_t::WAIT, 0, "being received");
+}
+
+void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
+  const auto found = pending_.find(key);
+  if (found == pending_.end()) return;
+  Pending& pending = found->second;
+  pending.fetch_id = 0;
+  pending.progress_s = MonotonicS();
+  if (!bytes.ok() && OwnerLostIt(bytes.error())) return Abandon(key, bytes.error());
+  if (!bytes.ok()) return Refuse(key, pending.offer, "hash or size does not match: " + bytes.error());
+  const auto size = static_cast<int64_t>(bytes->size());
+  if (size != pending.offer.size_bytes) {
+    return Refuse(key, pending.offer,
+                  "size does not match: offered " + std::to_string(pending.offer.size_bytes) +
+                      " bytes, sent " + std::to_string(size));
+  }
+  const auto content = std::make_shared<const Bytes>(*std::move(bytes));
+  worker_.Run([content, limits = options_.limits] { return CheckPhoto(*content, limits); },
+              [this, key, content](Result<CheckedPhoto> photo) {
+                OnChecked(key, content, std::move(photo));
+              });
+}
+
+void PhotoIntake::OnChecked(const Key& key, std::shared_ptr<const Bytes> bytes,
+                            Result<CheckedPhoto> photo) {
+  const image_offer_t offer = pending_.at(key).offer;
+  if (!photo.ok()) return Refuse(key, offer, photo.error());
+  if (writer_.state().FindImageByBlob(offer.blob_id) != 0) {  // another offer of it was faster
+    pending_.erase(key);
+    return;
+  }
+  const std::string name = FreeName(offer.agent, offer.name);
+  reserved_names_.insert({offer.agent, name});
+  worker_.Run(
+      [paths = paths_, agent = offer.agent, name, bytes] {
+        return StorePhoto(paths, agent, name, *bytes);
+      },
+      [this, key, name, photo = *photo](const Status& stored) {
+        OnStored(key, photo, name, stored);
+      });
+}
+
+// Two photos of one name from one agent are both kept: NAME, NAME~2, ...
+std::string PhotoIntake::FreeName(const std::string& agent, const std::string& name) const {
+  const auto taken = [&](const std::string& candidate) {
+    return writer_.state().FindImageByName(agent, candidate) != 0 ||
+           reserved_names_.count({agent, candidate}) > 0;
+  };
+  std::string candidate = name;
+  for (int number = 2; taken(candidate); ++number) candidate = NumberedName(name, number);
+  return candidate;
+}
+
+void PhotoIntake::OnStored(const Key& key, const CheckedPhoto& photo, const std::string& name,
+                           Status stored) {
+  const image_offer_t& offer = pending_.at(key).offer;
+  reserved_names_.erase({offer.agent, name});
+  if (!stored.ok()) return Abandon(key, "cannot store the photo: " + stored.error());
+  if (writer_.state().FindImageByBlob(offer.blob_id) == 0) Commit(key, photo, name);
+  pending_.erase(key);
+}
+
+void PhotoIntake::Commit(const Key& key, const CheckedPhoto& photo, const std::string& name) {
+  const Pending& pending = pending_.at(key);
+  const image_offer_t offer = pending.offer;
+  const FocalPrior focal = ChooseFocal(photo, offer.focal_px);
+  const std::string camera_key = CameraKey(offer.agent, photo, focal);
+  const auto [camera, is_new] =
+      cameras_.emplace(camera_key, std::to_string(writer_.state().num_cameras() + 1));
+  std::vector<LedgerNote> notes;
+  if (is_new) notes.push_back({kCameraNote, camera_key, camera->second});
+  const std::string image_id = std::to_string(writer_.state().num_images() + 1);
+  if (name != offer.name) {
+    renamed_[key] = image_id;
+    notes.push_back({kRenamedNote, key, image_id});
+  }
+  writer_.Stage(MakeFact(pending, photo, name, focal, std::stoll(camera->second)), notes,
+                [this, offer](const Fact& fact) {
+                  Ack(offer, image_ack_t::STORED, std::get<image_t>(fact).image_id);
+                });
+}
+
+image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
+                              const std::string& name, const FocalPrior& focal,
+                              int64_t camera_id) const {
+  const image_offer_t& offer = pending.offer;
+  image_t fact{};
+  fact.header.fact_id = "image/" + offer.blob_id;
+  fact.header.author = node_.instance();
+  fact.camera_id = camera_id;
+  fact.agent = offer.agent;
+  fact.name = name;
+  fact.width_px = static_cast<int32_t>(photo.header.width_px);
+  fact.height_px = static_cast<int32_t>(photo.header.height_px);
+  fact.orientation = static_cast<int8_t>(photo.exif.orientation);
+  fact.focal_px = focal.focal_px;
+  fact.focal_from_exif = focal.from_exif;
+  const GpsPosition offered{offer.latitude_deg, offer.longitude_deg, offer.altitude_m};
+  const GpsPosition gps = photo.exif.gps.value_or(offer.has_gps ? offered : GpsPosition());
+  fact.has_gps = photo.exif.gps || offer.has_gps;
+  fact.latitude_deg = gps.latitude_deg;
+  fact.longitude_deg = gps.longitude_deg;
+  fact.altitude_m = gps.altitude_m;
+  fact.capture_utime_us =
+      photo.exif.capture_utime_us != 0 ? photo.exif.capture_utime_us : offer.capture_utime_us;
+  fact.received_utime_us = pending.received_utime_us;
+  fact.blob_id = offer.blob_id;
+  fact.size_bytes = offer.size_bytes;
+  return fact;
+}
+
+void PhotoIntake::Refuse(const Key& key, const image_offer_t& offer, const std::string& reason) {
+  pending_.erase(key);
+  ++num_bad_offers_;
+  spdlog::warn("refused {}/{}: {}", Printable(offer.agent), Printable(offer.name), reason);
+  failure_t failure{};
+  failure.header.fact_id = key;
+  failure.header.author = node_.instance();
+  failure.agent = Printable(offer.agent);
+  failure.name = Printable(offer.name);
+  failure.stage = "ingest";
+  failure.reason = ClampText(reason);
+  failure.attempts = 1;
+  failure.parked = true;
+  writer_.Stage(failure, {}, [this, offer](const Fact& fact) {
+    Ack(offer, image_ack_t::REFUSED, 0, std::get<failure_t>(fact).reason);
+  });
+}
+
+// Not the photo's fault: a later offer of it starts anew.
+void PhotoIntake::Abandon(const Key& key, const std::string& reason) {
+  const image_offer_t offer = pending_.at(key).offer;
+  pending_.erase(key);
+  spdlog::error("{}/{} must be offered again: {}", offer.agent, offer.name, reason);
+  Ack(offer, image_ack_t::WAIT, 0, reason);
+}
+
+void PhotoIntake::Tick(double now_s) {
+  std::vector<Key> vanished;
+  for (auto& [key, pending] : pending_) {
+    if (pending.fetch_id == 0) continue;
+    const int64_t received = node_.blobs().ReceivedBytes(pending.fetch_id);
+    if (received != pending.received_bytes) pending.progress_s = now_s;
+    pending.received_bytes = received;
+    if (now_s - pending.progress_s > options_.vanished_after_s) vanished.push_back(key);
+  }
+  if (!writer_.state().finishing()) return;
+  for (const Key& key : vanished) GiveUp(key);
+}
+
+void PhotoIntake::GiveUp(const Key& key) {
+  const Pending pending = pending_.at(key);
+  node_.blobs().Cancel(pending.fetch_id);
+  pending_.erase(key);
+  failure_t failure{};
+  failure.header.fact_id =
+      VanishedId(pending.offer.blob_id, writer_.state().finish().finish_id);
+  if (writer_.state().FindFact(failure.header.fact_id) != 0) return;
+  failure.header.author = node_.instance();
+  failure.agent = pending.offer.agent;
+  failure.name = Printable(pending.offer.name);
+  failure.stage = "ingest";
+  failure.reason = "agent vanished while sending (" + std::to_string(pending.received_bytes) +
+                   " of " + std::to_string(pending.offer.size_bytes) + " bytes came)";
+  failure.attempts = 1;
+  writer_.Stage(failure);
+}
+
+std::string PhotoIntake::Describe(double now_s) const {
+  int num_hanging = 0;
+  std::string hanging;
+  for (const auto& [key, pending] : pending_) {
+    const double still_s = now_s - pending.progress_s;
+    if (pending.fetch_id == 0 || still_s < 3) continue;
+    if (num_hanging++ == 0) {
+      hanging = "; nothing from " + pending.offer.agent + " for " +
+                std::to_string(static_cast<int>(still_s)) + " s (" + Printable(pending.offer.name) +
+                ")";
+    }
+  }
+  if (pending_.empty()) return "";
+  return "receiving " + std::to_string(pending_.size()) + hanging;
+}
+
+void PhotoIntake::Ack(const image_offer_t& offer, int8_t status, int64_t image_id,
+                      const std::string& reason) {
+  image_ack_t ack;
+  ack.agent = offer.agent;
+  ack.name = offer.name;
+  ack.blob_id = offer.blob_id;
+  ack.status = status;
+  ack.image_id = image_id;
+  ack.reason = ClampText(reason);
+  node_.Publish(kImageAckChannel, ack);
+}
+
+}  // namespace skein

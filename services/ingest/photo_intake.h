@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "ingest/ledger_writer.h"
+#include "ingest/photo_check.h"
+#include "messaging/node.h"
+#include "messaging/worker_thread.h"
+#include "store/session.h"
+
+namespace skein {
+
+struct IntakeOptions {
+  PhotoLimits limits;
+  int max_pending = 64;         // offers taken on at a time; more are told to wait
+  double vanished_after_s = 10;  // without progress, once a finish was asked for
+};
+
+// From an offer to a committed photo: name and size checked, bytes pulled from the agent, photo
+// checked and stored on another thread, fact committed. Every offer is answered, every time, from
+// the ledger where it is decided. Loop's thread only.
+class PhotoIntake {
+ public:
+  PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options);
+
+  void OnOffer(const image_offer_t& offer);
+  // At least once a second: gives up agents that vanished, when a finish waits.
+  void Tick(double now_s);
+
+  int num_pending() const { return static_cast<int>(pending_.size()); }
+  int num_duplicates() const { return static_cast<int>(duplicates_.size()); }
+  // What is being received and what hangs, for a person; "" if nothing.
+  std::string Describe(double now_s) const;
+  int num_bad_offers() const { return num_bad_offers_; }
+
+ private:
+  struct Pending {
+    image_offer_t offer;
+    int64_t received_utime_us = 0;
+    BlobClient::FetchId fetch_id = 0;  // 0: no longer pulling
+    int64_t received_bytes = 0;
+    double progress_s = 0;  // when it last moved
+  };
+  using Key = std::string;  // RefusalId of the offer
+
+  bool AnswerDecided(const Key& key, const image_offer_t& offer);
+  Status CheckOffer(const image_offer_t& offer) const;
+  void Begin(const Key& key, const image_offer_t& offer);
+  void OnBytes(const Key& key, Result<Bytes> bytes);
+  void OnChecked(const Key& key, std::shared_ptr<const Bytes> bytes, Result<CheckedPhoto> photo);
+  void OnStored(const Key& key, const CheckedPhoto& photo, const std::string& name, Status stored);
+  void Commit(const Key& key, const CheckedPhoto& photo, const std::string& name);
+  void Refuse(const Key& key, const image_offer_t& offer, const std::string& reason);
+  void Abandon(const Key& key, const std::string& reason);
+  void GiveUp(const Key& key);
+
+  std::string FreeName(const std::string& agent, const std::string& name) const;
+  bool IsSamePhoto(const Key& key, const image_offer_t& offer, const image_t& image) const;
+  image_t MakeFact(const Pending& pending, const CheckedPhoto& photo, const std::string& name,
+                   const FocalPrior& focal, int64_t camera_id) const;
+  void Ack(const image_offer_t& offer, int8_t status, int64_t image_id,
+           const std::string& reason = "");
+
+  Node& node_;
+  LedgerWriter& writer_;
+  const SessionPaths paths_;
+  const IntakeOptions options_;
+  std::map<Key, Pending> pending_;
+  std::set<std::pair<std::string, std::string>> reserved_names_;  // being stored: agent, name
+  std::map<std::string, std::string> cameras_;     // key -> camera id
+  std::map<std::string, std::string> renamed_;     // offer -> image id, of NAME~2
+  std::map<std::string, std::string> duplicates_;  // offer -> image id
+  int num_bad_offers_ = 0;
+  WorkerThread worker_;  // last: ends first
+};
+
+}  // namespace skein

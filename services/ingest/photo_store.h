@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "core/bytes.h"
+#include "core/result.h"
+#include "store/blob_store.h"
+#include "store/session.h"
+
+namespace skein {
+
+// Makes the photo durable as a blob and as images/AGENT/NAME, a hard link to it (a copy where the
+// file system has no links). A file that a crash left under that name without a fact is replaced.
+// Agent and name must have passed CheckAgentName and CheckPhotoName, or it throws
+// std::invalid_argument.
+Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std::string& name,
+                  const Bytes& bytes);
+
+}  // namespace skein

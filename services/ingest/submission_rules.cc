@@ -1,0 +1,228 @@
+#include "ingest/submission_rules.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/hash.h"
+
+namespace skein {
+namespace {
+
+constexpr size_t kMaxFactIdBytes = 200;
+constexpr int kMaxKeypoints = 1 << 20;
+
+Status Refuse(const std::string& reason) { return Status::Error(reason); }
+
+bool AllFinite(const double* values, size_t count) {
+  return std::all_of(values, values + count, [](double v) { return std::isfinite(v); });
+}
+
+bool IsUnit(const double* qwxyz) {
+  double sum = 0;
+  for (int i = 0; i < 4; ++i) sum += qwxyz[i] * qwxyz[i];
+  return std::abs(sum - 1) < 1e-3;
+}
+
+// One method a kind.
+class Rules {
+ public:
+  explicit Rules(const SessionState& state) : state_(state) {}
+
+  Status operator()(const image_t&) const { return Refuse("photos come as offers"); }
+
+  Status operator()(const features_t& f) const {
+    if (Status status = CheckOnePerImage(f, "features"); !status.ok()) return status;
+    if (f.num_keypoints < 0 || f.num_keypoints > kMaxKeypoints) return Refuse("bad keypoint count");
+    for (const auto* blob : {&f.keypoints_blob, &f.descriptors_blob}) {
+      if (f.num_keypoints > 0 && blob->empty()) return Refuse("keypoints without their blobs");
+    }
+    if (f.global_model.empty()) return Refuse("no name of the global descriptor's model");
+    return Status::Ok();
+  }
+
+  Status operator()(const candidates_t& f) const {
+    if (Status status = CheckOnePerImage(f, "candidates"); !status.ok()) return status;
+    if (state_.FindPhoto(f.image_id)->features_seq == 0) return Refuse("photo has no features yet");
+    return CheckOthers(f.image_id, f.other_ids);
+  }
+
+  Status operator()(const matches_t& f) const {
+    if (Status status = CheckOnePerImage(f, "matches"); !status.ok()) return status;
+    if (state_.FindPhoto(f.image_id)->candidates_seq == 0) {
+      return Refuse("photo has no candidates yet");
+    }
+    std::vector<int64_t> others;
+    for (const two_view_t& pair : f.pairs) others.push_back(pair.other_id);
+    if (f.num_pairs > 0 && f.pairs_blob.empty()) return Refuse("pairs without their blob");
+    return CheckOthers(f.image_id, others);
+  }
+
+  Status operator()(const registration_t& f) const {
+    if (state_.FindPhoto(f.image_id) == nullptr) return Refuse("no such photo");
+    if (f.state < registration_t::REGISTERED || f.state > registration_t::WITHDRAWN) {
+      return Refuse("unknown state");
+    }
+    const bool pose = f.state == registration_t::REGISTERED;
+    if (pose && (!AllFinite(f.cam_from_world_xyz, 3) || !IsUnit(f.cam_from_world_qwxyz))) {
+      return Refuse("pose is not finite or not a rotation");
+    }
+    return CheckLease(f.submap_id, f.epoch, f.header.author);
+  }
+
+  Status operator()(const submap_t& f) const {
+    if (f.state < submap_t::ACTIVE || f.state > submap_t::ENDED) return Refuse("unknown state");
+    const bool has_model = f.state == submap_t::CHECKPOINT || f.state == submap_t::FINAL;
+    if (has_model && f.model_blob.empty()) return Refuse("no model");
+    if (f.ledger_seq > state_.head()) return Refuse("ledger position lies in the future");
+    return CheckLease(f.submap_id, f.epoch, f.header.author);
+  }
+
+  Status operator()(const seed_t& f) const {
+    if (f.image_id1 == f.image_id2) return Refuse("a pair needs two photos");
+    if (state_.finishing() && state_.finish().settled_seq > 0) return Refuse("session is finishing");
+    for (const int64_t image_id : {f.image_id1, f.image_id2}) {
+      const PhotoState* photo = state_.FindPhoto(image_id);
+      if (photo == nullptr) return Refuse("no such photo");
+      if (state_.IsRegistered(*photo)) return Refuse("photo is registered already");
+      if (IsSeeding(image_id)) return Refuse("photo is in a seed already");
+    }
+    return Status::Ok();
+  }
+
+  Status operator()(const merge_t& f) const {
+    switch (f.state) {
+      case merge_t::ORDERED:
+        return CheckOrder(f);
+      case merge_t::FAILED:
+        return Status::Ok();
+      case merge_t::FROZEN:
+      case merge_t::DONE:
+      case merge_t::UNDONE:
+        return CheckMergeStep(f);
+      default:
+        return Refuse("unknown state");
+    }
+  }
+
+  Status operator()(const failure_t& f) const {
+    if (f.image_id != 0 && state_.FindPhoto(f.image_id) == nullptr) return Refuse("no such photo");
+    if (f.stage.empty() || f.reason.empty()) return Refuse("a failure needs its stage and reason");
+    return Status::Ok();
+  }
+
+  Status operator()(const finish_t& f) const {
+    if (f.state != finish_t::SETTLED) return Refuse("only the settling is submitted");
+    const FinishState& finish = state_.finish();
+    if (f.finish_id != finish.finish_id) return Refuse("another finish");
+    return finish.state == finish_t::DRAINED ? Status::Ok() : Refuse("not drained");
+  }
+
+ private:
+  template <class T>
+  Status CheckOnePerImage(const T& fact, const std::string& kind) const {
+    if (state_.FindPhoto(fact.image_id) == nullptr) return Refuse("no such photo");
+    if (fact.header.fact_id == kind + "/" + std::to_string(fact.image_id)) return Status::Ok();
+    return Refuse("fact_id must be " + kind + "/" + std::to_string(fact.image_id));
+  }
+
+  Status CheckOthers(int64_t image_id, std::vector<int64_t> others) const {
+    std::sort(others.begin(), others.end());
+    if (std::adjacent_find(others.begin(), others.end()) != others.end()) {
+      return Refuse("names a photo twice");
+    }
+    for (const int64_t other : others) {
+      if (other == image_id || state_.FindPhoto(other) == nullptr) return Refuse("no such other photo");
+    }
+    return Status::Ok();
+  }
+
+  Status CheckLease(int64_t submap_id, int64_t epoch, const std::string& author) const {
+    const SubmapState* submap = state_.FindSubmap(submap_id);
+    if (submap == nullptr) return Refuse("no such submap");
+    if (submap->ended) return Refuse("submap has ended: " + submap->end_reason);
+    if (epoch != submap->epoch) {
+      return Refuse("epoch " + std::to_string(epoch) + " is over; " + submap->owner +
+                    " has the submap in epoch " + std::to_string(submap->epoch));
+    }
+    return author == submap->owner ? Status::Ok() : Refuse("submap is leased to " + submap->owner);
+  }
+
+  // A pair of its own that waits for a mapper or was given to one, and isn't given up.
+  bool IsSeeding(int64_t image_id) const {
+    const auto& submaps = state_.submaps();
+    return std::any_of(submaps.begin(), submaps.end(), [&](const auto& entry) {
+      const SubmapState& submap = entry.second;
+      return !submap.ended &&
+             (submap.seed.image_id1 == image_id || submap.seed.image_id2 == image_id);
+    });
+  }
+
+  Status CheckOrder(const merge_t& f) const {
+    if (f.source_id == f.target_id) return Refuse("a merge needs two submaps");
+    if (state_.finishing() && state_.finish().settled_seq > 0) return Refuse("session is finishing");
+    if (!(f.target_from_source_scale > 0) || !std::isfinite(f.target_from_source_scale) ||
+        !IsUnit(f.target_from_source_qwxyz) || !AllFinite(f.target_from_source_xyz, 3)) {
+      return Refuse("not a similarity");
+    }
+    for (const int64_t submap_id : {f.source_id, f.target_id}) {
+      const SubmapState* submap = state_.FindSubmap(submap_id);
+      if (submap == nullptr || submap->ended) return Refuse("no such living submap");
+      if (submap->open_merge_id != 0) return Refuse("submap is in a merge already");
+    }
+    return Status::Ok();
+  }
+
+  Status CheckMergeStep(const merge_t& f) const {
+    const auto merge = state_.merges().find(f.merge_id);
+    if (merge == state_.merges().end()) return Refuse("no such merge");
+    const int8_t before = merge->second.latest.state;
+    const merge_t& ordered = merge->second.ordered;
+    if (f.source_id != ordered.source_id || f.target_id != ordered.target_id) {
+      return Refuse("other submaps than were ordered to merge");
+    }
+    if (before != merge_t::ORDERED && before != merge_t::FROZEN) return Refuse("merge is over");
+    if (f.state == merge_t::FROZEN) {
+      if (f.model_blob.empty()) return Refuse("no model");
+      return CheckLease(f.source_id, f.source_epoch, f.header.author);
+    }
+    if (f.state == merge_t::DONE && before != merge_t::FROZEN) return Refuse("source is not frozen");
+    return CheckLease(f.target_id, f.target_epoch, f.header.author);
+  }
+
+  const SessionState& state_;
+};
+
+void SetIds(image_t* f, const SessionState& state) { f->image_id = state.num_images() + 1; }
+void SetIds(seed_t* f, const SessionState& state) {
+  f->submap_id = state.submaps().empty() ? 1 : state.submaps().rbegin()->first + 1;
+}
+void SetIds(merge_t* f, const SessionState&) {
+  if (f->state == merge_t::ORDERED) f->merge_id = f->header.seq;
+}
+void SetIds(finish_t* f, const SessionState&) {
+  if (f->state == finish_t::REQUESTED) f->finish_id = f->header.seq;
+}
+template <class T>
+void SetIds(T*, const SessionState&) {}
+
+}  // namespace
+
+Status CheckSubmission(const Fact& fact, const SessionState& state) {
+  const fact_header_t& header = Header(fact);
+  if (header.fact_id.empty() || header.fact_id.size() > kMaxFactIdBytes) {
+    return Refuse("fact_id must have 1 to 200 bytes");
+  }
+  if (header.author.empty()) return Refuse("no author");
+  for (const std::string& blob : BlobsOf(fact)) {
+    if (!IsBlobId(blob)) return Refuse("'" + ClampText(blob, 70) + "' is no blob id");
+  }
+  return std::visit(Rules(state), fact);
+}
+
+void CompleteFact(Fact* fact, const SessionState& state, int64_t utime_us) {
+  Header(*fact).seq = state.head() + 1;
+  Header(*fact).utime_us = std::max(utime_us, state.last_utime_us());
+  std::visit([&](auto& f) { SetIds(&f, state); }, *fact);
+}
+
+}  // namespace skein

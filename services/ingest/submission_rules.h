@@ -1,0 +1,18 @@
+#pragma once
+
+#include "core/result.h"
+#include "messaging/facts.h"
+#include "ingest/session_state.h"
+
+namespace skein {
+
+// Whether a submitted fact may be committed now: its image exists, its counts fit, its submap lives
+// and its author is the one that leased it in this epoch, its blobs are named. An error is the
+// reason that the author is told. Doesn't look at whether the blobs are here, nor at repeats.
+Status CheckSubmission(const Fact& fact, const SessionState& state);
+
+// Fills what ingest decides at commit: seq, time, and the ids of photos, submaps, merges and
+// finishes that a fact brings into being.
+void CompleteFact(Fact* fact, const SessionState& state, int64_t utime_us);
+
+}  // namespace skein

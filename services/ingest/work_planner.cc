@@ -1,0 +1,90 @@
+#include "ingest/work_planner.h"
+
+namespace skein {
+
+WorkPlanner::WorkPlanner(const SessionState& state, LeaseOptions options)
+    : state_(state), options_(options) {
+  for (const char* kind : {"features", "matching"}) queues_.emplace(kind, WorkQueue(options));
+  // A mapper that lost its lease must not go on in an epoch that another may have taken over.
+  LeaseOptions for_submaps = options;
+  for_submaps.may_resume = [this](const std::string& worker, int64_t submap_id) {
+    const SubmapState* submap = state_.FindSubmap(submap_id);
+    return submap != nullptr && submap->owner == worker;
+  };
+  queues_.emplace("submap", WorkQueue(for_submaps));
+}
+
+WorkQueue* WorkPlanner::Find(const std::string& kind) {
+  const auto found = queues_.find(kind);
+  return found == queues_.end() ? nullptr : &found->second;
+}
+
+void WorkPlanner::OnFact(const Fact& fact, double now_s) {
+  WorkQueue& features = queues_.at("features");
+  WorkQueue& matching = queues_.at("matching");
+  WorkQueue& submaps = queues_.at("submap");
+  if (const auto* image = std::get_if<image_t>(&fact)) {
+    features.Add(image->image_id);
+  } else if (const auto* done = std::get_if<features_t>(&fact)) {
+    features.Remove(done->image_id);
+  } else if (const auto* candidates = std::get_if<candidates_t>(&fact)) {
+    matching.Add(candidates->image_id);
+  } else if (const auto* matches = std::get_if<matches_t>(&fact)) {
+    matching.Remove(matches->image_id);
+  } else if (const auto* seed = std::get_if<seed_t>(&fact)) {
+    submaps.Add(seed->submap_id);
+  } else if (const auto* submap = std::get_if<submap_t>(&fact)) {
+    if (submap->state == submap_t::ASSIGNED) submaps.Lease(submap->submap_id, submap->owner, now_s);
+    if (submap->state == submap_t::ENDED) submaps.Remove(submap->submap_id);
+  } else if (const auto* failure = std::get_if<failure_t>(&fact)) {
+    WorkQueue* queue = Find(failure->stage);
+    if (queue == nullptr || failure->image_id == 0) return;
+    failure->parked ? queue->Remove(failure->image_id)
+                    : queue->NoteEarlier(failure->image_id, failure->attempts);
+  }
+}
+
+std::vector<WorkPlanner::Failure> WorkPlanner::OnRequest(const std::string& kind,
+                                                         const WorkQueue::Request& request,
+                                                         double now_s) {
+  WorkQueue* queue = Find(kind);
+  std::vector<Failure> failures;
+  if (queue == nullptr) return failures;
+  for (auto& failure : queue->OnRequest(request, now_s)) failures.push_back({kind, failure});
+  return failures;
+}
+
+std::vector<WorkPlanner::Failure> WorkPlanner::OnFailed(const std::string& kind,
+                                                        const std::string& worker, int64_t item,
+                                                        const std::string& reason, bool permanent,
+                                                        double now_s) {
+  WorkQueue* queue = Find(kind);
+  std::vector<Failure> failures;
+  if (queue == nullptr) return failures;
+  for (auto& failure : queue->OnFailed(worker, item, reason, permanent, now_s)) {
+    failures.push_back({kind, failure});
+  }
+  return failures;
+}
+
+std::vector<WorkPlanner::Grant> WorkPlanner::Assign(double now_s) {
+  std::vector<Grant> grants;
+  for (auto& [kind, queue] : queues_) {
+    for (const auto& grant : queue.Assign(now_s)) {
+      grants.push_back({kind, grant.worker, grant.item, grant.attempt, grant.is_new});
+    }
+  }
+  return grants;
+}
+
+size_t WorkPlanner::NumWaiting(const std::string& kind) const {
+  const auto found = queues_.find(kind);
+  return found == queues_.end() ? 0 : found->second.num_waiting();
+}
+
+size_t WorkPlanner::NumLeased(const std::string& kind) const {
+  const auto found = queues_.find(kind);
+  return found == queues_.end() ? 0 : found->second.num_leased();
+}
+
+}  // namespace skein
