@@ -108,6 +108,13 @@ void BlobClient::Cancel(FetchId id) {
   }
 }
 
+int64_t BlobClient::ReceivedBytes(FetchId id) const {
+  for (const auto& [blob_id, fetching] : fetching_) {
+    if (fetching.waiting.count(id) > 0) return fetching.pull ? fetching.pull->received_bytes() : 0;
+  }
+  return 0;
+}
+
 void BlobClient::LookLocally(const std::string& blob_id) {
   if (!IsBlobId(blob_id)) {
     const std::weak_ptr<BlobClient*> weak_self = self_;

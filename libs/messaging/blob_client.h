@@ -51,6 +51,8 @@ class BlobClient {
                 int64_t max_bytes = kMaxBlobBytes);
   // Its function is not called any more.
   void Cancel(FetchId id);
+  // Bytes that came over the bus for it so far; 0 once it is done.
+  int64_t ReceivedBytes(FetchId id) const;
 
   // Makes the blob available to others under the returned id: in the session folder where that is
   // shared (durable when this returns), else in memory, until Release. A Submitter releases the

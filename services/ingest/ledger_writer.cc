@@ -12,9 +12,9 @@ Fact DecodeRecord(const LedgerRecord& record) {
   const int kind = FactKindFromName(record.kind);
   Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
   if (fact.ok()) return *std::move(fact);
-  throw std::runtime_error("ledger: fact " + std::to_string(record.seq) +
-                           " cannot be read (written by another version of Skein?): " +
-                           fact.error());
+  throw std::runtime_error(
+      "ledger: fact " + std::to_string(record.seq) +
+      " cannot be read (written by another version of Skein?): " + fact.error());
 }
 
 LedgerRecord EncodeRecord(const Fact& fact) {

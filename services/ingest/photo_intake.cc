@@ -17,7 +17,9 @@ constexpr char kRenamedNote[] = "renamed";
 constexpr char kDuplicateNote[] = "duplicate";
 
 // The owner answers, but holds no such blob: it restarted or gave the photo up.
-bool OwnerLostIt(const std::string& error) { return error.find("has no blob") != std::string::npos; }
+bool OwnerLostIt(const std::string& error) {
+  return error.find("has no blob") != std::string::npos;
+}
 
 }  // namespace
 
@@ -91,11 +93,9 @@ void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
   pending.offer = offer;
   pending.received_utime_us = writer_.now_us();
   pending.progress_s = MonotonicS();
-  // One byte more than was offered is enough to see that the size doesn't match.
   pending.fetch_id = node_.blobs().Fetch(
       offer.blob_id, offer.owner,
-      [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); },
-      options_.limits.max_bytes);
+      [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); }, offer.size_bytes);
   Ack(offer, image_ack_t::WAIT, 0, "being received");
 }
 
@@ -106,7 +106,8 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
   pending.fetch_id = 0;
   pending.progress_s = MonotonicS();
   if (!bytes.ok() && OwnerLostIt(bytes.error())) return Abandon(key, bytes.error());
-  if (!bytes.ok()) return Refuse(key, pending.offer, "hash or size does not match: " + bytes.error());
+  if (!bytes.ok())
+    return Refuse(key, pending.offer, "hash or size does not match: " + bytes.error());
   const auto size = static_cast<int64_t>(bytes->size());
   if (size != pending.offer.size_bytes) {
     return Refuse(key, pending.offer,
@@ -130,13 +131,11 @@ void PhotoIntake::OnChecked(const Key& key, std::shared_ptr<const Bytes> bytes,
   }
   const std::string name = FreeName(offer.agent, offer.name);
   reserved_names_.insert({offer.agent, name});
-  worker_.Run(
-      [paths = paths_, agent = offer.agent, name, bytes] {
-        return StorePhoto(paths, agent, name, *bytes);
-      },
-      [this, key, name, photo = *photo](const Status& stored) {
-        OnStored(key, photo, name, stored);
-      });
+  worker_.Run([paths = paths_, agent = offer.agent, name,
+               bytes] { return StorePhoto(paths, agent, name, *bytes); },
+              [this, key, name, photo = *photo](const Status& stored) {
+                OnStored(key, photo, name, stored);
+              });
 }
 
 // Two photos of one name from one agent are both kept: NAME, NAME~2, ...
@@ -252,8 +251,7 @@ void PhotoIntake::GiveUp(const Key& key) {
   node_.blobs().Cancel(pending.fetch_id);
   pending_.erase(key);
   failure_t failure{};
-  failure.header.fact_id =
-      VanishedId(pending.offer.blob_id, writer_.state().finish().finish_id);
+  failure.header.fact_id = VanishedId(pending.offer.blob_id, writer_.state().finish().finish_id);
   if (writer_.state().FindFact(failure.header.fact_id) != 0) return;
   failure.header.author = node_.instance();
   failure.agent = pending.offer.agent;

@@ -16,7 +16,7 @@ namespace skein {
 
 struct IntakeOptions {
   PhotoLimits limits;
-  int max_pending = 64;         // offers taken on at a time; more are told to wait
+  int max_pending = 64;          // offers taken on at a time; more are told to wait
   double vanished_after_s = 10;  // without progress, once a finish was asked for
 };
 
@@ -71,9 +71,9 @@ class PhotoIntake {
   const IntakeOptions options_;
   std::map<Key, Pending> pending_;
   std::set<std::pair<std::string, std::string>> reserved_names_;  // being stored: agent, name
-  std::map<std::string, std::string> cameras_;     // key -> camera id
-  std::map<std::string, std::string> renamed_;     // offer -> image id, of NAME~2
-  std::map<std::string, std::string> duplicates_;  // offer -> image id
+  std::map<std::string, std::string> cameras_;                    // key -> camera id
+  std::map<std::string, std::string> renamed_;                    // offer -> image id, of NAME~2
+  std::map<std::string, std::string> duplicates_;                 // offer -> image id
   int num_bad_offers_ = 0;
   WorkerThread worker_;  // last: ends first
 };

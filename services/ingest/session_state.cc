@@ -139,8 +139,7 @@ void SessionState::ApplyFact(const features_t& fact) {
 }
 
 void SessionState::ApplyFact(const candidates_t& fact) {
-  ChangePhoto(fact.image_id,
-              [&](PhotoState* photo) { photo->candidates_seq = fact.header.seq; });
+  ChangePhoto(fact.image_id, [&](PhotoState* photo) { photo->candidates_seq = fact.header.seq; });
   AddTime("retrieval", fact.insert_s + fact.query_s);
 }
 

@@ -23,10 +23,10 @@ struct PhotoState {
   int64_t matches_seq = 0;     // 0: not yet
   int32_t num_keypoints = 0;
   int32_t num_pairs = 0;
-  std::string failed_stage;   // parked at this stage, "" if not
+  std::string failed_stage;  // parked at this stage, "" if not
   std::string failed_reason;
-  int64_t registered_utime_us = 0;   // commit of its first REGISTERED, 0 if none
-  int64_t registered_submap_id = 0;  // of that
+  int64_t registered_utime_us = 0;        // commit of its first REGISTERED, 0 if none
+  int64_t registered_submap_id = 0;       // of that
   std::map<int64_t, InSubmap> in_submap;  // submap id -> latest
 
   bool failed() const { return !failed_stage.empty(); }
@@ -35,13 +35,13 @@ struct PhotoState {
 
 struct SubmapState {
   seed_t seed;
-  int64_t epoch = 0;       // 0: never leased
+  int64_t epoch = 0;  // 0: never leased
   std::string owner;
   bool ended = false;
   std::string end_reason;
-  submap_t model;              // latest fact that came with a model; seq 0 if none
+  submap_t model;                 // latest fact that came with a model; seq 0 if none
   int64_t final_ledger_seq = -1;  // position of the latest FINAL, -1 if none
-  int64_t open_merge_id = 0;   // ordered and neither done nor undone, 0 if none
+  int64_t open_merge_id = 0;      // ordered and neither done nor undone, 0 if none
 };
 
 struct MergeState {
@@ -52,7 +52,7 @@ struct MergeState {
 struct FinishState {
   int64_t finish_id = 0;  // 0: never asked for
   int8_t state = finish_t::DONE;
-  std::string command;    // the command that asked
+  std::string command;  // the command that asked
   int64_t requested_utime_us = 0;
   int64_t drained_seq = 0;
   int64_t settled_seq = 0;
@@ -77,7 +77,7 @@ class SessionState {
 
   const std::map<int64_t, PhotoState>& photos() const { return photos_; }
   const PhotoState* FindPhoto(int64_t image_id) const;
-  int64_t FindImageByBlob(const std::string& blob_id) const;  // 0 if none
+  int64_t FindImageByBlob(const std::string& blob_id) const;                         // 0 if none
   int64_t FindImageByName(const std::string& agent, const std::string& name) const;  // 0 if none
   int64_t num_images() const { return static_cast<int64_t>(photos_.size()); }
   int64_t num_cameras() const { return num_cameras_; }
@@ -95,8 +95,8 @@ class SessionState {
   const FinishState& finish() const { return finish_; }
   bool finishing() const { return finish_.state != finish_t::DONE; }
 
-  // Offers that were refused and photos or work that failed for good, in the order of commit; by the id
-  // of the fact.
+  // Offers that were refused and photos or work that failed for good, in the order of commit; by
+  // the id of the fact.
   std::vector<failure_t> Failures() const;
   const failure_t* FindFailure(const std::string& fact_id) const;
 
@@ -116,7 +116,9 @@ class SessionState {
   PhotoState* Photo(int64_t image_id);
   template <class Change>
   void ChangePhoto(int64_t image_id, Change change);
-  void AddTime(const std::string& stage, float seconds) { times_.by_stage[stage].push_back(seconds); }
+  void AddTime(const std::string& stage, float seconds) {
+    times_.by_stage[stage].push_back(seconds);
+  }
 
   int64_t head_seq_ = 0;
   int64_t last_utime_us_ = 0;

@@ -79,7 +79,8 @@ class Rules {
 
   Status operator()(const seed_t& f) const {
     if (f.image_id1 == f.image_id2) return Refuse("a pair needs two photos");
-    if (state_.finishing() && state_.finish().settled_seq > 0) return Refuse("session is finishing");
+    if (state_.finishing() && state_.finish().settled_seq > 0)
+      return Refuse("session is finishing");
     for (const int64_t image_id : {f.image_id1, f.image_id2}) {
       const PhotoState* photo = state_.FindPhoto(image_id);
       if (photo == nullptr) return Refuse("no such photo");
@@ -131,7 +132,8 @@ class Rules {
       return Refuse("names a photo twice");
     }
     for (const int64_t other : others) {
-      if (other == image_id || state_.FindPhoto(other) == nullptr) return Refuse("no such other photo");
+      if (other == image_id || state_.FindPhoto(other) == nullptr)
+        return Refuse("no such other photo");
     }
     return Status::Ok();
   }
@@ -159,7 +161,8 @@ class Rules {
 
   Status CheckOrder(const merge_t& f) const {
     if (f.source_id == f.target_id) return Refuse("a merge needs two submaps");
-    if (state_.finishing() && state_.finish().settled_seq > 0) return Refuse("session is finishing");
+    if (state_.finishing() && state_.finish().settled_seq > 0)
+      return Refuse("session is finishing");
     if (!(f.target_from_source_scale > 0) || !std::isfinite(f.target_from_source_scale) ||
         !IsUnit(f.target_from_source_qwxyz) || !AllFinite(f.target_from_source_xyz, 3)) {
       return Refuse("not a similarity");
@@ -185,7 +188,8 @@ class Rules {
       if (f.model_blob.empty()) return Refuse("no model");
       return CheckLease(f.source_id, f.source_epoch, f.header.author);
     }
-    if (f.state == merge_t::DONE && before != merge_t::FROZEN) return Refuse("source is not frozen");
+    if (f.state == merge_t::DONE && before != merge_t::FROZEN)
+      return Refuse("source is not frozen");
     return CheckLease(f.target_id, f.target_epoch, f.header.author);
   }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "core/result.h"
-#include "messaging/facts.h"
 #include "ingest/session_state.h"
+#include "messaging/facts.h"
 
 namespace skein {
 

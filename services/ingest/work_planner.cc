@@ -4,14 +4,12 @@ namespace skein {
 
 WorkPlanner::WorkPlanner(const SessionState& state, LeaseOptions options)
     : state_(state), options_(options) {
-  for (const char* kind : {"features", "matching"}) queues_.emplace(kind, WorkQueue(options));
+  for (const char* kind : {"features", "matching"}) queues_.try_emplace(kind, options);
   // A mapper that lost its lease must not go on in an epoch that another may have taken over.
-  LeaseOptions for_submaps = options;
-  for_submaps.may_resume = [this](const std::string& worker, int64_t submap_id) {
+  queues_.try_emplace("submap", options, [this](const std::string& worker, int64_t submap_id) {
     const SubmapState* submap = state_.FindSubmap(submap_id);
     return submap != nullptr && submap->owner == worker;
-  };
-  queues_.emplace("submap", WorkQueue(for_submaps));
+  });
 }
 
 WorkQueue* WorkPlanner::Find(const std::string& kind) {

@@ -12,8 +12,8 @@
 namespace skein {
 
 // Which work there is, by kind, derived from the ledger: "features" (photos without features),
-// "matching" (photos with candidates and without matches), "submap" (seeds and submaps without a mapper).
-// An item is an image id, or a submap id.
+// "matching" (photos with candidates and without matches), "submap" (seeds and submaps without a
+// mapper). An item is an image id, or a submap id.
 class WorkPlanner {
  public:
   struct Grant {

@@ -81,7 +81,7 @@ std::vector<WorkQueue::Failure> WorkQueue::NoteDeath(const Worker& before, const
 
 void WorkQueue::Renew(const Request& request, double now_s) {
   for (const int64_t item : request.held) {
-    const bool may_resume = !options_.may_resume || options_.may_resume(request.worker, item);
+    const bool may_resume = !may_resume_ || may_resume_(request.worker, item);
     if (may_resume && waiting_.erase(item) > 0) leases_[item] = {request.worker, 0, now_s, true};
     const auto lease = leases_.find(item);
     if (lease == leases_.end() || lease->second.worker != request.worker) continue;

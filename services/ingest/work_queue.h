@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -15,8 +16,6 @@ struct LeaseOptions {
   double resend_s = 0.5;     // a grant that isn't confirmed after this is told again
   int max_failures = 3;      // reported errors and crashes together
   int max_kills = 10;        // deaths by SIGKILL while working on it: out of memory
-  // Whether a worker that names an item which waits may go on with it; unset: yes.
-  std::function<bool(const std::string& worker, int64_t item)> may_resume;
 };
 
 // Items of one kind of work and who holds which. Knows no messages and no clock: `now_s` is any
@@ -45,7 +44,11 @@ class WorkQueue {
     std::vector<int64_t> held;     // the one being worked on first
   };
 
-  explicit WorkQueue(LeaseOptions options = {}) : options_(options) {}
+  // Whether a worker that names an item which waits may go on with it; unset: yes.
+  using MayResume = std::function<bool(const std::string& worker, int64_t item)>;
+
+  explicit WorkQueue(LeaseOptions options = {}, MayResume may_resume = nullptr)
+      : options_(options), may_resume_(std::move(may_resume)) {}
 
   // No effect if it is there.
   void Add(int64_t item);
@@ -96,7 +99,8 @@ class WorkQueue {
   int FreeSlots(const std::string& name, const Worker& worker) const;
   std::string MostFree(double now_s) const;
 
-  LeaseOptions options_;
+  const LeaseOptions options_;
+  const MayResume may_resume_;
   std::set<int64_t> waiting_;  // ids grow with age, so the order is oldest first
   std::map<int64_t, LeaseState> leases_;
   std::map<int64_t, History> history_;  // of items that failed

@@ -84,9 +84,8 @@ TEST(WorkQueue, GivesAWorkerBackWhatItHeldBeforeIngestRestarted) {
 }
 
 TEST(WorkQueue, LetsOnlyTheOwnerGoOnWithASubmap) {
-  LeaseOptions options;
-  options.may_resume = [](const std::string& worker, int64_t) { return worker == "owner"; };
-  WorkQueue queue(options);
+  const std::string owner = "owner";
+  WorkQueue queue({}, [&](const std::string& worker, int64_t) { return worker == owner; });
   queue.Add(1);
   queue.OnRequest({"late", 0, 0, {1}}, 0);
   EXPECT_EQ(queue.num_leased(), 0u);

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "ingest/ledger_writer.h"
+#include "messaging/node.h"
+#include "messaging/worker_thread.h"
+#include "store/session.h"
+
+namespace skein {
+
+// Takes a session from the `finish` command to its models and report: REQUESTED, DRAINED when all
+// photos are through matching, (SETTLED comes from the merger), DONE when every living submap's
+// final model is written. Where it stands is in the ledger, so a restart goes on. Loop's thread
+// only.
+class FinishDriver {
+ public:
+  struct Environment {
+    std::function<int()> num_receiving;  // photos on their way in
+    std::function<int()> num_duplicates;
+    std::function<bool()> has_idle_mapper;
+  };
+
+  FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths, Environment environment);
+
+  // A command asked before, whose finish is done, is answered again; while one runs, a further
+  // command joins it.
+  void OnCommand(const command_t& command);
+  // Takes the next step if it can be taken; after every commit and at least once a second.
+  void Step(double now_s);
+  // For a person; "" if no finish runs.
+  std::string Describe() const;
+
+ private:
+  void Drain();
+  void EndSeedsWithoutMapper(double now_s);
+  bool AllFinal() const;
+  void WriteResults();
+  void OnWritten(const Status& status);
+  void Stage(int8_t state, const std::string& detail);
+  void Reply(int64_t command_id, bool ok, const std::string& text);
+  std::string Summary() const;
+
+  Node& node_;
+  LedgerWriter& writer_;
+  const SessionPaths paths_;
+  const Environment environment_;
+  std::map<int64_t, int64_t> finish_of_command_;  // command id -> finish id
+  std::map<int64_t, std::string> done_;           // finish id -> what was told
+  bool writing_ = false;
+  double retry_at_s_ = 0;
+  double no_mapper_since_s_ = 0;
+  std::string problem_;
+  WorkerThread worker_;  // last: ends first
+};
+
+}  // namespace skein

@@ -1,0 +1,108 @@
+#include "ingest/ingest_service.h"
+
+#include <stdexcept>
+
+#include "core/clock.h"
+#include "core/statistics.h"
+#include "spdlog/spdlog.h"
+
+namespace skein {
+namespace {
+
+constexpr double kTickS = 0.2;
+
+std::unique_ptr<Ledger> OpenLedger(const SessionPaths& paths) {
+  auto ledger = Ledger::Open(paths.Ledger());
+  if (!ledger.ok()) throw std::runtime_error(ledger.error());
+  return *std::move(ledger);
+}
+
+template <class T>
+void SubscribeTo(Bus& bus, const Channel<T>& channel, std::function<void(const Fact&)> handler) {
+  bus.Subscribe<T>(channel, [handler = std::move(handler)](const T& fact) { handler(Fact(fact)); });
+}
+
+SessionPaths PathsOf(const Node& node) { return {node.options().session_dir}; }
+
+}  // namespace
+
+IngestService::IngestService(Node& node, const IngestOptions& options)
+    : node_(node),
+      writer_(OpenLedger(PathsOf(node)), node.session_id(), NowUs),
+      server_(node, writer_.durable_head(),
+              [this](int64_t from_seq, int64_t to_seq, const LedgerServer::Visit& visit) {
+                for (const LedgerRecord& record : writer_.Range(from_seq, to_seq)) {
+                  if (!visit(FactKindFromName(record.kind), record.payload)) return;
+                }
+              }),
+      intake_(node, writer_, PathsOf(node), options.intake),
+      submissions_(node, writer_, BlobStore(PathsOf(node).Blobs())),
+      work_(node, writer_, options.leases),
+      finish_(
+          node, writer_, PathsOf(node),
+          {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
+           [this] { return work_.HasIdleMapper(MonotonicS()); }}) {
+  spdlog::info("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
+               writer_.state().num_images());
+  writer_.AddObserver([this](const Fact& fact) {
+    server_.Broadcast(fact);
+    node_.NoteCommitted(fact);
+  });
+  writer_.OnStaged([this] { ArrangeFlush(); });
+  Subscribe();
+  node_.loop().AddTimer(kTickS, [this] { Tick(); });
+  node_.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
+}
+
+void IngestService::Subscribe() {
+  Bus& bus = node_.bus();
+  bus.Subscribe<image_offer_t>(kImageOfferChannel,
+                               [this](const image_offer_t& offer) { intake_.OnOffer(offer); });
+  bus.Subscribe<work_request_t>(
+      kWorkRequestChannel, [this](const work_request_t& request) { work_.OnRequest(request); });
+  bus.Subscribe<work_failed_t>(kWorkFailedChannel,
+                               [this](const work_failed_t& failed) { work_.OnFailed(failed); });
+  bus.Subscribe<command_t>(kCommandChannel,
+                           [this](const command_t& command) { finish_.OnCommand(command); });
+  ForEachSubmitChannel([this, &bus](const auto& channel) {
+    SubscribeTo(bus, channel, [this](const Fact& fact) { submissions_.OnSubmission(fact); });
+  });
+}
+
+// All that was received before the loop comes round again shares one commit.
+void IngestService::ArrangeFlush() {
+  node_.loop().Post([this] {
+    writer_.Flush();
+    work_.Tick();
+    finish_.Step(MonotonicS());
+    server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
+  });
+}
+
+void IngestService::Tick() {
+  const double now_s = MonotonicS();
+  intake_.Tick(now_s);
+  submissions_.Tick(now_s);
+  work_.Tick();
+  finish_.Step(now_s);
+  server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
+}
+
+void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
+  const double now_s = MonotonicS();
+  std::string state = finish_.Describe();
+  const std::string receiving = intake_.Describe(now_s);
+  if (!state.empty() && !receiving.empty()) state += "; ";
+  state += receiving;
+  heartbeat->state = state.empty() ? "ready" : ClampText(state);
+  heartbeat->ledger_seq = writer_.durable_head();
+  heartbeat->backlog = intake_.num_pending();
+  heartbeat->num_done = writer_.state().num_images();
+  const auto times = writer_.state().times().by_stage.find("ingest");
+  if (times != writer_.state().times().by_stage.end()) {
+    heartbeat->mean_s =
+        static_cast<float>(mean(std::vector<double>(times->second.begin(), times->second.end())));
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+
+#include "ingest/finish_driver.h"
+#include "ingest/ledger_writer.h"
+#include "ingest/photo_intake.h"
+#include "ingest/submission_desk.h"
+#include "ingest/work_desk.h"
+#include "messaging/ledger_server.h"
+#include "messaging/node.h"
+#include "store/session.h"
+
+namespace skein {
+
+struct IngestOptions {
+  IntakeOptions intake;
+  LeaseOptions leases;
+};
+
+// The session's one writer: connects the bus with intake, submissions, work, finish and the
+// ledger's readers. Everything it knows is in the ledger. Loop's thread only.
+class IngestService {
+ public:
+  // Opens the ledger of the node's session folder and replays it; throws std::runtime_error, with a
+  // line for the user, if it cannot.
+  IngestService(Node& node, const IngestOptions& options);
+
+ private:
+  void Subscribe();
+  void ArrangeFlush();
+  void Tick();
+  void FillHeartbeat(heartbeat_t* heartbeat) const;
+
+  Node& node_;
+  LedgerWriter writer_;
+  LedgerServer server_;
+  PhotoIntake intake_;
+  SubmissionDesk submissions_;
+  WorkDesk work_;
+  FinishDriver finish_;
+};
+
+}  // namespace skein

@@ -1,0 +1,138 @@
+#include "ingest/submission_desk.h"
+
+#include <utility>
+#include <vector>
+
+#include "core/clock.h"
+#include "ingest/photo_name.h"
+#include "ingest/submission_rules.h"
+#include "spdlog/spdlog.h"
+
+namespace skein {
+namespace {
+
+constexpr double kForgetAfterS = 60;
+constexpr char kEndedBy[] = "merged into submap ";
+
+}  // namespace
+
+SubmissionDesk::SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store)
+    : node_(node), writer_(writer), store_(std::move(store)), worker_(node.loop()) {}
+
+void SubmissionDesk::OnSubmission(const Fact& fact) {
+  const fact_header_t& header = Header(fact);
+  if (const int64_t seq = writer_.state().FindFact(header.fact_id)) {
+    // A staged fact is answered at its flush.
+    if (seq <= writer_.durable_head()) Reply(header, submit_reply_t::COMMITTED, seq, "");
+    return;
+  }
+  const auto pulling = pulling_.find(header.fact_id);
+  if (pulling != pulling_.end()) {
+    pulling->second.repeated_s = MonotonicS();
+    return Reply(header, submit_reply_t::PULLING, 0, "");
+  }
+  CommitOrRefuse(fact);
+}
+
+void SubmissionDesk::CommitOrRefuse(const Fact& fact) {
+  const fact_header_t& header = Header(fact);
+  if (const Status status = CheckSubmission(fact, writer_.state()); !status.ok()) {
+    ++num_refused_;
+    spdlog::warn("refused {} of {}: {}", Printable(header.fact_id), Printable(header.author),
+                 status.error());
+    return Reply(header, submit_reply_t::REFUSED, 0, status.error());
+  }
+  std::set<std::string> missing;
+  for (const std::string& blob : BlobsOf(fact)) {
+    if (!store_.Has(blob)) missing.insert(blob);
+  }
+  missing.empty() ? Commit(fact) : Pull(fact, missing);
+}
+
+void SubmissionDesk::Pull(const Fact& fact, const std::set<std::string>& missing) {
+  const fact_header_t& header = Header(fact);
+  Pulling& pulling = pulling_[header.fact_id];
+  pulling = {fact, missing, {}, MonotonicS()};
+  for (const std::string& blob : missing) {
+    pulling.fetches[blob] = node_.blobs().Fetch(
+        blob, header.author, [this, fact_id = header.fact_id, blob](Result<Bytes> bytes) {
+          OnBlob(fact_id, blob, std::move(bytes));
+        });
+  }
+  Reply(header, submit_reply_t::PULLING, 0, "");
+}
+
+void SubmissionDesk::OnBlob(const std::string& fact_id, const std::string& blob_id,
+                            Result<Bytes> bytes) {
+  const auto found = pulling_.find(fact_id);
+  if (found == pulling_.end()) return;
+  found->second.fetches.erase(blob_id);
+  if (!bytes.ok()) return Drop(fact_id, bytes.error());
+  worker_.Run([store = store_,
+               content = *std::move(bytes)]() mutable { return store.Put(content).status(); },
+              [this, fact_id, blob_id](const Status& kept) { OnKept(fact_id, blob_id, kept); });
+}
+
+void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_id,
+                            const Status& kept) {
+  const auto found = pulling_.find(fact_id);
+  if (found == pulling_.end()) return;
+  if (!kept.ok()) return Drop(fact_id, kept.error());
+  found->second.missing.erase(blob_id);
+  if (!found->second.missing.empty()) return;
+  const Fact fact = std::move(found->second.fact);
+  pulling_.erase(found);
+  // The session went on while the blobs came.
+  if (writer_.state().FindFact(fact_id) == 0) CommitOrRefuse(fact);
+}
+
+// The author's next repeat starts anew.
+void SubmissionDesk::Drop(const std::string& fact_id, const std::string& reason) {
+  const auto found = pulling_.find(fact_id);
+  if (!reason.empty()) {
+    spdlog::warn("blobs of {} did not come: {}", Printable(fact_id), reason);
+  }
+  const auto fetches = std::move(found->second.fetches);
+  pulling_.erase(found);
+  for (const auto& [blob, fetch] : fetches) node_.blobs().Cancel(fetch);
+}
+
+void SubmissionDesk::Commit(const Fact& fact) {
+  const Fact staged = writer_.Stage(fact, {}, [this](const Fact& committed) {
+    const fact_header_t& header = Header(committed);
+    Reply(header, submit_reply_t::COMMITTED, header.seq, "");
+  });
+  const auto* merge = std::get_if<merge_t>(&staged);
+  if (merge == nullptr || merge->state != merge_t::DONE) return;
+  // In one commit with the merge, so that no crash leaves both submaps alive.
+  submap_t ended{};
+  ended.header.fact_id = "submap/" + std::to_string(merge->source_id) + "/ended";
+  ended.header.author = node_.instance();
+  ended.submap_id = merge->source_id;
+  ended.epoch = writer_.state().FindSubmap(merge->source_id)->epoch;
+  ended.owner = writer_.state().FindSubmap(merge->source_id)->owner;
+  ended.state = submap_t::ENDED;
+  ended.reason = kEndedBy + std::to_string(merge->target_id);
+  if (writer_.state().FindFact(ended.header.fact_id) == 0) writer_.Stage(ended);
+}
+
+void SubmissionDesk::Tick(double now_s) {
+  std::vector<std::string> forgotten;
+  for (const auto& [fact_id, pulling] : pulling_) {
+    if (now_s - pulling.repeated_s > kForgetAfterS) forgotten.push_back(fact_id);
+  }
+  for (const std::string& fact_id : forgotten) Drop(fact_id, "its author is gone");
+}
+
+void SubmissionDesk::Reply(const fact_header_t& header, int8_t status, int64_t seq,
+                           const std::string& reason) {
+  submit_reply_t reply;
+  reply.author = header.author;
+  reply.fact_id = header.fact_id;
+  reply.status = status;
+  reply.seq = seq;
+  reply.reason = ClampText(reason);
+  node_.Publish(kSubmitReplyChannel, reply);
+}
+
+}  // namespace skein

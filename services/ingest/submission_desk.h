@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+
+#include "ingest/ledger_writer.h"
+#include "messaging/node.h"
+#include "messaging/worker_thread.h"
+#include "store/blob_store.h"
+
+namespace skein {
+
+// Takes submitted facts: answers repeats, judges new ones (see CheckSubmission), pulls the blobs
+// that the session folder lacks from their author, commits. Loop's thread only.
+class SubmissionDesk {
+ public:
+  SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store);
+
+  void OnSubmission(const Fact& fact);
+  // Forgets pulls for authors that stopped repeating: at least once a minute.
+  void Tick(double now_s);
+
+  int num_pulling() const { return static_cast<int>(pulling_.size()); }
+  int64_t num_refused() const { return num_refused_; }
+
+ private:
+  // A submission whose blobs are on their way.
+  struct Pulling {
+    Fact fact;
+    std::set<std::string> missing;
+    std::map<std::string, BlobClient::FetchId> fetches;
+    double repeated_s = 0;
+  };
+
+  void Pull(const Fact& fact, const std::set<std::string>& missing);
+  void OnBlob(const std::string& fact_id, const std::string& blob_id, Result<Bytes> bytes);
+  void OnKept(const std::string& fact_id, const std::string& blob_id, const Status& kept);
+  void Drop(const std::string& fact_id, const std::string& reason);
+  void CommitOrRefuse(const Fact& fact);
+  void Commit(const Fact& fact);
+  void Reply(const fact_header_t& header, int8_t status, int64_t seq, const std::string& reason);
+
+  Node& node_;
+  LedgerWriter& writer_;
+  const BlobStore store_;
+  std::map<std::string, Pulling> pulling_;  // by fact_id
+  int64_t num_refused_ = 0;
+  WorkerThread worker_;  // last: ends first
+};
+
+}  // namespace skein

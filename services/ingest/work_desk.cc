@@ -1,0 +1,116 @@
+#include "ingest/work_desk.h"
+
+#include "core/clock.h"
+#include "ingest/photo_name.h"
+#include "spdlog/spdlog.h"
+
+namespace skein {
+namespace {
+
+constexpr char kSubmapKind[] = "submap";
+
+}  // namespace
+
+WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options)
+    : node_(node), writer_(writer), planner_(writer.state(), options) {
+  const double now_s = MonotonicS();
+  writer.ForEach([&](const Fact& fact) { planner_.OnFact(fact, now_s); });
+  writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, MonotonicS()); });
+}
+
+void WorkDesk::OnRequest(const work_request_t& request) {
+  const double now_s = MonotonicS();
+  if (request.kind == kSubmapKind && request.capacity > 0) idle_mapper_s_ = now_s;
+  CommitFailures(planner_.OnRequest(
+      request.kind, {request.worker, request.capacity, request.previous_exit_signal, request.held},
+      now_s));
+  Tick();
+}
+
+void WorkDesk::OnFailed(const work_failed_t& failed) {
+  CommitFailures(planner_.OnFailed(failed.kind, failed.worker, failed.item_id, failed.reason,
+                                   failed.permanent, MonotonicS()));
+}
+
+void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures) {
+  for (const auto& [kind, failure] : failures) {
+    const bool is_submap = kind == kSubmapKind;
+    const PhotoState* photo = is_submap ? nullptr : writer_.state().FindPhoto(failure.item);
+    failure_t fact{};
+    fact.header.fact_id = "failure/" + kind + "/" + std::to_string(failure.item) + "/" +
+                          std::to_string(failure.attempts);
+    fact.header.author = node_.instance();
+    fact.image_id = photo == nullptr ? 0 : failure.item;
+    fact.agent = photo == nullptr ? "" : photo->image.agent;
+    fact.name = photo == nullptr ? "submap " + std::to_string(failure.item) : photo->image.name;
+    fact.stage = kind;
+    fact.reason = ClampText(Printable(failure.reason, 200) + " (" + failure.worker + ")");
+    fact.attempts = failure.attempts;
+    fact.parked = failure.parked;
+    spdlog::warn("{} of {} failed ({} so far{}): {}", kind, fact.name, fact.attempts,
+                 fact.parked ? ", parked" : "", fact.reason);
+    if (writer_.state().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
+    if (is_submap && failure.parked) EndSubmap(failure.item, fact.reason);
+  }
+}
+
+// Its photos become orphans, which the merger may seed anew.
+void WorkDesk::EndSubmap(int64_t submap_id, const std::string& reason) {
+  const SubmapState* submap = writer_.state().FindSubmap(submap_id);
+  if (submap == nullptr || submap->ended) return;
+  submap_t fact{};
+  fact.header.fact_id = "submap/" + std::to_string(submap_id) + "/ended";
+  fact.header.author = node_.instance();
+  fact.submap_id = submap_id;
+  fact.epoch = submap->epoch;
+  fact.owner = submap->owner;
+  fact.state = submap_t::ENDED;
+  fact.reason = reason;
+  writer_.Stage(fact);
+}
+
+void WorkDesk::Tick() {
+  for (const WorkPlanner::Grant& grant : planner_.Assign(MonotonicS())) {
+    if (grant.kind != kSubmapKind) {
+      Send(grant, 0);
+    } else if (grant.is_new) {
+      LeaseSubmap(grant);
+    } else {
+      const SubmapState* submap = writer_.state().FindSubmap(grant.item);
+      if (submap->owner == grant.worker) Send(grant, submap->epoch);
+    }
+  }
+}
+
+void WorkDesk::LeaseSubmap(const WorkPlanner::Grant& grant) {
+  const SubmapState* submap = writer_.state().FindSubmap(grant.item);
+  if (submap == nullptr || submap->ended) return;
+  submap_t fact{};
+  fact.submap_id = grant.item;
+  fact.epoch = submap->epoch + 1;
+  fact.owner = grant.worker;
+  fact.state = submap_t::ASSIGNED;
+  fact.model_blob = submap->model.model_blob;
+  fact.ledger_seq = submap->model.ledger_seq;
+  fact.num_images = submap->model.num_images;
+  fact.num_points = submap->model.num_points;
+  fact.header.fact_id =
+      "submap/" + std::to_string(grant.item) + "/epoch/" + std::to_string(fact.epoch);
+  fact.header.author = node_.instance();
+  writer_.Stage(fact, {}, [this, grant](const Fact& committed) {
+    Send(grant, std::get<submap_t>(committed).epoch);
+  });
+}
+
+void WorkDesk::Send(const WorkPlanner::Grant& grant, int64_t epoch) {
+  work_t work;
+  work.worker = grant.worker;
+  work.kind = grant.kind;
+  work.item_id = grant.item;
+  work.epoch = epoch;
+  work.attempt = grant.attempt;
+  work.lease_s = static_cast<float>(planner_.lease_s());
+  node_.Publish(kWorkChannel, work);
+}
+
+}  // namespace skein

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "ingest/ledger_writer.h"
+#include "ingest/work_planner.h"
+#include "messaging/node.h"
+
+namespace skein {
+
+// Between workers and the planner: turns requests into grants and grants into messages, commits
+// failures, and commits a submap's new lease before its mapper learns of it. Loop's thread only.
+class WorkDesk {
+ public:
+  // Takes up all facts that are durable now, and those committed later.
+  WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options);
+
+  void OnRequest(const work_request_t& request);
+  void OnFailed(const work_failed_t& failed);
+  // Pushes what waits to who can take it; several times a second.
+  void Tick();
+
+  const WorkPlanner& planner() const { return planner_; }
+  // Whether a mapper is idle.
+  bool HasIdleMapper(double now_s) const { return now_s - idle_mapper_s_ < planner_.lease_s(); }
+
+ private:
+  void CommitFailures(const std::vector<WorkPlanner::Failure>& failures);
+  void EndSubmap(int64_t submap_id, const std::string& reason);
+  void LeaseSubmap(const WorkPlanner::Grant& grant);
+  void Send(const WorkPlanner::Grant& grant, int64_t epoch);
+
+  Node& node_;
+  LedgerWriter& writer_;
+  WorkPlanner planner_;
+  double idle_mapper_s_ = -1e9;
+};
+
+}  // namespace skein
