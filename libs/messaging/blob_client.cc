@@ -18,10 +18,6 @@ constexpr int kSmallChunkBytes = 1200;
 constexpr int kMaxActivePulls = 4;
 constexpr double kTickS = 0.02;
 
-// An owner that just restarted may offer the blob again in a moment.
-constexpr int kMaxUnknown = 5;
-constexpr double kUnknownPatienceS = 3.0;
-
 constexpr size_t kMaxWaitingRequests = 64;
 constexpr int kMaxChunksPerRequest = 1024;
 
@@ -87,12 +83,14 @@ Result<Bytes> BlobClient::GetLocal(const std::string& blob_id) {
 }
 
 BlobClient::FetchId BlobClient::Fetch(const std::string& blob_id, const std::string& owner,
-                                      OnFetched on_fetched, int64_t max_bytes) {
+                                      OnFetched on_fetched, int64_t max_bytes,
+                                      double unknown_patience_s) {
   const FetchId id = next_fetch_id_++;
   const bool is_new = !fetching_.count(blob_id);
   Fetching& fetching = fetching_[blob_id];
   fetching.waiting[id] = std::move(on_fetched);
   fetching.max_bytes = std::max(fetching.max_bytes, max_bytes);
+  fetching.unknown_patience_s = std::max(fetching.unknown_patience_s, unknown_patience_s);
   if (std::find(fetching.owners.begin(), fetching.owners.end(), owner) == fetching.owners.end()) {
     fetching.owners.push_back(owner);
   }
@@ -214,7 +212,7 @@ void BlobClient::OnChunk(const blob_chunk_t& chunk) {
   Fetching& fetching = found->second;
   if (!fetching.pull || fetching.hashing) return;
   if (chunk.status == blob_chunk_t::UNKNOWN) return OnUnknown(chunk.blob_id, &fetching);
-  fetching.num_unknown = 0;
+  fetching.first_unknown_s = 0;
   const auto outcome =
       fetching.pull->OnChunk(chunk.offset, chunk.total_bytes, chunk.data.data(), chunk.data.size(),
                              MonotonicS(), &window_, &round_trip_);
@@ -231,11 +229,9 @@ void BlobClient::OnChunk(const blob_chunk_t& chunk) {
 
 void BlobClient::OnUnknown(const std::string& blob_id, Fetching* fetching) {
   const double now_s = MonotonicS();
-  if (fetching->num_unknown++ == 0) fetching->first_unknown_s = now_s;
-  if (fetching->num_unknown < kMaxUnknown ||
-      now_s < fetching->first_unknown_s + kUnknownPatienceS) {
-    return;  // the pull's timeout asks again, with back-off
-  }
+  if (fetching->first_unknown_s == 0) fetching->first_unknown_s = now_s;
+  // Until then the pull's timeout asks again, with back-off.
+  if (now_s < fetching->first_unknown_s + fetching->unknown_patience_s) return;
   const std::string& owner = fetching->owners[fetching->owner % fetching->owners.size()];
   Finish(blob_id, Result<Bytes>::Error(owner + " has no blob " + blob_id));
 }

@@ -26,7 +26,7 @@ struct BlobClientOptions {
   // DIR/blobs of the session folder if this process shares it; "" if it does not.
   std::string store_dir;
   // Blobs fetched over the bus or read for others are kept in memory up to this many bytes.
-  size_t cache_bytes = 256 << 20;
+  size_t cache_bytes = 128 << 20;
 };
 
 // Loop's thread only, but for Offer, Release and GetLocal.
@@ -46,9 +46,11 @@ class BlobClient {
   // in memory and in the session folder, then pulls from `owner`: the instance that offered it, or
   // "ingest", which holds every blob of a committed fact. Pulls as long as it takes, over restarts
   // of the owner, until the owner answers repeatedly that it has no such blob, or until Cancel.
-  // Fetches of one blob share one pull. Blobs above max_bytes are an error.
+  // Fetches of one blob share one pull, with the largest limits given. Blobs above max_bytes are an
+  // error. unknown_patience_s: for how long the owner may say that it has no such blob; it may have
+  // just restarted and offer it again.
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched,
-                int64_t max_bytes = kMaxBlobBytes);
+                int64_t max_bytes = kMaxBlobBytes, double unknown_patience_s = 3);
   // Its function is not called any more.
   void Cancel(FetchId id);
   // Bytes that came over the bus for it so far; 0 once it is done.
@@ -79,10 +81,10 @@ class BlobClient {
     std::vector<std::string> owners;  // asked in turn
     size_t owner = 0;
     int64_t max_bytes = 0;
+    double unknown_patience_s = 0;
     std::optional<BlobPull> pull;  // once it is not here
     bool hashing = false;
-    int num_unknown = 0;
-    double first_unknown_s = 0;
+    double first_unknown_s = 0;  // 0: the owner did not say so
     int num_mismatches = 0;
   };
 

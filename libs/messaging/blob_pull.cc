@@ -79,7 +79,11 @@ BlobPull::Outcome BlobPull::OnChunk(int64_t offset, int64_t total_bytes, const u
   Chunk& chunk = chunks_[index];
   if (chunk.have) return Outcome::kIgnored;
   const int64_t ticket = chunk.ticket;
-  if (ticket > 0 && chunk.num_asks == 1) round_trip->Add(now_s - chunk.asked_s);
+  // Only a chunk asked for once tells the round trip, and that the timeout is long enough (Karn).
+  if (ticket > 0 && chunk.num_asks == 1) {
+    round_trip->Add(now_s - chunk.asked_s);
+    backoff_ = 0;
+  }
   Store(index, data, size);
   last_event_s_ = now_s;
   num_timeouts_ = 0;
@@ -146,7 +150,7 @@ void BlobPull::FindLosses(int64_t arrived_ticket, PullWindow* window) {
 
 bool BlobPull::CheckTimeout(double now_s, const RoundTrip& round_trip, PullWindow* window) {
   const double wait_s =
-      std::min(kMaxTimeoutS, round_trip.timeout_s() * std::pow(2.0, std::min(num_timeouts_, 10)));
+      std::min(kMaxTimeoutS, round_trip.timeout_s() * std::pow(2.0, std::min(backoff_, 10)));
   if (in_flight_.empty() || now_s < last_event_s_ + wait_s) return false;
   for (const auto& [ticket, index] : in_flight_) {
     chunks_[index].ticket = 0;
@@ -155,6 +159,7 @@ bool BlobPull::CheckTimeout(double now_s, const RoundTrip& round_trip, PullWindo
   window->OnLoss(in_flight_.rbegin()->first);
   in_flight_.clear();
   ++num_timeouts_;
+  ++backoff_;
   return true;
 }
 

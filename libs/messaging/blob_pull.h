@@ -104,6 +104,7 @@ class BlobPull {
   std::map<int64_t, size_t> in_flight_;  // ticket -> chunk
   double last_event_s_ = 0;              // ask after idleness, or arrival
   int num_timeouts_ = 0;                 // since the last arrival
+  int backoff_ = 0;                      // doublings of the timeout, until a clean round trip
   Bytes data_;
 };
 

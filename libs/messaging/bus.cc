@@ -19,6 +19,7 @@ constexpr double kBulkIdleS = 5.0;
 Bus::Bus(const std::string& url, PollLoop& loop) : url_(ParseLcmUrl(url)), loop_(loop) {
   std::signal(SIGPIPE, SIG_IGN);
   OpenLink(false);
+  if (url_.provider == "tcpq") OpenLink(true);  // connecting takes time, being connected none
 }
 
 Bus::~Bus() { loop_.CancelTimer(close_bulk_timer_); }
@@ -39,7 +40,8 @@ bool Bus::PublishRaw(bool bulk, const std::string& channel, const Bytes& message
     throw std::length_error(channel + ": a message of " + std::to_string(message.size()) +
                             " bytes; bulk data is pulled, not published");
   }
-  if (url_.leaves_host_by_datagram() && message.size() > kMaxFactBytes) {
+  if (url_.leaves_host_by_datagram() && message.size() > kMaxFactBytes &&
+      warned_of_size_.insert(channel).second) {
     spdlog::warn("{}: {} bytes leave the host in IP fragments", channel, message.size());
   }
   ++counters_.num_sent;

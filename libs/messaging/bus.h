@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -57,7 +58,7 @@ class Bus {
   // a message above kMaxMessageBytes: bulk data is pulled, not published.
   template <class T>
   bool Publish(const Channel<T>& channel, const T& message) {
-    return PublishRaw(false, channel.name, Encode(message));
+    return PublishRaw(false, channel.name, Stamped(message));
   }
   // The handler runs on the loop's thread until Unsubscribe.
   template <class T>
@@ -68,7 +69,7 @@ class Bus {
   // The same on the bulk bus, which is joined while it has a subscription.
   template <class T>
   bool PublishBulk(const std::string& channel, const T& message) {
-    return PublishRaw(true, channel, Encode(message));
+    return PublishRaw(true, channel, Stamped(message));
   }
   template <class T>
   SubscriptionId SubscribeBulk(const std::string& channel, std::function<void(const T&)> handler) {
@@ -78,7 +79,8 @@ class Bus {
   // No effect if it is gone already. Safe in a handler.
   void Unsubscribe(SubscriptionId id);
 
-  // From now on messages of other sessions are dropped; "" takes all.
+  // From now on messages of other sessions are dropped ("" takes all), and what is published is of
+  // this one.
   void SetSession(const std::string& session_id) { session_id_ = session_id; }
 
   const LcmUrl& url() const { return url_; }
@@ -96,6 +98,13 @@ class Bus {
     std::map<std::string, std::map<SubscriptionId, std::shared_ptr<RawHandler>>> handlers;
   };
 
+  template <class T>
+  Bytes Stamped(const T& message) const {
+    if (session_id_.empty() || SessionOf(message) == session_id_) return Encode(message);
+    T stamped = message;
+    SessionOf(stamped) = session_id_;
+    return Encode(stamped);
+  }
   template <class T>
   static Bytes Encode(const T& message) {
     Bytes bytes(message.getEncodedSize());
@@ -132,6 +141,7 @@ class Bus {
   std::map<SubscriptionId, std::pair<bool, std::string>> subscriptions_;  // bulk?, channel
   SubscriptionId next_id_ = 1;
   BusCounters counters_;
+  std::set<std::string> warned_of_size_;  // channels
   std::function<bool(const std::string&)> drop_received_;
 };
 

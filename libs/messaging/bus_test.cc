@@ -41,14 +41,23 @@ TEST_F(BusTest, CountsAndDropsWhatIsOfAnotherTypeOrDamaged) {
   EXPECT_EQ(bus_.counters().decode_failures.at("SKEIN_COMMAND"), 1);
 }
 
-TEST_F(BusTest, CountsAndDropsOtherSessions) {
+TEST_F(BusTest, PublishesInItsSession) {
   bus_.SetSession("mine");
+  std::string heard;
+  bus_.Subscribe(kCommandChannel, [&](const command_t& c) { heard = c.session_id; });
+  bus_.Publish(kCommandChannel, Command("", "a"));
+  ASSERT_TRUE(loop_.RunUntil([&] { return !heard.empty(); }, 10));
+  EXPECT_EQ(heard, "mine");
+}
+
+TEST_F(BusTest, CountsAndDropsOtherSessions) {
   std::vector<std::string> heard;
   bus_.Subscribe(kCommandChannel, [&](const command_t& c) { heard.push_back(c.verb); });
   int facts = 0;
   bus_.Subscribe(kSeedChannel, [&](const seed_t&) { ++facts; });
   bus_.Publish(kSeedChannel, seed_t{});
   bus_.Publish(kCommandChannel, Command("other", "a"));
+  bus_.SetSession("mine");
   bus_.Publish(kCommandChannel, Command("mine", "b"));
   ASSERT_TRUE(loop_.RunUntil([&] { return !heard.empty(); }, 10));
   EXPECT_EQ(heard, std::vector<std::string>{"b"});
@@ -103,8 +112,52 @@ TEST(Decode, RefusesLengthsThatCannotBe) {
   // num_candidates follows the image id; its place is found by its value.
   const size_t place = bytes.size() - 2 * 8 - 2 * 4 - 2 * 4 - 4;
   ASSERT_EQ(bytes[place + 3], 2);
-  bytes[place] = 0xFF;  // negative
-  EXPECT_FALSE(DecodeMessage(bytes.data(), bytes.size(), &decoded));
+  for (const uint8_t high_byte : {0x7F, 0xFF}) {  // 16 GiB of ids, a negative number
+    bytes[place] = high_byte;
+    EXPECT_FALSE(DecodeMessage(bytes.data(), bytes.size(), &decoded));
+  }
+}
+
+template <class T>
+void ExpectGuarded(const T& message, size_t array_bytes) {
+  Bytes bytes(message.getEncodedSize());
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  const ArrayLayout layout = kArrayLayout<T>;
+  EXPECT_TRUE(ArrayFits(bytes.data(), bytes.size(), layout));
+  EXPECT_FALSE(ArrayFits(bytes.data(), bytes.size() - array_bytes - 1, layout));
+  ASSERT_EQ(array_bytes % layout.element_bytes, 0u);
+  bytes.resize(bytes.size() - 1);
+  EXPECT_FALSE(ArrayFits(bytes.data(), bytes.size(), layout));
+}
+
+// The layouts repeat what the .lcm files say: this finds when they no longer do.
+TEST(Decode, KnowsWhereEachArrayIs) {
+  shared_request_t shared{};
+  shared.session_id = "session";
+  shared.num_images = 3;
+  shared.image_ids = {1, 2, 3};
+  ExpectGuarded(shared, 3 * 8);
+  work_request_t request{};
+  request.worker = "worker";
+  request.kind = "features";
+  request.num_held = 2;
+  request.held = {1, 2};
+  ExpectGuarded(request, 2 * 8);
+  blob_chunk_t chunk{};
+  chunk.blob_id = "blob";
+  chunk.size = 5;
+  chunk.data.resize(5);
+  ExpectGuarded(chunk, 5);
+
+  matches_t matches{};
+  matches.header.fact_id = "matches/2";
+  matches.num_pairs = 3;
+  matches.pairs.resize(3);
+  matches.pairs_blob = "blob";
+  const Bytes bytes = EncodeFact(matches);
+  const Result<Fact> decoded = DecodeFact(FactKind(matches), bytes.data(), bytes.size());
+  ASSERT_TRUE(decoded.ok()) << decoded.error();
+  EXPECT_EQ(std::get<matches_t>(*decoded).pairs.size(), 3u);
 }
 
 TEST(Channels, NamesAreWhatLcmTakesLiterally) {

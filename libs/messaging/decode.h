@@ -6,15 +6,52 @@
 #include <string>
 #include <type_traits>
 
+#include "skein/blob_chunk_t.hpp"
+#include "skein/candidates_t.hpp"
+#include "skein/matches_t.hpp"
+#include "skein/shared_request_t.hpp"
+#include "skein/work_request_t.hpp"
+
 namespace skein {
 
+// What lcm-gen's decoders do not check before they allocate: the length of an array against the
+// bytes there are. `before` lists the fields ahead of the length, as LCM encodes them: 's' a
+// string, '8' '4' '1' a number of so many bytes.
+struct ArrayLayout {
+  const char* before;
+  size_t element_bytes;  // encoded; 0: the type has no array of variable length
+};
+
+template <class T>
+inline constexpr ArrayLayout kArrayLayout{"", 0};
+template <>
+inline constexpr ArrayLayout kArrayLayout<candidates_t>{
+    "s88ss8"
+    "8",
+    8 + 4};
+template <>
+inline constexpr ArrayLayout kArrayLayout<matches_t>{
+    "s88ss8"
+    "84",
+    8 + 4 + 1 + 4 + 4};
+template <>
+inline constexpr ArrayLayout kArrayLayout<shared_request_t>{"s888", 8};
+template <>
+inline constexpr ArrayLayout kArrayLayout<work_request_t>{"ssss44", 8};
+template <>
+inline constexpr ArrayLayout kArrayLayout<blob_chunk_t>{"ss188", 1};
+
+// Whether the array's length is there and its elements fit into the message.
+bool ArrayFits(const void* data, size_t size, const ArrayLayout& layout);
+
 // False unless the bytes are exactly one T: another type's fingerprint, a short buffer, bytes left
-// over, array lengths that cannot be.
+// over, lengths that cannot be.
 template <class T>
 bool DecodeMessage(const void* data, size_t size, T* message) {
+  if (kArrayLayout<T>.element_bytes > 0 && !ArrayFits(data, size, kArrayLayout<T>)) return false;
   try {
     return message->decode(data, 0, static_cast<int>(size)) == static_cast<int>(size);
-  } catch (const std::exception&) {  // lcm-gen resizes by lengths it has not checked
+  } catch (const std::exception&) {  // a string's length that cannot be
     return false;
   }
 }
@@ -34,6 +71,10 @@ std::string& SessionOf(T& message) {
   } else {
     return message.session_id;
   }
+}
+template <class T>
+const std::string& SessionOf(const T& message) {
+  return SessionOf(const_cast<T&>(message));
 }
 
 }  // namespace skein

@@ -72,14 +72,15 @@ void LedgerFollower::DeliverReady() {
 }
 
 void LedgerFollower::Repair() {
-  if (next_seq_ > head_seq_ || fetch_ != 0) return;
+  if ((heard_ && next_seq_ > head_seq_) || fetch_ != 0) return;
   const double now_s = MonotonicS();
   if (gap_since_s_ == 0) gap_since_s_ = now_s;
-  if (now_s < gap_since_s_ + kPatienceS || now_s < ask_due_s_) return;
+  const double patience_s = heard_ ? kPatienceS : 0;
+  if (now_s < gap_since_s_ + patience_s || now_s < ask_due_s_) return;
   ledger_request_t request;
   request.requester = node_.instance();
   request.from_seq = next_seq_;
-  request.to_seq = LastMissing();
+  request.to_seq = heard_ ? LastMissing() : next_seq_ + kMaxRangeFacts - 1;
   node_.Publish(kLedgerRequestChannel, request);
   ask_due_s_ = now_s + ask_interval_s_;
   ask_interval_s_ = std::min(kLastAskS, 2 * ask_interval_s_);
@@ -94,8 +95,10 @@ int64_t LedgerFollower::LastMissing() const {
 void LedgerFollower::OnRange(const ledger_range_t& range) {
   const bool useful = range.from_seq <= next_seq_ && next_seq_ <= range.to_seq;
   if (range.requester != node_.instance() || !useful || fetch_ != 0) return;
-  fetch_ = node_.blobs().Fetch(range.blob_id, "ingest",
-                               [this](const Result<Bytes>& bytes) { OnRangeBytes(bytes); });
+  // An ingest that restarted does not have the range any more: ask for it again, at once.
+  fetch_ = node_.blobs().Fetch(
+      range.blob_id, "ingest", [this](const Result<Bytes>& bytes) { OnRangeBytes(bytes); },
+      BlobClient::kMaxBlobBytes, /*unknown_patience_s=*/0);
 }
 
 void LedgerFollower::OnRangeBytes(const Result<Bytes>& bytes) {

@@ -13,9 +13,9 @@
 
 namespace skein {
 
-// Loop's thread only. Listens to the committed facts; where some are missing (lost, or older than
-// this process) asks ingest for the range and pulls it as a blob, one range at a time, so that a
-// late joiner reads at its own pace. Ingest's heads tell of a lost last fact.
+// Loop's thread only. Listens to the committed facts; at its start, and where some are missing
+// (lost, or older than this process), asks ingest for the range and pulls it as a blob, one range
+// at a time, so that a late joiner reads at its own pace. Ingest's heads tell of a lost last fact.
 class LedgerFollower {
  public:
   using OnFact = std::function<void(const Fact&)>;

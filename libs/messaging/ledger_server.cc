@@ -38,7 +38,11 @@ void LedgerServer::Broadcast(const Fact& fact) {
 void LedgerServer::Tick() {
   const double now_s = MonotonicS();
   if (in_flight_ == 0 && now_s < sent_s_ + kIdleHeadS - kBusyHeadS / 2) return;
-  sent_s_ = now_s;
+  SendHead();
+}
+
+void LedgerServer::SendHead() {
+  sent_s_ = MonotonicS();
   ledger_head_t head;
   head.head_seq = head_seq_;
   head.utime_us = NowUs();
@@ -48,8 +52,10 @@ void LedgerServer::Tick() {
 
 void LedgerServer::OnRequest(const ledger_request_t& request) {
   const int64_t from = request.from_seq;
+  if (from < 1) return;
+  if (from > head_seq_) return SendHead();  // nothing there yet: the requester knows now
   const int64_t to = std::min({request.to_seq, head_seq_, from + kMaxRangeFacts - 1});
-  if (from < 1 || to < from) return;
+  if (to < from) return;
   LedgerRangeWriter writer;
   read_range_(from, to, [&writer](int kind, const Bytes& payload) {
     return writer.Add(kind, payload.data(), payload.size());

@@ -36,6 +36,7 @@ class LedgerServer {
 
  private:
   void Tick();
+  void SendHead();
   void OnRequest(const ledger_request_t& request);
 
   Node& node_;

@@ -26,6 +26,13 @@ struct Delivered {
   std::vector<int64_t> seqs;
 };
 
+TEST_F(LedgerTest, FollowerKnowsAtOnceThatAnEmptyLedgerIsEmpty) {
+  LedgerFollower follower(node_, 1, [](const Fact&) {});
+  EXPECT_FALSE(follower.caught_up());
+  ASSERT_TRUE(loop_.RunUntil([&] { return follower.caught_up(); }, 10));
+  EXPECT_EQ(follower.head_seq(), 0);
+}
+
 TEST_F(LedgerTest, FollowerDeliversInOrderOnce) {
   Delivered delivered;
   LedgerFollower follower(node_, 1, std::ref(delivered));

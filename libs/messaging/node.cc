@@ -23,6 +23,11 @@ namespace {
 
 constexpr double kHeartbeatS = 1.0;
 
+// A signal came before there was a session.
+struct Interrupted : std::exception {
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
 bool IsInstanceName(const std::string& name) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
@@ -106,6 +111,7 @@ std::string Node::HearSession() {
       kLedgerHeadChannel, [&heard](const ledger_head_t& head) { heard = head.session_id; });
   loop_.RunUntil([&heard] { return !heard.empty(); }, options_.auto_session_timeout_s);
   bus_.Unsubscribe(subscription);
+  if (loop_.interrupted()) throw Interrupted();
   if (heard.empty()) {
     throw std::runtime_error("no session heard at " + bus_.url().ToString() +
                              "; start skein-ingest there, or give --session-id");
@@ -161,21 +167,34 @@ std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv) {
   return std::nullopt;
 }
 
-int RunService(const NodeOptions& options, const std::function<void(Node&)>& body) {
+namespace {
+
+int Fail(const NodeOptions& options, const std::exception& error, int exit_code) {
   const std::string& name = options.instance.empty() ? options.service : options.instance;
+  std::fprintf(stderr, "skein-%s (%s): %s\n", options.service.c_str(), name.c_str(), error.what());
+  return exit_code;
+}
+
+}  // namespace
+
+int RunService(const NodeOptions& options, const std::function<void(Node&)>& body) {
+  InitLog(options.instance.empty() ? options.service : options.instance, options.verbose);
+  std::unique_ptr<Node> node;
   try {
-    InitLog(name, options.verbose);
     CapThreads(options.threads);
-    Node node(options);
-    body(node);
-    return 0;
+    node = std::make_unique<Node>(options);
   } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "skein-%s: %s\n", options.service.c_str(), error.what());
-    return 2;
+    return Fail(options, error, 2);
+  } catch (const Interrupted&) {
+    return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "skein-%s (%s): %s\n", options.service.c_str(), name.c_str(),
-                 error.what());
-    return 1;
+    return Fail(options, error, 1);
+  }
+  try {
+    body(*node);
+    return 0;
+  } catch (const std::exception& error) {
+    return Fail(options, error, 1);
   }
 }
 

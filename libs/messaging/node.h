@@ -36,7 +36,7 @@
 //   });
 //
 // Other messages: node.bus().Subscribe(kSomeChannel, [](const some_t& message) { ... });
-// node.Publish(kSomeChannel, message) fills in the session's id.
+// node.Publish(kSomeChannel, message); the bus fills in the session's id.
 #pragma once
 
 #include <cstdint>
@@ -67,7 +67,7 @@ struct NodeOptions {
   std::string instance;     // --instance; "": the service's name
   int threads = 1;          // --threads
   bool verbose = false;     // --verbose
-  size_t cache_bytes = 256 << 20;
+  size_t cache_bytes = 128 << 20;
   double auto_session_timeout_s = 30;  // how long "auto" waits to hear a session
 };
 
@@ -102,10 +102,9 @@ class Node {
   // Whether this process shares the session folder, options().session_dir.
   bool shares_folder() const { return !options_.session_dir.empty(); }
 
-  // Fills in the message's session and publishes it.
+  // The bus fills in the message's session.
   template <class T>
-  bool Publish(const Channel<T>& channel, T message) {
-    SessionOf(message) = session_id_;
+  bool Publish(const Channel<T>& channel, const T& message) {
     return bus_.Publish(channel, message);
   }
 
@@ -144,7 +143,8 @@ class Node {
 std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv);
 
 // Sets up logging and threads, makes the node and runs `body` with it. The program's exit code: 0
-// when body returned, 2 for unusable options, 1 for any other failure; says which service and why.
+// when body returned or a signal came while it waited for a session, 2 for unusable options, 1 for
+// any other failure; says which service and why.
 int RunService(const NodeOptions& options, const std::function<void(Node&)>& body);
 
 }  // namespace skein
