@@ -48,10 +48,12 @@ if(NOT SKEIN_COLMAP_LIBRARY)
 endif()
 find_library(FREEIMAGE_LIBRARY freeimage REQUIRED)
 find_library(GLOG_LIBRARY glog REQUIRED)
-add_library(colmap INTERFACE)
+# Imported, so that the linker sees what it needs after it whatever else needs the same.
+add_library(colmap STATIC IMPORTED GLOBAL)
+set_target_properties(colmap PROPERTIES IMPORTED_LOCATION ${SKEIN_COLMAP_LIBRARY})
 target_include_directories(colmap SYSTEM INTERFACE ${SKEIN_COLMAP_DIR}/include/skein_colmap)
 target_compile_definitions(colmap INTERFACE GLOG_NO_ABBREVIATED_SEVERITIES)
-target_link_libraries(colmap INTERFACE ${SKEIN_COLMAP_LIBRARY} Ceres::ceres Eigen3::Eigen
+target_link_libraries(colmap INTERFACE Ceres::ceres Eigen3::Eigen
   Boost::filesystem Boost::system SQLite::SQLite3 ${FREEIMAGE_LIBRARY} ${GLOG_LIBRARY} Threads::Threads)
 
 if(SKEIN_TESTS)

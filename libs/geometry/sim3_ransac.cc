@@ -143,8 +143,17 @@ Triple RandomTriple(const std::vector<size_t>& usable, Random* random) {
   return triple;
 }
 
+// One or two photos: each by itself. A photo's pose and the depths of its points fix all seven
+// degrees of freedom.
+std::vector<Triple> SingleImages(const std::vector<size_t>& usable) {
+  std::vector<Triple> triples;
+  for (const size_t i : usable) triples.insert(triples.end(), 10, Triple{i, i, i});
+  return triples;
+}
+
 std::vector<Triple> TriplesToTry(const std::vector<size_t>& usable, int num_trials,
                                  Random* random) {
+  if (usable.size() < 3) return SingleImages(usable);
   const double n = usable.size();
   if (n * (n - 1) * (n - 2) / 6 <= num_trials) return AllTriples(usable);
   std::vector<Triple> triples(num_trials);
@@ -235,7 +244,7 @@ std::string Sim3Options::Check() const {
   if (!(min_inlier_ratio > 0 && min_inlier_ratio <= 1)) return "min_inlier_ratio must be in (0, 1]";
   if (!(max_reprojection_error_px > 0)) return "max_reprojection_error_px must be positive";
   if (num_trials < 1) return "num_trials must be at least 1";
-  if (min_inlier_images < 3) return "min_inlier_images must be at least 3";
+  if (min_inlier_images < 1) return "min_inlier_images must be at least 1";
   if (min_common_points < 1) return "min_common_points must be at least 1";
   if (max_scored_points < 1) return "max_scored_points must be at least 1";
   return "";

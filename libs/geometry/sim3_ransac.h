@@ -56,7 +56,7 @@ struct Sim3Options {
   double max_reprojection_error_px = 12.0;
   // Trials (num_trials). Triples are enumerated when there are no more than that.
   int num_trials = 1000;
-  // Photos that must agree. Never below 3 in a merge that the merger orders.
+  // Photos that must agree: 3, but for the joining of submaps that will never share more.
   int min_inlier_images = 3;
   // A photo with fewer common points is no evidence.
   int min_common_points = 8;

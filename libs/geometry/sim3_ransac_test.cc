@@ -196,6 +196,16 @@ TEST(Sim3, TwoAreNotEnough) {
   EXPECT_FALSE(result.reason.empty());
 }
 
+TEST(Sim3, OnePhotoIsEnoughIfThatIsAskedFor) {
+  World world;
+  world.num_images = 1;
+  world.depth_noise = 0.01;
+  const Scene scene(world, 6);
+  Sim3Options options;
+  options.min_inlier_images = 1;
+  ExpectTruth(scene, EstimateSim3(scene.shared_, options), 5e-3);
+}
+
 TEST(Sim3, NothingSharedIsNoSuccess) { EXPECT_FALSE(EstimateSim3({}, {}).success); }
 
 TEST(Sim3, ThreePhotosOfWhichOneIsWrongFail) {
@@ -252,7 +262,7 @@ TEST(Sim3, EqualSeedsGiveEqualResults) {
 
 TEST(Sim3, RefusesNonsenseOptions) {
   Sim3Options options;
-  options.min_inlier_images = 2;
+  options.min_inlier_images = 0;
   EXPECT_THROW(EstimateSim3({}, options), std::invalid_argument);
 }
 

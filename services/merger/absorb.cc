@@ -140,6 +140,13 @@ void CleanUp(const AbsorbOptions& options, AbsorbResult* result) {
 
 }  // namespace
 
+void AdaptToFewImages(int num_shared_images, Sim3Options* options) {
+  if (num_shared_images >= 3) return;
+  options->min_inlier_images = num_shared_images;
+  options->min_inlier_ratio = std::max(0.6, options->min_inlier_ratio);
+  options->min_common_points = std::max(40, options->min_common_points);
+}
+
 AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
                     const Similarity& target_from_source, const AbsorbOptions& options) {
   AbsorbResult result;

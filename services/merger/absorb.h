@@ -29,6 +29,9 @@ struct AbsorbOptions {
   int max_neighbours = 60;
 };
 
+// With less than three shared photos all of them must agree, each with far more of its points.
+void AdaptToFewImages(int num_shared_images, Sim3Options* options);
+
 struct AbsorbResult {
   bool ok = false;
   std::string reason;             // why not

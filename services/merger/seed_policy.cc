@@ -1,5 +1,6 @@
 #include "merger/seed_policy.h"
 
+#include <algorithm>
 #include <set>
 #include <stdexcept>
 
@@ -29,6 +30,10 @@ void SeedPolicy::OnMatches(int64_t image_id, int64_t seq, const std::vector<Veri
   if (inserted) it->second.order = static_cast<int64_t>(photos_.size());
   it->second.seq = seq;
   for (const VerifiedPair& pair : pairs) it->second.pairs[pair.other_id] = pair;
+}
+
+void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
+  refused_.insert(std::minmax(image_id1, image_id2));
 }
 
 // Representatives by path halving; both ends of a pair belong together even if the matches of the
@@ -108,6 +113,7 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
   for (const int64_t image_id : orphans) {
     for (const auto& [other_id, pair] : photos_.at(image_id).pairs) {
       if (!is_orphan.count(other_id) || directory.SeedFailed(image_id, other_id)) continue;
+      if (refused_.count(std::minmax(image_id, other_id))) continue;
       if (pair.num_inliers < min_inliers || pair.tri_angle_rad < min_angle_rad ||
           pair.forward_motion > options_.max_forward_motion) {
         continue;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <unordered_map>
 #include <vector>
 
@@ -61,6 +62,9 @@ class SeedPolicy {
   // A photo went through matching at `seq` of the ledger.
   void OnMatches(int64_t image_id, int64_t seq, const std::vector<VerifiedPair>& pairs);
 
+  // Ingest would not have this seed, and never will.
+  void OnRefused(int64_t image_id1, int64_t image_id2);
+
   std::vector<int64_t> Orphans(const SubmapDirectory& directory,
                                const SeedSituation& situation) const;
   // nullopt: nothing to seed now. Equal input gives equal output.
@@ -89,6 +93,7 @@ class SeedPolicy {
 
   const SeedOptions options_;
   std::map<int64_t, Photo> photos_;
+  std::set<SubmapDirectory::Pair> refused_;
 };
 
 }  // namespace skein

@@ -1,0 +1,341 @@
+#include "merger/merger_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "core/clock.h"
+#include "merger/absorb.h"
+#include "merger/messages.h"
+#include "merger/shared_views.h"
+
+namespace skein {
+namespace {
+
+// Requests of a merger that ran before must not be taken for ours.
+int64_t RandomRequestId() {
+  std::random_device device;
+  return (static_cast<int64_t>(device()) << 20) + 1;
+}
+
+Sim3Result EstimateBothWays(const Bytes& source_blob, const Bytes& target_blob,
+                            const Sim3Options& options) {
+  const Result<SharedImages> source = DecodeSharedImages(source_blob);
+  const Result<SharedImages> target = DecodeSharedImages(target_blob);
+  Sim3Result result;
+  if (!source.ok() || !target.ok()) {
+    result.reason = "bad shared images: " + (source.ok() ? target.error() : source.error());
+    return result;
+  }
+  const std::vector<SharedView> source_views = ViewsOf(*source);
+  const std::vector<SharedView> target_views = ViewsOf(*target);
+  result = EstimateSim3(PairSharedViews(source_views, target_views), options);
+  if (result.success) return result;
+  Sim3Result reverse = EstimateSim3(PairSharedViews(target_views, source_views), options);
+  if (!reverse.success) return result;
+  reverse.target_from_source = reverse.target_from_source.Inverse();
+  return reverse;
+}
+
+}  // namespace
+
+MergerService::MergerService(Node& node, const MergerOptions& options)
+    : node_(node),
+      options_(options),
+      seeds_(options.seed),
+      merges_(options.merge),
+      active_s_(MonotonicS()),
+      next_request_id_(RandomRequestId()),
+      worker_(node.loop()) {
+  node_.bus().Subscribe<submap_t>(kSubmapStatusChannel, [this](const auto& m) { OnStatus(m); });
+  node_.bus().Subscribe<ledger_head_t>(kLedgerHeadChannel, [this](const auto& m) { OnHead(m); });
+  node_.bus().Subscribe<work_request_t>(kWorkRequestChannel,
+                                        [this](const auto& m) { OnWorkRequest(m); });
+  node_.bus().Subscribe<shared_reply_t>(kSharedReplyChannel,
+                                        [this](const auto& m) { OnSharedReply(m); });
+  follower_ =
+      std::make_unique<LedgerFollower>(node_, 1, [this](const Fact& fact) { OnFact(fact); });
+  timer_ = node_.loop().AddTimer(options_.decide_period_s, [this] { Decide(); });
+  node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
+    heartbeat->state = wants_mapper_s_ > 0 ? "a seed waits for an idle mapper"
+                       : estimate_         ? "estimating a similarity"
+                                           : std::to_string(directory_.Live().size()) + " submaps";
+    heartbeat->backlog = static_cast<int32_t>(merges_.pending().size());
+    heartbeat->num_done = num_merged_;
+  });
+}
+
+MergerService::~MergerService() { node_.loop().CancelTimer(timer_); }
+
+void MergerService::OnFact(const Fact& fact) {
+  std::visit([this](const auto& f) { Apply(f); }, fact);
+}
+
+void MergerService::NoteActivity() { active_s_ = MonotonicS(); }
+
+void MergerService::Apply(const matches_t& matches) {
+  NoteActivity();
+  seeds_.OnMatches(matches.image_id, matches.header.seq, PairsOf(matches));
+}
+
+void MergerService::Apply(const registration_t& registration) {
+  const bool registered = registration.state == registration_t::REGISTERED;
+  if (registered) {
+    NoteActivity();
+    directory_.OnRegistered(registration.submap_id, registration.image_id);
+    return;
+  }
+  directory_.OnNotRegistered(registration.submap_id, registration.image_id,
+                             registration.state != registration_t::REJECTED);
+}
+
+void MergerService::Apply(const submap_t& submap) {
+  if (submap.state == submap_t::ASSIGNED) {
+    directory_.OnLeased(submap.submap_id, submap.epoch, submap.owner);
+    idle_mappers_.erase(submap.owner);
+    settle_seq_ = submap.header.seq;
+  } else if (submap.state == submap_t::ENDED) {
+    directory_.OnEnded(submap.submap_id);
+    merges_.OnEnded(submap.submap_id);
+  }
+}
+
+void MergerService::Apply(const seed_t& seed) {
+  directory_.OnSeed(seed.submap_id, seed.image_id1, seed.image_id2);
+}
+
+void MergerService::Apply(const merge_t& merge) {
+  settle_seq_ = merge.header.seq;
+  switch (merge.state) {
+    case merge_t::ORDERED:
+      merges_.OnOrdered(PendingOf(merge));
+      break;
+    case merge_t::DONE:
+      merges_.OnDone(merge.merge_id);
+      directory_.OnMerged(merge.source_id, merge.target_id);
+      ++num_merged_;
+      spdlog::info("submap {} is part of submap {} now", merge.source_id, merge.target_id);
+      break;
+    case merge_t::UNDONE:
+      merges_.OnUndone(merge.merge_id);
+      spdlog::info("submaps {} and {} stay apart: {}", merge.source_id, merge.target_id,
+                   merge.reason);
+      break;
+    case merge_t::FAILED:
+      merges_.OnFailed(merge.source_id, merge.target_id, merge.num_shared_images);
+      break;
+    default:
+      break;
+  }
+}
+
+void MergerService::Apply(const finish_t& finish) {
+  finish_state_ = finish.state;
+  finish_id_ = finish.finish_id;
+  if (finish.state == finish_t::DRAINED) settle_seq_ = finish.header.seq;
+}
+
+void MergerService::OnStatus(const submap_t& status) {
+  Status& heard = heard_statuses_[status.submap_id];
+  if (status.epoch < heard.epoch) return;
+  heard = {status.epoch, status.ledger_seq};
+}
+
+// What a mapper submitted before its status is committed, but may not have reached us. Once the
+// ledger is read up to a head that was told after the status, it has.
+void MergerService::OnHead(const ledger_head_t& head) {
+  if (head.in_flight > 0) NoteActivity();
+  if (follower_->processed_seq() >= head.head_seq) {
+    for (const auto& [submap_id, status] : new_statuses_) {
+      directory_.OnStatus(submap_id, status.epoch, status.ledger_seq);
+    }
+    new_statuses_.clear();
+  }
+  for (auto& [submap_id, status] : heard_statuses_)
+    new_statuses_.insert_or_assign(submap_id, status);
+  heard_statuses_.clear();
+}
+
+void MergerService::OnWorkRequest(const work_request_t& request) {
+  if (request.kind != "submap") return;
+  if (request.capacity > 0) {
+    idle_mappers_[request.worker] = MonotonicS();
+  } else {
+    idle_mappers_.erase(request.worker);
+  }
+}
+
+int MergerService::NumIdleMappers() const {
+  const double now_s = MonotonicS();
+  int num_idle = 0;
+  for (const auto& [worker, asked_s] : idle_mappers_) {
+    num_idle += now_s - asked_s <= options_.idle_mapper_s;
+  }
+  for (const SubmapEntry* submap : directory_.Live()) num_idle -= submap->epoch == 0;
+  return num_idle;
+}
+
+bool MergerService::MayDecide() const {
+  const bool settled = finish_state_ == finish_t::SETTLED;
+  return follower_->caught_up() && follower_->processed_seq() >= await_seq_ &&
+         node_.submitter().pending() == 0 && MonotonicS() >= hold_until_s_ && !settled;
+}
+
+void MergerService::Decide() {
+  if (estimate_ && EstimateIsStale()) estimate_.reset();
+  if (estimate_) AskForShared();
+  if (!MayDecide()) return;
+  if (TrySeed() || estimate_) return;
+  TryMerge();
+  if (!estimate_ && IsFinishing()) TrySettle();
+}
+
+SeedSituation MergerService::Situation() const {
+  return {MonotonicS() - active_s_, IsFinishing(), follower_->processed_seq()};
+}
+
+bool MergerService::TrySeed() {
+  const std::optional<SeedChoice> choice = seeds_.Choose(directory_, Situation());
+  if (!choice) {
+    wants_mapper_s_ = 0;
+    return false;
+  }
+  if (NumIdleMappers() <= 0) {
+    if (wants_mapper_s_ == 0) wants_mapper_s_ = MonotonicS();
+    return false;
+  }
+  wants_mapper_s_ = 0;
+  spdlog::info("seed: photos {} and {}, {} inliers, {:.1f} degrees", choice->image_id1,
+               choice->image_id2, choice->num_inliers, choice->tri_angle_rad * 57.29578);
+  Submit(SeedMessage(*choice), [this, choice](bool committed) {
+    if (!committed) seeds_.OnRefused(choice->image_id1, choice->image_id2);
+  });
+  return true;
+}
+
+void MergerService::TryMerge() {
+  // What a submap still works on may yet change what it shares.
+  const bool finishing = IsFinishing() && EverySubmapWorkedUpTo(settle_seq_);
+  std::optional<MergeAttempt> attempt = merges_.Next(directory_, finishing);
+  if (!attempt) return;
+  estimate_ = std::make_unique<Estimate>();
+  estimate_->attempt = std::move(*attempt);
+  estimate_->request_id = next_request_id_++;
+  estimate_->started_s = MonotonicS();
+  AskForShared();
+}
+
+bool MergerService::EverySubmapWorkedUpTo(int64_t seq) const {
+  const auto live = directory_.Live();
+  return std::all_of(live.begin(), live.end(), [seq](const SubmapEntry* submap) {
+    return submap->epoch > 0 && submap->ledger_seq >= seq;
+  });
+}
+
+void MergerService::TrySettle() {
+  if (!merges_.pending().empty() || !EverySubmapWorkedUpTo(settle_seq_)) return;
+  if (merges_.Next(directory_, true)) return;
+  const bool waits_for_mapper =
+      wants_mapper_s_ > 0 && MonotonicS() - wants_mapper_s_ < options_.wait_for_mapper_s;
+  if (waits_for_mapper) return;
+  if (wants_mapper_s_ > 0) spdlog::warn("finishing without a submap that no mapper is idle for");
+  finish_t settled{};
+  settled.header.fact_id = "finish/" + std::to_string(finish_id_) + "/settled";
+  settled.finish_id = finish_id_;
+  settled.state = finish_t::SETTLED;
+  Submit(settled, [](bool) {});
+}
+
+bool MergerService::EstimateIsStale() const {
+  if (estimate_->computing) return false;
+  const MergeAttempt& attempt = estimate_->attempt;
+  for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
+    const SubmapEntry* submap = directory_.Find(submap_id);
+    if (!submap->live || merges_.IsBusy(submap_id)) return true;
+  }
+  return MonotonicS() - estimate_->started_s > options_.request_timeout_s;
+}
+
+void MergerService::AskForShared() {
+  const double now_s = MonotonicS();
+  if (estimate_->computing || now_s - estimate_->asked_s < options_.request_period_s) return;
+  estimate_->asked_s = now_s;
+  const MergeAttempt& attempt = estimate_->attempt;
+  for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
+    if (estimate_->fetching.count(submap_id)) continue;
+    shared_request_t request{};
+    request.request_id = estimate_->request_id;
+    request.submap_id = submap_id;
+    request.other_submap_id =
+        submap_id == attempt.source_id ? attempt.target_id : attempt.source_id;
+    request.image_ids = attempt.shared_images;
+    request.num_images = static_cast<int32_t>(request.image_ids.size());
+    node_.Publish(kSharedRequestChannel, request);
+  }
+}
+
+void MergerService::OnSharedReply(const shared_reply_t& reply) {
+  if (!estimate_ || reply.request_id != estimate_->request_id) return;
+  const SubmapEntry* submap = directory_.Find(reply.submap_id);
+  if (submap == nullptr || reply.epoch != submap->epoch) return;
+  if (!estimate_->fetching.emplace(reply.submap_id, reply.blob_id).second) return;
+  node_.blobs().Fetch(reply.blob_id, reply.owner,
+                      [this, id = reply.submap_id, request = reply.request_id](Result<Bytes> blob) {
+                        OnSharedBlob(id, request, std::move(blob));
+                      });
+}
+
+void MergerService::OnSharedBlob(int64_t submap_id, int64_t request_id, Result<Bytes> blob) {
+  if (!estimate_ || request_id != estimate_->request_id) return;
+  if (!blob.ok()) {
+    estimate_->fetching.erase(submap_id);
+    return;
+  }
+  estimate_->blobs.emplace(submap_id, std::move(blob));
+  if (estimate_->blobs.size() == 2) ComputeEstimate();
+}
+
+void MergerService::ComputeEstimate() {
+  estimate_->computing = true;
+  const MergeAttempt attempt = estimate_->attempt;
+  const Bytes source = *estimate_->blobs.at(attempt.source_id);
+  const Bytes target = *estimate_->blobs.at(attempt.target_id);
+  Sim3Options options = options_.sim3;
+  options.seed = static_cast<uint64_t>(attempt.source_id * 1000003 + attempt.target_id);
+  AdaptToFewImages(static_cast<int>(attempt.shared_images.size()), &options);
+  const double started_s = estimate_->started_s;
+  worker_.Run(
+      [=] { return EstimateBothWays(source, target, options); },
+      [=](const Sim3Result& result) { OnEstimated(attempt, result, MonotonicS() - started_s); });
+}
+
+void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Result& result,
+                                double duration_s) {
+  estimate_.reset();
+  for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
+    if (!directory_.Find(submap_id)->live || merges_.IsBusy(submap_id)) return;
+  }
+  spdlog::info("similarity of submaps {} and {} from {} shared photos: {}", attempt.source_id,
+               attempt.target_id, attempt.shared_images.size(),
+               result.success ? "found" : result.reason);
+  Submit(AttemptMessage(attempt, directory_, result, duration_s), [](bool) {});
+}
+
+void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) {
+  Header(fact).computed_at_seq = follower_->processed_seq();
+  const std::string fact_id = Header(fact).fact_id;
+  node_.submitter().Submit(std::move(fact), [=](bool committed, int64_t seq, std::string reason) {
+    if (committed) {
+      await_seq_ = std::max(await_seq_, seq);
+    } else {
+      // The ledger moved on meanwhile; what it says now is looked at again in a while.
+      spdlog::warn("{} was refused: {}", fact_id, reason);
+      hold_until_s_ = MonotonicS() + options_.hold_after_refusal_s;
+    }
+    then(committed);
+  });
+}
+
+}  // namespace skein

@@ -1,0 +1,115 @@
+// The merger's handlers: follows the ledger and the submaps' status, and decides, one thing at a
+// time, on seeds, merges and the end of a finish. It keeps nothing that the ledger does not hold.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "geometry/sim3_ransac.h"
+#include "merger/merge_policy.h"
+#include "merger/seed_policy.h"
+#include "merger/submap_directory.h"
+#include "messaging/ledger_follower.h"
+#include "messaging/node.h"
+#include "messaging/worker_thread.h"
+
+namespace skein {
+
+struct MergerOptions {
+  SeedOptions seed;
+  MergeOptions merge;
+  Sim3Options sim3;
+  double decide_period_s = 0.1;
+  double request_period_s = 0.5;    // of an unanswered request for shared images
+  double request_timeout_s = 20.0;  // then the attempt is given up, and made anew
+  double idle_mapper_s = 3.0;       // a mapper that asked for work within this is idle
+  double hold_after_refusal_s = 1.0;
+  double wait_for_mapper_s = 15.0;  // when finishing, for one that could take a seed
+};
+
+class MergerService {
+ public:
+  MergerService(Node& node, const MergerOptions& options);
+  ~MergerService();
+
+ private:
+  struct Status {
+    int64_t epoch = 0;
+    int64_t ledger_seq = 0;
+  };
+  // Similarity of one pair, on its way: request, two replies, two blobs, estimation.
+  struct Estimate {
+    MergeAttempt attempt;
+    int64_t request_id = 0;
+    double started_s = 0;
+    double asked_s = 0;
+    std::map<int64_t, Result<Bytes>> blobs;   // by submap
+    std::map<int64_t, std::string> fetching;  // submap -> blob being fetched
+    bool computing = false;
+  };
+
+  void OnFact(const Fact& fact);
+  void Apply(const image_t&) { NoteActivity(); }
+  void Apply(const features_t&) {}
+  void Apply(const candidates_t&) {}
+  void Apply(const failure_t&) {}
+  void Apply(const matches_t& matches);
+  void Apply(const registration_t& registration);
+  void Apply(const submap_t& submap);
+  void Apply(const seed_t& seed);
+  void Apply(const merge_t& merge);
+  void Apply(const finish_t& finish);
+
+  void OnStatus(const submap_t& status);
+  void OnHead(const ledger_head_t& head);
+  void OnWorkRequest(const work_request_t& request);
+  void OnSharedReply(const shared_reply_t& reply);
+  void OnSharedBlob(int64_t submap_id, int64_t request_id, Result<Bytes> blob);
+
+  void NoteActivity();
+  void Decide();
+  bool MayDecide() const;
+  bool IsFinishing() const { return finish_state_ == finish_t::DRAINED; }
+  SeedSituation Situation() const;
+  bool TrySeed();
+  void TryMerge();
+  void TrySettle();
+  bool EverySubmapWorkedUpTo(int64_t seq) const;
+  int NumIdleMappers() const;
+
+  void AskForShared();
+  bool EstimateIsStale() const;
+  void ComputeEstimate();
+  void OnEstimated(const MergeAttempt& attempt, const Sim3Result& result, double duration_s);
+  void Submit(Fact fact, std::function<void(bool committed)> then);
+
+  Node& node_;
+  const MergerOptions options_;
+  SubmapDirectory directory_;
+  SeedPolicy seeds_;
+  MergePolicy merges_;
+
+  int8_t finish_state_ = finish_t::DONE;
+  int64_t finish_id_ = 0;
+  int64_t settle_seq_ = 0;     // submaps must have worked up to here before the session settles
+  int64_t await_seq_ = 0;      // our own latest fact: decide when it was applied
+  double hold_until_s_ = 0;    // after a refusal
+  double active_s_ = 0;        // when something last happened to a photo
+  double wants_mapper_s_ = 0;  // since when a seed waits for a mapper, 0: none does
+  std::map<int64_t, Status> new_statuses_;  // heard, not yet known to be covered by the ledger read
+  std::map<int64_t, Status> heard_statuses_;    // heard before the latest head
+  std::map<std::string, double> idle_mappers_;  // instance -> when it last asked
+  std::unique_ptr<Estimate> estimate_;
+  int64_t next_request_id_;
+  int64_t num_merged_ = 0;
+
+  WorkerThread worker_;
+  std::unique_ptr<LedgerFollower> follower_;
+  PollLoop::TimerId timer_ = 0;
+};
+
+}  // namespace skein
