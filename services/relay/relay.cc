@@ -28,6 +28,17 @@ bool IsPlain(const std::string& pattern) {
   });
 }
 
+// Null if it is no regular expression.
+std::shared_ptr<regex_t> Compile(const std::string& pattern) {
+  auto regex = std::make_unique<regex_t>();
+  const std::string whole = "^(" + pattern + ")$";
+  if (::regcomp(regex.get(), whole.c_str(), REG_NOSUB | REG_EXTENDED) != 0) return nullptr;
+  return {regex.release(), [](regex_t* compiled) {
+            ::regfree(compiled);
+            delete compiled;
+          }};
+}
+
 [[noreturn]] void ThrowSystemError(const std::string& what) {
   throw std::runtime_error(what + ": " + std::strerror(errno));
 }
@@ -71,14 +82,8 @@ std::string NameOf(const sockaddr_in& address) {
 
 bool ChannelSet::Add(const std::string& pattern) {
   if (pattern.size() > kMaxPatternBytes || patterns_.size() >= kMaxPatterns) return false;
-  Pattern added{pattern, std::nullopt};
-  if (!IsPlain(pattern)) {
-    try {
-      added.regex.emplace(pattern, std::regex::extended | std::regex::optimize);
-    } catch (const std::regex_error&) {
-      return false;
-    }
-  }
+  Pattern added{pattern, nullptr};
+  if (!IsPlain(pattern) && !(added.regex = Compile(pattern))) return false;
   patterns_.push_back(std::move(added));
   known_.clear();
   return true;
@@ -94,11 +99,7 @@ void ChannelSet::Remove(const std::string& pattern) {
 
 bool ChannelSet::Pattern::Matches(const std::string& channel) const {
   if (!regex) return text == channel;
-  try {
-    return std::regex_match(channel, *regex);
-  } catch (const std::regex_error&) {  // too complex for this name
-    return false;
-  }
+  return ::regexec(regex.get(), channel.c_str(), 0, nullptr, 0) == 0;
 }
 
 bool ChannelSet::Matches(const std::string& channel) {

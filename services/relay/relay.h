@@ -5,12 +5,12 @@
 // bounded queue, and what does not fit is dropped for that client alone, as UDP would.
 #pragma once
 
+#include <regex.h>
+
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
-#include <optional>
-#include <regex>
 #include <string>
 #include <vector>
 
@@ -20,7 +20,8 @@
 
 namespace skein {
 
-// Channels that a client subscribed to, as regular expressions of the whole name.
+// Channels that a client subscribed to, as regular expressions of the whole name: POSIX's extended
+// ones, as LCM itself uses.
 class ChannelSet {
  public:
   // False if it is no regular expression.
@@ -33,7 +34,7 @@ class ChannelSet {
     bool Matches(const std::string& channel) const;
 
     std::string text;
-    std::optional<std::regex> regex;  // none: the text itself
+    std::shared_ptr<regex_t> regex;  // null: the text itself
   };
 
   std::vector<Pattern> patterns_;
