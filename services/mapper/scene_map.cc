@@ -1,5 +1,6 @@
 #include "mapper/scene_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <unordered_set>
@@ -78,6 +79,7 @@ Status SceneMap::AddPhoto(const PhotoInput& photo) {
   image.SetPoints2D(points);
   reconstruction_->AddImage(std::move(image));
   graph_->AddImage(id, points.size());
+  photos_.push_back(id);
   const auto waiting = waiting_.find(id);
   if (waiting == waiting_.end()) return Status::Ok();
   const auto pairs = std::move(waiting->second);
@@ -171,6 +173,30 @@ void SceneMap::Deregister(image_t image_id) {
   --cameras_.at(reconstruction_->Image(image_id).CameraId()).num_registered;
 }
 
+void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
+  const std::vector<image_t> old_ids = reconstruction_->RegImageIds();
+  for (const image_t id : old_ids) Deregister(id);
+  for (const auto& [id, camera] : model.Cameras()) {
+    if (reconstruction_->ExistsCamera(id)) reconstruction_->Camera(id).SetParams(camera.Params());
+  }
+  for (const image_t id : model.RegImageIds()) {
+    colmap::Image& image = reconstruction_->Image(id);
+    image.SetQvec(model.Image(id).Qvec());
+    image.SetTvec(model.Image(id).Tvec());
+    Register(id);
+  }
+  std::vector<point3D_t> points;
+  for (const auto& [id, point] : model.Points3D()) points.push_back(id);
+  std::sort(points.begin(), points.end());
+  for (const point3D_t id : points) {
+    const colmap::Point3D& point = model.Point3D(id);
+    const point3D_t added =
+        reconstruction_->AddPoint3D(point.XYZ(), point.Track(), point.Color());
+    reconstruction_->Point3D(added).SetError(point.Error());
+  }
+  triangulator_->ClearModifiedPoints3D();
+}
+
 void SceneMap::ColourPoints() {
   for (const point3D_t id : reconstruction_->Point3DIds()) {
     colmap::Point3D& point = reconstruction_->Point3D(id);
@@ -194,6 +220,7 @@ std::unique_ptr<SceneMap> SceneMap::Clone() const {
   copy->waiting_ = waiting_;
   copy->colours_ = colours_;
   copy->pairs_ = pairs_;
+  copy->photos_ = photos_;
   return copy;
 }
 

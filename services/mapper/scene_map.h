@@ -68,6 +68,13 @@ class SceneMap {
   void Register(image_t image_id);
   void Deregister(image_t image_id);
 
+  // Drops all poses and points and takes those of `model`, whose images must all be there with the
+  // same keypoints and cameras; its points get new ids.
+  void ReplaceRegistered(const colmap::Reconstruction& model);
+
+  // Ids of the photos in the order they came.
+  const std::vector<image_t>& photos() const { return photos_; }
+
   colmap::Reconstruction& reconstruction() { return *reconstruction_; }
   const colmap::Reconstruction& reconstruction() const { return *reconstruction_; }
   const colmap::CorrespondenceGraph& graph() const { return *graph_; }
@@ -100,6 +107,7 @@ class SceneMap {
   std::unordered_map<image_t, std::map<image_t, colmap::FeatureMatches>> waiting_;
   std::unordered_map<image_t, std::vector<std::array<uint8_t, 3>>> colours_;
   std::vector<std::pair<image_t, image_t>> pairs_;
+  std::vector<image_t> photos_;
 };
 
 }  // namespace skein

@@ -53,7 +53,7 @@ Submap::Submap(const SubmapOptions& options)
 
 void Submap::AddSimilar(int64_t image_id,
                         const std::vector<std::pair<uint32_t, double>>& distances) {
-  similar_.Add(static_cast<uint32_t>(image_id), distances);
+  side_.similar.Add(static_cast<uint32_t>(image_id), distances);
 }
 
 InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image_id1,
@@ -92,7 +92,7 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
 void Submap::Enqueue(int64_t image_id) {
   if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) return;
   const image_t id = static_cast<image_t>(image_id);
-  if (trials_[id].rejected) return;
+  if (side_.trials[id].rejected) return;
   queue_[id] = CountVisible(id);
 }
 
@@ -102,10 +102,10 @@ int Submap::CountVisible(image_t id) const {
 
 void Submap::EnqueueNeighbours(image_t id) {
   for (const auto& [other, inliers] : map_->Neighbours(id)) {
-    if (!map_->HasPhoto(other) || map_->IsRegistered(other) || trials_[other].rejected) continue;
+    if (!map_->HasPhoto(other) || map_->IsRegistered(other) || side_.trials[other].rejected) continue;
     const int visible = CountVisible(other);
-    const bool was_tried = trials_[other].deferred;
-    if (queue_.count(other) > 0 || !was_tried || visible > trials_[other].last_visible) {
+    const bool was_tried = side_.trials[other].deferred;
+    if (queue_.count(other) > 0 || !was_tried || visible > side_.trials[other].last_visible) {
       queue_[other] = visible;
     }
   }
@@ -131,7 +131,7 @@ bool Submap::TryPhoto(image_t id, const EventSink& sink) {
   PhotoEvent event;
   event.image_id = id;
   event.register_s = MonotonicS() - start;
-  trials_[id].last_visible = estimate.num_visible;
+  side_.trials[id].last_visible = estimate.num_visible;
   if (!estimate.ok) {
     event.total_s = event.register_s;
     Defer(estimate, id, event, sink);
@@ -142,7 +142,7 @@ bool Submap::TryPhoto(image_t id, const EventSink& sink) {
   map_->triangulator().TriangulateImage(options_.triangulation, id);
   const double triangulate_s = MonotonicS() - before_triangulation;
   const Adjustment adjustment = Adjust(id);
-  trials_[id].deferred = false;
+  side_.trials[id].deferred = false;
   std::vector<image_t> adjusted;
   std::swap(adjusted, last_adjusted_);
   const PhotoEvent timing = event;
@@ -159,8 +159,8 @@ bool Submap::TryPhoto(image_t id, const EventSink& sink) {
 
 void Submap::Defer(const PoseEstimate& estimate, image_t id, PhotoEvent event,
                    const EventSink& sink) {
-  if (trials_[id].deferred) return;
-  trials_[id].deferred = true;
+  if (side_.trials[id].deferred) return;
+  side_.trials[id].deferred = true;
   event.state = PhotoEvent::State::kDeferred;
   event.reason = estimate.reason;
   event.num_visible = estimate.num_visible;
@@ -186,7 +186,7 @@ void Submap::WithdrawWeak(const std::vector<image_t>& images, const EventSink& s
     const int num_points = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
     if (num_points >= options_.min_observations) continue;
     map_->Deregister(id);
-    Trial& trial = trials_[id];
+    Trial& trial = side_.trials[id];
     trial.deferred = true;
     trial.last_visible = CountVisible(id);
     trial.rejected = ++trial.num_withdrawals > options_.max_withdrawals;
@@ -217,7 +217,7 @@ Submap::Adjustment Submap::Adjust(image_t new_image) {
 
 Submap::Adjustment Submap::AdjustLocally(image_t new_image) {
   Adjustment adjustment;
-  const BundleRequest request = SelectLocalWindow(options_.local, *map_, similar_, new_image);
+  const BundleRequest request = SelectLocalWindow(options_.local, *map_, side_.similar, new_image);
   Bundle bundle = BuildBundle(*map_, request);
   BundleOptions solve;
   solve.loss = Loss::kSoftL1;
@@ -275,13 +275,13 @@ void Submap::RefineGlobally(int max_rounds, bool retriangulate, bool final) {
 
 bool Submap::HasGrown() const {
   const colmap::Reconstruction& reconstruction = map_->reconstruction();
-  return reconstruction.NumRegImages() >= options_.global_growth * images_at_global_ ||
-         reconstruction.NumPoints3D() >= options_.global_growth * points_at_global_;
+  return reconstruction.NumRegImages() >= options_.global_growth * side_.images_at_global ||
+         reconstruction.NumPoints3D() >= options_.global_growth * side_.points_at_global;
 }
 
 void Submap::NoteSize() {
-  images_at_global_ = map_->reconstruction().NumRegImages();
-  points_at_global_ = map_->reconstruction().NumPoints3D();
+  side_.images_at_global = map_->reconstruction().NumRegImages();
+  side_.points_at_global = map_->reconstruction().NumPoints3D();
 }
 
 void Submap::MarkCamerasRefined() {
@@ -290,10 +290,64 @@ void Submap::MarkCamerasRefined() {
   }
 }
 
-void Submap::Finish(const EventSink& sink) {
-  for (auto& [id, trial] : trials_) {
+void Submap::RetryDeferred() {
+  for (auto& [id, trial] : side_.trials) {
     if (trial.deferred && !trial.rejected && !map_->IsRegistered(id)) Enqueue(id);
   }
+}
+
+Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
+  for (const image_t id : model.RegImageIds()) {
+    if (!map_->HasPhoto(id)) return Status::Error("model with an image that is not there");
+    if (model.Image(id).NumPoints2D() != map_->reconstruction().Image(id).NumPoints2D()) {
+      return Status::Error("model with other keypoints");
+    }
+    const camera_t camera = model.Image(id).CameraId();
+    if (camera != map_->reconstruction().Image(id).CameraId() ||
+        model.Camera(camera).ModelId() != map_->reconstruction().Camera(camera).ModelId()) {
+      return Status::Error("model with another camera");
+    }
+  }
+  map_->ReplaceRegistered(model);
+  for (const image_t id : model.RegImageIds()) {
+    queue_.erase(id);
+    side_.trials[id].deferred = false;
+  }
+  MarkCamerasRefined();
+  NoteSize();
+  return Status::Ok();
+}
+
+SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
+  SharedImages result;
+  for (const int64_t image_id : image_ids) {
+    if (!map_->IsRegistered(image_id)) continue;
+    const colmap::Image& image = map_->reconstruction().Image(static_cast<image_t>(image_id));
+    const colmap::Camera& camera = map_->reconstruction().Camera(image.CameraId());
+    SharedImage shared;
+    shared.image_id = image_id;
+    shared.camera_model_id = camera.ModelId();
+    shared.params = camera.Params();
+    shared.width = camera.Width();
+    shared.height = camera.Height();
+    for (int i = 0; i < 4; ++i) shared.qvec[i] = image.Qvec(i);
+    for (int i = 0; i < 3; ++i) shared.tvec[i] = image.Tvec(i);
+    for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+      const colmap::Point2D& point2D = image.Point2D(i);
+      if (!point2D.HasPoint3D()) continue;
+      const Eigen::Vector3d& xyz = map_->reconstruction().Point3D(point2D.Point3DId()).XYZ();
+      shared.points.push_back({i,
+                               {xyz.x(), xyz.y(), xyz.z()},
+                               static_cast<float>(point2D.X()),
+                               static_cast<float>(point2D.Y())});
+    }
+    result.push_back(std::move(shared));
+  }
+  return result;
+}
+
+void Submap::Finish(const EventSink& sink) {
+  RetryDeferred();
   while (Step(sink)) continue;
   if (map_->reconstruction().NumRegImages() < 2) return;
   RefineGlobally(2, true, false);
@@ -309,7 +363,7 @@ SubmapStatistics Submap::Statistics() const {
   SubmapStatistics statistics;
   const colmap::Reconstruction& reconstruction = map_->reconstruction();
   statistics.num_images = static_cast<int>(reconstruction.NumRegImages());
-  for (const auto& [id, trial] : trials_) {
+  for (const auto& [id, trial] : side_.trials) {
     statistics.num_deferred += trial.deferred && !map_->IsRegistered(id);
   }
   statistics.num_points = static_cast<int>(reconstruction.NumPoints3D());

@@ -82,18 +82,39 @@ class Submap {
   // The deferred once more, then global BA with retriangulation until nothing changes much.
   void Finish(const EventSink& sink);
 
+  // Tries all deferred photos again at the next steps.
+  void RetryDeferred();
+
+  // Replaces what is registered by a model whose images are all there, e.g. a merged one: poses,
+  // points, cameras. On failure nothing has changed.
+  Status ReplaceModel(const colmap::Reconstruction& model);
+
+  // What a merger needs of the photos among `image_ids` that are registered here.
+  SharedImages ExportShared(const std::vector<int64_t>& image_ids) const;
+
   SubmapStatistics Statistics() const;
   SceneMap& map() { return *map_; }
   const SceneMap& map() const { return *map_; }
   const SubmapOptions& options() const { return options_; }
 
- private:
+  // What was tried with a photo.
   struct Trial {
     int last_visible = 0;  // points visible when it was last tried
     int num_withdrawals = 0;
     bool deferred = false;  // told so
     bool rejected = false;
   };
+  // For checkpoints.
+  struct Side {
+    std::map<image_t, Trial> trials;
+    SimilarityLists similar;
+    uint64_t images_at_global = 0;
+    uint64_t points_at_global = 0;
+  };
+  const Side& side() const { return side_; }
+  void set_side(const Side& side) { side_ = side; }
+
+ private:
   struct Adjustment {
     int num_images = 0;
     double seconds = 0;
@@ -118,11 +139,8 @@ class Submap {
 
   SubmapOptions options_;
   std::unique_ptr<SceneMap> map_;
-  SimilarityLists similar_;
-  std::map<image_t, Trial> trials_;
+  Side side_;
   std::map<image_t, int> queue_;  // with the number of points it sees
-  size_t images_at_global_ = 0;
-  size_t points_at_global_ = 0;
   std::vector<image_t> last_adjusted_;  // images whose observations the last BA filtered
 };
 
