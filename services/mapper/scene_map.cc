@@ -190,8 +190,7 @@ void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
   std::sort(points.begin(), points.end());
   for (const point3D_t id : points) {
     const colmap::Point3D& point = model.Point3D(id);
-    const point3D_t added =
-        reconstruction_->AddPoint3D(point.XYZ(), point.Track(), point.Color());
+    const point3D_t added = reconstruction_->AddPoint3D(point.XYZ(), point.Track(), point.Color());
     reconstruction_->Point3D(added).SetError(point.Error());
   }
   triangulator_->ClearModifiedPoints3D();

@@ -102,7 +102,8 @@ int Submap::CountVisible(image_t id) const {
 
 void Submap::EnqueueNeighbours(image_t id) {
   for (const auto& [other, inliers] : map_->Neighbours(id)) {
-    if (!map_->HasPhoto(other) || map_->IsRegistered(other) || side_.trials[other].rejected) continue;
+    if (!map_->HasPhoto(other) || map_->IsRegistered(other) || side_.trials[other].rejected)
+      continue;
     const int visible = CountVisible(other);
     const bool was_tried = side_.trials[other].deferred;
     if (queue_.count(other) > 0 || !was_tried || visible > side_.trials[other].last_visible) {
@@ -357,6 +358,18 @@ void Submap::Finish(const EventSink& sink) {
   RefineGlobally(5, true, true);
   const std::vector<image_t> images = map_->reconstruction().RegImageIds();
   WithdrawWeak(images, sink);
+}
+
+std::vector<PhotoEvent> Submap::RegisteredEvents() const {
+  std::vector<image_t> ids = map_->reconstruction().RegImageIds();
+  std::sort(ids.begin(), ids.end());
+  std::vector<PhotoEvent> events;
+  for (const image_t id : ids) {
+    PoseEstimate estimate;
+    estimate.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
+    events.push_back(RegisteredEvent(id, estimate));
+  }
+  return events;
 }
 
 SubmapStatistics Submap::Statistics() const {

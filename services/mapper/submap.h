@@ -92,6 +92,10 @@ class Submap {
   // What a merger needs of the photos among `image_ids` that are registered here.
   SharedImages ExportShared(const std::vector<int64_t>& image_ids) const;
 
+  // The registered photos as events, by id.
+  std::vector<PhotoEvent> RegisteredEvents() const;
+
+  // Visits all points.
   SubmapStatistics Statistics() const;
   SceneMap& map() { return *map_; }
   const SceneMap& map() const { return *map_; }
@@ -140,7 +144,7 @@ class Submap {
   SubmapOptions options_;
   std::unique_ptr<SceneMap> map_;
   Side side_;
-  std::map<image_t, int> queue_;  // with the number of points it sees
+  std::map<image_t, int> queue_;        // with the number of points it sees
   std::vector<image_t> last_adjusted_;  // images whose observations the last BA filtered
 };
 

@@ -1,0 +1,39 @@
+#include <CLI/CLI.hpp>
+
+#include "mapper/mapper_service.h"
+#include "messaging/node.h"
+
+int main(int argc, char** argv) {
+  skein::NodeOptions options;
+  options.service = "mapper";
+  skein::SubmapRunOptions run;
+  std::string local_ba = "consistent";
+
+  CLI::App app("Registers photos in one submap: poses, points, bundle adjustment.");
+  skein::AddCommonOptions(app, &options);
+  app.add_option("--local-ba", local_ba, "Local bundle adjustment")
+      ->check(CLI::IsMember({"paper", "consistent", "equal", "colmap"}))
+      ->capture_default_str();
+  app.add_option("--camera-model", run.submap.camera_model, "One of COLMAP's camera models")
+      ->capture_default_str();
+  app.add_option("--local-ba-free", run.submap.local.max_free,
+                 "Most images that a local bundle adjustment refines; 0: no limit")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--local-ba-held", run.submap.local.max_held,
+                 "Most images that it holds constant; 0: no limit")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--checkpoint-photos", run.checkpoint_photos,
+                 "Photos between checkpoints, at least")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  if (const auto code = skein::ParseCommandLine(app, argc, argv)) return *code;
+
+  return skein::RunService(options, [&](skein::Node& node) {
+    run.submap.num_threads = options.threads;
+    run.submap.local.form = skein::LocalBaFormFromName(local_ba);
+    skein::MapperService service(node, run, nullptr);
+    node.Run();
+  });
+}

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+
+#include "mapper/ledger_index.h"
+#include "mapper/submap_run.h"
+#include "messaging/ledger_follower.h"
+#include "messaging/node.h"
+#include "messaging/work_client.h"
+#include "messaging/worker_thread.h"
+
+namespace skein {
+
+// Holds at most one leased submap; without one it follows the ledger and asks for the next.
+// Loop's thread only.
+class MapperService {
+ public:
+  // `merges` may be null: merges are then left alone. It must outlive the service.
+  MapperService(Node& node, const SubmapRunOptions& options, MergeHandler* merges);
+  ~MapperService();
+
+ private:
+  void OnFact(const Fact& fact);
+  void OnWork(const work_t& work);
+  void OnEnd(SubmapRun::EndKind kind, const std::string& reason);
+  void OnSharedRequest(const shared_request_t& request);
+  void FillHeartbeat(heartbeat_t* heartbeat) const;
+
+  Node& node_;
+  const SubmapRunOptions options_;
+  MergeHandler* const merges_;
+  LedgerIndex index_;
+  WorkerThread worker_;
+  WorkerThread writer_;
+  std::unique_ptr<SubmapRun> run_;
+  std::unique_ptr<LedgerFollower> follower_;
+  std::unique_ptr<WorkClient> work_;
+  int64_t num_done_ = 0;
+  Bus::SubscriptionId shared_subscription_ = 0;
+  PollLoop::TimerId timer_ = 0;
+};
+
+}  // namespace skein

@@ -1,0 +1,507 @@
+#include "mapper/submap_run.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "core/clock.h"
+#include "core/process.h"
+#include "mapper/checkpoint.h"
+#include "mapper/messages.h"
+
+namespace skein {
+namespace {
+
+constexpr double kStatisticsPeriodS = 1.0;
+
+InitialPairOptions OptionsOfSeed(const seed_t& seed) {
+  // The merger has chosen the pair; what it measured is not held to more than a half here, as the
+  // relative pose is estimated anew.
+  InitialPairOptions options;
+  options.min_num_inliers = std::clamp(seed.num_inliers / 2, 30, options.min_num_inliers);
+  options.min_triangulation_angle_deg =
+      std::min(options.min_triangulation_angle_deg, 0.5 * seed.tri_angle_rad * 180.0 / M_PI);
+  return options;
+}
+
+void AddToSubmap(const LoadedPhoto& photo, Submap* submap) {
+  const int64_t id = photo.input.image_id;
+  for (const Status& status : {submap->AddPhoto(photo.input), submap->AddPairs(id, photo.pairs)}) {
+    if (!status.ok()) spdlog::warn("photo {}: {}", id, status.error());
+  }
+  submap->AddSimilar(id, photo.distances);
+}
+
+}  // namespace
+
+SubmapRun::SubmapRun(Node& node, const LedgerIndex& index, const LedgerFollower& follower,
+                     MapperThreads threads, const SubmapRunOptions& options, MergeHandler* merges,
+                     int64_t submap_id, int64_t epoch, OnEnd on_end)
+    : node_(node),
+      index_(index),
+      follower_(follower),
+      threads_(threads),
+      options_(options),
+      merges_(merges),
+      submap_id_(submap_id),
+      epoch_(epoch),
+      on_end_(std::move(on_end)),
+      submap_(std::make_shared<Submap>(options.submap)),
+      statistics_(std::make_shared<SubmapStatistics>()),
+      loader_(node.blobs(), index),
+      checkpoint_s_(MonotonicS()) {
+  Pump();
+}
+
+SubmapRun::~SubmapRun() = default;
+
+int SubmapRun::backlog() const {
+  return static_cast<int>(index_.items().size() - std::min(cursor_, index_.items().size()) +
+                          wanted_.size());
+}
+
+void SubmapRun::OnFact(const Fact& fact) {
+  if (ended_) return;
+  const submap_t* lease = index_.FindLease(submap_id_);
+  if (lease != nullptr && lease->epoch > epoch_)
+    return End(EndKind::kOver, "the lease went to " + lease->owner);
+  if (index_.HasEnded(submap_id_)) return End(EndKind::kOver, "the submap has ended");
+  const auto* merge = std::get_if<merge_t>(&fact);
+  if (merge != nullptr && merge->state != merge_t::ORDERED && merges_ != nullptr && working_) {
+    merges_->OnMergeFact(*merge, *this);
+  }
+  Pump();
+}
+
+// The next thing to do, if nothing is under way.
+void SubmapRun::Pump() {
+  if (ended_ || busy_) return;
+  if (!begun_) return Begin();
+  if (!working_) return;
+  if (!wanted_.empty()) return LoadWanted();
+  if (more_) {
+    return RunJob(
+        [](Submap& submap, Outcome* outcome) {
+          outcome->more =
+              submap.Step([outcome](const PhotoEvent& event) { outcome->events.push_back(event); });
+        },
+        [this](const Outcome& outcome) { OnOutcome(outcome); });
+  }
+  item_open_ = false;
+  NoteLostPhotos();
+  if (CheckpointIsDue()) return WriteModel(submap_t::CHECKPOINT, cursor_seq_, [] {});
+  if (cursor_ < index_.items().size()) {
+    const Item item = index_.items()[cursor_++];
+    cursor_seq_ = item.seq;
+    item_open_ = true;
+    status_due_ = true;
+    return DoItem(item);
+  }
+  cursor_seq_ = std::max(cursor_seq_, follower_.processed_seq());
+  if (std::exchange(status_due_, false)) PublishStatus();
+}
+
+void SubmapRun::Begin() {
+  // The lease's fact comes after all that earlier epochs have committed.
+  const submap_t* lease = index_.FindLease(submap_id_);
+  if (lease == nullptr || lease->epoch < epoch_) return;
+  const seed_t* seed = index_.FindSeed(submap_id_);
+  const submap_t* model = index_.FindModel(submap_id_);
+  if (seed == nullptr && model == nullptr) return;
+  begun_ = true;
+  lost_check_seq_ = follower_.processed_seq();
+  if (model != nullptr) return BeginFromModel(*model);
+  BeginFromSeed(*seed);
+}
+
+void SubmapRun::BeginFromSeed(const seed_t& seed) {
+  busy_ = true;
+  const int64_t seq = seed.header.seq;
+  AddPhotos({seed.image_id1, seed.image_id2}, [this, seed, seq](const Status& status) {
+    if (!status.ok()) return Dissolve("initial pair: " + status.error());
+    RunJob(
+        [seed](Submap& submap, Outcome* outcome) {
+          const InitialPairResult result = submap.Start(
+              OptionsOfSeed(seed), seed.image_id1, seed.image_id2,
+              [outcome](const PhotoEvent& event) { outcome->events.push_back(event); });
+          if (!result.ok) outcome->error = "initial pair: " + result.reason;
+          outcome->more = true;
+        },
+        [this, seq](const Outcome& outcome) {
+          if (!outcome.error.empty()) return Dissolve(outcome.error);
+          StartWorking(seq);
+          OnOutcome(outcome);
+        });
+  });
+}
+
+void SubmapRun::BeginFromModel(const submap_t& model) {
+  busy_ = true;
+  spdlog::info("submap {} goes on from seq {}", submap_id_, model.ledger_seq);
+  std::weak_ptr<bool> alive = alive_;
+  const int64_t ledger_seq = model.ledger_seq;
+  node_.blobs().Fetch(model.model_blob, "ingest", [this, alive, ledger_seq](Result<Bytes> bytes) {
+    if (alive.expired()) return;
+    Result<ModelArchive> archive =
+        bytes.ok() ? DecodeModelArchive(*bytes) : Result<ModelArchive>(bytes.status());
+    if (!archive.ok()) return End(EndKind::kFailed, "checkpoint: " + archive.error());
+    Restore(std::make_shared<const ModelArchive>(std::move(*archive)), ledger_seq);
+  });
+}
+
+void SubmapRun::Restore(std::shared_ptr<const ModelArchive> archive, int64_t ledger_seq) {
+  const Result<std::vector<int64_t>> photos = PhotosOfArchive(*archive);
+  if (!photos.ok()) return End(EndKind::kFailed, "checkpoint: " + photos.error());
+  AddPhotos(*photos, [this, archive, ledger_seq](const Status& status) {
+    if (!status.ok()) return End(EndKind::kFailed, "checkpoint: " + status.error());
+    RunJob(
+        [archive](Submap& submap, Outcome* outcome) {
+          const Status restored = RestoreSubmap(*archive, &submap);
+          if (!restored.ok()) outcome->error = restored.error();
+          outcome->events = submap.RegisteredEvents();
+        },
+        [this, ledger_seq](const Outcome& outcome) { OnRestored(outcome, ledger_seq); });
+  });
+}
+
+// Photos that the checkpoint holds are told only where the ledger does not know of them.
+void SubmapRun::OnRestored(const Outcome& outcome, int64_t ledger_seq) {
+  if (!outcome.error.empty()) return End(EndKind::kFailed, "checkpoint: " + outcome.error);
+  StartWorking(ledger_seq);
+  const std::vector<int64_t> known = index_.RegisteredIn(submap_id_);
+  std::vector<PhotoEvent> unknown;
+  for (const PhotoEvent& event : outcome.events) {
+    registered_.insert(event.image_id);
+    if (!std::binary_search(known.begin(), known.end(), event.image_id)) unknown.push_back(event);
+  }
+  Report(unknown);
+  for (const PhotoEvent& event : outcome.events) WantNeighboursOf(event.image_id);
+  Pump();
+}
+
+void SubmapRun::StartWorking(int64_t seq) {
+  working_ = true;
+  cursor_seq_ = seq;
+  item_open_ = true;
+  const auto& items = index_.items();
+  cursor_ = std::upper_bound(items.begin(), items.end(), seq,
+                             [](int64_t s, const Item& item) { return s < item.seq; }) -
+            items.begin();
+}
+
+void SubmapRun::AddPhotos(const std::vector<int64_t>& image_ids, std::function<void(Status)> then) {
+  struct Batch {
+    std::vector<Result<LoadedPhoto>> photos;
+    size_t num_missing;
+  };
+  auto batch = std::make_shared<Batch>();
+  std::vector<int64_t> missing;
+  for (const int64_t id : image_ids) {
+    if (present_.insert(id).second) missing.push_back(id);
+  }
+  batch->photos.resize(missing.size(), Status::Error("not loaded"));
+  batch->num_missing = missing.size();
+  const auto add = [this, batch, then] {
+    auto error = std::make_shared<std::string>();
+    RunOnSubmap(
+        [batch, error](Submap& submap) {
+          for (const Result<LoadedPhoto>& photo : batch->photos) {
+            if (photo.ok()) {
+              AddToSubmap(*photo, &submap);
+            } else {
+              *error = photo.error();
+            }
+          }
+        },
+        [then, error] { then(error->empty() ? Status::Ok() : Status::Error(*error)); });
+  };
+  if (missing.empty()) return add();
+  for (size_t i = 0; i < missing.size(); ++i) {
+    loader_.Load(missing[i], [batch, i, add](Result<LoadedPhoto> photo) {
+      batch->photos[i] = std::move(photo);
+      if (--batch->num_missing == 0) add();
+    });
+  }
+}
+
+void SubmapRun::LoadWanted() {
+  busy_ = true;
+  const std::vector<int64_t> ids(wanted_.begin(), wanted_.end());
+  wanted_.clear();
+  AddPhotos(ids, [this, ids](const Status& status) {
+    if (!status.ok()) spdlog::warn("submap {}: {}", submap_id_, status.error());
+    RunJob(
+        [ids](Submap& submap, Outcome* outcome) {
+          for (const int64_t id : ids) submap.Enqueue(id);
+          outcome->more = true;
+        },
+        [this](const Outcome& outcome) { OnOutcome(outcome); });
+  });
+}
+
+void SubmapRun::DoItem(const Item& item) {
+  switch (item.kind) {
+    case Item::Kind::kMatches:
+      return DoMatches(item.id);
+    case Item::Kind::kDrained:
+      return RunJob(
+          [](Submap& submap, Outcome* outcome) {
+            submap.RetryDeferred();
+            outcome->more = true;
+          },
+          [this](const Outcome& outcome) { OnOutcome(outcome); });
+    case Item::Kind::kSettled:
+      return DoSettled(item);
+    case Item::Kind::kMerge:
+      return DoMerge(item);
+  }
+}
+
+// A photo is the submap's business when it has a verified pair with a registered one.
+void SubmapRun::DoMatches(int64_t image_id) {
+  for (const auto& [other, seq] : index_.Neighbours(image_id)) {
+    if (seq > cursor_seq_ || registered_.count(other) == 0) continue;
+    wanted_.insert(image_id);
+    break;
+  }
+  Pump();
+}
+
+void SubmapRun::DoSettled(const Item& item) {
+  const submap_t* model = index_.FindModel(submap_id_);
+  const bool done =
+      model != nullptr && model->state == submap_t::FINAL && model->ledger_seq >= item.seq;
+  if (done) return Pump();
+  RunJob(
+      [](Submap& submap, Outcome* outcome) {
+        submap.Finish([outcome](const PhotoEvent& event) { outcome->events.push_back(event); });
+      },
+      [this, seq = item.seq](const Outcome& outcome) {
+        Report(outcome.events);
+        statistics_due_s_ = 0;
+        WriteModel(submap_t::FINAL, seq, [] {});
+      });
+}
+
+void SubmapRun::DoMerge(const Item& item) {
+  const std::vector<merge_t>& facts = index_.FindMerge(item.id);
+  const merge_t& ordered = facts.front();
+  const bool ours = ordered.source_id == submap_id_ || ordered.target_id == submap_id_;
+  const bool closed = facts.back().state == merge_t::DONE || facts.back().state == merge_t::UNDONE;
+  if (!ours || closed || merges_ == nullptr) return Pump();
+  busy_ = true;
+  std::weak_ptr<bool> alive = alive_;
+  merges_->OnOrdered(ordered, *this, [this, alive] {
+    if (alive.expired()) return;
+    busy_ = false;
+    more_ = true;
+    Pump();
+  });
+}
+
+void SubmapRun::RunOnSubmap(std::function<void(Submap&)> job, std::function<void()> then) {
+  std::weak_ptr<bool> alive = alive_;
+  threads_.worker.Run([submap = submap_, job = std::move(job)] { job(*submap); },
+                      [alive, then = std::move(then)] {
+                        if (!alive.expired()) then();
+                      });
+}
+
+void SubmapRun::RunJob(std::function<void(Submap&, Outcome*)> job,
+                       std::function<void(const Outcome&)> then) {
+  busy_ = true;
+  auto outcome = std::make_shared<Outcome>();
+  const bool count = MonotonicS() >= statistics_due_s_;
+  if (count) statistics_due_s_ = MonotonicS() + kStatisticsPeriodS;
+  auto counted = std::make_shared<SubmapStatistics>(*statistics_);
+  RunOnSubmap(
+      [job = std::move(job), outcome, counted, count](Submap& submap) {
+        job(submap, outcome.get());
+        if (count) *counted = submap.Statistics();
+      },
+      [this, outcome, counted, then = std::move(then)] {
+        busy_ = false;
+        statistics_ = counted;
+        then(*outcome);
+      });
+}
+
+void SubmapRun::OnOutcome(const Outcome& outcome) {
+  more_ = outcome.more;
+  Report(outcome.events);
+  for (const PhotoEvent& event : outcome.events) {
+    if (registered_.count(event.image_id) > 0) WantNeighboursOf(event.image_id);
+  }
+  if (!outcome.events.empty()) PublishStatus();
+  Pump();
+}
+
+void SubmapRun::WantNeighboursOf(int64_t image_id) {
+  for (const auto& [other, seq] : index_.Neighbours(image_id)) {
+    if (seq <= cursor_seq_ && present_.count(other) == 0) wanted_.insert(other);
+  }
+}
+
+void SubmapRun::Report(const std::vector<PhotoEvent>& events) {
+  for (const PhotoEvent& event : events) {
+    if (event.state == PhotoEvent::State::kRegistered) {
+      registered_.insert(event.image_id);
+    } else {
+      registered_.erase(event.image_id);
+    }
+    ++num_changes_;
+    registration_t fact = ToMessage(event, submap_id_, epoch_);
+    fact.header.fact_id =
+        RegistrationFactId(event.image_id, submap_id_, epoch_, ++num_facts_[event.image_id]);
+    Submit(fact, [](int64_t) {});
+  }
+}
+
+// What the ledger holds for registered by an earlier epoch, and is not so after the replay of all
+// that that epoch can have seen.
+void SubmapRun::NoteLostPhotos() {
+  const bool replayed =
+      cursor_ >= index_.items().size() || index_.items()[cursor_].seq > lost_check_seq_;
+  if (lost_check_seq_ == 0 || !replayed) return;
+  lost_check_seq_ = 0;
+  std::vector<PhotoEvent> lost;
+  for (const int64_t id : index_.RegisteredIn(submap_id_)) {
+    if (registered_.count(id) > 0) continue;
+    PhotoEvent event;
+    event.image_id = id;
+    event.state = PhotoEvent::State::kWithdrawn;
+    event.reason = "not registered again after the submap changed hands";
+    lost.push_back(event);
+  }
+  Report(lost);
+}
+
+void SubmapRun::Submit(Fact fact, std::function<void(int64_t seq)> then) {
+  std::weak_ptr<bool> alive = alive_;
+  const int64_t at = cursor_seq_;
+  Header(fact).computed_at_seq = at;
+  uncommitted_.insert(at);
+  node_.submitter().Submit(std::move(fact), [this, alive, at, then = std::move(then)](
+                                                bool committed, int64_t seq, std::string reason) {
+    if (alive.expired()) return;
+    const auto it = uncommitted_.find(at);
+    if (it != uncommitted_.end()) uncommitted_.erase(it);
+    // Refused: the lease is another's, or the submap has ended.
+    if (!committed) return End(EndKind::kOver, reason);
+    then(seq);
+    if (uncommitted_.empty()) PublishStatus();
+  });
+}
+
+bool SubmapRun::CheckpointIsDue() const {
+  if (writing_ || num_changes_ == 0) return false;
+  const int photos = std::max(options_.checkpoint_photos, num_images() / 10);
+  return num_changes_ >= photos || MonotonicS() - checkpoint_s_ >= options_.checkpoint_period_s;
+}
+
+// The worker copies the state into bytes; the writer hashes and stores them meanwhile.
+void SubmapRun::WriteModel(int8_t state, int64_t ledger_seq, std::function<void()> then) {
+  busy_ = true;
+  writing_ = true;
+  num_changes_ = 0;
+  checkpoint_s_ = MonotonicS();
+  auto archive = std::make_shared<ModelArchive>();
+  auto counted = std::make_shared<SubmapStatistics>();
+  RunOnSubmap(
+      [archive, counted](Submap& submap) {
+        *archive = SaveSubmap(&submap);
+        *counted = submap.Statistics();
+      },
+      [this, archive, counted, state, ledger_seq, then = std::move(then)] {
+        busy_ = false;
+        statistics_ = counted;
+        std::weak_ptr<bool> alive = alive_;
+        threads_.writer.Run(
+            [archive, &blobs = node_.blobs()] { return blobs.Offer(EncodeModelArchive(*archive)); },
+            [this, alive, state, ledger_seq](const std::string& blob) {
+              if (!alive.expired()) SubmitModel(state, ledger_seq, blob);
+            });
+        then();
+        Pump();
+      });
+}
+
+void SubmapRun::SubmitModel(int8_t state, int64_t ledger_seq, const std::string& blob) {
+  writing_ = false;
+  submap_t fact = ToMessage(*statistics_);
+  fact.submap_id = submap_id_;
+  fact.epoch = epoch_;
+  fact.owner = node_.instance();
+  fact.state = state;
+  fact.model_blob = blob;
+  fact.ledger_seq = ledger_seq;
+  fact.memory_bytes = ResidentMemoryBytes();
+  fact.header.fact_id = "submap/" + std::to_string(submap_id_) + "/" + std::to_string(epoch_) +
+                        (state == submap_t::FINAL ? "/final/" : "/checkpoint/") +
+                        std::to_string(++num_checkpoints_);
+  Submit(fact, [](int64_t) {});
+}
+
+int64_t SubmapRun::StatusSeq() const {
+  if (!working_) return 0;
+  int64_t seq = item_open_ ? cursor_seq_ - 1 : cursor_seq_;
+  if (!uncommitted_.empty()) seq = std::min(seq, *uncommitted_.begin() - 1);
+  return std::max<int64_t>(0, seq);
+}
+
+void SubmapRun::PublishStatus() {
+  submap_t status = ToMessage(*statistics_);
+  status.submap_id = submap_id_;
+  status.epoch = epoch_;
+  status.owner = node_.instance();
+  status.num_images = num_images();
+  status.ledger_seq = StatusSeq();
+  status.memory_bytes = ResidentMemoryBytes();
+  node_.Publish(kSubmapStatusChannel, status);
+}
+
+void SubmapRun::Tick() {
+  if (ended_ || !begun_) return;
+  Pump();
+  if (!ended_) PublishStatus();
+}
+
+void SubmapRun::Answer(const shared_request_t& request) {
+  if (ended_ || !working_) return;
+  auto shared = std::make_shared<Bytes>();
+  RunOnSubmap([ids = request.image_ids,
+               shared](Submap& submap) { *shared = EncodeSharedImages(submap.ExportShared(ids)); },
+              [this, shared, request] {
+                shared_reply_t reply;
+                reply.request_id = request.request_id;
+                reply.submap_id = submap_id_;
+                reply.epoch = epoch_;
+                reply.owner = node_.instance();
+                reply.blob_id = node_.blobs().Serve(std::move(*shared));
+                reply.ledger_seq = StatusSeq();
+                node_.Publish(kSharedReplyChannel, reply);
+              });
+}
+
+// Tells everyone that the submap is no more.
+void SubmapRun::Dissolve(const std::string& reason) {
+  busy_ = true;
+  submap_t fact = ToMessage(SubmapStatistics());
+  fact.submap_id = submap_id_;
+  fact.epoch = epoch_;
+  fact.owner = node_.instance();
+  fact.state = submap_t::ENDED;
+  fact.reason = ClampText(reason);
+  fact.ledger_seq = 0;
+  fact.header.fact_id =
+      "submap/" + std::to_string(submap_id_) + "/" + std::to_string(epoch_) + "/dissolved";
+  Submit(fact, [this, reason](int64_t) { End(EndKind::kOver, reason); });
+}
+
+void SubmapRun::End(EndKind kind, const std::string& reason) {
+  if (ended_) return;
+  ended_ = true;
+  on_end_(kind, reason);
+}
+
+}  // namespace skein
