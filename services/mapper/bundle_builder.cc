@@ -21,13 +21,13 @@ class Builder {
     for (size_t i = 0; i < request_.free.size(); ++i) {
       AddPose(request_.free[i], false, request_.weights.empty() ? 1.0 : request_.weights[i]);
     }
-    for (const image_t id : request_.held) AddPose(id, true, 1.0);
-    for (const point3D_t id : request_.points) AddPoint(id);
+    for (const ImageId id : request_.held) AddPose(id, true, 1.0);
+    for (const Point3DId id : request_.points) AddPoint(id);
     return std::move(bundle_);
   }
 
  private:
-  void AddPose(image_t id, bool constant, double weight) {
+  void AddPose(ImageId id, bool constant, double weight) {
     if (pose_index_.count(id) > 0 || !map_.IsRegistered(id)) return;
     const colmap::Image& image = map_.reconstruction().Image(id);
     pose_index_[id] = static_cast<int>(bundle_.poses.size());
@@ -39,7 +39,7 @@ class Builder {
     bundle_.poses.push_back(pose);
   }
 
-  int CameraIndex(camera_t id) {
+  int CameraIndex(CameraId id) {
     const auto [it, is_new] = camera_index_.emplace(id, bundle_.cameras.size());
     if (is_new) {
       const bool refine_distortion =
@@ -50,7 +50,7 @@ class Builder {
     return it->second;
   }
 
-  void AddPoint(point3D_t id) {
+  void AddPoint(Point3DId id) {
     const colmap::Point3D& point3D = map_.reconstruction().Point3D(id);
     BundlePoint point;
     point.point3D_id = id;
@@ -74,8 +74,8 @@ class Builder {
   const SceneMap& map_;
   const BundleRequest& request_;
   Bundle bundle_;
-  std::unordered_map<image_t, int> pose_index_;
-  std::unordered_map<camera_t, int> camera_index_;
+  std::unordered_map<ImageId, int> pose_index_;
+  std::unordered_map<CameraId, int> camera_index_;
 };
 
 }  // namespace
@@ -91,7 +91,7 @@ void SetPose(const BundlePose& pose, colmap::Image* image) {
   image->SetTvec(pose.t);
 }
 
-BundleCamera MakeBundleCamera(const SceneMap& map, camera_t id, bool refine_focal,
+BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
                               bool refine_distortion) {
   const colmap::Camera& camera = map.reconstruction().Camera(id);
   const CameraState& state = map.camera_state(id);

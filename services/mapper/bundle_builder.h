@@ -10,10 +10,10 @@ namespace skein {
 
 // Which part of a map a bundle holds.
 struct BundleRequest {
-  std::vector<image_t> free;      // poses to refine
+  std::vector<ImageId> free;      // poses to refine
   std::vector<double> weights;    // of `free`, in (0, 1]; empty: all 1
-  std::vector<image_t> held;      // constant poses, whose observations count
-  std::vector<point3D_t> points;  // to refine; those with < 2 observations in it are left out
+  std::vector<ImageId> held;      // constant poses, whose observations count
+  std::vector<Point3DId> points;  // to refine; those with < 2 observations in it are left out
   bool refine_cameras = false;    // focal length; distortion from three registered photos on
 };
 
@@ -32,7 +32,7 @@ void GetPose(const colmap::Image& image, BundlePose* pose);
 void SetPose(const BundlePose& pose, colmap::Image* image);
 
 // The camera with its weak priors: focal length 10 % (EXIF) or 30 %, distortion 0.1.
-BundleCamera MakeBundleCamera(const SceneMap& map, camera_t id, bool refine_focal,
+BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
                               bool refine_distortion);
 
 }  // namespace skein

@@ -23,7 +23,7 @@ struct SideFile {
   Submap::Side side;
 };
 
-void PutTrials(const std::map<image_t, Submap::Trial>& trials, ByteWriter* writer) {
+void PutTrials(const std::map<ImageId, Submap::Trial>& trials, ByteWriter* writer) {
   writer->Put<uint64_t>(trials.size());
   for (const auto& [id, trial] : trials) {
     writer->Put<uint32_t>(id);
@@ -54,7 +54,7 @@ Bytes EncodeSide(const Submap& submap) {
   writer.Put(kIdentifier);
   writer.Put(kVersion);
   writer.Put<uint64_t>(submap.map().photos().size());
-  for (const image_t id : submap.map().photos()) writer.Put<int64_t>(id);
+  for (const ImageId id : submap.map().photos()) writer.Put<int64_t>(id);
   writer.Put<uint64_t>(submap.map().camera_states().size());
   for (const auto& [id, state] : submap.map().camera_states()) {
     writer.Put<uint32_t>(id);
@@ -93,7 +93,7 @@ bool GetCameras(ByteReader* reader, std::vector<CameraSide>* cameras) {
   return true;
 }
 
-bool GetTrials(ByteReader* reader, std::map<image_t, Submap::Trial>* trials) {
+bool GetTrials(ByteReader* reader, std::map<ImageId, Submap::Trial>* trials) {
   uint64_t count = 0;
   if (!GetCount(reader, 14, &count)) return false;
   for (uint64_t i = 0; i < count; ++i) {

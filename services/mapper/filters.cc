@@ -10,7 +10,7 @@ namespace skein {
 namespace {
 
 // Deletes the observations of a point that are in `bad`; true if the point is left.
-bool DeleteObservations(const std::vector<colmap::TrackElement>& bad, point3D_t id,
+bool DeleteObservations(const std::vector<colmap::TrackElement>& bad, Point3DId id,
                         colmap::Reconstruction* reconstruction) {
   const size_t length = reconstruction->Point3D(id).Track().Length();
   if (length - bad.size() < 2) {
@@ -24,7 +24,7 @@ bool DeleteObservations(const std::vector<colmap::TrackElement>& bad, point3D_t 
 }
 
 // One point: `elements` with their errors. Returns the observations taken out.
-int FilterPoint(const FilterOptions& options, point3D_t id,
+int FilterPoint(const FilterOptions& options, Point3DId id,
                 const std::vector<std::pair<colmap::TrackElement, double>>& errors,
                 colmap::Reconstruction* reconstruction) {
   const int length = static_cast<int>(reconstruction->Point3D(id).Track().Length());
@@ -83,12 +83,12 @@ int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* m
   return num_filtered;
 }
 
-int FilterPoints(const FilterOptions& options, const std::vector<point3D_t>& points,
+int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
                  SceneMap* map) {
   colmap::Reconstruction& reconstruction = map->reconstruction();
   int num_filtered = 0;
   std::vector<std::pair<colmap::TrackElement, double>> errors;
-  for (const point3D_t id : points) {
+  for (const Point3DId id : points) {
     if (!reconstruction.ExistsPoint3D(id)) continue;
     const colmap::Point3D& point = reconstruction.Point3D(id);
     errors.clear();

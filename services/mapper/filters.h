@@ -20,7 +20,7 @@ struct FilterOptions {
 int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map);
 
 // The same for given points with all their observations.
-int FilterPoints(const FilterOptions& options, const std::vector<point3D_t>& points, SceneMap* map);
+int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points, SceneMap* map);
 
 // Whether two of the track's images see the point under at least this angle.
 bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,

@@ -77,8 +77,8 @@ bool IsFree(const SceneMap& map, const colmap::Camera& camera) {
 }
 
 // Adds the points that both images see under at least `min_angle`.
-int TriangulatePair(const colmap::FeatureMatches& matches, double min_angle, image_t image_id1,
-                    image_t image_id2, colmap::Reconstruction* reconstruction) {
+int TriangulatePair(const colmap::FeatureMatches& matches, double min_angle, ImageId image_id1,
+                    ImageId image_id2, colmap::Reconstruction* reconstruction) {
   const colmap::Image& image1 = reconstruction->Image(image_id1);
   const colmap::Image& image2 = reconstruction->Image(image_id2);
   const colmap::Camera& camera1 = reconstruction->Camera(image1.CameraId());
@@ -114,8 +114,8 @@ std::string Check(const InitialPairOptions& options, const InitialPairResult& re
   return "";
 }
 
-void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, image_t image_id1,
-            image_t image_id2, SceneMap* map, InitialPairResult* result) {
+void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId image_id1,
+            ImageId image_id2, SceneMap* map, InitialPairResult* result) {
   colmap::Reconstruction& reconstruction = map->reconstruction();
   colmap::Image& image1 = reconstruction.Image(image_id1);
   colmap::Image& image2 = reconstruction.Image(image_id2);
@@ -134,8 +134,8 @@ void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, image_t i
 
 }  // namespace
 
-InitialPairResult RegisterInitialPair(const InitialPairOptions& options, image_t image_id1,
-                                      image_t image_id2, SceneMap* map) {
+InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId image_id1,
+                                      ImageId image_id2, SceneMap* map) {
   InitialPairResult result;
   colmap::Reconstruction& reconstruction = map->reconstruction();
   const colmap::Image& image1 = reconstruction.Image(image_id1);

@@ -26,7 +26,7 @@ struct InitialPairResult {
 // A camera without focal length from EXIF is tried at several focal lengths; the one with most
 // inliers wins. On success both are registered, the first at the origin, the baseline of unit
 // length. Else the map is as it was.
-InitialPairResult RegisterInitialPair(const InitialPairOptions& options, image_t image_id1,
-                                      image_t image_id2, SceneMap* map);
+InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId image_id1,
+                                      ImageId image_id2, SceneMap* map);
 
 }  // namespace skein

@@ -9,8 +9,8 @@ namespace skein {
 namespace {
 
 // Points of an image, with multiplicity removed.
-std::vector<point3D_t> PointsOf(const SceneMap& map, image_t id) {
-  std::vector<point3D_t> points;
+std::vector<Point3DId> PointsOf(const SceneMap& map, ImageId id) {
+  std::vector<Point3DId> points;
   for (const colmap::Point2D& point : map.reconstruction().Image(id).Points2D()) {
     if (point.HasPoint3D()) points.push_back(point.Point3DId());
   }
@@ -20,15 +20,15 @@ std::vector<point3D_t> PointsOf(const SceneMap& map, image_t id) {
 }
 
 // How many points of `ids` each registered image sees, most first.
-std::vector<std::pair<image_t, int>> Observers(const SceneMap& map,
-                                               const std::vector<point3D_t>& ids) {
-  std::map<image_t, int> counts;
-  for (const point3D_t id : ids) {
+std::vector<std::pair<ImageId, int>> Observers(const SceneMap& map,
+                                               const std::vector<Point3DId>& ids) {
+  std::map<ImageId, int> counts;
+  for (const Point3DId id : ids) {
     for (const auto& element : map.reconstruction().Point3D(id).Track().Elements()) {
       ++counts[element.image_id];
     }
   }
-  std::vector<std::pair<image_t, int>> sorted(counts.begin(), counts.end());
+  std::vector<std::pair<ImageId, int>> sorted(counts.begin(), counts.end());
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
   return sorted;
@@ -36,19 +36,19 @@ std::vector<std::pair<image_t, int>> Observers(const SceneMap& map,
 
 // The points of the free images: those of the new photo first, then by the number of free images
 // that see them, then by id.
-std::vector<point3D_t> SelectPoints(const SceneMap& map, const std::vector<image_t>& free,
+std::vector<Point3DId> SelectPoints(const SceneMap& map, const std::vector<ImageId>& free,
                                     size_t limit) {
-  std::unordered_map<point3D_t, int> counts;
-  for (const image_t id : free) {
-    for (const point3D_t point : PointsOf(map, id)) counts[point] += id == free[0] ? 1000 : 1;
+  std::unordered_map<Point3DId, int> counts;
+  for (const ImageId id : free) {
+    for (const Point3DId point : PointsOf(map, id)) counts[point] += id == free[0] ? 1000 : 1;
   }
-  std::vector<std::pair<int, point3D_t>> ranked;
+  std::vector<std::pair<int, Point3DId>> ranked;
   for (const auto& [id, count] : counts) {
     if (map.reconstruction().Point3D(id).Track().Length() >= 2) ranked.emplace_back(-count, id);
   }
   std::sort(ranked.begin(), ranked.end());
   if (limit > 0 && ranked.size() > limit) ranked.resize(limit);
-  std::vector<point3D_t> points;
+  std::vector<Point3DId> points;
   for (const auto& [count, id] : ranked) points.push_back(id);
   std::sort(points.begin(), points.end());
   return points;
@@ -56,10 +56,10 @@ std::vector<point3D_t> SelectPoints(const SceneMap& map, const std::vector<image
 
 // COLMAP's local BA: the images with most common points, two of them held for the gauge.
 BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& map,
-                           image_t new_image_id) {
+                           ImageId new_image_id) {
   BundleRequest request;
   request.free.push_back(new_image_id);
-  std::vector<image_t> window;
+  std::vector<ImageId> window;
   for (const auto& [id, count] : Observers(map, PointsOf(map, new_image_id))) {
     if (static_cast<int>(window.size()) + 1 >= options.colmap_images) break;
     if (id != new_image_id) window.push_back(id);
@@ -83,12 +83,12 @@ LocalBaForm LocalBaFormFromName(const std::string& name) {
 }
 
 BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMap& map,
-                                const SimilarityLists& similar, image_t new_image_id) {
+                                const SimilarityLists& similar, ImageId new_image_id) {
   if (options.form == LocalBaForm::kColmap) return ColmapWindow(options, map, new_image_id);
   const bool limited = options.form != LocalBaForm::kPaper;
   const auto is_member = [&](uint32_t id) { return map.IsRegistered(id); };
   BundleRequest request;
-  std::set<image_t> in_window;
+  std::set<ImageId> in_window;
   for (const TreeNode& node :
        BuildAssociationTree(options.tree, similar, new_image_id, is_member)) {
     const bool full = limited && options.max_free > 0 &&

@@ -27,6 +27,6 @@ struct LocalWindowOptions {
 // are the images that see the window's points with the most of them. Points: all of the new
 // photo's, then those which most free images see.
 BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMap& map,
-                                const SimilarityLists& similar, image_t new_image_id);
+                                const SimilarityLists& similar, ImageId new_image_id);
 
 }  // namespace skein

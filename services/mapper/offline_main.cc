@@ -66,10 +66,10 @@ PhotoInput ReadPhoto(const colmap::Database& database, const colmap::Image& imag
 }
 
 // Verified pairs with the photos that came before, most inliers first.
-TwoViewPairs ReadPairs(const colmap::Database& database, image_t id,
-                       const std::vector<image_t>& before) {
+TwoViewPairs ReadPairs(const colmap::Database& database, ImageId id,
+                       const std::vector<ImageId>& before) {
   TwoViewPairs pairs;
-  for (const image_t other : before) {
+  for (const ImageId other : before) {
     if (!database.ExistsInlierMatches(id, other)) continue;
     const colmap::TwoViewGeometry geometry = database.ReadTwoViewGeometry(id, other);
     if (geometry.inlier_matches.size() < 15) continue;
@@ -112,7 +112,7 @@ std::map<std::string, Eigen::Vector3d> ReadReference(const std::string& folder) 
   colmap::Reconstruction reconstruction;
   reconstruction.Read(folder);
   std::map<std::string, Eigen::Vector3d> centers;
-  for (const image_t id : reconstruction.RegImageIds()) {
+  for (const ImageId id : reconstruction.RegImageIds()) {
     centers[reconstruction.Image(id).Name()] = reconstruction.Image(id).ProjectionCenter();
   }
   return centers;
@@ -122,7 +122,7 @@ std::map<std::string, Eigen::Vector3d> ReadReference(const std::string& folder) 
 double PositionRmsePercent(const colmap::Reconstruction& reconstruction,
                            const std::map<std::string, Eigen::Vector3d>& truth) {
   std::vector<Eigen::Vector3d> from, to;
-  for (const image_t id : reconstruction.RegImageIds()) {
+  for (const ImageId id : reconstruction.RegImageIds()) {
     const auto it = truth.find(reconstruction.Image(id).Name());
     if (it == truth.end()) continue;
     from.push_back(reconstruction.Image(id).ProjectionCenter());
@@ -238,7 +238,7 @@ class Run {
 
   const Arguments arguments_;
   Submap submap_;
-  std::vector<image_t> before_;
+  std::vector<ImageId> before_;
   std::map<std::string, Eigen::Vector3d> truth_;
 };
 

@@ -133,19 +133,19 @@ unsigned SeedFromIds(uint64_t a, uint64_t b) {
   return static_cast<unsigned>(x ^ (x >> 31));
 }
 
-VisiblePoints FindVisiblePoints(const SceneMap& map, image_t image_id) {
+VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id) {
   const colmap::Reconstruction& reconstruction = map.reconstruction();
   const colmap::Image& image = reconstruction.Image(image_id);
   VisiblePoints visible;
-  std::vector<point3D_t> seen;
-  for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+  std::vector<Point3DId> seen;
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     seen.clear();
     for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
       const colmap::Image& other = reconstruction.Image(correspondence.image_id);
       if (!other.IsRegistered()) continue;
       const colmap::Point2D& point2D = other.Point2D(correspondence.point2D_idx);
       if (!point2D.HasPoint3D()) continue;
-      const point3D_t id = point2D.Point3DId();
+      const Point3DId id = point2D.Point3DId();
       if (std::find(seen.begin(), seen.end(), id) != seen.end()) continue;
       seen.push_back(id);
       visible.point2D_idxs.push_back(i);
@@ -157,7 +157,7 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, image_t image_id) {
   return visible;
 }
 
-PoseEstimate EstimatePose(const SceneMap& map, image_t image_id, const VisiblePoints& visible,
+PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options) {
   const colmap::Image& image = map.reconstruction().Image(image_id);
   colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
@@ -191,7 +191,7 @@ PoseEstimate EstimatePose(const SceneMap& map, image_t image_id, const VisiblePo
   return estimate;
 }
 
-void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, image_t image_id,
+void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
                       SceneMap* map) {
   colmap::Reconstruction& reconstruction = map->reconstruction();
   colmap::Image& image = reconstruction.Image(image_id);
@@ -199,7 +199,7 @@ void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible
   reconstruction.Camera(image.CameraId()).SetParams(estimate.camera_params);
   map->Register(image_id);
   for (size_t i = 0; i < visible.size(); ++i) {
-    const point3D_t point3D_id = visible.point3D_ids[i];
+    const Point3DId point3D_id = visible.point3D_ids[i];
     if (!estimate.inlier_mask[i] || image.Point2D(visible.point2D_idxs[i]).HasPoint3D() ||
         !reconstruction.ExistsPoint3D(point3D_id)) {
       continue;

@@ -28,15 +28,15 @@ struct RegistrationOptions {
 
 // 2D-3D correspondences of a photo with a map.
 struct VisiblePoints {
-  std::vector<point2D_t> point2D_idxs;
-  std::vector<point3D_t> point3D_ids;
+  std::vector<Point2DIdx> point2D_idxs;
+  std::vector<Point3DId> point3D_ids;
   std::vector<Eigen::Vector2d> pixels;
   std::vector<Eigen::Vector3d> xyz;
   size_t size() const { return pixels.size(); }
 };
 
 // Through the verified matches with registered photos, each (keypoint, point) once.
-VisiblePoints FindVisiblePoints(const SceneMap& map, image_t image_id);
+VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id);
 
 struct PoseEstimate {
   bool ok = false;
@@ -53,11 +53,11 @@ struct PoseEstimate {
 // Absolute pose by LO-RANSAC (P3P, refined by EPnP; COLMAP's estimator) and a robust non-linear
 // refinement. The camera's focal length and distortion are estimated along only when no photo of
 // it is registered. Changes nothing in the map. The same input gives the same result.
-PoseEstimate EstimatePose(const SceneMap& map, image_t image_id, const VisiblePoints& visible,
+PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options);
 
 // Registers the photo with the pose and continues the inliers' tracks.
-void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, image_t image_id,
+void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
                       SceneMap* map);
 
 // Seed for COLMAP's random numbers, from the ids of what is estimated.

@@ -21,7 +21,7 @@ bool IsUnderReconstructed(const colmap::FeatureMatches& matches, const colmap::I
 }
 
 // Adds the free keypoint of `to` to the track of the other if the point is seen there.
-bool Continue(double max_angle_error_rad, point3D_t point3D_id, image_t to, point2D_t index,
+bool Continue(double max_angle_error_rad, Point3DId point3D_id, ImageId to, Point2DIdx index,
               colmap::Reconstruction* reconstruction) {
   const colmap::Image& image = reconstruction->Image(to);
   const double error = colmap::CalculateAngularError(
@@ -32,8 +32,8 @@ bool Continue(double max_angle_error_rad, point3D_t point3D_id, image_t to, poin
   return true;
 }
 
-bool Create(const colmap::IncrementalTriangulator::Options& options, image_t id1, point2D_t index1,
-            image_t id2, point2D_t index2, colmap::Reconstruction* reconstruction) {
+bool Create(const colmap::IncrementalTriangulator::Options& options, ImageId id1, Point2DIdx index1,
+            ImageId id2, Point2DIdx index2, colmap::Reconstruction* reconstruction) {
   const colmap::Image& image1 = reconstruction->Image(id1);
   const colmap::Image& image2 = reconstruction->Image(id2);
   const colmap::Camera& camera1 = reconstruction->Camera(image1.CameraId());
@@ -62,7 +62,7 @@ bool Create(const colmap::IncrementalTriangulator::Options& options, image_t id1
 }  // namespace
 
 int Retriangulate(const RetriangulationOptions& options,
-                  const std::vector<std::pair<image_t, image_t>>& pairs, SceneMap* map) {
+                  const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map) {
   colmap::Reconstruction& reconstruction = map->reconstruction();
   const double max_angle = colmap::DegToRad(options.max_angle_error_deg);
   int num_added = 0;
@@ -73,7 +73,7 @@ int Retriangulate(const RetriangulationOptions& options,
     const colmap::FeatureMatches matches = map->graph().FindCorrespondencesBetweenImages(id1, id2);
     if (!IsUnderReconstructed(matches, image1, image2, options.min_ratio)) continue;
     for (const colmap::FeatureMatch& match : matches) {
-      const point2D_t i1 = match.point2D_idx1, i2 = match.point2D_idx2;
+      const Point2DIdx i1 = match.point2D_idx1, i2 = match.point2D_idx2;
       const bool has1 = image1.Point2D(i1).HasPoint3D();
       const bool has2 = image2.Point2D(i2).HasPoint3D();
       if (has1 && !has2) {

@@ -17,6 +17,6 @@ struct RetriangulationOptions {
 // drift has kept apart (COLMAP's Retriangulate, whose counters need its database). Returns the
 // number of observations added.
 int Retriangulate(const RetriangulationOptions& options,
-                  const std::vector<std::pair<image_t, image_t>>& pairs, SceneMap* map);
+                  const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map);
 
 }  // namespace skein

@@ -49,7 +49,7 @@ Status SceneMap::CheckPhoto(const PhotoInput& photo) const {
 }
 
 void SceneMap::AddCamera(const PhotoInput& photo) {
-  const camera_t id = static_cast<camera_t>(photo.camera_id);
+  const CameraId id = static_cast<CameraId>(photo.camera_id);
   if (cameras_.count(id) > 0) return;
   colmap::Camera camera;
   camera.InitializeWithId(camera_model_id_, photo.focal_px, photo.width_px, photo.height_px);
@@ -65,7 +65,7 @@ Status SceneMap::AddPhoto(const PhotoInput& photo) {
   const Status status = CheckPhoto(photo);
   if (!status.ok()) return status;
   AddCamera(photo);
-  const image_t id = static_cast<image_t>(photo.image_id);
+  const ImageId id = static_cast<ImageId>(photo.image_id);
   std::vector<Eigen::Vector2d> points;
   std::vector<std::array<uint8_t, 3>>& colours = colours_[id];
   for (const Keypoint& k : photo.keypoints) {
@@ -74,7 +74,7 @@ Status SceneMap::AddPhoto(const PhotoInput& photo) {
   }
   colmap::Image image;
   image.SetImageId(id);
-  image.SetCameraId(static_cast<camera_t>(photo.camera_id));
+  image.SetCameraId(static_cast<CameraId>(photo.camera_id));
   image.SetName(photo.name);
   image.SetPoints2D(points);
   reconstruction_->AddImage(std::move(image));
@@ -88,7 +88,7 @@ Status SceneMap::AddPhoto(const PhotoInput& photo) {
   return Status::Ok();
 }
 
-Status SceneMap::CheckPair(image_t image_id, const TwoViewPair& pair) const {
+Status SceneMap::CheckPair(ImageId image_id, const TwoViewPair& pair) const {
   if (!IsValidId(pair.other_id) || pair.other_id == image_id) {
     return Status::Error("pair with an image id out of range");
   }
@@ -102,14 +102,14 @@ Status SceneMap::CheckPair(image_t image_id, const TwoViewPair& pair) const {
 
 Status SceneMap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
   if (!HasPhoto(image_id)) return Status::Error("pairs of an image that is not there");
-  const image_t id = static_cast<image_t>(image_id);
+  const ImageId id = static_cast<ImageId>(image_id);
   for (const TwoViewPair& pair : pairs) {
     const Status status = CheckPair(id, pair);
     if (!status.ok()) return status;
   }
   Status result = Status::Ok();
   for (const TwoViewPair& pair : pairs) {
-    const image_t other = static_cast<image_t>(pair.other_id);
+    const ImageId other = static_cast<ImageId>(pair.other_id);
     if (neighbours_[id].count(other) > 0) continue;
     colmap::FeatureMatches matches;
     for (const auto& [index, other_index] : pair.inliers) {
@@ -126,12 +126,12 @@ Status SceneMap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
   return result;
 }
 
-Status SceneMap::Connect(image_t image_id1, image_t image_id2,
+Status SceneMap::Connect(ImageId image_id1, ImageId image_id2,
                          const colmap::FeatureMatches& matches) {
   const size_t n1 = reconstruction_->Image(image_id1).NumPoints2D();
   const size_t n2 = reconstruction_->Image(image_id2).NumPoints2D();
   // One-to-one: COLMAP's graph holds at most one correspondence of a keypoint with an image.
-  std::unordered_set<point2D_t> used1, used2;
+  std::unordered_set<Point2DIdx> used1, used2;
   colmap::FeatureMatches valid;
   for (const colmap::FeatureMatch& match : matches) {
     if (match.point2D_idx1 >= n1 || match.point2D_idx2 >= n2) {
@@ -148,56 +148,56 @@ Status SceneMap::Connect(image_t image_id1, image_t image_id2,
 }
 
 bool SceneMap::HasPhoto(int64_t image_id) const {
-  return IsValidId(image_id) && reconstruction_->ExistsImage(static_cast<image_t>(image_id));
+  return IsValidId(image_id) && reconstruction_->ExistsImage(static_cast<ImageId>(image_id));
 }
 
 bool SceneMap::IsRegistered(int64_t image_id) const {
-  return HasPhoto(image_id) && reconstruction_->IsImageRegistered(static_cast<image_t>(image_id));
+  return HasPhoto(image_id) && reconstruction_->IsImageRegistered(static_cast<ImageId>(image_id));
 }
 
-const std::map<image_t, int>& SceneMap::Neighbours(image_t image_id) const {
-  static const std::map<image_t, int> kNone;
+const std::map<ImageId, int>& SceneMap::Neighbours(ImageId image_id) const {
+  static const std::map<ImageId, int> kNone;
   const auto it = neighbours_.find(image_id);
   return it == neighbours_.end() ? kNone : it->second;
 }
 
-void SceneMap::Register(image_t image_id) {
+void SceneMap::Register(ImageId image_id) {
   if (reconstruction_->IsImageRegistered(image_id)) return;
   reconstruction_->RegisterImage(image_id);
   ++cameras_.at(reconstruction_->Image(image_id).CameraId()).num_registered;
 }
 
-void SceneMap::Deregister(image_t image_id) {
+void SceneMap::Deregister(ImageId image_id) {
   if (!reconstruction_->IsImageRegistered(image_id)) return;
   reconstruction_->DeRegisterImage(image_id);
   --cameras_.at(reconstruction_->Image(image_id).CameraId()).num_registered;
 }
 
 void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
-  const std::vector<image_t> old_ids = reconstruction_->RegImageIds();
-  for (const image_t id : old_ids) Deregister(id);
+  const std::vector<ImageId> old_ids = reconstruction_->RegImageIds();
+  for (const ImageId id : old_ids) Deregister(id);
   for (const auto& [id, camera] : model.Cameras()) {
     if (reconstruction_->ExistsCamera(id)) reconstruction_->Camera(id).SetParams(camera.Params());
   }
-  for (const image_t id : model.RegImageIds()) {
+  for (const ImageId id : model.RegImageIds()) {
     colmap::Image& image = reconstruction_->Image(id);
     image.SetQvec(model.Image(id).Qvec());
     image.SetTvec(model.Image(id).Tvec());
     Register(id);
   }
-  std::vector<point3D_t> points;
+  std::vector<Point3DId> points;
   for (const auto& [id, point] : model.Points3D()) points.push_back(id);
   std::sort(points.begin(), points.end());
-  for (const point3D_t id : points) {
+  for (const Point3DId id : points) {
     const colmap::Point3D& point = model.Point3D(id);
-    const point3D_t added = reconstruction_->AddPoint3D(point.XYZ(), point.Track(), point.Color());
+    const Point3DId added = reconstruction_->AddPoint3D(point.XYZ(), point.Track(), point.Color());
     reconstruction_->Point3D(added).SetError(point.Error());
   }
   triangulator_->ClearModifiedPoints3D();
 }
 
 void SceneMap::ColourPoints() {
-  for (const point3D_t id : reconstruction_->Point3DIds()) {
+  for (const Point3DId id : reconstruction_->Point3DIds()) {
     colmap::Point3D& point = reconstruction_->Point3D(id);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const colmap::TrackElement& element : point.Track().Elements()) {

@@ -16,10 +16,11 @@
 
 namespace skein {
 
-using colmap::camera_t;
-using colmap::image_t;
-using colmap::point2D_t;
-using colmap::point3D_t;
+// COLMAP's ids; its own names are those of Skein's messages.
+using ImageId = colmap::image_t;
+using CameraId = colmap::camera_t;
+using Point2DIdx = colmap::point2D_t;
+using Point3DId = colmap::point3D_t;
 
 // A photo as the mapper takes it.
 struct PhotoInput {
@@ -62,28 +63,28 @@ class SceneMap {
 
   // Photos with a verified pair with this one, with the number of its inliers; also those which
   // are not there.
-  const std::map<image_t, int>& Neighbours(image_t image_id) const;
+  const std::map<ImageId, int>& Neighbours(ImageId image_id) const;
 
   // Registers with the pose that the image has been given / takes it and its observations out.
-  void Register(image_t image_id);
-  void Deregister(image_t image_id);
+  void Register(ImageId image_id);
+  void Deregister(ImageId image_id);
 
   // Drops all poses and points and takes those of `model`, whose images must all be there with the
   // same keypoints and cameras; its points get new ids.
   void ReplaceRegistered(const colmap::Reconstruction& model);
 
   // Ids of the photos in the order they came.
-  const std::vector<image_t>& photos() const { return photos_; }
+  const std::vector<ImageId>& photos() const { return photos_; }
 
   colmap::Reconstruction& reconstruction() { return *reconstruction_; }
   const colmap::Reconstruction& reconstruction() const { return *reconstruction_; }
   const colmap::CorrespondenceGraph& graph() const { return *graph_; }
   colmap::IncrementalTriangulator& triangulator() { return *triangulator_; }
-  CameraState& camera_state(camera_t id) { return cameras_.at(id); }
-  const CameraState& camera_state(camera_t id) const { return cameras_.at(id); }
-  const std::map<camera_t, CameraState>& camera_states() const { return cameras_; }
+  CameraState& camera_state(CameraId id) { return cameras_.at(id); }
+  const CameraState& camera_state(CameraId id) const { return cameras_.at(id); }
+  const std::map<CameraId, CameraState>& camera_states() const { return cameras_; }
   // Pairs of photos that are both there, in the order they came.
-  const std::vector<std::pair<image_t, image_t>>& pairs() const { return pairs_; }
+  const std::vector<std::pair<ImageId, ImageId>>& pairs() const { return pairs_; }
 
   // Colours each point with the mean of its observations. Visits all points.
   void ColourPoints();
@@ -94,20 +95,20 @@ class SceneMap {
  private:
   Status CheckPhoto(const PhotoInput& photo) const;
   void AddCamera(const PhotoInput& photo);
-  Status CheckPair(image_t image_id, const TwoViewPair& pair) const;
-  Status Connect(image_t image_id1, image_t image_id2, const colmap::FeatureMatches& matches);
+  Status CheckPair(ImageId image_id, const TwoViewPair& pair) const;
+  Status Connect(ImageId image_id1, ImageId image_id2, const colmap::FeatureMatches& matches);
 
   int camera_model_id_;
   std::unique_ptr<colmap::Reconstruction> reconstruction_;
   std::unique_ptr<colmap::CorrespondenceGraph> graph_;
   std::unique_ptr<colmap::IncrementalTriangulator> triangulator_;
-  std::map<camera_t, CameraState> cameras_;
-  std::unordered_map<image_t, std::map<image_t, int>> neighbours_;
+  std::map<CameraId, CameraState> cameras_;
+  std::unordered_map<ImageId, std::map<ImageId, int>> neighbours_;
   // For a photo that is not there: pairs of photos that are with it (their index first).
-  std::unordered_map<image_t, std::map<image_t, colmap::FeatureMatches>> waiting_;
-  std::unordered_map<image_t, std::vector<std::array<uint8_t, 3>>> colours_;
-  std::vector<std::pair<image_t, image_t>> pairs_;
-  std::vector<image_t> photos_;
+  std::unordered_map<ImageId, std::map<ImageId, colmap::FeatureMatches>> waiting_;
+  std::unordered_map<ImageId, std::vector<std::array<uint8_t, 3>>> colours_;
+  std::vector<std::pair<ImageId, ImageId>> pairs_;
+  std::vector<ImageId> photos_;
 };
 
 }  // namespace skein

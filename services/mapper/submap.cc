@@ -26,7 +26,7 @@ WeightForm FormOfWeights(LocalBaForm form) {
   return WeightForm::kNone;
 }
 
-double MeanError(const SceneMap& map, image_t id) {
+double MeanError(const SceneMap& map, ImageId id) {
   double sum = 0;
   int count = 0;
   for (const colmap::Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
@@ -39,8 +39,8 @@ double MeanError(const SceneMap& map, image_t id) {
   return count == 0 ? 0.0 : sum / count;
 }
 
-std::vector<point3D_t> AllPoints(const SceneMap& map) {
-  std::vector<point3D_t> ids;
+std::vector<Point3DId> AllPoints(const SceneMap& map) {
+  std::vector<Point3DId> ids;
   for (const auto& [id, point] : map.reconstruction().Points3D()) ids.push_back(id);
   std::sort(ids.begin(), ids.end());
   return ids;
@@ -64,12 +64,12 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
     return result;
   }
   const double start = MonotonicS();
-  const image_t id1 = static_cast<image_t>(image_id1), id2 = static_cast<image_t>(image_id2);
+  const ImageId id1 = static_cast<ImageId>(image_id1), id2 = static_cast<ImageId>(image_id2);
   result = RegisterInitialPair(options, id1, id2, map_.get());
   if (!result.ok) return result;
   RefineGlobally(2, false, false);
   if (map_->reconstruction().Image(id1).NumPoints3D() <
-      static_cast<point2D_t>(options.min_num_inliers / 2)) {
+      static_cast<Point2DIdx>(options.min_num_inliers / 2)) {
     map_->Deregister(id1);
     map_->Deregister(id2);
     result.ok = false;
@@ -78,7 +78,7 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
   }
   PoseEstimate estimate;
   estimate.num_visible = estimate.num_inliers = result.num_inliers;
-  for (const image_t id : {id1, id2}) {
+  for (const ImageId id : {id1, id2}) {
     PhotoEvent event = RegisteredEvent(id, estimate);
     event.total_s = MonotonicS() - start;
     event.num_ba_images = 2;
@@ -91,16 +91,16 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
 
 void Submap::Enqueue(int64_t image_id) {
   if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) return;
-  const image_t id = static_cast<image_t>(image_id);
+  const ImageId id = static_cast<ImageId>(image_id);
   if (side_.trials[id].rejected) return;
   queue_[id] = CountVisible(id);
 }
 
-int Submap::CountVisible(image_t id) const {
+int Submap::CountVisible(ImageId id) const {
   return static_cast<int>(FindVisiblePoints(*map_, id).size());
 }
 
-void Submap::EnqueueNeighbours(image_t id) {
+void Submap::EnqueueNeighbours(ImageId id) {
   for (const auto& [other, inliers] : map_->Neighbours(id)) {
     if (!map_->HasPhoto(other) || map_->IsRegistered(other) || side_.trials[other].rejected)
       continue;
@@ -118,14 +118,14 @@ bool Submap::Step(const EventSink& sink) {
   for (auto it = queue_.begin(); it != queue_.end(); ++it) {
     if (it->second > best->second) best = it;
   }
-  const image_t id = best->first;
+  const ImageId id = best->first;
   queue_.erase(best);
   if (map_->IsRegistered(id)) return true;
   if (TryPhoto(id, sink)) EnqueueNeighbours(id);
   return true;
 }
 
-bool Submap::TryPhoto(image_t id, const EventSink& sink) {
+bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const double start = MonotonicS();
   const VisiblePoints visible = FindVisiblePoints(*map_, id);
   const PoseEstimate estimate = EstimatePose(*map_, id, visible, options_.registration);
@@ -144,7 +144,7 @@ bool Submap::TryPhoto(image_t id, const EventSink& sink) {
   const double triangulate_s = MonotonicS() - before_triangulation;
   const Adjustment adjustment = Adjust(id);
   side_.trials[id].deferred = false;
-  std::vector<image_t> adjusted;
+  std::vector<ImageId> adjusted;
   std::swap(adjusted, last_adjusted_);
   const PhotoEvent timing = event;
   event = RegisteredEvent(id, estimate);
@@ -158,7 +158,7 @@ bool Submap::TryPhoto(image_t id, const EventSink& sink) {
   return map_->IsRegistered(id);
 }
 
-void Submap::Defer(const PoseEstimate& estimate, image_t id, PhotoEvent event,
+void Submap::Defer(const PoseEstimate& estimate, ImageId id, PhotoEvent event,
                    const EventSink& sink) {
   if (side_.trials[id].deferred) return;
   side_.trials[id].deferred = true;
@@ -169,7 +169,7 @@ void Submap::Defer(const PoseEstimate& estimate, image_t id, PhotoEvent event,
   sink(event);
 }
 
-PhotoEvent Submap::RegisteredEvent(image_t id, const PoseEstimate& estimate) const {
+PhotoEvent Submap::RegisteredEvent(ImageId id, const PoseEstimate& estimate) const {
   PhotoEvent event;
   event.image_id = id;
   event.state = PhotoEvent::State::kRegistered;
@@ -181,8 +181,8 @@ PhotoEvent Submap::RegisteredEvent(image_t id, const PoseEstimate& estimate) con
   return event;
 }
 
-void Submap::WithdrawWeak(const std::vector<image_t>& images, const EventSink& sink) {
-  for (const image_t id : images) {
+void Submap::WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink) {
+  for (const ImageId id : images) {
     if (!map_->IsRegistered(id) || map_->reconstruction().NumRegImages() <= 2) continue;
     const int num_points = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
     if (num_points >= options_.min_observations) continue;
@@ -200,7 +200,7 @@ void Submap::WithdrawWeak(const std::vector<image_t>& images, const EventSink& s
   }
 }
 
-Submap::Adjustment Submap::Adjust(image_t new_image) {
+Submap::Adjustment Submap::Adjust(ImageId new_image) {
   const double start = MonotonicS();
   Adjustment adjustment;
   const size_t num_images = map_->reconstruction().NumRegImages();
@@ -216,7 +216,7 @@ Submap::Adjustment Submap::Adjust(image_t new_image) {
   return adjustment;
 }
 
-Submap::Adjustment Submap::AdjustLocally(image_t new_image) {
+Submap::Adjustment Submap::AdjustLocally(ImageId new_image) {
   Adjustment adjustment;
   const BundleRequest request = SelectLocalWindow(options_.local, *map_, side_.similar, new_image);
   Bundle bundle = BuildBundle(*map_, request);
@@ -232,12 +232,12 @@ Submap::Adjustment Submap::AdjustLocally(image_t new_image) {
   ApplyBundle(bundle, map_.get());
   FilterBundle(options_.filter, bundle, map_.get());
   colmap::IncrementalTriangulator& triangulator = map_->triangulator();
-  const std::unordered_set<point3D_t> modified = triangulator.GetModifiedPoints3D();
+  const std::unordered_set<Point3DId> modified = triangulator.GetModifiedPoints3D();
   triangulator.MergeTracks(options_.triangulation, modified);
   triangulator.CompleteTracks(options_.triangulation, triangulator.GetModifiedPoints3D());
   triangulator.CompleteImage(options_.triangulation, new_image);
   const auto& changed = triangulator.GetModifiedPoints3D();
-  std::vector<point3D_t> points(changed.begin(), changed.end());
+  std::vector<Point3DId> points(changed.begin(), changed.end());
   std::sort(points.begin(), points.end());
   FilterPoints(options_.filter, points, map_.get());
   last_adjusted_ = request.free;
@@ -298,19 +298,19 @@ void Submap::RetryDeferred() {
 }
 
 Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
-  for (const image_t id : model.RegImageIds()) {
+  for (const ImageId id : model.RegImageIds()) {
     if (!map_->HasPhoto(id)) return Status::Error("model with an image that is not there");
     if (model.Image(id).NumPoints2D() != map_->reconstruction().Image(id).NumPoints2D()) {
       return Status::Error("model with other keypoints");
     }
-    const camera_t camera = model.Image(id).CameraId();
+    const CameraId camera = model.Image(id).CameraId();
     if (camera != map_->reconstruction().Image(id).CameraId() ||
         model.Camera(camera).ModelId() != map_->reconstruction().Camera(camera).ModelId()) {
       return Status::Error("model with another camera");
     }
   }
   map_->ReplaceRegistered(model);
-  for (const image_t id : model.RegImageIds()) {
+  for (const ImageId id : model.RegImageIds()) {
     queue_.erase(id);
     side_.trials[id].deferred = false;
   }
@@ -323,7 +323,7 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
   SharedImages result;
   for (const int64_t image_id : image_ids) {
     if (!map_->IsRegistered(image_id)) continue;
-    const colmap::Image& image = map_->reconstruction().Image(static_cast<image_t>(image_id));
+    const colmap::Image& image = map_->reconstruction().Image(static_cast<ImageId>(image_id));
     const colmap::Camera& camera = map_->reconstruction().Camera(image.CameraId());
     SharedImage shared;
     shared.image_id = image_id;
@@ -333,7 +333,7 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
     shared.height = camera.Height();
     for (int i = 0; i < 4; ++i) shared.qvec[i] = image.Qvec(i);
     for (int i = 0; i < 3; ++i) shared.tvec[i] = image.Tvec(i);
-    for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
       const colmap::Point2D& point2D = image.Point2D(i);
       if (!point2D.HasPoint3D()) continue;
       const Eigen::Vector3d& xyz = map_->reconstruction().Point3D(point2D.Point3DId()).XYZ();
@@ -352,19 +352,19 @@ void Submap::Finish(const EventSink& sink) {
   while (Step(sink)) continue;
   if (map_->reconstruction().NumRegImages() < 2) return;
   RefineGlobally(2, true, false);
-  for (const image_t id : map_->reconstruction().RegImageIds()) {
+  for (const ImageId id : map_->reconstruction().RegImageIds()) {
     map_->triangulator().CompleteImage(options_.triangulation, id);
   }
   RefineGlobally(5, true, true);
-  const std::vector<image_t> images = map_->reconstruction().RegImageIds();
+  const std::vector<ImageId> images = map_->reconstruction().RegImageIds();
   WithdrawWeak(images, sink);
 }
 
 std::vector<PhotoEvent> Submap::RegisteredEvents() const {
-  std::vector<image_t> ids = map_->reconstruction().RegImageIds();
+  std::vector<ImageId> ids = map_->reconstruction().RegImageIds();
   std::sort(ids.begin(), ids.end());
   std::vector<PhotoEvent> events;
-  for (const image_t id : ids) {
+  for (const ImageId id : ids) {
     PoseEstimate estimate;
     estimate.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
     events.push_back(RegisteredEvent(id, estimate));

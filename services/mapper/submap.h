@@ -110,7 +110,7 @@ class Submap {
   };
   // For checkpoints.
   struct Side {
-    std::map<image_t, Trial> trials;
+    std::map<ImageId, Trial> trials;
     SimilarityLists similar;
     uint64_t images_at_global = 0;
     uint64_t points_at_global = 0;
@@ -124,14 +124,14 @@ class Submap {
     double seconds = 0;
   };
 
-  bool TryPhoto(image_t id, const EventSink& sink);
-  void Defer(const PoseEstimate& estimate, image_t id, PhotoEvent event, const EventSink& sink);
-  PhotoEvent RegisteredEvent(image_t id, const PoseEstimate& estimate) const;
-  void EnqueueNeighbours(image_t id);
-  int CountVisible(image_t id) const;
+  bool TryPhoto(ImageId id, const EventSink& sink);
+  void Defer(const PoseEstimate& estimate, ImageId id, PhotoEvent event, const EventSink& sink);
+  PhotoEvent RegisteredEvent(ImageId id, const PoseEstimate& estimate) const;
+  void EnqueueNeighbours(ImageId id);
+  int CountVisible(ImageId id) const;
 
-  Adjustment Adjust(image_t new_image);
-  Adjustment AdjustLocally(image_t new_image);
+  Adjustment Adjust(ImageId new_image);
+  Adjustment AdjustLocally(ImageId new_image);
   // One global BA; returns the part of the observations that completion, merging and filtering
   // changed after it.
   double AdjustGlobally(const BundleOptions& options, int* num_images);
@@ -139,13 +139,13 @@ class Submap {
   bool HasGrown() const;
   void NoteSize();
   void MarkCamerasRefined();
-  void WithdrawWeak(const std::vector<image_t>& images, const EventSink& sink);
+  void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
 
   SubmapOptions options_;
   std::unique_ptr<SceneMap> map_;
   Side side_;
-  std::map<image_t, int> queue_;        // with the number of points it sees
-  std::vector<image_t> last_adjusted_;  // images whose observations the last BA filtered
+  std::map<ImageId, int> queue_;        // with the number of points it sees
+  std::vector<ImageId> last_adjusted_;  // images whose observations the last BA filtered
 };
 
 }  // namespace skein
