@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/evaluate.h"
 #include "clients/probe.h"
 #include "clients/sim/sim.h"
 #include "clients/subcommand.h"
@@ -16,6 +17,7 @@ using skein::Subcommand;
 const std::vector<Subcommand> kSubcommands = {
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
+    {"evaluate", "a model's camera poses against a ground truth", skein::RunEvaluate},
 };
 
 void PrintUsage(std::ostream& out) {

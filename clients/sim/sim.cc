@@ -85,7 +85,7 @@ void RenderJob(const SimOptions& options, const Place& place, const Camera& came
   exposure.seed = random.Next();
   const cv::Mat3b image = RenderPhoto(place, camera, job.shot.pose, exposure);
   const ExifInfo exif = MakeExif(options, camera, job, &random);
-  WriteWhole(fs::path(options.out) / job.agent / job.file,
+  WriteWhole(fs::path(options.out) / "images" / job.agent / job.file,
              EncodePhoto(image, options.exif ? &exif : nullptr, options.quality));
 }
 
@@ -111,7 +111,7 @@ std::vector<RenderedAgent> RenderSession(const SimOptions& options) {
   const std::vector<Job> jobs = PlanJobs(options, walks);
   std::vector<RenderedAgent> agents;
   for (const Walk& walk : walks) {
-    agents.push_back({walk.agent, (fs::path(options.out) / walk.agent).string()});
+    agents.push_back({walk.agent, (fs::path(options.out) / "images" / walk.agent).string()});
     fs::create_directories(agents.back().folder);
   }
   const Place place = BuildPlace(options.scenario, options.threads);
@@ -139,7 +139,8 @@ int RunSim(int argc, char** argv) {
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   CLI::App app("Renders a synthetic place as its agents photograph it, with the exact poses.",
                "skein sim");
-  app.add_option("--out", options.out, "Folder for AGENT/NAME.jpg and truth/ (a COLMAP text model)")
+  app.add_option("--output,--out", options.out,
+                 "Folder for images/AGENT/NAME.jpg and truth (a COLMAP text model)")
       ->required();
   app.add_option("--agents", options.scenario.agents, "How many agents")
       ->check(CLI::Range(1, 64))

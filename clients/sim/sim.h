@@ -21,8 +21,8 @@ struct SimOptions {
   int threads = 1;
 };
 
-// Files of a rendered session: OUT/AGENT/NAME.jpg and OUT/truth. Returns the paths of each agent's
-// folder. A photo is complete when its name appears; one that exists is not rendered again.
+// Renders OUT/images/AGENT/NAME.jpg and OUT/truth; returns each agent's folder. A photo is complete
+// when its name appears. Throws std::runtime_error when a file cannot be written.
 struct RenderedAgent {
   std::string name, folder;
 };
