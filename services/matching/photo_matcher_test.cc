@@ -3,49 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "matching/feature_cache.h"
+#include "matching/test_world.h"
 
 namespace skein {
 namespace {
-
-constexpr double kFocalPx = 1000;
-constexpr int kSizePx = 1000;
-
-// Photos of one cloud of points, each with a descriptor of its own, along a line.
-class World {
- public:
-  World() {
-    std::uniform_real_distribution<double> at(-3, 3), depth(5, 12);
-    for (int i = 0; i < 400; ++i) {
-      points_.emplace_back(at(rng_), at(rng_), depth(rng_));
-      for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(rng_() % 64);
-    }
-  }
-
-  // From the first points of the cloud; the rest of its features are its own.
-  PhotoFeaturesPtr Photo(int64_t id, double x, size_t num_common) {
-    auto photo = std::make_shared<PhotoFeatures>();
-    photo->image_id = id;
-    photo->camera = PriorCamera(kSizePx, kSizePx, kFocalPx, true);
-    for (size_t i = 0; i < points_.size(); ++i) {
-      const bool common = i < num_common;
-      const Eigen::Vector3d& point = common ? points_[i] : points_[rng_() % points_.size()];
-      photo->points.push_back(kFocalPx * (point - Eigen::Vector3d(x, 0, 0)).hnormalized() +
-                              Eigen::Vector2d::Constant(kSizePx / 2.));
-      for (int k = 0; k < kDescriptorDim; ++k) {
-        photo->descriptors.push_back(common ? descriptors_[i * kDescriptorDim + k] : rng_() % 64);
-      }
-    }
-    return photo;
-  }
-
- private:
-  std::mt19937 rng_{3};
-  std::vector<Eigen::Vector3d> points_;
-  std::vector<uint8_t> descriptors_;
-};
 
 TEST(PhotoMatcher, KeepsVerifiedPairsMostInliersFirst) {
   World world;
@@ -92,7 +55,7 @@ TEST(PhotoMatcher, ResultDoesNotDependOnThreads) {
 TEST(PhotoMatcher, WithoutCandidatesOrFeaturesThereAreNoPairs) {
   World world;
   auto empty = std::make_shared<PhotoFeatures>();
-  empty->camera = PriorCamera(kSizePx, kSizePx, kFocalPx, true);
+  empty->camera = PriorCamera(World::kSizePx, World::kSizePx, World::kFocalPx, true);
   PhotoMatcher matcher({});
   EXPECT_EQ(matcher.Match(*world.Photo(1, 0, 400), {}).num_tried, 0);
   EXPECT_TRUE(matcher.Match(*world.Photo(1, 0, 400), {empty}).pairs.empty());
@@ -108,7 +71,8 @@ TEST(PhotoMatcher, RefusesZeroThreads) {
 class PhotoFeaturesBlobs : public testing::Test {
  protected:
   Result<PhotoFeaturesPtr> Decode() {
-    return DecodePhotoFeatures(7, PriorCamera(kSizePx, kSizePx, kFocalPx, false),
+    return DecodePhotoFeatures(7,
+                               PriorCamera(World::kSizePx, World::kSizePx, World::kFocalPx, false),
                                EncodeKeypoints(keypoints_), EncodeDescriptors(descriptors_));
   }
 
@@ -131,14 +95,14 @@ TEST_F(PhotoFeaturesBlobs, RefuseCountsThatDiffer) {
 }
 
 TEST_F(PhotoFeaturesBlobs, RefuseKeypointsOutsideTheImageOrNotNumbers) {
-  for (const float x : {-1.f, kSizePx + 1.f, std::nanf(""), INFINITY}) {
+  for (const float x : {-1.f, World::kSizePx + 1.f, std::nanf(""), INFINITY}) {
     keypoints_[1].x = x;
     EXPECT_FALSE(Decode().ok()) << x;
   }
 }
 
 TEST_F(PhotoFeaturesBlobs, RefuseDamagedBytes) {
-  const colmap::Camera camera = PriorCamera(kSizePx, kSizePx, kFocalPx, false);
+  const colmap::Camera camera = PriorCamera(World::kSizePx, World::kSizePx, World::kFocalPx, false);
   Bytes damaged = EncodeDescriptors(descriptors_);
   damaged.pop_back();
   EXPECT_FALSE(DecodePhotoFeatures(7, camera, EncodeKeypoints(keypoints_), damaged).ok());

@@ -1,0 +1,221 @@
+#include "matching/matching_service.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <set>
+
+#include "matching/messages.h"
+#include "matching/test_world.h"
+#include "messaging/ledger_server.h"
+
+namespace skein {
+namespace {
+
+constexpr char kSession[] = "0123456789abcdef";
+constexpr double kDeadlineS = 60;
+
+NodeOptions OptionsOf(const std::string& service) {
+  NodeOptions options;
+  options.service = service;
+  options.session_id = kSession;
+  return options;
+}
+
+// What matching sees of ingest: a ledger, blobs, work, and answers to submissions.
+class Ingest {
+ public:
+  Ingest(PollLoop& loop, Bus& bus)
+      : node_(OptionsOf("ingest"), loop, bus),
+        server_(node_, 0, [this](int64_t from, int64_t to, const LedgerServer::Visit& visit) {
+          for (int64_t seq = from; seq <= to; ++seq) {
+            const Fact& fact = ledger_[seq - 1];
+            if (!visit(FactKind(fact), EncodeFact(fact))) return;
+          }
+        }) {
+    bus.Subscribe<work_request_t>(kWorkRequestChannel,
+                                  [this](const work_request_t& request) { GiveWork(request); });
+    bus.Subscribe<matches_t>(kSubmitMatchesChannel,
+                             [this](const matches_t& matches) { OnMatches(matches); });
+    bus.Subscribe<work_failed_t>(kWorkFailedChannel, [this](const work_failed_t& failed) {
+      failures_[failed.item_id] = failed;
+      work_.erase(failed.item_id);
+    });
+  }
+
+  void AddPhoto(const PhotoFeatures& photo) {
+    image_t image;
+    image.image_id = photo.image_id;
+    image.width_px = image.height_px = World::kSizePx;
+    image.focal_px = World::kFocalPx;
+    image.focal_from_exif = true;
+    Commit(image, "image");
+    features_t features;
+    features.image_id = photo.image_id;
+    features.num_keypoints = static_cast<int32_t>(photo.points.size());
+    Keypoints keypoints;
+    for (const Eigen::Vector2d& point : photo.points) {
+      keypoints.push_back({float(point.x()), float(point.y()), 2, 0, 0, 0, 0});
+    }
+    features.keypoints_blob = node_.blobs().Offer(EncodeKeypoints(keypoints));
+    features.descriptors_blob = node_.blobs().Offer(
+        damaged_.count(photo.image_id) ? Bytes{1, 2, 3} : EncodeDescriptors({photo.descriptors}));
+    Commit(features, "features");
+  }
+
+  void AddCandidates(int64_t image_id, const std::vector<int64_t>& others) {
+    candidates_t candidates;
+    candidates.image_id = image_id;
+    candidates.other_ids = others;
+    candidates.distances.assign(others.size(), 0.5f);
+    candidates.num_candidates = static_cast<int32_t>(others.size());
+    Commit(candidates, "candidates");
+  }
+
+  void AddWork(int64_t image_id) { work_.insert(image_id); }
+  void Damage(int64_t image_id) { damaged_.insert(image_id); }
+
+  const std::map<int64_t, matches_t>& matches() const { return matches_; }
+  const std::map<int64_t, work_failed_t>& failures() const { return failures_; }
+  Node& node() { return node_; }
+
+ private:
+  template <class T>
+  void Commit(T fact, const std::string& kind) {
+    fact.header.session_id = kSession;
+    fact.header.seq = static_cast<int64_t>(ledger_.size()) + 1;
+    fact.header.fact_id = kind + "/" + std::to_string(fact.image_id);
+    ledger_.push_back(fact);
+    server_.Broadcast(ledger_.back());
+  }
+
+  void GiveWork(const work_request_t& request) {
+    if (request.kind != "matching" || request.capacity < 1) return;
+    for (const int64_t item : work_) {
+      if (std::count(request.held.begin(), request.held.end(), item)) continue;
+      work_t work;
+      work.worker = request.worker;
+      work.kind = request.kind;
+      work.item_id = item;
+      work.attempt = 1;
+      work.lease_s = 30;
+      node_.Publish(kWorkChannel, work);
+      return;
+    }
+  }
+
+  void OnMatches(const matches_t& matches) {
+    submit_reply_t reply;
+    reply.author = matches.header.author;
+    reply.fact_id = matches.header.fact_id;
+    reply.status = submit_reply_t::COMMITTED;
+    if (matches_.count(matches.image_id) == 0) {
+      if (!matches.pairs_blob.empty() && !pairs_.count(matches.pairs_blob)) return Pull(matches);
+      work_.erase(matches.image_id);
+      matches_[matches.image_id] = matches;
+      Commit(matches, "matches");
+    }
+    reply.seq = 1;
+    node_.Publish(kSubmitReplyChannel, reply);
+  }
+
+  void Pull(const matches_t& matches) {
+    node_.blobs().Fetch(matches.pairs_blob, matches.header.author,
+                        [this, id = matches.pairs_blob](const Result<Bytes>& bytes) {
+                          if (bytes.ok()) pairs_[id] = *bytes;
+                        });
+  }
+
+  Node node_;
+  LedgerServer server_;
+  std::vector<Fact> ledger_;
+  std::set<int64_t> work_, damaged_;
+  std::map<int64_t, matches_t> matches_;
+  std::map<std::string, Bytes> pairs_;
+  std::map<int64_t, work_failed_t> failures_;
+
+ public:
+  TwoViewPairs PairsOf(int64_t image_id) const {
+    return *DecodeTwoViewPairs(pairs_.at(matches_.at(image_id).pairs_blob));
+  }
+};
+
+class Matching : public testing::Test {
+ protected:
+  void StartService() {
+    node_.emplace(OptionsOf("matching"), loop_, bus_);
+    service_.emplace(*node_, MatchingServiceOptions());
+  }
+
+  bool RunUntilMatched(size_t num_photos) {
+    return loop_.RunUntil([&] { return ingest_.matches().size() == num_photos; }, kDeadlineS);
+  }
+
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Ingest ingest_{loop_, bus_};
+  std::optional<Node> node_;
+  std::optional<MatchingService> service_;
+  World world_;
+};
+
+TEST_F(Matching, SubmitsVerifiedPairsAndAnEmptyFactWithoutCandidates) {
+  ingest_.AddPhoto(*world_.Photo(1, 0, 400));
+  ingest_.AddPhoto(*world_.Photo(2, 0.5, 200));
+  ingest_.AddPhoto(*world_.Photo(3, 1.0, 300));
+  ingest_.AddCandidates(1, {});
+  ingest_.AddCandidates(3, {2, 1});
+  ingest_.AddWork(1);
+  ingest_.AddWork(3);
+  StartService();
+  ASSERT_TRUE(RunUntilMatched(2));
+  EXPECT_EQ(ingest_.matches().at(1).num_tried, 0);
+  EXPECT_EQ(ingest_.matches().at(1).pairs_blob, "");
+  const matches_t& matches = ingest_.matches().at(3);
+  EXPECT_EQ(matches.header.fact_id, "matches/3");
+  EXPECT_EQ(matches.header.author, "matching");
+  EXPECT_EQ(matches.num_tried, 2);
+  ASSERT_EQ(matches.num_pairs, 2);
+  EXPECT_EQ(matches.pairs[0].other_id, 1);
+  EXPECT_EQ(matches.pairs[1].other_id, 2);
+  const TwoViewPairs pairs = ingest_.PairsOf(3);
+  ASSERT_EQ(pairs.size(), 2u);
+  EXPECT_EQ(pairs[0].inliers.size(), static_cast<size_t>(matches.pairs[0].num_inliers));
+}
+
+TEST_F(Matching, WaitsForCandidatesThatTheLedgerBringsLater) {
+  ingest_.AddPhoto(*world_.Photo(1, 0, 400));
+  ingest_.AddWork(2);
+  StartService();
+  EXPECT_FALSE(loop_.RunUntil([&] { return !ingest_.matches().empty(); }, 0.2));
+  ingest_.AddPhoto(*world_.Photo(2, 1, 300));
+  ingest_.AddCandidates(2, {1});
+  ASSERT_TRUE(RunUntilMatched(1));
+  EXPECT_EQ(ingest_.matches().at(2).num_pairs, 1);
+}
+
+TEST_F(Matching, LeavesOutCandidatesThatCannotBeUsed) {
+  ingest_.Damage(2);
+  ingest_.AddPhoto(*world_.Photo(1, 0, 400));
+  ingest_.AddPhoto(*world_.Photo(2, 0.5, 200));
+  ingest_.AddPhoto(*world_.Photo(3, 1, 300));
+  ingest_.AddCandidates(3, {2, 1, 1, 3, 77, -5});
+  ingest_.AddWork(3);
+  StartService();
+  ASSERT_TRUE(RunUntilMatched(1));
+  EXPECT_EQ(ingest_.matches().at(3).num_tried, 1);
+  EXPECT_EQ(ingest_.matches().at(3).num_pairs, 1);
+}
+
+TEST_F(Matching, ReportsAPhotoWithDamagedFeatures) {
+  ingest_.Damage(1);
+  ingest_.AddPhoto(*world_.Photo(1, 0, 400));
+  ingest_.AddCandidates(1, {});
+  ingest_.AddWork(1);
+  StartService();
+  ASSERT_TRUE(loop_.RunUntil([&] { return !ingest_.failures().empty(); }, kDeadlineS));
+  EXPECT_NE(ingest_.failures().at(1).reason.find("image 1"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace skein
