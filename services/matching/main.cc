@@ -21,7 +21,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
   app.add_option("--kernel", kernel, "Matching kernel; default: the fastest supported")
-      ->transform(CLI::CheckedTransformer(kernels, CLI::ignore_case));
+      ->transform(CLI::CheckedTransformer(kernels, CLI::ignore_case)
+                      .description("avx512vnni, avx2 or portable"));
   if (const auto code = skein::ParseCommandLine(app, argc, argv)) return *code;
 
   return skein::RunService(options, [&](skein::Node& node) {

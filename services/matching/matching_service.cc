@@ -111,7 +111,7 @@ void MatchingService::Submit(int64_t image_id, const Outcome& outcome) {
                            });
 }
 
-void MatchingService::Fail(int64_t image_id, const std::string& reason, bool permanent) {
+void MatchingService::Fail(int64_t image_id, std::string reason, bool permanent) {
   spdlog::warn("image {}: {}", image_id, reason);
   jobs_.erase(image_id);
   work_.Fail(image_id, reason, permanent);

@@ -51,7 +51,8 @@ class MatchingService {
   void OnOneLoaded(int64_t image_id);
   void Match(int64_t image_id);
   void Submit(int64_t image_id, const Outcome& outcome);
-  void Fail(int64_t image_id, const std::string& reason, bool permanent);
+  // By value: the reason may belong to the job that ends here.
+  void Fail(int64_t image_id, std::string reason, bool permanent);
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
