@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "clients/agent.h"
 #include "clients/evaluate.h"
+#include "clients/finish.h"
 #include "clients/probe.h"
 #include "clients/sim/sim.h"
 #include "clients/subcommand.h"
@@ -15,6 +17,8 @@ using skein::Subcommand;
 
 // Sorted as a user meets them.
 const std::vector<Subcommand> kSubcommands = {
+    {"agent", "publishes the photos of a folder to a session", skein::RunAgent},
+    {"finish", "finishes a session: final models and report", skein::RunFinish},
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
     {"evaluate", "a model's camera poses against a ground truth", skein::RunEvaluate},

@@ -37,7 +37,11 @@ PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
 void PhotoIntake::OnOffer(const image_offer_t& offer) {
   const Key key = RefusalId(offer.agent, offer.name, offer.blob_id);
   if (AnswerDecided(key, offer)) return;
-  if (pending_.count(key) > 0) return Ack(offer, image_ack_t::WAIT, 0, "being received");
+  const auto pending = pending_.find(key);
+  if (pending != pending_.end()) {
+    if (pending->second.offer.owner != offer.owner) FollowOwner(key, offer);
+    return Ack(offer, image_ack_t::WAIT, 0, "being received");
+  }
   if (Status status = CheckOffer(offer); !status.ok()) return Refuse(key, offer, status.error());
   if (writer_.state().finishing()) {
     return Ack(offer, image_ack_t::WAIT, 0, "the session is finishing; offer again");
@@ -93,10 +97,24 @@ void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
   pending.offer = offer;
   pending.received_utime_us = writer_.now_us();
   pending.progress_s = MonotonicS();
-  pending.fetch_id = node_.blobs().Fetch(
-      offer.blob_id, offer.owner,
-      [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); }, offer.size_bytes);
+  Pull(key, &pending);
   Ack(offer, image_ack_t::WAIT, 0, "being received");
+}
+
+void PhotoIntake::Pull(const Key& key, Pending* pending) {
+  pending->fetch_id = node_.blobs().Fetch(
+      pending->offer.blob_id, pending->offer.owner,
+      [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); },
+      pending->offer.size_bytes);
+}
+
+// The agent came back under another name, or another process offers the same.
+void PhotoIntake::FollowOwner(const Key& key, const image_offer_t& offer) {
+  Pending& pending = pending_.at(key);
+  if (pending.fetch_id == 0) return;
+  node_.blobs().Cancel(pending.fetch_id);
+  pending.offer.owner = offer.owner;
+  Pull(key, &pending);
 }
 
 void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {

@@ -50,6 +50,8 @@ class PhotoIntake {
   bool AnswerDecided(const Key& key, const image_offer_t& offer);
   Status CheckOffer(const image_offer_t& offer) const;
   void Begin(const Key& key, const image_offer_t& offer);
+  void Pull(const Key& key, Pending* pending);
+  void FollowOwner(const Key& key, const image_offer_t& offer);
   void OnBytes(const Key& key, Result<Bytes> bytes);
   void OnChecked(const Key& key, std::shared_ptr<const Bytes> bytes, Result<CheckedPhoto> photo);
   void OnStored(const Key& key, const CheckedPhoto& photo, const std::string& name, Status stored);

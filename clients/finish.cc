@@ -1,0 +1,100 @@
+#include "clients/finish.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <optional>
+#include <string>
+
+#include "clients/client_node.h"
+#include "clients/subcommand.h"
+#include "core/clock.h"
+#include "core/process.h"
+
+namespace skein {
+namespace {
+
+constexpr double kRepeatS = 1;
+
+struct FinishOptions {
+  ClientOptions client;
+  double timeout_s = 0;
+};
+
+std::optional<int> ParseFinishOptions(int argc, char** argv, FinishOptions* options) {
+  CLI::App app(
+      "Finishes a session: waits for all photos, refines and writes sparse/ and report.json.\n"
+      "The session stays open: photos can be added and it can be finished again.",
+      "skein finish");
+  AddClientOptions(app, &options->client);
+  app.add_option("--timeout", options->timeout_s, "Seconds to wait (default: as long as it takes)")
+      ->check(CLI::NonNegativeNumber);
+  app.footer("Exit codes: 0 finished, 1 error, timeout or interrupted, 2 bad usage.");
+  return ParseCommandLine(app, argc, argv);
+}
+
+// Says what ingest does, whenever that changes, and that it is silent.
+class ProgressTeller {
+ public:
+  void OnHeartbeat(const heartbeat_t& heartbeat) {
+    if (heartbeat.service != "ingest") return;
+    heard_s_ = MonotonicS();
+    Tell(heartbeat.state);
+  }
+  void Tick() {
+    if (MonotonicS() - heard_s_ > 5) Tell("no sign of ingest; waiting for it (is it running?)");
+  }
+
+ private:
+  void Tell(const std::string& text) {
+    if (text == told_) return;
+    told_ = text;
+    const int seconds = static_cast<int>(MonotonicS() - start_s_);
+    std::cerr << "[" << seconds << " s] " << text << std::endl;
+  }
+
+  const double start_s_ = MonotonicS();
+  double heard_s_ = MonotonicS();
+  std::string told_;
+};
+
+// Repeats the command until it is answered; empty if it was not, in time.
+std::optional<command_reply_t> Ask(Node* node, double timeout_s) {
+  command_t command;
+  command.command_id = static_cast<int64_t>(RandomU64() >> 1);
+  command.sender = node->instance();
+  command.verb = "finish";
+  std::optional<command_reply_t> answer;
+  ProgressTeller progress;
+  node->bus().Subscribe<command_reply_t>(kCommandReplyChannel, [&](const command_reply_t& reply) {
+    if (reply.command_id == command.command_id) answer = reply;
+  });
+  node->bus().Subscribe<heartbeat_t>(
+      kHeartbeatChannel, [&](const heartbeat_t& heartbeat) { progress.OnHeartbeat(heartbeat); });
+  const double start_s = MonotonicS();
+  const auto in_time = [&] { return timeout_s <= 0 || MonotonicS() - start_s < timeout_s; };
+  while (!answer && in_time() && !node->loop().interrupted()) {
+    node->Publish(kCommandChannel, command);
+    progress.Tick();
+    node->loop().RunUntil([&] { return answer.has_value(); }, kRepeatS);
+  }
+  return answer;
+}
+
+}  // namespace
+
+int RunFinish(int argc, char** argv) {
+  FinishOptions options;
+  if (const auto exit_code = ParseFinishOptions(argc, argv, &options)) return *exit_code;
+  const auto node = MakeClientNode("finish", "finish-" + std::to_string(getpid()), options.client);
+  const auto answer = Ask(node.get(), options.timeout_s);
+  if (!answer) {
+    std::cerr << "skein finish: not finished yet; the session goes on finishing" << std::endl;
+    return kExitError;
+  }
+  (answer->ok ? std::cout : std::cerr) << answer->text << std::endl;
+  return answer->ok ? kExitOk : kExitError;
+}
+
+}  // namespace skein

@@ -1,0 +1,129 @@
+#include "clients/photo_folder.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "core/file.h"
+#include "ingest/exif.h"
+#include "ingest/photo_header.h"
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<const char*, 5> kExtensions = {".jpg", ".jpeg", ".png", ".tif", ".tiff"};
+constexpr int kJpegQuality = 95;
+
+bool IsPhotoName(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+int64_t CaptureTime(const fs::path& path) {
+  const Result<Bytes> bytes = ReadFile(path.string());
+  if (bytes.ok()) {
+    const Result<PhotoHeader> header = ReadPhotoHeader(*bytes);
+    const int64_t time = header.ok() ? ReadExif(*bytes, *header).capture_utime_us : 0;
+    if (time != 0) return time;
+  }
+  std::error_code error;
+  const auto written = fs::last_write_time(path, error).time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(written).count();
+}
+
+void SortByTime(std::vector<PhotoFile>* photos) {
+  std::map<fs::path, int64_t> times;
+  for (const PhotoFile& photo : *photos) times[photo.path] = CaptureTime(photo.path);
+  std::stable_sort(photos->begin(), photos->end(), [&](const PhotoFile& a, const PhotoFile& b) {
+    return times[a.path] < times[b.path];
+  });
+}
+
+// Written out, because std::shuffle differs between standard libraries.
+void Shuffle(std::vector<PhotoFile>* photos, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (size_t i = photos->size(); i > 1; --i) std::swap((*photos)[i - 1], (*photos)[random() % i]);
+}
+
+// The EXIF segment with its marker and length; empty if there is none.
+Bytes ExifSegment(const Bytes& jpeg) {
+  static constexpr uint8_t kExif[] = {'E', 'x', 'i', 'f', 0, 0};
+  for (size_t at = 2; at + 10 <= jpeg.size() && jpeg[at] == 0xff && jpeg[at + 1] != 0xda;) {
+    const size_t length = 2 + (size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
+    if (length < 4 || length > jpeg.size() - at) break;
+    const auto begin = jpeg.begin() + static_cast<ptrdiff_t>(at);
+    if (jpeg[at + 1] == 0xe1 && std::equal(kExif, kExif + 6, begin + 4)) {
+      return Bytes(begin, begin + static_cast<ptrdiff_t>(length));
+    }
+    at += length;
+  }
+  return {};
+}
+
+Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
+  cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  if (image.empty()) return bytes;
+  const double scale = static_cast<double>(max_size_px) / std::max(image.cols, image.rows);
+  cv::Mat small;
+  const cv::Size size(std::max(1, cvRound(image.cols * scale)),
+                      std::max(1, cvRound(image.rows * scale)));
+  cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
+  Bytes jpeg;
+  cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  if (header.format == PhotoFormat::kJpeg) {
+    const Bytes exif = ExifSegment(bytes);
+    jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
+  }
+  return jpeg;
+}
+
+}  // namespace
+
+Result<PhotoOrder> ParsePhotoOrder(const std::string& text) {
+  if (text == "name") return PhotoOrder{PhotoOrder::Kind::kName, 0};
+  if (text == "time") return PhotoOrder{PhotoOrder::Kind::kTime, 0};
+  const std::string prefix = "shuffle:";
+  const std::string seed = text.substr(std::min(text.size(), prefix.size()));
+  const bool is_number = !seed.empty() && seed.size() < 19 &&
+                         seed.find_first_not_of("0123456789") == std::string::npos;
+  if (text.compare(0, prefix.size(), prefix) != 0 || !is_number) {
+    return Status::Error("order must be name, time or shuffle:SEED, not '" + text + "'");
+  }
+  return PhotoOrder{PhotoOrder::Kind::kShuffle, std::stoull(seed)};
+}
+
+std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& order) {
+  std::vector<PhotoFile> photos;
+  const auto options = fs::directory_options::follow_directory_symlink |
+                       fs::directory_options::skip_permission_denied;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
+    std::error_code error;
+    if (!entry.is_regular_file(error) || !IsPhotoName(entry.path())) continue;
+    photos.push_back({entry.path(), entry.path().lexically_relative(folder).string()});
+  }
+  std::sort(photos.begin(), photos.end(),
+            [](const PhotoFile& a, const PhotoFile& b) { return a.name < b.name; });
+  if (order.kind == PhotoOrder::Kind::kTime) SortByTime(&photos);
+  if (order.kind == PhotoOrder::Kind::kShuffle) Shuffle(&photos, order.seed);
+  return photos;
+}
+
+Result<Bytes> ReadPhoto(const fs::path& path, int max_size_px) {
+  Result<Bytes> bytes = ReadFile(path.string());
+  if (!bytes.ok() || max_size_px <= 0) return bytes;
+  const Result<PhotoHeader> header = ReadPhotoHeader(*bytes);
+  if (!header.ok()) return bytes;
+  const int64_t pixels = header->width_px * header->height_px;
+  const bool is_larger = std::max(header->width_px, header->height_px) > max_size_px;
+  if (!is_larger || pixels > 1'000'000'000) return bytes;
+  return Shrink(*bytes, *header, max_size_px);
+}
+
+}  // namespace skein

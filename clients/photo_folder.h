@@ -1,0 +1,38 @@
+// The photos of a folder: which, in what order, and the bytes that are sent of each.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/bytes.h"
+#include "core/result.h"
+
+namespace skein {
+
+struct PhotoFile {
+  std::filesystem::path path;
+  std::string name;  // relative to the folder; as the file system has it, valid or not
+};
+
+// How a folder is gone through.
+struct PhotoOrder {
+  enum class Kind { kName, kTime, kShuffle };
+  Kind kind = Kind::kName;
+  uint64_t seed = 0;
+};
+
+// "name", "time" or "shuffle:SEED".
+Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
+
+// Regular files below the folder that are called .jpg, .jpeg, .png, .tif or .tiff in any case.
+// Order by time: EXIF's capture time, else the file's; by name where that is equal.
+std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
+
+// The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side: as a JPEG
+// of quality 95 with the EXIF block of the original, pixels as stored. What cannot be decoded is
+// returned as it is: ingest says what is wrong with it.
+Result<Bytes> ReadPhoto(const std::filesystem::path& path, int max_size_px);
+
+}  // namespace skein

@@ -1,0 +1,81 @@
+// An agent's photos, offered to ingest until each is decided.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clients/photo_folder.h"
+#include "messaging/node.h"
+#include "messaging/worker_thread.h"
+
+namespace skein {
+
+struct PublisherOptions {
+  std::string agent;
+  double rate_hz = 0;    // photos a second; 0: as fast as ingest takes them
+  int max_size_px = 0;   // longest side sent; 0: as they are
+  int window = 4;        // photos offered at a time without a rate
+  int rate_window = 32;  // the same with a rate: a backlog is limited, too
+};
+
+// What became of one photo.
+struct PublishedPhoto {
+  std::string name;
+  int8_t status = 0;  // image_ack_t's STORED, DUPLICATE or REFUSED
+  std::string reason;
+};
+
+// Reads each photo on another thread, serves its bytes, and repeats its offer until ingest has
+// decided; ingest's answers to known photos come at once, so that a second run skips what is there.
+// Loop's thread only.
+class Publisher {
+ public:
+  using OnPublished = std::function<void(const PublishedPhoto&)>;
+
+  Publisher(Node& node, PublisherOptions options, OnPublished on_published);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  void Add(std::vector<PhotoFile> photos);
+  bool done() const { return waiting_.empty() && offered_.empty(); }
+  // Last reason to wait that ingest gave, "" if none.
+  const std::string& wait_reason() const { return wait_reason_; }
+
+ private:
+  struct Offered {
+    image_offer_t offer;
+    bool ready = false;  // read, and served
+    double due_s = 0;
+    double interval_s = 0;
+  };
+
+  void Tick();
+  bool MayStart(double now_s) const;
+  void Start(double now_s);
+  void OnRead(const std::string& name, Result<Bytes> bytes);
+  void OnAck(const image_ack_t& ack);
+  void Finish(const std::string& name, int8_t status, const std::string& reason);
+
+  Node& node_;
+  const PublisherOptions options_;
+  const OnPublished on_published_;
+  std::deque<PhotoFile> waiting_;
+  std::map<std::string, Offered> offered_;  // by name
+  double next_start_s_ = 0;
+  std::string wait_reason_;
+  Bus::SubscriptionId ack_subscription_ = 0;
+  PollLoop::TimerId timer_ = 0;
+  WorkerThread worker_;  // last: ends first
+};
+
+// The instance under which an agent serves its photos: the same for every run, so that a pull that
+// was interrupted goes on. At most 64 letters, digits and hyphens.
+std::string AgentInstance(const std::string& agent);
+
+}  // namespace skein
