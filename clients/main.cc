@@ -9,6 +9,7 @@
 #include "clients/finish.h"
 #include "clients/probe.h"
 #include "clients/sim/sim.h"
+#include "clients/status.h"
 #include "clients/subcommand.h"
 
 namespace {
@@ -18,6 +19,7 @@ using skein::Subcommand;
 // Sorted as a user meets them.
 const std::vector<Subcommand> kSubcommands = {
     {"agent", "publishes the photos of a folder to a session", skein::RunAgent},
+    {"status", "stages, photos, submaps and failures of a session, live", skein::RunStatus},
     {"finish", "finishes a session: final models and report", skein::RunFinish},
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},

@@ -1,0 +1,97 @@
+#include "clients/status.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <map>
+#include <string>
+
+#include "clients/client_node.h"
+#include "clients/status_view.h"
+#include "clients/subcommand.h"
+#include "core/clock.h"
+#include "messaging/ledger_follower.h"
+
+namespace skein {
+namespace {
+
+constexpr double kRefreshS = 1;
+// Long enough for one heartbeat of every process.
+constexpr double kListenS = 1.5;
+constexpr double kOnceTimeoutS = 15;
+
+struct StatusOptions {
+  ClientOptions client;
+  bool once = false;
+  bool json = false;
+};
+
+std::optional<int> ParseStatusOptions(int argc, char** argv, StatusOptions* options) {
+  CLI::App app("Shows the stages, photos, submaps and failures of a session, live.",
+               "skein status");
+  AddClientOptions(app, &options->client);
+  app.add_flag("--once", options->once, "Show it once and end");
+  app.add_flag("--json", options->json, "One JSON object a line instead of a table");
+  app.footer("Exit codes: 0 shown, 1 error or no session heard, 2 bad usage.");
+  return ParseCommandLine(app, argc, argv);
+}
+
+// Listens and remembers.
+class StatusWatch {
+ public:
+  explicit StatusWatch(Node& node)
+      : node_(node), follower_(node, 1, [this](const Fact& fact) { state_.Apply(fact); }) {
+    node.bus().Subscribe<heartbeat_t>(kHeartbeatChannel, [this](const heartbeat_t& heartbeat) {
+      if (heartbeat.instance == node_.instance()) return;
+      instances_[heartbeat.instance] = {heartbeat, MonotonicS()};
+    });
+    node.bus().Subscribe<submap_t>(kSubmapStatusChannel, [this](const submap_t& submap) {
+      submaps_[submap.submap_id] = submap;
+    });
+  }
+
+  bool caught_up() const { return follower_.caught_up(); }
+
+  void Print(bool as_json) const {
+    const nlohmann::json status =
+        MakeStatus({node_.session_id(), state_, instances_, submaps_, MonotonicS()});
+    if (as_json) {
+      std::cout << status.dump() << std::endl;
+      return;
+    }
+    if (isatty(STDOUT_FILENO) != 0) std::cout << "\x1b[H\x1b[2J";
+    std::cout << FormatStatus(status) << std::endl;
+  }
+
+ private:
+  Node& node_;
+  SessionState state_;
+  std::map<std::string, HeardInstance> instances_;
+  std::map<int64_t, submap_t> submaps_;
+  LedgerFollower follower_;
+};
+
+}  // namespace
+
+int RunStatus(int argc, char** argv) {
+  StatusOptions options;
+  if (const auto exit_code = ParseStatusOptions(argc, argv, &options)) return *exit_code;
+  const auto node = MakeClientNode("status", "status-" + std::to_string(getpid()), options.client);
+  StatusWatch watch(*node);
+  const double start_s = MonotonicS();
+  const bool heard = node->loop().RunUntil(
+      [&] { return watch.caught_up() && MonotonicS() - start_s > kListenS; }, kOnceTimeoutS);
+  if (!heard && options.once) {
+    std::cerr << "skein status: nothing heard of skein-ingest; is the session running?"
+              << std::endl;
+    return kExitError;
+  }
+  watch.Print(options.json);
+  if (options.once) return kExitOk;
+  node->loop().AddTimer(kRefreshS, [&] { watch.Print(options.json); });
+  node->loop().Run();
+  return kExitOk;
+}
+
+}  // namespace skein

@@ -1,0 +1,178 @@
+#include "clients/status_view.h"
+
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "core/statistics.h"
+#include "ingest/photo_name.h"
+#include "ingest/report.h"
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kSilentS = 3;
+constexpr size_t kMaxFailuresShown = 12;
+
+const char* SubmapStateName(int8_t state) {
+  switch (state) {
+    case submap_t::ASSIGNED:
+      return "assigned";
+    case submap_t::ACTIVE:
+      return "active";
+    case submap_t::CHECKPOINT:
+      return "active";
+    case submap_t::FROZEN:
+      return "frozen";
+    case submap_t::FINAL:
+      return "final";
+    default:
+      return "waiting";
+  }
+}
+
+json ImagesOf(const SessionState& state) {
+  const PhotoCounts counts = CountPhotos(state, 0);
+  return {{"received", counts.received},
+          {"in_flight", state.num_in_flight()},
+          {"registered", counts.registered},
+          {"deferred", counts.deferred},
+          {"failed", counts.failed}};
+}
+
+json InstancesOf(const StatusInput& input) {
+  json instances = json::array();
+  for (const auto& [name, heard] : input.instances) {
+    const heartbeat_t& beat = heard.heartbeat;
+    instances.push_back({{"instance", Printable(name)},
+                         {"service", Printable(beat.service)},
+                         {"host", Printable(beat.host)},
+                         {"pid", beat.pid},
+                         {"state", Printable(beat.state, 200)},
+                         {"backlog", beat.backlog},
+                         {"done", beat.num_done},
+                         {"mean_s", std::isfinite(beat.mean_s) ? beat.mean_s : 0.f},
+                         {"memory_bytes", beat.memory_bytes},
+                         {"peak_memory_bytes", beat.peak_memory_bytes},
+                         {"bytes_pulled", beat.bytes_pulled},
+                         {"decode_failures", beat.num_decode_failures},
+                         {"silent_s", input.now_s - heard.heard_s}});
+  }
+  return instances;
+}
+
+// Live figures where the mapper tells them, else those of the last checkpoint.
+json SubmapsOf(const StatusInput& input) {
+  json submaps = json::array();
+  for (const auto& [id, submap] : input.state.submaps()) {
+    if (submap.ended) continue;
+    const auto live = input.submap_statuses.find(id);
+    const bool is_live = live != input.submap_statuses.end() && live->second.epoch == submap.epoch;
+    const submap_t& shown = is_live ? live->second : submap.model;
+    const bool known = is_live || submap.model.header.seq > 0;
+    submaps.push_back(
+        {{"id", id},
+         {"owner", Printable(submap.owner)},
+         {"epoch", submap.epoch},
+         {"state", known ? SubmapStateName(shown.state) : "waiting"},
+         {"images", known ? shown.num_images : 0},
+         {"deferred", known ? shown.num_deferred : 0},
+         {"points", known ? shown.num_points : 0},
+         {"mean_reprojection_error_px", known ? shown.mean_reprojection_error_px : 0.0}});
+  }
+  return submaps;
+}
+
+json FailuresOf(const SessionState& state) {
+  json failures = json::array();
+  for (const failure_t& failure : state.Failures()) {
+    const std::string agent = failure.agent.empty() ? "" : failure.agent + "/";
+    failures.push_back({{"image", Printable(agent + failure.name)},
+                        {"stage", Printable(failure.stage)},
+                        {"reason", Printable(failure.reason, 200)}});
+  }
+  return failures;
+}
+
+template <class... T>
+std::string Line(const char* format, T... values) {
+  char text[512];
+  std::snprintf(text, sizeof(text), format, values...);
+  return std::string(text) + "\n";
+}
+
+std::string FormatInstance(const json& i) {
+  const double silent_s = i["silent_s"];
+  const std::string state = silent_s > kSilentS
+                                ? "silent for " + std::to_string(static_cast<int>(silent_s)) + " s"
+                                : i["state"].get<std::string>();
+  return Line("  %-14s %8d %8lld %9.3f %9.1f  %s", i["instance"].get<std::string>().c_str(),
+              i["backlog"].get<int>(), i["done"].get<long long>(), i["mean_s"].get<double>(),
+              i["memory_bytes"].get<double>() / (1 << 20), state.c_str());
+}
+
+std::string FormatSubmap(const json& s) {
+  return Line("  %-6lld %-14s %6lld %-10s %7d %9d %9d %9.3f", s["id"].get<long long>(),
+              s["owner"].get<std::string>().c_str(), s["epoch"].get<long long>(),
+              s["state"].get<std::string>().c_str(), s["images"].get<int>(),
+              s["deferred"].get<int>(), s["points"].get<int>(),
+              s["mean_reprojection_error_px"].get<double>());
+}
+
+std::string FormatFailures(const json& failures) {
+  std::string text;
+  const size_t hidden =
+      failures.size() > kMaxFailuresShown ? failures.size() - kMaxFailuresShown : 0;
+  for (size_t i = hidden; i < failures.size(); ++i) {
+    text += "  " + failures[i]["image"].get<std::string>() + " (" +
+            failures[i]["stage"].get<std::string>() +
+            "): " + failures[i]["reason"].get<std::string>() + "\n";
+  }
+  if (hidden > 0) text += Line("  and %zu earlier", hidden);
+  return text;
+}
+
+}  // namespace
+
+json MakeStatus(const StatusInput& input) {
+  const std::vector<double> latency = PhotoToPoseSeconds(input.state);
+  return {{"session_id", input.session_id},
+          {"ledger", input.state.head()},
+          {"images", ImagesOf(input.state)},
+          {"latency_s",
+           {{"p50", percentile(latency, 50)},
+            {"p95", percentile(latency, 95)},
+            {"p99", percentile(latency, 99)}}},
+          {"finishing", input.state.finishing()},
+          {"instances", InstancesOf(input)},
+          {"submaps", SubmapsOf(input)},
+          {"failures", FailuresOf(input.state)}};
+}
+
+std::string FormatStatus(const json& status) {
+  const json& images = status["images"];
+  const json& latency = status["latency_s"];
+  std::string text =
+      Line("session %s   facts %lld%s", status["session_id"].get<std::string>().c_str(),
+           status["ledger"].get<long long>(), status["finishing"] ? "   finishing" : "");
+  text += Line("photos  %lld received, %lld in flight, %lld registered, %lld deferred, %lld failed",
+               images["received"].get<long long>(), images["in_flight"].get<long long>(),
+               images["registered"].get<long long>(), images["deferred"].get<long long>(),
+               images["failed"].get<long long>());
+  text += Line("photo to pose  p50 %.2f s   p95 %.2f s   p99 %.2f s", latency["p50"].get<double>(),
+               latency["p95"].get<double>(), latency["p99"].get<double>());
+  text += Line("\n  %-14s %8s %8s %9s %9s  %s", "instance", "backlog", "done", "mean s",
+               "memory MB", "state");
+  for (const json& instance : status["instances"]) text += FormatInstance(instance);
+  if (!status["submaps"].empty()) {
+    text += Line("\n  %-6s %-14s %6s %-10s %7s %9s %9s %9s", "submap", "owner", "epoch", "state",
+                 "images", "deferred", "points", "error px");
+    for (const json& submap : status["submaps"]) text += FormatSubmap(submap);
+  }
+  if (!status["failures"].empty()) text += "\nfailures\n" + FormatFailures(status["failures"]);
+  return text;
+}
+
+}  // namespace skein

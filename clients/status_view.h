@@ -1,0 +1,37 @@
+// What `skein status` shows, from facts and heartbeats.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "ingest/session_state.h"
+#include "messaging/channels.h"
+
+namespace skein {
+
+// A process as it was last heard.
+struct HeardInstance {
+  heartbeat_t heartbeat;
+  double heard_s = 0;  // MonotonicS
+};
+
+struct StatusInput {
+  std::string session_id;
+  const SessionState& state;
+  const std::map<std::string, HeardInstance>& instances;  // by instance
+  const std::map<int64_t, submap_t>& submap_statuses;     // latest of SKEIN_SUBMAP_STATUS
+  double now_s = 0;
+};
+
+// {session_id, ledger, images{received, in_flight, registered, deferred, failed},
+//  latency_s{p50, p95, p99}, finishing, instances[{instance, service, host, pid, state, backlog,
+//  done, mean_s, memory_bytes, silent_s, ...}], submaps[{id, owner, epoch, state, images, deferred,
+//  points, mean_reprojection_error_px}], failures[{image, stage, reason}]}
+nlohmann::json MakeStatus(const StatusInput& input);
+
+// The same as a table of lines, for a terminal.
+std::string FormatStatus(const nlohmann::json& status);
+
+}  // namespace skein
