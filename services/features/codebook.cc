@@ -1,0 +1,121 @@
+#include "features/codebook.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "core/file.h"
+#include "core/hash.h"
+
+namespace skein {
+namespace {
+
+using Matrix = Codebook::Matrix;
+
+constexpr char kMagic[4] = {'S', 'K', 'C', 'B'};
+constexpr uint32_t kVersion = 1;
+constexpr size_t kChecksumSize = 64;
+
+void PutMatrix(const Matrix& matrix, ByteWriter* writer) {
+  writer->Put(static_cast<uint32_t>(matrix.rows()));
+  writer->Put(static_cast<uint32_t>(matrix.cols()));
+  writer->PutRaw(matrix.data(), matrix.size() * sizeof(float));
+}
+
+bool GetMatrix(ByteReader* reader, Matrix* matrix) {
+  uint32_t rows = 0;
+  uint32_t columns = 0;
+  if (!reader->Get(&rows) || !reader->Get(&columns)) return false;
+  const uint64_t size = uint64_t{rows} * columns * sizeof(float);
+  if (size > reader->remaining()) return false;
+  matrix->resize(rows, columns);
+  return reader->GetRaw(matrix->data(), size) && matrix->allFinite();
+}
+
+bool GetVector(ByteReader* reader, Eigen::VectorXf* vector) {
+  Matrix column;
+  if (!GetMatrix(reader, &column) || column.cols() != 1) return false;
+  *vector = column;
+  return true;
+}
+
+bool FitTogether(const Codebook& c) {
+  return c.mean.size() == Codebook::kDescriptorDim &&
+         c.projection.cols() == Codebook::kDescriptorDim && c.local_dim() > 0 &&
+         c.num_cells() > 0 && c.centres.cols() == c.local_dim() &&
+         c.cell_axes.cols() == c.local_dim() && c.cell_dim() > 0 &&
+         c.cell_axes.rows() == static_cast<Eigen::Index>(c.num_cells()) * c.cell_dim() &&
+         c.cell_weights.size() == c.num_cells();
+}
+
+}  // namespace
+
+Bytes EncodeCodebook(const Codebook& codebook) {
+  ByteWriter writer;
+  writer.PutRaw(kMagic, sizeof(kMagic));
+  writer.Put(kVersion);
+  writer.PutString(codebook.id);
+  PutMatrix(codebook.mean, &writer);
+  PutMatrix(codebook.projection, &writer);
+  PutMatrix(codebook.centres, &writer);
+  PutMatrix(codebook.cell_axes, &writer);
+  PutMatrix(codebook.cell_weights, &writer);
+  const std::string checksum = HashBytes(writer.bytes().data(), writer.size());
+  writer.PutRaw(checksum.data(), checksum.size());
+  return writer.Take();
+}
+
+Result<Codebook> DecodeCodebook(const Bytes& bytes) {
+  if (bytes.size() < sizeof(kMagic) + sizeof(kVersion) + kChecksumSize ||
+      std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
+    return Status::Error("not a codebook");
+  }
+  const size_t size = bytes.size() - kChecksumSize;
+  ByteReader reader(bytes.data() + sizeof(kMagic), size - sizeof(kMagic));
+  uint32_t version = 0;
+  reader.Get(&version);
+  if (version != kVersion) {
+    return Status::Error("codebook of version " + std::to_string(version) +
+                         ", this program reads " + std::to_string(kVersion));
+  }
+  const std::string checksum(bytes.begin() + static_cast<std::ptrdiff_t>(size), bytes.end());
+  if (HashBytes(bytes.data(), size) != checksum) return Status::Error("codebook is damaged");
+  Codebook codebook;
+  if (!reader.GetString(&codebook.id) || !GetVector(&reader, &codebook.mean) ||
+      !GetMatrix(&reader, &codebook.projection) || !GetMatrix(&reader, &codebook.centres) ||
+      !GetMatrix(&reader, &codebook.cell_axes) || !GetVector(&reader, &codebook.cell_weights) ||
+      reader.remaining() != 0 || !FitTogether(codebook)) {
+    return Status::Error("codebook's matrices do not fit together");
+  }
+  return codebook;
+}
+
+Result<Codebook> LoadCodebook(const std::string& path) {
+  const auto bytes = ReadFile(path);
+  if (!bytes) return bytes.status();
+  auto codebook = DecodeCodebook(*bytes);
+  if (!codebook) return Status::Error(path + ": " + codebook.error());
+  return codebook;
+}
+
+Matrix ProjectDescriptors(const Codebook& codebook, const uint8_t* descriptors, size_t n) {
+  using Uint8Matrix =
+      Eigen::Matrix<uint8_t, Eigen::Dynamic, Codebook::kDescriptorDim, Eigen::RowMajor>;
+  const auto rows = static_cast<Eigen::Index>(n);
+  Matrix unit =
+      Eigen::Map<const Uint8Matrix>(descriptors, rows, Codebook::kDescriptorDim).cast<float>();
+  unit.rowwise().normalize();
+  unit.rowwise() -= codebook.mean.transpose();
+  return unit * codebook.projection.transpose();
+}
+
+std::vector<int> NearestCentres(const Matrix& points, const Matrix& centres) {
+  // |p - c|^2 = |p|^2 - 2 pc + |c|^2, and |p| does not matter.
+  const Eigen::RowVectorXf half_norms = centres.rowwise().squaredNorm().transpose() / 2;
+  const Matrix scores = (points * centres.transpose()).rowwise() - half_norms;
+  std::vector<int> nearest(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i) scores.row(i).maxCoeff(&nearest[i]);
+  return nearest;
+}
+
+}  // namespace skein

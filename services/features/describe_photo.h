@@ -1,0 +1,23 @@
+#pragma once
+
+#include "core/bytes.h"
+#include "core/result.h"
+#include "features/global_descriptor.h"
+#include "features/sift.h"
+
+namespace skein {
+
+struct PhotoDescription {
+  LocalFeatures local;
+  GlobalDescriptor global;  // no values: nothing to describe
+  double local_s = 0;       // decoding and SIFT
+  double global_s = 0;
+};
+
+// A photo's bytes -> its features. Error: not a photo, or not of the size that ingest read from
+// its header (0: any).
+Result<PhotoDescription> DescribePhoto(const Bytes& photo, int width_px, int height_px,
+                                       int exif_orientation, const SiftOptions& sift,
+                                       GlobalDescriptorModel* model);
+
+}  // namespace skein

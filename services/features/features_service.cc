@@ -1,0 +1,104 @@
+#include "features/features_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "core/clock.h"
+
+namespace skein {
+
+FeaturesService::FeaturesService(Node& node, const SiftOptions& sift,
+                                 std::shared_ptr<GlobalDescriptorModel> model)
+    : node_(node),
+      sift_(sift),
+      model_(std::move(model)),
+      worker_(node.loop()),
+      work_(node, "features", 3, [this](const work_t& work) { OnWork(work); }),
+      follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
+  node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
+}
+
+void FeaturesService::OnFact(const Fact& fact) {
+  if (const auto* image = std::get_if<image_t>(&fact)) {
+    images_[image->image_id] = *image;
+    StartIfKnown(image->image_id);
+  } else if (const auto* features = std::get_if<features_t>(&fact)) {
+    images_.erase(features->image_id);
+  }
+}
+
+void FeaturesService::OnWork(const work_t& work) {
+  jobs_.try_emplace(work.item_id);
+  StartIfKnown(work.item_id);
+}
+
+// The ledger may be behind the work: a fact that comes later starts the job.
+void FeaturesService::StartIfKnown(int64_t image_id) {
+  const auto job = jobs_.find(image_id);
+  const auto image = images_.find(image_id);
+  if (job == jobs_.end() || image == images_.end() || job->second.started) return;
+  job->second.started = true;
+  job->second.computed_at_seq = follower_.processed_seq();
+  node_.blobs().Fetch(image->second.blob_id, "ingest",
+                      [this, image = image->second](Result<Bytes> photo) {
+                        if (!photo) return Fail(image.image_id, photo.error(), false);
+                        Compute(image, std::move(*photo));
+                      });
+}
+
+void FeaturesService::Compute(const image_t& image, Bytes photo) {
+  worker_.Run([this, image, photo = std::move(photo)] { return Describe(image, photo); },
+              [this, id = image.image_id](const Outcome& outcome) {
+                if (!outcome.error.empty()) return Fail(id, outcome.error, true);
+                Submit(id, outcome);
+              });
+}
+
+FeaturesService::Outcome FeaturesService::Describe(const image_t& image, const Bytes& photo) {
+  const Timer timer;
+  Outcome outcome;
+  auto described =
+      DescribePhoto(photo, image.width_px, image.height_px, image.orientation, sift_, model_.get());
+  if (!described) {
+    outcome.error = described.error();
+    return outcome;
+  }
+  outcome.photo = std::move(*described);
+  outcome.blobs.keypoints = node_.blobs().Offer(EncodeKeypoints(outcome.photo.local.keypoints));
+  outcome.blobs.descriptors =
+      node_.blobs().Offer(EncodeDescriptors(outcome.photo.local.descriptors));
+  outcome.blobs.global = node_.blobs().Offer(EncodeGlobalDescriptor(outcome.photo.global));
+  outcome.elapsed_s = timer.ElapsedS();
+  return outcome;
+}
+
+void FeaturesService::Submit(int64_t image_id, const Outcome& outcome) {
+  ++num_done_;
+  sum_elapsed_s_ += outcome.elapsed_s;
+  spdlog::debug("image {}: {} keypoints, {:.2f} s local, {:.2f} s global", image_id,
+                outcome.photo.local.keypoints.size(), outcome.photo.local_s,
+                outcome.photo.global_s);
+  node_.submitter().Submit(
+      ToMessage(image_id, jobs_.at(image_id).computed_at_seq, outcome.photo, outcome.blobs),
+      [this, image_id](bool committed, int64_t, const std::string& reason) {
+        if (!committed) return Fail(image_id, reason, true);
+        jobs_.erase(image_id);
+        work_.Done(image_id);
+      });
+}
+
+void FeaturesService::Fail(int64_t image_id, const std::string& reason, bool permanent) {
+  spdlog::warn("image {}: {}", image_id, reason);
+  jobs_.erase(image_id);
+  work_.Fail(image_id, reason, permanent);
+}
+
+void FeaturesService::FillHeartbeat(heartbeat_t* heartbeat) const {
+  heartbeat->state = jobs_.empty() ? "idle" : "computing";
+  heartbeat->backlog = static_cast<int32_t>(jobs_.size());
+  heartbeat->num_done = num_done_;
+  heartbeat->mean_s = num_done_ > 0 ? static_cast<float>(sum_elapsed_s_ / num_done_) : 0;
+}
+
+}  // namespace skein

@@ -1,0 +1,60 @@
+#pragma once
+
+// Takes work of kind "features": photo in, local features and global descriptor out, features_t.
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "features/describe_photo.h"
+#include "features/messages.h"
+#include "messaging/ledger_follower.h"
+#include "messaging/node.h"
+#include "messaging/work_client.h"
+#include "messaging/worker_thread.h"
+
+namespace skein {
+
+// Loop's thread; the computing runs on a worker thread. Holds three items: one that is computed,
+// one whose photo is fetched meanwhile, one whose result is being committed.
+class FeaturesService {
+ public:
+  FeaturesService(Node& node, const SiftOptions& sift,
+                  std::shared_ptr<GlobalDescriptorModel> model);
+
+ private:
+  // An item of work, from work_t until its result is committed.
+  struct Job {
+    int64_t computed_at_seq = 0;
+    bool started = false;
+  };
+  struct Outcome {
+    std::string error;  // "": described
+    PhotoDescription photo;
+    ResultBlobs blobs;
+    double elapsed_s = 0;
+  };
+
+  void OnFact(const Fact& fact);
+  void OnWork(const work_t& work);
+  void StartIfKnown(int64_t image_id);
+  void Compute(const image_t& image, Bytes photo);
+  Outcome Describe(const image_t& image, const Bytes& photo);
+  void Submit(int64_t image_id, const Outcome& outcome);
+  void Fail(int64_t image_id, const std::string& reason, bool permanent);
+  void FillHeartbeat(heartbeat_t* heartbeat) const;
+
+  Node& node_;
+  const SiftOptions sift_;
+  const std::shared_ptr<GlobalDescriptorModel> model_;  // used by worker_ only
+  std::map<int64_t, image_t> images_;                   // those without features
+  std::map<int64_t, Job> jobs_;
+  int64_t num_done_ = 0;
+  double sum_elapsed_s_ = 0;
+
+  WorkerThread worker_;
+  WorkClient work_;
+  LedgerFollower follower_;
+};
+
+}  // namespace skein

@@ -1,0 +1,23 @@
+#include "features/messages.h"
+
+namespace skein {
+
+std::string FeaturesFactId(int64_t image_id) { return "features/" + std::to_string(image_id); }
+
+features_t ToMessage(int64_t image_id, int64_t computed_at_seq, const PhotoDescription& photo,
+                     const ResultBlobs& blobs) {
+  features_t message{};
+  message.header.fact_id = FeaturesFactId(image_id);
+  message.header.computed_at_seq = computed_at_seq;
+  message.image_id = image_id;
+  message.num_keypoints = static_cast<int32_t>(photo.local.keypoints.size());
+  message.keypoints_blob = blobs.keypoints;
+  message.descriptors_blob = blobs.descriptors;
+  message.global_blob = blobs.global;
+  message.global_model = photo.global.model;
+  message.local_s = static_cast<float>(photo.local_s);
+  message.global_s = static_cast<float>(photo.global_s);
+  return message;
+}
+
+}  // namespace skein

@@ -1,0 +1,70 @@
+#include "features/model_choice.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+#include "core/file.h"
+#include "features/vlad.h"
+
+namespace skein {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr char kCodebookName[] = "vlad_codebook.bin";
+
+std::shared_ptr<GlobalDescriptorModel> LoadVlad(const std::string& path) {
+  auto codebook = LoadCodebook(path.empty() ? DefaultCodebookPath() : path);
+  if (!codebook) {
+    throw std::invalid_argument(codebook.error() +
+                                "; name a codebook with --codebook (scripts/train_codebook.sh)");
+  }
+  return std::make_shared<VladModel>(std::move(*codebook), VladOptions());
+}
+
+void TakeTriple(const std::string& option, const std::vector<double>& values,
+                std::array<double, 3>* triple) {
+  if (values.empty()) return;
+  if (values.size() != 3) throw std::invalid_argument(option + " needs three values");
+  std::copy(values.begin(), values.end(), triple->begin());
+}
+
+OnnxOptions ReadOptions(const ModelChoice& choice) {
+  OnnxOptions options;
+  const fs::path json_path = fs::path(choice.onnx_path).replace_extension(".json");
+  if (fs::exists(json_path)) {
+    const auto text = ReadFile(json_path);
+    const Status status =
+        text ? ReadOnnxOptions({text->begin(), text->end()}, &options) : text.status();
+    if (!status.ok()) throw std::invalid_argument(json_path.string() + ": " + status.error());
+  }
+  if (choice.width_px) options.width_px = *choice.width_px;
+  if (choice.height_px) options.height_px = *choice.height_px;
+  if (!choice.channel_order.empty()) options.channel_order = choice.channel_order;
+  if (!choice.output.empty()) options.output = choice.output;
+  TakeTriple("--global-mean", choice.mean, &options.mean);
+  TakeTriple("--global-std", choice.std, &options.std);
+  return options;
+}
+
+}  // namespace
+
+std::string DefaultCodebookPath() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path() / "../share/skein" / kCodebookName;
+  if (!error && fs::exists(installed)) return installed;
+  return std::string(SKEIN_DATA_DIR) + "/" + kCodebookName;
+}
+
+std::shared_ptr<GlobalDescriptorModel> LoadModel(const ModelChoice& choice) {
+  if (choice.onnx_path.empty()) return LoadVlad(choice.codebook_path);
+  if (!choice.codebook_path.empty()) {
+    throw std::invalid_argument("--codebook and --global-model exclude each other");
+  }
+  auto model = OnnxModel::Load(choice.onnx_path, ReadOptions(choice));
+  if (!model) throw std::invalid_argument("--global-model: " + model.error());
+  return *model;
+}
+
+}  // namespace skein

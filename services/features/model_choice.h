@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "features/global_descriptor.h"
+#include "features/onnx_descriptor.h"
+
+namespace skein {
+
+// Which global descriptor, as the command line says it.
+struct ModelChoice {
+  std::string codebook_path;  // "": the one shipped with Skein
+  std::string onnx_path;      // "": VLAD
+  // Over what MODEL.json beside the model says, where set.
+  std::optional<int> width_px;
+  std::optional<int> height_px;
+  std::string channel_order;
+  std::string output;
+  std::vector<double> mean;
+  std::vector<double> std;
+};
+
+// The shipped codebook: share/skein beside the folder of the program, else where it was built from.
+std::string DefaultCodebookPath();
+
+// Throws std::invalid_argument, saying why and what to do, if the model cannot be used.
+std::shared_ptr<GlobalDescriptorModel> LoadModel(const ModelChoice& choice);
+
+}  // namespace skein

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "core/result.h"
+#include "features/global_descriptor.h"
+
+namespace skein {
+
+// How a photo becomes the network's input, 1 x 3 x height x width float:
+// (pixel / 255 - mean) / std, channels in `channel_order`; the photo is stretched to the size.
+struct OnnxOptions {
+  int width_px = 224;
+  int height_px = 224;
+  std::array<double, 3> mean{0.485, 0.456, 0.406};  // in channel order; torchvision's
+  std::array<double, 3> std{0.229, 0.224, 0.225};
+  std::string channel_order = "RGB";  // or "BGR"
+  std::string output;                 // name of the output; "": the network's last
+};
+
+// Reads {"width": .., "height": .., "mean": [3], "std": [3], "channel_order": "..", "output":
+// ".."}; absent keys leave `options` as they are. Unknown keys and wrong types are errors.
+Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options);
+
+// A learned descriptor: any ONNX model that OpenCV's DNN module runs on the CPU and that maps an
+// image to a vector (the paper uses a NetVLAD-style network, Hou et al. 2023). Sees the upright
+// view.
+class OnnxModel : public GlobalDescriptorModel {
+ public:
+  // Loads the model and runs it once; an error says why it cannot be used.
+  static Result<std::shared_ptr<OnnxModel>> Load(const std::string& path,
+                                                 const OnnxOptions& options);
+  ~OnnxModel() override;
+
+  const std::string& id() const override { return id_; }
+  int dim() const override { return dim_; }
+  std::vector<float> Describe(const DescribedPhoto& photo) override;
+
+ private:
+  struct Net;
+
+  OnnxModel(std::string id, const OnnxOptions& options, std::unique_ptr<Net> net);
+  cv::Mat Forward(const cv::Mat& upright_bgr);
+
+  std::string id_;
+  OnnxOptions options_;
+  std::unique_ptr<Net> net_;
+  int dim_ = 0;
+};
+
+}  // namespace skein

@@ -1,0 +1,142 @@
+#include "features/train_codebook.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <stdexcept>
+
+namespace skein {
+namespace {
+
+using Matrix = Codebook::Matrix;
+constexpr int kDim = Codebook::kDescriptorDim;
+
+void Check(const TrainingOptions& options, size_t num_descriptors) {
+  if (options.local_dim > kDim || options.cell_dim > options.local_dim || options.cell_dim < 1 ||
+      options.num_cells < 1) {
+    throw std::invalid_argument("codebook dimensions must be 128 >= local >= cell >= 1");
+  }
+  if (num_descriptors < 10 * static_cast<size_t>(options.num_cells)) {
+    throw std::invalid_argument("too few descriptors to train " +
+                                std::to_string(options.num_cells) + " cells");
+  }
+}
+
+std::vector<uint8_t> Sample(const std::vector<uint8_t>& descriptors, size_t count,
+                            std::mt19937_64* random) {
+  std::vector<size_t> order(descriptors.size() / kDim);
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), *random);
+  order.resize(std::min(order.size(), count));
+  std::vector<uint8_t> sample;
+  sample.reserve(order.size() * kDim);
+  for (const size_t i : order) {
+    sample.insert(sample.end(), &descriptors[i * kDim], &descriptors[i * kDim] + kDim);
+  }
+  return sample;
+}
+
+// The `count` principal axes of the rows' second moments, strongest first, one a row.
+Matrix PrincipalAxes(const Matrix& rows, int count) {
+  const Eigen::MatrixXd moments =
+      (rows.transpose() * rows).cast<double>() / std::max<Eigen::Index>(1, rows.rows());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(moments);
+  return solver.eigenvectors().rightCols(count).rowwise().reverse().transpose().cast<float>();
+}
+
+void LearnProjection(const std::vector<uint8_t>& descriptors, int local_dim, Codebook* codebook) {
+  codebook->mean = Eigen::VectorXf::Zero(kDim);
+  codebook->projection = Matrix::Identity(kDim, kDim);
+  Matrix centred = ProjectDescriptors(*codebook, descriptors.data(), descriptors.size() / kDim);
+  codebook->mean = centred.cast<double>().colwise().mean().transpose().cast<float>();
+  centred.rowwise() -= codebook->mean.transpose();
+  codebook->projection = PrincipalAxes(centred, local_dim);
+}
+
+// Lloyd's algorithm. A cell that lost all its points starts again at a random one.
+Matrix LearnCentres(const Matrix& points, const TrainingOptions& options, std::mt19937_64* random) {
+  Matrix centres = points.topRows(options.num_cells);  // points are in random order
+  for (int iteration = 0; iteration < options.num_iterations; ++iteration) {
+    const std::vector<int> cells = NearestCentres(points, centres);
+    Matrix sums = Matrix::Zero(centres.rows(), centres.cols());
+    std::vector<int> counts(options.num_cells, 0);
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+      sums.row(cells[i]) += points.row(i);
+      ++counts[cells[i]];
+    }
+    for (int k = 0; k < options.num_cells; ++k) {
+      if (counts[k] > 0) {
+        centres.row(k) = sums.row(k) / counts[k];
+      } else {
+        centres.row(k) = points.row(static_cast<Eigen::Index>((*random)() % points.rows()));
+      }
+    }
+  }
+  return centres;
+}
+
+Matrix UnitResidualsOf(int cell, const Matrix& points, const std::vector<int>& cells,
+                       const Matrix& centres) {
+  Matrix residuals(std::count(cells.begin(), cells.end(), cell), points.cols());
+  Eigen::Index next = 0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (cells[i] == cell) residuals.row(next++) = (points.row(i) - centres.row(cell)).normalized();
+  }
+  return residuals;
+}
+
+void LearnCellAxes(const Matrix& points, int cell_dim, Codebook* codebook) {
+  const std::vector<int> cells = NearestCentres(points, codebook->centres);
+  codebook->cell_axes.resize(codebook->num_cells() * cell_dim, points.cols());
+  for (int k = 0; k < codebook->num_cells(); ++k) {
+    codebook->cell_axes.middleRows(k * cell_dim, cell_dim) =
+        PrincipalAxes(UnitResidualsOf(k, points, cells, codebook->centres), cell_dim);
+  }
+}
+
+cv::Mat RandomView(cv::Size size, cv::RNG* random) {
+  const double angle_deg = random->uniform(-25.0, 25.0);
+  const double scale = random->uniform(0.5, 1.0);
+  const cv::Point2f centre(size.width / 2.f, size.height / 2.f);
+  const cv::Mat similarity = cv::getRotationMatrix2D(centre, angle_deg, scale);
+  cv::Mat view = cv::Mat::eye(3, 3, CV_64F);
+  similarity.copyTo(view.rowRange(0, 2));
+  view.at<double>(2, 0) = random->uniform(-0.2, 0.2) / size.width;
+  view.at<double>(2, 1) = random->uniform(-0.2, 0.2) / size.height;
+  return view;
+}
+
+}  // namespace
+
+Codebook TrainCodebook(const std::vector<uint8_t>& descriptors, const std::string& id,
+                       const TrainingOptions& options) {
+  Check(options, descriptors.size() / kDim);
+  std::mt19937_64 random(options.seed);
+  const std::vector<uint8_t> sample = Sample(descriptors, options.max_descriptors, &random);
+  Codebook codebook;
+  codebook.id = id;
+  LearnProjection(sample, options.local_dim, &codebook);
+  const Matrix points = ProjectDescriptors(codebook, sample.data(), sample.size() / kDim);
+  codebook.centres = LearnCentres(points, options, &random);
+  LearnCellAxes(points, options.cell_dim, &codebook);
+  codebook.cell_weights = Eigen::VectorXf::Ones(options.num_cells);
+  return codebook;
+}
+
+cv::Mat AugmentPhoto(const cv::Mat& photo, uint64_t seed) {
+  cv::RNG random(seed + 1);
+  cv::Mat view;
+  cv::warpPerspective(photo, view, RandomView(photo.size(), &random), photo.size(), cv::INTER_AREA,
+                      cv::BORDER_REFLECT);
+  view.convertTo(view, CV_8UC3, random.uniform(0.7, 1.3), random.uniform(-25.0, 25.0));
+  const double blur_px = random.uniform(0.0, 1.2);
+  if (blur_px > 0.3) cv::GaussianBlur(view, view, {}, blur_px);
+  cv::Mat noise(view.size(), CV_16SC3);
+  random.fill(noise, cv::RNG::NORMAL, 0, random.uniform(0.0, 6.0));
+  cv::add(view, noise, view, cv::noArray(), CV_8UC3);
+  return view;
+}
+
+}  // namespace skein

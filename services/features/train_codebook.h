@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "features/codebook.h"
+
+namespace skein {
+
+struct TrainingOptions {
+  int local_dim = 64;
+  int num_cells = 64;
+  int cell_dim = 16;
+  int num_iterations = 25;
+  int max_descriptors = 300'000;  // drawn at random when there are more
+  uint64_t seed = 1;
+};
+
+// Learns PCA of RootSIFT, k-means cells and each cell's principal axes from N x 128 descriptors.
+// Deterministic by the seed. Throws std::invalid_argument with fewer descriptors than
+// 10 * num_cells, or if dimensions are not descending 128 >= local_dim >= cell_dim >= 1.
+Codebook TrainCodebook(const std::vector<uint8_t>& descriptors, const std::string& id,
+                       const TrainingOptions& options);
+
+// `photo` seen otherwise: a random similarity (turned up to 25 degrees, shrunk down to 0.5), a
+// change of perspective, contrast and brightness, blur and noise. Deterministic by `seed`.
+cv::Mat AugmentPhoto(const cv::Mat& photo, uint64_t seed);
+
+}  // namespace skein
