@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "retrieval/retrieval_state.h"
+#include "skein/candidates_t.hpp"
+
+namespace skein {
+
+std::string CandidatesFactId(int64_t image_id);
+
+candidates_t ToMessage(const Candidates& candidates, int64_t computed_at_seq);
+
+}  // namespace skein

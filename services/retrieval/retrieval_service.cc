@@ -1,0 +1,206 @@
+#include "retrieval/retrieval_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "core/clock.h"
+#include "core/file.h"
+#include "retrieval/messages.h"
+#include "store/session.h"
+
+namespace skein {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kTickPeriodS = 0.2;
+
+fs::path CheckpointPath(const Node& node) {
+  if (!node.shares_folder()) return {};
+  return SessionPaths{node.options().session_dir}.Retrieval() / "hnsw.bin";
+}
+
+void WriteCheckpoint(const RetrievalState& state, const std::string& session_id,
+                     const fs::path& path) {
+  fs::create_directories(path.parent_path());
+  const Status written = WriteFileAtomic(path, state.Encode(session_id));
+  if (!written.ok()) spdlog::error("checkpoint not written: {}", written.error());
+}
+
+}  // namespace
+
+RetrievalService::RetrievalService(Node& node, const RetrievalServiceOptions& options)
+    : node_(node), options_(options), checkpoint_path_(CheckpointPath(node)) {
+  node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
+  timer_ = node.loop().AddTimer(kTickPeriodS, [this] { Tick(); });
+  Start(LoadCheckpoint());
+}
+
+RetrievalService::~RetrievalService() {
+  node_.loop().CancelTimer(timer_);
+  follower_.reset();
+  worker_.reset();  // waits for the step that runs; those it discards are replayed
+  if (!checkpoint_path_.empty() && state_->seq() > checkpoint_seq_) {
+    WriteCheckpoint(*state_, node_.session_id(), checkpoint_path_);
+  }
+}
+
+void RetrievalService::Start(State state) {
+  state_ = std::move(state);
+  start_seq_ = done_seq_ = checkpoint_seq_ = state_->seq();
+  open_ = state_->unanswered();
+  steps_.clear();
+  caught_up_ = false;
+  worker_ = std::make_unique<WorkerThread>(node_.loop());
+  follower_ = std::make_unique<LedgerFollower>(node_, start_seq_ + 1,
+                                               [this](const Fact& fact) { OnFact(fact); });
+}
+
+RetrievalService::State RetrievalService::LoadCheckpoint() const {
+  auto fresh = std::make_shared<RetrievalState>(options_.retrieval);
+  if (checkpoint_path_.empty() || !fs::exists(checkpoint_path_)) return fresh;
+  const auto bytes = ReadFile(checkpoint_path_);
+  auto state = bytes ? RetrievalState::Decode(*bytes, node_.session_id(), options_.retrieval)
+                     : Result<RetrievalState>(bytes.status());
+  if (!state) {
+    spdlog::warn("{}: {}; rebuilding the index from the ledger", checkpoint_path_.string(),
+                 state.error());
+    return fresh;
+  }
+  spdlog::info("index of {} photos at ledger position {}", state->size(), state->seq());
+  return std::make_shared<RetrievalState>(std::move(*state));
+}
+
+void RetrievalService::OnFact(const Fact& fact) {
+  if (const auto* features = std::get_if<features_t>(&fact)) {
+    OnFeatures(*features);
+  } else if (const auto* registration = std::get_if<registration_t>(&fact)) {
+    OnRegistration(*registration);
+  } else if (const auto* candidates = std::get_if<candidates_t>(&fact)) {
+    ForgetAnswer(candidates->image_id);
+  }
+}
+
+void RetrievalService::OnFeatures(const features_t& features) {
+  const int64_t seq = features.header.seq;
+  const int64_t image_id = features.image_id;
+  steps_.push_back({seq, false, {}});
+  node_.blobs().Fetch(
+      features.global_blob, "ingest",
+      [this, seq, image_id](const Result<Bytes>& bytes) { OnBlob(seq, image_id, bytes); });
+}
+
+void RetrievalService::OnRegistration(const registration_t& registration) {
+  const int64_t image_id = registration.image_id;
+  const int64_t submap_id = registration.submap_id;
+  if (registration.state == registration_t::REGISTERED) {
+    steps_.push_back({registration.header.seq, true, [=](RetrievalState* state) {
+                        state->NoteRegistered(image_id, submap_id);
+                        return std::nullopt;
+                      }});
+  } else if (registration.state == registration_t::WITHDRAWN) {
+    steps_.push_back({registration.header.seq, true, [=](RetrievalState* state) {
+                        state->NoteWithdrawn(image_id, submap_id);
+                        return std::nullopt;
+                      }});
+  }
+  RunReadySteps();
+}
+
+// Whatever is wrong with its descriptor, a photo is answered for: without candidates.
+void RetrievalService::OnBlob(int64_t seq, int64_t image_id, const Result<Bytes>& bytes) {
+  auto descriptor =
+      bytes ? DecodeGlobalDescriptor(*bytes) : Result<GlobalDescriptor>(bytes.status());
+  for (Step& step : steps_) {
+    if (step.seq != seq) continue;
+    step.ready = true;
+    step.apply = [image_id, descriptor](RetrievalState* state) -> std::optional<Candidates> {
+      auto candidates =
+          descriptor ? state->Add(image_id, *descriptor) : Result<Candidates>(descriptor.status());
+      if (candidates) return std::move(*candidates);
+      spdlog::warn("image {} has no candidates: {}", image_id, candidates.error());
+      Candidates none;
+      none.image_id = image_id;
+      return none;
+    };
+  }
+  RunReadySteps();
+}
+
+void RetrievalService::RunReadySteps() {
+  while (!steps_.empty() && steps_.front().ready) {
+    const Step step = std::move(steps_.front());
+    steps_.pop_front();
+    worker_->Run(
+        [state = state_, seq = step.seq, apply = step.apply] {
+          auto candidates = apply(state.get());
+          if (candidates) state->unanswered()[candidates->image_id] = *candidates;
+          state->set_seq(seq);
+          return candidates;
+        },
+        [this, seq = step.seq](std::optional<Candidates> candidates) {
+          OnStepDone(seq, std::move(candidates));
+        });
+  }
+}
+
+void RetrievalService::OnStepDone(int64_t seq, std::optional<Candidates> candidates) {
+  done_seq_ = seq;
+  if (!candidates) return;
+  ++num_done_;
+  sum_s_ += candidates->insert_s + candidates->query_s;
+  const auto [open, is_new] = open_.try_emplace(candidates->image_id, *candidates);
+  if (caught_up_ && is_new) Submit(open->second);
+}
+
+void RetrievalService::Submit(const Candidates& candidates) {
+  node_.submitter().Submit(
+      ToMessage(candidates, done_seq_),
+      [this, id = candidates.image_id](bool committed, int64_t, const std::string& reason) {
+        if (!committed) spdlog::warn("candidates of image {} refused: {}", id, reason);
+        ForgetAnswer(id);
+      });
+}
+
+// After a start: what the ledger holds already was struck out while it was read.
+void RetrievalService::SubmitWhatIsOpen() {
+  for (const auto& [image_id, candidates] : open_) Submit(candidates);
+}
+
+void RetrievalService::ForgetAnswer(int64_t image_id) {
+  open_.erase(image_id);
+  worker_->Run([state = state_, image_id] { state->unanswered().erase(image_id); }, [] {});
+}
+
+void RetrievalService::Checkpoint() {
+  checkpoint_due_s_ = MonotonicS() + options_.checkpoint_period_s;
+  if (checkpoint_path_.empty() || done_seq_ == checkpoint_seq_) return;
+  checkpoint_seq_ = done_seq_;
+  worker_->Run([state = state_, id = node_.session_id(),
+                path = checkpoint_path_] { WriteCheckpoint(*state, id, path); },
+               [] {});
+}
+
+void RetrievalService::Tick() {
+  if (MonotonicS() >= checkpoint_due_s_) Checkpoint();
+  if (caught_up_ || !follower_->caught_up()) return;
+  if (follower_->head_seq() < start_seq_) {
+    spdlog::warn("checkpoint is at ledger position {}, the ledger ends at {}; rebuilding the index",
+                 start_seq_, follower_->head_seq());
+    return Start(std::make_shared<RetrievalState>(options_.retrieval));
+  }
+  // Answers come in after their photos, so wait until the photos read are worked off, too.
+  if (!steps_.empty() || worker_->num_pending() > 0) return;
+  caught_up_ = true;
+  SubmitWhatIsOpen();
+}
+
+void RetrievalService::FillHeartbeat(heartbeat_t* heartbeat) const {
+  heartbeat->state = caught_up_ ? "following" : "replaying";
+  heartbeat->ledger_seq = follower_->processed_seq();
+  heartbeat->backlog = static_cast<int32_t>(steps_.size()) + worker_->num_pending();
+  heartbeat->num_done = num_done_;
+  heartbeat->mean_s = num_done_ > 0 ? static_cast<float>(sum_s_ / num_done_) : 0;
+}
+
+}  // namespace skein

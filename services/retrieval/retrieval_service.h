@@ -1,0 +1,79 @@
+#pragma once
+
+// Follows the ledger: each photo with features is compared with those before it, then inserted;
+// candidates_t says which ones are most like it.
+
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "messaging/ledger_follower.h"
+#include "messaging/node.h"
+#include "messaging/worker_thread.h"
+#include "retrieval/retrieval_state.h"
+
+namespace skein {
+
+struct RetrievalServiceOptions {
+  RetrievalOptions retrieval;
+  double checkpoint_period_s = 10;
+};
+
+// Loop's thread; index and checkpoint live on a worker thread. Where the session folder is shared,
+// the state is kept in retrieval/hnsw.bin, so that a restart replays only the rest of the ledger;
+// a checkpoint that cannot be used is set aside with a line in the log and all is replayed.
+class RetrievalService {
+ public:
+  RetrievalService(Node& node, const RetrievalServiceOptions& options);
+  // Writes a last checkpoint.
+  ~RetrievalService();
+
+ private:
+  using State = std::shared_ptr<RetrievalState>;
+
+  // A change of the state, in ledger order. Runs on the worker's thread.
+  struct Step {
+    int64_t seq = 0;
+    bool ready = false;  // its blob is here, if it needs one
+    std::function<std::optional<Candidates>(RetrievalState*)> apply;
+  };
+
+  void Start(State state);
+  State LoadCheckpoint() const;
+  void OnFact(const Fact& fact);
+  void OnFeatures(const features_t& features);
+  void OnRegistration(const registration_t& registration);
+  void OnBlob(int64_t seq, int64_t image_id, const Result<Bytes>& bytes);
+  void RunReadySteps();
+  void OnStepDone(int64_t seq, std::optional<Candidates> candidates);
+  void Submit(const Candidates& candidates);
+  void SubmitWhatIsOpen();
+  void ForgetAnswer(int64_t image_id);
+  void Checkpoint();
+  void Tick();
+  void FillHeartbeat(heartbeat_t* heartbeat) const;
+
+  Node& node_;
+  const RetrievalServiceOptions options_;
+  const std::filesystem::path checkpoint_path_;  // empty: no folder
+
+  State state_;                         // used by worker_ only, once started
+  int64_t start_seq_ = 0;               // of the checkpoint
+  int64_t done_seq_ = 0;                // of the last step done
+  int64_t checkpoint_seq_ = 0;          // of the last checkpoint
+  std::deque<Step> steps_;              // not yet handed to worker_
+  std::map<int64_t, Candidates> open_;  // answers not known to be committed
+  bool caught_up_ = false;              // the ledger was read to its end once
+  int64_t num_done_ = 0;
+  double sum_s_ = 0;
+  double checkpoint_due_s_ = 0;
+
+  std::unique_ptr<WorkerThread> worker_;
+  std::unique_ptr<LedgerFollower> follower_;
+  PollLoop::TimerId timer_ = 0;
+};
+
+}  // namespace skein

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "retrieval/hnsw_index.h"
+#include "store/formats.h"
+
+namespace skein {
+
+struct RetrievalOptions {
+  size_t top_n = 30;
+  HnswOptions hnsw;
+};
+
+// The photos most like one among those inserted before it.
+struct Candidates {
+  int64_t image_id = 0;
+  std::vector<Neighbour> neighbours;  // nearest first
+  float insert_s = 0;
+  float query_s = 0;
+};
+
+// Everything retrieval knows: a function of the ledger up to `seq`, given its order. One index for
+// each model of global descriptor. One thread at a time.
+class RetrievalState {
+ public:
+  explicit RetrievalState(const RetrievalOptions& options) : options_(options) {}
+
+  // Query, then insert. A photo that is inserted already, or has nothing to describe, is not
+  // inserted; the latter has no candidates. Error: vectors of that model have another dimension.
+  Result<Candidates> Add(int64_t image_id, const GlobalDescriptor& descriptor);
+  // A photo that was registered and is in no submap any more is offered to no one, until it
+  // registers again.
+  void NoteRegistered(int64_t image_id, int64_t submap_id);
+  void NoteWithdrawn(int64_t image_id, int64_t submap_id);
+
+  size_t size() const;
+  int64_t seq() const { return seq_; }
+  void set_seq(int64_t seq) { seq_ = seq; }
+
+  // Answers that are not known to be committed, kept with the checkpoint because the photos they
+  // belong to lie before its ledger position.
+  std::map<int64_t, Candidates>& unanswered() { return unanswered_; }
+
+  // Checkpoint: 'SKHN', uint32 version, session, ledger position, contents, SHA-256 of all before.
+  Bytes Encode(const std::string& session_id) const;
+  // Error: no checkpoint, of another session or version, or damaged.
+  static Result<RetrievalState> Decode(const Bytes& bytes, const std::string& session_id,
+                                       const RetrievalOptions& options);
+
+ private:
+  struct Reader;
+
+  RetrievalOptions options_;
+  int64_t seq_ = 0;
+  std::map<std::string, HnswIndex> indices_;            // by model
+  std::map<int64_t, std::set<int64_t>> registered_in_;  // image -> submaps; empty: withdrawn
+  std::map<int64_t, Candidates> unanswered_;
+};
+
+}  // namespace skein

@@ -1,0 +1,206 @@
+#include "retrieval/retrieval_state.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+
+namespace skein {
+namespace {
+
+constexpr size_t kDim = 32;
+
+std::vector<float> RandomUnit(std::mt19937* random) {
+  std::normal_distribution<float> normal;
+  std::vector<float> v(kDim);
+  float sum = 0;
+  for (float& x : v) {
+    x = normal(*random);
+    sum += x * x;
+  }
+  for (float& x : v) x /= std::sqrt(sum);
+  return v;
+}
+
+std::vector<std::vector<float>> RandomUnits(size_t count) {
+  std::mt19937 random(5);
+  std::vector<std::vector<float>> all;
+  for (size_t i = 0; i < count; ++i) all.push_back(RandomUnit(&random));
+  return all;
+}
+
+std::vector<int64_t> Ids(const std::vector<Neighbour>& neighbours) {
+  std::vector<int64_t> ids;
+  for (const auto& n : neighbours) ids.push_back(n.id);
+  return ids;
+}
+
+GlobalDescriptor Descriptor(const std::vector<float>& values, const std::string& model = "m") {
+  return {model, values};
+}
+
+TEST(HnswIndex, FindsWhatExactSearchFinds) {
+  const auto vectors = RandomUnits(600);
+  HnswOptions exact_options;
+  exact_options.exact = true;
+  HnswIndex index(kDim, {});
+  HnswIndex exact(kDim, exact_options);
+  size_t found = 0;
+  size_t wanted = 0;
+  for (size_t i = 0; i < vectors.size(); ++i) {
+    const auto truth = Ids(exact.Query(vectors[i].data(), 30));
+    const auto ids = Ids(index.Query(vectors[i].data(), 30));
+    const std::set<int64_t> set(ids.begin(), ids.end());
+    for (const int64_t id : truth) found += set.count(id);
+    wanted += truth.size();
+    index.Insert(static_cast<int64_t>(i) + 1, vectors[i].data());
+    exact.Insert(static_cast<int64_t>(i) + 1, vectors[i].data());
+  }
+  EXPECT_GE(static_cast<double>(found) / static_cast<double>(wanted), 0.99);
+}
+
+TEST(HnswIndex, TellsEuclideanDistancesNearestFirst) {
+  HnswIndex index(2, {});
+  const float origin[] = {0, 0};
+  const float near[] = {0, 1};
+  const float far[] = {3, 4};
+  index.Insert(7, far);
+  index.Insert(9, near);
+  const auto found = index.Query(origin, 5);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].id, 9);
+  EXPECT_FLOAT_EQ(found[0].distance, 1);
+  EXPECT_FLOAT_EQ(found[1].distance, 5);
+}
+
+TEST(HnswIndex, GrowsByDoubling) {
+  HnswOptions options;
+  options.initial_capacity = 4;
+  HnswIndex index(kDim, options);
+  const auto vectors = RandomUnits(9);
+  for (size_t i = 0; i < vectors.size(); ++i)
+    index.Insert(static_cast<int64_t>(i), vectors[i].data());
+  EXPECT_EQ(index.capacity(), 16u);
+  EXPECT_EQ(index.Query(vectors[8].data(), 1).at(0).id, 8);
+}
+
+TEST(HnswIndex, LeavesRemovedOnesOutUntilRestored) {
+  HnswIndex index(kDim, {});
+  const auto vectors = RandomUnits(20);
+  for (size_t i = 0; i < vectors.size(); ++i)
+    index.Insert(static_cast<int64_t>(i), vectors[i].data());
+  index.Remove(3);
+  index.Remove(3);
+  index.Remove(99);
+  EXPECT_NE(index.Query(vectors[3].data(), 1).at(0).id, 3);
+  index.Restore(3);
+  EXPECT_EQ(index.Query(vectors[3].data(), 1).at(0).id, 3);
+}
+
+TEST(HnswIndex, RefusesTheSameIdTwice) {
+  HnswIndex index(1, {});
+  const float one = 1;
+  index.Insert(1, &one);
+  EXPECT_THROW(index.Insert(1, &one), std::invalid_argument);
+}
+
+TEST(RetrievalState, PhotoHasThoseBeforeItAsCandidates) {
+  RetrievalState state(RetrievalOptions{});
+  const auto vectors = RandomUnits(40);
+  for (int64_t id = 1; id <= 40; ++id) {
+    const auto candidates = state.Add(id, Descriptor(vectors[id - 1]));
+    ASSERT_TRUE(candidates.ok());
+    EXPECT_EQ(candidates->neighbours.size(), std::min<size_t>(30, id - 1));
+    for (const auto& n : candidates->neighbours) EXPECT_LT(n.id, id);
+  }
+}
+
+TEST(RetrievalState, PhotoWithNothingToDescribeIsNeitherInsertedNorAnswered) {
+  RetrievalState state(RetrievalOptions{});
+  EXPECT_TRUE(state.Add(1, Descriptor({}))->neighbours.empty());
+  EXPECT_EQ(state.size(), 0u);
+}
+
+TEST(RetrievalState, KeepsModelsApartAndRefusesAnotherDimension) {
+  RetrievalState state(RetrievalOptions{});
+  ASSERT_TRUE(state.Add(1, Descriptor({1, 0}, "a")).ok());
+  EXPECT_TRUE(state.Add(2, Descriptor({1, 0}, "b"))->neighbours.empty());
+  EXPECT_FALSE(state.Add(3, Descriptor({1, 0, 0}, "a")).ok());
+}
+
+TEST(RetrievalState, WithdrawnPhotoIsNoCandidateUntilItRegistersAgain) {
+  RetrievalState state(RetrievalOptions{});
+  ASSERT_TRUE(state.Add(1, Descriptor({1, 0})).ok());
+  state.NoteRegistered(1, 10);
+  state.NoteRegistered(1, 20);
+  state.NoteWithdrawn(1, 10);
+  EXPECT_EQ(state.Add(2, Descriptor({1, 0}))->neighbours.size(), 1u);
+  state.NoteWithdrawn(1, 20);
+  EXPECT_EQ(Ids(state.Add(3, Descriptor({1, 0}))->neighbours), std::vector<int64_t>({2}));
+  state.NoteRegistered(1, 20);
+  EXPECT_EQ(state.Add(4, Descriptor({1, 0}))->neighbours.size(), 3u);
+}
+
+class Checkpoint : public testing::Test {
+ protected:
+  Checkpoint() : vectors_(RandomUnits(300)), state_(RetrievalOptions{}) {
+    for (int64_t id = 1; id <= 200; ++id) Add(id, &state_);
+    state_.set_seq(777);
+    state_.NoteRegistered(5, 1);
+    state_.NoteWithdrawn(5, 1);
+    state_.unanswered()[200] = Candidates{200, {{4, 0.5f}}, 0.25f, 0.125f};
+    bytes_ = state_.Encode("session");
+  }
+
+  std::vector<Neighbour> Add(int64_t id, RetrievalState* state) {
+    return state->Add(id, Descriptor(vectors_[id - 1]))->neighbours;
+  }
+  Result<RetrievalState> Decode(const Bytes& bytes, const std::string& session = "session") {
+    return RetrievalState::Decode(bytes, session, {});
+  }
+
+  std::vector<std::vector<float>> vectors_;
+  RetrievalState state_;
+  Bytes bytes_;
+};
+
+TEST_F(Checkpoint, GoesOnAsIfItHadNeverStopped) {
+  auto loaded = Decode(bytes_);
+  ASSERT_TRUE(loaded.ok()) << loaded.error();
+  EXPECT_EQ(loaded->seq(), 777);
+  EXPECT_EQ(loaded->size(), 200u);
+  ASSERT_EQ(loaded->unanswered().count(200), 1u);
+  EXPECT_EQ(loaded->unanswered()[200].neighbours.at(0).id, 4);
+  for (int64_t id = 201; id <= 300; ++id) {
+    EXPECT_EQ(Ids(Add(id, &*loaded)), Ids(Add(id, &state_))) << id;
+  }
+  state_.set_seq(778);
+  loaded->set_seq(778);
+  EXPECT_EQ(loaded->Encode("session").size(), state_.Encode("session").size());
+}
+
+TEST_F(Checkpoint, AnyFlippedByteIsNoticed) {
+  for (size_t i = 0; i < bytes_.size(); i += 97) {
+    Bytes damaged = bytes_;
+    damaged[i] ^= 0x10;
+    EXPECT_FALSE(Decode(damaged).ok()) << "byte " << i;
+  }
+}
+
+TEST_F(Checkpoint, TruncationIsNoticed) {
+  for (const size_t size :
+       {size_t{0}, size_t{3}, size_t{60}, bytes_.size() / 2, bytes_.size() - 1}) {
+    EXPECT_FALSE(Decode(Bytes(bytes_.begin(), bytes_.begin() + size)).ok()) << size;
+  }
+}
+
+TEST_F(Checkpoint, VersionFromTheFutureAndAnotherSessionAreRefused) {
+  EXPECT_NE(Decode(bytes_, "other").error().find("another session"), std::string::npos);
+  Bytes future = bytes_;
+  future[4] = 2;
+  EXPECT_NE(Decode(future).error().find("version 2"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace skein
