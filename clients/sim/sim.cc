@@ -11,6 +11,7 @@
 #include "clients/progress_bar.h"
 #include "clients/sim/parallel.h"
 #include "clients/sim/photo_file.h"
+#include "clients/sim/publish.h"
 #include "clients/sim/random.h"
 #include "clients/sim/render.h"
 #include "clients/sim/truth.h"
@@ -132,48 +133,98 @@ std::vector<RenderedAgent> RenderSession(const SimOptions& options) {
 }  // namespace skein::sim
 
 namespace skein {
+namespace {
 
-int RunSim(int argc, char** argv) {
-  sim::SimOptions options;
+struct SimCommand {
+  sim::SimOptions sim;
   std::string scenario = "together", size = "1280x960";
-  options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  CLI::App app("Renders a synthetic place as its agents photograph it, with the exact poses.",
-               "skein sim");
-  app.add_option("--output,--out", options.out,
-                 "Folder for images/AGENT/NAME.jpg and truth (a COLMAP text model)")
+  std::string session, session_id, lcm_url, rate;
+
+  bool publishes() const { return !session.empty() || !session_id.empty(); }
+};
+
+void AddRenderOptions(CLI::App* app, SimCommand* command) {
+  sim::SimOptions& options = command->sim;
+  app->add_option("--output,--out", options.out,
+                  "Folder for images/AGENT/NAME.jpg and truth (a COLMAP text model)")
       ->required();
-  app.add_option("--agents", options.scenario.agents, "How many agents")
+  app->add_option("--agents", options.scenario.agents, "How many agents")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  app.add_option("--photos", options.scenario.photos, "How many photos each agent takes")
+  app->add_option("--photos", options.scenario.photos, "How many photos each agent takes")
       ->check(CLI::Range(2, 5000))
       ->capture_default_str();
-  app.add_option("--seed", options.scenario.seed, "The place and the walks are a function of it")
+  app->add_option("--seed", options.scenario.seed, "The place and the walks are a function of it")
       ->capture_default_str();
-  app.add_option("--scenario", scenario, "Who walks where")
+  app->add_option("--scenario", command->scenario, "Who walks where: see clients/README.md")
       ->check(CLI::IsMember(sim::ScenarioNames()))
       ->capture_default_str();
-  app.add_option("--size", size, "Of the photos, WIDTHxHEIGHT")->capture_default_str();
-  app.add_option("--focal-px", options.focal_px, "Focal length (0: 0.86 of the width)")
+  app->add_option("--size", command->size, "Of the photos, WIDTHxHEIGHT")->capture_default_str();
+  app->add_option("--focal-px", options.focal_px, "Focal length (0: 0.86 of the width)")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--distortion", options.distortion, "k of COLMAP's SIMPLE_RADIAL")
+  app->add_option("--distortion", options.distortion, "k of COLMAP's SIMPLE_RADIAL")
       ->check(CLI::Range(-0.15, 0.15))
       ->capture_default_str();
-  app.add_flag("!--no-exif", options.exif, "Leave the EXIF out");
-  app.add_flag("--gps", options.gps, "Put a GPS position (2 m noise) into the EXIF");
-  app.add_option("--threads", options.threads, "Photos rendered at a time")
+  app->add_flag("!--no-exif", options.exif, "Leave the EXIF out");
+  app->add_flag("--gps", options.gps, "Put a GPS position (2 m noise) into the EXIF");
+  app->add_option("--threads", options.threads, "Photos rendered at a time")
       ->check(CLI::Range(1, 256));
+}
+
+void AddPublishOptions(CLI::App* app, SimCommand* command) {
+  const std::string group = "Publishing (after rendering, as `skein agent` does)";
+  app->add_option("--session", command->session, "Publish to the session in this folder")
+      ->group(group);
+  app->add_option("--session-id", command->session_id, "Publish to the session of this id")
+      ->group(group);
+  app->add_option("--lcm-url", command->lcm_url, "Its LCM URL")->group(group);
+  app->add_option("--rate", command->rate, "Photos a second of each agent")->group(group);
+}
+
+sim::PublishOptions MakePublishOptions(const SimCommand& command) {
+  sim::PublishOptions options;
+  const auto pass = [&](const std::string& name, const std::string& value) {
+    if (value.empty()) return;
+    options.session.push_back(name);
+    options.session.push_back(value);
+  };
+  pass("--session", command.session);
+  pass("--session-id", command.session_id);
+  pass("--lcm-url", command.lcm_url);
+  pass("--rate", command.rate);
+  options.one_after_the_other = command.sim.scenario.scenario == sim::Scenario::kRelay;
+  return options;
+}
+
+bool ParseSize(const std::string& text, int* width, int* height) {
+  char rest = 0;
+  return std::sscanf(text.c_str(), "%dx%d%c", width, height, &rest) == 2 && *width >= 64 &&
+         *height >= 64 && *width <= 8192 && *height <= 8192;
+}
+
+}  // namespace
+
+int RunSim(int argc, char** argv) {
+  SimCommand command;
+  command.sim.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  CLI::App app(
+      "Renders a synthetic place as its agents photograph it, with the exact poses; given a\n"
+      "session, publishes the photos to it.",
+      "skein sim");
+  AddRenderOptions(&app, &command);
+  AddPublishOptions(&app, &command);
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;
-  if (std::sscanf(size.c_str(), "%dx%d", &options.width, &options.height) != 2 ||
-      options.width < 64 || options.height < 64 || options.width > 8192 || options.height > 8192) {
+  if (!ParseSize(command.size, &command.sim.width, &command.sim.height)) {
     std::cerr << "skein sim: --size takes WIDTHxHEIGHT between 64x64 and 8192x8192\n";
     return kExitUsage;
   }
-  options.scenario.scenario = *sim::ParseScenario(scenario);
-  for (const sim::RenderedAgent& agent : sim::RenderSession(options)) {
-    std::cout << agent.name << " " << agent.folder << "\n";
+  command.sim.scenario.scenario = *sim::ParseScenario(command.scenario);
+  const std::vector<sim::RenderedAgent> agents = sim::RenderSession(command.sim);
+  for (const sim::RenderedAgent& agent : agents) {
+    std::cout << agent.name << " " << agent.folder << std::endl;
   }
-  return kExitOk;
+  if (!command.publishes()) return kExitOk;
+  return sim::PublishSession("/proc/self/exe", agents, MakePublishOptions(command));
 }
 
 }  // namespace skein

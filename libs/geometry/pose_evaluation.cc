@@ -107,6 +107,15 @@ Result<Similarity> AlignByOrientation(const std::vector<PosePair>& pairs) {
   return result;
 }
 
+// False: what spread there is comes from rounding.
+bool AreSpread(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points) mean += point / static_cast<double>(points.size());
+  double spread = 0;
+  for (const Eigen::Vector3d& point : points) spread = std::max(spread, (point - mean).norm());
+  return spread > 1e-9 * mean.norm();
+}
+
 double RelativePoseErrorDeg(const PosePair& a, const PosePair& b) {
   const double rotation = AngleDeg(b.estimate.rotation * a.estimate.rotation.conjugate(),
                                    b.truth.rotation * a.truth.rotation.conjugate());
@@ -165,6 +174,7 @@ Result<Similarity> AlignPoses(const std::vector<PosePair>& pairs, bool* by_orien
     from.push_back(pair.estimate.Centre());
     to.push_back(pair.truth.Centre());
   }
+  if (!AreSpread(from) || !AreSpread(to)) return Status::Error("the camera centres coincide");
   *by_orientation = false;
   if (const auto similarity = SimilarityFromPoints(from, to)) return *similarity;
   *by_orientation = true;
