@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 #include <random>
+#include <sstream>
 
 #include "base/database.h"
 #include "base/similarity_transform.h"
@@ -108,12 +109,24 @@ std::map<std::string, Eigen::Vector3d> ReadGroundTruth(const std::string& folder
   return centers;
 }
 
+// Centres from a text model's images.txt.
 std::map<std::string, Eigen::Vector3d> ReadReference(const std::string& folder) {
-  colmap::Reconstruction reconstruction;
-  reconstruction.Read(folder);
   std::map<std::string, Eigen::Vector3d> centers;
-  for (const ImageId id : reconstruction.RegImageIds()) {
-    centers[reconstruction.Image(id).Name()] = reconstruction.Image(id).ProjectionCenter();
+  std::ifstream file(folder + "/images.txt");
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream fields(line);
+    int id = 0, camera = 0;
+    Eigen::Vector4d qvec;
+    Eigen::Vector3d tvec;
+    std::string name;
+    fields >> id >> qvec[0] >> qvec[1] >> qvec[2] >> qvec[3] >> tvec[0] >> tvec[1] >> tvec[2] >>
+        camera >> name;
+    colmap::Image image;
+    image.SetQvec(qvec);
+    image.SetTvec(tvec);
+    if (fields) centers[name] = image.ProjectionCenter();
+    std::getline(file, line);
   }
   return centers;
 }
