@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
   skein::NodeOptions options;
   options.service = "mapper";
   skein::SubmapRunOptions run;
+  run.submap.background = true;
   std::string local_ba = "consistent";
 
   CLI::App app("Registers photos in one submap: poses, points, bundle adjustment.");
@@ -28,6 +29,9 @@ int main(int argc, char** argv) {
                  "Photos between checkpoints, at least")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_flag(
+      "!--no-background-ba", run.submap.background,
+      "Global bundle adjustment in turn with registration: the same ledger gives the same map");
   if (const auto code = skein::ParseCommandLine(app, argc, argv)) return *code;
 
   return skein::RunService(options, [&](skein::Node& node) {

@@ -5,12 +5,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <random>
 #include <sstream>
+#include <thread>
 
 #include "base/database.h"
 #include "base/similarity_transform.h"
@@ -24,6 +26,7 @@ struct Arguments {
   double focal_factor = 1.0;
   int threads = 1;
   int max_photos = 0;
+  bool background = false;
   bool verbose = false;
 };
 
@@ -174,7 +177,12 @@ class Run {
       mapper_s += CpuSeconds() - start;
     }
     Print("before finish", images.size(), mapper_s);
-    const double start = CpuSeconds();
+    double start = CpuSeconds();
+    while (arguments_.background && submap_.Maintain(true, Sink())) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    if (arguments_.background) Print("at rest", images.size(), CpuSeconds() - start);
+    start = CpuSeconds();
     submap_.Finish(Sink());
     Print("after finish", images.size(), CpuSeconds() - start);
     if (!arguments_.output.empty()) Write();
@@ -186,6 +194,7 @@ class Run {
     SubmapOptions options;
     options.local.form = LocalBaFormFromName(arguments.local_ba);
     options.num_threads = arguments.threads;
+    options.background = arguments.background;
     return options;
   }
 
@@ -272,6 +281,7 @@ int main(int argc, char** argv) {
   app.add_option("--focal-factor", arguments.focal_factor, "multiplies the focal prior");
   app.add_option("--threads", arguments.threads, "threads of a bundle adjustment");
   app.add_option("--max-photos", arguments.max_photos, "stop after this many; 0: all");
+  app.add_flag("--background", arguments.background, "global BA beside registration");
   app.add_flag("--verbose", arguments.verbose, "tell about each photo");
   CLI11_PARSE(app, argc, argv);
   try {

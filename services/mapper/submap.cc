@@ -4,6 +4,7 @@
 
 #include "core/clock.h"
 #include "mapper/bundle_builder.h"
+#include "mapper/fold_back.h"
 #include "mapper/retriangulation.h"
 
 namespace skein {
@@ -19,6 +20,9 @@ BundleOptions GlobalOptions(const SubmapOptions& options, bool last) {
   solve.num_threads = options.num_threads;
   return solve;
 }
+
+// Global BAs, each followed by filtering and retriangulation, after the last photo.
+constexpr int kRoundsAtRest = 3;
 
 WeightForm FormOfWeights(LocalBaForm form) {
   if (form == LocalBaForm::kPaper) return WeightForm::kPaper;
@@ -113,6 +117,7 @@ void Submap::EnqueueNeighbours(ImageId id) {
 }
 
 bool Submap::Step(const EventSink& sink) {
+  Maintain(false, sink);
   if (queue_.empty()) return false;
   auto best = queue_.begin();
   for (auto it = queue_.begin(); it != queue_.end(); ++it) {
@@ -209,7 +214,12 @@ Submap::Adjustment Submap::Adjust(ImageId new_image) {
     adjustment.num_images = static_cast<int>(num_images);
   } else {
     adjustment = AdjustLocally(new_image);
-    if (HasGrown()) RefineGlobally(1, true, false);
+    rounds_at_rest_ = options_.background ? kRoundsAtRest : 0;
+    if (HasGrown() && options_.background) {
+      StartBackgroundBa();
+    } else if (HasGrown()) {
+      RefineGlobally(1, true, false);
+    }
   }
   map_->triangulator().ClearModifiedPoints3D();
   adjustment.seconds = MonotonicS() - start;
@@ -258,6 +268,7 @@ double Submap::AdjustGlobally(const BundleOptions& options, int* num_images) {
 }
 
 void Submap::RefineGlobally(int max_rounds, bool retriangulate, bool final) {
+  rounds_at_rest_ = 0;
   constexpr double kMaxChange = 0.0005;
   if (retriangulate) {
     map_->triangulator().CompleteAllTracks(options_.triangulation);
@@ -272,6 +283,85 @@ void Submap::RefineGlobally(int max_rounds, bool retriangulate, bool final) {
   last_adjusted_ = map_->reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();
+}
+
+void Submap::StartBackgroundBa() {
+  if (background_.IsRunning() || !points_to_maintain_.empty()) return;
+  NoteSize();
+  BundleOptions solve = GlobalOptions(options_, false);
+  solve.num_threads = 1;
+  background_.Start(BuildGlobalBundle(*map_, true), solve);
+}
+
+bool Submap::Maintain(bool at_rest, const EventSink& sink) {
+  if (const auto refined = background_.TakeIfDone()) {
+    FoldBackRefined(*refined);
+    points_to_maintain_ = AllPoints(*map_);
+    pairs_to_maintain_ = map_->pairs();
+    WithdrawWeak(std::exchange(last_adjusted_, {}), sink);
+  } else if (!points_to_maintain_.empty()) {
+    MaintainPoints();
+    if (points_to_maintain_.empty()) WithdrawWeak(map_->reconstruction().RegImageIds(), sink);
+  } else if (!pairs_to_maintain_.empty()) {
+    MaintainPairs();
+  } else if (at_rest && rounds_at_rest_ > 0 && !background_.IsRunning()) {
+    --rounds_at_rest_;
+    StartBackgroundBa();
+  }
+  return background_.IsRunning() || rounds_at_rest_ > 0 || !points_to_maintain_.empty() ||
+         !pairs_to_maintain_.empty();
+}
+
+// The photos that came while the bundle was refined get a bundle adjustment of their own.
+void Submap::FoldBackRefined(const RefinedBundle& refined) {
+  BundleRequest request;
+  request.free = FoldBack(refined, map_.get());
+  MarkCamerasRefined();
+  if (request.free.empty()) return;
+  std::set<Point3DId> points;
+  std::set<ImageId> observers;
+  for (const ImageId id : request.free) {
+    for (const colmap::Point2D& point2D : map_->reconstruction().Image(id).Points2D()) {
+      if (point2D.HasPoint3D()) points.insert(point2D.Point3DId());
+    }
+  }
+  for (const Point3DId id : points) {
+    for (const auto& element : map_->reconstruction().Point3D(id).Track().Elements()) {
+      observers.insert(element.image_id);
+    }
+  }
+  request.points.assign(points.begin(), points.end());
+  request.held.assign(observers.begin(), observers.end());
+  Bundle bundle = BuildBundle(*map_, request);
+  if (!SolveBundle(GlobalOptions(options_, false), &bundle).usable) return;
+  ApplyBundle(bundle, map_.get());
+  FilterBundle(options_.filter, bundle, map_.get());
+  last_adjusted_ = request.free;
+}
+
+void Submap::MaintainPoints() {
+  constexpr size_t kPointsAtOnce = 3000;
+  std::unordered_set<Point3DId> points;
+  while (!points_to_maintain_.empty() && points.size() < kPointsAtOnce) {
+    points.insert(points_to_maintain_.back());
+    points_to_maintain_.pop_back();
+  }
+  std::vector<Point3DId> sorted(points.begin(), points.end());
+  std::sort(sorted.begin(), sorted.end());
+  FilterPoints(options_.filter, sorted, map_.get());
+  map_->triangulator().CompleteTracks(options_.triangulation, points);
+  map_->triangulator().MergeTracks(options_.triangulation, points);
+}
+
+void Submap::MaintainPairs() {
+  constexpr size_t kPairsAtOnce = 200;
+  const size_t count = std::min(kPairsAtOnce, pairs_to_maintain_.size());
+  const std::vector<std::pair<ImageId, ImageId>> pairs(pairs_to_maintain_.end() - count,
+                                                       pairs_to_maintain_.end());
+  pairs_to_maintain_.resize(pairs_to_maintain_.size() - count);
+  RetriangulationOptions options;
+  options.triangulation = options_.triangulation;
+  Retriangulate(options, pairs, map_.get());
 }
 
 bool Submap::HasGrown() const {
@@ -298,6 +388,9 @@ void Submap::RetryDeferred() {
 }
 
 Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
+  background_.Cancel();
+  points_to_maintain_.clear();
+  pairs_to_maintain_.clear();
   for (const ImageId id : model.RegImageIds()) {
     if (!map_->HasPhoto(id)) return Status::Error("model with an image that is not there");
     if (model.Image(id).NumPoints2D() != map_->reconstruction().Image(id).NumPoints2D()) {
@@ -350,6 +443,9 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
 void Submap::Finish(const EventSink& sink) {
   RetryDeferred();
   while (Step(sink)) continue;
+  background_.Cancel();
+  points_to_maintain_.clear();
+  pairs_to_maintain_.clear();
   if (map_->reconstruction().NumRegImages() < 2) return;
   RefineGlobally(2, true, false);
   for (const ImageId id : map_->reconstruction().RegImageIds()) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "mapper/background_ba.h"
 #include "mapper/filters.h"
 #include "mapper/initial_pair.h"
 #include "mapper/local_window.h"
@@ -26,6 +27,9 @@ struct SubmapOptions {
   double global_growth = 1.1;      // growth of images or points that calls for a global BA
   int min_observations = 15;       // of a registered photo; with less it is withdrawn
   int max_withdrawals = 2;         // of one photo; then it is rejected
+  // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
+  // depends only on the order of the calls.
+  bool background = false;
   int num_threads = 1;
 };
 
@@ -53,8 +57,8 @@ struct SubmapStatistics {
 };
 
 // One submap: takes photos with their matches one after the other, registers those it can, keeps
-// the others until a neighbour of theirs is registered. The result depends only on the order of
-// the calls. Owned by one thread; knows nothing of messages.
+// the others until a neighbour of theirs is registered. Owned by one thread; knows nothing of
+// messages.
 class Submap {
  public:
   using EventSink = std::function<void(const PhotoEvent&)>;
@@ -78,6 +82,12 @@ class Submap {
   // Tries the queue's most promising photo; false if the queue was empty. Success puts those of its
   // neighbours into the queue that wait and see more points than when they were last tried.
   bool Step(const EventSink& sink);
+
+  // Folds back a background BA that is done and goes on with what follows it: completing, merging,
+  // filtering of all points and retriangulation, a bounded part at each call. Step does so too.
+  // `at_rest`: no photo has come for a while, so that also a map that has grown less gets its
+  // global BA. True while something is left to do.
+  bool Maintain(bool at_rest, const EventSink& sink);
 
   // The deferred once more, then global BA with retriangulation until nothing changes much.
   void Finish(const EventSink& sink);
@@ -136,6 +146,10 @@ class Submap {
   // changed after it.
   double AdjustGlobally(const BundleOptions& options, int* num_images);
   void RefineGlobally(int max_rounds, bool retriangulate, bool final);
+  void StartBackgroundBa();
+  void FoldBackRefined(const RefinedBundle& refined);
+  void MaintainPoints();
+  void MaintainPairs();
   bool HasGrown() const;
   void NoteSize();
   void MarkCamerasRefined();
@@ -144,7 +158,11 @@ class Submap {
   SubmapOptions options_;
   std::unique_ptr<SceneMap> map_;
   Side side_;
-  std::map<ImageId, int> queue_;        // with the number of points it sees
+  std::map<ImageId, int> queue_;  // with the number of points it sees
+  BackgroundBa background_;
+  int rounds_at_rest_ = 0;  // global BAs that a map at rest is still owed
+  std::vector<Point3DId> points_to_maintain_;
+  std::vector<std::pair<ImageId, ImageId>> pairs_to_maintain_;
   std::vector<ImageId> last_adjusted_;  // images whose observations the last BA filtered
 };
 

@@ -13,6 +13,8 @@ namespace skein {
 namespace {
 
 constexpr double kStatisticsPeriodS = 1.0;
+// After this long without a photo the map is at rest and converges.
+constexpr double kRestS = 4.0;
 
 InitialPairOptions OptionsOfSeed(const seed_t& seed) {
   // The merger has chosen the pair; what it measured is not held to more than a half here, as the
@@ -328,6 +330,10 @@ void SubmapRun::RunJob(std::function<void(Submap&, Outcome*)> job,
 
 void SubmapRun::OnOutcome(const Outcome& outcome) {
   more_ = outcome.more;
+  if (!outcome.events.empty()) {
+    maintaining_ = true;
+    last_event_s_ = MonotonicS();
+  }
   Report(outcome.events);
   for (const PhotoEvent& event : outcome.events) {
     if (registered_.count(event.image_id) > 0) WantNeighboursOf(event.image_id);
@@ -464,6 +470,17 @@ void SubmapRun::Tick() {
   if (ended_ || !begun_) return;
   Pump();
   if (!ended_) PublishStatus();
+  if (ended_ || !working_ || busy_ || !maintaining_) return;
+  const bool at_rest = MonotonicS() - last_event_s_ >= kRestS;
+  RunJob(
+      [at_rest](Submap& submap, Outcome* outcome) {
+        outcome->maintaining = submap.Maintain(
+            at_rest, [outcome](const PhotoEvent& event) { outcome->events.push_back(event); });
+      },
+      [this](const Outcome& outcome) {
+        maintaining_ = outcome.maintaining;
+        OnOutcome(outcome);
+      });
 }
 
 void SubmapRun::Answer(const shared_request_t& request) {

@@ -70,7 +70,8 @@ class SubmapRun {
   // What a job found out, for the loop.
   struct Outcome {
     std::vector<PhotoEvent> events;
-    bool more = false;  // the submap's queue is not empty
+    bool more = false;         // the submap's queue is not empty
+    bool maintaining = false;  // the submap has to tidy up after a background BA
     std::string error;
   };
 
@@ -114,9 +115,10 @@ class SubmapRun {
   std::shared_ptr<SubmapStatistics> statistics_;  // of the last job that computed it
   PhotoLoader loader_;
   bool begun_ = false;
-  bool working_ = false;  // seeded or restored
-  bool busy_ = false;     // a job or a load is under way
-  bool more_ = false;     // the submap's queue is not empty
+  bool working_ = false;      // seeded or restored
+  bool busy_ = false;         // a job or a load is under way
+  bool more_ = false;         // the submap's queue is not empty
+  bool maintaining_ = false;  // see Submap::Maintain
   bool ended_ = false;
   size_t cursor_ = 0;           // next item
   int64_t cursor_seq_ = 0;      // everything up to here is known to the submap
@@ -127,6 +129,7 @@ class SubmapRun {
   std::set<int64_t> registered_;
   std::map<int64_t, int> num_facts_;    // of a photo
   std::multiset<int64_t> uncommitted_;  // seqs at which facts under way were computed
+  double last_event_s_ = 0;
   double statistics_due_s_ = 0;
   bool status_due_ = false;  // an item was done since the last status
 

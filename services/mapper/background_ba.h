@@ -1,0 +1,41 @@
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <thread>
+
+#include "mapper/bundle.h"
+
+namespace skein {
+
+// A bundle that was refined while the map went on.
+struct RefinedBundle {
+  Bundle before;
+  Bundle after;
+};
+
+// Solves one bundle at a time in a thread of its own, at low priority. Used by one thread.
+class BackgroundBa {
+ public:
+  BackgroundBa() = default;
+  ~BackgroundBa() { Cancel(); }
+  BackgroundBa(const BackgroundBa&) = delete;
+  BackgroundBa& operator=(const BackgroundBa&) = delete;
+
+  bool IsRunning() const { return thread_.joinable(); }
+  // Throws std::logic_error if it runs.
+  void Start(Bundle bundle, const BundleOptions& options);
+  // The result, once, when it is there and usable; ends the run also when it is not usable.
+  std::optional<RefinedBundle> TakeIfDone();
+  // Stops at the next iteration and drops the result.
+  void Cancel();
+
+ private:
+  std::thread thread_;
+  std::atomic<bool> cancel_{false};
+  std::atomic<bool> done_{false};
+  RefinedBundle bundles_;
+  BundleSummary summary_;
+};
+
+}  // namespace skein
