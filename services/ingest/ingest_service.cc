@@ -17,11 +17,6 @@ std::unique_ptr<Ledger> OpenLedger(const SessionPaths& paths) {
   return *std::move(ledger);
 }
 
-template <class T>
-void SubscribeTo(Bus& bus, const Channel<T>& channel, std::function<void(const Fact&)> handler) {
-  bus.Subscribe<T>(channel, [handler = std::move(handler)](const T& fact) { handler(Fact(fact)); });
-}
-
 SessionPaths PathsOf(const Node& node) { return {node.options().session_dir}; }
 
 }  // namespace
@@ -42,6 +37,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
           node, writer_, PathsOf(node),
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
            [this] { return work_.HasIdleMapper(MonotonicS()); }}) {
+  self_ = std::make_shared<IngestService*>(this);
   spdlog::info("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
                writer_.state().num_images());
   writer_.AddObserver([this](const Fact& fact) {
@@ -50,33 +46,46 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
   });
   writer_.OnStaged([this] { ArrangeFlush(); });
   Subscribe();
-  node_.loop().AddTimer(kTickS, [this] { Tick(); });
+  timer_ = node_.loop().AddTimer(kTickS, [this] { Tick(); });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
 }
 
+IngestService::~IngestService() {
+  for (const auto subscription : subscriptions_) node_.bus().Unsubscribe(subscription);
+  node_.loop().CancelTimer(timer_);
+}
+
+template <class T>
+void IngestService::On(const Channel<T>& channel, std::function<void(const T&)> handler) {
+  subscriptions_.push_back(node_.bus().Subscribe<T>(channel, std::move(handler)));
+}
+
 void IngestService::Subscribe() {
-  Bus& bus = node_.bus();
-  bus.Subscribe<image_offer_t>(kImageOfferChannel,
-                               [this](const image_offer_t& offer) { intake_.OnOffer(offer); });
-  bus.Subscribe<work_request_t>(
-      kWorkRequestChannel, [this](const work_request_t& request) { work_.OnRequest(request); });
-  bus.Subscribe<work_failed_t>(kWorkFailedChannel,
-                               [this](const work_failed_t& failed) { work_.OnFailed(failed); });
-  bus.Subscribe<command_t>(kCommandChannel,
-                           [this](const command_t& command) { finish_.OnCommand(command); });
-  ForEachSubmitChannel([this, &bus](const auto& channel) {
-    SubscribeTo(bus, channel, [this](const Fact& fact) { submissions_.OnSubmission(fact); });
-  });
+  On<image_offer_t>(kImageOfferChannel, [this](const auto& offer) { intake_.OnOffer(offer); });
+  On<work_request_t>(kWorkRequestChannel,
+                     [this](const auto& request) { work_.OnRequest(request); });
+  On<work_failed_t>(kWorkFailedChannel, [this](const auto& failed) { work_.OnFailed(failed); });
+  On<command_t>(kCommandChannel, [this](const auto& command) { finish_.OnCommand(command); });
+  ForEachSubmitChannel([this](const auto& channel) { OnSubmissions(channel); });
+}
+
+template <class T>
+void IngestService::OnSubmissions(const Channel<T>& channel) {
+  On<T>(channel, [this](const T& fact) { submissions_.OnSubmission(Fact(fact)); });
 }
 
 // All that was received before the loop comes round again shares one commit.
 void IngestService::ArrangeFlush() {
-  node_.loop().Post([this] {
-    writer_.Flush();
-    work_.Tick();
-    finish_.Step(MonotonicS());
-    server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
+  node_.loop().Post([weak = std::weak_ptr<IngestService*>(self_)] {
+    if (const auto self = weak.lock()) (*self)->Flush();
   });
+}
+
+void IngestService::Flush() {
+  writer_.Flush();
+  work_.Tick();
+  finish_.Step(MonotonicS());
+  server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
 }
 
 void IngestService::Tick() {

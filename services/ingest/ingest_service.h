@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <vector>
 
 #include "ingest/finish_driver.h"
 #include "ingest/ledger_writer.h"
@@ -25,10 +27,18 @@ class IngestService {
   // Opens the ledger of the node's session folder and replays it; throws std::runtime_error, with a
   // line for the user, if it cannot.
   IngestService(Node& node, const IngestOptions& options);
+  ~IngestService();
+  IngestService(const IngestService&) = delete;
+  IngestService& operator=(const IngestService&) = delete;
 
  private:
+  template <class T>
+  void On(const Channel<T>& channel, std::function<void(const T&)> handler);
+  template <class T>
+  void OnSubmissions(const Channel<T>& channel);
   void Subscribe();
   void ArrangeFlush();
+  void Flush();
   void Tick();
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
@@ -39,6 +49,9 @@ class IngestService {
   SubmissionDesk submissions_;
   WorkDesk work_;
   FinishDriver finish_;
+  std::vector<Bus::SubscriptionId> subscriptions_;
+  PollLoop::TimerId timer_ = 0;
+  std::shared_ptr<IngestService*> self_;  // for posted functions: expires with this object
 };
 
 }  // namespace skein

@@ -225,7 +225,8 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
   return fact;
 }
 
-void PhotoIntake::Refuse(const Key& key, const image_offer_t& offer, const std::string& reason) {
+// By value: the pending photo that the offer may belong to ends here.
+void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string& reason) {
   pending_.erase(key);
   ++num_bad_offers_;
   spdlog::warn("refused {}/{}: {}", Printable(offer.agent), Printable(offer.name), reason);

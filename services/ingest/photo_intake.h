@@ -56,7 +56,7 @@ class PhotoIntake {
   void OnChecked(const Key& key, std::shared_ptr<const Bytes> bytes, Result<CheckedPhoto> photo);
   void OnStored(const Key& key, const CheckedPhoto& photo, const std::string& name, Status stored);
   void Commit(const Key& key, const CheckedPhoto& photo, const std::string& name);
-  void Refuse(const Key& key, const image_offer_t& offer, const std::string& reason);
+  void Refuse(const Key& key, image_offer_t offer, const std::string& reason);
   void Abandon(const Key& key, const std::string& reason);
   void GiveUp(const Key& key);
 
