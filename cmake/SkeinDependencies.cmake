@@ -53,6 +53,11 @@ add_library(colmap STATIC IMPORTED GLOBAL)
 set_target_properties(colmap PROPERTIES IMPORTED_LOCATION ${SKEIN_COLMAP_LIBRARY})
 target_include_directories(colmap SYSTEM INTERFACE ${SKEIN_COLMAP_DIR}/include/skein_colmap)
 target_compile_definitions(colmap INTERFACE GLOG_NO_ABBREVIATED_SEVERITIES)
+if(SKEIN_SANITIZE)
+  # Under AddressSanitizer Eigen would allocate otherwise than in COLMAP's library, which is built
+  # without, and each would free the other's memory.
+  target_compile_definitions(colmap INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
+endif()
 target_link_libraries(colmap INTERFACE Ceres::ceres Eigen3::Eigen
   Boost::filesystem Boost::system SQLite::SQLite3 ${FREEIMAGE_LIBRARY} ${GLOG_LIBRARY} Threads::Threads)
 
