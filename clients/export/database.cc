@@ -1,0 +1,147 @@
+#include "clients/export/database.h"
+
+#include <base/camera_models.h>
+#include <base/database.h>
+#include <estimators/two_view_geometry.h>
+
+#include <optional>
+#include <vector>
+
+#include "clients/progress_bar.h"
+#include "messaging/facts.h"
+#include "store/blob_store.h"
+#include "store/formats.h"
+#include "store/ledger.h"
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+Eigen::Matrix3d ToMatrix(const std::array<double, 9>& row_major) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(row_major.data());
+}
+
+class DatabaseWriter {
+ public:
+  DatabaseWriter(const BlobStore& blobs, const fs::path& file)
+      : blobs_(blobs), database_(file.string()), transaction_(&database_) {}
+
+  Status Write(const Fact& fact) {
+    if (const auto* image = std::get_if<skein::image_t>(&fact)) return WriteImage(*image);
+    if (const auto* features = std::get_if<features_t>(&fact)) return WriteFeatures(*features);
+    if (const auto* matches = std::get_if<matches_t>(&fact)) return WriteMatches(*matches);
+    return Status::Ok();
+  }
+  const DatabaseCounts& counts() const { return counts_; }
+
+ private:
+  Status WriteImage(const skein::image_t& fact) {
+    const auto camera_id = static_cast<colmap::camera_t>(fact.camera_id);
+    if (!database_.ExistsCamera(camera_id)) {
+      colmap::Camera camera;
+      camera.SetCameraId(camera_id);
+      camera.InitializeWithName("SIMPLE_RADIAL", fact.focal_px, fact.width_px, fact.height_px);
+      camera.SetPriorFocalLength(fact.focal_from_exif != 0);
+      database_.WriteCamera(camera, true);
+    }
+    colmap::Image image;
+    image.SetImageId(static_cast<colmap::image_t>(fact.image_id));
+    image.SetCameraId(camera_id);
+    image.SetName(fact.agent + "/" + fact.name);
+    database_.WriteImage(image, true);
+    ++counts_.images;
+    return Status::Ok();
+  }
+
+  Status WriteFeatures(const features_t& fact) {
+    const auto image_id = static_cast<colmap::image_t>(fact.image_id);
+    const Result<Bytes> keypoint_bytes = blobs_.Get(fact.keypoints_blob);
+    if (!keypoint_bytes) return keypoint_bytes.status();
+    const Result<Keypoints> keypoints = DecodeKeypoints(*keypoint_bytes);
+    if (!keypoints) return keypoints.status();
+    const Result<Bytes> descriptor_bytes = blobs_.Get(fact.descriptors_blob);
+    if (!descriptor_bytes) return descriptor_bytes.status();
+    const Result<Descriptors> descriptors = DecodeDescriptors(*descriptor_bytes);
+    if (!descriptors) return descriptors.status();
+
+    colmap::FeatureKeypoints rows;
+    for (const Keypoint& k : *keypoints) rows.emplace_back(k.x, k.y, k.scale_px, k.angle_rad);
+    colmap::FeatureDescriptors matrix(descriptors->rows(), Descriptors::kDim);
+    std::copy(descriptors->data.begin(), descriptors->data.end(), matrix.data());
+    database_.WriteKeypoints(image_id, rows);
+    database_.WriteDescriptors(image_id, matrix);
+    return Status::Ok();
+  }
+
+  Status WriteMatches(const matches_t& fact) {
+    if (fact.pairs_blob.empty()) return Status::Ok();
+    const Result<Bytes> bytes = blobs_.Get(fact.pairs_blob);
+    if (!bytes) return bytes.status();
+    const Result<TwoViewPairs> pairs = DecodeTwoViewPairs(*bytes);
+    if (!pairs) return pairs.status();
+    for (const TwoViewPair& pair : *pairs) {
+      WritePair(static_cast<colmap::image_t>(fact.image_id), pair);
+    }
+    return Status::Ok();
+  }
+
+  void WritePair(colmap::image_t image_id, const TwoViewPair& pair) {
+    const auto other_id = static_cast<colmap::image_t>(pair.other_id);
+    if (database_.ExistsMatches(image_id, other_id)) return;
+    colmap::TwoViewGeometry geometry;
+    geometry.config = pair.geometry;
+    geometry.E = ToMatrix(pair.E);
+    geometry.F = ToMatrix(pair.F);
+    geometry.H = ToMatrix(pair.H);
+    geometry.qvec = Eigen::Vector4d(pair.qvec[0], pair.qvec[1], pair.qvec[2], pair.qvec[3]);
+    geometry.tvec = Eigen::Vector3d(pair.tvec[0], pair.tvec[1], pair.tvec[2]);
+    geometry.tri_angle = pair.tri_angle_rad;
+    for (const auto& [mine, others] : pair.inliers) {
+      geometry.inlier_matches.emplace_back(mine, others);
+    }
+    database_.WriteMatches(image_id, other_id, geometry.inlier_matches);
+    database_.WriteTwoViewGeometry(image_id, other_id, geometry);
+    ++counts_.pairs;
+  }
+
+  const BlobStore& blobs_;
+  colmap::Database database_;
+  colmap::DatabaseTransaction transaction_;
+  DatabaseCounts counts_;
+};
+
+// Facts whose photo was counted but whose blobs are damaged stop the export: no half database.
+Status WriteFacts(const Ledger& ledger, DatabaseWriter* writer) {
+  ProgressBar progress("database", ledger.head());
+  Status failure;
+  const Status read = ledger.ForEach([&](const LedgerRecord& record) {
+    progress.Add();
+    const int kind = FactKindFromName(record.kind);
+    if (!failure.ok() || kind < 0) return;
+    const Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
+    failure = fact ? writer->Write(*fact) : fact.status();
+    if (!failure.ok()) failure.text = record.fact_id + ": " + failure.text;
+  });
+  return read.ok() ? failure : read;
+}
+
+}  // namespace
+
+Result<DatabaseCounts> WriteDatabase(const SessionPaths& paths, const fs::path& file) {
+  if (fs::exists(file)) return Status::Error(file.string() + " is there already");
+  const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
+  if (!ledger) return ledger.status();
+  const BlobStore blobs(paths.Blobs());
+  std::optional<DatabaseWriter> writer(std::in_place, blobs, file);
+  const Status written = WriteFacts(**ledger, &*writer);
+  const DatabaseCounts counts = writer->counts();
+  writer.reset();
+  if (!written.ok()) {
+    fs::remove(file);
+    return written;
+  }
+  return counts;
+}
+
+}  // namespace skein

@@ -1,0 +1,29 @@
+// What `skein export` reads: the newest model of each submap, and the facts of the photos.
+#pragma once
+
+#include <base/reconstruction.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "store/session.h"
+
+namespace skein {
+
+struct ExportModel {
+  std::string label;  // "submap 3, checkpoint at 812" or the folder
+  std::unique_ptr<colmap::Reconstruction> reconstruction;
+};
+
+// The newest checkpoint or final model of every live submap, most photos first, as the ledger has
+// them: at any time, also while the session runs; nothing is written to the session. Falls back on
+// sparse/ when the ledger holds no model. Empty when there is none yet.
+Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths);
+
+// A COLMAP model folder, binary or text with all three files.
+Result<ExportModel> ReadModelFolder(const std::filesystem::path& folder);
+
+}  // namespace skein
