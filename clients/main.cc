@@ -6,6 +6,7 @@
 
 #include "clients/agent.h"
 #include "clients/evaluate.h"
+#include "clients/export/export.h"
 #include "clients/finish.h"
 #include "clients/probe.h"
 #include "clients/sim/sim.h"
@@ -23,6 +24,7 @@ const std::vector<Subcommand> kSubcommands = {
     {"finish", "finishes a session: final models and report", skein::RunFinish},
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
+    {"export", "models, features and matches for other programs; pictures", skein::RunExport},
     {"evaluate", "a model's camera poses against a ground truth", skein::RunEvaluate},
 };
 

@@ -92,7 +92,8 @@ int RunExport(int argc, char** argv) {
   std::vector<std::string> known = ModelFormats();
   known.push_back("database");
   CLI::App app(
-      "Exports a session's submaps, at any time, also while it runs: OUTPUT/0 is the one with most\n"
+      "Exports a session's submaps, at any time, also while it runs: OUTPUT/0 is the one with "
+      "most\n"
       "photos. database: OUTPUT/database.db with features and verified matches for COLMAP.",
       "skein export");
   app.add_option("--session", options.session, "Session folder")->check(CLI::ExistingDirectory);
@@ -106,8 +107,7 @@ int RunExport(int argc, char** argv) {
   app.add_option("--picture", options.picture,
                  "PNG of the largest model: points and cameras from above and obliquely");
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;
-  const bool database =
-      std::count(options.formats.begin(), options.formats.end(), "database") > 0;
+  const bool database = std::count(options.formats.begin(), options.formats.end(), "database") > 0;
   if (const std::string wrong = CheckOptions(options, database); !wrong.empty()) {
     std::cerr << "skein export: " << wrong << "\n";
     return kExitUsage;

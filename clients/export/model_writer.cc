@@ -100,17 +100,17 @@ Status WriteNvm(const colmap::Reconstruction& model, const fs::path& folder) {
 
 const std::vector<std::pair<std::string, Writer>>& Writers() {
   static const std::vector<std::pair<std::string, Writer>> writers = {
-      {"bin", WriteBinary},         {"text", WriteText},       {"ply", WritePly},
-      {"nerfstudio", WriteNerfstudio}, {"bundler", WriteBundler}, {"nvm", WriteNvm}};
+      {"bin", WriteBinary},      {"text", WriteText},
+      {"ply", WritePly},         {"nerfstudio", WriteNerfstudio},
+      {"bundler", WriteBundler}, {"nvm", WriteNvm}};
   return writers;
 }
 
 json FrameJson(const colmap::Image& image, const colmap::Camera& camera) {
   // World-from-camera with OpenGL's axes: y up, z backwards.
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
-  transform.topLeftCorner<3, 3>() =
-      colmap::QuaternionToRotationMatrix(image.Qvec()).transpose() *
-      Eigen::Vector3d(1, -1, -1).asDiagonal();
+  transform.topLeftCorner<3, 3>() = colmap::QuaternionToRotationMatrix(image.Qvec()).transpose() *
+                                    Eigen::Vector3d(1, -1, -1).asDiagonal();
   transform.topRightCorner<3, 1>() = image.ProjectionCenter();
   json rows = json::array();
   for (int i = 0; i < 4; ++i) {
@@ -124,7 +124,10 @@ json FrameJson(const colmap::Image& image, const colmap::Camera& camera) {
                 {"fl_y", camera.MeanFocalLength()},
                 {"cx", camera.PrincipalPointX()},
                 {"cy", camera.PrincipalPointY()},
-                {"k1", 0.0}, {"k2", 0.0}, {"p1", 0.0}, {"p2", 0.0}};
+                {"k1", 0.0},
+                {"k2", 0.0},
+                {"p1", 0.0},
+                {"p2", 0.0}};
   const std::vector<size_t>& extra = camera.ExtraParamsIdxs();
   const char* names[] = {"k1", "k2", "p1", "p2"};
   for (size_t i = 0; i < std::min<size_t>(extra.size(), 4); ++i) {

@@ -131,9 +131,9 @@ cv::Mat3b DrawModel(const colmap::Reconstruction& model, int side_px) {
   cv::Mat3b picture(side_px, 2 * side_px);
   DrawView(cloud, upright, picture.colRange(0, side_px));
   const double tilt = 55 * M_PI / 180;
-  const Matrix3d oblique =
-      Eigen::AngleAxisd(-tilt, Vector3d::UnitX()).toRotationMatrix() *
-      Eigen::AngleAxisd(M_PI / 5, Vector3d::UnitZ()).toRotationMatrix() * upright;
+  const Matrix3d oblique = Eigen::AngleAxisd(-tilt, Vector3d::UnitX()).toRotationMatrix() *
+                           Eigen::AngleAxisd(M_PI / 5, Vector3d::UnitZ()).toRotationMatrix() *
+                           upright;
   DrawView(cloud, oblique, picture.colRange(side_px, 2 * side_px));
   return picture;
 }

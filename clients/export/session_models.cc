@@ -47,8 +47,7 @@ Result<std::vector<submap_t>> NewestModels(const Ledger& ledger) {
   const int submap_kind = FactKindFromName("submap");
   const Status read = ledger.ForEach([&](const LedgerRecord& record) {
     if (record.kind != FactKindName(submap_kind)) return;
-    const Result<Fact> fact =
-        DecodeFact(submap_kind, record.payload.data(), record.payload.size());
+    const Result<Fact> fact = DecodeFact(submap_kind, record.payload.data(), record.payload.size());
     if (!fact) {
       failure = "ledger, fact " + std::to_string(record.seq) + ": " + fact.error();
       return;

@@ -1,0 +1,135 @@
+#include <gtest/gtest.h>
+#include <libexif/exif-data.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "clients/sim/camera.h"
+#include "clients/sim/photo_file.h"
+#include "clients/sim/render.h"
+#include "clients/sim/scenario.h"
+
+namespace skein::sim {
+namespace {
+
+Texture Plain(const cv::Vec3b& color) {
+  return Texture(cv::Mat3b(8, 8, color), 8, Texture::Edge::kRepeat);
+}
+
+Surface FacingSouth(const Eigen::Vector3f& center, float size, int texture) {
+  Surface surface;
+  surface.origin = center + Eigen::Vector3f(-size / 2, 0, size / 2);
+  surface.right = Eigen::Vector3f(size, 0, 0);
+  surface.down = Eigen::Vector3f(0, 0, -size);
+  surface.texture = texture;
+  surface.detail = 0;
+  return surface;
+}
+
+// A dark wall at y = 5 with a white plate of 8 cm in front of it.
+Place PlateBeforeWall(const Eigen::Vector3f& plate) {
+  Place place;
+  place.textures = {Plain({20, 20, 20}), Plain({230, 230, 230})};
+  place.grain = {Plain({128, 128, 128})};
+  place.grain_shift_m = {0, 0};
+  place.scene = Scene({FacingSouth({0, 5, 0}, 40, 0), FacingSouth(plate, 0.08f, 1)});
+  place.light.sun = 0;
+  return place;
+}
+
+TEST(Camera, UndistorterInvertsColmapsModel) {
+  const Camera camera{1280, 960, 1100, -0.08};
+  const Undistorter undistort(camera);
+  const Pose pose;
+  for (const Eigen::Vector2f& pixel :
+       {Eigen::Vector2f(1, 1), Eigen::Vector2f(640, 480), Eigen::Vector2f(1279, 300)}) {
+    const Eigen::Vector2f uv = undistort(pixel.x(), pixel.y());
+    Eigen::Vector2d back;
+    ASSERT_TRUE(Project(camera, pose, Eigen::Vector3d(uv.x(), uv.y(), 1), &back));
+    EXPECT_LT((back - pixel.cast<double>()).norm(), 2e-3);
+  }
+}
+
+TEST(Render, PlateAppearsWhereTheTruthProjectsIt) {
+  const Camera camera{640, 480, 550, -0.06};
+  const Pose pose = LookAt({0.3, -0.2, 0.1}, {0, 5, 0.2}, 0.05);
+  for (const Eigen::Vector3f& plate :
+       {Eigen::Vector3f(0, 4.9f, 0), Eigen::Vector3f(1.7f, 4.9f, -1.2f)}) {
+    const cv::Mat3b photo = RenderPhoto(PlateBeforeWall(plate), camera, pose, {1, 0, 0, 1});
+    cv::Mat1b grey;
+    cv::cvtColor(photo, grey, cv::COLOR_BGR2GRAY);
+    const cv::Moments m = cv::moments(cv::Mat(cv::max(grey, 40) - 40));
+    Eigen::Vector2d expected;
+    ASSERT_TRUE(Project(camera, pose, plate.cast<double>(), &expected));
+    EXPECT_NEAR(m.m10 / m.m00 + 0.5, expected.x(), 0.05);  // centre of the first pixel: 0.5
+    EXPECT_NEAR(m.m01 / m.m00 + 0.5, expected.y(), 0.05);
+  }
+}
+
+TEST(Render, IsAFunctionOfItsSeed) {
+  const Place place = PlateBeforeWall({0, 4.9f, 0});
+  const Camera camera{160, 120, 140, 0};
+  const Pose pose = LookAt({0, 0, 0}, {0, 5, 0}, 0);
+  const auto render = [&](uint64_t seed) {
+    return RenderPhoto(place, camera, pose, {1, 0.1, 2, seed});
+  };
+  EXPECT_EQ(cv::norm(render(5), render(5)), 0);
+  EXPECT_GT(cv::norm(render(5), render(6)), 0);
+}
+
+TEST(PhotoFile, ExifIsReadByLibexif) {
+  ExifInfo info;
+  info.make = "Skein";
+  info.model = "Simulated camera 12";
+  info.capture_utime_us = 1777629600LL * 1000000 + 250000;
+  info.focal_mm = 5;
+  info.focal_35mm = 31;
+  info.gps = GpsTag{-48.25, 11.5, 520};
+  const std::vector<uint8_t> jpeg = EncodePhoto(cv::Mat3b(64, 64, cv::Vec3b(9, 9, 9)), &info, 90);
+  ExifData* exif = exif_data_new_from_data(jpeg.data(), static_cast<unsigned>(jpeg.size()));
+  ASSERT_NE(exif, nullptr);
+  const auto text = [&](ExifIfd ifd, int tag) {
+    char value[64] = "";
+    ExifEntry* entry = exif_content_get_entry(exif->ifd[ifd], static_cast<ExifTag>(tag));
+    return std::string(entry ? exif_entry_get_value(entry, value, sizeof value) : "");
+  };
+  EXPECT_EQ(text(EXIF_IFD_0, EXIF_TAG_MODEL), "Simulated camera 12");
+  EXPECT_EQ(text(EXIF_IFD_EXIF, EXIF_TAG_DATE_TIME_ORIGINAL), "2026:05:01 10:00:00");
+  EXPECT_EQ(text(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM), "31");
+  EXPECT_EQ(text(EXIF_IFD_GPS, EXIF_TAG_GPS_LATITUDE_REF), "S");
+  exif_data_unref(exif);
+}
+
+TEST(Walks, CorridorCentresLieOnALine) {
+  ScenarioOptions options;
+  options.scenario = Scenario::kCorridor;
+  for (const Walk& walk : PlanWalks(options)) {
+    for (const Shot& shot : walk.shots) {
+      EXPECT_DOUBLE_EQ(shot.pose.center.y(), -0.9);
+      EXPECT_DOUBLE_EQ(shot.pose.center.z(), 1.5);
+    }
+  }
+}
+
+TEST(Walks, RelayAgentsFollowEachOther) {
+  ScenarioOptions options;
+  options.scenario = Scenario::kRelay;
+  const std::vector<Walk> walks = PlanWalks(options);
+  ASSERT_EQ(walks.size(), 3u);
+  EXPECT_GT(walks[1].shots.front().capture_s, walks[0].shots.back().capture_s);
+}
+
+TEST(Walks, TwinAgentsKeepApart) {
+  ScenarioOptions options;
+  options.scenario = Scenario::kTwins;
+  options.agents = 2;
+  const std::vector<Walk> walks = PlanWalks(options);
+  for (const Shot& a : walks[0].shots) {
+    for (const Shot& b : walks[1].shots) {
+      EXPECT_GT((a.pose.center - b.pose.center).norm(), 60);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace skein::sim
