@@ -58,7 +58,9 @@ TEST(Render, PlateAppearsWhereTheTruthProjectsIt) {
     const cv::Mat3b photo = RenderPhoto(PlateBeforeWall(plate), camera, pose, {1, 0, 0, 1});
     cv::Mat1b grey;
     cv::cvtColor(photo, grey, cv::COLOR_BGR2GRAY);
-    const cv::Moments m = cv::moments(cv::Mat(cv::max(grey, 40) - 40));
+    double wall = 0;
+    cv::minMaxLoc(grey, &wall);
+    const cv::Moments m = cv::moments(cv::Mat(grey - wall));
     Eigen::Vector2d expected;
     ASSERT_TRUE(Project(camera, pose, plate.cast<double>(), &expected));
     EXPECT_NEAR(m.m10 / m.m00 + 0.5, expected.x(), 0.05);  // centre of the first pixel: 0.5
