@@ -1,0 +1,236 @@
+#include "ingest/session_state.h"
+
+#include <gtest/gtest.h>
+
+#include "ingest/ledger_writer.h"
+#include "ingest/report.h"
+#include "ingest/submission_rules.h"
+#include "ingest/work_planner.h"
+#include "store/test_folder.h"
+
+namespace skein {
+namespace {
+
+// Commits facts on a clock that advances a second a fact.
+class SessionStateTest : public testing::Test {
+ protected:
+  SessionStateTest() { Reopen(); }
+
+  void Reopen() {
+    writer_.reset();
+    writer_ = std::make_unique<LedgerWriter>(*Ledger::Open(folder_ / "ledger.db"), "session",
+                                             [this] { return now_us_ += 1000000; });
+  }
+  const SessionState& state() const { return writer_->state(); }
+
+  template <class T>
+  T Commit(T fact, const std::string& fact_id, const std::string& author = "ingest") {
+    fact.header.fact_id = fact_id;
+    fact.header.author = author;
+    const Fact staged = writer_->Stage(fact);
+    writer_->Flush();
+    return std::get<T>(staged);
+  }
+  void AddPhoto() {
+    image_t image{};
+    image.agent = "alice";
+    image.name = std::to_string(state().num_images() + 1) + ".jpg";
+    image.blob_id = "blob" + image.name;
+    image.camera_id = 1;
+    image.received_utime_us = now_us_;
+    Commit(image, "image/" + image.name);
+  }
+  template <class T>
+  void AddForPhoto(T fact, const std::string& kind, int64_t image_id) {
+    fact.image_id = image_id;
+    Commit(fact, kind + "/" + std::to_string(image_id));
+  }
+  void AddMatchedPhoto(int num_keypoints = 100) {
+    AddPhoto();
+    features_t features{};
+    features.num_keypoints = num_keypoints;
+    AddForPhoto(features, "features", state().num_images());
+    AddForPhoto(candidates_t{}, "candidates", state().num_images());
+    AddForPhoto(matches_t{}, "matches", state().num_images());
+  }
+  int64_t AddSubmap(const std::string& owner) {
+    seed_t seed{};
+    seed.image_id1 = 1;
+    seed.image_id2 = 2;
+    const int64_t id = Commit(seed, "seed/" + std::to_string(state().head())).submap_id;
+    submap_t assigned{};
+    assigned.submap_id = id;
+    assigned.epoch = 1;
+    assigned.owner = owner;
+    assigned.state = submap_t::ASSIGNED;
+    Commit(assigned, "submap/" + std::to_string(id) + "/epoch/1");
+    return id;
+  }
+  void Register(int64_t image_id, int64_t submap_id, int8_t state = registration_t::REGISTERED) {
+    registration_t fact{};
+    fact.image_id = image_id;
+    fact.submap_id = submap_id;
+    fact.epoch = 1;
+    fact.state = state;
+    fact.reason = "too few inliers";
+    Commit(fact, "registration/" + std::to_string(this->state().head()));
+  }
+  void End(int64_t submap_id) {
+    submap_t ended{};
+    ended.submap_id = submap_id;
+    ended.state = submap_t::ENDED;
+    Commit(ended, "submap/" + std::to_string(submap_id) + "/ended");
+  }
+
+  TestFolder folder_;
+  int64_t now_us_ = 0;
+  std::unique_ptr<LedgerWriter> writer_;
+};
+
+TEST_F(SessionStateTest, IsTheSameAfterReplay) {
+  AddMatchedPhoto();
+  AddMatchedPhoto();
+  AddMatchedPhoto(0);
+  AddPhoto();
+  Register(1, AddSubmap("mapper-1"));
+  failure_t failure{};
+  failure.stage = "features";
+  failure.image_id = 4;
+  failure.parked = true;
+  failure.reason = "cannot decode";
+  Commit(failure, "failure/features/4/1");
+  const std::string before = MakeReport(state(), 3, 1).dump();
+  const int64_t in_flight = state().num_in_flight();
+  Reopen();
+  EXPECT_EQ(MakeReport(state(), 3, 1).dump(), before);
+  EXPECT_EQ(state().num_in_flight(), in_flight);
+}
+
+TEST_F(SessionStateTest, AccountsForEveryPhoto) {
+  AddMatchedPhoto();
+  AddMatchedPhoto();
+  AddMatchedPhoto(0);
+  Register(1, AddSubmap("mapper-1"));
+  Register(2, 1, registration_t::DEFERRED);
+  failure_t refused{};
+  refused.stage = "ingest";
+  refused.parked = true;
+  Commit(refused, RefusalId("alice", "x.jpg", "y"));
+  const PhotoCounts counts = CountPhotos(state(), 0);
+  EXPECT_EQ(counts.received, 4);
+  EXPECT_EQ(counts.registered, 1);
+  EXPECT_EQ(counts.deferred, 2);
+  EXPECT_EQ(counts.failed, 1);
+  EXPECT_EQ(state().WhyUnregistered(*state().FindPhoto(2)), "too few inliers");
+  EXPECT_EQ(state().WhyUnregistered(*state().FindPhoto(3)), "no features");
+}
+
+TEST_F(SessionStateTest, CountsAPhotoOnlyWhileASubmapThatHoldsItLives) {
+  AddMatchedPhoto();
+  AddMatchedPhoto();
+  const int64_t submap = AddSubmap("mapper-1");
+  Register(1, submap);
+  EXPECT_TRUE(state().IsRegistered(*state().FindPhoto(1)));
+  Register(1, submap, registration_t::WITHDRAWN);
+  EXPECT_FALSE(state().IsRegistered(*state().FindPhoto(1)));
+  Register(1, submap);
+  End(submap);
+  EXPECT_FALSE(state().IsRegistered(*state().FindPhoto(1)));
+}
+
+TEST_F(SessionStateTest, TakesLatencyFromTheFirstRegistration) {
+  AddMatchedPhoto();
+  AddMatchedPhoto();
+  const int64_t submap = AddSubmap("mapper-1");
+  Register(1, submap);
+  const auto latency = PhotoToPoseSeconds(state());
+  Register(1, submap, registration_t::WITHDRAWN);
+  Register(1, submap);
+  EXPECT_EQ(PhotoToPoseSeconds(state()), latency);
+  ASSERT_EQ(latency.size(), 1u);
+  EXPECT_GT(latency[0], 0);
+}
+
+TEST_F(SessionStateTest, ForgetsAVanishedAgentWhosePhotoCame) {
+  failure_t vanished{};
+  vanished.stage = "ingest";
+  Commit(vanished, VanishedId("blob1.jpg", 1));
+  EXPECT_EQ(state().Failures().size(), 1u);
+  AddPhoto();
+  EXPECT_TRUE(state().Failures().empty());
+}
+
+TEST_F(SessionStateTest, GivesIdsAtCommit) {
+  AddMatchedPhoto();
+  AddMatchedPhoto();
+  EXPECT_EQ(AddSubmap("mapper-1"), 1);
+  End(1);
+  EXPECT_EQ(AddSubmap("mapper-1"), 2);
+  merge_t merge{};
+  merge.state = merge_t::ORDERED;
+  merge.source_id = 1;
+  merge.target_id = 2;
+  const merge_t ordered = Commit(merge, "merge/1");
+  EXPECT_EQ(ordered.merge_id, ordered.header.seq);
+  EXPECT_EQ(state().FindSubmap(2)->open_merge_id, ordered.merge_id);
+}
+
+TEST_F(SessionStateTest, RefusesAStaleEpochAndAnotherAuthor) {
+  AddMatchedPhoto();
+  AddMatchedPhoto();
+  registration_t fact{};
+  fact.header.fact_id = "registration/x";
+  fact.header.author = "mapper-1";
+  fact.image_id = 1;
+  fact.submap_id = AddSubmap("mapper-1");
+  fact.epoch = 1;
+  fact.state = registration_t::REGISTERED;
+  fact.cam_from_world_qwxyz[0] = 1;
+  EXPECT_EQ(CheckSubmission(fact, state()).error(), "");
+  fact.epoch = 0;
+  EXPECT_FALSE(CheckSubmission(fact, state()).ok());
+  fact.epoch = 1;
+  fact.header.author = "mapper-2";
+  EXPECT_FALSE(CheckSubmission(fact, state()).ok());
+  fact.header.author = "mapper-1";
+  fact.cam_from_world_xyz[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(CheckSubmission(fact, state()).ok());
+}
+
+TEST_F(SessionStateTest, FactsOutOfOrderAreABrokenContract) {
+  SessionState fresh;
+  image_t image{};
+  image.header.seq = 2;
+  EXPECT_THROW(fresh.Apply(image), std::logic_error);
+  AddPhoto();
+  image.header.fact_id = "image/1.jpg";
+  EXPECT_THROW(writer_->Stage(image), std::logic_error);
+}
+
+TEST_F(SessionStateTest, DerivesTheOpenWorkFromTheLedger) {
+  AddMatchedPhoto();
+  AddPhoto();
+  AddPhoto();
+  features_t features{};
+  AddForPhoto(features, "features", 2);
+  AddForPhoto(candidates_t{}, "candidates", 2);
+  failure_t failure{};
+  failure.stage = "features";
+  failure.image_id = 3;
+  failure.attempts = 2;
+  Commit(failure, "failure/features/3/2");
+  Reopen();
+  WorkPlanner planner(state(), LeaseOptions());
+  writer_->ForEach([&](const Fact& fact) { planner.OnFact(fact, 0); });
+  planner.OnRequest("features", {"f", 5, 0, {}}, 0);
+  planner.OnRequest("matching", {"m", 5, 0, {}}, 0);
+  const auto grants = planner.Assign(0);
+  ASSERT_EQ(grants.size(), 2u);
+  EXPECT_EQ(grants[0].item, 3);
+  EXPECT_EQ(grants[0].attempt, 3);
+  EXPECT_EQ(grants[1].kind, "matching");
+  EXPECT_EQ(grants[1].item, 2);
+}
+
+}  // namespace
+}  // namespace skein
