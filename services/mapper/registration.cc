@@ -18,6 +18,8 @@ namespace {
 constexpr double kMinFocalRatio = 0.1;
 constexpr double kMaxFocalRatio = 10.0;
 constexpr double kMaxDistortion = 1.0;
+// Errors of the map are shared by neighbouring points: more of them count as this many.
+constexpr size_t kIndependentPoints = 100;
 
 bool HasBogusParams(const colmap::Camera& camera) {
   return camera.HasBogusParams(kMinFocalRatio, kMaxFocalRatio, kMaxDistortion);
@@ -54,6 +56,9 @@ void SetSigmas(const Bundle& bundle, PoseEstimate* estimate) {
     if (!Linearise(bundle, layout, loss, point, bundle.observations[point.first], &term)) continue;
     information += term.J_pose.transpose() * term.J_pose;
     depths.push_back((bundle.poses[0].R * point.xyz + bundle.poses[0].t).z());
+  }
+  if (depths.size() > kIndependentPoints) {
+    information *= static_cast<double>(kIndependentPoints) / static_cast<double>(depths.size());
   }
   estimate->position_sigma = estimate->rotation_sigma_deg = HUGE_VAL;
   const Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>> lu(information);

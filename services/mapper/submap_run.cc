@@ -15,6 +15,7 @@ namespace {
 constexpr double kStatisticsPeriodS = 1.0;
 // After this long without a photo the map is at rest and converges.
 constexpr double kRestS = 4.0;
+constexpr double kMaintenancePeriodS = 0.1;
 
 InitialPairOptions OptionsOfSeed(const seed_t& seed) {
   // The merger has chosen the pair; what it measured is not held to more than a half here, as the
@@ -470,6 +471,11 @@ void SubmapRun::Tick() {
   if (ended_ || !begun_) return;
   Pump();
   if (!ended_) PublishStatus();
+  Maintain();
+}
+
+// In small parts, so that a photo that comes does not wait.
+void SubmapRun::Maintain() {
   if (ended_ || !working_ || busy_ || !maintaining_) return;
   const bool at_rest = MonotonicS() - last_event_s_ >= kRestS;
   RunJob(
@@ -480,6 +486,10 @@ void SubmapRun::Tick() {
       [this](const Outcome& outcome) {
         maintaining_ = outcome.maintaining;
         OnOutcome(outcome);
+        std::weak_ptr<bool> alive = alive_;
+        node_.loop().AddOneShot(kMaintenancePeriodS, [this, alive] {
+          if (!alive.expired()) Maintain();
+        });
       });
 }
 

@@ -93,6 +93,7 @@ class SubmapRun {
   void WantNeighboursOf(int64_t image_id);
   void NoteLostPhotos();
 
+  void Maintain();
   bool CheckpointIsDue() const;
   void WriteModel(int8_t state, int64_t ledger_seq, std::function<void()> then);
   void SubmitModel(int8_t state, int64_t ledger_seq, const std::string& blob);

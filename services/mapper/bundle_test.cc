@@ -1,0 +1,159 @@
+#include "mapper/bundle.h"
+
+#include <gtest/gtest.h>
+
+#include "base/camera_models.h"
+#include "mapper/projection.h"
+#include "mapper/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+// The scene at its truth, disturbed by `shift`; the first two poses held.
+Bundle MakeBundle(const SyntheticScene& scene, double shift) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, shift);
+  Bundle bundle;
+  BundleCamera camera;
+  camera.camera_id = 1;
+  camera.model_id = colmap::SimpleRadialCameraModel::model_id;
+  camera.params = {1000, 600, 450, 0};
+  bundle.cameras.push_back(camera);
+  for (size_t i = 0; i < scene.photos.size(); ++i) {
+    BundlePose pose;
+    pose.image_id = static_cast<uint32_t>(i + 1);
+    pose.R = scene.rotations[i];
+    pose.t = scene.translations[i];
+    pose.constant = i < 2;
+    if (!pose.constant) pose.t += Eigen::Vector3d(noise(random), noise(random), noise(random));
+    bundle.poses.push_back(pose);
+  }
+  std::vector<std::vector<BundleObservation>> of_point(scene.points.size());
+  for (size_t i = 0; i < scene.photos.size(); ++i) {
+    for (size_t k = 0; k < scene.visible[i].size(); ++k) {
+      const Keypoint& keypoint = scene.photos[i].keypoints[k];
+      of_point[scene.visible[i][k]].push_back(
+          {static_cast<int>(i), static_cast<uint32_t>(k), {keypoint.x, keypoint.y}});
+    }
+  }
+  for (size_t p = 0; p < of_point.size(); ++p) {
+    if (of_point[p].size() < 2) continue;
+    BundlePoint point;
+    point.point3D_id = p;
+    point.xyz = scene.points[p] + Eigen::Vector3d(noise(random), noise(random), noise(random));
+    point.first = static_cast<int>(bundle.observations.size());
+    point.count = static_cast<int>(of_point[p].size());
+    bundle.points.push_back(point);
+    bundle.observations.insert(bundle.observations.end(), of_point[p].begin(), of_point[p].end());
+  }
+  return bundle;
+}
+
+double MaxCenterError(const SyntheticScene& scene, const Bundle& bundle) {
+  double error = 0;
+  for (size_t i = 0; i < bundle.poses.size(); ++i) {
+    const Eigen::Vector3d center = -(bundle.poses[i].R.transpose() * bundle.poses[i].t);
+    error = std::max(error, (center - scene.Center(i)).norm());
+  }
+  return error;
+}
+
+TEST(Projection, JacobiansAgreeWithDifferencesForAllModels) {
+  for (const std::string name :
+       {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE",
+        "FULL_OPENCV", "FOV", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"}) {
+    const int id = colmap::CameraModelNameToId(name);
+    std::vector<double> params = colmap::CameraModelInitializeParams(id, 900, 1200, 900);
+    for (const size_t i : colmap::CameraModelExtraParamsIdxs(id)) params[i] = 0.05;
+    const Eigen::Vector3d point(0.3, -0.2, 1.5);
+    Eigen::Vector2d pixel, moved;
+    Eigen::Matrix<double, 2, 3> J;
+    IntrinsicsJacobian J_params;
+    ASSERT_TRUE(ProjectWithJacobians(id, params, point, &pixel, &J, &J_params));
+    for (int i = 0; i < 3; ++i) {
+      Eigen::Vector3d shifted = point;
+      shifted[i] += 1e-7;
+      ASSERT_TRUE(Project(id, params, shifted, &moved));
+      EXPECT_LT(((moved - pixel) / 1e-7 - J.col(i)).norm(), 1e-2) << name;
+    }
+    for (size_t i = 0; i < params.size(); ++i) {
+      std::vector<double> shifted = params;
+      shifted[i] += 1e-7;
+      ASSERT_TRUE(Project(id, shifted, point, &moved));
+      EXPECT_LT(((moved - pixel) / 1e-7 - J_params.col(i)).norm(), 1e-2) << name;
+    }
+  }
+}
+
+TEST(Projection, FailsBehindTheCamera) {
+  Eigen::Vector2d pixel;
+  EXPECT_FALSE(
+      Project(colmap::SimpleRadialCameraModel::model_id, {1000, 600, 450, 0}, {0, 0, -1}, &pixel));
+}
+
+TEST(Bundle, ConvergesToTheTruthWithoutNoise) {
+  SyntheticOptions options;
+  options.noise_px = 0;
+  const SyntheticScene scene = MakeScene(options);
+  Bundle bundle = MakeBundle(scene, 0.05);
+  BundleOptions solve;
+  solve.function_tolerance = 1e-12;
+  const BundleSummary summary = SolveBundle(solve, &bundle);
+  ASSERT_TRUE(summary.usable);
+  EXPECT_LT(summary.final_cost, 1e-3);  // keypoints are floats
+  EXPECT_LT(MaxCenterError(scene, bundle), 1e-4);
+}
+
+TEST(Bundle, SparseAndThreadedSolutionsAreTheDenseOne) {
+  const SyntheticScene scene = MakeScene({});
+  Bundle dense = MakeBundle(scene, 0.05);
+  dense.cameras[0].refined = {0, 3};
+  Bundle sparse = dense, threaded = dense;
+  BundleOptions solve;
+  solve.function_tolerance = 1e-10;
+  const double cost = SolveBundle(solve, &dense).final_cost;
+  solve.max_dense_poses = 0;
+  EXPECT_NEAR(SolveBundle(solve, &sparse).final_cost, cost, 1e-6 * cost);
+  solve.num_threads = 3;
+  EXPECT_NEAR(SolveBundle(solve, &threaded).final_cost, cost, 1e-6 * cost);
+  for (size_t i = 0; i < dense.poses.size(); ++i) {
+    EXPECT_LT((dense.poses[i].t - sparse.poses[i].t).norm(), 1e-4);
+  }
+}
+
+TEST(Bundle, ConsistentWeightsHoldWhatIsFarAndFreeWhatIsNear) {
+  const SyntheticScene scene = MakeScene({});
+  double moved[2] = {0, 0};
+  for (int far = 0; far < 2; ++far) {
+    Bundle bundle = MakeBundle(scene, 0);
+    bundle.poses[5].t.x() += 0.05;
+    bundle.poses[5].weight = far ? 1e-4 : 1.0;
+    const Eigen::Vector3d before = bundle.poses[5].t;
+    BundleOptions solve;
+    solve.weight_form = WeightForm::kConsistent;
+    ASSERT_TRUE(SolveBundle(solve, &bundle).usable);
+    moved[far] = (bundle.poses[5].t - before).norm();
+  }
+  EXPECT_GT(moved[0], 0.04);
+  EXPECT_LT(moved[1], 0.1 * moved[0]);
+}
+
+TEST(Bundle, CancelLeavesItAsItWas) {
+  const SyntheticScene scene = MakeScene({});
+  Bundle bundle = MakeBundle(scene, 0.05);
+  const Eigen::Vector3d before = bundle.poses[4].t;
+  std::atomic<bool> cancel{true};
+  BundleOptions solve;
+  solve.cancel = &cancel;
+  EXPECT_FALSE(SolveBundle(solve, &bundle).usable);
+  EXPECT_EQ(bundle.poses[4].t, before);
+}
+
+TEST(Bundle, RefusesIndicesOutOfRange) {
+  Bundle bundle = MakeBundle(MakeScene({}), 0);
+  bundle.observations[3].pose = 99;
+  EXPECT_THROW(SolveBundle({}, &bundle), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,255 @@
+#include "mapper/submap.h"
+
+#include <gtest/gtest.h>
+
+#include "base/similarity_transform.h"
+#include "mapper/checkpoint.h"
+#include "mapper/model_io.h"
+#include "mapper/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+class Rig {
+ public:
+  explicit Rig(const SyntheticOptions& options, SubmapOptions submap = {})
+      : scene(MakeScene(options)), map(submap) {}
+
+  void Add(size_t photo) {
+    ASSERT_TRUE(map.AddPhoto(scene.photos[photo]).ok());
+    ASSERT_TRUE(map.AddPairs(scene.photos[photo].image_id, scene.pairs[photo]).ok());
+    std::vector<std::pair<uint32_t, double>> distances;
+    for (const TwoViewPair& pair : scene.pairs[photo]) {
+      distances.emplace_back(static_cast<uint32_t>(pair.other_id), 0.8);
+    }
+    map.AddSimilar(scene.photos[photo].image_id, distances);
+  }
+  Submap::EventSink Sink() {
+    return [this](const PhotoEvent& event) { events.push_back(event); };
+  }
+  bool Start(size_t a, size_t b, double min_angle_deg = 8) {
+    Add(a);
+    Add(b);
+    InitialPairOptions options;
+    options.min_triangulation_angle_deg = min_angle_deg;
+    return map.Start(options, a + 1, b + 1, Sink()).ok;
+  }
+  void Feed(size_t photo) {
+    Add(photo);
+    map.Enqueue(photo + 1);
+    while (map.Step(Sink())) continue;
+  }
+  void FeedAll() {
+    ASSERT_TRUE(Start(0, 2));
+    for (size_t i = 0; i < scene.photos.size(); ++i) {
+      if (i != 0 && i != 2) Feed(i);
+    }
+  }
+  int NumRegistered() const { return map.Statistics().num_images; }
+  // RMSE of positions in percent of the scene's size after a similarity.
+  double PositionErrorPercent() const {
+    std::vector<Eigen::Vector3d> from, to;
+    for (const ImageId id : map.map().reconstruction().RegImageIds()) {
+      from.push_back(map.map().reconstruction().Image(id).ProjectionCenter());
+      to.push_back(scene.Center(id - 1));
+    }
+    colmap::SimilarityTransform3 transform;
+    transform.Estimate<true>(from, to);
+    double sum = 0;
+    for (size_t i = 0; i < from.size(); ++i) {
+      transform.TransformPoint(&from[i]);
+      sum += (from[i] - to[i]).squaredNorm();
+    }
+    return 100 * std::sqrt(sum / from.size()) / 4.0;
+  }
+  double Focal() const { return map.map().reconstruction().Camera(1).Params(0); }
+
+  SyntheticScene scene;
+  Submap map;
+  std::vector<PhotoEvent> events;
+};
+
+TEST(Submap, RegistersAllPhotosOfAnArc) {
+  Rig run(SyntheticOptions{});
+  run.FeedAll();
+  EXPECT_EQ(run.NumRegistered(), 8);
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+  run.map.Finish(run.Sink());
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+  EXPECT_GT(run.map.Statistics().mean_track_length, 4);
+}
+
+TEST(Submap, RecoversAFocalPriorThatIsWrongByAQuarterAndDistortion) {
+  for (const double factor : {0.75, 1.25}) {
+    for (const bool exif : {false, true}) {
+      SyntheticOptions options;
+      options.num_photos = 16;
+      options.prior_factor = factor;
+      options.focal_from_exif = exif;
+      options.distortion = -0.1;
+      Rig run(options);
+      run.FeedAll();
+      run.map.Finish(run.Sink());
+      EXPECT_EQ(run.NumRegistered(), 16) << factor << exif;
+      EXPECT_NEAR(run.Focal(), 1000, 5) << factor << exif;
+    }
+  }
+}
+
+TEST(Submap, WithstandsOutliers) {
+  SyntheticOptions options;
+  options.outlier_ratio = 0.3;
+  Rig run(options);
+  run.FeedAll();
+  EXPECT_EQ(run.NumRegistered(), 8);
+  EXPECT_LT(run.PositionErrorPercent(), 0.5);
+}
+
+TEST(Submap, RegistersPhotosOfAPlaneOnceTheMapStands) {
+  SyntheticOptions options;
+  options.shape = SyntheticOptions::Shape::kPlane;
+  Rig run(options);
+  run.FeedAll();
+  EXPECT_EQ(run.NumRegistered(), 8);
+  EXPECT_LT(run.PositionErrorPercent(), 1.0);
+}
+
+TEST(Submap, RefusesToStartFromPureRotationOrTinyBaseline) {
+  SyntheticOptions options;
+  options.path = SyntheticOptions::Path::kRotation;
+  options.step_deg = 4;
+  Rig rotation(options);
+  EXPECT_FALSE(rotation.Start(0, 2, 2));
+  EXPECT_EQ(rotation.NumRegistered(), 0);
+  options = {};
+  options.step_deg = 0.1;
+  Rig tiny(options);
+  EXPECT_FALSE(tiny.Start(0, 1, 2));
+  EXPECT_EQ(tiny.NumRegistered(), 0);
+}
+
+TEST(Submap, RefusesToStartFromForwardMotion) {
+  SyntheticOptions options;
+  options.path = SyntheticOptions::Path::kForward;
+  Rig run(options);
+  EXPECT_FALSE(run.Start(0, 2, 0.5));
+}
+
+TEST(Submap, DefersAPhotoWithLowOverlapUntilANeighbourComes) {
+  SyntheticOptions options;
+  Rig run(options);
+  // Photo 7 is known to photo 6 only, and photo 6 comes later.
+  run.scene.pairs[7].erase(run.scene.pairs[7].begin(), run.scene.pairs[7].begin() + 6);
+  ASSERT_TRUE(run.Start(0, 2));
+  run.Feed(1);
+  run.Feed(7);
+  EXPECT_EQ(run.events.back().image_id, 8);
+  EXPECT_EQ(run.events.back().state, PhotoEvent::State::kDeferred);
+  for (const size_t i : {3, 4, 5, 6}) run.Feed(i);
+  EXPECT_TRUE(run.map.map().IsRegistered(8));
+}
+
+TEST(Submap, DefersAPhotoWhosePointsLieInOneCorner) {
+  SyntheticOptions options;
+  options.num_points = 6000;
+  Rig run(options);
+  ASSERT_TRUE(run.Start(0, 2));
+  run.Feed(1);
+  // Only matches in a patch of 60 px are left.
+  TwoViewPairs pairs = run.scene.pairs[3];
+  for (TwoViewPair& pair : pairs) {
+    std::vector<std::pair<uint32_t, uint32_t>> corner;
+    for (const auto& inlier : pair.inliers) {
+      const Keypoint& keypoint = run.scene.photos[3].keypoints[inlier.first];
+      if (std::abs(keypoint.x - 600) < 60 && std::abs(keypoint.y - 450) < 60) {
+        corner.push_back(inlier);
+      }
+    }
+    pair.inliers = corner;
+  }
+  run.scene.pairs[3] = pairs;
+  run.Feed(3);
+  EXPECT_FALSE(run.map.map().IsRegistered(4));
+}
+
+TEST(Submap, GivesTheSameMapForTheSameCalls) {
+  SyntheticOptions options;
+  options.num_photos = 16;
+  Rig a(options), b(options);
+  a.FeedAll();
+  b.FeedAll();
+  EXPECT_EQ(EncodeModel(a.map.map().reconstruction()), EncodeModel(b.map.map().reconstruction()));
+}
+
+TEST(Submap, GoesOnFromACheckpoint) {
+  SyntheticOptions options;
+  options.num_photos = 16;
+  Rig run(options);
+  ASSERT_TRUE(run.Start(0, 2));
+  for (size_t i = 3; i < 10; ++i) run.Feed(i);
+  const ModelArchive archive = SaveSubmap(&run.map);
+  Rig other(options);
+  const auto photos = PhotosOfArchive(archive);
+  ASSERT_TRUE(photos.ok());
+  for (const int64_t id : *photos) other.Add(id - 1);
+  ASSERT_TRUE(RestoreSubmap(archive, &other.map).ok());
+  EXPECT_EQ(other.NumRegistered(), run.NumRegistered());
+  EXPECT_EQ(other.map.Statistics().num_points, run.map.Statistics().num_points);
+  for (size_t i = 10; i < 16; ++i) other.Feed(i);
+  EXPECT_EQ(other.NumRegistered(), run.NumRegistered() + 6);
+  EXPECT_LT(other.PositionErrorPercent(), 0.5);
+}
+
+TEST(Submap, RefusesADamagedArchive) {
+  Rig run(SyntheticOptions{});
+  run.FeedAll();
+  const ModelArchive archive = SaveSubmap(&run.map);
+  for (const auto& [name, bytes] : archive) {
+    ModelArchive damaged = archive;
+    damaged[name].resize(bytes.size() / 2);
+    EXPECT_FALSE(RestoreSubmap(damaged, &run.map).ok()) << name;
+    damaged.erase(name);
+    EXPECT_FALSE(RestoreSubmap(damaged, &run.map).ok()) << name;
+  }
+  EXPECT_EQ(run.NumRegistered(), 8);
+}
+
+TEST(Submap, BackgroundBundleAdjustmentKeepsPhotosInTheirPlace) {
+  SyntheticOptions options;
+  options.num_photos = 30;
+  options.step_deg = 5;
+  SubmapOptions submap;
+  submap.background = true;
+  Rig run(options, submap);
+  run.FeedAll();
+  while (run.map.Maintain(true, run.Sink())) continue;
+  EXPECT_EQ(run.NumRegistered(), 30);
+  EXPECT_LT(run.PositionErrorPercent(), 0.5);
+}
+
+TEST(SceneMap, RefusesBadInput) {
+  SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  PhotoInput bad = scene.photos[0];
+  bad.image_id = 0;
+  EXPECT_FALSE(map.AddPhoto(bad).ok());
+  bad = scene.photos[0];
+  bad.focal_px = -1;
+  EXPECT_FALSE(map.AddPhoto(bad).ok());
+  ASSERT_TRUE(map.AddPhoto(scene.photos[0]).ok());
+  EXPECT_FALSE(map.AddPhoto(scene.photos[0]).ok());
+  TwoViewPair pair;
+  pair.other_id = 1;
+  EXPECT_FALSE(map.AddPairs(1, {pair}).ok());
+  pair.other_id = 2;
+  pair.inliers = {{1000000, 0}};
+  EXPECT_FALSE(map.AddPairs(1, {pair}).ok());
+  EXPECT_FALSE(map.AddPairs(7, {pair}).ok());
+  pair.inliers = {{0, 1000000}};
+  ASSERT_TRUE(map.AddPairs(1, {pair}).ok());
+  EXPECT_TRUE(map.AddPhoto(scene.photos[1]).ok());
+  EXPECT_EQ(map.graph().NumImagePairs(), 0u);
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,106 @@
+#include "mapper/synthetic_scene.h"
+
+#include <cmath>
+#include <map>
+
+namespace skein {
+namespace {
+
+constexpr int kWidth = 1200;
+constexpr int kHeight = 900;
+constexpr double kDistance = 8;
+
+Eigen::Vector3d RandomPoint(SyntheticOptions::Shape shape, std::mt19937* random) {
+  std::uniform_real_distribution<double> side(-2.0, 2.0);
+  const double x = side(*random), y = side(*random), z = side(*random);
+  return {x, y, shape == SyntheticOptions::Shape::kPlane ? 0.0 : z};
+}
+
+void AddPose(const SyntheticOptions& options, int i, SyntheticScene* scene) {
+  const double angle = (i - 0.5 * options.num_photos) * options.step_deg * M_PI / 180.0;
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).matrix();
+  Eigen::Matrix3d R = turn;
+  Eigen::Vector3d center = turn.transpose() * Eigen::Vector3d(0, 0.1 * (i % 3), -kDistance);
+  if (options.path == SyntheticOptions::Path::kForward) {
+    R.setIdentity();
+    center = {0, 0, -kDistance + 0.4 * i};
+  }
+  if (options.path == SyntheticOptions::Path::kRotation) center = {0, 0, -kDistance};
+  scene->rotations.push_back(R);
+  scene->translations.push_back(-(R * center));
+}
+
+bool Observe(const SyntheticOptions& options, const Eigen::Vector3d& in_cam, std::mt19937* random,
+             Keypoint* keypoint) {
+  if (in_cam.z() <= 0.1) return false;
+  std::normal_distribution<double> noise(0.0, options.noise_px);
+  const double u = in_cam.x() / in_cam.z(), v = in_cam.y() / in_cam.z();
+  const double fd = options.focal_px * (1 + options.distortion * (u * u + v * v));
+  keypoint->x = static_cast<float>(fd * u + kWidth / 2.0 + noise(*random));
+  keypoint->y = static_cast<float>(fd * v + kHeight / 2.0 + noise(*random));
+  return keypoint->x > 0 && keypoint->y > 0 && keypoint->x < kWidth && keypoint->y < kHeight;
+}
+
+void AddPhoto(const SyntheticOptions& options, int i, std::mt19937* random, SyntheticScene* scene) {
+  PhotoInput photo;
+  photo.image_id = i + 1;
+  photo.camera_id = 1;
+  photo.name = "test/" + std::to_string(i) + ".jpg";
+  photo.width_px = kWidth;
+  photo.height_px = kHeight;
+  photo.focal_px = options.focal_px * options.prior_factor;
+  photo.focal_from_exif = options.focal_from_exif;
+  std::vector<int> visible;
+  for (size_t p = 0; p < scene->points.size(); ++p) {
+    Keypoint keypoint;
+    const Eigen::Vector3d in_cam = scene->rotations[i] * scene->points[p] + scene->translations[i];
+    if (!Observe(options, in_cam, random, &keypoint)) continue;
+    photo.keypoints.push_back(keypoint);
+    visible.push_back(static_cast<int>(p));
+  }
+  scene->photos.push_back(photo);
+  scene->visible.push_back(visible);
+}
+
+TwoViewPair MakePair(const SyntheticOptions& options, const SyntheticScene& scene, size_t a,
+                     size_t b, std::mt19937* random) {
+  std::map<int, uint32_t> keypoint_of;
+  for (size_t k = 0; k < scene.visible[b].size(); ++k) {
+    keypoint_of[scene.visible[b][k]] = static_cast<uint32_t>(k);
+  }
+  TwoViewPair pair;
+  pair.other_id = static_cast<int64_t>(b) + 1;
+  for (size_t k = 0; k < scene.visible[a].size(); ++k) {
+    const auto it = keypoint_of.find(scene.visible[a][k]);
+    if (it != keypoint_of.end()) pair.inliers.emplace_back(static_cast<uint32_t>(k), it->second);
+  }
+  // Outliers: neighbours in the list exchange their partners.
+  std::bernoulli_distribution is_outlier(options.outlier_ratio);
+  for (size_t k = 0; k + 1 < pair.inliers.size(); k += 2) {
+    if (is_outlier(*random)) std::swap(pair.inliers[k].second, pair.inliers[k + 1].second);
+  }
+  return pair;
+}
+
+}  // namespace
+
+SyntheticScene MakeScene(const SyntheticOptions& options) {
+  std::mt19937 random(options.seed);
+  SyntheticScene scene;
+  for (int p = 0; p < options.num_points; ++p) {
+    scene.points.push_back(RandomPoint(options.shape, &random));
+  }
+  for (int i = 0; i < options.num_photos; ++i) {
+    AddPose(options, i, &scene);
+    AddPhoto(options, i, &random, &scene);
+    TwoViewPairs pairs;
+    for (int j = 0; j < i; ++j) {
+      const TwoViewPair pair = MakePair(options, scene, i, j, &random);
+      if (pair.inliers.size() >= 15) pairs.push_back(pair);
+    }
+    scene.pairs.push_back(pairs);
+  }
+  return scene;
+}
+
+}  // namespace skein
