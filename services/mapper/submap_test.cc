@@ -151,17 +151,17 @@ TEST(Submap, DefersAPhotoWithLowOverlapUntilANeighbourComes) {
 
 TEST(Submap, DefersAPhotoWhosePointsLieInOneCorner) {
   SyntheticOptions options;
-  options.num_points = 6000;
+  options.num_points = 20000;
   Rig run(options);
   ASSERT_TRUE(run.Start(0, 2));
   run.Feed(1);
-  // Only matches in a patch of 60 px are left.
+  // Only matches in a patch of 30 px are left.
   TwoViewPairs pairs = run.scene.pairs[3];
   for (TwoViewPair& pair : pairs) {
     std::vector<std::pair<uint32_t, uint32_t>> corner;
     for (const auto& inlier : pair.inliers) {
       const Keypoint& keypoint = run.scene.photos[3].keypoints[inlier.first];
-      if (std::abs(keypoint.x - 600) < 60 && std::abs(keypoint.y - 450) < 60) {
+      if (std::abs(keypoint.x - 600) < 15 && std::abs(keypoint.y - 450) < 15) {
         corner.push_back(inlier);
       }
     }
@@ -170,6 +170,8 @@ TEST(Submap, DefersAPhotoWhosePointsLieInOneCorner) {
   run.scene.pairs[3] = pairs;
   run.Feed(3);
   EXPECT_FALSE(run.map.map().IsRegistered(4));
+  EXPECT_EQ(run.events.back().reason, "pose badly determined by its inliers")
+      << run.events.back().num_visible << " points";
 }
 
 TEST(Submap, GivesTheSameMapForTheSameCalls) {
