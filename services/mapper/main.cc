@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
   return skein::RunService(options, [&](skein::Node& node) {
     run.submap.num_threads = options.threads;
     run.submap.local.form = skein::LocalBaFormFromName(local_ba);
-    skein::MapperService service(node, run, nullptr);
+    skein::MapperService service(node, run);
     node.Run();
   });
 }

@@ -4,8 +4,12 @@
 
 namespace skein {
 
-MapperService::MapperService(Node& node, const SubmapRunOptions& options, MergeHandler* merges)
-    : node_(node), options_(options), merges_(merges), worker_(node.loop()), writer_(node.loop()) {
+MapperService::MapperService(Node& node, const SubmapRunOptions& options)
+    : node_(node),
+      options_(options),
+      merges_(node, index_),
+      worker_(node.loop()),
+      writer_(node.loop()) {
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   work_ =
       std::make_unique<WorkClient>(node, "submap", 1, [this](const work_t& work) { OnWork(work); });
@@ -34,7 +38,7 @@ void MapperService::OnWork(const work_t& work) {
   spdlog::info("submap {} in epoch {}", work.item_id, work.epoch);
   run_.reset();
   run_ = std::make_unique<SubmapRun>(
-      node_, index_, *follower_, MapperThreads{worker_, writer_}, options_, merges_, work.item_id,
+      node_, index_, *follower_, MapperThreads{worker_, writer_}, options_, &merges_, work.item_id,
       work.epoch,
       [this](SubmapRun::EndKind kind, const std::string& reason) { OnEnd(kind, reason); });
 }

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "mapper/ledger_index.h"
+#include "mapper/merge_executor.h"
 #include "mapper/submap_run.h"
 #include "messaging/ledger_follower.h"
 #include "messaging/node.h"
@@ -15,8 +16,7 @@ namespace skein {
 // Loop's thread only.
 class MapperService {
  public:
-  // `merges` may be null: merges are then left alone. It must outlive the service.
-  MapperService(Node& node, const SubmapRunOptions& options, MergeHandler* merges);
+  MapperService(Node& node, const SubmapRunOptions& options);
   ~MapperService();
 
  private:
@@ -28,8 +28,8 @@ class MapperService {
 
   Node& node_;
   const SubmapRunOptions options_;
-  MergeHandler* const merges_;
   LedgerIndex index_;
+  MergeExecutor merges_;
   WorkerThread worker_;
   WorkerThread writer_;
   std::unique_ptr<SubmapRun> run_;

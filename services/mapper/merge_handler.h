@@ -20,6 +20,8 @@ class MergeHandler {
   virtual void OnOrdered(const merge_t& ordered, SubmapRun& run, std::function<void()> resume) = 0;
   // A further fact of a merge.
   virtual void OnMergeFact(const merge_t& merge, SubmapRun& run) = 0;
+  // The run is no more: what was open is forgotten.
+  virtual void OnRunGone() = 0;
 };
 
 }  // namespace skein

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/clock.h"
 #include "core/process.h"
@@ -56,7 +57,9 @@ SubmapRun::SubmapRun(Node& node, const LedgerIndex& index, const LedgerFollower&
   Pump();
 }
 
-SubmapRun::~SubmapRun() = default;
+SubmapRun::~SubmapRun() {
+  if (merges_ != nullptr) merges_->OnRunGone();
+}
 
 int SubmapRun::backlog() const {
   return static_cast<int>(index_.items().size() - std::min(cursor_, index_.items().size()) +
@@ -290,8 +293,8 @@ void SubmapRun::DoMerge(const Item& item) {
   const std::vector<merge_t>& facts = index_.FindMerge(item.id);
   const merge_t& ordered = facts.front();
   const bool ours = ordered.source_id == submap_id_ || ordered.target_id == submap_id_;
-  const bool closed = facts.back().state == merge_t::DONE || facts.back().state == merge_t::UNDONE;
-  if (!ours || closed || merges_ == nullptr) return Pump();
+  const bool undone = facts.back().state == merge_t::UNDONE;
+  if (!ours || undone || merges_ == nullptr) return Pump();
   busy_ = true;
   std::weak_ptr<bool> alive = alive_;
   merges_->OnOrdered(ordered, *this, [this, alive] {
@@ -396,8 +399,21 @@ void SubmapRun::Submit(Fact fact, std::function<void(int64_t seq)> then) {
     // Refused: the lease is another's, or the submap has ended.
     if (!committed) return End(EndKind::kOver, reason);
     then(seq);
-    if (uncommitted_.empty()) PublishStatus();
+    if (!uncommitted_.empty()) return;
+    PublishStatus();
+    for (const auto& next : std::exchange(when_committed_, {})) next();
   });
+}
+
+void SubmapRun::WhenCommitted(std::function<void()> then) {
+  if (uncommitted_.empty()) return then();
+  when_committed_.push_back(std::move(then));
+}
+
+void SubmapRun::TakeOver(const std::vector<PhotoEvent>& events) {
+  Report(events);
+  for (const PhotoEvent& event : events) WantNeighboursOf(event.image_id);
+  checkpoint_s_ = 0;
 }
 
 bool SubmapRun::CheckpointIsDue() const {

@@ -59,6 +59,12 @@ class SubmapRun {
   void AddPhotos(const std::vector<int64_t>& image_ids, std::function<void(Status)> then);
   // Submits for the submap; `then` when it is committed.
   void Submit(Fact fact, std::function<void(int64_t seq)> then);
+  // Photos that came with another submap are registered here now; a checkpoint follows.
+  void TakeOver(const std::vector<PhotoEvent>& events);
+  // Calls `then` once everything submitted so far is committed.
+  void WhenCommitted(std::function<void()> then);
+  // Expires with the run.
+  std::weak_ptr<bool> alive() const { return alive_; }
   // Tells what became of photos and notes it.
   void Report(const std::vector<PhotoEvent>& events);
 
@@ -130,6 +136,7 @@ class SubmapRun {
   std::set<int64_t> registered_;
   std::map<int64_t, int> num_facts_;    // of a photo
   std::multiset<int64_t> uncommitted_;  // seqs at which facts under way were computed
+  std::vector<std::function<void()>> when_committed_;
   double last_event_s_ = 0;
   double statistics_due_s_ = 0;
   bool status_due_ = false;  // an item was done since the last status

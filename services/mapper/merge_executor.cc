@@ -1,0 +1,147 @@
+#include "mapper/merge_executor.h"
+
+#include <spdlog/spdlog.h>
+
+#include <set>
+
+#include "core/clock.h"
+#include "mapper/checkpoint.h"
+#include "mapper/model_io.h"
+#include "merger/absorb.h"
+
+namespace skein {
+namespace {
+
+Similarity SimilarityOf(const merge_t& merge) {
+  Similarity similarity;
+  similarity.scale = merge.target_from_source_scale;
+  const double* q = merge.target_from_source_qwxyz;
+  similarity.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
+  similarity.translation = Eigen::Map<const Eigen::Vector3d>(merge.target_from_source_xyz);
+  return similarity;
+}
+
+// Runs in the submap's thread. Returns why not, or "" and the photos that are new in the target.
+std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, Submap* submap,
+                        std::vector<PhotoEvent>* events) {
+  const Result<colmap::Reconstruction> source = DecodeModel(archive);
+  if (!source.ok()) return "source: " + source.error();
+  // The target's registered photos only.
+  const Result<colmap::Reconstruction> target =
+      DecodeModel(EncodeModel(submap->map().reconstruction()));
+  if (!target.ok()) return "target: " + target.error();
+  const AbsorbResult result = Absorb(*target, *source, SimilarityOf(order), AbsorbOptions());
+  if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
+  const Status status = submap->ReplaceModel(result.merged);
+  if (!status.ok()) return status.error();
+  for (const PhotoEvent& event : submap->RegisteredEvents()) {
+    if (!target->ExistsImage(static_cast<ImageId>(event.image_id))) events->push_back(event);
+  }
+  return "";
+}
+
+}  // namespace
+
+void MergeExecutor::OnOrdered(const merge_t& ordered, SubmapRun& run,
+                              std::function<void()> resume) {
+  open_ = Open();
+  open_.ordered = ordered;
+  open_.resume = std::move(resume);
+  open_.start_s = MonotonicS();
+  const std::vector<merge_t>& facts = index_.FindMerge(ordered.merge_id);
+  open_.replay = !facts.empty() && facts.back().state == merge_t::DONE;
+  if (ordered.source_id == run.submap_id()) return Freeze(run);
+  for (const merge_t& fact : facts) {
+    if (fact.state == merge_t::FROZEN) return Absorb(fact, run);
+  }
+}
+
+void MergeExecutor::OnMergeFact(const merge_t& merge, SubmapRun& run) {
+  if (!IsOpen(merge.merge_id)) return;
+  const bool is_target = merge.target_id == run.submap_id();
+  if (merge.state == merge_t::FROZEN && is_target) Absorb(merge, run);
+  if (merge.state == merge_t::UNDONE) {
+    const std::function<void()> resume = std::move(open_.resume);
+    open_ = Open();
+    resume();
+  }
+}
+
+void MergeExecutor::Freeze(SubmapRun& run) {
+  auto blob = std::make_shared<std::string>();
+  run.RunOnSubmap(
+      [blob, &blobs = node_.blobs()](Submap& submap) {
+        *blob = blobs.Offer(EncodeModelArchive(SaveSubmap(&submap)));
+      },
+      [this, blob, &run] {
+        merge_t fact = MakeFact(merge_t::FROZEN, run);
+        fact.model_blob = *blob;
+        run.Submit(fact, [](int64_t) {});
+      });
+}
+
+void MergeExecutor::Absorb(const merge_t& frozen, SubmapRun& run) {
+  if (open_.absorbing) return;
+  open_.absorbing = true;
+  const std::weak_ptr<bool> alive = run.alive();
+  node_.blobs().Fetch(frozen.model_blob, "ingest", [this, alive, &run](Result<Bytes> bytes) {
+    if (!alive.expired()) OnSourceModel(std::move(bytes), run);
+  });
+}
+
+void MergeExecutor::OnSourceModel(Result<Bytes> bytes, SubmapRun& run) {
+  Result<ModelArchive> decoded =
+      bytes.ok() ? DecodeModelArchive(*bytes) : Result<ModelArchive>(bytes.status());
+  if (!decoded.ok()) return OnAbsorbed("source: " + decoded.error(), {}, run);
+  auto archive = std::make_shared<const ModelArchive>(std::move(*decoded));
+  const Result<std::vector<int64_t>> photos = PhotosOfArchive(*archive);
+  if (!photos.ok()) return OnAbsorbed("source: " + photos.error(), {}, run);
+  run.AddPhotos(*photos, [this, archive, &run](const Status& status) {
+    if (!status.ok()) return OnAbsorbed(status.error(), {}, run);
+    auto reason = std::make_shared<std::string>();
+    auto events = std::make_shared<std::vector<PhotoEvent>>();
+    run.RunOnSubmap(
+        [archive, reason, events, order = open_.ordered](Submap& submap) {
+          *reason = AbsorbModel(*archive, order, &submap, events.get());
+        },
+        [this, reason, events, &run] { OnAbsorbed(*reason, *events, run); });
+  });
+}
+
+// DONE only once everyone can know where the source's photos are now.
+void MergeExecutor::OnAbsorbed(const std::string& reason, const std::vector<PhotoEvent>& events,
+                               SubmapRun& run) {
+  spdlog::info("submap {} absorbs {}: {}", open_.ordered.target_id, open_.ordered.source_id,
+               reason.empty() ? "done" : reason);
+  if (!reason.empty()) return Conclude(merge_t::UNDONE, reason, run);
+  run.TakeOver(events);
+  run.WhenCommitted([this, &run] { Conclude(merge_t::DONE, "", run); });
+}
+
+void MergeExecutor::Conclude(int8_t state, const std::string& reason, SubmapRun& run) {
+  const std::function<void()> resume = std::move(open_.resume);
+  if (!open_.replay) {
+    merge_t fact = MakeFact(state, run);
+    fact.reason = ClampText(reason);
+    fact.duration_s = static_cast<float>(MonotonicS() - open_.start_s);
+    run.Submit(fact, [](int64_t) {});
+  }
+  open_ = Open();
+  resume();
+}
+
+merge_t MergeExecutor::MakeFact(int8_t state, const SubmapRun& run) const {
+  merge_t fact = open_.ordered;
+  fact.header = {};
+  fact.state = state;
+  fact.reason.clear();
+  fact.ledger_seq = open_.ordered.header.seq;
+  if (run.submap_id() == fact.source_id) fact.source_epoch = run.epoch();
+  if (run.submap_id() == fact.target_id) fact.target_epoch = run.epoch();
+  fact.header.fact_id = "merge/" + std::to_string(fact.merge_id) + "/" +
+                        (state == merge_t::FROZEN ? "frozen" : "end") + "/" +
+                        std::to_string(run.epoch());
+  return fact;
+}
+
+}  // namespace skein

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+
+#include "mapper/ledger_index.h"
+#include "mapper/merge_handler.h"
+#include "mapper/submap_run.h"
+#include "messaging/node.h"
+
+namespace skein {
+
+// Merges by the ledger: the source freezes and submits its model; the target absorbs a copy of it
+// (merger/absorb.h verifies), takes the result over and says DONE, or says UNDONE with the reason
+// and stays as it was. A target that replays an order which ended DONE absorbs again and says
+// nothing.
+class MergeExecutor : public MergeHandler {
+ public:
+  MergeExecutor(Node& node, const LedgerIndex& index) : node_(node), index_(index) {}
+
+  void OnOrdered(const merge_t& ordered, SubmapRun& run, std::function<void()> resume) override;
+  void OnMergeFact(const merge_t& merge, SubmapRun& run) override;
+  void OnRunGone() override { open_ = Open(); }
+
+ private:
+  struct Open {
+    merge_t ordered;
+    std::function<void()> resume;
+    bool absorbing = false;
+    bool replay = false;
+    double start_s = 0;
+  };
+
+  bool IsOpen(int64_t merge_id) const { return open_.resume && open_.ordered.merge_id == merge_id; }
+  void Freeze(SubmapRun& run);
+  void Absorb(const merge_t& frozen, SubmapRun& run);
+  void OnSourceModel(Result<Bytes> bytes, SubmapRun& run);
+  void OnAbsorbed(const std::string& reason, const std::vector<PhotoEvent>& events, SubmapRun& run);
+  void Conclude(int8_t state, const std::string& reason, SubmapRun& run);
+  merge_t MakeFact(int8_t state, const SubmapRun& run) const;
+
+  Node& node_;
+  const LedgerIndex& index_;
+  Open open_;  // a submap is in one merge at a time
+};
+
+}  // namespace skein
