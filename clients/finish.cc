@@ -61,7 +61,7 @@ class ProgressTeller {
 
 // Repeats the command until it is answered; empty if it was not, in time.
 std::optional<command_reply_t> Ask(Node* node, double timeout_s) {
-  command_t command;
+  command_t command{};
   command.command_id = static_cast<int64_t>(RandomU64() >> 1);
   command.sender = node->instance();
   command.verb = "finish";

@@ -195,7 +195,7 @@ void BlobClient::Pump() {
 
 void BlobClient::Ask(const std::string& blob_id, const Fetching& fetching,
                      const BlobPull::Ask& ask) {
-  blob_request_t request;
+  blob_request_t request{};
   request.session_id = options_.session_id;
   request.owner = fetching.owners[fetching.owner % fetching.owners.size()];
   request.blob_id = blob_id;
@@ -290,7 +290,7 @@ void BlobClient::LoadForRequest(const blob_request_t& request) {
 }
 
 void BlobClient::Answer(const blob_request_t& request, const Bytes& blob) {
-  blob_chunk_t chunk;
+  blob_chunk_t chunk{};
   chunk.session_id = options_.session_id;
   chunk.blob_id = request.blob_id;
   chunk.status = blob_chunk_t::OK;
@@ -313,7 +313,7 @@ void BlobClient::Answer(const blob_request_t& request, const Bytes& blob) {
 }
 
 void BlobClient::AnswerUnknown(const blob_request_t& request) {
-  blob_chunk_t chunk;
+  blob_chunk_t chunk{};
   chunk.session_id = options_.session_id;
   chunk.blob_id = request.blob_id;
   chunk.status = blob_chunk_t::UNKNOWN;

@@ -77,7 +77,7 @@ void LedgerFollower::Repair() {
   if (gap_since_s_ == 0) gap_since_s_ = now_s;
   const double patience_s = heard_ ? kPatienceS : 0;
   if (now_s < gap_since_s_ + patience_s || now_s < ask_due_s_) return;
-  ledger_request_t request;
+  ledger_request_t request{};
   request.requester = node_.instance();
   request.from_seq = next_seq_;
   request.to_seq = heard_ ? LastMissing() : next_seq_ + kMaxRangeFacts - 1;

@@ -43,7 +43,7 @@ void LedgerServer::Tick() {
 
 void LedgerServer::SendHead() {
   sent_s_ = MonotonicS();
-  ledger_head_t head;
+  ledger_head_t head{};
   head.head_seq = head_seq_;
   head.utime_us = NowUs();
   head.in_flight = in_flight_;
@@ -61,7 +61,7 @@ void LedgerServer::OnRequest(const ledger_request_t& request) {
     return writer.Add(kind, payload.data(), payload.size());
   });
   if (writer.num_facts() == 0) return;
-  ledger_range_t range;
+  ledger_range_t range{};
   range.requester = request.requester;
   range.from_seq = from;
   range.to_seq = from + writer.num_facts() - 1;

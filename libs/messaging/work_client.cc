@@ -65,7 +65,7 @@ void WorkClient::Done(int64_t item_id) {
 void WorkClient::Fail(int64_t item_id, const std::string& reason, bool permanent) {
   if (held_.erase(item_id) == 0) return;
   request_due_s_ = 0;
-  work_failed_t message;
+  work_failed_t message{};
   message.worker = node_.instance();
   message.kind = kind_;
   message.item_id = item_id;
@@ -99,7 +99,7 @@ void WorkClient::Tick() {
 
 void WorkClient::Request() {
   request_due_s_ = MonotonicS() + kRequestS;
-  work_request_t request;
+  work_request_t request{};
   request.worker = node_.instance();
   request.host = host_;
   request.kind = kind_;

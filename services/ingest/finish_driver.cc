@@ -182,7 +182,7 @@ std::string FinishDriver::Describe() const {
 }
 
 void FinishDriver::Reply(int64_t command_id, bool ok, const std::string& text) {
-  command_reply_t reply;
+  command_reply_t reply{};
   reply.command_id = command_id;
   reply.ok = ok;
   reply.text = text;

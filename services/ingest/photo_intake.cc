@@ -300,7 +300,7 @@ std::string PhotoIntake::Describe(double now_s) const {
 
 void PhotoIntake::Ack(const image_offer_t& offer, int8_t status, int64_t image_id,
                       const std::string& reason) {
-  image_ack_t ack;
+  image_ack_t ack{};
   ack.agent = offer.agent;
   ack.name = offer.name;
   ack.blob_id = offer.blob_id;

@@ -126,7 +126,7 @@ void SubmissionDesk::Tick(double now_s) {
 
 void SubmissionDesk::Reply(const fact_header_t& header, int8_t status, int64_t seq,
                            const std::string& reason) {
-  submit_reply_t reply;
+  submit_reply_t reply{};
   reply.author = header.author;
   reply.fact_id = header.fact_id;
   reply.status = status;

@@ -103,7 +103,7 @@ void WorkDesk::LeaseSubmap(const WorkPlanner::Grant& grant) {
 }
 
 void WorkDesk::Send(const WorkPlanner::Grant& grant, int64_t epoch) {
-  work_t work;
+  work_t work{};
   work.worker = grant.worker;
   work.kind = grant.kind;
   work.item_id = grant.item;

@@ -31,7 +31,7 @@ std::vector<std::pair<uint32_t, double>> ToDistances(const candidates_t& candida
 }
 
 registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epoch) {
-  registration_t message;
+  registration_t message{};
   message.image_id = event.image_id;
   message.submap_id = submap_id;
   message.epoch = epoch;
@@ -65,7 +65,7 @@ registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epo
 }
 
 submap_t ToMessage(const SubmapStatistics& statistics) {
-  submap_t message;
+  submap_t message{};
   message.state = submap_t::ACTIVE;
   message.num_images = statistics.num_images;
   message.num_deferred = statistics.num_deferred;

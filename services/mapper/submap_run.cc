@@ -515,7 +515,7 @@ void SubmapRun::Answer(const shared_request_t& request) {
   RunOnSubmap([ids = request.image_ids,
                shared](Submap& submap) { *shared = EncodeSharedImages(submap.ExportShared(ids)); },
               [this, shared, request] {
-                shared_reply_t reply;
+                shared_reply_t reply{};
                 reply.request_id = request.request_id;
                 reply.submap_id = submap_id_;
                 reply.epoch = epoch_;

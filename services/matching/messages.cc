@@ -15,7 +15,7 @@ Result<colmap::Camera> CameraFromMessage(const image_t& image) {
 }
 
 matches_t ToMessage(int64_t image_id, const PhotoMatches& matches, const std::string& pairs_blob) {
-  matches_t message;
+  matches_t message{};
   message.header.seq = 0;
   message.header.utime_us = 0;
   message.header.computed_at_seq = 0;
