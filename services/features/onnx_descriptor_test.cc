@@ -1,0 +1,126 @@
+#include "features/onnx_descriptor.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "features/model_choice.h"
+
+namespace skein {
+namespace {
+
+// Protocol buffer wire format, as much of it as an ONNX model needs.
+std::string Varint(uint64_t value) {
+  std::string out;
+  for (; value >= 0x80; value >>= 7) out += static_cast<char>((value & 0x7f) | 0x80);
+  return out + static_cast<char>(value);
+}
+std::string Int(int field, uint64_t value) { return Varint(field << 3) + Varint(value); }
+std::string Text(int field, const std::string& value) {
+  return Varint(field << 3 | 2) + Varint(value.size()) + value;
+}
+
+// Value info of a float tensor.
+std::string Tensor(const std::string& name, const std::vector<int>& dims) {
+  std::string shape;
+  for (const int dim : dims) shape += Text(1, Int(1, dim));
+  return Text(1, name) + Text(2, Text(1, Int(1, 1) + Text(2, shape)));
+}
+std::string Node(const std::string& input, const std::string& output, const std::string& type,
+                 const std::string& attributes = "") {
+  return Text(1, input) + Text(2, output) + Text(3, output) + Text(4, type) + attributes;
+}
+
+// y = flatten(global average of the input): the mean of each channel. `op` names the pooling.
+std::string MeanColourModel(const std::string& op = "GlobalAveragePool") {
+  const std::string axis = Text(5, Text(1, "axis") + Int(3, 1) + Int(20, 2));
+  const std::string graph = Text(1, Node("x", "pooled", op)) +
+                            Text(1, Node("pooled", "y", "Flatten", axis)) + Text(2, "mean_colour") +
+                            Text(11, Tensor("x", {1, 3, 4, 6})) + Text(12, Tensor("y", {1, 3}));
+  return Int(1, 7) + Text(7, graph) + Text(8, Text(1, "") + Int(2, 11));
+}
+
+class OnnxDescriptor : public testing::Test {
+ protected:
+  OnnxDescriptor()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("skein_onnx_" + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(folder_);
+    options_.width_px = 6;
+    options_.height_px = 4;
+    options_.mean = {0.5, 0.25, 0};
+    options_.std = {0.5, 1, 2};
+  }
+  ~OnnxDescriptor() override { std::filesystem::remove_all(folder_); }
+
+  std::string Write(const std::string& name, const std::string& contents) {
+    const std::string path = folder_ / name;
+    std::ofstream(path, std::ios::binary) << contents;
+    return path;
+  }
+
+  std::filesystem::path folder_;
+  OnnxOptions options_;
+};
+
+TEST_F(OnnxDescriptor, IsTheModelsOutputOfUnitLength) {
+  const auto model = OnnxModel::Load(Write("m.onnx", MeanColourModel()), options_);
+  ASSERT_TRUE(model.ok()) << model.error();
+  EXPECT_EQ((*model)->dim(), 3);
+  const cv::Mat photo(40, 60, CV_8UC3, cv::Scalar(51, 102, 204));  // blue, green, red
+  const auto values = (*model)->Describe({photo, 1, nullptr});
+  const double r = (0.8 - 0.5) / 0.5;
+  const double g = (0.4 - 0.25) / 1;
+  const double b = 0.2 / 2;
+  const double norm = std::sqrt(r * r + g * g + b * b);
+  ASSERT_EQ(values.size(), 3u);
+  EXPECT_NEAR(values[0], r / norm, 1e-5);
+  EXPECT_NEAR(values[1], g / norm, 1e-5);
+  EXPECT_NEAR(values[2], b / norm, 1e-5);
+}
+
+TEST_F(OnnxDescriptor, TakesChannelsInTheOrderAskedFor) {
+  options_.mean = {0, 0, 0};
+  options_.std = {1, 1, 1};
+  const std::string path = Write("m.onnx", MeanColourModel());
+  const cv::Mat photo(40, 60, CV_8UC3, cv::Scalar(255, 0, 0));
+  EXPECT_NEAR((*OnnxModel::Load(path, options_))->Describe({photo, 1, nullptr})[2], 1, 1e-5);
+  options_.channel_order = "BGR";
+  EXPECT_NEAR((*OnnxModel::Load(path, options_))->Describe({photo, 1, nullptr})[0], 1, 1e-5);
+}
+
+TEST_F(OnnxDescriptor, IdChangesWithModelAndPreprocessing) {
+  const std::string path = Write("m.onnx", MeanColourModel());
+  const std::string max_path = Write("max.onnx", MeanColourModel("GlobalMaxPool"));
+  const std::string id = (*OnnxModel::Load(path, options_))->id();
+  EXPECT_EQ((*OnnxModel::Load(path, options_))->id(), id);
+  EXPECT_NE((*OnnxModel::Load(max_path, options_))->id(), id);
+  options_.mean[0] = 0.4;
+  EXPECT_NE((*OnnxModel::Load(path, options_))->id(), id);
+}
+
+TEST_F(OnnxDescriptor, WhatCannotBeRunSaysWhy) {
+  EXPECT_FALSE(OnnxModel::Load((folder_ / "absent.onnx").string(), options_).ok());
+  EXPECT_FALSE(OnnxModel::Load(Write("t.onnx", "no model"), options_).ok());
+  const auto unknown = OnnxModel::Load(Write("u.onnx", MeanColourModel("NoSuchLayer")), options_);
+  EXPECT_FALSE(unknown.ok());
+  EXPECT_NE(unknown.error().find("u.onnx"), std::string::npos);
+}
+
+TEST_F(OnnxDescriptor, ReadsTheJsonBesideTheModel) {
+  ModelChoice choice;
+  choice.onnx_path = Write("m.onnx", MeanColourModel());
+  Write("m.json", R"({"width": 6, "height": 4, "mean": [0, 0, 0], "std": [1, 1, 1],
+                      "channel_order": "BGR", "output": "y"})");
+  const auto model = LoadModel(choice);
+  const cv::Mat photo(40, 60, CV_8UC3, cv::Scalar(255, 0, 0));
+  EXPECT_NEAR(model->Describe({photo, 1, nullptr})[0], 1, 1e-5);
+  Write("m.json", R"({"widht": 6})");
+  EXPECT_THROW(LoadModel(choice), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skein
