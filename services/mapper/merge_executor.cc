@@ -2,7 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include <set>
+#include <algorithm>
 
 #include "core/clock.h"
 #include "mapper/checkpoint.h"
@@ -11,6 +11,15 @@
 
 namespace skein {
 namespace {
+
+AbsorbOptions OptionsFor(const merge_t& order, bool was_done) {
+  AbsorbOptions options;
+  options.min_shared_images = std::min(options.min_shared_images, order.num_shared_images);
+  AdaptToFewImages(order.num_shared_images, &options.sim3);
+  // The ledger says that it is done: the source is gone, and its photos must not be lost.
+  options.verify = !was_done;
+  return options;
+}
 
 Similarity SimilarityOf(const merge_t& merge) {
   Similarity similarity;
@@ -22,15 +31,19 @@ Similarity SimilarityOf(const merge_t& merge) {
 }
 
 // Runs in the submap's thread. Returns why not, or "" and the photos that are new in the target.
-std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, Submap* submap,
-                        std::vector<PhotoEvent>* events) {
+std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool was_done,
+                        Submap* submap, std::vector<PhotoEvent>* events) {
   const Result<colmap::Reconstruction> source = DecodeModel(archive);
   if (!source.ok()) return "source: " + source.error();
   // The target's registered photos only.
   const Result<colmap::Reconstruction> target =
       DecodeModel(EncodeModel(submap->map().reconstruction()));
   if (!target.ok()) return "target: " + target.error();
-  const AbsorbResult result = Absorb(*target, *source, SimilarityOf(order), AbsorbOptions());
+  const AbsorbOptions options = OptionsFor(order, was_done);
+  // Both were adjusted since the order; the order's similarity stands where there is none now.
+  const Sim3Result now = EstimateSim3(SharedPhotosOf(*source, *target), options.sim3);
+  const AbsorbResult result =
+      Absorb(*target, *source, now.success ? now.target_from_source : SimilarityOf(order), options);
   if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
   const Status status = submap->ReplaceModel(result.merged);
   if (!status.ok()) return status.error();
@@ -101,8 +114,8 @@ void MergeExecutor::OnSourceModel(Result<Bytes> bytes, SubmapRun& run) {
     auto reason = std::make_shared<std::string>();
     auto events = std::make_shared<std::vector<PhotoEvent>>();
     run.RunOnSubmap(
-        [archive, reason, events, order = open_.ordered](Submap& submap) {
-          *reason = AbsorbModel(*archive, order, &submap, events.get());
+        [archive, reason, events, order = open_.ordered, was_done = open_.replay](Submap& submap) {
+          *reason = AbsorbModel(*archive, order, was_done, &submap, events.get());
         },
         [this, reason, events, &run] { OnAbsorbed(*reason, *events, run); });
   });
@@ -118,16 +131,17 @@ void MergeExecutor::OnAbsorbed(const std::string& reason, const std::vector<Phot
   run.WhenCommitted([this, &run] { Conclude(merge_t::DONE, "", run); });
 }
 
+// The run rests until the end is in the ledger: a checkpoint that holds the merged model before
+// that would have its successor start behind an order that nobody carries out.
 void MergeExecutor::Conclude(int8_t state, const std::string& reason, SubmapRun& run) {
   const std::function<void()> resume = std::move(open_.resume);
-  if (!open_.replay) {
-    merge_t fact = MakeFact(state, run);
-    fact.reason = ClampText(reason);
-    fact.duration_s = static_cast<float>(MonotonicS() - open_.start_s);
-    run.Submit(fact, [](int64_t) {});
-  }
+  const bool replay = open_.replay;
+  merge_t fact = MakeFact(state, run);
+  fact.reason = ClampText(reason);
+  fact.duration_s = static_cast<float>(MonotonicS() - open_.start_s);
   open_ = Open();
-  resume();
+  if (replay) return resume();
+  run.Submit(fact, [resume](int64_t) { resume(); });
 }
 
 merge_t MergeExecutor::MakeFact(int8_t state, const SubmapRun& run) const {

@@ -81,7 +81,6 @@ int CountAgreeing(const colmap::Reconstruction& target, const colmap::Reconstruc
 }
 
 std::string CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
-  if (!fused.reason.empty()) return fused.reason;
   if (static_cast<int>(fused.agreeing.size()) < options.min_shared_images) {
     return "the poses of only " + std::to_string(fused.agreeing.size()) + " shared images agree";
   }
@@ -152,14 +151,15 @@ AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstr
   AbsorbResult result;
   result.merged = target;
   result.fused = FuseModels(source, target_from_source, options.sim3, &result.merged);
-  result.reason = CheckFused(result.fused, options);
-  if (result.reason.empty()) {
+  result.reason = result.fused.reason;
+  if (result.reason.empty() && options.verify) result.reason = CheckFused(result.fused, options);
+  if (result.reason.empty() && options.verify) {
     result.reason = FindTwins(target, source, result.fused.agreeing, options.twin);
   }
   if (!result.reason.empty()) return result;
   result.seam = SeamOf(result.fused, options, result.merged);
   result.bundle = AdjustSeam(result.seam, options.bundle, &result.merged);
-  result.reason = Verify(target, source, options, &result);
+  if (options.verify) result.reason = Verify(target, source, options, &result);
   result.ok = result.reason.empty();
   if (result.ok) CleanUp(options, &result);
   return result;

@@ -27,6 +27,8 @@ struct AbsorbOptions {
   // adjusted around the seam: the shared images and this many with most points in common with them.
   int max_whole_images = 150;
   int max_neighbours = 60;
+  // False: for a merge that was verified before and is carried out again.
+  bool verify = true;
 };
 
 // With less than three shared photos all of them must agree, each with far more of its points.
