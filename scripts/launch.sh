@@ -203,7 +203,7 @@ stop_leftovers() {
   for file in "$session"/run/*.pid; do
     [[ -e $file ]] || continue
     pid=$(<"$file")
-    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' <"/proc/$pid/cmdline" 2>/dev/null | grep -qE '/skein-|TCPService'; then
+    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -qE '/skein-|TCPService'; then
       leftovers+=("$pid")
     fi
     rm -f "$file"
