@@ -12,7 +12,8 @@
 #   --features N    feature extractors (default: a quarter of the cores, at least 1)
 #   --matching N    matchers (default: half of the cores, at least 1)
 #   --mappers N     mappers, one a submap at a time (default 3; an idle one costs nothing)
-#   --threads N     threads of each service (default: half of the cores, at least 1)
+#   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
+#   --max-size PX   longest side at which features are found (default 1600)
 #   --build DIR     build folder (default: build/release)
 #   --ready-file F  written when every service is ready
 #   --verbose       services log more
@@ -27,12 +28,12 @@ readonly first_backoff_ms=200 longest_backoff_ms=10000
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
-features=$quarter matching=$half mappers=3 threads=$half
+features=$quarter matching=$half mappers=3 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=()
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --build | --ready-file)
+    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --max-size | --build | --ready-file)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
@@ -41,6 +42,7 @@ while (($#)); do
     --matching) need_count "$1" "$2"; matching=$2; shift ;;
     --mappers) need_count "$1" "$2"; mappers=$2; shift ;;
     --threads) need_count "$1" "$2"; threads=$2; shift ;;
+    --max-size) need_count "$1" "$2"; features_options=(--max-size "$2"); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
     --verbose) service_options+=(--verbose) ;;
@@ -71,17 +73,19 @@ add_instance() {
 
 add_service() {
   local instance=$1 service=$2
+  shift 2
   local where=(--session "$session")
   [[ -z $join ]] || where=(--session-id "$join")
   add_instance "$instance" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
-    --instance "$instance" --threads "$threads" "${service_options[@]}"
+    --instance "$instance" --threads "$threads" "${service_options[@]}" "$@"
 }
 
-# add_workers SERVICE COUNT: SERVICE-1, SERVICE-2, ...; on a joining host with its name in front
+# add_workers SERVICE COUNT [OPTION...]: SERVICE-1, SERVICE-2, ...; on a joining host with its name in front
 add_workers() {
-  local i prefix=''
+  local i prefix='' service=$1 count=$2
+  shift 2
   [[ -z $join ]] || prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$-
-  for ((i = 1; i <= $2; i++)); do add_service "$prefix$1-$i" "$1"; done
+  for ((i = 1; i <= count; i++)); do add_service "$prefix$service-$i" "$service" "$@"; done
 }
 
 is_local_host() {
@@ -252,7 +256,7 @@ if [[ -z $join ]]; then
   add_service retrieval retrieval
   add_service merger merger
 fi
-add_workers features "$features"
+add_workers features "$features" "${features_options[@]}"
 add_workers matching "$matching"
 add_workers mapper "$mappers"
 await_ready "${instances[@]}"

@@ -24,8 +24,10 @@ pid_of() { cat "$session/run/$1.pid" 2>/dev/null || true; }
 is_restarted() { [[ -n $(pid_of "$1") && $(pid_of "$1") != "$2" ]]; }
 none_runs() { [[ $(running) == 0 ]]; }
 
-start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2
+start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800
 [[ $(ls "$session"/run/*.pid | wc -l) == 8 ]] || fail "expected 8 services: $(ls "$session/run")"
+tr '\0' ' ' <"/proc/$(pid_of features-2)/cmdline" | grep -q -- '--max-size 800 ' || fail "features-2 does not know of --max-size"
+tr '\0' ' ' <"/proc/$(pid_of matching-1)/cmdline" | grep -q -- '--max-size' && fail "only features take --max-size"
 
 "$SKEIN_ROOT/scripts/launch.sh" --session "$session" --build "$workspace" 2>"$workspace/second" &&
   fail "a second launch on the session was not refused"

@@ -1,0 +1,100 @@
+#!/usr/bin/env bash
+# How far the map is while it is photographed: latency of photos that come at a camera's pace, and the
+# position error of the models before finish beside that after it.
+#
+#   benchmark/while_captured.sh [--datasets DIR] [--places "LIST"] [--rate HZ] [--keep DIR]
+#
+#   --datasets DIR   holds fountain-P11 and south-building (default: ../shared/datasets beside the
+#                    tree; a set that is absent is left out)
+#   --places "LIST"  of: synthetic fountain south-building (default: all)
+#   --rate HZ        photos a second, of all agents together (default 0.33)
+#   --keep DIR       keeps the sessions there
+#
+# Latency: from ingest's receipt of a photo to ingest's commit of its registration, of the photos
+# that are registered in the end (initial pairs included).
+# Needs a network namespace of its own, so root or user namespaces. Exits 1 if less than 90 % of
+# the photos have their pose within 3 s, or if the error before finish is above twice that after.
+source "$(dirname "$0")/../tests/harness.sh"
+source "$(dirname "$0")/../tests/session.sh"
+
+datasets=$SKEIN_ROOT/../shared/datasets places="synthetic fountain south-building" rate=0.33 keep=''
+arguments=("$@")
+while (($#)); do
+  case $1 in
+    -h | --help) print_help; exit 0 ;;
+    --datasets) datasets=${2:?}; shift ;;
+    --places) places=${2:?}; shift ;;
+    --rate) rate=${2:?}; shift ;;
+    --keep) keep=${2:?}; shift ;;
+    *) usage_error "unknown option $1" ;;
+  esac
+  shift
+done
+enter_network_namespace "${arguments[@]}"
+new_workspace
+url=$(test_lcm_url)
+broken=0
+
+# choose_place NAME: sets `place`, `num_photos`; fails when its photos are absent
+choose_place() {
+  local set=$datasets/$1
+  case $1 in
+    synthetic) use_place 3 20 --seed 1 ;;
+    fountain) set=$datasets/fountain-P11 ;&
+    south-building)
+      [[ -d $set ]] || return 1
+      set=$(realpath "$set")
+      local truth=$set/gt_dense_cameras
+      [[ -d $truth ]] || truth=$set/reference
+      use_photos "$1" "$set/images" "$truth"
+      ;;
+    *) usage_error "unknown place $1" ;;
+  esac
+}
+
+status_of() { "$SKEIN_BUILD/bin/skein" status --once --json --session "$1" --lcm-url "$url"; }
+newest() { sqlite3 "file:$1/ledger.db?mode=ro" ".timeout 5000" "SELECT COALESCE(MAX(seq), 0) FROM facts WHERE kind = '$2'"; }
+is_checkpointed() {
+  [[ $(status_of "$1" | jq .images.in_flight) == 0 ]] && (($(newest "$1" submap) > $(newest "$1" registration)))
+}
+
+# row PLACE: one run, one line of the table
+row() {
+  local session=$workspace/$1 agents before after
+  agents=$(find -L "$place/images" -mindepth 1 -maxdepth 1 -type d | wc -l)
+  start_services "$session" "$url"
+  publish "$session" --rate "$(jq -n "$rate / $agents")"
+  await_agents
+  wait_until 120 "every photo is worked in and checkpointed" is_checkpointed "$session"
+  status_of "$session" | jq -r '.instances[] | "\(.instance) \(.memory_bytes / 1e6 | round) MB"' | paste -sd, >"$session.memory"
+  "$SKEIN_BUILD/bin/skein" export --session "$session" --output "$session/before" >/dev/null
+  before=$("$SKEIN_BUILD/bin/skein" evaluate --json "$session/before/0" "$place/truth" | jq .position_rmse_percent)
+  finish "$session"
+  stop_services
+  after=$(position_rmse "$session")
+  report "$1" "$session" "$before" "$after"
+  [[ -z $keep ]] || { mkdir -p "$keep" && cp -a "$session" "$keep/"; }
+}
+
+report() {
+  local name=$1 session=$2 before=$3 after=$4
+  jq -r --argjson before "$before" --argjson after "$after" --arg name "$name" '
+    def at($p): .[((length - 1) * $p) | round] * 100 | round / 100;
+    .images as $n
+    | [.images_in_time[] | select(.registered_s != null) | .registered_s - .received_s] | sort as $latency
+    | ($latency | map(select(. <= 3)) | length / ($latency | length)) as $in_time
+    | "| \($name) | \($n.registered)/\($n.received) | \($in_time * 1000 | round / 10) % | \($latency | "\(at(.5)) / \(at(.95)) / \(at(.99))") | \($before) | \($after) |",
+      ($in_time >= 0.9 and $before <= 2 * $after)' "$session/report.json" >"$session.row"
+  head -n 1 "$session.row"
+  echo "  memory: $(<"$session.memory")" >&2
+  [[ $(tail -n 1 "$session.row") == true ]] || { broken=1; warn "$name is beyond a limit"; }
+}
+
+echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD), $rate photos a second"
+echo '| photos | registered | pose within 3 s | latency p50 / p95 / p99, s | position RMSE before finish, % of extent | after |'
+echo '|---|---|---|---|---|---|'
+for name in $places; do
+  choose_place "$name" || { echo "no photos of $name in $datasets: left out"; continue; }
+  row "$name"
+done
+exit "$broken"
