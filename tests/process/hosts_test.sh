@@ -1,6 +1,11 @@
 #!/usr/bin/env bash
 # Two hosts: features, matching and mapper run in a second network namespace, joined by a cable
-# (veth), over tcpq; the session folder is hidden from them.
+# (veth), over tcpq; the session folder is hidden from them. Prints the bytes moved.
+#
+#   tests/process/hosts_test.sh [PHOTOS TRUTH MAX_RMSE_PERCENT]
+#
+# PHOTOS: a folder of real photos instead of the small synthetic place, TRUTH: what they are
+# evaluated against.
 source "$(dirname "$0")/../harness.sh"
 source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
@@ -8,7 +13,11 @@ enter_network_namespace "$@"
 unshare --mount true 2>/dev/null || skip "no mount namespace may be made here"
 new_workspace
 url=tcpq://10.77.0.1:7700
-use_place 2 8 --seed 1
+if (($#)); then
+  use_photos real "$(realpath "$1")" "$(realpath "$2")"
+else
+  use_place 2 8 --seed 1
+fi
 session=$workspace/session
 
 # A second network namespace, held open by a sleeping process.
@@ -37,4 +46,4 @@ echo "bytes over the cable, to and from the workers: $received"
 kill -TERM "$remote_pid"
 wait "$remote_pid" || true
 stop_services
-expect_model "$session" 1
+expect_model "$session" "${3:-1}"
