@@ -93,7 +93,11 @@ is_accounted_for "$session/report.json" ||
 if [[ -n $truth ]]; then
   "$skein" evaluate "$session/sparse/0" "$truth" || status=1
 fi
-say "model: $session/sparse (open it with: colmap gui --import_path '$session/sparse/0' --image_path '$session/images' --database_path '$session/database.db')"
+if [[ -d $session/sparse/0 ]]; then
+  say "model: $session/sparse/0 (open it with: colmap gui --import_path '$session/sparse/0' --image_path '$session/images' --database_path '$session/database.db')"
+else
+  say "no model: no two photos overlap enough; $session/report.json tells of each photo"
+fi
 if ((keep)); then
   say "the services keep running; Ctrl-C stops them"
   wait "$launch_pid" || true
