@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "clients/agent.h"
+#include "clients/demand.h"
 #include "clients/evaluate.h"
 #include "clients/export/export.h"
 #include "clients/finish.h"
@@ -21,6 +22,7 @@ using skein::Subcommand;
 const std::vector<Subcommand> kSubcommands = {
     {"agent", "publishes the photos of a folder to a session", skein::RunAgent},
     {"status", "stages, photos, submaps and failures of a session, live", skein::RunStatus},
+    {"demand", "how many more mappers a session could use (for launch.sh)", skein::RunDemand},
     {"finish", "finishes a session: final models and report", skein::RunFinish},
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},

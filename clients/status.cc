@@ -44,7 +44,11 @@ class StatusWatch {
       : node_(node), follower_(node, 1, [this](const Fact& fact) { state_.Apply(fact); }) {
     node.bus().Subscribe<heartbeat_t>(kHeartbeatChannel, [this](const heartbeat_t& heartbeat) {
       if (heartbeat.instance == node_.instance()) return;
-      instances_[heartbeat.instance] = {heartbeat, MonotonicS()};
+      if (heartbeat.state == kEndedState) {
+        instances_.erase(heartbeat.instance);
+      } else {
+        instances_[heartbeat.instance] = {heartbeat, MonotonicS()};
+      }
     });
     node.bus().Subscribe<submap_t>(kSubmapStatusChannel, [this](const submap_t& submap) {
       submaps_[submap.submap_id] = submap;

@@ -11,7 +11,10 @@
 #                   URL on this host the two relays (port and port + 1) are started too
 #   --features N    feature extractors (default: a quarter of the cores, at least 1)
 #   --matching N    matchers (default: half of the cores, at least 1)
-#   --mappers N     mappers, one a submap at a time (default 3; an idle one costs nothing)
+#   --mappers MIN:MAX  mappers, one a submap at a time: MIN always, one more whenever a submap waits
+#                   and none is idle, up to MAX; those leave again when they have been idle for 10 s.
+#                   N: always N. Default 1:16. Every host of a session may have such a pool
+#   --no-merge      leave the submaps apart, for comparison
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
 #   --build DIR     build folder (default: build/release)
@@ -28,9 +31,15 @@ readonly first_backoff_ms=200 longest_backoff_ms=10000
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
-features=$quarter matching=$half mappers=3 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=()
+features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=()
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
+# need_range OPTION MIN:MAX|N: sets min_mappers and max_mappers
+need_range() {
+  [[ $2 =~ ^([0-9]+)(:([0-9]+))?$ ]] || usage_error "$1 needs MIN:MAX or a number, not '$2'"
+  min_mappers=$((10#${BASH_REMATCH[1]})) max_mappers=$((10#${BASH_REMATCH[3]:-${BASH_REMATCH[1]}}))
+  ((min_mappers <= max_mappers)) || usage_error "$1 $2: MAX is below MIN"
+}
 while (($#)); do
   case $1 in
     --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --max-size | --build | --ready-file)
@@ -40,11 +49,12 @@ while (($#)); do
     --lcm-url) url=$2; shift ;;
     --features) need_count "$1" "$2"; features=$2; shift ;;
     --matching) need_count "$1" "$2"; matching=$2; shift ;;
-    --mappers) need_count "$1" "$2"; mappers=$2; shift ;;
+    --mappers) need_range "$1" "$2"; shift ;;
     --threads) need_count "$1" "$2"; threads=$2; shift ;;
     --max-size) need_count "$1" "$2"; features_options=(--max-size "$2"); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
+    --no-merge) merger_options=(--no-merge) ;;
     --verbose) service_options+=(--verbose) ;;
     -h | --help) print_help; exit 0 ;;
     *) usage_error "unknown option $1" ;;
@@ -71,22 +81,33 @@ add_instance() {
   due_ms[$instance]=0
 }
 
+# Drops an instance that is not to run again.
+remove_instance() {
+  local instance kept=()
+  for instance in "${instances[@]}"; do [[ $instance == "$1" ]] || kept+=("$instance"); done
+  instances=("${kept[@]}")
+  unset "command_of[$1]"
+}
+
+# On a joining host the names of workers have its name in front.
+prefix='' where=(--session "$session")
+[[ -z $join ]] || { prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$- where=(--session-id "$join"); }
+
 add_service() {
   local instance=$1 service=$2
   shift 2
-  local where=(--session "$session")
-  [[ -z $join ]] || where=(--session-id "$join")
   add_instance "$instance" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
     --instance "$instance" --threads "$threads" "${service_options[@]}" "$@"
 }
 
-# add_workers SERVICE COUNT [OPTION...]: SERVICE-1, SERVICE-2, ...; on a joining host with its name in front
+# add_workers SERVICE COUNT [OPTION...]: SERVICE-1, SERVICE-2, ...
 add_workers() {
-  local i prefix='' service=$1 count=$2
+  local i service=$1 count=$2
   shift 2
-  [[ -z $join ]] || prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$-
   for ((i = 1; i <= count; i++)); do add_service "$prefix$service-$i" "$service" "$@"; done
 }
+
+source "$SKEIN_ROOT/scripts/mapper_pool.sh"
 
 is_local_host() {
   [[ $1 =~ ^(127\..*|localhost|0\.0\.0\.0|)$ ]] || ip -o addr show 2>/dev/null | grep -qF " $1/"
@@ -138,6 +159,11 @@ note_death() {
   unset "pid_of[$instance]"
   rm -f "$session/run/$instance.pid"
   ((!stopping && !interrupted)) || return 0
+  if ((status == 0)) && is_elastic "$instance"; then
+    say "$instance leaves: no submap needs it"
+    remove_instance "$instance"
+    return 0
+  fi
   ((status != 2)) || fatal "$instance refused its options: $(tail -n 1 "$session/log/$instance.log")"
   ((uptime_ms < healthy_s * 1000)) || backoff_ms[$instance]=$first_backoff_ms
   cause="exit code $status"
@@ -207,7 +233,7 @@ stop_leftovers() {
   for file in "$session"/run/*.pid; do
     [[ -e $file ]] || continue
     pid=$(<"$file")
-    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -qE '/skein-|TCPService'; then
+    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -qE '/skein(-|$)|TCPService'; then
       leftovers+=("$pid")
     fi
     rm -f "$file"
@@ -254,11 +280,12 @@ if [[ -z $join ]]; then
   await_ready "${instances[@]}"
   add_service ingest ingest
   add_service retrieval retrieval
-  add_service merger merger
+  add_service merger merger "${merger_options[@]}"
 fi
 add_workers features "$features" "${features_options[@]}"
 add_workers matching "$matching"
-add_workers mapper "$mappers"
+await_ready "${instances[@]}"
+start_pool
 await_ready "${instances[@]}"
 
 say "${#instances[@]} processes are ready on $url"
@@ -268,6 +295,7 @@ say "watch:  $SKEIN_BUILD/bin/skein status --session '$session' --lcm-url '$url'
 
 while ((!interrupted)); do
   reap_dead
+  grow_pool
   start_due
   wait_for_event 1
 done

@@ -11,7 +11,8 @@
 #   --max-size PX          longest side at which features are found (default 1600)
 #   --ground-truth PATH    evaluate against Strecha .camera files, a COLMAP model or TUM lines
 #   --lcm-url URL          default: one of this session's own
-#   --features N --matching N --mappers N --threads N --build DIR    as in launch.sh
+#   --features N --matching N --mappers MIN:MAX --threads N --build DIR    as in launch.sh
+#   --no-merge             leave the submaps apart, for comparison
 #   --keep                 leave the services running after the finish (until Ctrl-C)
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
@@ -36,6 +37,7 @@ add_images() {
 while (($#)); do
   case $1 in
     --keep) keep=1; shift; continue ;;
+    --no-merge) launch_options+=("$1"); shift; continue ;;
     -h | --help) print_help; exit 0 ;;
   esac
   (($# > 1)) || usage_error "unknown option $1, or it needs a value"

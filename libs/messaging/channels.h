@@ -8,6 +8,7 @@
 #include "skein/candidates_t.hpp"
 #include "skein/command_reply_t.hpp"
 #include "skein/command_t.hpp"
+#include "skein/demand_t.hpp"
 #include "skein/failure_t.hpp"
 #include "skein/features_t.hpp"
 #include "skein/finish_t.hpp"
@@ -73,12 +74,15 @@ inline constexpr Channel<ledger_range_t> kLedgerRangeChannel{"SKEIN_LEDGER_RANGE
 inline constexpr Channel<work_request_t> kWorkRequestChannel{"SKEIN_WORK_REQUEST"};
 inline constexpr Channel<work_t> kWorkChannel{"SKEIN_WORK"};
 inline constexpr Channel<work_failed_t> kWorkFailedChannel{"SKEIN_WORK_FAILED"};
+inline constexpr Channel<demand_t> kDemandChannel{"SKEIN_DEMAND"};
 
 inline constexpr Channel<submap_t> kSubmapStatusChannel{"SKEIN_SUBMAP_STATUS"};
 inline constexpr Channel<shared_request_t> kSharedRequestChannel{"SKEIN_SHARED_REQUEST"};
 inline constexpr Channel<shared_reply_t> kSharedReplyChannel{"SKEIN_SHARED_REPLY"};
 
 inline constexpr Channel<heartbeat_t> kHeartbeatChannel{"SKEIN_HEARTBEAT"};
+// heartbeat_t.state of a process that leaves as it was told to: its last one.
+inline constexpr char kEndedState[] = "ended";
 inline constexpr Channel<command_t> kCommandChannel{"SKEIN_COMMAND"};
 inline constexpr Channel<command_reply_t> kCommandReplyChannel{"SKEIN_COMMAND_REPLY"};
 

@@ -82,7 +82,12 @@ Node::Node(const NodeOptions& options, PollLoop& loop, Bus& bus)
   Start();
 }
 
-Node::~Node() { loop_.CancelTimer(heartbeat_timer_); }
+// What fills heartbeats may be gone by now.
+Node::~Node() {
+  loop_.CancelTimer(heartbeat_timer_);
+  fill_heartbeat_ = [](heartbeat_t* beat) { beat->state = kEndedState; };
+  SendHeartbeat();
+}
 
 void Node::Start() {
   session_id_ = FindSession();

@@ -80,7 +80,7 @@ void WorkClient::OnFailure(const failure_t& failure) {
 }
 
 void WorkClient::SetCapacity(int capacity) {
-  if (capacity > capacity_) request_due_s_ = 0;
+  if (capacity != capacity_) request_due_s_ = 0;
   capacity_ = capacity;
 }
 

@@ -33,6 +33,7 @@ class WorkClient {
   // At once effective; 0 takes nothing new.
   void SetCapacity(int capacity);
 
+  int capacity() const { return capacity_; }
   int num_held() const { return static_cast<int>(held_.size()); }
   bool holds(int64_t item_id) const { return held_.count(item_id) > 0; }
 

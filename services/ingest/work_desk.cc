@@ -12,7 +12,10 @@ constexpr char kSubmapKind[] = "submap";
 }  // namespace
 
 WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options)
-    : node_(node), writer_(writer), planner_(writer.state(), options) {
+    : node_(node),
+      writer_(writer),
+      planner_(writer.state(), options),
+      mappers_wanted_(node, kSubmapKind) {
   const double now_s = MonotonicS();
   writer.ForEach([&](const Fact& fact) { planner_.OnFact(fact, now_s); });
   writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, MonotonicS()); });
@@ -80,6 +83,7 @@ void WorkDesk::Tick() {
       if (submap->owner == grant.worker) Send(grant, submap->epoch);
     }
   }
+  mappers_wanted_.Set(static_cast<int>(planner_.NumWaiting(kSubmapKind)));
 }
 
 void WorkDesk::LeaseSubmap(const WorkPlanner::Grant& grant) {

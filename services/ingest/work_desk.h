@@ -2,6 +2,7 @@
 
 #include "ingest/ledger_writer.h"
 #include "ingest/work_planner.h"
+#include "messaging/demand.h"
 #include "messaging/node.h"
 
 namespace skein {
@@ -31,6 +32,7 @@ class WorkDesk {
   Node& node_;
   LedgerWriter& writer_;
   WorkPlanner planner_;
+  DemandTeller mappers_wanted_;
   double idle_mapper_s_ = -1e9;
 };
 

@@ -88,6 +88,17 @@ void WorkQueue::Renew(const Request& request, double now_s) {
     lease->second.expires_s = now_s + options_.lease_s;
     lease->second.confirmed = true;
   }
+  if (request.capacity <= 0) ReleaseUnnamed(request);
+}
+
+// A worker that takes nothing further has not taken what it doesn't name: it is leaving.
+void WorkQueue::ReleaseUnnamed(const Request& request) {
+  std::vector<int64_t> unnamed;
+  for (const auto& [item, lease] : leases_) {
+    const bool named = std::count(request.held.begin(), request.held.end(), item) > 0;
+    if (lease.worker == request.worker && !lease.confirmed && !named) unnamed.push_back(item);
+  }
+  for (const int64_t item : unnamed) Release(item);
 }
 
 std::vector<WorkQueue::Failure> WorkQueue::OnFailed(const std::string& worker, int64_t item,

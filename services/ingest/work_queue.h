@@ -94,6 +94,7 @@ class WorkQueue {
   std::vector<Failure> NoteFailure(const std::string& worker, int64_t item,
                                    const std::string& reason, bool permanent, double now_s);
   void Renew(const Request& request, double now_s);
+  void ReleaseUnnamed(const Request& request);
   void Release(int64_t item);
   void ReleaseLapsed(double now_s);
   int FreeSlots(const std::string& name, const Worker& worker) const;

@@ -53,6 +53,30 @@ TEST(WorkQueue, TellsALostGrantAgain) {
   EXPECT_TRUE(queue.Assign(2).empty());
 }
 
+TEST(WorkQueue, AWorkerThatLeavesGivesBackWhatItWasJustGranted) {
+  WorkQueue queue;
+  queue.OnRequest({"leaving", 1, 0, {}}, 0);
+  queue.Add(1);
+  EXPECT_EQ(Items(queue.Assign(0)), (std::vector<int64_t>{1}));
+  queue.OnRequest({"leaving", 0, 0, {}}, 0.1);
+  EXPECT_EQ(queue.num_waiting(), 1u);
+  queue.OnRequest({"other", 1, 0, {}}, 0.2);
+  const auto grants = queue.Assign(0.2);
+  ASSERT_EQ(grants.size(), 1u);
+  EXPECT_EQ(grants[0].worker, "other");
+}
+
+TEST(WorkQueue, AFullWorkerKeepsWhatItHolds) {
+  WorkQueue queue;
+  queue.OnRequest({"w", 2, 0, {}}, 0);
+  for (const int64_t item : {1, 2}) queue.Add(item);
+  EXPECT_EQ(queue.Assign(0).size(), 2u);
+  queue.OnRequest({"w", 0, 0, {1, 2}}, 0.1);
+  queue.OnRequest({"w", 0, 0, {1, 2}}, 5);
+  EXPECT_EQ(queue.num_waiting(), 0u);
+  EXPECT_TRUE(queue.Assign(8).empty());
+}
+
 TEST(WorkQueue, LeaseLapsesUnlessRenewed) {
   WorkQueue queue;
   queue.OnRequest({"a", 1, 0, {}}, 0);

@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   skein::SubmapRunOptions run;
   run.submap.background = true;
   std::string local_ba = "consistent";
+  double retire_after_s = 0;
 
   CLI::App app("Registers photos in one submap: poses, points, bundle adjustment.");
   skein::AddCommonOptions(app, &options);
@@ -29,6 +30,10 @@ int main(int argc, char** argv) {
                  "Photos between checkpoints, at least")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--retire-after", retire_after_s,
+                 "End after so many seconds without a submap; 0: never")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_flag(
       "!--no-background-ba", run.submap.background,
       "Global bundle adjustment in turn with registration: the same ledger gives the same map");
@@ -37,7 +42,7 @@ int main(int argc, char** argv) {
   return skein::RunService(options, [&](skein::Node& node) {
     run.submap.num_threads = options.threads;
     run.submap.local.form = skein::LocalBaFormFromName(local_ba);
-    skein::MapperService service(node, run);
+    skein::MapperService service(node, run, retire_after_s);
     node.Run();
   });
 }

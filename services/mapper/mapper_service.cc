@@ -2,14 +2,24 @@
 
 #include <spdlog/spdlog.h>
 
-namespace skein {
+#include "core/clock.h"
 
-MapperService::MapperService(Node& node, const SubmapRunOptions& options)
+namespace skein {
+namespace {
+
+// From saying that it takes no more work to the end: ingest hears it twice.
+constexpr double kFarewellS = 2;
+
+}  // namespace
+
+MapperService::MapperService(Node& node, const SubmapRunOptions& options, double retire_after_s)
     : node_(node),
       options_(options),
+      retire_after_s_(retire_after_s),
       merges_(node, index_),
       worker_(node.loop()),
-      writer_(node.loop()) {
+      writer_(node.loop()),
+      idle_since_s_(MonotonicS()) {
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   work_ =
       std::make_unique<WorkClient>(node, "submap", 1, [this](const work_t& work) { OnWork(work); });
@@ -17,6 +27,7 @@ MapperService::MapperService(Node& node, const SubmapRunOptions& options)
       kSharedRequestChannel, [this](const shared_request_t& request) { OnSharedRequest(request); });
   timer_ = node.loop().AddTimer(1.0, [this] {
     if (run_ != nullptr) run_->Tick();
+    RetireWhenIdle();
   });
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
 }
@@ -59,6 +70,18 @@ void MapperService::OnEnd(SubmapRun::EndKind kind, const std::string& reason) {
   });
 }
 
+// Leaves in two steps, so that no submap is granted to a mapper that is gone.
+void MapperService::RetireWhenIdle() {
+  if (retire_after_s_ <= 0) return;
+  const double now_s = MonotonicS();
+  if (run_ != nullptr || work_->num_held() > 0) idle_since_s_ = now_s;
+  if (now_s - idle_since_s_ < retire_after_s_) return;
+  work_->SetCapacity(0);
+  if (now_s - idle_since_s_ < retire_after_s_ + kFarewellS) return;
+  spdlog::info("retires: no submap for {} s", retire_after_s_);
+  node_.Stop();
+}
+
 void MapperService::OnSharedRequest(const shared_request_t& request) {
   if (run_ != nullptr && run_->submap_id() == request.submap_id) run_->Answer(request);
 }
@@ -67,7 +90,7 @@ void MapperService::FillHeartbeat(heartbeat_t* heartbeat) const {
   heartbeat->num_done = num_done_;
   heartbeat->ledger_seq = follower_->processed_seq();
   if (run_ == nullptr) {
-    heartbeat->state = "idle";
+    heartbeat->state = work_->capacity() > 0 ? "idle" : "retiring";
     return;
   }
   heartbeat->state = "submap " + std::to_string(run_->submap_id()) + ", " +

@@ -16,7 +16,8 @@ namespace skein {
 // Loop's thread only.
 class MapperService {
  public:
-  MapperService(Node& node, const SubmapRunOptions& options);
+  // retire_after_s: ends the node after so long without a submap; 0: never.
+  MapperService(Node& node, const SubmapRunOptions& options, double retire_after_s = 0);
   ~MapperService();
 
  private:
@@ -24,10 +25,12 @@ class MapperService {
   void OnWork(const work_t& work);
   void OnEnd(SubmapRun::EndKind kind, const std::string& reason);
   void OnSharedRequest(const shared_request_t& request);
+  void RetireWhenIdle();
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
   const SubmapRunOptions options_;
+  const double retire_after_s_;
   LedgerIndex index_;
   MergeExecutor merges_;
   WorkerThread worker_;
@@ -36,6 +39,7 @@ class MapperService {
   std::unique_ptr<LedgerFollower> follower_;
   std::unique_ptr<WorkClient> work_;
   int64_t num_done_ = 0;
+  double idle_since_s_;
   Bus::SubscriptionId shared_subscription_ = 0;
   PollLoop::TimerId timer_ = 0;
 };

@@ -44,6 +44,7 @@ Sim3Result EstimateBothWays(const Bytes& source_blob, const Bytes& target_blob,
 MergerService::MergerService(Node& node, const MergerOptions& options)
     : node_(node),
       options_(options),
+      mappers_wanted_(node, "submap"),
       seeds_(options.seed),
       merges_(options.merge),
       active_s_(MonotonicS()),
@@ -199,20 +200,24 @@ SeedSituation MergerService::Situation() const {
 bool MergerService::TrySeed() {
   const std::optional<SeedChoice> choice = seeds_.Choose(directory_, Situation());
   if (!choice) {
-    wants_mapper_s_ = 0;
+    WantMapper(false);
     return false;
   }
-  if (NumIdleMappers() <= 0) {
-    if (wants_mapper_s_ == 0) wants_mapper_s_ = MonotonicS();
-    return false;
-  }
-  wants_mapper_s_ = 0;
+  WantMapper(NumIdleMappers() <= 0);
+  if (wants_mapper_s_ > 0) return false;
   spdlog::info("seed: photos {} and {}, {} inliers, {:.1f} degrees", choice->image_id1,
                choice->image_id2, choice->num_inliers, choice->tri_angle_rad * 57.29578);
   Submit(SeedMessage(*choice), [this, choice](bool committed) {
     if (!committed) seeds_.OnRefused(choice->image_id1, choice->image_id2);
   });
   return true;
+}
+
+// Heard by mapper pools: they grow for it.
+void MergerService::WantMapper(bool wanted) {
+  if (!wanted) wants_mapper_s_ = 0;
+  if (wanted && wants_mapper_s_ == 0) wants_mapper_s_ = MonotonicS();
+  mappers_wanted_.Set(wanted ? 1 : 0);
 }
 
 void MergerService::TryMerge() {

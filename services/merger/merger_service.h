@@ -13,6 +13,7 @@
 #include "merger/merge_policy.h"
 #include "merger/seed_policy.h"
 #include "merger/submap_directory.h"
+#include "messaging/demand.h"
 #include "messaging/ledger_follower.h"
 #include "messaging/node.h"
 #include "messaging/worker_thread.h"
@@ -76,6 +77,7 @@ class MergerService {
   bool IsFinishing() const { return finish_state_ == finish_t::DRAINED; }
   SeedSituation Situation() const;
   bool TrySeed();
+  void WantMapper(bool wanted);
   void TryMerge();
   void TrySettle();
   bool EverySubmapWorkedUpTo(int64_t seq) const;
@@ -89,6 +91,7 @@ class MergerService {
 
   Node& node_;
   const MergerOptions options_;
+  DemandTeller mappers_wanted_;
   SubmapDirectory directory_;
   SeedPolicy seeds_;
   MergePolicy merges_;

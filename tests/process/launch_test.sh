@@ -1,27 +1,59 @@
 #!/usr/bin/env bash
 # launch.sh itself, with stand-ins for the services that only say that they are ready: restarts
-# what dies, tells it how it died, refuses a second launch, takes over from a killed one, stops all.
+# what dies, tells it how it died, grows and shrinks the mappers, refuses a second launch, takes over
+# from a killed one, stops all.
 source "$(dirname "$0")/../harness.sh"
 new_workspace
 
 mkdir -p "$workspace/bin"
 cat >"$workspace/bin/skein-ingest" <<'SERVICE'
 #!/usr/bin/env bash
-while (($#)); do [[ $1 != --instance ]] || instance=$2; shift; done
+while (($#)); do
+  case $1 in
+    --instance) instance=$2 ;;
+    --session) session=$2 ;;
+    --retire-after) elastic=1 ;;
+  esac
+  shift
+done
 trap 'exit 0' TERM
 echo "died of ${SKEIN_PREVIOUS_EXIT_SIGNAL:-nothing}"
 echo "ready $instance"
-while :; do sleep 0.05; done
+while [[ -z ${elastic:-} || ! -e $session/retire ]]; do sleep 0.05; done
 SERVICE
 chmod +x "$workspace/bin/skein-ingest"
 for service in features retrieval matching mapper merger; do
   ln -s skein-ingest "$workspace/bin/skein-$service"
 done
+# `skein demand`: says what the test has written for it.
+cat >"$workspace/bin/skein" <<'DEMAND'
+#!/usr/bin/env bash
+while (($#)); do
+  case $1 in
+    --instance) echo "ready $2" ;;
+    --session) session=$2 ;;
+  esac
+  shift
+done
+trap 'exit 0' TERM
+said=''
+while :; do
+  says=$(cat "$session/says" 2>/dev/null)
+  [[ $says == "$said" ]] || echo "$says"
+  said=$says
+  sleep 0.05
+done
+DEMAND
+chmod +x "$workspace/bin/skein"
 SKEIN_BUILD=$workspace
 session=$workspace/session
-running() { pgrep -fc "$workspace/bin/skein-" || true; }
+running() { pgrep -fc "$workspace/bin/skein" || true; }
 pid_of() { cat "$session/run/$1.pid" 2>/dev/null || true; }
-is_restarted() { [[ -n $(pid_of "$1") && $(pid_of "$1") != "$2" ]]; }
+is_restarted() {
+  local now
+  now=$(pid_of "$1")
+  [[ -n $now && $now != "$2" ]]
+}
 none_runs() { [[ $(running) == 0 ]]; }
 
 start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800
@@ -37,6 +69,35 @@ old=$(pid_of merger)
 kill -9 "$old"
 wait_until 10 "the merger is started again" is_restarted merger "$old"
 wait_until 10 "the new merger knows of the signal" grep -q 'died of 9' "$session/log/merger.log"
+
+stop_services
+wait_until 10 "all stop" none_runs
+
+# The elastic pool: told by name which mappers are heard, it starts what is missing, no more than MAX.
+mappers() { (cd "$session/run" && ls mapper-*.pid 2>/dev/null | tr '\n' ' '); }
+mappers_are() { [[ $(mappers) == "$1" ]]; }
+says() { echo "$1" >"$session/next" && mv "$session/next" "$session/says"; }
+was_read() { grep -qxF "$1" "$session/log/demand.log"; }
+start_services "$session" udpm://239.255.76.67:7667?ttl=0 --mappers 1:3
+mappers_are 'mapper-1.pid ' || fail "not one mapper at the start: $(mappers)"
+says "short 1 of mapper-1"
+wait_until 10 "the pool grows" mappers_are 'mapper-1.pid mapper-2.pid '
+says "short 2 of mapper-1" # mapper-2 may be one of the two
+wait_until 10 "the word is there" was_read "short 2 of mapper-1"
+sleep 3 # three turns of launch.sh's loop, each of which would start another
+mappers_are 'mapper-1.pid mapper-2.pid ' || fail "grew before mapper-2 was heard: $(mappers)"
+says "short 2 of mapper-1 mapper-2"
+wait_until 10 "the pool grows to MAX" mappers_are 'mapper-1.pid mapper-2.pid mapper-3.pid '
+old=$(pid_of mapper-2)
+kill -9 "$old"
+wait_until 10 "an elastic mapper that dies is started again" is_restarted mapper-2 "$old"
+says "short 0 of mapper-1 mapper-2 mapper-3"
+wait_until 10 "the word is there" was_read "short 0 of mapper-1 mapper-2 mapper-3"
+touch "$session/retire"
+wait_until 10 "idle mappers leave" mappers_are 'mapper-1.pid '
+rm "$session/retire"
+says "short 1 of mapper-1"
+wait_until 10 "the pool grows again" mappers_are 'mapper-1.pid mapper-2.pid '
 
 kill -9 "$launch_pid"
 wait "$launch_pid" 2>/dev/null || true

@@ -1,0 +1,64 @@
+#include "clients/demand.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <string>
+
+#include "clients/client_node.h"
+#include "clients/subcommand.h"
+#include "core/clock.h"
+#include "messaging/demand.h"
+
+namespace skein {
+namespace {
+
+constexpr char kKind[] = "submap";
+constexpr double kLookS = 0.1;
+
+// Listens, and prints a line whenever what it has to say changes.
+class DemandWatch {
+ public:
+  explicit DemandWatch(Node& node) : book_(kKind) {
+    node.bus().Subscribe<demand_t>(
+        kDemandChannel, [this](const demand_t& demand) { book_.OnDemand(demand, MonotonicS()); });
+    node.bus().Subscribe<work_request_t>(
+        kWorkRequestChannel,
+        [this](const work_request_t& request) { book_.OnRequest(request, MonotonicS()); });
+    node.loop().AddTimer(kLookS, [this] { Print(); });
+    node.OnHeartbeat([this](heartbeat_t* heartbeat) { heartbeat->state = line_; });
+  }
+
+ private:
+  void Print() {
+    std::string line = "short " + std::to_string(book_.NumShort(MonotonicS())) + " of";
+    for (const std::string& worker : book_.Workers(MonotonicS())) line += " " + worker;
+    if (line == line_) return;
+    line_ = line;
+    std::cout << line_ << std::endl;
+  }
+
+  DemandBook book_;
+  std::string line_;
+};
+
+}  // namespace
+
+int RunDemand(int argc, char** argv) {
+  ClientOptions options;
+  std::string instance = "demand-" + std::to_string(getpid());
+  CLI::App app(
+      "Tells how many more mappers a session could use, whenever that changes:\n"
+      "\"short N of MAPPER MAPPER ...\", the mappers being those that are heard.",
+      "skein demand");
+  AddClientOptions(app, &options);
+  app.add_option("--instance", instance, "Name of this process, unique in the session");
+  if (const auto exit_code = ParseOptions(&app, argc, argv)) return *exit_code;
+  const auto node = MakeClientNode("demand", instance, options);
+  DemandWatch watch(*node);
+  node->Run();
+  return kExitOk;
+}
+
+}  // namespace skein
