@@ -25,6 +25,7 @@ tracked_files() {
 }
 
 drop_shim=$SKEIN_BUILD/tests/libdrop_datagrams.so
+stop_shim=$SKEIN_BUILD/tests/libstop_at_datagram.so
 
 # new_workspace: a scratch folder; services stop and the folder goes when the test ends, logs are
 # shown when it failed.

@@ -86,10 +86,15 @@ void MergeExecutor::Freeze(SubmapRun& run) {
       [blob, &blobs = node_.blobs()](Submap& submap) {
         *blob = blobs.Offer(EncodeModelArchive(SaveSubmap(&submap)));
       },
-      [this, blob, &run] {
+      [this, blob, merge_id = open_.ordered.merge_id, &run] {
+        if (!IsOpen(merge_id)) return;
         merge_t fact = MakeFact(merge_t::FROZEN, run);
         fact.model_blob = *blob;
-        run.Submit(fact, [](int64_t) {});
+        // Refused where the target has ended the merge by an earlier FROZEN: its word is in the
+        // ledger, and on its way here.
+        run.Submit(
+            fact, [](int64_t) {},
+            [](const std::string& reason) { spdlog::info("not frozen: {}", reason); });
       });
 }
 

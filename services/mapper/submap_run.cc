@@ -386,23 +386,23 @@ void SubmapRun::NoteLostPhotos() {
   Report(lost);
 }
 
-void SubmapRun::Submit(Fact fact, std::function<void(int64_t seq)> then) {
+void SubmapRun::Submit(Fact fact, std::function<void(int64_t seq)> then, OnRefused refused) {
   std::weak_ptr<bool> alive = alive_;
   const int64_t at = cursor_seq_;
   Header(fact).computed_at_seq = at;
   uncommitted_.insert(at);
-  node_.submitter().Submit(std::move(fact), [this, alive, at, then = std::move(then)](
-                                                bool committed, int64_t seq, std::string reason) {
+  const auto decided = [this, alive, at, then = std::move(then), refused = std::move(refused)](
+                           bool committed, int64_t seq, std::string reason) {
     if (alive.expired()) return;
     const auto it = uncommitted_.find(at);
     if (it != uncommitted_.end()) uncommitted_.erase(it);
-    // Refused: the lease is another's, or the submap has ended.
-    if (!committed) return End(EndKind::kOver, reason);
-    then(seq);
+    if (!committed && !refused) return End(EndKind::kOver, reason);
+    committed ? then(seq) : refused(reason);
     if (!uncommitted_.empty()) return;
     PublishStatus();
     for (const auto& next : std::exchange(when_committed_, {})) next();
-  });
+  };
+  node_.submitter().Submit(std::move(fact), decided);
 }
 
 void SubmapRun::WhenCommitted(std::function<void()> then) {

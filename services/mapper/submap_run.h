@@ -57,8 +57,10 @@ class SubmapRun {
   void RunOnSubmap(std::function<void(Submap&)> job, std::function<void()> then);
   // Loads photos that are not yet in the submap and adds them.
   void AddPhotos(const std::vector<int64_t>& image_ids, std::function<void(Status)> then);
-  // Submits for the submap; `then` when it is committed.
-  void Submit(Fact fact, std::function<void(int64_t seq)> then);
+  // Submits for the submap; `then` when it is committed. A refusal is `refused`'s matter; without
+  // it the run ends: the lease is another's, or the submap has ended.
+  using OnRefused = std::function<void(const std::string& reason)>;
+  void Submit(Fact fact, std::function<void(int64_t seq)> then, OnRefused refused = nullptr);
   // Photos that came with another submap are registered here now; a checkpoint follows.
   void TakeOver(const std::vector<PhotoEvent>& events);
   // Calls `then` once everything submitted so far is committed.
