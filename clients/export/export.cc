@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "clients/export/database.h"
+#include "clients/export/georeferenced.h"
 #include "clients/export/model_writer.h"
 #include "clients/export/picture.h"
 #include "clients/export/session_models.h"
@@ -26,6 +27,7 @@ constexpr int kPictureSidePx = 1000;
 struct ExportOptions {
   std::string session, model, output, picture;
   std::vector<std::string> formats = {"bin"};
+  bool georeferenced = false;
 };
 
 std::vector<ExportModel> ReadModels(const ExportOptions& options) {
@@ -39,6 +41,22 @@ std::vector<ExportModel> ReadModels(const ExportOptions& options) {
   Result<std::vector<ExportModel>> models = ReadSessionModels(SessionPaths{options.session});
   if (!models) throw std::runtime_error(models.error());
   return std::move(*models);
+}
+
+void PlaceModels(const ExportOptions& options, std::vector<ExportModel>* models) {
+  const auto positions = ReadPositions(SessionPaths{options.session});
+  if (!positions) throw std::runtime_error(positions.error());
+  std::vector<std::string> refusals;
+  PlaceOnEarth(*positions, models, &refusals);
+  for (const std::string& refusal : refusals) {
+    std::cerr << "skein export: left out, as it can't be georeferenced: " << refusal << "\n";
+  }
+  if (models->empty()) throw std::runtime_error("no model can be georeferenced");
+}
+
+void WriteText(const std::string& text, const fs::path& path) {
+  const Status written = WriteFileAtomic(path.string(), text.data(), text.size());
+  if (!written.ok()) throw std::runtime_error(written.error());
 }
 
 void WritePicture(const colmap::Reconstruction& model, const fs::path& path) {
@@ -62,6 +80,9 @@ void WriteModels(const std::vector<ExportModel>& models, const ExportOptions& op
       if (!written.ok()) throw std::runtime_error(written.error());
       progress.Add();
     }
+    if (!models[i].georeference.is_null()) {
+      WriteText(models[i].georeference.dump(2) + "\n", folder / "georeference.json");
+    }
     std::cout << folder.string() << ": " << models[i].label << ", "
               << models[i].reconstruction->NumRegImages() << " photos, "
               << models[i].reconstruction->NumPoints3D() << " points" << std::endl;
@@ -82,6 +103,7 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
   if (options.session.empty() == options.model.empty()) return "give --session or --model";
   if (options.output.empty() && options.picture.empty()) return "give --output or --picture";
   if (database && options.session.empty()) return "the database comes from a --session";
+  if (options.georeferenced && options.session.empty()) return "positions come from a --session";
   return "";
 }
 
@@ -106,6 +128,9 @@ int RunExport(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--picture", options.picture,
                  "PNG of the largest model: points and cameras from above and obliquely");
+  app.add_flag("--georeferenced", options.georeferenced,
+               "Models in metres east, north and up of an origin, from the photos' GPS; how is in\n"
+               "OUTPUT/N/georeference.json");
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;
   const bool database = std::count(options.formats.begin(), options.formats.end(), "database") > 0;
   if (const std::string wrong = CheckOptions(options, database); !wrong.empty()) {
@@ -116,8 +141,9 @@ int RunExport(int argc, char** argv) {
   const bool only_database = database && options.formats.size() == 1;
   if (only_database && options.picture.empty()) return kExitOk;
 
-  const std::vector<ExportModel> models = ReadModels(options);
+  std::vector<ExportModel> models = ReadModels(options);
   if (models.empty()) throw std::runtime_error("the session has no model yet");
+  if (options.georeferenced) PlaceModels(options, &models);
   if (!options.output.empty() && !only_database) WriteModels(models, options);
   if (!options.picture.empty()) WritePicture(*models.front().reconstruction, options.picture);
   return kExitOk;

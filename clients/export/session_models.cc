@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <system_error>
@@ -40,19 +41,29 @@ class TemporaryFolder {
   fs::path path_;
 };
 
+// All facts of T, of the kind with that name, in order.
+template <class T>
+Status ForEachFact(const Ledger& ledger, const std::string& kind_name,
+                   const std::function<void(const T&)>& take) {
+  std::string failure;
+  const int kind = FactKindFromName(kind_name);
+  const Status read = ledger.ForEach([&](const LedgerRecord& record) {
+    if (record.kind != kind_name) return;
+    const Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
+    if (fact) {
+      take(std::get<T>(*fact));
+    } else {
+      failure = "ledger, fact " + std::to_string(record.seq) + ": " + fact.error();
+    }
+  });
+  if (!read.ok()) return read;
+  return failure.empty() ? Status::Ok() : Status::Error(failure);
+}
+
 // Newest fact with a model, of each submap that has not ended.
 Result<std::vector<submap_t>> NewestModels(const Ledger& ledger) {
   std::map<int64_t, submap_t> newest;
-  std::string failure;
-  const int submap_kind = FactKindFromName("submap");
-  const Status read = ledger.ForEach([&](const LedgerRecord& record) {
-    if (record.kind != FactKindName(submap_kind)) return;
-    const Result<Fact> fact = DecodeFact(submap_kind, record.payload.data(), record.payload.size());
-    if (!fact) {
-      failure = "ledger, fact " + std::to_string(record.seq) + ": " + fact.error();
-      return;
-    }
-    const submap_t& submap = std::get<submap_t>(*fact);
+  const Status read = ForEachFact<submap_t>(ledger, "submap", [&](const submap_t& submap) {
     if (submap.state == submap_t::ENDED) {
       newest.erase(submap.submap_id);
     } else if (!submap.model_blob.empty()) {
@@ -60,7 +71,6 @@ Result<std::vector<submap_t>> NewestModels(const Ledger& ledger) {
     }
   });
   if (!read.ok()) return read;
-  if (!failure.empty()) return Status::Error(failure);
   std::vector<submap_t> submaps;
   for (const auto& entry : newest) submaps.push_back(entry.second);
   std::stable_sort(submaps.begin(), submaps.end(), [](const submap_t& a, const submap_t& b) {
@@ -133,6 +143,20 @@ Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths) {
   }
   if (models.empty()) return ReadSparse(paths.Sparse());
   return models;
+}
+
+Result<std::map<std::string, GeodeticPosition>> ReadPositions(const SessionPaths& paths) {
+  const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
+  if (!ledger) return ledger.status();
+  std::map<std::string, GeodeticPosition> positions;
+  const Status read =
+      ForEachFact<skein::image_t>(**ledger, "image", [&](const skein::image_t& image) {
+        if (!image.has_gps) return;
+        positions[image.agent + "/" + image.name] = {image.latitude_deg, image.longitude_deg,
+                                                     image.altitude_m};
+      });
+  if (!read.ok()) return read;
+  return positions;
 }
 
 }  // namespace skein

@@ -4,11 +4,14 @@
 #include <base/reconstruction.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "core/result.h"
+#include "geometry/georeference.h"
 #include "store/session.h"
 
 namespace skein {
@@ -16,12 +19,16 @@ namespace skein {
 struct ExportModel {
   std::string label;  // "submap 3, checkpoint at 812" or the folder
   std::unique_ptr<colmap::Reconstruction> reconstruction;
+  nlohmann::json georeference;  // see GeoreferenceToJson; null in the mapper's frame
 };
 
 // The newest checkpoint or final model of every live submap, most photos first, as the ledger has
 // them: at any time, also while the session runs; nothing is written to the session. Falls back on
 // sparse/ when the ledger holds no model. Empty when there is none yet.
 Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths);
+
+// The positions that photos carry, by AGENT/NAME.
+Result<std::map<std::string, GeodeticPosition>> ReadPositions(const SessionPaths& paths);
 
 // A COLMAP model folder, binary or text with all three files.
 Result<ExportModel> ReadModelFolder(const std::filesystem::path& folder);

@@ -6,6 +6,7 @@
 
 #include "core/clock.h"
 #include "core/file.h"
+#include "ingest/model_places.h"
 #include "ingest/model_writer.h"
 #include "ingest/report.h"
 #include "spdlog/spdlog.h"
@@ -17,6 +18,26 @@ constexpr double kRetryWritingS = 5;
 // A seed that no mapper takes for so long while the session finishes is given up.
 constexpr double kNoMapperS = 30;
 constexpr char kFinishVerb[] = "finish";
+
+PhotoPositions PositionsOf(const SessionState& state) {
+  PhotoPositions positions;
+  for (const auto& [id, photo] : state.photos()) {
+    const image_t& image = photo.image;
+    if (!image.has_gps) continue;
+    positions[image.agent + "/" + image.name] = {image.latitude_deg, image.longitude_deg,
+                                                 image.altitude_m};
+  }
+  return positions;
+}
+
+Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::string>& model_blobs,
+                            const PhotoPositions& positions, nlohmann::json report) {
+  const Status status = WriteModels(paths, model_blobs);
+  if (!status.ok()) return status;
+  AddGeoreferences(paths, positions, &report);
+  const std::string text = report.dump(2) + "\n";
+  return WriteFileAtomic(paths.Report().string(), text.data(), text.size());
+}
 
 }  // namespace
 
@@ -132,16 +153,12 @@ void FinishDriver::WriteResults() {
   });
   std::vector<std::string> blobs;
   for (const SubmapState* submap : live) blobs.push_back(submap->model.model_blob);
-  const std::string report =
-      MakeReport(writer_.state(), environment_.num_duplicates(), writer_.now_us()).dump(2) + "\n";
+  const nlohmann::json report =
+      MakeReport(writer_.state(), environment_.num_duplicates(), writer_.now_us());
   writing_ = true;
-  worker_.Run(
-      [paths = paths_, blobs, report] {
-        const Status status = WriteModels(paths, blobs);
-        if (!status.ok()) return status;
-        return WriteFileAtomic(paths.Report().string(), report.data(), report.size());
-      },
-      [this](const Status& status) { OnWritten(status); });
+  worker_.Run([paths = paths_, blobs, positions = PositionsOf(writer_.state()),
+               report] { return WriteModelsAndReport(paths, blobs, positions, report); },
+              [this](const Status& status) { OnWritten(status); });
 }
 
 void FinishDriver::OnWritten(const Status& status) {

@@ -1,0 +1,53 @@
+#include "clients/export/georeferenced.h"
+
+#include <base/similarity_transform.h>
+
+#include <algorithm>
+
+#include "geometry/georeference_json.h"
+
+namespace skein {
+namespace {
+
+std::vector<GeoPhoto> PhotosWithPosition(const colmap::Reconstruction& model,
+                                         const std::map<std::string, GeodeticPosition>& positions) {
+  std::vector<GeoPhoto> photos;
+  std::vector<colmap::image_t> ids = model.RegImageIds();
+  std::sort(ids.begin(), ids.end());
+  for (const colmap::image_t id : ids) {
+    const colmap::Image& image = model.Image(id);
+    const auto position = positions.find(image.Name());
+    if (position == positions.end()) continue;
+    photos.push_back({image.Name(), image.ProjectionCenter(), position->second});
+  }
+  return photos;
+}
+
+void Move(const Similarity& s, colmap::Reconstruction* model) {
+  model->Transform(colmap::SimilarityTransform3(
+      s.scale, {s.rotation.w(), s.rotation.x(), s.rotation.y(), s.rotation.z()}, s.translation));
+}
+
+}  // namespace
+
+void PlaceOnEarth(const std::map<std::string, GeodeticPosition>& positions,
+                  std::vector<ExportModel>* models, std::vector<std::string>* refusals) {
+  std::vector<GeodeticPosition> all;
+  for (const auto& [name, position] : positions) all.push_back(position);
+  const GeodeticPosition origin = EnuOrigin(all);
+  std::vector<ExportModel> placed;
+  for (ExportModel& model : *models) {
+    const Georeference georeference =
+        EstimateGeoreference(origin, PhotosWithPosition(*model.reconstruction, positions));
+    if (!georeference.ok) {
+      refusals->push_back(model.label + ": " + georeference.reason);
+      continue;
+    }
+    Move(georeference.enu_from_model, model.reconstruction.get());
+    model.georeference = GeoreferenceToJson(georeference);
+    placed.push_back(std::move(model));
+  }
+  *models = std::move(placed);
+}
+
+}  // namespace skein

@@ -1,0 +1,73 @@
+// Where a model lies on the earth, from the GPS positions that its photos carry.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "geometry/sim3_similarity.h"
+
+namespace skein {
+
+struct GeodeticPosition {  // WGS84
+  double latitude_deg = 0;
+  double longitude_deg = 0;
+  double altitude_m = 0;  // as the device reports it
+};
+
+// Finite, within the ranges of angles, and not 0, 0, which devices write for "unknown".
+bool IsPlausible(const GeodeticPosition& position);
+
+// Metres to the east, north and up of `origin`, up along the ellipsoid's normal there.
+Eigen::Vector3d EnuFromGeodetic(const GeodeticPosition& origin, const GeodeticPosition& position);
+
+// The median of the plausible positions, so that a few absurd ones don't matter. 0, 0, 0 of none.
+GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions);
+
+// A registered photo that carries a position.
+struct GeoPhoto {
+  std::string name;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // of the camera, in the model's frame
+  GeodeticPosition position;
+};
+
+struct GeoreferenceOptions {
+  int min_inliers = 4;          // and at least half of the photos with a position
+  int num_trials = 500;         // triples tried
+  double min_sigma_m = 0.02;    // positions are not taken for better than this, per axis
+  double inlier_sigmas = 3.4;   // 99 % of a 3D normal distribution
+  double max_rotation_deg = 5;  // standard deviation of the rotation about its worst axis
+  double max_scale = 0.1;       // relative standard deviation of the scale
+  uint64_t seed = 1;
+};
+
+struct GeoResidual {
+  std::string name;
+  Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();  // the model's minus the device's
+  bool inlier = false;
+};
+
+struct Georeference {
+  bool ok = false;
+  std::string reason;  // why not, for a person
+  GeodeticPosition origin;
+  Similarity enu_from_model;
+  std::vector<GeoResidual> residuals;  // one for each photo with a plausible position
+  int num_inliers = 0;
+  double sigma_m = 0;             // of a position, per axis, from the inliers
+  double rotation_sigma_deg = 0;  // about the worst axis
+  double scale_sigma = 0;         // relative
+};
+
+// The similarity from the model's frame to ENU at `origin`. Least trimmed squares (Rousseeuw and
+// Van Driessen 2006: triples, then concentration on the best half) gives a start and the noise, so
+// that nothing is assumed of the device and nearly half of the positions may be wrong; then
+// iteratively reweighted least squares with Cauchy weights over all. Refused, with a reason: too
+// few positions, too few that agree, and camera centres that lie in a spot or on a line when
+// measured by the noise, as scale or rotation are then open. Deterministic.
+Georeference EstimateGeoreference(const GeodeticPosition& origin,
+                                  const std::vector<GeoPhoto>& photos,
+                                  const GeoreferenceOptions& options = {});
+
+}  // namespace skein

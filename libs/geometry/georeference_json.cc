@@ -1,0 +1,64 @@
+#include "geometry/georeference_json.h"
+
+#include <cmath>
+
+#include "core/statistics.h"
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+double Rms(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return values.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+json ResidualsToJson(const std::vector<GeoResidual>& residuals) {
+  std::vector<double> all, horizontal, vertical;
+  for (const GeoResidual& residual : residuals) {
+    if (!residual.inlier) continue;
+    all.push_back(residual.enu_m.norm());
+    horizontal.push_back(residual.enu_m.head<2>().norm());
+    vertical.push_back(residual.enu_m.z());
+  }
+  return {{"rmse", Rms(all)},
+          {"median", percentile(all, 50)},
+          {"max", percentile(all, 100)},
+          {"horizontal_rmse", Rms(horizontal)},
+          {"vertical_rmse", Rms(vertical)}};
+}
+
+json SimilarityToJson(const Similarity& s) {
+  return {{"scale", s.scale},
+          {"rotation_wxyz", {s.rotation.w(), s.rotation.x(), s.rotation.y(), s.rotation.z()}},
+          {"translation_m", {s.translation.x(), s.translation.y(), s.translation.z()}}};
+}
+
+}  // namespace
+
+json GeoreferenceToJson(const Georeference& georeference) {
+  json result = {{"ok", georeference.ok}, {"positions", georeference.residuals.size()}};
+  if (!georeference.ok) {
+    result["reason"] = georeference.reason;
+    return result;
+  }
+  json outliers = json::array();
+  for (const GeoResidual& residual : georeference.residuals) {
+    if (residual.inlier) continue;
+    outliers.push_back({{"image", residual.name}, {"residual_m", residual.enu_m.norm()}});
+  }
+  result["origin"] = {{"latitude_deg", georeference.origin.latitude_deg},
+                      {"longitude_deg", georeference.origin.longitude_deg},
+                      {"altitude_m", georeference.origin.altitude_m}};
+  result["enu_from_model"] = SimilarityToJson(georeference.enu_from_model);
+  result["inliers"] = georeference.num_inliers;
+  result["residual_m"] = ResidualsToJson(georeference.residuals);
+  result["rotation_sigma_deg"] = georeference.rotation_sigma_deg;
+  result["scale_sigma"] = georeference.scale_sigma;
+  result["outliers"] = outliers;
+  return result;
+}
+
+}  // namespace skein

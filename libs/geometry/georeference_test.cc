@@ -1,0 +1,220 @@
+#include "geometry/georeference.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "geometry/georeference_json.h"
+
+namespace skein {
+namespace {
+
+constexpr double kMetresPerDegree = 111'000;
+
+struct Flight {
+  int num_photos = 40;
+  double noise_m = 2;
+  double outliers = 0;    // share of positions that are hundreds of metres off
+  double without = 0;     // share of photos that carry 0, 0
+  double length_m = 100;  // along the first axis
+  double width_m = 60;    // along the second
+  double height_m = 20;
+  GeodeticPosition origin{48.1, 11.5, 520};
+};
+
+// Photos of a flight: a model in a frame of its own, positions near the origin.
+class World {
+ public:
+  explicit World(const Flight& flight, unsigned seed = 3) : random_(seed), origin(flight.origin) {
+    enu_from_model.scale = 7.5;
+    enu_from_model.rotation = Eigen::Quaterniond(0.3, -0.5, 0.7, 0.1).normalized();
+    enu_from_model.translation = {40, -25, 60};
+    const Similarity model_from_enu = enu_from_model.Inverse();
+    for (int i = 0; i < flight.num_photos; ++i) {
+      const Eigen::Vector3d enu(flight.length_m * Uniform(), flight.width_m * Uniform(),
+                                60 + flight.height_m * Uniform());
+      GeoPhoto photo;
+      photo.name = "drone/" + std::to_string(i) + ".jpg";
+      photo.centre = model_from_enu.Apply(enu);
+      photo.position = At(enu + flight.noise_m * Eigen::Vector3d(Normal(), Normal(), Normal()));
+      if (i < flight.outliers * flight.num_photos) {
+        photo.position = At(enu + 500 * Eigen::Vector3d(Uniform(), 1, Uniform()));
+      } else if (i >= (1 - flight.without) * flight.num_photos) {
+        photo.position = {};
+      }
+      enus.push_back(enu);
+      photos.push_back(photo);
+    }
+  }
+
+  // Largest distance in metres of a photo from its true place.
+  double MaxError(const Georeference& result) const {
+    double error = 0;
+    for (size_t i = 0; i < photos.size(); ++i) {
+      error = std::max(error, (result.enu_from_model.Apply(photos[i].centre) - enus[i]).norm());
+    }
+    return error;
+  }
+
+ private:
+  double Uniform() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
+  double Normal() { return std::normal_distribution<double>()(random_); }
+  // On the tangent plane: good to millimetres within these flights.
+  GeodeticPosition At(const Eigen::Vector3d& enu) const {
+    GeodeticPosition p = origin;
+    for (int i = 0; i < 5; ++i) {
+      const Eigen::Vector3d missing = enu - EnuFromGeodetic(origin, p);
+      p.latitude_deg += missing.y() / kMetresPerDegree;
+      p.longitude_deg +=
+          missing.x() / (kMetresPerDegree * std::cos(origin.latitude_deg * M_PI / 180));
+      p.altitude_m += missing.z();
+    }
+    return p;
+  }
+  std::mt19937 random_;
+
+ public:
+  GeodeticPosition origin;
+  Similarity enu_from_model;
+  std::vector<Eigen::Vector3d> enus;
+  std::vector<GeoPhoto> photos;
+};
+
+TEST(Enu, AxesPointEastNorthAndUp) {
+  const GeodeticPosition origin{-33.9, 151.2, 30};
+  EXPECT_LT(EnuFromGeodetic(origin, origin).norm(), 1e-6);
+  const Eigen::Vector3d north = EnuFromGeodetic(origin, {-33.899, 151.2, 30});
+  EXPECT_NEAR(north.y(), 110.92, 0.02);  // radius of the meridian there: 6,355,280 m
+  EXPECT_NEAR(north.x(), 0, 1e-6);
+  const Eigen::Vector3d east = EnuFromGeodetic(origin, {-33.9, 151.201, 30});
+  EXPECT_NEAR(east.x(), 92.49, 0.02);
+  EXPECT_NEAR(EnuFromGeodetic(origin, {-33.9, 151.2, 42}).z(), 12, 1e-6);
+}
+
+TEST(Enu, OriginIsTheMedianAlsoAcrossTheDateLine) {
+  const GeodeticPosition origin =
+      EnuOrigin({{10, 179.999, 5}, {10, -179.999, 5}, {10.0001, 180, 5}, {0, 0, 0}, {95, 0, 0}});
+  EXPECT_NEAR(origin.latitude_deg, 10, 1e-3);
+  EXPECT_NEAR(std::abs(origin.longitude_deg), 180, 2e-3);
+  EXPECT_NEAR(origin.altitude_m, 5, 1);
+}
+
+TEST(Georeference, IsExactWithoutNoise) {
+  Flight flight;
+  flight.noise_m = 0;
+  const World world(flight);
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_LT(world.MaxError(result), 0.01);
+  EXPECT_NEAR(result.enu_from_model.scale, 7.5, 1e-3);
+  EXPECT_EQ(result.num_inliers, 40);
+}
+
+TEST(Georeference, WithstandsWrongAndMissingPositions) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Flight flight;
+    flight.outliers = 0.3;
+    flight.without = 0.2;
+    const World world(flight, seed);
+    const Georeference result = EstimateGeoreference(world.origin, world.photos);
+    ASSERT_TRUE(result.ok) << result.reason << " seed " << seed;
+    // 20 good positions of 2 m per axis.
+    EXPECT_LT(world.MaxError(result), 5) << "seed " << seed;
+    EXPECT_NEAR(result.sigma_m, 2, 1) << "seed " << seed;
+    ASSERT_EQ(result.residuals.size(), 32u);
+    for (size_t i = 0; i < 12; ++i) EXPECT_FALSE(result.residuals[i].inlier) << i;
+    EXPECT_GE(result.num_inliers, 17) << "seed " << seed;
+  }
+}
+
+TEST(Georeference, ToldPrecisionHolds) {
+  double sum = 0;
+  int count = 0;
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    const World world({}, seed);
+    const Georeference result = EstimateGeoreference(world.origin, world.photos);
+    ASSERT_TRUE(result.ok) << result.reason;
+    const double off = (result.enu_from_model.scale / 7.5 - 1) / result.scale_sigma;
+    sum += off * off;
+    ++count;
+  }
+  EXPECT_NEAR(std::sqrt(sum / count), 1, 0.35);
+}
+
+TEST(Georeference, RefusesTooFewPositions) {
+  Flight flight;
+  flight.num_photos = 4;
+  World world(flight);
+  Georeference result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_FALSE(result.ok);
+  EXPECT_EQ(result.reason, "4 registered photos carry a position; it takes 5");
+  flight.num_photos = 40;
+  flight.without = 1;
+  world = World(flight);
+  result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_EQ(result.reason, "0 registered photos carry a position; it takes 5");
+  EXPECT_FALSE(GeoreferenceToJson(result)["ok"]);
+}
+
+TEST(Georeference, RefusesPositionsThatDoNotAgree) {
+  Flight flight;
+  flight.outliers = 0.7;
+  flight.noise_m = 0.1;
+  const World world(flight);
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_FALSE(result.ok) << result.num_inliers << " sigma " << result.sigma_m;
+  EXPECT_FALSE(result.reason.empty());
+}
+
+TEST(Georeference, RefusesALine) {
+  for (const double noise_m : {0.0, 2.0}) {
+    for (const double width_m : {0.0, 0.3}) {
+      Flight flight;
+      flight.noise_m = noise_m;
+      flight.width_m = flight.height_m = width_m;
+      if (noise_m == 0 && width_m > 0) continue;  // exact positions determine that one
+      const World world(flight);
+      const Georeference result = EstimateGeoreference(world.origin, world.photos);
+      EXPECT_FALSE(result.ok) << noise_m << " " << width_m;
+      EXPECT_NE(result.reason.find("line"), std::string::npos) << result.reason;
+    }
+  }
+}
+
+TEST(Georeference, RefusesOneSpot) {
+  for (const double noise_m : {0.0, 2.0}) {
+    Flight flight;
+    flight.noise_m = noise_m;
+    flight.length_m = flight.width_m = flight.height_m = noise_m / 10;
+    const World world(flight);
+    const Georeference result = EstimateGeoreference(world.origin, world.photos);
+    EXPECT_FALSE(result.ok) << noise_m;
+    EXPECT_NE(result.reason.find("spot"), std::string::npos) << result.reason;
+  }
+}
+
+TEST(Georeference, RefusesADeviceThatReportsOnePlaceForAll) {
+  World world({});
+  for (GeoPhoto& photo : world.photos) photo.position = world.photos[0].position;
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_FALSE(result.ok);
+  EXPECT_FALSE(result.reason.empty());
+}
+
+TEST(Georeference, JsonHoldsTransformAndResiduals) {
+  Flight flight;
+  flight.outliers = 0.1;
+  const World world(flight);
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  const nlohmann::json json = GeoreferenceToJson(result);
+  EXPECT_TRUE(json["ok"]);
+  EXPECT_EQ(json["positions"], 40);
+  EXPECT_EQ(json["outliers"].size() + json["inliers"].get<size_t>(), 40u);
+  EXPECT_NEAR(json["residual_m"]["rmse"], 2 * std::sqrt(3), 1);
+  EXPECT_EQ(json["origin"]["latitude_deg"], 48.1);
+  EXPECT_EQ(json["enu_from_model"]["scale"], result.enu_from_model.scale);
+}
+
+}  // namespace
+}  // namespace skein
