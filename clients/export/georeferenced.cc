@@ -18,7 +18,9 @@ std::vector<GeoPhoto> PhotosWithPosition(const colmap::Reconstruction& model,
     const colmap::Image& image = model.Image(id);
     const auto position = positions.find(image.Name());
     if (position == positions.end()) continue;
-    photos.push_back({image.Name(), image.ProjectionCenter(), position->second});
+    const Eigen::Vector4d& q = image.Qvec();
+    const CameraPose pose{Eigen::Quaterniond(q[0], q[1], q[2], q[3]), image.Tvec()};
+    photos.push_back({image.Name(), pose, position->second});
   }
   return photos;
 }

@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdio>
 #include <numeric>
 #include <optional>
@@ -17,8 +18,10 @@ namespace {
 using Points = std::vector<Eigen::Vector3d>;
 using Indices = std::vector<size_t>;
 
-constexpr double kMedianOfChi2 = 2.366;  // of 3 degrees of freedom
-constexpr double kCauchySigmas = 2.385;  // 95 % efficiency for normal noise
+constexpr double kMedianOfChi2[] = {1.386, 2.366};  // of 2 and 3 degrees of freedom
+constexpr double kInlierSigmas[] = {3.03, 3.37};    // 99 % of 2 and of 3 dimensions
+constexpr double kMaxSpreadOfViewsDeg = 20;         // of photos that all look straight down
+constexpr double kCauchySigmas = 2.385;             // 95 % efficiency for normal noise
 constexpr int kMaxIterations = 30;
 constexpr size_t kNumConcentrated = 10;  // hypotheses that are concentrated to the end
 
@@ -38,17 +41,20 @@ std::string Text(const char* format, double a, double b = 0) {
   return text;
 }
 
+// A similarity between corresponding points: in all three dimensions, or, given the rotation that
+// makes the model's up the third axis, about that axis and from the horizontal parts only.
 class Fitter {
  public:
-  Fitter(Points from, Points to, const GeoreferenceOptions& options)
-      : from_(std::move(from)), to_(std::move(to)), options_(options) {}
+  Fitter(Points from, Points to, std::optional<Eigen::Quaterniond> level,
+         const GeoreferenceOptions& options)
+      : from_(std::move(from)), to_(std::move(to)), level_(level), options_(options) {}
 
-  // Least trimmed squares over the better half. nullopt if no triple determines a similarity.
+  // Least trimmed squares over the better half. nullopt if no sample determines a similarity.
   std::optional<Similarity> FitHalf() const {
     std::mt19937_64 random(options_.seed);
     std::vector<std::pair<double, Similarity>> hypotheses;
     for (int trial = 0; trial < options_.num_trials; ++trial) {
-      const auto fit = FitTo(Triple(&random));
+      const auto fit = FitTo(Sample(&random));
       if (fit) hypotheses.emplace_back(TrimmedSum(*fit), *fit);
     }
     const auto better = [](const auto& a, const auto& b) { return a.first < b.first; };
@@ -64,7 +70,8 @@ class Fitter {
   // correction for small samples.
   double RobustSigma(const Similarity& fit) const {
     const double correction = 1.0 + 5.0 / std::max<double>(1.0, from_.size() - 3.0);
-    const double sigma = correction * std::sqrt(Median(SquaredResiduals(fit)) / kMedianOfChi2);
+    const double sigma =
+        correction * std::sqrt(Median(SquaredResiduals(fit)) / kMedianOfChi2[level_ ? 0 : 1]);
     return std::max(sigma, options_.min_sigma_m);
   }
 
@@ -78,22 +85,26 @@ class Fitter {
     return fit;
   }
 
+  double InlierLimit(double sigma) const { return sigma * kInlierSigmas[level_ ? 0 : 1]; }
+
   std::vector<double> SquaredResiduals(const Similarity& fit) const {
     std::vector<double> squares(from_.size());
-    for (size_t i = 0; i < from_.size(); ++i)
-      squares[i] = (fit.Apply(from_[i]) - to_[i]).squaredNorm();
+    for (size_t i = 0; i < from_.size(); ++i) {
+      const Eigen::Vector3d residual = fit.Apply(from_[i]) - to_[i];
+      squares[i] = level_ ? residual.head<2>().squaredNorm() : residual.squaredNorm();
+    }
     return squares;
   }
 
  private:
-  Indices Triple(std::mt19937_64* random) const {
+  Indices Sample(std::mt19937_64* random) const {
     std::uniform_int_distribution<size_t> any(0, from_.size() - 1);
-    Indices triple;
-    while (triple.size() < 3) {
+    Indices sample;
+    while (sample.size() < (level_ ? 2u : 3u)) {
       const size_t index = any(*random);
-      if (std::find(triple.begin(), triple.end(), index) == triple.end()) triple.push_back(index);
+      if (std::find(sample.begin(), sample.end(), index) == sample.end()) sample.push_back(index);
     }
-    return triple;
+    return sample;
   }
 
   std::optional<Similarity> FitTo(const Indices& indices) const {
@@ -102,7 +113,10 @@ class Fitter {
       from.push_back(from_[i]);
       to.push_back(to_[i]);
     }
-    return SimilarityFromPoints(from, to);
+    if (!level_) return SimilarityFromPoints(from, to);
+    const Similarity fit = LevelFit(from, to, std::vector<double>(from.size(), 1.0));
+    if (!std::isfinite(fit.scale) || !(fit.scale > 0)) return std::nullopt;
+    return fit;
   }
 
   Indices BestHalf(const Similarity& fit) const {
@@ -133,8 +147,41 @@ class Fitter {
     }
   }
 
-  // Umeyama 1991 with weights.
   Similarity WeightedFit(const std::vector<double>& weights) const {
+    return level_ ? LevelFit(from_, to_, weights) : FreeFit(weights);
+  }
+
+  // In the plane, as complex numbers: to = a * from + b. Leaves the altitude at zero.
+  Similarity LevelFit(const Points& from, const Points& to,
+                      const std::vector<double>& weights) const {
+    using Complex = std::complex<double>;
+    double total = 0, variance = 0;
+    Complex mean_from = 0, mean_to = 0, covariance = 0;
+    std::vector<Complex> f, t;
+    for (size_t i = 0; i < from.size(); ++i) {
+      const Eigen::Vector3d levelled = *level_ * from[i];
+      f.emplace_back(levelled.x(), levelled.y());
+      t.emplace_back(to[i].x(), to[i].y());
+      total += weights[i];
+      mean_from += weights[i] * f[i];
+      mean_to += weights[i] * t[i];
+    }
+    mean_from /= total;
+    mean_to /= total;
+    for (size_t i = 0; i < from.size(); ++i) {
+      covariance += weights[i] * std::conj(f[i] - mean_from) * (t[i] - mean_to);
+      variance += weights[i] * std::norm(f[i] - mean_from);
+    }
+    const Complex a = covariance / variance, b = mean_to - a * mean_from;
+    Similarity fit;
+    fit.scale = std::abs(a);
+    fit.rotation = Eigen::AngleAxisd(std::arg(a), Eigen::Vector3d::UnitZ()) * *level_;
+    fit.translation = {b.real(), b.imag(), 0};
+    return fit;
+  }
+
+  // Umeyama 1991 with weights.
+  Similarity FreeFit(const std::vector<double>& weights) const {
     double total = 0;
     Eigen::Vector3d mean_from = Eigen::Vector3d::Zero(), mean_to = Eigen::Vector3d::Zero();
     for (size_t i = 0; i < weights.size(); ++i) {
@@ -164,11 +211,39 @@ class Fitter {
   }
 
   const Points from_, to_;
+  const std::optional<Eigen::Quaterniond> level_;
   const GeoreferenceOptions options_;
 };
 
+Eigen::Quaterniond LevelFromUp(const Eigen::Vector3d& up) {
+  return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+}
+
+// What may be up in the model's frame, both ways each: the direction that the photos' horizontal
+// axes avoid (upright or lying photos), and the views' own, if they are all much the same.
+std::vector<Eigen::Vector3d> UpDirections(const std::vector<const GeoPhoto*>& photos) {
+  std::vector<Eigen::Vector3d> ups;
+  Eigen::Vector3d view = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (const GeoPhoto* photo : photos) {
+      const Eigen::Vector3d in_world =
+          photo->cam_from_world.rotation.conjugate() * Eigen::Vector3d::Unit(axis);
+      scatter += in_world * in_world.transpose();
+      if (axis == 2) view += in_world;
+    }
+    if (axis == 2) continue;
+    ups.push_back(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0));
+  }
+  const double length = view.norm() / static_cast<double>(photos.size());
+  if (length > std::cos(kMaxSpreadOfViewsDeg * M_PI / 180)) ups.push_back(view.normalized());
+  const size_t count = ups.size();
+  for (size_t i = 0; i < count; ++i) ups.push_back(-ups[i]);
+  return ups;
+}
+
 // What a similarity's parameters are known to, given the spread of the inliers' centres in metres.
-void SetSigmas(const Points& centres_m, Georeference* result) {
+void SetSigmas(const Points& centres_m, double min_sigma_m, Georeference* result) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& centre : centres_m) mean += centre / centres_m.size();
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -177,8 +252,9 @@ void SetSigmas(const Points& centres_m, Georeference* result) {
   }
   const Eigen::Vector3d moments =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues().cwiseMax(0);
-  result->scale_sigma = result->sigma_m / std::sqrt(moments.sum());
-  result->rotation_sigma_deg = result->sigma_m / std::sqrt(moments[0] + moments[1]) * 180.0 / M_PI;
+  const double sigma_m = std::max(result->sigma_m, min_sigma_m);
+  result->scale_sigma = sigma_m / std::sqrt(moments.sum());
+  result->rotation_sigma_deg = sigma_m / std::sqrt(moments[0] + moments[1]) * 180.0 / M_PI;
 }
 
 std::string CheckSpread(const Georeference& result, const GeoreferenceOptions& options) {
@@ -194,24 +270,112 @@ std::string CheckSpread(const Georeference& result, const GeoreferenceOptions& o
 }
 
 // Which photos agree; their noise.
-void Judge(const Points& from, const Points& to, double limit_m, Georeference* result) {
+void Judge(const Points& from, const Points& to, double limit_m, double min_sigma_m,
+           Georeference* result) {
   Points centres_m;
   double sum = 0;
   for (size_t i = 0; i < from.size(); ++i) {
     GeoResidual& residual = result->residuals[i];
     const Eigen::Vector3d enu = result->enu_from_model.Apply(from[i]);
     residual.enu_m = enu - to[i];
-    residual.inlier = residual.enu_m.norm() <= limit_m;
+    const double squared = result->altitudes_used ? residual.enu_m.squaredNorm()
+                                                  : residual.enu_m.head<2>().squaredNorm();
+    residual.inlier = squared <= limit_m * limit_m;
     if (!residual.inlier) continue;
     centres_m.push_back(enu);
-    sum += residual.enu_m.squaredNorm();
+    sum += squared;
   }
   result->num_inliers = static_cast<int>(centres_m.size());
   if (centres_m.empty()) return;
-  // A similarity takes 7 degrees of freedom.
-  result->sigma_m = std::sqrt(sum / std::max<double>(1.0, 3.0 * centres_m.size() - 7.0));
-  SetSigmas(centres_m, result);
+  const double num_values = (result->altitudes_used ? 3.0 : 2.0) * centres_m.size();
+  const double num_parameters = result->altitudes_used ? 7 : 4;
+  result->sigma_m = std::sqrt(sum / std::max(1.0, num_values - num_parameters));
+  SetSigmas(centres_m, min_sigma_m, result);
 }
+
+// One way to georeference, and its median residuals.
+struct Attempt {
+  Georeference result;
+  double horizontal_m = HUGE_VAL;
+  double vertical_m = HUGE_VAL;
+};
+
+double TiltDeg(const Similarity& a, const Similarity& b) {
+  const Eigen::Vector3d up = a.rotation * (b.rotation.conjugate() * Eigen::Vector3d::UnitZ());
+  return std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180.0 / M_PI;
+}
+
+bool AltitudesAreBad(const Attempt& with, const Attempt& without,
+                     const GeoreferenceOptions& options) {
+  const double ratio = without.horizontal_m / std::max(with.horizontal_m, options.min_sigma_m);
+  if (ratio < options.min_horizontal_gain) return true;
+  if (ratio > options.max_horizontal_loss) return false;
+  return with.vertical_m > options.max_vertical_ratio * with.horizontal_m ||
+         TiltDeg(with.result.enu_from_model, without.result.enu_from_model) > options.max_tilt_deg;
+}
+
+class Estimator {
+ public:
+  Estimator(const GeodeticPosition& origin, const std::vector<const GeoPhoto*>& photos,
+            const GeoreferenceOptions& options)
+      : origin_(origin), options_(options) {
+    for (const GeoPhoto* photo : photos) {
+      from_.push_back(photo->cam_from_world.Centre());
+      to_.push_back(EnuFromGeodetic(origin, photo->position));
+      names_.push_back(photo->name);
+    }
+  }
+
+  Attempt Try(const std::optional<Eigen::Quaterniond>& level) const {
+    Attempt attempt;
+    Georeference& result = attempt.result;
+    result.origin = origin_;
+    result.altitudes_used = !level;
+    for (const std::string& name : names_) result.residuals.push_back({name, {}, false});
+    const Fitter fitter(from_, to_, level, options_);
+    const std::optional<Similarity> start = fitter.FitHalf();
+    if (!start) {
+      result.reason = "the photos or their positions lie in one spot or on one line";
+      return attempt;
+    }
+    const double sigma = fitter.RobustSigma(*start);
+    result.enu_from_model = fitter.Reweight(*start, sigma);
+    if (level) SetAltitude(&result.enu_from_model);
+    Judge(from_, to_, fitter.InlierLimit(sigma), options_.min_sigma_m, &result);
+    result.reason = Check(result);
+    result.ok = result.reason.empty();
+    std::vector<double> horizontal, vertical;
+    for (const GeoResidual& residual : result.residuals) {
+      horizontal.push_back(residual.enu_m.head<2>().norm());
+      vertical.push_back(std::abs(residual.enu_m.z()));
+    }
+    attempt.horizontal_m = Median(horizontal);
+    attempt.vertical_m = Median(vertical);
+    return attempt;
+  }
+
+ private:
+  void SetAltitude(Similarity* fit) const {
+    std::vector<double> heights;
+    for (size_t i = 0; i < from_.size(); ++i)
+      heights.push_back(to_[i].z() - fit->Apply(from_[i]).z());
+    fit->translation.z() += Median(heights);
+  }
+
+  std::string Check(const Georeference& result) const {
+    if (result.num_inliers < options_.min_inliers ||
+        2 * result.num_inliers < static_cast<int>(from_.size())) {
+      return Text("only %.0f of %.0f positions agree with the model", result.num_inliers,
+                  static_cast<double>(from_.size()));
+    }
+    return CheckSpread(result, options_);
+  }
+
+  const GeodeticPosition origin_;
+  const GeoreferenceOptions options_;
+  Points from_, to_;
+  std::vector<std::string> names_;
+};
 
 }  // namespace
 
@@ -249,40 +413,31 @@ GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos,
                                   const GeoreferenceOptions& options) {
-  Georeference result;
-  result.origin = origin;
-  Points from, to;
+  std::vector<const GeoPhoto*> usable;
   for (const GeoPhoto& photo : photos) {
-    if (!IsPlausible(photo.position) || !photo.centre.allFinite()) continue;
-    from.push_back(photo.centre);
-    to.push_back(EnuFromGeodetic(origin, photo.position));
-    result.residuals.push_back({photo.name, {}, false});
+    const bool finite = photo.cam_from_world.Centre().allFinite();
+    if (finite && IsPlausible(photo.position)) usable.push_back(&photo);
   }
   // With one more than must agree, a wrong one shows.
   const int num_needed = options.min_inliers + 1;
-  if (static_cast<int>(from.size()) < num_needed) {
-    result.reason = Text("%.0f registered photos carry a position; it takes %.0f",
-                         static_cast<double>(from.size()), num_needed);
-    return result;
+  if (static_cast<int>(usable.size()) < num_needed) {
+    Georeference refused;
+    refused.origin = origin;
+    refused.reason = Text("%.0f registered photos carry a position; it takes %.0f",
+                          static_cast<double>(usable.size()), num_needed);
+    for (const GeoPhoto* photo : usable) refused.residuals.push_back({photo->name, {}, false});
+    return refused;
   }
-  const Fitter fitter(from, to, options);
-  const std::optional<Similarity> start = fitter.FitHalf();
-  if (!start) {
-    result.reason = "the photos or their positions lie in one spot or on one line";
-    return result;
+  const Estimator estimator(origin, usable, options);
+  const Attempt with_altitudes = estimator.Try(std::nullopt);
+  Attempt level;
+  for (const Eigen::Vector3d& up : UpDirections(usable)) {
+    Attempt attempt = estimator.Try(LevelFromUp(up));
+    if (attempt.result.ok && attempt.horizontal_m < level.horizontal_m) level = std::move(attempt);
   }
-  const double sigma = fitter.RobustSigma(*start);
-  result.enu_from_model = fitter.Reweight(*start, sigma);
-  Judge(from, to, options.inlier_sigmas * sigma, &result);
-  if (result.num_inliers < options.min_inliers ||
-      2 * result.num_inliers < static_cast<int>(from.size())) {
-    result.reason = Text("only %.0f of %.0f positions agree with the model", result.num_inliers,
-                         static_cast<double>(from.size()));
-    return result;
-  }
-  result.reason = CheckSpread(result, options);
-  result.ok = result.reason.empty();
-  return result;
+  const bool take_level = level.result.ok && (!with_altitudes.result.ok ||
+                                              AltitudesAreBad(with_altitudes, level, options));
+  return take_level ? level.result : with_altitudes.result;
 }
 
 }  // namespace skein

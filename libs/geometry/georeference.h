@@ -28,15 +28,21 @@ GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions);
 // A registered photo that carries a position.
 struct GeoPhoto {
   std::string name;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // of the camera, in the model's frame
+  CameraPose cam_from_world;  // in the model's frame
   GeodeticPosition position;
 };
 
 struct GeoreferenceOptions {
-  int min_inliers = 4;          // and at least half of the photos with a position
-  int num_trials = 500;         // triples tried
-  double min_sigma_m = 0.02;    // positions are not taken for better than this, per axis
-  double inlier_sigmas = 3.4;   // 99 % of a 3D normal distribution
+  int min_inliers = 4;        // and at least half of the photos with a position
+  int num_trials = 500;       // triples tried
+  double min_sigma_m = 0.02;  // positions are not taken for better than this, per axis
+  // Altitudes are left out when without them the horizontal residuals fall below this part of what
+  // they are with them; or grow by less than this factor, although with altitudes the vertical
+  // ones are so much larger, or the model tilts by so much against what the cameras say.
+  double min_horizontal_gain = 0.7;
+  double max_horizontal_loss = 1.25;
+  double max_vertical_ratio = 4;
+  double max_tilt_deg = 15;
   double max_rotation_deg = 5;  // standard deviation of the rotation about its worst axis
   double max_scale = 0.1;       // relative standard deviation of the scale
   uint64_t seed = 1;
@@ -55,17 +61,21 @@ struct Georeference {
   Similarity enu_from_model;
   std::vector<GeoResidual> residuals;  // one for each photo with a plausible position
   int num_inliers = 0;
+  bool altitudes_used = true;     // else inliers and sigma are horizontal
   double sigma_m = 0;             // of a position, per axis, from the inliers
   double rotation_sigma_deg = 0;  // about the worst axis
   double scale_sigma = 0;         // relative
 };
 
 // The similarity from the model's frame to ENU at `origin`. Least trimmed squares (Rousseeuw and
-// Van Driessen 2006: triples, then concentration on the best half) gives a start and the noise, so
-// that nothing is assumed of the device and nearly half of the positions may be wrong; then
-// iteratively reweighted least squares with Cauchy weights over all. Refused, with a reason: too
-// few positions, too few that agree, and camera centres that lie in a spot or on a line when
-// measured by the noise, as scale or rotation are then open. Deterministic.
+// Van Driessen 2006: small samples, then concentration on the best half) gives a start and the
+// noise, so that nothing is assumed of the device and nearly half of the positions may be wrong;
+// then iteratively reweighted least squares with Cauchy weights over all. Altitudes may drift by
+// more than the flight is wide, which would tilt the model; so the same is done with horizontal
+// positions only, up being what the cameras say (held level, or looking straight down), and that
+// wins when altitudes prove to be much worse than the rest. Refused, with a reason: too few
+// positions, too few that agree, and camera centres that lie in a spot or on a line when measured
+// by the noise, as scale or rotation are then open. Deterministic.
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos,
                                   const GeoreferenceOptions& options = {});

@@ -15,11 +15,16 @@ double Rms(const std::vector<double>& values) {
   return values.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-json ResidualsToJson(const std::vector<GeoResidual>& residuals) {
+// Of what was used.
+double Length(const Georeference& georeference, const GeoResidual& residual) {
+  return georeference.altitudes_used ? residual.enu_m.norm() : residual.enu_m.head<2>().norm();
+}
+
+json ResidualsToJson(const Georeference& georeference) {
   std::vector<double> all, horizontal, vertical;
-  for (const GeoResidual& residual : residuals) {
+  for (const GeoResidual& residual : georeference.residuals) {
     if (!residual.inlier) continue;
-    all.push_back(residual.enu_m.norm());
+    all.push_back(Length(georeference, residual));
     horizontal.push_back(residual.enu_m.head<2>().norm());
     vertical.push_back(residual.enu_m.z());
   }
@@ -47,14 +52,15 @@ json GeoreferenceToJson(const Georeference& georeference) {
   json outliers = json::array();
   for (const GeoResidual& residual : georeference.residuals) {
     if (residual.inlier) continue;
-    outliers.push_back({{"image", residual.name}, {"residual_m", residual.enu_m.norm()}});
+    outliers.push_back({{"image", residual.name}, {"residual_m", Length(georeference, residual)}});
   }
   result["origin"] = {{"latitude_deg", georeference.origin.latitude_deg},
                       {"longitude_deg", georeference.origin.longitude_deg},
                       {"altitude_m", georeference.origin.altitude_m}};
   result["enu_from_model"] = SimilarityToJson(georeference.enu_from_model);
   result["inliers"] = georeference.num_inliers;
-  result["residual_m"] = ResidualsToJson(georeference.residuals);
+  result["altitudes_used"] = georeference.altitudes_used;
+  result["residual_m"] = ResidualsToJson(georeference);
   result["rotation_sigma_deg"] = georeference.rotation_sigma_deg;
   result["scale_sigma"] = georeference.scale_sigma;
   result["outliers"] = outliers;

@@ -20,6 +20,9 @@ struct Flight {
   double length_m = 100;  // along the first axis
   double width_m = 60;    // along the second
   double height_m = 20;
+  double drift_per_m = 0;  // of altitudes, along the first axis
+  bool turned = true;      // else north is always up in the photos
+  bool tumbling = false;   // photos in all directions
   GeodeticPosition origin{48.1, 11.5, 520};
 };
 
@@ -36,13 +39,24 @@ class World {
                                 60 + flight.height_m * Uniform());
       GeoPhoto photo;
       photo.name = "drone/" + std::to_string(i) + ".jpg";
-      photo.centre = model_from_enu.Apply(enu);
+      const Eigen::Quaterniond yaw(
+          Eigen::AngleAxisd(flight.turned ? 3 * Uniform() : 0.3, Eigen::Vector3d::UnitZ()));
+      // Looks down, a few degrees off.
+      const Eigen::Quaterniond down =
+          Eigen::Quaterniond(0.03 * Normal(), 1, 0.03 * Normal(), 0.03 * Normal()).normalized();
+      CameraPose pose{down * yaw, {}};
+      if (flight.tumbling) {
+        pose.rotation = Eigen::Quaterniond(Normal(), Normal(), Normal(), Normal()).normalized();
+      }
+      pose.translation = -(pose.rotation * enu);
+      photo.cam_from_world = TransformPose(model_from_enu, pose);
       photo.position = At(enu + flight.noise_m * Eigen::Vector3d(Normal(), Normal(), Normal()));
       if (i < flight.outliers * flight.num_photos) {
         photo.position = At(enu + 500 * Eigen::Vector3d(Uniform(), 1, Uniform()));
       } else if (i >= (1 - flight.without) * flight.num_photos) {
         photo.position = {};
       }
+      photo.position.altitude_m += flight.drift_per_m * enu.x();
       enus.push_back(enu);
       photos.push_back(photo);
     }
@@ -52,7 +66,8 @@ class World {
   double MaxError(const Georeference& result) const {
     double error = 0;
     for (size_t i = 0; i < photos.size(); ++i) {
-      error = std::max(error, (result.enu_from_model.Apply(photos[i].centre) - enus[i]).norm());
+      error = std::max(
+          error, (result.enu_from_model.Apply(photos[i].cam_from_world.Centre()) - enus[i]).norm());
     }
     return error;
   }
@@ -126,6 +141,36 @@ TEST(Georeference, WithstandsWrongAndMissingPositions) {
     for (size_t i = 0; i < 12; ++i) EXPECT_FALSE(result.residuals[i].inlier) << i;
     EXPECT_GE(result.num_inliers, 17) << "seed " << seed;
   }
+}
+
+TEST(Georeference, LeavesOutAltitudesThatDrift) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    for (const bool turned : {false, true}) {
+      Flight flight;
+      flight.drift_per_m = 1;
+      flight.turned = turned;
+      flight.outliers = 0.1;
+      World world(flight, seed);
+      const Georeference result = EstimateGeoreference(world.origin, world.photos);
+      ASSERT_TRUE(result.ok) << result.reason << " seed " << seed;
+      EXPECT_FALSE(result.altitudes_used) << seed;
+      EXPECT_NEAR(result.sigma_m, 2, 1) << seed;
+      const Eigen::Vector3d up =
+          result.enu_from_model.rotation *
+          (world.enu_from_model.rotation.conjugate() * Eigen::Vector3d::UnitZ());
+      EXPECT_GT(up.z(), std::cos(5 * M_PI / 180)) << seed;
+    }
+  }
+}
+
+TEST(Georeference, UsesAltitudesWhateverTheCamerasLookAt) {
+  Flight flight;
+  flight.tumbling = true;
+  const World world(flight);
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_TRUE(result.altitudes_used);
+  EXPECT_LT(world.MaxError(result), 5);
 }
 
 TEST(Georeference, ToldPrecisionHolds) {

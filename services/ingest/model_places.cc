@@ -21,7 +21,7 @@ Georeference PlaceModel(const std::filesystem::path& folder, const GeodeticPosit
   for (const NamedPose& pose : model->poses) {
     const auto position = positions.find(pose.name);
     if (position == positions.end()) continue;
-    photos.push_back({pose.name, pose.pose.Centre(), position->second});
+    photos.push_back({pose.name, pose.pose, position->second});
   }
   return EstimateGeoreference(origin, photos);
 }
