@@ -45,7 +45,7 @@ bool FitTogether(const Codebook& c) {
          c.num_cells() > 0 && c.centres.cols() == c.local_dim() &&
          c.cell_axes.cols() == c.local_dim() && c.cell_dim() > 0 &&
          c.cell_axes.rows() == static_cast<Eigen::Index>(c.num_cells()) * c.cell_dim() &&
-         c.cell_weights.size() == c.num_cells();
+         c.photo_mean.size() == c.cell_axes.rows();
 }
 
 }  // namespace
@@ -55,11 +55,14 @@ Bytes EncodeCodebook(const Codebook& codebook) {
   writer.PutRaw(kMagic, sizeof(kMagic));
   writer.Put(kVersion);
   writer.PutString(codebook.id);
+  writer.Put(codebook.vlad.max_features);
+  writer.Put(codebook.vlad.scale_exponent);
+  writer.Put(codebook.vlad.power);
   PutMatrix(codebook.mean, &writer);
   PutMatrix(codebook.projection, &writer);
   PutMatrix(codebook.centres, &writer);
   PutMatrix(codebook.cell_axes, &writer);
-  PutMatrix(codebook.cell_weights, &writer);
+  PutMatrix(codebook.photo_mean, &writer);
   const std::string checksum = HashBytes(writer.bytes().data(), writer.size());
   writer.PutRaw(checksum.data(), checksum.size());
   return writer.Take();
@@ -81,10 +84,12 @@ Result<Codebook> DecodeCodebook(const Bytes& bytes) {
   const std::string checksum(bytes.begin() + static_cast<std::ptrdiff_t>(size), bytes.end());
   if (HashBytes(bytes.data(), size) != checksum) return Status::Error("codebook is damaged");
   Codebook codebook;
-  if (!reader.GetString(&codebook.id) || !GetVector(&reader, &codebook.mean) ||
-      !GetMatrix(&reader, &codebook.projection) || !GetMatrix(&reader, &codebook.centres) ||
-      !GetMatrix(&reader, &codebook.cell_axes) || !GetVector(&reader, &codebook.cell_weights) ||
-      reader.remaining() != 0 || !FitTogether(codebook)) {
+  if (!reader.GetString(&codebook.id) || !reader.Get(&codebook.vlad.max_features) ||
+      !reader.Get(&codebook.vlad.scale_exponent) || !reader.Get(&codebook.vlad.power) ||
+      !GetVector(&reader, &codebook.mean) || !GetMatrix(&reader, &codebook.projection) ||
+      !GetMatrix(&reader, &codebook.centres) || !GetMatrix(&reader, &codebook.cell_axes) ||
+      !GetVector(&reader, &codebook.photo_mean) || reader.remaining() != 0 ||
+      !FitTogether(codebook)) {
     return Status::Error("codebook's matrices do not fit together");
   }
   return codebook;

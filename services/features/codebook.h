@@ -9,20 +9,29 @@
 
 namespace skein {
 
+// How the descriptors of a photo are aggregated; learned values hold for one choice only, so it is
+// kept with them.
+struct VladOptions {
+  uint32_t max_features = 4000;  // those of largest scale are used
+  float scale_exponent = 1;      // weight of a descriptor = scale^exponent
+  float power = 0.4f;            // x -> sign(x) |x|^power
+};
+
 // What VLAD needs besides the photo. Matrices are row major in the file: little-endian float32.
-// File: 'SKCB', uint32 version, text `id`, then each matrix as uint32 rows, uint32 columns, values;
-// last the SHA-256 of everything before it, as 64 hex digits.
+// File: 'SKCB', uint32 version, text `id`, the three options in order, then each matrix as uint32
+// rows, uint32 columns, values; last the SHA-256 of everything before it, as 64 hex digits.
 struct Codebook {
   static constexpr int kDescriptorDim = 128;
 
   using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  std::string id;        // names training set and version; descriptors of two ids never mix
+  std::string id;  // names training set and version; descriptors of two ids never mix
+  VladOptions vlad;
   Eigen::VectorXf mean;  // 128; of RootSIFT of unit length
   Matrix projection;     // L x 128: principal axes of RootSIFT
   Matrix centres;        // K x L: cells of the projected descriptors
   Matrix cell_axes;  // K*C x L: rows k*C .. k*C+C-1 are the principal axes of cell k's residuals
-  Eigen::VectorXf cell_weights;  // K: how much a cell counts
+  Eigen::VectorXf photo_mean;  // K*C: mean vector of the training photos
 
   int local_dim() const { return static_cast<int>(projection.rows()); }
   int num_cells() const { return static_cast<int>(centres.rows()); }

@@ -19,7 +19,7 @@ std::shared_ptr<GlobalDescriptorModel> LoadVlad(const std::string& path) {
     throw std::invalid_argument(codebook.error() +
                                 "; name a codebook with --codebook (scripts/train_codebook.sh)");
   }
-  return std::make_shared<VladModel>(std::move(*codebook), VladOptions());
+  return std::make_shared<VladModel>(std::move(*codebook));
 }
 
 void TakeTriple(const std::string& option, const std::vector<double>& values,

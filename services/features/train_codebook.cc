@@ -2,10 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <stdexcept>
+
+#include "features/vlad.h"
 
 namespace skein {
 namespace {
@@ -24,17 +25,24 @@ void Check(const TrainingOptions& options, size_t num_descriptors) {
   }
 }
 
-std::vector<uint8_t> Sample(const std::vector<uint8_t>& descriptors, size_t count,
+size_t CountDescriptors(const std::vector<LocalFeatures>& photos) {
+  size_t count = 0;
+  for (const auto& photo : photos) count += photo.descriptors.rows();
+  return count;
+}
+
+// At most `count` descriptors of all photos, in random order.
+std::vector<uint8_t> Sample(const std::vector<LocalFeatures>& photos, size_t count,
                             std::mt19937_64* random) {
-  std::vector<size_t> order(descriptors.size() / kDim);
-  std::iota(order.begin(), order.end(), 0);
-  std::shuffle(order.begin(), order.end(), *random);
-  order.resize(std::min(order.size(), count));
-  std::vector<uint8_t> sample;
-  sample.reserve(order.size() * kDim);
-  for (const size_t i : order) {
-    sample.insert(sample.end(), &descriptors[i * kDim], &descriptors[i * kDim] + kDim);
+  std::vector<const uint8_t*> rows;
+  for (const auto& photo : photos) {
+    for (size_t i = 0; i < photo.descriptors.rows(); ++i) rows.push_back(photo.descriptors.row(i));
   }
+  std::shuffle(rows.begin(), rows.end(), *random);
+  rows.resize(std::min(rows.size(), count));
+  std::vector<uint8_t> sample;
+  sample.reserve(rows.size() * kDim);
+  for (const uint8_t* row : rows) sample.insert(sample.end(), row, row + kDim);
   return sample;
 }
 
@@ -96,6 +104,12 @@ void LearnCellAxes(const Matrix& points, int cell_dim, Codebook* codebook) {
   }
 }
 
+void LearnPhotoMean(const std::vector<LocalFeatures>& photos, Codebook* codebook) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(codebook->cell_axes.rows());
+  for (const auto& photo : photos) sum += AggregateVlad(*codebook, photo).cast<double>();
+  codebook->photo_mean = (sum / static_cast<double>(photos.size())).cast<float>();
+}
+
 cv::Mat RandomView(cv::Size size, cv::RNG* random) {
   const double angle_deg = random->uniform(-25.0, 25.0);
   const double scale = random->uniform(0.5, 1.0);
@@ -110,18 +124,19 @@ cv::Mat RandomView(cv::Size size, cv::RNG* random) {
 
 }  // namespace
 
-Codebook TrainCodebook(const std::vector<uint8_t>& descriptors, const std::string& id,
+Codebook TrainCodebook(const std::vector<LocalFeatures>& photos, const std::string& id,
                        const TrainingOptions& options) {
-  Check(options, descriptors.size() / kDim);
+  Check(options, CountDescriptors(photos));
   std::mt19937_64 random(options.seed);
-  const std::vector<uint8_t> sample = Sample(descriptors, options.max_descriptors, &random);
+  const std::vector<uint8_t> sample = Sample(photos, options.max_descriptors, &random);
   Codebook codebook;
   codebook.id = id;
+  codebook.vlad = options.vlad;
   LearnProjection(sample, options.local_dim, &codebook);
   const Matrix points = ProjectDescriptors(codebook, sample.data(), sample.size() / kDim);
   codebook.centres = LearnCentres(points, options, &random);
   LearnCellAxes(points, options.cell_dim, &codebook);
-  codebook.cell_weights = Eigen::VectorXf::Ones(options.num_cells);
+  LearnPhotoMean(photos, &codebook);
   return codebook;
 }
 

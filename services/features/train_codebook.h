@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "features/codebook.h"
+#include "features/sift.h"
 
 namespace skein {
 
@@ -16,12 +17,14 @@ struct TrainingOptions {
   int num_iterations = 25;
   int max_descriptors = 300'000;  // drawn at random when there are more
   uint64_t seed = 1;
+  VladOptions vlad;
 };
 
-// Learns PCA of RootSIFT, k-means cells and each cell's principal axes from N x 128 descriptors.
-// Deterministic by the seed. Throws std::invalid_argument with fewer descriptors than
-// 10 * num_cells, or if dimensions are not descending 128 >= local_dim >= cell_dim >= 1.
-Codebook TrainCodebook(const std::vector<uint8_t>& descriptors, const std::string& id,
+// Learns PCA of RootSIFT, k-means cells and each cell's principal axes from the local descriptors,
+// and the mean vector of the photos. Deterministic by the seed. Throws std::invalid_argument with
+// fewer descriptors than 10 * num_cells, or if dimensions are not descending
+// 128 >= local_dim >= cell_dim >= 1.
+Codebook TrainCodebook(const std::vector<LocalFeatures>& photos, const std::string& id,
                        const TrainingOptions& options);
 
 // `photo` seen otherwise: a random similarity (turned up to 25 degrees, shrunk down to 0.5), a

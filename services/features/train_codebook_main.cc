@@ -25,14 +25,9 @@ std::vector<std::string> PhotosIn(const std::vector<std::string>& folders) {
   return paths;
 }
 
-void Append(const skein::LocalFeatures& features, std::vector<uint8_t>* descriptors) {
-  const auto& data = features.descriptors.data;
-  descriptors->insert(descriptors->end(), data.begin(), data.end());
-}
-
-// Descriptors of the photo and of `num_views` augmented views of it.
+// Features of the photo and of `num_views` augmented views of it.
 void Describe(const std::string& path, int num_views, uint64_t seed, const skein::SiftOptions& sift,
-              std::vector<uint8_t>* descriptors) {
+              std::vector<skein::LocalFeatures>* features) {
   const auto bytes = skein::ReadFile(path);
   if (!bytes) throw std::runtime_error(bytes.error());
   const auto photo = skein::DecodePhoto(*bytes);
@@ -40,10 +35,10 @@ void Describe(const std::string& path, int num_views, uint64_t seed, const skein
     std::fprintf(stderr, "skipped %s: %s\n", path.c_str(), photo.error().c_str());
     return;
   }
-  Append(skein::ExtractSift(*photo, sift), descriptors);
+  features->push_back(skein::ExtractSift(*photo, sift));
   const cv::Mat small = skein::ShrinkTo(*photo, sift.max_image_px);
   for (int view = 0; view < num_views; ++view) {
-    Append(skein::ExtractSift(skein::AugmentPhoto(small, seed + view), sift), descriptors);
+    features->push_back(skein::ExtractSift(skein::AugmentPhoto(small, seed + view), sift));
   }
 }
 
@@ -75,18 +70,17 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const auto paths = PhotosIn(folders);
-    std::vector<uint8_t> descriptors;
+    std::vector<skein::LocalFeatures> features;
     for (size_t i = 0; i < paths.size(); ++i) {
-      Describe(paths[i], num_views, options.seed + i * num_views, sift, &descriptors);
+      Describe(paths[i], num_views, options.seed + i * num_views, sift, &features);
       std::fprintf(stderr, "\r%zu of %zu photos", i + 1, paths.size());
     }
     std::fprintf(stderr, "\n");
-    const auto codebook = skein::TrainCodebook(descriptors, id, options);
+    const auto codebook = skein::TrainCodebook(features, id, options);
     const auto written = skein::WriteFileAtomic(output, skein::EncodeCodebook(codebook));
     if (!written.ok()) throw std::runtime_error(written.error());
-    std::printf("%s: %s, %zu descriptors of %zu photos, %d x %d values\n", output.c_str(),
-                id.c_str(), descriptors.size() / 128, paths.size(), codebook.num_cells(),
-                codebook.cell_dim());
+    std::printf("%s: %s, %zu photos, %zu views, %d x %d values\n", output.c_str(), id.c_str(),
+                paths.size(), features.size(), codebook.num_cells(), codebook.cell_dim());
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "skein-train-codebook: %s\n", error.what());

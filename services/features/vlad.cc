@@ -1,6 +1,8 @@
 #include "features/vlad.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace skein {
@@ -8,44 +10,74 @@ namespace {
 
 using Matrix = Codebook::Matrix;
 
-// K x L: sums of the unit residuals of each cell.
-Matrix SumResiduals(const Matrix& points, const Matrix& centres) {
-  const std::vector<int> cells = NearestCentres(points, centres);
+struct Weighted {
+  Matrix points;               // N x L
+  std::vector<float> weights;  // N
+};
+
+std::vector<size_t> LargestFirst(const Keypoints& keypoints, size_t count) {
+  std::vector<size_t> order(keypoints.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return keypoints[a].scale_px > keypoints[b].scale_px;
+  });
+  order.resize(std::min(order.size(), count));
+  return order;
+}
+
+Weighted ChooseAndProject(const Codebook& codebook, const LocalFeatures& features) {
+  Weighted chosen;
+  std::vector<uint8_t> rows;
+  for (const size_t i : LargestFirst(features.keypoints, codebook.vlad.max_features)) {
+    const uint8_t* row = features.descriptors.row(i);
+    rows.insert(rows.end(), row, row + Descriptors::kDim);
+    chosen.weights.push_back(
+        std::pow(features.keypoints[i].scale_px, codebook.vlad.scale_exponent));
+  }
+  chosen.points = ProjectDescriptors(codebook, rows.data(), chosen.weights.size());
+  return chosen;
+}
+
+// K x L: weighted sums of the unit residuals of each cell.
+Matrix SumResiduals(const Weighted& chosen, const Matrix& centres) {
+  const std::vector<int> cells = NearestCentres(chosen.points, centres);
   Matrix sums = Matrix::Zero(centres.rows(), centres.cols());
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    sums.row(cells[i]) += (points.row(i) - centres.row(cells[i])).normalized();
+  for (Eigen::Index i = 0; i < chosen.points.rows(); ++i) {
+    const Eigen::RowVectorXf residual = chosen.points.row(i) - centres.row(cells[i]);
+    sums.row(cells[i]) += chosen.weights[i] * residual.normalized();
   }
   return sums;
 }
 
 }  // namespace
 
-VladModel::VladModel(Codebook codebook, const VladOptions& options)
-    : codebook_(std::move(codebook)), options_(options) {}
-
-std::vector<float> VladModel::Describe(const DescribedPhoto& photo) {
-  const Descriptors& descriptors = photo.features->descriptors;
-  const size_t n = std::min<size_t>(descriptors.rows(), options_.max_features);
-  return DescribeDescriptors(descriptors.data.data(), n);
+Eigen::VectorXf AggregateVlad(const Codebook& codebook, const LocalFeatures& features) {
+  Eigen::VectorXf values = Eigen::VectorXf::Zero(codebook.cell_axes.rows());
+  if (features.keypoints.empty()) return values;
+  const Matrix sums = SumResiduals(ChooseAndProject(codebook, features), codebook.centres);
+  const int cell_dim = codebook.cell_dim();
+  for (int k = 0; k < codebook.num_cells(); ++k) {
+    auto cell = values.segment(k * cell_dim, cell_dim);
+    cell = codebook.cell_axes.middleRows(k * cell_dim, cell_dim) * sums.row(k).transpose();
+    cell = cell.array().sign() * cell.array().abs().pow(codebook.vlad.power);
+    cell.normalize();  // a zero vector stays zero
+  }
+  values.normalize();
+  return values;
 }
 
-std::vector<float> VladModel::DescribeDescriptors(const uint8_t* descriptors, size_t n) const {
-  if (n == 0) return {};
-  const Matrix points = ProjectDescriptors(codebook_, descriptors, n);
-  const Matrix sums = SumResiduals(points, codebook_.centres);
-  const int cell_dim = codebook_.cell_dim();
-  std::vector<float> values(dim());
-  Eigen::Map<Eigen::VectorXf> all(values.data(), dim());
-  for (int k = 0; k < codebook_.num_cells(); ++k) {
-    auto cell = all.segment(k * cell_dim, cell_dim);
-    cell = codebook_.cell_axes.middleRows(k * cell_dim, cell_dim) * sums.row(k).transpose();
-    cell = cell.array().sign() * cell.array().abs().pow(options_.power);
-    cell.normalize();  // a zero vector stays zero
-    cell *= codebook_.cell_weights[k];
-  }
-  all.normalize();
-  if (all.squaredNorm() == 0) return {};
-  return values;
+VladModel::VladModel(Codebook codebook) : codebook_(std::move(codebook)) {}
+
+std::vector<float> VladModel::Describe(const DescribedPhoto& photo) {
+  return DescribeFeatures(*photo.features);
+}
+
+std::vector<float> VladModel::DescribeFeatures(const LocalFeatures& features) const {
+  Eigen::VectorXf values = AggregateVlad(codebook_, features);
+  if (values.squaredNorm() == 0) return {};
+  values -= codebook_.photo_mean;
+  values.normalize();
+  return {values.data(), values.data() + values.size()};
 }
 
 }  // namespace skein

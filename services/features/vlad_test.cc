@@ -12,11 +12,14 @@
 namespace skein {
 namespace {
 
-std::vector<uint8_t> RandomDescriptors(size_t count, uint32_t seed) {
+LocalFeatures RandomFeatures(size_t count, uint32_t seed) {
   std::mt19937 random(seed);
-  std::vector<uint8_t> data(count * Codebook::kDescriptorDim);
-  for (uint8_t& value : data) value = static_cast<uint8_t>(random() % 100);
-  return data;
+  LocalFeatures features;
+  features.keypoints.resize(count);
+  for (auto& keypoint : features.keypoints) keypoint.scale_px = 2.f + random() % 1000 / 500.f;
+  features.descriptors.data.resize(count * Codebook::kDescriptorDim);
+  for (uint8_t& value : features.descriptors.data) value = static_cast<uint8_t>(random() % 100);
+  return features;
 }
 
 Codebook SmallCodebook() {
@@ -24,7 +27,7 @@ Codebook SmallCodebook() {
   options.local_dim = 24;
   options.num_cells = 8;
   options.cell_dim = 6;
-  return TrainCodebook(RandomDescriptors(2000, 1), "small", options);
+  return TrainCodebook({RandomFeatures(1000, 11), RandomFeatures(1000, 12)}, "small", options);
 }
 
 double Distance(const std::vector<float>& a, const std::vector<float>& b) {
@@ -59,7 +62,7 @@ TEST(Codebook, DamageAndFutureVersionsAreNoticed) {
 
 TEST(Codebook, TrainingIsDeterministicAndRefusesTooLittle) {
   EXPECT_EQ(EncodeCodebook(SmallCodebook()), EncodeCodebook(SmallCodebook()));
-  EXPECT_THROW(TrainCodebook(RandomDescriptors(20, 1), "x", {}), std::invalid_argument);
+  EXPECT_THROW(TrainCodebook({RandomFeatures(20, 1)}, "x", {}), std::invalid_argument);
 }
 
 TEST(Codebook, TheShippedOneLoadsAndIsSmall) {
@@ -69,29 +72,44 @@ TEST(Codebook, TheShippedOneLoadsAndIsSmall) {
   EXPECT_LE(EncodeCodebook(*codebook).size(), size_t{4} << 20);
 }
 
-TEST(Vlad, HasUnitLengthAndDoesNotDependOnTheOrderOfDescriptors) {
-  const VladModel model(SmallCodebook(), {});
-  auto descriptors = RandomDescriptors(300, 2);
-  const auto values = model.DescribeDescriptors(descriptors.data(), 300);
+TEST(Vlad, HasUnitLengthAndDoesNotDependOnTheOrderOfFeatures) {
+  const VladModel model(SmallCodebook());
+  auto features = RandomFeatures(300, 2);
+  const auto values = model.DescribeFeatures(features);
   ASSERT_EQ(values.size(), 48u);
   EXPECT_NEAR(Distance(values, std::vector<float>(48, 0)), 1, 1e-5);
-  std::rotate(descriptors.begin(), descriptors.begin() + 128 * 100, descriptors.end());
-  EXPECT_NEAR(Distance(values, model.DescribeDescriptors(descriptors.data(), 300)), 0, 1e-3);
+  auto& data = features.descriptors.data;
+  std::rotate(data.begin(), data.begin() + 128 * 100, data.end());
+  std::rotate(features.keypoints.begin(), features.keypoints.begin() + 100,
+              features.keypoints.end());
+  EXPECT_NEAR(Distance(values, model.DescribeFeatures(features)), 0, 1e-3);
 }
 
 TEST(Vlad, SharedDescriptorsBringPhotosNearer) {
-  const VladModel model(SmallCodebook(), {});
-  const auto a = RandomDescriptors(300, 2);
-  auto half = RandomDescriptors(300, 3);
-  const auto other = RandomDescriptors(300, 4);
-  std::copy(a.begin(), a.begin() + 150 * 128, half.begin());
-  const auto of = [&](const auto& d) { return model.DescribeDescriptors(d.data(), 300); };
-  EXPECT_LT(Distance(of(a), of(half)), 0.9 * Distance(of(a), of(other)));
+  const VladModel model(SmallCodebook());
+  const auto a = RandomFeatures(300, 2);
+  auto half = RandomFeatures(300, 3);
+  std::copy(a.keypoints.begin(), a.keypoints.begin() + 150, half.keypoints.begin());
+  std::copy(a.descriptors.data.begin(), a.descriptors.data.begin() + 150 * 128,
+            half.descriptors.data.begin());
+  const auto of = [&](const auto& features) { return model.DescribeFeatures(features); };
+  EXPECT_LT(Distance(of(a), of(half)), 0.9 * Distance(of(a), of(RandomFeatures(300, 4))));
 }
 
-TEST(Vlad, NoDescriptorsGiveNoVector) {
-  const VladModel model(SmallCodebook(), {});
-  EXPECT_TRUE(model.DescribeDescriptors(nullptr, 0).empty());
+TEST(Vlad, UsesTheLargestFeaturesOnly) {
+  Codebook codebook = SmallCodebook();
+  codebook.vlad.max_features = 100;
+  const VladModel model(codebook);
+  auto features = RandomFeatures(300, 2);
+  for (size_t i = 100; i < 300; ++i) features.keypoints[i].scale_px = 1;
+  auto first = features;
+  first.keypoints.resize(100);
+  first.descriptors.data.resize(100 * 128);
+  EXPECT_EQ(model.DescribeFeatures(features), model.DescribeFeatures(first));
+}
+
+TEST(Vlad, NoFeaturesGiveNoVector) {
+  EXPECT_TRUE(VladModel(SmallCodebook()).DescribeFeatures({}).empty());
 }
 
 TEST(Vlad, PhotoStoredSidewaysIsNearItself) {
@@ -103,7 +121,7 @@ TEST(Vlad, PhotoStoredSidewaysIsNearItself) {
   cv::rotate(photo, turned, cv::ROTATE_90_CLOCKWISE);
   auto codebook = LoadCodebook(std::string(SKEIN_SOURCE_DIR) + "/data/vlad_codebook.bin");
   ASSERT_TRUE(codebook.ok());
-  VladModel model(*codebook, {});
+  VladModel model(*codebook);
   const auto of = [&](const cv::Mat& image) {
     const LocalFeatures features = ExtractSift(image, {});
     return model.Describe({image, 1, &features});

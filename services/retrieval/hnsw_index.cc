@@ -91,19 +91,23 @@ void HnswIndex::Insert(int64_t id, const float* vector) {
 }
 
 std::vector<Neighbour> HnswIndex::Query(const float* vector, size_t k) const {
+  if (options_.exact) return QueryExact(vector, k);
   std::vector<Neighbour> found;
+  for (auto queue = graph_->hnsw.searchKnn(vector, k); !queue.empty(); queue.pop()) {
+    found.push_back({static_cast<int64_t>(queue.top().second), std::sqrt(queue.top().first)});
+  }
+  std::sort(found.begin(), found.end(), Nearer);
+  return found;
+}
+
+std::vector<Neighbour> HnswIndex::QueryExact(const float* vector, size_t k) const {
   const auto& hnsw = graph_->hnsw;
-  if (options_.exact) {
-    for (hnswlib::tableint i = 0; i < hnsw.cur_element_count; ++i) {
-      if (hnsw.isMarkedDeleted(i)) continue;
-      const float distance_sq =
-          hnsw.fstdistfunc_(vector, hnsw.getDataByInternalId(i), hnsw.dist_func_param_);
-      found.push_back({static_cast<int64_t>(hnsw.getExternalLabel(i)), std::sqrt(distance_sq)});
-    }
-  } else {
-    for (auto queue = hnsw.searchKnn(vector, k); !queue.empty(); queue.pop()) {
-      found.push_back({static_cast<int64_t>(queue.top().second), std::sqrt(queue.top().first)});
-    }
+  std::vector<Neighbour> found;
+  for (hnswlib::tableint i = 0; i < hnsw.cur_element_count; ++i) {
+    if (hnsw.isMarkedDeleted(i)) continue;
+    const float distance_sq =
+        hnsw.fstdistfunc_(vector, hnsw.getDataByInternalId(i), hnsw.dist_func_param_);
+    found.push_back({static_cast<int64_t>(hnsw.getExternalLabel(i)), std::sqrt(distance_sq)});
   }
   std::sort(found.begin(), found.end(), Nearer);
   found.resize(std::min(k, found.size()));

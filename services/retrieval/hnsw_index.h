@@ -37,6 +37,8 @@ class HnswIndex {
   void Insert(int64_t id, const float* vector);
   // At most k, nearest first, equally near ones by id; removed ones are left out.
   std::vector<Neighbour> Query(const float* vector, size_t k) const;
+  // The same by comparing with every vector, whatever the options.
+  std::vector<Neighbour> QueryExact(const float* vector, size_t k) const;
   // Not found by queries any more, until Restore. No effect on ids that are not here.
   void Remove(int64_t id);
   void Restore(int64_t id);

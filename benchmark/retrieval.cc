@@ -1,0 +1,260 @@
+// What retrieval finds and what it costs, on sets of photos in their order of arrival.
+//
+// Reference (the paper's Tables II and III): all pairs matched and verified; of a photo's pairs
+// with more than 50 inliers among the photos before it, the 30 strongest. The codebook is trained
+// on the other sets only, unless one is given.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <opencv2/flann.hpp>
+#include <set>
+
+#include "benchmark/retrieval_photos.h"
+#include "core/clock.h"
+#include "core/statistics.h"
+#include "features/train_codebook.h"
+#include "features/vlad.h"
+#include "retrieval/hnsw_index.h"
+
+namespace skein::benchmark {
+namespace {
+
+constexpr int kTopN = 30;
+constexpr size_t kMinPredecessors = 60;
+constexpr int kTreeBranching = 10;
+constexpr int kTreeIterations = 11;
+
+struct Options {
+  std::vector<std::string> sets;   // NAME=FOLDER, judged and, for the others, trained on
+  std::vector<std::string> train;  // NAME=FOLDER, trained on only
+  std::string cache;
+  std::string codebook;
+  int min_inliers = 50;
+};
+
+using Vectors = std::vector<std::vector<float>>;
+
+// Ids (index of photo) of the photos most like photo i among 0..i-1, nearest first.
+using Ranking = std::vector<int64_t>;
+struct Method {
+  std::string name;
+  std::vector<Ranking> rankings;  // kTopN each
+  std::vector<double> times_s;    // query and insertion, a photo
+};
+
+struct Reference {
+  std::vector<Ranking> strongest;  // at most kTopN a photo, most inliers first
+};
+
+Reference MakeReference(const InlierCounts& inliers, int min_inliers) {
+  Reference reference;
+  for (const auto& row : inliers) {
+    Ranking ids;
+    for (size_t j = 0; j < row.size(); ++j) {
+      if (row[j] > min_inliers) ids.push_back(static_cast<int64_t>(j));
+    }
+    std::stable_sort(ids.begin(), ids.end(), [&](int64_t a, int64_t b) { return row[a] > row[b]; });
+    if (ids.size() > kTopN) ids.resize(kTopN);
+    reference.strongest.push_back(std::move(ids));
+  }
+  return reference;
+}
+
+Ranking Ids(const std::vector<Neighbour>& neighbours) {
+  Ranking ids;
+  for (const auto& n : neighbours) ids.push_back(n.id);
+  return ids;
+}
+
+// Photo by photo: query, then insert. `restart_at`: there the index is written and read again.
+Method RunIndex(const std::string& name, const Vectors& vectors, const HnswOptions& options,
+                size_t restart_at = 0) {
+  Method method{name, {}, {}};
+  HnswIndex index(vectors[0].size(), options);
+  for (size_t i = 0; i < vectors.size(); ++i) {
+    if (restart_at > 0 && i == restart_at) {
+      auto loaded = HnswIndex::Decode(index.Encode(), index.dim(), options);
+      index = std::move(*loaded);
+    }
+    const Timer timer;
+    method.rankings.push_back(Ids(index.Query(vectors[i].data(), kTopN)));
+    index.Insert(static_cast<int64_t>(i), vectors[i].data());
+    method.times_s.push_back(timer.ElapsedS());
+  }
+  return method;
+}
+
+// Hierarchical k-means over the photos so far, built anew for each photo (better for the tree than
+// one trained once); only the search is timed. FLANN's default of 32 leaves checked.
+Method RunTree(const Vectors& vectors) {
+  Method method{"vocabulary tree", {}, {}};
+  cv::Mat all;
+  for (const auto& vector : vectors) all.push_back(cv::Mat(vector).reshape(1, 1));
+  for (int i = 0; i < all.rows; ++i) {
+    method.rankings.emplace_back();
+    if (i == 0) continue;
+    cv::flann::Index tree(all.rowRange(0, i),
+                          cv::flann::KMeansIndexParams(kTreeBranching, kTreeIterations));
+    const int k = std::min(i, kTopN);
+    cv::Mat ids(1, k, CV_32S);
+    cv::Mat distances(1, k, CV_32F);
+    const Timer timer;
+    tree.knnSearch(all.row(i), ids, distances, k, cv::flann::SearchParams(32));
+    method.times_s.push_back(timer.ElapsedS());
+    for (int j = 0; j < k; ++j) {
+      if (ids.at<int>(j) >= 0) method.rankings.back().push_back(ids.at<int>(j));
+    }
+  }
+  return method;
+}
+
+// Sums over the photos that have enough predecessors.
+struct Score {
+  double precision = 0;      // of the 30 returned, how many are in the reference
+  double attainable = 0;     // the same if all were found
+  double strongest_ten = 0;  // of the ten strongest true pairs, how many are in the 30
+  std::vector<double> recall{0, 0, 0, 0};  // of the reference, in the first 5, 10, 20, 30
+};
+
+Score Judge(const Method& method, const Reference& reference) {
+  static constexpr size_t kDepths[] = {5, 10, 20, 30};
+  Score score;
+  double hits = 0, possible = 0, returned = 0, true_pairs = 0, strong = 0, strong_found = 0;
+  std::vector<double> found(4, 0);
+  for (size_t i = kMinPredecessors; i < method.rankings.size(); ++i) {
+    const Ranking& ranking = method.rankings[i];
+    const Ranking& truth = reference.strongest[i];
+    returned += kTopN;
+    possible += static_cast<double>(truth.size());
+    true_pairs += static_cast<double>(truth.size());
+    for (size_t t = 0; t < truth.size(); ++t) {
+      const auto at = static_cast<size_t>(std::find(ranking.begin(), ranking.end(), truth[t]) -
+                                          ranking.begin());
+      const bool is_found = at < ranking.size();
+      hits += is_found;
+      for (int d = 0; d < 4; ++d) found[d] += at < std::min(kDepths[d], ranking.size());
+      strong += t < 10;
+      strong_found += t < 10 && is_found;
+    }
+  }
+  score.precision = hits / returned;
+  score.attainable = possible / returned;
+  score.strongest_ten = strong_found / strong;
+  for (int d = 0; d < 4; ++d) score.recall[d] = found[d] / true_pairs;
+  return score;
+}
+
+void Print(const Method& method, const Reference& reference, double exact_precision) {
+  const Score s = Judge(method, reference);
+  std::printf("  %-16s %6.2f %6.2f %8.4f  %.3f %.3f %.3f %.3f  %8.4f  %7.3f %7.3f\n",
+              method.name.c_str(), 100 * s.precision, 100 * s.precision / s.attainable,
+              s.precision / exact_precision, s.recall[0], s.recall[1], s.recall[2], s.recall[3],
+              s.strongest_ten, 1e3 * mean(method.times_s), 1e3 * percentile(method.times_s, 95));
+}
+
+std::pair<std::string, std::string> NameAndFolder(const std::string& text) {
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw std::invalid_argument(text + ": expected NAME=FOLDER");
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+void Progress(const std::string& what, int64_t done, int64_t total) {
+  std::fprintf(stderr, "\r%s %lld/%lld ", what.c_str(), static_cast<long long>(done),
+               static_cast<long long>(total));
+  if (done == total) std::fprintf(stderr, "\n");
+}
+
+std::vector<StudySet> Load(const std::vector<std::string>& arguments, const std::string& cache) {
+  std::vector<StudySet> sets;
+  for (const auto& argument : arguments) {
+    const auto [name, folder] = NameAndFolder(argument);
+    auto set =
+        LoadStudySet(name, folder, cache,
+                     [what = name + ": features"](int64_t a, int64_t b) { Progress(what, a, b); });
+    if (!set) throw std::runtime_error(set.error());
+    sets.push_back(std::move(*set));
+  }
+  return sets;
+}
+
+Codebook TrainWithout(const std::string& name, const std::vector<StudySet>& sets) {
+  std::vector<LocalFeatures> photos;
+  for (const auto& set : sets) {
+    if (set.name == name) continue;
+    for (const auto& photo : set.photos) photos.push_back(photo.features);
+  }
+  if (photos.empty())
+    throw std::invalid_argument("nothing to train on; give --train or --codebook");
+  return TrainCodebook(photos, "without-" + name, {});
+}
+
+void Study(const StudySet& set, const Codebook& codebook, const Options& options) {
+  auto inliers = MatchExhaustively(
+      set, options.cache, [&](int64_t a, int64_t b) { Progress(set.name + ": reference", a, b); });
+  if (!inliers) throw std::runtime_error(inliers.error());
+  const Reference reference = MakeReference(*inliers, options.min_inliers);
+  const VladModel model(codebook);
+  Vectors vectors;
+  const Timer timer;
+  for (const auto& photo : set.photos) vectors.push_back(model.DescribeFeatures(photo.features));
+  std::printf("%s: %zu photos, VLAD %s of %d values, %.1f ms a photo\n", set.name.c_str(),
+              set.photos.size(), model.id().c_str(), model.dim(),
+              1e3 * timer.ElapsedS() / static_cast<double>(vectors.size()));
+  std::printf("  %-16s %6s %6s %8s  %-23s  %8s  %7s %7s\n", "method", "P@30 %", "of max", "/exact",
+              "recall @5 @10 @20 @30", "best ten", "mean ms", "p95 ms");
+  HnswOptions exact;
+  exact.exact = true;
+  const Method truth = RunIndex("exact", vectors, exact);
+  const double exact_precision = Judge(truth, reference).precision;
+  Print(truth, reference, exact_precision);
+  Print(RunTree(vectors), reference, exact_precision);
+  Print(RunIndex("HNSW", vectors, {}), reference, exact_precision);
+  Print(RunIndex("HNSW, restarted", vectors, {}, vectors.size() / 2), reference, exact_precision);
+}
+
+void Run(const Options& options) {
+  std::vector<StudySet> sets = Load(options.sets, options.cache);
+  const size_t num_judged = sets.size();
+  for (auto& set : Load(options.train, options.cache)) sets.push_back(std::move(set));
+  for (size_t i = 0; i < num_judged; ++i) {
+    if (sets[i].photos.size() <= kMinPredecessors) {
+      throw std::invalid_argument(sets[i].name + " has too few photos to be judged");
+    }
+    if (options.codebook.empty()) {
+      Study(sets[i], TrainWithout(sets[i].name, sets), options);
+      continue;
+    }
+    auto codebook = LoadCodebook(options.codebook);
+    if (!codebook) throw std::invalid_argument(codebook.error());
+    Study(sets[i], *codebook, options);
+  }
+}
+
+}  // namespace
+}  // namespace skein::benchmark
+
+int main(int argc, char** argv) {
+  skein::benchmark::Options options;
+  CLI::App app("Precision, recall and time of retrieval against exhaustive matching.");
+  app.add_option("--set", options.sets, "NAME=FOLDER of a set to judge")->required();
+  app.add_option("--train", options.train, "NAME=FOLDER of a set to train on only");
+  app.add_option("--cache", options.cache, "Folder for features and reference")->required();
+  app.add_option("--codebook", options.codebook, "Use this codebook; default: train on other sets");
+  app.add_option("--min-inliers", options.min_inliers, "A true pair has more")
+      ->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  cv::setNumThreads(1);
+  std::printf("commit %s\n", SKEIN_COMMIT);
+  try {
+    skein::benchmark::Run(options);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "retrieval: %s\n", error.what());
+    return 1;
+  }
+}
