@@ -109,8 +109,9 @@ std::vector<Neighbour> HnswIndex::QueryExact(const float* vector, size_t k) cons
         hnsw.fstdistfunc_(vector, hnsw.getDataByInternalId(i), hnsw.dist_func_param_);
     found.push_back({static_cast<int64_t>(hnsw.getExternalLabel(i)), std::sqrt(distance_sq)});
   }
-  std::sort(found.begin(), found.end(), Nearer);
-  found.resize(std::min(k, found.size()));
+  const auto end = found.begin() + static_cast<std::ptrdiff_t>(std::min(k, found.size()));
+  std::partial_sort(found.begin(), end, found.end(), Nearer);
+  found.erase(end, found.end());
   return found;
 }
 
