@@ -129,6 +129,53 @@ bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine
   return true;
 }
 
+VisiblePoints OutliersOf(const VisiblePoints& visible, const PoseEstimate& estimate) {
+  VisiblePoints outliers;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    if (estimate.inlier_mask[i]) continue;
+    outliers.point2D_idxs.push_back(visible.point2D_idxs[i]);
+    outliers.point3D_ids.push_back(visible.point3D_ids[i]);
+    outliers.pixels.push_back(visible.pixels[i]);
+    outliers.xyz.push_back(visible.xyz[i]);
+  }
+  return outliers;
+}
+
+double MedianDepth(const VisiblePoints& visible, const PoseEstimate& estimate) {
+  std::vector<double> depths;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    if (!estimate.inlier_mask[i]) continue;
+    depths.push_back((estimate.pose.R * visible.xyz[i] + estimate.pose.t).z());
+  }
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  return depths[depths.size() / 2];
+}
+
+bool Differ(const RegistrationOptions& options, const VisiblePoints& visible,
+            const PoseEstimate& estimate, const BundlePose& other) {
+  const Eigen::Vector3d center = -(estimate.pose.R.transpose() * estimate.pose.t);
+  const Eigen::Vector3d other_center = -(other.R.transpose() * other.t);
+  const double angle = Eigen::AngleAxisd(estimate.pose.R * other.R.transpose()).angle();
+  return (center - other_center).norm() >
+             options.min_rival_position * MedianDepth(visible, estimate) ||
+         colmap::RadToDeg(angle) > options.min_rival_rotation_deg;
+}
+
+// Whether the points that don't fit the estimate agree on a pose elsewhere, nearly as many. The
+// search is made only where there are enough of them.
+bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
+              colmap::Camera camera, const PoseEstimate& estimate) {
+  const VisiblePoints outliers = OutliersOf(visible, estimate);
+  const double needed =
+      std::max<double>(options.min_num_inliers, options.max_rival_ratio * estimate.num_inliers);
+  if (static_cast<double>(outliers.size()) < needed) return false;
+  PoseEstimate rival;
+  if (!RunRansac(options, false, outliers, &camera, &rival) || rival.num_inliers < needed) {
+    return false;
+  }
+  return Differ(options, visible, estimate, rival.pose);
+}
+
 }  // namespace
 
 unsigned SeedFromIds(uint64_t a, uint64_t b) {
@@ -192,8 +239,21 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
       estimate.rotation_sigma_deg > options.max_rotation_sigma_deg) {
     return Refuse(estimate, "pose badly determined by its inliers");
   }
+  if (HasRival(options, visible, camera, estimate)) {
+    return Refuse(estimate, "ambiguous: its points agree on two poses");
+  }
   estimate.ok = true;
   return estimate;
+}
+
+bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
+                   const RegistrationOptions& options) {
+  const colmap::Image& image = map.reconstruction().Image(image_id);
+  if (2 * static_cast<size_t>(image.NumPoints3D()) >= visible.size()) return false;
+  const PoseEstimate estimate = EstimatePose(map, image_id, visible, options);
+  BundlePose pose;
+  GetPose(image, &pose);
+  return estimate.ok && Differ(options, visible, estimate, pose);
 }
 
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,

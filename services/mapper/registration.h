@@ -19,6 +19,11 @@ struct RegistrationOptions {
   // on a line or too far away, and is refused. Position as a fraction of the points' median depth.
   double max_position_sigma = 0.02;
   double max_rotation_sigma_deg = 0.5;
+  // Repeated structure: when the points that don't fit agree on another pose, with at least this
+  // part of the inliers, neither is taken. Poses are different from these on (position as above).
+  double max_rival_ratio = 0.75;
+  double min_rival_position = 0.05;
+  double min_rival_rotation_deg = 5;
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
   double min_focal_factor = 0.4;
@@ -55,6 +60,11 @@ struct PoseEstimate {
 // it is registered. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options);
+
+// Whether most of the points that a registered photo's matches tie it to are not where it sees them
+// and agree on another pose than the one it has.
+bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
+                   const RegistrationOptions& options);
 
 // Registers the photo with the pose and continues the inliers' tracks.
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,

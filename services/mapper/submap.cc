@@ -188,21 +188,40 @@ PhotoEvent Submap::RegisteredEvent(ImageId id, const PoseEstimate& estimate) con
 
 void Submap::WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink) {
   for (const ImageId id : images) {
-    if (!map_->IsRegistered(id) || map_->reconstruction().NumRegImages() <= 2) continue;
+    if (!map_->IsRegistered(id)) continue;
     const int num_points = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
     if (num_points >= options_.min_observations) continue;
-    map_->Deregister(id);
-    Trial& trial = side_.trials[id];
-    trial.deferred = true;
-    trial.last_visible = CountVisible(id);
-    trial.rejected = ++trial.num_withdrawals > options_.max_withdrawals;
-    PhotoEvent event;
-    event.image_id = id;
-    event.state = trial.rejected ? PhotoEvent::State::kRejected : PhotoEvent::State::kWithdrawn;
-    event.reason = "too few observations left after bundle adjustment";
-    event.num_inliers = num_points;
-    sink(event);
+    Withdraw(id, "too few observations left after bundle adjustment", sink);
   }
+}
+
+// Its matches tie it to points that it doesn't see where they are. Where they agree on another
+// pose, that is evidence to try it again.
+void Submap::WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink) {
+  for (const ImageId id : images) {
+    if (!map_->IsRegistered(id)) continue;
+    const VisiblePoints visible = FindVisiblePoints(*map_, id);
+    const double observed = map_->reconstruction().Image(id).NumPoints3D();
+    const bool elsewhere = FitsElsewhere(*map_, id, visible, options_.registration);
+    if (!elsewhere && observed >= options_.min_observed_ratio * visible.size()) continue;
+    Withdraw(id, "contradicted by most of its matches after bundle adjustment", sink);
+    if (elsewhere) Enqueue(id);
+  }
+}
+
+void Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& sink) {
+  if (map_->reconstruction().NumRegImages() <= 2) return;
+  PhotoEvent event;
+  event.image_id = id;
+  event.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
+  map_->Deregister(id);
+  Trial& trial = side_.trials[id];
+  trial.deferred = true;
+  trial.last_visible = CountVisible(id);
+  trial.rejected = ++trial.num_withdrawals > options_.max_withdrawals;
+  event.state = trial.rejected ? PhotoEvent::State::kRejected : PhotoEvent::State::kWithdrawn;
+  event.reason = reason;
+  sink(event);
 }
 
 Submap::Adjustment Submap::Adjust(ImageId new_image) {
@@ -280,7 +299,7 @@ void Submap::RefineGlobally(int max_rounds, bool retriangulate, bool final) {
   for (int i = 0; i < max_rounds; ++i) {
     if (AdjustGlobally(GlobalOptions(options_, final), nullptr) < kMaxChange) break;
   }
-  last_adjusted_ = map_->reconstruction().RegImageIds();
+  last_adjusted_ = images_to_maintain_ = map_->reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();
 }
@@ -304,12 +323,15 @@ bool Submap::Maintain(bool at_rest, const EventSink& sink) {
     if (points_to_maintain_.empty()) WithdrawWeak(map_->reconstruction().RegImageIds(), sink);
   } else if (!pairs_to_maintain_.empty()) {
     MaintainPairs();
+    if (pairs_to_maintain_.empty()) images_to_maintain_ = map_->reconstruction().RegImageIds();
+  } else if (!images_to_maintain_.empty()) {
+    MaintainImages(sink);
   } else if (at_rest && rounds_at_rest_ > 0 && !background_.IsRunning()) {
     --rounds_at_rest_;
     StartBackgroundBa();
   }
   return background_.IsRunning() || rounds_at_rest_ > 0 || !points_to_maintain_.empty() ||
-         !pairs_to_maintain_.empty();
+         !pairs_to_maintain_.empty() || !images_to_maintain_.empty();
 }
 
 // The photos that came while the bundle was refined get a bundle adjustment of their own.
@@ -364,6 +386,14 @@ void Submap::MaintainPairs() {
   Retriangulate(options, pairs, map_.get());
 }
 
+void Submap::MaintainImages(const EventSink& sink) {
+  constexpr size_t kImagesAtOnce = 10;
+  const size_t count = std::min(kImagesAtOnce, images_to_maintain_.size());
+  const std::vector<ImageId> images(images_to_maintain_.end() - count, images_to_maintain_.end());
+  images_to_maintain_.resize(images_to_maintain_.size() - count);
+  WithdrawContradicted(images, sink);
+}
+
 bool Submap::HasGrown() const {
   const colmap::Reconstruction& reconstruction = map_->reconstruction();
   return reconstruction.NumRegImages() >= options_.global_growth * side_.images_at_global ||
@@ -375,6 +405,13 @@ void Submap::NoteSize() {
   side_.points_at_global = map_->reconstruction().NumPoints3D();
 }
 
+void Submap::DropMaintenance() {
+  background_.Cancel();
+  points_to_maintain_.clear();
+  pairs_to_maintain_.clear();
+  images_to_maintain_.clear();
+}
+
 void Submap::MarkCamerasRefined() {
   for (const auto& [id, state] : map_->camera_states()) {
     if (state.num_registered >= 2) map_->camera_state(id).refined = true;
@@ -383,14 +420,15 @@ void Submap::MarkCamerasRefined() {
 
 void Submap::RetryDeferred() {
   for (auto& [id, trial] : side_.trials) {
-    if (trial.deferred && !trial.rejected && !map_->IsRegistered(id)) Enqueue(id);
+    if (!trial.deferred || trial.rejected || map_->IsRegistered(id)) continue;
+    // What proved wrong is tried on new evidence only; for others a refined map is one.
+    if (trial.num_withdrawals > 0 && CountVisible(id) <= trial.last_visible) continue;
+    Enqueue(id);
   }
 }
 
 Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
-  background_.Cancel();
-  points_to_maintain_.clear();
-  pairs_to_maintain_.clear();
+  DropMaintenance();
   for (const ImageId id : model.RegImageIds()) {
     if (!map_->HasPhoto(id)) return Status::Error("model with an image that is not there");
     if (model.Image(id).NumPoints2D() != map_->reconstruction().Image(id).NumPoints2D()) {
@@ -443,11 +481,10 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
 void Submap::Finish(const EventSink& sink) {
   RetryDeferred();
   while (Step(sink)) continue;
-  background_.Cancel();
-  points_to_maintain_.clear();
-  pairs_to_maintain_.clear();
+  DropMaintenance();
   if (map_->reconstruction().NumRegImages() < 2) return;
   RefineGlobally(2, true, false);
+  WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
   for (const ImageId id : map_->reconstruction().RegImageIds()) {
     map_->triangulator().CompleteImage(options_.triangulation, id);
   }

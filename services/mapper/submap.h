@@ -26,7 +26,10 @@ struct SubmapOptions {
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
   double global_growth = 1.1;      // growth of images or points that calls for a global BA
   int min_observations = 15;       // of a registered photo; with less it is withdrawn
-  int max_withdrawals = 2;         // of one photo; then it is rejected
+  // Part of the points that its matches tie it to that a registered photo must observe; looked at
+  // after each global BA. Registration asks for registration.min_inlier_ratio of them.
+  double min_observed_ratio = 0.15;
+  int max_withdrawals = 2;  // of one photo; then it is rejected
   // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
   // depends only on the order of the calls.
   bool background = false;
@@ -150,10 +153,14 @@ class Submap {
   void FoldBackRefined(const RefinedBundle& refined);
   void MaintainPoints();
   void MaintainPairs();
+  void MaintainImages(const EventSink& sink);
+  void DropMaintenance();
   bool HasGrown() const;
   void NoteSize();
   void MarkCamerasRefined();
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
+  void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
+  void Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 
   SubmapOptions options_;
   std::unique_ptr<SceneMap> map_;
@@ -163,6 +170,7 @@ class Submap {
   int rounds_at_rest_ = 0;  // global BAs that a map at rest is still owed
   std::vector<Point3DId> points_to_maintain_;
   std::vector<std::pair<ImageId, ImageId>> pairs_to_maintain_;
+  std::vector<ImageId> images_to_maintain_;
   std::vector<ImageId> last_adjusted_;  // images whose observations the last BA filtered
 };
 

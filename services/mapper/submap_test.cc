@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "base/similarity_transform.h"
 #include "mapper/checkpoint.h"
 #include "mapper/model_io.h"
@@ -172,6 +174,121 @@ TEST(Submap, DefersAPhotoWhosePointsLieInOneCorner) {
   EXPECT_FALSE(run.map.map().IsRegistered(4));
   EXPECT_EQ(run.events.back().reason, "pose badly determined by its inliers")
       << run.events.back().num_visible << " points";
+}
+
+// The keypoints of `photo` that see the first twin are matched to the second one in every
+// `every`-th case; those of the second twin have no matches.
+void ConfuseTwins(size_t photo, int every, SyntheticScene* scene) {
+  const int half = static_cast<int>(scene->points.size()) / 2;
+  for (TwoViewPair& pair : scene->pairs[photo]) {
+    std::map<int, uint32_t> keypoint_of;
+    const std::vector<int>& seen = scene->visible[pair.other_id - 1];
+    for (size_t k = 0; k < seen.size(); ++k) keypoint_of[seen[k]] = static_cast<uint32_t>(k);
+    std::vector<std::pair<uint32_t, uint32_t>> inliers;
+    for (const auto& [mine, other] : pair.inliers) {
+      const int point = scene->visible[photo][mine];
+      if (point >= half) continue;
+      if (point % every != 0) {
+        inliers.emplace_back(mine, other);
+      } else if (keypoint_of.count(point + half) > 0) {
+        inliers.emplace_back(mine, keypoint_of[point + half]);
+      }
+    }
+    pair.inliers = inliers;
+  }
+}
+
+TEST(Submap, DefersAPhotoWhoseMatchesAgreeOnTwoPlaces) {
+  SyntheticOptions options;
+  options.shape = SyntheticOptions::Shape::kTwins;
+  Rig run(options);
+  ConfuseTwins(3, 2, &run.scene);
+  ASSERT_TRUE(run.Start(0, 2));
+  run.Feed(1);
+  run.Feed(3);
+  EXPECT_EQ(run.events.back().image_id, 4);
+  EXPECT_EQ(run.events.back().state, PhotoEvent::State::kDeferred);
+  EXPECT_EQ(run.events.back().reason, "ambiguous: its points agree on two poses");
+  // What comes later knows the place.
+  for (const size_t i : {4, 5, 6, 7}) run.Feed(i);
+  EXPECT_TRUE(run.map.map().IsRegistered(4));
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+}
+
+TEST(Submap, RegistersAPhotoOfWhichAFewMatchesLeadToATwin) {
+  SyntheticOptions options;
+  options.shape = SyntheticOptions::Shape::kTwins;
+  Rig run(options);
+  ConfuseTwins(3, 4, &run.scene);
+  ASSERT_TRUE(run.Start(0, 2));
+  run.Feed(1);
+  run.Feed(3);
+  EXPECT_TRUE(run.map.map().IsRegistered(4));
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+}
+
+// A photo taken for its twin's place gets there when it comes first; the photos that follow and
+// know better leave it with a fraction of what its matches say.
+TEST(Submap, WithdrawsAPhotoThatLaterOnesContradictAndTakesItBackOnNewEvidence) {
+  SyntheticOptions options;
+  options.shape = SyntheticOptions::Shape::kTwins;
+  options.num_points = 1600;
+  options.num_photos = 16;
+  options.step_deg = 5;
+  Rig run(options);
+  ConfuseTwins(3, 1, &run.scene);  // all its matches lead to the other twin
+  ASSERT_TRUE(run.Start(0, 2));
+  run.Feed(1);
+  run.Feed(3);
+  ASSERT_TRUE(run.map.map().IsRegistered(4));
+  for (size_t i = 4; i < 16; ++i) run.Feed(i);
+  run.map.Finish(run.Sink());
+  const auto withdrawn = std::find_if(run.events.begin(), run.events.end(), [](const auto& event) {
+    return event.image_id == 4 && event.state == PhotoEvent::State::kWithdrawn;
+  });
+  ASSERT_NE(withdrawn, run.events.end());
+  EXPECT_FALSE(withdrawn->reason.empty());
+  EXPECT_EQ(run.NumRegistered(), 16);
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+}
+
+TEST(Submap, RegistersAPhotoTurnedOnTheSpotOrHardlyMoved) {
+  for (const double distance : {0.0, 0.002}) {
+    SyntheticOptions options;
+    options.turned_photo = 3;
+    options.turned_distance = distance;
+    Rig run(options);
+    run.FeedAll();
+    EXPECT_EQ(run.NumRegistered(), 8) << distance;
+    EXPECT_LT(run.PositionErrorPercent(), 0.3) << distance;
+    run.map.Finish(run.Sink());
+    EXPECT_LT(run.PositionErrorPercent(), 0.3) << distance;
+  }
+}
+
+TEST(Submap, RegistersPhotosThatMoveForwardOnceTheMapStands) {
+  SyntheticOptions options;
+  options.path = SyntheticOptions::Path::kArcThenForward;
+  options.num_photos = 12;
+  Rig run(options);
+  run.FeedAll();
+  EXPECT_EQ(run.NumRegistered(), 12);
+  EXPECT_LT(run.PositionErrorPercent(), 0.5);
+}
+
+TEST(Submap, DefersAPhotoWithLowOverlapForGood) {
+  Rig run(SyntheticOptions{});
+  for (TwoViewPair& pair : run.scene.pairs[3]) pair.inliers.resize(20);
+  run.scene.pairs[3].resize(1);
+  ASSERT_TRUE(run.Start(0, 2));
+  run.Feed(1);
+  run.Feed(3);
+  EXPECT_EQ(run.events.back().state, PhotoEvent::State::kDeferred);
+  EXPECT_EQ(run.events.back().reason, "too few visible points");
+  const size_t num_events = run.events.size();
+  run.map.RetryDeferred();
+  while (run.map.Step(run.Sink())) continue;
+  EXPECT_EQ(run.events.size(), num_events);  // told once
 }
 
 TEST(Submap, GivesTheSameMapForTheSameCalls) {

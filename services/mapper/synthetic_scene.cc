@@ -13,6 +13,7 @@ constexpr double kDistance = 8;
 Eigen::Vector3d RandomPoint(SyntheticOptions::Shape shape, std::mt19937* random) {
   std::uniform_real_distribution<double> side(-2.0, 2.0);
   const double x = side(*random), y = side(*random), z = side(*random);
+  if (shape == SyntheticOptions::Shape::kTwins) return {0.5 * x - 1.0, y, z};
   return {x, y, shape == SyntheticOptions::Shape::kPlane ? 0.0 : z};
 }
 
@@ -24,6 +25,17 @@ void AddPose(const SyntheticOptions& options, int i, SyntheticScene* scene) {
   if (options.path == SyntheticOptions::Path::kForward) {
     R.setIdentity();
     center = {0, 0, -kDistance + 0.4 * i};
+  }
+  const int ahead = i - options.num_photos / 2;
+  if (options.path == SyntheticOptions::Path::kArcThenForward && ahead > 0) {
+    R = scene->rotations[options.num_photos / 2];
+    center =
+        scene->Center(options.num_photos / 2) + R.transpose() * Eigen::Vector3d(0, 0, 0.4 * ahead);
+  }
+  if (i == options.turned_photo) {
+    constexpr double kTurnRad = 8 * M_PI / 180;
+    R = Eigen::AngleAxisd(kTurnRad, Eigen::Vector3d::UnitY()).matrix() * scene->rotations[i - 1];
+    center = scene->Center(i - 1) + Eigen::Vector3d(options.turned_distance, 0, 0);
   }
   if (options.path == SyntheticOptions::Path::kRotation) center = {0, 0, -kDistance};
   scene->rotations.push_back(R);
@@ -88,7 +100,10 @@ SyntheticScene MakeScene(const SyntheticOptions& options) {
   std::mt19937 random(options.seed);
   SyntheticScene scene;
   for (int p = 0; p < options.num_points; ++p) {
-    scene.points.push_back(RandomPoint(options.shape, &random));
+    const int twin = p - options.num_points / 2;
+    const bool is_twin = options.shape == SyntheticOptions::Shape::kTwins && twin >= 0;
+    scene.points.push_back(is_twin ? scene.points[twin] + Eigen::Vector3d(kTwinShift, 0, 0)
+                                   : RandomPoint(options.shape, &random));
   }
   for (int i = 0; i < options.num_photos; ++i) {
     AddPose(options, i, &scene);

@@ -8,17 +8,24 @@
 
 namespace skein {
 
+constexpr double kTwinShift = 2.2;  // along x
+
 // A scene for tests: points, cameras that look at them, exact correspondences with noise and
 // outliers. All from one seed.
 struct SyntheticOptions {
-  enum class Shape { kBox, kPlane };
-  enum class Path { kArc, kForward, kRotation };
+  // kTwins: the second half of the points is the first, shifted: a structure that repeats.
+  enum class Shape { kBox, kPlane, kTwins };
+  // kArcThenForward: from the middle on straight ahead.
+  enum class Path { kArc, kForward, kRotation, kArcThenForward };
   unsigned seed = 1;
   int num_points = 600;
   int num_photos = 8;
   Shape shape = Shape::kBox;
   Path path = Path::kArc;
   double step_deg = 8;  // arc and rotation: between photos
+  // This photo stands where the one before does, but for the distance, and is turned by 8 degrees.
+  int turned_photo = -1;
+  double turned_distance = 0;
   double focal_px = 1000;
   double distortion = 0;    // SIMPLE_RADIAL's k
   double prior_factor = 1;  // of the focal prior
