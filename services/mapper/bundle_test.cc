@@ -1,8 +1,11 @@
 #include "mapper/bundle.h"
 
+#include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
 #include "base/camera_models.h"
+#include "base/cost_functions.h"
+#include "base/pose.h"
 #include "mapper/projection.h"
 #include "mapper/synthetic_scene.h"
 
@@ -118,6 +121,82 @@ TEST(Bundle, SparseAndThreadedSolutionsAreTheDenseOne) {
   EXPECT_NEAR(SolveBundle(solve, &threaded).final_cost, cost, 1e-6 * cost);
   for (size_t i = 0; i < dense.poses.size(); ++i) {
     EXPECT_LT((dense.poses[i].t - sparse.poses[i].t).norm(), 1e-4);
+  }
+}
+
+// The same problem with Ceres and COLMAP's residuals; refines all of the one camera but its centre.
+class CeresBundle {
+ public:
+  explicit CeresBundle(const Bundle& bundle) : bundle_(bundle) {
+    for (const BundlePose& pose : bundle.poses) {
+      qvecs_.push_back(colmap::RotationMatrixToQuaternion(pose.R));
+      tvecs_.push_back(pose.t);
+    }
+    for (const BundlePoint& point : bundle.points) points_.push_back(point.xyz);
+    params = bundle.cameras[0].params;
+  }
+
+  double Solve() {
+    using Model = colmap::SimpleRadialCameraModel;
+    ceres::Problem problem;
+    for (size_t p = 0; p < points_.size(); ++p) {
+      const BundlePoint& point = bundle_.points[p];
+      for (int i = point.first; i < point.first + point.count; ++i) {
+        const BundleObservation& o = bundle_.observations[i];
+        problem.AddResidualBlock(colmap::BundleAdjustmentCostFunction<Model>::Create(o.pixel),
+                                 new ceres::SoftLOneLoss(1.0), qvecs_[o.pose].data(),
+                                 tvecs_[o.pose].data(), points_[p].data(), params.data());
+      }
+    }
+    for (size_t i = 0; i < qvecs_.size(); ++i) {
+      problem.SetManifold(qvecs_[i].data(), new ceres::QuaternionManifold);
+      if (!bundle_.poses[i].constant) continue;
+      problem.SetParameterBlockConstant(qvecs_[i].data());
+      problem.SetParameterBlockConstant(tvecs_[i].data());
+    }
+    problem.SetManifold(params.data(), new ceres::SubsetManifold(4, {1, 2}));
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_SCHUR;
+    options.max_num_iterations = 200;
+    options.function_tolerance = options.parameter_tolerance = options.gradient_tolerance = 1e-12;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    return summary.final_cost;
+  }
+
+  Eigen::Vector3d Center(size_t pose) const {
+    return colmap::ProjectionCenterFromPose(qvecs_[pose], tvecs_[pose]);
+  }
+  std::vector<double> params;
+
+ private:
+  const Bundle& bundle_;
+  std::vector<Eigen::Vector4d> qvecs_;
+  std::vector<Eigen::Vector3d> tvecs_, points_;
+};
+
+TEST(Bundle, ReachesTheMinimumThatCeresReaches) {
+  SyntheticOptions options;
+  options.noise_px = 1;
+  options.distortion = -0.1;
+  const SyntheticScene scene = MakeScene(options);
+  Bundle ours = MakeBundle(scene, 0.05);
+  ours.cameras[0].params[0] *= 1.1;
+  ours.cameras[0].refined = {0, 3};
+  CeresBundle ceres_bundle(ours);
+  BundleOptions solve;
+  solve.function_tolerance = 1e-14;
+  solve.max_iterations = 200;
+  const double theirs = ceres_bundle.Solve();
+  const BundleSummary summary = SolveBundle(solve, &ours);
+  ASSERT_TRUE(summary.usable);
+  EXPECT_GT(theirs, 100);
+  EXPECT_NEAR(summary.final_cost, theirs, 1e-6 * theirs);
+  EXPECT_NEAR(ours.cameras[0].params[0], ceres_bundle.params[0], 0.01);
+  EXPECT_NEAR(ours.cameras[0].params[3], ceres_bundle.params[3], 1e-5);
+  for (size_t i = 0; i < ours.poses.size(); ++i) {
+    const Eigen::Vector3d center = -(ours.poses[i].R.transpose() * ours.poses[i].t);
+    EXPECT_LT((center - ceres_bundle.Center(i)).norm(), 1e-4) << i;
   }
 }
 

@@ -23,6 +23,7 @@ namespace {
 
 struct Arguments {
   std::string database, order = "name", ground_truth, reference, output, local_ba = "consistent";
+  std::string camera_model = "SIMPLE_RADIAL";
   double focal_factor = 1.0;
   int threads = 1;
   int max_photos = 0;
@@ -192,6 +193,7 @@ class Run {
  private:
   static SubmapOptions Options(const Arguments& arguments) {
     SubmapOptions options;
+    options.camera_model = arguments.camera_model;
     options.local.form = LocalBaFormFromName(arguments.local_ba);
     options.num_threads = arguments.threads;
     options.background = arguments.background;
@@ -278,6 +280,7 @@ int main(int argc, char** argv) {
   app.add_option("--reference", arguments.reference, "COLMAP model to compare positions with");
   app.add_option("--output", arguments.output, "folder for the model");
   app.add_option("--local-ba", arguments.local_ba, "paper, consistent, equal or colmap");
+  app.add_option("--camera-model", arguments.camera_model, "one of COLMAP's");
   app.add_option("--focal-factor", arguments.focal_factor, "multiplies the focal prior");
   app.add_option("--threads", arguments.threads, "threads of a bundle adjustment");
   app.add_option("--max-photos", arguments.max_photos, "stop after this many; 0: all");

@@ -9,6 +9,7 @@
 #include "core/process.h"
 #include "mapper/checkpoint.h"
 #include "mapper/messages.h"
+#include "mapper/snapshot.h"
 
 namespace skein {
 namespace {
@@ -34,6 +35,19 @@ void AddToSubmap(const LoadedPhoto& photo, Submap* submap) {
     if (!status.ok()) spdlog::warn("photo {}: {}", id, status.error());
   }
   submap->AddSimilar(id, photo.distances);
+}
+
+// Of a copy of the submap, by a child process, where there can be one. The bytes come from what is
+// returned; that waits, in any thread.
+std::function<Result<Bytes>()> StartEncoding(Submap* submap, bool in_child) {
+  const auto encode = [submap] { return EncodeModelArchive(SaveSubmap(submap)); };
+  if (in_child) {
+    const Result<std::shared_ptr<Snapshot>> snapshot = Snapshot::Take(encode);
+    if (snapshot.ok()) return [taken = *snapshot] { return taken->Read(); };
+    spdlog::warn("{}; the mapper waits for its checkpoint", snapshot.error());
+  }
+  auto archive = std::make_shared<const ModelArchive>(SaveSubmap(submap));
+  return [archive]() -> Result<Bytes> { return EncodeModelArchive(*archive); };
 }
 
 }  // namespace
@@ -318,15 +332,21 @@ void SubmapRun::RunJob(std::function<void(Submap&, Outcome*)> job,
   busy_ = true;
   auto outcome = std::make_shared<Outcome>();
   const bool count = MonotonicS() >= statistics_due_s_;
-  if (count) statistics_due_s_ = MonotonicS() + kStatisticsPeriodS;
+  auto count_s = std::make_shared<double>(0);
   auto counted = std::make_shared<SubmapStatistics>(*statistics_);
   RunOnSubmap(
-      [job = std::move(job), outcome, counted, count](Submap& submap) {
+      [job = std::move(job), outcome, counted, count, count_s](Submap& submap) {
         job(submap, outcome.get());
+        const double start = MonotonicS();
         if (count) *counted = submap.Statistics();
+        *count_s = MonotonicS() - start;
       },
-      [this, outcome, counted, then = std::move(then)] {
+      [this, outcome, counted, count, count_s, then = std::move(then)] {
         busy_ = false;
+        // They visit all points: at most a hundredth of the time.
+        if (count) {
+          statistics_due_s_ = MonotonicS() + std::max(kStatisticsPeriodS, 100.0 * *count_s);
+        }
         statistics_ = counted;
         then(*outcome);
       });
@@ -422,36 +442,54 @@ bool SubmapRun::CheckpointIsDue() const {
   return num_changes_ >= photos || MonotonicS() - checkpoint_s_ >= options_.checkpoint_period_s;
 }
 
-// The worker copies the state into bytes; the writer hashes and stores them meanwhile.
+// A checkpoint is encoded by a process of its own, so that registration goes on; a final model is
+// waited for, with statistics of its very state. The writer hashes and stores either.
 void SubmapRun::WriteModel(int8_t state, int64_t ledger_seq, std::function<void()> then) {
   busy_ = true;
   writing_ = true;
   num_changes_ = 0;
   checkpoint_s_ = MonotonicS();
-  auto archive = std::make_shared<ModelArchive>();
-  auto counted = std::make_shared<SubmapStatistics>();
+  const bool final = state == submap_t::FINAL;
+  auto counted = std::make_shared<SubmapStatistics>(*statistics_);
+  auto read = std::make_shared<std::function<Result<Bytes>()>>();
   RunOnSubmap(
-      [archive, counted](Submap& submap) {
-        *archive = SaveSubmap(&submap);
-        *counted = submap.Statistics();
+      [final, counted, read](Submap& submap) {
+        if (final) *counted = submap.Statistics();
+        *read = StartEncoding(&submap, !final);
       },
-      [this, archive, counted, state, ledger_seq, then = std::move(then)] {
+      [this, counted, read, state, ledger_seq, then = std::move(then)] {
         busy_ = false;
         statistics_ = counted;
-        std::weak_ptr<bool> alive = alive_;
-        threads_.writer.Run(
-            [archive, &blobs = node_.blobs()] { return blobs.Offer(EncodeModelArchive(*archive)); },
-            [this, alive, state, ledger_seq](const std::string& blob) {
-              if (!alive.expired()) SubmitModel(state, ledger_seq, blob);
-            });
+        StoreModel(*read, state, ledger_seq);
         then();
         Pump();
       });
 }
 
+void SubmapRun::StoreModel(const std::function<Result<Bytes>()>& read, int8_t state,
+                           int64_t ledger_seq) {
+  std::weak_ptr<bool> alive = alive_;
+  threads_.writer.Run(
+      [read, &blobs = node_.blobs()]() -> std::string {
+        Result<Bytes> bytes = read();
+        if (bytes.ok()) return blobs.Offer(std::move(*bytes));
+        spdlog::error("checkpoint: {}", bytes.error());
+        return "";
+      },
+      [this, alive, state, ledger_seq](const std::string& blob) {
+        if (alive.expired()) return;
+        writing_ = false;
+        if (blob.empty()) {
+          ++num_changes_;  // another try when the period has passed
+        } else {
+          SubmitModel(state, ledger_seq, blob);
+        }
+      });
+}
+
 void SubmapRun::SubmitModel(int8_t state, int64_t ledger_seq, const std::string& blob) {
-  writing_ = false;
   submap_t fact = ToMessage(*statistics_);
+  fact.num_images = num_images();
   fact.submap_id = submap_id_;
   fact.epoch = epoch_;
   fact.owner = node_.instance();

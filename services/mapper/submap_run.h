@@ -104,6 +104,7 @@ class SubmapRun {
   void Maintain();
   bool CheckpointIsDue() const;
   void WriteModel(int8_t state, int64_t ledger_seq, std::function<void()> then);
+  void StoreModel(const std::function<Result<Bytes>()>& read, int8_t state, int64_t ledger_seq);
   void SubmitModel(int8_t state, int64_t ledger_seq, const std::string& blob);
   int64_t StatusSeq() const;
   void PublishStatus();
