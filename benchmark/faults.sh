@@ -80,7 +80,7 @@ row() {
     "$((SECONDS - start))" "$verdict"
 }
 
-echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD)"
+print_machine
 echo '| photos | fault | registered | position RMSE, % of extent | wall s | verdict |'
 echo '|---|---|---|---|---|---|'
 for name in $places; do

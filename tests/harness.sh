@@ -84,3 +84,8 @@ test_lcm_url() {
     echo "tcpq://127.0.0.1:$((20000 + 2 * ($$ % 5000)))"
   fi
 }
+
+# The line above a benchmark's table: where and of what it was measured.
+print_machine() {
+  echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD)"
+}
