@@ -4,7 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
+#include "base/essential_matrix.h"
 #include "base/pose.h"
 #include "estimators/pose.h"
 #include "mapper/bundle_builder.h"
@@ -45,6 +47,19 @@ Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool re
   return bundle;
 }
 
+// y' E x = 0 for x in the photo of `pose` and y in `other`, on the plane at depth 1.
+Eigen::Matrix3d EssentialMatrix(const BundlePose& pose, const colmap::Image& other) {
+  const Eigen::Matrix3d R = other.RotationMatrix() * pose.R.transpose();
+  const Eigen::Vector3d t = (other.Tvec() - R * pose.t).normalized();
+  return colmap::CrossProductMatrix(t) * R;
+}
+
+double SampsonError(const Eigen::Matrix3d& E, const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
+  const Eigen::Vector3d line_y = E * x, line_x = E.transpose() * y;
+  const double norm = std::sqrt(line_y.head<2>().squaredNorm() + line_x.head<2>().squaredNorm());
+  return norm > 0 ? std::abs(y.dot(line_y)) / norm : HUGE_VAL;
+}
+
 // The pose's covariance for 1 px of noise, from its information matrix (robustly weighted).
 void SetSigmas(const Bundle& bundle, PoseEstimate* estimate) {
   const BundleLayout layout = MakeLayout(bundle);
@@ -72,6 +87,32 @@ void SetSigmas(const Bundle& bundle, PoseEstimate* estimate) {
                                            .eigenvalues()
                                            .maxCoeff()) /
                              depths[depths.size() / 2];
+}
+
+// Share of the photo's matches with registered photos whose Sampson error under the pose is small.
+// 1 if there are none.
+double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                     const BundlePose& pose, double max_error_px) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image& image = reconstruction.Image(image_id);
+  const double max_error = max_error_px / camera.MeanFocalLength();
+  std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
+  int num_matches = 0, num_agreeing = 0;
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
+      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
+      if (!other.IsRegistered()) continue;
+      const auto [entry, is_new] = essentials.try_emplace(correspondence.image_id);
+      if (is_new) entry->second = EssentialMatrix(pose, other);
+      const colmap::Camera& other_camera = reconstruction.Camera(other.CameraId());
+      const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
+      const Eigen::Vector3d y =
+          other_camera.ImageToWorld(other.Point2D(correspondence.point2D_idx).XY()).homogeneous();
+      ++num_matches;
+      num_agreeing += SampsonError(entry->second, x, y) <= max_error;
+    }
+  }
+  return num_matches == 0 ? 1.0 : static_cast<double>(num_agreeing) / num_matches;
 }
 
 PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
@@ -241,6 +282,10 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   }
   if (HasRival(options, visible, camera, estimate)) {
     return Refuse(estimate, "ambiguous: its points agree on two poses");
+  }
+  if (EpipolarShare(map, image_id, camera, estimate.pose, options.max_epipolar_error_px) <
+      options.min_epipolar_share) {
+    return Refuse(estimate, "pose disagrees with the verified matches");
   }
   estimate.ok = true;
   return estimate;

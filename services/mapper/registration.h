@@ -24,6 +24,11 @@ struct RegistrationOptions {
   double max_rival_ratio = 0.75;
   double min_rival_position = 0.05;
   double min_rival_rotation_deg = 5;
+  // Of the verified matches with registered photos, triangulated or not, the share that must agree
+  // with the pose: a few points in one corner can fit a wrong pose, the many matches around them
+  // don't. Sampson's error, in pixels.
+  double min_epipolar_share = 0.65;
+  double max_epipolar_error_px = 4.0;
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
   double min_focal_factor = 0.4;
