@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <utility>
+#include <vector>
 
 #include "core/clock.h"
 #include "core/file.h"
@@ -20,6 +21,17 @@ fs::path CheckpointPath(const Node& node) {
   return SessionPaths{node.options().session_dir}.Retrieval() / "hnsw.bin";
 }
 
+// Files that a process killed while it wrote left beside the checkpoint. There is one retrieval.
+void RemoveLeftovers(const fs::path& path) {
+  if (path.empty() || !fs::exists(path.parent_path())) return;
+  std::vector<fs::path> leftovers;
+  for (const auto& entry : fs::directory_iterator(path.parent_path())) {
+    const std::string name = entry.path().filename();
+    if (name.rfind(path.filename().string() + ".tmp-", 0) == 0) leftovers.push_back(entry.path());
+  }
+  for (const fs::path& leftover : leftovers) fs::remove(leftover);
+}
+
 void WriteCheckpoint(const RetrievalState& state, const std::string& session_id,
                      const fs::path& path) {
   fs::create_directories(path.parent_path());
@@ -33,6 +45,7 @@ RetrievalService::RetrievalService(Node& node, const RetrievalServiceOptions& op
     : node_(node), options_(options), checkpoint_path_(CheckpointPath(node)) {
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
   timer_ = node.loop().AddTimer(kTickPeriodS, [this] { Tick(); });
+  RemoveLeftovers(checkpoint_path_);
   Start(LoadCheckpoint());
 }
 
@@ -76,6 +89,8 @@ void RetrievalService::OnFact(const Fact& fact) {
     OnFeatures(*features);
   } else if (const auto* registration = std::get_if<registration_t>(&fact)) {
     OnRegistration(*registration);
+  } else if (const auto* failure = std::get_if<failure_t>(&fact)) {
+    OnFailure(*failure);
   } else if (const auto* candidates = std::get_if<candidates_t>(&fact)) {
     ForgetAnswer(candidates->image_id);
   }
@@ -104,6 +119,15 @@ void RetrievalService::OnRegistration(const registration_t& registration) {
                         return std::nullopt;
                       }});
   }
+  RunReadySteps();
+}
+
+void RetrievalService::OnFailure(const failure_t& failure) {
+  if (!failure.parked || failure.image_id == 0) return;
+  steps_.push_back({failure.header.seq, true, [id = failure.image_id](RetrievalState* state) {
+                      state->NoteFailed(id);
+                      return std::nullopt;
+                    }});
   RunReadySteps();
 }
 

@@ -46,6 +46,7 @@ class RetrievalService {
   void OnFact(const Fact& fact);
   void OnFeatures(const features_t& features);
   void OnRegistration(const registration_t& registration);
+  void OnFailure(const failure_t& failure);
   void OnBlob(int64_t seq, int64_t image_id, const Result<Bytes>& bytes);
   void RunReadySteps();
   void OnStepDone(int64_t seq, std::optional<Candidates> candidates);

@@ -111,6 +111,10 @@ void RetrievalState::NoteWithdrawn(int64_t image_id, int64_t submap_id) {
   for (auto& [model, index] : indices_) index.Remove(image_id);
 }
 
+void RetrievalState::NoteFailed(int64_t image_id) {
+  for (auto& [model, index] : indices_) index.Remove(image_id);
+}
+
 size_t RetrievalState::size() const {
   size_t sum = 0;
   for (const auto& [model, index] : indices_) sum += index.size();

@@ -39,6 +39,9 @@ class RetrievalState {
   void NoteRegistered(int64_t image_id, int64_t submap_id);
   void NoteWithdrawn(int64_t image_id, int64_t submap_id);
 
+  // A photo that was given up is offered to no one.
+  void NoteFailed(int64_t image_id);
+
   size_t size() const;
   int64_t seq() const { return seq_; }
   void set_seq(int64_t seq) { seq_ = seq; }

@@ -1,10 +1,16 @@
 #include "retrieval/retrieval_state.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <random>
 #include <set>
+
+#include "core/file.h"
+#include "store/test_folder.h"
 
 namespace skein {
 namespace {
@@ -142,6 +148,29 @@ TEST(RetrievalState, WithdrawnPhotoIsNoCandidateUntilItRegistersAgain) {
   EXPECT_EQ(state.Add(4, Descriptor({1, 0}))->neighbours.size(), 3u);
 }
 
+TEST(RetrievalState, PhotoThatWasGivenUpIsNoCandidate) {
+  RetrievalState state(RetrievalOptions{});
+  ASSERT_TRUE(state.Add(1, Descriptor({1, 0})).ok());
+  ASSERT_TRUE(state.Add(2, Descriptor({1, 0})).ok());
+  state.NoteFailed(1);
+  EXPECT_EQ(Ids(state.Add(3, Descriptor({1, 0}))->neighbours), std::vector<int64_t>({2}));
+}
+
+TEST(HnswIndex, BreadthOfSearchHoldsAlsoAfterLoading) {
+  HnswOptions options;
+  options.ef_search = 1;  // finds one only, and few of the nearest
+  const auto vectors = RandomUnits(400);
+  HnswIndex index(kDim, options);
+  for (size_t i = 0; i < vectors.size(); ++i) {
+    index.Insert(static_cast<int64_t>(i), vectors[i].data());
+  }
+  options.ef_search = 400;
+  const auto loaded = HnswIndex::Decode(index.Encode(), kDim, options);
+  ASSERT_TRUE(loaded.ok());
+  const auto query = RandomUnits(401).back();
+  EXPECT_EQ(Ids(loaded->Query(query.data(), 30)), Ids(loaded->QueryExact(query.data(), 30)));
+}
+
 class Checkpoint : public testing::Test {
  protected:
   Checkpoint() : vectors_(RandomUnits(300)), state_(RetrievalOptions{}) {
@@ -193,6 +222,35 @@ TEST_F(Checkpoint, TruncationIsNoticed) {
        {size_t{0}, size_t{3}, size_t{60}, bytes_.size() / 2, bytes_.size() - 1}) {
     EXPECT_FALSE(Decode(Bytes(bytes_.begin(), bytes_.begin() + size)).ok()) << size;
   }
+}
+
+// The writer is killed at any time: the file is the old state or the new one.
+TEST_F(Checkpoint, KilledWhileItIsWrittenTheOldOneOrTheNewOneIsThere) {
+  const TestFolder folder;
+  const std::string path = folder / "hnsw.bin";
+  ASSERT_TRUE(WriteFileAtomic(path, bytes_).ok());
+  std::mt19937 random(7);
+  std::set<int64_t> seen;
+  for (int round = 0; round < 40; ++round) {
+    const pid_t writer = ::fork();
+    if (writer == 0) {
+      for (int64_t seq = 1000;; ++seq) {
+        state_.set_seq(seq);
+        WriteFileAtomic(path, state_.Encode("session"));
+      }
+    }
+    ASSERT_GT(writer, 0);
+    ::usleep(random() % 20000);
+    ASSERT_EQ(::kill(writer, SIGKILL), 0);
+    ASSERT_EQ(::waitpid(writer, nullptr, 0), writer);
+    const auto bytes = ReadFile(path);
+    ASSERT_TRUE(bytes.ok());
+    const auto state = Decode(*bytes);
+    ASSERT_TRUE(state.ok()) << state.error();
+    EXPECT_EQ(state->size(), 200u);
+    seen.insert(state->seq());
+  }
+  EXPECT_GT(seen.size(), 1u) << "no writer got to the end of a write";
 }
 
 TEST_F(Checkpoint, VersionFromTheFutureAndAnotherSessionAreRefused) {

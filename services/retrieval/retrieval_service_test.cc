@@ -1,0 +1,239 @@
+#include "retrieval/retrieval_service.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <random>
+
+#include "core/file.h"
+#include "messaging/ledger_server.h"
+#include "store/session.h"
+#include "store/test_folder.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDeadlineS = 60;
+constexpr int kDim = 16;
+
+NodeOptions IngestOptions(const std::string& session_id) {
+  NodeOptions options;
+  options.service = "ingest";
+  options.session_id = session_id;
+  return options;
+}
+
+// What retrieval sees of ingest: a ledger, blobs, and answers to submissions.
+class Ingest {
+ public:
+  Ingest(const std::string& session_id, PollLoop& loop, Bus& bus)
+      : node_(IngestOptions(session_id), loop, bus),
+        server_(node_, 0, [this](int64_t from, int64_t to, const LedgerServer::Visit& visit) {
+          lowest_served_ = std::min(lowest_served_, from);
+          for (int64_t seq = from; seq <= to; ++seq) {
+            if (!visit(FactKind(ledger_[seq - 1]), EncodeFact(ledger_[seq - 1]))) return;
+          }
+        }) {
+    bus.Subscribe<candidates_t>(kSubmitCandidatesChannel,
+                                [this](const candidates_t& c) { OnCandidates(c); });
+  }
+
+  void AddPhoto(int64_t image_id) {
+    features_t features{};
+    features.image_id = image_id;
+    features.global_model = "m";
+    features.global_blob = node_.blobs().Offer(EncodeGlobalDescriptor({"m", Vector(image_id)}));
+    Commit(features, "features/" + std::to_string(image_id));
+  }
+
+  void AddFailure(int64_t image_id, bool parked) {
+    failure_t failure{};
+    failure.image_id = image_id;
+    failure.stage = "matching";
+    failure.parked = parked;
+    Commit(failure, "failure/" + std::to_string(ledger_.size()));
+  }
+
+  // Unit vectors that depend on the id only.
+  static std::vector<float> Vector(int64_t image_id) {
+    std::mt19937 random(static_cast<uint32_t>(image_id));
+    std::normal_distribution<float> normal;
+    std::vector<float> v(kDim);
+    float sum = 0;
+    for (float& x : v) {
+      x = normal(random);
+      sum += x * x;
+    }
+    for (float& x : v) x /= std::sqrt(sum);
+    return v;
+  }
+
+  const std::map<int64_t, candidates_t>& candidates() const { return candidates_; }
+  // The first ledger position asked for since ForgetServed.
+  int64_t lowest_served() const { return lowest_served_; }
+  void ForgetServed() { lowest_served_ = 1 << 30; }
+  int64_t head() const { return static_cast<int64_t>(ledger_.size()); }
+  const std::string& session_id() const { return node_.session_id(); }
+
+ private:
+  template <class T>
+  int64_t Commit(T fact, const std::string& fact_id) {
+    fact.header.session_id = node_.session_id();
+    fact.header.seq = head() + 1;
+    fact.header.fact_id = fact_id;
+    ledger_.push_back(fact);
+    server_.Broadcast(ledger_.back());
+    return head();
+  }
+
+  void OnCandidates(const candidates_t& candidates) {
+    submit_reply_t reply{};
+    reply.author = candidates.header.author;
+    reply.fact_id = candidates.header.fact_id;
+    reply.status = submit_reply_t::COMMITTED;
+    if (candidates_.count(candidates.image_id) == 0) {
+      candidates_[candidates.image_id] = candidates;
+      Commit(candidates, candidates.header.fact_id);
+    }
+    reply.seq = 1;
+    node_.Publish(kSubmitReplyChannel, reply);
+  }
+
+  Node node_;
+  LedgerServer server_;
+  std::vector<Fact> ledger_;
+  std::map<int64_t, candidates_t> candidates_;
+  int64_t lowest_served_ = 1 << 30;
+};
+
+class Retrieval : public testing::Test {
+ protected:
+  Retrieval() : session_(*OpenOrCreateSession(folder_.path() / "s")) {
+    ingest_.emplace(session_.session_id, loop_, bus_);
+    for (int64_t id = 1; id <= 20; ++id) ingest_->AddPhoto(id);
+  }
+
+  void Start() {
+    ingest_->ForgetServed();
+    NodeOptions options;
+    options.service = "retrieval";
+    options.session_dir = session_.paths.root.string();
+    node_.emplace(options, loop_, bus_);
+    service_.emplace(*node_, RetrievalServiceOptions());
+  }
+
+  // As on SIGTERM: the last checkpoint is written.
+  void Stop() {
+    service_.reset();
+    node_.reset();
+  }
+
+  bool RunUntilAnswered(size_t num_photos) {
+    return loop_.RunUntil([&] { return ingest_->candidates().size() == num_photos; }, kDeadlineS);
+  }
+
+  // One session with a checkpoint of 20 photos.
+  void RunOnce() {
+    Start();
+    ASSERT_TRUE(RunUntilAnswered(20));
+    Stop();
+    ASSERT_TRUE(std::filesystem::exists(Path()));
+  }
+
+  // A restart with whatever lies there; the next photo's candidates must be the right ones.
+  void RestartAndAddPhoto() {
+    Start();
+    ingest_->AddPhoto(21);
+    ASSERT_TRUE(RunUntilAnswered(21));
+    RetrievalState fresh{RetrievalOptions{}};
+    for (int64_t id = 1; id <= 20; ++id) ASSERT_TRUE(fresh.Add(id, {"m", Ingest::Vector(id)}).ok());
+    std::vector<int64_t> expected;
+    const auto candidates = fresh.Add(21, {"m", Ingest::Vector(21)});
+    for (const auto& n : candidates->neighbours) expected.push_back(n.id);
+    EXPECT_EQ(ingest_->candidates().at(21).other_ids, expected);
+  }
+
+  bool IsRebuilt() const { return ingest_->lowest_served() == 1; }
+  std::filesystem::path Path() const { return session_.paths.Retrieval() / "hnsw.bin"; }
+  Bytes Checkpoint() const { return *ReadFile(Path()); }
+  void Write(const Bytes& bytes) { ASSERT_TRUE(WriteFileAtomic(Path(), bytes).ok()); }
+
+  TestFolder folder_;
+  Session session_;
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  std::optional<Ingest> ingest_;
+  std::optional<Node> node_;
+  std::optional<RetrievalService> service_;
+};
+
+TEST_F(Retrieval, GoesOnFromItsCheckpoint) {
+  RunOnce();
+  RestartAndAddPhoto();
+  EXPECT_FALSE(IsRebuilt());
+}
+
+TEST_F(Retrieval, FlippedByteIsNoticedAndTheIndexRebuilt) {
+  RunOnce();
+  Bytes bytes = Checkpoint();
+  bytes[bytes.size() / 2] ^= 1;
+  Write(bytes);
+  RestartAndAddPhoto();
+  EXPECT_TRUE(IsRebuilt());
+}
+
+TEST_F(Retrieval, VersionFromTheFutureIsNotReadAndTheIndexRebuilt) {
+  RunOnce();
+  Bytes bytes = Checkpoint();
+  bytes[4] = 99;
+  Write(bytes);
+  RestartAndAddPhoto();
+  EXPECT_TRUE(IsRebuilt());
+}
+
+TEST_F(Retrieval, StaleCheckpointIsBroughtUpToDateFromTheLedger) {
+  RetrievalState stale{RetrievalOptions{}};
+  for (int64_t id = 1; id <= 5; ++id) ASSERT_TRUE(stale.Add(id, {"m", Ingest::Vector(id)}).ok());
+  stale.set_seq(5);
+  RunOnce();
+  Write(stale.Encode(session_.session_id));
+  RestartAndAddPhoto();
+  EXPECT_EQ(ingest_->lowest_served(), 6);
+}
+
+TEST_F(Retrieval, CheckpointAheadOfTheLedgerIsRebuilt) {
+  RetrievalState ahead{RetrievalOptions{}};
+  ahead.set_seq(1000);
+  RunOnce();
+  Write(ahead.Encode(session_.session_id));
+  RestartAndAddPhoto();
+  EXPECT_TRUE(IsRebuilt());
+}
+
+TEST_F(Retrieval, WhatAKilledWriterLeftIsClearedAway) {
+  RunOnce();
+  const std::filesystem::path leftover = Path().string() + ".tmp-123-0";
+  std::ofstream(leftover) << "half a checkpoint";
+  RestartAndAddPhoto();
+  EXPECT_FALSE(std::filesystem::exists(leftover));
+  EXPECT_FALSE(IsRebuilt());
+}
+
+TEST_F(Retrieval, PhotoThatWasGivenUpIsNoCandidate) {
+  RunOnce();
+  ingest_->AddFailure(3, true);
+  ingest_->AddFailure(4, false);
+  Start();
+  ingest_->AddPhoto(21);
+  ASSERT_TRUE(RunUntilAnswered(21));
+  const auto& others = ingest_->candidates().at(21).other_ids;
+  EXPECT_EQ(std::count(others.begin(), others.end(), 3), 0);
+  EXPECT_EQ(std::count(others.begin(), others.end(), 4), 1);
+}
+
+}  // namespace
+}  // namespace skein
