@@ -145,6 +145,7 @@ json MakeStatus(const StatusInput& input) {
            {{"p50", percentile(latency, 50)},
             {"p95", percentile(latency, 95)},
             {"p99", percentile(latency, 99)}}},
+          {"retrieval", RetrievalPart(input.state)},
           {"finishing", input.state.finishing()},
           {"instances", InstancesOf(input)},
           {"submaps", SubmapsOf(input)},
@@ -163,6 +164,13 @@ std::string FormatStatus(const json& status) {
                images["failed"].get<long long>());
   text += Line("photo to pose  p50 %.2f s   p95 %.2f s   p99 %.2f s", latency["p50"].get<double>(),
                latency["p95"].get<double>(), latency["p99"].get<double>());
+  const json& retrieval = status["retrieval"];
+  text += Line(
+      "retrieval  %.2f ms a photo   %lld candidates, %lld verified   pairs: %lld matched, "
+      "%lld verified",
+      1e3 * retrieval["mean_s"].get<double>(), retrieval["candidates"].get<long long>(),
+      retrieval["hits"].get<long long>(), retrieval["pairs_matched"].get<long long>(),
+      retrieval["pairs_verified"].get<long long>());
   text += Line("\n  %-14s %8s %8s %9s %9s  %s", "instance", "backlog", "done", "mean s",
                "memory MB", "state");
   for (const json& instance : status["instances"]) text += FormatInstance(instance);

@@ -163,6 +163,18 @@ std::vector<double> PhotoToPoseSeconds(const SessionState& state) {
   return seconds;
 }
 
+json RetrievalPart(const SessionState& state) {
+  const RetrievalCounts& counts = state.retrieval();
+  const auto found = state.times().by_stage.find("retrieval");
+  const std::vector<float> none;
+  const std::vector<float>& times = found == state.times().by_stage.end() ? none : found->second;
+  return {{"candidates", counts.candidates},
+          {"hits", counts.hits},
+          {"pairs_matched", counts.pairs_matched},
+          {"pairs_verified", counts.pairs_verified},
+          {"mean_s", mean(std::vector<double>(times.begin(), times.end()))}};
+}
+
 json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_utime_us) {
   const std::vector<double> latency = PhotoToPoseSeconds(state);
   const int64_t start = FirstReceived(state);
@@ -177,6 +189,7 @@ json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_
             {"p99", percentile(latency, 99)}}},
           {"wall_s", start == 0 ? 0.0 : SecondsBetween(start, done_utime_us)},
           {"finish_s", SecondsBetween(state.finish().requested_utime_us, done_utime_us)},
+          {"retrieval", RetrievalPart(state)},
           {"stages", StagesPart(state.times())},
           {"failures", FailuresPart(state)},
           {"deferred", DeferredPart(state)},

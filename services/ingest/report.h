@@ -22,6 +22,9 @@ PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates);
 // in the order of photos.
 std::vector<double> PhotoToPoseSeconds(const SessionState& state);
 
+// Candidates named and hit, pairs matched and verified, mean seconds a photo in the index.
+nlohmann::json RetrievalPart(const SessionState& state);
+
 // report.json: what happened in the session up to `done_utime_us`. docs: services/ingest/README.md.
 nlohmann::json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_utime_us);
 

@@ -140,7 +140,23 @@ void SessionState::ApplyFact(const features_t& fact) {
 
 void SessionState::ApplyFact(const candidates_t& fact) {
   ChangePhoto(fact.image_id, [&](PhotoState* photo) { photo->candidates_seq = fact.header.seq; });
+  unmatched_candidates_[fact.image_id] = fact.other_ids;
   AddTime("retrieval", fact.insert_s + fact.query_s);
+  AddTime("retrieval.insert", fact.insert_s);
+  AddTime("retrieval.query", fact.query_s);
+}
+
+void SessionState::CountHits(const matches_t& fact) {
+  retrieval_.pairs_matched += fact.num_tried;
+  retrieval_.pairs_verified += fact.num_pairs;
+  const auto found = unmatched_candidates_.find(fact.image_id);
+  if (found == unmatched_candidates_.end()) return;
+  const std::vector<int64_t>& candidates = found->second;
+  retrieval_.candidates += static_cast<int64_t>(candidates.size());
+  for (const two_view_t& pair : fact.pairs) {
+    retrieval_.hits += std::count(candidates.begin(), candidates.end(), pair.other_id);
+  }
+  unmatched_candidates_.erase(found);
 }
 
 void SessionState::ApplyFact(const matches_t& fact) {
@@ -152,6 +168,7 @@ void SessionState::ApplyFact(const matches_t& fact) {
   for (const two_view_t& pair : fact.pairs) {
     ChangePhoto(pair.other_id, [](PhotoState* photo) { ++photo->num_pairs; });
   }
+  CountHits(fact);
   AddTime("matching", fact.match_s + fact.verify_s);
   AddTime("matching.match", fact.match_s);
   AddTime("matching.verify", fact.verify_s);

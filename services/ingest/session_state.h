@@ -58,6 +58,14 @@ struct FinishState {
   int64_t settled_seq = 0;
 };
 
+// Sums over the photos through matching.
+struct RetrievalCounts {
+  int64_t candidates = 0;      // named by retrieval
+  int64_t hits = 0;            // of these, verified by matching
+  int64_t pairs_matched = 0;   // also others than candidates
+  int64_t pairs_verified = 0;  // of these
+};
+
 // Times in seconds of what a stage did, in the order of commit.
 struct StageTimes {
   std::map<std::string, std::vector<float>> by_stage;
@@ -101,6 +109,7 @@ class SessionState {
   const failure_t* FindFailure(const std::string& fact_id) const;
 
   const StageTimes& times() const { return times_; }
+  const RetrievalCounts& retrieval() const { return retrieval_; }
 
  private:
   void ApplyFact(const image_t& fact);
@@ -113,6 +122,7 @@ class SessionState {
   void ApplyFact(const merge_t& fact);
   void ApplyFact(const failure_t& fact);
   void ApplyFact(const finish_t& fact);
+  void CountHits(const matches_t& fact);
   PhotoState* Photo(int64_t image_id);
   template <class Change>
   void ChangePhoto(int64_t image_id, Change change);
@@ -134,6 +144,8 @@ class SessionState {
   std::unordered_map<std::string, int64_t> failure_by_id_;
   FinishState finish_;
   StageTimes times_;
+  std::unordered_map<int64_t, std::vector<int64_t>> unmatched_candidates_;  // by photo
+  RetrievalCounts retrieval_;
 };
 
 // fact_id of the failure of an offer: one refusal per agent, name and content.

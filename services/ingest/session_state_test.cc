@@ -87,6 +87,27 @@ class SessionStateTest : public testing::Test {
   std::unique_ptr<LedgerWriter> writer_;
 };
 
+TEST_F(SessionStateTest, CountsCandidatesThatVerifyApartFromOtherPairs) {
+  for (int i = 0; i < 3; ++i) AddPhoto();
+  candidates_t candidates{};
+  candidates.other_ids = {1, 2};
+  candidates.distances = {0.5f, 0.6f};
+  candidates.num_candidates = 2;
+  AddForPhoto(candidates, "candidates", 3);
+  EXPECT_EQ(state().retrieval().candidates, 0) << "not matched yet";
+  matches_t matches{};
+  matches.num_tried = 3;
+  matches.num_pairs = 2;
+  matches.pairs.resize(2);
+  matches.pairs[0].other_id = 2;
+  matches.pairs[1].other_id = 77;  // through covisibility
+  AddForPhoto(matches, "matches", 3);
+  EXPECT_EQ(state().retrieval().candidates, 2);
+  EXPECT_EQ(state().retrieval().hits, 1);
+  EXPECT_EQ(state().retrieval().pairs_matched, 3);
+  EXPECT_EQ(state().retrieval().pairs_verified, 2);
+}
+
 TEST_F(SessionStateTest, IsTheSameAfterReplay) {
   AddMatchedPhoto();
   AddMatchedPhoto();
