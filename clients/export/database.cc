@@ -3,8 +3,11 @@
 #include <base/camera_models.h>
 #include <base/database.h>
 #include <estimators/two_view_geometry.h>
+#include <sqlite3.h>
 
+#include <memory>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include "clients/progress_bar.h"
@@ -31,9 +34,12 @@ class DatabaseWriter {
     if (const auto* image = std::get_if<skein::image_t>(&fact)) return WriteImage(*image);
     if (const auto* features = std::get_if<features_t>(&fact)) return WriteFeatures(*features);
     if (const auto* matches = std::get_if<matches_t>(&fact)) return WriteMatches(*matches);
+    if (const auto* candidates = std::get_if<candidates_t>(&fact))
+      candidates_.push_back(*candidates);
     return Status::Ok();
   }
   const DatabaseCounts& counts() const { return counts_; }
+  const std::vector<candidates_t>& candidates() const { return candidates_; }
 
  private:
   Status WriteImage(const skein::image_t& fact) {
@@ -109,7 +115,37 @@ class DatabaseWriter {
   colmap::Database database_;
   colmap::DatabaseTransaction transaction_;
   DatabaseCounts counts_;
+  std::vector<candidates_t> candidates_;
 };
+
+std::string CandidatesSql(const std::vector<candidates_t>& all) {
+  std::ostringstream sql;
+  sql << "BEGIN; CREATE TABLE skein_candidates(image_id INTEGER, other_id INTEGER, distance REAL);"
+         "CREATE TABLE skein_retrieval(image_id INTEGER, insert_s REAL, query_s REAL);";
+  for (const candidates_t& candidates : all) {
+    sql << "INSERT INTO skein_retrieval VALUES(" << candidates.image_id << ", "
+        << candidates.insert_s << ", " << candidates.query_s << ");";
+    for (int i = 0; i < candidates.num_candidates; ++i) {
+      sql << "INSERT INTO skein_candidates VALUES(" << candidates.image_id << ", "
+          << candidates.other_ids[i] << ", " << candidates.distances[i] << ");";
+    }
+  }
+  sql << "COMMIT;";
+  return sql.str();
+}
+
+// Beside COLMAP's tables, which know no global descriptors; COLMAP ignores them.
+Status WriteCandidates(const fs::path& file, const std::vector<candidates_t>& candidates) {
+  sqlite3* raw = nullptr;
+  const int opened = sqlite3_open(file.c_str(), &raw);
+  const std::unique_ptr<sqlite3, int (*)(sqlite3*)> database(raw, sqlite3_close);
+  if (opened != SQLITE_OK) return Status::Error("cannot open " + file.string());
+  if (sqlite3_exec(raw, CandidatesSql(candidates).c_str(), nullptr, nullptr, nullptr) !=
+      SQLITE_OK) {
+    return Status::Error(file.string() + ": " + sqlite3_errmsg(raw));
+  }
+  return Status::Ok();
+}
 
 // Facts whose photo was counted but whose blobs are damaged stop the export: no half database.
 Status WriteFacts(const Ledger& ledger, DatabaseWriter* writer) {
@@ -134,9 +170,11 @@ Result<DatabaseCounts> WriteDatabase(const SessionPaths& paths, const fs::path& 
   if (!ledger) return ledger.status();
   const BlobStore blobs(paths.Blobs());
   std::optional<DatabaseWriter> writer(std::in_place, blobs, file);
-  const Status written = WriteFacts(**ledger, &*writer);
+  Status written = WriteFacts(**ledger, &*writer);
   const DatabaseCounts counts = writer->counts();
+  const std::vector<candidates_t> candidates = writer->candidates();
   writer.reset();
+  if (written.ok()) written = WriteCandidates(file, candidates);
   if (!written.ok()) {
     fs::remove(file);
     return written;

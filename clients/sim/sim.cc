@@ -120,8 +120,9 @@ std::vector<RenderedAgent> RenderSession(const SimOptions& options) {
   for (const Job& job : jobs) {
     photos.push_back({job.agent + "/" + job.file, job.camera, job.shot.pose});
   }
-  WriteTruth((fs::path(options.out) / "truth").string(), place, cameras, photos,
-             options.scenario.seed, options.threads);
+  const fs::path truth = fs::path(options.out) / "truth";
+  WriteTruth(truth.string(), place, cameras, photos, options.scenario.seed, options.threads);
+  WriteSurfaces((truth / "surfaces.ply").string(), place.scene);
   ProgressBar progress("rendering", static_cast<int64_t>(jobs.size()));
   ParallelFor(static_cast<int>(jobs.size()), options.threads, [&](int i) {
     RenderJob(options, place, cameras[jobs[i].camera], jobs[i]);

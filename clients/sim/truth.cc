@@ -83,6 +83,13 @@ std::string CamerasText(const std::vector<Camera>& cameras) {
   return out.str();
 }
 
+std::vector<Eigen::Vector3f> Corners(const Surface& s) {
+  if (s.shape == Surface::Shape::kGable) {
+    return {s.origin + 0.5f * s.right, s.origin + s.down, s.origin + s.down + s.right};
+  }
+  return {s.origin, s.origin + s.down, s.origin + s.down + s.right, s.origin + s.right};
+}
+
 }  // namespace
 
 void WriteTruth(const std::string& folder, const Place& place, const std::vector<Camera>& cameras,
@@ -121,6 +128,25 @@ void WriteTruth(const std::string& folder, const Place& place, const std::vector
   WriteText(std::filesystem::path(folder) / "cameras.txt", CamerasText(cameras));
   WriteText(std::filesystem::path(folder) / "images.txt", images.str());
   WriteText(std::filesystem::path(folder) / "points3D.txt", points.str());
+}
+
+void WriteSurfaces(const std::string& file, const Scene& scene) {
+  std::ostringstream vertices = ExactStream(), faces;
+  int num_vertices = 0;
+  for (int i = 0; i < scene.size(); ++i) {
+    const std::vector<Eigen::Vector3f> corners = Corners(scene.surface(i).surface);
+    faces << corners.size();
+    for (const Eigen::Vector3f& corner : corners) {
+      vertices << corner.x() << " " << corner.y() << " " << corner.z() << "\n";
+      faces << " " << num_vertices++;
+    }
+    faces << "\n";
+  }
+  std::ostringstream header;
+  header << "ply\nformat ascii 1.0\nelement vertex " << num_vertices
+         << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << scene.size()
+         << "\nproperty list uchar int vertex_indices\nend_header\n";
+  WriteText(file, header.str() + vertices.str() + faces.str());
 }
 
 }  // namespace skein::sim

@@ -21,4 +21,8 @@ struct TruePhoto {
 void WriteTruth(const std::string& folder, const Place& place, const std::vector<Camera>& cameras,
                 const std::vector<TruePhoto>& photos, uint64_t seed, int threads);
 
+// Every surface of the place, exactly, as a mesh: ASCII PLY, one face of four corners (a rectangle)
+// or three (a gable) each; metres. Throws std::runtime_error when the file cannot be written.
+void WriteSurfaces(const std::string& file, const Scene& scene);
+
 }  // namespace skein::sim

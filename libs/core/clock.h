@@ -1,6 +1,8 @@
 // Clocks: UTC for what is recorded, monotonic for what is measured.
 #pragma once
 
+#include <time.h>
+
 #include <chrono>
 #include <cstdint>
 
@@ -16,6 +18,13 @@ inline int64_t NowUs() {
 inline double MonotonicS() {
   using namespace std::chrono;
   return duration<double>(steady_clock::now().time_since_epoch()).count();
+}
+
+// Seconds of CPU that the calling thread has used.
+inline double ThreadCpuS() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + used.tv_nsec * 1e-9;
 }
 
 // Measures from its construction.

@@ -1,6 +1,7 @@
 // skein-mapper-offline: feeds a COLMAP database photo by photo to the mapper, without services, and
 // tells what came of it. For measuring the mapper against `colmap mapper` on the same matches.
 
+#include <sqlite3.h>
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +11,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <limits>
+#include <memory>
 #include <random>
 #include <sstream>
 #include <thread>
@@ -24,6 +27,10 @@ namespace {
 struct Arguments {
   std::string database, order = "name", ground_truth, reference, output, local_ba = "consistent";
   std::string camera_model = "SIMPLE_RADIAL";
+  std::string output_before, photo_table;
+  int local_ba_images = 0;
+  size_t max_pairs = 30;
+  bool global_ba = true;
   double focal_factor = 1.0;
   int threads = 1;
   int max_photos = 0;
@@ -43,6 +50,10 @@ std::vector<colmap::Image> OrderedImages(const colmap::Database& database,
   std::vector<colmap::Image> images = database.ReadAllImages();
   std::sort(images.begin(), images.end(),
             [](const auto& a, const auto& b) { return a.Name() < b.Name(); });
+  if (arguments.order == "id") {
+    std::sort(images.begin(), images.end(),
+              [](const auto& a, const auto& b) { return a.ImageId() < b.ImageId(); });
+  }
   if (arguments.order.rfind("shuffle:", 0) == 0) {
     std::mt19937 random(std::stoi(arguments.order.substr(8)));
     std::shuffle(images.begin(), images.end(), random);
@@ -72,7 +83,7 @@ PhotoInput ReadPhoto(const colmap::Database& database, const colmap::Image& imag
 
 // Verified pairs with the photos that came before, most inliers first.
 TwoViewPairs ReadPairs(const colmap::Database& database, ImageId id,
-                       const std::vector<ImageId>& before) {
+                       const std::vector<ImageId>& before, size_t max_pairs) {
   TwoViewPairs pairs;
   for (const ImageId other : before) {
     if (!database.ExistsInlierMatches(id, other)) continue;
@@ -88,13 +99,33 @@ TwoViewPairs ReadPairs(const colmap::Database& database, ImageId id,
   std::stable_sort(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
     return a.inliers.size() > b.inliers.size();
   });
-  if (pairs.size() > 30) pairs.resize(30);
+  if (max_pairs > 0 && pairs.size() > max_pairs) pairs.resize(max_pairs);
   return pairs;
 }
 
-// Stands for the distance of global descriptors, which the database does not have.
-std::vector<std::pair<uint32_t, double>> DistancesFromInliers(const TwoViewPairs& pairs) {
-  std::vector<std::pair<uint32_t, double>> distances;
+using DistancesOfPhoto = std::vector<std::pair<uint32_t, double>>;
+
+// Distances of global descriptors, of each photo to its candidates; empty when the database is
+// COLMAP's own (those that `skein export` writes have them).
+std::map<ImageId, DistancesOfPhoto> ReadCandidates(const std::string& file) {
+  std::map<ImageId, DistancesOfPhoto> candidates;
+  sqlite3* raw = nullptr;
+  const int opened = sqlite3_open_v2(file.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr);
+  const std::unique_ptr<sqlite3, int (*)(sqlite3*)> database(raw, sqlite3_close);
+  if (opened != SQLITE_OK) throw std::runtime_error("cannot open " + file);
+  const auto add = [](void* to, int, char** row, char**) {
+    auto& all = *static_cast<std::map<ImageId, DistancesOfPhoto>*>(to);
+    all[std::stoul(row[0])].emplace_back(std::stoul(row[1]), std::stod(row[2]));
+    return 0;
+  };
+  sqlite3_exec(raw, "SELECT image_id, other_id, distance FROM skein_candidates", add, &candidates,
+               nullptr);
+  return candidates;
+}
+
+// Stands for the distance of global descriptors where the database does not have them.
+DistancesOfPhoto DistancesFromInliers(const TwoViewPairs& pairs) {
+  DistancesOfPhoto distances;
   for (const TwoViewPair& pair : pairs) {
     const double similarity = std::min(1.0, static_cast<double>(pair.inliers.size()) / 1000.0);
     distances.emplace_back(pair.other_id, 2.0 * std::sqrt(1.0 - similarity));
@@ -163,21 +194,28 @@ class Run {
   explicit Run(const Arguments& arguments) : arguments_(arguments), submap_(Options(arguments)) {
     if (!arguments.ground_truth.empty()) truth_ = ReadGroundTruth(arguments.ground_truth);
     if (!arguments.reference.empty()) truth_ = ReadReference(arguments.reference);
+    if (!arguments.photo_table.empty()) {
+      photo_table_.open(arguments.photo_table);
+      photo_table_ << "photo,image_id,map_images,ba_images,ba_s,ba_cpu_s,error_px,total_s\n";
+    }
   }
 
   int Execute() {
     const colmap::Database database(arguments_.database);
     const std::vector<colmap::Image> images = OrderedImages(database, arguments_);
+    candidates_ = ReadCandidates(arguments_.database);
     double mapper_s = 0;
     for (const colmap::Image& image : images) {
       const PhotoInput photo = ReadPhoto(database, image, arguments_);
-      const TwoViewPairs pairs = ReadPairs(database, image.ImageId(), before_);
+      const TwoViewPairs pairs =
+          ReadPairs(database, image.ImageId(), before_, arguments_.max_pairs);
       before_.push_back(image.ImageId());
       const double start = CpuSeconds();
       Feed(photo, pairs);
       mapper_s += CpuSeconds() - start;
     }
     Print("before finish", images.size(), mapper_s);
+    if (!arguments_.output_before.empty()) Write(arguments_.output_before);
     double start = CpuSeconds();
     while (arguments_.background && submap_.Maintain(true, Sink())) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -186,7 +224,7 @@ class Run {
     start = CpuSeconds();
     submap_.Finish(Sink());
     Print("after finish", images.size(), CpuSeconds() - start);
-    if (!arguments_.output.empty()) Write();
+    if (!arguments_.output.empty()) Write(arguments_.output);
     return 0;
   }
 
@@ -195,6 +233,8 @@ class Run {
     SubmapOptions options;
     options.camera_model = arguments.camera_model;
     options.local.form = LocalBaFormFromName(arguments.local_ba);
+    if (arguments.local_ba_images > 0) options.local.colmap_images = arguments.local_ba_images;
+    if (!arguments.global_ba) options.global_growth = std::numeric_limits<double>::infinity();
     options.num_threads = arguments.threads;
     options.background = arguments.background;
     return options;
@@ -205,7 +245,9 @@ class Run {
          {submap_.AddPhoto(photo), submap_.AddPairs(photo.image_id, pairs)}) {
       if (!status.ok()) throw std::runtime_error(photo.name + ": " + status.error());
     }
-    submap_.AddSimilar(photo.image_id, DistancesFromInliers(pairs));
+    const auto candidates = candidates_.find(photo.image_id);
+    submap_.AddSimilar(photo.image_id, candidates == candidates_.end() ? DistancesFromInliers(pairs)
+                                                                       : candidates->second);
     if (submap_.map().reconstruction().NumRegImages() == 0) {
       TryToStart(photo.image_id, pairs);
       return;
@@ -232,6 +274,7 @@ class Run {
 
   Submap::EventSink Sink() {
     return [this](const PhotoEvent& event) {
+      if (event.state == PhotoEvent::State::kRegistered) AddToTable(event);
       if (!arguments_.verbose) return;
       const char* names[] = {"registered", "deferred", "rejected", "withdrawn"};
       std::cout << "  " << event.image_id << " " << names[static_cast<int>(event.state)] << " "
@@ -240,6 +283,14 @@ class Run {
                 << event.register_s << " triangulate " << event.triangulate_s << " ba "
                 << event.ba_s << " (" << event.num_ba_images << ") total " << event.total_s << "\n";
     };
+  }
+
+  void AddToTable(const PhotoEvent& event) {
+    if (!photo_table_.is_open()) return;
+    photo_table_ << before_.size() << "," << event.image_id << ","
+                 << submap_.map().reconstruction().NumRegImages() << "," << event.num_ba_images
+                 << "," << event.ba_s << "," << event.ba_cpu_s << "," << event.mean_error_px << ","
+                 << event.total_s << "\n";
   }
 
   void Print(const std::string& when, size_t num_photos, double seconds) const {
@@ -255,15 +306,17 @@ class Run {
     }
   }
 
-  void Write() const {
-    std::filesystem::create_directories(arguments_.output);
-    submap_.map().reconstruction().Write(arguments_.output);
+  void Write(const std::string& folder) const {
+    std::filesystem::create_directories(folder);
+    submap_.map().reconstruction().Write(folder);
   }
 
   const Arguments arguments_;
   Submap submap_;
   std::vector<ImageId> before_;
+  std::map<ImageId, DistancesOfPhoto> candidates_;
   std::map<std::string, Eigen::Vector3d> truth_;
+  std::ofstream photo_table_;
 };
 
 }  // namespace
@@ -275,12 +328,21 @@ int main(int argc, char** argv) {
   app.add_option("--database", arguments.database, "COLMAP database with verified matches")
       ->required()
       ->check(CLI::ExistingFile);
-  app.add_option("--order", arguments.order, "name or shuffle:SEED");
+  app.add_option("--order", arguments.order, "name, id (as they came) or shuffle:SEED");
   app.add_option("--ground-truth", arguments.ground_truth, "folder of Strecha's .camera files");
   app.add_option("--reference", arguments.reference, "COLMAP model to compare positions with");
-  app.add_option("--output", arguments.output, "folder for the model");
+  app.add_option("--output", arguments.output, "folder for the finished model");
+  app.add_option("--output-before", arguments.output_before, "folder for the model before finish");
+  app.add_option("--photo-table", arguments.photo_table,
+                 "file for a line of CSV a registered photo: its local BA");
   app.add_option("--local-ba", arguments.local_ba, "paper, consistent, equal or colmap");
   app.add_option("--camera-model", arguments.camera_model, "one of COLMAP's");
+  app.add_option("--local-ba-images", arguments.local_ba_images,
+                 "images of --local-ba colmap; 0: its default");
+  app.add_option("--max-pairs", arguments.max_pairs,
+                 "pairs with earlier photos that count, best first; 0: all");
+  app.add_flag("!--no-global-ba", arguments.global_ba,
+               "no global BA after the first photos, until finish");
   app.add_option("--focal-factor", arguments.focal_factor, "multiplies the focal prior");
   app.add_option("--threads", arguments.threads, "threads of a bundle adjustment");
   app.add_option("--max-photos", arguments.max_photos, "stop after this many; 0: all");

@@ -1,7 +1,10 @@
 #include "mapper/submap.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "base/projection.h"
 #include "core/clock.h"
 #include "mapper/bundle_builder.h"
 #include "mapper/fold_back.h"
@@ -30,14 +33,19 @@ WeightForm FormOfWeights(LocalBaForm form) {
   return WeightForm::kNone;
 }
 
+// Of the photo's own observations as the map stands.
 double MeanError(const SceneMap& map, ImageId id) {
+  const colmap::Image& image = map.reconstruction().Image(id);
+  const colmap::Camera& camera = map.reconstruction().Camera(image.CameraId());
   double sum = 0;
   int count = 0;
-  for (const colmap::Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
+  for (const colmap::Point2D& point2D : image.Points2D()) {
     if (!point2D.HasPoint3D()) continue;
-    const colmap::Point3D& point = map.reconstruction().Point3D(point2D.Point3DId());
-    if (!point.HasError()) continue;
-    sum += point.Error();
+    const Eigen::Vector3d& xyz = map.reconstruction().Point3D(point2D.Point3DId()).XYZ();
+    const double squared = colmap::CalculateSquaredReprojectionError(
+        point2D.XY(), xyz, image.Qvec(), image.Tvec(), camera);
+    if (squared == std::numeric_limits<double>::max()) continue;  // behind the camera
+    sum += std::sqrt(squared);
     ++count;
   }
   return count == 0 ? 0.0 : sum / count;
@@ -156,6 +164,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   event.register_s = timing.register_s;
   event.triangulate_s = triangulate_s;
   event.ba_s = adjustment.seconds;
+  event.ba_cpu_s = adjustment.cpu_s;
   event.num_ba_images = adjustment.num_images;
   event.total_s = MonotonicS() - start;
   sink(event);
@@ -225,7 +234,7 @@ void Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& si
 }
 
 Submap::Adjustment Submap::Adjust(ImageId new_image) {
-  const double start = MonotonicS();
+  const double start = MonotonicS(), cpu_start = ThreadCpuS();
   Adjustment adjustment;
   const size_t num_images = map_->reconstruction().NumRegImages();
   if (static_cast<int>(num_images) <= options_.max_images_all_global) {
@@ -242,6 +251,7 @@ Submap::Adjustment Submap::Adjust(ImageId new_image) {
   }
   map_->triangulator().ClearModifiedPoints3D();
   adjustment.seconds = MonotonicS() - start;
+  adjustment.cpu_s = ThreadCpuS() - cpu_start;
   return adjustment;
 }
 

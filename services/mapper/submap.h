@@ -49,6 +49,7 @@ struct PhotoEvent {
   double mean_error_px = 0;  // of its observations after its BA
   int num_ba_images = 0;     // free images of its BA
   double register_s = 0, triangulate_s = 0, ba_s = 0, total_s = 0;
+  double ba_cpu_s = 0;  // of the mapper's own thread
 };
 
 struct SubmapStatistics {
@@ -135,6 +136,7 @@ class Submap {
   struct Adjustment {
     int num_images = 0;
     double seconds = 0;
+    double cpu_s = 0;
   };
 
   bool TryPhoto(ImageId id, const EventSink& sink);
