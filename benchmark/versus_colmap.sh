@@ -163,7 +163,7 @@ all_s() { awk '/^(before|after) finish/ { for (i = 1; i < NF; ++i) if ($i == "cp
 rows() {
   local folder=$keep/$1 seed references=()
   for seed in $seeds; do references+=("$(largest "$folder/colmap-$seed")"); done
-  label() { jq -c --arg label "$1" '. + {label: $label}'; }
+  label() { jq -c --arg text "$1" '. + {label: $text}'; }
   figures "$1" "${session[$1]}/sparse/0" "${references[@]}" | label "Skein, session"
   figures "$1" "$folder/skein/after" "${references[@]}" | with_cpu "$(all_s "$folder/skein/log")" | label "Skein's mapper"
   figures "$1" "$folder/skein/before" "${references[@]}" | with_cpu "$(before_finish_s "$folder/skein/log")" | label "– before finish"
@@ -185,7 +185,7 @@ print_table() {
   echo '|---|---|---|---|---|---|---|---|---|'
   jq -sr '
     def r($d): if . == null then "–" else . * pow(10; $d) | round / pow(10; $d) end;
-    def row: "| \(.label) | \(.registered | r(3)) | \(.points | r(3)) | \(.mre_px | r(4)) | \(.mtl | r(3)) | \(.cpu_s | r(1)) | \(.position_percent | r(4)) | \(.point_error.mean | r(4)) / \(.point_error.median | r(4)) | \(.rotation_mean_deg | r(4)) / \(.rotation_max_deg | r(4)) |";
+    def row: "| \(.label) | \(.registered | r(3)) | \(.points | r(3)) | \(.mre_px | r(4)) | \(.mtl | r(3)) | \(.cpu_s | r(2)) | \(.position_percent | r(4)) | \(.point_error.mean | r(4)) / \(.point_error.median | r(4)) | \(.rotation_mean_deg | r(4)) / \(.rotation_max_deg | r(4)) |";
     def over($a; $b): if $a == null or $b == null or $b == 0 then null else $a / $b end;
     (map(select(.label | startswith("COLMAP, median")))[0]) as $c
     | (.[] | row),

@@ -64,7 +64,9 @@ class Builder {
           {it->second, element.point2D_idx, image.Point2D(element.point2D_idx).XY()});
     }
     point.count = static_cast<int>(bundle_.observations.size()) - point.first;
-    if (point.count < 2) {
+    point.constant =
+        request_.hold_open_points && point.count < static_cast<int>(point3D.Track().Length());
+    if (point.count < 2 && !point.constant) {
       bundle_.observations.resize(point.first);
     } else {
       bundle_.points.push_back(point);

@@ -14,7 +14,9 @@ struct BundleRequest {
   std::vector<double> weights;    // of `free`, in (0, 1]; empty: all 1
   std::vector<ImageId> held;      // constant poses, whose observations count
   std::vector<Point3DId> points;  // to refine; those with < 2 observations in it are left out
-  bool refine_cameras = false;    // focal length; distortion from three registered photos on
+  // Points that are also seen from outside of the bundle are constant, as in COLMAP's local BA.
+  bool hold_open_points = false;
+  bool refine_cameras = false;  // focal length; distortion from three registered photos on
 };
 
 // A bundle of a part of the map; only registered images count.

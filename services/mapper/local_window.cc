@@ -54,7 +54,21 @@ std::vector<Point3DId> SelectPoints(const SceneMap& map, const std::vector<Image
   return points;
 }
 
-// COLMAP's local BA: the images with most common points, two of them held for the gauge.
+// Observers of the image's points, but of those with long tracks, which stand firm.
+std::vector<ImageId> ObserversOfShortTracks(const SceneMap& map, ImageId image_id) {
+  constexpr size_t kMaxTrackLength = 15;
+  std::vector<Point3DId> points;
+  for (const Point3DId id : PointsOf(map, image_id)) {
+    if (map.reconstruction().Point3D(id).Track().Length() <= kMaxTrackLength) points.push_back(id);
+  }
+  std::vector<ImageId> observers;
+  for (const auto& [id, count] : Observers(map, points)) observers.push_back(id);
+  return observers;
+}
+
+// COLMAP's local BA: the images with most common points, two of them held for the gauge. The new
+// photo's points of short tracks are refined with all that see them; of the others those that
+// images outside see, too, are held (incremental_mapper.cc, bundle_adjustment.cc of 3.8).
 BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& map,
                            ImageId new_image_id) {
   BundleRequest request;
@@ -68,6 +82,12 @@ BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& ma
   request.held.assign(window.end() - num_held, window.end());
   request.free.insert(request.free.end(), window.begin(), window.end() - num_held);
   request.points = SelectPoints(map, request.free, 0);
+  request.hold_open_points = true;
+  for (const ImageId id : ObserversOfShortTracks(map, new_image_id)) {
+    if (id != new_image_id && std::count(window.begin(), window.end(), id) == 0) {
+      request.held.push_back(id);
+    }
+  }
   return request;
 }
 

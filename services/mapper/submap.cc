@@ -269,6 +269,7 @@ Submap::Adjustment Submap::AdjustLocally(ImageId new_image) {
   adjustment.num_images = summary.num_free_poses;
   if (!summary.usable) return adjustment;
   ApplyBundle(bundle, map_.get());
+  SettlePointsBeside(request);
   FilterBundle(options_.filter, bundle, map_.get());
   colmap::IncrementalTriangulator& triangulator = map_->triangulator();
   const std::unordered_set<Point3DId> modified = triangulator.GetModifiedPoints3D();
@@ -281,6 +282,34 @@ Submap::Adjustment Submap::AdjustLocally(ImageId new_image) {
   FilterPoints(options_.filter, points, map_.get());
   last_adjusted_ = request.free;
   return adjustment;
+}
+
+void Submap::SettlePointsBeside(const BundleRequest& adjusted) {
+  const std::unordered_set<Point3DId> inside(adjusted.points.begin(), adjusted.points.end());
+  std::set<Point3DId> beside;
+  std::set<ImageId> observers;
+  for (const ImageId id : adjusted.free) {
+    for (const colmap::Point2D& point2D : map_->reconstruction().Image(id).Points2D()) {
+      if (!point2D.HasPoint3D() || inside.count(point2D.Point3DId()) > 0) continue;
+      beside.insert(point2D.Point3DId());
+    }
+  }
+  if (beside.empty()) return;
+  for (const Point3DId id : beside) {
+    for (const auto& element : map_->reconstruction().Point3D(id).Track().Elements()) {
+      observers.insert(element.image_id);
+    }
+  }
+  BundleRequest request;
+  request.held.assign(observers.begin(), observers.end());
+  request.points.assign(beside.begin(), beside.end());
+  Bundle bundle = BuildBundle(*map_, request);
+  BundleOptions solve;
+  solve.max_iterations = 3;
+  solve.function_tolerance = 1e-3;
+  if (!SolveBundle(solve, &bundle).usable) return;
+  ApplyBundle(bundle, map_.get());
+  FilterBundle(options_.filter, bundle, map_.get());
 }
 
 double Submap::AdjustGlobally(const BundleOptions& options, int* num_images) {

@@ -147,6 +147,9 @@ class Submap {
 
   Adjustment Adjust(ImageId new_image);
   Adjustment AdjustLocally(ImageId new_image);
+  // Moves the points that the images of a local BA see but the BA left out to where their
+  // observations meet now that the poses have changed.
+  void SettlePointsBeside(const BundleRequest& adjusted);
   // One global BA; returns the part of the observations that completion, merging and filtering
   // changed after it.
   double AdjustGlobally(const BundleOptions& options, int* num_images);
