@@ -9,6 +9,7 @@
 #   --keep DIR      models, tables, logs and plots; a run that is there is not repeated
 #   --runs "LIST"   of: local (no global BA between the first photos and finish, as the paper has it)
 #                   shipped (with the global BAs at 10 % growth) (default: both)
+#   --forms "LIST"  default: all; colmap needs consistent before it
 #   --order ORDER   id (as the photos came to the session), name or shuffle:SEED (default id)
 #
 # Forms: consistent, paper, equal; colmap with as many images as `consistent` has free ones on
@@ -23,7 +24,7 @@
 # Plots need gnuplot.
 source "$(dirname "$0")/../scripts/lib.sh"
 
-keep='' order=id runs="local shipped" sets=()
+keep='' order=id runs="local shipped" forms="consistent equal colmap colmap-6 paper" sets=()
 while (($#)); do
   case $1 in
     -h | --help) print_help; exit 0 ;;
@@ -31,12 +32,12 @@ while (($#)); do
     --keep) keep=${2:?}; shift ;;
     --runs) runs=${2:?}; shift ;;
     --order) order=${2:?}; shift ;;
+    --forms) forms=${2:?}; shift ;;
     *) usage_error "unknown option $1" ;;
   esac
   shift
 done
 ((${#sets[@]})) && [[ -n $keep ]] || usage_error "--set and --keep are needed"
-forms="consistent paper equal colmap colmap-6"
 bin=$SKEIN_BUILD/bin
 for tool in skein-mapper-offline model_figures; do
   [[ -x $bin/$tool ]] || die "no $bin/$tool: build first"
