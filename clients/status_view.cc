@@ -16,21 +16,21 @@ using nlohmann::json;
 constexpr double kSilentS = 3;
 constexpr size_t kMaxFailuresShown = 12;
 
-const char* SubmapStateName(int8_t state) {
-  switch (state) {
-    case submap_t::ASSIGNED:
-      return "assigned";
-    case submap_t::ACTIVE:
-      return "active";
-    case submap_t::CHECKPOINT:
-      return "active";
-    case submap_t::FROZEN:
-      return "frozen";
-    case submap_t::FINAL:
-      return "final";
-    default:
-      return "waiting";
+// From its birth to its end, for a person. `live`: what its mapper tells, null if nothing yet.
+std::string SubmapStage(const SessionState& state, const SubmapState& submap,
+                        const submap_t* live) {
+  const auto merge = state.merges().find(submap.open_merge_id);
+  if (merge != state.merges().end()) {
+    const merge_t& ordered = merge->second.ordered;
+    return &submap == state.FindSubmap(ordered.source_id)
+               ? "merging into " + std::to_string(ordered.target_id)
+               : "absorbing " + std::to_string(ordered.source_id);
   }
+  if (submap.epoch == 0) return "waits for a mapper";
+  if (live == nullptr) return submap.epoch == 1 ? "being born" : "changing hands";
+  if (live->num_images == 0) return submap.epoch == 1 ? "being born" : "being restored";
+  return submap.final_ledger_seq >= 0 && submap.model.state == submap_t::FINAL ? "final"
+                                                                               : "growing";
 }
 
 json ImagesOf(const SessionState& state) {
@@ -72,17 +72,44 @@ json SubmapsOf(const StatusInput& input) {
     const bool is_live = live != input.submap_statuses.end() && live->second.epoch == submap.epoch;
     const submap_t& shown = is_live ? live->second : submap.model;
     const bool known = is_live || submap.model.header.seq > 0;
+    const std::string stage = SubmapStage(input.state, submap, is_live ? &live->second : nullptr);
     submaps.push_back(
         {{"id", id},
          {"owner", Printable(submap.owner)},
          {"epoch", submap.epoch},
-         {"state", known ? SubmapStateName(shown.state) : "waiting"},
+         {"state", stage},
          {"images", known ? shown.num_images : 0},
          {"deferred", known ? shown.num_deferred : 0},
          {"points", known ? shown.num_points : 0},
          {"mean_reprojection_error_px", known ? shown.mean_reprojection_error_px : 0.0}});
   }
   return submaps;
+}
+
+json EndedOf(const SessionState& state) {
+  json ended = json::array();
+  for (const auto& [id, submap] : state.submaps()) {
+    if (submap.ended) ended.push_back({{"id", id}, {"reason", Printable(submap.end_reason, 200)}});
+  }
+  return ended;
+}
+
+json MergesOf(const SessionState& state) {
+  int done = 0, undone = 0, open = 0;
+  std::string last_undone;
+  for (const auto& [id, merge] : state.merges()) {
+    const int8_t last = merge.latest.state;
+    done += last == merge_t::DONE;
+    undone += last == merge_t::UNDONE;
+    open += last == merge_t::ORDERED || last == merge_t::FROZEN;
+    if (last != merge_t::UNDONE) continue;
+    last_undone = std::to_string(merge.ordered.source_id) + " into " +
+                  std::to_string(merge.ordered.target_id) + ": " + merge.latest.reason;
+  }
+  return {{"done", done},
+          {"undone", undone},
+          {"open", open},
+          {"last_undone", Printable(last_undone, 200)}};
 }
 
 json FailuresOf(const SessionState& state) {
@@ -114,11 +141,26 @@ std::string FormatInstance(const json& i) {
 }
 
 std::string FormatSubmap(const json& s) {
-  return Line("  %-6lld %-14s %6lld %-10s %7d %9d %9d %9.3f", s["id"].get<long long>(),
+  return Line("  %-6lld %-14s %6lld %-18s %7d %9d %9d %9.3f", s["id"].get<long long>(),
               s["owner"].get<std::string>().c_str(), s["epoch"].get<long long>(),
               s["state"].get<std::string>().c_str(), s["images"].get<int>(),
               s["deferred"].get<int>(), s["points"].get<int>(),
               s["mean_reprojection_error_px"].get<double>());
+}
+
+// Which submaps have gone where, and what was refused.
+std::string FormatMerges(const json& merges, const json& ended) {
+  if (ended.empty() && merges["done"] == 0 && merges["undone"] == 0 && merges["open"] == 0)
+    return "";
+  std::string text = Line("\nmerges  %d done, %d undone, %d under way", merges["done"].get<int>(),
+                          merges["undone"].get<int>(), merges["open"].get<int>());
+  for (const json& submap : ended) {
+    text += Line("  submap %lld: %s", submap["id"].get<long long>(),
+                 submap["reason"].get<std::string>().c_str());
+  }
+  const std::string undone = merges["last_undone"];
+  if (!undone.empty()) text += Line("  last undone: %s", undone.c_str());
+  return text;
 }
 
 std::string FormatFailures(const json& failures) {
@@ -149,6 +191,8 @@ json MakeStatus(const StatusInput& input) {
           {"finishing", input.state.finishing()},
           {"instances", InstancesOf(input)},
           {"submaps", SubmapsOf(input)},
+          {"ended_submaps", EndedOf(input.state)},
+          {"merges", MergesOf(input.state)},
           {"failures", FailuresOf(input.state)}};
 }
 
@@ -175,10 +219,11 @@ std::string FormatStatus(const json& status) {
                "memory MB", "state");
   for (const json& instance : status["instances"]) text += FormatInstance(instance);
   if (!status["submaps"].empty()) {
-    text += Line("\n  %-6s %-14s %6s %-10s %7s %9s %9s %9s", "submap", "owner", "epoch", "state",
+    text += Line("\n  %-6s %-14s %6s %-18s %7s %9s %9s %9s", "submap", "owner", "epoch", "state",
                  "images", "deferred", "points", "error px");
     for (const json& submap : status["submaps"]) text += FormatSubmap(submap);
   }
+  text += FormatMerges(status["merges"], status["ended_submaps"]);
   if (!status["failures"].empty()) text += "\nfailures\n" + FormatFailures(status["failures"]);
   return text;
 }

@@ -28,7 +28,8 @@ struct StatusInput {
 // {session_id, ledger, images{received, in_flight, registered, deferred, failed},
 //  latency_s{p50, p95, p99}, finishing, instances[{instance, service, host, pid, state, backlog,
 //  done, mean_s, memory_bytes, silent_s, ...}], submaps[{id, owner, epoch, state, images, deferred,
-//  points, mean_reprojection_error_px}], failures[{image, stage, reason}]}
+//  points, mean_reprojection_error_px}], ended_submaps[{id, reason}],
+//  merges{done, undone, open, last_undone}, failures[{image, stage, reason}]}
 nlohmann::json MakeStatus(const StatusInput& input);
 
 // The same as a table of lines, for a terminal.

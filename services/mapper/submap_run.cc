@@ -310,10 +310,13 @@ void SubmapRun::DoMerge(const Item& item) {
   const bool undone = facts.back().state == merge_t::UNDONE;
   if (!ours || undone || merges_ == nullptr) return Pump();
   busy_ = true;
+  merging_ = ordered;
+  PublishStatus();
   std::weak_ptr<bool> alive = alive_;
   merges_->OnOrdered(ordered, *this, [this, alive] {
     if (alive.expired()) return;
     busy_ = false;
+    merging_.reset();
     more_ = true;
     Pump();
   });
@@ -516,6 +519,12 @@ void SubmapRun::PublishStatus() {
   status.epoch = epoch_;
   status.owner = node_.instance();
   status.num_images = num_images();
+  if (merging_) {
+    const bool is_source = merging_->source_id == submap_id_;
+    status.state = is_source ? submap_t::FROZEN : submap_t::ACTIVE;
+    status.reason = is_source ? "merges into submap " + std::to_string(merging_->target_id)
+                              : "absorbs submap " + std::to_string(merging_->source_id);
+  }
   status.ledger_seq = StatusSeq();
   status.memory_bytes = ResidentMemoryBytes();
   node_.Publish(kSubmapStatusChannel, status);

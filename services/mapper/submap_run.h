@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -130,12 +131,13 @@ class SubmapRun {
   bool more_ = false;         // the submap's queue is not empty
   bool maintaining_ = false;  // see Submap::Maintain
   bool ended_ = false;
-  size_t cursor_ = 0;           // next item
-  int64_t cursor_seq_ = 0;      // everything up to here is known to the submap
-  bool item_open_ = false;      // the item at cursor_seq_ is not done
-  int64_t lost_check_seq_ = 0;  // where replay has reached what the former mapper knew
-  std::set<int64_t> present_;   // photos that the submap has
-  std::set<int64_t> wanted_;    // photos to load
+  std::optional<merge_t> merging_;  // the order being carried out
+  size_t cursor_ = 0;               // next item
+  int64_t cursor_seq_ = 0;          // everything up to here is known to the submap
+  bool item_open_ = false;          // the item at cursor_seq_ is not done
+  int64_t lost_check_seq_ = 0;      // where replay has reached what the former mapper knew
+  std::set<int64_t> present_;       // photos that the submap has
+  std::set<int64_t> wanted_;        // photos to load
   std::set<int64_t> registered_;
   std::map<int64_t, int> num_facts_;    // of a photo
   std::multiset<int64_t> uncommitted_;  // seqs at which facts under way were computed

@@ -1,0 +1,138 @@
+#!/usr/bin/env bash
+# What merging does: each set with merging and without it (submaps, photos and points of each), how
+# many submaps there were over time, what merges were tried and cost; and, on the pairs of submaps that
+# the run without merging left, COLMAP's model_merger.
+#
+#   benchmark/merging.sh [--sets "LIST"] [--datasets DIR] [--size WxH]
+#
+#   --sets "LIST"    of: disjoint rooms corridor relay twins south (default: disjoint rooms south)
+#   --datasets DIR   holds south-building (default: ../shared/datasets beside the tree; left out if absent):
+#                    its photos in three agents by file order
+#   --size WxH       of the synthetic photos (default 960x720)
+#
+# Needs a network namespace of its own, so root or user namespaces.
+source "$(dirname "$0")/../tests/harness.sh"
+source "$(dirname "$0")/../tests/session.sh"
+
+datasets=$SKEIN_ROOT/../shared/datasets sets="disjoint rooms south" size=960x720
+arguments=("$@")
+while (($#)); do
+  case $1 in
+    -h | --help) print_help; exit 0 ;;
+    --sets) sets=${2:?}; shift ;;
+    --datasets) datasets=${2:?}; shift ;;
+    --size) size=${2:?}; shift ;;
+    *) usage_error "unknown option $1" ;;
+  esac
+  shift
+done
+enter_network_namespace "${arguments[@]}"
+new_workspace
+url=$(test_lcm_url)
+
+# use_south: three folders of links, by file order
+use_south() {
+  local photos=("$datasets"/south-building/images/*) i
+  place=$workspace/south num_photos=${#photos[@]}
+  mkdir -p "$place"/images/{a,b,c}
+  for i in "${!photos[@]}"; do
+    ln -sfn "$(realpath "${photos[i]}")" "$place/images/$(cut -c $((1 + 3 * i / num_photos)) <<<abc)/"
+  done
+  ln -sfn "$(realpath "$datasets/south-building/reference")" "$place/truth"
+}
+
+choose_set() {
+  case $1 in
+    disjoint | relay | corridor) use_place 3 20 --scenario "$1" --size "$size" --seed 1 ;;
+    rooms) use_place 6 30 --scenario rooms --size "$size" --seed 1 ;;
+    twins) use_place 4 15 --scenario twins --size "$size" --seed 1 ;;
+    south) use_south ;;
+    *) usage_error "unknown set $1" ;;
+  esac
+}
+
+# run_session SESSION [launch.sh's options]: exports the submaps to SESSION-models before the finish is
+# asked for, and to SESSION-submaps while the services still run after it
+run_session() {
+  local session=$1
+  shift
+  start_services "$session" "$url" "$@"
+  publish "$session"
+  await_agents
+  wait_until 600 "a submap has a checkpoint" export_submaps "$session" "$session-models"
+  finish "$session"
+  export_submaps "$session" "$session-submaps"
+  stop_services
+}
+export_submaps() { "$SKEIN_BUILD/bin/skein" export --session "$1" --output "$2" >/dev/null 2>&1; }
+
+# "0 s: 1, 12 s: 2, 40 s: 1": how many submaps lived from then on, after the first photo
+submaps_over_time() {
+  sqlite3 "file:$1/ledger.db?mode=ro" "
+    WITH start AS (SELECT MIN(utime_us) AS t FROM facts WHERE kind = 'image'),
+    steps AS (SELECT utime_us AS t, CASE WHEN kind = 'seed' THEN 1 ELSE -1 END AS step, seq FROM facts
+      WHERE kind = 'seed' OR fact_id LIKE 'submap/%/ended' OR fact_id LIKE 'submap/%/dissolved')
+    SELECT GROUP_CONCAT(text, ', ') FROM (SELECT CAST((steps.t - start.t) / 1000000 AS INT) || ' s: ' ||
+      SUM(step) OVER (ORDER BY seq) AS text FROM steps, start ORDER BY seq)"
+}
+
+# The largest model's error, or "-" where there is none
+rmse_of() { "$SKEIN_BUILD/bin/skein" evaluate --json "$1" "$place/truth" 2>/dev/null | jq -r '.position_rmse_percent // "-"' || echo -; }
+
+row() {
+  local session=$workspace/$1-$2 report=$workspace/$1-$2/report.json options=()
+  [[ $2 == on ]] || options=(--no-merge)
+  run_session "$session" "${options[@]}" >"$session.log" 2>&1 || { cat "$session.log" >&2; return 1; }
+  printf '| %s | %s | %s/%s | %s | %s | %s | %s | %s | %s |\n' "$1" "$2" \
+    "$(jq .images.registered "$report")" "$num_photos" "$(jq '.submaps | length' "$report")" \
+    "$(jq -r '[.submaps[] | "\(.images) / \(.points)"] | join(", ")' "$report")" "$(rmse_of "$session/sparse/0")" \
+    "$(jq -r '[.merges | length, (map(select(.state == "done")) | length), (map(select(.state == "undone")) | length)] | join(" / ")' "$report")" \
+    "$(jq -r '[.merges[].duration_s] | if length == 0 then "-" else "\(add / length * 10 | round / 10) / \(max * 10 | round / 10)" end' "$report")" \
+    "$(submaps_over_time "$session")"
+}
+
+# shared_photos MODEL MODEL: photos that are in both
+shared_photos() {
+  local model
+  for model in "$1" "$2"; do
+    mkdir -p "$model-text"
+    colmap model_converter --input_path "$model" --output_path "$model-text" --output_type TXT >/dev/null 2>&1
+    grep -v '^#' "$model-text/images.txt" | awk 'NR % 2 { print $10 }' | sort -u >"$model-text/names"
+  done
+  comm -12 "$1-text/names" "$2-text/names" | wc -l
+}
+
+# COLMAP's model_merger on each pair of the submaps that stayed apart
+merger_rows() {
+  local submaps=$workspace/$1-off-submaps a b out shared verdict
+  for a in "$submaps"/[0-9]; do
+    for b in "$submaps"/[0-9]; do
+      [[ $a < $b ]] || continue
+      shared=$(shared_photos "$a" "$b")
+      ((shared > 0)) || continue
+      out=$a-with-${b##*/}
+      mkdir -p "$out"
+      QT_QPA_PLATFORM=offscreen colmap model_merger --input_path1 "$a" --input_path2 "$b" --output_path "$out" >"$out.log" 2>&1 || true
+      verdict=$(grep -oE 'Merge (succeeded|failed)' "$out.log" || echo "ended badly")
+      printf '| %s | %s + %s photos, %s shared | %s, %s | %s | %s |\n' "$1" "$(wc -l <"$a-text/names")" \
+        "$(wc -l <"$b-text/names")" "$shared" "$(rmse_of "$a")" "$(rmse_of "$b")" "$verdict" \
+        "$([[ $verdict == *succeeded ]] && rmse_of "$out" || echo -)"
+    done
+  done
+}
+
+print_machine
+merger_table=$workspace/merger_table
+echo '| set | merging | registered | submaps | photos / points of each | position RMSE of the largest, % of extent | merges tried / done / undone | s a merge, mean / most | submaps over time |'
+echo '|---|---|---|---|---|---|---|---|---|'
+for name in $sets; do
+  [[ $name != south || -d $datasets/south-building ]] || { echo "no $datasets/south-building: left out"; continue; }
+  choose_set "$name"
+  row "$name" off
+  row "$name" on
+  merger_rows "$name" >>"$merger_table"
+done
+echo
+echo '| set | submaps | position RMSE of each | COLMAP model_merger | RMSE after |'
+echo '|---|---|---|---|---|'
+cat "$merger_table"
