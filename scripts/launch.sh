@@ -14,6 +14,8 @@
 #   --mappers MIN:MAX  mappers, one a submap at a time: MIN always, one more whenever a submap waits
 #                   and none is idle, up to MAX; those leave again when they have been idle for 10 s.
 #                   N: always N. Default 1:16. Every host of a session may have such a pool
+#   --top-n N       candidates that retrieval names a photo (default 30)
+#   --no-second-look  match with all candidates in retrieval's order, for comparison
 #   --no-merge      leave the submaps apart, for comparison
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
@@ -32,6 +34,7 @@ cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=()
+retrieval_options=() matching_options=()
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
 # need_range OPTION MIN:MAX|N: sets min_mappers and max_mappers
@@ -42,7 +45,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --max-size | --build | --ready-file)
+    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
@@ -54,6 +57,8 @@ while (($#)); do
     --max-size) need_count "$1" "$2"; features_options=(--max-size "$2"); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
+    --top-n) need_count "$1" "$2"; retrieval_options=(--top "$2"); shift ;;
+    --no-second-look) matching_options=(--no-second-look) ;;
     --no-merge) merger_options=(--no-merge) ;;
     --verbose) service_options+=(--verbose) ;;
     -h | --help) print_help; exit 0 ;;
@@ -279,11 +284,11 @@ if [[ -z $join ]]; then
   add_relays
   await_ready "${instances[@]}"
   add_service ingest ingest
-  add_service retrieval retrieval
+  add_service retrieval retrieval "${retrieval_options[@]}"
   add_service merger merger "${merger_options[@]}"
 fi
 add_workers features "$features" "${features_options[@]}"
-add_workers matching "$matching"
+add_workers matching "$matching" "${matching_options[@]}"
 await_ready "${instances[@]}"
 start_pool
 await_ready "${instances[@]}"

@@ -12,6 +12,8 @@
 #   --ground-truth PATH    evaluate against Strecha .camera files, a COLMAP model or TUM lines
 #   --lcm-url URL          default: one of this session's own
 #   --features N --matching N --mappers MIN:MAX --threads N --build DIR    as in launch.sh
+#   --top-n N              candidates a photo (default 30)
+#   --no-second-look       match with all candidates, for comparison
 #   --no-merge             leave the submaps apart, for comparison
 #   --keep                 leave the services running after the finish (until Ctrl-C)
 #
@@ -37,7 +39,7 @@ add_images() {
 while (($#)); do
   case $1 in
     --keep) keep=1; shift; continue ;;
-    --no-merge) launch_options+=("$1"); shift; continue ;;
+    --no-merge | --no-second-look) launch_options+=("$1"); shift; continue ;;
     -h | --help) print_help; exit 0 ;;
   esac
   (($# > 1)) || usage_error "unknown option $1, or it needs a value"
@@ -45,7 +47,7 @@ while (($#)); do
     --session) session=$2 ;;
     --images) add_images "$2" ;;
     --rate | --order) agent_options+=("$1" "$2") ;;
-    --max-size | --features | --matching | --mappers | --threads) launch_options+=("$1" "$2") ;;
+    --max-size | --top-n | --features | --matching | --mappers | --threads) launch_options+=("$1" "$2") ;;
     --ground-truth) [[ -e $2 ]] || usage_error "--ground-truth: there is no '$2'"; truth=$(realpath "$2") ;;
     --lcm-url) url=$2 ;;
     --build) SKEIN_BUILD=$2 ;;

@@ -7,9 +7,15 @@
 #include "matching/messages.h"
 
 namespace skein {
+namespace {
+
+constexpr size_t kPrefetchedBatches = 4;
+
+}  // namespace
 
 MatchingService::MatchingService(Node& node, const MatchingServiceOptions& options)
     : node_(node),
+      second_look_(options.second_look),
       matcher_(options.matcher),
       loader_(node.loop(), node.blobs(), options.cache_bytes),
       worker_(node.loop()),
@@ -34,73 +40,120 @@ void MatchingService::OnWork(const work_t& work) {
 // The ledger may be behind the work: candidates that come later start the job.
 void MatchingService::StartIfKnown(int64_t image_id) {
   const auto job = jobs_.find(image_id);
-  if (job == jobs_.end() || job->second.started || !index_.HasCandidates(image_id)) return;
+  if (job == jobs_.end() || job->second.look || !index_.HasCandidates(image_id)) return;
   if (!index_.FindFeatures(image_id)) return Fail(image_id, "the photo has no features", true);
-  const std::vector<int64_t> others = index_.CandidatesOf(image_id);
-  job->second.started = true;
-  job->second.computed_at_seq = follower_.processed_seq();
-  job->second.others.resize(others.size());
-  job->second.num_missing = 1 + static_cast<int>(others.size());
+  const int64_t seq = follower_.processed_seq();
+  job->second.computed_at_seq = seq;
+  job->second.look.emplace(
+      index_.CandidatesOf(image_id), index_.covisibility(), seq,
+      [this, image_id](int64_t other_id) { return index_.IsEarlier(other_id, image_id); },
+      second_look_);
   LoadPhoto(image_id);
-  for (size_t i = 0; i < others.size(); ++i) LoadOther(image_id, i, others[i]);
 }
 
 void MatchingService::LoadPhoto(int64_t image_id) {
   loader_.Load(image_id, *index_.FindFeatures(image_id),
                [this, image_id](const Result<PhotoFeaturesPtr>& features) {
-                 Job& job = jobs_.at(image_id);
-                 if (features.ok()) {
-                   job.photo = *features;
-                 } else {
-                   job.error = features.error();
-                 }
-                 OnOneLoaded(image_id);
+                 OnPhotoLoaded(image_id, features);
                });
 }
 
-void MatchingService::LoadOther(int64_t image_id, size_t index, int64_t other_id) {
+void MatchingService::OnPhotoLoaded(int64_t image_id, const Result<PhotoFeaturesPtr>& features) {
+  if (!features.ok()) return Fail(image_id, features.error(), false);
+  Job& job = jobs_.at(image_id);
+  job.photo = *features;
+  waiting_.push_back(image_id);
+  StartNext();
+}
+
+void MatchingService::StartNext() {
+  if (waiting_.empty()) return;
+  if (!active_) {
+    active_ = waiting_.front();
+    waiting_.pop_front();
+    LoadBatch();
+  }
+  Prefetch();
+}
+
+void MatchingService::LoadBatch() {
+  Job& job = jobs_.at(*active_);
+  job.batch = job.look->Next();
+  if (job.batch.empty()) return Submit();
+  job.others.assign(job.batch.size(), nullptr);
+  job.num_missing = job.batch.size();
+  for (size_t i = 0; i < job.others.size(); ++i) LoadOther(i);
+  Prefetch();
+}
+
+void MatchingService::LoadOther(size_t index) {
+  const int64_t other_id = jobs_.at(*active_).batch[index];
   loader_.Load(other_id, *index_.FindFeatures(other_id),
-               [this, image_id, index, other_id](const Result<PhotoFeaturesPtr>& features) {
+               [this, index, other_id](const Result<PhotoFeaturesPtr>& features) {
+                 Job& job = jobs_.at(*active_);
                  if (features.ok()) {
-                   jobs_.at(image_id).others[index] = *features;
+                   job.others[index] = *features;
                  } else {
-                   spdlog::warn("image {} is not matched with {}: {}", image_id, other_id,
+                   spdlog::warn("image {} is not matched with {}: {}", *active_, other_id,
                                 features.error());
                  }
-                 OnOneLoaded(image_id);
+                 if (--job.num_missing == 0) MatchBatch();
                });
 }
 
-void MatchingService::OnOneLoaded(int64_t image_id) {
-  Job& job = jobs_.at(image_id);
-  if (--job.num_missing > 0) return;
-  if (!job.photo) return Fail(image_id, job.error, false);
-  Match(image_id);
+// What is likely to be matched after the batch that is loaded now.
+void MatchingService::Prefetch() {
+  const auto prefetch = [this](int64_t image_id) {
+    for (const int64_t id :
+         jobs_.at(image_id).look->Best(kPrefetchedBatches * second_look_.batch)) {
+      loader_.Load(id, *index_.FindFeatures(id), [](const Result<PhotoFeaturesPtr>&) {});
+    }
+  };
+  if (active_) prefetch(*active_);
+  if (!waiting_.empty()) prefetch(waiting_.front());
 }
 
-void MatchingService::Match(int64_t image_id) {
-  const Job& job = jobs_.at(image_id);
+void MatchingService::MatchBatch() {
+  const Job& job = jobs_.at(*active_);
   std::vector<PhotoFeaturesPtr> others;
   for (const PhotoFeaturesPtr& other : job.others) {
     if (other) others.push_back(other);
   }
-  worker_.Run(
-      [this, photo = job.photo, others = std::move(others)] {
-        Outcome outcome;
-        outcome.matches = matcher_.Match(*photo, others);
-        if (!outcome.matches.pairs.empty()) {
-          outcome.pairs_blob = node_.blobs().Offer(EncodeTwoViewPairs(outcome.matches.pairs));
-        }
-        return outcome;
-      },
-      [this, image_id](const Outcome& outcome) { Submit(image_id, outcome); });
+  worker_.Run([this, photo = job.photo,
+               others = std::move(others)] { return matcher_.Match(*photo, others); },
+              [this](PhotoMatches matches) { OnBatchMatched(std::move(matches)); });
 }
 
-void MatchingService::Submit(int64_t image_id, const Outcome& outcome) {
-  matches_t fact = ToMessage(image_id, outcome.matches, outcome.pairs_blob);
-  fact.header.computed_at_seq = jobs_.at(image_id).computed_at_seq;
+void MatchingService::OnBatchMatched(PhotoMatches matches) {
+  Job& job = jobs_.at(*active_);
+  std::map<int64_t, int32_t> inliers;
+  for (const TwoViewPair& pair : matches.pairs) {
+    inliers[pair.other_id] = static_cast<int32_t>(pair.inliers.size());
+  }
+  for (const int64_t other_id : job.batch) job.look->Tell(other_id, inliers[other_id]);
+  Append(std::move(matches), &job.matches);
+  LoadBatch();
+}
+
+void MatchingService::Submit() {
+  const int64_t image_id = *active_;
+  Job& job = jobs_.at(image_id);
   ++num_done_;
-  sum_elapsed_s_ += outcome.matches.elapsed_s;
+  sum_elapsed_s_ += job.matches.elapsed_s;
+  worker_.Run(
+      [this, image_id, seq = job.computed_at_seq, matches = std::move(job.matches)] {
+        const std::string blob =
+            matches.pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches.pairs));
+        matches_t fact = ToMessage(image_id, matches, blob);
+        fact.header.computed_at_seq = seq;
+        return fact;
+      },
+      [this, image_id](matches_t fact) { SubmitFact(image_id, std::move(fact)); });
+  active_.reset();
+  StartNext();
+}
+
+void MatchingService::SubmitFact(int64_t image_id, matches_t fact) {
   spdlog::debug("image {}: {} of {} pairs verified, match {:.2f} s, verify {:.2f} s", image_id,
                 fact.num_pairs, fact.num_tried, fact.match_s, fact.verify_s);
   node_.submitter().Submit(std::move(fact),

@@ -1,15 +1,19 @@
 #pragma once
 
-// Takes work of kind "matching", matches each photo with its candidates, submits matches_t.
+// Takes work of kind "matching", matches each photo with its candidates in the order of
+// second_look.h, submits matches_t.
 
+#include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "matching/feature_loader.h"
 #include "matching/photo_index.h"
 #include "matching/photo_matcher.h"
+#include "matching/second_look.h"
 #include "messaging/ledger_follower.h"
 #include "messaging/node.h"
 #include "messaging/work_client.h"
@@ -19,11 +23,13 @@ namespace skein {
 
 struct MatchingServiceOptions {
   PhotoMatcherOptions matcher;
+  SecondLookOptions second_look;
   size_t cache_bytes = size_t{512} << 20;  // features of recently used photos
 };
 
 // Loop's thread; the matching itself runs on a worker thread (and matcher.num_threads - 1 more).
-// Holds two items: one that is matched, one whose features are fetched meanwhile.
+// Holds two items: one that is matched, one whose features are fetched meanwhile. What is matched
+// depends on the photo's candidates and on the ledger up to computed_at_seq only.
 class MatchingService {
  public:
   MatchingService(Node& node, const MatchingServiceOptions& options);
@@ -32,32 +38,37 @@ class MatchingService {
   // An item of work, from work_t until its result is committed.
   struct Job {
     int64_t computed_at_seq = 0;
-    int num_missing = 0;
+    std::optional<SecondLook> look;  // once the candidates are known
     PhotoFeaturesPtr photo;
-    std::vector<PhotoFeaturesPtr> others;  // in the order of the candidates, null until loaded
-    std::string error;                     // why the photo itself cannot be matched
-    bool started = false;
-  };
-  struct Outcome {
-    PhotoMatches matches;
-    std::string pairs_blob;
+    std::vector<int64_t> batch;            // the pairs that are matched now
+    std::vector<PhotoFeaturesPtr> others;  // of the batch, null until loaded or if damaged
+    size_t num_missing = 0;                // of the batch
+    PhotoMatches matches;                  // of the batches before
   };
 
   void OnFact(const Fact& fact);
   void OnWork(const work_t& work);
   void StartIfKnown(int64_t image_id);
   void LoadPhoto(int64_t image_id);
-  void LoadOther(int64_t image_id, size_t index, int64_t other_id);
-  void OnOneLoaded(int64_t image_id);
-  void Match(int64_t image_id);
-  void Submit(int64_t image_id, const Outcome& outcome);
+  void OnPhotoLoaded(int64_t image_id, const Result<PhotoFeaturesPtr>& features);
+  void StartNext();
+  void LoadBatch();
+  void LoadOther(size_t index);
+  void Prefetch();
+  void MatchBatch();
+  void OnBatchMatched(PhotoMatches matches);
+  void Submit();
+  void SubmitFact(int64_t image_id, matches_t fact);
   // By value: the reason may belong to the job that ends here.
   void Fail(int64_t image_id, std::string reason, bool permanent);
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
+  const SecondLookOptions second_look_;
   PhotoIndex index_;
   std::map<int64_t, Job> jobs_;
+  std::deque<int64_t> waiting_;    // jobs whose photo is loaded
+  std::optional<int64_t> active_;  // the job that is matched
   int64_t num_done_ = 0;
   double sum_elapsed_s_ = 0;
 

@@ -72,6 +72,20 @@ class Ingest {
     Commit(candidates, "candidates");
   }
 
+  // Committed by another worker; other photo and number of inliers.
+  void AddMatches(int64_t image_id, const std::vector<std::pair<int64_t, int32_t>>& pairs) {
+    matches_t matches{};
+    matches.image_id = image_id;
+    for (const auto& [other_id, num_inliers] : pairs) {
+      two_view_t pair{};
+      pair.other_id = other_id;
+      pair.num_inliers = num_inliers;
+      matches.pairs.push_back(pair);
+    }
+    matches.num_pairs = static_cast<int32_t>(pairs.size());
+    Commit(matches, "matches");
+  }
+
   void AddWork(int64_t image_id) { work_.insert(image_id); }
   void Damage(int64_t image_id) { damaged_.insert(image_id); }
 
@@ -142,9 +156,22 @@ class Ingest {
 
 class Matching : public testing::Test {
  protected:
-  void StartService() {
+  void StartService(bool second_look = true) {
     node_.emplace(OptionsOf("matching"), loop_, bus_);
-    service_.emplace(*node_, MatchingServiceOptions());
+    MatchingServiceOptions options;
+    options.second_look.enabled = second_look;
+    service_.emplace(*node_, options);
+  }
+
+  // 1, 2 and 6 see one place, 3 and 4 another; retrieval names 1, 3 and 4 for 6.
+  void AddTwoPlaces() {
+    for (const int64_t id : {1, 2}) ingest_.AddPhoto(*world_.Photo(id, 0.2 * id, 350));
+    for (const int64_t id : {3, 4}) ingest_.AddPhoto(*world_.Photo(id, 0, 0));
+    ingest_.AddPhoto(*world_.Photo(6, 1.1, 350));
+    ingest_.AddMatches(2, {{1, 300}});
+    ingest_.AddMatches(4, {{3, 300}});
+    ingest_.AddCandidates(6, {1, 3, 4});
+    ingest_.AddWork(6);
   }
 
   bool RunUntilMatched(size_t num_photos) {
@@ -205,6 +232,27 @@ TEST_F(Matching, LeavesOutCandidatesThatCannotBeUsed) {
   ASSERT_TRUE(RunUntilMatched(1));
   EXPECT_EQ(ingest_.matches().at(3).num_tried, 1);
   EXPECT_EQ(ingest_.matches().at(3).num_pairs, 1);
+}
+
+TEST_F(Matching, SecondLookSparesWhatFailsAndFindsWhatRetrievalMissed) {
+  AddTwoPlaces();
+  StartService();
+  ASSERT_TRUE(RunUntilMatched(1));
+  const matches_t& matches = ingest_.matches().at(6);
+  EXPECT_EQ(matches.num_tried, 3) << "1, 3, and 2 through 1; not 4, for which 3 spoke";
+  ASSERT_EQ(matches.num_pairs, 2);
+  EXPECT_EQ(std::set<int64_t>({matches.pairs[0].other_id, matches.pairs[1].other_id}),
+            std::set<int64_t>({1, 2}));
+  EXPECT_GE(matches.pairs[0].num_inliers, matches.pairs[1].num_inliers);
+  EXPECT_EQ(ingest_.PairsOf(6).size(), 2u);
+}
+
+TEST_F(Matching, WithoutSecondLookTheCandidatesAloneAreMatched) {
+  AddTwoPlaces();
+  StartService(false);
+  ASSERT_TRUE(RunUntilMatched(1));
+  EXPECT_EQ(ingest_.matches().at(6).num_tried, 3) << "1, 3 and 4";
+  EXPECT_EQ(ingest_.matches().at(6).num_pairs, 1);
 }
 
 TEST_F(Matching, ReportsAPhotoWithDamagedFeatures) {

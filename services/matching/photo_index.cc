@@ -10,6 +10,7 @@ Status PhotoIndex::Take(const Fact& fact) {
   if (const auto* image = std::get_if<image_t>(&fact)) return TakeImage(*image);
   if (const auto* features = std::get_if<features_t>(&fact)) return TakeFeatures(*features);
   if (const auto* candidates = std::get_if<candidates_t>(&fact)) return TakeCandidates(*candidates);
+  if (const auto* matches = std::get_if<matches_t>(&fact)) return TakeMatches(*matches);
   return Status::Ok();
 }
 
@@ -27,6 +28,7 @@ Status PhotoIndex::TakeFeatures(const features_t& features) {
   }
   photo->second.keypoints_blob = features.keypoints_blob;
   photo->second.descriptors_blob = features.descriptors_blob;
+  photo->second.features_seq = features.header.seq;
   return Status::Ok();
 }
 
@@ -41,6 +43,22 @@ Status PhotoIndex::TakeCandidates(const candidates_t& candidates) {
   return Status::Error("candidates of image " + std::to_string(candidates.image_id) + ": " +
                        std::to_string(candidates.other_ids.size() - others.size()) +
                        " are left out as doubled or without features");
+}
+
+Status PhotoIndex::TakeMatches(const matches_t& matches) {
+  for (const two_view_t& pair : matches.pairs) {
+    if (pair.num_inliers < 1 || pair.other_id == matches.image_id) {
+      return Status::Error("matches of image " + std::to_string(matches.image_id) +
+                           " hold a pair that cannot be");
+    }
+    covisibility_.Add(matches.image_id, pair.other_id, pair.num_inliers, matches.header.seq);
+  }
+  return Status::Ok();
+}
+
+bool PhotoIndex::IsEarlier(int64_t other_id, int64_t image_id) const {
+  const PhotoEntry* other = FindFeatures(other_id);
+  return other && other->features_seq < FindFeatures(image_id)->features_seq;
 }
 
 const PhotoEntry* PhotoIndex::FindFeatures(int64_t image_id) const {

@@ -1,7 +1,7 @@
 #pragma once
 
-// What the ledger says that matching needs: each photo's camera and feature blobs, and the
-// candidates to match it with. Loop's thread.
+// What the ledger says that matching needs: each photo's camera and feature blobs, the candidates
+// to match it with, and which pairs are verified. Loop's thread.
 
 #include <cstdint>
 #include <string>
@@ -10,6 +10,7 @@
 
 #include "base/camera.h"
 #include "core/result.h"
+#include "matching/covisibility.h"
 #include "messaging/facts.h"
 
 namespace skein {
@@ -18,6 +19,7 @@ struct PhotoEntry {
   colmap::Camera camera;
   std::string keypoints_blob;  // "" until the features are known
   std::string descriptors_blob;
+  int64_t features_seq = 0;  // ledger position of the features: retrieval's order
 };
 
 class PhotoIndex {
@@ -34,6 +36,11 @@ class PhotoIndex {
     return candidates_.at(image_id);
   }
 
+  const CovisibilityGraph& covisibility() const { return covisibility_; }
+
+  // Whether `other_id` has features and came before `image_id`, which has, too.
+  bool IsEarlier(int64_t other_id, int64_t image_id) const;
+
   // Null unless image and features are known.
   const PhotoEntry* FindFeatures(int64_t image_id) const;
 
@@ -41,9 +48,11 @@ class PhotoIndex {
   Status TakeImage(const image_t& image);
   Status TakeFeatures(const features_t& features);
   Status TakeCandidates(const candidates_t& candidates);
+  Status TakeMatches(const matches_t& matches);
 
   std::unordered_map<int64_t, PhotoEntry> photos_;
   std::unordered_map<int64_t, std::vector<int64_t>> candidates_;
+  CovisibilityGraph covisibility_;
 };
 
 }  // namespace skein

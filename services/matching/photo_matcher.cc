@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <iterator>
 #include <stdexcept>
 #include <thread>
 
@@ -60,6 +61,12 @@ TwoViewPair ToTwoViewPair(int64_t other_id, const colmap::TwoViewGeometry& geome
   return pair;
 }
 
+void SortByInliers(TwoViewPairs* pairs) {
+  std::stable_sort(pairs->begin(), pairs->end(), [](const TwoViewPair& a, const TwoViewPair& b) {
+    return a.inliers.size() > b.inliers.size();
+  });
+}
+
 // Runs work(thread, item) for all items on the calling thread and num_threads - 1 others. Rethrows
 // what one of them throws.
 template <typename Work>
@@ -83,6 +90,15 @@ void ParallelFor(int num_threads, int num_items, Work work) {
 }
 
 }  // namespace
+
+void Append(PhotoMatches more, PhotoMatches* matches) {
+  matches->num_tried += more.num_tried;
+  matches->match_s += more.match_s;
+  matches->verify_s += more.verify_s;
+  matches->elapsed_s += more.elapsed_s;
+  std::move(more.pairs.begin(), more.pairs.end(), std::back_inserter(matches->pairs));
+  SortByInliers(&matches->pairs);
+}
 
 uint32_t PairSeed(int64_t image_id, int64_t other_id) {
   // The finaliser of SplitMix64.
@@ -113,10 +129,7 @@ PhotoMatches PhotoMatcher::Match(const PhotoFeatures& photo,
     if (!IsVerified(results[i].geometry)) continue;
     matches.pairs.push_back(ToTwoViewPair(others[i]->image_id, results[i].geometry));
   }
-  std::stable_sort(matches.pairs.begin(), matches.pairs.end(),
-                   [](const TwoViewPair& a, const TwoViewPair& b) {
-                     return a.inliers.size() > b.inliers.size();
-                   });
+  SortByInliers(&matches.pairs);
   matches.elapsed_s = timer.ElapsedS();
   return matches;
 }

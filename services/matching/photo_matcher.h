@@ -19,6 +19,9 @@ struct PhotoMatches {
   double elapsed_s = 0;  // from start to end, all threads at once
 };
 
+// Takes in more pairs of the same photo.
+void Append(PhotoMatches more, PhotoMatches* matches);
+
 struct PhotoMatcherOptions {
   MatchOptions matching;
   TwoViewOptions two_view;

@@ -1,0 +1,208 @@
+// What the second look spares and what it loses, replayed on exhaustively matched photos.
+//
+// The photos arrive in the order given; each asks retrieval for 30 candidates, matching works
+// through them by SecondLook, and the outcome of a pair is read from the exhaustive matching.
+#include "matching/second_look.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <numeric>
+#include <random>
+
+#include "benchmark/retrieval_photos.h"
+#include "features/vlad.h"
+#include "retrieval/hnsw_index.h"
+
+namespace skein::benchmark {
+namespace {
+
+constexpr size_t kTopN = 30;
+constexpr int32_t kOverlapping = 50;
+constexpr size_t kStrongest = 10;
+
+struct Options {
+  std::vector<std::string> sets;  // NAME=FOLDER
+  std::string cache;
+  std::string codebook = SKEIN_DATA_DIR "/vlad_codebook.bin";
+  int num_shuffles = 3;
+  int lag = 0;  // photos whose matches are not known yet, as with several workers
+  SecondLookOptions second_look;
+};
+
+// One set in one order of arrival.
+struct Session {
+  std::vector<std::vector<float>> vectors;
+  InlierCounts inliers;  // [i][j], j < i
+};
+
+struct Score {
+  double matched = 0, verified = 0, inliers = 0, overlapping = 0;
+  double strongest = 0, strongest_wanted = 0;
+  int num_apart = 0;  // photos outside the largest connected component
+};
+
+Session Arrange(const StudySet& set, const VladModel& model, const InlierCounts& inliers,
+                const std::vector<size_t>& order) {
+  Session session;
+  for (size_t i = 0; i < order.size(); ++i) {
+    session.vectors.push_back(model.DescribeFeatures(set.photos[order[i]].features));
+    session.inliers.emplace_back();
+    for (size_t j = 0; j < i; ++j) {
+      const auto [a, b] = std::minmax(order[i], order[j]);
+      session.inliers[i].push_back(inliers[b][a]);
+    }
+  }
+  return session;
+}
+
+std::vector<int64_t> MatchPhoto(const Session& session, size_t photo,
+                                const std::vector<int64_t>& candidates, const Options& options,
+                                CovisibilityGraph* graph) {
+  const auto id = static_cast<int64_t>(photo);
+  SecondLook look(
+      candidates, *graph, id - 1 - options.lag, [id](int64_t other) { return other < id; },
+      options.second_look);
+  std::vector<int64_t> matched;
+  for (auto batch = look.Next(); !batch.empty(); batch = look.Next()) {
+    for (const int64_t other : batch) {
+      look.Tell(other, session.inliers[photo][other]);
+      matched.push_back(other);
+    }
+  }
+  for (const int64_t other : matched) {
+    const int32_t inliers = session.inliers[photo][other];
+    if (inliers > 0) graph->Add(id, other, inliers, id);
+  }
+  return matched;
+}
+
+int CountApart(const std::vector<std::vector<int64_t>>& neighbours) {
+  std::vector<size_t> root(neighbours.size());
+  std::iota(root.begin(), root.end(), 0);
+  const std::function<size_t(size_t)> find = [&](size_t i) {
+    return root[i] == i ? i : root[i] = find(root[i]);
+  };
+  for (size_t i = 0; i < root.size(); ++i) {
+    for (const int64_t j : neighbours[i]) root[find(i)] = find(j);
+  }
+  std::vector<int> sizes(root.size(), 0);
+  for (size_t i = 0; i < root.size(); ++i) ++sizes[find(i)];
+  return static_cast<int>(root.size()) - *std::max_element(sizes.begin(), sizes.end());
+}
+
+void AddStrongest(const std::vector<int32_t>& inliers, const std::vector<int64_t>& matched,
+                  Score* score) {
+  std::vector<int64_t> strongest(inliers.size());
+  std::iota(strongest.begin(), strongest.end(), 0);
+  std::stable_sort(strongest.begin(), strongest.end(),
+                   [&](int64_t a, int64_t b) { return inliers[a] > inliers[b]; });
+  if (strongest.size() > kStrongest) strongest.resize(kStrongest);
+  for (const int64_t other : strongest) {
+    if (inliers[other] <= kOverlapping) continue;
+    score->strongest_wanted += 1;
+    score->strongest += std::count(matched.begin(), matched.end(), other);
+  }
+}
+
+Score Replay(const Session& session, const Options& options) {
+  Score score;
+  HnswIndex index(session.vectors[0].size(), {});
+  CovisibilityGraph graph;
+  std::vector<std::vector<int64_t>> verified(session.vectors.size());
+  for (size_t i = 0; i < session.vectors.size(); ++i) {
+    std::vector<int64_t> candidates;
+    for (const auto& n : index.Query(session.vectors[i].data(), kTopN)) candidates.push_back(n.id);
+    index.Insert(static_cast<int64_t>(i), session.vectors[i].data());
+    const auto matched = MatchPhoto(session, i, candidates, options, &graph);
+    score.matched += static_cast<double>(matched.size());
+    for (const int64_t other : matched) {
+      const int32_t inliers = session.inliers[i][other];
+      if (inliers == 0) continue;
+      verified[i].push_back(other);
+      score.verified += 1;
+      score.inliers += inliers;
+      score.overlapping += inliers > kOverlapping;
+    }
+    AddStrongest(session.inliers[i], matched, &score);
+  }
+  score.num_apart = CountApart(verified);
+  return score;
+}
+
+void Print(const char* method, const Score& score, const Score& plain) {
+  std::printf("  %-12s %7.0f %6.3f  %7.0f %6.3f  %6.3f  %6.3f  %6.3f  %5d\n", method, score.matched,
+              score.matched / plain.matched, score.verified, score.verified / plain.verified,
+              score.overlapping / plain.overlapping, score.inliers / plain.inliers,
+              score.strongest / score.strongest_wanted, score.num_apart);
+}
+
+void Study(const StudySet& set, const VladModel& model, const InlierCounts& inliers,
+           const Options& options) {
+  std::vector<size_t> order(set.photos.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (int shuffle = 0; shuffle <= options.num_shuffles; ++shuffle) {
+    const std::string name = shuffle == 0 ? "name" : "shuffle " + std::to_string(shuffle);
+    std::printf("%s, %zu photos, order: %s\n", set.name.c_str(), order.size(), name.c_str());
+    if (shuffle > 0) {
+      std::mt19937 random(shuffle);
+      std::shuffle(order.begin(), order.end(), random);
+    }
+    const Session session = Arrange(set, model, inliers, order);
+    Options plain_options = options;
+    plain_options.second_look.enabled = false;
+    const Score plain = Replay(session, plain_options);
+    Print("plain", plain, plain);
+    Print("second look", Replay(session, options), plain);
+  }
+}
+
+void Run(const Options& options) {
+  auto codebook = LoadCodebook(options.codebook);
+  if (!codebook) throw std::invalid_argument(codebook.error());
+  const VladModel model(std::move(*codebook));
+  std::printf("  %-12s %7s %6s  %7s %6s  %6s  %6s  %6s  %5s\n", "pairs:", "matched", "share",
+              "verif.", "share", "> 50", "inlrs", "best10", "apart");
+  for (const auto& argument : options.sets) {
+    const size_t equals = argument.find('=');
+    if (equals == std::string::npos) throw std::invalid_argument(argument + ": not NAME=FOLDER");
+    const auto set = LoadStudySet(argument.substr(0, equals), argument.substr(equals + 1),
+                                  options.cache, [](int64_t, int64_t) {});
+    if (!set) throw std::runtime_error(set.error());
+    const auto inliers = MatchExhaustively(*set, options.cache, [](int64_t, int64_t) {});
+    if (!inliers) throw std::runtime_error(inliers.error());
+    Study(*set, model, *inliers, options);
+  }
+}
+
+}  // namespace
+}  // namespace skein::benchmark
+
+int main(int argc, char** argv) {
+  skein::benchmark::Options options;
+  auto& look = options.second_look;
+  CLI::App app("Pairs that the second look spares and loses, against plain top-30.");
+  app.add_option("--set", options.sets, "NAME=FOLDER of photos")->required();
+  app.add_option("--cache", options.cache, "Folder for features and pairs")->required();
+  app.add_option("--codebook", options.codebook, "VLAD codebook")->capture_default_str();
+  app.add_option("--shuffles", options.num_shuffles, "Random orders besides the names'")
+      ->capture_default_str();
+  app.add_option("--lag", options.lag, "Photos before one whose matches are not known yet")
+      ->capture_default_str();
+  app.add_option("--batch", look.batch)->capture_default_str();
+  app.add_option("--min-evidence", look.min_evidence)->capture_default_str();
+  app.add_option("--min-expected", look.min_expected)->capture_default_str();
+  app.add_option("--min-strong", look.min_strong)->capture_default_str();
+  app.add_option("--max-implied", look.max_implied)->capture_default_str();
+  app.add_option("--max-joined", look.max_joined)->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  std::printf("commit %s\n", SKEIN_COMMIT);
+  try {
+    skein::benchmark::Run(options);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "second_look: %s\n", error.what());
+    return 1;
+  }
+}

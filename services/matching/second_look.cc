@@ -1,0 +1,111 @@
+#include "matching/second_look.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <unordered_set>
+#include <utility>
+
+namespace skein {
+namespace {
+
+constexpr int32_t kOverlapping = 50;  // inliers
+
+double Strength(int32_t num_inliers) {
+  return static_cast<double>(num_inliers) / (num_inliers + kOverlapping);
+}
+
+}  // namespace
+
+void SecondLookOptions::Check() const {
+  if (batch < 1) throw std::invalid_argument("a batch needs at least one pair");
+  if (!(prior_weight > 0)) throw std::invalid_argument("the prior's weight must be positive");
+}
+
+SecondLook::SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph,
+                       int64_t seq, MayJoin may_join, const SecondLookOptions& options)
+    : graph_(graph),
+      seq_(seq),
+      may_join_(std::move(may_join)),
+      options_(options),
+      order_(candidates) {
+  options_.Check();
+  for (size_t rank = 0; rank < candidates.size(); ++rank) {
+    Candidate& candidate = candidates_[candidates[rank]];
+    candidate.named = true;
+    candidate.prior = 1.0 / static_cast<double>(2 + rank);
+  }
+}
+
+double SecondLook::Expected(const Candidate& candidate) const {
+  return (options_.prior_weight * candidate.prior + candidate.weighted) /
+         (options_.prior_weight + candidate.weight);
+}
+
+double SecondLook::ExpectedInliers(const Candidate& candidate) const {
+  return Expected(candidate) * candidate.bottleneck;
+}
+
+bool SecondLook::IsWorthwhile(const Candidate& candidate) const {
+  if (candidate.tried) return false;
+  if (!options_.enabled) return candidate.named;
+  if (!candidate.named && num_joined_ >= options_.max_joined) return false;
+  if (!IsInformed(candidate)) return candidate.named;
+  const double needed = candidate.named ? options_.min_expected : options_.min_expected_joined;
+  if (Expected(candidate) < needed) return false;
+  return num_strong_ < options_.min_strong || 1 - candidate.not_implied < options_.max_implied;
+}
+
+std::vector<int64_t> SecondLook::WorthwhileBestFirst() const {
+  std::vector<std::pair<double, int64_t>> worthwhile;
+  for (const int64_t id : order_) {
+    const Candidate& candidate = candidates_.at(id);
+    if (IsWorthwhile(candidate)) worthwhile.emplace_back(ExpectedInliers(candidate), id);
+  }
+  std::stable_sort(worthwhile.begin(), worthwhile.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<int64_t> ids;
+  for (const auto& [expected, id] : worthwhile) ids.push_back(id);
+  return ids;
+}
+
+std::vector<int64_t> SecondLook::Best(size_t count) const {
+  std::vector<int64_t> best;
+  std::unordered_set<int64_t> waiting;  // those that one of the best will speak for
+  for (const int64_t id : WorthwhileBestFirst()) {
+    if (best.size() == count) break;
+    if (waiting.count(id) > 0 && !IsInformed(candidates_.at(id))) continue;
+    best.push_back(id);
+    if (!options_.enabled) continue;
+    for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(id)) {
+      if (edge.seq <= seq_) waiting.insert(edge.other_id);
+    }
+  }
+  return best;
+}
+
+void SecondLook::Tell(int64_t other_id, int32_t num_inliers) {
+  Candidate& told = candidates_.at(other_id);
+  if (std::exchange(told.tried, true)) throw std::invalid_argument("told twice of one pair");
+  ++num_tried_;
+  num_joined_ += !told.named;
+  num_strong_ += num_inliers >= kOverlapping;
+  if (!options_.enabled) return;
+  const double outcome = Strength(num_inliers);
+  for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(other_id)) {
+    if (edge.seq > seq_) continue;
+    auto found = candidates_.find(edge.other_id);
+    if (found == candidates_.end()) {
+      if (num_inliers == 0 || !may_join_(edge.other_id)) continue;
+      found = candidates_.try_emplace(edge.other_id).first;
+      order_.push_back(edge.other_id);
+    }
+    Candidate& candidate = found->second;
+    const double weight = Strength(edge.num_inliers);
+    candidate.bottleneck = std::max(candidate.bottleneck, std::min(edge.num_inliers, num_inliers));
+    candidate.weight += weight;
+    candidate.weighted += weight * outcome;
+    candidate.not_implied *= 1 - weight * outcome;
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,149 @@
+#include "matching/second_look.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+
+namespace skein {
+namespace {
+
+constexpr int64_t kPhoto = 1000;
+constexpr int64_t kNow = 100;
+
+bool IsEarlier(int64_t other_id) { return other_id < kPhoto; }
+
+std::vector<int64_t> Range(int64_t first, int64_t count) {
+  std::vector<int64_t> ids(count);
+  std::iota(ids.begin(), ids.end(), first);
+  return ids;
+}
+
+// Photos first .. first + count - 1, every two of which share `inliers`.
+void AddPlace(int64_t first, int64_t count, int32_t inliers, CovisibilityGraph* graph,
+              int64_t seq = 1) {
+  for (int64_t a = first; a < first + count; ++a) {
+    for (int64_t b = first; b < a; ++b) graph->Add(a, b, inliers, seq);
+  }
+}
+
+// Works to the end with the outcomes given, 0 where none is.
+std::vector<int64_t> Tried(SecondLook look, const std::map<int64_t, int32_t>& inliers) {
+  std::vector<int64_t> tried;
+  for (auto batch = look.Next(); !batch.empty(); batch = look.Next()) {
+    for (const int64_t id : batch) {
+      const auto found = inliers.find(id);
+      look.Tell(id, found == inliers.end() ? 0 : found->second);
+      tried.push_back(id);
+    }
+  }
+  return tried;
+}
+
+bool Has(const std::vector<int64_t>& ids, int64_t id) {
+  return std::count(ids.begin(), ids.end(), id) > 0;
+}
+
+TEST(SecondLook, WithNothingKnownItIsPlainMatchingInTheOrderOfRetrieval) {
+  const CovisibilityGraph nothing;
+  const std::vector<int64_t> candidates{7, 3, 9, 1, 5};
+  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, {}), {{3, 80}, {1, 200}}),
+            candidates);
+  EXPECT_TRUE(Tried(SecondLook({}, nothing, kNow, IsEarlier, {}), {}).empty());
+}
+
+TEST(SecondLook, SwitchedOffItTriesAllCandidatesAndNoOthers) {
+  CovisibilityGraph graph;
+  AddPlace(1, 40, 300, &graph);
+  SecondLookOptions options;
+  options.enabled = false;
+  const auto candidates = Range(1, 30);
+  EXPECT_EQ(Tried(SecondLook(candidates, graph, kNow, IsEarlier, options), {{2, 300}}), candidates);
+}
+
+TEST(SecondLook, OneFailureSpeaksForTheRestOfItsPlace) {
+  CovisibilityGraph graph;
+  AddPlace(1, 10, 300, &graph);
+  const auto tried = Tried(SecondLook(Range(1, 10), graph, kNow, IsEarlier, {}), {});
+  EXPECT_EQ(tried, Range(1, 1));
+}
+
+TEST(SecondLook, EveryPlaceIsTriedHoweverWellAnotherOneFits) {
+  CovisibilityGraph graph;
+  AddPlace(1, 20, 300, &graph);
+  AddPlace(101, 5, 300, &graph);
+  auto candidates = Range(1, 20);
+  candidates.push_back(103);  // the other place, and a photo without any pair, last of all
+  candidates.push_back(500);
+  std::map<int64_t, int32_t> inliers;
+  for (const int64_t id : Range(1, 20)) inliers[id] = 200;
+  const auto tried = Tried(SecondLook(candidates, graph, kNow, IsEarlier, {}), inliers);
+  EXPECT_TRUE(Has(tried, 103));
+  EXPECT_TRUE(Has(tried, 500));
+}
+
+TEST(SecondLook, StopsWhenTheRestIsImplied) {
+  CovisibilityGraph graph;
+  AddPlace(1, 30, 300, &graph);
+  std::map<int64_t, int32_t> inliers;
+  for (const int64_t id : Range(1, 30)) inliers[id] = 200;
+  const SecondLookOptions options;
+  const auto tried = Tried(SecondLook(Range(1, 30), graph, kNow, IsEarlier, options), inliers);
+  EXPECT_GE(tried.size(), options.min_strong);
+  EXPECT_LT(tried.size(), options.min_strong + options.batch);
+}
+
+TEST(SecondLook, PhotosThatRetrievalMissedJoinThroughVerifiedNeighbours) {
+  CovisibilityGraph graph;
+  graph.Add(1, 50, 400, 1);
+  graph.Add(1, 51, 20, 1);  // weak: not worth a try
+  graph.Add(2, 60, 400, 1);
+  graph.Add(1, 2000, 400, 1);  // later than the photo: its own matching covers the pair
+  const auto tried = Tried(SecondLook({1, 2}, graph, kNow, IsEarlier, {}), {{1, 300}, {50, 120}});
+  EXPECT_TRUE(Has(tried, 50));
+  EXPECT_FALSE(Has(tried, 51));
+  EXPECT_FALSE(Has(tried, 60)) << "a neighbour of one that failed";
+  EXPECT_FALSE(Has(tried, 2000));
+}
+
+TEST(SecondLook, JoinsAreBounded) {
+  CovisibilityGraph graph;
+  for (const int64_t id : Range(100, 50)) graph.Add(1, id, 400, 1);
+  const SecondLookOptions options;
+  const auto tried = Tried(SecondLook({1}, graph, kNow, IsEarlier, options), {{1, 500}});
+  EXPECT_LE(tried.size(), 1 + options.max_joined + options.batch);
+  EXPECT_GT(tried.size(), 1u);
+}
+
+TEST(SecondLook, DoesNotSeeWhatTheLedgerToldLater) {
+  CovisibilityGraph graph;
+  AddPlace(1, 10, 300, &graph, kNow + 1);
+  EXPECT_EQ(Tried(SecondLook(Range(1, 10), graph, kNow, IsEarlier, {}), {}), Range(1, 10));
+}
+
+TEST(SecondLook, ExpectsMostOfThoseWhoShareMostWithGoodPairs) {
+  CovisibilityGraph graph;
+  graph.Add(1, 30, 60, 1);
+  graph.Add(1, 31, 500, 1);
+  SecondLookOptions options;
+  options.batch = 1;
+  SecondLook look({1, 30, 31}, graph, kNow, IsEarlier, options);
+  ASSERT_EQ(look.Next(), std::vector<int64_t>{1});
+  look.Tell(1, 400);
+  EXPECT_EQ(look.Next(), std::vector<int64_t>{31});
+}
+
+TEST(SecondLook, RefusesToBeToldTwiceAndBadOptions) {
+  const CovisibilityGraph nothing;
+  SecondLook look({1}, nothing, kNow, IsEarlier, {});
+  look.Tell(1, 20);
+  EXPECT_THROW(look.Tell(1, 20), std::invalid_argument);
+  SecondLookOptions options;
+  options.batch = 0;
+  EXPECT_THROW(SecondLook({1}, nothing, kNow, IsEarlier, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skein
