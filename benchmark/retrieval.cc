@@ -23,7 +23,6 @@ namespace skein::benchmark {
 namespace {
 
 constexpr int kTopN = 30;
-constexpr size_t kMinPredecessors = 60;
 constexpr int kTreeBranching = 10;
 constexpr int kTreeIterations = 11;
 
@@ -33,6 +32,7 @@ struct Options {
   std::string cache;
   std::string codebook;
   int min_inliers = 50;
+  size_t min_predecessors = 60;  // photos with fewer are not judged
 };
 
 using Vectors = std::vector<std::vector<float>>;
@@ -119,12 +119,12 @@ struct Score {
   std::vector<double> recall{0, 0, 0, 0};  // of the reference, in the first 5, 10, 20, 30
 };
 
-Score Judge(const Method& method, const Reference& reference) {
+Score Judge(const Method& method, const Reference& reference, size_t min_predecessors) {
   static constexpr size_t kDepths[] = {5, 10, 20, 30};
   Score score;
   double hits = 0, possible = 0, returned = 0, true_pairs = 0, strong = 0, strong_found = 0;
   std::vector<double> found(4, 0);
-  for (size_t i = kMinPredecessors; i < method.rankings.size(); ++i) {
+  for (size_t i = min_predecessors; i < method.rankings.size(); ++i) {
     const Ranking& ranking = method.rankings[i];
     const Ranking& truth = reference.strongest[i];
     returned += kTopN;
@@ -147,8 +147,9 @@ Score Judge(const Method& method, const Reference& reference) {
   return score;
 }
 
-void Print(const Method& method, const Reference& reference, double exact_precision) {
-  const Score s = Judge(method, reference);
+void Print(const Method& method, const Reference& reference, size_t min_predecessors,
+           double exact_precision) {
+  const Score s = Judge(method, reference, min_predecessors);
   std::printf("  %-16s %6.2f %6.2f %8.4f  %.3f %.3f %.3f %.3f  %8.4f  %7.3f %7.3f\n",
               method.name.c_str(), 100 * s.precision, 100 * s.precision / s.attainable,
               s.precision / exact_precision, s.recall[0], s.recall[1], s.recall[2], s.recall[3],
@@ -210,11 +211,13 @@ void Study(const StudySet& set, const Codebook& codebook, const Options& options
   HnswOptions exact;
   exact.exact = true;
   const Method truth = RunIndex("exact", vectors, exact);
-  const double exact_precision = Judge(truth, reference).precision;
-  Print(truth, reference, exact_precision);
-  Print(RunTree(vectors), reference, exact_precision);
-  Print(RunIndex("HNSW", vectors, {}), reference, exact_precision);
-  Print(RunIndex("HNSW, restarted", vectors, {}, vectors.size() / 2), reference, exact_precision);
+  const size_t first = options.min_predecessors;
+  const double exact_precision = Judge(truth, reference, first).precision;
+  Print(truth, reference, first, exact_precision);
+  for (const Method& method : {RunTree(vectors), RunIndex("HNSW", vectors, {}),
+                               RunIndex("HNSW, restarted", vectors, {}, vectors.size() / 2)}) {
+    Print(method, reference, first, exact_precision);
+  }
 }
 
 void Run(const Options& options) {
@@ -222,7 +225,7 @@ void Run(const Options& options) {
   const size_t num_judged = sets.size();
   for (auto& set : Load(options.train, options.cache)) sets.push_back(std::move(set));
   for (size_t i = 0; i < num_judged; ++i) {
-    if (sets[i].photos.size() <= kMinPredecessors) {
+    if (sets[i].photos.size() <= options.min_predecessors) {
       throw std::invalid_argument(sets[i].name + " has too few photos to be judged");
     }
     if (options.codebook.empty()) {
@@ -246,6 +249,8 @@ int main(int argc, char** argv) {
   app.add_option("--cache", options.cache, "Folder for features and reference")->required();
   app.add_option("--codebook", options.codebook, "Use this codebook; default: train on other sets");
   app.add_option("--min-inliers", options.min_inliers, "A true pair has more")
+      ->capture_default_str();
+  app.add_option("--min-predecessors", options.min_predecessors, "A photo judged has as many")
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   cv::setNumThreads(1);
