@@ -80,6 +80,24 @@ TEST(HnswIndex, TellsEuclideanDistancesNearestFirst) {
   EXPECT_FLOAT_EQ(found[1].distance, 5);
 }
 
+TEST(HnswIndex, DistancesAreRightInAnyDimension) {
+  std::mt19937 random(11);
+  std::normal_distribution<float> normal;
+  for (const size_t dim : {1, 15, 16, 63, 64, 65, 100, 1024}) {
+    std::vector<float> a(dim), b(dim);
+    double expected = 0;
+    for (size_t i = 0; i < dim; ++i) {
+      a[i] = normal(random);
+      b[i] = normal(random);
+      expected += std::pow(double{a[i]} - double{b[i]}, 2);
+    }
+    HnswIndex index(dim, {});
+    index.Insert(1, a.data());
+    EXPECT_NEAR(index.Query(b.data(), 1).at(0).distance, std::sqrt(expected), 1e-4) << dim;
+    EXPECT_NEAR(index.QueryExact(b.data(), 1).at(0).distance, std::sqrt(expected), 1e-4) << dim;
+  }
+}
+
 TEST(HnswIndex, GrowsByDoubling) {
   HnswOptions options;
   options.initial_capacity = 4;
