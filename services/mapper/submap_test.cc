@@ -98,6 +98,52 @@ TEST(Submap, RecoversAFocalPriorThatIsWrongByAQuarterAndDistortion) {
   }
 }
 
+TEST(Submap, TakesOtherCameraModels) {
+  for (const char* model :
+       {"PINHOLE", "RADIAL", "OPENCV", "FULL_OPENCV", "SIMPLE_RADIAL_FISHEYE"}) {
+    SubmapOptions submap;
+    submap.camera_model = model;
+    SyntheticOptions options;
+    options.num_photos = 14;
+    options.prior_factor = 1.1;
+    Rig run(options, submap);
+    run.FeedAll();
+    run.map.Finish(run.Sink());
+    EXPECT_EQ(run.NumRegistered(), 14) << model;
+    // A fisheye's projection is not the scene's: it must come close, though.
+    const bool fisheye = std::string(model).find("FISHEYE") != std::string::npos;
+    EXPECT_LT(run.PositionErrorPercent(), fisheye ? 5.0 : 0.5) << model;
+  }
+}
+
+TEST(Submap, FocalLengthWithstandsAFewZoomedPhotos) {
+  SyntheticOptions options;
+  options.num_photos = 16;
+  options.prior_factor = 1.1;
+  options.zoomed_photos = {5, 11};
+  Rig run(options);
+  run.FeedAll();
+  run.map.Finish(run.Sink());
+  EXPECT_NEAR(run.Focal(), 1000, 10);
+  EXPECT_GE(run.NumRegistered(), 14);
+}
+
+TEST(Submap, LocalBundleAdjustmentsLeaveTheIntrinsics) {
+  SyntheticOptions options;
+  options.num_photos = 16;
+  SubmapOptions submap;
+  submap.global_growth = 100;
+  Rig run(options, submap);
+  ASSERT_TRUE(run.Start(0, 2));
+  for (size_t i = 1; i < 13; ++i) {
+    if (i != 2) run.Feed(i);
+  }
+  const std::vector<double> params = run.map.map().reconstruction().Camera(1).Params();
+  for (size_t i = 13; i < 16; ++i) run.Feed(i);
+  EXPECT_EQ(run.NumRegistered(), 16);
+  EXPECT_EQ(run.map.map().reconstruction().Camera(1).Params(), params);
+}
+
 TEST(Submap, WithstandsOutliers) {
   SyntheticOptions options;
   options.outlier_ratio = 0.3;

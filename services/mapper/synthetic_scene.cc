@@ -9,6 +9,7 @@ namespace {
 constexpr int kWidth = 1200;
 constexpr int kHeight = 900;
 constexpr double kDistance = 8;
+constexpr double kZoom = 1.3;
 
 Eigen::Vector3d RandomPoint(SyntheticOptions::Shape shape, std::mt19937* random) {
   std::uniform_real_distribution<double> side(-2.0, 2.0);
@@ -62,11 +63,13 @@ void AddPhoto(const SyntheticOptions& options, int i, std::mt19937* random, Synt
   photo.height_px = kHeight;
   photo.focal_px = options.focal_px * options.prior_factor;
   photo.focal_from_exif = options.focal_from_exif;
+  SyntheticOptions lens = options;
+  for (const int zoomed : options.zoomed_photos) lens.focal_px *= zoomed == i ? kZoom : 1.0;
   std::vector<int> visible;
   for (size_t p = 0; p < scene->points.size(); ++p) {
     Keypoint keypoint;
     const Eigen::Vector3d in_cam = scene->rotations[i] * scene->points[p] + scene->translations[i];
-    if (!Observe(options, in_cam, random, &keypoint)) continue;
+    if (!Observe(lens, in_cam, random, &keypoint)) continue;
     photo.keypoints.push_back(keypoint);
     visible.push_back(static_cast<int>(p));
   }

@@ -26,6 +26,7 @@ struct SyntheticOptions {
   // This photo stands where the one before does, but for the distance, and is turned by 8 degrees.
   int turned_photo = -1;
   double turned_distance = 0;
+  std::vector<int> zoomed_photos;  // taken with 1.3 times the focal length, as the same camera
   double focal_px = 1000;
   double distortion = 0;    // SIMPLE_RADIAL's k
   double prior_factor = 1;  // of the focal prior
