@@ -281,6 +281,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, "pose badly determined by its inliers");
   }
   if (HasRival(options, visible, camera, estimate)) {
+    estimate.is_ambiguous = true;
     return Refuse(estimate, "ambiguous: its points agree on two poses");
   }
   if (EpipolarShare(map, image_id, camera, estimate.pose, options.max_epipolar_error_px) <

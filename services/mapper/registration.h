@@ -51,6 +51,7 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id);
 struct PoseEstimate {
   bool ok = false;
   std::string reason;  // why not
+  bool is_ambiguous = false;
   int num_visible = 0;
   int num_inliers = 0;
   BundlePose pose;                    // cam_from_world

@@ -141,7 +141,7 @@ bool Submap::Step(const EventSink& sink) {
 bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const double start = MonotonicS();
   const VisiblePoints visible = FindVisiblePoints(*map_, id);
-  const PoseEstimate estimate = EstimatePose(*map_, id, visible, options_.registration);
+  const PoseEstimate estimate = EstimatePose(*map_, id, visible, OptionsOfTrial());
   PhotoEvent event;
   event.image_id = id;
   event.register_s = MonotonicS() - start;
@@ -157,6 +157,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const double triangulate_s = MonotonicS() - before_triangulation;
   const Adjustment adjustment = Adjust(id);
   side_.trials[id].deferred = false;
+  ambiguous_.erase(id);
   std::vector<ImageId> adjusted;
   std::swap(adjusted, last_adjusted_);
   const PhotoEvent timing = event;
@@ -172,8 +173,24 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   return map_->IsRegistered(id);
 }
 
+RegistrationOptions Submap::OptionsOfTrial() const {
+  RegistrationOptions registration = options_.registration;
+  if (static_cast<int>(ambiguous_.size()) >= options_.max_ambiguous) {
+    registration.max_rival_ratio = HUGE_VAL;
+  }
+  return registration;
+}
+
+void Submap::NoteAmbiguous(ImageId id) {
+  is_doubtful_ = true;
+  if (!ambiguous_.insert(id).second) return;
+  if (static_cast<int>(ambiguous_.size()) < options_.max_ambiguous) return;
+  for (const ImageId waiting : ambiguous_) Enqueue(waiting);
+}
+
 void Submap::Defer(const PoseEstimate& estimate, ImageId id, PhotoEvent event,
                    const EventSink& sink) {
+  if (estimate.is_ambiguous) NoteAmbiguous(id);
   if (side_.trials[id].deferred) return;
   side_.trials[id].deferred = true;
   event.state = PhotoEvent::State::kDeferred;
@@ -218,6 +235,21 @@ void Submap::WithdrawContradicted(const std::vector<ImageId>& images, const Even
   }
 }
 
+// True if there were any. They are tried again at once: what contradicts them says where they are.
+bool Submap::WithdrawMisplaced(const EventSink& sink) {
+  const std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
+  for (const ImageId id : misplaced) {
+    Withdraw(id, "in a part of the map that most matches contradict", sink);
+  }
+  for (const ImageId id : misplaced) Enqueue(id);
+  if (!misplaced.empty()) {
+    ambiguous_.clear();
+    RetryDeferred();
+  }
+  is_doubtful_ = false;
+  return !misplaced.empty();
+}
+
 void Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& sink) {
   if (map_->reconstruction().NumRegImages() <= 2) return;
   PhotoEvent event;
@@ -230,6 +262,7 @@ void Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& si
   trial.rejected = ++trial.num_withdrawals > options_.max_withdrawals;
   event.state = trial.rejected ? PhotoEvent::State::kRejected : PhotoEvent::State::kWithdrawn;
   event.reason = reason;
+  is_doubtful_ = true;
   sink(event);
 }
 
@@ -431,6 +464,7 @@ void Submap::MaintainImages(const EventSink& sink) {
   const std::vector<ImageId> images(images_to_maintain_.end() - count, images_to_maintain_.end());
   images_to_maintain_.resize(images_to_maintain_.size() - count);
   WithdrawContradicted(images, sink);
+  if (images_to_maintain_.empty() && is_doubtful_) WithdrawMisplaced(sink);
 }
 
 bool Submap::HasGrown() const {
@@ -524,6 +558,11 @@ void Submap::Finish(const EventSink& sink) {
   if (map_->reconstruction().NumRegImages() < 2) return;
   RefineGlobally(2, true, false);
   WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
+  if (WithdrawMisplaced(sink) || !queue_.empty()) {
+    while (Step(sink)) continue;
+    DropMaintenance();
+    RefineGlobally(2, true, false);
+  }
   for (const ImageId id : map_->reconstruction().RegImageIds()) {
     map_->triangulator().CompleteImage(options_.triangulation, id);
   }

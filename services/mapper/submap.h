@@ -12,6 +12,7 @@
 #include "mapper/filters.h"
 #include "mapper/initial_pair.h"
 #include "mapper/local_window.h"
+#include "mapper/misplaced.h"
 #include "mapper/registration.h"
 #include "mapper/scene_map.h"
 
@@ -22,6 +23,10 @@ struct SubmapOptions {
   RegistrationOptions registration;
   LocalWindowOptions local;
   FilterOptions filter;
+  MisplacedOptions misplaced;
+  // So many ambiguous photos say that the map holds one place twice: then they are registered where
+  // most points agree, and misplaced ones show by their matches.
+  int max_ambiguous = 3;
   colmap::IncrementalTriangulator::Options triangulation;
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
   double global_growth = 1.1;      // growth of images or points that calls for a global BA
@@ -29,7 +34,7 @@ struct SubmapOptions {
   // Part of the points that its matches tie it to that a registered photo must observe; looked at
   // after each global BA. Registration asks for registration.min_inlier_ratio of them.
   double min_observed_ratio = 0.15;
-  int max_withdrawals = 2;  // of one photo; then it is rejected
+  int max_withdrawals = 4;  // of one photo; then it is rejected
   // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
   // depends only on the order of the calls.
   bool background = false;
@@ -140,6 +145,8 @@ class Submap {
   };
 
   bool TryPhoto(ImageId id, const EventSink& sink);
+  RegistrationOptions OptionsOfTrial() const;
+  void NoteAmbiguous(ImageId id);
   void Defer(const PoseEstimate& estimate, ImageId id, PhotoEvent event, const EventSink& sink);
   PhotoEvent RegisteredEvent(ImageId id, const PoseEstimate& estimate) const;
   void EnqueueNeighbours(ImageId id);
@@ -165,6 +172,7 @@ class Submap {
   void MarkCamerasRefined();
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
+  bool WithdrawMisplaced(const EventSink& sink);
   void Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 
   SubmapOptions options_;
@@ -172,7 +180,9 @@ class Submap {
   Side side_;
   std::map<ImageId, int> queue_;  // with the number of points it sees
   BackgroundBa background_;
-  int rounds_at_rest_ = 0;  // global BAs that a map at rest is still owed
+  std::set<ImageId> ambiguous_;  // photos that wait for that reason
+  bool is_doubtful_ = false;     // a sign of misplaced photos was seen since they were looked for
+  int rounds_at_rest_ = 0;       // global BAs that a map at rest is still owed
   std::vector<Point3DId> points_to_maintain_;
   std::vector<std::pair<ImageId, ImageId>> pairs_to_maintain_;
   std::vector<ImageId> images_to_maintain_;

@@ -545,6 +545,7 @@ void SubmapRun::Maintain() {
       [at_rest](Submap& submap, Outcome* outcome) {
         outcome->maintaining = submap.Maintain(
             at_rest, [outcome](const PhotoEvent& event) { outcome->events.push_back(event); });
+        outcome->more = !outcome->events.empty();  // what was withdrawn may be tried anew
       },
       [this](const Outcome& outcome) {
         maintaining_ = outcome.maintaining;

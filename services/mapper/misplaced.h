@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "mapper/scene_map.h"
+
+namespace skein {
+
+struct MisplacedOptions {
+  double max_error_px = 12.0;  // of a matched point seen from the other photo, as in registration
+  int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
+};
+
+// Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
+// photo, and all that then grows from it, to a wrong spot by a few matches that agree; once the
+// right neighbours are in, many more matches between the two parts connect points that lie apart.
+// Photos are joined along their verified pairs, those with most agreeing matches first, but never
+// two groups between which more matches contradict than agree. Of groups that contradict each
+// other the larger one stays; the photos of the others are returned, in ascending order.
+// Visits all pairs.
+std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map);
+
+}  // namespace skein
