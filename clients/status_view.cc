@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kSilentS = 3;
-constexpr size_t kMaxFailuresShown = 12;
+constexpr size_t kMaxPhotosShown = 12;
 
 // From its birth to its end, for a person. `live`: what its mapper tells, null if nothing yet.
 std::string SubmapStage(const SessionState& state, const SubmapState& submap,
@@ -123,6 +123,17 @@ json FailuresOf(const SessionState& state) {
   return failures;
 }
 
+// Photos in no submap. Those that are still in flight are only counted.
+json DeferredOf(const SessionState& state) {
+  json deferred = json::array();
+  if (state.num_in_flight() > 0) return deferred;
+  for (const json& photo : DeferredPart(state)) {
+    deferred.push_back({{"image", Printable(photo["image"].get<std::string>())},
+                        {"reason", Printable(photo["reason"].get<std::string>(), 200)}});
+  }
+  return deferred;
+}
+
 template <class... T>
 std::string Line(const char* format, T... values) {
   char text[512];
@@ -163,14 +174,15 @@ std::string FormatMerges(const json& merges, const json& ended) {
   return text;
 }
 
-std::string FormatFailures(const json& failures) {
+// The last of a list of photos, each with what went wrong.
+std::string FormatPhotos(const json& photos) {
   std::string text;
-  const size_t hidden =
-      failures.size() > kMaxFailuresShown ? failures.size() - kMaxFailuresShown : 0;
-  for (size_t i = hidden; i < failures.size(); ++i) {
-    text += "  " + failures[i]["image"].get<std::string>() + " (" +
-            failures[i]["stage"].get<std::string>() +
-            "): " + failures[i]["reason"].get<std::string>() + "\n";
+  const size_t hidden = photos.size() > kMaxPhotosShown ? photos.size() - kMaxPhotosShown : 0;
+  for (size_t i = hidden; i < photos.size(); ++i) {
+    const json& photo = photos[i];
+    text += "  " + photo["image"].get<std::string>();
+    if (photo.contains("stage")) text += " (" + photo["stage"].get<std::string>() + ")";
+    text += ": " + photo["reason"].get<std::string>() + "\n";
   }
   if (hidden > 0) text += Line("  and %zu earlier", hidden);
   return text;
@@ -193,6 +205,7 @@ json MakeStatus(const StatusInput& input) {
           {"submaps", SubmapsOf(input)},
           {"ended_submaps", EndedOf(input.state)},
           {"merges", MergesOf(input.state)},
+          {"deferred", DeferredOf(input.state)},
           {"failures", FailuresOf(input.state)}};
 }
 
@@ -224,7 +237,9 @@ std::string FormatStatus(const json& status) {
     for (const json& submap : status["submaps"]) text += FormatSubmap(submap);
   }
   text += FormatMerges(status["merges"], status["ended_submaps"]);
-  if (!status["failures"].empty()) text += "\nfailures\n" + FormatFailures(status["failures"]);
+  if (!status["deferred"].empty())
+    text += "\nnot registered yet\n" + FormatPhotos(status["deferred"]);
+  if (!status["failures"].empty()) text += "\nfailures\n" + FormatPhotos(status["failures"]);
   return text;
 }
 

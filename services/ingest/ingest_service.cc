@@ -97,13 +97,18 @@ void IngestService::Tick() {
   server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
 }
 
+std::string IngestService::ReadyState() const {
+  const int64_t duplicates = intake_.num_duplicates();
+  return duplicates == 0 ? "ready" : "ready, duplicates: " + std::to_string(duplicates);
+}
+
 void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
   const double now_s = MonotonicS();
   std::string state = finish_.Describe();
   const std::string receiving = intake_.Describe(now_s);
   if (!state.empty() && !receiving.empty()) state += "; ";
   state += receiving;
-  heartbeat->state = state.empty() ? "ready" : ClampText(state);
+  heartbeat->state = state.empty() ? ReadyState() : ClampText(state);
   heartbeat->ledger_seq = writer_.durable_head();
   heartbeat->backlog = intake_.num_pending();
   heartbeat->num_done = writer_.state().num_images();

@@ -40,6 +40,7 @@ class IngestService {
   void ArrangeFlush();
   void Flush();
   void Tick();
+  std::string ReadyState() const;
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;

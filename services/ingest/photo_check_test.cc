@@ -18,19 +18,6 @@ Bytes Cut(const Bytes& bytes, double fraction) {
   return Bytes(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(bytes.size() * fraction));
 }
 
-// Writes the claimed size into a JPEG's frame header.
-Bytes WithClaimedSize(Bytes jpeg, uint16_t width, uint16_t height) {
-  for (size_t at = 2; at + 9 < jpeg.size(); at += 2 + (jpeg[at + 2] << 8 | jpeg[at + 3])) {
-    if (jpeg[at + 1] != 0xc0) continue;
-    jpeg[at + 5] = static_cast<uint8_t>(height >> 8);
-    jpeg[at + 6] = static_cast<uint8_t>(height);
-    jpeg[at + 7] = static_cast<uint8_t>(width >> 8);
-    jpeg[at + 8] = static_cast<uint8_t>(width);
-    return jpeg;
-  }
-  throw std::logic_error("no baseline frame");
-}
-
 TEST(PhotoCheck, TakesJpegPngAndTiff) {
   for (const std::string extension : {".jpg", ".png", ".tiff"}) {
     const auto photo = CheckPhoto(Encode(Noise(96, 80), extension), PhotoLimits());

@@ -109,16 +109,6 @@ json FailuresPart(const SessionState& state) {
   return failures;
 }
 
-json DeferredPart(const SessionState& state) {
-  json deferred = json::array();
-  for (const auto& [id, photo] : state.photos()) {
-    if (photo.failed() || state.IsRegistered(photo)) continue;
-    deferred.push_back({{"image", NameOf(photo.image.agent, photo.image.name)},
-                        {"reason", state.WhyUnregistered(photo)}});
-  }
-  return deferred;
-}
-
 json ImagesInTimePart(const SessionState& state) {
   const int64_t start = FirstReceived(state);
   json images = json::array();
@@ -137,6 +127,16 @@ json ImagesInTimePart(const SessionState& state) {
 }
 
 }  // namespace
+
+json DeferredPart(const SessionState& state) {
+  json deferred = json::array();
+  for (const auto& [id, photo] : state.photos()) {
+    if (photo.failed() || state.IsRegistered(photo)) continue;
+    deferred.push_back({{"image", NameOf(photo.image.agent, photo.image.name)},
+                        {"reason", state.WhyUnregistered(photo)}});
+  }
+  return deferred;
+}
 
 PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates) {
   PhotoCounts counts;

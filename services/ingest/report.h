@@ -22,6 +22,9 @@ PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates);
 // in the order of photos.
 std::vector<double> PhotoToPoseSeconds(const SessionState& state);
 
+// [{image, reason}] of the photos that are in no submap, those on their way included.
+nlohmann::json DeferredPart(const SessionState& state);
+
 // Candidates named and hit, pairs matched and verified, mean seconds a photo in the index.
 nlohmann::json RetrievalPart(const SessionState& state);
 

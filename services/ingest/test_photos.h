@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,19 @@ inline Bytes Encode(const cv::Mat& image, const std::string& extension) {
 
 inline Bytes SmallJpeg(uint64_t seed = 1, int width = 96, int height = 80) {
   return Encode(Noise(width, height, CV_8UC3, seed), ".jpg");
+}
+
+// Writes the claimed size into a JPEG's frame header.
+inline Bytes WithClaimedSize(Bytes jpeg, uint16_t width, uint16_t height) {
+  for (size_t at = 2; at + 9 < jpeg.size(); at += 2 + (jpeg[at + 2] << 8 | jpeg[at + 3])) {
+    if (jpeg[at + 1] != 0xc0) continue;
+    jpeg[at + 5] = static_cast<uint8_t>(height >> 8);
+    jpeg[at + 6] = static_cast<uint8_t>(height);
+    jpeg[at + 7] = static_cast<uint8_t>(width >> 8);
+    jpeg[at + 8] = static_cast<uint8_t>(width);
+    return jpeg;
+  }
+  throw std::logic_error("no baseline frame");
 }
 
 // An EXIF block as a JPEG's APP1 segment holds it, built entry by entry (big endian).

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Odd, damaged and hostile files among good photos: the odd are reconstructed, the bad are refused or set
+# aside with a reason that the agent, `skein status` and the report tell, and the session goes on.
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+use_place 2 8 --seed 1
+session=$workspace/session
+skein=$SKEIN_BUILD/bin/skein
+"$SKEIN_BUILD/bin/bad_photos" "$place/images/agent-1" "$workspace/photos" || fail "bad_photos"
+printf 'no photo' >"$workspace/photos/bad/"$'invalid-\xff.jpg'
+mkdir -p "$workspace/photos/bad/$(printf 'd%.0s' {1..200})"
+cp "$workspace/photos/bad/text.jpg" "$workspace/photos/bad/$(printf 'd%.0s' {1..200})/$(printf 'n%.0s' {1..100}).jpg"
+
+# agent_of NAME FOLDER EXPECTED_EXIT_CODE: its output goes to NAME.out
+agent_of() {
+  local status=0
+  "$skein" agent --session "$session" --lcm-url "$url" --name "$1" --images "$2" \
+    >"$workspace/$1.out" 2>&1 || status=$?
+  ((status == $3)) || { cat "$workspace/$1.out"; fail "agent $1 ended with $status, not $3"; }
+}
+# expect_reason FILE PHOTO PATTERN: a line of the file names the photo and why
+expect_reason() {
+  grep -F "$2" "$1" | grep -qE "$3" || { cat "$1"; fail "${1##*/} does not say why $2 is not taken ($3)"; }
+}
+
+start_services "$session" "$url"
+publish "$session"
+await_agents
+agent_of odd "$workspace/photos/odd" 0
+agent_of agent-1 "$workspace/photos/twice" 0
+agent_of bad "$workspace/photos/bad" 3
+finish "$session"
+"$skein" status --once --session "$session" --lcm-url "$url" >"$workspace/status.out" || fail "status"
+stop_services
+
+declare -A reasons=([truncated.jpg]='truncated|premature|damaged' [corrupt.jpg]='damaged|corrupt' [empty.jpg]='empty|bytes'
+  [dot.png]='1 x 1' [text.jpg]='not a|no JPEG' [bomb.jpg]='60000 x 60000' [invalid-]='UTF-8' [dddd]='bytes, more than')
+for photo in "${!reasons[@]}"; do
+  for told in bad.out status.out; do expect_reason "$workspace/$told" "$photo" "${reasons[$photo]}"; done
+done
+grep -q '1 duplicates' "$workspace/bad.out" || { cat "$workspace/bad.out"; fail "the copy is not called a duplicate"; }
+
+grep -qF 'duplicates: 1' "$workspace/status.out" || { cat "$workspace/status.out"; fail "status does not tell of the duplicate"; }
+
+report=$session/report.json
+jq -e '[.deferred[] | select(.image == "bad/flat.jpg" and .reason != "")] + [.failures[] | select(.image == "bad/flat.jpg" and .reason != "")]
+  | length == 1' "$report" >/dev/null || fail "the photo without texture: $(jq -c '{deferred, failures}' "$report")"
+grep -qF flat.jpg "$workspace/status.out" || { cat "$workspace/status.out"; fail "status does not tell of flat.jpg"; }
+jq -e '.images | .received == 30 and .registered == 21 and .failed == 8 and .duplicates == 1' "$report" >/dev/null ||
+  fail "expected 16 good, 4 odd, one more of a name, one without texture, 8 refused: $(jq -c '{images, deferred, failures}' "$report")"
+echo "$(jq -c .images "$report")"
