@@ -98,12 +98,11 @@ TEST_F(LedgerTest, SubmitterRepeatsUntilCommittedUnderLoss) {
   bus_.SetDropReceived(DropShare(0.4, 11));
   int committed = 0;
   for (int i = 0; i < 20; ++i) {
-    node_.submitter().Submit(TestFact("s/" + std::to_string(i)),
-                             [&](bool ok, int64_t seq, const std::string&) {
-                               EXPECT_TRUE(ok);
-                               EXPECT_GT(seq, 0);
-                               ++committed;
-                             });
+    node_.submitter().Submit(TestFact("s/" + std::to_string(i)), [&](const Submission& done) {
+      EXPECT_TRUE(done.committed());
+      EXPECT_GT(done.seq, 0);
+      ++committed;
+    });
   }
   ASSERT_TRUE(loop_.RunUntil([&] { return node_.submitter().pending() == 0; }, 30));
   EXPECT_EQ(committed, 20);
@@ -113,14 +112,20 @@ TEST_F(LedgerTest, SubmitterRepeatsUntilCommittedUnderLoss) {
 }
 
 TEST_F(LedgerTest, SubmitterTellsARefusalWithItsReason) {
-  ingest_.RefuseAll("older epoch");
-  std::string told;
-  node_.submitter().Submit(TestFact("s/1"), [&](bool ok, int64_t, const std::string& reason) {
-    EXPECT_FALSE(ok);
-    told = reason;
+  ingest_.Refuse([](const Fact& fact) {
+    const bool stale = Header(fact).fact_id == "stale";
+    return stale ? Refusal{submit_reply_t::NOT_LEASED, "older epoch"}
+                 : Refusal{submit_reply_t::REFUSED, "no such photo"};
   });
-  ASSERT_TRUE(loop_.RunUntil([&] { return !told.empty(); }, 10));
-  EXPECT_EQ(told, "older epoch");
+  std::map<std::string, Submission> told;
+  for (const std::string id : {"stale", "other"}) {
+    node_.submitter().Submit(TestFact(id), [&, id](const Submission& done) { told[id] = done; });
+  }
+  ASSERT_TRUE(loop_.RunUntil([&] { return told.size() == 2; }, 10));
+  EXPECT_EQ(told["stale"].state, Submission::State::kNotLeased);
+  EXPECT_EQ(told["stale"].reason, "older epoch");
+  EXPECT_EQ(told["other"].state, Submission::State::kRefused);
+  EXPECT_EQ(told["other"].reason, "no such photo");
 }
 
 TEST_F(LedgerTest, SubmissionIsConfirmedByTheLedgerWhenRepliesAreLost) {
@@ -128,15 +133,15 @@ TEST_F(LedgerTest, SubmissionIsConfirmedByTheLedgerWhenRepliesAreLost) {
   LedgerFollower follower(node_, 1, [](const Fact&) {});
   int64_t committed_seq = 0;
   node_.submitter().Submit(TestFact("s/1"),
-                           [&](bool, int64_t seq, const std::string&) { committed_seq = seq; });
+                           [&](const Submission& done) { committed_seq = done.seq; });
   ASSERT_TRUE(loop_.RunUntil([&] { return committed_seq == 1; }, 10));
 }
 
 TEST_F(LedgerTest, SameFactSubmittedTwiceIsCommittedOnce) {
   int answers = 0;
-  const auto count = [&](bool ok, int64_t seq, const std::string&) {
-    EXPECT_TRUE(ok);
-    EXPECT_EQ(seq, 1);
+  const auto count = [&](const Submission& done) {
+    EXPECT_TRUE(done.committed());
+    EXPECT_EQ(done.seq, 1);
     ++answers;
   };
   node_.submitter().Submit(TestFact("same"), count);

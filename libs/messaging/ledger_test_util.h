@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -38,6 +40,12 @@ inline registration_t TestFact(const std::string& fact_id) {
   return fact;
 }
 
+// status: submit_reply_t's REFUSED or NOT_LEASED.
+struct Refusal {
+  int8_t status;
+  std::string reason;
+};
+
 // Commits what is submitted, once a fact_id, and serves ranges.
 class MemoryIngest {
  public:
@@ -68,7 +76,10 @@ class MemoryIngest {
     server_.Broadcast(fact);
     return header.seq;
   }
-  void RefuseAll(const std::string& reason) { refusal_ = reason; }
+  // Asked for each fact that is not in the ledger yet.
+  void Refuse(std::function<std::optional<Refusal>(const Fact&)> judge) {
+    judge_ = std::move(judge);
+  }
 
   const std::vector<Fact>& facts() const { return facts_; }
   int num_submissions() const { return num_submissions_; }
@@ -81,10 +92,14 @@ class MemoryIngest {
     submit_reply_t reply{};
     reply.author = header.author;
     reply.fact_id = header.fact_id;
-    reply.reason = refusal_;
-    reply.status = refusal_.empty() ? submit_reply_t::COMMITTED : submit_reply_t::REFUSED;
-    if (refusal_.empty()) {
-      const auto known = seq_of_.find(header.fact_id);
+    reply.status = submit_reply_t::COMMITTED;
+    const auto known = seq_of_.find(header.fact_id);
+    const std::optional<Refusal> refusal =
+        known == seq_of_.end() && judge_ ? judge_(fact) : std::nullopt;
+    if (refusal) {
+      reply.status = refusal->status;
+      reply.reason = refusal->reason;
+    } else {
       reply.seq = known == seq_of_.end() ? Commit(fact) : known->second;
     }
     node_.Publish(kSubmitReplyChannel, reply);
@@ -93,7 +108,7 @@ class MemoryIngest {
   Node& node_;
   std::vector<Fact> facts_;
   std::map<std::string, int64_t> seq_of_;
-  std::string refusal_;
+  std::function<std::optional<Refusal>(const Fact&)> judge_;
   int num_submissions_ = 0;
   LedgerServer server_;
   std::vector<Bus::SubscriptionId> subscriptions_;

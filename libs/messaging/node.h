@@ -28,8 +28,9 @@
 //         fact.header.fact_id = "features/" + std::to_string(item.item_id);
 //         fact.header.computed_at_seq = follower.processed_seq();
 //         fact.keypoints_blob = node.blobs().Offer(EncodeKeypoints(features.keypoints));
-//         node.submitter().Submit(fact, [&](bool committed, int64_t, std::string reason) {
-//           if (committed) work.Done(item.item_id); else work.Fail(item.item_id, reason, true);
+//         node.submitter().Submit(fact, [&](const Submission& done) {
+//           if (done.committed()) work.Done(item.item_id);
+//           else work.Fail(item.item_id, done.reason, true);
 //         });
 //       });
 //     });

@@ -1,6 +1,7 @@
 #include "messaging/submitter.h"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -12,6 +13,20 @@ namespace {
 constexpr double kFirstRepeatS = 0.2;
 constexpr double kLastRepeatS = 2.0;
 constexpr double kTickS = 0.05;
+
+// None while it is not decided.
+std::optional<Submission::State> StateOf(int8_t status) {
+  switch (status) {
+    case submit_reply_t::COMMITTED:
+      return Submission::State::kCommitted;
+    case submit_reply_t::REFUSED:
+      return Submission::State::kRefused;
+    case submit_reply_t::NOT_LEASED:
+      return Submission::State::kNotLeased;
+    default:
+      return std::nullopt;
+  }
+}
 
 }  // namespace
 
@@ -65,23 +80,22 @@ void Submitter::SendDue() {
 
 void Submitter::OnReply(const submit_reply_t& reply) {
   if (reply.author != instance_) return;
-  if (reply.status == submit_reply_t::COMMITTED) Finish(reply.fact_id, true, reply.seq, "");
-  if (reply.status == submit_reply_t::REFUSED) Finish(reply.fact_id, false, 0, reply.reason);
+  const std::optional<Submission::State> state = StateOf(reply.status);
+  if (state) Finish(reply.fact_id, {*state, reply.seq, reply.reason});
 }
 
 void Submitter::OnCommitted(const fact_header_t& header) {
-  Finish(header.fact_id, true, header.seq, "");
+  Finish(header.fact_id, {Submission::State::kCommitted, header.seq, ""});
 }
 
-void Submitter::Finish(const std::string& fact_id, bool committed, int64_t seq,
-                       const std::string& reason) {
+void Submitter::Finish(const std::string& fact_id, const Submission& submission) {
   const auto found = pending_.find(fact_id);
   if (found == pending_.end()) return;
   const Pending pending = std::move(found->second);
   pending_.erase(found);
   for (const std::string& blob : BlobsOf(pending.fact)) blobs_.Release(blob);
   for (const OnDone& on_done : pending.on_done) {
-    if (on_done) on_done(committed, seq, reason);
+    if (on_done) on_done(submission);
   }
 }
 

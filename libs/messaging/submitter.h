@@ -14,12 +14,24 @@
 
 namespace skein {
 
+// What became of a submission.
+struct Submission {
+  enum class State {
+    kCommitted,  // in the ledger at `seq`, by this submission or another of its fact_id
+    kRefused,    // for `reason`: ingest cannot take it as things stand
+    kNotLeased,  // refused because its submap has ended or is another's by now: see `reason`
+  };
+  State state = State::kRefused;
+  int64_t seq = 0;
+  std::string reason;
+
+  bool committed() const { return state == State::kCommitted; }
+};
+
 // Loop's thread only.
 class Submitter {
  public:
-  // committed: the fact is in the ledger at `seq` (by this submission or another of its fact_id).
-  // Not committed: ingest refused it for `reason` and always will.
-  using OnDone = std::function<void(bool committed, int64_t seq, std::string reason)>;
+  using OnDone = std::function<void(const Submission&)>;
 
   Submitter(PollLoop& loop, Bus& bus, BlobClient& blobs, std::string session_id,
             std::string instance);
@@ -28,10 +40,10 @@ class Submitter {
   Submitter& operator=(const Submitter&) = delete;
 
   // Repeats the submission, first after 0.2 s and then ever less often down to every 2 s, until
-  // ingest answers COMMITTED or REFUSED or the fact is seen in the ledger. Then releases the blobs
-  // that the fact refers to, each once, and calls on_done, once. Fills session_id and author.
-  // Throws std::invalid_argument without header.fact_id. A fact_id that is pending already is
-  // submitted once, the first content; both functions are called.
+  // ingest commits or refuses it or the fact is seen in the ledger. Then releases the blobs that
+  // the fact refers to, each once, and calls on_done, once. Fills session_id and author. Throws
+  // std::invalid_argument without header.fact_id. A fact_id that is pending already is submitted
+  // once, the first content; both functions are called.
   void Submit(Fact fact, OnDone on_done);
 
   // Facts not yet answered for.
@@ -51,7 +63,7 @@ class Submitter {
   void OnReply(const submit_reply_t& reply);
   void Send(Pending* pending);
   void SendDue();
-  void Finish(const std::string& fact_id, bool committed, int64_t seq, const std::string& reason);
+  void Finish(const std::string& fact_id, const Submission& submission);
 
   PollLoop& loop_;
   Bus& bus_;

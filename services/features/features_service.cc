@@ -81,8 +81,8 @@ void FeaturesService::Submit(int64_t image_id, const Outcome& outcome) {
                 outcome.photo.global_s);
   node_.submitter().Submit(
       ToMessage(image_id, jobs_.at(image_id).computed_at_seq, outcome.photo, outcome.blobs),
-      [this, image_id](bool committed, int64_t, const std::string& reason) {
-        if (!committed) return Fail(image_id, reason, true);
+      [this, image_id](const Submission& done) {
+        if (!done.committed()) return Fail(image_id, done.reason, true);
         jobs_.erase(image_id);
         work_.Done(image_id);
       });

@@ -94,11 +94,10 @@ class IngestServiceTest : public testing::Test {
   // Submits, and waits for the answer: "" if committed, else why not.
   std::string Submit(const Fact& fact, Node* author = nullptr) {
     std::optional<std::string> answer;
-    (author == nullptr ? *peer_ : *author)
-        .submitter()
-        .Submit(fact, [&](bool committed, int64_t, std::string reason) {
-          answer = committed ? "" : reason;
-        });
+    (author == nullptr ? *peer_ : *author).submitter().Submit(fact, [&](const Submission& done) {
+      answer = done.committed() ? "" : done.reason;
+      answer_state_ = done.state;
+    });
     Await([&] { return answer.has_value(); }, "an answer to " + Header(fact).fact_id);
     return answer.value_or("no answer");
   }
@@ -194,6 +193,7 @@ class IngestServiceTest : public testing::Test {
   std::unique_ptr<IngestService> service_;
   std::unique_ptr<Node> peer_;
   std::unique_ptr<LedgerFollower> follower_;
+  Submission::State answer_state_ = Submission::State::kCommitted;  // of the latest Submit
   std::vector<image_ack_t> acks_;
   std::vector<Fact> facts_;
 };
@@ -338,6 +338,7 @@ TEST_F(IngestServiceTest, CommitsOneOfTwoResultsAndAcknowledgesBoth) {
 
 TEST_F(IngestServiceTest, RefusesFactsThatFitNothing) {
   EXPECT_EQ(Submit(Features(7)), "no such photo");
+  EXPECT_EQ(answer_state_, Submission::State::kRefused);
   Publish("a.jpg", SmallJpeg());
   EXPECT_EQ(Submit(Matches(1)), "photo has no candidates yet");
   features_t misnamed = Features(1);
@@ -392,6 +393,7 @@ TEST_F(IngestServiceTest, RefusesTheFactsOfAnOlderEpoch) {
   EXPECT_EQ(epochs[1], 2);
   EXPECT_NE(Submit(Registration(2, 1, 1)).find("other has the submap in epoch 2"),
             std::string::npos);
+  EXPECT_EQ(answer_state_, Submission::State::kNotLeased);
   registration_t forged = Registration(2, 1, 2);
   forged.header.fact_id += "/forged";
   EXPECT_EQ(Submit(forged), "submap is leased to other");

@@ -36,17 +36,23 @@ void SubmissionDesk::OnSubmission(const Fact& fact) {
 
 void SubmissionDesk::CommitOrRefuse(const Fact& fact) {
   const fact_header_t& header = Header(fact);
+  if (const Status status = CheckLease(fact, writer_.state()); !status.ok()) {
+    return Refuse(header, submit_reply_t::NOT_LEASED, status.error());
+  }
   if (const Status status = CheckSubmission(fact, writer_.state()); !status.ok()) {
-    ++num_refused_;
-    spdlog::warn("refused {} of {}: {}", Printable(header.fact_id), Printable(header.author),
-                 status.error());
-    return Reply(header, submit_reply_t::REFUSED, 0, status.error());
+    return Refuse(header, submit_reply_t::REFUSED, status.error());
   }
   std::set<std::string> missing;
   for (const std::string& blob : BlobsOf(fact)) {
     if (!store_.Has(blob)) missing.insert(blob);
   }
   missing.empty() ? Commit(fact) : Pull(fact, missing);
+}
+
+void SubmissionDesk::Refuse(const fact_header_t& header, int8_t status, const std::string& reason) {
+  ++num_refused_;
+  spdlog::warn("refused {} of {}: {}", Printable(header.fact_id), Printable(header.author), reason);
+  Reply(header, status, 0, reason);
 }
 
 void SubmissionDesk::Pull(const Fact& fact, const std::set<std::string>& missing) {

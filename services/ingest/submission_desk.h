@@ -12,7 +12,7 @@
 
 namespace skein {
 
-// Takes submitted facts: answers repeats, judges new ones (see CheckSubmission), pulls the blobs
+// Takes submitted facts: answers repeats, judges new ones (see submission_rules.h), pulls the blobs
 // that the session folder lacks from their author, commits. Loop's thread only.
 class SubmissionDesk {
  public:
@@ -39,6 +39,7 @@ class SubmissionDesk {
   void OnKept(const std::string& fact_id, const std::string& blob_id, const Status& kept);
   void Drop(const std::string& fact_id, const std::string& reason);
   void CommitOrRefuse(const Fact& fact);
+  void Refuse(const fact_header_t& header, int8_t status, const std::string& reason);
   void Commit(const Fact& fact);
   void Reply(const fact_header_t& header, int8_t status, int64_t seq, const std::string& reason);
 

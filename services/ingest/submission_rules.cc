@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/hash.h"
 
@@ -66,7 +67,7 @@ class Rules {
     if (pose && (!AllFinite(f.cam_from_world_xyz, 3) || !IsUnit(f.cam_from_world_qwxyz))) {
       return Refuse("pose is not finite or not a rotation");
     }
-    return CheckLease(f.submap_id, f.epoch, f.header.author);
+    return Status::Ok();
   }
 
   Status operator()(const submap_t& f) const {
@@ -74,7 +75,7 @@ class Rules {
     const bool has_model = f.state == submap_t::CHECKPOINT || f.state == submap_t::FINAL;
     if (has_model && f.model_blob.empty()) return Refuse("no model");
     if (f.ledger_seq > state_.head()) return Refuse("ledger position lies in the future");
-    return CheckLease(f.submap_id, f.epoch, f.header.author);
+    return Status::Ok();
   }
 
   Status operator()(const seed_t& f) const {
@@ -138,17 +139,6 @@ class Rules {
     return Status::Ok();
   }
 
-  Status CheckLease(int64_t submap_id, int64_t epoch, const std::string& author) const {
-    const SubmapState* submap = state_.FindSubmap(submap_id);
-    if (submap == nullptr) return Refuse("no such submap");
-    if (submap->ended) return Refuse("submap has ended: " + submap->end_reason);
-    if (epoch != submap->epoch) {
-      return Refuse("epoch " + std::to_string(epoch) + " is over; " + submap->owner +
-                    " has the submap in epoch " + std::to_string(submap->epoch));
-    }
-    return author == submap->owner ? Status::Ok() : Refuse("submap is leased to " + submap->owner);
-  }
-
   // A pair of its own that waits for a mapper or was given to one, and isn't given up.
   bool IsSeeding(int64_t image_id) const {
     const auto& submaps = state_.submaps();
@@ -184,17 +174,31 @@ class Rules {
       return Refuse("other submaps than were ordered to merge");
     }
     if (before != merge_t::ORDERED && before != merge_t::FROZEN) return Refuse("merge is over");
-    if (f.state == merge_t::FROZEN) {
-      if (f.model_blob.empty()) return Refuse("no model");
-      return CheckLease(f.source_id, f.source_epoch, f.header.author);
-    }
+    if (f.state == merge_t::FROZEN && f.model_blob.empty()) return Refuse("no model");
     if (f.state == merge_t::DONE && before != merge_t::FROZEN)
       return Refuse("source is not frozen");
-    return CheckLease(f.target_id, f.target_epoch, f.header.author);
+    return Status::Ok();
   }
 
   const SessionState& state_;
 };
+
+// The lease under which a mapper says something.
+struct LeaseClaim {
+  int64_t submap_id;
+  int64_t epoch;
+};
+
+std::optional<LeaseClaim> ClaimOf(const Fact& fact) {
+  if (const auto* r = std::get_if<registration_t>(&fact)) return LeaseClaim{r->submap_id, r->epoch};
+  if (const auto* s = std::get_if<submap_t>(&fact)) return LeaseClaim{s->submap_id, s->epoch};
+  const auto* merge = std::get_if<merge_t>(&fact);
+  if (merge == nullptr) return std::nullopt;
+  if (merge->state == merge_t::FROZEN) return LeaseClaim{merge->source_id, merge->source_epoch};
+  const bool ends = merge->state == merge_t::DONE || merge->state == merge_t::UNDONE;
+  if (ends) return LeaseClaim{merge->target_id, merge->target_epoch};
+  return std::nullopt;
+}
 
 void SetIds(image_t* f, const SessionState& state) { f->image_id = state.num_images() + 1; }
 void SetIds(seed_t* f, const SessionState& state) {
@@ -221,6 +225,20 @@ Status CheckSubmission(const Fact& fact, const SessionState& state) {
     if (!IsBlobId(blob)) return Refuse("'" + ClampText(blob, 70) + "' is no blob id");
   }
   return std::visit(Rules(state), fact);
+}
+
+Status CheckLease(const Fact& fact, const SessionState& state) {
+  const std::optional<LeaseClaim> claim = ClaimOf(fact);
+  if (!claim) return Status::Ok();
+  const SubmapState* submap = state.FindSubmap(claim->submap_id);
+  if (submap == nullptr) return Refuse("no such submap");
+  if (submap->ended) return Refuse("submap has ended: " + submap->end_reason);
+  if (claim->epoch != submap->epoch) {
+    return Refuse("epoch " + std::to_string(claim->epoch) + " is over; " + submap->owner +
+                  " has the submap in epoch " + std::to_string(submap->epoch));
+  }
+  if (Header(fact).author == submap->owner) return Status::Ok();
+  return Refuse("submap is leased to " + submap->owner);
 }
 
 void CompleteFact(Fact* fact, const SessionState& state, int64_t utime_us) {

@@ -6,10 +6,14 @@
 
 namespace skein {
 
-// Whether a submitted fact may be committed now: its image exists, its counts fit, its submap lives
-// and its author is the one that leased it in this epoch, its blobs are named. An error is the
-// reason that the author is told. Doesn't look at whether the blobs are here, nor at repeats.
+// Whether a submitted fact may be committed now: its image exists, its counts fit, its blobs are
+// named. An error is the reason that the author is told. Doesn't look at whether the blobs are
+// here, nor at repeats, nor at leases.
 Status CheckSubmission(const Fact& fact, const SessionState& state);
+
+// What a mapper says for a submap (registrations, models, steps of a merge) counts while the submap
+// lives and is leased to the author in the fact's epoch. Ok for all other facts.
+Status CheckLease(const Fact& fact, const SessionState& state);
 
 // Fills what ingest decides at commit: seq, time, and the ids of photos, submaps, merges and
 // finishes that a fact brings into being.

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "core/clock.h"
 #include "mapper/checkpoint.h"
@@ -11,6 +12,9 @@
 
 namespace skein {
 namespace {
+
+// Until a refused step of a merge is submitted again.
+constexpr double kRetryS = 2;
 
 AbsorbOptions OptionsFor(const merge_t& order, bool was_done) {
   AbsorbOptions options;
@@ -30,15 +34,23 @@ Similarity SimilarityOf(const merge_t& merge) {
   return similarity;
 }
 
-// Runs in the submap's thread. Returns why not, or "" and the photos that are new in the target.
+// What absorbing came to: why not, or "", the target as it was and the photos that are new in it.
+struct Absorption {
+  std::string reason;
+  std::shared_ptr<const colmap::Reconstruction> before;
+  std::vector<PhotoEvent> events;
+};
+
+// Runs in the submap's thread. Returns why not, or "".
 std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool was_done,
-                        Submap* submap, std::vector<PhotoEvent>* events) {
+                        Submap* submap, Absorption* absorption) {
   const Result<colmap::Reconstruction> source = DecodeModel(archive);
   if (!source.ok()) return "source: " + source.error();
   // The target's registered photos only.
-  const Result<colmap::Reconstruction> target =
-      DecodeModel(EncodeModel(submap->map().reconstruction()));
-  if (!target.ok()) return "target: " + target.error();
+  Result<colmap::Reconstruction> decoded = DecodeModel(EncodeModel(submap->map().reconstruction()));
+  if (!decoded.ok()) return "target: " + decoded.error();
+  const auto target = std::make_shared<const colmap::Reconstruction>(*std::move(decoded));
+  absorption->before = target;
   const AbsorbOptions options = OptionsFor(order, was_done);
   // Both were adjusted since the order; the order's similarity stands where there is none now.
   const Sim3Result now = EstimateSim3(SharedPhotosOf(*source, *target), options.sim3);
@@ -48,7 +60,8 @@ std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool 
   const Status status = submap->ReplaceModel(result.merged);
   if (!status.ok()) return status.error();
   for (const PhotoEvent& event : submap->RegisteredEvents()) {
-    if (!target->ExistsImage(static_cast<ImageId>(event.image_id))) events->push_back(event);
+    const bool is_new = !target->ExistsImage(static_cast<ImageId>(event.image_id));
+    if (is_new) absorption->events.push_back(event);
   }
   return "";
 }
@@ -73,11 +86,21 @@ void MergeExecutor::OnMergeFact(const merge_t& merge, SubmapRun& run) {
   if (!IsOpen(merge.merge_id)) return;
   const bool is_target = merge.target_id == run.submap_id();
   if (merge.state == merge_t::FROZEN && is_target) Absorb(merge, run);
-  if (merge.state == merge_t::UNDONE) {
-    const std::function<void()> resume = std::move(open_.resume);
-    open_ = Open();
-    resume();
-  }
+  if (merge.state == merge_t::UNDONE) Resume();
+}
+
+void MergeExecutor::Resume() {
+  const std::function<void()> resume = std::move(open_.resume);
+  open_ = Open();
+  resume();
+}
+
+void MergeExecutor::Later(const SubmapRun& run, std::function<void()> then) {
+  const std::weak_ptr<bool> alive = run.alive();
+  node_.loop().AddOneShot(kRetryS,
+                          [this, alive, merge_id = open_.ordered.merge_id, then = std::move(then)] {
+                            if (!alive.expired() && IsOpen(merge_id)) then();
+                          });
 }
 
 void MergeExecutor::Freeze(SubmapRun& run) {
@@ -90,11 +113,13 @@ void MergeExecutor::Freeze(SubmapRun& run) {
         if (!IsOpen(merge_id)) return;
         merge_t fact = MakeFact(merge_t::FROZEN, run);
         fact.model_blob = *blob;
-        // Refused where the target has ended the merge by an earlier FROZEN: its word is in the
-        // ledger, and on its way here.
+        // Where the target has ended the merge by an earlier FROZEN, its word is in the ledger, and
+        // on its way here.
         run.Submit(
             fact, [](int64_t) {},
-            [](const std::string& reason) { spdlog::info("not frozen: {}", reason); });
+            [this, merge_id, &run](const std::string&) {
+              if (IsOpen(merge_id)) Later(run, [this, &run] { Freeze(run); });
+            });
       });
 }
 
@@ -110,43 +135,69 @@ void MergeExecutor::Absorb(const merge_t& frozen, SubmapRun& run) {
 void MergeExecutor::OnSourceModel(Result<Bytes> bytes, SubmapRun& run) {
   Result<ModelArchive> decoded =
       bytes.ok() ? DecodeModelArchive(*bytes) : Result<ModelArchive>(bytes.status());
-  if (!decoded.ok()) return OnAbsorbed("source: " + decoded.error(), {}, run);
+  if (!decoded.ok()) return OnAbsorbed("source: " + decoded.error(), run);
   auto archive = std::make_shared<const ModelArchive>(std::move(*decoded));
   const Result<std::vector<int64_t>> photos = PhotosOfArchive(*archive);
-  if (!photos.ok()) return OnAbsorbed("source: " + photos.error(), {}, run);
+  if (!photos.ok()) return OnAbsorbed("source: " + photos.error(), run);
   run.AddPhotos(*photos, [this, archive, &run](const Status& status) {
-    if (!status.ok()) return OnAbsorbed(status.error(), {}, run);
-    auto reason = std::make_shared<std::string>();
-    auto events = std::make_shared<std::vector<PhotoEvent>>();
+    if (!status.ok()) return OnAbsorbed(status.error(), run);
+    auto result = std::make_shared<Absorption>();
     run.RunOnSubmap(
-        [archive, reason, events, order = open_.ordered, was_done = open_.replay](Submap& submap) {
-          *reason = AbsorbModel(*archive, order, was_done, &submap, events.get());
+        [archive, result, order = open_.ordered, was_done = open_.replay](Submap& submap) {
+          result->reason = AbsorbModel(*archive, order, was_done, &submap, result.get());
         },
-        [this, reason, events, &run] { OnAbsorbed(*reason, *events, run); });
+        [this, result, &run] {
+          open_.before = result->before;
+          open_.absorbed = std::move(result->events);
+          OnAbsorbed(result->reason, run);
+        });
   });
 }
 
 // DONE only once everyone can know where the source's photos are now.
-void MergeExecutor::OnAbsorbed(const std::string& reason, const std::vector<PhotoEvent>& events,
-                               SubmapRun& run) {
+void MergeExecutor::OnAbsorbed(const std::string& reason, SubmapRun& run) {
   spdlog::info("submap {} absorbs {}: {}", open_.ordered.target_id, open_.ordered.source_id,
                reason.empty() ? "done" : reason);
   if (!reason.empty()) return Conclude(merge_t::UNDONE, reason, run);
-  run.TakeOver(events);
+  run.TakeOver(open_.absorbed);
   run.WhenCommitted([this, &run] { Conclude(merge_t::DONE, "", run); });
 }
 
 // The run rests until the end is in the ledger: a checkpoint that holds the merged model before
 // that would have its successor start behind an order that nobody carries out.
 void MergeExecutor::Conclude(int8_t state, const std::string& reason, SubmapRun& run) {
-  const std::function<void()> resume = std::move(open_.resume);
-  const bool replay = open_.replay;
+  if (open_.replay) return Resume();
   merge_t fact = MakeFact(state, run);
   fact.reason = ClampText(reason);
   fact.duration_s = static_cast<float>(MonotonicS() - open_.start_s);
-  open_ = Open();
-  if (replay) return resume();
-  run.Submit(fact, [resume](int64_t) { resume(); });
+  run.Submit(
+      fact,
+      [this, merge_id = fact.merge_id](int64_t) {
+        if (IsOpen(merge_id)) Resume();
+      },
+      [this, state, merge_id = fact.merge_id, &run](const std::string& refusal) {
+        if (IsOpen(merge_id)) OnEndRefused(state, refusal, run);
+      });
+}
+
+// The ledger holds that the source lives on: so the target becomes what it was, and says so.
+void MergeExecutor::OnEndRefused(int8_t state, const std::string& reason, SubmapRun& run) {
+  if (state == merge_t::UNDONE) {
+    return Later(run, [this, reason, &run] { Conclude(merge_t::UNDONE, reason, run); });
+  }
+  run.RunOnSubmap(
+      [before = open_.before](Submap& submap) {
+        const Status status = submap.ReplaceModel(*before);
+        if (!status.ok()) throw std::logic_error("the submap's own model: " + status.error());
+      },
+      [this, reason, &run] {
+        for (PhotoEvent& event : open_.absorbed) {
+          event.state = PhotoEvent::State::kWithdrawn;
+          event.reason = "its submap's merge was refused: " + reason;
+        }
+        run.Report(open_.absorbed);
+        Conclude(merge_t::UNDONE, "refused by the ledger: " + reason, run);
+      });
 }
 
 merge_t MergeExecutor::MakeFact(int8_t state, const SubmapRun& run) const {

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <functional>
-#include <map>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "mapper/ledger_index.h"
 #include "mapper/merge_handler.h"
@@ -30,14 +31,20 @@ class MergeExecutor : public MergeHandler {
     bool absorbing = false;
     bool replay = false;
     double start_s = 0;
+    std::shared_ptr<const colmap::Reconstruction> before;  // the target, before it absorbed
+    std::vector<PhotoEvent> absorbed;                      // photos that are new in it
   };
 
   bool IsOpen(int64_t merge_id) const { return open_.resume && open_.ordered.merge_id == merge_id; }
   void Freeze(SubmapRun& run);
   void Absorb(const merge_t& frozen, SubmapRun& run);
   void OnSourceModel(Result<Bytes> bytes, SubmapRun& run);
-  void OnAbsorbed(const std::string& reason, const std::vector<PhotoEvent>& events, SubmapRun& run);
+  void OnAbsorbed(const std::string& reason, SubmapRun& run);
   void Conclude(int8_t state, const std::string& reason, SubmapRun& run);
+  void OnEndRefused(int8_t state, const std::string& reason, SubmapRun& run);
+  void Resume();
+  // When a while has passed, unless the merge is over or the run gone by then.
+  void Later(const SubmapRun& run, std::function<void()> then);
   merge_t MakeFact(int8_t state, const SubmapRun& run) const;
 
   Node& node_;

@@ -250,8 +250,16 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
   return !misplaced.empty();
 }
 
-void Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& sink) {
-  if (map_->reconstruction().NumRegImages() <= 2) return;
+bool Submap::TakeBack(int64_t image_id, const std::string& reason, const EventSink& sink) {
+  if (!map_->IsRegistered(image_id)) return true;
+  const ImageId id = static_cast<ImageId>(image_id);
+  if (!Withdraw(id, reason, sink)) return false;
+  side_.trials[id].last_visible = 0;
+  return true;
+}
+
+bool Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& sink) {
+  if (map_->reconstruction().NumRegImages() <= 2) return false;
   PhotoEvent event;
   event.image_id = id;
   event.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
@@ -264,6 +272,7 @@ void Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& si
   event.reason = reason;
   is_doubtful_ = true;
   sink(event);
+  return true;
 }
 
 Submap::Adjustment Submap::Adjust(ImageId new_image) {

@@ -101,6 +101,11 @@ class Submap {
   // The deferred once more, then global BA with retriangulation until nothing changes much.
   void Finish(const EventSink& sink);
 
+  // Withdraws a photo for a reason from outside; it is tried again when a neighbour registers, as
+  // often as others that were withdrawn. False, and nothing has changed, if no map would be left.
+  // No effect on one that is not registered.
+  bool TakeBack(int64_t image_id, const std::string& reason, const EventSink& sink);
+
   // Tries all deferred photos again at the next steps.
   void RetryDeferred();
 
@@ -173,7 +178,7 @@ class Submap {
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
   bool WithdrawMisplaced(const EventSink& sink);
-  void Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
+  bool Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 
   SubmapOptions options_;
   std::unique_ptr<SceneMap> map_;

@@ -98,6 +98,7 @@ void SubmapRun::Pump() {
   if (ended_ || busy_) return;
   if (!begun_) return Begin();
   if (!working_) return;
+  if (!refused_.empty()) return TakeBackRefused();
   if (!wanted_.empty()) return LoadWanted();
   if (more_) {
     return RunJob(
@@ -109,6 +110,7 @@ void SubmapRun::Pump() {
   }
   item_open_ = false;
   NoteLostPhotos();
+  if (FinalIsDue()) return WriteModel(submap_t::FINAL, cursor_seq_, [] {});
   if (CheckpointIsDue()) return WriteModel(submap_t::CHECKPOINT, cursor_seq_, [] {});
   if (cursor_ < index_.items().size()) {
     const Item item = index_.items()[cursor_++];
@@ -296,10 +298,11 @@ void SubmapRun::DoSettled(const Item& item) {
       [](Submap& submap, Outcome* outcome) {
         submap.Finish([outcome](const PhotoEvent& event) { outcome->events.push_back(event); });
       },
-      [this, seq = item.seq](const Outcome& outcome) {
+      [this](const Outcome& outcome) {
         Report(outcome.events);
         statistics_due_s_ = 0;
-        WriteModel(submap_t::FINAL, seq, [] {});
+        final_due_s_ = 0;
+        Pump();
       });
 }
 
@@ -386,8 +389,33 @@ void SubmapRun::Report(const std::vector<PhotoEvent>& events) {
     registration_t fact = ToMessage(event, submap_id_, epoch_);
     fact.header.fact_id =
         RegistrationFactId(event.image_id, submap_id_, epoch_, ++num_facts_[event.image_id]);
-    Submit(fact, [](int64_t) {});
+    Submit(
+        fact, [](int64_t) {},
+        [this, event](const std::string& reason) { OnReportRefused(event, reason); });
   }
+}
+
+// A photo that the ledger does not take must not stay in the map: nobody would know of it. Of the
+// others the ledger goes on holding what it held.
+void SubmapRun::OnReportRefused(const PhotoEvent& event, const std::string& reason) {
+  if (event.state != PhotoEvent::State::kRegistered) return;
+  refused_[event.image_id] = "refused by the ledger: " + reason;
+  Pump();
+}
+
+void SubmapRun::TakeBackRefused() {
+  RunJob(
+      [refused = std::exchange(refused_, {})](Submap& submap, Outcome* outcome) {
+        const auto sink = [outcome](const PhotoEvent& event) { outcome->events.push_back(event); };
+        for (const auto& [id, reason] : refused) {
+          if (!submap.TakeBack(id, reason, sink)) outcome->error = reason;
+        }
+        outcome->more = true;
+      },
+      [this](const Outcome& outcome) {
+        if (!outcome.error.empty()) return Dissolve("initial pair: " + outcome.error);
+        OnOutcome(outcome);
+      });
 }
 
 // What the ledger holds for registered by an earlier epoch, and is not so after the replay of all
@@ -414,16 +442,18 @@ void SubmapRun::Submit(Fact fact, std::function<void(int64_t seq)> then, OnRefus
   const int64_t at = cursor_seq_;
   Header(fact).computed_at_seq = at;
   uncommitted_.insert(at);
-  const auto decided = [this, alive, at, then = std::move(then), refused = std::move(refused)](
-                           bool committed, int64_t seq, std::string reason) {
+  const auto decided = [this, alive, at, id = Header(fact).fact_id, then = std::move(then),
+                        refused = std::move(refused)](const Submission& done) {
     if (alive.expired()) return;
     const auto it = uncommitted_.find(at);
     if (it != uncommitted_.end()) uncommitted_.erase(it);
-    if (!committed && !refused) return End(EndKind::kOver, reason);
-    committed ? then(seq) : refused(reason);
+    if (done.state == Submission::State::kNotLeased) return End(EndKind::kOver, done.reason);
+    if (!done.committed()) spdlog::warn("submap {}: {} refused: {}", submap_id_, id, done.reason);
+    done.committed() ? then(done.seq) : refused(done.reason);
     if (!uncommitted_.empty()) return;
     PublishStatus();
     for (const auto& next : std::exchange(when_committed_, {})) next();
+    Pump();
   };
   node_.submitter().Submit(std::move(fact), decided);
 }
@@ -440,9 +470,14 @@ void SubmapRun::TakeOver(const std::vector<PhotoEvent>& events) {
 }
 
 bool SubmapRun::CheckpointIsDue() const {
-  if (writing_ || num_changes_ == 0) return false;
+  if (writing_ || num_changes_ == 0 || final_due_s_ < HUGE_VAL) return false;
   const int photos = std::max(options_.checkpoint_photos, num_images() / 10);
   return num_changes_ >= photos || MonotonicS() - checkpoint_s_ >= options_.checkpoint_period_s;
+}
+
+// It holds what the ledger has been told and has taken.
+bool SubmapRun::FinalIsDue() const {
+  return !writing_ && uncommitted_.empty() && MonotonicS() >= final_due_s_;
 }
 
 // A checkpoint is encoded by a process of its own, so that registration goes on; a final model is
@@ -453,6 +488,7 @@ void SubmapRun::WriteModel(int8_t state, int64_t ledger_seq, std::function<void(
   num_changes_ = 0;
   checkpoint_s_ = MonotonicS();
   const bool final = state == submap_t::FINAL;
+  if (final) final_due_s_ = HUGE_VAL;
   auto counted = std::make_shared<SubmapStatistics>(*statistics_);
   auto read = std::make_shared<std::function<Result<Bytes>()>>();
   RunOnSubmap(
@@ -483,7 +519,7 @@ void SubmapRun::StoreModel(const std::function<Result<Bytes>()>& read, int8_t st
         if (alive.expired()) return;
         writing_ = false;
         if (blob.empty()) {
-          ++num_changes_;  // another try when the period has passed
+          TryModelAgain(state);
         } else {
           SubmitModel(state, ledger_seq, blob);
         }
@@ -503,7 +539,14 @@ void SubmapRun::SubmitModel(int8_t state, int64_t ledger_seq, const std::string&
   fact.header.fact_id = "submap/" + std::to_string(submap_id_) + "/" + std::to_string(epoch_) +
                         (state == submap_t::FINAL ? "/final/" : "/checkpoint/") +
                         std::to_string(++num_checkpoints_);
-  Submit(fact, [](int64_t) {});
+  Submit(
+      fact, [](int64_t) {}, [this, state](const std::string&) { TryModelAgain(state); });
+}
+
+// When the period has passed.
+void SubmapRun::TryModelAgain(int8_t state) {
+  ++num_changes_;
+  if (state == submap_t::FINAL) final_due_s_ = MonotonicS() + options_.checkpoint_period_s;
 }
 
 int64_t SubmapRun::StatusSeq() const {
@@ -539,7 +582,7 @@ void SubmapRun::Tick() {
 
 // In small parts, so that a photo that comes does not wait.
 void SubmapRun::Maintain() {
-  if (ended_ || !working_ || busy_ || !maintaining_) return;
+  if (ended_ || !working_ || busy_ || !maintaining_ || final_due_s_ < HUGE_VAL) return;
   const bool at_rest = MonotonicS() - last_event_s_ >= kRestS;
   RunJob(
       [at_rest](Submap& submap, Outcome* outcome) {
@@ -586,7 +629,9 @@ void SubmapRun::Dissolve(const std::string& reason) {
   fact.ledger_seq = 0;
   fact.header.fact_id =
       "submap/" + std::to_string(submap_id_) + "/" + std::to_string(epoch_) + "/dissolved";
-  Submit(fact, [this, reason](int64_t) { End(EndKind::kOver, reason); });
+  Submit(
+      fact, [this, reason](int64_t) { End(EndKind::kOver, reason); },
+      [this, reason](const std::string&) { End(EndKind::kFailed, reason); });
 }
 
 void SubmapRun::End(EndKind kind, const std::string& reason) {

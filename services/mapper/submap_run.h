@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
@@ -58,13 +59,13 @@ class SubmapRun {
   void RunOnSubmap(std::function<void(Submap&)> job, std::function<void()> then);
   // Loads photos that are not yet in the submap and adds them.
   void AddPhotos(const std::vector<int64_t>& image_ids, std::function<void(Status)> then);
-  // Submits for the submap; `then` when it is committed. A refusal is `refused`'s matter; without
-  // it the run ends: the lease is another's, or the submap has ended.
+  // Submits for the submap; `then` when it is committed, `refused` when ingest cannot take it. When
+  // the lease is another's or the submap has ended, the run ends instead.
   using OnRefused = std::function<void(const std::string& reason)>;
-  void Submit(Fact fact, std::function<void(int64_t seq)> then, OnRefused refused = nullptr);
+  void Submit(Fact fact, std::function<void(int64_t seq)> then, OnRefused refused);
   // Photos that came with another submap are registered here now; a checkpoint follows.
   void TakeOver(const std::vector<PhotoEvent>& events);
-  // Calls `then` once everything submitted so far is committed.
+  // Calls `then` once everything submitted so far is decided.
   void WhenCommitted(std::function<void()> then);
   // Expires with the run.
   std::weak_ptr<bool> alive() const { return alive_; }
@@ -101,12 +102,16 @@ class SubmapRun {
   void OnOutcome(const Outcome& outcome);
   void WantNeighboursOf(int64_t image_id);
   void NoteLostPhotos();
+  void OnReportRefused(const PhotoEvent& event, const std::string& reason);
+  void TakeBackRefused();
 
   void Maintain();
   bool CheckpointIsDue() const;
+  bool FinalIsDue() const;
   void WriteModel(int8_t state, int64_t ledger_seq, std::function<void()> then);
   void StoreModel(const std::function<Result<Bytes>()>& read, int8_t state, int64_t ledger_seq);
   void SubmitModel(int8_t state, int64_t ledger_seq, const std::string& blob);
+  void TryModelAgain(int8_t state);
   int64_t StatusSeq() const;
   void PublishStatus();
   void Dissolve(const std::string& reason);
@@ -146,7 +151,9 @@ class SubmapRun {
   double statistics_due_s_ = 0;
   bool status_due_ = false;  // an item was done since the last status
 
-  int num_changes_ = 0;  // photos since the last checkpoint
+  std::map<int64_t, std::string> refused_;  // registrations that ingest refused, with the reason
+  double final_due_s_ = HUGE_VAL;           // when the final model is to be written
+  int num_changes_ = 0;                     // photos since the last checkpoint
   int num_checkpoints_ = 0;
   double checkpoint_s_ = 0;
   bool writing_ = false;

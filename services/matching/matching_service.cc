@@ -156,12 +156,11 @@ void MatchingService::Submit() {
 void MatchingService::SubmitFact(int64_t image_id, matches_t fact) {
   spdlog::debug("image {}: {} of {} pairs verified, match {:.2f} s, verify {:.2f} s", image_id,
                 fact.num_pairs, fact.num_tried, fact.match_s, fact.verify_s);
-  node_.submitter().Submit(std::move(fact),
-                           [this, image_id](bool committed, int64_t, const std::string& reason) {
-                             if (!committed) return Fail(image_id, reason, true);
-                             jobs_.erase(image_id);
-                             work_.Done(image_id);
-                           });
+  node_.submitter().Submit(std::move(fact), [this, image_id](const Submission& done) {
+    if (!done.committed()) return Fail(image_id, done.reason, true);
+    jobs_.erase(image_id);
+    work_.Done(image_id);
+  });
 }
 
 void MatchingService::Fail(int64_t image_id, std::string reason, bool permanent) {

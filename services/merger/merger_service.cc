@@ -331,15 +331,15 @@ void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Result& r
 void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) {
   Header(fact).computed_at_seq = follower_->processed_seq();
   const std::string fact_id = Header(fact).fact_id;
-  node_.submitter().Submit(std::move(fact), [=](bool committed, int64_t seq, std::string reason) {
-    if (committed) {
-      await_seq_ = std::max(await_seq_, seq);
+  node_.submitter().Submit(std::move(fact), [=](const Submission& done) {
+    if (done.committed()) {
+      await_seq_ = std::max(await_seq_, done.seq);
     } else {
       // The ledger moved on meanwhile; what it says now is looked at again in a while.
-      spdlog::warn("{} was refused: {}", fact_id, reason);
+      spdlog::warn("{} was refused: {}", fact_id, done.reason);
       hold_until_s_ = MonotonicS() + options_.hold_after_refusal_s;
     }
-    then(committed);
+    then(done.committed());
   });
 }
 

@@ -178,12 +178,12 @@ void RetrievalService::OnStepDone(int64_t seq, std::optional<Candidates> candida
 }
 
 void RetrievalService::Submit(const Candidates& candidates) {
-  node_.submitter().Submit(
-      ToMessage(candidates, done_seq_),
-      [this, id = candidates.image_id](bool committed, int64_t, const std::string& reason) {
-        if (!committed) spdlog::warn("candidates of image {} refused: {}", id, reason);
-        ForgetAnswer(id);
-      });
+  node_.submitter().Submit(ToMessage(candidates, done_seq_),
+                           [this, id = candidates.image_id](const Submission& done) {
+                             if (!done.committed())
+                               spdlog::warn("candidates of image {} refused: {}", id, done.reason);
+                             ForgetAnswer(id);
+                           });
 }
 
 // After a start: what the ledger holds already was struck out while it was read.

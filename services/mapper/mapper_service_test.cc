@@ -1,0 +1,356 @@
+// The whole service on an in-process bus, against an ingest that keeps its ledger in memory and
+// refuses what the test says. The photos are those of a synthetic scene.
+#include "mapper/mapper_service.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "mapper/checkpoint.h"
+#include "mapper/synthetic_scene.h"
+#include "messaging/ledger_test_util.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDeadlineS = 60;
+constexpr int64_t kSubmap = 1;
+constexpr char kMapper[] = "mapper-1";
+
+SyntheticOptions Scene() {
+  SyntheticOptions options;
+  options.num_photos = 13;
+  return options;
+}
+
+SubmapRunOptions RunOptions() {
+  SubmapRunOptions options;
+  options.checkpoint_period_s = 0.3;
+  return options;
+}
+
+bool IsRegistration(const Fact& fact, int64_t image_id) {
+  const auto* r = std::get_if<registration_t>(&fact);
+  return r != nullptr && r->image_id == image_id && r->state == registration_t::REGISTERED;
+}
+
+bool IsModel(const Fact& fact, int8_t state) {
+  const auto* submap = std::get_if<submap_t>(&fact);
+  return submap != nullptr && submap->state == state;
+}
+
+bool IsMerge(const Fact& fact, int8_t state) {
+  const auto* merge = std::get_if<merge_t>(&fact);
+  return merge != nullptr && merge->state == state;
+}
+
+class MapperServiceTest : public testing::Test {
+ protected:
+  MapperServiceTest() {
+    bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
+      holds_submap_ = request.num_held > 0;
+    });
+    for (size_t i = 0; i < scene_.photos.size(); ++i) AddFeatures(i);
+  }
+
+  void Await(const std::function<bool()>& condition, const std::string& what) {
+    ASSERT_TRUE(loop_.RunUntil(condition, kDeadlineS)) << "never happened: " << what;
+  }
+
+  // Photo ids are the scene's indices plus one.
+  void AddFeatures(size_t i) {
+    const PhotoInput& photo = scene_.photos[i];
+    image_t image{};
+    image.header.fact_id = "image/" + std::to_string(photo.image_id);
+    image.image_id = photo.image_id;
+    image.camera_id = photo.camera_id;
+    image.agent = "alice";
+    image.name = photo.name;
+    image.width_px = photo.width_px;
+    image.height_px = photo.height_px;
+    image.focal_px = photo.focal_px;
+    image.focal_from_exif = photo.focal_from_exif;
+    ingest_.Commit(image);
+    features_t features{};
+    features.header.fact_id = "features/" + std::to_string(photo.image_id);
+    features.image_id = photo.image_id;
+    features.keypoints_blob = ingest_node_.blobs().Offer(EncodeKeypoints(photo.keypoints));
+    ingest_.Commit(features);
+  }
+
+  void Match(int64_t first, int64_t last) {
+    for (int64_t id = first; id <= last; ++id) {
+      matches_t matches{};
+      matches.header.fact_id = "matches/" + std::to_string(id);
+      matches.image_id = id;
+      for (const TwoViewPair& pair : scene_.pairs[id - 1]) {
+        two_view_t message{};
+        message.other_id = pair.other_id;
+        message.num_inliers = static_cast<int32_t>(pair.inliers.size());
+        matches.pairs.push_back(message);
+      }
+      matches.num_pairs = static_cast<int32_t>(matches.pairs.size());
+      if (matches.num_pairs > 0) {
+        matches.pairs_blob = ingest_node_.blobs().Offer(EncodeTwoViewPairs(scene_.pairs[id - 1]));
+      }
+      ingest_.Commit(matches);
+    }
+  }
+
+  void Seed(int64_t image_id1, int64_t image_id2) {
+    seed_t seed{};
+    seed.header.fact_id = "seed";
+    seed.submap_id = kSubmap;
+    seed.image_id1 = image_id1;
+    seed.image_id2 = image_id2;
+    seed.num_inliers = 100;
+    seed.tri_angle_rad = 0.28F;
+    ingest_.Commit(seed);
+  }
+
+  void CommitLease(const std::string& owner, int64_t epoch) {
+    submap_t lease{};
+    lease.header.fact_id = "lease/" + std::to_string(epoch);
+    lease.submap_id = kSubmap;
+    lease.epoch = epoch;
+    lease.owner = owner;
+    lease.state = submap_t::ASSIGNED;
+    ingest_.Commit(lease);
+  }
+
+  // Gives the mapper a submap of the photos up to `last`.
+  void Give(int64_t last) {
+    Match(1, last);
+    Seed(1, 3);
+    CommitLease(kMapper, 1);
+    work_t work{};
+    work.worker = kMapper;
+    work.kind = "submap";
+    work.item_id = kSubmap;
+    work.epoch = 1;
+    work.lease_s = 5;
+    ingest_node_.Publish(kWorkChannel, work);
+  }
+
+  // Refuses the first `count` submissions that `matches` fits.
+  void RefuseFirst(int count, int8_t status, const std::string& reason,
+                   std::function<bool(const Fact&)> matches) {
+    auto left = std::make_shared<int>(count);
+    ingest_.Refuse([=](const Fact& fact) -> std::optional<Refusal> {
+      if (*left == 0 || !matches(fact)) return std::nullopt;
+      --*left;
+      return Refusal{status, reason};
+    });
+  }
+
+  void CommitFinish(int8_t state) {
+    finish_t finish{};
+    finish.header.fact_id = "finish/" + std::to_string(state);
+    finish.finish_id = 1;
+    finish.state = state;
+    ingest_.Commit(finish);
+  }
+
+  merge_t Order(int64_t source, int64_t target) {
+    merge_t order{};
+    order.header.fact_id = "merge";
+    order.state = merge_t::ORDERED;
+    order.merge_id = static_cast<int64_t>(ingest_.facts().size()) + 1;
+    order.source_id = source;
+    order.target_id = target;
+    order.target_from_source_scale = 1;
+    order.target_from_source_qwxyz[0] = 1;
+    order.num_shared_images = 4;
+    ingest_.Commit(order);
+    return order;
+  }
+
+  // The model of a submap that another mapper made of these photos.
+  std::string MakeModel(int64_t first, int64_t last) {
+    Submap submap{SubmapOptions()};
+    const auto ignore = [](const PhotoEvent&) {};
+    for (int64_t id = first; id <= last; ++id) {
+      EXPECT_TRUE(submap.AddPhoto(scene_.photos[id - 1]).ok());
+      EXPECT_TRUE(submap.AddPairs(id, scene_.pairs[id - 1]).ok());
+    }
+    InitialPairOptions options;
+    options.min_triangulation_angle_deg = 8;
+    EXPECT_TRUE(submap.Start(options, first, first + 2, ignore).ok);
+    for (int64_t id = first; id <= last; ++id) submap.Enqueue(id);
+    while (submap.Step(ignore)) continue;
+    EXPECT_EQ(submap.Statistics().num_images, last - first + 1);
+    return ingest_node_.blobs().Offer(EncodeModelArchive(SaveSubmap(&submap)));
+  }
+
+  const Fact* Find(const std::function<bool(const Fact&)>& matches) const {
+    const auto& facts = ingest_.facts();
+    const auto found = std::find_if(facts.rbegin(), facts.rend(), matches);
+    return found == facts.rend() ? nullptr : &*found;
+  }
+
+  // What the ledger holds of a photo, in order.
+  std::vector<int> States(int64_t image_id) const {
+    std::vector<int> states;
+    for (const Fact& fact : ingest_.facts()) {
+      const auto* r = std::get_if<registration_t>(&fact);
+      if (r != nullptr && r->image_id == image_id) states.push_back(r->state);
+    }
+    return states;
+  }
+  bool IsRegistered(int64_t image_id) const {
+    const std::vector<int> states = States(image_id);
+    return !states.empty() && states.back() == registration_t::REGISTERED;
+  }
+  std::set<int64_t> Registered() const {
+    std::set<int64_t> ids;
+    for (const PhotoInput& photo : scene_.photos) {
+      if (IsRegistered(photo.image_id)) ids.insert(photo.image_id);
+    }
+    return ids;
+  }
+
+  const SyntheticScene scene_ = MakeScene(Scene());
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node ingest_node_{TestOptions("ingest"), loop_, bus_};
+  Node node_{TestOptions(kMapper), loop_, bus_};
+  MemoryIngest ingest_{ingest_node_};
+  bool holds_submap_ = false;
+  MapperService service_{node_, RunOptions()};
+};
+
+TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  EXPECT_TRUE(holds_submap_);
+}
+
+TEST_F(MapperServiceTest, TakesBackAPhotoThatTheLedgerRefusesAndGoesOn) {
+  RefuseFirst(1, submit_reply_t::REFUSED, "pose is not finite or not a rotation",
+              [](const Fact& fact) { return IsRegistration(fact, 5); });
+  Give(6);
+  Await([&] { return !States(5).empty(); }, "word of the photo");
+  EXPECT_EQ(States(5).front(), +registration_t::WITHDRAWN);
+  const Fact* told = Find([](const Fact& fact) {
+    return std::holds_alternative<registration_t>(fact) &&
+           std::get<registration_t>(fact).image_id == 5;
+  });
+  EXPECT_EQ(std::get<registration_t>(*told).reason,
+            "refused by the ledger: pose is not finite or not a rotation");
+  // New evidence, and the photo is in.
+  Match(7, 13);
+  Await([&] { return Registered().size() == 13; }, "all photos registered");
+  EXPECT_TRUE(holds_submap_);
+}
+
+TEST_F(MapperServiceTest, RejectsAPhotoThatTheLedgerAlwaysRefuses) {
+  RefuseFirst(1000, submit_reply_t::REFUSED, "no",
+              [](const Fact& fact) { return IsRegistration(fact, 5); });
+  Give(13);
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_t::FINAL); }); }, "FINAL");
+  EXPECT_EQ(Registered().size(), 12u);
+  EXPECT_FALSE(States(5).empty());
+  EXPECT_FALSE(IsRegistered(5));
+  const auto& model =
+      std::get<submap_t>(*Find([](const Fact& f) { return IsModel(f, submap_t::FINAL); }));
+  EXPECT_EQ(model.num_images, 12);
+}
+
+TEST_F(MapperServiceTest, DissolvesASubmapWhoseFirstPairIsRefused) {
+  RefuseFirst(1, submit_reply_t::REFUSED, "no",
+              [](const Fact& fact) { return IsRegistration(fact, 1); });
+  Give(3);
+  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_t::ENDED); }); }, "ENDED");
+  Await([&] { return !holds_submap_; }, "the submap given back");
+}
+
+TEST_F(MapperServiceTest, EndsWhenTheSubmapIsAnothers) {
+  RefuseFirst(1000, submit_reply_t::NOT_LEASED, "epoch 1 is over",
+              [](const Fact& fact) { return IsRegistration(fact, 5) || IsRegistration(fact, 6); });
+  Give(6);
+  Await([&] { return holds_submap_; }, "the submap held");
+  Await([&] { return !holds_submap_; }, "the submap given back");
+  EXPECT_TRUE(States(5).empty());
+}
+
+TEST_F(MapperServiceTest, EndsWhenTheLedgerTellsOfANewerEpoch) {
+  Give(6);
+  Await([&] { return Registered().size() == 6; }, "all photos registered");
+  CommitLease("mapper-2", 2);
+  Await([&] { return !holds_submap_; }, "the submap given back");
+}
+
+TEST_F(MapperServiceTest, SubmitsRefusedModelsAgain) {
+  int num_refused = 0;
+  std::map<int8_t, int> left{{submap_t::CHECKPOINT, 2}, {submap_t::FINAL, 2}};
+  ingest_.Refuse([&](const Fact& fact) -> std::optional<Refusal> {
+    const auto* submap = std::get_if<submap_t>(&fact);
+    if (submap == nullptr || left[submap->state] == 0) return std::nullopt;
+    --left[submap->state];
+    ++num_refused;
+    return Refusal{submit_reply_t::REFUSED, "no"};
+  });
+  Give(6);
+  const auto committed = [&](int8_t state) {
+    return Find([state](const Fact& fact) { return IsModel(fact, state); }) != nullptr;
+  };
+  Await([&] { return committed(submap_t::CHECKPOINT); }, "a checkpoint");
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  Await([&] { return committed(submap_t::FINAL); }, "the final model");
+  EXPECT_EQ(num_refused, 4);
+  EXPECT_TRUE(holds_submap_);
+}
+
+TEST_F(MapperServiceTest, SourceFreezesAgainWhenRefusedAndGoesOnWhenUndone) {
+  RefuseFirst(1, submit_reply_t::REFUSED, "no such merge",
+              [](const Fact& fact) { return IsMerge(fact, merge_t::FROZEN); });
+  Give(6);
+  Await([&] { return Registered().size() == 6; }, "all photos registered");
+  merge_t merge = Order(kSubmap, 2);
+  Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::FROZEN); }); }, "FROZEN");
+  merge.header.fact_id = "merge/end";
+  merge.state = merge_t::UNDONE;
+  ingest_.Commit(merge);
+  Match(7, 7);
+  Await([&] { return IsRegistered(7); }, "a photo registered after the merge");
+}
+
+TEST_F(MapperServiceTest, TargetAbsorbsAModel) {
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  merge_t merge = Order(2, kSubmap);
+  merge.header.fact_id = "merge/frozen";
+  merge.state = merge_t::FROZEN;
+  merge.model_blob = MakeModel(5, 12);
+  ingest_.Commit(merge);
+  Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::DONE); }); }, "DONE");
+  EXPECT_EQ(Registered().size(), 12u);
+}
+
+TEST_F(MapperServiceTest, TargetBecomesWhatItWasWhenTheMergesEndIsRefused) {
+  RefuseFirst(1, submit_reply_t::REFUSED, "merge is over",
+              [](const Fact& fact) { return IsMerge(fact, merge_t::DONE); });
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  merge_t merge = Order(2, kSubmap);
+  merge.header.fact_id = "merge/frozen";
+  merge.state = merge_t::FROZEN;
+  merge.model_blob = MakeModel(5, 12);
+  ingest_.Commit(merge);
+  Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::UNDONE); }); }, "UNDONE");
+  EXPECT_FALSE(Find([](const Fact& f) { return IsMerge(f, merge_t::DONE); }));
+  Match(13, 13);
+  Await([&] { return IsRegistered(13); }, "a photo registered after the merge");
+  for (int64_t id = 1; id <= 8; ++id) EXPECT_TRUE(IsRegistered(id)) << id;
+  for (int64_t id = 9; id <= 12; ++id) {
+    EXPECT_EQ(States(id),
+              (std::vector<int>{registration_t::REGISTERED, registration_t::WITHDRAWN}));
+  }
+  EXPECT_TRUE(holds_submap_);
+}
+
+}  // namespace
+}  // namespace skein
