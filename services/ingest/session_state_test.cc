@@ -207,15 +207,37 @@ TEST_F(SessionStateTest, RefusesAStaleEpochAndAnotherAuthor) {
   fact.epoch = 1;
   fact.state = registration_t::REGISTERED;
   fact.cam_from_world_qwxyz[0] = 1;
+  EXPECT_EQ(CheckLease(fact, state()).error(), "");
   EXPECT_EQ(CheckSubmission(fact, state()).error(), "");
   fact.epoch = 0;
-  EXPECT_FALSE(CheckSubmission(fact, state()).ok());
+  EXPECT_FALSE(CheckLease(fact, state()).ok());
   fact.epoch = 1;
   fact.header.author = "mapper-2";
-  EXPECT_FALSE(CheckSubmission(fact, state()).ok());
+  EXPECT_FALSE(CheckLease(fact, state()).ok());
   fact.header.author = "mapper-1";
   fact.cam_from_world_xyz[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(CheckLease(fact, state()).ok());
   EXPECT_FALSE(CheckSubmission(fact, state()).ok());
+}
+
+TEST_F(SessionStateTest, AStepOfAMergeNeedsTheLeaseOfItsSide) {
+  merge_t step{};
+  step.header.author = "mapper-1";
+  step.source_id = AddSubmap("mapper-1");
+  step.target_id = AddSubmap("mapper-2");
+  step.source_epoch = step.target_epoch = 1;
+  step.state = merge_t::FROZEN;
+  EXPECT_TRUE(CheckLease(step, state()).ok());
+  for (const int8_t state_of_target : {merge_t::DONE, merge_t::UNDONE}) {
+    step.state = state_of_target;
+    EXPECT_FALSE(CheckLease(step, state()).ok());
+  }
+  step.header.author = "mapper-2";
+  EXPECT_TRUE(CheckLease(step, state()).ok());
+  step.target_epoch = 2;
+  EXPECT_FALSE(CheckLease(step, state()).ok());
+  step.state = merge_t::ORDERED;
+  EXPECT_TRUE(CheckLease(step, state()).ok()) << "an order is the merger's";
 }
 
 TEST_F(SessionStateTest, FactsOutOfOrderAreABrokenContract) {
