@@ -1,21 +1,24 @@
-// The HNSW index from a thousand to a million photos: recall against exact search, time, memory.
-// Times are processor time of the one thread there is.
+// The HNSW index from a thousand to a million photos: recall against exact search, time, memory,
+// checkpoint. Each photo is looked up, then inserted, as in the service; times are processor time
+// of the one thread there is. The vectors are drawn like the real ones given (drawn_descriptors.h).
 //
-// Vectors are drawn like real ones: walks on the unit sphere, one photo a step, each walk one
-// place. Directions come from a Gaussian with the covariance of the real descriptors given; step
-// lengths from the measured distances of real photos to their nearest earlier neighbour.
+// Recall is that of 200 photos spread over each stage, which are looked up but not inserted,
+// against exact search over the vectors in full precision. These are drawn once more for it: the
+// index alone is held in memory.
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <random>
+#include <filesystem>
+#include <optional>
 #include <set>
 
+#include "benchmark/drawn_descriptors.h"
 #include "benchmark/retrieval_photos.h"
 #include "core/file.h"
+#include "core/hash.h"
 #include "core/process.h"
 #include "core/statistics.h"
 #include "features/vlad.h"
@@ -24,15 +27,58 @@
 namespace skein::benchmark {
 namespace {
 
-using RowMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+constexpr size_t kTopN = 30;
+constexpr int64_t kNumSamples = 200;
+constexpr size_t kIntrinsicNeighbours = 10;
+constexpr float kAny = 3;
+constexpr float kNear = 1.25f;  // half of the 30th real neighbours are farther
 
-constexpr int kTopN = 30;
-constexpr int kWalkLength = 200;
-constexpr int kNumQueries = 200;
-constexpr int kIntrinsicNeighbours = 10;
+struct Options {
+  std::vector<std::string> sets;  // NAME=FOLDER
+  std::string cache;
+  std::string codebook = SKEIN_DATA_DIR "/vlad_codebook.bin";
+  int64_t max_size = 100'000;
+  HnswOptions index;
+};
 
-// Distances of each row to its nearest neighbours among all, ascending, the row itself left out.
-std::vector<std::vector<double>> NearestDistances(const RowMatrix& rows, int k) {
+RowMatrix Describe(const VladModel& model, const StudySet& set) {
+  RowMatrix rows(0, model.dim());
+  for (const auto& photo : set.photos) {
+    const auto values = model.DescribeFeatures(photo.features);
+    if (values.empty()) continue;
+    rows.conservativeResize(rows.rows() + 1, Eigen::NoChange);
+    rows.bottomRows(1) = Eigen::Map<const Eigen::RowVectorXf>(values.data(), model.dim());
+  }
+  return rows;
+}
+
+std::vector<RowMatrix> RealDescriptors(const Options& options) {
+  auto codebook = LoadCodebook(options.codebook);
+  if (!codebook) throw std::invalid_argument(codebook.error());
+  const VladModel model(std::move(*codebook));
+  std::vector<RowMatrix> sets;
+  for (const auto& argument : options.sets) {
+    const size_t equals = argument.find('=');
+    if (equals == std::string::npos) throw std::invalid_argument(argument + ": not NAME=FOLDER");
+    const auto set = LoadStudySet(argument.substr(0, equals), argument.substr(equals + 1),
+                                  options.cache, [](int64_t, int64_t) {});
+    if (!set) throw std::runtime_error(set.error());
+    sets.push_back(Describe(model, *set));
+  }
+  return sets;
+}
+
+RowMatrix Stack(const std::vector<RowMatrix>& sets) {
+  RowMatrix all(0, sets[0].cols());
+  for (const RowMatrix& set : sets) {
+    all.conservativeResize(all.rows() + set.rows(), Eigen::NoChange);
+    all.bottomRows(set.rows()) = set;
+  }
+  return all;
+}
+
+// Ascending distances of each row to its k nearest among the other rows.
+std::vector<std::vector<double>> NearestDistances(const RowMatrix& rows, size_t k) {
   std::vector<std::vector<double>> result;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     const Eigen::VectorXf d = (rows.rowwise() - rows.row(i)).rowwise().norm();
@@ -46,180 +92,213 @@ std::vector<std::vector<double>> NearestDistances(const RowMatrix& rows, int k) 
 }
 
 // Levina and Bickel 2004, averaged as MacKay and Ghahramani propose.
-double IntrinsicDimension(const RowMatrix& rows) {
+double IntrinsicDimension(const std::vector<std::vector<double>>& nearest) {
   double sum = 0;
-  size_t count = 0;
-  for (const auto& d : NearestDistances(rows, kIntrinsicNeighbours)) {
-    for (size_t j = 0; j + 1 < d.size(); ++j) {
+  double count = 0;
+  for (const auto& d : nearest) {
+    const size_t k = std::min(d.size(), kIntrinsicNeighbours);
+    for (size_t j = 0; j + 1 < k; ++j) {
       if (d[j] <= 0) continue;
-      sum += std::log(d.back() / d[j]);
-      ++count;
+      sum += std::log(d[k - 1] / d[j]);
+      count += 1;
     }
   }
-  return static_cast<double>(count) / sum;
+  return count / sum;
 }
 
-class VectorSource {
+void PrintKind(const char* kind, const std::vector<std::vector<double>>& nearest) {
+  std::printf("%-22s %5.1f ", kind, IntrinsicDimension(nearest));
+  for (const size_t rank : {size_t{1}, size_t{10}, kTopN}) {
+    std::vector<double> distances;
+    for (const auto& d : nearest) {
+      if (d.size() >= rank) distances.push_back(d[rank - 1]);
+    }
+    std::printf("  %.3f %.3f %.3f", percentile(distances, 5), percentile(distances, 50),
+                percentile(distances, 95));
+  }
+  std::printf("\n");
+}
+
+double MedianToOtherSets(const std::vector<RowMatrix>& sets) {
+  std::vector<double> distances;
+  for (const RowMatrix& from : sets) {
+    for (const RowMatrix& to : sets) {
+      if (&from == &to) continue;
+      for (Eigen::Index i = 0; i < from.rows(); ++i) {
+        for (Eigen::Index j = 0; j < to.rows(); ++j) {
+          distances.push_back((from.row(i) - to.row(j)).norm());
+        }
+      }
+    }
+  }
+  return percentile(distances, 50);
+}
+
+using Answers = std::vector<std::vector<Neighbour>>;
+
+// Of the truths nearer than `limit`.
+double Recall(const Answers& answers, const ExactNeighbours& truth, float limit) {
+  double found = 0, wanted = 0;
+  for (size_t i = 0; i < answers.size(); ++i) {
+    for (const ExactNeighbour& t : truth[i]) {
+      if (t.distance >= limit) continue;
+      found += std::any_of(answers[i].begin(), answers[i].end(),
+                           [&](const Neighbour& n) { return n.id == t.photo; });
+      wanted += 1;
+    }
+  }
+  return found / wanted;
+}
+
+Answers AnswersTo(const RowMatrix& queries, const HnswIndex& index) {
+  Answers answers;
+  for (Eigen::Index i = 0; i < queries.rows(); ++i) {
+    answers.push_back(index.Query(queries.row(i).data(), kTopN));
+  }
+  return answers;
+}
+
+struct Reload {
+  double size_bytes = 0, save_s = 0, load_s = 0;
+};
+
+// Writes the index with its checksum, as the service does, and replaces it by what it reads.
+Reload WriteAndRead(const std::string& path, const HnswOptions& options, HnswIndex* index) {
+  const size_t dim = index->dim();
+  Reload reload;
+  double start_s = CpuTimeS();
+  {
+    const Bytes bytes = index->Encode();
+    reload.size_bytes = static_cast<double>(bytes.size());
+    HashBytes(bytes.data(), bytes.size());
+    const Status written = WriteFileAtomic(path, bytes);
+    if (!written.ok()) throw std::runtime_error(written.error());
+  }
+  reload.save_s = CpuTimeS() - start_s;
+  *index = HnswIndex(dim, options);  // two of a million photos and the file's bytes: too much
+  start_s = CpuTimeS();
+  const auto bytes = ReadFile(path);
+  if (!bytes) throw std::runtime_error(bytes.error());
+  HashBytes(bytes->data(), bytes->size());
+  auto loaded = HnswIndex::Decode(*bytes, dim, options);
+  if (!loaded) throw std::runtime_error(loaded.error());
+  reload.load_s = CpuTimeS() - start_s;
+  *index = std::move(*loaded);
+  std::filesystem::remove(path);
+  return reload;
+}
+
+std::vector<std::vector<double>> DistancesOf(const ExactNeighbours& neighbours) {
+  std::vector<std::vector<double>> distances;
+  for (const auto& list : neighbours) {
+    distances.emplace_back();
+    for (const ExactNeighbour& n : list) distances.back().push_back(n.distance);
+  }
+  return distances;
+}
+
+class Scale {
  public:
-  VectorSource(const RowMatrix& real, uint64_t seed) : random_(seed) {
-    mean_ = real.colwise().mean();
-    centred_ = real.rowwise() - mean_;
-    for (const auto& d : NearestDistances(real, 1)) steps_.push_back(d[0]);
+  explicit Scale(const Options& options)
+      : options_(options), drawn_(PrintReal(RealDescriptors(options)), 1) {
+    ::malloc_trim(0);  // else the index grows into what the photos left
+    memory_before_ = ResidentMemoryBytes();
+    index_.emplace(static_cast<size_t>(drawn_.dim()), options_.index);
   }
 
-  // The next photo: a step from the last one, or a new place.
-  Eigen::RowVectorXf Next() {
-    if (step_++ % kWalkLength == 0) return current_ = (mean_ + Direction()).normalized();
-    const double chord = steps_[random_() % steps_.size()];
-    const double angle = 2 * std::asin(std::min(1.0, chord / 2));
-    Eigen::RowVectorXf side = Direction();
-    side -= side.dot(current_) * current_;
-    current_ = std::cos(angle) * current_ + std::sin(angle) * side.normalized();
-    return current_ = current_.normalized().eval();
+  void Run() {
+    for (int64_t stage = std::min<int64_t>(1000, options_.max_size);; stage *= 10) {
+      stage = std::min(stage, options_.max_size);
+      Grow(stage);
+      Report();
+      if (stage == options_.max_size) return;
+    }
   }
 
  private:
-  // Gaussian with the sample covariance: a random combination of the centred rows.
-  Eigen::RowVectorXf Direction() {
-    Eigen::RowVectorXf weights(centred_.rows());
-    for (float& w : weights) w = normal_(random_);
-    return weights * centred_ / std::sqrt(static_cast<float>(centred_.rows()));
+  static std::vector<RowMatrix> PrintReal(std::vector<RowMatrix> sets) {
+    const RowMatrix all = Stack(sets);
+    std::printf("%td real vectors of %td values; median distance between sets %.3f\n", all.rows(),
+                all.cols(), MedianToOtherSets(sets));
+    std::printf("%-22s %5s   %-17s  %-17s  %-17s (p5 p50 p95)\n", "", "dim.", "nearest", "10th",
+                "30th");
+    PrintKind("real", NearestDistances(all, kTopN));
+    return sets;
   }
 
-  std::mt19937_64 random_;
-  std::normal_distribution<float> normal_;
-  Eigen::RowVectorXf mean_, current_;
-  RowMatrix centred_;
-  std::vector<double> steps_;
-  int64_t step_ = 0;
-};
-
-RowMatrix RealDescriptors(const std::vector<std::string>& folders, const std::string& codebook_path,
-                          const std::string& cache) {
-  auto codebook = LoadCodebook(codebook_path);
-  if (!codebook) throw std::invalid_argument(codebook.error());
-  const VladModel model(*codebook);
-  RowMatrix rows(0, model.dim());
-  for (const auto& argument : folders) {
-    const size_t equals = argument.find('=');
-    if (equals == std::string::npos) throw std::invalid_argument(argument + ": not NAME=FOLDER");
-    const auto set = LoadStudySet(argument.substr(0, equals), argument.substr(equals + 1), cache,
-                                  [](int64_t, int64_t) {});
-    if (!set) throw std::runtime_error(set.error());
-    for (const auto& photo : set->photos) {
-      const auto values = model.DescribeFeatures(photo.features);
-      if (values.empty()) continue;
-      rows.conservativeResize(rows.rows() + 1, Eigen::NoChange);
-      rows.bottomRows(1) = Eigen::Map<const Eigen::RowVectorXf>(values.data(), model.dim());
+  void Grow(int64_t size) {
+    const int64_t start = next_;
+    const int64_t spacing = std::max<int64_t>(10, (size - start) / kNumSamples);
+    times_s_.clear();
+    samples_.clear();
+    for (; next_ < size; ++next_) {
+      if ((next_ - start) % spacing == spacing / 2) {
+        samples_.push_back(next_);
+        left_out_.insert(next_);
+        continue;
+      }
+      const Eigen::RowVectorXf vector = drawn_.Get(next_);
+      const double start_s = CpuTimeS();
+      const auto search = index_->Find(vector.data());
+      index_->Nearest(search, kTopN);
+      index_->Insert(next_, search);
+      times_s_.push_back(CpuTimeS() - start_s);
     }
+    // What a stage costs at its size, not on the way there.
+    times_s_.erase(times_s_.begin(), times_s_.begin() + static_cast<int64_t>(times_s_.size()) / 2);
   }
-  return rows;
-}
 
-using IdSets = std::vector<std::set<int64_t>>;
-
-IdSets ExactIds(const HnswIndex& index, const std::vector<Eigen::RowVectorXf>& queries) {
-  IdSets ids(queries.size());
-  for (size_t i = 0; i < queries.size(); ++i) {
-    for (const auto& n : index.QueryExact(queries[i].data(), kTopN)) ids[i].insert(n.id);
+  void Report() {
+    const double size = static_cast<double>(index_->size());
+    const double memory = static_cast<double>(ResidentMemoryBytes() - memory_before_) / size;
+    RowMatrix queries(samples_.size(), drawn_.dim());
+    for (size_t i = 0; i < samples_.size(); ++i) queries.row(i) = drawn_.Get(samples_[i]);
+    const ExactNeighbours truth = FindExactly(&drawn_, queries, next_, left_out_, kTopN);
+    const Answers answers = AnswersTo(queries, *index_);
+    const Reload reload =
+        WriteAndRead(options_.cache + "/hnsw_scale.bin", options_.index, &*index_);
+    const Answers reloaded = AnswersTo(queries, *index_);
+    PrintKind(("drawn, " + std::to_string(next_)).c_str(), DistancesOf(truth));
+    std::printf(
+        "%8zu photos: query and insertion p50 %.3f p95 %.3f ms; recall@30 %.4f, of those nearer "
+        "than %.2f %.4f, reloaded %.4f; bytes a photo: %.0f in memory, %.0f on disk; writing %.2f "
+        "s, reading %.2f s\n",
+        index_->size(), 1e3 * percentile(times_s_, 50), 1e3 * percentile(times_s_, 95),
+        Recall(answers, truth, kAny), kNear, Recall(answers, truth, kNear),
+        Recall(reloaded, truth, kAny), memory, reload.size_bytes / size, reload.save_s,
+        reload.load_s);
+    std::fflush(stdout);
   }
-  return ids;
-}
 
-double Recall(const HnswIndex& index, const std::vector<Eigen::RowVectorXf>& queries,
-              const IdSets& truth) {
-  size_t found = 0;
-  for (size_t i = 0; i < queries.size(); ++i) {
-    for (const auto& n : index.Query(queries[i].data(), kTopN)) found += truth[i].count(n.id);
-  }
-  return static_cast<double>(found) / static_cast<double>(queries.size() * kTopN);
-}
-
-// Judges by fresh steps of the walk, which are not inserted, then replaces the index by what its
-// checkpoint holds: two of a million photos would not fit beside the checkpoint.
-void Measure(const std::vector<double>& times_s, int64_t memory_before, VectorSource* source,
-             HnswIndex* index) {
-  std::vector<Eigen::RowVectorXf> queries;
-  for (int i = 0; i < kNumQueries; ++i) queries.push_back(source->Next());
-  const size_t size = index->size();
-  const double memory = static_cast<double>(ResidentMemoryBytes() - memory_before) / size;
-  const IdSets truth = ExactIds(*index, queries);
-  const double recall = Recall(*index, queries, truth);
-  double start_s = CpuTimeS();
-  const size_t dim = index->dim();
-  const Bytes bytes = index->Encode();
-  const double save_s = CpuTimeS() - start_s;
-  *index = HnswIndex(dim, {});
-  start_s = CpuTimeS();
-  auto loaded = HnswIndex::Decode(bytes, dim, {});
-  const double load_s = CpuTimeS() - start_s;
-  if (!loaded) throw std::runtime_error(loaded.error());
-  *index = std::move(*loaded);
-  std::printf("%9zu  %7.3f %7.3f  %9.4f  %8.0f  %8.0f  %8.2f %8.2f  %9.4f\n", size,
-              1e3 * percentile(times_s, 50), 1e3 * percentile(times_s, 95), recall, memory,
-              static_cast<double>(bytes.size()) / size, save_s, load_s,
-              Recall(*index, queries, truth));
-  std::fflush(stdout);
-}
-
-std::vector<double> NearestOf(const RowMatrix& rows) {
-  std::vector<double> nearest;
-  for (const auto& d : NearestDistances(rows, 1)) nearest.push_back(d[0]);
-  return nearest;
-}
-
-void PrintKind(const char* kind, const RowMatrix& rows) {
-  const auto nearest = NearestOf(rows);
-  std::printf(
-      "%5td %s vectors of %td values: intrinsic dimension %.1f, distance to the nearest "
-      "%.3f %.3f %.3f (p5, p50, p95)\n",
-      rows.rows(), kind, rows.cols(), IntrinsicDimension(rows), percentile(nearest, 5),
-      percentile(nearest, 50), percentile(nearest, 95));
-}
-
-void Run(const RowMatrix& real, size_t max_size) {
-  VectorSource source(real, 1);
-  RowMatrix sample(2000, real.cols());
-  for (Eigen::Index i = 0; i < sample.rows(); ++i) sample.row(i) = source.Next();
-  PrintKind("real", real);
-  PrintKind("drawn", sample);
-  std::printf("%9s  %-15s  %9s  %8s  %8s  %8s %8s  %9s\n", "photos", "p50, p95 ms", "recall@30",
-              "B/photo", "on disk", "save s", "load s", "reloaded");
-  ::malloc_trim(0);  // else the index grows into what the photos left
-  const int64_t memory_before = ResidentMemoryBytes();
-  HnswIndex index(static_cast<size_t>(real.cols()), {});
-  std::vector<double> times_s;
-  for (size_t next = 1000; index.size() < max_size;) {
-    const Eigen::RowVectorXf vector = source.Next();
-    const double start_s = CpuTimeS();
-    index.Query(vector.data(), kTopN);
-    index.Insert(static_cast<int64_t>(index.size()) + 1, vector.data());
-    times_s.push_back(CpuTimeS() - start_s);
-    if (index.size() < next) continue;
-    Measure(times_s, memory_before, &source, &index);
-    times_s.clear();
-    next *= 10;
-  }
-}
+  Options options_;
+  DrawnDescriptors drawn_;
+  int64_t memory_before_ = 0;
+  std::optional<HnswIndex> index_;
+  std::vector<double> times_s_;
+  int64_t next_ = 0;              // photo
+  std::vector<int64_t> samples_;  // of this stage
+  std::set<int64_t> left_out_;    // of all stages
+};
 
 }  // namespace
 }  // namespace skein::benchmark
 
 int main(int argc, char** argv) {
-  std::vector<std::string> folders;
-  std::string cache;
-  std::string codebook = SKEIN_DATA_DIR "/vlad_codebook.bin";
-  size_t max_size = 100'000;
+  skein::benchmark::Options options;
   CLI::App app("Recall, time and memory of the HNSW index by its size.");
-  app.add_option("--set", folders, "NAME=FOLDER of real photos")->required();
-  app.add_option("--cache", cache, "Folder for features")->required();
-  app.add_option("--codebook", codebook, "VLAD codebook")->capture_default_str();
-  app.add_option("--max-size", max_size, "Largest index")->capture_default_str();
+  app.add_option("--set", options.sets, "NAME=FOLDER of real photos")->required();
+  app.add_option("--cache", options.cache, "Folder for features and the index's file")->required();
+  app.add_option("--codebook", options.codebook, "VLAD codebook")->capture_default_str();
+  app.add_option("--max-size", options.max_size, "Largest index")
+      ->check(CLI::Range(int64_t{1000}, int64_t{100'000'000}))
+      ->capture_default_str();
+  app.add_option("--ef", options.index.ef_search, "Breadth of search")->capture_default_str();
+  app.add_option("--ef-construction", options.index.ef_construction, "Breadth of insertion")
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   std::printf("commit %s\n", SKEIN_COMMIT);
   try {
-    using namespace skein::benchmark;
-    Run(RealDescriptors(folders, codebook, cache), max_size);
+    skein::benchmark::Scale(options).Run();
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hnsw_scale: %s\n", error.what());

@@ -1,17 +1,16 @@
 #include "retrieval/hnsw_index.h"
 
-#include <hnswlib/hnswlib.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "core/file.h"
+#include "retrieval/hnsw_graph.h"
 
 namespace skein {
 namespace {
@@ -40,49 +39,6 @@ class MemoryFile {
   int fd_;
 };
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define SKEIN_FASTEST_SUPPORTED __attribute__((target_clones("avx512f", "arch=haswell", "default")))
-#else
-#define SKEIN_FASTEST_SUPPORTED
-#endif
-
-// Squared Euclidean distance of two vectors of *dim floats, in the way of the processor it runs on.
-// hnswlib's own is fixed when compiled, and waits for one sum; these are four.
-SKEIN_FASTEST_SUPPORTED
-float DistanceSq(const void* a, const void* b, const void* dim) {
-  using Lanes = float __attribute__((vector_size(64)));
-  constexpr size_t kLanes = 16, kSums = 4;
-  const auto* x = static_cast<const float*>(a);
-  const auto* y = static_cast<const float*>(b);
-  const size_t n = *static_cast<const size_t*>(dim);
-  Lanes sums[kSums] = {};
-  size_t i = 0;
-  for (; i + kLanes * kSums <= n; i += kLanes * kSums) {
-    for (size_t k = 0; k < kSums; ++k) {
-      Lanes u, v;
-      std::memcpy(&u, x + i + k * kLanes, sizeof(u));
-      std::memcpy(&v, y + i + k * kLanes, sizeof(v));
-      sums[k] += (u - v) * (u - v);
-    }
-  }
-  const Lanes all = (sums[0] + sums[1]) + (sums[2] + sums[3]);
-  float sum = 0;
-  for (size_t k = 0; k < kLanes; ++k) sum += all[k];
-  for (; i < n; ++i) sum += (x[i] - y[i]) * (x[i] - y[i]);
-  return sum;
-}
-
-class EuclideanSpace : public hnswlib::SpaceInterface<float> {
- public:
-  explicit EuclideanSpace(size_t dim) : dim_(dim) {}
-  size_t get_data_size() override { return dim_ * sizeof(float); }
-  hnswlib::DISTFUNC<float> get_dist_func() override { return DistanceSq; }
-  void* get_dist_func_param() override { return &dim_; }
-
- private:
-  size_t dim_;
-};
-
 // Spreads ids over the seeds of hnswlib's level generator (SplitMix64).
 uint32_t LevelSeed(int64_t id) {
   uint64_t z = static_cast<uint64_t>(id) + 0x9e3779b97f4a7c15ULL;
@@ -95,28 +51,32 @@ bool Nearer(const Neighbour& a, const Neighbour& b) {
   return a.distance != b.distance ? a.distance < b.distance : a.id < b.id;
 }
 
+std::vector<Neighbour> Best(std::vector<Neighbour> neighbours, size_t k) {
+  const auto end = neighbours.begin() + static_cast<std::ptrdiff_t>(std::min(k, neighbours.size()));
+  std::partial_sort(neighbours.begin(), end, neighbours.end(), Nearer);
+  neighbours.erase(end, neighbours.end());
+  return neighbours;
+}
+
+int64_t IdOf(const HnswGraph& graph, HnswGraph::Node node) {
+  return static_cast<int64_t>(graph.getExternalLabel(node));
+}
+
 }  // namespace
 
 struct HnswIndex::Graph {
-  using Hnsw = hnswlib::HierarchicalNSW<float>;
-
   Graph(size_t dim, const HnswOptions& o)
-      : space(dim), hnsw(&space, o.initial_capacity, o.M, o.ef_construction) {
-    hnsw.setEf(o.ef_search);
-  }
-  // hnswlib forgets ef when it loads.
+      : space(dim), hnsw(&space, o.initial_capacity, o.M, o.ef_construction) {}
   Graph(size_t dim, const HnswOptions& o, const std::string& path)
-      : space(dim), hnsw(&space, path, false, o.initial_capacity) {
-    hnsw.setEf(o.ef_search);
-  }
+      : space(dim), hnsw(&space, path, o.initial_capacity) {}
 
-  const hnswlib::tableint* Find(int64_t id) const {
+  const HnswGraph::Node* Find(int64_t id) const {
     const auto found = hnsw.label_lookup_.find(static_cast<hnswlib::labeltype>(id));
     return found == hnsw.label_lookup_.end() ? nullptr : &found->second;
   }
 
-  EuclideanSpace space;
-  Hnsw hnsw;
+  Int8Space space;
+  HnswGraph hnsw;
 };
 
 HnswIndex::HnswIndex(size_t dim, const HnswOptions& options)
@@ -126,37 +86,47 @@ HnswIndex::~HnswIndex() = default;
 HnswIndex::HnswIndex(HnswIndex&&) noexcept = default;
 HnswIndex& HnswIndex::operator=(HnswIndex&&) noexcept = default;
 
-void HnswIndex::Insert(int64_t id, const float* vector) {
+HnswIndex::Search HnswIndex::Find(const float* vector) const {
+  Search search;
+  search.vector = ToInt8(vector, dim_);
+  search.index_size = size();
+  const size_t ef = std::max(options_.ef_search, options_.ef_construction);
+  for (const auto& [distance_sq, node] : graph_->hnsw.Search(search.vector.data(), ef)) {
+    search.found.emplace_back(distance_sq, node);
+  }
+  return search;
+}
+
+std::vector<Neighbour> HnswIndex::Nearest(const Search& search, size_t k) const {
+  if (options_.exact) return Scan(search.vector, k);
+  std::vector<Neighbour> nearest;
+  for (const auto& [distance_sq, node] : search.found) {
+    nearest.push_back({IdOf(graph_->hnsw, node), std::sqrt(distance_sq)});
+  }
+  return Best(std::move(nearest), k);
+}
+
+void HnswIndex::Insert(int64_t id, const Search& search) {
   if (Contains(id)) throw std::invalid_argument("index holds " + std::to_string(id) + " already");
+  if (search.index_size != size())
+    throw std::invalid_argument("the search is older than the index");
   auto& hnsw = graph_->hnsw;
-  if (size() == capacity()) hnsw.resizeIndex(std::max<size_t>(1, 2 * capacity()));
+  if (size() == capacity()) hnsw.Grow(std::max<size_t>(1, 2 * capacity()));
   hnsw.level_generator_.seed(LevelSeed(id));
-  hnsw.addPoint(vector, static_cast<hnswlib::labeltype>(id));
+  hnsw.Insert(search.vector.data(), static_cast<hnswlib::labeltype>(id),
+              hnsw.getRandomLevel(hnsw.mult_), search.found);
 }
 
-std::vector<Neighbour> HnswIndex::Query(const float* vector, size_t k) const {
-  if (options_.exact) return QueryExact(vector, k);
-  std::vector<Neighbour> found;
-  for (auto queue = graph_->hnsw.searchKnn(vector, k); !queue.empty(); queue.pop()) {
-    found.push_back({static_cast<int64_t>(queue.top().second), std::sqrt(queue.top().first)});
-  }
-  std::sort(found.begin(), found.end(), Nearer);
-  return found;
-}
-
-std::vector<Neighbour> HnswIndex::QueryExact(const float* vector, size_t k) const {
+std::vector<Neighbour> HnswIndex::Scan(const Int8Vector& vector, size_t k) const {
   const auto& hnsw = graph_->hnsw;
-  std::vector<Neighbour> found;
-  for (hnswlib::tableint i = 0; i < hnsw.cur_element_count; ++i) {
-    if (hnsw.isMarkedDeleted(i)) continue;
+  std::vector<Neighbour> all;
+  for (HnswGraph::Node node = 0; node < hnsw.cur_element_count; ++node) {
+    if (hnsw.isMarkedDeleted(node)) continue;
     const float distance_sq =
-        hnsw.fstdistfunc_(vector, hnsw.getDataByInternalId(i), hnsw.dist_func_param_);
-    found.push_back({static_cast<int64_t>(hnsw.getExternalLabel(i)), std::sqrt(distance_sq)});
+        Int8DistanceSq(vector.data(), hnsw.getDataByInternalId(node), hnsw.dist_func_param_);
+    all.push_back({IdOf(hnsw, node), std::sqrt(distance_sq)});
   }
-  const auto end = found.begin() + static_cast<std::ptrdiff_t>(std::min(k, found.size()));
-  std::partial_sort(found.begin(), end, found.end(), Nearer);
-  found.erase(end, found.end());
-  return found;
+  return Best(std::move(all), k);
 }
 
 void HnswIndex::Remove(int64_t id) {
@@ -195,7 +165,7 @@ Result<HnswIndex> HnswIndex::Decode(const Bytes& bytes, size_t dim, const HnswOp
     index.graph_ = std::make_unique<Graph>(dim, options, file.path());
     index.options_ = options;
     const auto& hnsw = index.graph_->hnsw;
-    if (hnsw.label_offset_ - hnsw.offsetData_ != dim * sizeof(float)) {
+    if (hnsw.label_offset_ - hnsw.offsetData_ != index.graph_->space.get_data_size()) {
       return Status::Error("index holds vectors of another dimension");
     }
     return index;

@@ -3,17 +3,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/bytes.h"
 #include "core/result.h"
+#include "retrieval/int8_vector.h"
 
 namespace skein {
 
 struct HnswOptions {
   size_t M = 16;
   size_t ef_construction = 200;
-  size_t ef_search = 200;
+  size_t ef_search = 200;            // a search is at least as broad as insertion's
   size_t initial_capacity = 10'000;  // grows by doubling
   bool exact = false;                // search by scanning all vectors
 };
@@ -24,8 +26,9 @@ struct Neighbour {
 };
 
 // Vectors by id in a hierarchical navigable small world graph (Malkov and Yashunin 2018; hnswlib).
-// One thread owns it: hnswlib must not insert while it searches. The graph depends on the order of
-// insertion only, also across Encode and Decode.
+// Values are kept as one byte each (int8_vector.h). One thread owns it: hnswlib must not insert
+// while it searches. The graph depends on the order of insertion only, also across Encode and
+// Decode.
 class HnswIndex {
  public:
   HnswIndex(size_t dim, const HnswOptions& options);
@@ -33,12 +36,30 @@ class HnswIndex {
   HnswIndex(HnswIndex&&) noexcept;
   HnswIndex& operator=(HnswIndex&&) noexcept;
 
-  // dim() values. Throws std::invalid_argument if the id is here already, removed or not.
-  void Insert(int64_t id, const float* vector);
-  // At most k, nearest first, equally near ones by id; removed ones are left out.
-  std::vector<Neighbour> Query(const float* vector, size_t k) const;
-  // The same by comparing with every vector, whatever the options.
-  std::vector<Neighbour> QueryExact(const float* vector, size_t k) const;
+  // What the graph tells of a vector of dim() values, for Nearest and Insert.
+  struct Search {
+    Int8Vector vector;
+    size_t index_size = 0;
+    std::vector<std::pair<float, uint32_t>> found;  // squared distance and node, nearest first
+  };
+  Search Find(const float* vector) const;
+  // At most k, nearest first, equally near ones by id; removed ones are left out. With `exact` by
+  // comparing with every vector.
+  std::vector<Neighbour> Nearest(const Search& search, size_t k) const;
+  // Throws std::invalid_argument if the id is here already, removed or not, or if something was
+  // inserted since the search.
+  void Insert(int64_t id, const Search& search);
+
+  // The same with a search of their own.
+  void Insert(int64_t id, const float* vector) { Insert(id, Find(vector)); }
+  std::vector<Neighbour> Query(const float* vector, size_t k) const {
+    return Nearest(Find(vector), k);
+  }
+  // By comparing with every vector, whatever the options.
+  std::vector<Neighbour> QueryExact(const float* vector, size_t k) const {
+    return Scan(ToInt8(vector, dim_), k);
+  }
+
   // Not found by queries any more, until Restore. No effect on ids that are not here.
   void Remove(int64_t id);
   void Restore(int64_t id);
@@ -57,6 +78,8 @@ class HnswIndex {
 
  private:
   struct Graph;
+
+  std::vector<Neighbour> Scan(const Int8Vector& vector, size_t k) const;
 
   size_t dim_;
   HnswOptions options_;

@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 200))
       ->capture_default_str();
   app.add_option("--ef", retrieval.hnsw.ef_search, "Breadth of the search in the HNSW graph")
-      ->check(CLI::Range(1, 100000))
+      ->check(CLI::Range(200, 100000))
       ->capture_default_str();
   app.add_flag("--exact", retrieval.hnsw.exact, "Compare with every photo instead");
   app.add_option("--checkpoint-period", service_options.checkpoint_period_s,

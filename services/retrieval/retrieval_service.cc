@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kTickPeriodS = 0.2;
+constexpr double kCheckpointPause = 20;  // times what the last one took
 
 fs::path CheckpointPath(const Node& node) {
   if (!node.shares_folder()) return {};
@@ -196,13 +199,22 @@ void RetrievalService::ForgetAnswer(int64_t image_id) {
   worker_->Run([state = state_, image_id] { state->unanswered().erase(image_id); }, [] {});
 }
 
+// Photos wait while it is written, so a large index is written less often.
 void RetrievalService::Checkpoint() {
   checkpoint_due_s_ = MonotonicS() + options_.checkpoint_period_s;
   if (checkpoint_path_.empty() || done_seq_ == checkpoint_seq_) return;
   checkpoint_seq_ = done_seq_;
-  worker_->Run([state = state_, id = node_.session_id(),
-                path = checkpoint_path_] { WriteCheckpoint(*state, id, path); },
-               [] {});
+  checkpoint_due_s_ = std::numeric_limits<double>::infinity();
+  worker_->Run(
+      [state = state_, id = node_.session_id(), path = checkpoint_path_] {
+        const Timer timer;
+        WriteCheckpoint(*state, id, path);
+        return timer.ElapsedS();
+      },
+      [this](double elapsed_s) {
+        checkpoint_due_s_ =
+            MonotonicS() + std::max(options_.checkpoint_period_s, kCheckpointPause * elapsed_s);
+      });
 }
 
 void RetrievalService::Tick() {

@@ -10,7 +10,7 @@ namespace skein {
 namespace {
 
 constexpr char kMagic[4] = {'S', 'K', 'H', 'N'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 constexpr size_t kChecksumSize = 64;
 
 void PutCandidates(const Candidates& candidates, ByteWriter* writer) {
@@ -90,10 +90,11 @@ Result<Candidates> RetrievalState::Add(int64_t image_id, const GlobalDescriptor&
   }
   if (index->second.Contains(image_id)) return candidates;
   Timer timer;
-  candidates.neighbours = index->second.Query(values.data(), options_.top_n);
+  const auto search = index->second.Find(values.data());
+  candidates.neighbours = index->second.Nearest(search, options_.top_n);
   candidates.query_s = static_cast<float>(timer.ElapsedS());
   timer.Restart();
-  index->second.Insert(image_id, values.data());
+  index->second.Insert(image_id, search);
   candidates.insert_s = static_cast<float>(timer.ElapsedS());
   return candidates;
 }
