@@ -5,9 +5,9 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <set>
 
 #include "clients/client_node.h"
+#include "clients/folder_watch.h"
 #include "clients/photo_folder.h"
 #include "clients/progress_bar.h"
 #include "clients/publisher.h"
@@ -27,39 +27,6 @@ struct AgentOptions {
   std::string images;
   std::string order = "name";
   bool watch = false;
-};
-
-// New files of a folder, each once, when its size has stopped changing.
-class FolderWatch {
- public:
-  FolderWatch(std::filesystem::path folder, PhotoOrder order)
-      : folder_(std::move(folder)), order_(order) {}
-
-  void Skip(const std::vector<PhotoFile>& photos) {
-    for (const PhotoFile& photo : photos) seen_.insert(photo.name);
-  }
-
-  std::vector<PhotoFile> Scan() {
-    std::vector<PhotoFile> complete;
-    for (PhotoFile& photo : ListPhotos(folder_, order_)) {
-      if (seen_.count(photo.name) > 0) continue;
-      std::error_code error;
-      const uintmax_t size = std::filesystem::file_size(photo.path, error);
-      const auto known = sizes_.find(photo.name);
-      const bool settled = known != sizes_.end() && known->second == size;
-      sizes_[photo.name] = size;
-      if (!settled || error) continue;
-      seen_.insert(photo.name);
-      complete.push_back(std::move(photo));
-    }
-    return complete;
-  }
-
- private:
-  const std::filesystem::path folder_;
-  const PhotoOrder order_;
-  std::set<std::string> seen_;
-  std::map<std::string, uintmax_t> sizes_;
 };
 
 // Counts, and what to say at the end.

@@ -37,6 +37,8 @@ std::optional<int> ParseFinishOptions(int argc, char** argv, FinishOptions* opti
 // Says what ingest does, whenever that changes, and that it is silent.
 class ProgressTeller {
  public:
+  explicit ProgressTeller(std::ostream& out) : out_(out) {}
+
   void OnHeartbeat(const heartbeat_t& heartbeat) {
     if (heartbeat.service != "ingest") return;
     heard_s_ = MonotonicS();
@@ -51,44 +53,48 @@ class ProgressTeller {
     if (text == told_) return;
     told_ = text;
     const int seconds = static_cast<int>(MonotonicS() - start_s_);
-    std::cerr << "[" << seconds << " s] " << text << std::endl;
+    out_ << "[" << seconds << " s] " << text << std::endl;
   }
 
+  std::ostream& out_;
   const double start_s_ = MonotonicS();
   double heard_s_ = MonotonicS();
   std::string told_;
 };
 
-// Repeats the command until it is answered; empty if it was not, in time.
-std::optional<command_reply_t> Ask(Node* node, double timeout_s) {
+}  // namespace
+
+std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s,
+                                           std::ostream& progress_to) {
   command_t command{};
   command.command_id = static_cast<int64_t>(RandomU64() >> 1);
-  command.sender = node->instance();
+  command.sender = node.instance();
   command.verb = "finish";
   std::optional<command_reply_t> answer;
-  ProgressTeller progress;
-  node->bus().Subscribe<command_reply_t>(kCommandReplyChannel, [&](const command_reply_t& reply) {
-    if (reply.command_id == command.command_id) answer = reply;
-  });
-  node->bus().Subscribe<heartbeat_t>(
+  ProgressTeller progress(progress_to);
+  const auto replies = node.bus().Subscribe<command_reply_t>(
+      kCommandReplyChannel, [&](const command_reply_t& reply) {
+        if (reply.command_id == command.command_id) answer = reply;
+      });
+  const auto heartbeats = node.bus().Subscribe<heartbeat_t>(
       kHeartbeatChannel, [&](const heartbeat_t& heartbeat) { progress.OnHeartbeat(heartbeat); });
   const double start_s = MonotonicS();
   const auto in_time = [&] { return timeout_s <= 0 || MonotonicS() - start_s < timeout_s; };
-  while (!answer && in_time() && !node->loop().interrupted()) {
-    node->Publish(kCommandChannel, command);
+  while (!answer && in_time() && !node.loop().interrupted()) {
+    node.Publish(kCommandChannel, command);
     progress.Tick();
-    node->loop().RunUntil([&] { return answer.has_value(); }, kRepeatS);
+    node.loop().RunUntil([&] { return answer.has_value(); }, kRepeatS);
   }
+  node.bus().Unsubscribe(replies);
+  node.bus().Unsubscribe(heartbeats);
   return answer;
 }
-
-}  // namespace
 
 int RunFinish(int argc, char** argv) {
   FinishOptions options;
   if (const auto exit_code = ParseFinishOptions(argc, argv, &options)) return *exit_code;
   const auto node = MakeClientNode("finish", "finish-" + std::to_string(getpid()), options.client);
-  const auto answer = Ask(node.get(), options.timeout_s);
+  const auto answer = AskToFinish(*node, options.timeout_s, std::cerr);
   if (!answer) {
     std::cerr << "skein finish: not finished yet; the session goes on finishing" << std::endl;
     return kExitError;

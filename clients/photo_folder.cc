@@ -1,5 +1,7 @@
 #include "clients/photo_folder.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -33,9 +35,10 @@ int64_t CaptureTime(const fs::path& path) {
     const int64_t time = header.ok() ? ReadExif(*bytes, *header).capture_utime_us : 0;
     if (time != 0) return time;
   }
-  std::error_code error;
-  const auto written = fs::last_write_time(path, error).time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(written).count();
+  // Not std::filesystem's time, whose epoch is not EXIF's.
+  struct stat file {};
+  if (::stat(path.c_str(), &file) != 0) return 0;
+  return int64_t{file.st_mtim.tv_sec} * 1'000'000 + file.st_mtim.tv_nsec / 1000;
 }
 
 void SortByTime(std::vector<PhotoFile>* photos) {
@@ -52,9 +55,10 @@ void Shuffle(std::vector<PhotoFile>* photos, uint64_t seed) {
   for (size_t i = photos->size(); i > 1; --i) std::swap((*photos)[i - 1], (*photos)[random() % i]);
 }
 
+constexpr uint8_t kExif[] = {'E', 'x', 'i', 'f', 0, 0};
+
 // The EXIF segment with its marker and length; empty if there is none.
-Bytes ExifSegment(const Bytes& jpeg) {
-  static constexpr uint8_t kExif[] = {'E', 'x', 'i', 'f', 0, 0};
+Bytes ExifOfJpeg(const Bytes& jpeg) {
   for (size_t at = 2; at + 10 <= jpeg.size() && jpeg[at] == 0xff && jpeg[at + 1] != 0xda;) {
     const size_t length = 2 + (size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
     if (length < 4 || length > jpeg.size() - at) break;
@@ -67,6 +71,31 @@ Bytes ExifSegment(const Bytes& jpeg) {
   return {};
 }
 
+// A JPEG's EXIF segment of what a PNG has; empty if that is nothing or too long.
+Bytes ExifOfPng(const Bytes& png) {
+  constexpr size_t kMaxBlock = 65535 - 2 - sizeof(kExif);
+  for (size_t at = 8; at + 12 <= png.size();) {
+    const size_t length =
+        size_t{png[at]} << 24 | size_t{png[at + 1]} << 16 | size_t{png[at + 2]} << 8 | png[at + 3];
+    if (length > png.size() - at - 12) break;
+    const auto type = png.begin() + static_cast<ptrdiff_t>(at) + 4;
+    if (std::equal(type, type + 4, "eXIf") && length <= kMaxBlock) {
+      const size_t size = 2 + sizeof(kExif) + length;
+      Bytes segment = {0xff, 0xe1, static_cast<uint8_t>(size >> 8), static_cast<uint8_t>(size)};
+      segment.insert(segment.end(), kExif, kExif + sizeof(kExif));
+      segment.insert(segment.end(), type + 4, type + 4 + static_cast<ptrdiff_t>(length));
+      return segment;
+    }
+    at += 12 + length;
+  }
+  return {};
+}
+
+Bytes ExifSegment(const Bytes& photo, PhotoFormat format) {
+  if (format == PhotoFormat::kJpeg) return ExifOfJpeg(photo);
+  return format == PhotoFormat::kPng ? ExifOfPng(photo) : Bytes();
+}
+
 Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
   cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   if (image.empty()) return bytes;
@@ -77,10 +106,8 @@ Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
   cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
   Bytes jpeg;
   cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-  if (header.format == PhotoFormat::kJpeg) {
-    const Bytes exif = ExifSegment(bytes);
-    jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
-  }
+  const Bytes exif = ExifSegment(bytes, header.format);
+  jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
   return jpeg;
 }
 

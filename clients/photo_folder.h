@@ -27,12 +27,13 @@ struct PhotoOrder {
 Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
 
 // Regular files below the folder that are called .jpg, .jpeg, .png, .tif or .tiff in any case.
-// Order by time: EXIF's capture time, else the file's; by name where that is equal.
+// Order by time: EXIF's capture time, else the file's; by name where that is equal. Throws
+// std::filesystem::filesystem_error when the folder cannot be read or a part of it vanishes.
 std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
 
 // The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side: as a JPEG
-// of quality 95 with the EXIF block of the original, pixels as stored. What cannot be decoded is
-// returned as it is: ingest says what is wrong with it.
+// of quality 95 with the EXIF block of the original JPEG or PNG, pixels as stored. What cannot be
+// decoded is returned as it is: ingest says what is wrong with it.
 Result<Bytes> ReadPhoto(const std::filesystem::path& path, int max_size_px);
 
 }  // namespace skein

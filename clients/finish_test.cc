@@ -1,0 +1,105 @@
+#include "clients/finish.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "core/clock.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDeadlineS = 20;
+
+NodeOptions TestNode(const std::string& instance) {
+  NodeOptions options;
+  options.service = options.instance = instance;
+  options.session_id = "0123456789abcdef";
+  return options;
+}
+
+class FinishTest : public testing::Test {
+ protected:
+  FinishTest() {
+    bus_.Subscribe<command_t>(kCommandChannel, [this](const command_t& command) {
+      commands_.push_back(command);
+      if (on_command_) on_command_(command);
+    });
+  }
+  void Reply(int64_t command_id, bool ok, const std::string& text) {
+    command_reply_t reply{};
+    reply.command_id = command_id;
+    reply.ok = ok;
+    reply.text = text;
+    ingest_.Publish(kCommandReplyChannel, reply);
+  }
+  void Heartbeat(const std::string& service, const std::string& state) {
+    heartbeat_t heartbeat{};
+    heartbeat.service = service;
+    heartbeat.state = state;
+    ingest_.Publish(kHeartbeatChannel, heartbeat);
+  }
+
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node ingest_{TestNode("ingest-by-hand"), loop_, bus_};
+  Node node_{TestNode("finish-1"), loop_, bus_};
+  std::function<void(const command_t&)> on_command_;
+  std::vector<command_t> commands_;
+  std::ostringstream progress_;
+};
+
+TEST_F(FinishTest, RepeatsOneCommandUntilItIsAnswered) {
+  on_command_ = [&](const command_t& command) {
+    Reply(command.command_id + 1, true, "another's answer");
+    if (commands_.size() == 3) Reply(command.command_id, true, "3 of 3 photos registered");
+  };
+  const auto answer = AskToFinish(node_, kDeadlineS, progress_);
+  ASSERT_TRUE(answer);
+  EXPECT_TRUE(answer->ok);
+  EXPECT_EQ(answer->text, "3 of 3 photos registered");
+  ASSERT_EQ(commands_.size(), 3u);
+  EXPECT_EQ(commands_[0].verb, "finish");
+  EXPECT_EQ(commands_[0].sender, "finish-1");
+  EXPECT_EQ(commands_[2].command_id, commands_[0].command_id);
+}
+
+TEST_F(FinishTest, EachCallIsACommandOfItsOwn) {
+  on_command_ = [&](const command_t& command) { Reply(command.command_id, true, ""); };
+  ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_));
+  ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_));
+  EXPECT_NE(commands_.front().command_id, commands_.back().command_id);
+}
+
+TEST_F(FinishTest, TellsARefusal) {
+  on_command_ = [&](const command_t& command) { Reply(command.command_id, false, "no photos"); };
+  const auto answer = AskToFinish(node_, kDeadlineS, progress_);
+  ASSERT_TRUE(answer);
+  EXPECT_FALSE(answer->ok);
+  EXPECT_EQ(answer->text, "no photos");
+}
+
+TEST_F(FinishTest, GivesUpWhenTheTimeIsOver) {
+  const double start_s = MonotonicS();
+  EXPECT_FALSE(AskToFinish(node_, 0.1, progress_));
+  EXPECT_GE(MonotonicS() - start_s, 0.1);
+  EXPECT_FALSE(commands_.empty());
+}
+
+TEST_F(FinishTest, TellsWhatIngestDoesWheneverThatChanges) {
+  on_command_ = [&](const command_t& command) {
+    const std::string states[] = {"waits for 2 photos", "waits for 2 photos", "writes the models"};
+    Heartbeat("ingest", states[commands_.size() - 1]);
+    Heartbeat("matching", "matches");
+    if (commands_.size() == 3) Reply(command.command_id, true, "");
+  };
+  ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_));
+  std::vector<std::string> told;
+  std::istringstream lines(progress_.str());
+  for (std::string line; std::getline(lines, line);)
+    told.push_back(line.substr(line.find(']') + 2));
+  EXPECT_EQ(told, (std::vector<std::string>{"waits for 2 photos", "writes the models"}));
+}
+
+}  // namespace
+}  // namespace skein

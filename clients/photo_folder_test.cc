@@ -1,0 +1,222 @@
+#include "clients/photo_folder.h"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <chrono>
+
+#include "clients/folder_watch.h"
+#include "core/file.h"
+#include "ingest/exif.h"
+#include "ingest/test_photos.h"
+#include "store/test_folder.h"
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+class PhotoFolderTest : public testing::Test {
+ protected:
+  fs::path Write(const std::string& name, const Bytes& bytes) {
+    const fs::path path = folder_ / name;
+    fs::create_directories(path.parent_path());
+    EXPECT_TRUE(WriteFileAtomic(path.string(), bytes).ok());
+    return path;
+  }
+  std::vector<std::string> Names(const std::string& order) const {
+    std::vector<std::string> names;
+    for (const PhotoFile& photo : ListPhotos(folder_.path(), *ParsePhotoOrder(order))) {
+      names.push_back(photo.name);
+    }
+    return names;
+  }
+
+  TestFolder folder_;
+};
+
+// What a phone writes: turned, with a place, a time and a focal length.
+ExifBuilder PhoneExif() {
+  ExifBuilder exif;
+  exif.Short(0, 0x0112, 6);
+  exif.Ascii(1, 0x9003, "2023:05:06 07:08:09");
+  exif.Short(1, 0xa405, 26);
+  exif.Ascii(2, 1, "N");
+  exif.Rationals(2, 2, {{48, 1}, {30, 1}, {0, 1}});
+  exif.Ascii(2, 3, "E");
+  exif.Rationals(2, 4, {{11, 1}, {15, 1}, {0, 1}});
+  return exif;
+}
+
+Bytes WithTime(const std::string& time, uint64_t seed) {
+  ExifBuilder exif;
+  exif.Ascii(1, 0x9003, time);
+  return exif.Into(SmallJpeg(seed));
+}
+
+void PutBigEndian(Bytes* out, uint32_t value) {
+  for (int shift = 24; shift >= 0; shift -= 8) out->push_back(static_cast<uint8_t>(value >> shift));
+}
+
+// The PNG with the block in a chunk right after its header.
+Bytes PngWithExif(const Bytes& png, const Bytes& tiff) {
+  constexpr size_t kHeaderEnd = 8 + 12 + 13;
+  Bytes chunk = {'e', 'X', 'I', 'f'};
+  chunk.insert(chunk.end(), tiff.begin(), tiff.end());
+  Bytes out(png.begin(), png.begin() + kHeaderEnd);
+  PutBigEndian(&out, static_cast<uint32_t>(tiff.size()));
+  out.insert(out.end(), chunk.begin(), chunk.end());
+  PutBigEndian(&out,
+               static_cast<uint32_t>(crc32(0, chunk.data(), static_cast<unsigned>(chunk.size()))));
+  out.insert(out.end(), png.begin() + kHeaderEnd, png.end());
+  return out;
+}
+
+TEST(PhotoOrder, ReadsWhatTheUserMayWrite) {
+  EXPECT_EQ(ParsePhotoOrder("name")->kind, PhotoOrder::Kind::kName);
+  EXPECT_EQ(ParsePhotoOrder("time")->kind, PhotoOrder::Kind::kTime);
+  EXPECT_EQ(ParsePhotoOrder("shuffle:42")->kind, PhotoOrder::Kind::kShuffle);
+  EXPECT_EQ(ParsePhotoOrder("shuffle:42")->seed, 42u);
+  for (const std::string text : {"", "random", "shuffle", "shuffle:", "shuffle:x", "shuffle:-1",
+                                 "shuffle:1 ", "names", "shuffle:99999999999999999999"}) {
+    EXPECT_FALSE(ParsePhotoOrder(text).ok()) << text;
+  }
+}
+
+TEST_F(PhotoFolderTest, ListsPhotosOfAllFoldersByName) {
+  for (const std::string name : {"b.JPG", "a.jpeg", "left/c.png", "left/deep/d.TIF", "e.tiff"}) {
+    Write(name, SmallJpeg());
+  }
+  for (const std::string name : {"notes.txt", "jpg", "f.jpg.part", ".jpg/inner.txt"}) {
+    Write(name, SmallJpeg());
+  }
+  EXPECT_EQ(Names("name"), (std::vector<std::string>{"a.jpeg", "b.JPG", "e.tiff", "left/c.png",
+                                                     "left/deep/d.TIF"}));
+}
+
+TEST_F(PhotoFolderTest, FollowsLinksAndSkipsThoseThatLeadNowhere) {
+  const TestFolder elsewhere;
+  ASSERT_TRUE(WriteFileAtomic((elsewhere / "a.jpg").string(), SmallJpeg()).ok());
+  fs::create_directory_symlink(elsewhere.path(), folder_ / "linked");
+  fs::create_symlink(elsewhere / "none.jpg", folder_ / "dangling.jpg");
+  EXPECT_EQ(Names("name"), std::vector<std::string>{"linked/a.jpg"});
+}
+
+TEST_F(PhotoFolderTest, OrdersByCaptureTimeElseByThatOfTheFile) {
+  Write("a.jpg", WithTime("2023:01:01 00:00:03", 1));
+  Write("b.jpg", WithTime("2023:01:01 00:00:01", 2));
+  Write("d.jpg", WithTime("2023:01:01 00:00:02", 3));
+  Write("c.jpg", WithTime("2023:01:01 00:00:02", 4));
+  const fs::path bare = Write("0.jpg", SmallJpeg(5));
+  const fs::path text = Write("1.jpg", {'t', 'e', 'x', 't'});
+  const auto now = fs::file_time_type::clock::now();
+  fs::last_write_time(bare, now);
+  fs::last_write_time(text, now - std::chrono::hours(1));
+  EXPECT_EQ(Names("time"),
+            (std::vector<std::string>{"b.jpg", "c.jpg", "d.jpg", "a.jpg", "1.jpg", "0.jpg"}));
+}
+
+TEST_F(PhotoFolderTest, ShufflesAlikeForOneSeedEverywhere) {
+  for (int i = 0; i < 8; ++i) Write(std::to_string(i) + ".jpg", {1});
+  const std::vector<std::string> shuffled = Names("shuffle:1");
+  EXPECT_EQ(shuffled, Names("shuffle:1"));
+  EXPECT_NE(shuffled, Names("shuffle:2"));
+  EXPECT_NE(shuffled, Names("name"));
+  std::vector<std::string> sorted = shuffled;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(sorted, Names("name"));
+}
+
+TEST_F(PhotoFolderTest, SendsPhotosAsTheyAreWhenTheyAreSmallEnough) {
+  const Bytes photo = PhoneExif().Into(SmallJpeg(1, 640, 480));
+  const fs::path path = Write("a.jpg", photo);
+  EXPECT_EQ(*ReadPhoto(path, 0), photo);
+  EXPECT_EQ(*ReadPhoto(path, 640), photo);
+  EXPECT_NE(*ReadPhoto(path, 639), photo);
+}
+
+TEST_F(PhotoFolderTest, ShrinksAPhotoAndKeepsWhatItSaysOfItself) {
+  const Bytes photo = PhoneExif().Into(SmallJpeg(1, 640, 480));
+  const Bytes small = *ReadPhoto(Write("a.jpg", photo), 320);
+  const PhotoHeader header = *ReadPhotoHeader(small);
+  EXPECT_EQ(header.width_px, 320) << "as stored: not turned";
+  EXPECT_EQ(header.height_px, 240);
+  const Exif before = ReadExif(photo, *ReadPhotoHeader(photo));
+  const Exif after = ReadExif(small, header);
+  EXPECT_EQ(after.orientation, 6);
+  EXPECT_EQ(after.capture_utime_us, before.capture_utime_us);
+  ASSERT_TRUE(after.gps && after.focal_px && before.focal_px);
+  EXPECT_DOUBLE_EQ(after.gps->latitude_deg, 48.5);
+  EXPECT_DOUBLE_EQ(after.gps->longitude_deg, 11.25);
+  EXPECT_NEAR(*after.focal_px, 0.5 * *before.focal_px, 1e-9) << "of the size that is sent";
+}
+
+TEST_F(PhotoFolderTest, ShrinksAPngToAJpegWithItsExif) {
+  const Bytes plain = Encode(Noise(300, 200), ".png");
+  const Bytes small = *ReadPhoto(Write("a.png", PngWithExif(plain, PhoneExif().Tiff())), 150);
+  const PhotoHeader header = *ReadPhotoHeader(small);
+  EXPECT_EQ(header.format, PhotoFormat::kJpeg);
+  EXPECT_EQ(header.width_px, 150);
+  EXPECT_EQ(ReadExif(small, header).orientation, 6);
+  EXPECT_TRUE(ReadExif(small, header).gps);
+  const Bytes without = *ReadPhoto(Write("b.png", plain), 150);
+  EXPECT_FALSE(ReadExif(without, *ReadPhotoHeader(without)).gps);
+}
+
+TEST_F(PhotoFolderTest, NeverShrinksToNothing) {
+  const Bytes small = *ReadPhoto(Write("a.png", Encode(Noise(2000, 2), ".png")), 64);
+  EXPECT_EQ(ReadPhotoHeader(small)->width_px, 64);
+  EXPECT_EQ(ReadPhotoHeader(small)->height_px, 1);
+}
+
+TEST_F(PhotoFolderTest, LeavesWhatCannotBeDecodedToIngest) {
+  const Bytes text = {'t', 'e', 'x', 't'};
+  EXPECT_EQ(*ReadPhoto(Write("text.jpg", text), 64), text);
+  const Bytes bomb = WithClaimedSize(SmallJpeg(), 60000, 60000);
+  EXPECT_EQ(*ReadPhoto(Write("bomb.jpg", bomb), 64), bomb);
+  EXPECT_EQ(*ReadPhoto(Write("empty.jpg", {}), 64), Bytes());
+  EXPECT_FALSE(ReadPhoto(folder_ / "none.jpg", 64).ok());
+}
+
+class FolderWatchTest : public PhotoFolderTest {
+ protected:
+  std::vector<std::string> Scan() {
+    std::vector<std::string> names;
+    for (const PhotoFile& photo : watch_.Scan()) names.push_back(photo.name);
+    return names;
+  }
+
+  FolderWatch watch_{folder_.path(), PhotoOrder()};
+};
+
+TEST_F(FolderWatchTest, GivesEachNewPhotoOnce) {
+  Write("old.jpg", {1});
+  watch_.Skip(ListPhotos(folder_.path(), PhotoOrder()));
+  Write("b.jpg", {1});
+  Write("a.jpg", {1});
+  EXPECT_EQ(Scan(), std::vector<std::string>()) << "it may still grow";
+  EXPECT_EQ(Scan(), (std::vector<std::string>{"a.jpg", "b.jpg"}));
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+}
+
+TEST_F(FolderWatchTest, WaitsForPhotosThatAreStillWritten) {
+  Write("a.jpg", {});
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  EXPECT_EQ(Scan(), std::vector<std::string>()) << "created, nothing written yet";
+  Write("a.jpg", {1});
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  Write("a.jpg", {1, 2});
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  EXPECT_EQ(Scan(), std::vector<std::string>{"a.jpg"});
+}
+
+TEST_F(FolderWatchTest, WaitsForAFolderThatIsGone) {
+  fs::remove_all(folder_.path());
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  Write("a.jpg", {1});
+  Scan();
+  EXPECT_EQ(Scan(), std::vector<std::string>{"a.jpg"});
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,132 @@
+#include "mapper/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "messaging/facts.h"
+
+namespace skein {
+namespace {
+
+PhotoEvent SomeEvent() {
+  PhotoEvent event;
+  event.image_id = 42;
+  event.state = PhotoEvent::State::kRegistered;
+  event.num_visible = 300;
+  event.num_inliers = 200;
+  event.qvec = {2, 0, 0, 2};
+  event.tvec = {1, -2, 3};
+  event.mean_error_px = 0.5;
+  event.num_ba_images = 12;
+  event.register_s = 0.125;
+  event.triangulate_s = 0.25;
+  event.ba_s = 0.5;
+  event.total_s = 1;
+  return event;
+}
+
+registration_t SentAndReceived(const PhotoEvent& event) {
+  registration_t sent = ToMessage(event, 3, 5);
+  sent.header.fact_id = RegistrationFactId(event.image_id, 3, 5, 2);
+  const Bytes bytes = EncodeFact(sent);
+  const auto fact = DecodeFact(FactKindFromName("registration"), bytes.data(), bytes.size());
+  EXPECT_TRUE(fact.ok()) << fact.error();
+  return std::get<registration_t>(*fact);
+}
+
+TEST(MapperMessages, RegistrationRoundTrip) {
+  const registration_t got = SentAndReceived(SomeEvent());
+  EXPECT_EQ(got.header.fact_id, "registration/42/3/5/2");
+  EXPECT_EQ(got.image_id, 42);
+  EXPECT_EQ(got.submap_id, 3);
+  EXPECT_EQ(got.epoch, 5);
+  EXPECT_EQ(got.state, +registration_t::REGISTERED);
+  EXPECT_EQ(got.num_visible, 300);
+  EXPECT_EQ(got.num_inliers, 200);
+  const double half = std::sqrt(0.5);
+  EXPECT_NEAR(got.cam_from_world_qwxyz[0], half, 1e-12) << "a unit quaternion, w first";
+  EXPECT_EQ(got.cam_from_world_qwxyz[1], 0);
+  EXPECT_NEAR(got.cam_from_world_qwxyz[3], half, 1e-12);
+  EXPECT_EQ(got.cam_from_world_xyz[1], -2);
+  EXPECT_EQ(got.mean_reprojection_error_px, 0.5F);
+  EXPECT_EQ(got.num_ba_images, 12);
+  EXPECT_EQ(got.register_s, 0.125F);
+  EXPECT_EQ(got.triangulate_s, 0.25F);
+  EXPECT_EQ(got.local_ba_s, 0.5F);
+  EXPECT_EQ(got.total_s, 1);
+}
+
+TEST(MapperMessages, TellsEachStateApartWithItsReason) {
+  const std::pair<PhotoEvent::State, int8_t> states[] = {
+      {PhotoEvent::State::kRegistered, registration_t::REGISTERED},
+      {PhotoEvent::State::kDeferred, registration_t::DEFERRED},
+      {PhotoEvent::State::kRejected, registration_t::REJECTED},
+      {PhotoEvent::State::kWithdrawn, registration_t::WITHDRAWN}};
+  for (const auto& [state, expected] : states) {
+    PhotoEvent event = SomeEvent();
+    event.state = state;
+    event.reason = "12 inliers";
+    EXPECT_EQ(SentAndReceived(event).state, expected);
+    EXPECT_EQ(SentAndReceived(event).reason, "12 inliers");
+  }
+}
+
+TEST(MapperMessages, FactIdsOfAPhotoDiffer) {
+  EXPECT_NE(RegistrationFactId(1, 2, 3, 1), RegistrationFactId(1, 2, 3, 2));
+  EXPECT_NE(RegistrationFactId(1, 2, 3, 1), RegistrationFactId(1, 2, 4, 1));
+  EXPECT_NE(RegistrationFactId(1, 23, 4, 1), RegistrationFactId(12, 3, 4, 1));
+}
+
+TEST(MapperMessages, SubmapTellsItsSizes) {
+  SubmapStatistics statistics;
+  statistics.num_images = 11;
+  statistics.num_deferred = 2;
+  statistics.num_points = 5000;
+  statistics.mean_reprojection_error_px = 0.5;
+  statistics.mean_track_length = 4.5;
+  const submap_t message = ToMessage(statistics);
+  EXPECT_EQ(message.state, +submap_t::ACTIVE);
+  EXPECT_EQ(message.num_images, 11);
+  EXPECT_EQ(message.num_deferred, 2);
+  EXPECT_EQ(message.num_points, 5000);
+  EXPECT_EQ(message.mean_reprojection_error_px, 0.5);
+  EXPECT_EQ(message.mean_track_length, 4.5);
+}
+
+TEST(MapperMessages, PhotoIsNamedByItsAgent) {
+  image_t image{};
+  image.image_id = 7;
+  image.camera_id = 2;
+  image.agent = "alice";
+  image.name = "left/a.jpg";
+  image.width_px = 1600;
+  image.height_px = 1200;
+  image.focal_px = 1300;
+  image.focal_from_exif = 1;
+  const PhotoInput photo = ToPhotoInput(image, Keypoints(5));
+  EXPECT_EQ(photo.image_id, 7);
+  EXPECT_EQ(photo.camera_id, 2);
+  EXPECT_EQ(photo.name, "alice/left/a.jpg");
+  EXPECT_EQ(photo.width_px, 1600);
+  EXPECT_EQ(photo.height_px, 1200);
+  EXPECT_EQ(photo.focal_px, 1300);
+  EXPECT_TRUE(photo.focal_from_exif);
+  EXPECT_EQ(photo.keypoints.size(), 5u);
+}
+
+TEST(MapperMessages, DistancesThatCannotBeAreLeftOut) {
+  candidates_t candidates{};
+  candidates.other_ids = {1, 0, -1, int64_t{1} << 40, 2, 3, 4};
+  candidates.distances = {0.5F,  0.1F, 0.1F, 0.1F, std::numeric_limits<float>::quiet_NaN(),
+                          -0.1F, 0};
+  candidates.num_candidates = static_cast<int32_t>(candidates.other_ids.size());
+  const auto distances = ToDistances(candidates);
+  ASSERT_EQ(distances.size(), 2u);
+  EXPECT_EQ(distances[0], (std::pair<uint32_t, double>{1, 0.5}));
+  EXPECT_EQ(distances[1], (std::pair<uint32_t, double>{4, 0}));
+}
+
+}  // namespace
+}  // namespace skein
