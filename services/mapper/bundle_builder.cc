@@ -1,6 +1,7 @@
 #include "mapper/bundle_builder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "base/pose.h"
@@ -12,6 +13,9 @@ constexpr double kFocalSigmaExif = 0.1;
 constexpr double kFocalSigmaGuess = 0.3;
 constexpr double kDistortionSigma = 0.1;
 constexpr size_t kMinImagesForDistortion = 3;
+// Errors of an image's observations (localisation, lens, mistaken matches) are shared by
+// neighbours: more of them weigh against a camera's prior as this many.
+constexpr double kIndependentObservations = 100;
 
 class Builder {
  public:
@@ -23,6 +27,7 @@ class Builder {
     }
     for (const ImageId id : request_.held) AddPose(id, true, 1.0);
     for (const Point3DId id : request_.points) AddPoint(id);
+    ScalePriors(&bundle_);
     return std::move(bundle_);
   }
 
@@ -113,6 +118,19 @@ BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_foca
     if (refine_distortion) result.refined.push_back(static_cast<int>(i));
   }
   return result;
+}
+
+void ScalePriors(Bundle* bundle) {
+  std::vector<double> num_images(bundle->cameras.size(), 0.0);
+  std::vector<double> num_observations(bundle->cameras.size(), 0.0);
+  for (const BundlePose& pose : bundle->poses) num_images[pose.camera] += 1;
+  for (const BundleObservation& observation : bundle->observations) {
+    num_observations[bundle->poses[observation.pose].camera] += 1;
+  }
+  for (size_t i = 0; i < bundle->cameras.size(); ++i) {
+    const double surplus = num_observations[i] / (kIndependentObservations * num_images[i]);
+    for (double& sigma : bundle->cameras[i].prior_sigma) sigma /= std::sqrt(std::max(1.0, surplus));
+  }
 }
 
 Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {

@@ -19,11 +19,16 @@ struct BundleRequest {
   bool refine_cameras = false;  // focal length; distortion from three registered photos on
 };
 
-// A bundle of a part of the map; only registered images count.
+// A bundle of a part of the map, priors scaled; only registered images count.
 Bundle BuildBundle(const SceneMap& map, const BundleRequest& request);
 
 // All registered images and points.
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
+
+// Strengthens the priors of cameras so that an image's observations weigh against them as 100
+// independent ones at most: 1 px noise of thousands would let a few images seen under a small angle
+// drive the focal length away.
+void ScalePriors(Bundle* bundle);
 
 // Puts the refined poses, points and parameters into the map they were built from. Images that
 // are no longer registered and points that are gone are passed over.

@@ -6,6 +6,7 @@
 #include "base/camera_models.h"
 #include "base/cost_functions.h"
 #include "base/pose.h"
+#include "mapper/bundle_builder.h"
 #include "mapper/projection.h"
 #include "mapper/synthetic_scene.h"
 
@@ -232,6 +233,23 @@ TEST(Bundle, RefusesIndicesOutOfRange) {
   Bundle bundle = MakeBundle(MakeScene({}), 0);
   bundle.observations[3].pose = 99;
   EXPECT_THROW(SolveBundle({}, &bundle), std::invalid_argument);
+}
+
+TEST(Bundle, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
+  for (const int num_observations : {200, 200 * 16}) {
+    Bundle bundle;
+    bundle.poses.resize(2);
+    bundle.cameras.resize(1);
+    bundle.cameras[0].params = bundle.cameras[0].prior = {1000, 600, 450, 0};
+    bundle.cameras[0].prior_sigma = {100, 0, 0, 0.1};
+    for (int i = 0; i < num_observations; ++i)
+      bundle.observations.push_back({i % 2, 0, Eigen::Vector2d::Zero()});
+    ScalePriors(&bundle);
+    const double factor = num_observations == 200 ? 1 : 4;
+    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[0], 100 / factor);
+    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[1], 0);
+    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[3], 0.1 / factor);
+  }
 }
 
 }  // namespace

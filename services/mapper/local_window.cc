@@ -4,6 +4,8 @@
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <unordered_map>
+#include <unordered_set>
 
 namespace skein {
 namespace {
@@ -34,24 +36,88 @@ std::vector<std::pair<ImageId, int>> Observers(const SceneMap& map,
   return sorted;
 }
 
-// The points of the free images: those of the new photo first, then by the number of free images
-// that see them, then by id.
+// Chooses points for images, those that most free images see first, then by id.
+class PointChoice {
+ public:
+  PointChoice(const SceneMap& map, const std::vector<ImageId>& free) : map_(map) {
+    for (const ImageId id : free) {
+      num_chosen_[id] = 0;
+      for (const Point3DId point : PointsOf(map, id)) --rank_[point].first;
+    }
+    for (auto it = rank_.begin(); it != rank_.end();) {
+      it->second.second = it->first;
+      const bool usable = map.reconstruction().Point3D(it->first).Track().Length() >= 2;
+      it = usable ? std::next(it) : rank_.erase(it);
+    }
+  }
+
+  size_t num_usable() const { return rank_.size(); }
+  size_t size() const { return chosen_.size(); }
+
+  // Points that the image sees, until it sees so many chosen ones.
+  void Take(ImageId id, size_t count) { Take(Ranked(PointsOf(map_, id)), count, &num_chosen_[id]); }
+
+  // Of all points, until so many are chosen.
+  void Fill(size_t count) {
+    std::vector<Point3DId> all;
+    for (const auto& [id, rank] : rank_) all.push_back(id);
+    size_t size = chosen_.size();
+    Take(Ranked(all), count, &size);
+  }
+
+  std::vector<Point3DId> Sorted() const {
+    std::vector<Point3DId> points(chosen_.begin(), chosen_.end());
+    std::sort(points.begin(), points.end());
+    return points;
+  }
+
+ private:
+  std::vector<Point3DId> Ranked(const std::vector<Point3DId>& ids) const {
+    std::vector<std::pair<int, Point3DId>> ranked;
+    for (const Point3DId id : ids) {
+      const auto it = rank_.find(id);
+      if (it != rank_.end() && chosen_.count(id) == 0) ranked.push_back(it->second);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    std::vector<Point3DId> points;
+    for (const auto& [count, id] : ranked) points.push_back(id);
+    return points;
+  }
+
+  void Take(const std::vector<Point3DId>& ranked, size_t count, size_t* num_taken) {
+    const size_t before = chosen_.size();
+    const size_t start = *num_taken;
+    for (const Point3DId id : ranked) {
+      if (start + chosen_.size() - before >= count) break;
+      chosen_.insert(id);
+      for (const auto& element : map_.reconstruction().Point3D(id).Track().Elements()) {
+        const auto it = num_chosen_.find(element.image_id);
+        if (it != num_chosen_.end()) ++it->second;
+      }
+    }
+    *num_taken = start + chosen_.size() - before;
+  }
+
+  const SceneMap& map_;
+  std::unordered_map<Point3DId, std::pair<int, Point3DId>> rank_;
+  std::unordered_map<ImageId, size_t> num_chosen_;  // of each free image
+  std::unordered_set<Point3DId> chosen_;
+};
+
+// The points of the free images. Over the limit: half of them the new photo's, and of the others
+// each free image gets its share, as one that is left with a few points moves with their errors.
 std::vector<Point3DId> SelectPoints(const SceneMap& map, const std::vector<ImageId>& free,
                                     size_t limit) {
-  std::unordered_map<Point3DId, int> counts;
-  for (const ImageId id : free) {
-    for (const Point3DId point : PointsOf(map, id)) counts[point] += id == free[0] ? 1000 : 1;
+  PointChoice choice(map, free);
+  if (limit == 0 || choice.num_usable() <= limit) {
+    choice.Fill(choice.num_usable());
+    return choice.Sorted();
   }
-  std::vector<std::pair<int, Point3DId>> ranked;
-  for (const auto& [id, count] : counts) {
-    if (map.reconstruction().Point3D(id).Track().Length() >= 2) ranked.emplace_back(-count, id);
-  }
-  std::sort(ranked.begin(), ranked.end());
-  if (limit > 0 && ranked.size() > limit) ranked.resize(limit);
-  std::vector<Point3DId> points;
-  for (const auto& [count, id] : ranked) points.push_back(id);
-  std::sort(points.begin(), points.end());
-  return points;
+  choice.Take(free[0], limit / 2);
+  const size_t share = free.size() < 2 ? 0 : (limit - choice.size()) / (free.size() - 1);
+  for (size_t i = 1; i < free.size(); ++i) choice.Take(free[i], share);
+  choice.Fill(limit);
+  return choice.Sorted();
 }
 
 // Observers of the image's points, but of those with long tracks, which stand firm.

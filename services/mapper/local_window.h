@@ -24,8 +24,9 @@ struct LocalWindowOptions {
 
 // The part of the map that a new photo's local BA refines: the association tree's ripples before
 // the last are free with their weights, the last one and what exceeds the limits is held, and so
-// are the images that see the window's points with the most of them. Points: all of the new
-// photo's, then those which most free images see.
+// are the images that see the window's points with the most of them. Over the limit of points half
+// are the new photo's, and each other free image has its share of the rest; those that most free
+// images see first.
 BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMap& map,
                                 const SimilarityLists& similar, ImageId new_image_id);
 

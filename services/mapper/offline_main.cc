@@ -281,7 +281,8 @@ class Run {
                 << event.reason << " visible " << event.num_visible << " inliers "
                 << event.num_inliers << " error " << event.mean_error_px << " register "
                 << event.register_s << " triangulate " << event.triangulate_s << " ba "
-                << event.ba_s << " (" << event.num_ba_images << ") total " << event.total_s << "\n";
+                << event.ba_s << " (" << event.num_ba_images << ") total " << event.total_s
+                << " qvec " << event.qvec.transpose() << " tvec " << event.tvec.transpose() << "\n";
     };
   }
 

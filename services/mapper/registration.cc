@@ -44,6 +44,7 @@ Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool re
     bundle.points.push_back(point);
     bundle.observations.push_back({0, visible.point2D_idxs[i], visible.pixels[i]});
   }
+  ScalePriors(&bundle);
   return bundle;
 }
 

@@ -1,0 +1,71 @@
+#include "mapper/local_window.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "mapper/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+// A map at the scene's truth: photos [0, num_photos), with a track for each point that two see.
+void FillMap(const SyntheticScene& scene, size_t num_photos, SceneMap* map) {
+  std::vector<colmap::Track> tracks(scene.points.size());
+  for (size_t i = 0; i < num_photos; ++i) {
+    ASSERT_TRUE(map->AddPhoto(scene.photos[i]).ok());
+    map->Register(static_cast<ImageId>(i + 1));
+    for (size_t k = 0; k < scene.visible[i].size(); ++k) {
+      tracks[scene.visible[i][k]].AddElement(static_cast<ImageId>(i + 1),
+                                             static_cast<Point2DIdx>(k));
+    }
+  }
+  for (size_t p = 0; p < tracks.size(); ++p) {
+    if (tracks[p].Length() >= 2) map->reconstruction().AddPoint3D(scene.points[p], tracks[p]);
+  }
+}
+
+size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id) {
+  return std::count_if(points.begin(), points.end(), [&](Point3DId point) {
+    const auto& track = map.reconstruction().Point3D(point).Track().Elements();
+    return std::any_of(track.begin(), track.end(),
+                       [id](const auto& element) { return element.image_id == id; });
+  });
+}
+
+// A long chain: the photos at its ends share their points with few others.
+TEST(LocalWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
+  SyntheticOptions scene_options;
+  scene_options.path = SyntheticOptions::Path::kForward;
+  scene_options.num_photos = 16;
+  scene_options.num_points = 4000;
+  const SyntheticScene scene = MakeScene(scene_options);
+  SceneMap map;
+  FillMap(scene, scene.photos.size(), &map);
+  SimilarityLists similar;
+  for (uint32_t id = 2; id <= 16; ++id) similar.Add(id, {{id - 1, 0.5}});
+  LocalWindowOptions options;
+  options.tree.depth = 20;
+  options.max_points = 400;
+  const BundleRequest request = SelectLocalWindow(options, map, similar, 16);
+  EXPECT_EQ(request.points.size(), 400u);
+  ASSERT_GE(request.free.size(), 10u);
+  const size_t share = (400 - 200) / (request.free.size() - 1);
+  EXPECT_GE(NumSeen(map, request.points, 16), 200u);
+  for (const ImageId id : request.free) {
+    EXPECT_GE(NumSeen(map, request.points, id), share) << "image " << id;
+  }
+}
+
+TEST(LocalWindow, TakesAllPointsWithinTheLimit) {
+  const SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  FillMap(scene, 8, &map);
+  SimilarityLists similar;
+  for (uint32_t id = 2; id <= 8; ++id) similar.Add(id, {{id - 1, 0.5}, {1, 0.5}});
+  const BundleRequest request = SelectLocalWindow({}, map, similar, 8);
+  EXPECT_EQ(request.points.size(), map.reconstruction().NumPoints3D());
+}
+
+}  // namespace
+}  // namespace skein
