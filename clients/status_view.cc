@@ -143,9 +143,11 @@ std::string Line(const char* format, T... values) {
 
 std::string FormatInstance(const json& i) {
   const double silent_s = i["silent_s"];
-  const std::string state = silent_s > kSilentS
-                                ? "silent for " + std::to_string(static_cast<int>(silent_s)) + " s"
-                                : i["state"].get<std::string>();
+  std::string state = silent_s > kSilentS
+                          ? "silent for " + std::to_string(static_cast<int>(silent_s)) + " s"
+                          : i["state"].get<std::string>();
+  const long long dropped = i["decode_failures"];
+  if (dropped > 0) state += "; messages of another type or damaged: " + std::to_string(dropped);
   return Line("  %-14s %8d %8lld %9.3f %9.1f  %s", i["instance"].get<std::string>().c_str(),
               i["backlog"].get<int>(), i["done"].get<long long>(), i["mean_s"].get<double>(),
               i["memory_bytes"].get<double>() / (1 << 20), state.c_str());

@@ -75,6 +75,21 @@ TEST(StatusView, ASubmapIsBornGrowsAndChangesHands) {
   EXPECT_EQ(session.Stage(1), "being restored");
 }
 
+TEST(StatusView, TellsWhoIsSilentAndWhoCannotReadItsMessages) {
+  const SessionState state;
+  std::map<std::string, HeardInstance> instances;
+  instances["matching-1"].heartbeat.state = "idle";
+  instances["matching-1"].heard_s = 100;
+  instances["mapper-1"].heartbeat.state = "idle";
+  instances["mapper-1"].heard_s = 90;
+  const auto text = [&] { return FormatStatus(MakeStatus({"id", state, instances, {}, 101})); };
+  EXPECT_NE(text().find("silent for 11 s"), std::string::npos) << text();
+  EXPECT_EQ(text().find("another type"), std::string::npos) << text();
+  instances["matching-1"].heartbeat.num_decode_failures = 7;
+  EXPECT_NE(text().find("idle; messages of another type or damaged: 7"), std::string::npos)
+      << text();
+}
+
 TEST(StatusView, SaysWhichSubmapsMergeAndHowThatEnded) {
   Session session;
   for (const int64_t id : {1, 2}) {

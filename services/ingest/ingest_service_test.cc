@@ -465,11 +465,61 @@ TEST_F(IngestServiceTest, GivesUpAnAgentThatVanishedWhenAFinishWaits) {
   EXPECT_NE(failure->reason.find("agent vanished while sending"), std::string::npos);
 }
 
-TEST_F(IngestServiceTest, CountsMessagesOfAnotherTypeAndGoesOn) {
-  const int64_t before = bus_.counters().num_decode_failures;
-  bus_.Publish(Channel<work_t>{kImageOfferChannel.name}, work_t{});
-  Await([&] { return bus_.counters().num_decode_failures > before; }, "the count");
+TEST_F(IngestServiceTest, RefusesBytesThatAreNotWhatTheirHashPromises) {
+  // A hostile agent: its hash is that of another content.
+  const Bytes photo = SmallJpeg();
+  image_offer_t offer = MakeOffer("lie.jpg", photo);
+  offer.blob_id = HashBytes("another content", 15);
+  offer.owner = "liar";
+  bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [&](const blob_request_t& request) {
+    if (request.owner != "liar") return;
+    blob_chunk_t chunk{};
+    chunk.session_id = request.session_id;
+    chunk.blob_id = request.blob_id;
+    chunk.total_bytes = chunk.size = static_cast<int32_t>(photo.size());
+    chunk.data = photo;
+    bus_.PublishBulk(request.reply_channel, chunk);
+  });
+  const image_ack_t ack = Decide(offer);
+  EXPECT_EQ(ack.status, +image_ack_t::REFUSED);
+  EXPECT_NE(ack.reason.find("do not match"), std::string::npos) << ack.reason;
+  EXPECT_FALSE(BlobStore(Paths().Blobs()).Has(offer.blob_id));
+  EXPECT_EQ(Publish("a.jpg", photo).status, +image_ack_t::STORED);
+}
+
+TEST_F(IngestServiceTest, TakesThePhotoOfAnAgentThatVanishedHalfWayWhenItComesBack) {
+  const Bytes photo = Encode(Noise(1000, 800), ".png");
+  auto agent = std::make_unique<Node>(RemoteNode("agent", ingest_->session_id()), loop_, bus_);
+  image_offer_t offer = MakeOffer("half.png", photo);
+  offer.owner = "agent";
+  agent->blobs().Offer(photo);
+  const auto requests =
+      bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [&](const blob_request_t& request) {
+        const bool half_way = request.owner == "agent" && request.offset > 0;
+        if (half_way) loop_.Post([&] { agent.reset(); });
+      });
+  peer_->Publish(kImageOfferChannel, offer);
+  Await([&] { return agent == nullptr; }, "half of the photo");
+  bus_.Unsubscribe(requests);
+  EXPECT_EQ(Publish("other.jpg", SmallJpeg()).status, +image_ack_t::STORED) << "others go on";
+  agent = std::make_unique<Node>(RemoteNode("agent", ingest_->session_id()), loop_, bus_);
+  agent->blobs().Offer(photo);
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::STORED);
+  EXPECT_EQ(*BlobStore(Paths().Blobs()).Get(offer.blob_id), photo);
+}
+
+TEST_F(IngestServiceTest, CountsMessagesOfAnotherTypeOnAnyChannelAndGoesOn) {
+  std::vector<std::string> channels = {kImageOfferChannel.name,  kWorkRequestChannel.name,
+                                       kWorkFailedChannel.name,  kCommandChannel.name,
+                                       kBlobRequestChannel.name, kLedgerRequestChannel.name};
+  ForEachSubmitChannel([&](const auto& channel) { channels.push_back(channel.name); });
+  for (const std::string& channel : channels) {
+    const int64_t before = bus_.counters().num_decode_failures;
+    bus_.Publish(Channel<demand_t>{channel.c_str()}, demand_t{});
+    Await([&] { return bus_.counters().num_decode_failures > before; }, "the count of " + channel);
+  }
   EXPECT_EQ(Publish("a.jpg", SmallJpeg()).status, +image_ack_t::STORED);
+  EXPECT_EQ(Submit(Features(1)), "");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Odd, damaged and hostile files among good photos: the odd are reconstructed, the bad are refused or set
-# aside with a reason that the agent, `skein status` and the report tell, and the session goes on.
+# aside with a reason that the agent, `skein status` and the report tell, and the session goes on; so it
+# does when an agent vanishes half-way and when messages come that are of another type.
 source "$(dirname "$0")/../harness.sh"
 source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
@@ -26,9 +27,25 @@ expect_reason() {
   grep -F "$2" "$1" | grep -qE "$3" || { cat "$1"; fail "${1##*/} does not say why $2 is not taken ($3)"; }
 }
 
+# vanishing_agent_of NAME FOLDER: stopped after the first chunk of a photo, then killed
+vanishing_agent_of() {
+  LD_PRELOAD=$stop_shim SKEIN_STOP_AT=after SKEIN_STOP_TEXT=SKEIN_BLOB_CHUNK SKEIN_STOP_MARK=$workspace/stopped \
+    "$skein" agent --session "$session" --lcm-url "$url" --name "$1" --images "$2" >"$workspace/$1.out" 2>&1 &
+  local agent=$!
+  wait_until 60 "the agent is half-way" test -s "$workspace/stopped"
+  kill -9 "$agent"
+  wait "$agent" 2>/dev/null || true
+}
+
 start_services "$session" "$url"
 publish "$session"
 await_agents
+if [[ -n $IN_NAMESPACE ]]; then # over tcpq neither shim nor datagrams
+  vanishing_agent_of odd "$workspace/photos/odd"
+  for channel in SKEIN_IMAGE_OFFER SKEIN_SUBMIT_FEATURES SKEIN_WORK_REQUEST; do # as LCM frames a small message
+    printf 'LC02\0\0\0\1%s\0of an older type' "$channel" >/dev/udp/239.255.76.67/7667
+  done
+fi
 agent_of odd "$workspace/photos/odd" 0
 agent_of agent-1 "$workspace/photos/twice" 0
 agent_of bad "$workspace/photos/bad" 3
@@ -43,6 +60,8 @@ for photo in "${!reasons[@]}"; do
 done
 grep -q '1 duplicates' "$workspace/bad.out" || { cat "$workspace/bad.out"; fail "the copy is not called a duplicate"; }
 
+[[ -z $IN_NAMESPACE ]] || grep -qE '^ *ingest .*messages of another type or damaged: 3$' "$workspace/status.out" ||
+  { cat "$workspace/status.out"; fail "status does not tell of messages that ingest cannot read"; }
 grep -qF 'duplicates: 1' "$workspace/status.out" || { cat "$workspace/status.out"; fail "status does not tell of the duplicate"; }
 
 report=$session/report.json
