@@ -35,6 +35,10 @@ target_link_libraries(exif INTERFACE ${EXIF_LIBRARY})
 find_path(HNSWLIB_INCLUDE_DIR hnswlib/hnswlib.h REQUIRED)
 add_library(hnswlib INTERFACE)
 target_include_directories(hnswlib SYSTEM INTERFACE ${HNSWLIB_INCLUDE_DIR})
+if(SKEIN_SANITIZE)
+  # Its prefetching reads the link behind the last one, to no effect but AddressSanitizer's.
+  target_compile_definitions(hnswlib INTERFACE NO_MANUAL_VECTORIZATION)
+endif()
 
 # COLMAP 3.8: the BSD part that cmake/colmap builds. Headers are included as COLMAP's own
 # files include each other ("base/reconstruction.h").

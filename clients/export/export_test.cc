@@ -1,0 +1,286 @@
+// What `skein export` reads out of a session folder, and what it writes.
+#include <base/database.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "clients/export/database.h"
+#include "clients/export/model_writer.h"
+#include "clients/export/session_models.h"
+#include "core/file.h"
+#include "geometry/model_poses.h"
+#include "messaging/facts.h"
+#include "store/blob_store.h"
+#include "store/formats.h"
+#include "store/ledger.h"
+#include "store/test_folder.h"
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Photos side by side that see the same four points, one camera.
+colmap::Reconstruction MakeModel(int num_photos, const std::string& camera_model) {
+  colmap::Reconstruction model;
+  colmap::Camera camera;
+  camera.SetCameraId(1);
+  camera.InitializeWithName(camera_model, 1000, 1200, 900);
+  model.AddCamera(camera);
+  for (int i = 0; i < num_photos; ++i) {
+    colmap::Image image;
+    image.SetImageId(i + 1);
+    image.SetCameraId(1);
+    image.SetName("alice/" + std::to_string(i) + ".jpg");
+    image.SetPoints2D(std::vector<Eigen::Vector2d>(4, Eigen::Vector2d(600, 450)));
+    image.SetQvec(Eigen::Vector4d(1, 0, 0, 0));
+    image.SetTvec(Eigen::Vector3d(-i, 0, 0));
+    model.AddImage(image);
+    model.RegisterImage(i + 1);
+  }
+  for (int p = 0; p < 4; ++p) {
+    colmap::Track track;
+    for (int i = 0; i < num_photos; ++i) track.AddElement(i + 1, p);
+    model.AddPoint3D(Eigen::Vector3d(p, 1, 5), track);
+  }
+  return model;
+}
+
+Bytes ArchiveOf(const colmap::Reconstruction& model, const fs::path& scratch) {
+  fs::create_directories(scratch);
+  model.WriteBinary(scratch.string());
+  ModelArchive archive;
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    archive[name] = *ReadFile((scratch / name).string());
+  }
+  return EncodeModelArchive(archive);
+}
+
+class ExportTest : public testing::Test {
+ protected:
+  ExportTest() : ledger_(*Ledger::Open(paths_.Ledger())) {}
+
+  template <class T>
+  void Commit(T fact, const std::string& fact_id) {
+    fact.header.fact_id = fact_id;
+    fact.header.seq = ledger_->head() + 1;
+    const Fact any = fact;
+    ASSERT_TRUE(
+        ledger_->Append({{fact.header.seq, fact_id, FactKindName(any), 1, EncodeFact(any)}}).ok());
+  }
+  std::string Put(const Bytes& bytes) { return *BlobStore(paths_.Blobs()).Put(bytes); }
+
+  // A fact of a submap, with a model of so many photos (0: without).
+  void CommitSubmap(int64_t submap_id, int8_t state, int num_photos) {
+    submap_t submap{};
+    submap.submap_id = submap_id;
+    submap.state = state;
+    submap.num_images = num_photos;
+    submap.ledger_seq = ledger_->head();
+    if (num_photos > 0) {
+      submap.model_blob = Put(ArchiveOf(MakeModel(num_photos, "SIMPLE_RADIAL"), folder_ / "tmp"));
+    }
+    Commit(submap, "submap/" + std::to_string(ledger_->head()));
+  }
+  void CommitPhoto(int64_t id, const std::vector<int64_t>& others) {
+    image_t image{};
+    image.image_id = id;
+    image.camera_id = 1;
+    image.agent = "alice";
+    image.name = std::to_string(id) + ".jpg";
+    image.width_px = 1200;
+    image.height_px = 900;
+    image.focal_px = 1000;
+    image.focal_from_exif = 1;
+    image.has_gps = id == 1;
+    image.latitude_deg = 48.5;
+    Commit(image, "image/" + std::to_string(id));
+    features_t features{};
+    features.image_id = id;
+    features.num_keypoints = 2;
+    Keypoints keypoints(2);
+    keypoints[1].x = static_cast<float>(id);
+    keypoints[1].scale_px = 2;
+    features.keypoints_blob = Put(EncodeKeypoints(keypoints));
+    Descriptors descriptors;
+    descriptors.data.assign(2 * 128, static_cast<uint8_t>(id));
+    features.descriptors_blob = Put(EncodeDescriptors(descriptors));
+    Commit(features, "features/" + std::to_string(id));
+    TwoViewPairs pairs;
+    for (const int64_t other : others) {
+      TwoViewPair pair;
+      pair.other_id = other;
+      pair.geometry = 2;
+      pair.inliers = {{0, 1}, {1, 0}};
+      pairs.push_back(pair);
+    }
+    matches_t matches{};
+    matches.image_id = id;
+    if (!pairs.empty()) matches.pairs_blob = Put(EncodeTwoViewPairs(pairs));
+    Commit(matches, "matches/" + std::to_string(id));
+  }
+  std::vector<ExportModel> Models() const {
+    auto models = ReadSessionModels(paths_);
+    EXPECT_TRUE(models.ok()) << models.error();
+    return models.ok() ? std::move(*models) : std::vector<ExportModel>();
+  }
+
+  TestFolder folder_;
+  const SessionPaths paths_{folder_.path()};
+  std::unique_ptr<Ledger> ledger_;
+};
+
+TEST_F(ExportTest, TakesTheNewestModelOfEachLivingSubmapLargestFirst) {
+  CommitSubmap(1, submap_t::CHECKPOINT, 2);
+  CommitSubmap(2, submap_t::CHECKPOINT, 3);
+  CommitSubmap(3, submap_t::CHECKPOINT, 9);
+  CommitSubmap(1, submap_t::FINAL, 5);
+  CommitSubmap(1, submap_t::ASSIGNED, 0);
+  CommitSubmap(3, submap_t::ENDED, 0);
+  const std::vector<ExportModel> models = Models();
+  ASSERT_EQ(models.size(), 2u);
+  EXPECT_EQ(models[0].reconstruction->NumRegImages(), 5u);
+  EXPECT_EQ(models[0].label, "submap 1, final at 3");
+  EXPECT_EQ(models[1].reconstruction->NumRegImages(), 3u);
+  EXPECT_EQ(models[1].label, "submap 2, checkpoint at 1");
+}
+
+TEST_F(ExportTest, FallsBackOnTheFinishedModels) {
+  EXPECT_TRUE(Models().empty());
+  fs::create_directories(paths_.Sparse() / "0");
+  MakeModel(4, "SIMPLE_RADIAL").WriteBinary((paths_.Sparse() / "0").string());
+  ASSERT_EQ(Models().size(), 1u);
+  EXPECT_EQ(Models()[0].reconstruction->NumRegImages(), 4u);
+}
+
+TEST_F(ExportTest, SaysWhichModelIsDamaged) {
+  CommitSubmap(1, submap_t::CHECKPOINT, 3);
+  submap_t submap{};
+  submap.submap_id = 2;
+  submap.state = submap_t::CHECKPOINT;
+  submap.model_blob = Put({1, 2, 3});
+  Commit(submap, "submap/damaged");
+  EXPECT_FALSE(ReadSessionModels(paths_).ok());
+}
+
+TEST_F(ExportTest, ReadsThePositionsOfPhotosThatHaveOne) {
+  CommitPhoto(1, {});
+  CommitPhoto(2, {});
+  const auto positions = ReadPositions(paths_);
+  ASSERT_TRUE(positions.ok()) << positions.error();
+  ASSERT_EQ(positions->size(), 1u);
+  EXPECT_EQ(positions->at("alice/1.jpg").latitude_deg, 48.5);
+}
+
+TEST_F(ExportTest, DatabaseHoldsWhatColmapNeeds) {
+  CommitPhoto(1, {});
+  CommitPhoto(2, {1});
+  CommitPhoto(3, {1, 2});
+  candidates_t candidates{};
+  candidates.image_id = 3;
+  candidates.other_ids = {1, 2};
+  candidates.distances = {0.5F, 0.75F};
+  candidates.num_candidates = 2;
+  Commit(candidates, "candidates/3");
+  const fs::path file = folder_ / "database.db";
+  const auto counts = WriteDatabase(paths_, file);
+  ASSERT_TRUE(counts.ok()) << counts.error();
+  EXPECT_EQ(counts->images, 3);
+  EXPECT_EQ(counts->pairs, 3);
+  const colmap::Database database(file.string());
+  EXPECT_EQ(database.NumCameras(), 1u);
+  EXPECT_EQ(database.ReadCamera(1).MeanFocalLength(), 1000);
+  EXPECT_TRUE(database.ReadCamera(1).HasPriorFocalLength());
+  EXPECT_EQ(database.ReadImage(2).Name(), "alice/2.jpg");
+  ASSERT_EQ(database.ReadKeypoints(2).size(), 2u);
+  EXPECT_EQ(database.ReadKeypoints(2)[1].x, 2);
+  EXPECT_NEAR(database.ReadKeypoints(2)[1].ComputeScale(), 2, 1e-5);
+  EXPECT_EQ(database.ReadDescriptors(3)(1, 127), 3);
+  const auto geometry = database.ReadTwoViewGeometry(3, 1);
+  EXPECT_EQ(geometry.config, 2);
+  ASSERT_EQ(geometry.inlier_matches.size(), 2u);
+  EXPECT_EQ(geometry.inlier_matches[0].point2D_idx1, 0u);
+  EXPECT_EQ(geometry.inlier_matches[0].point2D_idx2, 1u);
+  EXPECT_FALSE(WriteDatabase(paths_, file).ok()) << "it is there already";
+}
+
+TEST_F(ExportTest, LeavesNoHalfDatabase) {
+  CommitPhoto(1, {});
+  features_t features{};
+  features.image_id = 1;
+  features.keypoints_blob = std::string(64, 'a');
+  Commit(features, "features/lost");
+  const fs::path file = folder_ / "database.db";
+  const auto counts = WriteDatabase(paths_, file);
+  ASSERT_FALSE(counts.ok());
+  EXPECT_NE(counts.error().find("features/lost"), std::string::npos) << counts.error();
+  EXPECT_FALSE(fs::exists(file));
+}
+
+TEST(ModelWriter, ColmapFormatsReadBackAlike) {
+  const colmap::Reconstruction model = MakeModel(3, "OPENCV");
+  for (const char* format : {"bin", "text"}) {
+    const TestFolder folder;
+    ASSERT_TRUE(WriteModel(model, format, folder.path()).ok()) << format;
+    const auto read = ReadModelFolder(folder.path());
+    ASSERT_TRUE(read.ok()) << read.error();
+    EXPECT_EQ(read->reconstruction->NumRegImages(), 3u);
+    EXPECT_EQ(read->reconstruction->NumPoints3D(), 4u);
+    EXPECT_EQ(read->reconstruction->Camera(1).Params(), model.Camera(1).Params());
+    EXPECT_LT((read->reconstruction->Image(3).ProjectionCenter() - Eigen::Vector3d(2, 0, 0)).norm(),
+              1e-9);
+  }
+}
+
+TEST(ModelWriter, WritesTheFilesOfEachFormat) {
+  const std::pair<std::string, std::vector<std::string>> expected[] = {
+      {"ply", {"points.ply"}},
+      {"nerfstudio", {"transforms.json"}},
+      {"bundler", {"bundle.out", "bundle.out.list.txt"}},
+      {"nvm", {"model.nvm"}}};
+  const colmap::Reconstruction model = MakeModel(3, "SIMPLE_RADIAL");
+  for (const auto& [format, files] : expected) {
+    const TestFolder folder;
+    const Status written = WriteModel(model, format, folder.path());
+    EXPECT_TRUE(written.ok()) << format << ": " << written.error();
+    for (const std::string& file : files) EXPECT_GT(fs::file_size(folder / file), 0u) << file;
+  }
+}
+
+TEST(ModelWriter, SaysWhatAFormatCannotHold) {
+  const TestFolder folder;
+  const colmap::Reconstruction model = MakeModel(3, "OPENCV");
+  for (const char* format : {"bundler", "nvm"}) {
+    const Status written = WriteModel(model, format, folder.path());
+    ASSERT_FALSE(written.ok()) << format;
+    EXPECT_NE(written.error().find("OPENCV"), std::string::npos) << written.error();
+  }
+  EXPECT_FALSE(WriteModel(model, "obj", folder.path()).ok());
+}
+
+TEST(ModelWriter, TellsThatAFolderCannotBeWrittenTo) {
+  const TestFolder folder;
+  EXPECT_FALSE(WriteModel(MakeModel(3, "SIMPLE_RADIAL"), "nerfstudio", folder / "none").ok());
+}
+
+TEST(ModelWriter, NerfstudioLooksAlongMinusZ) {
+  colmap::Reconstruction model = MakeModel(2, "OPENCV");
+  model.Camera(1).SetParams({1000, 1000, 600, 450, 0.1, 0.2, 0.3, 0.4});
+  const auto transforms = nlohmann::json::parse(NerfstudioJson(model));
+  ASSERT_EQ(transforms["frames"].size(), 2u);
+  const auto& frame = transforms["frames"][1];
+  EXPECT_EQ(frame["file_path"], "images/alice/1.jpg");
+  EXPECT_EQ(frame["w"], 1200);
+  EXPECT_EQ(frame["h"], 900);
+  EXPECT_EQ(frame["cx"], 600);
+  EXPECT_EQ(frame["k1"], 0.1);
+  EXPECT_EQ(frame["p2"], 0.4);
+  // The camera stands at (1, 0, 0) and looks along +z with y down; in OpenGL's axes y and z turn.
+  const auto& rows = frame["transform_matrix"];
+  EXPECT_EQ(rows[0], nlohmann::json({1.0, 0.0, 0.0, 1.0}));
+  EXPECT_EQ(rows[1], nlohmann::json({0.0, -1.0, 0.0, 0.0}));
+  EXPECT_EQ(rows[2], nlohmann::json({0.0, 0.0, -1.0, 0.0}));
+}
+
+}  // namespace
+}  // namespace skein
