@@ -14,11 +14,11 @@
 #include "benchmark/retrieval_photos.h"
 #include "features/vlad.h"
 #include "retrieval/hnsw_index.h"
+#include "retrieval/retrieval_state.h"
 
 namespace skein::benchmark {
 namespace {
 
-constexpr size_t kTopN = 30;
 constexpr int32_t kOverlapping = 50;
 constexpr size_t kStrongest = 10;
 
@@ -26,6 +26,8 @@ struct Options {
   std::vector<std::string> sets;  // NAME=FOLDER
   std::string cache;
   std::string codebook = SKEIN_DATA_DIR "/vlad_codebook.bin";
+  size_t top_n = RetrievalOptions().top_n;
+  size_t num_expanding = RetrievalOptions().num_expanding;
   int num_shuffles = 3;
   int lag = 0;  // photos whose matches are not known yet, as with several workers
   SecondLookOptions second_look;
@@ -113,8 +115,11 @@ Score Replay(const Session& session, const Options& options) {
   std::vector<std::vector<int64_t>> verified(session.vectors.size());
   for (size_t i = 0; i < session.vectors.size(); ++i) {
     std::vector<int64_t> candidates;
-    for (const auto& n : index.Query(session.vectors[i].data(), kTopN)) candidates.push_back(n.id);
-    index.Insert(static_cast<int64_t>(i), session.vectors[i].data());
+    const auto search = index.Find(session.vectors[i].data());
+    for (const auto& n : index.NearestExpanded(search, options.top_n, options.num_expanding)) {
+      candidates.push_back(n.id);
+    }
+    index.Insert(static_cast<int64_t>(i), search);
     const auto matched = MatchPhoto(session, i, candidates, options, &graph);
     score.matched += static_cast<double>(matched.size());
     for (const int64_t other : matched) {
@@ -190,9 +195,15 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--lag", options.lag, "Photos before one whose matches are not known yet")
       ->capture_default_str();
+  app.add_option("--top", options.top_n, "Candidates a photo, plain and second look")
+      ->capture_default_str();
+  app.add_option("--expand", options.num_expanding, "Photos that a query is expanded by")
+      ->capture_default_str();
   app.add_option("--batch", look.batch)->capture_default_str();
   app.add_option("--min-evidence", look.min_evidence)->capture_default_str();
   app.add_option("--min-expected", look.min_expected)->capture_default_str();
+  app.add_option("--num-sure", look.num_sure)->capture_default_str();
+  app.add_option("--few-strong", look.few_strong)->capture_default_str();
   app.add_option("--min-strong", look.min_strong)->capture_default_str();
   app.add_option("--max-implied", look.max_implied)->capture_default_str();
   app.add_option("--max-joined", look.max_joined)->capture_default_str();

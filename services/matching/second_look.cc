@@ -32,6 +32,7 @@ SecondLook::SecondLook(const std::vector<int64_t>& candidates, const Covisibilit
   for (size_t rank = 0; rank < candidates.size(); ++rank) {
     Candidate& candidate = candidates_[candidates[rank]];
     candidate.named = true;
+    candidate.rank = rank;
     candidate.prior = 1.0 / static_cast<double>(2 + rank);
   }
 }
@@ -49,8 +50,10 @@ bool SecondLook::IsWorthwhile(const Candidate& candidate) const {
   if (candidate.tried) return false;
   if (!options_.enabled) return candidate.named;
   if (!candidate.named && num_joined_ >= options_.max_joined) return false;
-  if (!IsInformed(candidate)) return candidate.named;
-  const double needed = candidate.named ? options_.min_expected : options_.min_expected_joined;
+  const bool is_sure =
+      candidate.named && (candidate.rank < options_.num_sure || num_strong_ < options_.few_strong);
+  if (!IsInformed(candidate)) return is_sure;
+  const double needed = is_sure ? options_.min_expected : options_.min_expected_joined;
   if (Expected(candidate) < needed) return false;
   return num_strong_ < options_.min_strong || 1 - candidate.not_implied < options_.max_implied;
 }

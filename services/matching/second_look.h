@@ -12,13 +12,16 @@
 // known yet, in the order of retrieval. A photo that retrieval did not name joins when it should
 // overlap.
 //
-// A candidate is left out only on evidence, never for its rank: tried photos must speak for it with
-// a total weight of min_evidence, and say either that it would fail (expected below min_expected)
-// or, once the photo has min_strong overlapping pairs, that it is implied: chains photo - v - c
-// carry its points already, with
+// One of the first num_sure candidates is left out only on evidence, never for its rank: tried
+// photos must speak for it with a total weight of min_evidence, and say either that it would fail
+// (expected below min_expected) or, once the photo has min_strong overlapping pairs, that it is
+// implied: chains photo - v - c carry its points already, with
 //   1 - prod_v (1 - strength(photo, v) strength(v, c)) >= max_implied.
-// So photos of another place or walk, of which the tried ones know nothing, are always tried, and
-// with nothing known of any pair this is plain matching in the order of retrieval.
+// So photos of another place or walk, of which the tried ones know nothing, are always tried. The
+// candidates after num_sure are such a try, too, while the photo has fewer than few_strong
+// overlapping pairs; then only, like photos that retrieval did not name, if they should overlap.
+// With nothing known of any pair and few that overlap this is plain matching in the order of
+// retrieval.
 
 #include <cstdint>
 #include <functional>
@@ -33,6 +36,8 @@ struct SecondLookOptions {
   bool enabled = true;  // off: all candidates, in their order
   size_t batch = 2;     // pairs matched before the next decision
   double prior_weight = 0.5;
+  size_t num_sure = 20;
+  size_t few_strong = 6;             // pairs of at least 50 inliers
   double min_evidence = 0.5;         // as one tried photo of 50 common inliers gives
   double min_expected = 0.23;        // of the 15 inliers that keep a pair
   double min_expected_joined = 0.5;  // of 50 inliers
@@ -48,7 +53,7 @@ struct SecondLookOptions {
 // told. The graph must outlive it; what is added to it later than `seq` is not seen.
 class SecondLook {
  public:
-  // `candidates`: nearest first, each once, without the photo. `may_join`: whether a photo that
+  // `candidates`: best first, each once, without the photo. `may_join`: whether a photo that
   // retrieval did not name may be matched; true of earlier photos only, so that each pair is
   // matched once.
   using MayJoin = std::function<bool(int64_t)>;
@@ -69,6 +74,7 @@ class SecondLook {
   struct Candidate {
     double prior = 0;
     bool named = false;  // by retrieval
+    size_t rank = 0;     // in retrieval, if named
     bool tried = false;
     double weight = 0;       // sum of strength(v, c)
     int32_t bottleneck = 0;  // max of min(inliers(photo, v), inliers(v, c))

@@ -72,16 +72,39 @@ TEST(SecondLook, OneFailureSpeaksForTheRestOfItsPlace) {
 
 TEST(SecondLook, EveryPlaceIsTriedHoweverWellAnotherOneFits) {
   CovisibilityGraph graph;
-  AddPlace(1, 20, 300, &graph);
+  AddPlace(1, 18, 300, &graph);
   AddPlace(101, 5, 300, &graph);
-  auto candidates = Range(1, 20);
-  candidates.push_back(103);  // the other place, and a photo without any pair, last of all
+  auto candidates = Range(1, 18);
+  candidates.push_back(103);  // the other place, and a photo without any pair, last of the sure
   candidates.push_back(500);
   std::map<int64_t, int32_t> inliers;
-  for (const int64_t id : Range(1, 20)) inliers[id] = 200;
+  for (const int64_t id : Range(1, 18)) inliers[id] = 200;
   const auto tried = Tried(SecondLook(candidates, graph, kNow, IsEarlier, {}), inliers);
   EXPECT_TRUE(Has(tried, 103));
   EXPECT_TRUE(Has(tried, 500));
+}
+
+TEST(SecondLook, LateCandidatesAreTriedWhileFewPairsOverlap) {
+  const CovisibilityGraph nothing;
+  const SecondLookOptions options;
+  const auto candidates = Range(1, 30);
+  std::map<int64_t, int32_t> inliers;
+  for (const int64_t id : Range(1, options.few_strong - 1)) inliers[id] = 200;
+  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, options), inliers), candidates);
+  inliers[options.few_strong] = 200;
+  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, options), inliers),
+            Range(1, options.num_sure));
+}
+
+TEST(SecondLook, LateCandidatesThatShouldOverlapAreTried) {
+  CovisibilityGraph graph;
+  graph.Add(1, 30, 400, 1);
+  graph.Add(1, 29, 60, 1);
+  std::map<int64_t, int32_t> inliers;
+  for (const int64_t id : Range(1, 8)) inliers[id] = 200;
+  const auto tried = Tried(SecondLook(Range(1, 30), graph, kNow, IsEarlier, {}), inliers);
+  EXPECT_TRUE(Has(tried, 30));
+  EXPECT_FALSE(Has(tried, 28));
 }
 
 TEST(SecondLook, StopsWhenTheRestIsImplied) {

@@ -61,6 +61,10 @@ class HnswGraph : public hnswlib::HierarchicalNSW<float> {
     UseHugePages();
   }
 
+  float DistanceSq(const void* query, Node node) const {
+    return fstdistfunc_(query, getDataByInternalId(node), dist_func_param_);
+  }
+
   // The best `ef` on the lowest level, nearest first, without those removed.
   std::vector<Candidate> Search(const void* query, size_t ef) {
     if (cur_element_count == 0) return {};
@@ -90,10 +94,6 @@ class HnswGraph : public hnswlib::HierarchicalNSW<float> {
   using Queue = std::priority_queue<Candidate, std::vector<Candidate>, CompareByFirst>;
   using NearestFirst =
       std::priority_queue<Candidate, std::vector<Candidate>, std::greater<Candidate>>;
-
-  float DistanceSq(const void* query, Node node) const {
-    return fstdistfunc_(query, getDataByInternalId(node), dist_func_param_);
-  }
 
   // Links and vector of a node lie one after the other.
   void Prefetch(Node node) const {

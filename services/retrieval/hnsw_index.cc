@@ -51,13 +51,6 @@ bool Nearer(const Neighbour& a, const Neighbour& b) {
   return a.distance != b.distance ? a.distance < b.distance : a.id < b.id;
 }
 
-std::vector<Neighbour> Best(std::vector<Neighbour> neighbours, size_t k) {
-  const auto end = neighbours.begin() + static_cast<std::ptrdiff_t>(std::min(k, neighbours.size()));
-  std::partial_sort(neighbours.begin(), end, neighbours.end(), Nearer);
-  neighbours.erase(end, neighbours.end());
-  return neighbours;
-}
-
 int64_t IdOf(const HnswGraph& graph, HnswGraph::Node node) {
   return static_cast<int64_t>(graph.getExternalLabel(node));
 }
@@ -91,19 +84,38 @@ HnswIndex::Search HnswIndex::Find(const float* vector) const {
   search.vector = ToInt8(vector, dim_);
   search.index_size = size();
   const size_t ef = std::max(options_.ef_search, options_.ef_construction);
-  for (const auto& [distance_sq, node] : graph_->hnsw.Search(search.vector.data(), ef)) {
-    search.found.emplace_back(distance_sq, node);
-  }
+  search.found = graph_->hnsw.Search(search.vector.data(), ef);
   return search;
 }
 
+HnswIndex::Nodes HnswIndex::FoundBy(const Search& search) const {
+  return options_.exact ? Scan(search.vector) : search.found;
+}
+
 std::vector<Neighbour> HnswIndex::Nearest(const Search& search, size_t k) const {
-  if (options_.exact) return Scan(search.vector, k);
-  std::vector<Neighbour> nearest;
-  for (const auto& [distance_sq, node] : search.found) {
-    nearest.push_back({IdOf(graph_->hnsw, node), std::sqrt(distance_sq)});
+  return Best(FoundBy(search), k);
+}
+
+std::vector<Neighbour> HnswIndex::NearestExpanded(const Search& search, size_t k,
+                                                  size_t num_expanding) const {
+  const auto& hnsw = graph_->hnsw;
+  const auto cosine = [](float distance_sq) { return 1 - distance_sq / 2; };
+  const Nodes nodes = FoundBy(search);
+  std::vector<std::pair<float, Neighbour>> scored;
+  for (const auto& [distance_sq, node] : nodes) {
+    float score = cosine(distance_sq);
+    for (size_t i = 0; i < std::min(num_expanding, nodes.size()); ++i) {
+      const float weight = std::max(0.f, cosine(nodes[i].first));
+      score += weight * cosine(hnsw.DistanceSq(hnsw.getDataByInternalId(nodes[i].second), node));
+    }
+    scored.push_back({score, {IdOf(hnsw, node), std::sqrt(distance_sq)}});
   }
-  return Best(std::move(nearest), k);
+  std::sort(scored.begin(), scored.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : Nearer(a.second, b.second);
+  });
+  std::vector<Neighbour> best;
+  for (size_t i = 0; i < std::min(k, scored.size()); ++i) best.push_back(scored[i].second);
+  return best;
 }
 
 void HnswIndex::Insert(int64_t id, const Search& search) {
@@ -117,16 +129,27 @@ void HnswIndex::Insert(int64_t id, const Search& search) {
               hnsw.getRandomLevel(hnsw.mult_), search.found);
 }
 
-std::vector<Neighbour> HnswIndex::Scan(const Int8Vector& vector, size_t k) const {
+HnswIndex::Nodes HnswIndex::Scan(const Int8Vector& vector) const {
   const auto& hnsw = graph_->hnsw;
-  std::vector<Neighbour> all;
+  Nodes nodes;
   for (HnswGraph::Node node = 0; node < hnsw.cur_element_count; ++node) {
-    if (hnsw.isMarkedDeleted(node)) continue;
-    const float distance_sq =
-        Int8DistanceSq(vector.data(), hnsw.getDataByInternalId(node), hnsw.dist_func_param_);
-    all.push_back({IdOf(hnsw, node), std::sqrt(distance_sq)});
+    if (!hnsw.isMarkedDeleted(node)) {
+      nodes.emplace_back(hnsw.DistanceSq(vector.data(), node), node);
+    }
   }
-  return Best(std::move(all), k);
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+std::vector<Neighbour> HnswIndex::Best(const Nodes& nodes, size_t k) const {
+  std::vector<Neighbour> neighbours;
+  for (const auto& [distance_sq, node] : nodes) {
+    neighbours.push_back({IdOf(graph_->hnsw, node), std::sqrt(distance_sq)});
+  }
+  const auto end = neighbours.begin() + static_cast<std::ptrdiff_t>(std::min(k, neighbours.size()));
+  std::partial_sort(neighbours.begin(), end, neighbours.end(), Nearer);
+  neighbours.erase(end, neighbours.end());
+  return neighbours;
 }
 
 void HnswIndex::Remove(int64_t id) {

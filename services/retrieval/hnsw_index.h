@@ -36,16 +36,23 @@ class HnswIndex {
   HnswIndex(HnswIndex&&) noexcept;
   HnswIndex& operator=(HnswIndex&&) noexcept;
 
+  using Nodes = std::vector<std::pair<float, uint32_t>>;  // squared distance, node
   // What the graph tells of a vector of dim() values, for Nearest and Insert.
   struct Search {
     Int8Vector vector;
     size_t index_size = 0;
-    std::vector<std::pair<float, uint32_t>> found;  // squared distance and node, nearest first
+    Nodes found;  // nearest first
   };
   Search Find(const float* vector) const;
   // At most k, nearest first, equally near ones by id; removed ones are left out. With `exact` by
   // comparing with every vector.
   std::vector<Neighbour> Nearest(const Search& search, size_t k) const;
+  // The same in the order of an expanded query (Chum et al. 2007, weighted as by Radenovic et al.
+  // 2019): the vector plus its `num_expanding` nearest, each times its cosine to the vector. Those
+  // who look like the photo's likely neighbours come before those who look like it by chance. Of
+  // those that the search found; for vectors of unit length. Distances are the vector's own.
+  std::vector<Neighbour> NearestExpanded(const Search& search, size_t k,
+                                         size_t num_expanding) const;
   // Throws std::invalid_argument if the id is here already, removed or not, or if something was
   // inserted since the search.
   void Insert(int64_t id, const Search& search);
@@ -57,7 +64,7 @@ class HnswIndex {
   }
   // By comparing with every vector, whatever the options.
   std::vector<Neighbour> QueryExact(const float* vector, size_t k) const {
-    return Scan(ToInt8(vector, dim_), k);
+    return Best(Scan(ToInt8(vector, dim_)), k);
   }
 
   // Not found by queries any more, until Restore. No effect on ids that are not here.
@@ -79,7 +86,9 @@ class HnswIndex {
  private:
   struct Graph;
 
-  std::vector<Neighbour> Scan(const Int8Vector& vector, size_t k) const;
+  Nodes Scan(const Int8Vector& vector) const;
+  Nodes FoundBy(const Search& search) const;
+  std::vector<Neighbour> Best(const Nodes& nodes, size_t k) const;
 
   size_t dim_;
   HnswOptions options_;

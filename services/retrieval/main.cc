@@ -13,6 +13,9 @@ int main(int argc, char** argv) {
   app.add_option("--top", retrieval.top_n, "Candidates a photo")
       ->check(CLI::Range(1, 200))
       ->capture_default_str();
+  app.add_option("--expand", retrieval.num_expanding, "Photos that a query is expanded by")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
   app.add_option("--ef", retrieval.hnsw.ef_search, "Breadth of the search in the HNSW graph")
       ->check(CLI::Range(200, 100000))
       ->capture_default_str();

@@ -91,7 +91,8 @@ Result<Candidates> RetrievalState::Add(int64_t image_id, const GlobalDescriptor&
   if (index->second.Contains(image_id)) return candidates;
   Timer timer;
   const auto search = index->second.Find(values.data());
-  candidates.neighbours = index->second.Nearest(search, options_.top_n);
+  candidates.neighbours =
+      index->second.NearestExpanded(search, options_.top_n, options_.num_expanding);
   candidates.query_s = static_cast<float>(timer.ElapsedS());
   timer.Restart();
   index->second.Insert(image_id, search);

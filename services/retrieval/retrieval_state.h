@@ -14,13 +14,14 @@ namespace skein {
 
 struct RetrievalOptions {
   size_t top_n = 30;
+  size_t num_expanding = 5;  // photos that a query is expanded by (hnsw_index.h); 0: none
   HnswOptions hnsw;
 };
 
 // The photos most like one among those inserted before it.
 struct Candidates {
   int64_t image_id = 0;
-  std::vector<Neighbour> neighbours;  // nearest first
+  std::vector<Neighbour> neighbours;  // best first
   float insert_s = 0;
   float query_s = 0;
 };

@@ -205,6 +205,29 @@ TEST(HnswIndex, PhotosInsertedWhileAllOthersAreRemovedAreFound) {
   }
 }
 
+// Unit vector at an angle from the first axis towards another.
+std::vector<float> At(double angle_deg, size_t axis) {
+  const double angle_rad = angle_deg * M_PI / 180;
+  std::vector<float> v(4, 0.f);
+  v[0] = static_cast<float>(std::cos(angle_rad));
+  v[axis] = static_cast<float>(std::sin(angle_rad));
+  return v;
+}
+
+TEST(HnswIndex, ExpandedQueryPrefersThoseLikeItsNearest) {
+  HnswIndex index(4, {});
+  index.Insert(1, At(30, 1).data());
+  index.Insert(2, At(50, 1).data());
+  index.Insert(3, At(47, 2).data());
+  const auto search = index.Find(At(0, 1).data());
+  EXPECT_EQ(Ids(index.Nearest(search, 3)), std::vector<int64_t>({1, 3, 2}));
+  EXPECT_EQ(Ids(index.NearestExpanded(search, 3, 0)), std::vector<int64_t>({1, 3, 2}));
+  const auto expanded = index.NearestExpanded(search, 3, 1);
+  EXPECT_EQ(Ids(expanded), std::vector<int64_t>({1, 2, 3}));
+  EXPECT_NEAR(expanded[1].distance, 2 * std::sin(25 * M_PI / 180), 0.01) << "the vector's own";
+  EXPECT_EQ(Ids(index.NearestExpanded(search, 1, 9)), std::vector<int64_t>({1}));
+}
+
 TEST(RetrievalState, PhotoHasThoseBeforeItAsCandidates) {
   RetrievalState state(RetrievalOptions{});
   const auto vectors = RandomUnits(40);
