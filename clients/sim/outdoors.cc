@@ -31,8 +31,11 @@ std::vector<Opening> LayOutWindows(double width_m, double height_m, int floors, 
   return openings;
 }
 
-void PaintFacade(const std::vector<Opening>& openings, int floors, Random* random, Sheet* sheet) {
-  const auto kind = static_cast<WallKind>(random->Int(0, static_cast<int>(WallKind::kCount) - 1));
+// `style`: of the kind of wall, the windows and the door. `random`: of what time and people add.
+// The two may be one.
+void PaintFacade(const std::vector<Opening>& openings, int floors, Random* style, Random* random,
+                 Sheet* sheet) {
+  const auto kind = static_cast<WallKind>(style->Int(0, static_cast<int>(WallKind::kCount) - 1));
   PaintWall(kind, random, sheet);
   const double w = sheet->width_m(), h = sheet->height_m(), ground = h - h / floors;
   for (int i = random->Int(2, 4); i > 0; --i) {
@@ -59,9 +62,9 @@ void PaintFacade(const std::vector<Opening>& openings, int floors, Random* rando
     PaintStreaks(sheet->Box(o.u - 0.1, o.v + o.height, o.width + 0.2, 1.2), random, sheet);
     const cv::Rect box = sheet->Box(o.u, o.v, o.width, o.height);
     if (o.door) {
-      PaintDoor(box, random, sheet);
+      PaintDoor(box, style, sheet);
     } else {
-      PaintWindow(box, random, sheet);
+      PaintWindow(box, style, sheet);
     }
   }
 }
@@ -109,13 +112,18 @@ void AddRelief(const WallFrame& wall, double width_m, double height_m, int floor
   }
 }
 
+// `wear_seed`: 0, or of its own wear (see BuildingSpec).
 void AddFacade(const WallFrame& wall, double width_m, double height_m, int floors,
-               double texels_per_m, uint64_t seed, PlaceBuilder* builder) {
+               double texels_per_m, uint64_t seed, uint64_t wear_seed, PlaceBuilder* builder) {
   Random random(seed);
   const std::vector<Opening> openings = LayOutWindows(width_m, height_m, floors, &random);
+  const uint64_t style_seed = random.Next();
   const int texture = builder->AddPainting(
-      width_m, height_m, texels_per_m, Texture::Edge::kClamp, random.Next(),
-      [openings, floors](Random* r, Sheet* sheet) { PaintFacade(openings, floors, r, sheet); });
+      width_m, height_m, texels_per_m, Texture::Edge::kClamp, style_seed ^ wear_seed,
+      [openings, floors, style_seed, wear_seed](Random* r, Sheet* sheet) {
+        Random style(style_seed);
+        PaintFacade(openings, floors, wear_seed == 0 ? r : &style, r, sheet);
+      });
   builder->AddPiercedWall(wall, width_m, height_m, openings, kWindowRecessM, texture,
                           builder->RandomTrim(&random), &random);
   AddRelief(wall, width_m, height_m, floors, openings, builder, &random);
@@ -195,7 +203,7 @@ void AddSurroundingWall(const Vector2d& center, PlaceBuilder* builder, Random* r
     wall.origin =
         Vector3d(center.x(), center.y(), height) - kWallDistanceM * out - wall.right * length / 2;
     AddFacade(wall, length, height, std::max(2, static_cast<int>(height / 3)), 45, random->Next(),
-              builder);
+              0, builder);
   }
 }
 
@@ -214,7 +222,8 @@ void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder) {
                               {top - x * w / 2 + y * d / 2, -y, down, -x}};
   for (int i = 0; i < 4; ++i) {
     AddFacade(walls[i], i % 2 == 0 ? w : d, spec.height_m, spec.floors,
-              i == 0 ? spec.texels_per_m : spec.side_texels_per_m, random.Next(), builder);
+              i == 0 ? spec.texels_per_m : spec.side_texels_per_m, random.Next(), spec.wear_seed,
+              builder);
   }
   AddRoof(spec, walls, builder, &random);
 }
@@ -224,7 +233,8 @@ void AddSquare(const SquareSpec& spec, PlaceBuilder* builder) {
   AddGround(spec.center, builder, &random);
   AddSurroundingWall(spec.center, builder, &random);
   Random middle(spec.middle_seed);
-  AddBuilding({spec.center, middle.Uniform(0, 1), 9.5, 8, 9, 3, true, 125, 125, middle.Next()},
+  AddBuilding({spec.center, middle.Uniform(0, 1), 9.5, 8, 9, 3, true, 125, 125, middle.Next(),
+               spec.middle_wear_seed},
               builder);
   for (int i = 0; i < spec.ring; ++i) {
     const double angle = 2 * M_PI * (i + random.Uniform(-0.08, 0.08)) / spec.ring;

@@ -14,6 +14,9 @@ struct BuildingSpec {
   double texels_per_m = 120;       // of the front
   double side_texels_per_m = 120;  // of the other façades
   uint64_t seed = 1;
+  // Not 0: two buildings of one seed have the same shape, walls, windows and doors, but each its
+  // own stains, ivy, graffiti and posters.
+  uint64_t wear_seed = 0;
 };
 
 void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder);
@@ -24,6 +27,7 @@ struct SquareSpec {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   uint64_t seed = 1;         // of the surroundings
   uint64_t middle_seed = 1;  // of the building in the middle
+  uint64_t middle_wear_seed = 0;
   int ring = 8;
 };
 constexpr double kRingFrontM = 26;  // distance of the ring's façades from the centre

@@ -31,11 +31,19 @@ View OrbitView(const Vector3d& middle, double radius_m, double angle) {
   return {middle + radius_m * out + Vector3d(0, 0, kEyeM), middle + Vector3d(0, 0, 3.4)};
 }
 
-View TogetherView(const ScenarioOptions& options, const Vector3d& middle, int agent, int i) {
+View TogetherView(const ScenarioOptions& options, const Vector3d& middle, double radius_m,
+                  int agent, int i) {
   const double step = std::clamp(195.0 / options.photos, 2.5, 9.5) * kDegree;
   const double direction = agent % 2 == 0 ? 1 : -1;
   const double phase = 0.5 * (agent / 2);
-  return OrbitView(middle, 12.6 + 1.2 * (agent % 4), direction * step * (i + phase));
+  return OrbitView(middle, radius_m, direction * step * (i + phase));
+}
+
+// Far enough away to have the whole house in the frame, with what stands around it.
+View TwinView(const ScenarioOptions& options, int agent, int i) {
+  const Vector3d middle(kTwinDistanceM * (agent % 2), 0, 0);
+  const int walk = agent / 2;
+  return TogetherView(options, middle, 15.6 + 1.2 * (walk % 3), walk, i);
 }
 
 // Along the façades of the ring, looking outwards. The last sixth of an agent's photos shows
@@ -79,9 +87,9 @@ double CorridorLength(const ScenarioOptions& options) {
 View PlanView(const ScenarioOptions& options, int agent, int i) {
   switch (options.scenario) {
     case Scenario::kTogether:
-      return TogetherView(options, Vector3d::Zero(), agent, i);
+      return TogetherView(options, Vector3d::Zero(), 12.6 + 1.2 * (agent % 4), agent, i);
     case Scenario::kTwins:
-      return TogetherView(options, Vector3d(kTwinDistanceM * (agent % 2), 0, 0), agent / 2, i);
+      return TwinView(options, agent, i);
     case Scenario::kRooms:
       return RoomsView(options, agent, i);
     case Scenario::kCorridor:
@@ -155,8 +163,13 @@ Place BuildPlace(const ScenarioOptions& options, int threads) {
       AddCorridor(CorridorLength(options), options.seed, &builder);
       break;
     case Scenario::kTwins:
-      AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);
-      AddSquare({{kTwinDistanceM, 0}, random.Fork(3).Next(), random.Fork(2).Next()}, &builder);
+      AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next(), random.Fork(4).Next()},
+                &builder);
+      AddSquare({{kTwinDistanceM, 0},
+                 random.Fork(3).Next(),
+                 random.Fork(2).Next(),
+                 random.Fork(5).Next()},
+                &builder);
       break;
     default:
       AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);

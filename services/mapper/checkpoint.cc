@@ -10,7 +10,7 @@ namespace skein {
 namespace {
 
 constexpr uint32_t kIdentifier = 0x4E534B53;  // "SKSN"
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 
 struct CameraSide {
   uint32_t id = 0;
@@ -31,6 +31,7 @@ void PutTrials(const std::map<ImageId, Submap::Trial>& trials, ByteWriter* write
     writer->Put<int32_t>(trial.num_withdrawals);
     writer->Put<uint8_t>(trial.deferred);
     writer->Put<uint8_t>(trial.rejected);
+    writer->Put<uint8_t>(trial.looks_alike);
   }
 }
 
@@ -95,17 +96,18 @@ bool GetCameras(ByteReader* reader, std::vector<CameraSide>* cameras) {
 
 bool GetTrials(ByteReader* reader, std::map<ImageId, Submap::Trial>* trials) {
   uint64_t count = 0;
-  if (!GetCount(reader, 14, &count)) return false;
+  if (!GetCount(reader, 15, &count)) return false;
   for (uint64_t i = 0; i < count; ++i) {
     uint32_t id = 0;
     int32_t visible = 0, withdrawals = 0;
-    uint8_t deferred = 0, rejected = 0;
+    uint8_t deferred = 0, rejected = 0, looks_alike = 0;
     reader->Get(&id);
     reader->Get(&visible);
     reader->Get(&withdrawals);
     reader->Get(&deferred);
     reader->Get(&rejected);
-    (*trials)[id] = {visible, withdrawals, deferred != 0, rejected != 0};
+    reader->Get(&looks_alike);
+    (*trials)[id] = {visible, withdrawals, deferred != 0, rejected != 0, looks_alike != 0};
   }
   return true;
 }

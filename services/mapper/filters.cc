@@ -1,5 +1,6 @@
 #include "mapper/filters.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/projection.h"
@@ -49,6 +50,13 @@ int FilterPoint(const FilterOptions& options, Point3DId id,
 }
 
 }  // namespace
+
+std::vector<Point3DId> AllPoints(const SceneMap& map) {
+  std::vector<Point3DId> ids;
+  for (const auto& [id, point] : map.reconstruction().Points3D()) ids.push_back(id);
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
 
 bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,
                            const colmap::Point3D& point, double min_angle_rad) {

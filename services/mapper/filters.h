@@ -22,6 +22,9 @@ int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* m
 // The same for given points with all their observations.
 int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points, SceneMap* map);
 
+// Ascending ids of all points, for FilterPoints.
+std::vector<Point3DId> AllPoints(const SceneMap& map);
+
 // Whether two of the track's images see the point under at least this angle.
 bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,
                            const colmap::Point3D& point, double min_angle_rad);

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 
 #include "core/clock.h"
@@ -41,6 +42,29 @@ struct Absorption {
   std::vector<PhotoEvent> events;
 };
 
+std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
+                                   const colmap::Reconstruction& other) {
+  std::set<ImageId> ids;
+  for (const ImageId id : model.RegImageIds()) {
+    if (!other.ExistsImage(id) || !other.IsImageRegistered(id)) ids.insert(id);
+  }
+  return ids;
+}
+
+// Why the two sides of a merged model show different places, or "". Along matches that neither
+// model was built from.
+std::string WhyLookAlike(const Submap& submap, const colmap::Reconstruction& target,
+                         const colmap::Reconstruction& source,
+                         const colmap::Reconstruction& merged) {
+  const LookAlikeOptions& options = submap.options().registration.look_alike;
+  const CellVotes votes =
+      CompareSides(options, submap.map(), merged, RegisteredOnlyIn(target, source),
+                   RegisteredOnlyIn(source, target));
+  if (!ShowsAnotherPlace(options, votes)) return "";
+  return "look-alike places: " + std::to_string(votes.num_different) + " of " +
+         std::to_string(votes.num_cells()) + " parts that both sides show are different";
+}
+
 // Runs in the submap's thread. Returns why not, or "".
 std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool was_done,
                         Submap* submap, Absorption* absorption) {
@@ -57,6 +81,10 @@ std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool 
   const AbsorbResult result =
       Absorb(*target, *source, now.success ? now.target_from_source : SimilarityOf(order), options);
   if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
+  if (options.verify) {
+    const std::string wrong = WhyLookAlike(*submap, *target, *source, result.merged);
+    if (!wrong.empty()) return wrong;
+  }
   const Status status = submap->ReplaceModel(result.merged);
   if (!status.ok()) return status.error();
   for (const PhotoEvent& event : submap->RegisteredEvents()) {

@@ -116,6 +116,12 @@ double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera
   return num_matches == 0 ? 1.0 : static_cast<double>(num_agreeing) / num_matches;
 }
 
+Eigen::Matrix3x4d MatrixOf(const BundlePose& pose) {
+  Eigen::Matrix3x4d matrix;
+  matrix << pose.R, pose.t;
+  return matrix;
+}
+
 PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
   estimate.ok = false;
   estimate.reason = reason;
@@ -288,6 +294,14 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   if (EpipolarShare(map, image_id, camera, estimate.pose, options.max_epipolar_error_px) <
       options.min_epipolar_share) {
     return Refuse(estimate, "pose disagrees with the verified matches");
+  }
+  const CellVotes votes =
+      CompareWithNeighbours(options.look_alike, map, image_id, camera, MatrixOf(estimate.pose));
+  estimate.misses_too_much = MissesTooMuch(options.look_alike, votes);
+  if (estimate.misses_too_much && options.suspect_look_alike) {
+    return Refuse(estimate, "another place that looks alike: " + std::to_string(votes.num_missing) +
+                                " of " + std::to_string(votes.num_cells()) +
+                                " parts that it should show are not there");
   }
   estimate.ok = true;
   return estimate;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mapper/bundle.h"
+#include "mapper/look_alike.h"
 #include "mapper/scene_map.h"
 
 namespace skein {
@@ -29,6 +30,8 @@ struct RegistrationOptions {
   // don't. Sampson's error, in pixels.
   double min_epipolar_share = 0.65;
   double max_epipolar_error_px = 4.0;
+  LookAlikeOptions look_alike;
+  bool suspect_look_alike = false;  // then the photo must not miss too much of the map either
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
   double min_focal_factor = 0.4;
@@ -52,6 +55,7 @@ struct PoseEstimate {
   bool ok = false;
   std::string reason;  // why not
   bool is_ambiguous = false;
+  bool misses_too_much = false;  // of what it should see: look_alike.h
   int num_visible = 0;
   int num_inliers = 0;
   BundlePose pose;                    // cam_from_world

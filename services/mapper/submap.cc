@@ -13,17 +13,6 @@
 namespace skein {
 namespace {
 
-// Outliers make the tail of convergence long; they are filtered between the rounds, which then
-// start close to their end.
-BundleOptions GlobalOptions(const SubmapOptions& options, bool last) {
-  BundleOptions solve;
-  solve.max_iterations = last ? 30 : 10;
-  solve.function_tolerance = last ? 1e-6 : 1e-4;
-  solve.loss = Loss::kSoftL1;
-  solve.num_threads = options.num_threads;
-  return solve;
-}
-
 // Global BAs, each followed by filtering and retriangulation, after the last photo.
 constexpr int kRoundsAtRest = 3;
 
@@ -49,13 +38,6 @@ double MeanError(const SceneMap& map, ImageId id) {
     ++count;
   }
   return count == 0 ? 0.0 : sum / count;
-}
-
-std::vector<Point3DId> AllPoints(const SceneMap& map) {
-  std::vector<Point3DId> ids;
-  for (const auto& [id, point] : map.reconstruction().Points3D()) ids.push_back(id);
-  std::sort(ids.begin(), ids.end());
-  return ids;
 }
 
 }  // namespace
@@ -141,11 +123,12 @@ bool Submap::Step(const EventSink& sink) {
 bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const double start = MonotonicS();
   const VisiblePoints visible = FindVisiblePoints(*map_, id);
-  const PoseEstimate estimate = EstimatePose(*map_, id, visible, OptionsOfTrial());
+  const PoseEstimate estimate = EstimatePose(*map_, id, visible, OptionsOfTrial(id));
   PhotoEvent event;
   event.image_id = id;
   event.register_s = MonotonicS() - start;
   side_.trials[id].last_visible = estimate.num_visible;
+  is_doubtful_ = is_doubtful_ || estimate.misses_too_much;
   if (!estimate.ok) {
     event.total_s = event.register_s;
     Defer(estimate, id, event, sink);
@@ -156,7 +139,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   map_->triangulator().TriangulateImage(options_.triangulation, id);
   const double triangulate_s = MonotonicS() - before_triangulation;
   const Adjustment adjustment = Adjust(id);
-  side_.trials[id].deferred = false;
+  side_.trials[id].deferred = side_.trials[id].looks_alike = false;
   ambiguous_.erase(id);
   std::vector<ImageId> adjusted;
   std::swap(adjusted, last_adjusted_);
@@ -173,8 +156,20 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   return map_->IsRegistered(id);
 }
 
-RegistrationOptions Submap::OptionsOfTrial() const {
+// Whether it, or a photo that it matches with, was found to be of a place that looks alike.
+bool Submap::IsSuspect(ImageId id) const {
+  const auto looks_alike = [this](ImageId photo) {
+    const auto trial = side_.trials.find(photo);
+    return trial != side_.trials.end() && trial->second.looks_alike;
+  };
+  const auto& neighbours = map_->Neighbours(id);
+  return looks_alike(id) || std::any_of(neighbours.begin(), neighbours.end(),
+                                        [&](const auto& n) { return looks_alike(n.first); });
+}
+
+RegistrationOptions Submap::OptionsOfTrial(ImageId id) const {
   RegistrationOptions registration = options_.registration;
+  registration.suspect_look_alike = IsSuspect(id);
   if (static_cast<int>(ambiguous_.size()) >= options_.max_ambiguous) {
     registration.max_rival_ratio = HUGE_VAL;
   }
@@ -235,12 +230,32 @@ void Submap::WithdrawContradicted(const std::vector<ImageId>& images, const Even
   }
 }
 
+// Registered photos without others of their place, so that they have no points of their own which
+// show that it is another. Told by what they miss, where there is reason to suspect them.
+std::vector<ImageId> Submap::LoneLookAlikes() {
+  std::vector<ImageId> ids;
+  for (const ImageId id : map_->reconstruction().RegImageIds()) {
+    if (side_.trials[id].looks_alike || !IsSuspect(id)) continue;
+    const colmap::Image& image = map_->reconstruction().Image(id);
+    const CellVotes votes = CompareWithNeighbours(options_.registration.look_alike, *map_, id,
+                                                  map_->reconstruction().Camera(image.CameraId()),
+                                                  image.ProjectionMatrix());
+    if (MissesTooMuch(options_.registration.look_alike, votes)) ids.push_back(id);
+  }
+  return ids;
+}
+
 // True if there were any. They are tried again at once: what contradicts them says where they are.
 bool Submap::WithdrawMisplaced(const EventSink& sink) {
-  const std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
-  for (const ImageId id : misplaced) {
-    Withdraw(id, "in a part of the map that most matches contradict", sink);
+  std::string reason = "in a part of the map that most matches contradict";
+  std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
+  if (misplaced.empty()) {
+    reason = "another place that looks alike";
+    misplaced = FindLookAlikes(options_.registration.look_alike, *map_);
+    for (const ImageId id : misplaced) side_.trials[id].looks_alike = true;
+    for (const ImageId id : LoneLookAlikes()) misplaced.push_back(id);
   }
+  for (const ImageId id : misplaced) Withdraw(id, reason, sink);
   for (const ImageId id : misplaced) Enqueue(id);
   if (!misplaced.empty()) {
     ambiguous_.clear();
@@ -354,6 +369,17 @@ void Submap::SettlePointsBeside(const BundleRequest& adjusted) {
   FilterBundle(options_.filter, bundle, map_.get());
 }
 
+// Outliers make the tail of convergence long; they are filtered between the rounds, which then
+// start close to their end.
+BundleOptions Submap::GlobalBaOptions(bool last) const {
+  BundleOptions solve;
+  solve.max_iterations = last ? 30 : 10;
+  solve.function_tolerance = last ? 1e-6 : 1e-4;
+  solve.loss = Loss::kSoftL1;
+  solve.num_threads = options_.num_threads;
+  return solve;
+}
+
 double Submap::AdjustGlobally(const BundleOptions& options, int* num_images) {
   const size_t num_observations = map_->reconstruction().ComputeNumObservations();
   Bundle bundle = BuildGlobalBundle(*map_, true);
@@ -378,102 +404,11 @@ void Submap::RefineGlobally(int max_rounds, bool retriangulate, bool final) {
     Retriangulate(options, map_->pairs(), map_.get());
   }
   for (int i = 0; i < max_rounds; ++i) {
-    if (AdjustGlobally(GlobalOptions(options_, final), nullptr) < kMaxChange) break;
+    if (AdjustGlobally(GlobalBaOptions(final), nullptr) < kMaxChange) break;
   }
   last_adjusted_ = images_to_maintain_ = map_->reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();
-}
-
-void Submap::StartBackgroundBa() {
-  if (background_.IsRunning() || !points_to_maintain_.empty()) return;
-  NoteSize();
-  BundleOptions solve = GlobalOptions(options_, false);
-  solve.num_threads = 1;
-  background_.Start(BuildGlobalBundle(*map_, true), solve);
-}
-
-bool Submap::Maintain(bool at_rest, const EventSink& sink) {
-  if (const auto refined = background_.TakeIfDone()) {
-    FoldBackRefined(*refined);
-    points_to_maintain_ = AllPoints(*map_);
-    pairs_to_maintain_ = map_->pairs();
-    WithdrawWeak(std::exchange(last_adjusted_, {}), sink);
-  } else if (!points_to_maintain_.empty()) {
-    MaintainPoints();
-    if (points_to_maintain_.empty()) WithdrawWeak(map_->reconstruction().RegImageIds(), sink);
-  } else if (!pairs_to_maintain_.empty()) {
-    MaintainPairs();
-    if (pairs_to_maintain_.empty()) images_to_maintain_ = map_->reconstruction().RegImageIds();
-  } else if (!images_to_maintain_.empty()) {
-    MaintainImages(sink);
-  } else if (at_rest && rounds_at_rest_ > 0 && !background_.IsRunning()) {
-    --rounds_at_rest_;
-    StartBackgroundBa();
-  }
-  return background_.IsRunning() || rounds_at_rest_ > 0 || !points_to_maintain_.empty() ||
-         !pairs_to_maintain_.empty() || !images_to_maintain_.empty();
-}
-
-// The photos that came while the bundle was refined get a bundle adjustment of their own.
-void Submap::FoldBackRefined(const RefinedBundle& refined) {
-  BundleRequest request;
-  request.free = FoldBack(refined, map_.get());
-  MarkCamerasRefined();
-  if (request.free.empty()) return;
-  std::set<Point3DId> points;
-  std::set<ImageId> observers;
-  for (const ImageId id : request.free) {
-    for (const colmap::Point2D& point2D : map_->reconstruction().Image(id).Points2D()) {
-      if (point2D.HasPoint3D()) points.insert(point2D.Point3DId());
-    }
-  }
-  for (const Point3DId id : points) {
-    for (const auto& element : map_->reconstruction().Point3D(id).Track().Elements()) {
-      observers.insert(element.image_id);
-    }
-  }
-  request.points.assign(points.begin(), points.end());
-  request.held.assign(observers.begin(), observers.end());
-  Bundle bundle = BuildBundle(*map_, request);
-  if (!SolveBundle(GlobalOptions(options_, false), &bundle).usable) return;
-  ApplyBundle(bundle, map_.get());
-  FilterBundle(options_.filter, bundle, map_.get());
-  last_adjusted_ = request.free;
-}
-
-void Submap::MaintainPoints() {
-  constexpr size_t kPointsAtOnce = 3000;
-  std::unordered_set<Point3DId> points;
-  while (!points_to_maintain_.empty() && points.size() < kPointsAtOnce) {
-    points.insert(points_to_maintain_.back());
-    points_to_maintain_.pop_back();
-  }
-  std::vector<Point3DId> sorted(points.begin(), points.end());
-  std::sort(sorted.begin(), sorted.end());
-  FilterPoints(options_.filter, sorted, map_.get());
-  map_->triangulator().CompleteTracks(options_.triangulation, points);
-  map_->triangulator().MergeTracks(options_.triangulation, points);
-}
-
-void Submap::MaintainPairs() {
-  constexpr size_t kPairsAtOnce = 200;
-  const size_t count = std::min(kPairsAtOnce, pairs_to_maintain_.size());
-  const std::vector<std::pair<ImageId, ImageId>> pairs(pairs_to_maintain_.end() - count,
-                                                       pairs_to_maintain_.end());
-  pairs_to_maintain_.resize(pairs_to_maintain_.size() - count);
-  RetriangulationOptions options;
-  options.triangulation = options_.triangulation;
-  Retriangulate(options, pairs, map_.get());
-}
-
-void Submap::MaintainImages(const EventSink& sink) {
-  constexpr size_t kImagesAtOnce = 10;
-  const size_t count = std::min(kImagesAtOnce, images_to_maintain_.size());
-  const std::vector<ImageId> images(images_to_maintain_.end() - count, images_to_maintain_.end());
-  images_to_maintain_.resize(images_to_maintain_.size() - count);
-  WithdrawContradicted(images, sink);
-  if (images_to_maintain_.empty() && is_doubtful_) WithdrawMisplaced(sink);
 }
 
 bool Submap::HasGrown() const {
@@ -485,13 +420,6 @@ bool Submap::HasGrown() const {
 void Submap::NoteSize() {
   side_.images_at_global = map_->reconstruction().NumRegImages();
   side_.points_at_global = map_->reconstruction().NumPoints3D();
-}
-
-void Submap::DropMaintenance() {
-  background_.Cancel();
-  points_to_maintain_.clear();
-  pairs_to_maintain_.clear();
-  images_to_maintain_.clear();
 }
 
 void Submap::MarkCamerasRefined() {

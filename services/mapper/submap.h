@@ -131,6 +131,7 @@ class Submap {
     int num_withdrawals = 0;
     bool deferred = false;  // told so
     bool rejected = false;
+    bool looks_alike = false;  // withdrawn as of a place that looks alike
   };
   // For checkpoints.
   struct Side {
@@ -150,7 +151,8 @@ class Submap {
   };
 
   bool TryPhoto(ImageId id, const EventSink& sink);
-  RegistrationOptions OptionsOfTrial() const;
+  bool IsSuspect(ImageId id) const;
+  RegistrationOptions OptionsOfTrial(ImageId id) const;
   void NoteAmbiguous(ImageId id);
   void Defer(const PoseEstimate& estimate, ImageId id, PhotoEvent event, const EventSink& sink);
   PhotoEvent RegisteredEvent(ImageId id, const PoseEstimate& estimate) const;
@@ -162,6 +164,7 @@ class Submap {
   // Moves the points that the images of a local BA see but the BA left out to where their
   // observations meet now that the poses have changed.
   void SettlePointsBeside(const BundleRequest& adjusted);
+  BundleOptions GlobalBaOptions(bool last) const;
   // One global BA; returns the part of the observations that completion, merging and filtering
   // changed after it.
   double AdjustGlobally(const BundleOptions& options, int* num_images);
@@ -177,6 +180,7 @@ class Submap {
   void MarkCamerasRefined();
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
+  std::vector<ImageId> LoneLookAlikes();
   bool WithdrawMisplaced(const EventSink& sink);
   bool Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 

@@ -94,6 +94,17 @@ TEST(Absorb, ReconcilesDifferentIntrinsics) {
   EXPECT_LT(MaxCentreError(result.merged, world), 0.003 * kExtent);
 }
 
+TEST(Absorb, JoinsASideWhoseFocalLengthIsFarOff) {
+  Case setup;
+  SyntheticWorld world(setup.options, 2);
+  const auto target = world.Submap(1, 14, Similarity(), 1.0);
+  const auto source = world.Submap(10, 20, setup.gauge, 1.06);
+  const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_GT(result.fused.num_fused_points, 0.9 * result.fused.num_common_points);
+  EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
+}
+
 TEST(Absorb, KeepsTheSourcesOwnCamera) {
   Case setup;
   setup.options.second_camera_from = 15;

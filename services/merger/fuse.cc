@@ -57,10 +57,10 @@ class Fuser {
     if (!result_.reason.empty()) return result_;
     const std::map<camera_t, int> target_photos = CountPhotos(merged_);
     SortSharedImages();
-    ReconcileCameras(target_photos);
     for (const image_t id : result_.kept_source) merged_.DeRegisterImage(id);
     AddImages();
     FusePoints();
+    ReconcileCameras(target_photos);
     return result_;
   }
 
@@ -111,10 +111,17 @@ class Fuser {
     return MaxErrorPx(shared, options_);
   }
 
+  // With the intrinsics of the side that the photo's pose is from.
+  const colmap::Camera& CameraOf(const colmap::Image& image) const {
+    const bool of_source =
+        result_.added.count(image.ImageId()) > 0 || result_.kept_source.count(image.ImageId()) > 0;
+    return (of_source ? source_ : merged_).Camera(image.CameraId());
+  }
+
   double ErrorPx(const colmap::Image& image, const Eigen::Vector2d& pixel,
                  const Eigen::Vector3d& xyz) const {
-    return std::sqrt(colmap::CalculateSquaredReprojectionError(
-        pixel, xyz, image.Qvec(), image.Tvec(), merged_.Camera(image.CameraId())));
+    return std::sqrt(colmap::CalculateSquaredReprojectionError(pixel, xyz, image.Qvec(),
+                                                               image.Tvec(), CameraOf(image)));
   }
 
   void SortSharedImages() {
@@ -132,20 +139,14 @@ class Fuser {
     }
   }
 
+  // After the points: until then each side's observations are judged with its own intrinsics. Not
+  // a mean, which would fit neither structure: poses and points have taken up what is wrong with
+  // the intrinsics they were estimated with.
   void ReconcileCameras(const std::map<camera_t, int>& target_photos) {
     for (const auto& [id, num_source] : CountPhotos(source_)) {
-      const colmap::Camera& camera = source_.Camera(id);
-      if (!merged_.ExistsCamera(id)) {
-        merged_.AddCamera(camera);
-        continue;
-      }
       const auto it = target_photos.find(id);
-      const double num_target = it == target_photos.end() ? 0 : it->second;
-      colmap::Camera& mean = merged_.Camera(id);
-      for (size_t i = 0; i < mean.NumParams(); ++i) {
-        mean.Params(i) = (num_target * mean.Params(i) + num_source * camera.Params(i)) /
-                         (num_target + num_source);
-      }
+      const int num_target = it == target_photos.end() ? 0 : it->second;
+      if (num_source > num_target) merged_.Camera(id).SetParams(source_.Camera(id).Params());
     }
   }
 
@@ -154,6 +155,9 @@ class Fuser {
     ids.insert(result_.kept_source.begin(), result_.kept_source.end());
     for (const image_t id : ids) {
       const colmap::Image& image = source_.Image(id);
+      if (!merged_.ExistsCamera(image.CameraId())) {
+        merged_.AddCamera(source_.Camera(image.CameraId()));
+      }
       if (!merged_.ExistsImage(id)) merged_.AddImage(WithoutStructure(image));
       SetPose(TransformPose(target_from_source_, PoseOf(image)), &merged_.Image(id));
       merged_.RegisterImage(id);
