@@ -1,6 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
 #include <opencv2/core.hpp>
 
+#include "core/process.h"
 #include "features/features_service.h"
 #include "features/model_choice.h"
 #include "messaging/node.h"
@@ -37,9 +40,17 @@ int main(int argc, char** argv) {
   AddOptions(app, &sift, &choice);
   if (const auto code = skein::ParseCommandLine(app, argc, argv)) return *code;
 
-  return skein::RunService(options, [&](skein::Node& node) {
+  std::shared_ptr<skein::GlobalDescriptorModel> model;
+  try {
+    skein::CapThreads(options.threads);
     cv::setNumThreads(options.threads);
-    skein::FeaturesService service(node, sift, skein::LoadModel(choice));
+    model = skein::LoadModel(choice);
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "skein-features: %s\n", error.what());
+    return 2;
+  }
+  return skein::RunService(options, [&](skein::Node& node) {
+    skein::FeaturesService service(node, sift, model);
     node.Run();
   });
 }
