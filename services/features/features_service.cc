@@ -25,10 +25,13 @@ void FeaturesService::OnFact(const Fact& fact) {
     StartIfKnown(image->image_id);
   } else if (const auto* features = std::get_if<features_t>(&fact)) {
     images_.erase(features->image_id);
+    described_.insert(features->image_id);
   }
 }
 
 void FeaturesService::OnWork(const work_t& work) {
+  // A grant that comes when its photo is done already, here or elsewhere.
+  if (described_.count(work.item_id) > 0) return work_.Done(work.item_id);
   jobs_.try_emplace(work.item_id);
   StartIfKnown(work.item_id);
 }

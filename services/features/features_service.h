@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <unordered_set>
 
 #include "features/describe_photo.h"
 #include "features/messages.h"
@@ -48,6 +49,7 @@ class FeaturesService {
   const SiftOptions sift_;
   const std::shared_ptr<GlobalDescriptorModel> model_;  // used by worker_ only
   std::map<int64_t, image_t> images_;                   // those without features
+  std::unordered_set<int64_t> described_;               // those with features
   std::map<int64_t, Job> jobs_;
   int64_t num_done_ = 0;
   double sum_elapsed_s_ = 0;
