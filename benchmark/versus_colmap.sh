@@ -12,6 +12,7 @@
 #                        exhaustive matching): hours for more than a few
 #   --datasets DIR       makes sessions of fountain-P11, south-building and caliterra there, and of a
 #                        synthetic place of 60 photos (needs root or user namespaces)
+#   --sets "LIST"        only these of them (default "fountain-P11 synthetic south-building caliterra")
 #   --seeds "LIST"       COLMAP's --random_seed (default "1 2 3")
 #   --keep DIR           models and logs; a run that is there is not repeated
 #
@@ -24,7 +25,7 @@
 # position RMSE > 1.10 x (with a truth), mean rotation discrepancy > 0.1 degrees.
 source "$(dirname "$0")/../scripts/lib.sh"
 
-keep='' datasets='' seeds="1 2 3" names=()
+keep='' datasets='' sets="fountain-P11 synthetic south-building caliterra" seeds="1 2 3" names=()
 declare -A session=() truth=() whole=()
 while (($#)); do
   case $1 in
@@ -33,6 +34,7 @@ while (($#)); do
     --truth) truth[${2%%=*}]=${2#*=}; shift ;;
     --whole) whole[${2%%=*}]=${2#*=}; shift ;;
     --datasets) datasets=${2:?}; shift ;;
+    --sets) sets=${2:?}; shift ;;
     --seeds) seeds=${2:?}; shift ;;
     --keep) keep=${2:?}; shift ;;
     *) usage_error "unknown option $1" ;;
@@ -67,22 +69,37 @@ make_session() {
   [[ ! -e $folder/report.json ]] || return 0
   mkdir -p "$keep/$name"
   say "$name: making a session" >&2
-  unshare -rn bash -c 'ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo; exec "$@"' _ \
+  local unshare=(unshare --net)
+  ((EUID == 0)) || unshare+=(--map-root-user)
+  "${unshare[@]}" bash -c 'ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo; exec "$@"' _ \
     "$SKEIN_ROOT/scripts/reconstruct.sh" --session "$folder" "${images[@]}" --build "$SKEIN_BUILD" \
     >"$keep/$name/reconstruct.log" 2>&1 || { cat "$keep/$name/reconstruct.log" >&2; die "no session of $name"; }
 }
 
+# make_set SET: of --datasets
+make_set() {
+  local folder=$datasets/$1 place=$keep/synthetic/place
+  case $1 in
+    synthetic)
+      render_place "$place" 3 20 --seed 1 >/dev/null
+      make_session synthetic "$place/truth" "$place"/images/*
+      ;;
+    fountain-P11)
+      whole[$1]=$folder/images
+      make_session "$1" "$folder/gt_dense_cameras" "$folder/images"
+      ;;
+    south-building) make_session "$1" "$folder/reference" "$folder/images" ;;
+    caliterra) make_session "$1" '' "$folder/images" ;;
+    *) usage_error "unknown set $1" ;;
+  esac
+}
+
 make_sessions() {
-  local set place=$keep/synthetic/place
-  for set in fountain-P11 south-building caliterra; do
-    [[ -d $datasets/$set ]] || { echo "no $datasets/$set: left out"; continue; }
-    local path=''
-    [[ $set != fountain-P11 ]] || path=$datasets/$set/gt_dense_cameras
-    [[ $set != fountain-P11 ]] || whole[$set]=$datasets/$set/images
-    make_session "$set" "$path" "$datasets/$set/images"
+  local set
+  for set in $sets; do
+    [[ $set == synthetic || -d $datasets/$set ]] || { echo "no $datasets/$set: left out"; continue; }
+    make_set "$set"
   done
-  render_place "$place" 3 20 --seed 1 >/dev/null
-  make_session synthetic "$place/truth" "$place"/images/*
 }
 
 run_skein() {

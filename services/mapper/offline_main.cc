@@ -14,8 +14,10 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <set>
 #include <sstream>
 #include <thread>
+#include <tuple>
 
 #include "base/database.h"
 #include "base/similarity_transform.h"
@@ -249,27 +251,71 @@ class Run {
     submap_.AddSimilar(photo.image_id, candidates == candidates_.end() ? DistancesFromInliers(pairs)
                                                                        : candidates->second);
     if (submap_.map().reconstruction().NumRegImages() == 0) {
-      TryToStart(photo.image_id, pairs);
+      TryToStart(static_cast<ImageId>(photo.image_id));
       return;
     }
     submap_.Enqueue(photo.image_id);
     while (submap_.Step(Sink())) continue;
   }
 
-  void TryToStart(int64_t image_id, const TwoViewPairs& pairs) {
-    InitialPairOptions options;
-    options.min_triangulation_angle_deg = before_.size() < 5 ? 16 : before_.size() < 8 ? 8 : 4;
-    for (const TwoViewPair& pair : pairs) {
-      const InitialPairResult result = submap_.Start(options, pair.other_id, image_id, Sink());
-      if (arguments_.verbose) {
-        std::cout << "initial pair " << pair.other_id << " " << image_id << ": "
-                  << (result.ok ? "ok" : result.reason) << ", " << result.num_inliers
-                  << " inliers, " << result.triangulation_angle_deg << " deg\n";
+  // The photos that verified pairs connect with this one, itself included.
+  std::set<ImageId> Component(ImageId id) const {
+    std::set<ImageId> component = {id};
+    std::vector<ImageId> open = {id};
+    while (!open.empty()) {
+      const ImageId next = open.back();
+      open.pop_back();
+      for (const auto& [other, inliers] : submap_.map().Neighbours(next)) {
+        if (submap_.map().HasPhoto(other) && component.insert(other).second) open.push_back(other);
       }
-      if (!result.ok) continue;
-      while (submap_.Step(Sink())) continue;
-      return;
     }
+    return component;
+  }
+
+  // The angle asked for is relaxed with the number of photos that wait together, as the merger does
+  // (seed_policy.h): many that are not connected are no reason to start from a bad pair.
+  void TryToStart(ImageId image_id) {
+    constexpr double kAnglesDeg[] = {16, 8, 4, 2};
+    const std::set<ImageId> component = Component(image_id);
+    const size_t n = component.size();
+    const int last = n >= 9 ? 3 : n >= 6 ? 2 : n >= 4 ? 1 : 0;
+    for (int step = 0; step <= last; ++step) {
+      for (const auto& [id, other] : PairsOf(component)) {
+        if (TryPair(kAnglesDeg[step], id, other)) return;
+      }
+    }
+  }
+
+  // Most inliers first.
+  std::vector<std::pair<ImageId, ImageId>> PairsOf(const std::set<ImageId>& component) const {
+    std::vector<std::tuple<int, ImageId, ImageId>> ranked;
+    for (const ImageId id : component) {
+      for (const auto& [other, inliers] : submap_.map().Neighbours(id)) {
+        if (other < id && component.count(other) > 0) ranked.emplace_back(-inliers, other, id);
+      }
+    }
+    std::sort(ranked.begin(), ranked.end());
+    std::vector<std::pair<ImageId, ImageId>> pairs;
+    for (const auto& [inliers, id, other] : ranked) pairs.emplace_back(id, other);
+    return pairs;
+  }
+
+  bool TryPair(double min_angle_deg, ImageId id, ImageId other) {
+    const auto known = angle_deg_.find({id, other});
+    if (known != angle_deg_.end() && known->second < min_angle_deg) return false;
+    InitialPairOptions options;
+    options.min_triangulation_angle_deg = min_angle_deg;
+    const InitialPairResult result = submap_.Start(options, id, other, Sink());
+    const bool too_small = result.reason == "too small a triangulation angle";
+    angle_deg_[{id, other}] = too_small ? result.triangulation_angle_deg : 0;
+    if (arguments_.verbose) {
+      std::cout << "initial pair " << id << " " << other << ": "
+                << (result.ok ? "ok" : result.reason) << ", " << result.num_inliers << " inliers, "
+                << result.triangulation_angle_deg << " deg\n";
+    }
+    if (!result.ok) return false;
+    while (submap_.Step(Sink())) continue;
+    return true;
   }
 
   Submap::EventSink Sink() {
@@ -315,6 +361,7 @@ class Run {
   const Arguments arguments_;
   Submap submap_;
   std::vector<ImageId> before_;
+  std::map<std::pair<ImageId, ImageId>, double> angle_deg_;  // of initial pairs; 0: of no use
   std::map<ImageId, DistancesOfPhoto> candidates_;
   std::map<std::string, Eigen::Vector3d> truth_;
   std::ofstream photo_table_;

@@ -90,32 +90,6 @@ void SetSigmas(const Bundle& bundle, PoseEstimate* estimate) {
                              depths[depths.size() / 2];
 }
 
-// Share of the photo's matches with registered photos whose Sampson error under the pose is small.
-// 1 if there are none.
-double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
-                     const BundlePose& pose, double max_error_px) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
-  const colmap::Image& image = reconstruction.Image(image_id);
-  const double max_error = max_error_px / camera.MeanFocalLength();
-  std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
-  int num_matches = 0, num_agreeing = 0;
-  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
-    for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
-      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
-      if (!other.IsRegistered()) continue;
-      const auto [entry, is_new] = essentials.try_emplace(correspondence.image_id);
-      if (is_new) entry->second = EssentialMatrix(pose, other);
-      const colmap::Camera& other_camera = reconstruction.Camera(other.CameraId());
-      const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
-      const Eigen::Vector3d y =
-          other_camera.ImageToWorld(other.Point2D(correspondence.point2D_idx).XY()).homogeneous();
-      ++num_matches;
-      num_agreeing += SampsonError(entry->second, x, y) <= max_error;
-    }
-  }
-  return num_matches == 0 ? 1.0 : static_cast<double>(num_agreeing) / num_matches;
-}
-
 Eigen::Matrix3x4d MatrixOf(const BundlePose& pose) {
   Eigen::Matrix3x4d matrix;
   matrix << pose.R, pose.t;
@@ -226,6 +200,30 @@ bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
 
 }  // namespace
 
+double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                     const BundlePose& pose, double max_error_px) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image& image = reconstruction.Image(image_id);
+  const double max_error = max_error_px / camera.MeanFocalLength();
+  std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
+  int num_matches = 0, num_agreeing = 0;
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
+      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
+      if (!other.IsRegistered()) continue;
+      const auto [entry, is_new] = essentials.try_emplace(correspondence.image_id);
+      if (is_new) entry->second = EssentialMatrix(pose, other);
+      const colmap::Camera& other_camera = reconstruction.Camera(other.CameraId());
+      const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
+      const Eigen::Vector3d y =
+          other_camera.ImageToWorld(other.Point2D(correspondence.point2D_idx).XY()).homogeneous();
+      ++num_matches;
+      num_agreeing += SampsonError(entry->second, x, y) <= max_error;
+    }
+  }
+  return num_matches == 0 ? 1.0 : static_cast<double>(num_agreeing) / num_matches;
+}
+
 unsigned SeedFromIds(uint64_t a, uint64_t b) {
   uint64_t x = a * 0x9E3779B97F4A7C15ull + b;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
@@ -291,10 +289,6 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     estimate.is_ambiguous = true;
     return Refuse(estimate, "ambiguous: its points agree on two poses");
   }
-  if (EpipolarShare(map, image_id, camera, estimate.pose, options.max_epipolar_error_px) <
-      options.min_epipolar_share) {
-    return Refuse(estimate, "pose disagrees with the verified matches");
-  }
   const CellVotes votes =
       CompareWithNeighbours(options.look_alike, map, image_id, camera, MatrixOf(estimate.pose));
   estimate.misses_too_much = MissesTooMuch(options.look_alike, votes);
@@ -314,7 +308,11 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
   const PoseEstimate estimate = EstimatePose(map, image_id, visible, options);
   BundlePose pose;
   GetPose(image, &pose);
-  return estimate.ok && Differ(options, visible, estimate, pose);
+  if (!estimate.ok || !Differ(options, visible, estimate, pose)) return false;
+  colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
+  camera.SetParams(estimate.camera_params);
+  return EpipolarShare(map, image_id, camera, estimate.pose, options.max_epipolar_error_px) >=
+         options.min_epipolar_share;
 }
 
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,

@@ -25,9 +25,8 @@ struct RegistrationOptions {
   double max_rival_ratio = 0.75;
   double min_rival_position = 0.05;
   double min_rival_rotation_deg = 5;
-  // Of the verified matches with registered photos, triangulated or not, the share that must agree
-  // with the pose: a few points in one corner can fit a wrong pose, the many matches around them
-  // don't. Sampson's error, in pixels.
+  // Of the verified matches with registered photos the share that must agree with the pose once it
+  // is refined (placement.h). Sampson's error, in pixels.
   double min_epipolar_share = 0.65;
   double max_epipolar_error_px = 4.0;
   LookAlikeOptions look_alike;
@@ -70,6 +69,11 @@ struct PoseEstimate {
 // it is registered. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options);
+
+// Share of the photo's verified matches with registered photos whose Sampson error under the pose
+// is at most `max_error_px`. 1 if there are none.
+double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                     const BundlePose& pose, double max_error_px);
 
 // Whether most of the points that a registered photo's matches tie it to are not where it sees them
 // and agree on another pose than the one it has.

@@ -8,6 +8,7 @@
 #include "core/clock.h"
 #include "mapper/bundle_builder.h"
 #include "mapper/fold_back.h"
+#include "mapper/placement.h"
 #include "mapper/retriangulation.h"
 
 namespace skein {
@@ -123,7 +124,7 @@ bool Submap::Step(const EventSink& sink) {
 bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const double start = MonotonicS();
   const VisiblePoints visible = FindVisiblePoints(*map_, id);
-  const PoseEstimate estimate = EstimatePose(*map_, id, visible, OptionsOfTrial(id));
+  PoseEstimate estimate = EstimatePose(*map_, id, visible, OptionsOfTrial(id));
   PhotoEvent event;
   event.image_id = id;
   event.register_s = MonotonicS() - start;
@@ -134,10 +135,16 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
     Defer(estimate, id, event, sink);
     return false;
   }
-  RegisterWithPose(estimate, visible, id, map_.get());
   const double before_triangulation = MonotonicS();
-  map_->triangulator().TriangulateImage(options_.triangulation, id);
+  Placement placement(estimate, visible, id, options_.triangulation, map_.get());
   const double triangulate_s = MonotonicS() - before_triangulation;
+  if (!placement.AgreesWithMatches(options_.registration) && !OthersAreMisplaced(id, sink)) {
+    placement.Undo();
+    estimate.reason = "pose disagrees with the verified matches";
+    event.total_s = MonotonicS() - start;
+    Defer(estimate, id, event, sink);
+    return false;
+  }
   const Adjustment adjustment = Adjust(id);
   side_.trials[id].deferred = side_.trials[id].looks_alike = false;
   ambiguous_.erase(id);
@@ -243,6 +250,21 @@ std::vector<ImageId> Submap::LoneLookAlikes() {
     if (MissesTooMuch(options_.registration.look_alike, votes)) ids.push_back(id);
   }
   return ids;
+}
+
+// Of a photo on trial that many matches contradict and the photos that these lead to, those stay
+// which are tied more firmly to the map. True, with the others withdrawn, if the photo is among
+// them.
+bool Submap::OthersAreMisplaced(ImageId on_trial, const EventSink& sink) {
+  const std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
+  if (misplaced.empty() || std::count(misplaced.begin(), misplaced.end(), on_trial) > 0) {
+    return false;
+  }
+  for (const ImageId id : misplaced) {
+    Withdraw(id, "contradicted by a photo that is tied more firmly to the map", sink);
+  }
+  for (const ImageId id : misplaced) Enqueue(id);
+  return true;
 }
 
 // True if there were any. They are tried again at once: what contradicts them says where they are.
@@ -460,34 +482,6 @@ Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
   return Status::Ok();
 }
 
-SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
-  SharedImages result;
-  for (const int64_t image_id : image_ids) {
-    if (!map_->IsRegistered(image_id)) continue;
-    const colmap::Image& image = map_->reconstruction().Image(static_cast<ImageId>(image_id));
-    const colmap::Camera& camera = map_->reconstruction().Camera(image.CameraId());
-    SharedImage shared;
-    shared.image_id = image_id;
-    shared.camera_model_id = camera.ModelId();
-    shared.params = camera.Params();
-    shared.width = camera.Width();
-    shared.height = camera.Height();
-    for (int i = 0; i < 4; ++i) shared.qvec[i] = image.Qvec(i);
-    for (int i = 0; i < 3; ++i) shared.tvec[i] = image.Tvec(i);
-    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
-      const colmap::Point2D& point2D = image.Point2D(i);
-      if (!point2D.HasPoint3D()) continue;
-      const Eigen::Vector3d& xyz = map_->reconstruction().Point3D(point2D.Point3DId()).XYZ();
-      shared.points.push_back({i,
-                               {xyz.x(), xyz.y(), xyz.z()},
-                               static_cast<float>(point2D.X()),
-                               static_cast<float>(point2D.Y())});
-    }
-    result.push_back(std::move(shared));
-  }
-  return result;
-}
-
 void Submap::Finish(const EventSink& sink) {
   RetryDeferred();
   while (Step(sink)) continue;
@@ -506,31 +500,6 @@ void Submap::Finish(const EventSink& sink) {
   RefineGlobally(5, true, true);
   const std::vector<ImageId> images = map_->reconstruction().RegImageIds();
   WithdrawWeak(images, sink);
-}
-
-std::vector<PhotoEvent> Submap::RegisteredEvents() const {
-  std::vector<ImageId> ids = map_->reconstruction().RegImageIds();
-  std::sort(ids.begin(), ids.end());
-  std::vector<PhotoEvent> events;
-  for (const ImageId id : ids) {
-    PoseEstimate estimate;
-    estimate.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
-    events.push_back(RegisteredEvent(id, estimate));
-  }
-  return events;
-}
-
-SubmapStatistics Submap::Statistics() const {
-  SubmapStatistics statistics;
-  const colmap::Reconstruction& reconstruction = map_->reconstruction();
-  statistics.num_images = static_cast<int>(reconstruction.NumRegImages());
-  for (const auto& [id, trial] : side_.trials) {
-    statistics.num_deferred += trial.deferred && !map_->IsRegistered(id);
-  }
-  statistics.num_points = static_cast<int>(reconstruction.NumPoints3D());
-  statistics.mean_reprojection_error_px = reconstruction.ComputeMeanReprojectionError();
-  statistics.mean_track_length = reconstruction.ComputeMeanTrackLength();
-  return statistics;
 }
 
 }  // namespace skein

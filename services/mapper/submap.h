@@ -181,6 +181,7 @@ class Submap {
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
   std::vector<ImageId> LoneLookAlikes();
+  bool OthersAreMisplaced(ImageId on_trial, const EventSink& sink);
   bool WithdrawMisplaced(const EventSink& sink);
   bool Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 

@@ -1,0 +1,60 @@
+#include "mapper/placement.h"
+
+#include <set>
+
+#include "mapper/bundle_builder.h"
+
+namespace skein {
+namespace {
+
+// The photo and its points are free, the points' other observers held.
+Bundle BundleOfPhoto(const SceneMap& map, ImageId image_id) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  std::set<Point3DId> points;
+  std::set<ImageId> observers;
+  for (const colmap::Point2D& point2D : reconstruction.Image(image_id).Points2D()) {
+    if (point2D.HasPoint3D()) points.insert(point2D.Point3DId());
+  }
+  for (const Point3DId id : points) {
+    for (const auto& element : reconstruction.Point3D(id).Track().Elements()) {
+      observers.insert(element.image_id);
+    }
+  }
+  observers.erase(image_id);
+  BundleRequest request;
+  request.free = {image_id};
+  request.held.assign(observers.begin(), observers.end());
+  request.points.assign(points.begin(), points.end());
+  return BuildBundle(map, request);
+}
+
+}  // namespace
+
+Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
+                     const colmap::IncrementalTriangulator::Options& triangulation, SceneMap* map)
+    : image_id_(image_id), map_(*map) {
+  colmap::Reconstruction& reconstruction = map->reconstruction();
+  params_before_ = reconstruction.Camera(reconstruction.Image(image_id).CameraId()).Params();
+  RegisterWithPose(estimate, visible, image_id, map);
+  map->triangulator().TriangulateImage(triangulation, image_id);
+  before_ = BundleOfPhoto(*map, image_id);
+  Bundle bundle = before_;
+  if (SolveBundle({}, &bundle).usable) ApplyBundle(bundle, map);
+}
+
+bool Placement::AgreesWithMatches(const RegistrationOptions& options) const {
+  const colmap::Image& image = map_.reconstruction().Image(image_id_);
+  BundlePose pose;
+  GetPose(image, &pose);
+  return EpipolarShare(map_, image_id_, map_.reconstruction().Camera(image.CameraId()), pose,
+                       options.max_epipolar_error_px) >= options.min_epipolar_share;
+}
+
+void Placement::Undo() {
+  ApplyBundle(before_, &map_);
+  map_.Deregister(image_id_);
+  colmap::Reconstruction& reconstruction = map_.reconstruction();
+  reconstruction.Camera(reconstruction.Image(image_id_).CameraId()).SetParams(params_before_);
+}
+
+}  // namespace skein
