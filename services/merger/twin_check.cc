@@ -162,7 +162,7 @@ std::string CheckSide(const std::string& name, const colmap::Reconstruction& mod
     ++num_images;
     num_suspicious += EmptyShare(one) > usual.empty_share + options.max_empty_regions;
   }
-  if (num_images == 0 || 2 * num_suspicious <= num_images) return "";
+  if (num_images < options.min_images || 2 * num_suspicious <= num_images) return "";
   return std::to_string(num_suspicious) + " of " + std::to_string(num_images) +
          " shared images miss most of what the " + name + " predicts: look-alike places";
 }

@@ -19,6 +19,7 @@ struct TwinOptions {
   int num_rows = 6;
   int min_points_per_region = 8;     // predicted points that make a region count
   int min_regions = 6;               // regions that make a photo count
+  int min_images = 3;                // such photos; fewer say nothing
   double max_view_angle_deg = 20.0;  // to a photo that observes the point
   double max_scale_ratio = 1.5;      // of the distances, likewise
   double empty_share = 0.25;  // of the usual share of observed points: below, a region is empty
