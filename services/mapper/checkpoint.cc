@@ -65,6 +65,7 @@ Bytes EncodeSide(const Submap& submap) {
   PutSimilar(submap.side().similar, &writer);
   writer.Put(submap.side().images_at_global);
   writer.Put(submap.side().points_at_global);
+  writer.Put(submap.side().first);
   return writer.Take();
 }
 
@@ -143,7 +144,7 @@ Result<SideFile> DecodeSide(const ModelArchive& archive) {
   if (!GetPhotos(&reader, &side.photos) || !GetCameras(&reader, &side.cameras) ||
       !GetTrials(&reader, &side.side.trials) || !GetSimilar(&reader, &side.side.similar) ||
       !reader.Get(&side.side.images_at_global) || !reader.Get(&side.side.points_at_global) ||
-      reader.remaining() != 0) {
+      !reader.Get(&side.side.first) || reader.remaining() != 0) {
     return Status::Error("side.bin is damaged");
   }
   return side;

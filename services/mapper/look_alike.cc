@@ -261,7 +261,8 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
   return sum;
 }
 
-std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map) {
+std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
+                                    ImageId first) {
   std::vector<ImageId> ids = map.reconstruction().RegImageIds();
   std::sort(ids.begin(), ids.end());
   std::unordered_map<ImageId, int> index;
@@ -284,7 +285,11 @@ std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const Scene
   groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
   const int min_contradiction = Weigh(options, {0, 0, options.min_different_cells}).contradict;
   std::vector<ImageId> look_alikes;
-  for (const int i : groups.Contradicted(min_contradiction)) look_alikes.push_back(ids[i]);
+  const auto first_index = index.find(first);
+  for (const int i : groups.Contradicted(min_contradiction,
+                                         first_index == index.end() ? -1 : first_index->second)) {
+    look_alikes.push_back(ids[i]);
+  }
   std::sort(look_alikes.begin(), look_alikes.end());
   return look_alikes;
 }

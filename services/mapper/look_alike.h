@@ -53,9 +53,11 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
 
 // Registered photos of places that look alike and stand at the same spot of the map: photos are
 // joined into groups along their verified pairs, those that see most of each other first, but never
-// groups that show different places. Of these the larger one stays; the photos of the others are
+// groups that show different places. Of these the one with the photo `first` stays, if that is
+// registered, so that two maps never change places; else the largest. The photos of the others are
 // returned, in ascending order. Visits all photos.
-std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map);
+std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
+                                    ImageId first);
 
 // Between photos of two sides in one model, along the verified pairs of `map`, which has all of
 // them (its own poses and points are not looked at).

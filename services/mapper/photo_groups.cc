@@ -45,13 +45,17 @@ void PhotoGroups::JoinByVotes(std::vector<PhotoEdge> edges) {
   }
 }
 
-std::vector<int> PhotoGroups::Contradicted(int min_contradiction) const {
+std::vector<int> PhotoGroups::Contradicted(int min_contradiction, int first) const {
   std::vector<int> by_size;
   for (size_t i = 0; i < members_.size(); ++i) {
     if (!members_[i].empty()) by_size.push_back(static_cast<int>(i));
   }
   std::stable_sort(by_size.begin(), by_size.end(),
                    [this](int a, int b) { return members_[a].size() > members_[b].size(); });
+  if (first >= 0) {
+    const auto before = std::find(by_size.begin(), by_size.end(), group_[first]);
+    std::rotate(by_size.begin(), before, before + 1);
+  }
   std::vector<char> stays(members_.size(), false);
   std::vector<int> result;
   for (const int group : by_size) {

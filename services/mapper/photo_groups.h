@@ -34,8 +34,9 @@ class PhotoGroups {
   // Joins along all edges with an agreement, those with most of it left over first.
   void JoinByVotes(std::vector<PhotoEdge> edges);
 
-  // Photos of groups that a larger group which stays contradicts by this many votes.
-  std::vector<int> Contradicted(int min_contradiction) const;
+  // Photos of groups that a group which stays contradicts by this many votes. Of two the larger one
+  // stays, but the one with the photo `first` (-1: none) before all others.
+  std::vector<int> Contradicted(int min_contradiction, int first = -1) const;
 
  private:
   std::vector<int> group_;  // of each photo

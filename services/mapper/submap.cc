@@ -71,6 +71,7 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
     result.reason = "too few points after bundle adjustment";
     return result;
   }
+  side_.first = id1;
   PoseEstimate estimate;
   estimate.num_visible = estimate.num_inliers = result.num_inliers;
   for (const ImageId id : {id1, id2}) {
@@ -273,7 +274,7 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
   std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
   if (misplaced.empty()) {
     reason = "another place that looks alike";
-    misplaced = FindLookAlikes(options_.registration.look_alike, *map_);
+    misplaced = FindLookAlikes(options_.registration.look_alike, *map_, side_.first);
     for (const ImageId id : misplaced) side_.trials[id].looks_alike = true;
     for (const ImageId id : LoneLookAlikes()) misplaced.push_back(id);
   }

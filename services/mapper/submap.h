@@ -139,6 +139,7 @@ class Submap {
     SimilarityLists similar;
     uint64_t images_at_global = 0;
     uint64_t points_at_global = 0;
+    ImageId first = 0;  // of the initial pair
   };
   const Side& side() const { return side_; }
   void set_side(const Side& side) { side_ = side; }

@@ -62,8 +62,8 @@ class SeedPolicy {
   // A photo went through matching at `seq` of the ledger.
   void OnMatches(int64_t image_id, int64_t seq, const std::vector<VerifiedPair>& pairs);
 
-  // Ingest would not have this seed, and never will.
-  void OnRefused(int64_t image_id1, int64_t image_id2);
+  // This seed was made once, or ingest would not have it: never again.
+  void OnTried(int64_t image_id1, int64_t image_id2);
 
   std::vector<int64_t> Orphans(const SubmapDirectory& directory,
                                const SeedSituation& situation) const;
@@ -93,7 +93,7 @@ class SeedPolicy {
 
   const SeedOptions options_;
   std::map<int64_t, Photo> photos_;
-  std::set<SubmapDirectory::Pair> refused_;
+  std::set<SubmapDirectory::Pair> tried_;
 };
 
 }  // namespace skein

@@ -149,6 +149,17 @@ TEST(SeedPolicy, ANewEpochMustWorkItsWayUpAgain) {
   EXPECT_TRUE(policy.Choose(directory, Finishing(20)));
 }
 
+// Its submap may have been merged, and its photos withdrawn since.
+TEST(SeedPolicy, ASeedIsMadeOnce) {
+  SeedPolicy policy({});
+  policy.OnMatches(1, 10, {});
+  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  const SubmapDirectory directory;
+  EXPECT_TRUE(policy.Choose(directory, Finishing(11)));
+  policy.OnTried(1, 2);
+  EXPECT_FALSE(policy.Choose(directory, Finishing(11)));
+}
+
 TEST(SeedPolicy, AFailedSeedIsNotTriedAgain) {
   SeedPolicy policy({});
   policy.OnMatches(1, 10, {});
