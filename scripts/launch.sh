@@ -115,15 +115,31 @@ add_workers() {
 source "$SKEIN_ROOT/scripts/mapper_pool.sh"
 
 is_local_host() {
-  [[ $1 =~ ^(127\..*|localhost|0\.0\.0\.0|)$ ]] || ip -o addr show 2>/dev/null | grep -qF " $1/"
+  [[ $1 =~ ^(127\..*|localhost|0\.0\.0\.0|)$ ]] || ip -o addr show 2>/dev/null | grep -F " $1/" >/dev/null
 }
-port_is_open() { (exec 3<>"/dev/tcp/$1/$2") 2>/dev/null; }
+port_is_open() { timeout 2 bash -c 'exec 3<>"/dev/tcp/$1/$2"' - "$1" "$2" 2>/dev/null; }
 
+# await_relay HOST PORT: one that another launch.sh runs
+await_relay() {
+  local deadline=$(($(now_ms) + ready_deadline_s * 1000))
+  port_is_open "$1" "$2" || say "waiting for the relay on $1:$2"
+  until port_is_open "$1" "$2"; do
+    ((!interrupted)) || exit 0
+    (($(now_ms) < deadline)) ||
+      die "no relay answers on $1:$2: does launch.sh run there with this URL, and does its firewall let the port through?"
+    wait_for_event 0.2
+  done
+}
+
+# The relays of a tcpq URL: on this host they are part of the set, unless the set joins another.
 add_relays() {
   [[ $url =~ ^tcpq://([^:/?]*)(:([0-9]+))? ]] || return 0
   local host=${BASH_REMATCH[1]:-127.0.0.1} port=${BASH_REMATCH[3]:-7700} relay_port
-  is_local_host "$host" || { say "expecting the relays on $host:$port and $((port + 1))"; return 0; }
   for relay_port in "$port" $((port + 1)); do
+    if [[ -n $join ]] || ! is_local_host "$host"; then
+      await_relay "$host" "$relay_port"
+      continue
+    fi
     if port_is_open "$host" "$relay_port"; then
       say "a relay listens on $host:$relay_port already"
     elif [[ -x $bin/skein-relay ]]; then
@@ -152,7 +168,7 @@ is_ready() {
   local instance=$1
   case $instance in
     relay-*) port_is_open 127.0.0.1 "${instance#relay-}" ;;
-    *) tail -c "+$((${log_offset[$instance]} + 1))" "$session/log/$instance.log" | grep -qx "ready $instance" ;;
+    *) tail -c "+$((${log_offset[$instance]} + 1))" "$session/log/$instance.log" | grep -x "ready $instance" >/dev/null ;;
   esac
 }
 
@@ -238,7 +254,7 @@ stop_leftovers() {
   for file in "$session"/run/*.pid; do
     [[ -e $file ]] || continue
     pid=$(<"$file")
-    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -qE '/skein(-|$)|TCPService'; then
+    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -E '/skein(-|$)|TCPService' >/dev/null; then
       leftovers+=("$pid")
     fi
     rm -f "$file"
@@ -280,9 +296,9 @@ stopping=0 interrupted=0
 trap 'interrupted=1' INT TERM HUP
 stop_leftovers
 
+add_relays
+await_ready "${instances[@]}"
 if [[ -z $join ]]; then
-  add_relays
-  await_ready "${instances[@]}"
   add_service ingest ingest
   add_service retrieval retrieval "${retrieval_options[@]}"
   add_service merger merger "${merger_options[@]}"

@@ -24,7 +24,7 @@ agent_of() {
 }
 # expect_reason FILE PHOTO PATTERN: a line of the file names the photo and why
 expect_reason() {
-  grep -F "$2" "$1" | grep -qE "$3" || { cat "$1"; fail "${1##*/} does not say why $2 is not taken ($3)"; }
+  grep -F "$2" "$1" | grep -E "$3" >/dev/null || { cat "$1"; fail "${1##*/} does not say why $2 is not taken ($3)"; }
 }
 
 # vanishing_agent_of NAME FOLDER: stopped after the first chunk of a photo, then killed

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # launch.sh itself, with stand-ins for the services that only say that they are ready: restarts
 # what dies, tells it how it died, grows and shrinks the mappers, refuses a second launch, takes over
-# from a killed one, stops all.
+# from a killed one, waits for the relays of a host it joins, stops all.
 source "$(dirname "$0")/../harness.sh"
 new_workspace
+relay=$SKEIN_BUILD/bin/skein-relay
 
 mkdir -p "$workspace/bin"
 cat >"$workspace/bin/skein-ingest" <<'SERVICE'
@@ -58,8 +59,8 @@ none_runs() { [[ $(running) == 0 ]]; }
 
 start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800
 [[ $(ls "$session"/run/*.pid | wc -l) == 8 ]] || fail "expected 8 services: $(ls "$session/run")"
-tr '\0' ' ' <"/proc/$(pid_of features-2)/cmdline" | grep -q -- '--max-size 800 ' || fail "features-2 does not know of --max-size"
-tr '\0' ' ' <"/proc/$(pid_of matching-1)/cmdline" | grep -q -- '--max-size' && fail "only features take --max-size"
+tr '\0' ' ' <"/proc/$(pid_of features-2)/cmdline" | grep -- '--max-size 800 ' >/dev/null || fail "features-2 does not know of --max-size"
+tr '\0' ' ' <"/proc/$(pid_of matching-1)/cmdline" | grep -- '--max-size' >/dev/null && fail "only features take --max-size"
 
 "$SKEIN_ROOT/scripts/launch.sh" --session "$session" --build "$workspace" 2>"$workspace/second" &&
   fail "a second launch on the session was not refused"
@@ -117,3 +118,15 @@ if (start_services "$workspace/other" udpm://239.255.76.67:7667?ttl=0) 2>"$works
 fi
 grep -q 'merger refused its options: no such option' "$workspace/refused" || fail "unclear: $(cat "$workspace/refused")"
 wait_until 10 "nothing is left behind" none_runs
+
+# Workers wait for the relays of the host they join.
+port=$((20000 + 2 * ($$ % 5000)))
+"$SKEIN_ROOT/scripts/launch.sh" --join 1 --session "$workspace/joins" --lcm-url "tcpq://127.0.0.1:$port" \
+  --build "$workspace" --ready-file "$workspace/joined" >"$workspace/joins.out" 2>&1 &
+launch_pid=$!
+wait_until 20 "it says what it waits for" grep -q "waiting for the relay on 127.0.0.1:$port" "$workspace/joins.out"
+none_runs || fail "started before there is a relay"
+"$relay" "$port" $((port + 1)) >/dev/null 2>&1 &
+wait_until 20 "the workers join" test -s "$workspace/joined"
+stop_services
+wait_until 10 "all stop" none_runs
