@@ -57,6 +57,11 @@ void DrawnDescriptors::GoTo(int64_t i) {
   for (float& sign : signs_) sign = random() % 2 == 0 ? 1.f : -1.f;
 }
 
+int64_t DrawnDescriptors::PlaceOf(int64_t i) {
+  GoTo(i);
+  return static_cast<int64_t>(place_);
+}
+
 Eigen::RowVectorXf DrawnDescriptors::Get(int64_t i) {
   GoTo(i);
   auto random = RandomFor(seed_, 2, static_cast<uint64_t>(i));

@@ -5,7 +5,10 @@
 // Places come one after another. Each is one of the real sets, all its photos in their order, with
 // the signs of all values drawn anew for the place, and some noise for each photo. A change of
 // signs keeps every distance within a place, so the neighbours of a photo lie as the neighbours of
-// the real photo do; photos of two places are as unlike as photos of two real sets.
+// the real photo do; photos of two places are as unlike as photos of two real sets on average.
+// Their cosines scatter by 1 / sqrt(values) only, less than real ones: nothing is common to two
+// places, no vegetation, no kind of building that would tell a search where to go. So places are
+// islands, more than real ones.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -24,6 +27,7 @@ class DrawnDescriptors {
   // Of photo i >= 0, unit length; a function of sets, seed and i. Fast when i is the photo after
   // the one before.
   Eigen::RowVectorXf Get(int64_t i);
+  int64_t PlaceOf(int64_t i);
   Eigen::Index dim() const { return sets_[0].cols(); }
 
  private:

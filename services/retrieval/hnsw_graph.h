@@ -2,12 +2,17 @@
 
 // hnswlib's graph with a search and an insertion of our own over its data; file format and choice
 // of links are hnswlib's. What differs:
-//  - a photo's search of the lowest level serves its query and its insertion: the paper finds the
-//    candidates during the update of the graph (3.2), hnswlib would search twice;
+//  - a photo's search serves its query and its insertion: the paper finds the candidates during the
+//    update of the graph (3.2), hnswlib would search twice;
+//  - all levels are searched as broadly as insertion searches, and all that is found enters the
+//    level below; hnswlib and the paper (algorithm 1) follow one node above the photo's level. The
+//    photos of a place are linked with each other and hardly from elsewhere, so a way down by one
+//    node ends beside the place in a large index. Then the query misses it, and worse, the photo is
+//    inserted without links to it, which splits the place for later ones;
+//  - the lowest level is entered at the latest photos, too: photos come along walks;
 //  - all vectors that a node's links lead to are fetched into the cache at once, before the first
-//  is
-//    compared, and the vectors lie on huge pages: in a large index waiting for memory is nearly all
-//    of the time, and hnswlib asks for the first 64 bytes of one vector ahead.
+//    is compared, and the vectors lie on huge pages: in a large index waiting for memory is nearly
+//    all of the time, and hnswlib asks for the first 64 bytes of one vector ahead.
 //
 // To be included in hnsw_index.cc only: hnswlib's headers define functions that aren't inline.
 
@@ -65,32 +70,36 @@ class HnswGraph : public hnswlib::HierarchicalNSW<float> {
     return fstdistfunc_(query, getDataByInternalId(node), dist_func_param_);
   }
 
-  // The best `ef` on the lowest level, nearest first, without those removed.
-  std::vector<Candidate> Search(const void* query, size_t ef) {
+  // The best of each level, the lowest first; each nearest first, without those removed.
+  using Levels = std::vector<std::vector<Candidate>>;
+
+  // `ef`: how many of the lowest level.
+  Levels Search(const void* query, size_t ef) {
     if (cur_element_count == 0) return {};
-    return SearchLevel(query, Descend(query, 0), ef, 0);
+    Levels found(maxlevel_ + 1);
+    std::vector<Candidate> entries{{DistanceSq(query, enterpoint_node_), enterpoint_node_}};
+    for (int level = maxlevel_; level >= 0; --level) {
+      if (level == 0) AddLatest(query, &entries);
+      found[level] = SearchLevel(query, entries, level == 0 ? ef : ef_construction_, level);
+      if (!found[level].empty()) entries = found[level];
+    }
+    return found;
   }
 
   // `found`: what Search tells of this vector; no insertion since. `level` >= 0: the highest it is
   // on.
-  void Insert(const void* vector, hnswlib::labeltype label, int level,
-              std::vector<Candidate> found) {
+  void Insert(const void* vector, hnswlib::labeltype label, int level, const Levels& found) {
+    const int top = maxlevel_;
     const Node node = AddRecord(vector, label, level);
-    if (node > 0) {
-      const int top = std::min(level, maxlevel_);
-      Node entry = top > 0 ? Descend(vector, top) : enterpoint_node_;
-      for (int l = top; l > 0; --l) {
-        entry = Connect(node, SearchLevel(vector, entry, ef_construction_, l), l);
-      }
-      if (found.size() > ef_construction_) found.resize(ef_construction_);
-      Connect(node, found, 0);
-    }
-    if (node > 0 && level <= maxlevel_) return;
+    for (int l = std::min(level, top); l >= 0; --l) Connect(node, found[l], l);
+    if (level <= top) return;
     enterpoint_node_ = node;
     maxlevel_ = level;
   }
 
  private:
+  static constexpr Node kNumLatest = 32;  // a few of each of several agents
+
   using Queue = std::priority_queue<Candidate, std::vector<Candidate>, CompareByFirst>;
   using NearestFirst =
       std::priority_queue<Candidate, std::vector<Candidate>, std::greater<Candidate>>;
@@ -106,53 +115,43 @@ class HnswGraph : public hnswlib::HierarchicalNSW<float> {
     return {list + 1, getListCount(list)};
   }
 
-  // From the top down to above `level`, always to the nearest neighbour.
-  Node Descend(const void* query, int level) const {
-    Node nearest = enterpoint_node_;
-    float nearest_sq = DistanceSq(query, nearest);
-    for (int l = maxlevel_; l > level; --l) {
-      for (bool moved = true; moved;) {
-        moved = false;
-        const auto [links, count] = LinksOf(nearest, l);
-        for (size_t i = 0; i < count; ++i) Prefetch(links[i]);
-        for (size_t i = 0; i < count; ++i) {
-          const float distance_sq = DistanceSq(query, links[i]);
-          if (distance_sq >= nearest_sq) continue;
-          nearest_sq = distance_sq;
-          nearest = links[i];
-          moved = true;
-        }
-      }
+  void AddLatest(const void* query, std::vector<Candidate>* entries) const {
+    const auto size = static_cast<Node>(cur_element_count);
+    for (Node node = size - std::min(size, kNumLatest); node < size; ++node) {
+      entries->emplace_back(DistanceSq(query, node), node);
     }
-    return nearest;
   }
 
   // Malkov and Yashunin 2018, algorithm 2. Removed nodes lead on, but are not among the result.
-  std::vector<Candidate> SearchLevel(const void* query, Node entry, size_t ef, int level) {
+  std::vector<Candidate> SearchLevel(const void* query, const std::vector<Candidate>& entries,
+                                     size_t ef, int level) {
     auto* visited = visited_list_pool_->getFreeVisitedList();
+    const auto is_new = [visited](Node node) {
+      return std::exchange(visited->mass[node], visited->curV) != visited->curV;
+    };
     Queue best;
     NearestFirst open;
-    std::vector<Node> fresh{entry};
-    visited->mass[entry] = visited->curV;
-    while (true) {
-      for (const Node node : fresh) {
-        const float distance_sq = DistanceSq(query, node);
-        if (best.size() == ef && distance_sq >= best.top().first) continue;
-        open.emplace(distance_sq, node);
-        if (isMarkedDeleted(node)) continue;
-        best.emplace(distance_sq, node);
-        if (best.size() > ef) best.pop();
-      }
-      if (open.empty() || (best.size() == ef && open.top().first > best.top().first)) break;
-      const Node next = open.top().second;
+    const auto offer = [&](const Candidate& candidate) {
+      if (best.size() == ef && candidate.first >= best.top().first) return;
+      open.push(candidate);
+      if (isMarkedDeleted(candidate.second)) return;
+      best.push(candidate);
+      if (best.size() > ef) best.pop();
+    };
+    for (const Candidate& entry : entries) {
+      if (is_new(entry.second)) offer(entry);
+    }
+    std::vector<Node> fresh;
+    while (!open.empty() && (best.size() < ef || open.top().first <= best.top().first)) {
+      const auto [links, count] = LinksOf(open.top().second, level);
       open.pop();
       fresh.clear();
-      const auto [links, count] = LinksOf(next, level);
       for (size_t i = 0; i < count; ++i) {
-        if (std::exchange(visited->mass[links[i]], visited->curV) == visited->curV) continue;
+        if (!is_new(links[i])) continue;
         Prefetch(links[i]);
         fresh.push_back(links[i]);
       }
+      for (const Node node : fresh) offer({DistanceSq(query, node), node});
     }
     visited_list_pool_->releaseVisitedList(visited);
     std::vector<Candidate> nearest_first(best.size());
@@ -160,14 +159,16 @@ class HnswGraph : public hnswlib::HierarchicalNSW<float> {
     return nearest_first;
   }
 
-  // Returns the neighbour from which to search the level below.
-  Node Connect(Node node, const std::vector<Candidate>& candidates, int level) {
+  // With some of the nearest ef_construction of the candidates.
+  void Connect(Node node, const std::vector<Candidate>& candidates, int level) {
     const void* vector = getDataByInternalId(node);
     Queue queue;
-    for (const Candidate& candidate : candidates) queue.push(candidate);
+    for (size_t i = 0; i < std::min(candidates.size(), ef_construction_); ++i) {
+      queue.push(candidates[i]);
+    }
     // All that were found are removed: none must be cut off from the others for that.
     if (queue.empty()) queue.emplace(DistanceSq(vector, enterpoint_node_), enterpoint_node_);
-    return mutuallyConnectNewElement(vector, node, queue, level, false);
+    mutuallyConnectNewElement(vector, node, queue, level, false);
   }
 
   Node AddRecord(const void* vector, hnswlib::labeltype label, int level) {

@@ -89,7 +89,8 @@ HnswIndex::Search HnswIndex::Find(const float* vector) const {
 }
 
 HnswIndex::Nodes HnswIndex::FoundBy(const Search& search) const {
-  return options_.exact ? Scan(search.vector) : search.found;
+  if (options_.exact) return Scan(search.vector);
+  return search.found.empty() ? Nodes() : search.found[0];
 }
 
 std::vector<Neighbour> HnswIndex::Nearest(const Search& search, size_t k) const {

@@ -41,7 +41,7 @@ class HnswIndex {
   struct Search {
     Int8Vector vector;
     size_t index_size = 0;
-    Nodes found;  // nearest first
+    std::vector<Nodes> found;  // on each level, the lowest first; nearest first
   };
   Search Find(const float* vector) const;
   // At most k, nearest first, equally near ones by id; removed ones are left out. With `exact` by
