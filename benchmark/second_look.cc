@@ -1,7 +1,9 @@
 // What the second look spares and what it loses, replayed on exhaustively matched photos.
 //
-// The photos arrive in the order given; each asks retrieval for 30 candidates, matching works
-// through them by SecondLook, and the outcome of a pair is read from the exhaustive matching.
+// The photos arrive in the order given, faster than they are matched; each asks retrieval for 30
+// candidates, a worker that is free takes the next photo and works through them by SecondLook, and
+// the outcome of a pair is read from the exhaustive matching. Every pair takes the same time. What
+// a worker found is known to all the time of one pair after its photo's last one.
 #include "matching/second_look.h"
 
 #include <CLI/CLI.hpp>
@@ -9,6 +11,7 @@
 #include <cstdio>
 #include <functional>
 #include <numeric>
+#include <optional>
 #include <random>
 
 #include "benchmark/retrieval_photos.h"
@@ -29,7 +32,7 @@ struct Options {
   size_t top_n = RetrievalOptions().top_n;
   size_t num_expanding = RetrievalOptions().num_expanding;
   int num_shuffles = 3;
-  int lag = 0;  // photos whose matches are not known yet, as with several workers
+  int num_workers = 1;
   SecondLookOptions second_look;
 };
 
@@ -59,26 +62,83 @@ Session Arrange(const StudySet& set, const VladModel& model, const InlierCounts&
   return session;
 }
 
-std::vector<int64_t> MatchPhoto(const Session& session, size_t photo,
-                                const std::vector<int64_t>& candidates, const Options& options,
-                                CovisibilityGraph* graph) {
-  const auto id = static_cast<int64_t>(photo);
-  SecondLook look(
-      candidates, *graph, id - 1 - options.lag, [id](int64_t other) { return other < id; },
-      options.second_look);
-  std::vector<int64_t> matched;
-  for (auto batch = look.Next(); !batch.empty(); batch = look.Next()) {
-    for (const int64_t other : batch) {
-      look.Tell(other, session.inliers[photo][other]);
-      matched.push_back(other);
+// Photos at work at the same time. Times are in pairs.
+class Workers {
+ public:
+  Workers(const Session& session, const std::vector<std::vector<int64_t>>& candidates,
+          const Options& options)
+      : session_(session),
+        candidates_(candidates),
+        options_(options),
+        matched_(candidates.size()),
+        workers_(options.num_workers) {}
+
+  // Of each photo, those it was matched with.
+  std::vector<std::vector<int64_t>> Run() {
+    for (Worker* worker = Next(); worker; worker = Next()) {
+      if (worker->look) {
+        Step(worker);
+      } else {
+        Take(worker);
+      }
     }
+    return std::move(matched_);
   }
-  for (const int64_t other : matched) {
-    const int32_t inliers = session.inliers[photo][other];
-    if (inliers > 0) graph->Add(id, other, inliers, id);
+
+ private:
+  struct Worker {
+    int64_t now = 0;
+    int64_t photo = 0;
+    std::optional<SecondLook> look;  // while it works on a photo
+  };
+
+  // Whose turn it is; null when all is done.
+  Worker* Next() {
+    Worker* next = nullptr;
+    const bool any_left = next_photo_ < static_cast<int64_t>(candidates_.size());
+    for (Worker& worker : workers_) {
+      if (!worker.look && !any_left) continue;
+      if (!next || worker.now < next->now) next = &worker;
+    }
+    return next;
   }
-  return matched;
-}
+
+  void Take(Worker* worker) {
+    const int64_t photo = next_photo_++;
+    worker->photo = photo;
+    worker->look.emplace(
+        candidates_[photo], graph_, worker->now, [photo](int64_t other) { return other < photo; },
+        options_.second_look);
+  }
+
+  void Step(Worker* worker) {
+    worker->look->Advance(worker->now);
+    const auto batch = worker->look->Next();
+    for (const int64_t other : batch) {
+      worker->look->Tell(other, session_.inliers[worker->photo][other]);
+      matched_[worker->photo].push_back(other);
+    }
+    worker->now += static_cast<int64_t>(batch.size());
+    if (batch.empty()) Finish(worker);
+  }
+
+  void Finish(Worker* worker) {
+    const int64_t photo = worker->photo;
+    for (const int64_t other : matched_[photo]) {
+      const int32_t inliers = session_.inliers[photo][other];
+      if (inliers > 0) graph_.Add(photo, other, inliers, worker->now + 1);
+    }
+    worker->look.reset();
+  }
+
+  const Session& session_;
+  const std::vector<std::vector<int64_t>>& candidates_;
+  const Options& options_;
+  CovisibilityGraph graph_;  // positions are times
+  std::vector<std::vector<int64_t>> matched_;
+  std::vector<Worker> workers_;
+  int64_t next_photo_ = 0;
+};
 
 int CountApart(const std::vector<std::vector<int64_t>>& neighbours) {
   std::vector<size_t> root(neighbours.size());
@@ -108,21 +168,28 @@ void AddStrongest(const std::vector<int32_t>& inliers, const std::vector<int64_t
   }
 }
 
-Score Replay(const Session& session, const Options& options) {
-  Score score;
+// Of each photo, as the service answers.
+std::vector<std::vector<int64_t>> Retrieve(const Session& session, const Options& options) {
   HnswIndex index(session.vectors[0].size(), {});
-  CovisibilityGraph graph;
-  std::vector<std::vector<int64_t>> verified(session.vectors.size());
+  std::vector<std::vector<int64_t>> candidates(session.vectors.size());
   for (size_t i = 0; i < session.vectors.size(); ++i) {
-    std::vector<int64_t> candidates;
     const auto search = index.Find(session.vectors[i].data());
     for (const auto& n : index.NearestExpanded(search, options.top_n, options.num_expanding)) {
-      candidates.push_back(n.id);
+      candidates[i].push_back(n.id);
     }
     index.Insert(static_cast<int64_t>(i), search);
-    const auto matched = MatchPhoto(session, i, candidates, options, &graph);
-    score.matched += static_cast<double>(matched.size());
-    for (const int64_t other : matched) {
+  }
+  return candidates;
+}
+
+Score Replay(const Session& session, const Options& options) {
+  Score score;
+  const auto candidates = Retrieve(session, options);
+  const auto matched = Workers(session, candidates, options).Run();
+  std::vector<std::vector<int64_t>> verified(matched.size());
+  for (size_t i = 0; i < matched.size(); ++i) {
+    score.matched += static_cast<double>(matched[i].size());
+    for (const int64_t other : matched[i]) {
       const int32_t inliers = session.inliers[i][other];
       if (inliers == 0) continue;
       verified[i].push_back(other);
@@ -130,7 +197,7 @@ Score Replay(const Session& session, const Options& options) {
       score.inliers += inliers;
       score.overlapping += inliers > kOverlapping;
     }
-    AddStrongest(session.inliers[i], matched, &score);
+    AddStrongest(session.inliers[i], matched[i], &score);
   }
   score.num_apart = CountApart(verified);
   return score;
@@ -193,7 +260,8 @@ int main(int argc, char** argv) {
   app.add_option("--codebook", options.codebook, "VLAD codebook")->capture_default_str();
   app.add_option("--shuffles", options.num_shuffles, "Random orders besides the names'")
       ->capture_default_str();
-  app.add_option("--lag", options.lag, "Photos before one whose matches are not known yet")
+  app.add_option("--workers", options.num_workers, "Photos at work at the same time")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--top", options.top_n, "Candidates a photo, plain and second look")
       ->capture_default_str();

@@ -42,10 +42,8 @@ void MatchingService::StartIfKnown(int64_t image_id) {
   const auto job = jobs_.find(image_id);
   if (job == jobs_.end() || job->second.look || !index_.HasCandidates(image_id)) return;
   if (!index_.FindFeatures(image_id)) return Fail(image_id, "the photo has no features", true);
-  const int64_t seq = follower_.processed_seq();
-  job->second.computed_at_seq = seq;
   job->second.look.emplace(
-      index_.CandidatesOf(image_id), index_.covisibility(), seq,
+      index_.CandidatesOf(image_id), index_.covisibility(), follower_.processed_seq(),
       [this, image_id](int64_t other_id) { return index_.IsEarlier(other_id, image_id); },
       second_look_);
   LoadPhoto(image_id);
@@ -78,6 +76,7 @@ void MatchingService::StartNext() {
 
 void MatchingService::LoadBatch() {
   Job& job = jobs_.at(*active_);
+  job.look->Advance(follower_.processed_seq());
   job.batch = job.look->Next();
   if (job.batch.empty()) return Submit();
   job.others.assign(job.batch.size(), nullptr);
@@ -141,7 +140,7 @@ void MatchingService::Submit() {
   ++num_done_;
   sum_elapsed_s_ += job.matches.elapsed_s;
   worker_.Run(
-      [this, image_id, seq = job.computed_at_seq, matches = std::move(job.matches)] {
+      [this, image_id, seq = job.look->seq(), matches = std::move(job.matches)] {
         const std::string blob =
             matches.pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches.pairs));
         matches_t fact = ToMessage(image_id, matches, blob);

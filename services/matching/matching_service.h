@@ -29,7 +29,8 @@ struct MatchingServiceOptions {
 
 // Loop's thread; the matching itself runs on a worker thread (and matcher.num_threads - 1 more).
 // Holds two items: one that is matched, one whose features are fetched meanwhile. What is matched
-// depends on the photo's candidates and on the ledger up to computed_at_seq only.
+// depends on the photo's candidates and on the ledger up to computed_at_seq, which goes on with
+// every batch: with several copies, most of what speaks for a photo's candidates comes meanwhile.
 class MatchingService {
  public:
   MatchingService(Node& node, const MatchingServiceOptions& options);
@@ -37,7 +38,6 @@ class MatchingService {
  private:
   // An item of work, from work_t until its result is committed.
   struct Job {
-    int64_t computed_at_seq = 0;
     std::optional<SecondLook> look;  // once the candidates are known
     PhotoFeaturesPtr photo;
     std::vector<int64_t> batch;            // the pairs that are matched now

@@ -1,6 +1,7 @@
 #include "matching/second_look.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <unordered_set>
 #include <utility>
@@ -9,6 +10,7 @@ namespace skein {
 namespace {
 
 constexpr int32_t kOverlapping = 50;  // inliers
+constexpr int64_t kFromTheStart = std::numeric_limits<int64_t>::min();
 
 double Strength(int32_t num_inliers) {
   return static_cast<double>(num_inliers) / (num_inliers + kOverlapping);
@@ -89,13 +91,23 @@ std::vector<int64_t> SecondLook::Best(size_t count) const {
 void SecondLook::Tell(int64_t other_id, int32_t num_inliers) {
   Candidate& told = candidates_.at(other_id);
   if (std::exchange(told.tried, true)) throw std::invalid_argument("told twice of one pair");
-  ++num_tried_;
+  told_.push_back({other_id, num_inliers});
   num_joined_ += !told.named;
   num_strong_ += num_inliers >= kOverlapping;
+  Learn(told_.back(), kFromTheStart);
+}
+
+void SecondLook::Advance(int64_t seq) {
+  if (seq <= seq_) return;
+  const int64_t before = std::exchange(seq_, seq);
+  for (const Outcome& outcome : told_) Learn(outcome, before);
+}
+
+void SecondLook::Learn(const Outcome& outcome, int64_t after_seq) {
   if (!options_.enabled) return;
-  const double outcome = Strength(num_inliers);
-  for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(other_id)) {
-    if (edge.seq > seq_) continue;
+  const int32_t num_inliers = outcome.num_inliers;
+  for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(outcome.other_id)) {
+    if (edge.seq <= after_seq || edge.seq > seq_) continue;
     auto found = candidates_.find(edge.other_id);
     if (found == candidates_.end()) {
       if (num_inliers == 0 || !may_join_(edge.other_id)) continue;
@@ -106,8 +118,8 @@ void SecondLook::Tell(int64_t other_id, int32_t num_inliers) {
     const double weight = Strength(edge.num_inliers);
     candidate.bottleneck = std::max(candidate.bottleneck, std::min(edge.num_inliers, num_inliers));
     candidate.weight += weight;
-    candidate.weighted += weight * outcome;
-    candidate.not_implied *= 1 - weight * outcome;
+    candidate.weighted += weight * Strength(num_inliers);
+    candidate.not_implied *= 1 - weight * Strength(num_inliers);
   }
 }
 

@@ -49,8 +49,8 @@ struct SecondLookOptions {
   void Check() const;
 };
 
-// The order for one photo: a function of its candidates, the graph up to `seq`, and the outcomes
-// told. The graph must outlive it; what is added to it later than `seq` is not seen.
+// The order for one photo: a function of its candidates, the outcomes told, and the graph up to
+// `seq`, or up to where Advance went. The graph must outlive it; what is later in it is not seen.
 class SecondLook {
  public:
   // `candidates`: best first, each once, without the photo. `may_join`: whether a photo that
@@ -67,8 +67,12 @@ class SecondLook {
   std::vector<int64_t> Best(size_t count) const;
   // 0 inliers: not verified, or cannot be matched.
   void Tell(int64_t other_id, int32_t num_inliers);
+  // Sees the graph up to `seq` from now on: other photos' pairs that became known while this one is
+  // worked on. An older one changes nothing.
+  void Advance(int64_t seq);
 
-  size_t num_tried() const { return num_tried_; }
+  int64_t seq() const { return seq_; }
+  size_t num_tried() const { return told_.size(); }
 
  private:
   struct Candidate {
@@ -82,6 +86,13 @@ class SecondLook {
     double not_implied = 1;  // product of 1 - the same
   };
 
+  struct Outcome {
+    int64_t other_id = 0;
+    int32_t num_inliers = 0;
+  };
+
+  // What the edges of a tried photo after `after_seq` say of their other photos.
+  void Learn(const Outcome& outcome, int64_t after_seq);
   bool IsInformed(const Candidate& c) const { return c.weight >= options_.min_evidence; }
   double Expected(const Candidate& candidate) const;
   double ExpectedInliers(const Candidate& candidate) const;
@@ -94,7 +105,7 @@ class SecondLook {
   SecondLookOptions options_;
   std::unordered_map<int64_t, Candidate> candidates_;
   std::vector<int64_t> order_;  // ids of candidates_, as they came up
-  size_t num_tried_ = 0;
+  std::vector<Outcome> told_;
   size_t num_strong_ = 0;
   size_t num_joined_ = 0;  // tried ones that retrieval did not name
 };

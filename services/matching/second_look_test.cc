@@ -146,6 +146,33 @@ TEST(SecondLook, DoesNotSeeWhatTheLedgerToldLater) {
   EXPECT_EQ(Tried(SecondLook(Range(1, 10), graph, kNow, IsEarlier, {}), {}), Range(1, 10));
 }
 
+TEST(SecondLook, SeesWhatBecomesKnownMeanwhile) {
+  CovisibilityGraph graph;
+  AddPlace(1, 10, 300, &graph, kNow + 1);
+  SecondLook look(Range(1, 10), graph, kNow, IsEarlier, {});
+  for (const int64_t id : look.Next()) look.Tell(id, 0);
+  EXPECT_FALSE(look.Next().empty());
+  look.Advance(kNow + 1);
+  EXPECT_TRUE(look.Next().empty()) << "the two that failed are of the same place";
+  look.Advance(kNow);
+  EXPECT_EQ(look.seq(), kNow + 1);
+}
+
+TEST(SecondLook, EveryEdgeCountsOnceHoweverOftenItAdvances) {
+  CovisibilityGraph graph;
+  graph.Add(1, 2, 40, kNow + 1);  // one such failure is too little evidence, two would not be
+  SecondLook look({1, 2}, graph, kNow, IsEarlier, {});
+  look.Tell(1, 0);
+  for (int64_t seq = kNow; seq <= kNow + 3; ++seq) look.Advance(seq);
+  EXPECT_EQ(look.Next(), std::vector<int64_t>{2});
+  graph.Add(3, 2, 40, kNow + 4);
+  SecondLook both({1, 3, 2}, graph, kNow, IsEarlier, {});
+  both.Tell(1, 0);
+  both.Tell(3, 0);
+  both.Advance(kNow + 4);
+  EXPECT_TRUE(both.Next().empty());
+}
+
 TEST(SecondLook, ExpectsMostOfThoseWhoShareMostWithGoodPairs) {
   CovisibilityGraph graph;
   graph.Add(1, 30, 60, 1);
