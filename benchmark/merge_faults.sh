@@ -2,19 +2,20 @@
 # Many runs of one place by several agents, in each of which a mapper or the merger, by chance, is
 # killed (kill -9) while two submaps merge: is the map complete all the same?
 #
-#   benchmark/merge_faults.sh [--runs N] [--only RUN] [--scenario S] [--agents N] [--photos N] [--size WxH]
+#   benchmark/merge_faults.sh [--runs N] [--only RUN] [--scenario S] [--agents N] [--photos N] [--size WxH] [--keep DIR]
 #
 #   --runs N         how many (default 20); run 0, undisturbed, comes first
 #   --only RUN       only this one: a run's dice are its number's
 #   --scenario S, --agents N, --photos N (of each agent), --size WxH    of skein sim: default disjoint, 3,
 #                    20, 960x720; seed 1
+#   --keep DIR       keeps the sessions whose map is not complete
 #
 # Needs a network namespace of its own, so root or user namespaces. Exits 1 if a run's map is not
 # complete: one submap with every photo.
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
-runs=20 only='' scenario=disjoint agents=3 photos=20 size=960x720
+runs=20 only='' keep='' scenario=disjoint agents=3 photos=20 size=960x720
 arguments=("$@")
 while (($#)); do
   case $1 in
@@ -25,6 +26,7 @@ while (($#)); do
     --agents) agents=${2:?}; shift ;;
     --photos) photos=${2:?}; shift ;;
     --size) size=${2:?}; shift ;;
+    --keep) mkdir -p "${2:?}"; keep=$(realpath "$2"); shift ;;
     *) usage_error "unknown option $1" ;;
   esac
   shift
@@ -90,7 +92,11 @@ row() {
   echo nobody >"$workspace/killed"
   run_session "$session" "$1" >"$workspace/run-$1.log" 2>&1 || { cat "$workspace/run-$1.log" >&2; return 1; }
   jq -e --argjson n "$num_photos" '[.submaps[].images] == [$n] and .images.registered == $n' "$report" >/dev/null ||
-    { verdict="not complete: $(jq -c '[.submaps[].images]' "$report")"; broken=1; }
+    {
+      verdict="not complete: $(jq -c '[.submaps[].images], [.merges[] | select(.state == "undone") | .reason]' "$report" | tr '\n' ' ')"
+      broken=1
+      [[ -z $keep ]] || cp -r "$session" "$keep/"
+    }
   printf '| %s | %s | %s | %s | %s | %.4f | %s | %s |\n' "$1" "$(<"$workspace/killed")" \
     "$(jq '[.merges[] | select(.state == "done")] | length' "$report")" \
     "$(jq '[.merges[] | select(.state == "undone")] | length' "$report")" \

@@ -1,26 +1,30 @@
 #!/usr/bin/env bash
 # What merging does: each set with merging and without it (submaps, photos and points of each), how
-# many submaps there were over time, what merges were tried and cost; and, on the pairs of submaps that
-# the run without merging left, COLMAP's model_merger.
+# many submaps there were over time, what merges were tried and cost; and, on each pair of submaps with
+# shared photos that the run without merging left, Skein's merge beside COLMAP's model_merger.
 #
 #   benchmark/merging.sh [--sets "LIST"] [--datasets DIR] [--size WxH]
 #
-#   --sets "LIST"    of: disjoint rooms corridor relay twins south (default: disjoint rooms south)
-#   --datasets DIR   holds south-building (default: ../shared/datasets beside the tree; left out if absent):
-#                    its photos in three agents by file order
+#   --sets "LIST"    default: all. Scenarios of skein sim: together disjoint relay rooms corridor twins;
+#                    real photos: fountain-P11 temple-ring caliterra south-building (in three agents by
+#                    file order)
+#   --datasets DIR   holds the real photos (default: ../shared/datasets beside the tree); what is absent
+#                    is left out
 #   --size WxH       of the synthetic photos (default 960x720)
 #
 # Needs a network namespace of its own, so root or user namespaces.
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
+shopt -s extglob
 
-datasets=$SKEIN_ROOT/../shared/datasets sets="disjoint rooms south" size=960x720
+datasets=$SKEIN_ROOT/../shared/datasets size=960x720
+sets="together disjoint relay rooms corridor twins fountain-P11 temple-ring caliterra south-building"
 arguments=("$@")
 while (($#)); do
   case $1 in
     -h | --help) print_help; exit 0 ;;
     --sets) sets=${2:?}; shift ;;
-    --datasets) datasets=${2:?}; shift ;;
+    --datasets) datasets=$(realpath "${2:?}"); shift ;;
     --size) size=${2:?}; shift ;;
     *) usage_error "unknown option $1" ;;
   esac
@@ -42,11 +46,15 @@ use_south() {
 }
 
 choose_set() {
+  local photos=$datasets/$1
   case $1 in
-    disjoint | relay | corridor) use_place 3 20 --scenario "$1" --size "$size" --seed 1 ;;
+    together | disjoint | relay) use_place 3 20 --scenario "$1" --size "$size" --seed 1 ;;
     rooms) use_place 6 30 --scenario rooms --size "$size" --seed 1 ;;
-    twins) use_place 4 15 --scenario twins --size "$size" --seed 1 ;;
-    south) use_south ;;
+    corridor | twins) use_place 2 20 --scenario "$1" --size "$size" --seed 1 ;;
+    fountain-P11) use_photos camera "$photos/images" "$photos/gt_dense_cameras" ;;
+    temple-ring) use_photos camera "$photos/images" "$photos/templeR_par.txt" ;;
+    caliterra) use_photos drone "$photos/images" "$photos/none" ;;
+    south-building) use_south ;;
     *) usage_error "unknown set $1" ;;
   esac
 }
@@ -77,7 +85,7 @@ submaps_over_time() {
 }
 
 # The largest model's error, or "-" where there is none
-rmse_of() { "$SKEIN_BUILD/bin/skein" evaluate --json "$1" "$place/truth" 2>/dev/null | jq -r '.position_rmse_percent // "-"' || echo -; }
+rmse_of() { "$SKEIN_BUILD/bin/skein" evaluate --json "$1" "$place/truth" 2>/dev/null | jq -r '.position_rmse_percent * 10000 | round / 10000' || echo -; }
 
 row() {
   local session=$workspace/$1-$2 report=$workspace/$1-$2/report.json options=()
@@ -102,21 +110,23 @@ shared_photos() {
   comm -12 "$1-text/names" "$2-text/names" | wc -l
 }
 
-# COLMAP's model_merger on each pair of the submaps that stayed apart
+# Both mergers on each pair of the submaps that stayed apart
 merger_rows() {
-  local submaps=$workspace/$1-off-submaps a b out shared verdict
-  for a in "$submaps"/[0-9]; do
-    for b in "$submaps"/[0-9]; do
+  local submaps=$workspace/$1-off-submaps a b out shared verdict ours
+  for a in "$submaps"/+([0-9]); do
+    for b in "$submaps"/+([0-9]); do
       [[ $a < $b ]] || continue
       shared=$(shared_photos "$a" "$b")
       ((shared > 0)) || continue
       out=$a-with-${b##*/}
       mkdir -p "$out"
+      ours=$("$SKEIN_BUILD/bin/merge_models" "$a" "$b" "$out-ours") || true # says itself why not
       QT_QPA_PLATFORM=offscreen colmap model_merger --input_path1 "$a" --input_path2 "$b" --output_path "$out" >"$out.log" 2>&1 || true
       verdict=$(grep -oE 'Merge (succeeded|failed)' "$out.log" || echo "ended badly")
-      printf '| %s | %s + %s photos, %s shared | %s, %s | %s | %s |\n' "$1" "$(wc -l <"$a-text/names")" \
-        "$(wc -l <"$b-text/names")" "$shared" "$(rmse_of "$a")" "$(rmse_of "$b")" "$verdict" \
-        "$([[ $verdict == *succeeded ]] && rmse_of "$out" || echo -)"
+      printf '| %s | %s + %s photos, %s shared | %s, %s | %s | %s | %s | %s |\n' "$1" "$(wc -l <"$a-text/names")" \
+        "$(wc -l <"$b-text/names")" "$shared" "$(rmse_of "$a")" "$(rmse_of "$b")" "${ours#*: }" \
+        "$([[ $ours == *": merged"* ]] && rmse_of "$out-ours" || echo -)" \
+        "$verdict" "$([[ $verdict == *succeeded ]] && rmse_of "$out" || echo -)"
     done
   done
 }
@@ -126,13 +136,13 @@ merger_table=$workspace/merger_table
 echo '| set | merging | registered | submaps | photos / points of each | position RMSE of the largest, % of extent | merges tried / done / undone | s a merge, mean / most | submaps over time |'
 echo '|---|---|---|---|---|---|---|---|---|'
 for name in $sets; do
-  [[ $name != south || -d $datasets/south-building ]] || { echo "no $datasets/south-building: left out"; continue; }
+  [[ $name != *-* && $name != caliterra || -d $datasets/$name ]] || { echo "no $datasets/$name: left out"; continue; }
   choose_set "$name"
   row "$name" off
   row "$name" on
   merger_rows "$name" >>"$merger_table"
 done
 echo
-echo '| set | submaps | position RMSE of each | COLMAP model_merger | RMSE after |'
-echo '|---|---|---|---|---|'
+echo '| set | submaps | position RMSE of each, % | Skein, s | RMSE after | COLMAP model_merger | RMSE after |'
+echo '|---|---|---|---|---|---|---|'
 cat "$merger_table"

@@ -1,0 +1,66 @@
+// merge_models: what a mapper does when the merger orders a merge, with two of a session's submaps
+// as `skein export` writes them: similarity, seam and checks (merger/absorb.h), the smaller into
+// the larger. The check along matches that neither submap was built from needs the session, and is
+// left out.
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <stdexcept>
+#include <utility>
+
+#include "base/reconstruction.h"
+#include "core/clock.h"
+#include "merger/absorb.h"
+#include "merger/fuse.h"
+
+namespace skein {
+namespace {
+
+colmap::Reconstruction Read(const std::string& folder) {
+  colmap::Reconstruction model;
+  model.ReadBinary(folder);
+  return model;
+}
+
+// Returns the exit code.
+int Run(const std::string& first, const std::string& second, const std::string& output) {
+  colmap::Reconstruction target = Read(first), source = Read(second);
+  if (target.NumRegImages() < source.NumRegImages()) std::swap(target, source);
+  const double start_s = MonotonicS();
+  const std::vector<SharedPhoto> shared = SharedPhotosOf(source, target);
+  const AbsorbOptions options;
+  const Sim3Result similarity = EstimateSim3(shared, options.sim3);
+  AbsorbResult result;
+  result.reason = similarity.reason;
+  if (similarity.success) result = Absorb(target, source, similarity.target_from_source, options);
+  const double duration_s = MonotonicS() - start_s;
+  std::cout << shared.size()
+            << " shared photos: " << (result.ok ? "merged" : "not merged: " + result.reason) << ", "
+            << std::round(duration_s * 10) / 10 << " s\n";
+  if (!result.ok) return 1;
+  std::filesystem::create_directories(output);
+  result.merged.WriteBinary(output);
+  return 0;
+}
+
+}  // namespace
+}  // namespace skein
+
+int main(int argc, char** argv) {
+  CLI::App app("Merges two submaps as a mapper does. Exits 1 if they don't merge.");
+  std::string first, second, output;
+  app.add_option("first", first, "COLMAP model")->required()->check(CLI::ExistingDirectory);
+  app.add_option("second", second, "COLMAP model of the same session")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  app.add_option("output", output, "folder for the merged model")->required();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return skein::Run(first, second, output);
+  } catch (const std::exception& error) {
+    std::cerr << "merge_models: " << error.what() << "\n";
+    return 2;
+  }
+}
