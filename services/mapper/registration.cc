@@ -200,13 +200,13 @@ bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
 
 }  // namespace
 
-double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
-                     const BundlePose& pose, double max_error_px) {
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                    const BundlePose& pose, double max_error_px) {
   const colmap::Reconstruction& reconstruction = map.reconstruction();
   const colmap::Image& image = reconstruction.Image(image_id);
   const double max_error = max_error_px / camera.MeanFocalLength();
   std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
-  int num_matches = 0, num_agreeing = 0;
+  Votes votes;
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
       const colmap::Image& other = reconstruction.Image(correspondence.image_id);
@@ -217,11 +217,17 @@ double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera
       const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
       const Eigen::Vector3d y =
           other_camera.ImageToWorld(other.Point2D(correspondence.point2D_idx).XY()).homogeneous();
-      ++num_matches;
-      num_agreeing += SampsonError(entry->second, x, y) <= max_error;
+      ++(SampsonError(entry->second, x, y) <= max_error ? votes.agree : votes.contradict);
     }
   }
-  return num_matches == 0 ? 1.0 : static_cast<double>(num_agreeing) / num_matches;
+  return votes;
+}
+
+double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                     const BundlePose& pose, double max_error_px) {
+  const Votes votes = EpipolarVotes(map, image_id, camera, pose, max_error_px);
+  const int num_matches = votes.agree + votes.contradict;
+  return num_matches == 0 ? 1.0 : static_cast<double>(votes.agree) / num_matches;
 }
 
 unsigned SeedFromIds(uint64_t a, uint64_t b) {

@@ -5,6 +5,7 @@
 
 #include "mapper/bundle.h"
 #include "mapper/look_alike.h"
+#include "mapper/photo_groups.h"
 #include "mapper/scene_map.h"
 
 namespace skein {
@@ -70,8 +71,12 @@ struct PoseEstimate {
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options);
 
-// Share of the photo's verified matches with registered photos whose Sampson error under the pose
-// is at most `max_error_px`. 1 if there are none.
+// The photo's verified matches with registered photos; those agree whose Sampson error under the
+// pose is at most `max_error_px`.
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                    const BundlePose& pose, double max_error_px);
+
+// The share of them that agrees. 1 if there are none.
 double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
                      const BundlePose& pose, double max_error_px);
 

@@ -196,6 +196,14 @@ void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
   triangulator_->ClearModifiedPoints3D();
 }
 
+void SceneMap::Clear() {
+  ReplaceRegistered(colmap::Reconstruction());
+  for (auto& [id, state] : cameras_) {
+    reconstruction_->Camera(id).SetParams(state.prior_params);
+    state.refined = false;
+  }
+}
+
 void SceneMap::ColourPoints() {
   for (const Point3DId id : reconstruction_->Point3DIds()) {
     colmap::Point3D& point = reconstruction_->Point3D(id);

@@ -73,6 +73,9 @@ class SceneMap {
   // same keypoints and cameras; its points get new ids.
   void ReplaceRegistered(const colmap::Reconstruction& model);
 
+  // Drops all poses and points; cameras get their priors back.
+  void Clear();
+
   // Ids of the photos in the order they came.
   const std::vector<ImageId>& photos() const { return photos_; }
 

@@ -146,6 +146,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
     Defer(estimate, id, event, sink);
     return false;
   }
+  is_consolidated_ = false;
   const Adjustment adjustment = Adjust(id);
   side_.trials[id].deferred = side_.trials[id].looks_alike = false;
   ambiguous_.erase(id);
@@ -302,6 +303,7 @@ bool Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& si
   event.image_id = id;
   event.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
   map_->Deregister(id);
+  is_consolidated_ = false;
   Trial& trial = side_.trials[id];
   trial.deferred = true;
   trial.last_visible = CountVisible(id);
@@ -474,6 +476,7 @@ Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
     }
   }
   map_->ReplaceRegistered(model);
+  is_consolidated_ = false;
   for (const ImageId id : model.RegImageIds()) {
     queue_.erase(id);
     side_.trials[id].deferred = false;
@@ -483,18 +486,39 @@ Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
   return Status::Ok();
 }
 
-void Submap::Finish(const EventSink& sink) {
+// A photo that waits may be the one that ties two parts of the map together, and wait because they
+// are not yet where it says; so may one that was withdrawn, or rejected, of a map that was bent.
+void Submap::RetryAll() {
+  for (auto& [id, trial] : side_.trials) {
+    if (trial.looks_alike || map_->IsRegistered(id)) continue;
+    trial.rejected = false;
+    trial.num_withdrawals = 0;
+  }
   RetryDeferred();
-  while (Step(sink)) continue;
-  DropMaintenance();
-  if (map_->reconstruction().NumRegImages() < 2) return;
-  RefineGlobally(2, true, false);
-  WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
-  if (WithdrawMisplaced(sink) || !queue_.empty()) {
+}
+
+void Submap::Consolidate(const EventSink& sink) {
+  Settle(sink);
+  Rebuild(sink);
+}
+
+void Submap::Settle(const EventSink& sink) {
+  constexpr int kMaxRounds = 4;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    RetryAll();
     while (Step(sink)) continue;
     DropMaintenance();
+    if (is_consolidated_ || map_->reconstruction().NumRegImages() < 2) return;
+    is_consolidated_ = true;  // until a photo comes or goes
     RefineGlobally(2, true, false);
+    WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
+    WithdrawMisplaced(sink);
   }
+}
+
+void Submap::Finish(const EventSink& sink) {
+  Consolidate(sink);
+  if (map_->reconstruction().NumRegImages() < 2) return;
   for (const ImageId id : map_->reconstruction().RegImageIds()) {
     map_->triangulator().CompleteImage(options_.triangulation, id);
   }

@@ -35,6 +35,11 @@ struct SubmapOptions {
   // after each global BA. Registration asks for registration.min_inlier_ratio of them.
   double min_observed_ratio = 0.15;
   int max_withdrawals = 4;  // of one photo; then it is rejected
+  // A submap is torn where a photo has so many verified matches with registered ones, and less than
+  // this part of them agrees with the poses, or it is not registered at all.
+  int min_torn_matches = 100;
+  double min_agreeing_share = 0.85;
+  double min_rebuild_gain = 0.005;  // in matches that agree, for the submap mapped anew to stay
   // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
   // depends only on the order of the calls.
   bool background = false;
@@ -78,6 +83,7 @@ class Submap {
   // order; refusals leave the submap as it was.
   Status AddPhoto(const PhotoInput& photo) { return map_->AddPhoto(photo); }
   Status AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
+    is_consolidated_ = false;
     return map_->AddPairs(image_id, pairs);
   }
   void AddSimilar(int64_t image_id, const std::vector<std::pair<uint32_t, double>>& distances);
@@ -98,7 +104,13 @@ class Submap {
   // global BA. True while something is left to do.
   bool Maintain(bool at_rest, const EventSink& sink);
 
-  // The deferred once more, then global BA with retriangulation until nothing changes much.
+  // Every photo that waits once more, also those that were rejected, on a globally refined map, and
+  // those out of it that contradict it, until no photo comes or goes (or a few rounds are over). A
+  // submap that is torn even then is mapped anew, the photos that see most first, as if all had
+  // come at once; of the two the one stays that more verified matches agree with.
+  void Consolidate(const EventSink& sink);
+
+  // Consolidate, then global BA with retriangulation until nothing changes much.
   void Finish(const EventSink& sink);
 
   // Withdraws a photo for a reason from outside; it is tried again when a neighbour registers, as
@@ -151,6 +163,12 @@ class Submap {
     double cpu_s = 0;
   };
 
+  void RetryAll();
+  void Settle(const EventSink& sink);
+  bool IsTorn() const;
+  bool StartFromBestPair(const std::set<ImageId>& photos);
+  void Rebuild(const EventSink& sink);
+  void TakeOver(Submap* anew, const EventSink& sink);
   bool TryPhoto(ImageId id, const EventSink& sink);
   bool IsSuspect(ImageId id) const;
   RegistrationOptions OptionsOfTrial(ImageId id) const;
@@ -191,9 +209,11 @@ class Submap {
   Side side_;
   std::map<ImageId, int> queue_;  // with the number of points it sees
   BackgroundBa background_;
-  std::set<ImageId> ambiguous_;  // photos that wait for that reason
-  bool is_doubtful_ = false;     // a sign of misplaced photos was seen since they were looked for
-  int rounds_at_rest_ = 0;       // global BAs that a map at rest is still owed
+  std::set<ImageId> ambiguous_;   // photos that wait for that reason
+  bool is_doubtful_ = false;      // a sign of misplaced photos was seen since they were looked for
+  size_t num_pairs_rebuilt_ = 0;  // verified pairs when it was last mapped anew
+  bool is_consolidated_ = false;  // and no photo has come or gone since
+  int rounds_at_rest_ = 0;        // global BAs that a map at rest is still owed
   std::vector<Point3DId> points_to_maintain_;
   std::vector<std::pair<ImageId, ImageId>> pairs_to_maintain_;
   std::vector<ImageId> images_to_maintain_;

@@ -266,17 +266,22 @@ void SubmapRun::DoItem(const Item& item) {
     case Item::Kind::kMatches:
       return DoMatches(item.id);
     case Item::Kind::kDrained:
-      return RunJob(
-          [](Submap& submap, Outcome* outcome) {
-            submap.RetryDeferred();
-            outcome->more = true;
-          },
-          [this](const Outcome& outcome) { OnOutcome(outcome); });
+      is_drained_ = true;
+      return Consolidate();
     case Item::Kind::kSettled:
       return DoSettled(item);
     case Item::Kind::kMerge:
       return DoMerge(item);
   }
+}
+
+void SubmapRun::Consolidate() {
+  RunJob(
+      [](Submap& submap, Outcome* outcome) {
+        submap.Consolidate(
+            [outcome](const PhotoEvent& event) { outcome->events.push_back(event); });
+      },
+      [this](const Outcome& outcome) { OnOutcome(outcome); });
 }
 
 // A photo is the submap's business when it has a verified pair with a registered one.
@@ -293,6 +298,7 @@ void SubmapRun::DoSettled(const Item& item) {
   const submap_t* model = index_.FindModel(submap_id_);
   const bool done =
       model != nullptr && model->state == submap_t::FINAL && model->ledger_seq >= item.seq;
+  is_drained_ = false;
   if (done) return Pump();
   RunJob(
       [](Submap& submap, Outcome* outcome) {
@@ -321,6 +327,7 @@ void SubmapRun::DoMerge(const Item& item) {
     busy_ = false;
     merging_.reset();
     more_ = true;
+    if (is_drained_) return Consolidate();
     Pump();
   });
 }

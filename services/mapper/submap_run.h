@@ -96,6 +96,7 @@ class SubmapRun {
   void LoadWanted();
   void DoItem(const Item& item);
   void DoMatches(int64_t image_id);
+  void Consolidate();
   void DoSettled(const Item& item);
   void DoMerge(const Item& item);
   void RunJob(std::function<void(Submap&, Outcome*)> job, std::function<void(const Outcome&)> then);
@@ -134,6 +135,7 @@ class SubmapRun {
   bool working_ = false;      // seeded or restored
   bool busy_ = false;         // a job or a load is under way
   bool more_ = false;         // the submap's queue is not empty
+  bool is_drained_ = false;   // a finish has all photos' matches, and is not settled
   bool maintaining_ = false;  // see Submap::Maintain
   bool ended_ = false;
   std::optional<merge_t> merging_;  // the order being carried out

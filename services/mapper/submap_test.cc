@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "base/similarity_transform.h"
 #include "mapper/checkpoint.h"
@@ -364,6 +365,45 @@ TEST(Submap, DefersAPhotoWithLowOverlapForGood) {
   run.map.RetryDeferred();
   while (run.map.Step(run.Sink())) continue;
   EXPECT_EQ(run.events.size(), num_events);  // told once
+}
+
+// Two photos in wrong places, without a point that another could be registered with.
+colmap::Reconstruction DeadEnd(const Submap& submap) {
+  colmap::Reconstruction model = submap.map().reconstruction();
+  for (const Point3DId id : model.Point3DIds()) model.DeletePoint3D(id);
+  const std::vector<ImageId> ids = model.RegImageIds();
+  for (const ImageId id : ids) {
+    if (id > 2) model.DeRegisterImage(id);
+  }
+  model.Image(2).SetTvec(model.Image(2).Tvec() + Eigen::Vector3d(3, 0, 1));
+  return model;
+}
+
+TEST(Submap, IsMappedAnewWhereNothingFitsAnyMore) {
+  Rig run(SyntheticOptions{});
+  run.FeedAll();
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  ASSERT_EQ(run.NumRegistered(), 2);
+  run.events.clear();
+  run.map.Consolidate(run.Sink());
+  EXPECT_EQ(run.NumRegistered(), 8);
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+  std::set<int64_t> told;
+  for (const PhotoEvent& event : run.events) {
+    if (event.state == PhotoEvent::State::kRegistered) told.insert(event.image_id);
+  }
+  EXPECT_EQ(told, (std::set<int64_t>{3, 4, 5, 6, 7, 8}));
+}
+
+TEST(Submap, ThatIsRightStaysAsItIsWhenConsolidated) {
+  Rig run(SyntheticOptions{});
+  run.FeedAll();
+  run.map.Consolidate(run.Sink());
+  const Eigen::Vector3d center = run.map.map().reconstruction().Image(5).ProjectionCenter();
+  run.events.clear();
+  run.map.Consolidate(run.Sink());
+  EXPECT_TRUE(run.events.empty());
+  EXPECT_EQ(run.map.map().reconstruction().Image(5).ProjectionCenter(), center);
 }
 
 TEST(Submap, GivesTheSameMapForTheSameCalls) {

@@ -12,8 +12,15 @@ void MergePolicy::OnDone(int64_t merge_id) { pending_.erase(merge_id); }
 void MergePolicy::OnUndone(int64_t merge_id) {
   const auto it = pending_.find(merge_id);
   if (it == pending_.end()) return;
-  Remember({it->second.source_id, it->second.target_id}, it->second.num_shared_images);
+  const PendingMerge& merge = it->second;
+  if (!merge.precedes_drained)
+    Remember({merge.source_id, merge.target_id}, merge.num_shared_images);
   pending_.erase(it);
+}
+
+void MergePolicy::OnDrained() {
+  tried_.clear();
+  for (auto& [id, merge] : pending_) merge.precedes_drained = true;
 }
 
 void MergePolicy::OnFailed(int64_t source_id, int64_t target_id, int num_shared_images) {

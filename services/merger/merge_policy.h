@@ -39,6 +39,7 @@ struct PendingMerge {
   int64_t source_id = 0;
   int64_t target_id = 0;
   int num_shared_images = 0;
+  bool precedes_drained = false;
 };
 
 class MergePolicy {
@@ -50,6 +51,9 @@ class MergePolicy {
   void OnUndone(int64_t merge_id);
   // No similarity was found, in either direction.
   void OnFailed(int64_t source_id, int64_t target_id, int num_shared_images);
+  // The mappers have worked over their maps with all that the session has: what failed before may
+  // succeed now, and is tried once more.
+  void OnDrained();
   // A submap is gone: what was pending with it is over.
   void OnEnded(int64_t submap_id);
 

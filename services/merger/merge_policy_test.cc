@@ -74,6 +74,18 @@ TEST(MergePolicy, WhenFinishingOneSharedPhotoIsWorthATry) {
   EXPECT_TRUE(policy.Next(TwoSubmaps(1), true));
 }
 
+TEST(MergePolicy, WhatFailedBeforeTheMapsWereWorkedOverIsTriedOnceMore) {
+  MergePolicy policy({});
+  policy.OnFailed(2, 1, 5);
+  policy.OnOrdered({100, 3, 1, 3});
+  EXPECT_FALSE(policy.Next(TwoSubmaps(5), true));
+  policy.OnDrained();
+  policy.OnUndone(100);  // ordered before: its maps were not worked over
+  EXPECT_TRUE(policy.Next(TwoSubmaps(5), true));
+  policy.OnFailed(2, 1, 5);
+  EXPECT_FALSE(policy.Next(TwoSubmaps(5), true));
+}
+
 TEST(MergePolicy, SwitchedOffNothingMerges) {
   MergeOptions options;
   options.enabled = false;

@@ -136,7 +136,9 @@ void MergerService::Apply(const merge_t& merge) {
 void MergerService::Apply(const finish_t& finish) {
   finish_state_ = finish.state;
   finish_id_ = finish.finish_id;
-  if (finish.state == finish_t::DRAINED) settle_seq_ = finish.header.seq;
+  if (finish.state != finish_t::DRAINED) return;
+  settle_seq_ = finish.header.seq;
+  merges_.OnDrained();
 }
 
 void MergerService::OnStatus(const submap_t& status) {

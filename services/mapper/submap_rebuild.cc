@@ -1,0 +1,148 @@
+// A submap that the order of its photos has led astray is mapped anew, now that all are there.
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include "base/similarity_transform.h"
+#include "mapper/bundle_builder.h"
+#include "mapper/submap.h"
+
+namespace skein {
+namespace {
+
+Votes VotesOf(const RegistrationOptions& options, const SceneMap& map, ImageId id) {
+  const colmap::Image& image = map.reconstruction().Image(id);
+  BundlePose pose;
+  GetPose(image, &pose);
+  return EpipolarVotes(map, id, map.reconstruction().Camera(image.CameraId()), pose,
+                       options.max_epipolar_error_px);
+}
+
+// Verified matches between registered photos that agree with their poses.
+int64_t CountAgreeing(const RegistrationOptions& options, const SceneMap& map) {
+  int64_t num_agreeing = 0;
+  for (const ImageId id : map.reconstruction().RegImageIds()) {
+    num_agreeing += VotesOf(options, map, id).agree;
+  }
+  return num_agreeing / 2;
+}
+
+int MatchesWithRegistered(const SceneMap& map, ImageId id) {
+  int num_matches = 0;
+  for (const auto& [other, inliers] : map.Neighbours(id)) {
+    if (map.IsRegistered(other)) num_matches += inliers;
+  }
+  return num_matches;
+}
+
+// To the frame of another model of the same photos, as well as their centres allow.
+void AlignTo(const colmap::Reconstruction& model, colmap::Reconstruction* aligned) {
+  std::vector<Eigen::Vector3d> from, to;
+  for (const ImageId id : aligned->RegImageIds()) {
+    if (!model.IsImageRegistered(id)) continue;
+    from.push_back(aligned->Image(id).ProjectionCenter());
+    to.push_back(model.Image(id).ProjectionCenter());
+  }
+  colmap::SimilarityTransform3 transform;
+  if (from.size() >= 3 && transform.Estimate<true>(from, to)) aligned->Transform(transform);
+}
+
+}  // namespace
+
+bool Submap::IsTorn() const {
+  for (const ImageId id : map_->photos()) {
+    const auto trial = side_.trials.find(id);
+    if (trial != side_.trials.end() && trial->second.looks_alike) continue;
+    if (!map_->IsRegistered(id)) {
+      if (MatchesWithRegistered(*map_, id) >= options_.min_torn_matches) return true;
+      continue;
+    }
+    const Votes votes = VotesOf(options_.registration, *map_, id);
+    const int num_matches = votes.agree + votes.contradict;
+    if (num_matches >= options_.min_torn_matches &&
+        votes.agree < options_.min_agreeing_share * num_matches) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// Most inliers first; at each angle, which is relaxed stepwise as the merger does.
+bool Submap::StartFromBestPair(const std::set<ImageId>& photos) {
+  constexpr double kAnglesDeg[] = {16, 8, 4, 2};
+  std::vector<std::tuple<int, ImageId, ImageId>> pairs;
+  for (const auto& [id1, id2] : map_->pairs()) {
+    if (photos.count(id1) == 0 || photos.count(id2) == 0) continue;
+    pairs.emplace_back(-map_->Neighbours(id1).at(id2), id1, id2);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  std::map<std::pair<ImageId, ImageId>, double> angles_deg;  // 0: of no use
+  for (const double angle_deg : kAnglesDeg) {
+    for (const auto& [inliers, id1, id2] : pairs) {
+      const auto known = angles_deg.find({id1, id2});
+      if (known != angles_deg.end() && known->second < angle_deg) continue;
+      InitialPairOptions options;
+      options.min_triangulation_angle_deg = angle_deg;
+      const InitialPairResult result = Start(options, id1, id2, [](const PhotoEvent&) {});
+      if (result.ok) return true;
+      angles_deg[{id1, id2}] =
+          result.reason == "too small a triangulation angle" ? result.triangulation_angle_deg : 0;
+    }
+  }
+  return false;
+}
+
+void Submap::Rebuild(const EventSink& sink) {
+  if (num_pairs_rebuilt_ == map_->pairs().size() || !IsTorn()) return;
+  num_pairs_rebuilt_ = map_->pairs().size();
+  SubmapOptions options = options_;
+  options.background = false;
+  Submap anew(options);
+  anew.map_ = map_->Clone();
+  anew.map_->Clear();
+  anew.side_.similar = side_.similar;
+  std::set<ImageId> photos;
+  for (const ImageId id : map_->photos()) {
+    if (!side_.trials[id].looks_alike) photos.insert(id);
+  }
+  if (!anew.StartFromBestPair(photos)) return;
+  for (const ImageId id : photos) anew.Enqueue(id);
+  const EventSink nobody = [](const PhotoEvent&) {};
+  anew.Settle(nobody);
+  const double needed = (1 + options_.min_rebuild_gain) *
+                        static_cast<double>(CountAgreeing(options_.registration, *map_));
+  if (static_cast<double>(CountAgreeing(options_.registration, *anew.map_)) < needed) return;
+  TakeOver(&anew, sink);
+}
+
+// What became of the photos is told of those only whose state is another.
+void Submap::TakeOver(Submap* anew, const EventSink& sink) {
+  AlignTo(map_->reconstruction(), &anew->map_->reconstruction());
+  std::vector<ImageId> before = map_->reconstruction().RegImageIds();
+  std::sort(before.begin(), before.end());
+  map_->ReplaceRegistered(anew->map_->reconstruction());
+  for (auto& [id, trial] : anew->side_.trials) trial.looks_alike |= side_.trials[id].looks_alike;
+  side_.trials = std::move(anew->side_.trials);
+  side_.first = anew->side_.first;
+  queue_.clear();
+  MarkCamerasRefined();
+  NoteSize();
+  is_consolidated_ = true;
+  for (const ImageId id : before) {
+    if (map_->IsRegistered(id)) continue;
+    PhotoEvent event;
+    event.image_id = id;
+    event.state = PhotoEvent::State::kWithdrawn;
+    event.reason = "contradicted by the submap mapped anew";
+    side_.trials[id].deferred = true;
+    sink(event);
+  }
+  for (const PhotoEvent& event : RegisteredEvents()) {
+    if (!std::binary_search(before.begin(), before.end(), static_cast<ImageId>(event.image_id))) {
+      sink(event);
+    }
+  }
+}
+
+}  // namespace skein
