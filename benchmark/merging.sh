@@ -15,7 +15,6 @@
 # Needs a network namespace of its own, so root or user namespaces.
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
-shopt -s extglob
 
 datasets=$SKEIN_ROOT/../shared/datasets size=960x720
 sets="together disjoint relay rooms corridor twins fountain-P11 temple-ring caliterra south-building"
@@ -112,9 +111,10 @@ shared_photos() {
 
 # Both mergers on each pair of the submaps that stayed apart
 merger_rows() {
-  local submaps=$workspace/$1-off-submaps a b out shared verdict ours
-  for a in "$submaps"/+([0-9]); do
-    for b in "$submaps"/+([0-9]); do
+  local models a b out shared verdict ours
+  mapfile -t models < <(find "$workspace/$1-off-submaps" -mindepth 1 -maxdepth 1 | sort)
+  for a in "${models[@]}"; do
+    for b in "${models[@]}"; do
       [[ $a < $b ]] || continue
       shared=$(shared_photos "$a" "$b")
       ((shared > 0)) || continue
