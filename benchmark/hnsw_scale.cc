@@ -7,6 +7,9 @@
 // index alone is held in memory. A true neighbour is of the photo's own place or of another one:
 // where a place has fewer photos than are asked for, some of a million others are nearer by chance
 // than the rest, and no way leads to those.
+//
+// A long run can be interrupted: --resume goes on with the index that it wrote last. Samples are
+// the same whatever the largest size.
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
@@ -33,7 +36,9 @@ namespace skein::benchmark {
 namespace {
 
 constexpr size_t kTopN = 30;
-constexpr int64_t kNumSamples = 200;
+constexpr int64_t kFirstStage = 1000;
+constexpr int64_t kNumSamples = 200;  // of a stage up to ten times the one before
+constexpr size_t kWritePeriod = 50'000;
 constexpr size_t kIntrinsicNeighbours = 10;
 constexpr float kNear = 1.25f;  // half of the 30th real neighbours are farther
 
@@ -42,6 +47,7 @@ struct Options {
   std::string cache;
   std::string codebook = SKEIN_DATA_DIR "/vlad_codebook.bin";
   int64_t max_size = 100'000;
+  bool resume = false;
   bool shuffled = false;  // photos of a stage in any order, else place by place
   HnswOptions index;
 };
@@ -207,16 +213,21 @@ class Scale {
       : options_(options), drawn_(PrintReal(RealDescriptors(options)), 1) {
     ::malloc_trim(0);  // else the index grows into what the photos left
     memory_before_ = ResidentMemoryBytes();
-    index_.emplace(static_cast<size_t>(drawn_.dim()), options_.index);
+    const auto dim = static_cast<size_t>(drawn_.dim());
+    if (options_.resume) {
+      index_.emplace(Read(Path(), dim, options_.index));
+    } else {
+      index_.emplace(dim, options_.index);
+    }
   }
 
   void Run() {
-    for (int64_t stage = std::min<int64_t>(1000, options_.max_size);; stage *= 10) {
-      stage = std::min(stage, options_.max_size);
-      Grow(stage);
-      Report();
-      if (stage == options_.max_size) return;
+    for (int64_t stage = kFirstStage; next_ < options_.max_size; stage *= 10) {
+      const std::vector<int64_t> photos = ChooseSamples(stage);
+      Insert(photos);
+      if (index_->size() == static_cast<size_t>(next_) - left_out_.size()) Report();
     }
+    std::filesystem::remove(Path());
   }
 
  private:
@@ -230,28 +241,33 @@ class Scale {
     return sets;
   }
 
-  void Grow(int64_t size) {
-    const std::vector<int64_t> photos = ChooseSamples(size);
+  std::string Path() const { return options_.cache + "/hnsw_scale.bin"; }
+
+  // Those that are not in it yet.
+  void Insert(const std::vector<int64_t>& photos) {
     times_s_.clear();
     for (const int64_t photo : photos) {
+      if (index_->Contains(photo)) continue;
       const Eigen::RowVectorXf vector = drawn_.Get(photo);
       const double start_s = CpuTimeS();
       const auto search = index_->Find(vector.data());
       index_->NearestExpanded(search, kTopN, RetrievalOptions().num_expanding);
       index_->Insert(photo, search);
       times_s_.push_back(CpuTimeS() - start_s);
+      if (index_->size() % kWritePeriod == 0) Write(*index_, Path());
     }
     // What a stage costs at its size, not on the way there.
     times_s_.erase(times_s_.begin(), times_s_.begin() + static_cast<int64_t>(times_s_.size()) / 2);
   }
 
-  // Returns the other photos of the stage, in the order of insertion.
-  std::vector<int64_t> ChooseSamples(int64_t size) {
+  // Of the stage that ends at `stage`, or at the largest size. Returns its other photos, in the
+  // order of insertion.
+  std::vector<int64_t> ChooseSamples(int64_t stage) {
     const int64_t start = next_;
-    const int64_t spacing = std::max<int64_t>(10, (size - start) / kNumSamples);
+    const int64_t spacing = std::max<int64_t>(10, (stage - start) / kNumSamples);
     std::vector<int64_t> photos;
     samples_.clear();
-    for (; next_ < size; ++next_) {
+    for (; next_ < std::min(stage, options_.max_size); ++next_) {
       const bool is_sample = (next_ - start) % spacing == spacing / 2;
       (is_sample ? samples_ : photos).push_back(next_);
     }
@@ -292,7 +308,7 @@ class Scale {
 
   // Goes on with the index as read again; two at a time would be too much.
   void ReportReload(const RowMatrix& queries, const ExactNeighbours& truth) {
-    const std::string path = options_.cache + "/hnsw_scale.bin";
+    const std::string path = Path();
     const size_t dim = index_->dim();
     double start_s = CpuTimeS();
     const size_t size_bytes = Write(*index_, path);
@@ -309,13 +325,11 @@ class Scale {
       const Lookup lookup = LookUp(queries, *index_);
       const Recall recall = RecallOf(lookup.answers, truth);
       std::printf(
-          "         read in %.2f s; ef %zu: recall@30 %.4f, of the own place %.4f, query p50 %.3f "
-          "p95 "
-          "%.3f ms\n",
-          read_s, other.ef_search, recall.all, recall.own_place,
+          "         read in %.2f s; ef %zu: recall@30 %.4f, of the own place %.4f, query p50 %.3f, "
+          "p95 %.3f ms\n",
+          read_s, SearchBreadth(other.ef_search, index_->size()), recall.all, recall.own_place,
           1e3 * percentile(lookup.times_s, 50), 1e3 * percentile(lookup.times_s, 95));
     }
-    std::filesystem::remove(path);
   }
 
   Options options_;
@@ -343,6 +357,7 @@ int main(int argc, char** argv) {
   app.add_option("--ef", options.index.ef_search, "Breadth of search")->capture_default_str();
   app.add_option("--ef-construction", options.index.ef_construction, "Breadth of insertion")
       ->capture_default_str();
+  app.add_flag("--resume", options.resume, "Go on with the index in the cache folder");
   app.add_flag("--shuffled", options.shuffled,
                "Insert the photos of a stage in any order, not place by place");
   CLI11_PARSE(app, argc, argv);

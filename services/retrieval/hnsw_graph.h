@@ -104,10 +104,9 @@ class HnswGraph : public hnswlib::HierarchicalNSW<float> {
   using NearestFirst =
       std::priority_queue<Candidate, std::vector<Candidate>, std::greater<Candidate>>;
 
-  // Links and vector of a node lie one after the other.
   void Prefetch(Node node) const {
-    const char* record = data_level0_memory_ + node * size_data_per_element_;
-    for (size_t i = 0; i < size_data_per_element_; i += 64) __builtin_prefetch(record + i);
+    const char* vector = getDataByInternalId(node);
+    for (size_t i = 0; i < data_size_; i += 64) __builtin_prefetch(vector + i);
   }
 
   std::pair<const Node*, size_t> LinksOf(Node node, int level) const {

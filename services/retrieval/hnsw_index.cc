@@ -57,6 +57,12 @@ int64_t IdOf(const HnswGraph& graph, HnswGraph::Node node) {
 
 }  // namespace
 
+size_t SearchBreadth(size_t ef, size_t size) {
+  constexpr double kLarge = 100'000;
+  const double tenfolds = std::log10(std::max(1.0, static_cast<double>(size) / kLarge));
+  return static_cast<size_t>(std::lround(static_cast<double>(ef) * (1 + tenfolds)));
+}
+
 struct HnswIndex::Graph {
   Graph(size_t dim, const HnswOptions& o)
       : space(dim), hnsw(&space, o.initial_capacity, o.M, o.ef_construction) {}
@@ -83,7 +89,7 @@ HnswIndex::Search HnswIndex::Find(const float* vector) const {
   Search search;
   search.vector = ToInt8(vector, dim_);
   search.index_size = size();
-  const size_t ef = std::max(options_.ef_search, options_.ef_construction);
+  const size_t ef = SearchBreadth(std::max(options_.ef_search, options_.ef_construction), size());
   search.found = graph_->hnsw.Search(search.vector.data(), ef);
   return search;
 }

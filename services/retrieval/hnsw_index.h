@@ -15,10 +15,14 @@ namespace skein {
 struct HnswOptions {
   size_t M = 16;
   size_t ef_construction = 200;
-  size_t ef_search = 200;            // a search is at least as broad as insertion's
+  size_t ef_search = 200;            // SearchBreadth; at least as broad as insertion's
   size_t initial_capacity = 10'000;  // grows by doubling
   bool exact = false;                // search by scanning all vectors
 };
+
+// Of a search among `size` photos: ef up to 100,000, then ef more with each tenfold. In a large
+// index more photos are as near by chance as the last of those asked for.
+size_t SearchBreadth(size_t ef, size_t size);
 
 struct Neighbour {
   int64_t id = 0;

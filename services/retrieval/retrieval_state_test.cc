@@ -66,6 +66,59 @@ TEST(HnswIndex, FindsWhatExactSearchFinds) {
   EXPECT_GE(static_cast<double>(found) / static_cast<double>(wanted), 0.99);
 }
 
+// Photos of a place have a cosine of about 0.4, those of two places about none.
+class Places {
+ public:
+  static constexpr size_t kDim = 256;
+
+  std::vector<float> Photo(const std::vector<float>& place) {
+    std::vector<float> photo = Random();
+    for (size_t i = 0; i < kDim; ++i) photo[i] += 0.8f * place[i];
+    return photo;
+  }
+  std::vector<float> Random() {
+    std::normal_distribution<float> normal(0, 1 / std::sqrt(static_cast<float>(kDim)));
+    std::vector<float> v(kDim);
+    for (float& x : v) x = normal(random_);
+    return v;
+  }
+
+ private:
+  std::mt19937 random_{17};
+};
+
+TEST(HnswIndex, FindsAPlaceAmongMoreThanASearchCanVisit) {
+  constexpr int64_t kNumPlaces = 500;
+  constexpr int64_t kPhotosAPlace = 20;
+  HnswOptions options;
+  options.ef_search = 20;  // as few of 10,000 as the usual breadth of a million
+  options.ef_construction = 20;
+  HnswIndex index(Places::kDim, options);
+  Places places;
+  std::vector<std::vector<float>> queries;
+  for (int64_t place = 0; place < kNumPlaces; ++place) {
+    const auto centre = places.Random();
+    for (int64_t i = 0; i < kPhotosAPlace; ++i) {
+      index.Insert(place * kPhotosAPlace + i, places.Photo(centre).data());
+    }
+    queries.push_back(places.Photo(centre));
+  }
+  size_t found = 0;
+  for (int64_t place = 0; place < kNumPlaces; ++place) {
+    for (const auto& n : index.Query(queries[place].data(), kPhotosAPlace)) {
+      found += n.id / kPhotosAPlace == place;
+    }
+  }
+  EXPECT_GE(static_cast<double>(found), 0.92 * kNumPlaces * kPhotosAPlace) << "exact: 0.9865";
+}
+
+TEST(HnswIndex, SearchesALargeIndexMoreBroadly) {
+  EXPECT_EQ(SearchBreadth(200, 0), 200u);
+  EXPECT_EQ(SearchBreadth(200, 100'000), 200u);
+  EXPECT_EQ(SearchBreadth(200, 1'000'000), 400u);
+  EXPECT_EQ(SearchBreadth(50, 10'000'000), 150u);
+}
+
 TEST(HnswIndex, TellsEuclideanDistancesNearestFirst) {
   HnswIndex index(2, {});
   const float origin[] = {0, 0};
