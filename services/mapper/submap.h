@@ -166,7 +166,7 @@ class Submap {
   void RetryAll();
   void Settle(const EventSink& sink);
   bool IsTorn() const;
-  bool StartFromBestPair(const std::set<ImageId>& photos);
+  bool StartFromBestPairOf(ImageId id);
   void Rebuild(const EventSink& sink);
   void TakeOver(Submap* anew, const EventSink& sink);
   bool TryPhoto(ImageId id, const EventSink& sink);

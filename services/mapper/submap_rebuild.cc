@@ -1,8 +1,8 @@
 // A submap that the order of its photos has led astray is mapped anew, now that all are there.
 
 #include <algorithm>
-#include <map>
-#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "base/similarity_transform.h"
 #include "mapper/bundle_builder.h"
@@ -52,10 +52,9 @@ void AlignTo(const colmap::Reconstruction& model, colmap::Reconstruction* aligne
 
 bool Submap::IsTorn() const {
   for (const ImageId id : map_->photos()) {
-    const auto trial = side_.trials.find(id);
-    if (trial != side_.trials.end() && trial->second.looks_alike) continue;
     if (!map_->IsRegistered(id)) {
-      if (MatchesWithRegistered(*map_, id) >= options_.min_torn_matches) return true;
+      const int num_matches = MatchesWithRegistered(*map_, id);
+      if (num_matches >= options_.min_torn_matches && !IsSuspect(id)) return true;
       continue;
     }
     const Votes votes = VotesOf(options_.registration, *map_, id);
@@ -69,31 +68,25 @@ bool Submap::IsTorn() const {
 }
 
 // Most inliers first; at each angle, which is relaxed stepwise as the merger does.
-bool Submap::StartFromBestPair(const std::set<ImageId>& photos) {
+bool Submap::StartFromBestPairOf(ImageId id) {
   constexpr double kAnglesDeg[] = {16, 8, 4, 2};
-  std::vector<std::tuple<int, ImageId, ImageId>> pairs;
-  for (const auto& [id1, id2] : map_->pairs()) {
-    if (photos.count(id1) == 0 || photos.count(id2) == 0) continue;
-    pairs.emplace_back(-map_->Neighbours(id1).at(id2), id1, id2);
-  }
-  std::sort(pairs.begin(), pairs.end());
-  std::map<std::pair<ImageId, ImageId>, double> angles_deg;  // 0: of no use
+  std::vector<std::pair<int, ImageId>> others;
+  for (const auto& [other, inliers] : map_->Neighbours(id)) others.emplace_back(-inliers, other);
+  std::sort(others.begin(), others.end());
   for (const double angle_deg : kAnglesDeg) {
-    for (const auto& [inliers, id1, id2] : pairs) {
-      const auto known = angles_deg.find({id1, id2});
-      if (known != angles_deg.end() && known->second < angle_deg) continue;
+    for (const auto& [inliers, other] : others) {
       InitialPairOptions options;
       options.min_triangulation_angle_deg = angle_deg;
-      const InitialPairResult result = Start(options, id1, id2, [](const PhotoEvent&) {});
-      if (result.ok) return true;
-      angles_deg[{id1, id2}] =
-          result.reason == "too small a triangulation angle" ? result.triangulation_angle_deg : 0;
+      if (Start(options, id, other, [](const PhotoEvent&) {}).ok) return true;
     }
   }
   return false;
 }
 
+// From the photo that it began with, so that maps of two places that look alike never change
+// places.
 void Submap::Rebuild(const EventSink& sink) {
+  if (!map_->HasPhoto(side_.first)) return;
   if (num_pairs_rebuilt_ == map_->pairs().size() || !IsTorn()) return;
   num_pairs_rebuilt_ = map_->pairs().size();
   SubmapOptions options = options_;
@@ -102,12 +95,10 @@ void Submap::Rebuild(const EventSink& sink) {
   anew.map_ = map_->Clone();
   anew.map_->Clear();
   anew.side_.similar = side_.similar;
-  std::set<ImageId> photos;
+  if (!anew.StartFromBestPairOf(side_.first)) return;
   for (const ImageId id : map_->photos()) {
-    if (!side_.trials[id].looks_alike) photos.insert(id);
+    if (map_->IsRegistered(id) || !IsSuspect(id)) anew.Enqueue(id);
   }
-  if (!anew.StartFromBestPair(photos)) return;
-  for (const ImageId id : photos) anew.Enqueue(id);
   const EventSink nobody = [](const PhotoEvent&) {};
   anew.Settle(nobody);
   const double needed = (1 + options_.min_rebuild_gain) *
@@ -124,7 +115,6 @@ void Submap::TakeOver(Submap* anew, const EventSink& sink) {
   map_->ReplaceRegistered(anew->map_->reconstruction());
   for (auto& [id, trial] : anew->side_.trials) trial.looks_alike |= side_.trials[id].looks_alike;
   side_.trials = std::move(anew->side_.trials);
-  side_.first = anew->side_.first;
   queue_.clear();
   MarkCamerasRefined();
   NoteSize();
