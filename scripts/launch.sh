@@ -17,6 +17,8 @@
 #   --top-n N       candidates that retrieval names a photo (default 30)
 #   --no-second-look  match with all candidates in retrieval's order, for comparison
 #   --no-merge      leave the submaps apart, for comparison
+#   --no-background-ba  mappers refine the whole map in turn with registration, for comparison
+#   --local-ba FORM   of the mappers: consistent, paper, equal or colmap
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
 #   --build DIR     build folder (default: build/release)
@@ -33,7 +35,7 @@ readonly first_backoff_ms=200 longest_backoff_ms=10000
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
-features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=()
+features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
 retrieval_options=() matching_options=()
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
@@ -45,7 +47,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file)
+    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
@@ -60,6 +62,8 @@ while (($#)); do
     --top-n) need_count "$1" "$2"; retrieval_options=(--top "$2"); shift ;;
     --no-second-look) matching_options=(--no-second-look) ;;
     --no-merge) merger_options=(--no-merge) ;;
+    --no-background-ba) mapper_options+=(--no-background-ba) ;;
+    --local-ba) mapper_options+=(--local-ba "$2"); shift ;;
     --verbose) service_options+=(--verbose) ;;
     -h | --help) print_help; exit 0 ;;
     *) usage_error "unknown option $1" ;;

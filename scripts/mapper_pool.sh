@@ -15,8 +15,8 @@ start_pool() {
 }
 
 add_mapper() {
-  local options=()
-  (($1 <= min_mappers)) || options=(--retire-after "$retire_after_s")
+  local options=("${mapper_options[@]}")
+  (($1 <= min_mappers)) || options+=(--retire-after "$retire_after_s")
   add_service "${prefix}mapper-$1" mapper "${options[@]}"
 }
 

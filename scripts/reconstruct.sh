@@ -15,6 +15,8 @@
 #   --top-n N              candidates a photo (default 30)
 #   --no-second-look       match with all candidates, for comparison
 #   --no-merge             leave the submaps apart, for comparison
+#   --no-background-ba     mappers refine the whole map in turn with registration, for comparison
+#   --local-ba FORM        of the mappers: consistent, paper, equal or colmap
 #   --keep                 leave the services running after the finish (until Ctrl-C)
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
@@ -39,7 +41,7 @@ add_images() {
 while (($#)); do
   case $1 in
     --keep) keep=1; shift; continue ;;
-    --no-merge | --no-second-look) launch_options+=("$1"); shift; continue ;;
+    --no-merge | --no-second-look | --no-background-ba) launch_options+=("$1"); shift; continue ;;
     -h | --help) print_help; exit 0 ;;
   esac
   (($# > 1)) || usage_error "unknown option $1, or it needs a value"
@@ -47,7 +49,7 @@ while (($#)); do
     --session) session=$2 ;;
     --images) add_images "$2" ;;
     --rate | --order) agent_options+=("$1" "$2") ;;
-    --max-size | --top-n | --features | --matching | --mappers | --threads) launch_options+=("$1" "$2") ;;
+    --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba) launch_options+=("$1" "$2") ;;
     --ground-truth) [[ -e $2 ]] || usage_error "--ground-truth: there is no '$2'"; truth=$(realpath "$2") ;;
     --lcm-url) url=$2 ;;
     --build) SKEIN_BUILD=$2 ;;

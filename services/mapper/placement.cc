@@ -40,6 +40,7 @@ Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible,
   before_ = BundleOfPhoto(*map, image_id);
   Bundle bundle = before_;
   if (SolveBundle({}, &bundle).usable) ApplyBundle(bundle, map);
+  sigmas_ = SigmasOfFirstPose(bundle);
 }
 
 bool Placement::AgreesWithMatches(const RegistrationOptions& options) const {

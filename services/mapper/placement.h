@@ -22,6 +22,9 @@ class Placement {
   // them don't.
   bool AgreesWithMatches(const RegistrationOptions& options) const;
 
+  // How well the refined pose is determined.
+  const PoseSigmas& sigmas() const { return sigmas_; }
+
   // Puts the map back to what it was.
   void Undo();
 
@@ -29,7 +32,8 @@ class Placement {
   const ImageId image_id_;
   SceneMap& map_;
   std::vector<double> params_before_;  // of its camera
-  Bundle before_;                      // its points before the refinement
+  PoseSigmas sigmas_;
+  Bundle before_;  // its points before the refinement
 };
 
 }  // namespace skein

@@ -1,7 +1,5 @@
 #include "mapper/registration.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -10,7 +8,7 @@
 #include "base/pose.h"
 #include "estimators/pose.h"
 #include "mapper/bundle_builder.h"
-#include "mapper/bundle_terms.h"
+#include "mapper/projection.h"
 #include "util/math.h"
 #include "util/random.h"
 
@@ -20,8 +18,10 @@ namespace {
 constexpr double kMinFocalRatio = 0.1;
 constexpr double kMaxFocalRatio = 10.0;
 constexpr double kMaxDistortion = 1.0;
-// Errors of the map are shared by neighbouring points: more of them count as this many.
-constexpr size_t kIndependentPoints = 100;
+
+// A pose that is this much less determined than is asked for can be the start of a refinement
+// with the photo's other matches.
+constexpr double kSigmasOfAStart = 5;
 
 bool HasBogusParams(const colmap::Camera& camera) {
   return camera.HasBogusParams(kMinFocalRatio, kMaxFocalRatio, kMaxDistortion);
@@ -61,34 +61,11 @@ double SampsonError(const Eigen::Matrix3d& E, const Eigen::Vector3d& x, const Ei
   return norm > 0 ? std::abs(y.dot(line_y)) / norm : HUGE_VAL;
 }
 
-// The pose's covariance for 1 px of noise, from its information matrix (robustly weighted).
-void SetSigmas(const Bundle& bundle, PoseEstimate* estimate) {
-  const BundleLayout layout = MakeLayout(bundle);
-  const RobustLoss loss{Loss::kCauchy, 1.0};
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-  std::vector<double> depths;
-  for (const BundlePoint& point : bundle.points) {
-    ObservationTerm term;
-    if (!Linearise(bundle, layout, loss, point, bundle.observations[point.first], &term)) continue;
-    information += term.J_pose.transpose() * term.J_pose;
-    depths.push_back((bundle.poses[0].R * point.xyz + bundle.poses[0].t).z());
-  }
-  if (depths.size() > kIndependentPoints) {
-    information *= static_cast<double>(kIndependentPoints) / static_cast<double>(depths.size());
-  }
-  estimate->position_sigma = estimate->rotation_sigma_deg = HUGE_VAL;
-  const Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>> lu(information);
-  if (depths.empty() || !lu.isInvertible()) return;
-  const Eigen::Matrix<double, 6, 6> covariance = lu.inverse();
-  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  estimate->rotation_sigma_deg = colmap::RadToDeg(std::sqrt(
-      covariance.topLeftCorner<3, 3>().selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff()));
-  estimate->position_sigma = std::sqrt(covariance.bottomRightCorner<3, 3>()
-                                           .selfadjointView<Eigen::Upper>()
-                                           .eigenvalues()
-                                           .maxCoeff()) /
-                             depths[depths.size() / 2];
-}
+// What is estimated of a photo's camera along with its pose.
+struct CameraUse {
+  bool estimate_focal = false;  // anew
+  bool refine = false;          // focal length and distortion
+};
 
 Eigen::Matrix3x4d MatrixOf(const BundlePose& pose) {
   Eigen::Matrix3x4d matrix;
@@ -102,7 +79,7 @@ PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
   return estimate;
 }
 
-bool RunRansac(const RegistrationOptions& options, bool estimate_focal,
+bool RunRansac(const RegistrationOptions& options, double max_error_px, bool estimate_focal,
                const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
   colmap::AbsolutePoseEstimationOptions ransac;
   ransac.estimate_focal_length = estimate_focal;
@@ -110,7 +87,7 @@ bool RunRansac(const RegistrationOptions& options, bool estimate_focal,
   ransac.min_focal_length_ratio = options.min_focal_factor;
   ransac.max_focal_length_ratio = options.max_focal_factor;
   ransac.num_threads = 1;
-  ransac.ransac_options.max_error = options.max_error_px;
+  ransac.ransac_options.max_error = max_error_px;
   ransac.ransac_options.min_inlier_ratio = options.min_inlier_ratio;
   ransac.ransac_options.min_num_trials = options.min_num_trials;
   ransac.ransac_options.max_num_trials = options.max_num_trials;
@@ -147,8 +124,48 @@ bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine
     estimate->inlier_mask[i] = inlier;
     estimate->num_inliers += inlier;
   }
-  SetSigmas(PoseOnlyBundle(map, *camera, false, visible, *estimate), estimate);
+  estimate->sigmas = SigmasOfFirstPose(PoseOnlyBundle(map, *camera, false, visible, *estimate));
   return true;
+}
+
+// Of all visible points, in units of a squared pixel of error; an outlier costs what one at the
+// limit of inliers does.
+double RobustCost(const RegistrationOptions& options, const colmap::Camera& camera,
+                  const VisiblePoints& visible, const BundlePose& pose) {
+  double cost = 0;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    double error = options.max_error_px;
+    Eigen::Vector2d pixel;
+    if (Project(camera.ModelId(), camera.Params(), pose.R * visible.xyz[i] + pose.t, &pixel)) {
+      error = std::min(error, (pixel - visible.pixels[i]).norm());
+    }
+    cost += std::log1p(error * error);
+  }
+  return cost;
+}
+
+// The pose with the least robust cost of those that most points agree with at each limit of
+// RANSAC's, refined. False if there is none.
+bool FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
+              const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+  const colmap::Camera camera_before = *camera;
+  const PoseEstimate none = *estimate;
+  double least_cost = HUGE_VAL;
+  for (const double limit_px : options.ransac_limits_px) {
+    PoseEstimate candidate = none;
+    colmap::Camera candidate_camera = camera_before;
+    if (!RunRansac(options, limit_px, use.estimate_focal, visible, &candidate_camera, &candidate) ||
+        candidate.num_inliers < options.min_num_inliers ||
+        !Refine(map, options, use.refine, visible, &candidate_camera, &candidate)) {
+      continue;
+    }
+    const double cost = RobustCost(options, candidate_camera, visible, candidate.pose);
+    if (cost >= least_cost) continue;
+    least_cost = cost;
+    *estimate = candidate;
+    *camera = candidate_camera;
+  }
+  return least_cost < HUGE_VAL;
 }
 
 VisiblePoints OutliersOf(const VisiblePoints& visible, const PoseEstimate& estimate) {
@@ -192,13 +209,19 @@ bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
       std::max<double>(options.min_num_inliers, options.max_rival_ratio * estimate.num_inliers);
   if (static_cast<double>(outliers.size()) < needed) return false;
   PoseEstimate rival;
-  if (!RunRansac(options, false, outliers, &camera, &rival) || rival.num_inliers < needed) {
+  if (!RunRansac(options, options.max_error_px, false, outliers, &camera, &rival) ||
+      rival.num_inliers < needed) {
     return false;
   }
   return Differ(options, visible, estimate, rival.pose);
 }
 
 }  // namespace
+
+bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
+  return sigmas.position <= factor * options.max_position_sigma &&
+         sigmas.rotation_deg <= factor * options.max_rotation_sigma_deg;
+}
 
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
                     const BundlePose& pose, double max_error_px) {
@@ -274,12 +297,9 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, "too few visible points");
   }
   colmap::SetPRNGSeed(SeedFromIds(image_id, visible.size()));
-  if (!RunRansac(options, estimate_camera && !state.focal_from_exif, visible, &camera, &estimate) ||
-      estimate.num_inliers < options.min_num_inliers) {
+  const CameraUse use{estimate_camera && !state.focal_from_exif, estimate_camera};
+  if (!FindPose(map, options, use, visible, &camera, &estimate)) {
     return Refuse(estimate, "too few inliers");
-  }
-  if (!Refine(map, options, estimate_camera, visible, &camera, &estimate)) {
-    return Refuse(estimate, "pose refinement failed");
   }
   estimate.camera_params = camera.Params();
   if (estimate.num_inliers < options.min_num_inliers) return Refuse(estimate, "too few inliers");
@@ -287,8 +307,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, "too small a part of the visible points fits");
   }
   if (HasBogusParams(camera)) return Refuse(estimate, "camera parameters out of range");
-  if (estimate.position_sigma > options.max_position_sigma ||
-      estimate.rotation_sigma_deg > options.max_rotation_sigma_deg) {
+  if (!IsDetermined(options, estimate.sigmas, kSigmasOfAStart)) {
     return Refuse(estimate, "pose badly determined by its inliers");
   }
   if (HasRival(options, visible, camera, estimate)) {
@@ -314,7 +333,10 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
   const PoseEstimate estimate = EstimatePose(map, image_id, visible, options);
   BundlePose pose;
   GetPose(image, &pose);
-  if (!estimate.ok || !Differ(options, visible, estimate, pose)) return false;
+  if (!estimate.ok || !IsDetermined(options, estimate.sigmas) ||
+      !Differ(options, visible, estimate, pose)) {
+    return false;
+  }
   colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
   camera.SetParams(estimate.camera_params);
   return EpipolarShare(map, image_id, camera, estimate.pose, options.max_epipolar_error_px) >=

@@ -6,19 +6,23 @@
 #include "mapper/bundle.h"
 #include "mapper/look_alike.h"
 #include "mapper/photo_groups.h"
+#include "mapper/pose_sigmas.h"
 #include "mapper/scene_map.h"
 
 namespace skein {
 
 struct RegistrationOptions {
   double max_error_px = 12.0;  // of an inlier, as COLMAP
+  // RANSAC's. Within the widest two poses can share their inliers, e.g. of a part of the scene that
+  // is nearly a plane, where the smaller ones tell them apart.
+  std::vector<double> ransac_limits_px = {12.0, 4.0, 2.0};
   int min_num_inliers = 30;
   double min_inlier_ratio = 0.25;
   int min_num_trials = 100;
   int max_num_trials = 10000;
   double confidence = 0.99999;
-  // A pose whose standard deviations for 1 px of noise exceed these hangs on points in one corner,
-  // on a line or too far away, and is refused. Position as a fraction of the points' median depth.
+  // A pose whose standard deviations (pose_sigmas.h) exceed these, once it is refined with all that
+  // the photo's matches give, hangs on points in one corner, on a line or too far away.
   double max_position_sigma = 0.02;
   double max_rotation_sigma_deg = 0.5;
   // Repeated structure: when the points that don't fit agree on another pose, with at least this
@@ -61,8 +65,7 @@ struct PoseEstimate {
   BundlePose pose;                    // cam_from_world
   std::vector<double> camera_params;  // as given, or refined with the pose
   std::vector<char> inlier_mask;      // of the visible points
-  double position_sigma = 0;          // see RegistrationOptions
-  double rotation_sigma_deg = 0;
+  PoseSigmas sigmas;                  // the points taken for certain
 };
 
 // Absolute pose by LO-RANSAC (P3P, refined by EPnP; COLMAP's estimator) and a robust non-linear
@@ -70,6 +73,9 @@ struct PoseEstimate {
 // it is registered. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options);
+
+// Whether the sigmas are within `factor` times the limits.
+bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);
 
 // The photo's verified matches with registered photos; those agree whose Sampson error under the
 // pose is at most `max_error_px`.

@@ -139,9 +139,13 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const double before_triangulation = MonotonicS();
   Placement placement(estimate, visible, id, options_.triangulation, map_.get());
   const double triangulate_s = MonotonicS() - before_triangulation;
-  if (!placement.AgreesWithMatches(options_.registration) && !OthersAreMisplaced(id, sink)) {
-    placement.Undo();
+  if (!IsDetermined(options_.registration, placement.sigmas())) {
+    estimate.reason = "pose badly determined by its inliers";
+  } else if (!placement.AgreesWithMatches(options_.registration) && !OthersAreMisplaced(id, sink)) {
     estimate.reason = "pose disagrees with the verified matches";
+  }
+  if (!estimate.reason.empty()) {
+    placement.Undo();
     event.total_s = MonotonicS() - start;
     Defer(estimate, id, event, sink);
     return false;

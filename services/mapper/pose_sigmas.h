@@ -1,0 +1,18 @@
+#pragma once
+
+#include "mapper/bundle.h"
+
+namespace skein {
+
+// How well a pose is determined: its standard deviations for 1 px of noise, along the worst axis.
+struct PoseSigmas {
+  double position = 0;  // as a fraction of the median depth of the points it sees
+  double rotation_deg = 0;
+};
+
+// Of poses[0], which must be free, the bundle's only free pose; infinite if something of it is not
+// determined. Points that are not constant are as uncertain as their observations leave them
+// (the pose's information is what remains after eliminating them). Visits all observations.
+PoseSigmas SigmasOfFirstPose(const Bundle& bundle);
+
+}  // namespace skein
