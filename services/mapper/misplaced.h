@@ -9,6 +9,7 @@ namespace skein {
 struct MisplacedOptions {
   double max_error_px = 12.0;  // of a matched point seen from the other photo, as in registration
   int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
+  std::size_t max_photos_around = 100;  // that FindMisplacedAround looks at
 };
 
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
@@ -19,5 +20,10 @@ struct MisplacedOptions {
 // other the larger one stays; the photos of the others are returned, in ascending order.
 // Visits all pairs.
 std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map);
+
+// The same among the registered photos nearest to `center` along verified pairs, at most
+// `max_photos_around`: its cost does not grow with the map.
+std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const SceneMap& map,
+                                         ImageId center);
 
 }  // namespace skein

@@ -262,7 +262,7 @@ std::vector<ImageId> Submap::LoneLookAlikes() {
 // which are tied more firmly to the map. True, with the others withdrawn, if the photo is among
 // them.
 bool Submap::OthersAreMisplaced(ImageId on_trial, const EventSink& sink) {
-  const std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
+  const std::vector<ImageId> misplaced = FindMisplacedAround(options_.misplaced, *map_, on_trial);
   if (misplaced.empty() || std::count(misplaced.begin(), misplaced.end(), on_trial) > 0) {
     return false;
   }
