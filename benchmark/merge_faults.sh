@@ -11,7 +11,7 @@
 #   --keep DIR       keeps the sessions whose map is not complete
 #
 # Needs a network namespace of its own, so root or user namespaces. Exits 1 if a run's map is not
-# complete: one submap with every photo.
+# complete: one submap with every photo, position RMSE at most 0.1 % of the extent.
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
@@ -88,10 +88,12 @@ run_session() {
 
 # row RUN: one run, one line of the table
 row() {
-  local session=$workspace/run-$1 report=$workspace/run-$1/report.json start=$SECONDS verdict=complete
+  local session=$workspace/run-$1 report=$workspace/run-$1/report.json start=$SECONDS verdict=complete rmse
   echo nobody >"$workspace/killed"
   run_session "$session" "$1" >"$workspace/run-$1.log" 2>&1 || { cat "$workspace/run-$1.log" >&2; return 1; }
-  jq -e --argjson n "$num_photos" '[.submaps[].images] == [$n] and .images.registered == $n' "$report" >/dev/null ||
+  rmse=$(position_rmse "$session")
+  jq -e --argjson n "$num_photos" --argjson rmse "$rmse" \
+    '[.submaps[].images] == [$n] and .images.registered == $n and $rmse <= 0.1' "$report" >/dev/null ||
     {
       verdict="not complete: $(jq -c '[.submaps[].images], [.merges[] | select(.state == "undone") | .reason]' "$report" | tr '\n' ' ')"
       broken=1
@@ -100,7 +102,7 @@ row() {
   printf '| %s | %s | %s | %s | %s | %.4f | %s | %s |\n' "$1" "$(<"$workspace/killed")" \
     "$(jq '[.merges[] | select(.state == "done")] | length' "$report")" \
     "$(jq '[.merges[] | select(.state == "undone")] | length' "$report")" \
-    "$(jq .images.registered "$report")/$num_photos" "$(position_rmse "$session")" "$((SECONDS - start))" "$verdict"
+    "$(jq .images.registered "$report")/$num_photos" "$rmse" "$((SECONDS - start))" "$verdict"
   rm -rf "$session"
 }
 

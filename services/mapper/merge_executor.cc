@@ -35,7 +35,8 @@ Similarity SimilarityOf(const merge_t& merge) {
   return similarity;
 }
 
-// What absorbing came to: why not, or "", the target as it was and the photos that are new in it.
+// What absorbing came to: why not, or "", the target as it was and what became of photos: those
+// that are new in it or, if it failed, that it left to the source.
 struct Absorption {
   std::string reason;
   std::shared_ptr<const colmap::Reconstruction> before;
@@ -65,6 +66,12 @@ std::string WhyLookAlike(const Submap& submap, const colmap::Reconstruction& tar
          std::to_string(votes.num_cells()) + " parts that both sides show are different";
 }
 
+// Two places that look alike: a photo is of one of them.
+void LeaveStrangers(const colmap::Reconstruction& source, Submap* submap, Absorption* absorption) {
+  submap->LeaveStrangersTo(source,
+                           [&](const PhotoEvent& event) { absorption->events.push_back(event); });
+}
+
 // Runs in the submap's thread. Returns why not, or "".
 std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool was_done,
                         Submap* submap, Absorption* absorption) {
@@ -80,9 +87,11 @@ std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool 
   const Sim3Result now = EstimateSim3(SharedPhotosOf(*source, *target), options.sim3);
   const AbsorbResult result =
       Absorb(*target, *source, now.success ? now.target_from_source : SimilarityOf(order), options);
+  if (result.looks_alike) LeaveStrangers(*source, submap, absorption);
   if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
   if (options.verify) {
     const std::string wrong = WhyLookAlike(*submap, *target, *source, result.merged);
+    if (!wrong.empty()) LeaveStrangers(*source, submap, absorption);
     if (!wrong.empty()) return wrong;
   }
   const Status status = submap->ReplaceModel(result.merged);
@@ -186,7 +195,10 @@ void MergeExecutor::OnSourceModel(Result<Bytes> bytes, SubmapRun& run) {
 void MergeExecutor::OnAbsorbed(const std::string& reason, SubmapRun& run) {
   spdlog::info("submap {} absorbs {}: {}", open_.ordered.target_id, open_.ordered.source_id,
                reason.empty() ? "done" : reason);
-  if (!reason.empty()) return Conclude(merge_t::UNDONE, reason, run);
+  if (!reason.empty()) {
+    run.Report(open_.absorbed);
+    return Conclude(merge_t::UNDONE, reason, run);
+  }
   run.TakeOver(open_.absorbed);
   run.WhenCommitted([this, &run] { Conclude(merge_t::DONE, "", run); });
 }

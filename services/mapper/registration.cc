@@ -322,6 +322,9 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
                                 " of " + std::to_string(votes.num_cells()) +
                                 " parts that it should show are not there");
   }
+  if (options.must_show_place && votes.num_cells() < options.look_alike.min_cells) {
+    return Refuse(estimate, "perhaps of another place that looks alike: too little to tell by");
+  }
   estimate.ok = true;
   return estimate;
 }

@@ -36,6 +36,7 @@ struct RegistrationOptions {
   double max_epipolar_error_px = 4.0;
   LookAlikeOptions look_alike;
   bool suspect_look_alike = false;  // then the photo must not miss too much of the map either
+  bool must_show_place = false;     // then there must be enough of the map in it to tell
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
   double min_focal_factor = 0.4;

@@ -183,6 +183,8 @@ bool Submap::IsSuspect(ImageId id) const {
 RegistrationOptions Submap::OptionsOfTrial(ImageId id) const {
   RegistrationOptions registration = options_.registration;
   registration.suspect_look_alike = IsSuspect(id);
+  const auto trial = side_.trials.find(id);
+  registration.must_show_place = trial != side_.trials.end() && trial->second.looks_alike;
   if (static_cast<int>(ambiguous_.size()) >= options_.max_ambiguous) {
     registration.max_rival_ratio = HUGE_VAL;
   }
@@ -299,6 +301,18 @@ bool Submap::TakeBack(int64_t image_id, const std::string& reason, const EventSi
   if (!Withdraw(id, reason, sink)) return false;
   side_.trials[id].last_visible = 0;
   return true;
+}
+
+void Submap::LeaveStrangersTo(const colmap::Reconstruction& other, const EventSink& sink) {
+  const std::vector<ImageId> ids = map_->reconstruction().RegImageIds();
+  for (const ImageId id : ids) {
+    if (!other.ExistsImage(id) || !other.IsImageRegistered(id)) continue;
+    const double there = other.Image(id).NumPoints3D();
+    if (there < options_.stranger_ratio * map_->reconstruction().Image(id).NumPoints3D()) continue;
+    if (Withdraw(id, "of a place that looks alike, which another submap holds", sink)) {
+      side_.trials[id].looks_alike = true;
+    }
+  }
 }
 
 bool Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& sink) {
@@ -481,6 +495,7 @@ Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
   }
   map_->ReplaceRegistered(model);
   is_consolidated_ = false;
+  num_pairs_rebuilt_ = 0;
   for (const ImageId id : model.RegImageIds()) {
     queue_.erase(id);
     side_.trials[id].deferred = false;

@@ -34,7 +34,8 @@ struct SubmapOptions {
   // Part of the points that its matches tie it to that a registered photo must observe; looked at
   // after each global BA. Registration asks for registration.min_inlier_ratio of them.
   double min_observed_ratio = 0.15;
-  int max_withdrawals = 4;  // of one photo; then it is rejected
+  int max_withdrawals = 4;      // of one photo; then it is rejected
+  double stranger_ratio = 2.0;  // of observations in a place that looks alike to those here
   // A submap is torn where a photo has so many verified matches with registered ones, and less than
   // this part of them agrees with the poses, or it is not registered at all.
   int min_torn_matches = 100;
@@ -117,6 +118,10 @@ class Submap {
   // often as others that were withdrawn. False, and nothing has changed, if no map would be left.
   // No effect on one that is not registered.
   bool TakeBack(int64_t image_id, const std::string& reason, const EventSink& sink);
+
+  // Withdraws the photos that another submap, of a place that looks alike, holds more firmly. They
+  // do not come back unless they show enough of this place to be told from the other.
+  void LeaveStrangersTo(const colmap::Reconstruction& other, const EventSink& sink);
 
   // Tries all deferred photos again at the next steps.
   void RetryDeferred();

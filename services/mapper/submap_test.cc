@@ -395,6 +395,23 @@ TEST(Submap, IsMappedAnewWhereNothingFitsAnyMore) {
   EXPECT_EQ(told, (std::set<int64_t>{3, 4, 5, 6, 7, 8}));
 }
 
+TEST(Submap, LeavesAPhotoToTheSubmapThatHoldsItMoreFirmly) {
+  Rig run(SyntheticOptions{});
+  run.FeedAll();
+  const colmap::Reconstruction other = run.map.map().reconstruction();
+  colmap::Reconstruction& ours = run.map.map().reconstruction();
+  for (Point2DIdx i = 0; i < ours.Image(5).NumPoints2D(); ++i) {
+    const bool is_kept = 3 * ours.Image(5).NumPoints3D() < other.Image(5).NumPoints3D();
+    if (ours.Image(5).Point2D(i).HasPoint3D() && !is_kept) ours.DeleteObservation(5, i);
+  }
+  run.events.clear();
+  run.map.LeaveStrangersTo(other, run.Sink());
+  ASSERT_EQ(run.events.size(), 1u);
+  EXPECT_EQ(run.events[0].image_id, 5);
+  EXPECT_EQ(run.events[0].state, PhotoEvent::State::kWithdrawn);
+  EXPECT_EQ(run.NumRegistered(), 7);
+}
+
 TEST(Submap, ThatIsRightStaysAsItIsWhenConsolidated) {
   Rig run(SyntheticOptions{});
   run.FeedAll();

@@ -155,6 +155,7 @@ AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstr
   if (result.reason.empty() && options.verify) result.reason = CheckFused(result.fused, options);
   if (result.reason.empty() && options.verify) {
     result.reason = FindTwins(target, source, result.fused.agreeing, options.twin);
+    result.looks_alike = !result.reason.empty();
   }
   if (!result.reason.empty()) return result;
   result.seam = SeamOf(result.fused, options, result.merged);

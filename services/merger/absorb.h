@@ -37,6 +37,7 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options);
 struct AbsorbResult {
   bool ok = false;
   std::string reason;             // why not
+  bool looks_alike = false;       // that the two show different places is why
   colmap::Reconstruction merged;  // only if ok
   FuseResult fused;
   SeamSummary bundle;
