@@ -69,10 +69,7 @@ std::vector<RowMatrix> RealDescriptors(const Options& options) {
   const VladModel model(std::move(*codebook));
   std::vector<RowMatrix> sets;
   for (const auto& argument : options.sets) {
-    const size_t equals = argument.find('=');
-    if (equals == std::string::npos) throw std::invalid_argument(argument + ": not NAME=FOLDER");
-    const auto set = LoadStudySet(argument.substr(0, equals), argument.substr(equals + 1),
-                                  options.cache, [](int64_t, int64_t) {});
+    const auto set = LoadStudySet(argument, options.cache, [](int64_t, int64_t) {});
     if (!set) throw std::runtime_error(set.error());
     sets.push_back(Describe(model, *set));
   }

@@ -183,14 +183,6 @@ void Print(const Method& method, const Reference& reference, size_t min_predeces
               s.strongest_ten, 1e3 * mean(method.times_s), 1e3 * percentile(method.times_s, 95));
 }
 
-std::pair<std::string, std::string> NameAndFolder(const std::string& text) {
-  const size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    throw std::invalid_argument(text + ": expected NAME=FOLDER");
-  }
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
 void Progress(const std::string& what, int64_t done, int64_t total) {
   std::fprintf(stderr, "\r%s %lld/%lld ", what.c_str(), static_cast<long long>(done),
                static_cast<long long>(total));
@@ -200,10 +192,9 @@ void Progress(const std::string& what, int64_t done, int64_t total) {
 std::vector<StudySet> Load(const std::vector<std::string>& arguments, const std::string& cache) {
   std::vector<StudySet> sets;
   for (const auto& argument : arguments) {
-    const auto [name, folder] = NameAndFolder(argument);
-    auto set =
-        LoadStudySet(name, folder, cache,
-                     [what = name + ": features"](int64_t a, int64_t b) { Progress(what, a, b); });
+    auto set = LoadStudySet(
+        argument, cache,
+        [what = argument + ": features"](int64_t a, int64_t b) { Progress(what, a, b); });
     if (!set) throw std::runtime_error(set.error());
     sets.push_back(std::move(*set));
   }

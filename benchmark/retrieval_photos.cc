@@ -94,13 +94,18 @@ std::vector<int32_t> ReadCounts(const std::string& path) {
 
 }  // namespace
 
-Result<StudySet> LoadStudySet(const std::string& name, const std::string& folder,
-                              const std::string& cache_folder, const OnProgress& progress) {
+Result<StudySet> LoadStudySet(const std::string& argument, const std::string& cache_folder,
+                              const OnProgress& progress) {
+  const size_t equals = argument.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    return Status::Error(argument + ": expected NAME=FOLDER");
+  }
   StudySet set;
-  set.name = name;
+  set.name = argument.substr(0, equals);
+  const std::string folder = argument.substr(equals + 1);
   const auto paths = PhotosIn(folder);
   if (paths.empty()) return Status::Error("no photos in " + folder);
-  const std::string own_folder = cache_folder + "/" + name;
+  const std::string own_folder = cache_folder + "/" + set.name;
   fs::create_directories(own_folder);
   for (const auto& path : paths) {
     auto photo = LoadPhoto(path, own_folder);

@@ -31,9 +31,10 @@ struct StudySet {
 // Called with (done, total) now and then.
 using OnProgress = std::function<void(int64_t, int64_t)>;
 
-// Photos under `folder`, features computed or taken from `cache_folder`/NAME.
-Result<StudySet> LoadStudySet(const std::string& name, const std::string& folder,
-                              const std::string& cache_folder, const OnProgress& progress);
+// Photos under FOLDER, features computed or taken from `cache_folder`/NAME. `argument` is that of a
+// command line: NAME=FOLDER.
+Result<StudySet> LoadStudySet(const std::string& argument, const std::string& cache_folder,
+                              const OnProgress& progress);
 
 // inliers[i][j] for j < i: verified inliers of photos i and j, 0 if the pair was not verified.
 using InlierCounts = std::vector<std::vector<int32_t>>;

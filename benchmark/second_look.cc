@@ -237,10 +237,7 @@ void Run(const Options& options) {
   std::printf("  %-12s %7s %6s  %7s %6s  %6s  %6s  %6s  %5s\n", "pairs:", "matched", "share",
               "verif.", "share", "> 50", "inlrs", "best10", "apart");
   for (const auto& argument : options.sets) {
-    const size_t equals = argument.find('=');
-    if (equals == std::string::npos) throw std::invalid_argument(argument + ": not NAME=FOLDER");
-    const auto set = LoadStudySet(argument.substr(0, equals), argument.substr(equals + 1),
-                                  options.cache, [](int64_t, int64_t) {});
+    const auto set = LoadStudySet(argument, options.cache, [](int64_t, int64_t) {});
     if (!set) throw std::runtime_error(set.error());
     const auto inliers = MatchExhaustively(*set, options.cache, [](int64_t, int64_t) {});
     if (!inliers) throw std::runtime_error(inliers.error());
