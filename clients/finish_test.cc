@@ -5,18 +5,12 @@
 #include <sstream>
 
 #include "core/clock.h"
+#include "messaging/ledger_test_util.h"
 
 namespace skein {
 namespace {
 
 constexpr double kDeadlineS = 20;
-
-NodeOptions TestNode(const std::string& instance) {
-  NodeOptions options;
-  options.service = options.instance = instance;
-  options.session_id = "0123456789abcdef";
-  return options;
-}
 
 class FinishTest : public testing::Test {
  protected:
@@ -42,8 +36,8 @@ class FinishTest : public testing::Test {
 
   PollLoop loop_;
   Bus bus_{"memq://", loop_};
-  Node ingest_{TestNode("ingest-by-hand"), loop_, bus_};
-  Node node_{TestNode("finish-1"), loop_, bus_};
+  Node ingest_{TestOptions("ingest-by-hand"), loop_, bus_};
+  Node node_{TestOptions("finish-1"), loop_, bus_};
   std::function<void(const command_t&)> on_command_;
   std::vector<command_t> commands_;
   std::ostringstream progress_;

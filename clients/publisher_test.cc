@@ -8,19 +8,13 @@
 #include "core/clock.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "messaging/ledger_test_util.h"
 #include "store/test_folder.h"
 
 namespace skein {
 namespace {
 
 constexpr double kDeadlineS = 20;
-
-NodeOptions TestNode(const std::string& instance) {
-  NodeOptions options;
-  options.service = options.instance = instance;
-  options.session_id = "0123456789abcdef";
-  return options;
-}
 
 class PublisherTest : public testing::Test {
  protected:
@@ -68,8 +62,8 @@ class PublisherTest : public testing::Test {
   TestFolder folder_;
   PollLoop loop_;
   Bus bus_{"memq://", loop_};
-  Node ingest_{TestNode("ingest"), loop_, bus_};
-  Node agent_{TestNode(AgentInstance("alice")), loop_, bus_};
+  Node ingest_{TestOptions("ingest"), loop_, bus_};
+  Node agent_{TestOptions(AgentInstance("alice")), loop_, bus_};
   PublisherOptions options_;
   std::vector<PublishedPhoto> published_;
   std::vector<image_offer_t> offers_;
