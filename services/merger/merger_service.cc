@@ -105,7 +105,6 @@ void MergerService::Apply(const submap_t& submap) {
 
 void MergerService::Apply(const seed_t& seed) {
   directory_.OnSeed(seed.submap_id, seed.image_id1, seed.image_id2);
-  seeds_.OnTried(seed.image_id1, seed.image_id2);
 }
 
 void MergerService::Apply(const merge_t& merge) {
@@ -211,7 +210,7 @@ bool MergerService::TrySeed() {
   spdlog::info("seed: photos {} and {}, {} inliers, {:.1f} degrees", choice->image_id1,
                choice->image_id2, choice->num_inliers, choice->tri_angle_rad * 57.29578);
   Submit(SeedMessage(*choice), [this, choice](bool committed) {
-    if (!committed) seeds_.OnTried(choice->image_id1, choice->image_id2);
+    if (!committed) seeds_.OnRefused(choice->image_id1, choice->image_id2);
   });
   return true;
 }

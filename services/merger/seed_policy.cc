@@ -32,8 +32,8 @@ void SeedPolicy::OnMatches(int64_t image_id, int64_t seq, const std::vector<Veri
   for (const VerifiedPair& pair : pairs) it->second.pairs[pair.other_id] = pair;
 }
 
-void SeedPolicy::OnTried(int64_t image_id1, int64_t image_id2) {
-  tried_.insert(std::minmax(image_id1, image_id2));
+void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
+  refused_.insert(std::minmax(image_id1, image_id2));
 }
 
 // Representatives by path halving; both ends of a pair belong together even if the matches of the
@@ -112,8 +112,8 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
   std::optional<SeedChoice> best;
   for (const int64_t image_id : orphans) {
     for (const auto& [other_id, pair] : photos_.at(image_id).pairs) {
-      if (!is_orphan.count(other_id) || directory.SeedFailed(image_id, other_id)) continue;
-      if (tried_.count(std::minmax(image_id, other_id))) continue;
+      if (!is_orphan.count(other_id) || directory.WasSeeded(image_id, other_id)) continue;
+      if (refused_.count(std::minmax(image_id, other_id))) continue;
       if (pair.num_inliers < min_inliers || pair.tri_angle_rad < min_angle_rad ||
           pair.forward_motion > options_.max_forward_motion) {
         continue;

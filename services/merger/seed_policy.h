@@ -1,8 +1,8 @@
 // When to start a submap, and from which pair of photos.
 //
 // A photo is an orphan when every live submap has worked in its matches and none registered it.
-// The best pair of orphans by inliers x angle becomes a seed. Two seeds must never grow into one
-// scene side by side, so a photo waits as long as a live submap that could still reach it, over
+// The best pair of orphans by inliers x angle becomes a seed, once. Two seeds must never grow into
+// one scene side by side, so a photo waits as long as a live submap that could still reach it, over
 // any chain of verified pairs, has not worked up to it; and a photo that a submap deferred waits a
 // while, because the submap may grow towards it.
 #pragma once
@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "merger/submap_directory.h"
@@ -62,8 +63,8 @@ class SeedPolicy {
   // A photo went through matching at `seq` of the ledger.
   void OnMatches(int64_t image_id, int64_t seq, const std::vector<VerifiedPair>& pairs);
 
-  // This seed was made once, or ingest would not have it: never again.
-  void OnTried(int64_t image_id1, int64_t image_id2);
+  // Ingest would not have this seed: never again.
+  void OnRefused(int64_t image_id1, int64_t image_id2);
 
   std::vector<int64_t> Orphans(const SubmapDirectory& directory,
                                const SeedSituation& situation) const;
@@ -93,7 +94,7 @@ class SeedPolicy {
 
   const SeedOptions options_;
   std::map<int64_t, Photo> photos_;
-  std::set<SubmapDirectory::Pair> tried_;
+  std::set<std::pair<int64_t, int64_t>> refused_;  // images, smaller id first
 };
 
 }  // namespace skein

@@ -154,10 +154,23 @@ TEST(SeedPolicy, ASeedIsMadeOnce) {
   SeedPolicy policy({});
   policy.OnMatches(1, 10, {});
   policy.OnMatches(2, 11, {Pair(1, 300, 20)});
-  const SubmapDirectory directory;
+  SubmapDirectory directory;
+  directory.OnSeed(1, 50, 51);
+  directory.OnLeased(1, 1, "mapper-1");
+  directory.OnStatus(1, 1, 11);
   EXPECT_TRUE(policy.Choose(directory, Finishing(11)));
-  policy.OnTried(1, 2);
+  directory.OnSeed(2, 1, 2);
+  directory.OnMerged(2, 1);
   EXPECT_FALSE(policy.Choose(directory, Finishing(11)));
+}
+
+TEST(SeedPolicy, ARefusedSeedIsNotTriedAgain) {
+  SeedPolicy policy({});
+  policy.OnMatches(1, 10, {});
+  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  ASSERT_TRUE(policy.Choose({}, Finishing(11)));
+  policy.OnRefused(1, 2);
+  EXPECT_FALSE(policy.Choose({}, Finishing(11)));
 }
 
 TEST(SeedPolicy, AFailedSeedIsNotTriedAgain) {

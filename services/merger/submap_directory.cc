@@ -14,6 +14,7 @@ void SubmapDirectory::OnSeed(int64_t submap_id, int64_t image_id1, int64_t image
   SubmapEntry& entry = Entry(submap_id);
   entry.image_id1 = image_id1;
   entry.image_id2 = image_id2;
+  seeds_.insert(std::minmax(image_id1, image_id2));
 }
 
 void SubmapDirectory::OnLeased(int64_t submap_id, int64_t epoch, const std::string& owner) {
@@ -28,7 +29,6 @@ void SubmapDirectory::OnEnded(int64_t submap_id) {
   SubmapEntry& entry = Entry(submap_id);
   if (!entry.live) return;
   entry.live = false;
-  failed_seeds_.insert(std::minmax(entry.image_id1, entry.image_id2));
   for (const int64_t image_id : entry.registered) submaps_of_[image_id].erase(submap_id);
 }
 
@@ -98,8 +98,8 @@ int64_t SubmapDirectory::LowestPosition(int64_t head) const {
   return lowest;
 }
 
-bool SubmapDirectory::SeedFailed(int64_t image_id1, int64_t image_id2) const {
-  return failed_seeds_.count(std::minmax(image_id1, image_id2)) > 0;
+bool SubmapDirectory::WasSeeded(int64_t image_id1, int64_t image_id2) const {
+  return seeds_.count(std::minmax(image_id1, image_id2)) > 0;
 }
 
 std::map<SubmapDirectory::Pair, std::vector<int64_t>> SubmapDirectory::SharedPhotos() const {

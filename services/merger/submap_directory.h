@@ -48,8 +48,8 @@ class SubmapDirectory {
   bool IsDeferred(int64_t image_id) const;           // by a live submap
   // The lowest position of the live submaps, `head` if there are none.
   int64_t LowestPosition(int64_t head) const;
-  // Seeds that failed: a pair whose submap ended with nothing merged is not tried again.
-  bool SeedFailed(int64_t image_id1, int64_t image_id2) const;
+  // Whether a submap, living or not, was started from this pair.
+  bool WasSeeded(int64_t image_id1, int64_t image_id2) const;
   // Pairs that share at least one photo.
   std::map<Pair, std::vector<int64_t>> SharedPhotos() const;
 
@@ -58,7 +58,7 @@ class SubmapDirectory {
 
   std::map<int64_t, SubmapEntry> submaps_;
   std::map<int64_t, std::set<int64_t>> submaps_of_;  // image -> live submaps that hold it
-  std::set<Pair> failed_seeds_;
+  std::set<std::pair<int64_t, int64_t>> seeds_;      // images, smaller id first
 };
 
 }  // namespace skein
