@@ -12,7 +12,7 @@ namespace skein {
 struct BundleRequest {
   std::vector<ImageId> free;      // poses to refine
   std::vector<double> weights;    // of `free`, in (0, 1]; empty: all 1
-  std::vector<ImageId> held;      // constant poses, whose observations count
+  std::vector<ImageId> held;      // constant poses, whose observations count; but those of `free`
   std::vector<Point3DId> points;  // to refine; those with < 2 observations in it are left out
   // Points that are also seen from outside of the bundle are constant, as in COLMAP's local BA.
   bool hold_open_points = false;

@@ -10,20 +10,9 @@
 namespace skein {
 namespace {
 
-// Points of an image, with multiplicity removed.
-std::vector<Point3DId> PointsOf(const SceneMap& map, ImageId id) {
-  std::vector<Point3DId> points;
-  for (const colmap::Point2D& point : map.reconstruction().Image(id).Points2D()) {
-    if (point.HasPoint3D()) points.push_back(point.Point3DId());
-  }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
-}
-
 // How many points of `ids` each registered image sees, most first.
-std::vector<std::pair<ImageId, int>> Observers(const SceneMap& map,
-                                               const std::vector<Point3DId>& ids) {
+std::vector<std::pair<ImageId, int>> RankedObservers(const SceneMap& map,
+                                                     const std::vector<Point3DId>& ids) {
   std::map<ImageId, int> counts;
   for (const Point3DId id : ids) {
     for (const auto& element : map.reconstruction().Point3D(id).Track().Elements()) {
@@ -42,7 +31,7 @@ class PointChoice {
   PointChoice(const SceneMap& map, const std::vector<ImageId>& free) : map_(map) {
     for (const ImageId id : free) {
       num_chosen_[id] = 0;
-      for (const Point3DId point : PointsOf(map, id)) --rank_[point].first;
+      for (const Point3DId point : PointsSeenBy(map, {id})) --rank_[point].first;
     }
     for (auto it = rank_.begin(); it != rank_.end();) {
       it->second.second = it->first;
@@ -55,7 +44,9 @@ class PointChoice {
   size_t size() const { return chosen_.size(); }
 
   // Points that the image sees, until it sees so many chosen ones.
-  void Take(ImageId id, size_t count) { Take(Ranked(PointsOf(map_, id)), count, &num_chosen_[id]); }
+  void Take(ImageId id, size_t count) {
+    Take(Ranked(PointsSeenBy(map_, {id})), count, &num_chosen_[id]);
+  }
 
   // Of all points, until so many are chosen.
   void Fill(size_t count) {
@@ -124,12 +115,10 @@ std::vector<Point3DId> SelectPoints(const SceneMap& map, const std::vector<Image
 std::vector<ImageId> ObserversOfShortTracks(const SceneMap& map, ImageId image_id) {
   constexpr size_t kMaxTrackLength = 15;
   std::vector<Point3DId> points;
-  for (const Point3DId id : PointsOf(map, image_id)) {
+  for (const Point3DId id : PointsSeenBy(map, {image_id})) {
     if (map.reconstruction().Point3D(id).Track().Length() <= kMaxTrackLength) points.push_back(id);
   }
-  std::vector<ImageId> observers;
-  for (const auto& [id, count] : Observers(map, points)) observers.push_back(id);
-  return observers;
+  return ObserversOf(map, points);
 }
 
 // COLMAP's local BA: the images with most common points, two of them held for the gauge. The new
@@ -140,7 +129,7 @@ BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& ma
   BundleRequest request;
   request.free.push_back(new_image_id);
   std::vector<ImageId> window;
-  for (const auto& [id, count] : Observers(map, PointsOf(map, new_image_id))) {
+  for (const auto& [id, count] : RankedObservers(map, PointsSeenBy(map, {new_image_id}))) {
     if (static_cast<int>(window.size()) + 1 >= options.colmap_images) break;
     if (id != new_image_id) window.push_back(id);
   }
@@ -190,7 +179,7 @@ BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMa
   request.points = SelectPoints(map, request.free, limited ? options.max_points : 0);
   const size_t max_held = limited && options.max_held > 0 ? options.max_held : SIZE_MAX;
   if (request.held.size() > max_held) request.held.resize(max_held);
-  for (const auto& [id, count] : Observers(map, request.points)) {
+  for (const auto& [id, count] : RankedObservers(map, request.points)) {
     if (request.held.size() >= max_held) break;
     if (in_window.insert(id).second) request.held.push_back(id);
   }

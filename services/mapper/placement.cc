@@ -1,7 +1,5 @@
 #include "mapper/placement.h"
 
-#include <set>
-
 #include "mapper/bundle_builder.h"
 
 namespace skein {
@@ -9,22 +7,10 @@ namespace {
 
 // The photo and its points are free, the points' other observers held.
 Bundle BundleOfPhoto(const SceneMap& map, ImageId image_id) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
-  std::set<Point3DId> points;
-  std::set<ImageId> observers;
-  for (const colmap::Point2D& point2D : reconstruction.Image(image_id).Points2D()) {
-    if (point2D.HasPoint3D()) points.insert(point2D.Point3DId());
-  }
-  for (const Point3DId id : points) {
-    for (const auto& element : reconstruction.Point3D(id).Track().Elements()) {
-      observers.insert(element.image_id);
-    }
-  }
-  observers.erase(image_id);
   BundleRequest request;
   request.free = {image_id};
-  request.held.assign(observers.begin(), observers.end());
-  request.points.assign(points.begin(), points.end());
+  request.points = PointsSeenBy(map, request.free);
+  request.held = ObserversOf(map, request.points);
   return BuildBundle(map, request);
 }
 

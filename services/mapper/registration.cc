@@ -6,6 +6,7 @@
 
 #include "base/essential_matrix.h"
 #include "base/pose.h"
+#include "base/projection.h"
 #include "estimators/pose.h"
 #include "mapper/bundle_builder.h"
 #include "mapper/projection.h"
@@ -66,12 +67,6 @@ struct CameraUse {
   bool estimate_focal = false;  // anew
   bool refine = false;          // focal length and distortion
 };
-
-Eigen::Matrix3x4d MatrixOf(const BundlePose& pose) {
-  Eigen::Matrix3x4d matrix;
-  matrix << pose.R, pose.t;
-  return matrix;
-}
 
 PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
   estimate.ok = false;
@@ -315,7 +310,8 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, "ambiguous: its points agree on two poses");
   }
   const CellVotes votes =
-      CompareWithNeighbours(options.look_alike, map, image_id, camera, MatrixOf(estimate.pose));
+      CompareWithNeighbours(options.look_alike, map, image_id, camera,
+                            colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
   estimate.misses_too_much = MissesTooMuch(options.look_alike, votes);
   if (estimate.misses_too_much && options.suspect_look_alike) {
     return Refuse(estimate, "another place that looks alike: " + std::to_string(votes.num_missing) +

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <unordered_set>
 
@@ -229,6 +230,28 @@ std::unique_ptr<SceneMap> SceneMap::Clone() const {
   copy->pairs_ = pairs_;
   copy->photos_ = photos_;
   return copy;
+}
+
+std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images) {
+  std::vector<Point3DId> points;
+  for (const ImageId id : images) {
+    for (const colmap::Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
+      if (point2D.HasPoint3D()) points.push_back(point2D.Point3DId());
+    }
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points) {
+  std::set<ImageId> observers;
+  for (const Point3DId id : points) {
+    for (const auto& element : map.reconstruction().Point3D(id).Track().Elements()) {
+      observers.insert(element.image_id);
+    }
+  }
+  return {observers.begin(), observers.end()};
 }
 
 }  // namespace skein

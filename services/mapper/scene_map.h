@@ -114,4 +114,9 @@ class SceneMap {
   std::vector<ImageId> photos_;
 };
 
+// Points that at least one of the images sees / images that see at least one of the points, in
+// ascending order.
+std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images);
+std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points);
+
 }  // namespace skein

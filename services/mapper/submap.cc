@@ -268,14 +268,18 @@ bool Submap::OthersAreMisplaced(ImageId on_trial, const EventSink& sink) {
   if (misplaced.empty() || std::count(misplaced.begin(), misplaced.end(), on_trial) > 0) {
     return false;
   }
-  for (const ImageId id : misplaced) {
-    Withdraw(id, "contradicted by a photo that is tied more firmly to the map", sink);
-  }
-  for (const ImageId id : misplaced) Enqueue(id);
+  WithdrawForRetry(misplaced, "contradicted by a photo that is tied more firmly to the map", sink);
   return true;
 }
 
-// True if there were any. They are tried again at once: what contradicts them says where they are.
+// They are tried again at once: what contradicts them says where they are.
+void Submap::WithdrawForRetry(const std::vector<ImageId>& ids, const std::string& reason,
+                              const EventSink& sink) {
+  for (const ImageId id : ids) Withdraw(id, reason, sink);
+  for (const ImageId id : ids) Enqueue(id);
+}
+
+// True if there were any.
 bool Submap::WithdrawMisplaced(const EventSink& sink) {
   std::string reason = "in a part of the map that most matches contradict";
   std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
@@ -285,8 +289,7 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
     for (const ImageId id : misplaced) side_.trials[id].looks_alike = true;
     for (const ImageId id : LoneLookAlikes()) misplaced.push_back(id);
   }
-  for (const ImageId id : misplaced) Withdraw(id, reason, sink);
-  for (const ImageId id : misplaced) Enqueue(id);
+  WithdrawForRetry(misplaced, reason, sink);
   if (!misplaced.empty()) {
     ambiguous_.clear();
     RetryDeferred();
@@ -386,23 +389,12 @@ Submap::Adjustment Submap::AdjustLocally(ImageId new_image) {
 
 void Submap::SettlePointsBeside(const BundleRequest& adjusted) {
   const std::unordered_set<Point3DId> inside(adjusted.points.begin(), adjusted.points.end());
-  std::set<Point3DId> beside;
-  std::set<ImageId> observers;
-  for (const ImageId id : adjusted.free) {
-    for (const colmap::Point2D& point2D : map_->reconstruction().Image(id).Points2D()) {
-      if (!point2D.HasPoint3D() || inside.count(point2D.Point3DId()) > 0) continue;
-      beside.insert(point2D.Point3DId());
-    }
-  }
-  if (beside.empty()) return;
-  for (const Point3DId id : beside) {
-    for (const auto& element : map_->reconstruction().Point3D(id).Track().Elements()) {
-      observers.insert(element.image_id);
-    }
-  }
   BundleRequest request;
-  request.held.assign(observers.begin(), observers.end());
-  request.points.assign(beside.begin(), beside.end());
+  for (const Point3DId id : PointsSeenBy(*map_, adjusted.free)) {
+    if (inside.count(id) == 0) request.points.push_back(id);
+  }
+  if (request.points.empty()) return;
+  request.held = ObserversOf(*map_, request.points);
   Bundle bundle = BuildBundle(*map_, request);
   BundleOptions solve;
   solve.max_iterations = 3;

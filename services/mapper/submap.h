@@ -206,6 +206,8 @@ class Submap {
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
   std::vector<ImageId> LoneLookAlikes();
   bool OthersAreMisplaced(ImageId on_trial, const EventSink& sink);
+  void WithdrawForRetry(const std::vector<ImageId>& ids, const std::string& reason,
+                        const EventSink& sink);
   bool WithdrawMisplaced(const EventSink& sink);
   bool Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 

@@ -1,7 +1,6 @@
 // What a submap does beside registration: background BA and what follows it.
 
 #include <algorithm>
-#include <set>
 #include <unordered_set>
 
 #include "mapper/bundle_builder.h"
@@ -47,20 +46,8 @@ void Submap::FoldBackRefined(const RefinedBundle& refined) {
   request.free = FoldBack(refined, map_.get());
   MarkCamerasRefined();
   if (request.free.empty()) return;
-  std::set<Point3DId> points;
-  std::set<ImageId> observers;
-  for (const ImageId id : request.free) {
-    for (const colmap::Point2D& point2D : map_->reconstruction().Image(id).Points2D()) {
-      if (point2D.HasPoint3D()) points.insert(point2D.Point3DId());
-    }
-  }
-  for (const Point3DId id : points) {
-    for (const auto& element : map_->reconstruction().Point3D(id).Track().Elements()) {
-      observers.insert(element.image_id);
-    }
-  }
-  request.points.assign(points.begin(), points.end());
-  request.held.assign(observers.begin(), observers.end());
+  request.points = PointsSeenBy(*map_, request.free);
+  request.held = ObserversOf(*map_, request.points);
   Bundle bundle = BuildBundle(*map_, request);
   if (!SolveBundle(GlobalBaOptions(false), &bundle).usable) return;
   ApplyBundle(bundle, map_.get());
