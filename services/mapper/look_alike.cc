@@ -263,10 +263,7 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
 
 std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
                                     ImageId first) {
-  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
-  std::sort(ids.begin(), ids.end());
-  std::unordered_map<ImageId, int> index;
-  for (const ImageId id : ids) index.emplace(id, static_cast<int>(index.size()));
+  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
   std::set<std::pair<ImageId, ImageId>> pairs;
   for (const ImageId id : ids) {
     for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) {
@@ -277,21 +274,14 @@ std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const Scene
   Views views(options, map.graph(), map.reconstruction());
   for (const auto& [id1, id2] : pairs) {
     const Votes votes = Weigh(options, views.CompareBothWays(id1, id2));
-    by_cells.push_back({index[id1], index[id2], votes});
-    by_matches.push_back({index[id1], index[id2], {map.Neighbours(id1).at(id2), 0}});
+    by_cells.push_back({id1, id2, votes});
+    by_matches.push_back({id1, id2, {map.Neighbours(id1).at(id2), 0}});
   }
-  PhotoGroups groups(ids.size(), by_cells);
+  PhotoGroups groups(ids, by_cells);
   groups.JoinByVotes(by_cells);
   groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
   const int min_contradiction = Weigh(options, {0, 0, options.min_different_cells}).contradict;
-  std::vector<ImageId> look_alikes;
-  const auto first_index = index.find(first);
-  for (const int i : groups.Contradicted(min_contradiction,
-                                         first_index == index.end() ? -1 : first_index->second)) {
-    look_alikes.push_back(ids[i]);
-  }
-  std::sort(look_alikes.begin(), look_alikes.end());
-  return look_alikes;
+  return groups.Contradicted(min_contradiction, first);
 }
 
 CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,

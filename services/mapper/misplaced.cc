@@ -1,8 +1,6 @@
 #include "mapper/misplaced.h"
 
-#include <algorithm>
 #include <set>
-#include <unordered_map>
 
 #include "base/projection.h"
 #include "mapper/photo_groups.h"
@@ -37,25 +35,15 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
   return votes;
 }
 
-// Of photos in ascending order; `edges`: between them, as indices.
 std::vector<ImageId> Contradicted(const MisplacedOptions& options, const std::vector<ImageId>& ids,
                                   const std::vector<PhotoEdge>& edges) {
-  PhotoGroups groups(ids.size(), edges);
+  PhotoGroups groups(ids, edges);
   groups.JoinByVotes(edges);
-  std::vector<ImageId> misplaced;
-  for (const int i : groups.Contradicted(options.min_contradiction)) misplaced.push_back(ids[i]);
-  std::sort(misplaced.begin(), misplaced.end());
-  return misplaced;
+  return groups.Contradicted(options.min_contradiction);
 }
 
-std::unordered_map<ImageId, int> IndexOf(const std::vector<ImageId>& ids) {
-  std::unordered_map<ImageId, int> index;
-  for (const ImageId id : ids) index.emplace(id, static_cast<int>(index.size()));
-  return index;
-}
-
-// Breadth first along verified pairs, ascending.
-std::vector<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t max_photos) {
+// Breadth first along verified pairs.
+std::set<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t max_photos) {
   std::vector<ImageId> found = {center};
   std::set<ImageId> seen = {center};
   for (size_t i = 0; i < found.size() && found.size() < max_photos; ++i) {
@@ -64,36 +52,31 @@ std::vector<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_
       if (map.IsRegistered(other) && seen.insert(other).second) found.push_back(other);
     }
   }
-  std::sort(found.begin(), found.end());
-  return found;
+  return seen;
 }
 
 }  // namespace
 
 std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map) {
-  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
-  std::sort(ids.begin(), ids.end());
-  const std::unordered_map<ImageId, int> index = IndexOf(ids);
   std::vector<PhotoEdge> edges;
   for (const auto& [id1, id2] : map.pairs()) {
-    if (index.count(id1) == 0 || index.count(id2) == 0) continue;
-    edges.push_back({index.at(id1), index.at(id2), CountVotes(options, map, id1, id2)});
+    if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
+    edges.push_back({id1, id2, CountVotes(options, map, id1, id2)});
   }
-  return Contradicted(options, ids, edges);
+  return Contradicted(options, map.reconstruction().RegImageIds(), edges);
 }
 
 std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const SceneMap& map,
                                          ImageId center) {
-  const std::vector<ImageId> ids = RegisteredAround(map, center, options.max_photos_around);
-  const std::unordered_map<ImageId, int> index = IndexOf(ids);
+  const std::set<ImageId> ids = RegisteredAround(map, center, options.max_photos_around);
   std::vector<PhotoEdge> edges;
   for (const ImageId id : ids) {
     for (const auto& [other, inliers] : map.Neighbours(id)) {
-      if (other >= id || index.count(other) == 0) continue;
-      edges.push_back({index.at(id), index.at(other), CountVotes(options, map, id, other)});
+      if (other >= id || ids.count(other) == 0) continue;
+      edges.push_back({id, other, CountVotes(options, map, id, other)});
     }
   }
-  return Contradicted(options, ids, edges);
+  return Contradicted(options, {ids.begin(), ids.end()}, edges);
 }
 
 }  // namespace skein

@@ -1,39 +1,44 @@
 #include "mapper/photo_groups.h"
 
 #include <algorithm>
-#include <numeric>
+#include <set>
+#include <utility>
 
 namespace skein {
 
-PhotoGroups::PhotoGroups(size_t num_photos, const std::vector<PhotoEdge>& edges)
-    : group_(num_photos), members_(num_photos), votes_(num_photos) {
-  std::iota(group_.begin(), group_.end(), 0);
-  for (size_t i = 0; i < num_photos; ++i) members_[i] = {static_cast<int>(i)};
+PhotoGroups::PhotoGroups(const std::vector<ImageId>& photos, const std::vector<PhotoEdge>& edges) {
+  for (const ImageId id : photos) {
+    group_of_[id] = id;
+    groups_[id].members = {id};
+  }
   for (const PhotoEdge& edge : edges) {
-    votes_[edge.a][edge.b].Add(edge.votes);
-    votes_[edge.b][edge.a].Add(edge.votes);
+    groups_.at(edge.a).votes[edge.b].Add(edge.votes);
+    groups_.at(edge.b).votes[edge.a].Add(edge.votes);
   }
 }
 
-void PhotoGroups::JoinUnlessContradicted(int a, int b) {
-  a = group_[a];
-  b = group_[b];
+void PhotoGroups::JoinUnlessContradicted(ImageId a, ImageId b) {
+  a = group_of_.at(a);
+  b = group_of_.at(b);
   if (a == b) return;
-  const auto between = votes_[a].find(b);
-  if (between != votes_[a].end() && between->second.contradict > between->second.agree) return;
-  if (members_[a].size() < members_[b].size()) std::swap(a, b);
-  for (const int member : members_[b]) {
-    group_[member] = a;
-    members_[a].push_back(member);
+  const auto between = groups_[a].votes.find(b);
+  if (between != groups_[a].votes.end() && between->second.contradict > between->second.agree) {
+    return;
   }
-  members_[b].clear();
-  for (const auto& [other, votes] : votes_[b]) {
-    votes_[other].erase(b);
+  if (groups_[a].members.size() < groups_[b].members.size()) std::swap(a, b);
+  Group& group = groups_[a];
+  const Group joined = std::move(groups_[b]);
+  groups_.erase(b);
+  for (const ImageId member : joined.members) {
+    group_of_[member] = a;
+    group.members.push_back(member);
+  }
+  for (const auto& [other, votes] : joined.votes) {
+    groups_.at(other).votes.erase(b);
     if (other == a) continue;
-    votes_[a][other].Add(votes);
-    votes_[other][a].Add(votes);
+    group.votes[other].Add(votes);
+    groups_.at(other).votes[a].Add(votes);
   }
-  votes_[b].clear();
 }
 
 void PhotoGroups::JoinByVotes(std::vector<PhotoEdge> edges) {
@@ -45,29 +50,37 @@ void PhotoGroups::JoinByVotes(std::vector<PhotoEdge> edges) {
   }
 }
 
-std::vector<int> PhotoGroups::Contradicted(int min_contradiction, int first) const {
-  std::vector<int> by_size;
-  for (size_t i = 0; i < members_.size(); ++i) {
-    if (!members_[i].empty()) by_size.push_back(static_cast<int>(i));
+std::vector<ImageId> PhotoGroups::LargestFirst() const {
+  std::vector<ImageId> groups;
+  for (const auto& [id, unused] : groups_) groups.push_back(id);
+  std::stable_sort(groups.begin(), groups.end(), [this](ImageId a, ImageId b) {
+    return groups_.at(a).members.size() > groups_.at(b).members.size();
+  });
+  return groups;
+}
+
+std::vector<ImageId> PhotoGroups::Contradicted(int min_contradiction, ImageId first) const {
+  std::vector<ImageId> order = LargestFirst();
+  if (const auto group = group_of_.find(first); group != group_of_.end()) {
+    const auto before = std::find(order.begin(), order.end(), group->second);
+    std::rotate(order.begin(), before, before + 1);
   }
-  std::stable_sort(by_size.begin(), by_size.end(),
-                   [this](int a, int b) { return members_[a].size() > members_[b].size(); });
-  if (first >= 0) {
-    const auto before = std::find(by_size.begin(), by_size.end(), group_[first]);
-    std::rotate(by_size.begin(), before, before + 1);
-  }
-  std::vector<char> stays(members_.size(), false);
-  std::vector<int> result;
-  for (const int group : by_size) {
+  std::set<ImageId> stays;
+  std::vector<ImageId> contradicted;
+  for (const ImageId id : order) {
+    const Group& group = groups_.at(id);
     int excess = 0;
-    for (const auto& [other, votes] : votes_[group]) {
-      if (stays[other]) excess = std::max(excess, votes.contradict - votes.agree);
+    for (const auto& [other, votes] : group.votes) {
+      if (stays.count(other) > 0) excess = std::max(excess, votes.contradict - votes.agree);
     }
-    stays[group] = excess < min_contradiction;
-    if (stays[group]) continue;
-    result.insert(result.end(), members_[group].begin(), members_[group].end());
+    if (excess < min_contradiction) {
+      stays.insert(id);
+    } else {
+      contradicted.insert(contradicted.end(), group.members.begin(), group.members.end());
+    }
   }
-  return result;
+  std::sort(contradicted.begin(), contradicted.end());
+  return contradicted;
 }
 
 }  // namespace skein

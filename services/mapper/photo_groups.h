@@ -1,8 +1,9 @@
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <vector>
+
+#include "mapper/scene_map.h"
 
 namespace skein {
 
@@ -16,32 +17,40 @@ struct Votes {
   }
 };
 
-// Between photos a and b, as indices.
+// Between photos a and b.
 struct PhotoEdge {
-  int a = 0, b = 0;
+  ImageId a = 0, b = 0;
   Votes votes;
 };
 
 // Groups of photos, at first one each, with the votes between any two.
 class PhotoGroups {
  public:
-  // `edges`: each pair of photos at most once.
-  PhotoGroups(std::size_t num_photos, const std::vector<PhotoEdge>& edges);
+  // `edges`: each pair of photos at most once; between these photos only.
+  PhotoGroups(const std::vector<ImageId>& photos, const std::vector<PhotoEdge>& edges);
 
-  // Makes one of the groups of both photos, unless more contradicts than agrees between them.
-  void JoinUnlessContradicted(int a, int b);
-
-  // Joins along all edges with an agreement, those with most of it left over first.
+  // Joins along all edges with an agreement, those with most of it left over first, but never two
+  // groups between which more contradicts than agrees.
   void JoinByVotes(std::vector<PhotoEdge> edges);
 
-  // Photos of groups that a group which stays contradicts by this many votes. Of two the larger one
-  // stays, but the one with the photo `first` (-1: none) before all others.
-  std::vector<int> Contradicted(int min_contradiction, int first = -1) const;
+  // Photos of groups that a group which stays contradicts by this many votes, in ascending order.
+  // Of two the larger one stays, but the one with the photo `first`, if there is that, before all
+  // others.
+  std::vector<ImageId> Contradicted(int min_contradiction,
+                                    ImageId first = colmap::kInvalidImageId) const;
 
  private:
-  std::vector<int> group_;  // of each photo
-  std::vector<std::vector<int>> members_;
-  std::vector<std::map<int, Votes>> votes_;
+  // A group goes by the id of one of its photos.
+  struct Group {
+    std::vector<ImageId> members;
+    std::map<ImageId, Votes> votes;  // with other groups
+  };
+
+  void JoinUnlessContradicted(ImageId a, ImageId b);
+  std::vector<ImageId> LargestFirst() const;
+
+  std::map<ImageId, ImageId> group_of_;
+  std::map<ImageId, Group> groups_;
 };
 
 }  // namespace skein
