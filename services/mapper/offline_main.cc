@@ -22,6 +22,7 @@
 #include "base/database.h"
 #include "base/similarity_transform.h"
 #include "mapper/submap.h"
+#include "merger/seed_policy.h"
 
 namespace skein {
 namespace {
@@ -272,16 +273,16 @@ class Run {
     return component;
   }
 
-  // The angle asked for is relaxed with the number of photos that wait together, as the merger does
-  // (seed_policy.h): many that are not connected are no reason to start from a bad pair.
+  // The angle asked for is relaxed with the number of photos that wait together, as the merger
+  // does: many that are not connected are no reason to start from a bad pair.
   void TryToStart(ImageId image_id) {
-    constexpr double kAnglesDeg[] = {16, 8, 4, 2};
+    const SeedOptions options;
     const std::set<ImageId> component = Component(image_id);
-    const size_t n = component.size();
-    const int last = n >= 9 ? 3 : n >= 6 ? 2 : n >= 4 ? 1 : 0;
-    for (int step = 0; step <= last; ++step) {
-      for (const auto& [id, other] : PairsOf(component)) {
-        if (TryPair(kAnglesDeg[step], id, other)) return;
+    const auto pairs = PairsOf(component);
+    for (size_t step = 0; step < options.min_tri_angle_steps_deg.size(); ++step) {
+      if (step > 0 && static_cast<int>(component.size()) < options.relax_orphans[step - 1]) return;
+      for (const auto& [id, other] : pairs) {
+        if (TryPair(options.min_tri_angle_steps_deg[step], id, other)) return;
       }
     }
   }
