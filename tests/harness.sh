@@ -32,15 +32,16 @@ stop_shim=$SKEIN_BUILD/tests/libstop_at_datagram.so
 new_workspace() {
   workspace=$(mktemp -d "${TMPDIR:-/tmp}/skein_test.XXXXXX")
   trap end_test EXIT
-  trap 'exit 130' INT TERM
+  trap 'trap "" INT TERM; exit 130' INT TERM
 }
 
 end_test() {
   local status=$? log
+  trap '' INT TERM
   stop_services
   kill $(jobs -p) 2>/dev/null || true
   if ((status != 0 && status != 77)); then
-    for log in "$workspace"/*/log/*.log; do
+    for log in "$workspace"/*/log/*.log "$workspace"/*.log; do
       [[ -s $log ]] && { echo "--- ${log##*/}"; tail -n 15 "$log"; }
     done
   fi
