@@ -71,6 +71,9 @@ class MemoryIngest {
     header.session_id = node_.session_id();
     header.seq = static_cast<int64_t>(facts_.size()) + 1;
     header.utime_us = 1;
+    if (auto* merge = std::get_if<merge_t>(&fact); merge && merge->state == merge_t::ORDERED) {
+      merge->merge_id = header.seq;
+    }
     seq_of_[header.fact_id] = header.seq;
     facts_.push_back(fact);
     server_.Broadcast(fact);

@@ -240,6 +240,28 @@ TEST_F(SessionStateTest, AStepOfAMergeNeedsTheLeaseOfItsSide) {
   EXPECT_TRUE(CheckLease(step, state()).ok()) << "an order is the merger's";
 }
 
+TEST_F(SessionStateTest, ReportsAMergeThatWasUndoneWithItsReason) {
+  merge_t merge{};
+  merge.source_id = AddSubmap("mapper-1");
+  merge.target_id = AddSubmap("mapper-2");
+  merge.state = merge_t::ORDERED;
+  merge.num_shared_images = 3;
+  merge = Commit(merge, "merge/1");
+  merge.state = merge_t::UNDONE;
+  merge.reason = "look-alike places";
+  Commit(merge, "merge/1/end");
+  Reopen();
+  const auto merges = MakeReport(state(), 0, 1)["merges"];
+  ASSERT_EQ(merges.size(), 1u);
+  EXPECT_EQ(merges[0]["state"], "undone");
+  EXPECT_EQ(merges[0]["reason"], "look-alike places");
+  EXPECT_EQ(merges[0]["shared_images"], 3);
+  for (const int64_t submap_id : {1, 2}) {
+    EXPECT_EQ(state().FindSubmap(submap_id)->open_merge_id, 0);
+    EXPECT_FALSE(state().FindSubmap(submap_id)->ended);
+  }
+}
+
 TEST_F(SessionStateTest, FactsOutOfOrderAreABrokenContract) {
   SessionState fresh;
   image_t image{};

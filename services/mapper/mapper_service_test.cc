@@ -330,6 +330,26 @@ TEST_F(MapperServiceTest, TargetAbsorbsAModel) {
   EXPECT_EQ(Registered().size(), 12u);
 }
 
+TEST_F(MapperServiceTest, TargetSaysWhyItDoesNotAbsorbAModelAndStaysAsItWas) {
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  merge_t merge = Order(2, kSubmap);
+  merge.header.fact_id = "merge/frozen";
+  merge.state = merge_t::FROZEN;
+  merge.model_blob = MakeModel(10, 13);
+  ingest_.Commit(merge);
+  Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::UNDONE); }); }, "UNDONE");
+  const auto& undone =
+      std::get<merge_t>(*Find([](const Fact& f) { return IsMerge(f, merge_t::UNDONE); }));
+  EXPECT_EQ(undone.reason, "the poses of only 0 shared images agree");
+  for (int64_t id = 1; id <= 8; ++id) {
+    EXPECT_EQ(States(id), std::vector<int>{registration_t::REGISTERED}) << id;
+  }
+  EXPECT_TRUE(States(10).empty());
+  Match(9, 9);
+  Await([&] { return IsRegistered(9); }, "a photo registered after the merge");
+}
+
 TEST_F(MapperServiceTest, TargetBecomesWhatItWasWhenTheMergesEndIsRefused) {
   RefuseFirst(1, submit_reply_t::REFUSED, "merge is over",
               [](const Fact& fact) { return IsMerge(fact, merge_t::DONE); });

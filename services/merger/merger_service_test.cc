@@ -1,0 +1,179 @@
+// The whole service on an in-process bus, against an ingest that keeps its ledger in memory and the
+// mappers of two submaps played by the test. The submaps are those of a synthetic place.
+#include "merger/merger_service.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "merger/shared_views.h"
+#include "merger/synthetic_submaps.h"
+#include "messaging/ledger_test_util.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDeadlineS = 30;
+constexpr int64_t kSource = 2, kTarget = 1;  // the smaller one is the source
+
+class MergerServiceTest : public testing::Test {
+ protected:
+  MergerServiceTest() {
+    bus_.Subscribe<shared_request_t>(kSharedRequestChannel,
+                                     [this](const shared_request_t& r) { Answer(r); });
+    Restart();
+  }
+
+  void Restart() {
+    service_.reset();
+    node_.reset();
+    node_ = std::make_unique<Node>(TestOptions("merger"), loop_, bus_);
+    service_ = std::make_unique<MergerService>(*node_, MergerOptions());
+  }
+
+  void Await(const std::function<bool()>& condition, const std::string& what) {
+    ASSERT_TRUE(loop_.RunUntil(condition, kDeadlineS)) << "never happened: " << what;
+  }
+
+  // As the mapper of that submap.
+  void Answer(const shared_request_t& request) {
+    shared_reply_t reply{};
+    reply.request_id = request.request_id;
+    reply.submap_id = request.submap_id;
+    reply.epoch = 1;
+    reply.owner = "mapper";
+    reply.blob_id = mapper_.blobs().Serve(EncodeSharedImages(
+        DescribeShared(request.submap_id == kSource ? source_ : target_, request.image_ids)));
+    mapper_.Publish(kSharedReplyChannel, reply);
+  }
+
+  void AddSubmap(int64_t submap_id, int64_t image_id1, int64_t image_id2) {
+    seed_t seed{};
+    seed.header.fact_id = "seed/" + std::to_string(submap_id);
+    seed.submap_id = submap_id;
+    seed.image_id1 = image_id1;
+    seed.image_id2 = image_id2;
+    ingest_.Commit(seed);
+    submap_t lease{};
+    lease.header.fact_id = "lease/" + std::to_string(submap_id);
+    lease.submap_id = submap_id;
+    lease.epoch = 1;
+    lease.owner = "mapper";
+    lease.state = submap_t::ASSIGNED;
+    ingest_.Commit(lease);
+  }
+
+  void Register(int64_t submap_id, int64_t first, int64_t last) {
+    for (int64_t id = first; id <= last; ++id) {
+      registration_t fact{};
+      fact.header.fact_id = "registration/" + std::to_string(submap_id) + "/" + std::to_string(id);
+      fact.image_id = id;
+      fact.submap_id = submap_id;
+      fact.epoch = 1;
+      fact.state = registration_t::REGISTERED;
+      ingest_.Commit(fact);
+    }
+  }
+
+  // Three shared photos: 10, 11 and 12.
+  void AddBothSubmaps() {
+    AddSubmap(kTarget, 1, 3);
+    AddSubmap(kSource, 15, 17);
+    Register(kTarget, 1, 12);
+    Register(kSource, 10, 20);
+  }
+
+  void Undo(merge_t merge) {
+    merge.header = {};
+    merge.header.fact_id = "merge/" + std::to_string(merge.merge_id) + "/end";
+    merge.state = merge_t::UNDONE;
+    merge.reason = "the adjustment made it worse";
+    ingest_.Commit(merge);
+  }
+
+  // Both mappers have worked up to the ledger's end.
+  void TellStatus() {
+    for (const int64_t submap_id : {kSource, kTarget}) {
+      submap_t status{};
+      status.submap_id = submap_id;
+      status.epoch = 1;
+      status.owner = "mapper";
+      status.ledger_seq = static_cast<int64_t>(ingest_.facts().size());
+      mapper_.Publish(kSubmapStatusChannel, status);
+    }
+  }
+  void Drain() {
+    finish_t drained{};
+    drained.header.fact_id = "finish/drained";
+    drained.finish_id = 1;
+    drained.state = finish_t::DRAINED;
+    ingest_.Commit(drained);
+    loop_.AddTimer(0.1, [this] { TellStatus(); });
+  }
+  bool HasSettled() const {
+    const auto* finish = std::get_if<finish_t>(&ingest_.facts().back());
+    return finish != nullptr && finish->state == finish_t::SETTLED;
+  }
+
+  std::vector<merge_t> Orders() const {
+    std::vector<merge_t> orders;
+    for (const Fact& fact : ingest_.facts()) {
+      const auto* merge = std::get_if<merge_t>(&fact);
+      if (merge != nullptr && merge->state == merge_t::ORDERED) orders.push_back(*merge);
+    }
+    return orders;
+  }
+
+  // Both ways round.
+  void OrderAndUndoTwice() {
+    for (size_t i = 1; i <= 2; ++i) {
+      Await([&] { return Orders().size() == i; }, "an order");
+      Undo(Orders().back());
+    }
+  }
+
+  const SyntheticWorld world_{SyntheticOptions(), 1};
+  const colmap::Reconstruction target_ = world_.Submap(1, 14, Similarity(), 1.0);
+  const colmap::Reconstruction source_ = world_.Submap(
+      10, 20, {3.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}}, 1.0);
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node ingest_node_{TestOptions("ingest"), loop_, bus_};
+  Node mapper_{TestOptions("mapper"), loop_, bus_};
+  MemoryIngest ingest_{ingest_node_};
+  std::unique_ptr<Node> node_;
+  std::unique_ptr<MergerService> service_;
+};
+
+TEST_F(MergerServiceTest, OrdersTheSmallerIntoTheLargerWithTheirSimilarity) {
+  AddBothSubmaps();
+  Await([&] { return Orders().size() == 1; }, "an order");
+  const merge_t order = Orders().front();
+  EXPECT_EQ(order.source_id, kSource);
+  EXPECT_EQ(order.target_id, kTarget);
+  EXPECT_EQ(order.num_shared_images, 3);
+  EXPECT_EQ(order.num_inlier_images, 3);
+  EXPECT_NEAR(order.target_from_source_scale, 1 / 3.0, 0.01);
+}
+
+TEST_F(MergerServiceTest, AMergeThatWasUndoneIsTriedTheOtherWayRoundAndThenNotAgain) {
+  AddBothSubmaps();
+  OrderAndUndoTwice();
+  EXPECT_EQ(Orders().back().source_id, kTarget);
+  Restart();  // what was tried is in the ledger
+  Drain();
+  Await([&] { return HasSettled(); }, "nothing left to merge");
+  EXPECT_EQ(Orders().size(), 2u);
+}
+
+TEST_F(MergerServiceTest, AnotherSharedPhotoIsNewEvidence) {
+  AddBothSubmaps();
+  OrderAndUndoTwice();
+  Restart();
+  Register(kTarget, 13, 13);
+  Await([&] { return Orders().size() == 3; }, "an order");
+  EXPECT_EQ(Orders().back().num_shared_images, 4);
+}
+
+}  // namespace
+}  // namespace skein
