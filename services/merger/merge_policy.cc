@@ -18,7 +18,8 @@ void MergePolicy::OnUndone(int64_t merge_id) {
   pending_.erase(it);
 }
 
-void MergePolicy::OnDrained() {
+void MergePolicy::OnDrained(int64_t seq) {
+  drained_seq_ = seq;
   tried_.clear();
   for (auto& [id, merge] : pending_) merge.precedes_drained = true;
 }
@@ -73,7 +74,7 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
     const Direction first = a_is_smaller ? pair : Direction{pair.second, pair.first};
     for (const Direction& direction : {first, Direction{first.second, first.first}}) {
       if (WasTried(direction, num_shared, finishing)) continue;
-      best = MergeAttempt{direction.first, direction.second, images};
+      best = MergeAttempt{direction.first, direction.second, images, drained_seq_};
       break;
     }
   }

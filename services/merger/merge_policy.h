@@ -31,6 +31,9 @@ struct MergeAttempt {
   int64_t source_id = 0;
   int64_t target_id = 0;
   std::vector<int64_t> shared_images;
+  // Of the finish whose worked-over maps are tried, 0 before the first: tells a repeated attempt
+  // from the earlier one.
+  int64_t drained_seq = 0;
 };
 
 // A merge that was ordered and has not ended.
@@ -53,7 +56,7 @@ class MergePolicy {
   void OnFailed(int64_t source_id, int64_t target_id, int num_shared_images);
   // The mappers have worked over their maps with all that the session has: what failed before may
   // succeed now, and is tried once more.
-  void OnDrained();
+  void OnDrained(int64_t seq);
   // A submap is gone: what was pending with it is over.
   void OnEnded(int64_t submap_id);
 
@@ -76,6 +79,7 @@ class MergePolicy {
   const MergeOptions options_;
   std::map<int64_t, PendingMerge> pending_;
   std::map<Direction, Tried> tried_;
+  int64_t drained_seq_ = 0;
 };
 
 }  // namespace skein

@@ -79,9 +79,11 @@ TEST(MergePolicy, WhatFailedBeforeTheMapsWereWorkedOverIsTriedOnceMore) {
   policy.OnFailed(2, 1, 5);
   policy.OnOrdered({100, 3, 1, 3});
   EXPECT_FALSE(policy.Next(TwoSubmaps(5), true));
-  policy.OnDrained();
+  policy.OnDrained(400);
   policy.OnUndone(100);  // ordered before: its maps were not worked over
-  EXPECT_TRUE(policy.Next(TwoSubmaps(5), true));
+  const auto attempt = policy.Next(TwoSubmaps(5), true);
+  ASSERT_TRUE(attempt);
+  EXPECT_EQ(attempt->drained_seq, 400);
   policy.OnFailed(2, 1, 5);
   EXPECT_FALSE(policy.Next(TwoSubmaps(5), true));
 }

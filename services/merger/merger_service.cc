@@ -137,7 +137,7 @@ void MergerService::Apply(const finish_t& finish) {
   finish_id_ = finish.finish_id;
   if (finish.state != finish_t::DRAINED) return;
   settle_seq_ = finish.header.seq;
-  merges_.OnDrained();
+  merges_.OnDrained(finish.header.seq);
 }
 
 void MergerService::OnStatus(const submap_t& status) {

@@ -30,7 +30,8 @@ merge_t AttemptMessage(const MergeAttempt& attempt, const SubmapDirectory& direc
   merge.state = result.success ? merge_t::ORDERED : merge_t::FAILED;
   merge.header.fact_id =
       "merge/" + std::to_string(attempt.source_id) + "-" + std::to_string(attempt.target_id) + "/" +
-      std::to_string(attempt.shared_images.size()) + (result.success ? "/ordered" : "/failed");
+      std::to_string(attempt.shared_images.size()) + "/" + std::to_string(attempt.drained_seq) +
+      (result.success ? "/ordered" : "/failed");
   merge.source_id = attempt.source_id;
   merge.target_id = attempt.target_id;
   merge.source_epoch = directory.Find(attempt.source_id)->epoch;
