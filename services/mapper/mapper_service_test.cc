@@ -182,6 +182,17 @@ class MapperServiceTest : public testing::Test {
     return ingest_node_.blobs().Offer(EncodeModelArchive(SaveSubmap(&submap)));
   }
 
+  // The submap has photos 1 to 8; a merge brings it those of a source.
+  void FreezeForATargetOfEight(int64_t first, int64_t last) {
+    Give(8);
+    Await([&] { return Registered().size() == 8; }, "all photos registered");
+    merge_t merge = Order(2, kSubmap);
+    merge.header.fact_id = "merge/frozen";
+    merge.state = merge_t::FROZEN;
+    merge.model_blob = MakeModel(first, last);
+    ingest_.Commit(merge);
+  }
+
   const Fact* Find(const std::function<bool(const Fact&)>& matches) const {
     const auto& facts = ingest_.facts();
     const auto found = std::find_if(facts.rbegin(), facts.rend(), matches);
@@ -319,25 +330,13 @@ TEST_F(MapperServiceTest, SourceFreezesAgainWhenRefusedAndGoesOnWhenUndone) {
 }
 
 TEST_F(MapperServiceTest, TargetAbsorbsAModel) {
-  Give(8);
-  Await([&] { return Registered().size() == 8; }, "all photos registered");
-  merge_t merge = Order(2, kSubmap);
-  merge.header.fact_id = "merge/frozen";
-  merge.state = merge_t::FROZEN;
-  merge.model_blob = MakeModel(5, 12);
-  ingest_.Commit(merge);
+  FreezeForATargetOfEight(5, 12);
   Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::DONE); }); }, "DONE");
   EXPECT_EQ(Registered().size(), 12u);
 }
 
 TEST_F(MapperServiceTest, TargetSaysWhyItDoesNotAbsorbAModelAndStaysAsItWas) {
-  Give(8);
-  Await([&] { return Registered().size() == 8; }, "all photos registered");
-  merge_t merge = Order(2, kSubmap);
-  merge.header.fact_id = "merge/frozen";
-  merge.state = merge_t::FROZEN;
-  merge.model_blob = MakeModel(10, 13);
-  ingest_.Commit(merge);
+  FreezeForATargetOfEight(10, 13);
   Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::UNDONE); }); }, "UNDONE");
   const auto& undone =
       std::get<merge_t>(*Find([](const Fact& f) { return IsMerge(f, merge_t::UNDONE); }));
@@ -353,13 +352,7 @@ TEST_F(MapperServiceTest, TargetSaysWhyItDoesNotAbsorbAModelAndStaysAsItWas) {
 TEST_F(MapperServiceTest, TargetBecomesWhatItWasWhenTheMergesEndIsRefused) {
   RefuseFirst(1, submit_reply_t::REFUSED, "merge is over",
               [](const Fact& fact) { return IsMerge(fact, merge_t::DONE); });
-  Give(8);
-  Await([&] { return Registered().size() == 8; }, "all photos registered");
-  merge_t merge = Order(2, kSubmap);
-  merge.header.fact_id = "merge/frozen";
-  merge.state = merge_t::FROZEN;
-  merge.model_blob = MakeModel(5, 12);
-  ingest_.Commit(merge);
+  FreezeForATargetOfEight(5, 12);
   Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::UNDONE); }); }, "UNDONE");
   EXPECT_FALSE(Find([](const Fact& f) { return IsMerge(f, merge_t::DONE); }));
   Match(13, 13);

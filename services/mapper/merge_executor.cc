@@ -91,8 +91,10 @@ std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool 
   if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
   if (options.verify) {
     const std::string wrong = WhyLookAlike(*submap, *target, *source, result.merged);
-    if (!wrong.empty()) LeaveStrangers(*source, submap, absorption);
-    if (!wrong.empty()) return wrong;
+    if (!wrong.empty()) {
+      LeaveStrangers(*source, submap, absorption);
+      return wrong;
+    }
   }
   const Status status = submap->ReplaceModel(result.merged);
   if (!status.ok()) return status.error();

@@ -11,6 +11,10 @@ namespace skein {
 struct Votes {
   int agree = 0;
   int contradict = 0;
+  // Of all; 1 if there are none.
+  double AgreeingShare() const {
+    return agree + contradict == 0 ? 1.0 : static_cast<double>(agree) / (agree + contradict);
+  }
   void Add(const Votes& other) {
     agree += other.agree;
     contradict += other.contradict;

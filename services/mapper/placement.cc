@@ -30,11 +30,8 @@ Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible,
 }
 
 bool Placement::AgreesWithMatches(const RegistrationOptions& options) const {
-  const colmap::Image& image = map_.reconstruction().Image(image_id_);
-  BundlePose pose;
-  GetPose(image, &pose);
-  return EpipolarShare(map_, image_id_, map_.reconstruction().Camera(image.CameraId()), pose,
-                       options.max_epipolar_error_px) >= options.min_epipolar_share;
+  return EpipolarVotes(map_, image_id_, options.max_epipolar_error_px).AgreeingShare() >=
+         options.min_epipolar_share;
 }
 
 void Placement::Undo() {

@@ -241,11 +241,12 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
   return votes;
 }
 
-double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
-                     const BundlePose& pose, double max_error_px) {
-  const Votes votes = EpipolarVotes(map, image_id, camera, pose, max_error_px);
-  const int num_matches = votes.agree + votes.contradict;
-  return num_matches == 0 ? 1.0 : static_cast<double>(votes.agree) / num_matches;
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px) {
+  const colmap::Image& image = map.reconstruction().Image(image_id);
+  BundlePose pose;
+  GetPose(image, &pose);
+  return EpipolarVotes(map, image_id, map.reconstruction().Camera(image.CameraId()), pose,
+                       max_error_px);
 }
 
 unsigned SeedFromIds(uint64_t a, uint64_t b) {
@@ -338,8 +339,9 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
   }
   colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
   camera.SetParams(estimate.camera_params);
-  return EpipolarShare(map, image_id, camera, estimate.pose, options.max_epipolar_error_px) >=
-         options.min_epipolar_share;
+  const Votes votes =
+      EpipolarVotes(map, image_id, camera, estimate.pose, options.max_epipolar_error_px);
+  return votes.AgreeingShare() >= options.min_epipolar_share;
 }
 
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,

@@ -83,9 +83,8 @@ bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, 
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
                     const BundlePose& pose, double max_error_px);
 
-// The share of them that agrees. 1 if there are none.
-double EpipolarShare(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
-                     const BundlePose& pose, double max_error_px);
+// Of a registered photo, with its own pose and camera.
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
 
 // Whether most of the points that a registered photo's matches tie it to are not where it sees them
 // and agree on another pose than the one it has.

@@ -169,22 +169,22 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   return map_->IsRegistered(id);
 }
 
+bool Submap::LooksAlike(ImageId id) const {
+  const auto trial = side_.trials.find(id);
+  return trial != side_.trials.end() && trial->second.looks_alike;
+}
+
 // Whether it, or a photo that it matches with, was found to be of a place that looks alike.
 bool Submap::IsSuspect(ImageId id) const {
-  const auto looks_alike = [this](ImageId photo) {
-    const auto trial = side_.trials.find(photo);
-    return trial != side_.trials.end() && trial->second.looks_alike;
-  };
   const auto& neighbours = map_->Neighbours(id);
-  return looks_alike(id) || std::any_of(neighbours.begin(), neighbours.end(),
-                                        [&](const auto& n) { return looks_alike(n.first); });
+  return LooksAlike(id) || std::any_of(neighbours.begin(), neighbours.end(),
+                                       [this](const auto& n) { return LooksAlike(n.first); });
 }
 
 RegistrationOptions Submap::OptionsOfTrial(ImageId id) const {
   RegistrationOptions registration = options_.registration;
   registration.suspect_look_alike = IsSuspect(id);
-  const auto trial = side_.trials.find(id);
-  registration.must_show_place = trial != side_.trials.end() && trial->second.looks_alike;
+  registration.must_show_place = LooksAlike(id);
   if (static_cast<int>(ambiguous_.size()) >= options_.max_ambiguous) {
     registration.max_rival_ratio = HUGE_VAL;
   }
@@ -250,7 +250,7 @@ void Submap::WithdrawContradicted(const std::vector<ImageId>& images, const Even
 std::vector<ImageId> Submap::LoneLookAlikes() {
   std::vector<ImageId> ids;
   for (const ImageId id : map_->reconstruction().RegImageIds()) {
-    if (side_.trials[id].looks_alike || !IsSuspect(id)) continue;
+    if (LooksAlike(id) || !IsSuspect(id)) continue;
     const colmap::Image& image = map_->reconstruction().Image(id);
     const CellVotes votes = CompareWithNeighbours(options_.registration.look_alike, *map_, id,
                                                   map_->reconstruction().Camera(image.CameraId()),

@@ -175,6 +175,7 @@ class Submap {
   void Rebuild(const EventSink& sink);
   void TakeOver(Submap* anew, const EventSink& sink);
   bool TryPhoto(ImageId id, const EventSink& sink);
+  bool LooksAlike(ImageId id) const;
   bool IsSuspect(ImageId id) const;
   RegistrationOptions OptionsOfTrial(ImageId id) const;
   void NoteAmbiguous(ImageId id);

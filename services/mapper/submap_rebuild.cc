@@ -5,25 +5,16 @@
 #include <vector>
 
 #include "base/similarity_transform.h"
-#include "mapper/bundle_builder.h"
 #include "mapper/submap.h"
 
 namespace skein {
 namespace {
 
-Votes VotesOf(const RegistrationOptions& options, const SceneMap& map, ImageId id) {
-  const colmap::Image& image = map.reconstruction().Image(id);
-  BundlePose pose;
-  GetPose(image, &pose);
-  return EpipolarVotes(map, id, map.reconstruction().Camera(image.CameraId()), pose,
-                       options.max_epipolar_error_px);
-}
-
 // Verified matches between registered photos that agree with their poses.
 int64_t CountAgreeing(const RegistrationOptions& options, const SceneMap& map) {
   int64_t num_agreeing = 0;
   for (const ImageId id : map.reconstruction().RegImageIds()) {
-    num_agreeing += VotesOf(options, map, id).agree;
+    num_agreeing += EpipolarVotes(map, id, options.max_epipolar_error_px).agree;
   }
   return num_agreeing / 2;
 }
@@ -57,10 +48,9 @@ bool Submap::IsTorn() const {
       if (num_matches >= options_.min_torn_matches && !IsSuspect(id)) return true;
       continue;
     }
-    const Votes votes = VotesOf(options_.registration, *map_, id);
-    const int num_matches = votes.agree + votes.contradict;
-    if (num_matches >= options_.min_torn_matches &&
-        votes.agree < options_.min_agreeing_share * num_matches) {
+    const Votes votes = EpipolarVotes(*map_, id, options_.registration.max_epipolar_error_px);
+    if (votes.agree + votes.contradict >= options_.min_torn_matches &&
+        votes.AgreeingShare() < options_.min_agreeing_share) {
       return true;
     }
   }

@@ -13,15 +13,14 @@ void MergePolicy::OnUndone(int64_t merge_id) {
   const auto it = pending_.find(merge_id);
   if (it == pending_.end()) return;
   const PendingMerge& merge = it->second;
-  if (!merge.precedes_drained)
-    Remember({merge.source_id, merge.target_id}, merge.num_shared_images);
+  const bool precedes_drained = merge_id < drained_seq_;
+  if (!precedes_drained) Remember({merge.source_id, merge.target_id}, merge.num_shared_images);
   pending_.erase(it);
 }
 
 void MergePolicy::OnDrained(int64_t seq) {
   drained_seq_ = seq;
   tried_.clear();
-  for (auto& [id, merge] : pending_) merge.precedes_drained = true;
 }
 
 void MergePolicy::OnFailed(int64_t source_id, int64_t target_id, int num_shared_images) {

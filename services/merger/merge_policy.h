@@ -38,11 +38,10 @@ struct MergeAttempt {
 
 // A merge that was ordered and has not ended.
 struct PendingMerge {
-  int64_t merge_id = 0;
+  int64_t merge_id = 0;  // the order's position in the ledger
   int64_t source_id = 0;
   int64_t target_id = 0;
   int num_shared_images = 0;
-  bool precedes_drained = false;
 };
 
 class MergePolicy {

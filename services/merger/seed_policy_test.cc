@@ -18,6 +18,14 @@ SeedSituation Streaming(int64_t head) { return {0.0, false, head}; }
 SeedSituation Quiet(int64_t head) { return {60.0, false, head}; }
 SeedSituation Finishing(int64_t head) { return {0.0, true, head}; }
 
+// Photos 1 and 2, a good pair, known of at 11.
+SeedPolicy TwoOrphans() {
+  SeedPolicy policy({});
+  policy.OnMatches(1, 10, {});
+  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  return policy;
+}
+
 TEST(SeedPolicy, TakesTheBestPairByInliersTimesAngle) {
   SeedPolicy policy({});
   policy.OnMatches(1, 10, {});
@@ -71,9 +79,7 @@ TEST(SeedPolicy, RelaxesStepByStepAsOrphansGather) {
 }
 
 TEST(SeedPolicy, APhotoOfALiveSubmapIsNoOrphan) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   SubmapDirectory directory;
   directory.OnSeed(1, 7, 8);
   directory.OnLeased(1, 1, "mapper-1");
@@ -83,9 +89,7 @@ TEST(SeedPolicy, APhotoOfALiveSubmapIsNoOrphan) {
 }
 
 TEST(SeedPolicy, WaitsForAMapperThatHasNotSeenThePhotos) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   policy.OnMatches(3, 14, {Pair(2, 300, 20)});
   policy.OnMatches(4, 15, {Pair(3, 300, 20)});
   SubmapDirectory directory;
@@ -101,9 +105,7 @@ TEST(SeedPolicy, WaitsForAMapperThatHasNotSeenThePhotos) {
 }
 
 TEST(SeedPolicy, ASecondPlaceDoesNotWaitForTheFirst) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   policy.OnMatches(3, 12, {});
   policy.OnMatches(4, 13, {Pair(3, 300, 20)});
   SubmapDirectory directory;
@@ -114,9 +116,7 @@ TEST(SeedPolicy, ASecondPlaceDoesNotWaitForTheFirst) {
 }
 
 TEST(SeedPolicy, ADeferredPhotoIsNotHurried) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   SubmapDirectory directory;
   directory.OnSeed(1, 50, 51);
   directory.OnLeased(1, 1, "mapper-1");
@@ -131,9 +131,7 @@ TEST(SeedPolicy, ADeferredPhotoIsNotHurried) {
 }
 
 TEST(SeedPolicy, ANewEpochMustWorkItsWayUpAgain) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   policy.OnMatches(3, 12, {Pair(2, 300, 20), Pair(1, 300, 20)});
   policy.OnMatches(4, 13, {Pair(3, 300, 20)});
   SubmapDirectory directory;
@@ -151,9 +149,7 @@ TEST(SeedPolicy, ANewEpochMustWorkItsWayUpAgain) {
 
 // Its submap may have been merged, and its photos withdrawn since.
 TEST(SeedPolicy, ASeedIsMadeOnce) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   SubmapDirectory directory;
   directory.OnSeed(1, 50, 51);
   directory.OnLeased(1, 1, "mapper-1");
@@ -165,18 +161,14 @@ TEST(SeedPolicy, ASeedIsMadeOnce) {
 }
 
 TEST(SeedPolicy, ARefusedSeedIsNotTriedAgain) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   ASSERT_TRUE(policy.Choose({}, Finishing(11)));
   policy.OnRefused(1, 2);
   EXPECT_FALSE(policy.Choose({}, Finishing(11)));
 }
 
 TEST(SeedPolicy, AFailedSeedIsNotTriedAgain) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
+  SeedPolicy policy = TwoOrphans();
   SubmapDirectory directory;
   directory.OnSeed(1, 1, 2);
   directory.OnEnded(1);
