@@ -56,14 +56,16 @@ View RingView(const ScenarioOptions& options, int agent, int i) {
   return {16 * out + Vector3d(0, 0, kEyeM), kRingFrontM * out + Vector3d(0, 0, 3.2)};
 }
 
-// Turns on the spot's circle, always looking across the room, then walks east into the next room.
+// Turns on the spot's circle, always looking across the room, first away from both corridors, then
+// walks east into the next room.
 View RoomsView(const ScenarioOptions& options, int agent, int i) {
-  constexpr double kBack = 1.5, kTurn = 15 * kDegree;
+  constexpr double kBack = 1.5, kMaxTurn = 15 * kDegree, kFirstHeading = -110 * kDegree;
   const bool last = agent + 1 == options.agents;
   const int passage = last ? 0 : std::min(options.photos / 2, 18);
   const int turning = options.photos - passage;
   const Vector3d room(agent * kRoomPitchM, 0, kEyeM - 0.1);
-  const double heading = i < turning ? kTurn * (i + 1 - turning) : 0;
+  const double turn = std::min(kMaxTurn, -kFirstHeading / std::max(1, turning - 1));
+  const double heading = i < turning ? turn * (i + 1 - turning) : 0;
   const Vector3d forward(std::cos(heading), std::sin(heading), 0);
   const double walked = i < turning ? 0 : kRoomPitchM * (i + 1 - turning) / passage;
   const Vector3d center = room - kBack * forward + Vector3d(walked, 0, 0);

@@ -63,26 +63,15 @@ void LearnProjection(const std::vector<uint8_t>& descriptors, int local_dim, Cod
   codebook->projection = PrincipalAxes(centred, local_dim);
 }
 
-// Lloyd's algorithm. A cell that lost all its points starts again at a random one.
-Matrix LearnCentres(const Matrix& points, const TrainingOptions& options, std::mt19937_64* random) {
-  Matrix centres = points.topRows(options.num_cells);  // points are in random order
-  for (int iteration = 0; iteration < options.num_iterations; ++iteration) {
-    const std::vector<int> cells = NearestCentres(points, centres);
-    Matrix sums = Matrix::Zero(centres.rows(), centres.cols());
-    std::vector<int> counts(options.num_cells, 0);
-    for (Eigen::Index i = 0; i < points.rows(); ++i) {
-      sums.row(cells[i]) += points.row(i);
-      ++counts[cells[i]];
-    }
-    for (int k = 0; k < options.num_cells; ++k) {
-      if (counts[k] > 0) {
-        centres.row(k) = sums.row(k) / counts[k];
-      } else {
-        centres.row(k) = points.row(static_cast<Eigen::Index>((*random)() % points.rows()));
-      }
-    }
-  }
-  return centres;
+// k-means++, the attempt with the least sum of squared distances.
+Matrix LearnCentres(const Matrix& points, const TrainingOptions& options) {
+  const cv::Mat rows(static_cast<int>(points.rows()), static_cast<int>(points.cols()), CV_32F,
+                     const_cast<float*>(points.data()));
+  cv::Mat cells, centres;
+  cv::setRNGSeed(static_cast<int>(options.seed));
+  cv::kmeans(rows, options.num_cells, cells, {cv::TermCriteria::COUNT, options.num_iterations, 0},
+             options.num_attempts, cv::KMEANS_PP_CENTERS, centres);
+  return Eigen::Map<const Matrix>(centres.ptr<float>(), centres.rows, centres.cols);
 }
 
 Matrix UnitResidualsOf(int cell, const Matrix& points, const std::vector<int>& cells,
@@ -134,7 +123,7 @@ Codebook TrainCodebook(const std::vector<LocalFeatures>& photos, const std::stri
   codebook.vlad = options.vlad;
   LearnProjection(sample, options.local_dim, &codebook);
   const Matrix points = ProjectDescriptors(codebook, sample.data(), sample.size() / kDim);
-  codebook.centres = LearnCentres(points, options, &random);
+  codebook.centres = LearnCentres(points, options);
   LearnCellAxes(points, options.cell_dim, &codebook);
   LearnPhotoMean(photos, &codebook);
   return codebook;

@@ -11,10 +11,9 @@ namespace skein {
 struct Votes {
   int agree = 0;
   int contradict = 0;
+  int Sum() const { return agree + contradict; }
   // Of all; 1 if there are none.
-  double AgreeingShare() const {
-    return agree + contradict == 0 ? 1.0 : static_cast<double>(agree) / (agree + contradict);
-  }
+  double AgreeingShare() const { return Sum() == 0 ? 1.0 : static_cast<double>(agree) / Sum(); }
   void Add(const Votes& other) {
     agree += other.agree;
     contradict += other.contradict;
