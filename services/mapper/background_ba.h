@@ -4,7 +4,7 @@
 #include <optional>
 #include <thread>
 
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
 
 namespace skein {
 

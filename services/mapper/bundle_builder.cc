@@ -4,8 +4,6 @@
 #include <cmath>
 #include <set>
 
-#include "base/pose.h"
-
 namespace skein {
 namespace {
 
@@ -86,17 +84,6 @@ class Builder {
 };
 
 }  // namespace
-
-void GetPose(const colmap::Image& image, BundlePose* pose) {
-  pose->image_id = image.ImageId();
-  pose->R = colmap::QuaternionToRotationMatrix(image.Qvec());
-  pose->t = image.Tvec();
-}
-
-void SetPose(const BundlePose& pose, colmap::Image* image) {
-  image->SetQvec(colmap::RotationMatrixToQuaternion(pose.R));
-  image->SetTvec(pose.t);
-}
 
 BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
                               bool refine_distortion) {

@@ -3,7 +3,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
+#include "bundle/image_pose.h"
 #include "mapper/scene_map.h"
 
 namespace skein {
@@ -33,10 +34,6 @@ void ScalePriors(Bundle* bundle);
 // Puts the refined poses, points and parameters into the map they were built from. Images that
 // are no longer registered and points that are gone are passed over.
 void ApplyBundle(const Bundle& bundle, SceneMap* map);
-
-// A pose in COLMAP's and in our form.
-void GetPose(const colmap::Image& image, BundlePose* pose);
-void SetPose(const BundlePose& pose, colmap::Image* image);
 
 // The camera with its weak priors: focal length 10 % (EXIF) or 30 %, distortion 0.1.
 BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,

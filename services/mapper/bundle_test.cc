@@ -1,4 +1,4 @@
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include "base/camera_models.h"
 #include "base/cost_functions.h"
 #include "base/pose.h"
+#include "bundle/projection.h"
 #include "mapper/bundle_builder.h"
-#include "mapper/projection.h"
 #include "mapper/synthetic_scene.h"
 
 namespace skein {

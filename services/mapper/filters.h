@@ -3,7 +3,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
 #include "mapper/scene_map.h"
 
 namespace skein {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
 #include "mapper/registration.h"
 
 namespace skein {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mapper/bundle_terms.h"
+#include "bundle/bundle_terms.h"
 #include "util/math.h"
 
 namespace skein {

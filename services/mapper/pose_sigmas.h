@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
 
 namespace skein {
 

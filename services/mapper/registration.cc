@@ -7,9 +7,9 @@
 #include "base/essential_matrix.h"
 #include "base/pose.h"
 #include "base/projection.h"
+#include "bundle/projection.h"
 #include "estimators/pose.h"
 #include "mapper/bundle_builder.h"
-#include "mapper/projection.h"
 #include "util/math.h"
 #include "util/random.h"
 

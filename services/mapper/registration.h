@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
 #include "mapper/look_alike.h"
 #include "mapper/photo_groups.h"
 #include "mapper/pose_sigmas.h"

@@ -40,7 +40,7 @@ struct AbsorbResult {
   bool looks_alike = false;       // that the two show different places is why
   colmap::Reconstruction merged;  // only if ok
   FuseResult fused;
-  SeamSummary bundle;
+  BundleSummary bundle;
   std::set<colmap::image_t> seam;  // adjusted images
   Residuals target_before, target_after;
   Residuals source_before, source_after;

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "mapper/bundle_terms.h"
+#include "bundle/bundle_terms.h"
 
 namespace skein {
 

@@ -1,4 +1,4 @@
-#include "mapper/reduced_system.h"
+#include "bundle/reduced_system.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>

@@ -1,4 +1,4 @@
-#include "mapper/projection.h"
+#include "bundle/projection.h"
 
 #include <ceres/jet.h>
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "mapper/bundle.h"
-#include "mapper/projection.h"
+#include "bundle/bundle.h"
+#include "bundle/projection.h"
 
 namespace skein {
 

@@ -1,12 +1,12 @@
-#include "mapper/bundle.h"
+#include "bundle/bundle.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 #include <thread>
 
-#include "mapper/bundle_terms.h"
-#include "mapper/reduced_system.h"
+#include "bundle/bundle_terms.h"
+#include "bundle/reduced_system.h"
 
 namespace skein {
 namespace {

@@ -1,4 +1,4 @@
-#include "mapper/bundle_terms.h"
+#include "bundle/bundle_terms.h"
 
 #include <cmath>
 #include <limits>
