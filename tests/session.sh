@@ -28,12 +28,15 @@ use_photos() {
 publish() {
   local session=$1 folder
   shift
-  agent_pids=()
-  for folder in "$place"/images/*/; do
-    "$SKEIN_BUILD/bin/skein" agent --session "$session" --lcm-url "$url" --name "$(basename "$folder")" \
-      --images "$folder" "$@" >>"$workspace/agents.log" 2>&1 &
-    agent_pids+=($!)
-  done
+  for folder in "$place"/images/*/; do publish_agent "$session" "$folder" "$@"; done
+}
+# publish_agent SESSION FOLDER [agent's options...]: one of them
+publish_agent() {
+  local session=$1 folder=$2
+  shift 2
+  "$SKEIN_BUILD/bin/skein" agent --session "$session" --lcm-url "$url" --name "$(basename "$folder")" \
+    --images "$folder" "$@" >>"$workspace/agents.log" 2>&1 &
+  agent_pids+=($!)
 }
 
 await_agents() {

@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# A scenario of `skein sim` through all services, on a small place.
+#
+#   scenario_test.sh relay|rooms|twins|corridor
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+session=$workspace/session
+report=$session/report.json
+
+expect_one_map() {
+  [[ $(jq '.submaps | length' "$report") == 1 ]] || fail "not one map: $(jq -c '[.submaps, .merges]' "$report")"
+  expect_model "$session" 1
+}
+# What was not merged says why.
+expect_reasons() {
+  jq -e '.merges | all(.state == "done" or .state == "undone" and .reason != "")' "$report" >/dev/null ||
+    fail "a merge is open or undone without a reason: $(jq -c .merges "$report")"
+}
+
+# One agent after the other: each goes on where the last one's photos end.
+run_relay() {
+  local folder
+  use_place 2 12 --scenario relay --seed 2 --size 800x600
+  start_services "$session" "$url"
+  for folder in "$place"/images/*/; do
+    publish_agent "$session" "$folder"
+    await_agents
+  done
+  finish "$session"
+  expect_one_map
+}
+
+# A room for each agent, mapped at the same time by mappers that the pool starts, and one map once
+# they have walked through the doors.
+run_rooms() {
+  use_place 3 20 --scenario rooms --seed 1 --size 800x600
+  start_services "$session" "$url" --mappers 1:4
+  publish "$session"
+  await_agents
+  finish "$session"
+  (($(count_facts "$session" seed) >= 2)) || fail "no submaps that could grow side by side"
+  [[ -e $session/log/mapper-2.log ]] || fail "the pool has not grown"
+  expect_one_map
+}
+# Two houses of one design: never one map. What photos of both share may have been tried.
+run_twins() {
+  local model
+  use_place 2 12 --scenario twins --seed 1 --size 800x600
+  start_services "$session" "$url"
+  publish "$session"
+  await_agents
+  finish "$session"
+  is_accounted_for "$report" || fail "photos are not accounted for: $(jq -c .images "$report")"
+  "$SKEIN_BUILD/bin/skein" export --session "$session" --output "$workspace/models" --format nerfstudio >/dev/null
+  for model in "$workspace"/models/*/transforms.json; do expect_one_house "$model"; done
+}
+# A photo that shows what both houses have may stand in the other one's map, where too little of it
+# can be judged; three would hold two houses together.
+expect_one_house() {
+  local of_house_1 of_house_2
+  of_house_1=$(jq '[.frames[].file_path | select(test("agent-1/"))] | length' "$1")
+  of_house_2=$(jq '[.frames[].file_path | select(test("agent-2/"))] | length' "$1")
+  echo "a map of $of_house_1 photos of one house and $of_house_2 of the other"
+  ((of_house_1 + of_house_2 > 0)) || fail "no photos in $1"
+  ((of_house_1 < 3 || of_house_2 < 3)) || fail "two houses in one map: $(jq -c .merges "$report")"
+}
+
+# All camera centres on one line.
+run_corridor() {
+  use_place 2 12 --scenario corridor --seed 1 --size 800x600
+  start_services "$session" "$url"
+  publish "$session"
+  await_agents
+  finish "$session"
+  expect_one_map
+}
+
+"run_$1"
+expect_reasons
