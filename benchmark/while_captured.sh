@@ -2,22 +2,25 @@
 # How far the map is while it is photographed: latency of photos that come at a camera's pace, and the
 # position error of the models before finish beside that after it.
 #
-#   benchmark/while_captured.sh [--datasets DIR] [--places "LIST"] [--rate HZ] [--keep DIR]
+#   benchmark/while_captured.sh [--datasets DIR] [--places "LIST"] [--rate HZ] [--background "LIST"] [--keep DIR]
 #
 #   --datasets DIR   holds fountain-P11 and south-building (default: ../shared/datasets beside the
 #                    tree; a set that is absent is left out)
 #   --places "LIST"  of: synthetic fountain south-building (default: all)
 #   --rate HZ        photos a second, of all agents together (default 0.33)
+#   --background "LIST"  with global BA in the background (on), without it (off), or "on off": then the
+#                    latencies' ratio is printed, too (default on)
 #   --keep DIR       keeps the sessions there
 #
 # Latency: from ingest's receipt of a photo to ingest's commit of its registration, of the photos
 # that are registered in the end (initial pairs included).
 # Needs a network namespace of its own, so root or user namespaces. Exits 1 if less than 90 % of
-# the photos have their pose within 3 s, or if the error before finish is above twice that after.
+# the photos have their pose within 3 s, if the error before finish is above twice that after, or if
+# the 95th percentile of the latency is above 1.2 times that without the background BA.
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
-datasets=$SKEIN_ROOT/../shared/datasets places="synthetic fountain south-building" rate=0.33 keep=''
+datasets=$SKEIN_ROOT/../shared/datasets places="synthetic fountain south-building" rate=0.33 background=on keep=''
 arguments=("$@")
 while (($#)); do
   case $1 in
@@ -25,6 +28,7 @@ while (($#)); do
     --datasets) datasets=${2:?}; shift ;;
     --places) places=${2:?}; shift ;;
     --rate) rate=${2:?}; shift ;;
+    --background) background=${2:?}; shift ;;
     --keep) keep=${2:?}; shift ;;
     *) usage_error "unknown option $1" ;;
   esac
@@ -58,11 +62,12 @@ is_checkpointed() {
   [[ $(status_of "$1" | jq .images.in_flight) == 0 ]] && (($(newest "$1" submap) > $(newest "$1" registration)))
 }
 
-# row PLACE: one run, one line of the table
+# row PLACE BACKGROUND: one run, one line of the table
 row() {
-  local session=$workspace/$1 agents before after
+  local session=$workspace/$1-$2 options=() agents before after
+  [[ $2 == on ]] || options=(--no-background-ba)
   agents=$(find -L "$place/images" -mindepth 1 -maxdepth 1 -type d | wc -l)
-  start_services "$session" "$url"
+  start_services "$session" "$url" "${options[@]}"
   publish "$session" --rate "$(jq -n "$rate / $agents")"
   await_agents
   wait_until 120 "every photo is worked in and checkpointed" is_checkpointed "$session"
@@ -72,29 +77,38 @@ row() {
   finish "$session"
   stop_services
   after=$(position_rmse "$session")
-  report "$1" "$session" "$before" "$after"
+  report "$1" "$2" "$session" "$before" "$after"
   [[ -z $keep ]] || { mkdir -p "$keep" && cp -a "$session" "$keep/"; }
 }
 
 report() {
-  local name=$1 session=$2 before=$3 after=$4
-  jq -r --argjson before "$before" --argjson after "$after" --arg name "$name" '
+  local name=$1 session=$3 before=$4 after=$5
+  jq -r --argjson before "$before" --argjson after "$after" --arg name "$name" --arg background "$2" '
     def at($p): .[((length - 1) * $p) | round] * 100 | round / 100;
     .images as $n
     | [.images_in_time[] | select(.registered_s != null) | .registered_s - .received_s] | sort as $latency
     | ($latency | map(select(. <= 3)) | length / ($latency | length)) as $in_time
-    | "| \($name) | \($n.registered)/\($n.received) | \($in_time * 1000 | round / 10) % | \($latency | "\(at(.5)) / \(at(.95)) / \(at(.99))") | \($before) | \($after) |",
-      ($in_time >= 0.9 and $before <= 2 * $after)' "$session/report.json" >"$session.row"
+    | "| \($name) | \($background) | \($n.registered)/\($n.received) | \($in_time * 1000 | round / 10) % | \($latency | "\(at(.5)) / \(at(.95)) / \(at(.99))") | \($before) | \($after) |",
+      ($in_time >= 0.9 and $before <= 2 * $after), ($latency | at(.95))' "$session/report.json" >"$session.row"
   head -n 1 "$session.row"
   echo "  memory: $(<"$session.memory")" >&2
-  [[ $(tail -n 1 "$session.row") == true ]] || { broken=1; warn "$name is beyond a limit"; }
+  [[ $(sed -n 2p "$session.row") == true ]] || { broken=1; warn "$name, background $2, is beyond a limit"; }
+}
+
+# compare PLACE: latency with background BA over that without
+compare() {
+  local ratio
+  ratio=$(jq -n "$(tail -n 1 "$workspace/$1-on.row") / $(tail -n 1 "$workspace/$1-off.row") * 100 | round / 100")
+  echo "p95 of $1, on over off: $ratio"
+  jq -en "$ratio <= 1.2" >/dev/null || { broken=1; warn "$1: background BA delays poses"; }
 }
 
 echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD), $rate photos a second"
-echo '| photos | registered | pose within 3 s | latency p50 / p95 / p99, s | position RMSE before finish, % of extent | after |'
-echo '|---|---|---|---|---|---|'
+echo '| photos | background BA | registered | pose within 3 s | latency p50 / p95 / p99, s | position RMSE before finish, % of extent | after |'
+echo '|---|---|---|---|---|---|---|'
 for name in $places; do
   choose_place "$name" || { echo "no photos of $name in $datasets: left out"; continue; }
-  row "$name"
+  for mode in $background; do row "$name" "$mode"; done
+  [[ $background != "on off" ]] || compare "$name"
 done
 exit "$broken"
