@@ -51,7 +51,7 @@ choose_set() {
     rooms) use_place 6 30 --scenario rooms --size "$size" --seed 1 ;;
     corridor | twins) use_place 2 20 --scenario "$1" --size "$size" --seed 1 ;;
     fountain-P11) use_photos camera "$photos/images" "$photos/gt_dense_cameras" ;;
-    temple-ring) use_photos camera "$photos/images" "$photos/templeR_par.txt" ;;
+    temple-ring) use_photos camera "$photos/images" "$photos" ;; # *_par.txt
     caliterra) use_photos drone "$photos/images" "$photos/none" ;;
     south-building) use_south ;;
     *) usage_error "unknown set $1" ;;
