@@ -1,10 +1,6 @@
 #include "mapper/misplaced.h"
 
-#include <algorithm>
-#include <cmath>
-#include <map>
 #include <set>
-#include <utility>
 
 #include "base/projection.h"
 #include "mapper/photo_groups.h"
@@ -39,26 +35,8 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
   return votes;
 }
 
-// A pair's votes count by its strength, the best pair of its photos being one: an object that two
-// places have in common is seen in many pairs, but in each it has few of the photo's matches.
-void WeighByStrength(std::vector<PhotoEdge>* edges) {
-  std::map<ImageId, int> strongest;
-  for (const PhotoEdge& edge : *edges) {
-    for (const ImageId id : {edge.a, edge.b}) {
-      strongest[id] = std::max(strongest[id], edge.votes.Sum());
-    }
-  }
-  for (auto& [a, b, votes] : *edges) {
-    const double weight =
-        static_cast<double>(votes.Sum()) / std::max({1, strongest[a], strongest[b]});
-    votes.agree = static_cast<int>(std::lround(weight * votes.agree));
-    votes.contradict = static_cast<int>(std::lround(weight * votes.contradict));
-  }
-}
-
 std::vector<ImageId> Contradicted(const MisplacedOptions& options, const std::vector<ImageId>& ids,
-                                  std::vector<PhotoEdge> edges) {
-  WeighByStrength(&edges);
+                                  const std::vector<PhotoEdge>& edges) {
   PhotoGroups groups(ids, edges);
   groups.JoinByVotes(edges);
   return groups.Contradicted(options.min_contradiction);
@@ -85,7 +63,7 @@ std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneM
     if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
     edges.push_back({id1, id2, CountVotes(options, map, id1, id2)});
   }
-  return Contradicted(options, map.reconstruction().RegImageIds(), std::move(edges));
+  return Contradicted(options, map.reconstruction().RegImageIds(), edges);
 }
 
 std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const SceneMap& map,
@@ -98,7 +76,7 @@ std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const 
       edges.push_back({id, other, CountVotes(options, map, id, other)});
     }
   }
-  return Contradicted(options, {ids.begin(), ids.end()}, std::move(edges));
+  return Contradicted(options, {ids.begin(), ids.end()}, edges);
 }
 
 }  // namespace skein

@@ -8,9 +8,7 @@ namespace skein {
 
 struct MisplacedOptions {
   double max_error_px = 12.0;  // of a matched point seen from the other photo, as in registration
-  // Matches by which contradiction must outweigh agreement; those of a pair count less by as much
-  // as it is weaker than the strongest pair of its photos.
-  int min_contradiction = 30;
+  int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
   std::size_t max_photos_around = 100;  // that FindMisplacedAround looks at
 };
 

@@ -19,15 +19,12 @@ int64_t CountAgreeing(const RegistrationOptions& options, const SceneMap& map) {
   return num_agreeing / 2;
 }
 
-// A photo that waits and whose matches are mostly with registered ones, so that it belongs to them
-// rather than to a place that has something in common with theirs.
-bool IsMissing(const SceneMap& map, ImageId id, int min_matches) {
-  int num_matches = 0, num_with_registered = 0;
+int MatchesWithRegistered(const SceneMap& map, ImageId id) {
+  int num_matches = 0;
   for (const auto& [other, inliers] : map.Neighbours(id)) {
-    num_matches += inliers;
-    if (map.IsRegistered(other)) num_with_registered += inliers;
+    if (map.IsRegistered(other)) num_matches += inliers;
   }
-  return num_with_registered >= min_matches && 2 * num_with_registered > num_matches;
+  return num_matches;
 }
 
 // To the frame of another model of the same photos, as well as their centres allow.
@@ -47,11 +44,12 @@ void AlignTo(const colmap::Reconstruction& model, colmap::Reconstruction* aligne
 bool Submap::IsTorn() const {
   for (const ImageId id : map_->photos()) {
     if (!map_->IsRegistered(id)) {
-      if (IsMissing(*map_, id, options_.min_torn_matches) && !IsSuspect(id)) return true;
+      const int num_matches = MatchesWithRegistered(*map_, id);
+      if (num_matches >= options_.min_torn_matches && !IsSuspect(id)) return true;
       continue;
     }
     const Votes votes = EpipolarVotes(*map_, id, options_.registration.max_epipolar_error_px);
-    if (votes.Sum() >= options_.min_torn_matches &&
+    if (votes.agree + votes.contradict >= options_.min_torn_matches &&
         votes.AgreeingShare() < options_.min_agreeing_share) {
       return true;
     }
