@@ -1,6 +1,6 @@
 #pragma once
 
-#include "base/image.h"
+#include "base/reconstruction.h"
 #include "bundle/bundle.h"
 
 namespace skein {
@@ -8,5 +8,9 @@ namespace skein {
 // A pose in COLMAP's and in our form.
 void GetPose(const colmap::Image& image, BundlePose* pose);
 void SetPose(const BundlePose& pose, colmap::Image* image);
+
+// Puts the refined poses, points and parameters into the model they were built from. Images that
+// are no longer registered and points that are gone are passed over.
+void ApplyBundle(const Bundle& bundle, colmap::Reconstruction* model);
 
 }  // namespace skein

@@ -134,18 +134,7 @@ Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {
 }
 
 void ApplyBundle(const Bundle& bundle, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
-  for (const BundlePose& pose : bundle.poses) {
-    if (pose.constant || !map->IsRegistered(pose.image_id)) continue;
-    SetPose(pose, &reconstruction.Image(pose.image_id));
-  }
-  for (const BundlePoint& point : bundle.points) {
-    if (point.constant || !reconstruction.ExistsPoint3D(point.point3D_id)) continue;
-    reconstruction.Point3D(point.point3D_id).SetXYZ(point.xyz);
-  }
-  for (const BundleCamera& camera : bundle.cameras) {
-    if (!camera.refined.empty()) reconstruction.Camera(camera.camera_id).SetParams(camera.params);
-  }
+  ApplyBundle(bundle, &map->reconstruction());
 }
 
 }  // namespace skein

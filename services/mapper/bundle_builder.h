@@ -31,8 +31,7 @@ Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
 // drive the focal length away.
 void ScalePriors(Bundle* bundle);
 
-// Puts the refined poses, points and parameters into the map they were built from. Images that
-// are no longer registered and points that are gone are passed over.
+// To the map it was built from, as bundle/image_pose.h tells.
 void ApplyBundle(const Bundle& bundle, SceneMap* map);
 
 // The camera with its weak priors: focal length 10 % (EXIF) or 30 %, distortion 0.1.

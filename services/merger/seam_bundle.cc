@@ -103,16 +103,6 @@ class Builder {
   std::unordered_map<camera_t, int> camera_index_;
 };
 
-void Apply(const Bundle& bundle, colmap::Reconstruction* model) {
-  for (const BundlePose& pose : bundle.poses) {
-    if (!pose.constant) SetPose(pose, &model->Image(pose.image_id));
-  }
-  for (const BundlePoint& point : bundle.points) model->Point3D(point.point3D_id).SetXYZ(point.xyz);
-  for (const BundleCamera& camera : bundle.cameras) {
-    if (!camera.refined.empty()) model->Camera(camera.camera_id).SetParams(camera.params);
-  }
-}
-
 }  // namespace
 
 BundleSummary AdjustSeam(const std::set<image_t>& free_images, const SeamOptions& options,
@@ -125,7 +115,7 @@ BundleSummary AdjustSeam(const std::set<image_t>& free_images, const SeamOptions
   solve.loss = Loss::kSoftL1;
   solve.loss_scale_px = options.loss_scale_px;
   const BundleSummary summary = SolveBundle(solve, &bundle);
-  if (summary.usable) Apply(bundle, model);
+  if (summary.usable) ApplyBundle(bundle, model);
   return summary;
 }
 

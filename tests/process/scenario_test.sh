@@ -20,6 +20,14 @@ expect_reasons() {
     fail "a merge is open or undone without a reason: $(jq -c .merges "$report")"
 }
 
+# reconstruct [launch.sh's options...]: all agents at once
+reconstruct() {
+  start_services "$session" "$url" "$@"
+  publish "$session"
+  await_agents
+  finish "$session"
+}
+
 # One agent after the other: each goes on where the last one's photos end.
 run_relay() {
   local folder
@@ -37,26 +45,22 @@ run_relay() {
 # they have walked through the doors.
 run_rooms() {
   use_place 3 20 --scenario rooms --seed 1 --size 800x600
-  start_services "$session" "$url" --mappers 1:4
-  publish "$session"
-  await_agents
-  finish "$session"
+  reconstruct --mappers 1:4
   (($(count_facts "$session" seed) >= 2)) || fail "no submaps that could grow side by side"
   [[ -e $session/log/mapper-2.log ]] || fail "the pool has not grown"
   expect_one_map
 }
+
 # Two houses of one design: never one map. What photos of both share may have been tried.
 run_twins() {
   local model
   use_place 2 12 --scenario twins --seed 1 --size 800x600
-  start_services "$session" "$url"
-  publish "$session"
-  await_agents
-  finish "$session"
+  reconstruct
   is_accounted_for "$report" || fail "photos are not accounted for: $(jq -c .images "$report")"
   "$SKEIN_BUILD/bin/skein" export --session "$session" --output "$workspace/models" --format nerfstudio >/dev/null
   for model in "$workspace"/models/*/transforms.json; do expect_one_house "$model"; done
 }
+
 # A photo that shows what both houses have may stand in the other one's map, where too little of it
 # can be judged; three would hold two houses together.
 expect_one_house() {
@@ -71,10 +75,7 @@ expect_one_house() {
 # All camera centres on one line.
 run_corridor() {
   use_place 2 12 --scenario corridor --seed 1 --size 800x600
-  start_services "$session" "$url"
-  publish "$session"
-  await_agents
-  finish "$session"
+  reconstruct
   expect_one_map
 }
 
