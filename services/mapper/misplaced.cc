@@ -32,6 +32,7 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
         SeenAt(reconstruction, image1, keypoint1.XY(), keypoint2.Point3DId(), options.max_error_px);
     ++(agree ? votes.agree : votes.contradict);
   }
+  if (!map.IsStrongPair(id1, id2, options.min_pair_share)) votes.contradict = 0;
   return votes;
 }
 

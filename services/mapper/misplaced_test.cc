@@ -2,41 +2,48 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "mapper/bundle_builder.h"
 #include "mapper/synthetic_scene.h"
 
 namespace skein {
 namespace {
 
+void Add(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map) {
+  for (size_t i = 0; i < scene.photos.size(); ++i) {
+    ASSERT_TRUE(map->AddPhoto(scene.photos[i]).ok());
+    ASSERT_TRUE(map->AddPairs(scene.photos[i].image_id, pairs[i]).ok());
+  }
+}
+
+void Register(const SyntheticScene& scene, const std::vector<ImageId>& ids,
+              const Eigen::Vector3d& shift, SceneMap* map) {
+  std::vector<colmap::Track> tracks(scene.points.size());
+  for (const ImageId id : ids) {
+    BundlePose pose;
+    pose.R = scene.rotations[id - 1];
+    pose.t = scene.translations[id - 1] - pose.R * shift;
+    SetPose(pose, &map->reconstruction().Image(id));
+    map->Register(id);
+    for (size_t k = 0; k < scene.visible[id - 1].size(); ++k) {
+      tracks[scene.visible[id - 1][k]].AddElement(id, static_cast<Point2DIdx>(k));
+    }
+  }
+  for (size_t p = 0; p < tracks.size(); ++p) {
+    if (tracks[p].Length() < 2) continue;
+    map->reconstruction().AddPoint3D(scene.points[p] + shift, tracks[p]);
+  }
+}
+
 // Photos 1 to 6 at their truth; 7 and 8, with points of their own, as far apart from each other as
 // they are, but elsewhere.
 class MisplacedTest : public testing::Test {
  protected:
   void SetUp() override {
-    for (size_t i = 0; i < scene_.photos.size(); ++i) {
-      ASSERT_TRUE(map_.AddPhoto(scene_.photos[i]).ok());
-      ASSERT_TRUE(map_.AddPairs(scene_.photos[i].image_id, scene_.pairs[i]).ok());
-    }
-    Register({1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero());
-    Register({7, 8}, Eigen::Vector3d(3, 0, 0));
-  }
-
-  void Register(const std::vector<ImageId>& ids, const Eigen::Vector3d& shift) {
-    std::vector<colmap::Track> tracks(scene_.points.size());
-    for (const ImageId id : ids) {
-      BundlePose pose;
-      pose.R = scene_.rotations[id - 1];
-      pose.t = scene_.translations[id - 1] - pose.R * shift;
-      SetPose(pose, &map_.reconstruction().Image(id));
-      map_.Register(id);
-      for (size_t k = 0; k < scene_.visible[id - 1].size(); ++k) {
-        tracks[scene_.visible[id - 1][k]].AddElement(id, static_cast<Point2DIdx>(k));
-      }
-    }
-    for (size_t p = 0; p < tracks.size(); ++p) {
-      if (tracks[p].Length() < 2) continue;
-      map_.reconstruction().AddPoint3D(scene_.points[p] + shift, tracks[p]);
-    }
+    Add(scene_, scene_.pairs, &map_);
+    Register(scene_, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map_);
+    Register(scene_, {7, 8}, Eigen::Vector3d(3, 0, 0), &map_);
   }
 
   const SyntheticScene scene_ = MakeScene({});
@@ -55,6 +62,41 @@ TEST_F(MisplacedTest, BeyondTheNearestPhotosNothingIsLookedAt) {
   MisplacedOptions options;
   options.max_photos_around = 3;
   EXPECT_TRUE(FindMisplacedAround(options, map_, 1).empty());
+}
+
+// Photos 1 to 4 and 5 to 8 are tied together by the pair of 4 and 5 alone. Each of 1 to 3 matches
+// each of 6 to 8 along an object that both places have: more matches, in weak pairs.
+TEST(Misplaced, AnObjectThatTwoPlacesHaveInCommonContradictsNobody) {
+  const SyntheticScene scene = MakeScene({});
+  std::vector<TwoViewPairs> pairs = scene.pairs;
+  size_t num_tying = 0, num_false = 0;
+  for (ImageId id = 5; id <= 8; ++id) {
+    TwoViewPairs kept;
+    for (TwoViewPair& pair : pairs[id - 1]) {
+      if (id == 5 && pair.other_id == 4) {
+        pair.inliers.resize(pair.inliers.size() / 2);
+        num_tying = pair.inliers.size();
+      }
+      if (id > 5 && pair.other_id < 4) {
+        pair.inliers.clear();
+        for (uint32_t i = 0; i < 80; ++i) pair.inliers.emplace_back(i, i + 100);
+        num_false += pair.inliers.size();
+      } else if (pair.other_id < 5 && (id > 5 || pair.other_id < 4)) {
+        continue;
+      }
+      kept.push_back(std::move(pair));
+    }
+    pairs[id - 1] = std::move(kept);
+  }
+  ASSERT_GT(num_false, num_tying + MisplacedOptions().min_contradiction);
+  SceneMap map;
+  Add(scene, pairs, &map);
+  Register(scene, {1, 2, 3, 4, 5, 6, 7, 8}, Eigen::Vector3d::Zero(), &map);
+  MisplacedOptions options;
+  options.min_pair_share = 0;
+  EXPECT_FALSE(FindMisplaced(options, map).empty());
+  options.min_pair_share = 0.2;  // of pairs of this scene, which has few points
+  EXPECT_TRUE(FindMisplaced(options, map).empty());
 }
 
 }  // namespace

@@ -162,6 +162,14 @@ const std::map<ImageId, int>& SceneMap::Neighbours(ImageId image_id) const {
   return it == neighbours_.end() ? kNone : it->second;
 }
 
+bool SceneMap::IsStrongPair(ImageId id1, ImageId id2, double min_share) const {
+  int strongest = 0;
+  for (const ImageId id : {id1, id2}) {
+    for (const auto& [other, inliers] : Neighbours(id)) strongest = std::max(strongest, inliers);
+  }
+  return Neighbours(id1).at(id2) >= min_share * strongest;
+}
+
 void SceneMap::Register(ImageId image_id) {
   if (reconstruction_->IsImageRegistered(image_id)) return;
   reconstruction_->RegisterImage(image_id);

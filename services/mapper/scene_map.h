@@ -64,6 +64,9 @@ class SceneMap {
   // Photos with a verified pair with this one, with the number of its inliers; also those which
   // are not there.
   const std::map<ImageId, int>& Neighbours(ImageId image_id) const;
+  // Whether two neighbours share at least this part of the inliers of the strongest pair that
+  // either of them has.
+  bool IsStrongPair(ImageId id1, ImageId id2, double min_share) const;
 
   // Registers with the pose that the image has been given / takes it and its observations out.
   void Register(ImageId image_id);

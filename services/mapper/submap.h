@@ -37,7 +37,8 @@ struct SubmapOptions {
   int max_withdrawals = 4;      // of one photo; then it is rejected
   double stranger_ratio = 2.0;  // of observations in a place that looks alike to those here
   // A submap is torn where a photo has so many verified matches with registered ones, and less than
-  // this part of them agrees with the poses, or it is not registered at all.
+  // this part of them agrees with the poses, or it is not registered at all (then of
+  // misplaced.min_pair_share only).
   int min_torn_matches = 100;
   double min_agreeing_share = 0.85;
   double min_rebuild_gain = 0.005;  // in matches that agree, for the submap mapped anew to stay

@@ -19,10 +19,11 @@ int64_t CountAgreeing(const RegistrationOptions& options, const SceneMap& map) {
   return num_agreeing / 2;
 }
 
-int MatchesWithRegistered(const SceneMap& map, ImageId id) {
+int MatchesWithRegistered(const SceneMap& map, ImageId id, double min_pair_share) {
   int num_matches = 0;
   for (const auto& [other, inliers] : map.Neighbours(id)) {
-    if (map.IsRegistered(other)) num_matches += inliers;
+    if (!map.IsRegistered(other) || !map.IsStrongPair(id, other, min_pair_share)) continue;
+    num_matches += inliers;
   }
   return num_matches;
 }
@@ -44,7 +45,7 @@ void AlignTo(const colmap::Reconstruction& model, colmap::Reconstruction* aligne
 bool Submap::IsTorn() const {
   for (const ImageId id : map_->photos()) {
     if (!map_->IsRegistered(id)) {
-      const int num_matches = MatchesWithRegistered(*map_, id);
+      const int num_matches = MatchesWithRegistered(*map_, id, options_.misplaced.min_pair_share);
       if (num_matches >= options_.min_torn_matches && !IsSuspect(id)) return true;
       continue;
     }
