@@ -28,10 +28,11 @@ drop_shim=$SKEIN_BUILD/tests/libdrop_datagrams.so
 stop_shim=$SKEIN_BUILD/tests/libstop_at_datagram.so
 
 # new_workspace: a scratch folder; services stop and the folder goes when the test ends, logs are
-# shown when it failed.
+# shown when it failed, wherever the output went that the test was then writing.
 new_workspace() {
   workspace=$(mktemp -d "${TMPDIR:-/tmp}/skein_test.XXXXXX")
-  trap end_test EXIT
+  exec {test_output}>&1
+  trap 'end_test >&"$test_output" 2>&1' EXIT
   trap 'trap "" INT TERM; exit 130' INT TERM
 }
 

@@ -80,9 +80,10 @@ make_two_submaps "$workspace/two"
 for step in ordered frozen end; do
   for who in source target merger; do
     for when in before after; do
-      start=$SECONDS
-      kill_at "$when" "$step" "$who" >"$workspace/case.log" 2>&1 || { cat "$workspace/case.log"; fail "$when $step, $who killed"; }
-      echo "$when '$step' was submitted, $who killed: $(tail -n 1 "$workspace/case.log"), $((SECONDS - start)) s"
+      start=$SECONDS log=$workspace/$when-$step-$who.log
+      kill_at "$when" "$step" "$who" >"$log" 2>&1
+      echo "$when '$step' was submitted, $who killed: $(tail -n 1 "$log"), $((SECONDS - start)) s"
+      rm "$log"
     done
   done
 done
