@@ -222,10 +222,10 @@ std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id, int m
   return neighbours;
 }
 
-// At the limit as much contradicts as agrees.
-Votes Weigh(const LookAlikeOptions& options, const CellVotes& votes) {
-  const double weight = (1 - options.max_different_share) / options.max_different_share;
-  return {votes.num_seen, static_cast<int>(std::lround(weight * votes.num_different))};
+// At the limit, a share of all cells, as much contradicts as agrees.
+Votes Weigh(double max_share, int num_seen, int num_contradicting) {
+  const double weight = (1 - max_share) / max_share;
+  return {num_seen, static_cast<int>(std::lround(weight * num_contradicting))};
 }
 
 bool IsAbove(double max_share, int num, const LookAlikeOptions& options, const CellVotes& votes) {
@@ -262,7 +262,7 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
 }
 
 std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first) {
+                                    ImageId first, const std::set<ImageId>& suspects) {
   const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
   std::set<std::pair<ImageId, ImageId>> pairs;
   for (const ImageId id : ids) {
@@ -270,18 +270,28 @@ std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const Scene
       pairs.insert(std::minmax(id, other));
     }
   }
-  std::vector<PhotoEdge> by_cells, by_matches;
+  const double different = options.max_different_share, missing = options.max_missing_share;
+  std::vector<PhotoEdge> by_different, by_missing, by_matches;
   Views views(options, map.graph(), map.reconstruction());
   for (const auto& [id1, id2] : pairs) {
-    const Votes votes = Weigh(options, views.CompareBothWays(id1, id2));
-    by_cells.push_back({id1, id2, votes});
+    const CellVotes cells = views.CompareBothWays(id1, id2);
+    const bool suspect = cells.num_cells() >= options.min_pair_cells &&
+                         (suspects.count(id1) > 0 || suspects.count(id2) > 0);
+    by_different.push_back({id1, id2, Weigh(different, cells.num_seen, cells.num_different)});
+    by_missing.push_back(
+        {id1, id2, suspect ? Weigh(missing, cells.num_seen, cells.num_missing) : Votes()});
     by_matches.push_back({id1, id2, {map.Neighbours(id1).at(id2), 0}});
   }
-  PhotoGroups groups(ids, by_cells);
-  groups.JoinByVotes(by_cells);
+  PhotoGroups groups(ids, by_different);
+  groups.JoinByVotes(by_different);
   groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
-  const int min_contradiction = Weigh(options, {0, 0, options.min_different_cells}).contradict;
-  return groups.Contradicted(min_contradiction, first);
+  const std::vector<ImageId> look_alikes =
+      groups.Contradicted(Weigh(different, 0, options.min_different_cells).contradict, first);
+  if (!look_alikes.empty() || suspects.empty()) return look_alikes;
+  PhotoGroups suspect_groups(ids, by_missing);
+  suspect_groups.JoinByVotes(by_matches);
+  return suspect_groups.Contradicted(Weigh(missing, 0, options.min_missing_cells).contradict,
+                                     first);
 }
 
 CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,

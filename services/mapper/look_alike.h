@@ -30,6 +30,8 @@ struct LookAlikeOptions {
   double max_missing_share = 0.4;
   int min_cells = 60;            // that a photo or two sides are judged by
   int min_different_cells = 60;  // by which a group of photos must be contradicted
+  int min_missing_cells = 30;    // likewise, of a group with suspects
+  int min_pair_cells = 20;       // of a pair with a suspect
   int max_neighbours = 10;       // photos with most matches that one is compared with
 };
 
@@ -55,9 +57,10 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
 // joined into groups along their verified pairs, those that see most of each other first, but never
 // groups that show different places. Of these the one with the photo `first` stays, if that is
 // registered, so that two maps never change places; else the largest. The photos of the others are
-// returned, in ascending order. Visits all photos.
+// returned, in ascending order. When there are none, pairs with one of `suspects` are judged by
+// what is missing, too. Visits all photos.
 std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first);
+                                    ImageId first, const std::set<ImageId>& suspects);
 
 // Between photos of two sides in one model, along the verified pairs of `map`, which has all of
 // them (its own poses and points are not looked at).

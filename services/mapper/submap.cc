@@ -285,7 +285,11 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
   std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
   if (misplaced.empty()) {
     reason = "another place that looks alike";
-    misplaced = FindLookAlikes(options_.registration.look_alike, *map_, side_.first);
+    std::set<ImageId> suspects;
+    for (const ImageId id : map_->reconstruction().RegImageIds()) {
+      if (IsSuspect(id)) suspects.insert(id);
+    }
+    misplaced = FindLookAlikes(options_.registration.look_alike, *map_, side_.first, suspects);
     for (const ImageId id : misplaced) side_.trials[id].looks_alike = true;
     for (const ImageId id : LoneLookAlikes()) misplaced.push_back(id);
   }
