@@ -183,6 +183,9 @@ class Views {
         const colmap::Reconstruction& model)
       : options_(options), graph_(graph), model_(model), centers_(model) {}
 
+  // Of a photo that is not registered.
+  void Place(ImageId id, const Eigen::Matrix3x4d& cam_from_world) { Make(id, cam_from_world); }
+
   CellVotes CompareBothWays(ImageId id1, ImageId id2) {
     CellVotes votes = Of(id1).Compare(id2);
     votes.Add(Of(id2).Compare(id1));
@@ -192,13 +195,15 @@ class Views {
  private:
   const View& Of(ImageId id) {
     const auto it = views_.find(id);
-    if (it != views_.end()) return it->second;
-    const colmap::Image& image = model_.Image(id);
-    const colmap::Camera& camera = model_.Camera(image.CameraId());
+    return it != views_.end() ? it->second : Make(id, model_.Image(id).ProjectionMatrix());
+  }
+
+  const View& Make(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
+    const colmap::Camera& camera = model_.Camera(model_.Image(id).CameraId());
     return views_
-        .emplace(std::piecewise_construct, std::forward_as_tuple(id),
-                 std::forward_as_tuple(options_, graph_, model_, &centers_, id, camera,
-                                       image.ProjectionMatrix()))
+        .emplace(
+            std::piecewise_construct, std::forward_as_tuple(id),
+            std::forward_as_tuple(options_, graph_, model_, &centers_, id, camera, cam_from_world))
         .first->second;
   }
 
@@ -262,36 +267,46 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
 }
 
 std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first, const std::set<ImageId>& suspects) {
-  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+                                    ImageId first, const Suspicion& suspicion) {
+  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
+  const double different = options.max_different_share, missing = options.max_missing_share;
+  std::vector<PhotoEdge> by_different, by_missing, by_matches;
+  Views views(options, map.graph(), map.reconstruction());
+  const auto compare = [&](ImageId id1, ImageId id2) {
+    const CellVotes cells = views.CompareBothWays(id1, id2);
+    const bool counts = cells.num_cells() >= options.min_pair_cells &&
+                        (suspicion.Concerns(id1) || suspicion.Concerns(id2));
+    by_different.push_back({id1, id2, Weigh(different, cells.num_seen, cells.num_different)});
+    by_missing.push_back(
+        {id1, id2, counts ? Weigh(missing, cells.num_seen, cells.num_missing) : Votes()});
+    by_matches.push_back({id1, id2, {map.Neighbours(id1).at(id2), 0}});
+  };
   std::set<std::pair<ImageId, ImageId>> pairs;
   for (const ImageId id : ids) {
     for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) {
       pairs.insert(std::minmax(id, other));
     }
   }
-  const double different = options.max_different_share, missing = options.max_missing_share;
-  std::vector<PhotoEdge> by_different, by_missing, by_matches;
-  Views views(options, map.graph(), map.reconstruction());
-  for (const auto& [id1, id2] : pairs) {
-    const CellVotes cells = views.CompareBothWays(id1, id2);
-    const bool suspect = cells.num_cells() >= options.min_pair_cells &&
-                         (suspects.count(id1) > 0 || suspects.count(id2) > 0);
-    by_different.push_back({id1, id2, Weigh(different, cells.num_seen, cells.num_different)});
-    by_missing.push_back(
-        {id1, id2, suspect ? Weigh(missing, cells.num_seen, cells.num_missing) : Votes()});
-    by_matches.push_back({id1, id2, {map.Neighbours(id1).at(id2), 0}});
-  }
+  for (const auto& [id1, id2] : pairs) compare(id1, id2);
   PhotoGroups groups(ids, by_different);
   groups.JoinByVotes(by_different);
   groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
   const std::vector<ImageId> look_alikes =
       groups.Contradicted(Weigh(different, 0, options.min_different_cells).contradict, first);
-  if (!look_alikes.empty() || suspects.empty()) return look_alikes;
+  if (!look_alikes.empty()) return look_alikes;
+  for (const auto& [id, cam_from_world] : suspicion.witnesses) {
+    views.Place(id, cam_from_world);
+    ids.push_back(id);
+    for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) compare(id, other);
+  }
   PhotoGroups suspect_groups(ids, by_missing);
   suspect_groups.JoinByVotes(by_matches);
-  return suspect_groups.Contradicted(Weigh(missing, 0, options.min_missing_cells).contradict,
-                                     first);
+  std::vector<ImageId> contradicted =
+      suspect_groups.Contradicted(Weigh(missing, 0, options.min_missing_cells).contradict, first);
+  const auto is_witness = [&](ImageId id) { return suspicion.witnesses.count(id) > 0; };
+  contradicted.erase(std::remove_if(contradicted.begin(), contradicted.end(), is_witness),
+                     contradicted.end());
+  return contradicted;
 }
 
 CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,

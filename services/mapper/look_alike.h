@@ -7,6 +7,7 @@
 // distance when it was recognised before across a change of direction as large as that.
 #pragma once
 
+#include <map>
 #include <set>
 #include <vector>
 
@@ -53,14 +54,23 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world);
 
+// What is suspected in a map.
+struct Suspicion {
+  std::set<ImageId> suspects;  // registered, with matches with photos of a place that looks alike
+  // Photos that wait as they miss too much where their matches put them (cam_from_world): they
+  // belong to those that they match most with, and tell them from those whose points they miss.
+  std::map<ImageId, Eigen::Matrix3x4d> witnesses;
+  bool Concerns(ImageId id) const { return suspects.count(id) > 0 || witnesses.count(id) > 0; }
+};
+
 // Registered photos of places that look alike and stand at the same spot of the map: photos are
 // joined into groups along their verified pairs, those that see most of each other first, but never
 // groups that show different places. Of these the one with the photo `first` stays, if that is
 // registered, so that two maps never change places; else the largest. The photos of the others are
-// returned, in ascending order. When there are none, pairs with one of `suspects` are judged by
-// what is missing, too. Visits all photos.
+// returned, in ascending order. When there are none, pairs that the suspicion concerns are judged
+// by what is missing, too, and photos joined by their matches. Visits all photos.
 std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first, const std::set<ImageId>& suspects);
+                                    ImageId first, const Suspicion& suspicion);
 
 // Between photos of two sides in one model, along the verified pairs of `map`, which has all of
 // them (its own poses and points are not looked at).

@@ -135,14 +135,14 @@ TEST(LookAlike, WhatStandsBeforeThePlaceIsNoOtherPlace) {
 }
 
 TEST(LookAlike, SuspectsAreToldByWhatTheyMiss) {
-  const std::set<ImageId> suspects = {8, 9, 10, 11, 12, 13};
+  const Suspicion suspicion{{8, 9, 10, 11, 12, 13}, {}};
   Street street(kDistance / 2);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindLookAlikes({}, street.map(), 0, suspects),
-            std::vector<ImageId>(suspects.begin(), suspects.end()));
+  EXPECT_EQ(FindLookAlikes({}, street.map(), 0, suspicion),
+            (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
   Street one_place(kDistance, true);
   one_place.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindLookAlikes({}, one_place.map(), 0, suspects).empty());
+  EXPECT_TRUE(FindLookAlikes({}, one_place.map(), 0, suspicion).empty());
 }
 
 TEST(LookAlike, APhotoOfAnotherPlaceMissesMuch) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/pose.h"
 #include "base/projection.h"
 #include "core/clock.h"
 #include "mapper/bundle_builder.h"
@@ -260,6 +261,22 @@ std::vector<ImageId> Submap::LoneLookAlikes() {
   return ids;
 }
 
+Suspicion Submap::Suspect() const {
+  Suspicion suspicion;
+  for (const ImageId id : map_->photos()) {
+    if (!IsSuspect(id)) continue;
+    if (map_->IsRegistered(id)) {
+      suspicion.suspects.insert(id);
+      continue;
+    }
+    const PoseEstimate estimate =
+        EstimatePose(*map_, id, FindVisiblePoints(*map_, id), OptionsOfTrial(id));
+    if (!estimate.misses_too_much) continue;
+    suspicion.witnesses[id] = colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
+  }
+  return suspicion;
+}
+
 // Of a photo on trial that many matches contradict and the photos that these lead to, those stay
 // which are tied more firmly to the map. True, with the others withdrawn, if the photo is among
 // them.
@@ -285,11 +302,7 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
   std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
   if (misplaced.empty()) {
     reason = "another place that looks alike";
-    std::set<ImageId> suspects;
-    for (const ImageId id : map_->reconstruction().RegImageIds()) {
-      if (IsSuspect(id)) suspects.insert(id);
-    }
-    misplaced = FindLookAlikes(options_.registration.look_alike, *map_, side_.first, suspects);
+    misplaced = FindLookAlikes(options_.registration.look_alike, *map_, side_.first, Suspect());
     for (const ImageId id : misplaced) side_.trials[id].looks_alike = true;
     for (const ImageId id : LoneLookAlikes()) misplaced.push_back(id);
   }

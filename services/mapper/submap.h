@@ -206,6 +206,7 @@ class Submap {
   void MarkCamerasRefined();
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
+  Suspicion Suspect() const;
   std::vector<ImageId> LoneLookAlikes();
   bool OthersAreMisplaced(ImageId on_trial, const EventSink& sink);
   void WithdrawForRetry(const std::vector<ImageId>& ids, const std::string& reason,
