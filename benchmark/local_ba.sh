@@ -44,7 +44,7 @@ for tool in skein-mapper-offline model_figures; do
 done
 
 # Of the photos whose BA was local.
-mean_of_column() { awk -F, -v c="$2" 'NR > 1 && $3 > 12 { sum += $c; n++ } END { print n ? sum / n : 0 }' "$1"; }
+mean_of_column() { awk -F, -v c="$2" 'NR > 1 && $3 > 12 { sum += $c; n++ } END { print n ? sum / n : "null" }' "$1"; }
 
 # run NAME DATABASE RUN FORM
 run() {
@@ -73,7 +73,7 @@ row() {
     --argjson images "$(mean_of_column "$folder/photos.csv" 4)" \
     --argjson cpu "$(awk '/^before finish/ { print $NF }' "$folder/log")" '
     def r($d): if . == null then "-" else . * pow(10; $d) | round / pow(10; $d) end;
-    "| \($form) | \($a.registered) | \($amre | r(4)) | \($at * 1000 | r(0)) | \($images | r(1)) | \($b.mre_px | r(4)) | \($a.mre_px | r(4)) | \($a.mtl | r(2)) | \($b.displacement_percent | r(4)) | \($b.position_percent | r(4)) → \($a.position_percent | r(4)) | \($cpu * 1000 | r(0)) |"'
+    "| \($form) | \($a.registered) | \($amre | r(4)) | \($at | if . then . * 1000 else . end | r(0)) | \($images | r(1)) | \($b.mre_px | r(4)) | \($a.mre_px | r(4)) | \($a.mtl | r(2)) | \($b.displacement_percent | r(4)) | \($b.position_percent | r(4)) → \($a.position_percent | r(4)) | \($cpu * 1000 | r(0)) |"'
 }
 
 table() {
@@ -86,9 +86,10 @@ table() {
   for form in $forms; do row "$1" "$2" "$form" "$3"; done
 }
 
-# plot NAME RUN COLUMN SCALE LABEL FILE
+# plot NAME RUN COLUMN SCALE LABEL FILE; of photos whose BA was local, if there are any
 plot() {
   local form clauses=()
+  [[ $(mean_of_column "$keep/$1/$2-${forms%% *}/photos.csv" 3) != null ]] || return 0
   for form in $forms; do
     clauses+=("'$keep/$1/$2-$form/photos.csv' using 3:(\$3 > 12 ? \$$3 * $4 : 1/0) with lines title '$form'")
   done
