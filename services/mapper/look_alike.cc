@@ -227,6 +227,23 @@ std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id, int m
   return neighbours;
 }
 
+// Each photo with the registered ones that it matches most with.
+std::set<std::pair<ImageId, ImageId>> PairsToCompare(const LookAlikeOptions& options,
+                                                     const SceneMap& map,
+                                                     const std::vector<ImageId>& ids) {
+  std::set<std::pair<ImageId, ImageId>> pairs;
+  for (const ImageId id : ids) {
+    for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) {
+      pairs.insert(std::minmax(id, other));
+    }
+  }
+  return pairs;
+}
+
+PhotoEdge EdgeByMatches(const SceneMap& map, ImageId id1, ImageId id2) {
+  return {id1, id2, {map.Neighbours(id1).at(id2), 0}};
+}
+
 // At the limit, a share of all cells, as much contradicts as agrees.
 Votes Weigh(double max_share, int num_seen, int num_contradicting) {
   const double weight = (1 - max_share) / max_share;
@@ -267,46 +284,48 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
 }
 
 std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first, const Suspicion& suspicion) {
-  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
-  const double different = options.max_different_share, missing = options.max_missing_share;
-  std::vector<PhotoEdge> by_different, by_missing, by_matches;
+                                    ImageId first) {
+  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+  std::vector<PhotoEdge> by_cells, by_matches;
   Views views(options, map.graph(), map.reconstruction());
-  const auto compare = [&](ImageId id1, ImageId id2) {
+  for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
     const CellVotes cells = views.CompareBothWays(id1, id2);
-    const bool counts = cells.num_cells() >= options.min_pair_cells &&
-                        (suspicion.Concerns(id1) || suspicion.Concerns(id2));
-    by_different.push_back({id1, id2, Weigh(different, cells.num_seen, cells.num_different)});
-    by_missing.push_back(
-        {id1, id2, counts ? Weigh(missing, cells.num_seen, cells.num_missing) : Votes()});
-    by_matches.push_back({id1, id2, {map.Neighbours(id1).at(id2), 0}});
-  };
-  std::set<std::pair<ImageId, ImageId>> pairs;
-  for (const ImageId id : ids) {
-    for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) {
-      pairs.insert(std::minmax(id, other));
-    }
+    by_cells.push_back(
+        {id1, id2, Weigh(options.max_different_share, cells.num_seen, cells.num_different)});
+    by_matches.push_back(EdgeByMatches(map, id1, id2));
   }
-  for (const auto& [id1, id2] : pairs) compare(id1, id2);
-  PhotoGroups groups(ids, by_different);
-  groups.JoinByVotes(by_different);
+  PhotoGroups groups(ids, by_cells);
+  groups.JoinByVotes(by_cells);
   groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
-  const std::vector<ImageId> look_alikes =
-      groups.Contradicted(Weigh(different, 0, options.min_different_cells).contradict, first);
-  if (!look_alikes.empty()) return look_alikes;
+  const Votes limit = Weigh(options.max_different_share, 0, options.min_different_cells);
+  return groups.Contradicted(limit.contradict, first);
+}
+
+std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
+                                             ImageId first, const Suspicion& suspicion) {
+  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
+  Views views(options, map.graph(), map.reconstruction());
   for (const auto& [id, cam_from_world] : suspicion.witnesses) {
     views.Place(id, cam_from_world);
     ids.push_back(id);
-    for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) compare(id, other);
   }
-  PhotoGroups suspect_groups(ids, by_missing);
-  suspect_groups.JoinByVotes(by_matches);
-  std::vector<ImageId> contradicted =
-      suspect_groups.Contradicted(Weigh(missing, 0, options.min_missing_cells).contradict, first);
+  std::vector<PhotoEdge> by_cells, by_matches;
+  for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
+    by_matches.push_back(EdgeByMatches(map, id1, id2));
+    if (!suspicion.Concerns(id1) && !suspicion.Concerns(id2)) continue;
+    const CellVotes cells = views.CompareBothWays(id1, id2);
+    if (cells.num_cells() < options.min_pair_cells) continue;
+    by_cells.push_back(
+        {id1, id2, Weigh(options.max_missing_share, cells.num_seen, cells.num_missing)});
+  }
+  PhotoGroups groups(ids, by_cells);
+  groups.JoinByVotes(by_matches);
+  const Votes limit = Weigh(options.max_missing_share, 0, options.min_missing_cells);
+  std::vector<ImageId> look_alikes = groups.Contradicted(limit.contradict, first);
   const auto is_witness = [&](ImageId id) { return suspicion.witnesses.count(id) > 0; };
-  contradicted.erase(std::remove_if(contradicted.begin(), contradicted.end(), is_witness),
-                     contradicted.end());
-  return contradicted;
+  look_alikes.erase(std::remove_if(look_alikes.begin(), look_alikes.end(), is_witness),
+                    look_alikes.end());
+  return look_alikes;
 }
 
 CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,

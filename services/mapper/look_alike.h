@@ -54,6 +54,14 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world);
 
+// Registered photos of places that look alike and stand at the same spot of the map: photos are
+// joined into groups along their verified pairs, those that see most of each other first, but never
+// groups that show different places. Of these the one with the photo `first` stays, if that is
+// registered, so that two maps never change places; else the largest. The photos of the others are
+// returned, in ascending order. Visits all photos.
+std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
+                                    ImageId first);
+
 // What is suspected in a map.
 struct Suspicion {
   std::set<ImageId> suspects;  // registered, with matches with photos of a place that looks alike
@@ -61,16 +69,13 @@ struct Suspicion {
   // belong to those that they match most with, and tell them from those whose points they miss.
   std::map<ImageId, Eigen::Matrix3x4d> witnesses;
   bool Concerns(ImageId id) const { return suspects.count(id) > 0 || witnesses.count(id) > 0; }
+  bool IsEmpty() const { return suspects.empty() && witnesses.empty(); }
 };
 
-// Registered photos of places that look alike and stand at the same spot of the map: photos are
-// joined into groups along their verified pairs, those that see most of each other first, but never
-// groups that show different places. Of these the one with the photo `first` stays, if that is
-// registered, so that two maps never change places; else the largest. The photos of the others are
-// returned, in ascending order. When there are none, pairs that the suspicion concerns are judged
-// by what is missing, too, and photos joined by their matches. Visits all photos.
-std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first, const Suspicion& suspicion);
+// The same where FindLookAlikes finds none: photos are joined by their matches, and pairs that the
+// suspicion concerns are judged by what is missing.
+std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
+                                             ImageId first, const Suspicion& suspicion);
 
 // Between photos of two sides in one model, along the verified pairs of `map`, which has all of
 // them (its own poses and points are not looked at).

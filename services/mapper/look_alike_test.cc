@@ -113,36 +113,36 @@ class Street {
 TEST(LookAlike, OfTwoPlacesTheOneWithFewerPhotosIsFound) {
   Street street(kDistance);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindLookAlikes({}, street.map(), 0, {}), (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
+  EXPECT_EQ(FindLookAlikes({}, street.map(), 0), (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
 }
 
 TEST(LookAlike, ThePlaceThatTheMapBeganAtStays) {
   Street street(kDistance);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindLookAlikes({}, street.map(), 9, {}), (std::vector<ImageId>{1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(FindLookAlikes({}, street.map(), 9), (std::vector<ImageId>{1, 2, 3, 4, 5, 6, 7}));
 }
 
 TEST(LookAlike, OnePlaceIsLeftAlone) {
   Street street(kDistance, true);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindLookAlikes({}, street.map(), 0, {}).empty());
+  EXPECT_TRUE(FindLookAlikes({}, street.map(), 0).empty());
 }
 
 TEST(LookAlike, WhatStandsBeforeThePlaceIsNoOtherPlace) {
   Street street(kDistance / 2);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindLookAlikes({}, street.map(), 0, {}).empty());
+  EXPECT_TRUE(FindLookAlikes({}, street.map(), 0).empty());
 }
 
 TEST(LookAlike, SuspectsAreToldByWhatTheyMiss) {
   const Suspicion suspicion{{8, 9, 10, 11, 12, 13}, {}};
   Street street(kDistance / 2);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindLookAlikes({}, street.map(), 0, suspicion),
+  EXPECT_EQ(FindSuspectedLookAlikes({}, street.map(), 0, suspicion),
             (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
   Street one_place(kDistance, true);
   one_place.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindLookAlikes({}, one_place.map(), 0, suspicion).empty());
+  EXPECT_TRUE(FindSuspectedLookAlikes({}, one_place.map(), 0, suspicion).empty());
 }
 
 TEST(LookAlike, APhotoOfAnotherPlaceMissesMuch) {

@@ -261,7 +261,7 @@ std::vector<ImageId> Submap::LoneLookAlikes() {
   return ids;
 }
 
-Suspicion Submap::Suspect() const {
+std::vector<ImageId> Submap::SuspectedLookAlikes() const {
   Suspicion suspicion;
   for (const ImageId id : map_->photos()) {
     if (!IsSuspect(id)) continue;
@@ -274,7 +274,8 @@ Suspicion Submap::Suspect() const {
     if (!estimate.misses_too_much) continue;
     suspicion.witnesses[id] = colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
   }
-  return suspicion;
+  if (suspicion.IsEmpty()) return {};
+  return FindSuspectedLookAlikes(options_.registration.look_alike, *map_, side_.first, suspicion);
 }
 
 // Of a photo on trial that many matches contradict and the photos that these lead to, those stay
@@ -302,7 +303,8 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
   std::vector<ImageId> misplaced = FindMisplaced(options_.misplaced, *map_);
   if (misplaced.empty()) {
     reason = "another place that looks alike";
-    misplaced = FindLookAlikes(options_.registration.look_alike, *map_, side_.first, Suspect());
+    misplaced = FindLookAlikes(options_.registration.look_alike, *map_, side_.first);
+    if (misplaced.empty()) misplaced = SuspectedLookAlikes();
     for (const ImageId id : misplaced) side_.trials[id].looks_alike = true;
     for (const ImageId id : LoneLookAlikes()) misplaced.push_back(id);
   }

@@ -37,8 +37,8 @@ struct SubmapOptions {
   int max_withdrawals = 4;      // of one photo; then it is rejected
   double stranger_ratio = 2.0;  // of observations in a place that looks alike to those here
   // A submap is torn where a photo has so many verified matches with registered ones, and less than
-  // this part of them agrees with the poses, or it is not registered at all (then of
-  // misplaced.min_pair_share only).
+  // this part of them agrees with the poses, or it is not registered at all (its
+  // matches in pairs below misplaced.min_pair_share left out).
   int min_torn_matches = 100;
   double min_agreeing_share = 0.85;
   double min_rebuild_gain = 0.005;  // in matches that agree, for the submap mapped anew to stay
@@ -206,7 +206,7 @@ class Submap {
   void MarkCamerasRefined();
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
-  Suspicion Suspect() const;
+  std::vector<ImageId> SuspectedLookAlikes() const;
   std::vector<ImageId> LoneLookAlikes();
   bool OthersAreMisplaced(ImageId on_trial, const EventSink& sink);
   void WithdrawForRetry(const std::vector<ImageId>& ids, const std::string& reason,

@@ -50,7 +50,7 @@ bool Submap::IsTorn() const {
       continue;
     }
     const Votes votes = EpipolarVotes(*map_, id, options_.registration.max_epipolar_error_px);
-    if (votes.agree + votes.contradict >= options_.min_torn_matches &&
+    if (votes.Sum() >= options_.min_torn_matches &&
         votes.AgreeingShare() < options_.min_agreeing_share) {
       return true;
     }
