@@ -1,5 +1,7 @@
 #include "mapper/retriangulation.h"
 
+#include <algorithm>
+
 #include "base/projection.h"
 #include "base/triangulation.h"
 #include "mapper/registration.h"
@@ -87,6 +89,17 @@ int Retriangulate(const RetriangulationOptions& options,
     }
   }
   return num_added;
+}
+
+void TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map) {
+  colmap::Reconstruction& reconstruction = map->reconstruction();
+  for (const Point3DId id : reconstruction.Point3DIds()) reconstruction.DeletePoint3D(id);
+  std::vector<ImageId> images = reconstruction.RegImageIds();
+  std::sort(images.begin(), images.end(), [&](ImageId a, ImageId b) {
+    return reconstruction.Image(a).Name() < reconstruction.Image(b).Name();
+  });
+  for (const ImageId id : images) map->triangulator().TriangulateImage(options, id);
+  map->triangulator().ClearModifiedPoints3D();
 }
 
 }  // namespace skein

@@ -549,9 +549,8 @@ void Submap::Settle(const EventSink& sink) {
 void Submap::Finish(const EventSink& sink) {
   Consolidate(sink);
   if (map_->reconstruction().NumRegImages() < 2) return;
-  for (const ImageId id : map_->reconstruction().RegImageIds()) {
-    map_->triangulator().CompleteImage(options_.triangulation, id);
-  }
+  TriangulateAnew(options_.triangulation, map_.get());
+  FilterPoints(options_.filter, AllPoints(*map_), map_.get());
   RefineGlobally(5, true, true);
   const std::vector<ImageId> images = map_->reconstruction().RegImageIds();
   WithdrawWeak(images, sink);

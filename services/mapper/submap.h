@@ -112,7 +112,8 @@ class Submap {
   // come at once; of the two the one stays that more verified matches agree with.
   void Consolidate(const EventSink& sink);
 
-  // Consolidate, then global BA with retriangulation until nothing changes much.
+  // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much:
+  // the finished model hangs on the photos and their matches, hardly on the order they came in.
   void Finish(const EventSink& sink);
 
   // Withdraws a photo for a reason from outside; it is tried again when a neighbour registers, as

@@ -7,7 +7,9 @@
 
 #include "base/similarity_transform.h"
 #include "mapper/checkpoint.h"
+#include "mapper/filters.h"
 #include "mapper/model_io.h"
+#include "mapper/retriangulation.h"
 #include "mapper/synthetic_scene.h"
 
 namespace skein {
@@ -80,6 +82,64 @@ TEST(Submap, RegistersAllPhotosOfAnArc) {
   run.map.Finish(run.Sink());
   EXPECT_LT(run.PositionErrorPercent(), 0.3);
   EXPECT_GT(run.map.Statistics().mean_track_length, 4);
+}
+
+// Each track as its observations.
+std::set<std::set<std::pair<ImageId, Point2DIdx>>> TracksOf(const SceneMap& map) {
+  std::set<std::set<std::pair<ImageId, Point2DIdx>>> tracks;
+  for (const auto& [id, point] : map.reconstruction().Points3D()) {
+    std::set<std::pair<ImageId, Point2DIdx>> track;
+    for (const colmap::TrackElement& element : point.Track().Elements()) {
+      track.emplace(element.image_id, element.point2D_idx);
+    }
+    tracks.insert(track);
+  }
+  return tracks;
+}
+
+SyntheticOptions NoisyArc() {
+  SyntheticOptions options;
+  options.num_photos = 14;
+  options.noise_px = 1;
+  options.outlier_ratio = 0.1;
+  return options;
+}
+
+TEST(Submap, FinishedTracksHardlyHangOnTheOrderOfThePhotos) {
+  Rig ahead(NoisyArc()), back(NoisyArc());
+  ahead.FeedAll();
+  ASSERT_TRUE(back.Start(13, 11));
+  back.Feed(12);
+  for (size_t i = 11; i-- > 0;) back.Feed(i);
+  std::vector<std::set<std::set<std::pair<ImageId, Point2DIdx>>>> tracks;
+  for (Rig* rig : {&ahead, &back}) {
+    rig->map.Finish(rig->Sink());
+    ASSERT_EQ(rig->NumRegistered(), 14);
+    tracks.push_back(TracksOf(rig->map.map()));
+  }
+  const auto in_both = std::count_if(tracks[0].begin(), tracks[0].end(),
+                                     [&](const auto& track) { return tracks[1].count(track) > 0; });
+  EXPECT_GT(in_both, 0.995 * tracks[0].size());
+  EXPECT_GT(in_both, 0.995 * tracks[1].size());
+}
+
+TEST(Submap, TriangulatesAnewWithWhatThePosesSay) {
+  Rig rig(NoisyArc());
+  rig.FeedAll();
+  rig.map.Finish(rig.Sink());
+  const SubmapStatistics before = rig.map.Statistics();
+  colmap::Reconstruction& reconstruction = rig.map.map().reconstruction();
+  const Eigen::Vector3d shift(0.2, 0, 0);
+  for (const Point3DId id : AllPoints(rig.map.map())) {
+    if (id % 2 == 0) reconstruction.DeletePoint3D(id);
+    if (id % 2 == 1) reconstruction.Point3D(id).SetXYZ(reconstruction.Point3D(id).XYZ() + shift);
+  }
+  TriangulateAnew(rig.map.options().triangulation, &rig.map.map());
+  FilterPoints(rig.map.options().filter, AllPoints(rig.map.map()), &rig.map.map());
+  const SubmapStatistics after = rig.map.Statistics();
+  EXPECT_GT(after.num_points * after.mean_track_length,
+            0.95 * before.num_points * before.mean_track_length);
+  EXPECT_LT(after.mean_reprojection_error_px, 1.2 * before.mean_reprojection_error_px);
 }
 
 TEST(Submap, RecoversAFocalPriorThatIsWrongByAQuarterAndDistortion) {
