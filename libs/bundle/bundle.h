@@ -9,7 +9,7 @@
 namespace skein {
 
 // A bundle adjustment problem as plain values: a copy of what it refines, so that it can be
-// solved in any thread while the map goes on. Built from a map by mapper/bundle_builder.h.
+// solved in any thread while the map goes on. Put together by bundle_assembly.h.
 
 struct BundlePose {
   uint32_t image_id = 0;

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+
+#include "bundle/bundle_assembly.h"
 
 namespace skein {
 namespace {
@@ -14,74 +15,6 @@ constexpr size_t kMinImagesForDistortion = 3;
 // Errors of an image's observations (localisation, lens, mistaken matches) are shared by
 // neighbours: more of them weigh against a camera's prior as this many.
 constexpr double kIndependentObservations = 100;
-
-class Builder {
- public:
-  Builder(const SceneMap& map, const BundleRequest& request) : map_(map), request_(request) {}
-
-  Bundle Build() {
-    for (size_t i = 0; i < request_.free.size(); ++i) {
-      AddPose(request_.free[i], false, request_.weights.empty() ? 1.0 : request_.weights[i]);
-    }
-    for (const ImageId id : request_.held) AddPose(id, true, 1.0);
-    for (const Point3DId id : request_.points) AddPoint(id);
-    ScalePriors(&bundle_);
-    return std::move(bundle_);
-  }
-
- private:
-  void AddPose(ImageId id, bool constant, double weight) {
-    if (pose_index_.count(id) > 0 || !map_.IsRegistered(id)) return;
-    const colmap::Image& image = map_.reconstruction().Image(id);
-    pose_index_[id] = static_cast<int>(bundle_.poses.size());
-    BundlePose pose;
-    GetPose(image, &pose);
-    pose.camera = CameraIndex(image.CameraId());
-    pose.constant = constant;
-    pose.weight = weight;
-    bundle_.poses.push_back(pose);
-  }
-
-  int CameraIndex(CameraId id) {
-    const auto [it, is_new] = camera_index_.emplace(id, bundle_.cameras.size());
-    if (is_new) {
-      const bool refine_distortion =
-          map_.reconstruction().NumRegImages() >= kMinImagesForDistortion;
-      bundle_.cameras.push_back(MakeBundleCamera(map_, id, request_.refine_cameras,
-                                                 request_.refine_cameras && refine_distortion));
-    }
-    return it->second;
-  }
-
-  void AddPoint(Point3DId id) {
-    const colmap::Point3D& point3D = map_.reconstruction().Point3D(id);
-    BundlePoint point;
-    point.point3D_id = id;
-    point.xyz = point3D.XYZ();
-    point.first = static_cast<int>(bundle_.observations.size());
-    for (const colmap::TrackElement& element : point3D.Track().Elements()) {
-      const auto it = pose_index_.find(element.image_id);
-      if (it == pose_index_.end()) continue;
-      const colmap::Image& image = map_.reconstruction().Image(element.image_id);
-      bundle_.observations.push_back(
-          {it->second, element.point2D_idx, image.Point2D(element.point2D_idx).XY()});
-    }
-    point.count = static_cast<int>(bundle_.observations.size()) - point.first;
-    point.constant =
-        request_.hold_open_points && point.count < static_cast<int>(point3D.Track().Length());
-    if (point.count < 2 && !point.constant) {
-      bundle_.observations.resize(point.first);
-    } else {
-      bundle_.points.push_back(point);
-    }
-  }
-
-  const SceneMap& map_;
-  const BundleRequest& request_;
-  Bundle bundle_;
-  std::unordered_map<ImageId, int> pose_index_;
-  std::unordered_map<CameraId, int> camera_index_;
-};
 
 }  // namespace
 
@@ -121,7 +54,19 @@ void ScalePriors(Bundle* bundle) {
 }
 
 Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {
-  return Builder(map, request).Build();
+  const bool refine_distortion =
+      request.refine_cameras && map.reconstruction().NumRegImages() >= kMinImagesForDistortion;
+  BundleAssembly assembly(map.reconstruction(), [&](CameraId id) {
+    return MakeBundleCamera(map, id, request.refine_cameras, refine_distortion);
+  });
+  for (size_t i = 0; i < request.free.size(); ++i) {
+    assembly.AddPose(request.free[i], false, request.weights.empty() ? 1.0 : request.weights[i]);
+  }
+  for (const ImageId id : request.held) assembly.AddPose(id, true);
+  for (const Point3DId id : request.points) assembly.AddPoint(id, request.hold_open_points);
+  Bundle bundle = assembly.Take();
+  ScalePriors(&bundle);
+  return bundle;
 }
 
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {

@@ -10,6 +10,7 @@
 #include "mapper/checkpoint.h"
 #include "mapper/model_io.h"
 #include "merger/absorb.h"
+#include "merger/messages.h"
 
 namespace skein {
 namespace {
@@ -24,15 +25,6 @@ AbsorbOptions OptionsFor(const merge_t& order, bool was_done) {
   // The ledger says that it is done: the source is gone, and its photos must not be lost.
   options.verify = !was_done;
   return options;
-}
-
-Similarity SimilarityOf(const merge_t& merge) {
-  Similarity similarity;
-  similarity.scale = merge.target_from_source_scale;
-  const double* q = merge.target_from_source_qwxyz;
-  similarity.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
-  similarity.translation = Eigen::Map<const Eigen::Vector3d>(merge.target_from_source_xyz);
-  return similarity;
 }
 
 // What absorbing came to: why not, or "", the target as it was and what became of photos: those
@@ -85,8 +77,10 @@ std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool 
   const AbsorbOptions options = OptionsFor(order, was_done);
   // Both were adjusted since the order; the order's similarity stands where there is none now.
   const Sim3Result now = EstimateSim3(SharedPhotosOf(*source, *target), options.sim3);
-  const AbsorbResult result =
-      Absorb(*target, *source, now.success ? now.target_from_source : SimilarityOf(order), options);
+  const std::optional<Similarity> similarity =
+      now.success ? now.target_from_source : SimilarityOf(order);
+  if (!similarity) return "the merge was ordered with a similarity that is none";
+  const AbsorbResult result = Absorb(*target, *source, *similarity, options);
   if (result.looks_alike) LeaveStrangers(*source, submap, absorption);
   if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
   if (options.verify) {

@@ -16,7 +16,6 @@ namespace skein {
 
 struct AbsorbOptions {
   Sim3Options sim3;
-  SeamOptions bundle;
   ResidualTolerance tolerance;
   TwinOptions twin;
   double max_reprojection_error_px = 4.0;  // of an observation that stays
@@ -27,6 +26,7 @@ struct AbsorbOptions {
   // adjusted around the seam: the shared images and this many with most points in common with them.
   int max_whole_images = 150;
   int max_neighbours = 60;
+  int min_images_for_intrinsics = 6;  // free ones of a camera: seam_bundle.h
   // False: for a merge that was verified before and is carried out again.
   bool verify = true;
 };

@@ -145,9 +145,8 @@ colmap::Reconstruction SyntheticWorld::Submap(int first, int last,
   }
   AddImages(first, last, submap_from_world, &model);
   AddPoints(first, last, submap_from_world, &model);
-  SeamOptions options;
-  options.min_images_for_intrinsics = last - first + 2;
-  AdjustSeam({model.RegImageIds().begin(), model.RegImageIds().end()}, options, &model);
+  const int never = last - first + 2;
+  AdjustSeam({model.RegImageIds().begin(), model.RegImageIds().end()}, never, &model);
   return model;
 }
 
