@@ -14,18 +14,8 @@ source "$(dirname "$0")/../tests/session.sh"
 
 datasets=$SKEIN_ROOT/../shared/datasets places="synthetic fountain"
 faults="ingest features-1 retrieval matching-1 mapper-1 merger loss everything"
-arguments=("$@")
-while (($#)); do
-  case $1 in
-    -h | --help) print_help; exit 0 ;;
-    --datasets) datasets=${2:?}; shift ;;
-    --faults) faults=${2:?}; shift ;;
-    --places) places=${2:?}; shift ;;
-    *) usage_error "unknown option $1" ;;
-  esac
-  shift
-done
-enter_network_namespace "${arguments[@]}"
+take_options "datasets faults places" "$@"
+enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
 broken=0
@@ -33,8 +23,7 @@ broken=0
 choose_place() {
   case $1 in
     synthetic) use_place 3 20 --seed 1 ;;
-    fountain) use_photos fountain "$(realpath "$datasets/fountain-P11/images")" \
-      "$(realpath "$datasets/fountain-P11/gt_dense_cameras")" ;;
+    fountain) use_photos fountain "$datasets"/fountain-P11/{images,gt_dense_cameras} ;;
     *) usage_error "unknown place $1" ;;
   esac
 }

@@ -16,22 +16,9 @@ source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
 runs=20 only='' keep='' scenario=disjoint agents=3 photos=20 size=960x720
-arguments=("$@")
-while (($#)); do
-  case $1 in
-    -h | --help) print_help; exit 0 ;;
-    --runs) runs=${2:?}; shift ;;
-    --only) only=${2:?}; shift ;;
-    --scenario) scenario=${2:?}; shift ;;
-    --agents) agents=${2:?}; shift ;;
-    --photos) photos=${2:?}; shift ;;
-    --size) size=${2:?}; shift ;;
-    --keep) mkdir -p "${2:?}"; keep=$(realpath "$2"); shift ;;
-    *) usage_error "unknown option $1" ;;
-  esac
-  shift
-done
-enter_network_namespace "${arguments[@]}"
+take_options "runs only scenario agents photos size keep" "$@"
+[[ -z $keep ]] || { mkdir -p "$keep" && keep=$(realpath "$keep"); }
+enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
 use_place "$agents" "$photos" --scenario "$scenario" --size "$size" --seed 1

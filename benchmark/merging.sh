@@ -18,18 +18,8 @@ source "$(dirname "$0")/../tests/session.sh"
 
 datasets=$SKEIN_ROOT/../shared/datasets size=960x720
 sets="together disjoint relay rooms corridor twins fountain-P11 temple-ring caliterra south-building"
-arguments=("$@")
-while (($#)); do
-  case $1 in
-    -h | --help) print_help; exit 0 ;;
-    --sets) sets=${2:?}; shift ;;
-    --datasets) datasets=$(realpath "${2:?}"); shift ;;
-    --size) size=${2:?}; shift ;;
-    *) usage_error "unknown option $1" ;;
-  esac
-  shift
-done
-enter_network_namespace "${arguments[@]}"
+take_options "sets datasets size" "$@"
+enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
 

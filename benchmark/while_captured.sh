@@ -21,20 +21,8 @@ source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
 datasets=$SKEIN_ROOT/../shared/datasets places="synthetic fountain south-building" rate=0.33 background=on keep=''
-arguments=("$@")
-while (($#)); do
-  case $1 in
-    -h | --help) print_help; exit 0 ;;
-    --datasets) datasets=${2:?}; shift ;;
-    --places) places=${2:?}; shift ;;
-    --rate) rate=${2:?}; shift ;;
-    --background) background=${2:?}; shift ;;
-    --keep) keep=${2:?}; shift ;;
-    *) usage_error "unknown option $1" ;;
-  esac
-  shift
-done
-enter_network_namespace "${arguments[@]}"
+take_options "datasets places rate background keep" "$@"
+enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
 broken=0
@@ -47,7 +35,6 @@ choose_place() {
     fountain) set=$datasets/fountain-P11 ;&
     south-building)
       [[ -d $set ]] || return 1
-      set=$(realpath "$set")
       local truth=$set/gt_dense_cameras
       [[ -d $truth ]] || truth=$set/reference
       use_photos "$1" "$set/images" "$truth"

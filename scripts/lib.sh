@@ -19,6 +19,20 @@ usage_error() {
 # Prints the comment block at the head of the calling script: that is its --help.
 print_help() { awk 'NR > 1 && /^#/ { sub(/^# ?/, ""); print; next } NR > 1 { exit }' "$0"; }
 
+# take_options "NAME..." ARGUMENT...: `--NAME VALUE` sets the variable NAME of the calling script.
+take_options() {
+  local names=" $1 " name
+  shift
+  while (($#)); do
+    [[ $1 != -h && $1 != --help ]] || { print_help; exit 0; }
+    name=${1#--}
+    [[ $1 == --* && $names == *" $name "* ]] || usage_error "unknown option $1"
+    [[ -n ${2:-} ]] || usage_error "$1 wants a value"
+    printf -v "$name" %s "$2"
+    shift 2
+  done
+}
+
 # As many jobs as there are cores, but no more than the memory carries (1.3 GB a compiler).
 build_jobs() {
   local cores memory_kb

@@ -19,8 +19,8 @@ use_place() {
 use_photos() {
   place=$workspace/photos-$1
   mkdir -p "$place/images"
-  ln -sfn "$2" "$place/images/$1"
-  ln -sfn "$3" "$place/truth"
+  ln -sfn "$(realpath -m "$2")" "$place/images/$1"
+  ln -sfn "$(realpath -m "$3")" "$place/truth"
   num_photos=$(find "$2/" -maxdepth 1 -type f | wc -l)
 }
 

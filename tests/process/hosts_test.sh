@@ -14,7 +14,7 @@ unshare --mount true 2>/dev/null || skip "no mount namespace may be made here"
 new_workspace
 url=tcpq://10.77.0.1:7700
 if (($#)); then
-  use_photos real "$(realpath "$1")" "$(realpath "$2")"
+  use_photos real "$1" "$2"
 else
   use_place 2 8 --seed 1
 fi
