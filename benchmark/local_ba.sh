@@ -52,6 +52,7 @@ run() {
   [[ ! -e $folder/finished ]] || return 0
   mkdir -p "$folder"
   [[ $3 == shipped ]] || options+=(--no-global-ba)
+  [[ $4 != colmap-6 ]] || options+=(--local-ba-images 6)
   [[ $4 != colmap ]] || options+=(--local-ba-images "$(window "$keep/$1/$3-consistent/photos.csv")")
   "$bin/skein-mapper-offline" --database "$2" --order "$order" --max-pairs 0 "${options[@]}" \
     --photo-table "$folder/photos.csv" --output-before "$folder/before" --output "$folder/after" \

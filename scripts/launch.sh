@@ -18,7 +18,7 @@
 #   --no-second-look  match with all candidates in retrieval's order, for comparison
 #   --no-merge      leave the submaps apart, for comparison
 #   --no-background-ba  mappers refine the whole map in turn with registration, for comparison
-#   --local-ba FORM   of the mappers: consistent, paper, equal or colmap
+#   --local-ba FORM   of the mappers: colmap (default), consistent, paper or equal
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
 #   --build DIR     build folder (default: build/release)

@@ -16,7 +16,7 @@
 #   --no-second-look       match with all candidates, for comparison
 #   --no-merge             leave the submaps apart, for comparison
 #   --no-background-ba     mappers refine the whole map in turn with registration, for comparison
-#   --local-ba FORM        of the mappers: consistent, paper, equal or colmap
+#   --local-ba FORM        of the mappers: colmap (default), consistent, paper or equal
 #   --keep                 leave the services running after the finish (until Ctrl-C)
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.

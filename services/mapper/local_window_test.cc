@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "mapper/synthetic_scene.h"
 
@@ -45,6 +46,7 @@ TEST(LocalWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
   SimilarityLists similar;
   for (uint32_t id = 2; id <= 16; ++id) similar.Add(id, {{id - 1, 0.5}});
   LocalWindowOptions options;
+  options.form = LocalBaForm::kConsistent;
   options.tree.depth = 20;
   options.max_points = 400;
   const BundleRequest request = SelectLocalWindow(options, map, similar, 16);
@@ -63,8 +65,44 @@ TEST(LocalWindow, TakesAllPointsWithinTheLimit) {
   FillMap(scene, 8, &map);
   SimilarityLists similar;
   for (uint32_t id = 2; id <= 8; ++id) similar.Add(id, {{id - 1, 0.5}, {1, 0.5}});
-  const BundleRequest request = SelectLocalWindow({}, map, similar, 8);
+  LocalWindowOptions options;
+  options.form = LocalBaForm::kConsistent;
+  const BundleRequest request = SelectLocalWindow(options, map, similar, 8);
   EXPECT_EQ(request.points.size(), map.reconstruction().NumPoints3D());
+}
+
+TEST(LocalWindow, ColmapTakesTheImagesWithMostPointsInCommon) {
+  SyntheticOptions scene_options;
+  scene_options.num_photos = 16;
+  const SyntheticScene scene = MakeScene(scene_options);
+  SceneMap map;
+  FillMap(scene, scene.photos.size(), &map);
+  LocalWindowOptions options;
+  options.colmap_images = 6;
+  const BundleRequest request = SelectLocalWindow(options, map, SimilarityLists(), 16);
+  ASSERT_EQ(request.free.size(), 4u);
+  ASSERT_GE(request.held.size(), 2u);
+  EXPECT_TRUE(request.hold_open_points);
+  std::set<ImageId> window(request.free.begin(), request.free.end());
+  window.insert(request.held.begin(), request.held.begin() + 2);
+  const std::vector<Point3DId> points = PointsSeenBy(map, {16});
+  size_t fewest = points.size();
+  for (const ImageId id : window) fewest = std::min(fewest, NumSeen(map, points, id));
+  for (ImageId id = 1; id <= 16; ++id) {
+    if (window.count(id) > 0) continue;
+    EXPECT_LE(NumSeen(map, points, id), fewest) << "image " << id;
+  }
+  EXPECT_EQ(request.points, PointsSeenBy(map, request.free));
+}
+
+// One that takes in the whole map leaves two photos where they are, for the gauge.
+TEST(LocalWindow, ColmapHoldsTwoImagesOfASmallMap) {
+  const SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  FillMap(scene, 8, &map);
+  const BundleRequest request = SelectLocalWindow({}, map, SimilarityLists(), 8);
+  EXPECT_EQ(request.free.size(), 6u);
+  EXPECT_EQ(request.held.size(), 2u);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@ int main(int argc, char** argv) {
   options.service = "mapper";
   skein::SubmapRunOptions run;
   run.submap.background = true;
-  std::string local_ba = "consistent";
+  std::string local_ba = "colmap";
   double retire_after_s = 0;
 
   CLI::App app("Registers photos in one submap: poses, points, bundle adjustment.");
@@ -18,12 +18,16 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--camera-model", run.submap.camera_model, "One of COLMAP's camera models")
       ->capture_default_str();
+  app.add_option("--local-ba-images", run.submap.local.colmap_images,
+                 "Images that --local-ba colmap takes in, two of them constant")
+      ->check(CLI::Range(3, 1000))
+      ->capture_default_str();
   app.add_option("--local-ba-free", run.submap.local.max_free,
-                 "Most images that a local bundle adjustment refines; 0: no limit")
+                 "Most images that the other forms refine; 0: no limit")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--local-ba-held", run.submap.local.max_held,
-                 "Most images that it holds constant; 0: no limit")
+                 "Most images that they hold constant; 0: no limit")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--checkpoint-photos", run.checkpoint_photos,

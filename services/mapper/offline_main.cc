@@ -28,7 +28,7 @@ namespace skein {
 namespace {
 
 struct Arguments {
-  std::string database, order = "name", ground_truth, reference, output, local_ba = "consistent";
+  std::string database, order = "name", ground_truth, reference, output, local_ba = "colmap";
   std::string camera_model = "SIMPLE_RADIAL";
   std::string output_before, photo_table;
   int local_ba_images = 0;
