@@ -131,7 +131,7 @@ await_relay() {
     ((!interrupted)) || exit 0
     (($(now_ms) < deadline)) ||
       die "no relay answers on $1:$2: does launch.sh run there with this URL, and does its firewall let the port through?"
-    wait_for_event 0.2
+    pause 0.2
   done
 }
 
@@ -215,14 +215,9 @@ reap_dead() {
   done
 }
 
-# Returns when a child has died, a signal came, or after $1 seconds.
-wait_for_event() {
-  setpriv --pdeathsig KILL -- sleep "$1" 9>&- &
-  local timer=$!
-  wait -n 2>/dev/null || true
-  kill "$timer" 2>/dev/null || true
-  wait "$timer" 2>/dev/null || true
-}
+# For $1 seconds. Nothing here waits for a child that runs: when a trapped signal comes just as bash
+# (5.2) reaps a child in `wait`, it forgets that child's end, and the next wait for it never returns.
+pause() { read -r -t "$1" -u "$never" || true; }
 
 is_any_alive() { ((${#pid_of[@]} > 0)); }
 signal_all() {
@@ -231,18 +226,18 @@ signal_all() {
 }
 
 stop_all() {
-  local deadline=$(($(now_ms) + stop_deadline_s * 1000))
+  local deadline=$(($(now_ms) + stop_deadline_s * 1000)) killed=0
   stopping=1
   signal_all TERM
-  while is_any_alive && (($(now_ms) < deadline)); do
-    wait_for_event 0.2
+  while is_any_alive; do
+    if ((!killed && $(now_ms) >= deadline)); then
+      warn "killing what did not stop within $stop_deadline_s s: ${!pid_of[*]}"
+      signal_all KILL
+      killed=1
+    fi
+    pause 0.1
     reap_dead
   done
-  if is_any_alive; then
-    warn "killing what did not stop within $stop_deadline_s s: ${!pid_of[*]}"
-    signal_all KILL
-    wait
-  fi
   rm -f "$session"/run/*.pid
 }
 
@@ -290,12 +285,13 @@ await_ready() {
       fatal "not ready within $ready_deadline_s s: ${waiting[*]}; last words of ${waiting[0]}:
 $(tail -n 5 "$session/log/${waiting[0]}.log")"
     ((!interrupted)) || { stop_all; exit 0; }
-    wait_for_event 0.1
+    pause 0.1
   done
 }
 
 exec 9>"$session/run/launch.lock"
 flock -n 9 || die "another launch.sh runs on $session"
+exec {never}<> <(:) # a pipe into which nobody writes
 stopping=0 interrupted=0
 trap 'interrupted=1' INT TERM HUP
 stop_leftovers
@@ -322,7 +318,7 @@ while ((!interrupted)); do
   reap_dead
   grow_pool
   start_due
-  wait_for_event 1
+  pause 0.5
 done
 say "stopping"
 stop_all
