@@ -52,9 +52,12 @@ class Solver {
         loss_{options.loss, options.loss_scale_px},
         start_(bundle->poses) {
     SplitPoints();
-    const bool dense = layout_.num_free_poses <= options.max_dense_poses;
+    PosePattern pattern;
+    if (layout_.num_free_poses > options.max_dense_poses) pattern = FindPattern(*bundle, layout_);
+    const bool dense = pattern.empty() || (layout_.num_free_poses <= options.max_filled_poses &&
+                                           !IsFasterSparse(pattern));
     for (size_t i = 0; i < chunks_.size(); ++i) {
-      systems_.push_back(dense ? MakeDenseSystem(layout_) : MakeSparseSystem(*bundle, layout_));
+      systems_.push_back(dense ? MakeDenseSystem(layout_) : MakeSparseSystem(pattern, layout_));
     }
   }
 

@@ -66,7 +66,11 @@ struct BundleOptions {
   double loss_scale_px = 1.0;
   WeightForm weight_form = WeightForm::kNone;
   int num_threads = 1;
-  int max_dense_poses = 250;  // more free poses: sparse Cholesky of the Schur complement
+  // Free poses up to which the Schur complement is decomposed as a dense matrix; of more, up to the
+  // second number, if a sparse Cholesky decomposition would take longer (reduced_system.h). That
+  // many take 650 MB a thread.
+  int max_dense_poses = 250;
+  int max_filled_poses = 1500;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration
 };
 

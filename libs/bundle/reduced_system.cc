@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <set>
 
 namespace skein {
 namespace {
@@ -49,13 +48,12 @@ class DenseSystem : public ReducedSystem {
 // Pose blocks in block rows with sorted columns; the cameras' rows, few, as a dense border.
 class SparseSystem : public ReducedSystem {
  public:
-  SparseSystem(const Bundle& bundle, const BundleLayout& layout)
+  SparseSystem(const PosePattern& pattern, const BundleLayout& layout)
       : ReducedSystem(layout.size),
         num_pose_rows_(6 * layout.num_free_poses),
-        columns_(layout.num_free_poses),
+        columns_(pattern),
         first_(layout.num_free_poses + 1, 0),
         border_(layout.size, layout.size - num_pose_rows_) {
-    FindBlocks(bundle, layout);
     for (size_t i = 0; i < columns_.size(); ++i) first_[i + 1] = first_[i] + columns_[i].size();
     blocks_.resize(first_.back());
   }
@@ -92,23 +90,6 @@ class SparseSystem : public ReducedSystem {
   }
 
  private:
-  void FindBlocks(const Bundle& bundle, const BundleLayout& layout) {
-    std::vector<std::set<int>> found(columns_.size());
-    for (const BundlePoint& point : bundle.points) {
-      for (int i = point.first; i < point.first + point.count; ++i) {
-        const int row = layout.pose_row[bundle.observations[i].pose];
-        for (int j = point.first; row >= 0 && j < point.first + point.count; ++j) {
-          const int column = layout.pose_row[bundle.observations[j].pose];
-          if (column >= row) found[row / 6].insert(column / 6);
-        }
-      }
-    }
-    for (size_t i = 0; i < found.size(); ++i) {
-      found[i].insert(static_cast<int>(i));
-      columns_[i].assign(found[i].begin(), found[i].end());
-    }
-  }
-
   Eigen::SparseMatrix<double> Matrix(const Eigen::VectorXd& damping) const {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(36 * blocks_.size());
@@ -153,13 +134,33 @@ class SparseSystem : public ReducedSystem {
   }
 
   const int num_pose_rows_;
-  std::vector<std::vector<int>> columns_;  // block columns of each block row, sorted
-  std::vector<size_t> first_;              // of each row in blocks_
+  const PosePattern columns_;  // block columns of each block row
+  std::vector<size_t> first_;  // of each row in blocks_
   std::vector<Eigen::Matrix<double, 6, 6>> blocks_;
   Eigen::MatrixXd border_;  // columns of the cameras' parameters
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt_;
   bool analysed_ = false;
 };
+
+// Opens the numbers of entries in the factor's columns, which the analysis finds.
+class AnalysedLlt : public Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> {
+ public:
+  Eigen::ArrayXd ColumnSizes() const { return m_nonZerosPerCol.array().cast<double>(); }
+};
+
+// Multiplications of a Cholesky decomposition with one entry a block.
+double NumOperations(const PosePattern& pattern) {
+  const int size = static_cast<int>(pattern.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int row = 0; row < size; ++row) {
+    for (const int column : pattern[row]) entries.emplace_back(row, column, 1.0);
+  }
+  Eigen::SparseMatrix<double> S(size, size);
+  S.setFromTriplets(entries.begin(), entries.end());
+  AnalysedLlt llt;
+  llt.analyzePattern(S);
+  return llt.ColumnSizes().square().sum();
+}
 
 }  // namespace
 
@@ -183,8 +184,37 @@ std::unique_ptr<ReducedSystem> MakeDenseSystem(const BundleLayout& layout) {
   return std::make_unique<DenseSystem>(layout.size);
 }
 
-std::unique_ptr<ReducedSystem> MakeSparseSystem(const Bundle& bundle, const BundleLayout& layout) {
-  return std::make_unique<SparseSystem>(bundle, layout);
+PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout) {
+  const int size = layout.num_free_poses;
+  std::vector<std::vector<bool>> found(size, std::vector<bool>(size, false));
+  for (const BundlePoint& point : bundle.points) {
+    for (int i = point.first; i < point.first + point.count; ++i) {
+      const int row = layout.pose_row[bundle.observations[i].pose];
+      for (int j = point.first; row >= 0 && j < point.first + point.count; ++j) {
+        const int column = layout.pose_row[bundle.observations[j].pose];
+        if (column >= row) found[row / 6][column / 6] = true;
+      }
+    }
+  }
+  PosePattern pattern(size);
+  for (int row = 0; row < size; ++row) {
+    found[row][row] = true;
+    for (int column = row; column < size; ++column) {
+      if (found[row][column]) pattern[row].push_back(column);
+    }
+  }
+  return pattern;
+}
+
+bool IsFasterSparse(const PosePattern& pattern) {
+  constexpr double kSlowness = 5;  // of a sparse operation
+  const double size = static_cast<double>(pattern.size());
+  return kSlowness * NumOperations(pattern) < size * size * size / 3;
+}
+
+std::unique_ptr<ReducedSystem> MakeSparseSystem(const PosePattern& pattern,
+                                                const BundleLayout& layout) {
+  return std::make_unique<SparseSystem>(pattern, layout);
 }
 
 }  // namespace skein

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 #include "bundle/bundle_terms.h"
 
@@ -57,7 +58,17 @@ class ReducedSystem {
 
 std::unique_ptr<ReducedSystem> MakeDenseSystem(const BundleLayout& layout);
 
-// Keeps only the blocks of poses that see a point together.
-std::unique_ptr<ReducedSystem> MakeSparseSystem(const Bundle& bundle, const BundleLayout& layout);
+// Of each free pose those, itself and later ones in ascending order, that see a point together.
+using PosePattern = std::vector<std::vector<int>>;
+PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout);
+
+// Whether the sparse system's Cholesky takes less time than the dense one's. Where most photos see
+// points together its factor fills up, and it goes entry by entry where the dense one goes by
+// blocks.
+bool IsFasterSparse(const PosePattern& pattern);
+
+// Keeps only the blocks of the pattern.
+std::unique_ptr<ReducedSystem> MakeSparseSystem(const PosePattern& pattern,
+                                                const BundleLayout& layout);
 
 }  // namespace skein

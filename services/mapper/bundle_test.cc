@@ -7,6 +7,7 @@
 #include "base/cost_functions.h"
 #include "base/pose.h"
 #include "bundle/projection.h"
+#include "bundle/reduced_system.h"
 #include "mapper/bundle_builder.h"
 #include "mapper/synthetic_scene.h"
 
@@ -108,6 +109,20 @@ TEST(Bundle, ConvergesToTheTruthWithoutNoise) {
   EXPECT_LT(MaxCenterError(scene, bundle), 1e-4);
 }
 
+// A walk, where a photo shares points with the next ones, and a place that all photos see.
+TEST(Bundle, SparseCholeskyIsForPhotosThatShareFewPoints) {
+  constexpr int kNumPoses = 400;
+  PosePattern walk(kNumPoses), place(kNumPoses);
+  for (int i = 0; i < kNumPoses; ++i) {
+    for (int j = i; j < kNumPoses; ++j) {
+      if (j < i + 20) walk[i].push_back(j);
+      place[i].push_back(j);
+    }
+  }
+  EXPECT_TRUE(IsFasterSparse(walk));
+  EXPECT_FALSE(IsFasterSparse(place));
+}
+
 TEST(Bundle, SparseAndThreadedSolutionsAreTheDenseOne) {
   const SyntheticScene scene = MakeScene({});
   Bundle dense = MakeBundle(scene, 0.05);
@@ -116,7 +131,7 @@ TEST(Bundle, SparseAndThreadedSolutionsAreTheDenseOne) {
   BundleOptions solve;
   solve.function_tolerance = 1e-10;
   const double cost = SolveBundle(solve, &dense).final_cost;
-  solve.max_dense_poses = 0;
+  solve.max_dense_poses = solve.max_filled_poses = 0;
   EXPECT_NEAR(SolveBundle(solve, &sparse).final_cost, cost, 1e-6 * cost);
   solve.num_threads = 3;
   EXPECT_NEAR(SolveBundle(solve, &threaded).final_cost, cost, 1e-6 * cost);
