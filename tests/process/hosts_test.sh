@@ -23,7 +23,11 @@ session=$workspace/session
 # A second network namespace, held open by a sleeping process.
 setpriv --pdeathsig KILL -- unshare --net sleep infinity &
 other_host=$!
-wait_until 5 "the second host exists" eval '[[ $(readlink /proc/$other_host/ns/net) != $(readlink /proc/$$/ns/net) ]]'
+has_own_network() { # while it starts a program, a process does not tell
+  local there
+  there=$(readlink "/proc/$1/ns/net") && [[ -n $there && $there != "$(readlink /proc/$$/ns/net)" ]]
+}
+wait_until 5 "the second host exists" has_own_network "$other_host"
 ip link add cable type veth peer name cable_end netns "$other_host"
 ip addr add 10.77.0.1/24 dev cable
 ip link set cable up
