@@ -1,7 +1,5 @@
 #include "bundle/bundle_assembly.h"
 
-#include <utility>
-
 #include "bundle/image_pose.h"
 
 namespace skein {

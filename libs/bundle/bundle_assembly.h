@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <unordered_map>
+#include <utility>
 
 #include "base/reconstruction.h"
 #include "bundle/bundle.h"

@@ -84,11 +84,12 @@ TEST(Submap, RegistersAllPhotosOfAnArc) {
   EXPECT_GT(run.map.Statistics().mean_track_length, 4);
 }
 
-// Each track as its observations.
-std::set<std::set<std::pair<ImageId, Point2DIdx>>> TracksOf(const SceneMap& map) {
-  std::set<std::set<std::pair<ImageId, Point2DIdx>>> tracks;
+using Observations = std::set<std::pair<ImageId, Point2DIdx>>;
+
+std::set<Observations> TracksOf(const SceneMap& map) {
+  std::set<Observations> tracks;
   for (const auto& [id, point] : map.reconstruction().Points3D()) {
-    std::set<std::pair<ImageId, Point2DIdx>> track;
+    Observations track;
     for (const colmap::TrackElement& element : point.Track().Elements()) {
       track.emplace(element.image_id, element.point2D_idx);
     }
@@ -111,7 +112,7 @@ TEST(Submap, FinishedTracksHardlyHangOnTheOrderOfThePhotos) {
   ASSERT_TRUE(back.Start(13, 11));
   back.Feed(12);
   for (size_t i = 11; i-- > 0;) back.Feed(i);
-  std::vector<std::set<std::set<std::pair<ImageId, Point2DIdx>>>> tracks;
+  std::vector<std::set<Observations>> tracks;
   for (Rig* rig : {&ahead, &back}) {
     rig->map.Finish(rig->Sink());
     ASSERT_EQ(rig->NumRegistered(), 14);

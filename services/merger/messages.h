@@ -1,6 +1,7 @@
 // Between the merger's own types and Skein's messages.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "geometry/sim3_ransac.h"

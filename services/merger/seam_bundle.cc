@@ -1,7 +1,5 @@
 #include "merger/seam_bundle.h"
 
-#include <vector>
-
 #include "bundle/bundle_assembly.h"
 #include "bundle/image_pose.h"
 
