@@ -1,5 +1,7 @@
 #include "bundle/bundle_assembly.h"
 
+#include <algorithm>
+
 #include "bundle/image_pose.h"
 
 namespace skein {
@@ -25,22 +27,34 @@ int BundleAssembly::CameraIndex(colmap::camera_t id) {
   return it->second;
 }
 
+bool BundleAssembly::IsOpen(const colmap::Track& track) const {
+  const auto& elements = track.Elements();
+  return std::any_of(elements.begin(), elements.end(), [this](const colmap::TrackElement& element) {
+    return pose_index_.count(element.image_id) == 0;
+  });
+}
+
+bool BundleAssembly::HasUnknowns(const BundlePose& pose) const {
+  return !pose.constant || !bundle_.cameras[pose.camera].refined.empty();
+}
+
 void BundleAssembly::AddPoint(colmap::point3D_t id, bool hold_open) {
   const colmap::Point3D& point3D = model_.Point3D(id);
   BundlePoint point;
   point.point3D_id = id;
   point.xyz = point3D.XYZ();
+  point.constant = hold_open && IsOpen(point3D.Track());
   point.first = static_cast<int>(bundle_.observations.size());
   for (const colmap::TrackElement& element : point3D.Track().Elements()) {
     const auto it = pose_index_.find(element.image_id);
     if (it == pose_index_.end()) continue;
+    if (point.constant && !HasUnknowns(bundle_.poses[it->second])) continue;
     const colmap::Image& image = model_.Image(element.image_id);
     bundle_.observations.push_back(
         {it->second, element.point2D_idx, image.Point2D(element.point2D_idx).XY()});
   }
   point.count = static_cast<int>(bundle_.observations.size()) - point.first;
-  point.constant = hold_open && point.count < static_cast<int>(point3D.Track().Length());
-  if (point.count < 2 && !point.constant) {
+  if (point.count < (point.constant ? 1 : 2)) {
     bundle_.observations.resize(point.first);
   } else {
     bundle_.points.push_back(point);

@@ -20,14 +20,17 @@ class BundleAssembly {
   // No effect on an image that is in, or not registered.
   void AddPose(colmap::image_t id, bool constant, double weight = 1.0);
 
-  // With its observations in the poses that are in. A point that fewer than two of them see is left
-  // out; but where `hold_open` a point that is also seen from outside is constant, and one will do.
+  // With its observations in the poses that are in; a point that fewer than two of them see is left
+  // out. But where `hold_open` a point that is also seen from outside is constant, and has those of
+  // its observations, one or more, that say something about a pose or camera that is not.
   void AddPoint(colmap::point3D_t id, bool hold_open = false);
 
   Bundle Take() { return std::move(bundle_); }
 
  private:
   int CameraIndex(colmap::camera_t id);
+  bool IsOpen(const colmap::Track& track) const;
+  bool HasUnknowns(const BundlePose& pose) const;
 
   const colmap::Reconstruction& model_;
   const CameraMaker make_camera_;

@@ -64,6 +64,8 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {
   }
   for (const ImageId id : request.held) assembly.AddPose(id, true);
   for (const Point3DId id : request.points) assembly.AddPoint(id, request.hold_open_points);
+  for (const ImageId id : ObserversOf(map, request.complete_points)) assembly.AddPose(id, true);
+  for (const Point3DId id : request.complete_points) assembly.AddPoint(id);
   Bundle bundle = assembly.Take();
   ScalePriors(&bundle);
   return bundle;

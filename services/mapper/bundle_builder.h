@@ -14,8 +14,12 @@ struct BundleRequest {
   std::vector<double> weights;    // of `free`, in (0, 1]; empty: all 1
   std::vector<ImageId> held;      // constant poses, whose observations count; but those of `free`
   std::vector<Point3DId> points;  // to refine; those with < 2 observations in it are left out
-  // Points that are also seen from outside of the bundle are constant, as in COLMAP's local BA.
+  // Of `points`, those that images other than `free` and `held` see are constant, as in COLMAP's
+  // local BA.
   bool hold_open_points = false;
+  // To refine, none of them among `points`, with the observations of all images; of those which are
+  // not in the bundle the poses are constant.
+  std::vector<Point3DId> complete_points;
   bool refine_cameras = false;  // focal length; distortion from three registered photos on
 };
 

@@ -45,7 +45,9 @@ int FilterPoint(const FilterOptions& options, Point3DId id,
     reconstruction->DeletePoint3D(id);
     return length;
   }
-  point.SetError(sum / static_cast<double>(std::max<size_t>(1, errors.size() - bad.size())));
+  if (static_cast<int>(errors.size()) == length) {
+    point.SetError(sum / static_cast<double>(errors.size() - bad.size()));
+  }
   return static_cast<int>(bad.size());
 }
 

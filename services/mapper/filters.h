@@ -14,8 +14,8 @@ struct FilterOptions {
 };
 
 // Takes out of the map the observations of the bundle with too large an error, then its points
-// with less than two observations or too small a triangulation angle; sets the points' mean error
-// over the observations that the bundle holds. `bundle` must be solved and applied to the map.
+// with less than two observations or too small a triangulation angle; sets the mean error of points
+// with all their observations in the bundle. `bundle` must be solved and applied to the map.
 // Returns the number of observations taken out.
 int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map);
 

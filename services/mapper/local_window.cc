@@ -1,7 +1,6 @@
 #include "mapper/local_window.h"
 
 #include <algorithm>
-#include <map>
 #include <set>
 #include <stdexcept>
 #include <unordered_map>
@@ -10,18 +9,19 @@
 namespace skein {
 namespace {
 
-// How many points of `ids` each registered image sees, most first.
+// How many points of `ids` each registered image sees, most first, then by id.
 std::vector<std::pair<ImageId, int>> RankedObservers(const SceneMap& map,
                                                      const std::vector<Point3DId>& ids) {
-  std::map<ImageId, int> counts;
+  std::unordered_map<ImageId, int> counts;
   for (const Point3DId id : ids) {
     for (const auto& element : map.reconstruction().Point3D(id).Track().Elements()) {
       ++counts[element.image_id];
     }
   }
   std::vector<std::pair<ImageId, int>> sorted(counts.begin(), counts.end());
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return std::make_pair(-a.second, a.first) < std::make_pair(-b.second, b.first);
+  });
   return sorted;
 }
 
@@ -111,18 +111,8 @@ std::vector<Point3DId> SelectPoints(const SceneMap& map, const std::vector<Image
   return choice.Sorted();
 }
 
-// Observers of the image's points, but of those with long tracks, which stand firm.
-std::vector<ImageId> ObserversOfShortTracks(const SceneMap& map, ImageId image_id) {
-  constexpr size_t kMaxTrackLength = 15;
-  std::vector<Point3DId> points;
-  for (const Point3DId id : PointsSeenBy(map, {image_id})) {
-    if (map.reconstruction().Point3D(id).Track().Length() <= kMaxTrackLength) points.push_back(id);
-  }
-  return ObserversOf(map, points);
-}
-
 // COLMAP's local BA: the images with most common points, two of them held for the gauge. The new
-// photo's points of short tracks are refined with all that see them; of the others those that
+// photo's points that are not firm are refined with all that see them; of the others those that
 // images outside see, too, are held (incremental_mapper.cc, bundle_adjustment.cc of 3.8).
 BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& map,
                            ImageId new_image_id) {
@@ -136,13 +126,9 @@ BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& ma
   const size_t num_held = std::min<size_t>(2, window.size());
   request.held.assign(window.end() - num_held, window.end());
   request.free.insert(request.free.end(), window.begin(), window.end() - num_held);
-  request.points = SelectPoints(map, request.free, 0);
+  request.complete_points = WithoutFirm(map, PointsSeenBy(map, {new_image_id}));
+  request.points = Without(PointsSeenBy(map, request.free), request.complete_points);
   request.hold_open_points = true;
-  for (const ImageId id : ObserversOfShortTracks(map, new_image_id)) {
-    if (id != new_image_id && std::count(window.begin(), window.end(), id) == 0) {
-      request.held.push_back(id);
-    }
-  }
   return request;
 }
 

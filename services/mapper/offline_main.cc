@@ -338,7 +338,7 @@ class Run {
     photo_table_ << before_.size() << "," << event.image_id << ","
                  << submap_.map().reconstruction().NumRegImages() << "," << event.num_ba_images
                  << "," << event.ba_s << "," << event.ba_cpu_s << "," << event.mean_error_px << ","
-                 << event.total_s << "\n";
+                 << event.total_s << std::endl;
   }
 
   void Print(const std::string& when, size_t num_photos, double seconds) const {

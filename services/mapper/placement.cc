@@ -5,12 +5,14 @@
 namespace skein {
 namespace {
 
-// The photo and its points are free, the points' other observers held.
+// The photo and its points are free, but for firm ones; the points' other observers are held.
 Bundle BundleOfPhoto(const SceneMap& map, ImageId image_id) {
   BundleRequest request;
   request.free = {image_id};
-  request.points = PointsSeenBy(map, request.free);
-  request.held = ObserversOf(map, request.points);
+  const std::vector<Point3DId> points = PointsSeenBy(map, request.free);
+  request.complete_points = WithoutFirm(map, points);
+  request.points = Without(points, request.complete_points);
+  request.hold_open_points = true;
   return BuildBundle(map, request);
 }
 

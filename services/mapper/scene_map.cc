@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <stdexcept>
 #include <unordered_set>
@@ -260,6 +261,26 @@ std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DI
     }
   }
   return {observers.begin(), observers.end()};
+}
+
+bool IsFirm(const SceneMap& map, Point3DId id) {
+  return map.reconstruction().Point3D(id).Track().Length() > kFirmTrackLength;
+}
+
+std::vector<Point3DId> WithoutFirm(const SceneMap& map, const std::vector<Point3DId>& points) {
+  std::vector<Point3DId> result;
+  for (const Point3DId id : points) {
+    if (!IsFirm(map, id)) result.push_back(id);
+  }
+  return result;
+}
+
+std::vector<Point3DId> Without(const std::vector<Point3DId>& ids,
+                               const std::vector<Point3DId>& others) {
+  std::vector<Point3DId> result;
+  std::set_difference(ids.begin(), ids.end(), others.begin(), others.end(),
+                      std::back_inserter(result));
+  return result;
 }
 
 }  // namespace skein

@@ -11,6 +11,7 @@
 #include "mapper/fold_back.h"
 #include "mapper/placement.h"
 #include "mapper/retriangulation.h"
+#include "mapper/track_completion.h"
 
 namespace skein {
 namespace {
@@ -391,17 +392,13 @@ Submap::Adjustment Submap::AdjustLocally(ImageId new_image) {
   adjustment.num_images = summary.num_free_poses;
   if (!summary.usable) return adjustment;
   ApplyBundle(bundle, map_.get());
-  SettlePointsBeside(request);
+  if (options_.local.form != LocalBaForm::kColmap) SettlePointsBeside(request);
   FilterBundle(options_.filter, bundle, map_.get());
-  colmap::IncrementalTriangulator& triangulator = map_->triangulator();
-  const std::unordered_set<Point3DId> modified = triangulator.GetModifiedPoints3D();
-  triangulator.MergeTracks(options_.triangulation, modified);
-  triangulator.CompleteTracks(options_.triangulation, triangulator.GetModifiedPoints3D());
-  triangulator.CompleteImage(options_.triangulation, new_image);
-  const auto& changed = triangulator.GetModifiedPoints3D();
+  CompleteLocally(options_.triangulation, new_image, map_.get());
+  const auto& changed = map_->triangulator().GetModifiedPoints3D();
   std::vector<Point3DId> points(changed.begin(), changed.end());
   std::sort(points.begin(), points.end());
-  FilterPoints(options_.filter, points, map_.get());
+  FilterPoints(options_.filter, WithoutFirm(*map_, points), map_.get());
   last_adjusted_ = request.free;
   return adjustment;
 }
