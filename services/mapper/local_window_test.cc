@@ -10,20 +10,9 @@
 namespace skein {
 namespace {
 
-// A map at the scene's truth: photos [0, num_photos), with a track for each point that two see.
-void FillMap(const SyntheticScene& scene, size_t num_photos, SceneMap* map) {
-  std::vector<colmap::Track> tracks(scene.points.size());
-  for (size_t i = 0; i < num_photos; ++i) {
-    ASSERT_TRUE(map->AddPhoto(scene.photos[i]).ok());
-    map->Register(static_cast<ImageId>(i + 1));
-    for (size_t k = 0; k < scene.visible[i].size(); ++k) {
-      tracks[scene.visible[i][k]].AddElement(static_cast<ImageId>(i + 1),
-                                             static_cast<Point2DIdx>(k));
-    }
-  }
-  for (size_t p = 0; p < tracks.size(); ++p) {
-    if (tracks[p].Length() >= 2) map->reconstruction().AddPoint3D(scene.points[p], tracks[p]);
-  }
+void FillMap(const SyntheticScene& scene, SceneMap* map) {
+  AddToMap(scene, scene.pairs, map);
+  RegisterAtTruth(scene, map->photos(), Eigen::Vector3d::Zero(), map);
 }
 
 size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id) {
@@ -42,7 +31,7 @@ TEST(LocalWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
   scene_options.num_points = 4000;
   const SyntheticScene scene = MakeScene(scene_options);
   SceneMap map;
-  FillMap(scene, scene.photos.size(), &map);
+  FillMap(scene, &map);
   SimilarityLists similar;
   for (uint32_t id = 2; id <= 16; ++id) similar.Add(id, {{id - 1, 0.5}});
   LocalWindowOptions options;
@@ -62,7 +51,7 @@ TEST(LocalWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
 TEST(LocalWindow, TakesAllPointsWithinTheLimit) {
   const SyntheticScene scene = MakeScene({});
   SceneMap map;
-  FillMap(scene, 8, &map);
+  FillMap(scene, &map);
   SimilarityLists similar;
   for (uint32_t id = 2; id <= 8; ++id) similar.Add(id, {{id - 1, 0.5}, {1, 0.5}});
   LocalWindowOptions options;
@@ -76,7 +65,7 @@ TEST(LocalWindow, ColmapTakesTheImagesWithMostPointsInCommon) {
   scene_options.num_photos = 16;
   const SyntheticScene scene = MakeScene(scene_options);
   SceneMap map;
-  FillMap(scene, scene.photos.size(), &map);
+  FillMap(scene, &map);
   LocalWindowOptions options;
   options.colmap_images = 6;
   const BundleRequest request = SelectLocalWindow(options, map, SimilarityLists(), 16);
@@ -103,7 +92,7 @@ TEST(LocalWindow, ColmapTakesTheImagesWithMostPointsInCommon) {
 TEST(LocalWindow, ColmapHoldsTwoImagesOfASmallMap) {
   const SyntheticScene scene = MakeScene({});
   SceneMap map;
-  FillMap(scene, 8, &map);
+  FillMap(scene, &map);
   const BundleRequest request = SelectLocalWindow({}, map, SimilarityLists(), 8);
   EXPECT_EQ(request.free.size(), 6u);
   EXPECT_EQ(request.held.size(), 2u);

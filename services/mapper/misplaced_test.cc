@@ -4,46 +4,19 @@
 
 #include <algorithm>
 
-#include "mapper/bundle_builder.h"
 #include "mapper/synthetic_scene.h"
 
 namespace skein {
 namespace {
-
-void Add(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map) {
-  for (size_t i = 0; i < scene.photos.size(); ++i) {
-    ASSERT_TRUE(map->AddPhoto(scene.photos[i]).ok());
-    ASSERT_TRUE(map->AddPairs(scene.photos[i].image_id, pairs[i]).ok());
-  }
-}
-
-void Register(const SyntheticScene& scene, const std::vector<ImageId>& ids,
-              const Eigen::Vector3d& shift, SceneMap* map) {
-  std::vector<colmap::Track> tracks(scene.points.size());
-  for (const ImageId id : ids) {
-    BundlePose pose;
-    pose.R = scene.rotations[id - 1];
-    pose.t = scene.translations[id - 1] - pose.R * shift;
-    SetPose(pose, &map->reconstruction().Image(id));
-    map->Register(id);
-    for (size_t k = 0; k < scene.visible[id - 1].size(); ++k) {
-      tracks[scene.visible[id - 1][k]].AddElement(id, static_cast<Point2DIdx>(k));
-    }
-  }
-  for (size_t p = 0; p < tracks.size(); ++p) {
-    if (tracks[p].Length() < 2) continue;
-    map->reconstruction().AddPoint3D(scene.points[p] + shift, tracks[p]);
-  }
-}
 
 // Photos 1 to 6 at their truth; 7 and 8, with points of their own, as far apart from each other as
 // they are, but elsewhere.
 class MisplacedTest : public testing::Test {
  protected:
   void SetUp() override {
-    Add(scene_, scene_.pairs, &map_);
-    Register(scene_, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map_);
-    Register(scene_, {7, 8}, Eigen::Vector3d(3, 0, 0), &map_);
+    AddToMap(scene_, scene_.pairs, &map_);
+    RegisterAtTruth(scene_, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map_);
+    RegisterAtTruth(scene_, {7, 8}, Eigen::Vector3d(3, 0, 0), &map_);
   }
 
   const SyntheticScene scene_ = MakeScene({});
@@ -90,8 +63,8 @@ TEST(Misplaced, AnObjectThatTwoPlacesHaveInCommonContradictsNobody) {
   }
   ASSERT_GT(num_false, num_tying + MisplacedOptions().min_contradiction);
   SceneMap map;
-  Add(scene, pairs, &map);
-  Register(scene, {1, 2, 3, 4, 5, 6, 7, 8}, Eigen::Vector3d::Zero(), &map);
+  AddToMap(scene, pairs, &map);
+  RegisterAtTruth(scene, {1, 2, 3, 4, 5, 6, 7, 8}, Eigen::Vector3d::Zero(), &map);
   MisplacedOptions options;
   options.min_pair_share = 0;
   EXPECT_FALSE(FindMisplaced(options, map).empty());

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "mapper/bundle_builder.h"
 #include "mapper/synthetic_scene.h"
 
 namespace skein {
@@ -14,24 +13,8 @@ constexpr ImageId kNewPhoto = 8;
 class PlacementTest : public testing::Test {
  protected:
   void SetUp() override {
-    std::vector<colmap::Track> tracks(scene_.points.size());
-    for (size_t i = 0; i < scene_.photos.size(); ++i) {
-      ASSERT_TRUE(map_.AddPhoto(scene_.photos[i]).ok());
-      ASSERT_TRUE(map_.AddPairs(scene_.photos[i].image_id, scene_.pairs[i]).ok());
-      const ImageId id = static_cast<ImageId>(i + 1);
-      if (id == kNewPhoto) continue;
-      BundlePose pose;
-      pose.R = scene_.rotations[i];
-      pose.t = scene_.translations[i];
-      SetPose(pose, &map_.reconstruction().Image(id));
-      map_.Register(id);
-      for (size_t k = 0; k < scene_.visible[i].size(); ++k) {
-        tracks[scene_.visible[i][k]].AddElement(id, static_cast<Point2DIdx>(k));
-      }
-    }
-    for (size_t p = 0; p < tracks.size(); ++p) {
-      if (tracks[p].Length() >= 2) map_.reconstruction().AddPoint3D(scene_.points[p], tracks[p]);
-    }
+    AddToMap(scene_, scene_.pairs, &map_);
+    RegisterAtTruth(scene_, {1, 2, 3, 4, 5, 6, 7}, Eigen::Vector3d::Zero(), &map_);
     visible_ = FindVisiblePoints(map_, kNewPhoto);
     estimate_ = EstimatePose(map_, kNewPhoto, visible_, options_);
     ASSERT_TRUE(estimate_.ok) << estimate_.reason;

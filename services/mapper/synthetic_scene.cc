@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <map>
+#include <stdexcept>
+
+#include "bundle/image_pose.h"
 
 namespace skein {
 namespace {
@@ -97,6 +100,10 @@ TwoViewPair MakePair(const SyntheticOptions& options, const SyntheticScene& scen
   return pair;
 }
 
+void Check(const Status& status) {
+  if (!status.ok()) throw std::logic_error(status.error());
+}
+
 }  // namespace
 
 SyntheticScene MakeScene(const SyntheticOptions& options) {
@@ -119,6 +126,32 @@ SyntheticScene MakeScene(const SyntheticOptions& options) {
     scene.pairs.push_back(pairs);
   }
   return scene;
+}
+
+void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map) {
+  for (size_t i = 0; i < scene.photos.size(); ++i) {
+    Check(map->AddPhoto(scene.photos[i]));
+    Check(map->AddPairs(scene.photos[i].image_id, pairs[i]));
+  }
+}
+
+void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& ids,
+                     const Eigen::Vector3d& shift, SceneMap* map) {
+  std::vector<colmap::Track> tracks(scene.points.size());
+  for (const ImageId id : ids) {
+    BundlePose pose;
+    pose.R = scene.rotations[id - 1];
+    pose.t = scene.translations[id - 1] - pose.R * shift;
+    SetPose(pose, &map->reconstruction().Image(id));
+    map->Register(id);
+    for (size_t k = 0; k < scene.visible[id - 1].size(); ++k) {
+      tracks[scene.visible[id - 1][k]].AddElement(id, static_cast<Point2DIdx>(k));
+    }
+  }
+  for (size_t p = 0; p < tracks.size(); ++p) {
+    if (tracks[p].Length() < 2) continue;
+    map->reconstruction().AddPoint3D(scene.points[p] + shift, tracks[p]);
+  }
 }
 
 }  // namespace skein

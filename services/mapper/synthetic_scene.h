@@ -51,4 +51,12 @@ struct SyntheticScene {
 
 SyntheticScene MakeScene(const SyntheticOptions& options);
 
+// All photos with these pairs (of each photo, as SyntheticScene::pairs), none registered.
+void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map);
+
+// Registers photos that are in the map where they truly are, but for `shift`, with a track for each
+// point that two of them see.
+void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& ids,
+                     const Eigen::Vector3d& shift, SceneMap* map);
+
 }  // namespace skein
