@@ -392,9 +392,11 @@ Submap::Adjustment Submap::AdjustLocally(ImageId new_image) {
   adjustment.num_images = summary.num_free_poses;
   if (!summary.usable) return adjustment;
   ApplyBundle(bundle, map_.get());
+  // COLMAP's form leaves no point out.
   if (options_.local.form != LocalBaForm::kColmap) SettlePointsBeside(request);
   FilterBundle(options_.filter, bundle, map_.get());
   CompleteLocally(options_.triangulation, new_image, map_.get());
+  // What the firm ones have gained was checked as it was added.
   const auto& changed = map_->triangulator().GetModifiedPoints3D();
   std::vector<Point3DId> points(changed.begin(), changed.end());
   std::sort(points.begin(), points.end());
