@@ -134,13 +134,21 @@ BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& ma
 
 }  // namespace
 
-LocalBaForm LocalBaFormFromName(const std::string& name) {
-  if (name == "paper") return LocalBaForm::kPaper;
-  if (name == "consistent") return LocalBaForm::kConsistent;
-  if (name == "equal") return LocalBaForm::kEqual;
-  if (name == "colmap") return LocalBaForm::kColmap;
-  throw std::invalid_argument("unknown local BA '" + name +
-                              "'; one of paper, consistent, equal, colmap");
+const std::map<std::string, LocalBaForm>& LocalBaForms() {
+  static const std::map<std::string, LocalBaForm> kForms = {
+      {"paper", LocalBaForm::kPaper},
+      {"consistent", LocalBaForm::kConsistent},
+      {"equal", LocalBaForm::kEqual},
+      {"colmap", LocalBaForm::kColmap},
+  };
+  return kForms;
+}
+
+std::string NameOf(LocalBaForm form) {
+  for (const auto& [name, other] : LocalBaForms()) {
+    if (other == form) return name;
+  }
+  throw std::invalid_argument("a local BA without a name");
 }
 
 BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMap& map,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "mapper/association_tree.h"
@@ -10,9 +12,9 @@ namespace skein {
 
 enum class LocalBaForm { kPaper, kConsistent, kEqual, kColmap };
 
-// docs/methods/local_ba.md tells of the forms, and why kColmap is the default.
-// By name: paper, consistent, equal, colmap. Throws std::invalid_argument for another.
-LocalBaForm LocalBaFormFromName(const std::string& name);
+// The forms by name; docs/methods/local_ba.md tells of them, and why kColmap is the default.
+const std::map<std::string, LocalBaForm>& LocalBaForms();
+std::string NameOf(LocalBaForm form);
 
 struct LocalWindowOptions {
   LocalBaForm form = LocalBaForm::kColmap;

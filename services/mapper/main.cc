@@ -8,13 +8,13 @@ int main(int argc, char** argv) {
   options.service = "mapper";
   skein::SubmapRunOptions run;
   run.submap.background = true;
-  std::string local_ba = "colmap";
+  std::string local_ba = skein::NameOf(run.submap.local.form);
   double retire_after_s = 0;
 
   CLI::App app("Registers photos in one submap: poses, points, bundle adjustment.");
   skein::AddCommonOptions(app, &options);
   app.add_option("--local-ba", local_ba, "Local bundle adjustment")
-      ->check(CLI::IsMember({"paper", "consistent", "equal", "colmap"}))
+      ->check(CLI::IsMember(skein::LocalBaForms()))
       ->capture_default_str();
   app.add_option("--camera-model", run.submap.camera_model, "One of COLMAP's camera models")
       ->capture_default_str();
@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
 
   return skein::RunService(options, [&](skein::Node& node) {
     run.submap.num_threads = options.threads;
-    run.submap.local.form = skein::LocalBaFormFromName(local_ba);
+    run.submap.local.form = skein::LocalBaForms().at(local_ba);
     skein::MapperService service(node, run, retire_after_s);
     node.Run();
   });

@@ -28,10 +28,11 @@ namespace skein {
 namespace {
 
 struct Arguments {
-  std::string database, order = "name", ground_truth, reference, output, local_ba = "colmap";
+  std::string database, order = "name", ground_truth, reference, output;
   std::string camera_model = "SIMPLE_RADIAL";
+  LocalWindowOptions local;
+  std::string local_ba = NameOf(local.form);
   std::string output_before, photo_table;
-  int local_ba_images = 0;
   size_t max_pairs = 30;
   bool global_ba = true;
   double focal_factor = 1.0;
@@ -235,8 +236,8 @@ class Run {
   static SubmapOptions Options(const Arguments& arguments) {
     SubmapOptions options;
     options.camera_model = arguments.camera_model;
-    options.local.form = LocalBaFormFromName(arguments.local_ba);
-    if (arguments.local_ba_images > 0) options.local.colmap_images = arguments.local_ba_images;
+    options.local = arguments.local;
+    options.local.form = LocalBaForms().at(arguments.local_ba);
     if (!arguments.global_ba) options.global_growth = std::numeric_limits<double>::infinity();
     options.num_threads = arguments.threads;
     options.background = arguments.background;
@@ -384,10 +385,13 @@ int main(int argc, char** argv) {
   app.add_option("--output-before", arguments.output_before, "folder for the model before finish");
   app.add_option("--photo-table", arguments.photo_table,
                  "file for a line of CSV a registered photo: its local BA");
-  app.add_option("--local-ba", arguments.local_ba, "paper, consistent, equal or colmap");
+  app.add_option("--local-ba", arguments.local_ba, "local bundle adjustment")
+      ->check(CLI::IsMember(LocalBaForms()))
+      ->capture_default_str();
   app.add_option("--camera-model", arguments.camera_model, "one of COLMAP's");
-  app.add_option("--local-ba-images", arguments.local_ba_images,
-                 "images of --local-ba colmap; 0: its default");
+  app.add_option("--local-ba-images", arguments.local.colmap_images, "images of --local-ba colmap")
+      ->check(CLI::Range(3, 1000))
+      ->capture_default_str();
   app.add_option("--max-pairs", arguments.max_pairs,
                  "pairs with earlier photos that count, best first; 0: all");
   app.add_flag("!--no-global-ba", arguments.global_ba,
