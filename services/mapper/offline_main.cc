@@ -386,7 +386,7 @@ int main(int argc, char** argv) {
   app.add_option("--photo-table", arguments.photo_table,
                  "file for a line of CSV a registered photo: its local BA");
   app.add_option("--local-ba", arguments.local_ba, "local bundle adjustment")
-      ->check(CLI::IsMember(LocalBaForms()))
+      ->check(CLI::IsMember(skein::LocalBaForms()))
       ->capture_default_str();
   app.add_option("--camera-model", arguments.camera_model, "one of COLMAP's");
   app.add_option("--local-ba-images", arguments.local.colmap_images, "images of --local-ba colmap")
