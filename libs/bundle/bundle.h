@@ -68,7 +68,7 @@ struct BundleOptions {
   int num_threads = 1;
   // Free poses up to which the Schur complement is decomposed as a dense matrix; of more, up to the
   // second number, if a sparse Cholesky decomposition would take longer (reduced_system.h). That
-  // many take 330 MB a thread, and 650 MB once.
+  // many take 650 MB a thread.
   int max_dense_poses = 250;
   int max_filled_poses = 1500;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration

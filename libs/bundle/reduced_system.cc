@@ -9,57 +9,12 @@ namespace {
 
 using ConstBlock = Eigen::Map<const Eigen::MatrixXd>;
 
-using PoseBlock = Eigen::Matrix<double, 6, 6>;
-
-// The poses' blocks one after the other, as a point of a long track touches many of them; the
-// cameras' columns, few, as a dense border.
-class BlockSystem : public ReducedSystem {
- protected:
-  BlockSystem(const BundleLayout& layout, size_t num_blocks)
-      : ReducedSystem(layout.size),
-        num_pose_rows_(6 * layout.num_free_poses),
-        blocks_(num_blocks),
-        border_(layout.size, layout.size - num_pose_rows_) {}
-
-  // In blocks_, of the poses with these numbers, pose1 <= pose2.
-  virtual size_t IndexOf(int pose1, int pose2) const = 0;
-
-  void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
-    if (column >= num_pose_rows_) {
-      border_.block(row, column - num_pose_rows_, rows, columns) +=
-          sign * ConstBlock(values, rows, columns);
-      return;
-    }
-    PoseBlock& block = blocks_[IndexOf(row / 6, column / 6)];
-    if (sign > 0) {
-      block += Eigen::Map<const PoseBlock>(values);
-    } else {
-      block -= Eigen::Map<const PoseBlock>(values);
-    }
-  }
-  void SetMatrixZero() override {
-    for (PoseBlock& block : blocks_) block.setZero();
-    border_.setZero();
-  }
-  void AddMatrix(const ReducedSystem& other) override {
-    const auto& o = static_cast<const BlockSystem&>(other);
-    for (size_t i = 0; i < blocks_.size(); ++i) blocks_[i] += o.blocks_[i];
-    border_ += o.border_;
-  }
-
-  const int num_pose_rows_;
-  std::vector<PoseBlock> blocks_;
-  Eigen::MatrixXd border_;  // columns of the cameras' parameters
-};
-
-class DenseSystem : public BlockSystem {
+class DenseSystem : public ReducedSystem {
  public:
-  explicit DenseSystem(const BundleLayout& layout)
-      : BlockSystem(layout, NumBlocks(layout.num_free_poses)), size_(layout.num_free_poses) {}
+  explicit DenseSystem(int size) : ReducedSystem(size), S_(size, size) {}
 
   bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
              Eigen::VectorXd* x) override {
-    FillMatrix();
     S_.diagonal() += damping;
     // Column-major upper triangle is the lower one of the transpose, which LLT reads fastest.
     Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Upper> llt(S_);
@@ -69,34 +24,38 @@ class DenseSystem : public BlockSystem {
   }
 
  protected:
-  // Column by column of the upper triangle.
-  size_t IndexOf(int pose1, int pose2) const override { return NumBlocks(pose2) + pose1; }
-
- private:
-  static size_t NumBlocks(size_t num_poses) { return num_poses * (num_poses + 1) / 2; }
-
-  void FillMatrix() {
-    S_.resize(border_.rows(), border_.rows());
-    for (int column = 0; column < size_; ++column) {
-      for (int row = 0; row <= column; ++row) {
-        S_.block<6, 6>(6 * row, 6 * column) = blocks_[IndexOf(row, column)];
+  void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
+    if (rows == 6 && columns == 6) {
+      const Eigen::Map<const Eigen::Matrix<double, 6, 6>> block(values);
+      if (sign > 0) {
+        S_.block<6, 6>(row, column) += block;
+      } else {
+        S_.block<6, 6>(row, column) -= block;
       }
+      return;
     }
-    S_.rightCols(border_.cols()) = border_;
+    S_.block(row, column, rows, columns) += sign * ConstBlock(values, rows, columns);
+  }
+  void SetMatrixZero() override { S_.setZero(); }
+  void AddMatrix(const ReducedSystem& other) override {
+    S_ += static_cast<const DenseSystem&>(other).S_;
   }
 
-  const int size_;
-  Eigen::MatrixXd S_;  // upper triangle
+ private:
+  Eigen::MatrixXd S_;
 };
 
-// Pose blocks in block rows with sorted columns.
-class SparseSystem : public BlockSystem {
+// Pose blocks in block rows with sorted columns; the cameras' rows, few, as a dense border.
+class SparseSystem : public ReducedSystem {
  public:
   SparseSystem(const PosePattern& pattern, const BundleLayout& layout)
-      : BlockSystem(layout, NumBlocks(pattern)),
+      : ReducedSystem(layout.size),
+        num_pose_rows_(6 * layout.num_free_poses),
         columns_(pattern),
-        first_(layout.num_free_poses + 1, 0) {
+        first_(layout.num_free_poses + 1, 0),
+        border_(layout.size, layout.size - num_pose_rows_) {
     for (size_t i = 0; i < columns_.size(); ++i) first_[i + 1] = first_[i] + columns_[i].size();
+    blocks_.resize(first_.back());
   }
 
   bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
@@ -110,19 +69,27 @@ class SparseSystem : public BlockSystem {
   }
 
  protected:
-  size_t IndexOf(int pose1, int pose2) const override {
-    const std::vector<int>& in_row = columns_[pose1];
-    return first_[pose1] +
-           (std::lower_bound(in_row.begin(), in_row.end(), pose2) - in_row.begin());
+  void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
+    if (column >= num_pose_rows_) {
+      border_.block(row, column - num_pose_rows_, rows, columns) +=
+          sign * ConstBlock(values, rows, columns);
+      return;
+    }
+    const std::vector<int>& in_row = columns_[row / 6];
+    const size_t at = std::lower_bound(in_row.begin(), in_row.end(), column / 6) - in_row.begin();
+    blocks_[first_[row / 6] + at] += sign * Eigen::Map<const Eigen::Matrix<double, 6, 6>>(values);
+  }
+  void SetMatrixZero() override {
+    for (auto& block : blocks_) block.setZero();
+    border_.setZero();
+  }
+  void AddMatrix(const ReducedSystem& other) override {
+    const auto& o = static_cast<const SparseSystem&>(other);
+    for (size_t i = 0; i < blocks_.size(); ++i) blocks_[i] += o.blocks_[i];
+    border_ += o.border_;
   }
 
  private:
-  static size_t NumBlocks(const PosePattern& pattern) {
-    size_t count = 0;
-    for (const std::vector<int>& row : pattern) count += row.size();
-    return count;
-  }
-
   Eigen::SparseMatrix<double> Matrix(const Eigen::VectorXd& damping) const {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(36 * blocks_.size());
@@ -166,8 +133,11 @@ class SparseSystem : public BlockSystem {
     return x->allFinite();
   }
 
+  const int num_pose_rows_;
   const PosePattern columns_;  // block columns of each block row
   std::vector<size_t> first_;  // of each row in blocks_
+  std::vector<Eigen::Matrix<double, 6, 6>> blocks_;
+  Eigen::MatrixXd border_;  // columns of the cameras' parameters
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt_;
   bool analysed_ = false;
 };
@@ -211,7 +181,7 @@ void ReducedSystem::Add(const ReducedSystem& other) {
 }
 
 std::unique_ptr<ReducedSystem> MakeDenseSystem(const BundleLayout& layout) {
-  return std::make_unique<DenseSystem>(layout);
+  return std::make_unique<DenseSystem>(layout.size);
 }
 
 PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout) {
