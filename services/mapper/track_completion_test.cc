@@ -37,8 +37,7 @@ class TrackCompletionTest : public testing::Test {
                                    visible.begin());
   }
   Point3DId PointAt(ImageId id, int point) const {
-    const colmap::Point2D& point2D =
-        map_.reconstruction().Image(id).Point2D(KeypointOf(id, point));
+    const colmap::Point2D& point2D = map_.reconstruction().Image(id).Point2D(KeypointOf(id, point));
     return point2D.HasPoint3D() ? point2D.Point3DId() : colmap::kInvalidPoint3DId;
   }
   size_t Length(int point) const {
