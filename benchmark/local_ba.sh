@@ -39,7 +39,7 @@ while (($#)); do
 done
 ((${#sets[@]})) && [[ -n $keep ]] || usage_error "--set and --keep are needed"
 bin=$SKEIN_BUILD/bin
-for tool in skein-mapper-offline model_figures; do
+for tool in mapper_offline model_figures; do
   [[ -x $bin/$tool ]] || die "no $bin/$tool: build first"
 done
 
@@ -54,7 +54,7 @@ run() {
   [[ $3 == shipped ]] || options+=(--no-global-ba)
   [[ $4 != colmap-6 ]] || options+=(--local-ba-images 6)
   [[ $4 != colmap ]] || options+=(--local-ba-images "$(window "$keep/$1/$3-consistent/photos.csv")")
-  "$bin/skein-mapper-offline" --database "$2" --order "$order" --max-pairs 0 "${options[@]}" \
+  "$bin/mapper_offline" --database "$2" --order "$order" --max-pairs 0 "${options[@]}" \
     --photo-table "$folder/photos.csv" --output-before "$folder/before" --output "$folder/after" \
     >"$folder/log" 2>&1 || { cat "$folder/log" >&2; die "$1, $4 failed"; }
   touch "$folder/finished"

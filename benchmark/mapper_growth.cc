@@ -17,10 +17,10 @@
 
 #include "core/clock.h"
 #include "core/process.h"
-#include "mapper/checkpoint.h"
-#include "mapper/snapshot.h"
-#include "mapper/submap.h"
-#include "store/formats.h"
+#include "core/snapshot.h"
+#include "formats/formats.h"
+#include "mapping/checkpoint.h"
+#include "mapping/submap.h"
 
 namespace skein {
 namespace {

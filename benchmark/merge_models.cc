@@ -1,5 +1,5 @@
 // merge_models: what a mapper does when the merger orders a merge, with two of a session's submaps
-// as `skein export` writes them: similarity, seam and checks (merger/absorb.h), the smaller into
+// as `skein export` writes them: similarity, seam and checks (merging/absorb.h), the smaller into
 // the larger. The check along matches that neither submap was built from needs the session, and is
 // left out.
 
@@ -12,8 +12,8 @@
 
 #include "base/reconstruction.h"
 #include "core/clock.h"
-#include "merger/absorb.h"
-#include "merger/fuse.h"
+#include "merging/absorb.h"
+#include "merging/fuse.h"
 
 namespace skein {
 namespace {

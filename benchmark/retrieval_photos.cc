@@ -5,9 +5,9 @@
 #include <opencv2/core.hpp>
 
 #include "core/file.h"
-#include "features/image_decoding.h"
+#include "formats/formats.h"
 #include "matching/photo_matcher.h"
-#include "store/formats.h"
+#include "photo/image_decoding.h"
 #include "util/bitmap.h"
 
 namespace skein::benchmark {

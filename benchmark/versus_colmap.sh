@@ -47,7 +47,7 @@ done
 [[ -n $datasets || ${#names[@]} -gt 0 ]] || usage_error "--session or --datasets is needed"
 command -v colmap >/dev/null || die "no colmap: scripts/setup.sh --tests installs it"
 bin=$SKEIN_BUILD/bin
-for tool in skein skein-mapper-offline model_figures; do
+for tool in skein mapper_offline model_figures; do
   [[ -x $bin/$tool ]] || die "no $bin/$tool: build first"
 done
 mkdir -p "$keep"
@@ -115,7 +115,7 @@ run_skein() {
     "$bin/skein" export --session "${session[$1]}" --format database --output "$folder/export" >/dev/null 2>&1 || die "export of $1 failed"
     mv "$folder/export/database.db" "$folder/database.db"
   }
-  local command=("$bin/skein-mapper-offline" --database "$folder/database.db" --order id --max-pairs 0)
+  local command=("$bin/mapper_offline" --database "$folder/database.db" --order id --max-pairs 0)
   [[ -e $folder/skein/cpu_s ]] ||
     timed "$folder/skein" "${command[@]}" --output-before "$folder/skein/before" --output "$folder/skein/after"
   [[ -e $folder/local/cpu_s ]] ||

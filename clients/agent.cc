@@ -13,7 +13,7 @@
 #include "clients/publisher.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
-#include "ingest/photo_name.h"
+#include "photo/photo_name.h"
 
 namespace skein {
 namespace {

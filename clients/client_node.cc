@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "core/log.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
 
 namespace skein {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "messaging/node.h"
+#include "node/node.h"
 
 namespace CLI {
 class App;

@@ -9,7 +9,7 @@
 #include "clients/client_node.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
-#include "messaging/demand.h"
+#include "node/demand.h"
 
 namespace skein {
 namespace {

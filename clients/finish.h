@@ -3,7 +3,7 @@
 #include <optional>
 #include <ostream>
 
-#include "messaging/node.h"
+#include "node/node.h"
 
 namespace skein {
 

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "core/clock.h"
-#include "messaging/ledger_test_util.h"
+#include "node/ledger_test_util.h"
 
 namespace skein {
 namespace {

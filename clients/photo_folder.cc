@@ -11,8 +11,8 @@
 #include <random>
 
 #include "core/file.h"
-#include "ingest/exif.h"
-#include "ingest/photo_header.h"
+#include "photo/exif.h"
+#include "photo/photo_header.h"
 
 namespace skein {
 namespace {

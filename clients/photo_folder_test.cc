@@ -7,9 +7,9 @@
 
 #include "clients/folder_watch.h"
 #include "core/file.h"
-#include "ingest/exif.h"
-#include "ingest/test_photos.h"
-#include "store/test_folder.h"
+#include "core/test_folder.h"
+#include "photo/exif.h"
+#include "photo/test_photos.h"
 
 namespace skein {
 namespace {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "clients/photo_folder.h"
-#include "messaging/node.h"
-#include "messaging/worker_thread.h"
+#include "event_loop/worker_thread.h"
+#include "node/node.h"
 
 namespace skein {
 

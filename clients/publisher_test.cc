@@ -8,8 +8,8 @@
 #include "core/clock.h"
 #include "core/file.h"
 #include "core/hash.h"
-#include "messaging/ledger_test_util.h"
-#include "store/test_folder.h"
+#include "core/test_folder.h"
+#include "node/ledger_test_util.h"
 
 namespace skein {
 namespace {

@@ -11,7 +11,7 @@
 #include "clients/status_view.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
-#include "messaging/ledger_follower.h"
+#include "node/ledger_follower.h"
 
 namespace skein {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/statistics.h"
-#include "ingest/photo_name.h"
-#include "ingest/report.h"
+#include "photo/photo_name.h"
+#include "session/report.h"
 
 namespace skein {
 namespace {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "ingest/session_state.h"
-#include "messaging/channels.h"
+#include "session/session_state.h"
+#include "transport/channels.h"
 
 namespace skein {
 

@@ -47,6 +47,8 @@ build_jobs() {
 export_build_environment() {
   export SKEIN_COLMAP_DIR=${SKEIN_COLMAP_DIR:-$SKEIN_DEPS/colmap}
   export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$SKEIN_ROOT} CCACHE_NOHASHDIR=1
+  # For precompiled headers.
+  export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
 }
 
 # build_skein PRESET [TARGET...]

@@ -10,11 +10,11 @@
 #include <sstream>
 #include <vector>
 
+#include "blobs/blob_store.h"
 #include "clients/progress_bar.h"
-#include "messaging/facts.h"
-#include "store/blob_store.h"
-#include "store/formats.h"
-#include "store/ledger.h"
+#include "formats/formats.h"
+#include "ledger/facts.h"
+#include "ledger/ledger_store.h"
 
 namespace skein {
 namespace {

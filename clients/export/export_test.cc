@@ -4,16 +4,16 @@
 
 #include <fstream>
 
+#include "blobs/blob_store.h"
 #include "clients/export/database.h"
 #include "clients/export/model_writer.h"
 #include "clients/export/session_models.h"
 #include "core/file.h"
+#include "core/test_folder.h"
+#include "formats/formats.h"
 #include "geometry/model_poses.h"
-#include "messaging/facts.h"
-#include "store/blob_store.h"
-#include "store/formats.h"
-#include "store/ledger.h"
-#include "store/test_folder.h"
+#include "ledger/facts.h"
+#include "ledger/ledger_store.h"
 
 namespace skein {
 namespace {

@@ -8,12 +8,12 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "blobs/blob_store.h"
 #include "core/file.h"
+#include "formats/formats.h"
 #include "geometry/model_poses.h"
-#include "messaging/facts.h"
-#include "store/blob_store.h"
-#include "store/formats.h"
-#include "store/ledger.h"
+#include "ledger/facts.h"
+#include "ledger/ledger_store.h"
 
 namespace skein {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "core/result.h"
 #include "geometry/georeference.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
 
 namespace skein {
 

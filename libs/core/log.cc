@@ -14,4 +14,12 @@ void InitLog(const std::string& service, bool verbose) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+void WriteLog(LogLevel level, fmt::string_view format, fmt::format_args args) {
+  constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info,
+                                                   spdlog::level::warn, spdlog::level::err};
+  const spdlog::level::level_enum spdlog_level = kLevels[static_cast<int>(level)];
+  if (!spdlog::should_log(spdlog_level)) return;
+  spdlog::default_logger_raw()->log(spdlog_level, fmt::vformat(format, args));
+}
+
 }  // namespace skein

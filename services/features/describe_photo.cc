@@ -3,7 +3,7 @@
 #include <string>
 
 #include "core/clock.h"
-#include "features/image_decoding.h"
+#include "photo/image_decoding.h"
 
 namespace skein {
 namespace {

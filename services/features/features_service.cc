@@ -1,10 +1,9 @@
 #include "features/features_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include <utility>
 
 #include "core/clock.h"
+#include "core/log.h"
 
 namespace skein {
 
@@ -79,9 +78,8 @@ FeaturesService::Outcome FeaturesService::Describe(const image_t& image, const B
 void FeaturesService::Submit(int64_t image_id, const Outcome& outcome) {
   ++num_done_;
   sum_elapsed_s_ += outcome.elapsed_s;
-  spdlog::debug("image {}: {} keypoints, {:.2f} s local, {:.2f} s global", image_id,
-                outcome.photo.local.keypoints.size(), outcome.photo.local_s,
-                outcome.photo.global_s);
+  LogDebug("image {}: {} keypoints, {:.2f} s local, {:.2f} s global", image_id,
+           outcome.photo.local.keypoints.size(), outcome.photo.local_s, outcome.photo.global_s);
   node_.submitter().Submit(
       ToMessage(image_id, jobs_.at(image_id).computed_at_seq, outcome.photo, outcome.blobs),
       [this, image_id](const Submission& done) {
@@ -92,7 +90,7 @@ void FeaturesService::Submit(int64_t image_id, const Outcome& outcome) {
 }
 
 void FeaturesService::Fail(int64_t image_id, const std::string& reason, bool permanent) {
-  spdlog::warn("image {}: {}", image_id, reason);
+  LogWarn("image {}: {}", image_id, reason);
   jobs_.erase(image_id);
   work_.Fail(image_id, reason, permanent);
 }

@@ -7,12 +7,12 @@
 #include <string>
 #include <unordered_set>
 
+#include "event_loop/worker_thread.h"
 #include "features/describe_photo.h"
 #include "features/messages.h"
-#include "messaging/ledger_follower.h"
-#include "messaging/node.h"
-#include "messaging/work_client.h"
-#include "messaging/worker_thread.h"
+#include "node/ledger_follower.h"
+#include "node/node.h"
+#include "node/work_client.h"
 
 namespace skein {
 

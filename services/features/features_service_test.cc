@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 
-#include "ingest/test_photos.h"
-#include "messaging/ledger_test_util.h"
+#include "node/ledger_test_util.h"
+#include "photo/test_photos.h"
 
 namespace skein {
 namespace {

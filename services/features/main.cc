@@ -6,7 +6,7 @@
 #include "core/process.h"
 #include "features/features_service.h"
 #include "features/model_choice.h"
-#include "messaging/node.h"
+#include "node/node.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 namespace skein {
 
-// Ids of the encoded parts (store/formats.h).
+// Ids of the encoded parts (formats/formats.h).
 struct ResultBlobs {
   std::string keypoints;
   std::string descriptors;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "messaging/facts.h"
+#include "ledger/facts.h"
 
 namespace skein {
 namespace {

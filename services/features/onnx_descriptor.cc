@@ -7,7 +7,7 @@
 
 #include "core/file.h"
 #include "core/hash.h"
-#include "features/image_decoding.h"
+#include "photo/image_decoding.h"
 
 namespace skein {
 namespace {

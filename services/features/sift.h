@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 
 #include "features/keypoint_selection.h"
-#include "store/formats.h"
+#include "formats/formats.h"
 
 namespace skein {
 

@@ -6,9 +6,9 @@
 #include <opencv2/core.hpp>
 
 #include "core/file.h"
-#include "features/image_decoding.h"
 #include "features/sift.h"
 #include "features/train_codebook.h"
+#include "photo/image_decoding.h"
 
 namespace fs = std::filesystem;
 

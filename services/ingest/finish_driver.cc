@@ -6,11 +6,10 @@
 
 #include "core/clock.h"
 #include "core/file.h"
+#include "core/log.h"
 #include "ingest/model_places.h"
 #include "ingest/model_writer.h"
-#include "ingest/report.h"
-#include "spdlog/spdlog.h"
-
+#include "session/report.h"
 namespace skein {
 namespace {
 
@@ -166,7 +165,7 @@ void FinishDriver::OnWritten(const Status& status) {
   if (!status.ok()) {
     problem_ = "cannot write the models: " + status.error();
     retry_at_s_ = MonotonicS() + kRetryWritingS;
-    spdlog::error("{}; trying again", problem_);
+    LogError("{}; trying again", problem_);
     return;
   }
   problem_.clear();

@@ -5,10 +5,10 @@
 #include <map>
 #include <string>
 
+#include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
-#include "messaging/node.h"
-#include "messaging/worker_thread.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
+#include "node/node.h"
 
 namespace skein {
 

@@ -3,9 +3,8 @@
 #include <stdexcept>
 
 #include "core/clock.h"
+#include "core/log.h"
 #include "core/statistics.h"
-#include "spdlog/spdlog.h"
-
 namespace skein {
 namespace {
 
@@ -38,8 +37,8 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
            [this] { return work_.HasIdleMapper(MonotonicS()); }}) {
   self_ = std::make_shared<IngestService*>(this);
-  spdlog::info("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
-               writer_.state().num_images());
+  LogInfo("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
+          writer_.state().num_images());
   writer_.AddObserver([this](const Fact& fact) {
     server_.Broadcast(fact);
     node_.NoteCommitted(fact);

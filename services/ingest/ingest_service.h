@@ -9,9 +9,9 @@
 #include "ingest/photo_intake.h"
 #include "ingest/submission_desk.h"
 #include "ingest/work_desk.h"
-#include "messaging/ledger_server.h"
-#include "messaging/node.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
+#include "node/ledger_server.h"
+#include "node/node.h"
 
 namespace skein {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "ingest/session_state.h"
-#include "messaging/facts.h"
-#include "store/ledger.h"
+#include "ledger/facts.h"
+#include "ledger/ledger_store.h"
+#include "session/session_state.h"
 
 namespace skein {
 

@@ -2,7 +2,7 @@
 #include <stdexcept>
 
 #include "ingest/ingest_service.h"
-#include "messaging/node.h"
+#include "node/node.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "geometry/georeference.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
 
 namespace skein {
 

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <system_error>
 
+#include "blobs/blob_store.h"
 #include "core/file.h"
-#include "store/blob_store.h"
-#include "store/formats.h"
+#include "formats/formats.h"
 
 namespace skein {
 namespace {

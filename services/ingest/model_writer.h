@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/result.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
 
 namespace skein {
 

@@ -5,10 +5,9 @@
 
 #include "core/clock.h"
 #include "core/hash.h"
-#include "ingest/photo_name.h"
+#include "core/log.h"
 #include "ingest/photo_store.h"
-#include "spdlog/spdlog.h"
-
+#include "photo/photo_name.h"
 namespace skein {
 namespace {
 
@@ -229,7 +228,7 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
 void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string& reason) {
   pending_.erase(key);
   ++num_bad_offers_;
-  spdlog::warn("refused {}/{}: {}", Printable(offer.agent), Printable(offer.name), reason);
+  LogWarn("refused {}/{}: {}", Printable(offer.agent), Printable(offer.name), reason);
   failure_t failure{};
   failure.header.fact_id = key;
   failure.header.author = node_.instance();
@@ -248,7 +247,7 @@ void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string&
 void PhotoIntake::Abandon(const Key& key, const std::string& reason) {
   const image_offer_t offer = pending_.at(key).offer;
   pending_.erase(key);
-  spdlog::error("{}/{} must be offered again: {}", offer.agent, offer.name, reason);
+  LogError("{}/{} must be offered again: {}", offer.agent, offer.name, reason);
   Ack(offer, image_ack_t::WAIT, 0, reason);
 }
 

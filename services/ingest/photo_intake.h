@@ -6,11 +6,11 @@
 #include <set>
 #include <string>
 
+#include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
-#include "ingest/photo_check.h"
-#include "messaging/node.h"
-#include "messaging/worker_thread.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
+#include "node/node.h"
+#include "photo/photo_check.h"
 
 namespace skein {
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "core/file.h"
-#include "ingest/photo_name.h"
+#include "photo/photo_name.h"
 
 namespace skein {
 namespace {

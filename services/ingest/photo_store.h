@@ -2,10 +2,10 @@
 
 #include <string>
 
+#include "blobs/blob_store.h"
 #include "core/bytes.h"
 #include "core/result.h"
-#include "store/blob_store.h"
-#include "store/session.h"
+#include "ledger/session_folder.h"
 
 namespace skein {
 

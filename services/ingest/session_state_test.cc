@@ -1,12 +1,12 @@
-#include "ingest/session_state.h"
+#include "session/session_state.h"
 
 #include <gtest/gtest.h>
 
+#include "core/test_folder.h"
 #include "ingest/ledger_writer.h"
-#include "ingest/report.h"
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
-#include "store/test_folder.h"
+#include "session/report.h"
 
 namespace skein {
 namespace {

@@ -4,10 +4,9 @@
 #include <vector>
 
 #include "core/clock.h"
-#include "ingest/photo_name.h"
+#include "core/log.h"
 #include "ingest/submission_rules.h"
-#include "spdlog/spdlog.h"
-
+#include "photo/photo_name.h"
 namespace skein {
 namespace {
 
@@ -51,7 +50,7 @@ void SubmissionDesk::CommitOrRefuse(const Fact& fact) {
 
 void SubmissionDesk::Refuse(const fact_header_t& header, int8_t status, const std::string& reason) {
   ++num_refused_;
-  spdlog::warn("refused {} of {}: {}", Printable(header.fact_id), Printable(header.author), reason);
+  LogWarn("refused {} of {}: {}", Printable(header.fact_id), Printable(header.author), reason);
   Reply(header, status, 0, reason);
 }
 
@@ -96,7 +95,7 @@ void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_
 void SubmissionDesk::Drop(const std::string& fact_id, const std::string& reason) {
   const auto found = pulling_.find(fact_id);
   if (!reason.empty()) {
-    spdlog::warn("blobs of {} did not come: {}", Printable(fact_id), reason);
+    LogWarn("blobs of {} did not come: {}", Printable(fact_id), reason);
   }
   const auto fetches = std::move(found->second.fetches);
   pulling_.erase(found);

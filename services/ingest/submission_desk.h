@@ -5,10 +5,10 @@
 #include <set>
 #include <string>
 
+#include "blobs/blob_store.h"
+#include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
-#include "messaging/node.h"
-#include "messaging/worker_thread.h"
-#include "store/blob_store.h"
+#include "node/node.h"
 
 namespace skein {
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "core/result.h"
-#include "ingest/session_state.h"
-#include "messaging/facts.h"
+#include "ledger/facts.h"
+#include "session/session_state.h"
 
 namespace skein {
 

@@ -1,9 +1,8 @@
 #include "ingest/work_desk.h"
 
 #include "core/clock.h"
-#include "ingest/photo_name.h"
-#include "spdlog/spdlog.h"
-
+#include "core/log.h"
+#include "photo/photo_name.h"
 namespace skein {
 namespace {
 
@@ -50,8 +49,8 @@ void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures)
     fact.reason = ClampText(Printable(failure.reason, 200) + " (" + failure.worker + ")");
     fact.attempts = failure.attempts;
     fact.parked = failure.parked;
-    spdlog::warn("{} of {} failed ({} so far{}): {}", kind, fact.name, fact.attempts,
-                 fact.parked ? ", parked" : "", fact.reason);
+    LogWarn("{} of {} failed ({} so far{}): {}", kind, fact.name, fact.attempts,
+            fact.parked ? ", parked" : "", fact.reason);
     if (writer_.state().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
     if (is_submap && failure.parked) EndSubmap(failure.item, fact.reason);
   }

@@ -2,8 +2,8 @@
 
 #include "ingest/ledger_writer.h"
 #include "ingest/work_planner.h"
-#include "messaging/demand.h"
-#include "messaging/node.h"
+#include "node/demand.h"
+#include "node/node.h"
 
 namespace skein {
 

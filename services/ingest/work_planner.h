@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "ingest/session_state.h"
 #include "ingest/work_queue.h"
-#include "messaging/facts.h"
+#include "ledger/facts.h"
+#include "session/session_state.h"
 
 namespace skein {
 

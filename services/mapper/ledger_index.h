@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "messaging/facts.h"
+#include "ledger/facts.h"
 
 namespace skein {
 

@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "mapper/mapper_service.h"
-#include "messaging/node.h"
+#include "node/node.h"
 
 int main(int argc, char** argv) {
   skein::NodeOptions options;

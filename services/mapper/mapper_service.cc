@@ -1,8 +1,7 @@
 #include "mapper/mapper_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include "core/clock.h"
+#include "core/log.h"
 
 namespace skein {
 namespace {
@@ -46,7 +45,7 @@ void MapperService::OnFact(const Fact& fact) {
 }
 
 void MapperService::OnWork(const work_t& work) {
-  spdlog::info("submap {} in epoch {}", work.item_id, work.epoch);
+  LogInfo("submap {} in epoch {}", work.item_id, work.epoch);
   run_.reset();
   run_ = std::make_unique<SubmapRun>(
       node_, index_, *follower_, MapperThreads{worker_, writer_}, options_, &merges_, work.item_id,
@@ -58,7 +57,7 @@ void MapperService::OnWork(const work_t& work) {
 void MapperService::OnEnd(SubmapRun::EndKind kind, const std::string& reason) {
   const int64_t submap_id = run_->submap_id();
   const int64_t epoch = run_->epoch();
-  spdlog::info("submap {} in epoch {} is over here: {}", submap_id, epoch, reason);
+  LogInfo("submap {} in epoch {} is over here: {}", submap_id, epoch, reason);
   node_.loop().Post([this, kind, reason, submap_id, epoch] {
     if (run_ == nullptr || run_->submap_id() != submap_id || run_->epoch() != epoch) return;
     run_.reset();
@@ -78,7 +77,7 @@ void MapperService::RetireWhenIdle() {
   if (now_s - idle_since_s_ < retire_after_s_) return;
   work_->SetCapacity(0);
   if (now_s - idle_since_s_ < retire_after_s_ + kFarewellS) return;
-  spdlog::info("retires: no submap for {} s", retire_after_s_);
+  LogInfo("retires: no submap for {} s", retire_after_s_);
   node_.Stop();
 }
 

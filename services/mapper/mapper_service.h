@@ -2,13 +2,13 @@
 
 #include <memory>
 
+#include "event_loop/worker_thread.h"
 #include "mapper/ledger_index.h"
 #include "mapper/merge_executor.h"
 #include "mapper/submap_run.h"
-#include "messaging/ledger_follower.h"
-#include "messaging/node.h"
-#include "messaging/work_client.h"
-#include "messaging/worker_thread.h"
+#include "node/ledger_follower.h"
+#include "node/node.h"
+#include "node/work_client.h"
 
 namespace skein {
 

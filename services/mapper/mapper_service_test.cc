@@ -6,9 +6,9 @@
 
 #include <set>
 
-#include "mapper/checkpoint.h"
-#include "mapper/synthetic_scene.h"
-#include "messaging/ledger_test_util.h"
+#include "mapping/checkpoint.h"
+#include "mapping/synthetic_scene.h"
+#include "node/ledger_test_util.h"
 
 namespace skein {
 namespace {

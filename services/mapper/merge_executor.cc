@@ -1,16 +1,15 @@
 #include "mapper/merge_executor.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <set>
 #include <stdexcept>
 
 #include "core/clock.h"
-#include "mapper/checkpoint.h"
-#include "mapper/model_io.h"
-#include "merger/absorb.h"
-#include "merger/messages.h"
+#include "core/log.h"
+#include "map/model_io.h"
+#include "mapping/checkpoint.h"
+#include "merging/absorb.h"
+#include "session/merge_similarity.h"
 
 namespace skein {
 namespace {
@@ -189,8 +188,8 @@ void MergeExecutor::OnSourceModel(Result<Bytes> bytes, SubmapRun& run) {
 
 // DONE only once everyone can know where the source's photos are now.
 void MergeExecutor::OnAbsorbed(const std::string& reason, SubmapRun& run) {
-  spdlog::info("submap {} absorbs {}: {}", open_.ordered.target_id, open_.ordered.source_id,
-               reason.empty() ? "done" : reason);
+  LogInfo("submap {} absorbs {}: {}", open_.ordered.target_id, open_.ordered.source_id,
+          reason.empty() ? "done" : reason);
   if (!reason.empty()) {
     run.Report(open_.absorbed);
     return Conclude(merge_t::UNDONE, reason, run);

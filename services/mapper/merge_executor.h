@@ -8,12 +8,12 @@
 #include "mapper/ledger_index.h"
 #include "mapper/merge_handler.h"
 #include "mapper/submap_run.h"
-#include "messaging/node.h"
+#include "node/node.h"
 
 namespace skein {
 
 // Merges by the ledger: the source freezes and submits its model; the target absorbs a copy of it
-// (merger/absorb.h verifies), takes the result over and says DONE, or says UNDONE with the reason
+// (merging/absorb.h verifies), takes the result over and says DONE, or says UNDONE with the reason
 // and stays as it was. A target that replays an order which ended DONE absorbs again and says
 // nothing.
 class MergeExecutor : public MergeHandler {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/result.h"
-#include "mapper/submap.h"
+#include "mapping/submap.h"
 #include "skein/candidates_t.hpp"
 #include "skein/image_t.hpp"
 #include "skein/registration_t.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "messaging/facts.h"
+#include "ledger/facts.h"
 
 namespace skein {
 namespace {

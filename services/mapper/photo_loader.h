@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "blobs/blob_client.h"
 #include "core/result.h"
 #include "mapper/ledger_index.h"
-#include "mapper/submap.h"
-#include "messaging/blob_client.h"
+#include "mapping/submap.h"
 
 namespace skein {
 

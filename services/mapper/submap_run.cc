@@ -1,14 +1,13 @@
 #include "mapper/submap_run.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "core/clock.h"
+#include "core/log.h"
 #include "core/process.h"
-#include "mapper/checkpoint.h"
 #include "mapper/messages.h"
+#include "mapping/checkpoint.h"
 
 namespace skein {
 namespace {
@@ -31,7 +30,7 @@ InitialPairOptions OptionsOfSeed(const seed_t& seed) {
 void AddToSubmap(const LoadedPhoto& photo, Submap* submap) {
   const int64_t id = photo.input.image_id;
   for (const Status& status : {submap->AddPhoto(photo.input), submap->AddPairs(id, photo.pairs)}) {
-    if (!status.ok()) spdlog::warn("photo {}: {}", id, status.error());
+    if (!status.ok()) LogWarn("photo {}: {}", id, status.error());
   }
   submap->AddSimilar(id, photo.distances);
 }
@@ -145,7 +144,7 @@ void SubmapRun::BeginFromSeed(const seed_t& seed) {
 
 void SubmapRun::BeginFromModel(const submap_t& model) {
   busy_ = true;
-  spdlog::info("submap {} goes on from seq {}", submap_id_, model.ledger_seq);
+  LogInfo("submap {} goes on from seq {}", submap_id_, model.ledger_seq);
   std::weak_ptr<bool> alive = alive_;
   const int64_t ledger_seq = model.ledger_seq;
   node_.blobs().Fetch(model.model_blob, "ingest", [this, alive, ledger_seq](Result<Bytes> bytes) {
@@ -237,7 +236,7 @@ void SubmapRun::LoadWanted() {
   const std::vector<int64_t> ids(wanted_.begin(), wanted_.end());
   wanted_.clear();
   AddPhotos(ids, [this, ids](const Status& status) {
-    if (!status.ok()) spdlog::warn("submap {}: {}", submap_id_, status.error());
+    if (!status.ok()) LogWarn("submap {}: {}", submap_id_, status.error());
     RunJob(
         [ids](Submap& submap, Outcome* outcome) {
           for (const int64_t id : ids) submap.Enqueue(id);
@@ -441,7 +440,7 @@ void SubmapRun::Submit(Fact fact, std::function<void(int64_t seq)> then, OnRefus
     const auto it = uncommitted_.find(at);
     if (it != uncommitted_.end()) uncommitted_.erase(it);
     if (done.state == Submission::State::kNotLeased) return End(EndKind::kOver, done.reason);
-    if (!done.committed()) spdlog::warn("submap {}: {} refused: {}", submap_id_, id, done.reason);
+    if (!done.committed()) LogWarn("submap {}: {} refused: {}", submap_id_, id, done.reason);
     done.committed() ? then(done.seq) : refused(done.reason);
     if (!uncommitted_.empty()) return;
     PublishStatus();

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "event_loop/worker_thread.h"
 #include "mapper/ledger_index.h"
 #include "mapper/merge_handler.h"
 #include "mapper/photo_loader.h"
-#include "mapper/submap.h"
-#include "messaging/ledger_follower.h"
-#include "messaging/node.h"
-#include "messaging/worker_thread.h"
+#include "mapping/submap.h"
+#include "node/ledger_follower.h"
+#include "node/node.h"
 
 namespace skein {
 

@@ -1,16 +1,15 @@
 // How a run writes its submap's models: checkpoints and, at the end of a finish, the final one.
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "core/clock.h"
+#include "core/log.h"
 #include "core/process.h"
-#include "mapper/checkpoint.h"
+#include "core/snapshot.h"
 #include "mapper/messages.h"
-#include "mapper/snapshot.h"
 #include "mapper/submap_run.h"
+#include "mapping/checkpoint.h"
 
 namespace skein {
 namespace {
@@ -22,7 +21,7 @@ std::function<Result<Bytes>()> StartEncoding(Submap* submap, bool in_child) {
   if (in_child) {
     const Result<std::shared_ptr<Snapshot>> snapshot = Snapshot::Take(encode);
     if (snapshot.ok()) return [taken = *snapshot] { return taken->Read(); };
-    spdlog::warn("{}; the mapper waits for its checkpoint", snapshot.error());
+    LogWarn("{}; the mapper waits for its checkpoint", snapshot.error());
   }
   auto archive = std::make_shared<const ModelArchive>(SaveSubmap(submap));
   return [archive]() -> Result<Bytes> { return EncodeModelArchive(*archive); };
@@ -73,7 +72,7 @@ void SubmapRun::StoreModel(const std::function<Result<Bytes>()>& read, int8_t st
       [read, &blobs = node_.blobs()]() -> std::string {
         Result<Bytes> bytes = read();
         if (bytes.ok()) return blobs.Offer(std::move(*bytes));
-        spdlog::error("checkpoint: {}", bytes.error());
+        LogError("checkpoint: {}", bytes.error());
         return "";
       },
       [this, alive, state, ledger_seq](const std::string& blob) {

@@ -6,10 +6,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "blobs/blob_client.h"
+#include "event_loop/worker_thread.h"
 #include "matching/feature_cache.h"
 #include "matching/photo_index.h"
-#include "messaging/blob_client.h"
-#include "messaging/worker_thread.h"
 
 namespace skein {
 

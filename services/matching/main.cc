@@ -2,7 +2,7 @@
 #include <map>
 
 #include "matching/matching_service.h"
-#include "messaging/node.h"
+#include "node/node.h"
 
 int main(int argc, char** argv) {
   skein::NodeOptions options;

@@ -1,9 +1,8 @@
 #include "matching/matching_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include <utility>
 
+#include "core/log.h"
 #include "matching/messages.h"
 
 namespace skein {
@@ -27,7 +26,7 @@ MatchingService::MatchingService(Node& node, const MatchingServiceOptions& optio
 void MatchingService::OnFact(const Fact& fact) {
   const Status status = index_.Take(fact);
   if (!status.ok()) {
-    spdlog::warn("fact {} by {}: {}", Header(fact).seq, Header(fact).author, status.error());
+    LogWarn("fact {} by {}: {}", Header(fact).seq, Header(fact).author, status.error());
   }
   if (const auto* candidates = std::get_if<candidates_t>(&fact)) StartIfKnown(candidates->image_id);
 }
@@ -93,8 +92,8 @@ void MatchingService::LoadOther(size_t index) {
                  if (features.ok()) {
                    job.others[index] = *features;
                  } else {
-                   spdlog::warn("image {} is not matched with {}: {}", *active_, other_id,
-                                features.error());
+                   LogWarn("image {} is not matched with {}: {}", *active_, other_id,
+                           features.error());
                  }
                  if (--job.num_missing == 0) MatchBatch();
                });
@@ -153,8 +152,8 @@ void MatchingService::Submit() {
 }
 
 void MatchingService::SubmitFact(int64_t image_id, matches_t fact) {
-  spdlog::debug("image {}: {} of {} pairs verified, match {:.2f} s, verify {:.2f} s", image_id,
-                fact.num_pairs, fact.num_tried, fact.match_s, fact.verify_s);
+  LogDebug("image {}: {} of {} pairs verified, match {:.2f} s, verify {:.2f} s", image_id,
+           fact.num_pairs, fact.num_tried, fact.match_s, fact.verify_s);
   node_.submitter().Submit(std::move(fact), [this, image_id](const Submission& done) {
     if (!done.committed()) return Fail(image_id, done.reason, true);
     jobs_.erase(image_id);
@@ -163,7 +162,7 @@ void MatchingService::SubmitFact(int64_t image_id, matches_t fact) {
 }
 
 void MatchingService::Fail(int64_t image_id, std::string reason, bool permanent) {
-  spdlog::warn("image {}: {}", image_id, reason);
+  LogWarn("image {}: {}", image_id, reason);
   jobs_.erase(image_id);
   work_.Fail(image_id, reason, permanent);
 }

@@ -10,14 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "event_loop/worker_thread.h"
 #include "matching/feature_loader.h"
 #include "matching/photo_index.h"
 #include "matching/photo_matcher.h"
 #include "matching/second_look.h"
-#include "messaging/ledger_follower.h"
-#include "messaging/node.h"
-#include "messaging/work_client.h"
-#include "messaging/worker_thread.h"
+#include "node/ledger_follower.h"
+#include "node/node.h"
+#include "node/work_client.h"
 
 namespace skein {
 

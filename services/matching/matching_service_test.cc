@@ -7,7 +7,7 @@
 
 #include "matching/messages.h"
 #include "matching/test_world.h"
-#include "messaging/ledger_server.h"
+#include "node/ledger_server.h"
 
 namespace skein {
 namespace {

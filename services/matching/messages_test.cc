@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "messaging/facts.h"
+#include "ledger/facts.h"
+#include "transport/bus.h"
 
 namespace skein {
 namespace {
@@ -48,7 +49,7 @@ TEST(MatchingMessages, ThirtyPairsFitOneFrame) {
   matches_t message = ToMessage(123456, SomeMatches(30), std::string(64, 'a'));
   message.header.session_id = std::string(16, 's');
   message.header.author = "hostb-matching-12";
-  EXPECT_LE(EncodeFact(message).size(), static_cast<size_t>(kMaxFactBytes));
+  EXPECT_LE(EncodeFact(message).size(), kMaxDatagramBytes);
 }
 
 TEST(MatchingMessages, CameraNeedsSizeAndFocalLength) {

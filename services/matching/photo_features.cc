@@ -1,6 +1,6 @@
 #include "matching/photo_features.h"
 
-#include "store/formats.h"
+#include "formats/formats.h"
 
 namespace skein {
 namespace {

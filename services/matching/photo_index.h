@@ -10,8 +10,8 @@
 
 #include "base/camera.h"
 #include "core/result.h"
-#include "matching/covisibility.h"
-#include "messaging/facts.h"
+#include "covisibility/covisibility.h"
+#include "ledger/facts.h"
 
 namespace skein {
 

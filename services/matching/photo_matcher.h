@@ -4,10 +4,10 @@
 
 #include <vector>
 
+#include "formats/formats.h"
 #include "matching/kernel.h"
 #include "matching/photo_features.h"
 #include "matching/two_view.h"
-#include "store/formats.h"
 
 namespace skein {
 

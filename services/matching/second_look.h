@@ -28,7 +28,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "matching/covisibility.h"
+#include "covisibility/covisibility.h"
 
 namespace skein {
 

@@ -1,15 +1,14 @@
 #include "merger/merger_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <random>
 #include <utility>
 
 #include "core/clock.h"
-#include "merger/absorb.h"
+#include "core/log.h"
 #include "merger/messages.h"
-#include "merger/shared_views.h"
+#include "merging/absorb.h"
+#include "merging/shared_views.h"
 
 namespace skein {
 namespace {
@@ -117,12 +116,11 @@ void MergerService::Apply(const merge_t& merge) {
       merges_.OnDone(merge.merge_id);
       directory_.OnMerged(merge.source_id, merge.target_id);
       ++num_merged_;
-      spdlog::info("submap {} is part of submap {} now", merge.source_id, merge.target_id);
+      LogInfo("submap {} is part of submap {} now", merge.source_id, merge.target_id);
       break;
     case merge_t::UNDONE:
       merges_.OnUndone(merge.merge_id);
-      spdlog::info("submaps {} and {} stay apart: {}", merge.source_id, merge.target_id,
-                   merge.reason);
+      LogInfo("submaps {} and {} stay apart: {}", merge.source_id, merge.target_id, merge.reason);
       break;
     case merge_t::FAILED:
       merges_.OnFailed(merge.source_id, merge.target_id, merge.num_shared_images);
@@ -207,8 +205,8 @@ bool MergerService::TrySeed() {
   }
   WantMapper(NumIdleMappers() <= 0);
   if (wants_mapper_s_ > 0) return false;
-  spdlog::info("seed: photos {} and {}, {} inliers, {:.1f} degrees", choice->image_id1,
-               choice->image_id2, choice->num_inliers, choice->tri_angle_rad * 57.29578);
+  LogInfo("seed: photos {} and {}, {} inliers, {:.1f} degrees", choice->image_id1,
+          choice->image_id2, choice->num_inliers, choice->tri_angle_rad * 57.29578);
   Submit(SeedMessage(*choice), [this, choice](bool committed) {
     if (!committed) seeds_.OnRefused(choice->image_id1, choice->image_id2);
   });
@@ -247,7 +245,7 @@ void MergerService::TrySettle() {
   const bool waits_for_mapper =
       wants_mapper_s_ > 0 && MonotonicS() - wants_mapper_s_ < options_.wait_for_mapper_s;
   if (waits_for_mapper) return;
-  if (wants_mapper_s_ > 0) spdlog::warn("finishing without a submap that no mapper is idle for");
+  if (wants_mapper_s_ > 0) LogWarn("finishing without a submap that no mapper is idle for");
   finish_t settled{};
   settled.header.fact_id = "finish/" + std::to_string(finish_id_) + "/settled";
   settled.finish_id = finish_id_;
@@ -324,9 +322,9 @@ void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Result& r
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
     if (!directory_.Find(submap_id)->live || merges_.IsBusy(submap_id)) return;
   }
-  spdlog::info("similarity of submaps {} and {} from {} shared photos: {}", attempt.source_id,
-               attempt.target_id, attempt.shared_images.size(),
-               result.success ? "found" : result.reason);
+  LogInfo("similarity of submaps {} and {} from {} shared photos: {}", attempt.source_id,
+          attempt.target_id, attempt.shared_images.size(),
+          result.success ? "found" : result.reason);
   Submit(AttemptMessage(attempt, directory_, result, duration_s), [](bool) {});
 }
 
@@ -338,7 +336,7 @@ void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) 
       await_seq_ = std::max(await_seq_, done.seq);
     } else {
       // The ledger moved on meanwhile; what it says now is looked at again in a while.
-      spdlog::warn("{} was refused: {}", fact_id, done.reason);
+      LogWarn("{} was refused: {}", fact_id, done.reason);
       hold_until_s_ = MonotonicS() + options_.hold_after_refusal_s;
     }
     then(done.committed());

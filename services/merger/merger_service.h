@@ -9,14 +9,14 @@
 #include <optional>
 #include <string>
 
+#include "event_loop/worker_thread.h"
 #include "geometry/sim3_ransac.h"
 #include "merger/merge_policy.h"
 #include "merger/seed_policy.h"
 #include "merger/submap_directory.h"
-#include "messaging/demand.h"
-#include "messaging/ledger_follower.h"
-#include "messaging/node.h"
-#include "messaging/worker_thread.h"
+#include "node/demand.h"
+#include "node/ledger_follower.h"
+#include "node/node.h"
 
 namespace skein {
 

@@ -6,9 +6,9 @@
 
 #include <memory>
 
-#include "merger/shared_views.h"
-#include "merger/synthetic_submaps.h"
-#include "messaging/ledger_test_util.h"
+#include "merging/shared_views.h"
+#include "merging/synthetic_submaps.h"
+#include "node/ledger_test_util.h"
 
 namespace skein {
 namespace {

@@ -1,7 +1,8 @@
 #include "merger/messages.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "session/merge_similarity.h"
 
 namespace skein {
 
@@ -46,23 +47,6 @@ merge_t AttemptMessage(const MergeAttempt& attempt, const SubmapDirectory& direc
 
 PendingMerge PendingOf(const merge_t& ordered) {
   return {ordered.merge_id, ordered.source_id, ordered.target_id, ordered.num_shared_images};
-}
-
-void SetSimilarity(const Similarity& target_from_source, merge_t* merge) {
-  const Eigen::Quaterniond& q = target_from_source.rotation;
-  merge->target_from_source_scale = target_from_source.scale;
-  const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
-  std::copy(wxyz, wxyz + 4, merge->target_from_source_qwxyz);
-  const Eigen::Vector3d& t = target_from_source.translation;
-  std::copy(t.data(), t.data() + 3, merge->target_from_source_xyz);
-}
-
-std::optional<Similarity> SimilarityOf(const merge_t& merge) {
-  const double* q = merge.target_from_source_qwxyz;
-  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
-  const double scale = merge.target_from_source_scale;
-  if (!std::isfinite(scale) || scale <= 0 || !(rotation.norm() > 0)) return std::nullopt;
-  return Similarity{scale, rotation.normalized(), Eigen::Vector3d(merge.target_from_source_xyz)};
 }
 
 }  // namespace skein

@@ -24,8 +24,4 @@ merge_t AttemptMessage(const MergeAttempt& attempt, const SubmapDirectory& direc
 
 PendingMerge PendingOf(const merge_t& ordered);
 
-void SetSimilarity(const Similarity& target_from_source, merge_t* merge);
-// Normalises the rotation; a scale that is not positive and finite gives nullopt.
-std::optional<Similarity> SimilarityOf(const merge_t& merge);
-
 }  // namespace skein

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "session/merge_similarity.h"
+
 namespace skein {
 namespace {
 

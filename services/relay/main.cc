@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/log.h"
-#include "messaging/node.h"
-#include "messaging/poll_loop.h"
+#include "event_loop/poll_loop.h"
+#include "node/node.h"
 #include "relay/relay.h"
 
 int main(int argc, char** argv) {

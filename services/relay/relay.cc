@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -13,6 +12,8 @@
 #include <cstring>
 #include <stdexcept>
 #include <utility>
+
+#include "core/log.h"
 
 namespace skein {
 namespace {
@@ -135,7 +136,7 @@ void Relay::Accept() {
   SetOption(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
   Client& client = clients_[fd];
   client.name = NameOf(address);
-  spdlog::debug("{} joins port {}", client.name, port_);
+  LogDebug("{} joins port {}", client.name, port_);
   loop_.AddFd(fd, [this, fd] { Read(fd); });
   Bytes greeting;
   tcpq::AppendGreeting(tcpq::kServerMagic, &greeting);
@@ -169,7 +170,7 @@ bool Relay::HandleFrames(int fd) {
     if (frame.type == tcpq::FrameType::kPublish) Forward(frame);
     if (frame.type == tcpq::FrameType::kUnsubscribe) client.channels.Remove(frame.channel);
     if (frame.type == tcpq::FrameType::kSubscribe && !client.channels.Add(frame.channel)) {
-      spdlog::warn("{}: subscription refused: \"{}\"", client.name, frame.channel);
+      LogWarn("{}: subscription refused: \"{}\"", client.name, frame.channel);
     }
   }
 }
@@ -194,7 +195,7 @@ void Relay::Enqueue(int fd, Client* client, const FramePtr& frame) {
     ++counters_.num_dropped;
     const int64_t count = ++client->num_dropped;
     if ((count & (count - 1)) == 0) {
-      spdlog::warn("{} does not keep up: {} messages dropped for it", client->name, count);
+      LogWarn("{} does not keep up: {} messages dropped for it", client->name, count);
     }
     return;
   }
@@ -244,7 +245,7 @@ void Relay::WatchWritable(int fd, Client* client, bool watch) {
 void Relay::HangUp(int fd, const std::string& why) {
   const auto client = clients_.find(fd);
   if (client == clients_.end()) return;
-  spdlog::debug("{} leaves port {}: {}", client->second.name, port_, why);
+  LogDebug("{} leaves port {}: {}", client->second.name, port_, why);
   loop_.RemoveFd(fd);
   ::close(fd);
   clients_.erase(client);

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "core/bytes.h"
-#include "messaging/poll_loop.h"
-#include "messaging/tcpq_wire.h"
+#include "event_loop/poll_loop.h"
+#include "transport/tcpq_wire.h"
 
 namespace skein {
 

@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "core/hash.h"
-#include "messaging/ledger_test_util.h"
-#include "messaging/process_test_util.h"
+#include "node/ledger_test_util.h"
+#include "transport/process_test_util.h"
 
 namespace skein {
 namespace {

@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
 
-#include "messaging/node.h"
+#include "node/node.h"
 #include "retrieval/retrieval_service.h"
 
 int main(int argc, char** argv) {

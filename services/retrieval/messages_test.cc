@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "messaging/facts.h"
+#include "ledger/facts.h"
+#include "transport/bus.h"
 
 namespace skein {
 namespace {
@@ -43,7 +44,7 @@ TEST(RetrievalMessages, ThirtyCandidatesFitOneFrame) {
   candidates_t message = ToMessage(SomeCandidates(30), 123456);
   message.header.session_id = std::string(16, 's');
   message.header.author = "retrieval";
-  EXPECT_LE(EncodeFact(message).size(), static_cast<size_t>(kMaxFactBytes));
+  EXPECT_LE(EncodeFact(message).size(), kMaxDatagramBytes);
 }
 
 }  // namespace

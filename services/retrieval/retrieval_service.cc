@@ -1,7 +1,5 @@
 #include "retrieval/retrieval_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -9,8 +7,9 @@
 
 #include "core/clock.h"
 #include "core/file.h"
+#include "core/log.h"
+#include "ledger/session_folder.h"
 #include "retrieval/messages.h"
-#include "store/session.h"
 
 namespace skein {
 namespace fs = std::filesystem;
@@ -39,7 +38,7 @@ void WriteCheckpoint(const RetrievalState& state, const std::string& session_id,
                      const fs::path& path) {
   fs::create_directories(path.parent_path());
   const Status written = WriteFileAtomic(path, state.Encode(session_id));
-  if (!written.ok()) spdlog::error("checkpoint not written: {}", written.error());
+  if (!written.ok()) LogError("checkpoint not written: {}", written.error());
 }
 
 }  // namespace
@@ -79,11 +78,11 @@ RetrievalService::State RetrievalService::LoadCheckpoint() const {
   auto state = bytes ? RetrievalState::Decode(*bytes, node_.session_id(), options_.retrieval)
                      : Result<RetrievalState>(bytes.status());
   if (!state) {
-    spdlog::warn("{}: {}; rebuilding the index from the ledger", checkpoint_path_.string(),
-                 state.error());
+    LogWarn("{}: {}; rebuilding the index from the ledger", checkpoint_path_.string(),
+            state.error());
     return fresh;
   }
-  spdlog::info("index of {} photos at ledger position {}", state->size(), state->seq());
+  LogInfo("index of {} photos at ledger position {}", state->size(), state->seq());
   return std::make_shared<RetrievalState>(std::move(*state));
 }
 
@@ -145,7 +144,7 @@ void RetrievalService::OnBlob(int64_t seq, int64_t image_id, const Result<Bytes>
       auto candidates =
           descriptor ? state->Add(image_id, *descriptor) : Result<Candidates>(descriptor.status());
       if (candidates) return std::move(*candidates);
-      spdlog::warn("image {} has no candidates: {}", image_id, candidates.error());
+      LogWarn("image {} has no candidates: {}", image_id, candidates.error());
       Candidates none;
       none.image_id = image_id;
       return none;
@@ -184,7 +183,7 @@ void RetrievalService::Submit(const Candidates& candidates) {
   node_.submitter().Submit(ToMessage(candidates, done_seq_),
                            [this, id = candidates.image_id](const Submission& done) {
                              if (!done.committed())
-                               spdlog::warn("candidates of image {} refused: {}", id, done.reason);
+                               LogWarn("candidates of image {} refused: {}", id, done.reason);
                              ForgetAnswer(id);
                            });
 }
@@ -221,8 +220,8 @@ void RetrievalService::Tick() {
   if (MonotonicS() >= checkpoint_due_s_) Checkpoint();
   if (caught_up_ || !follower_->caught_up()) return;
   if (follower_->head_seq() < start_seq_) {
-    spdlog::warn("checkpoint is at ledger position {}, the ledger ends at {}; rebuilding the index",
-                 start_seq_, follower_->head_seq());
+    LogWarn("checkpoint is at ledger position {}, the ledger ends at {}; rebuilding the index",
+            start_seq_, follower_->head_seq());
     return Start(std::make_shared<RetrievalState>(options_.retrieval));
   }
   // Answers come in after their photos, so wait until the photos read are worked off, too.

@@ -10,9 +10,9 @@
 #include <optional>
 #include <string>
 
-#include "messaging/ledger_follower.h"
-#include "messaging/node.h"
-#include "messaging/worker_thread.h"
+#include "event_loop/worker_thread.h"
+#include "node/ledger_follower.h"
+#include "node/node.h"
 #include "retrieval/retrieval_state.h"
 
 namespace skein {

@@ -10,9 +10,9 @@
 #include <random>
 
 #include "core/file.h"
-#include "messaging/ledger_server.h"
-#include "store/session.h"
-#include "store/test_folder.h"
+#include "core/test_folder.h"
+#include "ledger/session_folder.h"
+#include "node/ledger_server.h"
 
 namespace skein {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/result.h"
+#include "formats/formats.h"
 #include "retrieval/hnsw_index.h"
-#include "store/formats.h"
 
 namespace skein {
 

@@ -1,13 +1,56 @@
 #!/usr/bin/env bash
-# Algorithm libraries (skein_core, skein_geometry, every skein_NAME_core) can't even see the
-# generated messages or the messaging library.
+# Each folder links and includes only what layers.txt allows it: checked in CMake's own link graph and in
+# the #include lines. Benchmarks may use every library and the algorithms of the services. Tests may use more.
 source "$(dirname "$0")/../harness.sh"
-commands=$SKEIN_BUILD/compile_commands.json
-pattern='CMakeFiles/skein_([a-z_]+_)?(core|geometry)\.dir/'
-files=$(jq -r --arg p "$pattern" '.[] | select(.output // .command | test($p)) | .file' "$commands")
-[[ -n $files ]] || fail "no algorithm library found in $commands"
-seeing=$(jq -r --arg p "$pattern" '.[] | select(.output // .command | test($p))
-  | select(.command | test("generated/cpp")) | .file' "$commands")
-[[ -z $seeing ]] || fail "compiled with the messages on the include path: $seeing"
-including=$(grep -lE '#include "(messaging|lcm|skein)/' $files || true)
-[[ -z $including ]] || fail "include messages or messaging: $including"
+python3 - "$SKEIN_ROOT" "$SKEIN_BUILD/link_graph.txt" <<'PY' || fail "see above: layers.txt says what may be used"
+import os, re, sys
+root, graph = sys.argv[1:]
+allowed = {}
+for line in open(os.path.join(root, 'tests/static/layers.txt')):
+    if not line.strip() or line.startswith('#'): continue
+    folder, _, uses = line.partition(':')
+    allowed[folder] = set(uses.split())
+
+def room(path):
+    parts = path.split('/')
+    return '/'.join(parts[:2]) if parts[0] in ('libs', 'services') else parts[0]
+
+errors = []
+for folder, uses in allowed.items():
+    for used in uses:
+        if not folder.startswith('services') and used.startswith('services'): errors.append(f'layers.txt: {folder} may not use {used}')
+
+folder_of, links_of = {}, {}
+for line in open(graph):
+    target, folder, links = re.match(r'(\S+) (\S*): ?(.*)', line).groups()
+    folder_of[target], links_of[target] = room(folder), links.split()
+folder_of['skein_lcmtypes'] = 'lcmtypes'
+is_test = lambda target: target.endswith('_test') or target.startswith('skein_synthetic')
+num_links = 0
+for target, links in links_of.items():
+    user = folder_of[target]
+    if user in ('', 'benchmark', 'tests') or is_test(target): continue
+    for link in links:
+        used = folder_of.get(link)
+        num_links += 1
+        if used is None or used != user and used not in allowed.get(user, ()):
+            errors.append(f'{target} ({user}) links {link} ({used})')
+
+num_includes = 0
+for top in ('libs', 'services', 'clients'):
+    for folder, _, names in os.walk(os.path.join(root, top)):
+        for name in names:
+            if not name.endswith(('.h', '.cc')) or re.search(r'_test(_util)?\.|^test_|^synthetic_', name): continue
+            path = os.path.relpath(os.path.join(folder, name), root)
+            user = room(path)
+            for include in re.findall(r'^#include "([^"]+)"', open(os.path.join(root, path)).read(), re.M):
+                used = 'lcmtypes' if include.startswith('skein/') else None
+                for prefix in ('libs/', 'services/', ''):
+                    if os.path.exists(os.path.join(root, prefix + include)): used = room(prefix + include); break
+                if used is None or used == user: continue
+                num_includes += 1
+                if used not in allowed.get(user, ()): errors.append(f'{path} includes {include} ({used})')
+print(*errors, sep='\n')
+if num_links < 40 or num_includes < 200: sys.exit(f'only {num_links} links and {num_includes} includes were found')
+sys.exit(1 if errors else 0)
+PY

@@ -1,0 +1,135 @@
+// Blobs by name: fetched from wherever they are, offered to whoever asks.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "blobs/blob_pull.h"
+#include "blobs/blob_shelf.h"
+#include "blobs/blob_store.h"
+#include "core/bytes.h"
+#include "core/result.h"
+#include "event_loop/poll_loop.h"
+#include "event_loop/worker_thread.h"
+#include "transport/bus.h"
+
+namespace skein {
+
+struct BlobClientOptions {
+  std::string session_id;
+  std::string instance;
+  // DIR/blobs of the session folder if this process shares it; "" if it does not.
+  std::string store_dir;
+  // Blobs fetched over the bus or read for others are kept in memory up to this many bytes.
+  size_t cache_bytes = 128 << 20;
+};
+
+// Loop's thread only, but for Offer, Release and GetLocal.
+class BlobClient {
+ public:
+  using FetchId = int64_t;
+  using OnFetched = std::function<void(Result<Bytes>)>;
+
+  static constexpr int64_t kMaxBlobBytes = int64_t{1} << 30;
+
+  BlobClient(PollLoop& loop, Bus& bus, BlobClientOptions options);
+  ~BlobClient();
+  BlobClient(const BlobClient&) = delete;
+  BlobClient& operator=(const BlobClient&) = delete;
+
+  // Gives the blob's bytes, their hash checked, or an error; later, never within the call. Looks
+  // in memory and in the session folder, then pulls from `owner`: the instance that offered it, or
+  // "ingest", which holds every blob of a committed fact. Pulls as long as it takes, over restarts
+  // of the owner, until the owner answers repeatedly that it has no such blob, or until Cancel.
+  // Fetches of one blob share one pull, with the largest limits given. Blobs above max_bytes are an
+  // error. unknown_patience_s: for how long the owner may say that it has no such blob; it may have
+  // just restarted and offer it again.
+  FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched,
+                int64_t max_bytes = kMaxBlobBytes, double unknown_patience_s = 3);
+  // Its function is not called any more.
+  void Cancel(FetchId id);
+  // Bytes that came over the bus for it so far; 0 once it is done.
+  int64_t ReceivedBytes(FetchId id) const;
+
+  // Makes the blob available to others under the returned id: in the session folder where that is
+  // shared (durable when this returns), else in memory, until Release. A Submitter releases the
+  // blobs of a fact once it is committed or refused. Any thread: it hashes and may write a file.
+  // Throws std::runtime_error if the folder cannot be written.
+  std::string Offer(Bytes bytes);
+  void Release(const std::string& blob_id) { shelf_.Release(blob_id); }
+  // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file.
+  std::string Serve(Bytes bytes, double ttl_s = 60);
+
+  // From memory or the session folder. Any thread; may read a file.
+  Result<Bytes> GetLocal(const std::string& blob_id);
+
+  // Bulk data that came over the bus, and that went out, since the start.
+  int64_t bytes_pulled() const { return bytes_pulled_; }
+  int64_t bytes_served() const { return bytes_served_; }
+  // Fetches that wait, e.g. for a heartbeat's backlog.
+  int num_fetching() const { return static_cast<int>(fetching_.size()); }
+
+ private:
+  // Everyone who waits for one blob.
+  struct Fetching {
+    std::map<FetchId, OnFetched> waiting;
+    std::vector<std::string> owners;  // asked in turn
+    size_t owner = 0;
+    int64_t max_bytes = 0;
+    double unknown_patience_s = 0;
+    std::optional<BlobPull> pull;  // once it is not here
+    bool hashing = false;
+    double first_unknown_s = 0;  // 0: the owner did not say so
+    int num_mismatches = 0;
+  };
+
+  // Receiving.
+  void LookLocally(const std::string& blob_id);
+  void StartPull(const std::string& blob_id);
+  void OnChunk(const blob_chunk_t& chunk);
+  void OnUnknown(const std::string& blob_id, Fetching* fetching);
+  void CheckHash(const std::string& blob_id, Fetching* fetching);
+  void OnHashed(const std::string& blob_id, BlobPtr blob, bool matches);
+  void Finish(const std::string& blob_id, const Result<Bytes>& result);
+  void Tick();
+  void Pump();
+  void Ask(const std::string& blob_id, const Fetching& fetching, const BlobPull::Ask& ask);
+  int NumInFlight() const;
+  void WatchBus();
+
+  // Serving.
+  void OnRequest(const blob_request_t& request);
+  void LoadForRequest(const blob_request_t& request);
+  void Answer(const blob_request_t& request, const Bytes& blob);
+  void AnswerUnknown(const blob_request_t& request);
+
+  PollLoop& loop_;
+  Bus& bus_;
+  const BlobClientOptions options_;
+  const int chunk_bytes_;
+  std::unique_ptr<BlobStore> store_;  // null if the folder is not shared; any thread
+  BlobShelf shelf_;
+
+  std::map<std::string, Fetching> fetching_;
+  FetchId next_fetch_id_ = 1;
+  PullWindow window_;
+  RoundTrip round_trip_;
+  Bus::SubscriptionId chunk_subscription_ = 0;
+  PollLoop::TimerId tick_timer_ = 0;
+  int64_t bytes_pulled_ = 0;
+
+  Bus::SubscriptionId request_subscription_ = 0;
+  PollLoop::TimerId expiry_timer_ = 0;
+  std::map<std::string, std::vector<blob_request_t>> loading_;
+  int64_t bytes_served_ = 0;
+
+  std::shared_ptr<BlobClient*> self_;     // for posted functions: expires with this object
+  std::unique_ptr<WorkerThread> worker_;  // reads files and hashes; last member: ends first
+};
+
+}  // namespace skein

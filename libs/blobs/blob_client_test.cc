@@ -1,0 +1,280 @@
+#include "blobs/blob_client.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "core/hash.h"
+#include "node/ledger_test_util.h"
+
+namespace skein {
+namespace {
+
+Bytes RandomBytes(size_t size, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Bytes bytes(size);
+  for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+  return bytes;
+}
+
+class BlobClientTest : public testing::Test {
+ protected:
+  // Fetches from "owner" and waits for the answer.
+  Result<Bytes> Fetch(const std::string& blob_id, double timeout_s = 20) {
+    Result<Bytes> result = Result<Bytes>::Error("no answer in time");
+    bool done = false;
+    reader_.blobs().Fetch(blob_id, "owner", [&](Result<Bytes> fetched) {
+      result = std::move(fetched);
+      done = true;
+    });
+    loop_.RunUntil([&] { return done; }, timeout_s);
+    return result;
+  }
+
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node owner_{TestOptions("owner"), loop_, bus_};
+  Node reader_{TestOptions("reader"), loop_, bus_};
+};
+
+TEST_F(BlobClientTest, PullsBlobsOfAllSizes) {
+  const size_t chunk = 24 << 10;
+  for (const size_t size : {size_t{0}, size_t{1}, chunk - 1, chunk, chunk + 1, 40 * chunk + 17}) {
+    const Bytes bytes = RandomBytes(size, size);
+    const Result<Bytes> fetched = Fetch(owner_.blobs().Offer(bytes));
+    ASSERT_TRUE(fetched.ok()) << size << ": " << fetched.error();
+    EXPECT_EQ(*fetched, bytes) << size;
+  }
+}
+
+TEST_F(BlobClientTest, PullsUnderTwentyPercentLoss) {
+  bus_.SetDropReceived(DropShare(0.2, 3));
+  const Bytes bytes = RandomBytes(4 << 20, 1);
+  const Result<Bytes> fetched = Fetch(owner_.blobs().Offer(bytes), 60);
+  ASSERT_TRUE(fetched.ok()) << fetched.error();
+  EXPECT_EQ(*fetched, bytes);
+  EXPECT_EQ(reader_.blobs().bytes_pulled(), static_cast<int64_t>(bytes.size()));
+}
+
+TEST_F(BlobClientTest, FetchesOfOneBlobShareAPull) {
+  const Bytes bytes = RandomBytes(1 << 20, 2);
+  const std::string id = owner_.blobs().Offer(bytes);
+  int done = 0;
+  for (int i = 0; i < 5; ++i) {
+    reader_.blobs().Fetch(id, "owner", [&](const Result<Bytes>& fetched) {
+      EXPECT_TRUE(fetched.ok() && *fetched == bytes);
+      ++done;
+    });
+  }
+  ASSERT_TRUE(loop_.RunUntil([&] { return done == 5; }, 20));
+  EXPECT_EQ(reader_.blobs().bytes_pulled(), static_cast<int64_t>(bytes.size()));
+}
+
+TEST_F(BlobClientTest, KeepsWhatItFetchedInItsCache) {
+  const Bytes bytes = RandomBytes(100000, 3);
+  const std::string id = owner_.blobs().Offer(bytes);
+  ASSERT_TRUE(Fetch(id).ok());
+  owner_.blobs().Release(id);
+  ASSERT_TRUE(Fetch(id).ok());
+  EXPECT_EQ(reader_.blobs().bytes_pulled(), 100000);
+}
+
+TEST_F(BlobClientTest, ManyPullsAtOnceAllEnd) {
+  int done = 0;
+  for (uint64_t i = 0; i < 30; ++i) {
+    const Bytes bytes = RandomBytes(50000 + i, i);
+    reader_.blobs().Fetch(owner_.blobs().Offer(bytes), "owner",
+                          [&done, bytes](const Result<Bytes>& fetched) {
+                            EXPECT_TRUE(fetched.ok() && *fetched == bytes);
+                            ++done;
+                          });
+  }
+  ASSERT_TRUE(loop_.RunUntil([&] { return done == 30; }, 30));
+}
+
+TEST_F(BlobClientTest, AnswersForAnUnknownBlobWithAnError) {
+  const Result<Bytes> fetched = Fetch(HashBytes("x", 1));
+  ASSERT_FALSE(fetched.ok());
+  EXPECT_NE(fetched.error().find("owner has no blob"), std::string::npos) << fetched.error();
+}
+
+TEST_F(BlobClientTest, AnswersForANameThatIsNoBlobWithAnError) {
+  EXPECT_FALSE(Fetch("../../etc/passwd").ok());
+}
+
+TEST_F(BlobClientTest, VanishedOwnersDoNotHoldUpOthers) {
+  std::vector<BlobClient::FetchId> stuck;
+  for (int i = 0; i < 10; ++i) {
+    const std::string id = HashBytes(&i, sizeof(i));
+    stuck.push_back(
+        reader_.blobs().Fetch(id, "gone-agent", [](const Result<Bytes>&) { ADD_FAILURE(); }));
+  }
+  const Bytes bytes = RandomBytes(1 << 20, 5);
+  const Result<Bytes> fetched = Fetch(owner_.blobs().Offer(bytes));
+  EXPECT_TRUE(fetched.ok()) << fetched.error();
+  for (const auto id : stuck) reader_.blobs().Cancel(id);
+  EXPECT_EQ(reader_.blobs().num_fetching(), 0);
+}
+
+TEST_F(BlobClientTest, GoesOnWhenTheOwnerComesBack) {
+  const Bytes bytes = RandomBytes(2 << 20, 6);
+  const std::string id = HashBytes(bytes.data(), bytes.size());
+  auto late = std::make_unique<Node>(TestOptions("late"), loop_, bus_);
+  late->blobs().Offer(bytes);
+  bool done = false;
+  reader_.blobs().Fetch(id, "late", [&](const Result<Bytes>& fetched) {
+    EXPECT_TRUE(fetched.ok() && *fetched == bytes);
+    done = true;
+  });
+  ASSERT_TRUE(loop_.RunUntil([&] { return reader_.blobs().bytes_pulled() > 200000; }, 20));
+  late.reset();
+  EXPECT_FALSE(loop_.RunUntil([&] { return done; }, 0.5));
+  const int64_t pulled_before = reader_.blobs().bytes_pulled();
+  late = std::make_unique<Node>(TestOptions("late"), loop_, bus_);
+  late->blobs().Offer(bytes);
+  ASSERT_TRUE(loop_.RunUntil([&] { return done; }, 20));
+  EXPECT_GT(pulled_before, 200000);
+  EXPECT_EQ(reader_.blobs().bytes_pulled(), static_cast<int64_t>(bytes.size()));
+}
+
+TEST_F(BlobClientTest, RefusesABlobThatIsTooLarge) {
+  const std::string id = owner_.blobs().Offer(RandomBytes(100000, 8));
+  std::string error;
+  reader_.blobs().Fetch(
+      id, "owner", [&](const Result<Bytes>& fetched) { error = fetched.error(); }, 50000);
+  ASSERT_TRUE(loop_.RunUntil([&] { return !error.empty(); }, 10));
+  EXPECT_NE(error.find("too many"), std::string::npos) << error;
+}
+
+TEST_F(BlobClientTest, RefusesBytesThatDoNotMatchTheName) {
+  // A liar: answers each request for one blob with zeros.
+  const std::string id = HashBytes("truth", 5);
+  int num_requests = 0;
+  const auto liar = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
+    if (request.owner != "liar") return;
+    ++num_requests;
+    blob_chunk_t chunk{};
+    chunk.session_id = request.session_id;
+    chunk.blob_id = id;
+    chunk.total_bytes = 5;
+    chunk.size = 5;
+    chunk.data.assign(5, 0);
+    bus_.PublishBulk(request.reply_channel, chunk);
+  });
+  std::string error;
+  reader_.blobs().Fetch(id, "liar", [&](const Result<Bytes>& fetched) { error = fetched.error(); });
+  ASSERT_TRUE(loop_.RunUntil([&] { return !error.empty(); }, 10));
+  bus_.Unsubscribe(liar);
+  EXPECT_NE(error.find("do not match"), std::string::npos) << error;
+  EXPECT_EQ(num_requests, 2);
+}
+
+TEST_F(BlobClientTest, ServesOutOfTheSessionFolderAndReadsItDirectly) {
+  char name[] = "/tmp/skein_blob_test_XXXXXX";
+  const std::string folder = ::mkdtemp(name);
+  NodeOptions local_options = TestOptions("local");
+  local_options.session_id.clear();
+  local_options.session_dir = folder;
+  {
+    Node local(local_options, loop_, bus_);
+    bus_.SetSession("");
+    const Bytes bytes = RandomBytes(300000, 9);
+    const std::string id = local.blobs().Offer(bytes);
+    bool done = false;
+    local.blobs().Fetch(id, "nobody", [&](const Result<Bytes>& fetched) {
+      EXPECT_TRUE(fetched.ok() && *fetched == bytes);
+      done = true;
+    });
+    ASSERT_TRUE(loop_.RunUntil([&] { return done; }, 10));
+    EXPECT_EQ(local.blobs().bytes_pulled(), 0);
+
+    done = false;
+    reader_.blobs().Fetch(id, "local", [&](const Result<Bytes>& fetched) {
+      EXPECT_TRUE(fetched.ok() && *fetched == bytes);
+      done = true;
+    });
+    ASSERT_TRUE(loop_.RunUntil([&] { return done; }, 10));
+    EXPECT_EQ(reader_.blobs().bytes_pulled(), 300000);
+  }
+  std::filesystem::remove_all(folder);
+}
+
+TEST(BlobShelf, ForgetsTheOldestBeyondItsBytesButNotWhatIsHeld) {
+  BlobShelf shelf(100);
+  const auto blob = std::make_shared<const Bytes>(40, 0);
+  shelf.Cache("a", blob);
+  shelf.Cache("b", blob);
+  EXPECT_TRUE(shelf.Find("a"));
+  shelf.Cache("c", blob);
+  EXPECT_TRUE(shelf.Find("a"));
+  EXPECT_FALSE(shelf.Find("b"));
+  EXPECT_EQ(shelf.cached_bytes(), 80u);
+  shelf.Cache("huge", std::make_shared<const Bytes>(101, 0));
+  EXPECT_FALSE(shelf.Find("huge"));
+
+  shelf.Hold("h", blob);
+  shelf.Hold("h", blob);
+  shelf.Release("h");
+  EXPECT_TRUE(shelf.Find("h"));
+  shelf.Release("h");
+  EXPECT_FALSE(shelf.Find("h"));
+}
+
+TEST(BlobPull, UsesTheSmallerChunksOfItsSender) {
+  const Bytes blob = RandomBytes(5000, 1);
+  PullWindow window(8, 64);
+  RoundTrip round_trip;
+  BlobPull pull(2000, 1 << 20);
+  BlobPull::Outcome outcome = BlobPull::Outcome::kIgnored;
+  for (int round = 0; round < 10 && outcome != BlobPull::Outcome::kComplete; ++round) {
+    const auto ask = pull.NextAsk(8, round, &window);
+    if (!ask) {
+      pull.CheckTimeout(round + 1e3, round_trip, &window);
+      continue;
+    }
+    const int64_t end = std::min<int64_t>(5000, ask->offset + ask->length);
+    for (int64_t at = ask->offset; at < end; at += 600) {
+      outcome = pull.OnChunk(at, 5000, blob.data() + at, std::min<int64_t>(600, end - at), round,
+                             &window, &round_trip);
+    }
+  }
+  ASSERT_EQ(outcome, BlobPull::Outcome::kComplete);
+  EXPECT_EQ(pull.Take(), blob);
+}
+
+TEST(BlobPull, IgnoresChunksThatDoNotFit) {
+  PullWindow window(8, 64);
+  RoundTrip round_trip;
+  BlobPull pull(1000, 1 << 20);
+  pull.NextAsk(8, 0, &window);
+  const Bytes data(1000, 1);
+  const auto chunk = [&](int64_t offset, int64_t total, size_t size) {
+    return pull.OnChunk(offset, total, data.data(), size, 0, &window, &round_trip);
+  };
+  EXPECT_EQ(chunk(0, 3500, 1000), BlobPull::Outcome::kTaken);
+  EXPECT_EQ(chunk(0, 3500, 1000), BlobPull::Outcome::kIgnored);
+  EXPECT_EQ(chunk(1, 3500, 1000), BlobPull::Outcome::kIgnored);
+  EXPECT_EQ(chunk(-1000, 3500, 1000), BlobPull::Outcome::kIgnored);
+  EXPECT_EQ(chunk(1000, 3500, 999), BlobPull::Outcome::kIgnored);
+  EXPECT_EQ(chunk(1000, 9999, 1000), BlobPull::Outcome::kIgnored);
+  EXPECT_EQ(chunk(4000, 3500, 1000), BlobPull::Outcome::kIgnored);
+  EXPECT_EQ(chunk(1000, int64_t{1} << 40, 1000), BlobPull::Outcome::kTooLarge);
+  EXPECT_EQ(chunk(3000, 3500, 500), BlobPull::Outcome::kTaken);
+}
+
+TEST(PullWindow, HalvesOnceARoundTrip) {
+  PullWindow window(16, 64);
+  int64_t first = window.NextTicket();
+  for (int i = 0; i < 10; ++i) window.NextTicket();
+  window.OnLoss(first);
+  EXPECT_EQ(window.size(), 8);
+  window.OnLoss(first + 1);
+  EXPECT_EQ(window.size(), 8);
+  window.OnLoss(window.NextTicket());
+  EXPECT_EQ(window.size(), 4);
+  for (int i = 0; i < 100000; ++i) window.OnArrival();
+  EXPECT_EQ(window.size(), 64);
+}
+
+}  // namespace
+}  // namespace skein

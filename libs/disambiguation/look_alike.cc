@@ -1,0 +1,344 @@
+#include "disambiguation/look_alike.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "disambiguation/photo_groups.h"
+#include "util/math.h"
+
+namespace skein {
+namespace {
+
+// A change of direction under which a point was recognised covers one that is smaller by this.
+constexpr double kAngleCover = 0.75;
+
+double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+double Median(std::vector<double>* values) {
+  const auto middle = values->begin() + values->size() / 2;
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+// Points that verified matches with registered photos tie to a photo, sorted.
+std::vector<Point3DId> MatchedPoints(const colmap::CorrespondenceGraph& graph,
+                                     const colmap::Reconstruction& model, ImageId image_id) {
+  std::vector<Point3DId> points;
+  const colmap::Image& image = model.Image(image_id);
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    if (image.Point2D(i).HasPoint3D()) points.push_back(image.Point2D(i).Point3DId());
+    for (const auto& match : graph.FindCorrespondences(image_id, i)) {
+      if (!model.ExistsImage(match.image_id)) continue;
+      const colmap::Point2D& point2D = model.Image(match.image_id).Point2D(match.point2D_idx);
+      if (point2D.HasPoint3D()) points.push_back(point2D.Point3DId());
+    }
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+// Projection centres, each computed once.
+class Centers {
+ public:
+  explicit Centers(const colmap::Reconstruction& model) : model_(model) {}
+  const Eigen::Vector3d& Of(ImageId id) {
+    const auto [entry, is_new] = centers_.try_emplace(id);
+    if (is_new) entry->second = model_.Image(id).ProjectionCenter();
+    return entry->second;
+  }
+
+ private:
+  const colmap::Reconstruction& model_;
+  std::unordered_map<ImageId, Eigen::Vector3d> centers_;
+};
+
+// A photo in which points of others are looked for.
+class View {
+ public:
+  View(const LookAlikeOptions& options, const colmap::CorrespondenceGraph& graph,
+       const colmap::Reconstruction& model, Centers* centers, ImageId image_id,
+       const colmap::Camera& camera, const Eigen::Matrix3x4d& cam_from_world)
+      : options_(options),
+        model_(model),
+        centers_(*centers),
+        image_id_(image_id),
+        matched_(MatchedPoints(graph, model, image_id)),
+        camera_(camera),
+        cam_from_world_(cam_from_world),
+        center_(-cam_from_world.leftCols<3>().transpose() * cam_from_world.col(3)),
+        num_keypoints_(options.num_columns * options.num_rows) {
+    for (const colmap::Point2D& point2D : model.Image(image_id).Points2D()) {
+      const int cell = CellOfPixel(point2D.XY());
+      if (cell >= 0) ++num_keypoints_[cell];
+    }
+    SetOwnDepths();
+  }
+
+  CellVotes Compare(ImageId other_id) const {
+    std::vector<Expected> expected(num_keypoints_.size());
+    const Eigen::Vector3d other_center = centers_.Of(other_id);
+    for (const colmap::Point2D& point2D : model_.Image(other_id).Points2D()) {
+      if (!point2D.HasPoint3D()) continue;
+      const colmap::Point3D& point = model_.Point3D(point2D.Point3DId());
+      const Eigen::Vector3d in_camera = cam_from_world_ * point.XYZ().homogeneous();
+      const int cell = CellOfPoint(in_camera);
+      if (cell < 0 || !ShouldBeSeen(point, other_id, other_center)) continue;
+      expected[cell].depths.push_back(in_camera.z());
+      expected[cell].seen |=
+          std::binary_search(matched_.begin(), matched_.end(), point2D.Point3DId());
+    }
+    return Count(&expected);
+  }
+
+ private:
+  struct Expected {
+    std::vector<double> depths;
+    bool seen = false;
+  };
+
+  CellVotes Count(std::vector<Expected>* expected) const {
+    CellVotes votes;
+    for (size_t i = 0; i < expected->size(); ++i) {
+      Expected& cell = (*expected)[i];
+      const int num_expected = static_cast<int>(cell.depths.size());
+      if (std::min(num_expected, num_keypoints_[i]) < options_.min_points) continue;
+      ++(cell.seen ? votes.num_seen : votes.num_missing);
+      if (cell.seen || own_depths_[i] <= 0) continue;
+      const double ratio = Median(&cell.depths) / own_depths_[i];
+      votes.num_different +=
+          ratio < options_.max_depth_ratio && ratio > 1 / options_.max_depth_ratio;
+    }
+    return votes;
+  }
+
+  // Of the photo's own points in each cell; 0 if there are too few.
+  void SetOwnDepths() {
+    std::vector<std::vector<double>> depths(num_keypoints_.size());
+    for (const colmap::Point2D& point2D : model_.Image(image_id_).Points2D()) {
+      if (!point2D.HasPoint3D()) continue;
+      const Eigen::Vector3d xyz = model_.Point3D(point2D.Point3DId()).XYZ();
+      const int cell = CellOfPixel(point2D.XY());
+      if (cell >= 0) depths[cell].push_back((cam_from_world_ * xyz.homogeneous()).z());
+    }
+    own_depths_.assign(depths.size(), 0.0);
+    for (size_t i = 0; i < depths.size(); ++i) {
+      const int num_points = static_cast<int>(depths[i].size());
+      if (num_points >= options_.min_own_points) own_depths_[i] = Median(&depths[i]);
+    }
+  }
+
+  int CellOfPixel(const Eigen::Vector2d& pixel) const {
+    const double x = pixel.x() / camera_.Width(), y = pixel.y() / camera_.Height();
+    if (!(x >= 0 && x < 1 && y >= 0 && y < 1)) return -1;
+    return static_cast<int>(y * options_.num_rows) * options_.num_columns +
+           static_cast<int>(x * options_.num_columns);
+  }
+
+  int CellOfPoint(const Eigen::Vector3d& in_camera) const {
+    // A wide view angle is left out: distortion models fold back there.
+    if (in_camera.z() <= 0 || in_camera.head<2>().norm() > 2 * in_camera.z()) return -1;
+    return CellOfPixel(camera_.WorldToImage(in_camera.hnormalized()));
+  }
+
+  bool ShouldBeSeen(const colmap::Point3D& point, ImageId other,
+                    const Eigen::Vector3d& other_center) const {
+    const Eigen::Vector3d ray = center_ - point.XYZ(), other_ray = other_center - point.XYZ();
+    const double ratio = ray.norm() / other_ray.norm();
+    if (!(ratio < options_.max_distance_ratio && ratio > 1 / options_.max_distance_ratio)) {
+      return false;
+    }
+    const double angle = AngleBetween(ray, other_ray);
+    if (angle > colmap::DegToRad(options_.max_view_angle_deg)) return false;
+    for (const colmap::TrackElement& element : point.Track().Elements()) {
+      if (element.image_id == image_id_ || element.image_id == other) continue;
+      const Eigen::Vector3d third_ray = centers_.Of(element.image_id) - point.XYZ();
+      if (AngleBetween(third_ray, other_ray) >= kAngleCover * angle) return true;
+    }
+    return false;
+  }
+
+  const LookAlikeOptions& options_;
+  const colmap::Reconstruction& model_;
+  Centers& centers_;
+  const ImageId image_id_;
+  const std::vector<Point3DId> matched_;
+  const colmap::Camera& camera_;
+  const Eigen::Matrix3x4d cam_from_world_;
+  const Eigen::Vector3d center_;
+  std::vector<int> num_keypoints_;
+  std::vector<double> own_depths_;
+};
+
+// Views of registered photos, made when they are asked for.
+class Views {
+ public:
+  Views(const LookAlikeOptions& options, const colmap::CorrespondenceGraph& graph,
+        const colmap::Reconstruction& model)
+      : options_(options), graph_(graph), model_(model), centers_(model) {}
+
+  // Of a photo that is not registered.
+  void Place(ImageId id, const Eigen::Matrix3x4d& cam_from_world) { Make(id, cam_from_world); }
+
+  CellVotes CompareBothWays(ImageId id1, ImageId id2) {
+    CellVotes votes = Of(id1).Compare(id2);
+    votes.Add(Of(id2).Compare(id1));
+    return votes;
+  }
+
+ private:
+  const View& Of(ImageId id) {
+    const auto it = views_.find(id);
+    return it != views_.end() ? it->second : Make(id, model_.Image(id).ProjectionMatrix());
+  }
+
+  const View& Make(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
+    const colmap::Camera& camera = model_.Camera(model_.Image(id).CameraId());
+    return views_
+        .emplace(
+            std::piecewise_construct, std::forward_as_tuple(id),
+            std::forward_as_tuple(options_, graph_, model_, &centers_, id, camera, cam_from_world))
+        .first->second;
+  }
+
+  const LookAlikeOptions& options_;
+  const colmap::CorrespondenceGraph& graph_;
+  const colmap::Reconstruction& model_;
+  Centers centers_;
+  std::map<ImageId, View> views_;
+};
+
+// The registered photos with most matches with this one.
+std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id, int max_neighbours) {
+  std::vector<std::pair<int, ImageId>> order;
+  for (const auto& [other, inliers] : map.Neighbours(image_id)) {
+    if (map.IsRegistered(other)) order.emplace_back(-inliers, other);
+  }
+  std::sort(order.begin(), order.end());
+  if (order.size() > static_cast<size_t>(max_neighbours)) order.resize(max_neighbours);
+  std::vector<ImageId> neighbours;
+  for (const auto& [unused, other] : order) neighbours.push_back(other);
+  return neighbours;
+}
+
+// Each photo with the registered ones that it matches most with.
+std::set<std::pair<ImageId, ImageId>> PairsToCompare(const LookAlikeOptions& options,
+                                                     const SceneMap& map,
+                                                     const std::vector<ImageId>& ids) {
+  std::set<std::pair<ImageId, ImageId>> pairs;
+  for (const ImageId id : ids) {
+    for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) {
+      pairs.insert(std::minmax(id, other));
+    }
+  }
+  return pairs;
+}
+
+PhotoEdge EdgeByMatches(const SceneMap& map, ImageId id1, ImageId id2) {
+  return {id1, id2, {map.Neighbours(id1).at(id2), 0}};
+}
+
+// At the limit, a share of all cells, as much contradicts as agrees.
+Votes Weigh(double max_share, int num_seen, int num_contradicting) {
+  const double weight = (1 - max_share) / max_share;
+  return {num_seen, static_cast<int>(std::lround(weight * num_contradicting))};
+}
+
+bool IsAbove(double max_share, int num, const LookAlikeOptions& options, const CellVotes& votes) {
+  return votes.num_cells() >= options.min_cells && num > max_share * votes.num_cells();
+}
+
+}  // namespace
+
+void CellVotes::Add(const CellVotes& other) {
+  num_seen += other.num_seen;
+  num_missing += other.num_missing;
+  num_different += other.num_different;
+}
+
+bool ShowsAnotherPlace(const LookAlikeOptions& options, const CellVotes& votes) {
+  return IsAbove(options.max_different_share, votes.num_different, options, votes);
+}
+
+bool MissesTooMuch(const LookAlikeOptions& options, const CellVotes& votes) {
+  return IsAbove(options.max_missing_share, votes.num_missing, options, votes);
+}
+
+CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap& map,
+                                ImageId image_id, const colmap::Camera& camera,
+                                const Eigen::Matrix3x4d& cam_from_world) {
+  Centers centers(map.reconstruction());
+  const View view(options, map.graph(), map.reconstruction(), &centers, image_id, camera,
+                  cam_from_world);
+  CellVotes sum;
+  for (const ImageId other : BestNeighbours(map, image_id, options.max_neighbours)) {
+    sum.Add(view.Compare(other));
+  }
+  return sum;
+}
+
+std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
+                                    ImageId first) {
+  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+  std::vector<PhotoEdge> by_cells, by_matches;
+  Views views(options, map.graph(), map.reconstruction());
+  for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
+    const CellVotes cells = views.CompareBothWays(id1, id2);
+    by_cells.push_back(
+        {id1, id2, Weigh(options.max_different_share, cells.num_seen, cells.num_different)});
+    by_matches.push_back(EdgeByMatches(map, id1, id2));
+  }
+  PhotoGroups groups(ids, by_cells);
+  groups.JoinByVotes(by_cells);
+  groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
+  const Votes limit = Weigh(options.max_different_share, 0, options.min_different_cells);
+  return groups.Contradicted(limit.contradict, first);
+}
+
+std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
+                                             ImageId first, const Suspicion& suspicion) {
+  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
+  Views views(options, map.graph(), map.reconstruction());
+  for (const auto& [id, cam_from_world] : suspicion.witnesses) {
+    views.Place(id, cam_from_world);
+    ids.push_back(id);
+  }
+  std::vector<PhotoEdge> by_cells, by_matches;
+  for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
+    by_matches.push_back(EdgeByMatches(map, id1, id2));
+    if (!suspicion.Concerns(id1) && !suspicion.Concerns(id2)) continue;
+    const CellVotes cells = views.CompareBothWays(id1, id2);
+    if (cells.num_cells() < options.min_pair_cells) continue;
+    by_cells.push_back(
+        {id1, id2, Weigh(options.max_missing_share, cells.num_seen, cells.num_missing)});
+  }
+  PhotoGroups groups(ids, by_cells);
+  groups.JoinByVotes(by_matches);
+  const Votes limit = Weigh(options.max_missing_share, 0, options.min_missing_cells);
+  std::vector<ImageId> look_alikes = groups.Contradicted(limit.contradict, first);
+  const auto is_witness = [&](ImageId id) { return suspicion.witnesses.count(id) > 0; };
+  look_alikes.erase(std::remove_if(look_alikes.begin(), look_alikes.end(), is_witness),
+                    look_alikes.end());
+  return look_alikes;
+}
+
+CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,
+                       const colmap::Reconstruction& model, const std::set<ImageId>& side1,
+                       const std::set<ImageId>& side2) {
+  CellVotes sum;
+  Views views(options, map.graph(), model);
+  for (const auto& [id1, id2] : map.pairs()) {
+    const bool across = (side1.count(id1) > 0 && side2.count(id2) > 0) ||
+                        (side2.count(id1) > 0 && side1.count(id2) > 0);
+    if (across) sum.Add(views.CompareBothWays(id1, id2));
+  }
+  return sum;
+}
+
+}  // namespace skein

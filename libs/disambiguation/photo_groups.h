@@ -1,0 +1,59 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "map/scene_map.h"
+
+namespace skein {
+
+// What speaks for and against two photos, or groups of photos, standing where they do.
+struct Votes {
+  int agree = 0;
+  int contradict = 0;
+  int Sum() const { return agree + contradict; }
+  // Of all; 1 if there are none.
+  double AgreeingShare() const { return Sum() == 0 ? 1.0 : static_cast<double>(agree) / Sum(); }
+  void Add(const Votes& other) {
+    agree += other.agree;
+    contradict += other.contradict;
+  }
+};
+
+// Between photos a and b.
+struct PhotoEdge {
+  ImageId a = 0, b = 0;
+  Votes votes;
+};
+
+// Groups of photos, at first one each, with the votes between any two.
+class PhotoGroups {
+ public:
+  // `edges`: each pair of photos at most once; between these photos only.
+  PhotoGroups(const std::vector<ImageId>& photos, const std::vector<PhotoEdge>& edges);
+
+  // Joins along all edges with an agreement, those with most of it left over first, but never two
+  // groups between which more contradicts than agrees.
+  void JoinByVotes(std::vector<PhotoEdge> edges);
+
+  // Photos of groups that a group which stays contradicts by this many votes, in ascending order.
+  // Of two the larger one stays, but the one with the photo `first`, if there is that, before all
+  // others.
+  std::vector<ImageId> Contradicted(int min_contradiction,
+                                    ImageId first = colmap::kInvalidImageId) const;
+
+ private:
+  // A group goes by the id of one of its photos.
+  struct Group {
+    std::vector<ImageId> members;
+    std::map<ImageId, Votes> votes;  // with other groups
+  };
+
+  void JoinUnlessContradicted(ImageId a, ImageId b);
+  std::vector<ImageId> LargestFirst() const;
+
+  std::map<ImageId, ImageId> group_of_;
+  std::map<ImageId, Group> groups_;
+};
+
+}  // namespace skein

@@ -1,0 +1,70 @@
+// One thread for work that would block the loop.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
+#include "event_loop/poll_loop.h"
+
+namespace skein {
+
+// Runs jobs one after another in the order given, and what follows each back on the loop's
+// thread. Constructed, used and destroyed on the loop's thread; the loop must outlive it.
+// Destruction waits for the job that runs, discards the ones that wait, and calls no `then` any
+// more. An exception of a job is rethrown on the loop's thread, and so ends the service.
+class WorkerThread {
+ public:
+  explicit WorkerThread(PollLoop& loop);
+  ~WorkerThread();
+  WorkerThread(const WorkerThread&) = delete;
+  WorkerThread& operator=(const WorkerThread&) = delete;
+
+  // job(): R on the worker's thread, then(R) on the loop's. Both are moved, so they may own
+  // what cannot be copied only through a shared_ptr.
+  template <class Job, class Then>
+  void Run(Job job, Then then) {
+    using R = std::invoke_result_t<Job&>;
+    if constexpr (std::is_void_v<R>) {
+      Enqueue([job = std::move(job), then = std::move(then)]() mutable -> std::function<void()> {
+        job();
+        return then;
+      });
+    } else {
+      Enqueue([job = std::move(job), then = std::move(then)]() mutable -> std::function<void()> {
+        auto result = std::make_shared<R>(job());
+        return [result, then]() mutable { then(std::move(*result)); };
+      });
+    }
+  }
+
+  // Jobs given whose `then` was not yet called.
+  int num_pending() const { return num_pending_; }
+
+ private:
+  using WrappedJob = std::function<std::function<void()>()>;
+
+  void Enqueue(WrappedJob job);
+  void Work();
+  std::function<void()> RunJob(WrappedJob& job);
+
+  PollLoop& loop_;
+  int num_pending_ = 0;                     // loop's thread only
+  std::shared_ptr<WorkerThread*> self_;     // expires first in destruction; loop's thread only
+  std::weak_ptr<WorkerThread*> weak_self_;  // for the worker's thread to hand on
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<WrappedJob> jobs_;  // guarded by mutex_
+  bool stop_ = false;            // guarded by mutex_
+  std::thread thread_;           // last: starts when the rest stands
+};
+
+}  // namespace skein

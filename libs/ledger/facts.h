@@ -1,0 +1,90 @@
+// A fact of any kind, and what holds for all kinds.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/bytes.h"
+#include "core/result.h"
+#include "skein/fact_header_t.hpp"
+#include "transport/channels.h"
+
+namespace skein {
+
+// The order is part of the ledger range format (ledger/ledger_range.h): append only.
+using Fact = std::variant<image_t, features_t, candidates_t, matches_t, registration_t, submap_t,
+                          seed_t, merge_t, failure_t, finish_t>;
+
+inline constexpr int kNumFactKinds = static_cast<int>(std::variant_size_v<Fact>);
+
+// Kind: 0..kNumFactKinds-1, its index in Fact. Names: "image", "features", ..., "finish".
+inline int FactKind(const Fact& fact) { return static_cast<int>(fact.index()); }
+const char* FactKindName(int kind);
+inline const char* FactKindName(const Fact& fact) { return FactKindName(FactKind(fact)); }
+// -1 if there is no such kind.
+int FactKindFromName(const std::string& name);
+
+inline const fact_header_t& Header(const Fact& fact) {
+  return std::visit([](const auto& f) -> const fact_header_t& { return f.header; }, fact);
+}
+inline fact_header_t& Header(Fact& fact) {
+  return std::visit([](auto& f) -> fact_header_t& { return f.header; }, fact);
+}
+
+// As LCM encodes the type, fingerprint first.
+Bytes EncodeFact(const Fact& fact);
+// An error if the bytes are not exactly one fact of that kind.
+Result<Fact> DecodeFact(int kind, const void* data, size_t size);
+
+// Names of the blobs that the fact refers to and that its author must serve until it is
+// committed; none of them empty.
+std::vector<std::string> BlobsOf(const Fact& fact);
+
+// At most max_bytes of the text, cut between UTF-8 characters, for reasons that go into messages.
+std::string ClampText(const std::string& text, size_t max_bytes = 200);
+
+// Channels of T as a fact and as a submission.
+template <class T>
+struct FactChannels;
+#define SKEIN_FACT_CHANNELS(type, name)                                \
+  template <>                                                          \
+  struct FactChannels<type> {                                          \
+    static constexpr Channel<type> committed = k##name##Channel;       \
+    static constexpr Channel<type> submitted = kSubmit##name##Channel; \
+  };
+SKEIN_FACT_CHANNELS(image_t, Image)
+SKEIN_FACT_CHANNELS(features_t, Features)
+SKEIN_FACT_CHANNELS(candidates_t, Candidates)
+SKEIN_FACT_CHANNELS(matches_t, Matches)
+SKEIN_FACT_CHANNELS(registration_t, Registration)
+SKEIN_FACT_CHANNELS(submap_t, Submap)
+SKEIN_FACT_CHANNELS(seed_t, Seed)
+SKEIN_FACT_CHANNELS(merge_t, Merge)
+SKEIN_FACT_CHANNELS(failure_t, Failure)
+SKEIN_FACT_CHANNELS(finish_t, Finish)
+#undef SKEIN_FACT_CHANNELS
+
+namespace facts_internal {
+template <class Fn, class... T>
+void VisitCommitted(Fn& fn, const std::variant<T...>*) {
+  (fn(FactChannels<T>::committed), ...);
+}
+template <class Fn, class... T>
+void VisitSubmitted(Fn& fn, const std::variant<T...>*) {
+  (fn(FactChannels<T>::submitted), ...);
+}
+}  // namespace facts_internal
+
+// Calls fn(Channel<T>) with the channel of every kind: committed facts, or submissions.
+template <class Fn>
+void ForEachCommittedChannel(Fn fn) {
+  facts_internal::VisitCommitted(fn, static_cast<const Fact*>(nullptr));
+}
+template <class Fn>
+void ForEachSubmitChannel(Fn fn) {
+  facts_internal::VisitSubmitted(fn, static_cast<const Fact*>(nullptr));
+}
+
+}  // namespace skein

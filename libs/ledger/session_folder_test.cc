@@ -1,0 +1,54 @@
+#include "ledger/session_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "core/test_folder.h"
+
+namespace skein {
+namespace {
+
+TEST(Session, KeepsItsIdWhenOpenedAgain) {
+  TestFolder folder;
+  const auto first = OpenOrCreateSession(folder / "session");
+  ASSERT_TRUE(first.ok()) << first.error();
+  EXPECT_EQ(first->session_id.size(), 16u);
+  EXPECT_EQ(OpenSession(folder / "session")->session_id, first->session_id);
+  EXPECT_NE(OpenOrCreateSession(folder / "another")->session_id, first->session_id);
+}
+
+TEST(Session, GetsOneIdFromManyCreators) {
+  TestFolder folder;
+  std::vector<std::string> ids(8);
+  std::vector<std::thread> creators;
+  for (auto& id : ids) {
+    creators.emplace_back([&] { id = OpenOrCreateSession(folder / "session")->session_id; });
+  }
+  for (auto& creator : creators) creator.join();
+  EXPECT_EQ(std::set<std::string>(ids.begin(), ids.end()).size(), 1u);
+}
+
+TEST(Session, RefusesDamagedAndForeignFiles) {
+  for (const std::string text :
+       {"", "{", "[]", R"({"identifier":"other"})",
+        R"({"identifier":"skein-session","version":99,"session_id":"0123456789abcdef"})",
+        R"({"identifier":"skein-session","version":1,"session_id":"../"})"}) {
+    TestFolder folder;
+    std::ofstream(folder / "session.json") << text;
+    const auto session = OpenOrCreateSession(folder.path());
+    ASSERT_FALSE(session.ok()) << text;
+    EXPECT_NE(session.error().find("session.json"), std::string::npos);
+  }
+}
+
+TEST(Session, MustExistToBeOpened) {
+  TestFolder folder;
+  EXPECT_FALSE(OpenSession(folder / "nothing").ok());
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <unordered_set>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "map/scene_map.h"
+
+namespace skein {
+
+struct FilterOptions {
+  double max_reprojection_error_px = 4.0;
+  double min_triangulation_angle_deg = 1.5;
+};
+
+// Takes out of the map the observations of the bundle with too large an error, then its points
+// with less than two observations or too small a triangulation angle; sets the mean error of points
+// with all their observations in the bundle. `bundle` must be solved and applied to the map.
+// Returns the number of observations taken out.
+int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map);
+
+// The same for given points with all their observations.
+int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points, SceneMap* map);
+
+// Ascending ids of all points, for FilterPoints.
+std::vector<Point3DId> AllPoints(const SceneMap& map);
+
+// Whether two of the track's images see the point under at least this angle.
+bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,
+                           const colmap::Point3D& point, double min_angle_rad);
+
+}  // namespace skein

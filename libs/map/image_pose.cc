@@ -1,0 +1,33 @@
+#include "map/image_pose.h"
+
+#include "base/pose.h"
+
+namespace skein {
+
+void GetPose(const colmap::Image& image, BundlePose* pose) {
+  pose->image_id = image.ImageId();
+  pose->R = colmap::QuaternionToRotationMatrix(image.Qvec());
+  pose->t = image.Tvec();
+}
+
+void SetPose(const BundlePose& pose, colmap::Image* image) {
+  image->SetQvec(colmap::RotationMatrixToQuaternion(pose.R));
+  image->SetTvec(pose.t);
+}
+
+void ApplyBundle(const Bundle& bundle, colmap::Reconstruction* model) {
+  for (const BundlePose& pose : bundle.poses) {
+    const bool is_registered =
+        model->ExistsImage(pose.image_id) && model->IsImageRegistered(pose.image_id);
+    if (!pose.constant && is_registered) SetPose(pose, &model->Image(pose.image_id));
+  }
+  for (const BundlePoint& point : bundle.points) {
+    if (point.constant || !model->ExistsPoint3D(point.point3D_id)) continue;
+    model->Point3D(point.point3D_id).SetXYZ(point.xyz);
+  }
+  for (const BundleCamera& camera : bundle.cameras) {
+    if (!camera.refined.empty()) model->Camera(camera.camera_id).SetParams(camera.params);
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,235 @@
+#include "map/model_io.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/camera_models.h"
+#include "base/pose.h"
+#include "core/bytes.h"
+
+namespace skein {
+namespace {
+
+template <typename Map>
+auto SortedKeys(const Map& map) {
+  std::vector<typename Map::key_type> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+  return keys;
+}
+
+Bytes EncodeCameras(const colmap::Reconstruction& reconstruction) {
+  ByteWriter writer;
+  writer.Put<uint64_t>(reconstruction.NumCameras());
+  for (const colmap::camera_t id : SortedKeys(reconstruction.Cameras())) {
+    const colmap::Camera& camera = reconstruction.Camera(id);
+    writer.Put<uint32_t>(id);
+    writer.Put<int32_t>(camera.ModelId());
+    writer.Put<uint64_t>(camera.Width());
+    writer.Put<uint64_t>(camera.Height());
+    for (const double param : camera.Params()) writer.Put(param);
+  }
+  return writer.Take();
+}
+
+void EncodeImage(const colmap::Image& image, ByteWriter* writer) {
+  writer->Put<uint32_t>(image.ImageId());
+  const Eigen::Vector4d qvec = colmap::NormalizeQuaternion(image.Qvec());
+  for (int i = 0; i < 4; ++i) writer->Put(qvec[i]);
+  for (int i = 0; i < 3; ++i) writer->Put(image.Tvec(i));
+  writer->Put<uint32_t>(image.CameraId());
+  writer->PutRaw(image.Name().c_str(), image.Name().size() + 1);
+  writer->Put<uint64_t>(image.NumPoints2D());
+  for (const colmap::Point2D& point : image.Points2D()) {
+    writer->Put(point.X());
+    writer->Put(point.Y());
+    writer->Put<uint64_t>(point.Point3DId());
+  }
+}
+
+Bytes EncodeImages(const colmap::Reconstruction& reconstruction) {
+  ByteWriter writer;
+  std::vector<colmap::image_t> ids = reconstruction.RegImageIds();
+  std::sort(ids.begin(), ids.end());
+  writer.Put<uint64_t>(ids.size());
+  for (const colmap::image_t id : ids) EncodeImage(reconstruction.Image(id), &writer);
+  return writer.Take();
+}
+
+Bytes EncodePoints(const colmap::Reconstruction& reconstruction) {
+  ByteWriter writer;
+  writer.Put<uint64_t>(reconstruction.NumPoints3D());
+  for (const colmap::point3D_t id : SortedKeys(reconstruction.Points3D())) {
+    const colmap::Point3D& point = reconstruction.Point3D(id);
+    writer.Put<uint64_t>(id);
+    for (int i = 0; i < 3; ++i) writer.Put(point.XYZ(i));
+    for (int i = 0; i < 3; ++i) writer.Put<uint8_t>(point.Color(i));
+    writer.Put(point.Error());
+    writer.Put<uint64_t>(point.Track().Length());
+    for (const colmap::TrackElement& element : point.Track().Elements()) {
+      writer.Put<uint32_t>(element.image_id);
+      writer.Put<uint32_t>(element.point2D_idx);
+    }
+  }
+  return writer.Take();
+}
+
+// Readers return false on damage.
+class Decoder {
+ public:
+  bool Cameras(const Bytes& bytes) {
+    ByteReader reader(bytes);
+    uint64_t count = 0;
+    if (!reader.Get(&count)) return false;
+    for (uint64_t i = 0; i < count; ++i) {
+      if (!Camera(&reader)) return false;
+    }
+    return reader.remaining() == 0;
+  }
+
+  bool Images(const Bytes& bytes) {
+    ByteReader reader(bytes);
+    uint64_t count = 0;
+    if (!reader.Get(&count)) return false;
+    for (uint64_t i = 0; i < count; ++i) {
+      if (!Image(&reader)) return false;
+    }
+    return reader.remaining() == 0;
+  }
+
+  bool Points(const Bytes& bytes) {
+    ByteReader reader(bytes);
+    uint64_t count = 0;
+    if (!reader.Get(&count)) return false;
+    for (uint64_t i = 0; i < count; ++i) {
+      if (!Point(&reader)) return false;
+    }
+    return reader.remaining() == 0;
+  }
+
+  colmap::Reconstruction Take() { return std::move(reconstruction_); }
+
+ private:
+  bool Camera(ByteReader* reader) {
+    uint32_t id = 0;
+    int32_t model = 0;
+    uint64_t width = 0, height = 0;
+    if (!reader->Get(&id) || !reader->Get(&model) || !reader->Get(&width) ||
+        !reader->Get(&height) || id == colmap::kInvalidCameraId ||
+        !colmap::ExistsCameraModelWithId(model) || reconstruction_.ExistsCamera(id)) {
+      return false;
+    }
+    colmap::Camera camera;
+    camera.SetCameraId(id);
+    camera.SetModelId(model);
+    camera.SetWidth(width);
+    camera.SetHeight(height);
+    for (double& param : camera.Params()) {
+      if (!reader->Get(&param) || !std::isfinite(param)) return false;
+    }
+    reconstruction_.AddCamera(camera);
+    return true;
+  }
+
+  bool Image(ByteReader* reader) {
+    uint32_t id = 0, camera_id = 0;
+    Eigen::Vector4d qvec;
+    Eigen::Vector3d tvec;
+    if (!reader->Get(&id) || !reader->GetRaw(qvec.data(), sizeof(double) * 4) ||
+        !reader->GetRaw(tvec.data(), sizeof(double) * 3) || !reader->Get(&camera_id) ||
+        id == colmap::kInvalidImageId || reconstruction_.ExistsImage(id) ||
+        !reconstruction_.ExistsCamera(camera_id) || !qvec.allFinite() || !tvec.allFinite() ||
+        qvec.norm() < 1e-6) {
+      return false;
+    }
+    colmap::Image image;
+    image.SetImageId(id);
+    image.SetCameraId(camera_id);
+    image.SetQvec(colmap::NormalizeQuaternion(qvec));
+    image.SetTvec(tvec);
+    std::string name;
+    std::vector<Eigen::Vector2d> points;
+    if (!Name(reader, &name) || !Points2D(reader, &points)) return false;
+    image.SetName(name);
+    image.SetPoints2D(points);
+    reconstruction_.AddImage(std::move(image));
+    reconstruction_.RegisterImage(id);
+    return true;
+  }
+
+  static bool Name(ByteReader* reader, std::string* name) {
+    char c = 0;
+    while (reader->Get(&c) && c != '\0') name->push_back(c);
+    return c == '\0' && !name->empty();
+  }
+
+  // The points' ids are left to the tracks of points3D.bin.
+  static bool Points2D(ByteReader* reader, std::vector<Eigen::Vector2d>* points) {
+    uint64_t count = 0;
+    if (!reader->Get(&count) || count > reader->remaining() / 24) return false;
+    for (uint64_t i = 0; i < count; ++i) {
+      double x = 0, y = 0;
+      if (!reader->Get(&x) || !reader->Get(&y) || !reader->Skip(8)) return false;
+      points->emplace_back(x, y);
+    }
+    return true;
+  }
+
+  bool Point(ByteReader* reader) {
+    uint64_t id = 0, length = 0;
+    double error = 0;
+    Eigen::Vector3d xyz;
+    Eigen::Vector3ub color;
+    if (!reader->Get(&id) || !reader->GetRaw(xyz.data(), sizeof(double) * 3) ||
+        !reader->GetRaw(color.data(), 3) || !reader->Get(&error) || !reader->Get(&length) ||
+        !xyz.allFinite() || length < 2 || length > reader->remaining() / 8) {
+      return false;
+    }
+    colmap::Track track;
+    for (uint64_t i = 0; i < length; ++i) {
+      uint32_t image_id = 0, index = 0;
+      reader->Get(&image_id);
+      reader->Get(&index);
+      if (!IsFree(image_id, index)) return false;
+      for (const colmap::TrackElement& other : track.Elements()) {
+        if (other.image_id == image_id && other.point2D_idx == index) return false;
+      }
+      track.AddElement(image_id, index);
+    }
+    const colmap::point3D_t added = reconstruction_.AddPoint3D(xyz, track, color);
+    reconstruction_.Point3D(added).SetError(error);
+    return true;
+  }
+
+  bool IsFree(uint32_t image_id, uint32_t index) const {
+    return reconstruction_.ExistsImage(image_id) &&
+           index < reconstruction_.Image(image_id).NumPoints2D() &&
+           !reconstruction_.Image(image_id).Point2D(index).HasPoint3D();
+  }
+
+  colmap::Reconstruction reconstruction_;
+};
+
+}  // namespace
+
+ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction) {
+  return {{"cameras.bin", EncodeCameras(reconstruction)},
+          {"images.bin", EncodeImages(reconstruction)},
+          {"points3D.bin", EncodePoints(reconstruction)}};
+}
+
+Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive) {
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    if (archive.count(name) == 0) return Status::Error(std::string("model without ") + name);
+  }
+  Decoder decoder;
+  if (!decoder.Cameras(archive.at("cameras.bin"))) return Status::Error("cameras.bin is damaged");
+  if (!decoder.Images(archive.at("images.bin"))) return Status::Error("images.bin is damaged");
+  if (!decoder.Points(archive.at("points3D.bin"))) {
+    return Status::Error("points3D.bin is damaged");
+  }
+  return decoder.Take();
+}
+
+}  // namespace skein

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "base/reconstruction.h"
+#include "core/result.h"
+#include "formats/formats.h"
+
+namespace skein {
+
+// cameras.bin, images.bin, points3D.bin as COLMAP 3.8 writes them (registered images only), in
+// memory and ordered by id, so that equal models are equal bytes.
+ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction);
+
+// The reverse. Every count, id and index is checked, as COLMAP aborts the process on bad ones; the
+// points get new ids, in the order of the file. Fails on a missing or damaged file.
+Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive);
+
+}  // namespace skein

@@ -1,0 +1,286 @@
+#include "map/scene_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <stdexcept>
+#include <unordered_set>
+
+#include "base/camera_models.h"
+
+namespace skein {
+namespace {
+
+// COLMAP's Database::kMaxNumImages: pair ids are made of two image ids.
+constexpr int64_t kMaxImageId = 2147483646;
+constexpr int kMaxSize = 1 << 20;
+
+bool IsValidId(int64_t id) { return id >= 1 && id <= kMaxImageId; }
+
+}  // namespace
+
+SceneMap::SceneMap(const std::string& camera_model)
+    : reconstruction_(std::make_unique<colmap::Reconstruction>()),
+      graph_(std::make_unique<colmap::CorrespondenceGraph>()),
+      triangulator_(
+          std::make_unique<colmap::IncrementalTriangulator>(graph_.get(), reconstruction_.get())) {
+  if (!colmap::ExistsCameraModelWithName(camera_model)) {
+    throw std::invalid_argument("unknown camera model " + camera_model);
+  }
+  camera_model_id_ = colmap::CameraModelNameToId(camera_model);
+}
+
+Status SceneMap::CheckPhoto(const PhotoInput& photo) const {
+  if (!IsValidId(photo.image_id)) return Status::Error("image id out of range");
+  if (!IsValidId(photo.camera_id)) return Status::Error("camera id out of range");
+  if (HasPhoto(photo.image_id)) return Status::Error("image is there already");
+  if (photo.width_px < 1 || photo.height_px < 1 || photo.width_px > kMaxSize ||
+      photo.height_px > kMaxSize) {
+    return Status::Error("image size out of range");
+  }
+  if (!(photo.focal_px > 0) || !std::isfinite(photo.focal_px)) {
+    return Status::Error("focal length out of range");
+  }
+  for (const Keypoint& keypoint : photo.keypoints) {
+    if (!std::isfinite(keypoint.x) || !std::isfinite(keypoint.y)) {
+      return Status::Error("keypoint is not finite");
+    }
+  }
+  return Status::Ok();
+}
+
+void SceneMap::AddCamera(const PhotoInput& photo) {
+  const CameraId id = static_cast<CameraId>(photo.camera_id);
+  if (cameras_.count(id) > 0) return;
+  colmap::Camera camera;
+  camera.InitializeWithId(camera_model_id_, photo.focal_px, photo.width_px, photo.height_px);
+  camera.SetCameraId(id);
+  camera.SetPriorFocalLength(photo.focal_from_exif);
+  CameraState& state = cameras_[id];
+  state.prior_params = camera.Params();
+  state.focal_from_exif = photo.focal_from_exif;
+  reconstruction_->AddCamera(camera);
+}
+
+Status SceneMap::AddPhoto(const PhotoInput& photo) {
+  const Status status = CheckPhoto(photo);
+  if (!status.ok()) return status;
+  AddCamera(photo);
+  const ImageId id = static_cast<ImageId>(photo.image_id);
+  std::vector<Eigen::Vector2d> points;
+  std::vector<std::array<uint8_t, 3>>& colours = colours_[id];
+  for (const Keypoint& k : photo.keypoints) {
+    points.emplace_back(k.x, k.y);
+    colours.push_back({k.r, k.g, k.b});
+  }
+  colmap::Image image;
+  image.SetImageId(id);
+  image.SetCameraId(static_cast<CameraId>(photo.camera_id));
+  image.SetName(photo.name);
+  image.SetPoints2D(points);
+  reconstruction_->AddImage(std::move(image));
+  graph_->AddImage(id, points.size());
+  photos_.push_back(id);
+  const auto waiting = waiting_.find(id);
+  if (waiting == waiting_.end()) return Status::Ok();
+  const auto pairs = std::move(waiting->second);
+  waiting_.erase(waiting);
+  for (const auto& [other, matches] : pairs) Connect(other, id, matches);
+  return Status::Ok();
+}
+
+Status SceneMap::CheckPair(ImageId image_id, const TwoViewPair& pair) const {
+  if (!IsValidId(pair.other_id) || pair.other_id == image_id) {
+    return Status::Error("pair with an image id out of range");
+  }
+  const size_t num_points = reconstruction_->Image(image_id).NumPoints2D();
+  for (const auto& [index, other_index] : pair.inliers) {
+    if (index >= num_points) return Status::Error("pair with a keypoint index out of range");
+    (void)other_index;
+  }
+  return Status::Ok();
+}
+
+Status SceneMap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
+  if (!HasPhoto(image_id)) return Status::Error("pairs of an image that is not there");
+  const ImageId id = static_cast<ImageId>(image_id);
+  for (const TwoViewPair& pair : pairs) {
+    const Status status = CheckPair(id, pair);
+    if (!status.ok()) return status;
+  }
+  Status result = Status::Ok();
+  for (const TwoViewPair& pair : pairs) {
+    const ImageId other = static_cast<ImageId>(pair.other_id);
+    if (neighbours_[id].count(other) > 0) continue;
+    colmap::FeatureMatches matches;
+    for (const auto& [index, other_index] : pair.inliers) {
+      matches.emplace_back(index, other_index);
+    }
+    neighbours_[id][other] = neighbours_[other][id] = static_cast<int>(matches.size());
+    if (!HasPhoto(other)) {
+      waiting_[other][id] = std::move(matches);
+      continue;
+    }
+    const Status status = Connect(id, other, matches);
+    if (!status.ok()) result = status;
+  }
+  return result;
+}
+
+Status SceneMap::Connect(ImageId image_id1, ImageId image_id2,
+                         const colmap::FeatureMatches& matches) {
+  const size_t n1 = reconstruction_->Image(image_id1).NumPoints2D();
+  const size_t n2 = reconstruction_->Image(image_id2).NumPoints2D();
+  // One-to-one: COLMAP's graph holds at most one correspondence of a keypoint with an image.
+  std::unordered_set<Point2DIdx> used1, used2;
+  colmap::FeatureMatches valid;
+  for (const colmap::FeatureMatch& match : matches) {
+    if (match.point2D_idx1 >= n1 || match.point2D_idx2 >= n2) {
+      return Status::Error("pair with a keypoint index out of range");
+    }
+    if (used1.count(match.point2D_idx1) || used2.count(match.point2D_idx2)) continue;
+    used1.insert(match.point2D_idx1);
+    used2.insert(match.point2D_idx2);
+    valid.push_back(match);
+  }
+  graph_->AddCorrespondences(image_id1, image_id2, valid);
+  pairs_.emplace_back(image_id1, image_id2);
+  return Status::Ok();
+}
+
+bool SceneMap::HasPhoto(int64_t image_id) const {
+  return IsValidId(image_id) && reconstruction_->ExistsImage(static_cast<ImageId>(image_id));
+}
+
+bool SceneMap::IsRegistered(int64_t image_id) const {
+  return HasPhoto(image_id) && reconstruction_->IsImageRegistered(static_cast<ImageId>(image_id));
+}
+
+const std::map<ImageId, int>& SceneMap::Neighbours(ImageId image_id) const {
+  static const std::map<ImageId, int> kNone;
+  const auto it = neighbours_.find(image_id);
+  return it == neighbours_.end() ? kNone : it->second;
+}
+
+bool SceneMap::IsStrongPair(ImageId id1, ImageId id2, double min_share) const {
+  int strongest = 0;
+  for (const ImageId id : {id1, id2}) {
+    for (const auto& [other, inliers] : Neighbours(id)) strongest = std::max(strongest, inliers);
+  }
+  return Neighbours(id1).at(id2) >= min_share * strongest;
+}
+
+void SceneMap::Register(ImageId image_id) {
+  if (reconstruction_->IsImageRegistered(image_id)) return;
+  reconstruction_->RegisterImage(image_id);
+  ++cameras_.at(reconstruction_->Image(image_id).CameraId()).num_registered;
+}
+
+void SceneMap::Deregister(ImageId image_id) {
+  if (!reconstruction_->IsImageRegistered(image_id)) return;
+  reconstruction_->DeRegisterImage(image_id);
+  --cameras_.at(reconstruction_->Image(image_id).CameraId()).num_registered;
+}
+
+void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
+  const std::vector<ImageId> old_ids = reconstruction_->RegImageIds();
+  for (const ImageId id : old_ids) Deregister(id);
+  for (const auto& [id, camera] : model.Cameras()) {
+    if (reconstruction_->ExistsCamera(id)) reconstruction_->Camera(id).SetParams(camera.Params());
+  }
+  for (const ImageId id : model.RegImageIds()) {
+    colmap::Image& image = reconstruction_->Image(id);
+    image.SetQvec(model.Image(id).Qvec());
+    image.SetTvec(model.Image(id).Tvec());
+    Register(id);
+  }
+  std::vector<Point3DId> points;
+  for (const auto& [id, point] : model.Points3D()) points.push_back(id);
+  std::sort(points.begin(), points.end());
+  for (const Point3DId id : points) {
+    const colmap::Point3D& point = model.Point3D(id);
+    const Point3DId added = reconstruction_->AddPoint3D(point.XYZ(), point.Track(), point.Color());
+    reconstruction_->Point3D(added).SetError(point.Error());
+  }
+  triangulator_->ClearModifiedPoints3D();
+}
+
+void SceneMap::Clear() {
+  ReplaceRegistered(colmap::Reconstruction());
+  for (auto& [id, state] : cameras_) {
+    reconstruction_->Camera(id).SetParams(state.prior_params);
+    state.refined = false;
+  }
+}
+
+void SceneMap::ColourPoints() {
+  for (const Point3DId id : reconstruction_->Point3DIds()) {
+    colmap::Point3D& point = reconstruction_->Point3D(id);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const colmap::TrackElement& element : point.Track().Elements()) {
+      const auto& colour = colours_.at(element.image_id)[element.point2D_idx];
+      sum += Eigen::Vector3d(colour[0], colour[1], colour[2]);
+    }
+    sum /= static_cast<double>(std::max<size_t>(1, point.Track().Length()));
+    point.SetColor(sum.array().round().cast<uint8_t>().matrix());
+  }
+}
+
+std::unique_ptr<SceneMap> SceneMap::Clone() const {
+  auto copy = std::make_unique<SceneMap>();
+  copy->camera_model_id_ = camera_model_id_;
+  *copy->reconstruction_ = *reconstruction_;
+  *copy->graph_ = *graph_;
+  copy->cameras_ = cameras_;
+  copy->neighbours_ = neighbours_;
+  copy->waiting_ = waiting_;
+  copy->colours_ = colours_;
+  copy->pairs_ = pairs_;
+  copy->photos_ = photos_;
+  return copy;
+}
+
+std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images) {
+  std::vector<Point3DId> points;
+  for (const ImageId id : images) {
+    for (const colmap::Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
+      if (point2D.HasPoint3D()) points.push_back(point2D.Point3DId());
+    }
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points) {
+  std::set<ImageId> observers;
+  for (const Point3DId id : points) {
+    for (const auto& element : map.reconstruction().Point3D(id).Track().Elements()) {
+      observers.insert(element.image_id);
+    }
+  }
+  return {observers.begin(), observers.end()};
+}
+
+bool IsFirm(const SceneMap& map, Point3DId id) {
+  return map.reconstruction().Point3D(id).Track().Length() > kFirmTrackLength;
+}
+
+std::vector<Point3DId> WithoutFirm(const SceneMap& map, const std::vector<Point3DId>& points) {
+  std::vector<Point3DId> result;
+  for (const Point3DId id : points) {
+    if (!IsFirm(map, id)) result.push_back(id);
+  }
+  return result;
+}
+
+std::vector<Point3DId> Without(const std::vector<Point3DId>& ids,
+                               const std::vector<Point3DId>& others) {
+  std::vector<Point3DId> result;
+  std::set_difference(ids.begin(), ids.end(), others.begin(), others.end(),
+                      std::back_inserter(result));
+  return result;
+}
+
+}  // namespace skein

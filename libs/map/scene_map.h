@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/correspondence_graph.h"
+#include "base/reconstruction.h"
+#include "core/result.h"
+#include "formats/formats.h"
+#include "sfm/incremental_triangulator.h"
+
+namespace skein {
+
+// COLMAP's ids; its own names are those of Skein's messages.
+using ImageId = colmap::image_t;
+using CameraId = colmap::camera_t;
+using Point2DIdx = colmap::point2D_t;
+using Point3DId = colmap::point3D_t;
+
+// A photo as the mapper takes it.
+struct PhotoInput {
+  int64_t image_id = 0;
+  int64_t camera_id = 0;
+  std::string name;  // AGENT/NAME
+  int width_px = 0;
+  int height_px = 0;
+  double focal_px = 0;  // prior
+  bool focal_from_exif = false;
+  Keypoints keypoints;
+};
+
+// What a camera started from, and how far it has come.
+struct CameraState {
+  std::vector<double> prior_params;
+  bool focal_from_exif = false;
+  bool refined = false;    // a BA over several photos has set its parameters
+  int num_registered = 0;  // registered photos of it
+};
+
+// A growing scene in COLMAP's structures: photos with their keypoints, verified correspondences,
+// poses, points. Everything that comes in is validated, as COLMAP aborts the process on bad
+// indices. COLMAP's Reconstruction::SetUp is never called (it needs a database), so the counters of
+// visible points that it keeps stay unset. Owned by one thread.
+class SceneMap {
+ public:
+  // `camera_model`: one of COLMAP's names. Throws std::invalid_argument for another.
+  explicit SceneMap(const std::string& camera_model = "SIMPLE_RADIAL");
+
+  // Refuses a second photo of an id, non-finite or negative sizes, ids beyond COLMAP's.
+  Status AddPhoto(const PhotoInput& photo);
+
+  // The verified pairs of a photo that was added, with any others. A pair with a photo that is not
+  // there yet is kept until it comes. A pair given twice counts once. Refuses indices out of range.
+  Status AddPairs(int64_t image_id, const TwoViewPairs& pairs);
+
+  bool HasPhoto(int64_t image_id) const;
+  bool IsRegistered(int64_t image_id) const;
+
+  // Photos with a verified pair with this one, with the number of its inliers; also those which
+  // are not there.
+  const std::map<ImageId, int>& Neighbours(ImageId image_id) const;
+  // Whether two neighbours share at least this part of the inliers of the strongest pair that
+  // either of them has.
+  bool IsStrongPair(ImageId id1, ImageId id2, double min_share) const;
+
+  // Registers with the pose that the image has been given / takes it and its observations out.
+  void Register(ImageId image_id);
+  void Deregister(ImageId image_id);
+
+  // Drops all poses and points and takes those of `model`, whose images must all be there with the
+  // same keypoints and cameras; its points get new ids.
+  void ReplaceRegistered(const colmap::Reconstruction& model);
+
+  // Drops all poses and points; cameras get their priors back.
+  void Clear();
+
+  // Ids of the photos in the order they came.
+  const std::vector<ImageId>& photos() const { return photos_; }
+
+  colmap::Reconstruction& reconstruction() { return *reconstruction_; }
+  const colmap::Reconstruction& reconstruction() const { return *reconstruction_; }
+  const colmap::CorrespondenceGraph& graph() const { return *graph_; }
+  colmap::IncrementalTriangulator& triangulator() { return *triangulator_; }
+  CameraState& camera_state(CameraId id) { return cameras_.at(id); }
+  const CameraState& camera_state(CameraId id) const { return cameras_.at(id); }
+  const std::map<CameraId, CameraState>& camera_states() const { return cameras_; }
+  // Pairs of photos that are both there, in the order they came.
+  const std::vector<std::pair<ImageId, ImageId>>& pairs() const { return pairs_; }
+
+  // Colours each point with the mean of its observations. Visits all points.
+  void ColourPoints();
+
+  // A deep copy.
+  std::unique_ptr<SceneMap> Clone() const;
+
+ private:
+  Status CheckPhoto(const PhotoInput& photo) const;
+  void AddCamera(const PhotoInput& photo);
+  Status CheckPair(ImageId image_id, const TwoViewPair& pair) const;
+  Status Connect(ImageId image_id1, ImageId image_id2, const colmap::FeatureMatches& matches);
+
+  int camera_model_id_;
+  std::unique_ptr<colmap::Reconstruction> reconstruction_;
+  std::unique_ptr<colmap::CorrespondenceGraph> graph_;
+  std::unique_ptr<colmap::IncrementalTriangulator> triangulator_;
+  std::map<CameraId, CameraState> cameras_;
+  std::unordered_map<ImageId, std::map<ImageId, int>> neighbours_;
+  // For a photo that is not there: pairs of photos that are with it (their index first).
+  std::unordered_map<ImageId, std::map<ImageId, colmap::FeatureMatches>> waiting_;
+  std::unordered_map<ImageId, std::vector<std::array<uint8_t, 3>>> colours_;
+  std::vector<std::pair<ImageId, ImageId>> pairs_;
+  std::vector<ImageId> photos_;
+};
+
+// Points that at least one of the images sees / images that see at least one of the points, in
+// ascending order.
+std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images);
+std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points);
+
+// A point that more images see than this is firm: another hardly moves it, and what is done with it
+// for one photo should not cost the more the more of them see it. COLMAP's limit in its local BA.
+constexpr size_t kFirmTrackLength = 15;
+bool IsFirm(const SceneMap& map, Point3DId id);
+std::vector<Point3DId> WithoutFirm(const SceneMap& map, const std::vector<Point3DId>& points);
+
+// Of ids in ascending order those that are not among others, in ascending order as well.
+std::vector<Point3DId> Without(const std::vector<Point3DId>& ids,
+                               const std::vector<Point3DId>& others);
+
+}  // namespace skein

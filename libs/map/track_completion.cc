@@ -1,0 +1,126 @@
+#include "map/track_completion.h"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/projection.h"
+
+namespace skein {
+namespace {
+
+using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
+
+std::unordered_set<Point3DId> ModifiedNotFirm(SceneMap* map) {
+  std::unordered_set<Point3DId> points;
+  for (const Point3DId id : map->triangulator().GetModifiedPoints3D()) {
+    if (!IsFirm(*map, id)) points.insert(id);
+  }
+  return points;
+}
+
+bool IsSeenAt(const colmap::Reconstruction& reconstruction, const colmap::TrackElement& element,
+              const Eigen::Vector3d& xyz, double max_error_px) {
+  const colmap::Image& image = reconstruction.Image(element.image_id);
+  return colmap::CalculateSquaredReprojectionError(
+             image.Point2D(element.point2D_idx).XY(), xyz, image.Qvec(), image.Tvec(),
+             reconstruction.Camera(image.CameraId())) <= max_error_px * max_error_px;
+}
+
+// Between the two, nearer to the one with the longer track, if all their images see it there.
+bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
+  colmap::Reconstruction& reconstruction = map->reconstruction();
+  const colmap::Point3D& point1 = reconstruction.Point3D(id1);
+  const colmap::Point3D& point2 = reconstruction.Point3D(id2);
+  const double length1 = static_cast<double>(point1.Track().Length());
+  const double length2 = static_cast<double>(point2.Track().Length());
+  const Eigen::Vector3d xyz =
+      (length1 * point1.XYZ() + length2 * point2.XYZ()) / (length1 + length2);
+  for (const colmap::Point3D* point : {&point1, &point2}) {
+    for (const colmap::TrackElement& element : point->Track().Elements()) {
+      if (!IsSeenAt(reconstruction, element, xyz, max_error_px)) return false;
+    }
+  }
+  map->triangulator().AddModifiedPoint3D(reconstruction.MergePoints3D(id1, id2));
+  return true;
+}
+
+// What matches tie to a firm point that the new photo sees.
+class FirmPoint {
+ public:
+  FirmPoint(const TriangulatorOptions& options, ImageId image_id, Point2DIdx index, SceneMap* map)
+      : options_(options), image_id_(image_id), index_(index), map_(*map) {}
+
+  void Merge() const {
+    std::unordered_set<Point3DId> tried;
+    for (const auto& match : map_.graph().FindCorrespondences(image_id_, index_)) {
+      const colmap::Image& other = map_.reconstruction().Image(match.image_id);
+      const colmap::Point2D& point2D = other.Point2D(match.point2D_idx);
+      if (!point2D.HasPoint3D() || point2D.Point3DId() == id()) continue;
+      if (!tried.insert(point2D.Point3DId()).second) continue;
+      skein::Merge(options_.merge_max_reproj_error, id(), point2D.Point3DId(), &map_);
+    }
+  }
+
+  // Follows the matches of what it adds, too.
+  void Complete() const {
+    std::vector<colmap::TrackElement> ends{{image_id_, index_}};
+    for (int i = 0; i < options_.complete_max_transitivity && !ends.empty(); ++i) {
+      std::vector<colmap::TrackElement> added;
+      for (const colmap::TrackElement& end : ends) AddMatchesOf(end, &added);
+      ends.swap(added);
+    }
+  }
+
+ private:
+  Point3DId id() const {
+    return map_.reconstruction().Image(image_id_).Point2D(index_).Point3DId();
+  }
+
+  void AddMatchesOf(const colmap::TrackElement& element,
+                    std::vector<colmap::TrackElement>* added) const {
+    colmap::Reconstruction& reconstruction = map_.reconstruction();
+    for (const auto& match :
+         map_.graph().FindCorrespondences(element.image_id, element.point2D_idx)) {
+      const colmap::Image& other = reconstruction.Image(match.image_id);
+      if (!other.IsRegistered() || other.Point2D(match.point2D_idx).HasPoint3D()) continue;
+      const colmap::TrackElement found(match.image_id, match.point2D_idx);
+      if (!IsSeenAt(reconstruction, found, reconstruction.Point3D(id()).XYZ(),
+                    options_.complete_max_reproj_error)) {
+        continue;
+      }
+      reconstruction.AddObservation(id(), found);
+      added->push_back(found);
+    }
+    if (!added->empty()) map_.triangulator().AddModifiedPoint3D(id());
+  }
+
+  const TriangulatorOptions& options_;
+  const ImageId image_id_;
+  const Point2DIdx index_;
+  SceneMap& map_;
+};
+
+template <typename Function>
+void ForEachFirmPoint(const TriangulatorOptions& options, ImageId image_id, SceneMap* map,
+                      const Function& function) {
+  const colmap::Image& image = map->reconstruction().Image(image_id);
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    if (!image.Point2D(i).HasPoint3D() || !IsFirm(*map, image.Point2D(i).Point3DId())) continue;
+    function(FirmPoint(options, image_id, i, map));
+  }
+}
+
+}  // namespace
+
+void CompleteLocally(const TriangulatorOptions& options, ImageId new_image, SceneMap* map) {
+  colmap::IncrementalTriangulator& triangulator = map->triangulator();
+  triangulator.MergeTracks(options, ModifiedNotFirm(map));
+  ForEachFirmPoint(options, new_image, map, [](const FirmPoint& point) { point.Merge(); });
+  triangulator.CompleteTracks(options, ModifiedNotFirm(map));
+  ForEachFirmPoint(options, new_image, map, [](const FirmPoint& point) { point.Complete(); });
+  TriangulatorOptions creating = options;
+  creating.complete_max_transitivity = 0;  // the photo's tracks are complete
+  triangulator.CompleteImage(creating, new_image);
+}
+
+}  // namespace skein

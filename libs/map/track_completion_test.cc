@@ -1,0 +1,132 @@
+#include "map/track_completion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "mapping/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+constexpr ImageId kNewPhoto = 20;
+
+// Photos that all see the same points, close together, at the truth; the last one is new.
+class TrackCompletionTest : public testing::Test {
+ protected:
+  TrackCompletionTest() : scene_(MakeScene(Options())) {
+    AddToMap(scene_, scene_.pairs, &map_);
+    RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
+    for (const Point3DId id : PointsSeenBy(map_, {kNewPhoto})) {
+      map_.triangulator().AddModifiedPoint3D(id);
+    }
+  }
+
+  static SyntheticOptions Options() {
+    SyntheticOptions options;
+    options.num_photos = kNewPhoto;
+    options.num_points = 100;
+    options.step_deg = 1;
+    return options;
+  }
+
+  // The keypoint at which a photo sees one of the scene's points.
+  Point2DIdx KeypointOf(ImageId id, int point) const {
+    const std::vector<int>& visible = scene_.visible[id - 1];
+    return static_cast<Point2DIdx>(std::find(visible.begin(), visible.end(), point) -
+                                   visible.begin());
+  }
+  Point3DId PointAt(ImageId id, int point) const {
+    const colmap::Point2D& point2D = map_.reconstruction().Image(id).Point2D(KeypointOf(id, point));
+    return point2D.HasPoint3D() ? point2D.Point3DId() : colmap::kInvalidPoint3DId;
+  }
+  size_t Length(int point) const {
+    return map_.reconstruction().Point3D(PointAt(kNewPhoto, point)).Track().Length();
+  }
+  void TakeOut(ImageId id, int point) {
+    map_.reconstruction().DeleteObservation(id, KeypointOf(id, point));
+  }
+  // Takes photos [begin, end) out of the point's track.
+  void TakeOut(ImageId begin, ImageId end, int point) {
+    for (ImageId id = begin; id < end; ++id) TakeOut(id, point);
+  }
+  void Complete() { CompleteLocally({}, kNewPhoto, &map_); }
+
+  SyntheticScene scene_;
+  SceneMap map_;
+};
+
+TEST_F(TrackCompletionTest, ExtendsShortAndLongTracksByWhatTheNewPhotoMatches) {
+  TakeOut(1, 3, 5);   // leaves a firm point
+  TakeOut(1, 13, 6);  // leaves one that is not
+  ASSERT_TRUE(IsFirm(map_, PointAt(kNewPhoto, 5)));
+  ASSERT_FALSE(IsFirm(map_, PointAt(kNewPhoto, 6)));
+  Complete();
+  EXPECT_EQ(Length(5), 20u);
+  EXPECT_EQ(Length(6), 20u);
+  EXPECT_EQ(PointAt(1, 5), PointAt(kNewPhoto, 5));
+}
+
+TEST_F(TrackCompletionTest, DoesNotTakeInWhatIsSeenElsewhere) {
+  TakeOut(1, 3, 5);
+  const Point2DIdx moved = KeypointOf(1, 5);
+  colmap::Image& image = map_.reconstruction().Image(1);
+  image.Point2D(moved).SetXY(image.Point2D(moved).XY() + Eigen::Vector2d(20, 0));
+  Complete();
+  EXPECT_EQ(PointAt(1, 5), colmap::kInvalidPoint3DId);
+  EXPECT_EQ(Length(5), 19u);
+}
+
+TEST_F(TrackCompletionTest, MergesALongTrackWithAnotherOfTheSamePoint) {
+  TakeOut(1, 4, 5);
+  colmap::Track other;
+  for (ImageId id = 1; id < 4; ++id) other.AddElement(id, KeypointOf(id, 5));
+  map_.reconstruction().AddPoint3D(scene_.points[5], other);
+  const size_t num_points = map_.reconstruction().NumPoints3D();
+  Complete();
+  EXPECT_EQ(map_.reconstruction().NumPoints3D(), num_points - 1);
+  EXPECT_EQ(Length(5), 20u);
+  EXPECT_EQ(map_.triangulator().GetModifiedPoints3D().count(PointAt(kNewPhoto, 5)), 1u);
+}
+
+TEST_F(TrackCompletionTest, DoesNotMergePointsInDifferentPlaces) {
+  TakeOut(1, 4, 5);
+  colmap::Track other;
+  for (ImageId id = 1; id < 4; ++id) other.AddElement(id, KeypointOf(id, 5));
+  map_.reconstruction().AddPoint3D(scene_.points[5] + Eigen::Vector3d(1, 0, 0), other);
+  const size_t num_points = map_.reconstruction().NumPoints3D();
+  Complete();
+  EXPECT_EQ(map_.reconstruction().NumPoints3D(), num_points);
+}
+
+// The new photo's matches with photo 1 are gone: what others match is not followed for a firm
+// point, which was looked at when they came; and is for one that is not.
+TEST_F(TrackCompletionTest, LooksAroundAFirmPointInTheNewPhotoOnly) {
+  SyntheticScene scene = scene_;
+  TwoViewPairs& pairs = scene.pairs[kNewPhoto - 1];
+  pairs.erase(std::find_if(pairs.begin(), pairs.end(),
+                           [](const TwoViewPair& pair) { return pair.other_id == 1; }));
+  SceneMap map;
+  AddToMap(scene, scene.pairs, &map);
+  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
+  map.reconstruction().DeleteObservation(1, KeypointOf(1, 5));
+  map.reconstruction().DeleteObservation(1, KeypointOf(1, 6));
+  for (ImageId id = 2; id < 10; ++id) {
+    map.reconstruction().DeleteObservation(id, KeypointOf(id, 6));
+  }
+  for (const Point3DId id : PointsSeenBy(map, {kNewPhoto})) {
+    map.triangulator().AddModifiedPoint3D(id);
+  }
+  CompleteLocally({}, kNewPhoto, &map);
+  EXPECT_FALSE(map.reconstruction().Image(1).Point2D(KeypointOf(1, 5)).HasPoint3D());
+  EXPECT_TRUE(map.reconstruction().Image(1).Point2D(KeypointOf(1, 6)).HasPoint3D());
+}
+
+TEST_F(TrackCompletionTest, MakesPointsOfTheNewPhotosKeypointsThatHaveNone) {
+  map_.reconstruction().DeletePoint3D(PointAt(kNewPhoto, 7));
+  Complete();
+  EXPECT_EQ(Length(7), 20u);
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,42 @@
+#include "mapping/background_ba.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <stdexcept>
+
+namespace skein {
+namespace {
+
+// On Linux a thread has a nice value of its own.
+void LowerPriority() { setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10); }
+
+}  // namespace
+
+void BackgroundBa::Start(Bundle bundle, const BundleOptions& options) {
+  if (IsRunning()) throw std::logic_error("a background bundle adjustment is running");
+  cancel_ = done_ = false;
+  bundles_.before = std::move(bundle);
+  BundleOptions cancellable = options;
+  cancellable.cancel = &cancel_;
+  thread_ = std::thread([this, cancellable] {
+    LowerPriority();
+    bundles_.after = bundles_.before;
+    summary_ = SolveBundle(cancellable, &bundles_.after);
+    done_ = true;
+  });
+}
+
+std::optional<RefinedBundle> BackgroundBa::TakeIfDone() {
+  if (!IsRunning() || !done_) return std::nullopt;
+  thread_.join();
+  if (!summary_.usable) return std::nullopt;
+  return std::move(bundles_);
+}
+
+void BackgroundBa::Cancel() {
+  cancel_ = true;
+  if (IsRunning()) thread_.join();
+}
+
+}  // namespace skein

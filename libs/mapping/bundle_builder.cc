@@ -1,0 +1,87 @@
+#include "mapping/bundle_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "map/bundle_assembly.h"
+
+namespace skein {
+namespace {
+
+constexpr double kFocalSigmaExif = 0.1;
+constexpr double kFocalSigmaGuess = 0.3;
+constexpr double kDistortionSigma = 0.1;
+constexpr size_t kMinImagesForDistortion = 3;
+// Errors of an image's observations (localisation, lens, mistaken matches) are shared by
+// neighbours: more of them weigh against a camera's prior as this many.
+constexpr double kIndependentObservations = 100;
+
+}  // namespace
+
+BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
+                              bool refine_distortion) {
+  const colmap::Camera& camera = map.reconstruction().Camera(id);
+  const CameraState& state = map.camera_state(id);
+  BundleCamera result;
+  result.camera_id = id;
+  result.model_id = camera.ModelId();
+  result.params = camera.Params();
+  result.prior = state.prior_params;
+  result.prior_sigma.assign(result.params.size(), 0.0);
+  for (const size_t i : camera.FocalLengthIdxs()) {
+    result.prior_sigma[i] =
+        result.prior[i] * (state.focal_from_exif ? kFocalSigmaExif : kFocalSigmaGuess);
+    if (refine_focal) result.refined.push_back(static_cast<int>(i));
+  }
+  for (const size_t i : camera.ExtraParamsIdxs()) {
+    result.prior_sigma[i] = kDistortionSigma;
+    if (refine_distortion) result.refined.push_back(static_cast<int>(i));
+  }
+  return result;
+}
+
+void ScalePriors(Bundle* bundle) {
+  std::vector<double> num_images(bundle->cameras.size(), 0.0);
+  std::vector<double> num_observations(bundle->cameras.size(), 0.0);
+  for (const BundlePose& pose : bundle->poses) num_images[pose.camera] += 1;
+  for (const BundleObservation& observation : bundle->observations) {
+    num_observations[bundle->poses[observation.pose].camera] += 1;
+  }
+  for (size_t i = 0; i < bundle->cameras.size(); ++i) {
+    const double surplus = num_observations[i] / (kIndependentObservations * num_images[i]);
+    for (double& sigma : bundle->cameras[i].prior_sigma) sigma /= std::sqrt(std::max(1.0, surplus));
+  }
+}
+
+Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {
+  const bool refine_distortion =
+      request.refine_cameras && map.reconstruction().NumRegImages() >= kMinImagesForDistortion;
+  BundleAssembly assembly(map.reconstruction(), [&](CameraId id) {
+    return MakeBundleCamera(map, id, request.refine_cameras, refine_distortion);
+  });
+  for (size_t i = 0; i < request.free.size(); ++i) {
+    assembly.AddPose(request.free[i], false, request.weights.empty() ? 1.0 : request.weights[i]);
+  }
+  for (const ImageId id : request.held) assembly.AddPose(id, true);
+  for (const Point3DId id : request.points) assembly.AddPoint(id, request.hold_open_points);
+  for (const ImageId id : ObserversOf(map, request.complete_points)) assembly.AddPose(id, true);
+  for (const Point3DId id : request.complete_points) assembly.AddPoint(id);
+  Bundle bundle = assembly.Take();
+  ScalePriors(&bundle);
+  return bundle;
+}
+
+Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {
+  BundleRequest request;
+  request.free = map.reconstruction().RegImageIds();
+  for (const auto& [id, point] : map.reconstruction().Points3D()) request.points.push_back(id);
+  std::sort(request.points.begin(), request.points.end());
+  request.refine_cameras = refine_cameras;
+  return BuildBundle(map, request);
+}
+
+void ApplyBundle(const Bundle& bundle, SceneMap* map) {
+  ApplyBundle(bundle, &map->reconstruction());
+}
+
+}  // namespace skein

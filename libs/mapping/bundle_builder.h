@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "map/image_pose.h"
+#include "map/scene_map.h"
+
+namespace skein {
+
+// Which part of a map a bundle holds.
+struct BundleRequest {
+  std::vector<ImageId> free;      // poses to refine
+  std::vector<double> weights;    // of `free`, in (0, 1]; empty: all 1
+  std::vector<ImageId> held;      // constant poses, whose observations count; but those of `free`
+  std::vector<Point3DId> points;  // to refine; those with < 2 observations in it are left out
+  // Of `points`, those that images other than `free` and `held` see are constant, as in COLMAP's
+  // local BA.
+  bool hold_open_points = false;
+  // To refine, none of them among `points`, with the observations of all images; of those which are
+  // not in the bundle the poses are constant.
+  std::vector<Point3DId> complete_points;
+  bool refine_cameras = false;  // focal length; distortion from three registered photos on
+};
+
+// A bundle of a part of the map, priors scaled; only registered images count.
+Bundle BuildBundle(const SceneMap& map, const BundleRequest& request);
+
+// All registered images and points.
+Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
+
+// Strengthens the priors of cameras so that an image's observations weigh against them as 100
+// independent ones at most: 1 px noise of thousands would let a few images seen under a small angle
+// drive the focal length away.
+void ScalePriors(Bundle* bundle);
+
+// To the map it was built from, as bundle/image_pose.h tells.
+void ApplyBundle(const Bundle& bundle, SceneMap* map);
+
+// The camera with its weak priors: focal length 10 % (EXIF) or 30 %, distortion 0.1.
+BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
+                              bool refine_distortion);
+
+}  // namespace skein

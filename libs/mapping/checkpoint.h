@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/result.h"
+#include "formats/formats.h"
+#include "mapping/submap.h"
+
+namespace skein {
+
+// A submap as a model archive: COLMAP's three files, which any reader of COLMAP models takes, and
+// side.bin with what they don't hold: photos that wait, trials, priors, similarity lists.
+ModelArchive SaveSubmap(Submap* submap);
+
+// The photos that must be in a submap before the archive can be restored into it: those it holds,
+// registered or waiting, in the order they came. Fails on a damaged side.bin.
+Result<std::vector<int64_t>> PhotosOfArchive(const ModelArchive& archive);
+
+// Restores into a submap that has the archive's photos with their pairs and nothing registered.
+Status RestoreSubmap(const ModelArchive& archive, Submap* submap);
+
+}  // namespace skein

@@ -1,0 +1,168 @@
+#include "mapping/initial_pair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/pose.h"
+#include "base/projection.h"
+#include "base/triangulation.h"
+#include "estimators/two_view_geometry.h"
+#include "mapping/registration.h"
+#include "util/math.h"
+#include "util/random.h"
+
+namespace skein {
+namespace {
+
+constexpr double kFocalFactors[] = {1.0, 0.8, 0.65, 0.5, 1.25, 1.55, 1.9};
+// The points of a pair are at first those seen under half its median angle, at most this.
+constexpr double kMaxPointAngleDeg = 16.0;
+// Another focal length than the prior must win by this.
+constexpr double kMinGain = 1.03;
+
+std::vector<Eigen::Vector2d> Points(const colmap::Image& image) {
+  std::vector<Eigen::Vector2d> points;
+  for (const colmap::Point2D& point : image.Points2D()) points.push_back(point.XY());
+  return points;
+}
+
+void ScaleFocal(double factor, colmap::Camera* camera) {
+  for (const size_t i : camera->FocalLengthIdxs()) camera->Params(i) *= factor;
+}
+
+struct Pair {
+  colmap::Camera camera1, camera2;
+  std::vector<Eigen::Vector2d> points1, points2;
+  colmap::FeatureMatches matches;
+};
+
+colmap::TwoViewGeometry Estimate(const InitialPairOptions& options, const Pair& pair) {
+  colmap::TwoViewGeometry::Options estimation;
+  estimation.ransac_options.min_num_trials = 30;
+  estimation.ransac_options.max_num_trials = 2000;
+  estimation.ransac_options.max_error = options.max_error_px;
+  colmap::TwoViewGeometry geometry;
+  geometry.EstimateCalibrated(pair.camera1, pair.points1, pair.camera2, pair.points2, pair.matches,
+                              estimation);
+  return geometry;
+}
+
+// Tries focal lengths for cameras that have none from EXIF; leaves the best in `pair`.
+colmap::TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, bool free1, bool free2,
+                                          Pair* pair) {
+  const Pair prior = *pair;
+  colmap::TwoViewGeometry best;
+  double best_score = -1;
+  for (const double factor : kFocalFactors) {
+    if (factor != 1.0 && !free1 && !free2) break;
+    Pair scaled = prior;
+    if (free1) ScaleFocal(factor, &scaled.camera1);
+    if (free2) ScaleFocal(factor, &scaled.camera2);
+    const colmap::TwoViewGeometry geometry = Estimate(options, scaled);
+    const double score =
+        static_cast<double>(geometry.inlier_matches.size()) * (factor == 1.0 ? kMinGain : 1.0);
+    if (score <= best_score) continue;
+    best_score = score;
+    best = geometry;
+    *pair = scaled;
+  }
+  return best;
+}
+
+// Whether the camera's focal length is open.
+bool IsFree(const SceneMap& map, const colmap::Camera& camera) {
+  const CameraState& state = map.camera_state(camera.CameraId());
+  return !state.focal_from_exif && !state.refined && state.num_registered == 0;
+}
+
+// Adds the points that both images see under at least `min_angle`.
+int TriangulatePair(const colmap::FeatureMatches& matches, double min_angle, ImageId image_id1,
+                    ImageId image_id2, colmap::Reconstruction* reconstruction) {
+  const colmap::Image& image1 = reconstruction->Image(image_id1);
+  const colmap::Image& image2 = reconstruction->Image(image_id2);
+  const colmap::Camera& camera1 = reconstruction->Camera(image1.CameraId());
+  const colmap::Camera& camera2 = reconstruction->Camera(image2.CameraId());
+  const Eigen::Matrix3x4d P1 = image1.ProjectionMatrix();
+  const Eigen::Matrix3x4d P2 = image2.ProjectionMatrix();
+  int num_points = 0;
+  for (const colmap::FeatureMatch& match : matches) {
+    const Eigen::Vector3d xyz = colmap::TriangulatePoint(
+        P1, P2, camera1.ImageToWorld(image1.Point2D(match.point2D_idx1).XY()),
+        camera2.ImageToWorld(image2.Point2D(match.point2D_idx2).XY()));
+    const double angle = colmap::CalculateTriangulationAngle(image1.ProjectionCenter(),
+                                                             image2.ProjectionCenter(), xyz);
+    if (!(angle >= min_angle) || !colmap::HasPointPositiveDepth(P1, xyz) ||
+        !colmap::HasPointPositiveDepth(P2, xyz)) {
+      continue;
+    }
+    colmap::Track track;
+    track.AddElement(image_id1, match.point2D_idx1);
+    track.AddElement(image_id2, match.point2D_idx2);
+    reconstruction->AddPoint3D(xyz, track);
+    ++num_points;
+  }
+  return num_points;
+}
+
+std::string Check(const InitialPairOptions& options, const InitialPairResult& result) {
+  if (result.num_inliers < options.min_num_inliers) return "too few inliers";
+  if (result.forward_motion > options.max_forward_motion) return "forward motion";
+  if (result.triangulation_angle_deg < options.min_triangulation_angle_deg) {
+    return "too small a triangulation angle";
+  }
+  return "";
+}
+
+void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId image_id1,
+            ImageId image_id2, SceneMap* map, InitialPairResult* result) {
+  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Image& image1 = reconstruction.Image(image_id1);
+  colmap::Image& image2 = reconstruction.Image(image_id2);
+  image1.SetQvec(colmap::ComposeIdentityQuaternion());
+  image1.SetTvec(Eigen::Vector3d::Zero());
+  image2.SetQvec(geometry.qvec);
+  image2.SetTvec(geometry.tvec);
+  reconstruction.Camera(image1.CameraId()).SetParams(pair.camera1.Params());
+  reconstruction.Camera(image2.CameraId()).SetParams(pair.camera2.Params());
+  map->Register(image_id1);
+  map->Register(image_id2);
+  const double min_angle = std::min(colmap::DegToRad(kMaxPointAngleDeg), 0.5 * geometry.tri_angle);
+  result->num_points =
+      TriangulatePair(geometry.inlier_matches, min_angle, image_id1, image_id2, &reconstruction);
+}
+
+}  // namespace
+
+InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId image_id1,
+                                      ImageId image_id2, SceneMap* map) {
+  InitialPairResult result;
+  colmap::Reconstruction& reconstruction = map->reconstruction();
+  const colmap::Image& image1 = reconstruction.Image(image_id1);
+  const colmap::Image& image2 = reconstruction.Image(image_id2);
+  Pair pair{reconstruction.Camera(image1.CameraId()), reconstruction.Camera(image2.CameraId()),
+            Points(image1), Points(image2),
+            map->graph().FindCorrespondencesBetweenImages(image_id1, image_id2)};
+  colmap::SetPRNGSeed(SeedFromIds(image_id1, image_id2));
+  colmap::TwoViewGeometry geometry =
+      EstimateWithFocal(options, IsFree(*map, pair.camera1), IsFree(*map, pair.camera2), &pair);
+  result.num_inliers = static_cast<int>(geometry.inlier_matches.size());
+  if (result.num_inliers < options.min_num_inliers ||
+      !geometry.EstimateRelativePose(pair.camera1, pair.points1, pair.camera2, pair.points2)) {
+    result.reason = "no relative pose";
+    return result;
+  }
+  result.triangulation_angle_deg = colmap::RadToDeg(geometry.tri_angle);
+  result.forward_motion = std::abs(geometry.tvec.z());
+  result.reason = Check(options, result);
+  if (!result.reason.empty()) return result;
+  Accept(pair, geometry, image_id1, image_id2, map, &result);
+  result.ok = result.num_points >= options.min_num_inliers / 2;
+  if (result.ok) return result;
+  result.reason = "too few points";
+  map->Deregister(image_id1);
+  map->Deregister(image_id2);
+  return result;
+}
+
+}  // namespace skein

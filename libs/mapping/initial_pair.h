@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include "map/scene_map.h"
+
+namespace skein {
+
+struct InitialPairOptions {
+  int min_num_inliers = 100;
+  double max_error_px = 4.0;
+  double max_forward_motion = 0.95;
+  double min_triangulation_angle_deg = 16.0;  // median; the caller relaxes it stepwise
+};
+
+struct InitialPairResult {
+  bool ok = false;
+  std::string reason;
+  int num_inliers = 0;
+  int num_points = 0;
+  double triangulation_angle_deg = 0;
+  double forward_motion = 0;
+};
+
+// Relative pose of two photos (5-point LO-RANSAC on their verified matches), and their points.
+// A camera without focal length from EXIF is tried at several focal lengths; the one with most
+// inliers wins. On success both are registered, the first at the origin, the baseline of unit
+// length. Else the map is as it was.
+InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId image_id1,
+                                      ImageId image_id2, SceneMap* map);
+
+}  // namespace skein

@@ -1,0 +1,102 @@
+#include "mapping/local_window.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "mapping/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+void FillMap(const SyntheticScene& scene, SceneMap* map) {
+  AddToMap(scene, scene.pairs, map);
+  RegisterAtTruth(scene, map->photos(), Eigen::Vector3d::Zero(), map);
+}
+
+size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id) {
+  return std::count_if(points.begin(), points.end(), [&](Point3DId point) {
+    const auto& track = map.reconstruction().Point3D(point).Track().Elements();
+    return std::any_of(track.begin(), track.end(),
+                       [id](const auto& element) { return element.image_id == id; });
+  });
+}
+
+// A long chain: the photos at its ends share their points with few others.
+TEST(LocalWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
+  SyntheticOptions scene_options;
+  scene_options.path = SyntheticOptions::Path::kForward;
+  scene_options.num_photos = 16;
+  scene_options.num_points = 4000;
+  const SyntheticScene scene = MakeScene(scene_options);
+  SceneMap map;
+  FillMap(scene, &map);
+  SimilarityLists similar;
+  for (uint32_t id = 2; id <= 16; ++id) similar.Add(id, {{id - 1, 0.5}});
+  LocalWindowOptions options;
+  options.form = LocalBaForm::kConsistent;
+  options.tree.depth = 20;
+  options.max_points = 400;
+  const BundleRequest request = SelectLocalWindow(options, map, similar, 16);
+  EXPECT_EQ(request.points.size(), 400u);
+  ASSERT_GE(request.free.size(), 10u);
+  const size_t share = (400 - 200) / (request.free.size() - 1);
+  EXPECT_GE(NumSeen(map, request.points, 16), 200u);
+  for (const ImageId id : request.free) {
+    EXPECT_GE(NumSeen(map, request.points, id), share) << "image " << id;
+  }
+}
+
+TEST(LocalWindow, TakesAllPointsWithinTheLimit) {
+  const SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  FillMap(scene, &map);
+  SimilarityLists similar;
+  for (uint32_t id = 2; id <= 8; ++id) similar.Add(id, {{id - 1, 0.5}, {1, 0.5}});
+  LocalWindowOptions options;
+  options.form = LocalBaForm::kConsistent;
+  const BundleRequest request = SelectLocalWindow(options, map, similar, 8);
+  EXPECT_EQ(request.points.size(), map.reconstruction().NumPoints3D());
+}
+
+TEST(LocalWindow, ColmapTakesTheImagesWithMostPointsInCommon) {
+  SyntheticOptions scene_options;
+  scene_options.num_photos = 16;
+  const SyntheticScene scene = MakeScene(scene_options);
+  SceneMap map;
+  FillMap(scene, &map);
+  LocalWindowOptions options;
+  options.colmap_images = 6;
+  const BundleRequest request = SelectLocalWindow(options, map, SimilarityLists(), 16);
+  ASSERT_EQ(request.free.size(), 4u);
+  ASSERT_EQ(request.held.size(), 2u);
+  EXPECT_TRUE(request.hold_open_points);
+  std::set<ImageId> window(request.free.begin(), request.free.end());
+  window.insert(request.held.begin(), request.held.end());
+  const std::vector<Point3DId> points = PointsSeenBy(map, {16});
+  size_t fewest = points.size();
+  for (const ImageId id : window) fewest = std::min(fewest, NumSeen(map, points, id));
+  for (ImageId id = 1; id <= 16; ++id) {
+    if (window.count(id) > 0) continue;
+    EXPECT_LE(NumSeen(map, points, id), fewest) << "image " << id;
+  }
+  EXPECT_EQ(request.complete_points, WithoutFirm(map, points));
+  std::vector<Point3DId> all = request.points;
+  all.insert(all.end(), request.complete_points.begin(), request.complete_points.end());
+  std::sort(all.begin(), all.end());
+  EXPECT_EQ(all, PointsSeenBy(map, request.free));
+}
+
+// One that takes in the whole map leaves two photos where they are, for the gauge.
+TEST(LocalWindow, ColmapHoldsTwoImagesOfASmallMap) {
+  const SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  FillMap(scene, &map);
+  const BundleRequest request = SelectLocalWindow({}, map, SimilarityLists(), 8);
+  EXPECT_EQ(request.free.size(), 6u);
+  EXPECT_EQ(request.held.size(), 2u);
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,83 @@
+#include "mapping/misplaced.h"
+
+#include <set>
+
+#include "base/projection.h"
+#include "disambiguation/photo_groups.h"
+
+namespace skein {
+namespace {
+
+bool SeenAt(const colmap::Reconstruction& reconstruction, const colmap::Image& image,
+            const Eigen::Vector2d& pixel, Point3DId id, double max_error_px) {
+  return colmap::CalculateSquaredReprojectionError(
+             pixel, reconstruction.Point3D(id).XYZ(), image.Qvec(), image.Tvec(),
+             reconstruction.Camera(image.CameraId())) <= max_error_px * max_error_px;
+}
+
+// Matches of which both keypoints have a point.
+Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image& image1 = reconstruction.Image(id1);
+  const colmap::Image& image2 = reconstruction.Image(id2);
+  Votes votes;
+  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
+    const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
+    const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
+    if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
+    const bool agree =
+        keypoint1.Point3DId() == keypoint2.Point3DId() ||
+        SeenAt(reconstruction, image2, keypoint2.XY(), keypoint1.Point3DId(),
+               options.max_error_px) ||
+        SeenAt(reconstruction, image1, keypoint1.XY(), keypoint2.Point3DId(), options.max_error_px);
+    ++(agree ? votes.agree : votes.contradict);
+  }
+  if (!map.IsStrongPair(id1, id2, options.min_pair_share)) votes.contradict = 0;
+  return votes;
+}
+
+std::vector<ImageId> Contradicted(const MisplacedOptions& options, const std::vector<ImageId>& ids,
+                                  const std::vector<PhotoEdge>& edges) {
+  PhotoGroups groups(ids, edges);
+  groups.JoinByVotes(edges);
+  return groups.Contradicted(options.min_contradiction);
+}
+
+// Breadth first along verified pairs.
+std::set<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t max_photos) {
+  std::vector<ImageId> found = {center};
+  std::set<ImageId> seen = {center};
+  for (size_t i = 0; i < found.size() && found.size() < max_photos; ++i) {
+    for (const auto& [other, inliers] : map.Neighbours(found[i])) {
+      if (found.size() >= max_photos) break;
+      if (map.IsRegistered(other) && seen.insert(other).second) found.push_back(other);
+    }
+  }
+  return seen;
+}
+
+}  // namespace
+
+std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map) {
+  std::vector<PhotoEdge> edges;
+  for (const auto& [id1, id2] : map.pairs()) {
+    if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
+    edges.push_back({id1, id2, CountVotes(options, map, id1, id2)});
+  }
+  return Contradicted(options, map.reconstruction().RegImageIds(), edges);
+}
+
+std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const SceneMap& map,
+                                         ImageId center) {
+  const std::set<ImageId> ids = RegisteredAround(map, center, options.max_photos_around);
+  std::vector<PhotoEdge> edges;
+  for (const ImageId id : ids) {
+    for (const auto& [other, inliers] : map.Neighbours(id)) {
+      if (other >= id || ids.count(other) == 0) continue;
+      edges.push_back({id, other, CountVotes(options, map, id, other)});
+    }
+  }
+  return Contradicted(options, {ids.begin(), ids.end()}, edges);
+}
+
+}  // namespace skein

@@ -1,0 +1,79 @@
+#include "mapping/pose_sigmas.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "bundle/bundle_terms.h"
+#include "util/math.h"
+
+namespace skein {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// Errors of the map are shared by neighbouring points: more of them count as this many.
+constexpr double kIndependentPoints = 100;
+
+struct Information {
+  Matrix6d matrix = Matrix6d::Zero();
+  int num_points = 0;
+  Matrix6d Scaled() const {
+    return matrix * std::min(1.0, kIndependentPoints / std::max(1, num_points));
+  }
+};
+
+// What a point says about the pose. False if nothing.
+bool AddPoint(const Bundle& bundle, const BundleLayout& layout, const BundlePoint& point,
+              Information* information, std::vector<double>* depths) {
+  const RobustLoss loss{Loss::kCauchy, 1.0};
+  Matrix6d U = Matrix6d::Zero();
+  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 6, 3> W = Eigen::Matrix<double, 6, 3>::Zero();
+  bool is_seen = false;
+  for (int i = point.first; i < point.first + point.count; ++i) {
+    ObservationTerm term;
+    if (!Linearise(bundle, layout, loss, point, bundle.observations[i], &term)) continue;
+    V += term.J_point.transpose() * term.J_point;
+    if (bundle.observations[i].pose != 0) continue;
+    U += term.J_pose.transpose() * term.J_pose;
+    W += term.J_pose.transpose() * term.J_point;
+    is_seen = true;
+  }
+  if (!is_seen) return false;
+  if (!point.constant) {
+    const Eigen::FullPivLU<Eigen::Matrix3d> lu(V);
+    if (!lu.isInvertible()) return false;
+    U -= W * lu.inverse() * W.transpose();
+  }
+  information->matrix += U;
+  ++information->num_points;
+  depths->push_back((bundle.poses[0].R * point.xyz + bundle.poses[0].t).z());
+  return true;
+}
+
+double LargestSigma(const Eigen::Matrix3d& covariance) {
+  return std::sqrt(covariance.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff());
+}
+
+}  // namespace
+
+PoseSigmas SigmasOfFirstPose(const Bundle& bundle) {
+  const BundleLayout layout = MakeLayout(bundle);
+  // Points that only one other photo sees, triangulated with it, share no errors with the map's.
+  Information of_map, of_pairs;
+  std::vector<double> depths;
+  for (const BundlePoint& point : bundle.points) {
+    const bool is_of_pair = !point.constant && point.count == 2;
+    AddPoint(bundle, layout, point, is_of_pair ? &of_pairs : &of_map, &depths);
+  }
+  const Eigen::FullPivLU<Matrix6d> lu(of_map.Scaled() + of_pairs.Scaled());
+  if (depths.empty() || !lu.isInvertible()) return {HUGE_VAL, HUGE_VAL};
+  const Matrix6d covariance = lu.inverse();
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  return {LargestSigma(covariance.bottomRightCorner<3, 3>()) / depths[depths.size() / 2],
+          colmap::RadToDeg(LargestSigma(covariance.topLeftCorner<3, 3>()))};
+}
+
+}  // namespace skein

@@ -1,0 +1,365 @@
+#include "mapping/registration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "base/essential_matrix.h"
+#include "base/pose.h"
+#include "base/projection.h"
+#include "bundle/projection.h"
+#include "estimators/pose.h"
+#include "mapping/bundle_builder.h"
+#include "util/math.h"
+#include "util/random.h"
+
+namespace skein {
+namespace {
+
+constexpr double kMinFocalRatio = 0.1;
+constexpr double kMaxFocalRatio = 10.0;
+constexpr double kMaxDistortion = 1.0;
+
+// A pose that is this much less determined than is asked for can be the start of a refinement
+// with the photo's other matches.
+constexpr double kSigmasOfAStart = 5;
+
+bool HasBogusParams(const colmap::Camera& camera) {
+  return camera.HasBogusParams(kMinFocalRatio, kMaxFocalRatio, kMaxDistortion);
+}
+
+// One free pose, all points constant.
+Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool refine_camera,
+                      const VisiblePoints& visible, const PoseEstimate& estimate) {
+  Bundle bundle;
+  bundle.poses.push_back(estimate.pose);
+  bundle.cameras.push_back(MakeBundleCamera(map, camera.CameraId(), refine_camera, refine_camera));
+  bundle.cameras[0].params = camera.Params();
+  for (size_t i = 0; i < visible.size(); ++i) {
+    if (!estimate.inlier_mask[i]) continue;
+    BundlePoint point;
+    point.xyz = visible.xyz[i];
+    point.first = static_cast<int>(bundle.observations.size());
+    point.count = 1;
+    point.constant = true;
+    bundle.points.push_back(point);
+    bundle.observations.push_back({0, visible.point2D_idxs[i], visible.pixels[i]});
+  }
+  ScalePriors(&bundle);
+  return bundle;
+}
+
+// y' E x = 0 for x in the photo of `pose` and y in `other`, on the plane at depth 1.
+Eigen::Matrix3d EssentialMatrix(const BundlePose& pose, const colmap::Image& other) {
+  const Eigen::Matrix3d R = other.RotationMatrix() * pose.R.transpose();
+  const Eigen::Vector3d t = (other.Tvec() - R * pose.t).normalized();
+  return colmap::CrossProductMatrix(t) * R;
+}
+
+double SampsonError(const Eigen::Matrix3d& E, const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
+  const Eigen::Vector3d line_y = E * x, line_x = E.transpose() * y;
+  const double norm = std::sqrt(line_y.head<2>().squaredNorm() + line_x.head<2>().squaredNorm());
+  return norm > 0 ? std::abs(y.dot(line_y)) / norm : HUGE_VAL;
+}
+
+// What is estimated of a photo's camera along with its pose.
+struct CameraUse {
+  bool estimate_focal = false;  // anew
+  bool refine = false;          // focal length and distortion
+};
+
+PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
+  estimate.ok = false;
+  estimate.reason = reason;
+  return estimate;
+}
+
+bool RunRansac(const RegistrationOptions& options, double max_error_px, bool estimate_focal,
+               const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+  colmap::AbsolutePoseEstimationOptions ransac;
+  ransac.estimate_focal_length = estimate_focal;
+  ransac.num_focal_length_samples = options.num_focal_samples;
+  ransac.min_focal_length_ratio = options.min_focal_factor;
+  ransac.max_focal_length_ratio = options.max_focal_factor;
+  ransac.num_threads = 1;
+  ransac.ransac_options.max_error = max_error_px;
+  ransac.ransac_options.min_inlier_ratio = options.min_inlier_ratio;
+  ransac.ransac_options.min_num_trials = options.min_num_trials;
+  ransac.ransac_options.max_num_trials = options.max_num_trials;
+  ransac.ransac_options.confidence = options.confidence;
+  Eigen::Vector4d qvec;
+  Eigen::Vector3d tvec;
+  size_t num_inliers = 0;
+  if (!colmap::EstimateAbsolutePose(ransac, visible.pixels, visible.xyz, &qvec, &tvec, camera,
+                                    &num_inliers, &estimate->inlier_mask)) {
+    return false;
+  }
+  estimate->num_inliers = static_cast<int>(num_inliers);
+  estimate->pose.R = colmap::QuaternionToRotationMatrix(qvec);
+  estimate->pose.t = tvec;
+  return true;
+}
+
+// Refines pose (and camera) on the inliers; counts them anew at the refined pose.
+bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine_camera,
+            const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+  Bundle bundle = PoseOnlyBundle(map, *camera, refine_camera, visible, *estimate);
+  BundleOptions solve;
+  solve.loss = Loss::kCauchy;
+  solve.max_iterations = 100;
+  if (!SolveBundle(solve, &bundle).usable) return false;
+  estimate->pose = bundle.poses[0];
+  camera->SetParams(bundle.cameras[0].params);
+  estimate->num_inliers = 0;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    Eigen::Vector2d pixel;
+    const bool inlier = Project(camera->ModelId(), camera->Params(),
+                                estimate->pose.R * visible.xyz[i] + estimate->pose.t, &pixel) &&
+                        (pixel - visible.pixels[i]).norm() <= options.max_error_px;
+    estimate->inlier_mask[i] = inlier;
+    estimate->num_inliers += inlier;
+  }
+  estimate->sigmas = SigmasOfFirstPose(PoseOnlyBundle(map, *camera, false, visible, *estimate));
+  return true;
+}
+
+// Of all visible points, in units of a squared pixel of error; an outlier costs what one at the
+// limit of inliers does.
+double RobustCost(const RegistrationOptions& options, const colmap::Camera& camera,
+                  const VisiblePoints& visible, const BundlePose& pose) {
+  double cost = 0;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    double error = options.max_error_px;
+    Eigen::Vector2d pixel;
+    if (Project(camera.ModelId(), camera.Params(), pose.R * visible.xyz[i] + pose.t, &pixel)) {
+      error = std::min(error, (pixel - visible.pixels[i]).norm());
+    }
+    cost += std::log1p(error * error);
+  }
+  return cost;
+}
+
+// The pose with the least robust cost of those that most points agree with at each limit of
+// RANSAC's, refined. False if there is none.
+bool FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
+              const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+  const colmap::Camera camera_before = *camera;
+  const PoseEstimate none = *estimate;
+  double least_cost = HUGE_VAL;
+  for (const double limit_px : options.ransac_limits_px) {
+    PoseEstimate candidate = none;
+    colmap::Camera candidate_camera = camera_before;
+    if (!RunRansac(options, limit_px, use.estimate_focal, visible, &candidate_camera, &candidate) ||
+        candidate.num_inliers < options.min_num_inliers ||
+        !Refine(map, options, use.refine, visible, &candidate_camera, &candidate)) {
+      continue;
+    }
+    const double cost = RobustCost(options, candidate_camera, visible, candidate.pose);
+    if (cost >= least_cost) continue;
+    least_cost = cost;
+    *estimate = candidate;
+    *camera = candidate_camera;
+  }
+  return least_cost < HUGE_VAL;
+}
+
+VisiblePoints OutliersOf(const VisiblePoints& visible, const PoseEstimate& estimate) {
+  VisiblePoints outliers;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    if (estimate.inlier_mask[i]) continue;
+    outliers.point2D_idxs.push_back(visible.point2D_idxs[i]);
+    outliers.point3D_ids.push_back(visible.point3D_ids[i]);
+    outliers.pixels.push_back(visible.pixels[i]);
+    outliers.xyz.push_back(visible.xyz[i]);
+  }
+  return outliers;
+}
+
+double MedianDepth(const VisiblePoints& visible, const PoseEstimate& estimate) {
+  std::vector<double> depths;
+  for (size_t i = 0; i < visible.size(); ++i) {
+    if (!estimate.inlier_mask[i]) continue;
+    depths.push_back((estimate.pose.R * visible.xyz[i] + estimate.pose.t).z());
+  }
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  return depths[depths.size() / 2];
+}
+
+bool Differ(const RegistrationOptions& options, const VisiblePoints& visible,
+            const PoseEstimate& estimate, const BundlePose& other) {
+  const Eigen::Vector3d center = -(estimate.pose.R.transpose() * estimate.pose.t);
+  const Eigen::Vector3d other_center = -(other.R.transpose() * other.t);
+  const double angle = Eigen::AngleAxisd(estimate.pose.R * other.R.transpose()).angle();
+  return (center - other_center).norm() >
+             options.min_rival_position * MedianDepth(visible, estimate) ||
+         colmap::RadToDeg(angle) > options.min_rival_rotation_deg;
+}
+
+// Whether the points that don't fit the estimate agree on a pose elsewhere, nearly as many. The
+// search is made only where there are enough of them.
+bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
+              colmap::Camera camera, const PoseEstimate& estimate) {
+  const VisiblePoints outliers = OutliersOf(visible, estimate);
+  const double needed =
+      std::max<double>(options.min_num_inliers, options.max_rival_ratio * estimate.num_inliers);
+  if (static_cast<double>(outliers.size()) < needed) return false;
+  PoseEstimate rival;
+  if (!RunRansac(options, options.max_error_px, false, outliers, &camera, &rival) ||
+      rival.num_inliers < needed) {
+    return false;
+  }
+  return Differ(options, visible, estimate, rival.pose);
+}
+
+}  // namespace
+
+bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
+  return sigmas.position <= factor * options.max_position_sigma &&
+         sigmas.rotation_deg <= factor * options.max_rotation_sigma_deg;
+}
+
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                    const BundlePose& pose, double max_error_px) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image& image = reconstruction.Image(image_id);
+  const double max_error = max_error_px / camera.MeanFocalLength();
+  std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
+  Votes votes;
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
+      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
+      if (!other.IsRegistered()) continue;
+      const auto [entry, is_new] = essentials.try_emplace(correspondence.image_id);
+      if (is_new) entry->second = EssentialMatrix(pose, other);
+      const colmap::Camera& other_camera = reconstruction.Camera(other.CameraId());
+      const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
+      const Eigen::Vector3d y =
+          other_camera.ImageToWorld(other.Point2D(correspondence.point2D_idx).XY()).homogeneous();
+      ++(SampsonError(entry->second, x, y) <= max_error ? votes.agree : votes.contradict);
+    }
+  }
+  return votes;
+}
+
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px) {
+  const colmap::Image& image = map.reconstruction().Image(image_id);
+  BundlePose pose;
+  GetPose(image, &pose);
+  return EpipolarVotes(map, image_id, map.reconstruction().Camera(image.CameraId()), pose,
+                       max_error_px);
+}
+
+unsigned SeedFromIds(uint64_t a, uint64_t b) {
+  uint64_t x = a * 0x9E3779B97F4A7C15ull + b;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+  return static_cast<unsigned>(x ^ (x >> 31));
+}
+
+VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image& image = reconstruction.Image(image_id);
+  VisiblePoints visible;
+  std::vector<Point3DId> seen;
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    seen.clear();
+    for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
+      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
+      if (!other.IsRegistered()) continue;
+      const colmap::Point2D& point2D = other.Point2D(correspondence.point2D_idx);
+      if (!point2D.HasPoint3D()) continue;
+      const Point3DId id = point2D.Point3DId();
+      if (std::find(seen.begin(), seen.end(), id) != seen.end()) continue;
+      seen.push_back(id);
+      visible.point2D_idxs.push_back(i);
+      visible.point3D_ids.push_back(id);
+      visible.pixels.push_back(image.Point2D(i).XY());
+      visible.xyz.push_back(reconstruction.Point3D(id).XYZ());
+    }
+  }
+  return visible;
+}
+
+PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
+                          const RegistrationOptions& options) {
+  const colmap::Image& image = map.reconstruction().Image(image_id);
+  colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
+  const CameraState& state = map.camera_state(camera.CameraId());
+  const bool estimate_camera = state.num_registered == 0 && !state.refined;
+  PoseEstimate estimate;
+  estimate.pose.image_id = image_id;
+  estimate.num_visible = static_cast<int>(visible.size());
+  if (estimate.num_visible < options.min_num_inliers) {
+    return Refuse(estimate, "too few visible points");
+  }
+  colmap::SetPRNGSeed(SeedFromIds(image_id, visible.size()));
+  const CameraUse use{estimate_camera && !state.focal_from_exif, estimate_camera};
+  if (!FindPose(map, options, use, visible, &camera, &estimate)) {
+    return Refuse(estimate, "too few inliers");
+  }
+  estimate.camera_params = camera.Params();
+  if (estimate.num_inliers < options.min_num_inliers) return Refuse(estimate, "too few inliers");
+  if (estimate.num_inliers < options.min_inlier_ratio * estimate.num_visible) {
+    return Refuse(estimate, "too small a part of the visible points fits");
+  }
+  if (HasBogusParams(camera)) return Refuse(estimate, "camera parameters out of range");
+  if (!IsDetermined(options, estimate.sigmas, kSigmasOfAStart)) {
+    return Refuse(estimate, "pose badly determined by its inliers");
+  }
+  if (HasRival(options, visible, camera, estimate)) {
+    estimate.is_ambiguous = true;
+    return Refuse(estimate, "ambiguous: its points agree on two poses");
+  }
+  const CellVotes votes =
+      CompareWithNeighbours(options.look_alike, map, image_id, camera,
+                            colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
+  estimate.misses_too_much = MissesTooMuch(options.look_alike, votes);
+  if (estimate.misses_too_much && options.suspect_look_alike) {
+    return Refuse(estimate, "another place that looks alike: " + std::to_string(votes.num_missing) +
+                                " of " + std::to_string(votes.num_cells()) +
+                                " parts that it should show are not there");
+  }
+  if (options.must_show_place && votes.num_cells() < options.look_alike.min_cells) {
+    return Refuse(estimate, "perhaps of another place that looks alike: too little to tell by");
+  }
+  estimate.ok = true;
+  return estimate;
+}
+
+bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
+                   const RegistrationOptions& options) {
+  const colmap::Image& image = map.reconstruction().Image(image_id);
+  if (2 * static_cast<size_t>(image.NumPoints3D()) >= visible.size()) return false;
+  const PoseEstimate estimate = EstimatePose(map, image_id, visible, options);
+  BundlePose pose;
+  GetPose(image, &pose);
+  if (!estimate.ok || !IsDetermined(options, estimate.sigmas) ||
+      !Differ(options, visible, estimate, pose)) {
+    return false;
+  }
+  colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
+  camera.SetParams(estimate.camera_params);
+  const Votes votes =
+      EpipolarVotes(map, image_id, camera, estimate.pose, options.max_epipolar_error_px);
+  return votes.AgreeingShare() >= options.min_epipolar_share;
+}
+
+void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
+                      SceneMap* map) {
+  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Image& image = reconstruction.Image(image_id);
+  SetPose(estimate.pose, &image);
+  reconstruction.Camera(image.CameraId()).SetParams(estimate.camera_params);
+  map->Register(image_id);
+  for (size_t i = 0; i < visible.size(); ++i) {
+    const Point3DId point3D_id = visible.point3D_ids[i];
+    if (!estimate.inlier_mask[i] || image.Point2D(visible.point2D_idxs[i]).HasPoint3D() ||
+        !reconstruction.ExistsPoint3D(point3D_id)) {
+      continue;
+    }
+    reconstruction.AddObservation(point3D_id, {image_id, visible.point2D_idxs[i]});
+    map->triangulator().AddModifiedPoint3D(point3D_id);
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "disambiguation/look_alike.h"
+#include "disambiguation/photo_groups.h"
+#include "map/scene_map.h"
+#include "mapping/pose_sigmas.h"
+
+namespace skein {
+
+struct RegistrationOptions {
+  double max_error_px = 12.0;  // of an inlier, as COLMAP
+  // RANSAC's. Within the widest two poses can share their inliers, e.g. of a part of the scene that
+  // is nearly a plane, where the smaller ones tell them apart.
+  std::vector<double> ransac_limits_px = {12.0, 4.0, 2.0};
+  int min_num_inliers = 30;
+  double min_inlier_ratio = 0.25;
+  int min_num_trials = 100;
+  int max_num_trials = 10000;
+  double confidence = 0.99999;
+  // A pose whose standard deviations (pose_sigmas.h) exceed these, once it is refined with all that
+  // the photo's matches give, hangs on points in one corner, on a line or too far away.
+  double max_position_sigma = 0.02;
+  double max_rotation_sigma_deg = 0.5;
+  // Repeated structure: when the points that don't fit agree on another pose, with at least this
+  // part of the inliers, neither is taken. Poses are different from these on (position as above).
+  double max_rival_ratio = 0.75;
+  double min_rival_position = 0.05;
+  double min_rival_rotation_deg = 5;
+  // Of the verified matches with registered photos the share that must agree with the pose once it
+  // is refined (placement.h). Sampson's error, in pixels.
+  double min_epipolar_share = 0.65;
+  double max_epipolar_error_px = 4.0;
+  LookAlikeOptions look_alike;
+  bool suspect_look_alike = false;  // then the photo must not miss too much of the map either
+  bool must_show_place = false;     // then there must be enough of the map in it to tell
+  // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
+  // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
+  double min_focal_factor = 0.4;
+  double max_focal_factor = 2.5;
+  int num_focal_samples = 20;
+};
+
+// 2D-3D correspondences of a photo with a map.
+struct VisiblePoints {
+  std::vector<Point2DIdx> point2D_idxs;
+  std::vector<Point3DId> point3D_ids;
+  std::vector<Eigen::Vector2d> pixels;
+  std::vector<Eigen::Vector3d> xyz;
+  size_t size() const { return pixels.size(); }
+};
+
+// Through the verified matches with registered photos, each (keypoint, point) once.
+VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id);
+
+struct PoseEstimate {
+  bool ok = false;
+  std::string reason;  // why not
+  bool is_ambiguous = false;
+  bool misses_too_much = false;  // of what it should see: look_alike.h
+  int num_visible = 0;
+  int num_inliers = 0;
+  BundlePose pose;                    // cam_from_world
+  std::vector<double> camera_params;  // as given, or refined with the pose
+  std::vector<char> inlier_mask;      // of the visible points
+  PoseSigmas sigmas;                  // the points taken for certain
+};
+
+// Absolute pose by LO-RANSAC (P3P, refined by EPnP; COLMAP's estimator) and a robust non-linear
+// refinement. The camera's focal length and distortion are estimated along only when no photo of
+// it is registered. Changes nothing in the map. The same input gives the same result.
+PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
+                          const RegistrationOptions& options);
+
+// Whether the sigmas are within `factor` times the limits.
+bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);
+
+// The photo's verified matches with registered photos; those agree whose Sampson error under the
+// pose is at most `max_error_px`.
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+                    const BundlePose& pose, double max_error_px);
+
+// Of a registered photo, with its own pose and camera.
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
+
+// Whether most of the points that a registered photo's matches tie it to are not where it sees them
+// and agree on another pose than the one it has.
+bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
+                   const RegistrationOptions& options);
+
+// Registers the photo with the pose and continues the inliers' tracks.
+void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
+                      SceneMap* map);
+
+// Seed for COLMAP's random numbers, from the ids of what is estimated.
+unsigned SeedFromIds(uint64_t a, uint64_t b);
+
+}  // namespace skein

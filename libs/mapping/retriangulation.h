@@ -1,0 +1,28 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "map/scene_map.h"
+
+namespace skein {
+
+struct RetriangulationOptions {
+  double min_ratio = 0.2;            // pairs with a smaller part of triangulated matches are tried
+  double max_angle_error_deg = 5.0;  // to continue a track
+  colmap::IncrementalTriangulator::Options triangulation;
+};
+
+// Continues tracks over, and triangulates, the matches of under-reconstructed pairs, which
+// drift has kept apart (COLMAP's Retriangulate, whose counters need its database). Returns the
+// number of observations added.
+int Retriangulate(const RetriangulationOptions& options,
+                  const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map);
+
+// Drops all points and triangulates the matches of the registered photos as they stand, photo by
+// photo by name, as COLMAP's point_triangulator does. Points that grew with the map bear the marks
+// of the poses they were found with: which of two tracks a keypoint went to, and what was
+// filtered of them on the way. Visits all matches; poses and cameras stay.
+void TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map);
+
+}  // namespace skein

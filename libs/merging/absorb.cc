@@ -1,0 +1,169 @@
+#include "merging/absorb.h"
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+namespace skein {
+namespace {
+
+using colmap::image_t;
+using colmap::point3D_t;
+
+// The `max_neighbours` other photos that have most points in common with the shared ones.
+std::set<image_t> NeighboursOf(const std::set<image_t>& shared, int max_neighbours,
+                               const colmap::Reconstruction& model) {
+  std::map<image_t, int> common;
+  for (const image_t id : shared) {
+    for (const colmap::Point2D& point2D : model.Image(id).Points2D()) {
+      if (!point2D.HasPoint3D()) continue;
+      for (const auto& element : model.Point3D(point2D.Point3DId()).Track().Elements()) {
+        if (!shared.count(element.image_id)) ++common[element.image_id];
+      }
+    }
+  }
+  std::vector<std::pair<int, image_t>> order;
+  for (const auto& [id, count] : common) order.emplace_back(-count, id);
+  std::sort(order.begin(), order.end());
+  std::set<image_t> neighbours;
+  for (const auto& [count, id] : order) {
+    if (static_cast<int>(neighbours.size()) >= max_neighbours) break;
+    neighbours.insert(id);
+  }
+  return neighbours;
+}
+
+std::set<image_t> SeamOf(const FuseResult& fused, const AbsorbOptions& options,
+                         const colmap::Reconstruction& merged) {
+  if (static_cast<int>(merged.NumRegImages()) <= options.max_whole_images) {
+    return {merged.RegImageIds().begin(), merged.RegImageIds().end()};
+  }
+  std::set<image_t> seam = NeighboursOf(fused.agreeing, options.max_neighbours, merged);
+  seam.insert(fused.agreeing.begin(), fused.agreeing.end());
+  return seam;
+}
+
+std::set<image_t> Without(std::set<image_t> images, const std::set<image_t>& left_out) {
+  for (const image_t id : left_out) images.erase(id);
+  return images;
+}
+
+std::set<image_t> RegisteredIn(const colmap::Reconstruction& model) {
+  return {model.RegImageIds().begin(), model.RegImageIds().end()};
+}
+
+// A side's observations in those of its photos that the merge adjusts and whose side was kept.
+std::vector<Observation> SideObservations(const colmap::Reconstruction& side,
+                                          const std::set<image_t>& seam,
+                                          const std::set<image_t>& left_out) {
+  std::set<image_t> images;
+  for (const image_t id : Without(RegisteredIn(side), left_out)) {
+    if (seam.count(id)) images.insert(id);
+  }
+  return images.empty() ? std::vector<Observation>() : ObservationsOf(side, images);
+}
+
+// How many of the shared photos still fit both sides' points after the adjustment.
+int CountAgreeing(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                  const AbsorbOptions& options, const AbsorbResult& result) {
+  int num_agreeing = 0;
+  for (const image_t id : result.fused.agreeing) {
+    bool fits = true;
+    for (const colmap::Reconstruction* side : {&target, &source}) {
+      const std::vector<Observation> observations = ObservationsOf(*side, {id});
+      const Residuals after =
+          MeasureResiduals(result.merged, observations, 2 * options.max_reprojection_error_px);
+      fits = fits && after.num_observations > 0 && after.GoodShare() >= 0.5;
+    }
+    num_agreeing += fits;
+  }
+  return num_agreeing;
+}
+
+std::string CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
+  if (static_cast<int>(fused.agreeing.size()) < options.min_shared_images) {
+    return "the poses of only " + std::to_string(fused.agreeing.size()) + " shared images agree";
+  }
+  if (fused.num_fused_points < options.min_fused_share * fused.num_common_points) {
+    return "only " + std::to_string(fused.num_fused_points) + " of " +
+           std::to_string(fused.num_common_points) + " common points fit together";
+  }
+  return "";
+}
+
+std::string CheckCameras(const colmap::Reconstruction& merged) {
+  for (const auto& [id, camera] : merged.Cameras()) {
+    if (camera.HasBogusParams(0.1, 10.0, 1.0)) {
+      return "camera " + std::to_string(id) + " got impossible intrinsics";
+    }
+  }
+  return "";
+}
+
+std::string CheckSides(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                       const AbsorbOptions& options, AbsorbResult* result) {
+  const auto of_target = SideObservations(target, result->seam, result->fused.kept_source);
+  const auto of_source = SideObservations(source, result->seam, result->fused.kept_target);
+  const double max_px = options.max_reprojection_error_px;
+  result->target_before = MeasureResiduals(target, of_target, max_px);
+  result->target_after = MeasureResiduals(result->merged, of_target, max_px);
+  result->source_before = MeasureResiduals(source, of_source, max_px);
+  result->source_after = MeasureResiduals(result->merged, of_source, max_px);
+  std::string worse =
+      CompareResiduals(result->target_before, result->target_after, options.tolerance);
+  if (!worse.empty()) return "target: " + worse;
+  worse = CompareResiduals(result->source_before, result->source_after, options.tolerance);
+  return worse.empty() ? "" : "source: " + worse;
+}
+
+std::string Verify(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                   const AbsorbOptions& options, AbsorbResult* result) {
+  if (!result->bundle.usable) return "the bundle adjustment of the seam failed";
+  std::string wrong = CheckCameras(result->merged);
+  if (wrong.empty()) wrong = CheckSides(target, source, options, result);
+  if (!wrong.empty()) return wrong;
+  const int num_agreeing = CountAgreeing(target, source, options, *result);
+  if (num_agreeing < options.min_shared_images) {
+    return "after the adjustment only " + std::to_string(num_agreeing) +
+           " shared images fit both sides";
+  }
+  return "";
+}
+
+// Filters what the adjustment left outside of the limits, and photos that see nothing any more.
+void CleanUp(const AbsorbOptions& options, AbsorbResult* result) {
+  const std::unordered_set<image_t> seam(result->seam.begin(), result->seam.end());
+  result->merged.FilterPoints3DInImages(options.max_reprojection_error_px,
+                                        options.min_tri_angle_deg, seam);
+}
+
+}  // namespace
+
+void AdaptToFewImages(int num_shared_images, Sim3Options* options) {
+  if (num_shared_images >= 3) return;
+  options->min_inlier_images = num_shared_images;
+  options->min_inlier_ratio = std::max(0.6, options->min_inlier_ratio);
+  options->min_common_points = std::max(40, options->min_common_points);
+}
+
+AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                    const Similarity& target_from_source, const AbsorbOptions& options) {
+  AbsorbResult result;
+  result.merged = target;
+  result.fused = FuseModels(source, target_from_source, options.sim3, &result.merged);
+  result.reason = result.fused.reason;
+  if (result.reason.empty() && options.verify) result.reason = CheckFused(result.fused, options);
+  if (result.reason.empty() && options.verify) {
+    result.reason = FindTwins(target, source, result.fused.agreeing, options.twin);
+    result.looks_alike = !result.reason.empty();
+  }
+  if (!result.reason.empty()) return result;
+  result.seam = SeamOf(result.fused, options, result.merged);
+  result.bundle = AdjustSeam(result.seam, options.min_images_for_intrinsics, &result.merged);
+  if (options.verify) result.reason = Verify(target, source, options, &result);
+  result.ok = result.reason.empty();
+  if (result.ok) CleanUp(options, &result);
+  return result;
+}
+
+}  // namespace skein

@@ -1,0 +1,54 @@
+// Absorbs one submap into another: fuse, adjust the seam, verify. Pure: works on copies, so that a
+// merge which fails leaves nothing behind.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "base/reconstruction.h"
+#include "disambiguation/twin_check.h"
+#include "geometry/sim3_ransac.h"
+#include "merging/fuse.h"
+#include "merging/merge_checks.h"
+#include "merging/seam_bundle.h"
+
+namespace skein {
+
+struct AbsorbOptions {
+  Sim3Options sim3;
+  ResidualTolerance tolerance;
+  TwinOptions twin;
+  double max_reprojection_error_px = 4.0;  // of an observation that stays
+  double min_tri_angle_deg = 1.5;          // of a point that stays
+  int min_shared_images = 3;               // agreeing, before and after the adjustment
+  double min_fused_share = 0.3;            // of the points that both models see in one photo
+  // A merged model up to this size is adjusted as a whole, intrinsics included. A larger one is
+  // adjusted around the seam: the shared images and this many with most points in common with them.
+  int max_whole_images = 150;
+  int max_neighbours = 60;
+  int min_images_for_intrinsics = 6;  // free ones of a camera: seam_bundle.h
+  // False: for a merge that was verified before and is carried out again.
+  bool verify = true;
+};
+
+// With less than three shared photos all of them must agree, each with far more of its points.
+void AdaptToFewImages(int num_shared_images, Sim3Options* options);
+
+struct AbsorbResult {
+  bool ok = false;
+  std::string reason;             // why not
+  bool looks_alike = false;       // that the two show different places is why
+  colmap::Reconstruction merged;  // only if ok
+  FuseResult fused;
+  BundleSummary bundle;
+  std::set<colmap::image_t> seam;  // adjusted images
+  Residuals target_before, target_after;
+  Residuals source_before, source_after;
+};
+
+// Throws std::invalid_argument on nonsensical options; every failure of the merge is a reason.
+// `source` is in its own frame; both models keep COLMAP's conventions.
+AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                    const Similarity& target_from_source, const AbsorbOptions& options);
+
+}  // namespace skein

@@ -1,0 +1,201 @@
+#include "merging/absorb.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "base/pose.h"
+#include "merging/synthetic_submaps.h"
+
+namespace skein {
+namespace {
+
+using colmap::image_t;
+
+// Extent of the world's cameras; errors are stated relative to it.
+constexpr double kExtent = 20.0;
+
+// Largest distance of a camera centre from the truth after the best similarity.
+double MaxCentreError(const colmap::Reconstruction& model, const SyntheticWorld& world) {
+  std::vector<Eigen::Vector3d> found, truth;
+  for (const image_t id : model.RegImageIds()) {
+    found.push_back(model.Image(id).ProjectionCenter());
+    truth.push_back(world.Pose(id).Centre());
+  }
+  const auto to_truth = SimilarityFromPoints(found, truth);
+  EXPECT_TRUE(to_truth);
+  double worst = 0;
+  for (size_t i = 0; i < found.size(); ++i) {
+    worst = std::max(worst, (to_truth->Apply(found[i]) - truth[i]).norm());
+  }
+  return worst;
+}
+
+Similarity AlignSubmaps(const colmap::Reconstruction& source,
+                        const colmap::Reconstruction& target) {
+  const Sim3Result result = EstimateSim3(SharedPhotosOf(source, target), {});
+  EXPECT_TRUE(result.success) << result.reason;
+  return result.target_from_source;
+}
+
+struct Case {
+  SyntheticOptions options;
+  Similarity gauge{3.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}};
+};
+
+class Merge {
+ public:
+  explicit Merge(const Case& setup, uint64_t seed = 1)
+      : world(setup.options, seed),
+        target(world.Submap(1, 14, Similarity(), 1.0)),
+        source(world.Submap(10, 24, setup.gauge, 1.0)) {}
+
+  SyntheticWorld world;
+  colmap::Reconstruction target, source;
+};
+
+TEST(Absorb, TwoHalvesBecomeOneMapAsGoodAsTheTruth) {
+  const Merge m{Case()};
+  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_EQ(result.merged.NumRegImages(), 24u);
+  EXPECT_EQ(result.fused.agreeing.size(), 5u);
+  EXPECT_EQ(result.fused.added.size(), 10u);
+  EXPECT_GT(result.fused.num_fused_points, 0.9 * result.fused.num_common_points);
+  EXPECT_LT(MaxCentreError(result.merged, m.world), 0.002 * kExtent);
+  EXPECT_LT(result.source_after.mean_error_px, result.source_before.mean_error_px + 0.1);
+}
+
+TEST(Absorb, SharedObservationsBelongToOnePoint) {
+  const Merge m{Case()};
+  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  int num_across = 0;
+  for (const auto& [id, point] : result.merged.Points3D()) {
+    bool in_target = false, in_source = false;
+    for (const auto& element : point.Track().Elements()) {
+      EXPECT_EQ(result.merged.Image(element.image_id).Point2D(element.point2D_idx).Point3DId(), id);
+      in_target |= element.image_id < 10;
+      in_source |= element.image_id > 14;
+    }
+    num_across += in_target && in_source;
+  }
+  EXPECT_GT(num_across, 20);
+}
+
+TEST(Absorb, ReconcilesDifferentIntrinsics) {
+  Case setup;
+  SyntheticWorld world(setup.options, 2);
+  const auto target = world.Submap(1, 14, Similarity(), 1.004);
+  const auto source = world.Submap(10, 24, setup.gauge, 0.997);
+  const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
+  EXPECT_LT(MaxCentreError(result.merged, world), 0.003 * kExtent);
+}
+
+TEST(Absorb, JoinsASideWhoseFocalLengthIsFarOff) {
+  Case setup;
+  SyntheticWorld world(setup.options, 2);
+  const auto target = world.Submap(1, 14, Similarity(), 1.0);
+  const auto source = world.Submap(10, 20, setup.gauge, 1.06);
+  const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_GT(result.fused.num_fused_points, 0.9 * result.fused.num_common_points);
+  EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
+}
+
+TEST(Absorb, KeepsTheSourcesOwnCamera) {
+  Case setup;
+  setup.options.second_camera_from = 15;
+  const Merge m{setup};
+  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_TRUE(result.merged.ExistsCamera(2));
+}
+
+TEST(Absorb, RefusesAWrongSimilarity) {
+  const Merge m{Case()};
+  Similarity wrong = AlignSubmaps(m.source, m.target);
+  wrong.translation += Eigen::Vector3d(1.5, 0, 0);
+  const AbsorbResult result = Absorb(m.target, m.source, wrong, {});
+  EXPECT_FALSE(result.ok);
+  EXPECT_FALSE(result.reason.empty());
+}
+
+TEST(Absorb, RefusesASlightlyWrongScale) {
+  const Merge m{Case()};
+  Similarity wrong = AlignSubmaps(m.source, m.target);
+  wrong.scale *= 1.3;
+  EXPECT_FALSE(Absorb(m.target, m.source, wrong, {}).ok);
+}
+
+TEST(Absorb, RefusesDifferentKeypointsOfOnePhoto) {
+  const Merge m{Case()};
+  SyntheticOptions other = Case().options;
+  other.num_points += 100;
+  const auto source = SyntheticWorld(other, 1).Submap(10, 24, Similarity(), 1.0);
+  const AbsorbResult result = Absorb(m.target, source, Similarity(), {});
+  EXPECT_FALSE(result.ok);
+}
+
+TEST(Absorb, LeavesTheModelsAlone) {
+  const Merge m{Case()};
+  const size_t num_points = m.target.NumPoints3D();
+  const Eigen::Vector3d before = m.target.Image(1).ProjectionCenter();
+  Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
+  EXPECT_EQ(m.target.NumPoints3D(), num_points);
+  EXPECT_EQ(m.target.NumRegImages(), 14u);
+  EXPECT_EQ(m.target.Image(1).ProjectionCenter(), before);
+}
+
+TEST(Absorb, TakesAPhotoThatTheTargetOnlyHasDeferred) {
+  const Merge m{Case()};
+  colmap::Reconstruction target = m.target;
+  colmap::Image deferred;
+  deferred.SetImageId(20);
+  deferred.SetCameraId(1);
+  std::vector<Eigen::Vector2d> pixels;
+  for (const auto& point2D : m.source.Image(20).Points2D()) pixels.push_back(point2D.XY());
+  deferred.SetPoints2D(pixels);
+  target.AddImage(deferred);
+  const AbsorbResult result = Absorb(target, m.source, AlignSubmaps(m.source, target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_TRUE(result.merged.IsImageRegistered(20));
+}
+
+TEST(Absorb, APhotoWithAWrongPoseInOneSideKeepsTheOther) {
+  Merge m{Case()};
+  m.target.DeRegisterImage(12);
+  m.target.Image(12).Tvec() += Eigen::Vector3d(4, 0, 0);
+  m.target.RegisterImage(12);
+  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_EQ(result.fused.agreeing.size(), 4u);
+  EXPECT_EQ(result.fused.kept_source, std::set<image_t>{12});
+}
+
+TEST(Absorb, AdjustsOnlyTheSeamOfALargeModel) {
+  const Merge m{Case()};
+  AbsorbOptions options;
+  options.max_whole_images = 10;
+  options.max_neighbours = 6;
+  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), options);
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_EQ(result.seam.size(), 11u);
+  EXPECT_LT(MaxCentreError(result.merged, m.world), 0.005 * kExtent);
+}
+
+TEST(Absorb, RefusesTwoBuildingsOfOneFacade) {
+  SyntheticOptions options;
+  options.twin = true;
+  const SyntheticWorld world(options, 3);
+  const auto target = world.Submap(1, 12, Similarity(), 1.0);
+  const auto source = world.Submap(9, 24, Case().gauge, 1.0);
+  const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
+  EXPECT_FALSE(result.ok);
+  EXPECT_NE(result.reason.find("look-alike"), std::string::npos) << result.reason;
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,271 @@
+#include "merging/fuse.h"
+
+#include <algorithm>
+
+#include "base/pose.h"
+#include "base/projection.h"
+#include "geometry/sim3_score.h"
+
+namespace skein {
+namespace {
+
+using colmap::camera_t;
+using colmap::image_t;
+using colmap::point2D_t;
+using colmap::point3D_t;
+
+CameraPose PoseOf(const colmap::Image& image) {
+  const Eigen::Vector4d& q = image.Qvec();
+  return {Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized(), image.Tvec()};
+}
+
+void SetPose(const CameraPose& pose, colmap::Image* image) {
+  const Eigen::Quaterniond& q = pose.rotation;
+  image->SetQvec({q.w(), q.x(), q.y(), q.z()});
+  image->SetTvec(pose.translation);
+}
+
+std::set<image_t> RegisteredIn(const colmap::Reconstruction& model) {
+  return {model.RegImageIds().begin(), model.RegImageIds().end()};
+}
+
+SharedView ViewOf(const colmap::Reconstruction& model, image_t id) {
+  const colmap::Image& image = model.Image(id);
+  SharedView view;
+  view.image_id = id;
+  view.camera = model.Camera(image.CameraId());
+  view.cam_from_world = PoseOf(image);
+  for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+    const colmap::Point2D& point2D = image.Point2D(i);
+    if (!point2D.HasPoint3D()) continue;
+    view.observations[i] = {model.Point3D(point2D.Point3DId()).XYZ(), point2D.XY()};
+  }
+  return view;
+}
+
+class Fuser {
+ public:
+  Fuser(const colmap::Reconstruction& source, const Similarity& target_from_source,
+        const Sim3Options& options, colmap::Reconstruction* merged)
+      : source_(source),
+        target_from_source_(target_from_source),
+        options_(options),
+        merged_(*merged) {}
+
+  FuseResult Run() {
+    result_.reason = WhyIncompatible();
+    if (!result_.reason.empty()) return result_;
+    const std::map<camera_t, int> target_photos = CountPhotos(merged_);
+    SortSharedImages();
+    for (const image_t id : result_.kept_source) merged_.DeRegisterImage(id);
+    AddImages();
+    FusePoints();
+    ReconcileCameras(target_photos);
+    return result_;
+  }
+
+ private:
+  std::string WhyIncompatible() const {
+    for (const auto& [id, camera] : source_.Cameras()) {
+      if (merged_.ExistsCamera(id) && merged_.Camera(id).ModelId() != camera.ModelId()) {
+        return "camera " + std::to_string(id) + " has different models";
+      }
+    }
+    for (const image_t id : source_.RegImageIds()) {
+      const colmap::Image& image = source_.Image(id);
+      if (!source_.ExistsCamera(image.CameraId())) {
+        return "image " + std::to_string(id) + " of the source has no camera";
+      }
+      if (merged_.ExistsImage(id) && merged_.Image(id).NumPoints2D() != image.NumPoints2D()) {
+        return "image " + std::to_string(id) + " has different numbers of keypoints";
+      }
+    }
+    return "";
+  }
+
+  static std::map<camera_t, int> CountPhotos(const colmap::Reconstruction& model) {
+    std::map<camera_t, int> counts;
+    for (const image_t id : model.RegImageIds()) ++counts[model.Image(id).CameraId()];
+    return counts;
+  }
+
+  // Two poses of one photo agree when the source's points reproject through the target's pose.
+  bool Agrees(image_t id) const {
+    const colmap::Image& target = merged_.Image(id);
+    const colmap::Image& image = source_.Image(id);
+    int num_points = 0, num_inliers = 0;
+    for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+      const colmap::Point2D& point2D = image.Point2D(i);
+      if (!point2D.HasPoint3D()) continue;
+      const Eigen::Vector3d xyz =
+          target_from_source_.Apply(source_.Point3D(point2D.Point3DId()).XYZ());
+      ++num_points;
+      num_inliers += ErrorPx(target, point2D.XY(), xyz) <= LimitPx(target);
+    }
+    return num_points > 0 && num_inliers >= options_.min_inlier_ratio * num_points;
+  }
+
+  double LimitPx(const colmap::Image& image) const {
+    SharedPhoto shared;
+    shared.target_camera = merged_.Camera(image.CameraId());
+    return MaxErrorPx(shared, options_);
+  }
+
+  // With the intrinsics of the side that the photo's pose is from.
+  const colmap::Camera& CameraOf(const colmap::Image& image) const {
+    const bool of_source =
+        result_.added.count(image.ImageId()) > 0 || result_.kept_source.count(image.ImageId()) > 0;
+    return (of_source ? source_ : merged_).Camera(image.CameraId());
+  }
+
+  double ErrorPx(const colmap::Image& image, const Eigen::Vector2d& pixel,
+                 const Eigen::Vector3d& xyz) const {
+    return std::sqrt(colmap::CalculateSquaredReprojectionError(pixel, xyz, image.Qvec(),
+                                                               image.Tvec(), CameraOf(image)));
+  }
+
+  void SortSharedImages() {
+    const std::set<image_t> registered = RegisteredIn(merged_);
+    for (const image_t id : RegisteredIn(source_)) {
+      if (!registered.count(id)) {
+        result_.added.insert(id);
+      } else if (Agrees(id)) {
+        result_.agreeing.insert(id);
+      } else if (source_.Image(id).NumPoints3D() > merged_.Image(id).NumPoints3D()) {
+        result_.kept_source.insert(id);
+      } else {
+        result_.kept_target.insert(id);
+      }
+    }
+  }
+
+  // After the points: until then each side's observations are judged with its own intrinsics. Not
+  // a mean, which would fit neither structure: poses and points have taken up what is wrong with
+  // the intrinsics they were estimated with.
+  void ReconcileCameras(const std::map<camera_t, int>& target_photos) {
+    for (const auto& [id, num_source] : CountPhotos(source_)) {
+      const auto it = target_photos.find(id);
+      const int num_target = it == target_photos.end() ? 0 : it->second;
+      if (num_source > num_target) merged_.Camera(id).SetParams(source_.Camera(id).Params());
+    }
+  }
+
+  void AddImages() {
+    std::set<image_t> ids = result_.added;
+    ids.insert(result_.kept_source.begin(), result_.kept_source.end());
+    for (const image_t id : ids) {
+      const colmap::Image& image = source_.Image(id);
+      if (!merged_.ExistsCamera(image.CameraId())) {
+        merged_.AddCamera(source_.Camera(image.CameraId()));
+      }
+      if (!merged_.ExistsImage(id)) merged_.AddImage(WithoutStructure(image));
+      SetPose(TransformPose(target_from_source_, PoseOf(image)), &merged_.Image(id));
+      merged_.RegisterImage(id);
+    }
+  }
+
+  static colmap::Image WithoutStructure(const colmap::Image& image) {
+    colmap::Image bare;
+    bare.SetImageId(image.ImageId());
+    bare.SetName(image.Name());
+    bare.SetCameraId(image.CameraId());
+    std::vector<Eigen::Vector2d> pixels;
+    pixels.reserve(image.NumPoints2D());
+    for (const colmap::Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
+    bare.SetPoints2D(pixels);
+    return bare;
+  }
+
+  void FusePoints() {
+    const std::unordered_set<point3D_t> ids = source_.Point3DIds();
+    for (const point3D_t id : std::set<point3D_t>(ids.begin(), ids.end())) {
+      FusePoint(source_.Point3D(id));
+    }
+  }
+
+  void FusePoint(const colmap::Point3D& point) {
+    colmap::Track free;
+    std::vector<point3D_t> met;
+    int num_common = 0;
+    for (const colmap::TrackElement& element : point.Track().Elements()) {
+      if (result_.kept_target.count(element.image_id)) continue;
+      const colmap::Point2D& point2D = merged_.Image(element.image_id).Point2D(element.point2D_idx);
+      if (!point2D.HasPoint3D()) {
+        free.AddElement(element);
+        continue;
+      }
+      ++num_common;
+      if (std::find(met.begin(), met.end(), point2D.Point3DId()) == met.end()) {
+        met.push_back(point2D.Point3DId());
+      }
+    }
+    const int num_fused = Join(point, free, met);
+    result_.num_common_points += static_cast<int>(met.size());
+    result_.num_fused_points += num_fused;
+    if (num_common == 0 && free.Length() >= 2) ++result_.num_added_points;
+  }
+
+  // Makes one point of the source's free observations and of those target points that fit it.
+  // Returns how many target points took part.
+  int Join(const colmap::Point3D& point, const colmap::Track& free,
+           const std::vector<point3D_t>& met) {
+    const Eigen::Vector3d xyz = target_from_source_.Apply(point.XYZ());
+    colmap::Point3D joined;
+    joined.SetXYZ(xyz);
+    joined.SetTrack(free);
+    const double own_weight = static_cast<double>(point.Track().Length());
+    double weight = own_weight;
+    std::vector<point3D_t> fitting;
+    for (const point3D_t id : met) {
+      const colmap::Point3D& other = merged_.Point3D(id);
+      const double other_weight = static_cast<double>(other.Track().Length());
+      colmap::Point3D both = joined;
+      both.SetXYZ((weight * joined.XYZ() + other_weight * other.XYZ()) / (weight + other_weight));
+      both.Track().AddElements(other.Track().Elements());
+      if (!Fits(both)) continue;
+      joined = both;
+      weight += other_weight;
+      fitting.push_back(id);
+    }
+    if (fitting.empty() && free.Length() < 2) return 0;
+    for (const point3D_t id : fitting) merged_.DeletePoint3D(id);
+    merged_.AddPoint3D(joined.XYZ(), joined.Track(), point.Color());
+    return static_cast<int>(fitting.size());
+  }
+
+  bool Fits(const colmap::Point3D& point) const {
+    for (const colmap::TrackElement& element : point.Track().Elements()) {
+      const colmap::Image& image = merged_.Image(element.image_id);
+      const Eigen::Vector2d& pixel = image.Point2D(element.point2D_idx).XY();
+      if (!(ErrorPx(image, pixel, point.XYZ()) <= LimitPx(image))) return false;
+    }
+    return true;
+  }
+
+  const colmap::Reconstruction& source_;
+  const Similarity& target_from_source_;
+  const Sim3Options& options_;
+  colmap::Reconstruction& merged_;
+  FuseResult result_;
+};
+
+}  // namespace
+
+std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
+                                        const colmap::Reconstruction& target) {
+  std::vector<SharedView> source_views, target_views;
+  const std::set<image_t> registered = RegisteredIn(target);
+  for (const image_t id : RegisteredIn(source)) {
+    if (!registered.count(id)) continue;
+    source_views.push_back(ViewOf(source, id));
+    target_views.push_back(ViewOf(target, id));
+  }
+  return PairSharedViews(source_views, target_views);
+}
+
+FuseResult FuseModels(const colmap::Reconstruction& source, const Similarity& target_from_source,
+                      const Sim3Options& options, colmap::Reconstruction* merged) {
+  return Fuser(source, target_from_source, options, merged).Run();
+}
+
+}  // namespace skein

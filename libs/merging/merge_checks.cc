@@ -1,0 +1,86 @@
+#include "merging/merge_checks.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "base/projection.h"
+
+namespace skein {
+namespace {
+
+using colmap::image_t;
+
+std::string Text(const char* format, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof(text), format, a, b);
+  return text;
+}
+
+void MeasureOne(const colmap::Reconstruction& model, const Observation& observation,
+                double max_error_px, Residuals* residuals, double* sum_error_px) {
+  if (!model.ExistsImage(observation.first)) return;
+  const colmap::Image& image = model.Image(observation.first);
+  if (!image.IsRegistered()) return;
+  const colmap::Point2D& point2D = image.Point2D(observation.second);
+  if (!point2D.HasPoint3D()) return;
+  const Eigen::Vector3d& xyz = model.Point3D(point2D.Point3DId()).XYZ();
+  if (!colmap::HasPointPositiveDepth(image.ProjectionMatrix(), xyz)) {
+    ++residuals->num_behind;
+    return;
+  }
+  const double error_px = std::sqrt(colmap::CalculateSquaredReprojectionError(
+      point2D.XY(), xyz, image.Qvec(), image.Tvec(), model.Camera(image.CameraId())));
+  if (!(error_px <= max_error_px)) return;
+  ++residuals->num_good;
+  *sum_error_px += error_px;
+}
+
+}  // namespace
+
+std::vector<Observation> ObservationsOf(const colmap::Reconstruction& model,
+                                        const std::set<image_t>& images) {
+  std::vector<Observation> observations;
+  for (const image_t id : model.RegImageIds()) {
+    if (!images.empty() && !images.count(id)) continue;
+    const colmap::Image& image = model.Image(id);
+    for (colmap::point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+      if (image.Point2D(i).HasPoint3D()) observations.emplace_back(id, i);
+    }
+  }
+  return observations;
+}
+
+Residuals MeasureResiduals(const colmap::Reconstruction& model,
+                           const std::vector<Observation>& observations, double max_error_px) {
+  Residuals residuals;
+  residuals.num_observations = static_cast<int>(observations.size());
+  double sum_error_px = 0;
+  for (const Observation& observation : observations) {
+    MeasureOne(model, observation, max_error_px, &residuals, &sum_error_px);
+  }
+  if (residuals.num_good > 0) residuals.mean_error_px = sum_error_px / residuals.num_good;
+  return residuals;
+}
+
+std::string CompareResiduals(const Residuals& before, const Residuals& after,
+                             const ResidualTolerance& tolerance) {
+  const double behind_before = before.num_behind / (before.num_observations + 1e-9);
+  const double behind_after = after.num_behind / (after.num_observations + 1e-9);
+  if (behind_after > behind_before + tolerance.max_behind_share) {
+    return Text("%.1f %% of the points fell behind their cameras (before: %.1f %%)",
+                100 * behind_after, 100 * behind_before);
+  }
+  if (after.GoodShare() < before.GoodShare() * (1 - tolerance.max_lost_share)) {
+    return Text("only %.1f %% of the observations fit (before: %.1f %%)", 100 * after.GoodShare(),
+                100 * before.GoodShare());
+  }
+  const double limit_px =
+      before.mean_error_px * tolerance.max_error_growth + tolerance.max_error_growth_px;
+  if (after.mean_error_px > limit_px) {
+    return Text("the mean reprojection error grew to %.2f px (before: %.2f px)",
+                after.mean_error_px, before.mean_error_px);
+  }
+  return "";
+}
+
+}  // namespace skein

@@ -1,0 +1,74 @@
+#include "node/ledger_server.h"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "core/clock.h"
+#include "ledger/ledger_range.h"
+
+namespace skein {
+namespace {
+
+constexpr double kBusyHeadS = 0.1;
+constexpr double kIdleHeadS = 1.0;
+
+}  // namespace
+
+LedgerServer::LedgerServer(Node& node, int64_t head_seq, ReadRange read_range)
+    : node_(node), read_range_(std::move(read_range)), head_seq_(head_seq) {
+  subscription_ = node_.bus().Subscribe<ledger_request_t>(
+      kLedgerRequestChannel, [this](const ledger_request_t& request) { OnRequest(request); });
+  timer_ = node_.loop().AddTimer(kBusyHeadS, [this] { Tick(); });
+}
+
+LedgerServer::~LedgerServer() {
+  node_.bus().Unsubscribe(subscription_);
+  node_.loop().CancelTimer(timer_);
+}
+
+void LedgerServer::Broadcast(const Fact& fact) {
+  head_seq_ = std::max(head_seq_, Header(fact).seq);
+  std::visit(
+      [this](const auto& f) {
+        node_.bus().Publish(FactChannels<std::decay_t<decltype(f)>>::committed, f);
+      },
+      fact);
+}
+
+void LedgerServer::Tick() {
+  const double now_s = MonotonicS();
+  if (in_flight_ == 0 && now_s < sent_s_ + kIdleHeadS - kBusyHeadS / 2) return;
+  SendHead();
+}
+
+void LedgerServer::SendHead() {
+  sent_s_ = MonotonicS();
+  ledger_head_t head{};
+  head.head_seq = head_seq_;
+  head.utime_us = NowUs();
+  head.in_flight = in_flight_;
+  node_.Publish(kLedgerHeadChannel, head);
+}
+
+void LedgerServer::OnRequest(const ledger_request_t& request) {
+  const int64_t from = request.from_seq;
+  if (from < 1) return;
+  if (from > head_seq_) return SendHead();  // nothing there yet: the requester knows now
+  const int64_t to = std::min({request.to_seq, head_seq_, from + kMaxRangeFacts - 1});
+  if (to < from) return;
+  LedgerRangeWriter writer;
+  read_range_(from, to, [&writer](int kind, const Bytes& payload) {
+    return writer.Add(kind, payload.data(), payload.size());
+  });
+  if (writer.num_facts() == 0) return;
+  ledger_range_t range{};
+  range.requester = request.requester;
+  range.from_seq = from;
+  range.to_seq = from + writer.num_facts() - 1;
+  Bytes bytes = writer.Take();
+  range.size_bytes = static_cast<int64_t>(bytes.size());
+  range.blob_id = node_.blobs().Serve(std::move(bytes));
+  node_.Publish(kLedgerRangeChannel, range);
+}
+
+}  // namespace skein

@@ -1,0 +1,51 @@
+// The sending side of the ledger, for ingest: broadcasts committed facts, repeats the head,
+// answers requests for ranges.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "core/bytes.h"
+#include "ledger/facts.h"
+#include "node/node.h"
+#include "transport/bus.h"
+
+namespace skein {
+
+// Loop's thread only.
+class LedgerServer {
+ public:
+  // Calls `visit(kind, payload)` for the committed facts from_seq..to_seq in order, as long as
+  // visit returns true; payload as EncodeFact makes it.
+  using Visit = std::function<bool(int kind, const Bytes& payload)>;
+  using ReadRange = std::function<void(int64_t from_seq, int64_t to_seq, const Visit& visit)>;
+
+  LedgerServer(Node& node, int64_t head_seq, ReadRange read_range);
+  ~LedgerServer();
+  LedgerServer(const LedgerServer&) = delete;
+  LedgerServer& operator=(const LedgerServer&) = delete;
+
+  // The fact is durable: tells everyone. Facts come in order of seq.
+  void Broadcast(const Fact& fact);
+  // Photos not yet through matching: while there are any the head goes out at 10 Hz, else at 1 Hz.
+  void SetInFlight(int num_photos) { in_flight_ = num_photos; }
+  int64_t head_seq() const { return head_seq_; }
+
+ private:
+  void Tick();
+  void SendHead();
+  void OnRequest(const ledger_request_t& request);
+
+  Node& node_;
+  const ReadRange read_range_;
+  int64_t head_seq_;
+  int in_flight_ = 0;
+  double sent_s_ = 0;
+  Bus::SubscriptionId subscription_ = 0;
+  PollLoop::TimerId timer_ = 0;
+};
+
+}  // namespace skein

@@ -1,0 +1,205 @@
+#include "node/node.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+#include <utility>
+
+#include "core/log.h"
+#include "core/process.h"
+#include "ledger/session_folder.h"
+
+#ifndef SKEIN_VERSION
+#define SKEIN_VERSION "0.1.0"
+#endif
+
+namespace skein {
+namespace {
+
+constexpr double kHeartbeatS = 1.0;
+
+// A signal came before there was a session.
+struct Interrupted : std::exception {
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
+bool IsInstanceName(const std::string& name) {
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_' || c == '.';
+  });
+}
+
+NodeOptions Completed(NodeOptions options) {
+  if (options.instance.empty()) options.instance = options.service;
+  if (!IsInstanceName(options.instance)) {
+    throw std::invalid_argument("--instance \"" + options.instance +
+                                "\": give 1 to 64 letters, digits, '-', '_' or '.'");
+  }
+  if (options.session_dir.empty() == options.session_id.empty()) {
+    throw std::invalid_argument(
+        "give --session DIR on the host of the session folder, or --session-id ID elsewhere");
+  }
+  const char* url = std::getenv("LCM_DEFAULT_URL");
+  if (options.lcm_url.empty() && url != nullptr) options.lcm_url = url;
+  return options;
+}
+
+}  // namespace
+
+void AddCommonOptions(CLI::App& app, NodeOptions* options) {
+  auto* dir = app.add_option("--session", options->session_dir, "Session folder, on its host");
+  app.add_option("--session-id", options->session_id,
+                 "Elsewhere: the session's id, or \"auto\" for the first one heard")
+      ->excludes(dir);
+  app.add_option("--lcm-url", options->lcm_url,
+                 "LCM's URL: udpm://239.255.76.67:7667?ttl=0 or tcpq://HOST:7700; else "
+                 "LCM_DEFAULT_URL");
+  app.add_option("--instance", options->instance, "Name of this process, unique in the session");
+  app.add_option("--threads", options->threads, "Threads that it may use")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_flag("--verbose", options->verbose, "Log more");
+}
+
+Node::Node(const NodeOptions& options)
+    : options_(Completed(options)),
+      own_loop_(std::make_unique<PollLoop>()),
+      own_bus_(std::make_unique<Bus>(options_.lcm_url, *own_loop_)),
+      loop_(*own_loop_),
+      bus_(*own_bus_) {
+  loop_.StopOnSignals();
+  Start();
+}
+
+Node::Node(const NodeOptions& options, PollLoop& loop, Bus& bus)
+    : options_(Completed(options)), loop_(loop), bus_(bus) {
+  Start();
+}
+
+// What fills heartbeats may be gone by now.
+Node::~Node() {
+  loop_.CancelTimer(heartbeat_timer_);
+  fill_heartbeat_ = [](heartbeat_t* beat) { beat->state = kEndedState; };
+  SendHeartbeat();
+}
+
+void Node::Start() {
+  session_id_ = FindSession();
+  bus_.SetSession(session_id_);
+  BlobClientOptions blob_options;
+  blob_options.session_id = session_id_;
+  blob_options.instance = options_.instance;
+  blob_options.cache_bytes = options_.cache_bytes;
+  if (shares_folder()) blob_options.store_dir = SessionPaths{options_.session_dir}.Blobs();
+  blobs_ = std::make_unique<BlobClient>(loop_, bus_, std::move(blob_options));
+  submitter_ = std::make_unique<Submitter>(loop_, bus_, *blobs_, session_id_, options_.instance);
+  heartbeat_timer_ = loop_.AddTimer(kHeartbeatS, [this] { SendHeartbeat(); });
+}
+
+std::string Node::FindSession() {
+  if (options_.session_id == "auto") return HearSession();
+  if (!shares_folder()) return options_.session_id;
+  const Result<Session> session = OpenOrCreateSession(options_.session_dir);
+  if (!session) throw std::runtime_error(session.error());
+  return session->session_id;
+}
+
+std::string Node::HearSession() {
+  std::string heard;
+  const auto subscription = bus_.Subscribe<ledger_head_t>(
+      kLedgerHeadChannel, [&heard](const ledger_head_t& head) { heard = head.session_id; });
+  loop_.RunUntil([&heard] { return !heard.empty(); }, options_.auto_session_timeout_s);
+  bus_.Unsubscribe(subscription);
+  if (loop_.interrupted()) throw Interrupted();
+  if (heard.empty()) {
+    throw std::runtime_error("no session heard at " + bus_.url().ToString() +
+                             "; start skein-ingest there, or give --session-id");
+  }
+  return heard;
+}
+
+void Node::Run() {
+  std::printf("ready %s\n", options_.instance.c_str());
+  std::fflush(stdout);
+  loop_.Run();
+}
+
+void Node::SendHeartbeat() {
+  heartbeat_t beat{};
+  beat.session_id = session_id_;
+  beat.service = options_.service;
+  beat.instance = options_.instance;
+  beat.host = HostName();
+  beat.pid = static_cast<int32_t>(::getpid());
+  beat.version = SKEIN_VERSION;
+  beat.state = "running";
+  beat.ledger_seq = ledger_seq_;
+  beat.memory_bytes = ResidentMemoryBytes();
+  beat.peak_memory_bytes = PeakMemoryBytes();
+  beat.bytes_pulled = blobs_->bytes_pulled();
+  beat.num_decode_failures = bus_.counters().num_decode_failures;
+  if (fill_heartbeat_) fill_heartbeat_(&beat);
+  bus_.Publish(kHeartbeatChannel, beat);
+}
+
+void Node::NoteCommitted(const Fact& fact) {
+  const fact_header_t& header = Header(fact);
+  ledger_seq_ = std::max(ledger_seq_, header.seq);
+  submitter_->OnCommitted(header);
+  const auto observers = fact_observers_;  // a copy: an observer may end itself
+  for (const auto& [id, observer] : observers) {
+    if (fact_observers_.count(id)) observer(fact);
+  }
+}
+
+int64_t Node::AddFactObserver(std::function<void(const Fact&)> observer) {
+  fact_observers_[next_observer_] = std::move(observer);
+  return next_observer_++;
+}
+
+std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+int Fail(const NodeOptions& options, const std::exception& error, int exit_code) {
+  const std::string& name = options.instance.empty() ? options.service : options.instance;
+  std::fprintf(stderr, "skein-%s (%s): %s\n", options.service.c_str(), name.c_str(), error.what());
+  return exit_code;
+}
+
+}  // namespace
+
+int RunService(const NodeOptions& options, const std::function<void(Node&)>& body) {
+  InitLog(options.instance.empty() ? options.service : options.instance, options.verbose);
+  std::unique_ptr<Node> node;
+  try {
+    CapThreads(options.threads);
+    node = std::make_unique<Node>(options);
+  } catch (const std::invalid_argument& error) {
+    return Fail(options, error, 2);
+  } catch (const Interrupted&) {
+    return 0;
+  } catch (const std::exception& error) {
+    return Fail(options, error, 1);
+  }
+  try {
+    body(*node);
+    return 0;
+  } catch (const std::exception& error) {
+    return Fail(options, error, 1);
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,160 @@
+// Nodes in processes of their own, over udpm and over LCM's own tcpq relay.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/hash.h"
+#include "node/ledger_follower.h"
+#include "node/ledger_test_util.h"
+#include "transport/process_test_util.h"
+
+namespace skein {
+namespace {
+
+constexpr int kPort = 7700;
+constexpr char kUdpm[] = "udpm://239.255.76.67:7667?ttl=0";
+constexpr char kUdpmLeavingTheHost[] = "udpm://239.255.76.67:7667?ttl=1";
+constexpr char kTcpq[] = "tcpq://127.0.0.1:7700";
+
+Bytes SeededBytes(size_t size) {
+  std::mt19937_64 random(1);
+  Bytes bytes(size);
+  for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+  return bytes;
+}
+
+std::string SeededId(size_t size) {
+  const Bytes bytes = SeededBytes(size);
+  return HashBytes(bytes.data(), bytes.size());
+}
+
+// A process called "ingest" with a ledger of num_facts and one blob.
+void ServeAsIngest(const std::string& url, int num_facts, size_t blob_bytes) {
+  PollLoop loop;
+  Bus bus(url, loop);
+  Node node(TestOptions("ingest"), loop, bus);
+  MemoryIngest ingest(node);
+  for (int i = 0; i < num_facts; ++i) ingest.Commit(TestFact("a/" + std::to_string(i)));
+  node.blobs().Offer(SeededBytes(blob_bytes));
+  loop.Run();
+}
+
+std::vector<std::string> StockRelay(int port) {
+  return {"java",
+          "-Xmx64m",
+          "-cp",
+          "/usr/share/java/lcm.jar",
+          "lcm.lcm.TCPService",
+          std::to_string(port)};
+}
+
+class TransportTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!EnterOwnNetwork()) GTEST_SKIP() << "needs a network namespace";
+  }
+  // Pulls the blob of ServeAsIngest; what it cost is printed.
+  void ExpectPull(Node& node, size_t blob_bytes, double timeout_s) {
+    const Timer timer;
+    bool done = false;
+    node.blobs().Fetch(SeededId(blob_bytes), "ingest", [&](const Result<Bytes>& fetched) {
+      EXPECT_TRUE(fetched.ok() && *fetched == SeededBytes(blob_bytes)) << fetched.error();
+      done = true;
+    });
+    ASSERT_TRUE(node.loop().RunUntil([&] { return done; }, timeout_s));
+    std::printf("%.1f MB in %.3f s\n", 1e-6 * static_cast<double>(blob_bytes), timer.ElapsedS());
+  }
+};
+
+TEST_F(TransportTest, UdpmLateJoinerReplaysAndPulls) {
+  const Child ingest([] { ServeAsIngest(kUdpm, 3000, 20 << 20); });
+  PollLoop loop;
+  Bus bus(kUdpm, loop);
+  Node node(TestOptions("worker"), loop, bus);
+  LedgerFollower follower(node, 1, [](const Fact&) {});
+  ASSERT_TRUE(loop.RunUntil([&] { return follower.processed_seq() == 3000; }, 30));
+  ExpectPull(node, 20 << 20, 30);
+}
+
+TEST_F(TransportTest, UdpmUnderFivePercentLossOnBothSides) {
+  const Child ingest([] {
+    PollLoop loop;
+    Bus bus(kUdpm, loop);
+    bus.SetDropReceived(DropShare(0.05, 5));
+    Node node(TestOptions("ingest"), loop, bus);
+    node.blobs().Offer(SeededBytes(8 << 20));
+    loop.Run();
+  });
+  PollLoop loop;
+  Bus bus(kUdpm, loop);
+  bus.SetDropReceived(DropShare(0.05, 6));
+  Node node(TestOptions("worker"), loop, bus);
+  ExpectPull(node, 8 << 20, 60);
+}
+
+TEST_F(TransportTest, UdpmWithSmallChunksWhereDatagramsLeaveTheHost) {
+  const Child ingest([] { ServeAsIngest(kUdpmLeavingTheHost, 0, 4 << 20); });
+  PollLoop loop;
+  Bus bus(kUdpmLeavingTheHost, loop);
+  Node node(TestOptions("worker"), loop, bus);
+  ExpectPull(node, 4 << 20, 30);
+}
+
+TEST_F(TransportTest, NodeAdoptsTheSessionItHears) {
+  const Child ingest([] { ServeAsIngest(kUdpm, 1, 0); });
+  NodeOptions options = TestOptions("worker");
+  options.session_id = "auto";
+  options.lcm_url = kUdpm;
+  Node node(options);
+  EXPECT_EQ(node.session_id(), "0123456789abcdef");
+}
+
+TEST_F(TransportTest, NodeSaysWhenItHearsNoSession) {
+  NodeOptions options = TestOptions("worker");
+  options.session_id = "auto";
+  options.lcm_url = kUdpm;
+  options.auto_session_timeout_s = 0.2;
+  EXPECT_THROW(Node node(options), std::runtime_error);
+}
+
+TEST_F(TransportTest, TcpqPullGoesOnWhenTheStockRelayIsKilledAndRestarted) {
+  Child main_relay(StockRelay(kPort));
+  auto bulk_relay = std::make_unique<Child>(StockRelay(kPort + 1));
+  ASSERT_TRUE(WaitForPort(kPort, 30) && WaitForPort(kPort + 1, 30));
+  const size_t blob_bytes = 64 << 20;
+  const Child ingest([] { ServeAsIngest(kTcpq, 100, 64 << 20); });
+  PollLoop loop;
+  Bus bus(kTcpq, loop);
+  Node node(TestOptions("worker"), loop, bus);
+  int64_t at_kill = 0;
+  std::unique_ptr<Child> new_main;
+  const auto timer = loop.AddTimer(0.005, [&] {
+    if (at_kill > 0 || node.blobs().bytes_pulled() < (4 << 20)) return;
+    at_kill = node.blobs().bytes_pulled();
+    main_relay.Kill();
+    bulk_relay->Kill();
+    new_main = std::make_unique<Child>(StockRelay(kPort));
+    bulk_relay = std::make_unique<Child>(StockRelay(kPort + 1));
+  });
+  ExpectPull(node, blob_bytes, 60);
+  loop.CancelTimer(timer);
+  EXPECT_GT(at_kill, 0);
+  EXPECT_LT(at_kill, static_cast<int64_t>(blob_bytes));
+  LedgerFollower follower(node, 1, [](const Fact&) {});
+  EXPECT_TRUE(loop.RunUntil([&] { return follower.processed_seq() == 100; }, 30));
+}
+
+TEST_F(TransportTest, TcpqWaitsForARelayThatComesLater) {
+  PollLoop loop;
+  Bus bus(kTcpq, loop);
+  int heard = 0;
+  bus.Subscribe(kCommandChannel, [&](const command_t&) { ++heard; });
+  EXPECT_FALSE(bus.Publish(kCommandChannel, command_t{}));
+  const Child relay(StockRelay(kPort));
+  const auto timer = loop.AddTimer(0.05, [&] { bus.Publish(kCommandChannel, command_t{}); });
+  EXPECT_TRUE(loop.RunUntil([&] { return heard > 0; }, 30));
+  loop.CancelTimer(timer);
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,113 @@
+#include "node/work_client.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/process.h"
+
+namespace skein {
+namespace {
+
+constexpr double kTickS = 0.02;
+constexpr double kRequestS = 1.0;
+constexpr double kRepeatFailureS = 0.5;
+constexpr double kForgetFailureS = 60.0;
+
+int PreviousExitSignal() {
+  const char* text = std::getenv("SKEIN_PREVIOUS_EXIT_SIGNAL");
+  return text == nullptr ? 0 : std::atoi(text);
+}
+
+}  // namespace
+
+WorkClient::WorkClient(Node& node, std::string kind, int capacity, OnWork on_work)
+    : node_(node),
+      kind_(std::move(kind)),
+      host_(HostName()),
+      previous_exit_signal_(PreviousExitSignal()),
+      capacity_(capacity),
+      on_work_(std::move(on_work)) {
+  work_subscription_ = node_.bus().Subscribe<work_t>(
+      kWorkChannel, [this](const work_t& work) { OnWorkMessage(work); });
+  failure_subscription_ = node_.bus().Subscribe<failure_t>(
+      kFailureChannel, [this](const failure_t& failure) { OnFailure(failure); });
+  observer_ = node_.AddFactObserver([this](const Fact& fact) {
+    if (const auto* failure = std::get_if<failure_t>(&fact)) OnFailure(*failure);
+  });
+  timer_ = node_.loop().AddTimer(kTickS, [this] { Tick(); });
+}
+
+WorkClient::~WorkClient() {
+  node_.bus().Unsubscribe(work_subscription_);
+  node_.bus().Unsubscribe(failure_subscription_);
+  node_.RemoveFactObserver(observer_);
+  node_.loop().CancelTimer(timer_);
+}
+
+void WorkClient::OnWorkMessage(const work_t& work) {
+  if (work.worker != node_.instance() || work.kind != kind_) return;
+  const auto held = held_.find(work.item_id);
+  const bool is_new = held == held_.end();
+  if (is_new && num_held() >= capacity_) return;
+  if (!is_new && work.epoch <= held->second) return;
+  failed_.erase(work.item_id);  // ingest knows of it: this is another attempt
+  held_[work.item_id] = work.epoch;
+  if (num_held() < capacity_) request_due_s_ = 0;
+  on_work_(work);
+}
+
+void WorkClient::Done(int64_t item_id) {
+  if (held_.erase(item_id) > 0) request_due_s_ = 0;
+}
+
+void WorkClient::Fail(int64_t item_id, const std::string& reason, bool permanent) {
+  if (held_.erase(item_id) == 0) return;
+  request_due_s_ = 0;
+  work_failed_t message{};
+  message.worker = node_.instance();
+  message.kind = kind_;
+  message.item_id = item_id;
+  message.reason = ClampText(reason);
+  message.permanent = permanent;
+  failed_[item_id] = {message, 0, MonotonicS() + kForgetFailureS};
+  Tick();
+}
+
+void WorkClient::OnFailure(const failure_t& failure) {
+  if (failure.stage == kind_) failed_.erase(failure.image_id);
+}
+
+void WorkClient::SetCapacity(int capacity) {
+  if (capacity != capacity_) request_due_s_ = 0;
+  capacity_ = capacity;
+}
+
+void WorkClient::Tick() {
+  const double now_s = MonotonicS();
+  for (auto it = failed_.begin(); it != failed_.end();) {
+    Failed& failed = it->second;
+    if (now_s >= failed.due_s) {
+      node_.Publish(kWorkFailedChannel, failed.message);
+      failed.due_s = now_s + kRepeatFailureS;
+    }
+    it = now_s >= failed.until_s ? failed_.erase(it) : std::next(it);
+  }
+  if (now_s >= request_due_s_) Request();
+}
+
+void WorkClient::Request() {
+  request_due_s_ = MonotonicS() + kRequestS;
+  work_request_t request{};
+  request.worker = node_.instance();
+  request.host = host_;
+  request.kind = kind_;
+  request.capacity = std::max(0, capacity_ - num_held());
+  request.previous_exit_signal = previous_exit_signal_;
+  for (const auto& [item_id, epoch] : held_) request.held.push_back(item_id);
+  request.num_held = static_cast<int32_t>(request.held.size());
+  node_.Publish(kWorkRequestChannel, request);
+}
+
+}  // namespace skein

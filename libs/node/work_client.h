@@ -1,0 +1,67 @@
+// Asks ingest for work of one kind and keeps its leases.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "node/node.h"
+#include "transport/bus.h"
+
+namespace skein {
+
+// Loop's thread only. Requests go out once a second and at once when capacity frees; each names
+// the items held, which renews their leases.
+class WorkClient {
+ public:
+  using OnWork = std::function<void(const work_t&)>;
+
+  // kind: features, matching or submap. capacity: items held at a time. on_work is called once an
+  // item, and again when a held item comes with a higher epoch.
+  WorkClient(Node& node, std::string kind, int capacity, OnWork on_work);
+  ~WorkClient();
+  WorkClient(const WorkClient&) = delete;
+  WorkClient& operator=(const WorkClient&) = delete;
+
+  // The item's result is committed (call it in Submit's function), or it is not ours any more.
+  // No effect if the item is not held.
+  void Done(int64_t item_id);
+  // The item cannot be done. Told until ingest's failure_t of it is seen, at most a minute: by
+  // then its lease has lapsed anyway. permanent: another try cannot help.
+  void Fail(int64_t item_id, const std::string& reason, bool permanent);
+  // At once effective; 0 takes nothing new.
+  void SetCapacity(int capacity);
+
+  int capacity() const { return capacity_; }
+  int num_held() const { return static_cast<int>(held_.size()); }
+  bool holds(int64_t item_id) const { return held_.count(item_id) > 0; }
+
+ private:
+  struct Failed {
+    work_failed_t message;
+    double due_s;
+    double until_s;
+  };
+
+  void OnWorkMessage(const work_t& work);
+  void OnFailure(const failure_t& failure);
+  void Tick();
+  void Request();
+
+  Node& node_;
+  const std::string kind_;
+  const std::string host_;
+  const int previous_exit_signal_;
+  int capacity_;
+  const OnWork on_work_;
+  std::map<int64_t, int64_t> held_;  // item -> epoch
+  std::map<int64_t, Failed> failed_;
+  double request_due_s_ = 0;
+  Bus::SubscriptionId work_subscription_ = 0;
+  Bus::SubscriptionId failure_subscription_ = 0;
+  int64_t observer_ = 0;
+  PollLoop::TimerId timer_ = 0;
+};
+
+}  // namespace skein

@@ -1,0 +1,107 @@
+#include "photo/decode_check.h"
+
+#include <cstdio>
+// jpeglib.h needs FILE and size_t.
+#include <jerror.h>
+#include <jpeglib.h>
+#include <zlib.h>
+
+#include <csetjmp>
+#include <cstring>
+#include <opencv2/imgcodecs.hpp>
+
+namespace skein {
+namespace {
+
+struct JpegErrors {
+  jpeg_error_mgr manager;  // first: libjpeg hands out a pointer to it
+  std::jmp_buf leave;
+  char text[JMSG_LENGTH_MAX] = "";
+};
+
+bool IsHarmless(int code) {
+  return code == JWRN_EXTRANEOUS_DATA || code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR;
+}
+
+[[noreturn]] void LeaveWithText(j_common_ptr info) {
+  auto* errors = reinterpret_cast<JpegErrors*>(info->err);
+  info->err->format_message(info, errors->text);
+  std::longjmp(errors->leave, 1);
+}
+
+void LeaveOnDamage(j_common_ptr info, int level) {
+  if (level < 0 && !IsHarmless(info->err->msg_code)) LeaveWithText(info);
+}
+
+// Decodes at an eighth of the size: every coefficient is still read, most of the transform is
+// saved. Holds nothing with a destructor: libjpeg leaves by longjmp.
+bool ReadsWhole(const Bytes& bytes, jpeg_decompress_struct* info, JpegErrors* errors,
+                JSAMPROW row) {
+  if (setjmp(errors->leave) != 0) return false;
+  jpeg_mem_src(info, bytes.data(), bytes.size());
+  jpeg_read_header(info, TRUE);
+  info->scale_num = 1;
+  info->scale_denom = 8;
+  info->out_color_space = info->jpeg_color_space;
+  jpeg_start_decompress(info);
+  while (info->output_scanline < info->output_height) jpeg_read_scanlines(info, &row, 1);
+  jpeg_finish_decompress(info);
+  return true;
+}
+
+Status CheckJpeg(const Bytes& bytes, const PhotoHeader& header) {
+  JpegErrors errors;
+  jpeg_decompress_struct info;
+  std::memset(&info, 0, sizeof(info));
+  info.err = jpeg_std_error(&errors.manager);
+  errors.manager.error_exit = LeaveWithText;
+  errors.manager.emit_message = LeaveOnDamage;
+  jpeg_create_decompress(&info);
+  std::vector<JSAMPLE> row(static_cast<size_t>(header.width_px) * MAX_COMPONENTS);
+  const bool whole = ReadsWhole(bytes, &info, &errors, row.data());
+  jpeg_destroy_decompress(&info);
+  return whole ? Status::Ok() : Status::Error(std::string("damaged JPEG: ") + errors.text);
+}
+
+Status CheckPngChunks(const Bytes& bytes) {
+  const auto u32 = [&](size_t at) {
+    return uint32_t{bytes[at]} << 24 | uint32_t{bytes[at + 1]} << 16 |
+           uint32_t{bytes[at + 2]} << 8 | bytes[at + 3];
+  };
+  for (size_t at = 8; at + 12 <= bytes.size();) {
+    const size_t length = u32(at);
+    if (length > bytes.size() - at - 12) break;
+    const uLong crc = crc32(0, bytes.data() + at + 4, static_cast<uInt>(length + 4));
+    if (crc != u32(at + 8 + length)) return Status::Error("damaged PNG: wrong checksum");
+    if (std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0) return Status::Ok();
+    at += 12 + length;
+  }
+  return Status::Error("damaged PNG: cut short");
+}
+
+Status CheckWithOpenCv(const Bytes& bytes, const PhotoHeader& header) {
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception& error) {
+    return Status::Error(std::string("cannot be decoded: ") + error.err);
+  }
+  const std::string name = FormatName(header.format);
+  if (image.empty() || image.type() != CV_8UC3) return Status::Error(name + " cannot be decoded");
+  if (image.cols != header.width_px || image.rows != header.height_px) {
+    return Status::Error(name + " decodes to another size than its header claims");
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status CheckDecodes(const Bytes& bytes, const PhotoHeader& header) {
+  if (header.format == PhotoFormat::kJpeg) return CheckJpeg(bytes, header);
+  if (header.format == PhotoFormat::kPng) {
+    if (Status status = CheckPngChunks(bytes); !status.ok()) return status;
+  }
+  return CheckWithOpenCv(bytes, header);
+}
+
+}  // namespace skein

@@ -1,0 +1,66 @@
+#include "photo/photo_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "photo/decode_check.h"
+
+namespace skein {
+namespace {
+
+std::string SizeText(const PhotoHeader& header) {
+  return std::to_string(header.width_px) + " x " + std::to_string(header.height_px);
+}
+
+Status CheckHeader(const PhotoHeader& header, const PhotoLimits& limits) {
+  const int64_t shorter = std::min(header.width_px, header.height_px);
+  if (shorter < limits.min_side_px) {
+    return Status::Error(SizeText(header) + " pixels: a side is shorter than " +
+                         std::to_string(limits.min_side_px));
+  }
+  // Each factor is below 2^32 by its format, so the product fits in unsigned 64 bits.
+  const auto pixels =
+      static_cast<uint64_t>(header.width_px) * static_cast<uint64_t>(header.height_px);
+  if (pixels > static_cast<uint64_t>(limits.max_pixels)) {
+    return Status::Error("header claims " + SizeText(header) + " pixels, more than " +
+                         std::to_string(limits.max_pixels / 1'000'000) + " megapixels");
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status PhotoLimits::Check() const {
+  if (max_bytes < 1) return Status::Error("the largest file must have at least 1 byte");
+  if (max_pixels < 1) return Status::Error("the largest photo must have at least 1 pixel");
+  if (min_side_px < 1) return Status::Error("the shortest side must have at least 1 pixel");
+  return Status::Ok();
+}
+
+Result<CheckedPhoto> CheckPhoto(const Bytes& bytes, const PhotoLimits& limits) {
+  if (static_cast<int64_t>(bytes.size()) > limits.max_bytes) {
+    return Status::Error("file has " + std::to_string(bytes.size()) + " bytes, more than " +
+                         std::to_string(limits.max_bytes));
+  }
+  const Result<PhotoHeader> header = ReadPhotoHeader(bytes);
+  if (!header.ok()) return header.status();
+  if (Status status = CheckHeader(*header, limits); !status.ok()) return status;
+  if (Status status = CheckDecodes(bytes, *header); !status.ok()) return status;
+  return CheckedPhoto{*header, ReadExif(bytes, *header)};
+}
+
+FocalPrior ChooseFocal(const CheckedPhoto& photo, double offered_focal_px) {
+  const double longer =
+      static_cast<double>(std::max(photo.header.width_px, photo.header.height_px));
+  if (photo.exif.focal_px) return {*photo.exif.focal_px, true};
+  const bool sane = offered_focal_px > 0.1 * longer && offered_focal_px < 100 * longer;
+  return {sane ? offered_focal_px : 1.2 * longer, false};
+}
+
+std::string CameraKey(const std::string& agent, const CheckedPhoto& photo,
+                      const FocalPrior& focal) {
+  return agent + "|" + photo.exif.make + "|" + photo.exif.model + "|" + SizeText(photo.header) +
+         "|" + std::to_string(std::llround(focal.focal_px));
+}
+
+}  // namespace skein

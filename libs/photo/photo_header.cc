@@ -1,0 +1,137 @@
+#include "photo/photo_header.h"
+
+#include <cstring>
+#include <optional>
+
+namespace skein {
+namespace {
+
+// Unsigned integers of 1..4 bytes at an offset; nothing beyond the end.
+class Peeker {
+ public:
+  Peeker(const Bytes& bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
+
+  std::optional<uint32_t> Get(size_t at, size_t size) const {
+    if (at > bytes_.size() || size > bytes_.size() - at) return std::nullopt;
+    uint32_t value = 0;
+    for (size_t i = 0; i < size; ++i) {
+      value = value << 8 | bytes_[at + (big_endian_ ? i : size - 1 - i)];
+    }
+    return value;
+  }
+
+ private:
+  const Bytes& bytes_;
+  bool big_endian_;
+};
+
+bool StartsWith(const Bytes& bytes, const void* prefix, size_t size) {
+  return bytes.size() >= size && std::memcmp(bytes.data(), prefix, size) == 0;
+}
+
+// Start of frame of any coding process (ITU-T T.81, table B.1), which holds the size.
+bool IsStartOfFrame(uint32_t marker) {
+  return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+}
+
+bool HasNoLength(uint32_t marker) { return marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8); }
+
+Result<PhotoHeader> ReadJpeg(const Bytes& bytes) {
+  const Peeker peek(bytes, true);
+  for (size_t at = 2; peek.Get(at, 2);) {
+    if (bytes[at] != 0xff) return Status::Error("damaged JPEG: no marker where one must be");
+    const uint32_t marker = bytes[at + 1];
+    if (marker == 0xff || HasNoLength(marker)) {
+      at += marker == 0xff ? 1 : 2;
+      continue;
+    }
+    const auto length = peek.Get(at + 2, 2);
+    if (marker == 0xd9 || marker == 0xda || !length || *length < 2) break;
+    if (IsStartOfFrame(marker)) {
+      const auto bits = peek.Get(at + 4, 1), height = peek.Get(at + 5, 2);
+      const auto width = peek.Get(at + 7, 2), channels = peek.Get(at + 9, 1);
+      if (!channels) break;
+      return PhotoHeader{PhotoFormat::kJpeg, *width, *height, static_cast<int>(*channels),
+                         static_cast<int>(*bits)};
+    }
+    at += 2 + *length;
+  }
+  return Status::Error("damaged JPEG: ends before the size of the image");
+}
+
+Result<PhotoHeader> ReadPng(const Bytes& bytes) {
+  const Peeker peek(bytes, true);
+  const auto width = peek.Get(16, 4), height = peek.Get(20, 4);
+  const auto bits = peek.Get(24, 1), colour = peek.Get(25, 1);
+  if (!colour || std::memcmp(bytes.data() + 12, "IHDR", 4) != 0) {
+    return Status::Error("damaged PNG: no IHDR");
+  }
+  const bool grey = (*colour & 3) == 0;
+  const int channels = (grey ? 1 : 3) + ((*colour & 4) != 0 ? 1 : 0);
+  return PhotoHeader{PhotoFormat::kPng, *width, *height, channels, static_cast<int>(*bits)};
+}
+
+// TIFF 6.0, section 2: an image file directory holds 12-byte entries (tag, type, count, value).
+class TiffDirectory {
+ public:
+  TiffDirectory(const Bytes& bytes, bool big_endian) : peek_(bytes, big_endian) {
+    const auto at = peek_.Get(4, 4);
+    if (at) begin_ = *at;
+  }
+
+  std::optional<uint32_t> Find(uint32_t tag) const {
+    const uint32_t count = peek_.Get(begin_, 2).value_or(0);
+    for (uint32_t i = 0; i < count; ++i) {
+      const size_t entry = begin_ + 2 + 12 * static_cast<size_t>(i);
+      if (peek_.Get(entry, 2) == tag) return Value(entry);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // First value of a SHORT or LONG entry; several SHORTs lie at an offset, all alike in practice.
+  std::optional<uint32_t> Value(size_t entry) const {
+    const uint32_t type = peek_.Get(entry + 2, 2).value_or(0);
+    const uint32_t count = peek_.Get(entry + 4, 4).value_or(0);
+    const size_t size = type == 3 ? 2 : 4;
+    if (type != 3 && type != 4) return std::nullopt;
+    if (count * size <= 4) return peek_.Get(entry + 8, size);
+    return peek_.Get(peek_.Get(entry + 8, 4).value_or(~0u), size);
+  }
+
+  Peeker peek_;
+  size_t begin_ = ~size_t{0};
+};
+
+Result<PhotoHeader> ReadTiff(const Bytes& bytes) {
+  const TiffDirectory directory(bytes, bytes[0] == 'M');
+  const auto width = directory.Find(256), height = directory.Find(257);
+  if (!width || !height) return Status::Error("damaged TIFF: no size of the image");
+  return PhotoHeader{PhotoFormat::kTiff, *width, *height,
+                     static_cast<int>(directory.Find(277).value_or(1)),
+                     static_cast<int>(directory.Find(258).value_or(1))};
+}
+
+}  // namespace
+
+Result<PhotoHeader> ReadPhotoHeader(const Bytes& bytes) {
+  if (bytes.empty()) return Status::Error("empty file");
+  if (StartsWith(bytes, "\xff\xd8\xff", 3)) return ReadJpeg(bytes);
+  if (StartsWith(bytes, "\x89PNG\r\n\x1a\n", 8)) return ReadPng(bytes);
+  if (StartsWith(bytes, "II*\0", 4) || StartsWith(bytes, "MM\0*", 4)) return ReadTiff(bytes);
+  return Status::Error("not a JPEG, PNG or TIFF photo");
+}
+
+const char* FormatName(PhotoFormat format) {
+  switch (format) {
+    case PhotoFormat::kJpeg:
+      return "JPEG";
+    case PhotoFormat::kPng:
+      return "PNG";
+    case PhotoFormat::kTiff:
+      return "TIFF";
+  }
+  return "";
+}
+
+}  // namespace skein

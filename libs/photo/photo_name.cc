@@ -1,0 +1,106 @@
+#include "photo/photo_name.h"
+
+#include <algorithm>
+
+namespace skein {
+namespace {
+
+// Length of the valid UTF-8 sequence at `at`, 0 if there is none (overlong forms, surrogates and
+// what lies beyond U+10FFFF are none). RFC 3629.
+size_t Utf8Length(const std::string& text, size_t at) {
+  const auto byte = [&](size_t i) -> unsigned {
+    return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0;
+  };
+  const auto in = [&](size_t i, unsigned low, unsigned high) {
+    return byte(i) >= low && byte(i) <= high;
+  };
+  const auto tail = [&](size_t i) { return in(i, 0x80, 0xbf); };
+  if (byte(0) < 0x80) return 1;
+  if (in(0, 0xc2, 0xdf)) return tail(1) ? 2 : 0;
+  if (in(0, 0xe0, 0xef)) {
+    const unsigned low = byte(0) == 0xe0 ? 0xa0 : 0x80;
+    const unsigned high = byte(0) == 0xed ? 0x9f : 0xbf;
+    return in(1, low, high) && tail(2) ? 3 : 0;
+  }
+  if (in(0, 0xf0, 0xf4)) {
+    const unsigned low = byte(0) == 0xf0 ? 0x90 : 0x80;
+    const unsigned high = byte(0) == 0xf4 ? 0x8f : 0xbf;
+    return in(1, low, high) && tail(2) && tail(3) ? 4 : 0;
+  }
+  return 0;
+}
+
+bool IsUtf8(const std::string& text) {
+  for (size_t at = 0; at < text.size();) {
+    const size_t length = Utf8Length(text, at);
+    if (length == 0) return false;
+    at += length;
+  }
+  return true;
+}
+
+bool IsControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
+Status CheckText(const std::string& text, const std::string& what, size_t max_bytes) {
+  if (text.empty()) return Status::Error(what + " is empty");
+  if (text.size() > max_bytes) {
+    return Status::Error(what + " has " + std::to_string(text.size()) + " bytes, more than " +
+                         std::to_string(max_bytes));
+  }
+  if (std::any_of(text.begin(), text.end(), IsControl)) {
+    return Status::Error(what + " holds control characters");
+  }
+  if (!IsUtf8(text)) return Status::Error(what + " is not valid UTF-8");
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status CheckAgentName(const std::string& agent) {
+  if (Status status = CheckText(agent, "agent's name", kMaxAgentBytes); !status.ok()) return status;
+  if (agent.find_first_of("/\\") != std::string::npos) {
+    return Status::Error("agent's name holds a slash");
+  }
+  if (agent[0] == '.') return Status::Error("agent's name starts with a dot");
+  return Status::Ok();
+}
+
+Status CheckPhotoName(const std::string& name) {
+  if (Status status = CheckText(name, "name", kMaxNameBytes); !status.ok()) return status;
+  if (name[0] == '/') return Status::Error("name is an absolute path");
+  for (size_t begin = 0; begin <= name.size();) {
+    const size_t end = std::min(name.find('/', begin), name.size());
+    const std::string part = name.substr(begin, end - begin);
+    if (part == "..") return Status::Error("name leaves its folder (\"..\")");
+    if (part.empty() || part == ".") return Status::Error("name has an empty path component");
+    begin = end + 1;
+  }
+  return Status::Ok();
+}
+
+std::string Printable(const std::string& text, size_t max_bytes) {
+  std::string printable;
+  for (size_t at = 0; at < text.size();) {
+    const size_t length = Utf8Length(text, at);
+    const bool shown = length > 0 && !IsControl(text[at]);
+    const std::string piece = shown ? text.substr(at, length) : "?";
+    if (printable.size() + piece.size() > max_bytes) return printable + "...";
+    printable += piece;
+    at += std::max<size_t>(length, 1);
+  }
+  return printable;
+}
+
+std::string NumberedName(const std::string& name, int number) {
+  const size_t slash = name.rfind('/');
+  const size_t begin = slash == std::string::npos ? 0 : slash + 1;
+  size_t dot = name.rfind('.');
+  if (dot == std::string::npos || dot <= begin) dot = name.size();
+  const std::string tail = "~" + std::to_string(number) + name.substr(dot);
+  if (tail.size() + begin >= kMaxNameBytes) return name.substr(0, begin) + tail.substr(0, 16);
+  size_t stem = std::min(dot, kMaxNameBytes - tail.size());
+  while (stem > begin && (static_cast<unsigned char>(name[stem]) & 0xc0) == 0x80) --stem;
+  return name.substr(0, stem) + tail;
+}
+
+}  // namespace skein

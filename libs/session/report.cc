@@ -1,0 +1,200 @@
+#include "session/report.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/statistics.h"
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+std::string NameOf(const std::string& agent, const std::string& name) {
+  return agent.empty() ? name : agent + "/" + name;
+}
+
+double SecondsBetween(int64_t from_us, int64_t to_us) {
+  return static_cast<double>(to_us - from_us) * 1e-6;
+}
+
+int64_t FirstReceived(const SessionState& state) {
+  int64_t first = 0;
+  for (const auto& [id, photo] : state.photos()) {
+    const int64_t received = photo.image.received_utime_us;
+    first = first == 0 ? received : std::min(first, received);
+  }
+  return first;
+}
+
+json ImagesPart(const PhotoCounts& counts) {
+  return {{"received", counts.received},
+          {"registered", counts.registered},
+          {"deferred", counts.deferred},
+          {"failed", counts.failed},
+          {"duplicates", counts.duplicates}};
+}
+
+json SubmapsPart(const SessionState& state) {
+  std::vector<std::pair<int64_t, const SubmapState*>> live;
+  for (const auto& [id, submap] : state.submaps()) {
+    if (!submap.ended && submap.model.header.seq > 0) live.push_back({id, &submap});
+  }
+  std::stable_sort(live.begin(), live.end(), [](const auto& a, const auto& b) {
+    return a.second->model.num_images > b.second->model.num_images;
+  });
+  json submaps = json::array();
+  for (const auto& [id, submap] : live) {
+    submaps.push_back({{"id", id},
+                       {"images", submap->model.num_images},
+                       {"points", submap->model.num_points},
+                       {"mean_reprojection_error_px", submap->model.mean_reprojection_error_px},
+                       {"mean_track_length", submap->model.mean_track_length},
+                       {"epoch", submap->epoch}});
+  }
+  return submaps;
+}
+
+const char* MergeStateName(int8_t state) {
+  switch (state) {
+    case merge_t::ORDERED:
+      return "ordered";
+    case merge_t::FROZEN:
+      return "frozen";
+    case merge_t::DONE:
+      return "done";
+    case merge_t::UNDONE:
+      return "undone";
+    default:
+      return "failed";
+  }
+}
+
+json MergesPart(const SessionState& state) {
+  json merges = json::array();
+  for (const auto& [id, merge] : state.merges()) {
+    merges.push_back({{"id", id},
+                      {"source", merge.ordered.source_id},
+                      {"target", merge.ordered.target_id},
+                      {"state", MergeStateName(merge.latest.state)},
+                      {"reason", merge.latest.reason},
+                      {"shared_images", merge.ordered.num_shared_images},
+                      {"inlier_images", merge.ordered.num_inlier_images},
+                      {"duration_s", merge.latest.duration_s}});
+  }
+  return merges;
+}
+
+json StagesPart(const StageTimes& times) {
+  json stages = json::object();
+  for (const auto& [stage, seconds] : times.by_stage) {
+    const std::vector<double> samples(seconds.begin(), seconds.end());
+    stages[stage] = {{"count", samples.size()},
+                     {"mean_s", mean(samples)},
+                     {"p95_s", percentile(samples, 95)},
+                     {"max_s", percentile(samples, 100)}};
+  }
+  return stages;
+}
+
+json FailuresPart(const SessionState& state) {
+  json failures = json::array();
+  for (const failure_t& failure : state.Failures()) {
+    failures.push_back({{"image", NameOf(failure.agent, failure.name)},
+                        {"stage", failure.stage},
+                        {"reason", failure.reason},
+                        {"attempts", failure.attempts}});
+  }
+  return failures;
+}
+
+json ImagesInTimePart(const SessionState& state) {
+  const int64_t start = FirstReceived(state);
+  json images = json::array();
+  for (const auto& [id, photo] : state.photos()) {
+    json image = {{"image", NameOf(photo.image.agent, photo.image.name)},
+                  {"received_s", SecondsBetween(start, photo.image.received_utime_us)},
+                  {"registered_s", nullptr},
+                  {"submap", nullptr}};
+    if (photo.registered_utime_us > 0) {
+      image["registered_s"] = SecondsBetween(start, photo.registered_utime_us);
+      image["submap"] = photo.registered_submap_id;
+    }
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+}  // namespace
+
+json DeferredPart(const SessionState& state) {
+  json deferred = json::array();
+  for (const auto& [id, photo] : state.photos()) {
+    if (photo.failed() || state.IsRegistered(photo)) continue;
+    deferred.push_back({{"image", NameOf(photo.image.agent, photo.image.name)},
+                        {"reason", state.WhyUnregistered(photo)}});
+  }
+  return deferred;
+}
+
+PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates) {
+  PhotoCounts counts;
+  counts.duplicates = num_duplicates;
+  counts.received = state.num_images();
+  for (const auto& [id, photo] : state.photos()) {
+    const bool registered = state.IsRegistered(photo);
+    ++(registered ? counts.registered : photo.failed() ? counts.failed : counts.deferred);
+  }
+  for (const failure_t& failure : state.Failures()) {
+    if (failure.image_id != 0 || failure.stage != "ingest") continue;
+    ++counts.received;
+    ++counts.failed;
+  }
+  return counts;
+}
+
+std::vector<double> PhotoToPoseSeconds(const SessionState& state) {
+  std::vector<double> seconds;
+  for (const auto& [id, photo] : state.photos()) {
+    if (photo.registered_utime_us == 0) continue;
+    seconds.push_back(SecondsBetween(photo.image.received_utime_us, photo.registered_utime_us));
+  }
+  return seconds;
+}
+
+json RetrievalPart(const SessionState& state) {
+  const RetrievalCounts& counts = state.retrieval();
+  const auto found = state.times().by_stage.find("retrieval");
+  const std::vector<float> none;
+  const std::vector<float>& times = found == state.times().by_stage.end() ? none : found->second;
+  return {{"candidates", counts.candidates},
+          {"hits", counts.hits},
+          {"pairs_matched", counts.pairs_matched},
+          {"pairs_verified", counts.pairs_verified},
+          {"mean_s", mean(std::vector<double>(times.begin(), times.end()))}};
+}
+
+json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_utime_us) {
+  const std::vector<double> latency = PhotoToPoseSeconds(state);
+  const int64_t start = FirstReceived(state);
+  return {{"format", "skein-report"},
+          {"version", 1},
+          {"images", ImagesPart(CountPhotos(state, num_duplicates))},
+          {"submaps", SubmapsPart(state)},
+          {"merges", MergesPart(state)},
+          {"latency_s",
+           {{"p50", percentile(latency, 50)},
+            {"p95", percentile(latency, 95)},
+            {"p99", percentile(latency, 99)}}},
+          {"wall_s", start == 0 ? 0.0 : SecondsBetween(start, done_utime_us)},
+          {"finish_s", SecondsBetween(state.finish().requested_utime_us, done_utime_us)},
+          {"retrieval", RetrievalPart(state)},
+          {"stages", StagesPart(state.times())},
+          {"failures", FailuresPart(state)},
+          {"deferred", DeferredPart(state)},
+          {"images_in_time", ImagesInTimePart(state)},
+          {"facts", state.head()}};
+}
+
+}  // namespace skein

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+
+#include "session/session_state.h"
+
+namespace skein {
+
+// How many photos came and what became of them. received = registered + deferred + failed.
+struct PhotoCounts {
+  int64_t received = 0;    // accepted or refused
+  int64_t registered = 0;  // in at least one living submap
+  int64_t deferred = 0;    // through matching or on the way, and in no submap
+  int64_t failed = 0;      // refused, parked, or lost with their agent
+  int64_t duplicates = 0;  // offers of a content that was there already
+};
+
+PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates);
+
+// Seconds from ingest's receipt of each registered photo to its commit of the first registration,
+// in the order of photos.
+std::vector<double> PhotoToPoseSeconds(const SessionState& state);
+
+// [{image, reason}] of the photos that are in no submap, those on their way included.
+nlohmann::json DeferredPart(const SessionState& state);
+
+// Candidates named and hit, pairs matched and verified, mean seconds a photo in the index.
+nlohmann::json RetrievalPart(const SessionState& state);
+
+// report.json: what happened in the session up to `done_utime_us`. docs: services/ingest/README.md.
+nlohmann::json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_utime_us);
+
+}  // namespace skein

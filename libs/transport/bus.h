@@ -1,0 +1,150 @@
+// Typed publish and subscribe over LCM.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "core/bytes.h"
+#include "event_loop/poll_loop.h"
+#include "transport/channels.h"
+#include "transport/decode.h"
+#include "transport/lcm_url.h"
+#include "transport/link.h"
+
+namespace skein {
+
+namespace bus_internal {
+template <class T>
+struct HandlerOf {
+  using type = std::function<void(const T&)>;
+};
+}  // namespace bus_internal
+
+inline constexpr size_t kMaxMessageBytes = 32 << 10;
+// Largest message that is sent whole where datagrams leave the host: one Ethernet frame.
+inline constexpr size_t kMaxDatagramBytes = 1400;
+
+struct BusCounters {
+  int64_t num_received = 0;
+  int64_t num_sent = 0;
+  int64_t bytes_received = 0;
+  int64_t bytes_sent = 0;
+  int64_t num_dropped_sends = 0;                   // not connected, or the queue was full
+  int64_t num_decode_failures = 0;                 // another type, or damaged
+  int64_t num_other_sessions = 0;                  // messages of other sessions
+  std::map<std::string, int64_t> decode_failures;  // by channel
+};
+
+// The main bus and, on the next port, the bus for bulk data. Loop's thread only. Messages may get
+// lost, doubled and reordered; a process hears what it sends itself. What cannot be decoded is
+// counted, logged and dropped, and so is what belongs to another session.
+class Bus {
+ public:
+  using SubscriptionId = int64_t;
+  // std::function<void(const T&)>; the channel alone decides T, so any callable is taken.
+  template <class T>
+  using Handler = typename bus_internal::HandlerOf<T>::type;
+
+  // url: see ParseLcmUrl. The loop must outlive the bus. Ignores SIGPIPE from now on.
+  Bus(const std::string& url, PollLoop& loop);
+  ~Bus();
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  // False if it was dropped on this side; nobody must rely on true. Throws std::length_error for
+  // a message above kMaxMessageBytes: bulk data is pulled, not published.
+  template <class T>
+  bool Publish(const Channel<T>& channel, const T& message) {
+    return PublishRaw(false, channel.name, Stamped(message));
+  }
+  // The handler runs on the loop's thread until Unsubscribe.
+  template <class T>
+  SubscriptionId Subscribe(const Channel<T>& channel, Handler<T> handler) {
+    return SubscribeRaw(false, channel.name, Decoding<T>(channel.name, std::move(handler)));
+  }
+
+  // The same on the bulk bus, which is joined while it has a subscription.
+  template <class T>
+  bool PublishBulk(const std::string& channel, const T& message) {
+    return PublishRaw(true, channel, Stamped(message));
+  }
+  template <class T>
+  SubscriptionId SubscribeBulk(const std::string& channel, std::function<void(const T&)> handler) {
+    return SubscribeRaw(true, channel, Decoding<T>(channel, std::move(handler)));
+  }
+
+  // No effect if it is gone already. Safe in a handler.
+  void Unsubscribe(SubscriptionId id);
+
+  // From now on messages of other sessions are dropped ("" takes all), and what is published is of
+  // this one.
+  void SetSession(const std::string& session_id) { session_id_ = session_id; }
+
+  const LcmUrl& url() const { return url_; }
+  const BusCounters& counters() const { return counters_; }
+
+  // For tests of loss: a received message for which `drop` says true is dropped.
+  void SetDropReceived(std::function<bool(const std::string& channel)> drop) {
+    drop_received_ = std::move(drop);
+  }
+
+ private:
+  using RawHandler = std::function<void(const Bytes&)>;
+  struct Side {
+    std::unique_ptr<Link> link;
+    std::map<std::string, std::map<SubscriptionId, std::shared_ptr<RawHandler>>> handlers;
+  };
+
+  template <class T>
+  Bytes Stamped(const T& message) const {
+    if (session_id_.empty() || SessionOf(message) == session_id_) return Encode(message);
+    T stamped = message;
+    SessionOf(stamped) = session_id_;
+    return Encode(stamped);
+  }
+  template <class T>
+  static Bytes Encode(const T& message) {
+    Bytes bytes(message.getEncodedSize());
+    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    return bytes;
+  }
+  template <class T>
+  RawHandler Decoding(std::string channel, std::function<void(const T&)> handler) {
+    return [this, channel = std::move(channel), handler = std::move(handler)](const Bytes& bytes) {
+      T message;
+      if (!DecodeMessage(bytes.data(), bytes.size(), &message)) return CountFailure(channel, bytes);
+      if (!session_id_.empty() && SessionOf(message) != session_id_) {
+        ++counters_.num_other_sessions;
+        return;
+      }
+      handler(message);
+    };
+  }
+
+  bool PublishRaw(bool bulk, const std::string& channel, const Bytes& message);
+  SubscriptionId SubscribeRaw(bool bulk, const std::string& channel, RawHandler handler);
+  void Deliver(bool bulk, const std::string& channel, const Bytes& message);
+  void CountFailure(const std::string& channel, const Bytes& message);
+  void CloseBulkWhenIdle();
+  Link& OpenLink(bool bulk);
+  Side& side(bool bulk) { return bulk && url_.provider != "memq" ? bulk_ : main_; }
+
+  const LcmUrl url_;
+  PollLoop& loop_;
+  std::string session_id_;
+  Side main_;
+  Side bulk_;
+  PollLoop::TimerId close_bulk_timer_ = 0;
+  std::map<SubscriptionId, std::pair<bool, std::string>> subscriptions_;  // bulk?, channel
+  SubscriptionId next_id_ = 1;
+  BusCounters counters_;
+  std::set<std::string> warned_of_size_;  // channels
+  std::function<bool(const std::string&)> drop_received_;
+};
+
+}  // namespace skein

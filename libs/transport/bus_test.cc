@@ -1,0 +1,265 @@
+#include "transport/bus.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "ledger/facts.h"
+
+namespace skein {
+namespace {
+
+class BusTest : public testing::Test {
+ protected:
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+};
+
+command_t Command(const std::string& session, const std::string& verb) {
+  command_t command{};
+  command.session_id = session;
+  command.verb = verb;
+  return command;
+}
+
+TEST_F(BusTest, DeliversWhatIsPublished) {
+  std::vector<std::string> heard;
+  bus_.Subscribe(kCommandChannel, [&](const command_t& c) { heard.push_back(c.verb); });
+  bus_.Publish(kCommandChannel, Command("s", "finish"));
+  ASSERT_TRUE(loop_.RunUntil([&] { return !heard.empty(); }, 10));
+  EXPECT_EQ(heard, std::vector<std::string>{"finish"});
+}
+
+TEST_F(BusTest, CountsAndDropsWhatIsOfAnotherTypeOrDamaged) {
+  int heard = 0;
+  bus_.Subscribe(kCommandChannel, [&](const command_t&) { ++heard; });
+  const Channel<work_t> wrong_type{kCommandChannel.name};
+  bus_.Publish(wrong_type, work_t{});
+  bus_.Publish(kCommandChannel, Command("s", "finish"));
+  ASSERT_TRUE(loop_.RunUntil([&] { return heard == 1; }, 10));
+  EXPECT_EQ(bus_.counters().num_decode_failures, 1);
+  EXPECT_EQ(bus_.counters().decode_failures.at("SKEIN_COMMAND"), 1);
+}
+
+TEST_F(BusTest, PublishesInItsSession) {
+  bus_.SetSession("mine");
+  std::string heard;
+  bus_.Subscribe(kCommandChannel, [&](const command_t& c) { heard = c.session_id; });
+  bus_.Publish(kCommandChannel, Command("", "a"));
+  ASSERT_TRUE(loop_.RunUntil([&] { return !heard.empty(); }, 10));
+  EXPECT_EQ(heard, "mine");
+}
+
+TEST_F(BusTest, CountsAndDropsOtherSessions) {
+  std::vector<std::string> heard;
+  bus_.Subscribe(kCommandChannel, [&](const command_t& c) { heard.push_back(c.verb); });
+  int facts = 0;
+  bus_.Subscribe(kSeedChannel, [&](const seed_t&) { ++facts; });
+  bus_.Publish(kSeedChannel, seed_t{});
+  bus_.Publish(kCommandChannel, Command("other", "a"));
+  bus_.SetSession("mine");
+  bus_.Publish(kCommandChannel, Command("mine", "b"));
+  ASSERT_TRUE(loop_.RunUntil([&] { return !heard.empty(); }, 10));
+  EXPECT_EQ(heard, std::vector<std::string>{"b"});
+  EXPECT_EQ(facts, 0);
+  EXPECT_EQ(bus_.counters().num_other_sessions, 2);
+}
+
+TEST_F(BusTest, AHandlerMayUnsubscribeItselfAndOthers) {
+  int first = 0, second = 0;
+  Bus::SubscriptionId a = 0, b = 0;
+  a = bus_.Subscribe(kCommandChannel, [&](const command_t&) {
+    ++first;
+    bus_.Unsubscribe(a);
+    bus_.Unsubscribe(b);
+  });
+  b = bus_.Subscribe(kCommandChannel, [&](const command_t&) { ++second; });
+  int last = 0;
+  bus_.Subscribe(kCommandChannel, [&](const command_t&) { ++last; });
+  bus_.Publish(kCommandChannel, Command("s", "x"));
+  bus_.Publish(kCommandChannel, Command("s", "y"));
+  ASSERT_TRUE(loop_.RunUntil([&] { return last == 2; }, 10));
+  EXPECT_EQ(first, 1);
+  EXPECT_EQ(second, 0);
+}
+
+TEST_F(BusTest, RefusesToPublishBulkData) {
+  EXPECT_THROW(bus_.Publish(kCommandChannel, Command("s", std::string(40000, 'x'))),
+               std::length_error);
+}
+
+TEST_F(BusTest, AnExceptionOfAHandlerLeavesTheLoop) {
+  bus_.Subscribe(kCommandChannel, [&](const command_t&) { throw std::runtime_error("bug"); });
+  bus_.Publish(kCommandChannel, Command("s", "x"));
+  EXPECT_THROW(loop_.RunUntil([] { return false; }, 10), std::runtime_error);
+}
+
+TEST(Decode, RefusesLengthsThatCannotBe) {
+  candidates_t message{};
+  message.num_candidates = 2;
+  message.other_ids = {1, 2};
+  message.distances = {0, 1};
+  Bytes bytes(message.getEncodedSize());
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  candidates_t decoded;
+  ASSERT_TRUE(DecodeMessage(bytes.data(), bytes.size(), &decoded));
+  for (size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_FALSE(DecodeMessage(bytes.data(), size, &decoded)) << size;
+  }
+  Bytes longer = bytes;
+  longer.push_back(0);
+  EXPECT_FALSE(DecodeMessage(longer.data(), longer.size(), &decoded));
+  // num_candidates follows the image id; its place is found by its value.
+  const size_t place = bytes.size() - 2 * 8 - 2 * 4 - 2 * 4 - 4;
+  ASSERT_EQ(bytes[place + 3], 2);
+  for (const uint8_t high_byte : {0x7F, 0xFF}) {  // 16 GiB of ids, a negative number
+    bytes[place] = high_byte;
+    EXPECT_FALSE(DecodeMessage(bytes.data(), bytes.size(), &decoded));
+  }
+}
+
+template <class T>
+void ExpectGuarded(const T& message, size_t array_bytes) {
+  Bytes bytes(message.getEncodedSize());
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  const ArrayLayout layout = kArrayLayout<T>;
+  EXPECT_TRUE(ArrayFits(bytes.data(), bytes.size(), layout));
+  EXPECT_FALSE(ArrayFits(bytes.data(), bytes.size() - array_bytes - 1, layout));
+  ASSERT_EQ(array_bytes % layout.element_bytes, 0u);
+  bytes.resize(bytes.size() - 1);
+  EXPECT_FALSE(ArrayFits(bytes.data(), bytes.size(), layout));
+}
+
+// The layouts repeat what the .lcm files say: this finds when they no longer do.
+TEST(Decode, KnowsWhereEachArrayIs) {
+  shared_request_t shared{};
+  shared.session_id = "session";
+  shared.num_images = 3;
+  shared.image_ids = {1, 2, 3};
+  ExpectGuarded(shared, 3 * 8);
+  work_request_t request{};
+  request.worker = "worker";
+  request.kind = "features";
+  request.num_held = 2;
+  request.held = {1, 2};
+  ExpectGuarded(request, 2 * 8);
+  blob_chunk_t chunk{};
+  chunk.blob_id = "blob";
+  chunk.size = 5;
+  chunk.data.resize(5);
+  ExpectGuarded(chunk, 5);
+
+  matches_t matches{};
+  matches.header.fact_id = "matches/2";
+  matches.num_pairs = 3;
+  matches.pairs.resize(3);
+  matches.pairs_blob = "blob";
+  const Bytes bytes = EncodeFact(matches);
+  const Result<Fact> decoded = DecodeFact(FactKind(matches), bytes.data(), bytes.size());
+  ASSERT_TRUE(decoded.ok()) << decoded.error();
+  EXPECT_EQ(std::get<matches_t>(*decoded).pairs.size(), 3u);
+}
+
+TEST(Channels, NamesAreWhatLcmTakesLiterally) {
+  std::set<std::string> names;
+  const auto check = [&](auto channel) {
+    const std::string name = channel.name;
+    EXPECT_TRUE(names.insert(name).second) << name;
+    EXPECT_EQ(name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_"), std::string::npos);
+    EXPECT_LE(name.size(), 63u);
+  };
+  ForEachCommittedChannel(check);
+  ForEachSubmitChannel(check);
+  EXPECT_EQ(names.size(), 2u * kNumFactKinds);
+  EXPECT_EQ(BlobChunkChannel("hostb-features-1"), "SKEIN_BLOB_CHUNK_HOSTB_FEATURES_1");
+  const std::string long_name(64, 'x');
+  EXPECT_LE(BlobChunkChannel(long_name).size(), 63u);
+  EXPECT_NE(BlobChunkChannel(long_name), BlobChunkChannel(std::string(63, 'x')));
+}
+
+TEST(Facts, EveryKindHasItsNameAndSurvivesEncoding) {
+  for (int kind = 0; kind < kNumFactKinds; ++kind) {
+    EXPECT_EQ(FactKindFromName(FactKindName(kind)), kind);
+  }
+  EXPECT_EQ(FactKindFromName("nonsense"), -1);
+  EXPECT_THROW(FactKindName(kNumFactKinds), std::out_of_range);
+
+  Fact fact = failure_t{};
+  Header(fact).fact_id = "failure/1";
+  const Bytes bytes = EncodeFact(fact);
+  const Result<Fact> decoded = DecodeFact(FactKind(fact), bytes.data(), bytes.size());
+  ASSERT_TRUE(decoded.ok());
+  EXPECT_EQ(Header(*decoded).fact_id, "failure/1");
+  EXPECT_FALSE(DecodeFact(0, bytes.data(), bytes.size()).ok());
+  EXPECT_FALSE(DecodeFact(-1, bytes.data(), bytes.size()).ok());
+  EXPECT_FALSE(DecodeFact(kNumFactKinds, bytes.data(), bytes.size()).ok());
+}
+
+TEST(Facts, ListsTheBlobsThatAreSet) {
+  features_t features{};
+  features.keypoints_blob = "k";
+  features.global_blob = "g";
+  EXPECT_EQ(BlobsOf(features), (std::vector<std::string>{"k", "g"}));
+  EXPECT_TRUE(BlobsOf(seed_t{}).empty());
+}
+
+// What the defaults can make largest: 30 candidates, 30 verified pairs, clamped reasons, 64-byte
+// instance names.
+TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
+  fact_header_t header{};
+  header.session_id = std::string(16, 'a');
+  header.author = std::string(64, 'a');
+  header.fact_id = std::string(100, 'a');
+  candidates_t candidates{};
+  candidates.header = header;
+  candidates.num_candidates = 30;
+  candidates.other_ids.resize(30);
+  candidates.distances.resize(30);
+  matches_t matches{};
+  matches.header = header;
+  matches.num_pairs = 30;
+  matches.pairs.resize(30);
+  matches.pairs_blob = std::string(64, 'a');
+  failure_t failure{};
+  failure.header = header;
+  failure.agent = std::string(64, 'a');
+  failure.name = std::string(300, 'a');
+  failure.reason = ClampText(std::string(1000, 'a'));
+  image_t image{};
+  image.header = header;
+  image.agent = std::string(64, 'a');
+  image.name = std::string(300, 'a');
+  image.blob_id = std::string(64, 'a');
+  for (const Fact& fact : std::vector<Fact>{candidates, matches, failure, image}) {
+    EXPECT_LE(EncodeFact(fact).size(), kMaxDatagramBytes) << FactKindName(fact);
+  }
+}
+
+TEST(Facts, ClampsTextBetweenCharacters) {
+  EXPECT_EQ(ClampText("short"), "short");
+  EXPECT_EQ(ClampText("a\xC3\xA9", 2), "a");
+  EXPECT_EQ(ClampText("a\xC3\xA9", 3), "a\xC3\xA9");
+}
+
+TEST(LcmUrl, FillsInDefaultsAndFindsTheBulkBus) {
+  const LcmUrl url = ParseLcmUrl("");
+  EXPECT_EQ(url.ToString(), "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
+  EXPECT_EQ(url.Bulk().port, 7668);
+  EXPECT_FALSE(url.leaves_host_by_datagram());
+  EXPECT_TRUE(ParseLcmUrl("udpm://239.1.1.1:1000?ttl=1").leaves_host_by_datagram());
+  EXPECT_EQ(ParseLcmUrl("udpm://?recv_buf_size=1000").recv_buf_size, 1000);
+  EXPECT_EQ(ParseLcmUrl("tcpq://host").ToString(), "tcpq://host:7700");
+  EXPECT_EQ(ParseLcmUrl("tcpq://").host, "127.0.0.1");
+  EXPECT_EQ(ParseLcmUrl("tcpq://host:9").Bulk().ToString(), "tcpq://host:10");
+  EXPECT_EQ(ParseLcmUrl("memq://").Bulk().ToString(), "memq://");
+}
+
+TEST(LcmUrl, SaysWhatIsWrong) {
+  for (const char* url : {"239.255.76.67:7667", "http://x", "udpm://a:b", "udpm://a:70000",
+                          "udpm://a:1?ttl=x", "tcpq://host:0"}) {
+    EXPECT_THROW(ParseLcmUrl(url), std::invalid_argument) << url;
+  }
+}
+
+}  // namespace
+}  // namespace skein

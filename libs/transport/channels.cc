@@ -1,0 +1,22 @@
+#include "transport/channels.h"
+
+#include <cctype>
+
+#include "core/hash.h"
+
+namespace skein {
+
+std::string BlobChunkChannel(const std::string& instance) {
+  constexpr size_t kMaxInstance = 40;
+  std::string name = instance;
+  if (name.size() > kMaxInstance) {
+    name = name.substr(0, 24) + "_" + HashBytes(instance.data(), instance.size()).substr(0, 12);
+  }
+  for (char& c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    c = byte < 128 && std::isalnum(byte) ? static_cast<char>(std::toupper(byte)) : '_';
+  }
+  return "SKEIN_BLOB_CHUNK_" + name;
+}
+
+}  // namespace skein

@@ -1,0 +1,192 @@
+#include "transport/tcpq_link.h"
+
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "core/log.h"
+
+namespace skein {
+namespace {
+
+constexpr double kFirstRetryS = 0.1;
+constexpr double kLastRetryS = 2.0;
+constexpr size_t kMaxWaitingBytes = 8 << 20;
+
+void SetOption(int fd, int level, int name, int value) {
+  ::setsockopt(fd, level, name, &value, sizeof(value));
+}
+
+// Small messages leave at once, and a host that vanished is noticed within about ten seconds.
+void Configure(int fd) {
+  SetOption(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+  SetOption(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+  SetOption(fd, IPPROTO_TCP, TCP_KEEPIDLE, 4);
+  SetOption(fd, IPPROTO_TCP, TCP_KEEPINTVL, 2);
+  SetOption(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
+  SetOption(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 10000);
+}
+
+// A socket that is connecting to the first address of the host; -1 and errno or *error otherwise.
+int StartConnecting(const std::string& host, int port, std::string* error) {
+  addrinfo hints{}, *addresses = nullptr;
+  hints.ai_socktype = SOCK_STREAM;
+  const int failure = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &addresses);
+  if (failure != 0) {
+    *error = ::gai_strerror(failure);
+    return -1;
+  }
+  const int fd =
+      ::socket(addresses->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_TCP);
+  int result = -1;
+  if (fd >= 0) {
+    Configure(fd);
+    result = ::connect(fd, addresses->ai_addr, addresses->ai_addrlen);
+    if (result != 0 && errno == EINPROGRESS) result = 0;
+  }
+  if (result != 0) {
+    *error = std::strerror(errno);
+    if (fd >= 0) ::close(fd);
+  }
+  ::freeaddrinfo(addresses);
+  return result == 0 ? fd : -1;
+}
+
+int SocketError(int fd) {
+  int error = 0;
+  socklen_t size = sizeof(error);
+  return ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) == 0 ? error : errno;
+}
+
+}  // namespace
+
+TcpqLink::TcpqLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message)
+    : url_(url),
+      loop_(loop),
+      on_message_(std::move(on_message)),
+      retry_s_(kFirstRetryS),
+      parser_(tcpq::kServerMagic) {
+  Connect();
+}
+
+TcpqLink::~TcpqLink() {
+  loop_.CancelTimer(retry_timer_);
+  if (fd_ < 0) return;
+  loop_.RemoveFd(fd_);
+  ::close(fd_);
+}
+
+void TcpqLink::Connect() {
+  std::string error;
+  fd_ = StartConnecting(url_.host, url_.port, &error);
+  if (fd_ < 0) return Disconnect(error);
+  state_ = State::kConnecting;
+  watches_writable_ = false;
+  parser_ = tcpq::FrameParser(tcpq::kServerMagic);
+  loop_.AddFd(fd_, [this] { Receive(); });
+  WatchWritable(true);
+}
+
+void TcpqLink::OnConnected() {
+  state_ = State::kConnected;
+  out_.clear();
+  sent_ = 0;
+  tcpq::AppendGreeting(tcpq::kClientMagic, &out_);
+  for (const std::string& channel : channels_) {
+    tcpq::AppendSubscription(tcpq::FrameType::kSubscribe, channel, &out_);
+  }
+  Send();
+}
+
+void TcpqLink::Disconnect(const std::string& why) {
+  if (!complained_) LogWarn("no relay at {}: {}; trying again", url_.ToString(), why);
+  complained_ = true;
+  if (fd_ >= 0) {
+    loop_.RemoveFd(fd_);
+    ::close(fd_);
+  }
+  fd_ = -1;
+  state_ = State::kDisconnected;
+  out_.clear();
+  sent_ = 0;
+  retry_timer_ = loop_.AddOneShot(retry_s_, [this] { Connect(); });
+  retry_s_ = std::min(2 * retry_s_, kLastRetryS);
+}
+
+void TcpqLink::Subscribe(const std::string& channel) {
+  if (!channels_.insert(channel).second || state_ != State::kConnected) return;
+  tcpq::AppendSubscription(tcpq::FrameType::kSubscribe, channel, &out_);
+  Send();
+}
+
+void TcpqLink::Unsubscribe(const std::string& channel) {
+  if (channels_.erase(channel) == 0 || state_ != State::kConnected) return;
+  tcpq::AppendSubscription(tcpq::FrameType::kUnsubscribe, channel, &out_);
+  Send();
+}
+
+bool TcpqLink::Publish(const std::string& channel, const void* data, size_t size) {
+  if (state_ != State::kConnected || out_.size() - sent_ > kMaxWaitingBytes) return false;
+  tcpq::AppendPublish(channel, data, size, &out_);
+  Send();
+  return state_ == State::kConnected;
+}
+
+void TcpqLink::Send() {
+  while (sent_ < out_.size()) {
+    const ssize_t sent = ::send(fd_, out_.data() + sent_, out_.size() - sent_, MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
+    if (sent < 0) return Disconnect(std::strerror(errno));
+    sent_ += static_cast<size_t>(sent);
+  }
+  if (sent_ == out_.size() || sent_ > (1 << 20)) {
+    out_.erase(out_.begin(), out_.begin() + static_cast<std::ptrdiff_t>(sent_));
+    sent_ = 0;
+  }
+  WatchWritable(!out_.empty());
+}
+
+void TcpqLink::WatchWritable(bool watch) {
+  if (watch == watches_writable_) return;
+  watches_writable_ = watch;
+  if (!watch) return loop_.SetOnWritable(fd_, {});
+  loop_.SetOnWritable(fd_, [this] {
+    if (state_ == State::kConnected) return Send();
+    const int error = SocketError(fd_);
+    if (error != 0) return Disconnect(std::strerror(error));
+    OnConnected();
+  });
+}
+
+void TcpqLink::Receive() {
+  uint8_t buffer[65536];
+  const ssize_t got = ::recv(fd_, buffer, sizeof(buffer), 0);
+  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  if (got < 0) return Disconnect(std::strerror(errno));
+  if (got == 0) return Disconnect("it hung up");
+  if (complained_) LogInfo("relay at {} is back", url_.ToString());
+  complained_ = false;
+  retry_s_ = kFirstRetryS;
+  parser_.Feed(buffer, static_cast<size_t>(got));
+  DeliverFrames();
+}
+
+void TcpqLink::DeliverFrames() {
+  tcpq::Frame frame;
+  while (fd_ >= 0) {
+    const auto state = parser_.Next(&frame);
+    if (state == tcpq::FrameParser::State::kNeedMore) return;
+    if (state == tcpq::FrameParser::State::kBroken) return Disconnect("it speaks another protocol");
+    // Sent before it knew of our unsubscribing, if not in the set.
+    if (channels_.count(frame.channel)) on_message_(frame.channel, frame.message);
+  }
+}
+
+}  // namespace skein

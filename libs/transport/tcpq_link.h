@@ -1,0 +1,58 @@
+// A client of tcpq:// that never blocks. LCM's own blocks its caller in connect, in send while the
+// relay is slow, and in receive until a message is whole; this one speaks the same protocol, with
+// LCM's relay and ours, on the poll loop.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "transport/link.h"
+#include "transport/tcpq_wire.h"
+
+namespace skein {
+
+// Connects, and when the connection breaks connects again after 0.1 s, doubling up to 2 s, and
+// subscribes anew. What is published while it is not connected, or while 8 MiB wait for a relay
+// that does not read, is dropped.
+class TcpqLink : public Link {
+ public:
+  TcpqLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message);
+  ~TcpqLink() override;
+  TcpqLink(const TcpqLink&) = delete;
+  TcpqLink& operator=(const TcpqLink&) = delete;
+
+  void Subscribe(const std::string& channel) override;
+  void Unsubscribe(const std::string& channel) override;
+  bool Publish(const std::string& channel, const void* data, size_t size) override;
+
+ private:
+  enum class State { kDisconnected, kConnecting, kConnected };
+
+  void Connect();
+  void OnConnected();
+  void Disconnect(const std::string& why);
+  void Receive();
+  void DeliverFrames();
+  void Send();
+  void WatchWritable(bool watch);
+
+  const LcmUrl url_;
+  PollLoop& loop_;
+  const OnMessage on_message_;
+  std::set<std::string> channels_;
+
+  State state_ = State::kDisconnected;
+  int fd_ = -1;
+  bool watches_writable_ = false;
+  bool complained_ = false;  // about this outage
+  double retry_s_;
+  PollLoop::TimerId retry_timer_ = 0;
+  tcpq::FrameParser parser_;
+  Bytes out_;
+  size_t sent_ = 0;  // bytes of out_
+};
+
+}  // namespace skein
