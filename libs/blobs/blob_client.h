@@ -25,7 +25,7 @@ struct BlobClientOptions {
   std::string instance;
   // DIR/blobs of the session folder if this process shares it; "" if it does not.
   std::string store_dir;
-  // Blobs fetched over the bus or read for others are kept in memory up to this many bytes.
+  // Memory for blobs fetched over the bus or read for others, bytes.
   size_t cache_bytes = 128 << 20;
 };
 
@@ -42,13 +42,13 @@ class BlobClient {
   BlobClient(const BlobClient&) = delete;
   BlobClient& operator=(const BlobClient&) = delete;
 
-  // Gives the blob's bytes, their hash checked, or an error; later, never within the call. Looks
-  // in memory and in the session folder, then pulls from `owner`: the instance that offered it, or
-  // "ingest", which holds every blob of a committed fact. Pulls as long as it takes, over restarts
-  // of the owner, until the owner answers repeatedly that it has no such blob, or until Cancel.
-  // Fetches of one blob share one pull, with the largest limits given. Blobs above max_bytes are an
-  // error. unknown_patience_s: for how long the owner may say that it has no such blob; it may have
-  // just restarted and offer it again.
+  // Calls back with the blob's bytes, their hash checked, or an error; never within the call. Looks
+  // in memory and in the session folder, then pulls from `owner`. The owner is the instance that
+  // offered the blob, or "ingest", which holds every blob of a committed fact. A pull survives
+  // restarts of the owner. It ends when the owner answers repeatedly that it has no such blob, or
+  // at Cancel. Fetches of one blob share one pull, with the largest limits given. Blobs above
+  // max_bytes are an error. unknown_patience_s: how long the owner may deny the blob, which a
+  // restarted owner does until it offers the blob again.
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched,
                 int64_t max_bytes = kMaxBlobBytes, double unknown_patience_s = 3);
   // Its function is not called any more.
@@ -56,10 +56,10 @@ class BlobClient {
   // Bytes that came over the bus for it so far; 0 once it is done.
   int64_t ReceivedBytes(FetchId id) const;
 
-  // Makes the blob available to others under the returned id: in the session folder where that is
-  // shared (durable when this returns), else in memory, until Release. A Submitter releases the
-  // blobs of a fact once it is committed or refused. Any thread: it hashes and may write a file.
-  // Throws std::runtime_error if the folder cannot be written.
+  // Offers the blob to others under the returned id. A shared session folder keeps it, durably when
+  // this returns; else memory keeps it until Release. A Submitter releases a fact's blobs once the
+  // fact is committed or refused. Any thread: it hashes and may write a file. Throws
+  // std::runtime_error if the folder cannot be written.
   std::string Offer(Bytes bytes);
   void Release(const std::string& blob_id) { shelf_.Release(blob_id); }
   // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file.

@@ -79,7 +79,7 @@ BlobPull::Outcome BlobPull::OnChunk(int64_t offset, int64_t total_bytes, const u
   Chunk& chunk = chunks_[index];
   if (chunk.have) return Outcome::kIgnored;
   const int64_t ticket = chunk.ticket;
-  // Only a chunk asked for once tells the round trip, and that the timeout is long enough (Karn).
+  // Only a chunk asked for once measures the round trip (Karn's algorithm).
   if (ticket > 0 && chunk.num_asks == 1) {
     round_trip->Add(now_s - chunk.asked_s);
     backoff_ = 0;

@@ -1,5 +1,5 @@
 // How one blob is pulled: what to ask for next, what is lost, when it is whole. No messages, no
-// clock of its own, no I/O.
+// clock, no I/O.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace skein {
 
-// How many chunks may be in flight to this process, over all its pulls: the receive buffers are
-// what overflows. Doubles every round trip until the first loss, then grows by one a round trip;
-// half after a loss, at most once a round trip (as TCP does, RFC 5681).
+// How many chunks may be in flight to this process, over all its pulls: receive buffers overflow
+// first. Doubles every round trip until the first loss, then grows by one a round trip. A loss
+// halves it, at most once a round trip (RFC 5681).
 class PullWindow {
  public:
   PullWindow(int initial_chunks, int max_chunks);
@@ -33,7 +33,7 @@ class PullWindow {
   int64_t recovered_ticket_ = 0;  // losses up to here were answered
 };
 
-// Round trip of a request and its chunk, and from it how long to wait for one (RFC 6298).
+// Round trip of a request and its chunk, and the timeout that follows from it (RFC 6298).
 class RoundTrip {
  public:
   void Add(double sample_s);
@@ -62,12 +62,12 @@ class BlobPull {
   // accepted.
   BlobPull(int chunk_bytes, int64_t max_bytes) : chunk_bytes_(chunk_bytes), max_bytes_(max_bytes) {}
 
-  // The next missing range that is not in flight, at most max_chunks long; they are in flight now.
+  // The next missing range that is not in flight, at most max_chunks long. Marks it as in flight.
   std::optional<Ask> NextAsk(int max_chunks, double now_s, PullWindow* window);
   Outcome OnChunk(int64_t offset, int64_t total_bytes, const uint8_t* data, size_t size,
                   double now_s, PullWindow* window, RoundTrip* round_trip);
-  // When nothing came for long: gives up all that is in flight and waits twice as long next time,
-  // at most 2 s. True if it did.
+  // After a timeout: gives up all that is in flight and doubles the timeout, up to 2 s. True if it
+  // did.
   bool CheckTimeout(double now_s, const RoundTrip& round_trip, PullWindow* window);
   // Nothing came although it was asked for repeatedly: the owner is away.
   bool stalled() const { return num_timeouts_ >= 2; }

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The entry of a new folder lies in its parent, which must be synced for it to survive power loss.
+// A new folder's entry lies in its parent. The parent must be synced to survive power loss.
 Status CreateDurably(const fs::path& dir) {
   std::error_code error;
   if (!fs::create_directories(dir, error) && !error) return Status::Ok();

@@ -10,8 +10,8 @@
 namespace skein {
 
 // Content-addressed files in DIR/ab/abcdef…, named by the SHA-256 of their bytes. A file is written
-// under a temporary name, fsynced, checked and renamed, so what exists under its final name is
-// whole; any number of processes may write and read at once.
+// under a temporary name, fsynced, checked and renamed, so a file under its final name is whole.
+// Any number of processes may write and read at once.
 class BlobStore {
  public:
   explicit BlobStore(std::filesystem::path dir);  // created at the first Put

@@ -137,8 +137,8 @@ class Solver {
     return sum;
   }
 
-  // Builds and solves the damped normal equations and moves the bundle; the decrease of the cost
-  // that the linear model promises goes to `predicted`.
+  // Builds and solves the damped normal equations and moves the bundle. `predicted`: the decrease
+  // of the cost by the linear model.
   bool Step(double lambda, double* predicted) {
     ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, systems_[i].get()); });
     ReducedSystem& system = *systems_[0];
@@ -334,8 +334,8 @@ class Solver {
     }
   }
 
-  // The paper multiplies the gradient of a camera by its weight, and the unknown it solves for
-  // is the weighted increment (Eq. 11).
+  // The paper multiplies a camera's gradient by its weight. Its unknown is the weighted increment
+  // (Eq. 11).
   Eigen::VectorXd WeightedGradient(const Eigen::VectorXd& gradient) const {
     return ScaledByWeight(gradient, [](double p) { return p; });
   }

@@ -8,8 +8,8 @@
 
 namespace skein {
 
-// A bundle adjustment problem as plain values: a copy of what it refines, so that it can be
-// solved in any thread while the map goes on. Put together by bundle_assembly.h.
+// A bundle adjustment problem as plain values. It is a copy of what it refines, so any thread can
+// solve it while the map changes. map/bundle_assembly.h makes one from a map.
 
 struct BundlePose {
   uint32_t image_id = 0;
@@ -66,9 +66,9 @@ struct BundleOptions {
   double loss_scale_px = 1.0;
   WeightForm weight_form = WeightForm::kNone;
   int num_threads = 1;
-  // Free poses up to which the Schur complement is decomposed as a dense matrix; of more, up to the
-  // second number, if a sparse Cholesky decomposition would take longer (reduced_system.h). That
-  // many take 650 MB a thread.
+  // Free poses up to which the Schur complement is decomposed as a dense matrix. Up to
+  // max_filled_poses it is, too, when a sparse Cholesky decomposition would take longer
+  // (reduced_system.h). That many take 650 MB a thread.
   int max_dense_poses = 250;
   int max_filled_poses = 1500;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration
@@ -82,10 +82,9 @@ struct BundleSummary {
   int num_free_poses = 0;
 };
 
-// Levenberg-Marquardt on the Schur complement of the points. Increments of a pose are local:
-// X_cam' = exp(w) X_cam - s, so that they don't depend on the choice of the world's frame.
-// Deterministic for a given number of threads. Throws std::invalid_argument when indices of
-// the bundle are out of range.
+// Levenberg-Marquardt on the Schur complement of the points. Pose increments are local, X_cam' =
+// exp(w) X_cam - s, so they are independent of the world's frame. Deterministic for a given number
+// of threads. Throws std::invalid_argument when indices of the bundle are out of range.
 BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle);
 
 // Reprojection error in pixels of each observation; infinite behind the camera.

@@ -7,8 +7,8 @@
 
 namespace skein {
 
-// Where each free pose (6 rows) and each camera with refined parameters stands in the reduced
-// system; -1: not in it.
+// Row of each free pose (6 rows) and of each camera with refined parameters in the reduced system;
+// -1: not in it.
 struct BundleLayout {
   std::vector<int> pose_row;
   std::vector<int> camera_row;

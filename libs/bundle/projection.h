@@ -10,12 +10,12 @@ constexpr int kMaxIntrinsics = 12;
 
 using IntrinsicsJacobian = Eigen::Matrix<double, 2, kMaxIntrinsics>;
 
-// Projects a point given in the camera's frame (x right, y down, z forward) with a COLMAP camera
-// model; pixels, centre of the upper-left pixel at (0.5, 0.5).
+// Projects a point in the camera's frame (x right, y down, z forward) with a COLMAP camera model.
+// Output in pixels; the centre of the upper-left pixel is (0.5, 0.5).
 //   J_point       2 x 3, d pixel / d point_in_cam
 //   J_intrinsics  2 x number of parameters (left columns), d pixel / d params; null: not wanted
 // Returns false when the point does not lie in front of the camera; the outputs are then unset.
-// SIMPLE_RADIAL and SIMPLE_PINHOLE have derivatives by hand (5 times as fast), the others by
+// SIMPLE_RADIAL and SIMPLE_PINHOLE have derivatives by hand (5 times as fast). The others use
 // automatic differentiation of COLMAP's camera models (base/camera_models.h).
 bool ProjectWithJacobians(int model_id, const std::vector<double>& params,
                           const Eigen::Vector3d& point_in_cam, Eigen::Vector2d* pixel,

@@ -8,8 +8,8 @@
 
 namespace skein {
 
-// The symmetric reduced camera system S = U - W V^-1 W' while it is summed up, upper triangle,
-// by blocks at the rows of a BundleLayout.
+// Accumulates the symmetric reduced camera system S = U - W V^-1 W': upper triangle, by blocks at
+// the rows of a BundleLayout.
 class ReducedSystem {
  public:
   explicit ReducedSystem(int size)
@@ -58,13 +58,12 @@ class ReducedSystem {
 
 std::unique_ptr<ReducedSystem> MakeDenseSystem(const BundleLayout& layout);
 
-// Of each free pose those, itself and later ones in ascending order, that see a point together.
+// For each free pose: itself and the later free poses that share a point with it, ascending.
 using PosePattern = std::vector<std::vector<int>>;
 PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout);
 
-// Whether the sparse system's Cholesky takes less time than the dense one's. Where most photos see
-// points together its factor fills up, and it goes entry by entry where the dense one goes by
-// blocks.
+// Whether the sparse system's Cholesky takes less time than the dense one's. The sparse factor
+// fills up where most photos share points. It goes entry by entry, the dense one by blocks.
 bool IsFasterSparse(const PosePattern& pattern);
 
 // Keeps only the blocks of the pattern.

@@ -51,8 +51,8 @@ class ByteWriter {
   Bytes bytes_;
 };
 
-// Reads a buffer that must outlive it. Every Get returns false, and consumes and changes nothing,
-// when the buffer is too short; sizes in the data are never trusted beyond what is there.
+// Reads a buffer that must outlive it. When the buffer is too short a Get returns false and changes
+// nothing. Sizes in the data are checked against the bytes that are left.
 class ByteReader {
  public:
   ByteReader(const void* data, size_t size)

@@ -1,4 +1,4 @@
-// Whole files, written so that a reader sees the old content or the new, never a part.
+// Whole files: a reader sees the old content or the new, never a part.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 namespace skein {
 
 // Writes `path` anew: temporary name in the same folder, fsync, size check, rename, fsync of the
-// folder. The folder must exist. After an error the old file, if any, is untouched. Safe with
-// several processes writing one path: the last rename wins.
+// folder. The folder must exist. After an error the old file, if any, is untouched. Several
+// processes may write one path: the last rename wins.
 Status WriteFileAtomic(const std::string& path, const void* data, size_t size);
 Status WriteFileAtomic(const std::string& path, const Bytes& bytes);
 

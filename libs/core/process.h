@@ -6,8 +6,8 @@
 
 namespace skein {
 
-// Caps the threads that OpenMP and the BLAS under it start, through their environment variables;
-// call first in main. Ceres and OpenCV are capped where they are used. num_threads >= 1.
+// Caps the threads of OpenMP and BLAS through their environment variables. Call it first in main.
+// Ceres and OpenCV are capped where they are used. num_threads >= 1.
 void CapThreads(int num_threads);
 
 // Resident memory now and at its peak, in bytes; 0 if /proc cannot be read.

@@ -10,11 +10,11 @@
 
 namespace skein {
 
-// What a function makes of this process's memory as it is now, while the process goes on: a child
-// process (fork; pages are copied when one side writes) runs it at low priority and sends back the
-// bytes. Taking one costs the copying of page tables, about 2 ms a GiB, whatever the function does.
-// The child has only the calling thread, so the function must wait for no other thread; glibc
-// keeps memory allocation working.
+// Bytes that a function computes from this process's memory as it is now, while the process goes
+// on. A forked child runs the function at low priority and sends the bytes back; the kernel copies
+// a page when either process writes it. Taking a snapshot copies page tables, about 2 ms a GiB. The
+// child has only the calling thread, so the function must not wait for another thread. Memory
+// allocation works in the child (glibc).
 class Snapshot {
  public:
   // On the thread that owns what the function reads. An error when the system has no process left.

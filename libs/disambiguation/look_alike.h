@@ -1,10 +1,19 @@
-// Look-alike places: photos of another building of the same design fit a map perfectly where the
-// two look alike. What tells them apart is what does not match: parts of a photo in which points of
-// another photo should be seen and none is, although the photo has points of its own there, on the
-// same surface. Where something stands before it they are nearer; where leaves or light changed,
-// such parts are few. (The idea of missing correspondences: Zach et al. 2010, Heinly et al. 2014.)
-// A point of one photo should be seen in another that looks at it from about the same direction and
-// distance when it was recognised before across a change of direction as large as that.
+// Visually similar structures: a photo of another building of the same design fits a map in its
+// matches. Missing correspondences (Zach et al. 2010, Heinly et al. 2014) tell the two apart.
+//
+// Photo a is divided into cells. A point X of photo b is expected in a when X projects into a and
+//
+//   1/max_distance_ratio < |X - c_a| / |X - c_b| < max_distance_ratio,   c: camera centres,
+//   angle(a, b) <= max_view_angle,       angle(u, v) at X between the rays to c_u and c_v,
+//   some other photo t in X's track has angle(t, b) >= 0.75 angle(a, b).
+//
+// A cell counts with min_points expected points and as many keypoints. It is seen when a verified
+// match ties one of its expected points to a, else missing. A missing cell is different when
+//
+//   1/max_depth_ratio < z_X / z_a < max_depth_ratio,
+//
+// z_X: median depth of its expected points, z_a: of the points that a observes there. An occluder
+// is nearer, so its cell is missing, but not different. docs/methods/similar_structures.md
 #pragma once
 
 #include <map>
@@ -18,29 +27,29 @@ namespace skein {
 struct LookAlikeOptions {
   int num_columns = 24;  // cells of a photo
   int num_rows = 18;
-  int min_points = 4;                // that should be seen, and keypoints: of a cell that counts
-  double max_view_angle_deg = 12.0;  // between photos that should see the same
-  double max_distance_ratio = 1.3;   // likewise
-  int min_own_points = 3;            // of the photo in a cell, that tell how far it sees there
+  int min_points = 4;                // expected points, and keypoints, of a cell that counts
+  double max_view_angle_deg = 12.0;  // between the rays of two photos to an expected point
+  double max_distance_ratio = 1.3;   // of the lengths of these rays
+  int min_own_points = 3;            // observed by the photo in a cell, for its depth there
   double max_depth_ratio = 1.15;     // of one surface
-  // Of the cells, those that are different. Of one place 0.00 to 0.01 in the mean, up to 0.05 for
-  // pairs of photos; 0.4 of two buildings of one design.
+  // different / (seen + missing). One place: 0.00 to 0.01 in the mean, up to 0.05 for a pair. Two
+  // buildings of one design: 0.4.
   double max_different_share = 0.15;
-  // Those in which nothing is seen: 0.01 to 0.1 in the mean, but up to 0.7 behind a tree. For
-  // photos that there is reason to suspect.
+  // missing / (seen + missing). One place: 0.01 to 0.1 in the mean, up to 0.7 behind a tree. So
+  // only photos for which there is other evidence are judged by it.
   double max_missing_share = 0.4;
-  int min_cells = 60;            // that a photo or two sides are judged by
+  int min_cells = 60;            // by which a photo or two sets of photos are judged
   int min_different_cells = 60;  // by which a group of photos must be contradicted
-  int min_missing_cells = 30;    // likewise, of a group with suspects
-  int min_pair_cells = 20;       // of a pair with a suspect
-  int max_neighbours = 10;       // photos with most matches that one is compared with
+  int min_missing_cells = 30;    // the same for a group judged by missing cells
+  int min_pair_cells = 20;       // of a pair judged by missing cells
+  int max_neighbours = 10;       // registered photos with most matches, compared with a photo
 };
 
-// Cells of one photo in which points of another should be seen.
+// Cells of one photo that count.
 struct CellVotes {
-  int num_seen = 0;       // some are
-  int num_missing = 0;    // none is
-  int num_different = 0;  // of the missing: the photo sees other points on that surface
+  int num_seen = 0;
+  int num_missing = 0;
+  int num_different = 0;  // among the missing
   int num_cells() const { return num_seen + num_missing; }
   void Add(const CellVotes& other);
 };
@@ -48,17 +57,17 @@ struct CellVotes {
 bool ShowsAnotherPlace(const LookAlikeOptions& options, const CellVotes& votes);
 bool MissesTooMuch(const LookAlikeOptions& options, const CellVotes& votes);
 
-// Of a photo that is not registered, at a pose (cam_from_world) with a camera, with the points of
-// its registered neighbours. Tells what is missing, never what is different: it has no points yet.
+// Compares a photo that is not registered, at cam_from_world, with its registered neighbours. It
+// has no points yet, so no cell is different.
 CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap& map,
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world);
 
-// Registered photos of places that look alike and stand at the same spot of the map: photos are
-// joined into groups along their verified pairs, those that see most of each other first, but never
-// groups that show different places. Of these the one with the photo `first` stays, if that is
-// registered, so that two maps never change places; else the largest. The photos of the others are
-// returned, in ascending order. Visits all photos.
+// Photos of another place than the map's, by different cells, ascending. Photos are joined into
+// groups along their verified pairs, those with most seen cells first, but never groups that show
+// different places. The group with the photo `first` stays, if that is registered; else the
+// largest. So two maps never exchange their places. The photos of the others are returned. Visits
+// all photos.
 std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
                                     ImageId first);
 

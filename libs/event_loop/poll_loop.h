@@ -1,5 +1,5 @@
-// The one thread of a process on which all its handlers run: poll(2) over descriptors, timers,
-// functions posted by other threads, and SIGINT/SIGTERM.
+// The one thread of a process that runs its handlers: poll(2) over descriptors, timers, posted
+// functions, and SIGINT/SIGTERM.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace skein {
 
-// Everything but Post and Stop belongs to the thread that runs the loop (or to the one that
-// constructs it, before it runs). Handlers must not block. An exception of a handler leaves Run.
+// All but Post and Stop belong to the loop's thread, or to the constructing thread before Run.
+// Handlers must not block. An exception of a handler leaves Run.
 class PollLoop {
  public:
   using Handler = std::function<void()>;
@@ -49,8 +49,8 @@ class PollLoop {
 
   // Runs until Stop, or a signal.
   void Run();
-  // Runs until `done` holds (looked at after every event) or `timeout_s` is over or the loop is
-  // stopped; returns done().
+  // Runs until `done` holds, `timeout_s` is over or the loop is stopped. `done` is checked after
+  // every event. Returns done().
   bool RunUntil(const std::function<bool()>& done, double timeout_s);
   // Ends Run; a Run that starts later returns at once. Any thread.
   void Stop();

@@ -16,10 +16,10 @@
 
 namespace skein {
 
-// Runs jobs one after another in the order given, and what follows each back on the loop's
-// thread. Constructed, used and destroyed on the loop's thread; the loop must outlive it.
-// Destruction waits for the job that runs, discards the ones that wait, and calls no `then` any
-// more. An exception of a job is rethrown on the loop's thread, and so ends the service.
+// Runs jobs one after another on a thread of its own, and each job's `then` on the loop's thread.
+// Constructed, used and destroyed on the loop's thread; the loop must outlive it. Destruction waits
+// for the running job, discards the waiting ones, and calls no further `then`. An exception of a
+// job is rethrown on the loop's thread, which ends the service.
 class WorkerThread {
  public:
   explicit WorkerThread(PollLoop& loop);

@@ -44,8 +44,8 @@ bool GetArray(ByteReader* reader, std::array<T, N>* values) {
   return reader->GetRaw(values->data(), sizeof(T) * N);
 }
 
-// Reads a count of items that take at least `min_item_bytes` each, so that a damaged count cannot
-// make the caller allocate more than the blob could hold.
+// Reads a count of items of at least `min_item_bytes` each. A damaged count cannot make the caller
+// allocate more than the blob holds.
 bool GetCount(ByteReader* reader, size_t min_item_bytes, uint32_t* count) {
   return reader->Get(count) && *count <= reader->remaining() / min_item_bytes;
 }

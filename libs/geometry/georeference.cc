@@ -41,8 +41,8 @@ std::string Text(const char* format, double a, double b = 0) {
   return text;
 }
 
-// A similarity between corresponding points: in all three dimensions, or, given the rotation that
-// makes the model's up the third axis, about that axis and from the horizontal parts only.
+// A similarity between corresponding points. `level` is the rotation that makes the model's up the
+// third axis. With it only the rotation about that axis is estimated, from the horizontal parts.
 class Fitter {
  public:
   Fitter(Points from, Points to, std::optional<Eigen::Quaterniond> level,
@@ -219,8 +219,9 @@ Eigen::Quaterniond LevelFromUp(const Eigen::Vector3d& up) {
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
 }
 
-// What may be up in the model's frame, both ways each: the direction that the photos' horizontal
-// axes avoid (upright or lying photos), and the views' own, if they are all much the same.
+// Candidates for up in the model's frame, with both signs. One is the direction that the photos'
+// horizontal axes avoid (photos held level). The other is the mean view direction, if all views are
+// similar (photos straight down).
 std::vector<Eigen::Vector3d> UpDirections(const std::vector<const GeoPhoto*>& photos) {
   std::vector<Eigen::Vector3d> ups;
   Eigen::Vector3d view = Eigen::Vector3d::Zero();

@@ -36,9 +36,11 @@ struct GeoreferenceOptions {
   int min_inliers = 4;        // and at least half of the photos with a position
   int num_trials = 500;       // triples tried
   double min_sigma_m = 0.02;  // positions are not taken for better than this, per axis
-  // Altitudes are left out when without them the horizontal residuals fall below this part of what
-  // they are with them; or grow by less than this factor, although with altitudes the vertical
-  // ones are so much larger, or the model tilts by so much against what the cameras say.
+  // Let h, v be the median horizontal and vertical residuals of the fit with altitudes, h0 the
+  // horizontal one without them, and t the tilt between both fits. Altitudes are left out when
+  //
+  //   h0 < min_horizontal_gain * h, or
+  //   h0 <= max_horizontal_loss * h and (v > max_vertical_ratio * h or t > max_tilt_deg).
   double min_horizontal_gain = 0.7;
   double max_horizontal_loss = 1.25;
   double max_vertical_ratio = 4;
@@ -67,15 +69,16 @@ struct Georeference {
   double scale_sigma = 0;         // relative
 };
 
-// The similarity from the model's frame to ENU at `origin`. Least trimmed squares (Rousseeuw and
-// Van Driessen 2006: small samples, then concentration on the best half) gives a start and the
-// noise, so that nothing is assumed of the device and nearly half of the positions may be wrong;
-// then iteratively reweighted least squares with Cauchy weights over all. Altitudes may drift by
-// more than the flight is wide, which would tilt the model; so the same is done with horizontal
-// positions only, up being what the cameras say (held level, or looking straight down), and that
-// wins when altitudes prove to be much worse than the rest. Refused, with a reason: too few
-// positions, too few that agree, and camera centres that lie in a spot or on a line when measured
-// by the noise, as scale or rotation are then open. Deterministic.
+// The similarity from the model's frame to ENU at `origin`.
+//  - Least trimmed squares (Rousseeuw and Van Driessen 2006) gives a start and the noise. Nothing
+//    is assumed about the device; nearly
+// half of the positions may be wrong.
+//  - Iteratively reweighted least squares with Cauchy weights over all positions refines it.
+//  - The same is done with horizontal positions only. Up is then what the cameras say: held level,
+//    or looking straight down.
+// GeoreferenceOptions tells which of the two wins: altitudes may drift, and then tilt the model.
+// Refused, with a reason: too few positions; too few that agree; camera centres in a spot or on a
+// line at the scale of the noise, which leaves scale or rotation open. Deterministic.
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos,
                                   const GeoreferenceOptions& options = {});

@@ -29,9 +29,11 @@ struct ModelPoses {
   bool numbered = false;  // names are numbers (TUM time stamps): match by order
 };
 
-// `path`: a COLMAP model (folder with images.bin or images.txt, points optional), a folder of
-// Strecha NAME.camera files, Middlebury's *_par.txt, or TUM lines (time or name, tx ty tz, qx qy
-// qz qw; the pose of the camera in the world). Says in the error what it found instead.
+// Reads any of these; the error says what was found instead:
+//  - a COLMAP model: a folder with images.bin or images.txt, points optional;
+//  - a folder of Strecha NAME.camera files;
+//  - Middlebury's *_par.txt;
+//  - TUM lines: time or name, tx ty tz, qx qy qz qw, the pose of the camera in the world.
 Result<ModelPoses> ReadPoses(const std::filesystem::path& path);
 
 Result<ModelPoses> ReadColmapPoses(const std::filesystem::path& folder);

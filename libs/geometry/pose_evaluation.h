@@ -15,9 +15,9 @@ struct PosePair {
   CameraPose estimate, truth;
 };
 
-// Pairs by full name, else by the file name without its folders where it is unique on both sides,
-// else the same without its ending. A truth of numbers only (time stamps) is paired by order with
-// the estimate sorted by name, when both are equally many.
+// Pairs photos by full name, else by a file name without folders that is unique on both sides, else
+// by the same without its ending. A truth of time stamps is paired by order with the estimate
+// sorted by name, when both are equally many.
 std::vector<PosePair> MatchPoses(const ModelPoses& estimate, const ModelPoses& truth);
 
 struct ErrorSummary {
@@ -37,15 +37,15 @@ struct PoseEvaluation {
   double PositionPercent(double length) const { return extent > 0 ? 100 * length / extent : 0; }
 };
 
-// Least-squares similarity over all pairs' centres (Umeyama 1991), no outlier is left out. Centres
-// on one line leave the turn about it open: then the rotation is the mean of what the orientations
-// say (chordal L2), scale and translation still come from the centres. An error for less than
-// three pairs or centres that coincide.
+// Least-squares similarity over all pairs' centres (Umeyama 1991); no outlier is left out. Centres
+// on one line leave the rotation about it open. Then the rotation is the chordal L2 mean of the
+// orientations; scale and translation still come from the centres. An error for less than three
+// pairs or centres that coincide.
 Result<Similarity> AlignPoses(const std::vector<PosePair>& pairs, bool* by_orientation);
 
-// AUC@t: area under the recall curve of relative poses up to t degrees, over t, of all pairs of the
-// ground truth's photos; a pair's error is the larger of the angles between its rotations and
-// between its translation directions; a pair with a missing photo counts as a failure.
+// AUC@t: area under the recall curve of relative poses up to t degrees, divided by t. Pairs are all
+// pairs of the ground truth's photos. A pair's error is max(angle between the rotations, angle
+// between the translation directions). A pair with a missing photo is a failure.
 Result<PoseEvaluation> EvaluatePoses(const ModelPoses& estimate, const ModelPoses& truth);
 
 }  // namespace skein

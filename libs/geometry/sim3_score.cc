@@ -24,8 +24,8 @@ double ErrorPx(const CameraPose& pose, const colmap::Camera& camera, const Eigen
   return (camera.WorldToImage(in_camera.hnormalized()) - pixel).norm();
 }
 
-// One point seen in one direction: the point moves by the similarity or its inverse, the camera
-// and the point's coordinates stay. Parameters: log scale, rotation (wxyz), translation.
+// One point seen in one direction. The similarity or its inverse moves the point; camera and point
+// stay constant. Parameters: log scale, rotation (wxyz), translation.
 struct TransferError {
   CameraPose pose;
   int model_id;

@@ -27,8 +27,8 @@ double SymmetricErrorPx(const SharedPhoto& image, const SharedPhoto::CommonPoint
 ImageScore ScoreImage(const SharedPhoto& image, const Similarity& target_from_source,
                       const Sim3Options& options, int max_points);
 
-// Minimises the symmetric reprojection error of the points that are inliers of `initial`, in the
-// photos `used` (same length as `shared`), with a robust loss. Returns `initial` when it diverges.
+// Minimises the symmetric reprojection error with a robust loss over the points that are inliers of
+// `initial`, in the photos `used` (same length as `shared`). Returns `initial` when it diverges.
 Similarity RefineSim3(const std::vector<SharedPhoto>& shared, const std::vector<bool>& used,
                       const Similarity& initial, const Sim3Options& options);
 

@@ -38,8 +38,7 @@ Bytes EncodeFact(const Fact& fact);
 // An error if the bytes are not exactly one fact of that kind.
 Result<Fact> DecodeFact(int kind, const void* data, size_t size);
 
-// Names of the blobs that the fact refers to and that its author must serve until it is
-// committed; none of them empty.
+// Names of the fact's blobs, none empty. The author serves them until the fact is committed.
 std::vector<std::string> BlobsOf(const Fact& fact);
 
 // At most max_bytes of the text, cut between UTF-8 characters, for reasons that go into messages.

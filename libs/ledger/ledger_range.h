@@ -1,7 +1,7 @@
 // A range of the ledger as a blob: what ledger_range_t refers to.
 //
-// Little endian: "SKLR", uint32 version (1), uint32 number of facts; then for each fact in the
-// order of seq: uint8 kind (index in Fact), uint32 size, the fact as LCM encodes it.
+// Little endian: "SKLR", uint32 version (1), uint32 number of facts. Then each fact in the order of
+// seq: uint8 kind (index in Fact), uint32 size, the fact as LCM encodes it.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class LedgerRangeWriter {
   int num_facts_ = 0;
 };
 
-// The facts in order; an error if any byte is wrong or their seq is not without gaps.
+// The facts in order. An error if any byte is wrong or the seq have a gap.
 Result<std::vector<Fact>> DecodeLedgerRange(const Bytes& bytes);
 
 }  // namespace skein

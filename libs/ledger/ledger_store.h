@@ -24,20 +24,20 @@ struct LedgerRecord {
   Bytes payload;
 };
 
-// What ingest must remember beside the facts, e.g. which camera a photo's make and size belong to.
+// What ingest remembers beside the facts, e.g. the camera of a photo's make and size.
 struct LedgerNote {
   std::string kind;
   std::string key;
   std::string value;
 };
 
-// The session's facts in order: an SQLite file in WAL mode with synchronous=FULL, so what Append
-// returned for survives a crash and a power loss. One process writes (a lock beside the file sees
-// to that); any number may read. One thread uses an object.
+// The session's facts in order: an SQLite file in WAL mode with synchronous=FULL. What Append wrote
+// survives a crash and a power loss. One process writes (a lock file ensures it), any number may
+// read. One thread uses an object.
 class Ledger {
  public:
-  // For the writer. Fails, with one line for the user, if another process has it open for writing,
-  // if it is no ledger, or of a newer schema.
+  // For the writer. Fails when another process has it open for writing, when it is no ledger, or
+  // when its schema is newer. The error is one line for the user.
   static Result<std::unique_ptr<Ledger>> Open(const std::filesystem::path& path);
   // For readers; the file must exist.
   static Result<std::unique_ptr<Ledger>> OpenReadOnly(const std::filesystem::path& path);

@@ -39,11 +39,10 @@ class Submitter {
   Submitter(const Submitter&) = delete;
   Submitter& operator=(const Submitter&) = delete;
 
-  // Repeats the submission, first after 0.2 s and then ever less often down to every 2 s, until
-  // ingest commits or refuses it or the fact is seen in the ledger. Then releases the blobs that
-  // the fact refers to, each once, and calls on_done, once. Fills session_id and author. Throws
-  // std::invalid_argument without header.fact_id. A fact_id that is pending already is submitted
-  // once, the first content; both functions are called.
+  // Repeats the submission until ingest commits or refuses it, or the fact is seen in the ledger:
+  // after 0.2 s at first, at last every 2 s. Then releases the fact's blobs and calls on_done,
+  // once. Fills session_id and author. Throws std::invalid_argument without header.fact_id. A
+  // pending fact_id is submitted once, with the first content; both functions are called.
   void Submit(Fact fact, OnDone on_done);
 
   // Facts not yet answered for.

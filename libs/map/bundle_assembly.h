@@ -9,8 +9,8 @@
 
 namespace skein {
 
-// Puts a bundle together from a part of a COLMAP model, which must outlive it: poses first, then
-// the points that they see. A camera comes in, once, with the first pose of it.
+// Builds a bundle from a part of a COLMAP model, which must outlive it. Add the poses first, then
+// their points. A camera is added with its first pose.
 class BundleAssembly {
  public:
   using CameraMaker = std::function<BundleCamera(colmap::camera_t)>;
@@ -20,9 +20,9 @@ class BundleAssembly {
   // No effect on an image that is in, or not registered.
   void AddPose(colmap::image_t id, bool constant, double weight = 1.0);
 
-  // With its observations in the poses that are in; a point that fewer than two of them see is left
-  // out. But where `hold_open` a point that is also seen from outside is constant, and has those of
-  // its observations, one or more, that say something about a pose or camera that is not.
+  // Adds the point with its observations in the added poses. A point with less than two of them is
+  // left out. With `hold_open` a point that other images observe, too, is constant; then only
+  // observations in free poses or free cameras count, and one is enough.
   void AddPoint(colmap::point3D_t id, bool hold_open = false);
 
   Bundle Take() { return std::move(bundle_); }

@@ -4,13 +4,16 @@
 
 namespace skein {
 
-// After a new photo's local BA: merges tracks that verified matches join, extends them by the
-// observations that matches lead to, and makes points of what the photo has left over, all by the
-// limits of COLMAP's IncrementalTriangulator (3.8). The points that were modified since
-// ClearModifiedPoints3D are looked at: around all their observations, as COLMAP does, or, if they
-// are firm, around the new photo's only, since the matches of the others were followed when these
-// were new. So a photo's part does not cost more the more others see the same; what that leaves out
-// comes with the next global BA. Points that change count as modified.
+// Continues tracks after a new photo's local BA, within the limits of COLMAP's
+// IncrementalTriangulator (3.8):
+//  - merges tracks that a verified match joins;
+//  - adds the observations that matches lead to;
+//  - triangulates the photo's remaining matches.
+// Points modified since ClearModifiedPoints3D are visited. Of a point with a short track all
+// observations' matches are followed, as in COLMAP. Of a long track (scene_map.h) the new
+// photo's matches are followed: those of the others were followed when these were new. Cost per
+// photo is independent of track length. The next global BA completes the rest. Points that change
+// count as modified.
 void CompleteLocally(const colmap::IncrementalTriangulator::Options& options, ImageId new_image,
                      SceneMap* map);
 

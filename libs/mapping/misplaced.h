@@ -10,7 +10,8 @@ struct MisplacedOptions {
   double max_error_px = 12.0;  // of a matched point seen from the other photo, as in registration
   int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
   // Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody:
-  // they are as often false, of an object that two places have in common (docs/experiments/false_pairs.md).
+  // they are as often false, of an object that two places have in common
+  // (docs/experiments/false_pairs.md).
   double min_pair_share = 0.03;
   std::size_t max_photos_around = 100;  // that FindMisplacedAround looks at
 };

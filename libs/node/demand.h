@@ -1,4 +1,4 @@
-// Work that waits because no worker is free: told by who has it, heard by who can start workers.
+// Demand: work that no worker is free for. Its owner publishes it; pools of workers listen.
 #pragma once
 
 #include <map>

@@ -94,7 +94,7 @@ int64_t LedgerFollower::LastMissing() const {
 void LedgerFollower::OnRange(const ledger_range_t& range) {
   const bool useful = range.from_seq <= next_seq_ && next_seq_ <= range.to_seq;
   if (range.requester != node_.instance() || !useful || fetch_ != 0) return;
-  // An ingest that restarted does not have the range any more: ask for it again, at once.
+  // A restarted ingest has no old ranges: ask for the range again, at once.
   fetch_ = node_.blobs().Fetch(
       range.blob_id, "ingest", [this](const Result<Bytes>& bytes) { OnRangeBytes(bytes); },
       BlobClient::kMaxBlobBytes, /*unknown_patience_s=*/0);

@@ -13,9 +13,9 @@
 
 namespace skein {
 
-// Loop's thread only. Listens to the committed facts; at its start, and where some are missing
-// (lost, or older than this process), asks ingest for the range and pulls it as a blob, one range
-// at a time, so that a late joiner reads at its own pace. Ingest's heads tell of a lost last fact.
+// Listens to the committed facts. Facts that are missing (lost, or older than this process) are
+// pulled from ingest as blobs of a range, one at a time, so a late joiner reads at its own pace.
+// Ingest repeats the ledger's head, which reveals a lost last fact. Loop's thread only.
 class LedgerFollower {
  public:
   using OnFact = std::function<void(const Fact&)>;
@@ -41,7 +41,7 @@ class LedgerFollower {
   void OnRangeBytes(const Result<Bytes>& bytes);
   void DeliverReady();
   void Repair();
-  // Asking up to here closes all gaps at once, at the price of some facts that came already.
+  // Asking up to here closes all gaps at once. Some facts then come twice.
   int64_t LastMissing() const;
 
   Node& node_;

@@ -1,5 +1,5 @@
-// The sending side of the ledger, for ingest: broadcasts committed facts, repeats the head,
-// answers requests for ranges.
+// The sender of the ledger, for ingest: broadcasts committed facts, repeats the head, answers
+// requests for ranges.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ namespace skein {
 // Loop's thread only.
 class LedgerServer {
  public:
-  // Calls `visit(kind, payload)` for the committed facts from_seq..to_seq in order, as long as
-  // visit returns true; payload as EncodeFact makes it.
+  // Calls `visit(kind, payload)` for the committed facts from_seq..to_seq in order, while visit
+  // returns true. Payload as by EncodeFact.
   using Visit = std::function<bool(int kind, const Bytes& payload)>;
   using ReadRange = std::function<void(int64_t from_seq, int64_t to_seq, const Visit& visit)>;
 
@@ -30,7 +30,7 @@ class LedgerServer {
 
   // The fact is durable: tells everyone. Facts come in order of seq.
   void Broadcast(const Fact& fact);
-  // Photos not yet through matching: while there are any the head goes out at 10 Hz, else at 1 Hz.
+  // Photos not yet through matching. While there are any the head goes out at 10 Hz, else at 1 Hz.
   void SetInFlight(int num_photos) { in_flight_ = num_photos; }
   int64_t head_seq() const { return head_seq_; }
 

@@ -78,9 +78,9 @@ void AddCommonOptions(CLI::App& app, NodeOptions* options);
 // Loop's thread only, but for what its parts say of themselves.
 class Node {
  public:
-  // With a loop (that stops on SIGINT and SIGTERM) and a bus of its own. Throws
-  // std::invalid_argument for unusable options and std::runtime_error when the session or the
-  // transport cannot be had; both say what to do.
+  // Makes a loop, which stops on SIGINT and SIGTERM, and a bus. Throws std::invalid_argument for
+  // unusable options, and std::runtime_error without a session or transport. Both texts say what to
+  // do.
   explicit Node(const NodeOptions& options);
   // On the loop and the bus of others: several nodes in one process. options.session_id or
   // session_dir is set; not "auto".
@@ -112,8 +112,8 @@ class Node {
   // `fill` sets state, backlog, num_done, mean_s of the heartbeat, which goes out every second.
   void OnHeartbeat(std::function<void(heartbeat_t*)> fill) { fill_heartbeat_ = std::move(fill); }
 
-  // A follower delivers each committed fact here, in order, before its own function; observers
-  // (work clients) see it. With several followers each delivers.
+  // A follower delivers each committed fact here, in order, before it calls its own function.
+  // Observers (work clients) see the fact. With several followers each delivers.
   void NoteCommitted(const Fact& fact);
   int64_t AddFactObserver(std::function<void(const Fact&)> observer);
   void RemoveFactObserver(int64_t id) { fact_observers_.erase(id); }
@@ -139,13 +139,13 @@ class Node {
   PollLoop::TimerId heartbeat_timer_ = 0;
 };
 
-// Parses the command line. The exit code, if the program is to end now: 0 after --help, 2 for bad
-// usage, which was explained on stderr.
+// Parses the command line. Returns the exit code if the program ends now: 0 after --help, 2 for bad
+// usage, explained on stderr.
 std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv);
 
-// Sets up logging and threads, makes the node and runs `body` with it. The program's exit code: 0
-// when body returned or a signal came while it waited for a session, 2 for unusable options, 1 for
-// any other failure; says which service and why.
+// Sets up logging and threads, makes the node and runs `body` with it. Returns the exit code: 0
+// when body returned or a signal came, 2 for unusable options, 1 for any other failure. The log
+// says which service failed and why.
 int RunService(const NodeOptions& options, const std::function<void(Node&)>& body);
 
 }  // namespace skein

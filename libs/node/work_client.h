@@ -11,8 +11,8 @@
 
 namespace skein {
 
-// Loop's thread only. Requests go out once a second and at once when capacity frees; each names
-// the items held, which renews their leases.
+// Requests go out once a second, and at once when capacity frees. Each names the held items, which
+// renews their leases. Loop's thread only.
 class WorkClient {
  public:
   using OnWork = std::function<void(const work_t&)>;
@@ -24,11 +24,11 @@ class WorkClient {
   WorkClient(const WorkClient&) = delete;
   WorkClient& operator=(const WorkClient&) = delete;
 
-  // The item's result is committed (call it in Submit's function), or it is not ours any more.
-  // No effect if the item is not held.
+  // The item's result is committed, or the item belongs to another worker now. No effect if the
+  // item is not held.
   void Done(int64_t item_id);
-  // The item cannot be done. Told until ingest's failure_t of it is seen, at most a minute: by
-  // then its lease has lapsed anyway. permanent: another try cannot help.
+  // The item cannot be done. Repeated until ingest's failure_t is seen, at most a minute: by then
+  // the lease has lapsed. permanent: another try cannot help.
   void Fail(int64_t item_id, const std::string& reason, bool permanent);
   // At once effective; 0 takes nothing new.
   void SetCapacity(int capacity);

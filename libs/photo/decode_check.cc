@@ -33,8 +33,8 @@ void LeaveOnDamage(j_common_ptr info, int level) {
   if (level < 0 && !IsHarmless(info->err->msg_code)) LeaveWithText(info);
 }
 
-// Decodes at an eighth of the size: every coefficient is still read, most of the transform is
-// saved. Holds nothing with a destructor: libjpeg leaves by longjmp.
+// Decodes at an eighth of the size: every coefficient is read, most of the transform is saved.
+// Holds nothing with a destructor: libjpeg leaves by longjmp.
 bool ReadsWhole(const Bytes& bytes, jpeg_decompress_struct* info, JpegErrors* errors,
                 JSAMPROW row) {
   if (setjmp(errors->leave) != 0) return false;

@@ -24,7 +24,7 @@ struct CheckedPhoto {
   Exif exif;
 };
 
-// Size, header, limits, then a full decode; an error is the reason that the agent is told.
+// Checks size, header and limits, then decodes fully. An error is the reason that the agent gets.
 Result<CheckedPhoto> CheckPhoto(const Bytes& bytes, const PhotoLimits& limits);
 
 struct FocalPrior {
@@ -36,8 +36,8 @@ struct FocalPrior {
 // 1.2 * max(width, height).
 FocalPrior ChooseFocal(const CheckedPhoto& photo, double offered_focal_px);
 
-// Photos with one key share a camera: same agent, make and model, size as stored, and focal prior
-// (so that a zoom makes a camera of its own).
+// Photos with one key share a camera: same agent, make, model, size as stored and focal prior. A
+// zoom makes a new camera.
 std::string CameraKey(const std::string& agent, const CheckedPhoto& photo, const FocalPrior& focal);
 
 }  // namespace skein

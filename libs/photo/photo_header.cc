@@ -89,7 +89,7 @@ class TiffDirectory {
   }
 
  private:
-  // First value of a SHORT or LONG entry; several SHORTs lie at an offset, all alike in practice.
+  // First value of a SHORT or LONG entry. Several SHORTs lie at an offset, equal in practice.
   std::optional<uint32_t> Value(size_t entry) const {
     const uint32_t type = peek_.Get(entry + 2, 2).value_or(0);
     const uint32_t count = peek_.Get(entry + 4, 4).value_or(0);

@@ -18,7 +18,7 @@ struct PhotoHeader {
   int bits_per_channel = 0;  // 0 if the header doesn't say
 };
 
-// An error names what the bytes are instead: too short, not a JPEG, PNG or TIFF, or without size.
+// An error says what the bytes are instead: too short, not a JPEG, PNG or TIFF, or without size.
 Result<PhotoHeader> ReadPhotoHeader(const Bytes& bytes);
 
 const char* FormatName(PhotoFormat format);

@@ -5,8 +5,8 @@
 namespace skein {
 namespace {
 
-// Length of the valid UTF-8 sequence at `at`, 0 if there is none (overlong forms, surrogates and
-// what lies beyond U+10FFFF are none). RFC 3629.
+// Length of the valid UTF-8 sequence at `at`; 0 for overlong forms, surrogates and values beyond
+// U+10FFFF. RFC 3629.
 size_t Utf8Length(const std::string& text, size_t at) {
   const auto byte = [&](size_t i) -> unsigned {
     return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0;

@@ -8,8 +8,8 @@
 namespace skein {
 namespace {
 
-// After the last subscription the multicast group of the bulk bus stays joined for a while: pulls
-// come in groups. (A relay sends nothing without subscriptions.)
+// The bulk bus stays joined for a while after its last subscription, because pulls come in groups.
+// (A relay sends nothing without subscriptions.)
 constexpr double kBulkIdleS = 5.0;
 
 }  // namespace

@@ -40,9 +40,9 @@ struct BusCounters {
   std::map<std::string, int64_t> decode_failures;  // by channel
 };
 
-// The main bus and, on the next port, the bus for bulk data. Loop's thread only. Messages may get
-// lost, doubled and reordered; a process hears what it sends itself. What cannot be decoded is
-// counted, logged and dropped, and so is what belongs to another session.
+// The main bus and, on the next port, the bus for bulk data. Messages may get lost, doubled and
+// reordered. A process hears what it sends. Undecodable messages are counted, logged and dropped;
+// messages of another session are dropped, too. Loop's thread only.
 class Bus {
  public:
   using SubscriptionId = int64_t;
@@ -81,8 +81,8 @@ class Bus {
   // No effect if it is gone already. Safe in a handler.
   void Unsubscribe(SubscriptionId id);
 
-  // From now on messages of other sessions are dropped ("" takes all), and what is published is of
-  // this one.
+  // Sets the session of published messages. Messages of other sessions are dropped from now on (""
+  // takes all).
   void SetSession(const std::string& session_id) { session_id_ = session_id; }
 
   const LcmUrl& url() const { return url_; }

@@ -89,7 +89,7 @@ inline constexpr Channel<command_reply_t> kCommandReplyChannel{"SKEIN_COMMAND_RE
 inline constexpr Channel<blob_request_t> kBlobRequestChannel{"SKEIN_BLOB_REQUEST"};
 
 // Channel of the chunks for one instance, on the bulk bus: SKEIN_BLOB_CHUNK_<INSTANCE>, in the
-// letters and the length (63) that LCM takes. Two instances may share one: chunks say their blob.
+// letters and the length (63) that LCM takes. Two instances may share one: chunks name their blob.
 std::string BlobChunkChannel(const std::string& instance);
 
 }  // namespace skein

@@ -14,9 +14,9 @@
 
 namespace skein {
 
-// What lcm-gen's decoders do not check before they allocate: the length of an array against the
-// bytes there are. `before` lists the fields ahead of the length, as LCM encodes them: 's' a
-// string, '8' '4' '1' a number of so many bytes.
+// lcm-gen's decoders allocate before they check an array's length; this checks it against the
+// bytes. `before` lists the fields ahead of the length, as LCM encodes them: 's' a string, '8' '4'
+// '1' a number of so many bytes.
 struct ArrayLayout {
   const char* before;
   size_t element_bytes;  // encoded; 0: the type has no array of variable length
@@ -44,8 +44,8 @@ inline constexpr ArrayLayout kArrayLayout<blob_chunk_t>{"ss188", 1};
 // Whether the array's length is there and its elements fit into the message.
 bool ArrayFits(const void* data, size_t size, const ArrayLayout& layout);
 
-// False unless the bytes are exactly one T: another type's fingerprint, a short buffer, bytes left
-// over, lengths that cannot be.
+// False unless the bytes are exactly one T. False for another fingerprint, a short buffer, bytes
+// left over, impossible lengths.
 template <class T>
 bool DecodeMessage(const void* data, size_t size, T* message) {
   if (kArrayLayout<T>.element_bytes > 0 && !ArrayFits(data, size, kArrayLayout<T>)) return false;

@@ -7,7 +7,7 @@
 namespace skein {
 namespace {
 
-// Messages that LCM keeps for a channel while the loop is busy; what comes then is lost.
+// Messages that LCM queues for a channel while the loop is busy. Further ones are lost.
 constexpr int kQueueCapacity = 4096;
 
 // Messages taken before other descriptors and timers have their turn.

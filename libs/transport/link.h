@@ -26,9 +26,9 @@ class Link {
   virtual bool Publish(const std::string& channel, const void* data, size_t size) = 0;
 };
 
-// Messages come through `on_message`, on the loop's thread, outside any call of LCM's library, so
-// that it may throw and may end the link's subscriptions (but not the link). Throws
-// std::runtime_error if the transport cannot be set up; a relay that is away is waited for.
+// Calls `on_message` on the loop's thread, outside any call of LCM's library. So it may throw, and
+// may end subscriptions, but not the link. Throws std::runtime_error if the transport cannot be set
+// up. An absent relay is waited for.
 std::unique_ptr<Link> MakeLink(const LcmUrl& url, PollLoop& loop, Link::OnMessage on_message);
 
 }  // namespace skein

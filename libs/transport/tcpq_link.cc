@@ -33,7 +33,7 @@ void Configure(int fd) {
   SetOption(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 10000);
 }
 
-// A socket that is connecting to the first address of the host; -1 and errno or *error otherwise.
+// A socket that connects to the first address of the host; else -1, with errno or *error.
 int StartConnecting(const std::string& host, int port, std::string* error) {
   addrinfo hints{}, *addresses = nullptr;
   hints.ai_socktype = SOCK_STREAM;

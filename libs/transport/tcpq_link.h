@@ -1,6 +1,6 @@
-// A client of tcpq:// that never blocks. LCM's own blocks its caller in connect, in send while the
-// relay is slow, and in receive until a message is whole; this one speaks the same protocol, with
-// LCM's relay and ours, on the poll loop.
+// A client of tcpq:// that never blocks. LCM's own client blocks in connect, in send while the
+// relay is slow, and in receive until a message is whole. This one speaks the same protocol, with
+// LCM's relay and Skein's, on the poll loop.
 #pragma once
 
 #include <map>
@@ -14,9 +14,9 @@
 
 namespace skein {
 
-// Connects, and when the connection breaks connects again after 0.1 s, doubling up to 2 s, and
-// subscribes anew. What is published while it is not connected, or while 8 MiB wait for a relay
-// that does not read, is dropped.
+// Connects; after a broken connection connects again after 0.1 s, doubling up to 2 s, and
+// subscribes anew. Messages are dropped while it is not connected, or while 8 MiB wait for a relay
+// that does not read.
 class TcpqLink : public Link {
  public:
   TcpqLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message);

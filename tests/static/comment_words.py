@@ -41,12 +41,16 @@ def comments(path):
 
 
 def sentences(block):
-    """A sentence ends at . ! or ?, at an empty line, before a list's item, and before an indented formula."""
-    units = ['']
+    """A sentence ends at . ! or ?, at an empty line, before a list's item, and around indented lines (formulas)."""
+    units, in_list, was_indented = [''], False, False
     for text in block:
-        if not text.strip() or LIST_ITEM.match(text) or text.startswith('    '):
+        is_item, is_indented = LIST_ITEM.match(text), text.startswith('  ')
+        in_list = bool(is_item) or in_list and is_indented
+        is_formula = is_indented and not in_list
+        if not text.strip() or is_item or is_formula or was_indented:
             units.append('')
         units[-1] += ' ' + text
+        was_indented = is_formula
     for unit in units:
         unit = ABBREVIATIONS.sub(r'\1', unit)
         yield from (s.strip() for s in re.split(r'(?<=[.!?])["\')]*\s+', unit) if s.strip())
