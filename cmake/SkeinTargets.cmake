@@ -4,7 +4,9 @@
 #
 # Headers are included from libs/ and services/: "core/hash.h", "matching/kernel.h".
 # The target "product" builds the executables and the jar: all that a user runs, no tests.
+# "reconstruction" is what scripts/reconstruct.sh starts: the skein command and the services.
 add_custom_target(product)
+add_custom_target(reconstruction)
 
 function(skein_configure target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)

@@ -25,7 +25,7 @@ while (($#)); do
 done
 
 "$SKEIN_ROOT/scripts/setup.sh"
-build_skein release product
+build_skein release reconstruction
 
 demo=$SKEIN_ROOT/build/demo
 if [[ -z $session ]]; then

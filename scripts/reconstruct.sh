@@ -103,6 +103,8 @@ if [[ -n $truth ]]; then
   "$skein" evaluate "$session/sparse/0" "$truth" || status=1
 fi
 if [[ -d $session/sparse/0 ]]; then
+  "$skein" export --model "$session/sparse/0" --picture "$session/model.png" || status=1
+  say "picture: $session/model.png"
   say "model: $session/sparse/0 (open it with: colmap gui --import_path '$session/sparse/0' --image_path '$session/images' --database_path '$session/database.db')"
 else
   say "no model: no two photos overlap enough; $session/report.json tells of each photo"

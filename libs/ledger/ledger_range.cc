@@ -6,8 +6,8 @@
 namespace skein {
 namespace {
 
-constexpr char kIdentifier[4] = {'S', 'K', 'L', 'R'};
-constexpr uint32_t kVersion = 1;
+constexpr char kRangeIdentifier[4] = {'S', 'K', 'L', 'R'};
+constexpr uint32_t kRangeVersion = 1;
 
 Result<std::vector<Fact>> Damaged(const std::string& what) {
   return Result<std::vector<Fact>>::Error("ledger range: " + what);
@@ -17,8 +17,8 @@ bool ReadHead(ByteReader* reader, uint32_t* num_facts) {
   char identifier[4];
   uint32_t version = 0;
   return reader->GetRaw(identifier, sizeof(identifier)) && reader->Get(&version) &&
-         std::memcmp(identifier, kIdentifier, sizeof(identifier)) == 0 && version == kVersion &&
-         reader->Get(num_facts);
+         std::memcmp(identifier, kRangeIdentifier, sizeof(identifier)) == 0 &&
+         version == kRangeVersion && reader->Get(num_facts);
 }
 
 Result<Fact> ReadFact(ByteReader* reader) {
@@ -46,8 +46,8 @@ bool LedgerRangeWriter::Add(int kind, const void* data, size_t size) {
 
 Bytes LedgerRangeWriter::Take() {
   ByteWriter writer;
-  writer.PutRaw(kIdentifier, sizeof(kIdentifier));
-  writer.Put(kVersion);
+  writer.PutRaw(kRangeIdentifier, sizeof(kRangeIdentifier));
+  writer.Put(kRangeVersion);
   writer.Put(static_cast<uint32_t>(std::exchange(num_facts_, 0)));
   const Bytes facts = facts_.Take();
   writer.PutRaw(facts.data(), facts.size());

@@ -16,8 +16,8 @@
 namespace skein {
 namespace {
 
-constexpr char kIdentifier[] = "skein-session";
-constexpr int kVersion = 1;
+constexpr char kSessionIdentifier[] = "skein-session";
+constexpr int kSessionVersion = 1;
 
 std::string RandomSessionId() {
   std::random_device device;
@@ -33,10 +33,10 @@ bool IsSessionId(const std::string& text) {
 Result<std::string> ParseSessionId(const std::string& path, const Bytes& bytes) {
   const auto json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
   const auto damaged = Status::Error(path + " is damaged; restore it or use another folder");
-  if (!json.is_object() || json.value("identifier", nlohmann::json()) != kIdentifier) {
+  if (!json.is_object() || json.value("identifier", nlohmann::json()) != kSessionIdentifier) {
     return damaged;
   }
-  if (json.value("version", nlohmann::json()) != kVersion) {
+  if (json.value("version", nlohmann::json()) != kSessionVersion) {
     return Status::Error(path + " was written by another version of Skein; use that version");
   }
   const auto id = json.value("session_id", nlohmann::json());
@@ -45,8 +45,9 @@ Result<std::string> ParseSessionId(const std::string& path, const Bytes& bytes) 
 }
 
 Status CreateSessionFile(const std::string& path) {
-  const nlohmann::json json = {
-      {"identifier", kIdentifier}, {"version", kVersion}, {"session_id", RandomSessionId()}};
+  const nlohmann::json json = {{"identifier", kSessionIdentifier},
+                               {"version", kSessionVersion},
+                               {"session_id", RandomSessionId()}};
   const std::string text = json.dump(2) + "\n";
   return WriteFileAtomic(path, text.data(), text.size());
 }

@@ -11,7 +11,7 @@
 namespace skein {
 namespace {
 
-constexpr double kTickS = 0.02;
+constexpr double kRepairPeriodS = 0.02;
 // Reordered facts get this long to arrive by themselves.
 constexpr double kPatienceS = 0.03;
 constexpr double kFirstAskS = 0.2;
@@ -33,7 +33,7 @@ LedgerFollower::LedgerFollower(Node& node, int64_t from_seq, OnFact on_fact)
       kLedgerHeadChannel, [this](const ledger_head_t& head) { OnHead(head); }));
   subscriptions_.push_back(bus.Subscribe<ledger_range_t>(
       kLedgerRangeChannel, [this](const ledger_range_t& range) { OnRange(range); }));
-  timer_ = node_.loop().AddTimer(kTickS, [this] { Repair(); });
+  timer_ = node_.loop().AddTimer(kRepairPeriodS, [this] { Repair(); });
 }
 
 LedgerFollower::~LedgerFollower() {
