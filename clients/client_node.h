@@ -22,7 +22,7 @@ struct ClientOptions {
 // --session, --session-id, --lcm-url, --verbose.
 void AddClientOptions(CLI::App& app, ClientOptions* options);
 
-// Throws std::runtime_error, with a line for the user, when the session or the bus cannot be had.
+// Throws std::runtime_error, with a line for the user, without a session or bus.
 std::unique_ptr<Node> MakeClientNode(const std::string& service, const std::string& instance,
                                      const ClientOptions& options);
 

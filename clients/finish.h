@@ -7,9 +7,9 @@
 
 namespace skein {
 
-// Repeats the command, once a second, until ingest answers it; nullopt if that took longer than
-// timeout_s (0: no limit) or a signal came. Tells what ingest says it does, whenever that changes,
-// and that nothing is heard of it. Loop's thread, which it runs.
+// Repeats the command once a second until ingest answers it. nullopt after timeout_s (0: no limit)
+// or a signal. Prints ingest's progress when it changes, and when ingest is silent. Runs the loop,
+// on its thread.
 std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s, std::ostream& progress_to);
 
 // `skein finish`: asks ingest to finish the session, and waits for its models.

@@ -12,7 +12,7 @@
 
 namespace skein {
 
-// Each photo once, when it is whole: not empty, and of the same size in two scans.
+// Each photo once, when it is complete: not empty, and of the same size in two scans.
 class FolderWatch {
  public:
   FolderWatch(std::filesystem::path folder, PhotoOrder order)

@@ -1,4 +1,4 @@
-// The `skein` command: looks its first argument up in a table of subcommands and runs that one.
+// The `skein` command: runs the subcommand that its first argument names.
 #include <exception>
 #include <iostream>
 #include <string>

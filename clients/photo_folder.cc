@@ -71,7 +71,7 @@ Bytes ExifOfJpeg(const Bytes& jpeg) {
   return {};
 }
 
-// A JPEG's EXIF segment of what a PNG has; empty if that is nothing or too long.
+// A JPEG's EXIF segment from a PNG's EXIF block. Empty without a block, or when it is too long.
 Bytes ExifOfPng(const Bytes& png) {
   constexpr size_t kMaxBlock = 65535 - 2 - sizeof(kExif);
   for (size_t at = 8; at + 12 <= png.size();) {

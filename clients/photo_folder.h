@@ -1,4 +1,4 @@
-// The photos of a folder: which, in what order, and the bytes that are sent of each.
+// The photos of a folder: which, in what order, and the bytes to send.
 #pragma once
 
 #include <cstdint>
@@ -26,14 +26,14 @@ struct PhotoOrder {
 // "name", "time" or "shuffle:SEED".
 Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
 
-// Regular files below the folder that are called .jpg, .jpeg, .png, .tif or .tiff in any case.
-// Order by time: EXIF's capture time, else the file's; by name where that is equal. Throws
-// std::filesystem::filesystem_error when the folder cannot be read or a part of it vanishes.
+// Regular files below the folder that end in .jpg, .jpeg, .png, .tif or .tiff in any case. Order by
+// time: EXIF's capture time, else the file's, then by name. Throws
+// std::filesystem::filesystem_error when a part of the folder cannot be read.
 std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
 
-// The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side: as a JPEG
-// of quality 95 with the EXIF block of the original JPEG or PNG, pixels as stored. What cannot be
-// decoded is returned as it is: ingest says what is wrong with it.
+// The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side. It becomes
+// a JPEG of quality 95 with the original's EXIF block, pixels as stored. An undecodable file is
+// returned as it is: ingest reports what is wrong.
 Result<Bytes> ReadPhoto(const std::filesystem::path& path, int max_size_px);
 
 }  // namespace skein

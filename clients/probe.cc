@@ -17,8 +17,7 @@ struct Receiver {
   void Handle(const lcm::ReceiveBuffer*, const std::string&) { received = true; }
 };
 
-// Sends on a channel of its own, again and again: the first datagram may come before the
-// subscription is known to a relay.
+// Sends repeatedly: the first datagram may come before the relay knows the subscription.
 bool CarriesMessages(lcm::LCM* bus, double timeout_s) {
   const std::string channel = "SKEIN_PROBE_" + std::to_string(getpid());
   Receiver receiver;

@@ -31,8 +31,8 @@ struct PublishedPhoto {
 };
 
 // Reads each photo on another thread, serves its bytes, and repeats its offer until ingest has
-// decided; ingest's answers to known photos come at once, so that a second run skips what is there.
-// Loop's thread only.
+// decided. Ingest answers offers of known photos at once, so a second run skips them. Loop's thread
+// only.
 class Publisher {
  public:
   using OnPublished = std::function<void(const PublishedPhoto&)>;
@@ -74,8 +74,8 @@ class Publisher {
   WorkerThread worker_;  // last: ends first
 };
 
-// The instance under which an agent serves its photos: the same for every run, so that a pull that
-// was interrupted goes on. At most 64 letters, digits and hyphens.
+// The instance under which an agent serves its photos. It is the same for every run, so an
+// interrupted pull goes on. At most 64 letters, digits and hyphens.
 std::string AgentInstance(const std::string& agent);
 
 }  // namespace skein

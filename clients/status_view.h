@@ -25,12 +25,14 @@ struct StatusInput {
   double now_s = 0;
 };
 
-// {session_id, ledger, images{received, in_flight, registered, deferred, failed},
-//  latency_s{p50, p95, p99}, finishing, instances[{instance, service, host, pid, state, backlog,
-//  done, mean_s, memory_bytes, silent_s, ...}], submaps[{id, owner, epoch, state, images, deferred,
-//  points, mean_reprojection_error_px}], ended_submaps[{id, reason}],
-//  merges{done, undone, open, last_undone}, deferred[{image, reason}] (when nothing is in flight),
-//  failures[{image, stage, reason}]}
+// Keys:
+//
+//   {session_id, ledger, images{received, in_flight, registered, deferred, failed},
+//    latency_s{p50, p95, p99}, finishing,
+//    instances[{instance, service, host, pid, state, backlog, done, mean_s, memory_bytes, ...}],
+//    submaps[{id, owner, epoch, state, images, deferred, points, mean_reprojection_error_px}],
+//    ended_submaps[{id, reason}], merges{done, undone, open, last_undone},
+//    deferred[{image, reason}] (when nothing is in flight), failures[{image, stage, reason}]}
 nlohmann::json MakeStatus(const StatusInput& input);
 
 // The same as a table of lines, for a terminal.

@@ -1,5 +1,4 @@
-// What the `skein` command's subcommands share: the row of the table in main.cc, exit codes, and
-// one way of parsing options.
+// What subcommands share: their row in main.cc's table, exit codes, parsing of options.
 #pragma once
 
 #include <CLI/CLI.hpp>

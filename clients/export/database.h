@@ -12,9 +12,10 @@ struct DatabaseCounts {
   int images = 0, pairs = 0;
 };
 
-// Writes cameras, images, keypoints, descriptors, and the verified matches (as matches and as
-// two-view geometries) of everything in the ledger, so that `colmap mapper` runs on them. Image and
-// camera ids are Skein's. `file` must not exist. Shows a progress bar.
+// Writes a database that `colmap mapper` runs on: cameras, images, keypoints, descriptors and
+// verified matches of everything in the ledger. Verified matches are written as matches and as
+// two-view geometries. Image and camera ids are Skein's. `file` must not exist. Shows a progress
+// bar.
 Result<DatabaseCounts> WriteDatabase(const SessionPaths& paths, const std::filesystem::path& file);
 
 }  // namespace skein

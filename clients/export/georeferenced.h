@@ -10,9 +10,9 @@
 
 namespace skein {
 
-// Moves each model into metres to the east, north and up of one origin, that of all positions, and
-// notes how in its `georeference`. Models that cannot be placed are taken out; a line for each,
-// with the reason, goes to `refusals`.
+// Moves each model into metres to the east, north and up of one origin, which is that of all
+// positions. Sets `georeference` of each. A model that cannot be placed is removed; `refusals` gets
+// a line with the reason.
 void PlaceOnEarth(const std::map<std::string, GeodeticPosition>& positions,
                   std::vector<ExportModel>* models, std::vector<std::string>* refusals);
 

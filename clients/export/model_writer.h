@@ -16,7 +16,7 @@ const std::vector<std::string>& ModelFormats();
 
 // Writes cameras/images/points3D.bin or .txt, points.ply, transforms.json, bundle.out with
 // bundle.out.list.txt, or model.nvm into `folder`, which must exist. COLMAP's writers ignore write
-// errors, so what they wrote is looked at again; an error says which file is not whole.
+// errors, so their files are checked afterwards. An error names the incomplete file.
 Status WriteModel(const colmap::Reconstruction& model, const std::string& format,
                   const std::filesystem::path& folder);
 

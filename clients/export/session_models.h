@@ -22,9 +22,9 @@ struct ExportModel {
   nlohmann::json georeference;  // see GeoreferenceToJson; null in the mapper's frame
 };
 
-// The newest checkpoint or final model of every live submap, most photos first, as the ledger has
-// them: at any time, also while the session runs; nothing is written to the session. Falls back on
-// sparse/ when the ledger holds no model. Empty when there is none yet.
+// The newest checkpoint or final model of every live submap in the ledger, most photos first. Works
+// while the session runs and writes nothing to it. Falls back on sparse/ when the ledger has no
+// model. Empty when there is none yet.
 Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths);
 
 // The positions that photos carry, by AGENT/NAME.

@@ -1,5 +1,5 @@
-// COLMAP's SIMPLE_RADIAL camera with its principal point in the middle of the photo:
-// x = f u (1 + k r^2) + width / 2, the centre of the upper left pixel is (0.5, 0.5).
+// COLMAP's SIMPLE_RADIAL camera with its principal point in the middle of the photo: x = f u (1 + k
+// r^2) + width / 2. The centre of the upper left pixel is (0.5, 0.5).
 #pragma once
 
 #include <Eigen/Core>

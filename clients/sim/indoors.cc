@@ -31,7 +31,7 @@ void PaintIndoorWall(Random* random, Sheet* sheet) {
 
 void PaintCeiling(Random* random, Sheet* sheet) { PaintWall(WallKind::kConcrete, random, sheet); }
 
-// A wall seen from inside a room: from `from` to `to` (as its viewer reads, left to right).
+// A wall seen from inside a room, from `from` on the viewer's left to `to` on the right.
 WallFrame InsideWall(const Vector2d& from, const Vector2d& to, double height) {
   WallFrame wall;
   wall.origin = Vector3d(from.x(), from.y(), height);

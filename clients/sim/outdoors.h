@@ -14,15 +14,15 @@ struct BuildingSpec {
   double texels_per_m = 120;       // of the front
   double side_texels_per_m = 120;  // of the other façades
   uint64_t seed = 1;
-  // Not 0: two buildings of one seed have the same shape, walls, windows and doors, but each its
-  // own stains, ivy, graffiti and posters.
+  // Not 0: two buildings of one seed have the same shape, walls, windows and doors. Stains, ivy,
+  // graffiti and posters differ.
   uint64_t wear_seed = 0;
 };
 
 void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder);
 
-// A square around `center`: a building in the middle, a ring of buildings around it, kiosks and
-// crates between, a wall around all. Free to walk in: 10.5 m to 18 m from the centre.
+// A square around `center`: a building in the middle, a ring of buildings, kiosks and crates
+// between, a wall around all. Free to walk in: 10.5 m to 18 m from the centre.
 struct SquareSpec {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   uint64_t seed = 1;         // of the surroundings

@@ -1,5 +1,5 @@
-// Seeded painters of what a place is made of. Sizes in metres; an image has `texels_per_m`.
-// Every picture is rich in detail at all scales, and no two are alike unless their seeds are.
+// Seeded painters of walls, ground and posters. Sizes in metres; an image has `texels_per_m`. Every
+// picture has detail at all scales. Two pictures are alike only with the same seed.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -8,8 +8,8 @@
 
 namespace skein::sim {
 
-// Noise of wavelengths from `coarse_px` down to `fine_px`, each octave `persistence` as strong as
-// the one above; mean 0, standard deviation 1.
+// Noise of wavelengths from `coarse_px` down to `fine_px`. Each octave has `persistence` times the
+// amplitude of the one above. Mean 0, standard deviation 1.
 cv::Mat1f Noise(cv::Size size, float coarse_px, float fine_px, float persistence, Random* random);
 // image *= 1 + strength * field
 void Modulate(const cv::Mat1f& field, float strength, cv::Mat3b* image);

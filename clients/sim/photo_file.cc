@@ -52,7 +52,7 @@ Entry Rationals(uint16_t tag, const std::vector<std::pair<double, uint32_t>>& nu
   return {tag, kRational, static_cast<uint32_t>(numbers.size()), value};
 }
 
-// An image file directory at `offset`: its entries (sorted by tag), then what does not fit in them.
+// An image file directory at `offset`: its entries, sorted by tag, then their longer values.
 Bytes EncodeDirectory(const std::vector<Entry>& entries, uint32_t offset) {
   Bytes directory, values;
   const uint32_t values_at = offset + 2 + 12 * static_cast<uint32_t>(entries.size()) + 4;

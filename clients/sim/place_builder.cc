@@ -100,7 +100,7 @@ void PlaceBuilder::AddBox(const Eigen::Vector3d& base, const Eigen::Vector3d& si
 void PlaceBuilder::AddPiercedWall(const WallFrame& wall, double width_m, double height_m,
                                   const std::vector<Opening>& openings, double recess_m,
                                   int texture, int reveal_texture, Random* random) {
-  // Vertical strips: a column of openings shares its u range, so cut the wall at every edge.
+  // Vertical strips: a column of openings shares its u range, so the wall is cut at every edge.
   std::vector<double> cuts = {0, width_m};
   for (const Opening& o : openings) {
     cuts.push_back(o.u);

@@ -37,12 +37,12 @@ class PlaceBuilder {
   int RandomTrim(Random* random) const;
 
   void AddSurface(const Surface& surface) { surfaces_.push_back(surface); }
-  // The part (u, v, width, height) of a wall, moved out by `out_m`, with the wall's own painting.
+  // The part (u, v, width, height) of a wall, moved out by `out_m`, with the wall's painting.
   void AddWallPart(const WallFrame& wall, const Opening& part, double out_m, int texture);
-  // A box that stands on a wall from `out0` to `out1`; all faces but the one in the wall.
+  // A box on a wall from `out0` to `out1`, without the face in the wall.
   void AddBoxOn(const WallFrame& wall, const Opening& part, double out0, double out1, int texture,
                 Random* random);
-  // A free-standing box; `base` is the middle of its foot, `size` along x, y, z before `yaw_rad`.
+  // A free-standing box. `base` is the middle of its foot, `size` along x, y, z before `yaw_rad`.
   void AddBox(const Eigen::Vector3d& base, const Eigen::Vector3d& size, double yaw_rad, int texture,
               Random* random);
   // A wall around recessed openings. `recess_m` is negative outwards.

@@ -1,5 +1,5 @@
-// A small seeded generator (SplitMix64). Its sequence is the same on every platform, which
-// std::uniform_real_distribution does not promise; a place is a function of its seed.
+// A small seeded generator (SplitMix64). Its sequence is the same on every platform, unlike
+// std::uniform_real_distribution's. So a place is a function of its seed.
 #pragma once
 
 #include <cmath>

@@ -46,8 +46,8 @@ class Renderer {
     return world_from_cam_ * Vector3f(uv.x(), uv.y(), 1);
   }
 
-  // Every other pixel of every other row is traced; a pixel between four that see one surface
-  // sees it too (what is narrower than two pixels may be lost there).
+  // Every other pixel of every other row is traced. A pixel between four that see one surface sees
+  // it, too. Structures below two pixels may be lost there.
   void TraceCenters() {
     for (int y = 0; y < camera_.height; y += 2) {
       for (int x = 0; x < camera_.width; x += 2) TraceCenter(x, y);
@@ -173,7 +173,7 @@ class Renderer {
     return sum / (kEdgeSamples * kEdgeSamples);
   }
 
-  // The light on a patch within one pixel, kept from one of its rays to the next.
+  // The light on a patch within one pixel, kept between the pixel's rays.
   struct LitPatch {
     int patch = -1;
     float light = 0;

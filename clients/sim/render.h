@@ -18,7 +18,7 @@ struct Exposure {
 };
 
 // BGR. Where one surface fills a pixel and its neighbours, its texture is averaged over 2 x 2
-// band-limited samples; at edges, 3 x 3 rays are cast.
+// band-limited samples. At edges 3 x 3 rays are cast.
 cv::Mat3b RenderPhoto(const Place& place, const Camera& camera, const Pose& pose,
                       const Exposure& exposure);
 

@@ -56,8 +56,8 @@ View RingView(const ScenarioOptions& options, int agent, int i) {
   return {16 * out + Vector3d(0, 0, kEyeM), kRingFrontM * out + Vector3d(0, 0, 3.2)};
 }
 
-// Turns on the spot's circle, always looking across the room, first away from both corridors, then
-// walks east into the next room.
+// Turns on the spot's circle and looks across the room, first away from both corridors. Then walks
+// east into the next room.
 View RoomsView(const ScenarioOptions& options, int agent, int i) {
   constexpr double kBack = 1.5, kMaxTurn = 15 * kDegree, kFirstHeading = -110 * kDegree;
   const bool last = agent + 1 == options.agents;

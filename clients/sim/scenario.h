@@ -1,4 +1,4 @@
-// What is photographed and by whom: a scenario is a place and a walk for each agent.
+// A scenario: a place, and a walk for each agent.
 #pragma once
 
 #include <cstdint>

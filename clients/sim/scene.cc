@@ -139,7 +139,7 @@ Hit Scene::Walk(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
   from << origin.x(), origin.y(), origin.z(), 0;
   inverse << 1 / direction.x(), 1 / direction.y(), 1 / direction.z(), 0;
   const Eigen::Array4f open(0, 0, 0, std::numeric_limits<float>::max());
-  // Entry into a node's box, or infinity when the ray misses it or enters behind the nearest hit.
+  // Distance to a node's box. Infinity when the ray misses it or enters behind the nearest hit.
   const auto entry = [&](const Node& node) {
     const Eigen::Array4f t0 = (node.low - from) * inverse;
     const Eigen::Array4f t1 = (node.high - from) * inverse;

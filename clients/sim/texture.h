@@ -1,5 +1,5 @@
-// A painted surface with its mip pyramid, sampled trilinearly so that what the camera sees is
-// band-limited and features stay where they are from photo to photo.
+// A painted surface with its mip pyramid. Trilinear sampling is band-limited, so features stay in
+// place from photo to photo.
 #pragma once
 
 #include <Eigen/Core>

@@ -15,14 +15,14 @@ struct TruePhoto {
   Pose pose;
 };
 
-// Writes cameras.txt, images.txt and points3D.txt into `folder` (made when missing). The points lie
-// on the surfaces, sampled from every photo with `seed`; a track holds every photo that sees its
+// Writes cameras.txt, images.txt and points3D.txt into `folder`, made when missing. The points are
+// sampled on the surfaces from every photo with `seed`. A track holds every photo that sees its
 // point. Throws std::runtime_error when a file cannot be written.
 void WriteTruth(const std::string& folder, const Place& place, const std::vector<Camera>& cameras,
                 const std::vector<TruePhoto>& photos, uint64_t seed, int threads);
 
-// Every surface of the place, exactly, as a mesh: ASCII PLY, one face of four corners (a rectangle)
-// or three (a gable) each; metres. Throws std::runtime_error when the file cannot be written.
+// Every surface of the place as an exact mesh: ASCII PLY, metres, a face of four corners (a
+// rectangle) or three (a gable) each. Throws std::runtime_error when the file cannot be written.
 void WriteSurfaces(const std::string& file, const Scene& scene);
 
 }  // namespace skein::sim

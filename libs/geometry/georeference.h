@@ -71,8 +71,7 @@ struct Georeference {
 
 // The similarity from the model's frame to ENU at `origin`.
 //  - Least trimmed squares (Rousseeuw and Van Driessen 2006) gives a start and the noise. Nothing
-//    is assumed about the device; nearly
-// half of the positions may be wrong.
+//    is assumed about the device; nearly half of the positions may be wrong.
 //  - Iteratively reweighted least squares with Cauchy weights over all positions refines it.
 //  - The same is done with horizontal positions only. Up is then what the cameras say: held level,
 //    or looking straight down.

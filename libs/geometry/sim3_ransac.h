@@ -1,9 +1,8 @@
 // Similarity between two submaps from the photos that both hold: SfM on-the-fly v2, section 3.4,
 // Algorithm 3. Two departures make collinear and coincident camera centres work:
 //  - A hypothesis never rests on camera centres alone. It comes from 3D points that both submaps
-//    see through the same (image,
-// point2D). Or it comes from whole poses: rotation from rotations, scale from the depths of common
-// points.
+//    see through the same (image, point2D). Or it comes from whole poses: rotation from rotations,
+//    scale from the depths of common points.
 //  - The best hypothesis is refined on the symmetric reprojection error of all inliers.
 #pragma once
 

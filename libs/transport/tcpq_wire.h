@@ -1,7 +1,9 @@
 // The protocol of LCM's tcpq:// transport, between a client and the relay. Numbers are uint32, big
-// endian. Each side first sends its magic number and the protocol's version; then come frames:
+// endian. Each side first sends its magic number and the protocol's version. Then come frames:
+//
 //   publish (both ways): 1, length of the channel's name, name, length of the message, message
 //   subscribe, unsubscribe (client to relay): 2 or 3, length of the name, name (a regex)
+//
 // Source: lcm/lcm_tcpq.c and lcm-java/lcm/lcm/TCPService.java of LCM 1.3.1.
 #pragma once
 

@@ -9,17 +9,18 @@
 
 namespace skein {
 
-// How the descriptors of a photo are aggregated; learned values hold for one choice only, so it is
-// kept with them.
+// How the descriptors of a photo are aggregated. Learned values hold for one choice only, so it is
+// saved with them.
 struct VladOptions {
   uint32_t max_features = 4000;  // those of largest scale are used
   float scale_exponent = 1;      // weight of a descriptor = scale^exponent
   float power = 0.4f;            // x -> sign(x) |x|^power
 };
 
-// What VLAD needs besides the photo. Matrices are row major in the file: little-endian float32.
-// File: 'SKCB', uint32 version, text `id`, the three options in order, then each matrix as uint32
-// rows, uint32 columns, values; last the SHA-256 of everything before it, as 64 hex digits.
+// VLAD's learned values. Matrices are row major; in the file little-endian float32.
+//
+// File: 'SKCB', uint32 version, text `id`, the three options in order. Then each matrix as uint32
+// rows, uint32 columns, values. Last the SHA-256 of everything before it, as 64 hex digits.
 struct Codebook {
   static constexpr int kDescriptorDim = 128;
 

@@ -16,8 +16,8 @@
 
 namespace skein {
 
-// Loop's thread; the computing runs on a worker thread. Holds three items: one that is computed,
-// one whose photo is fetched meanwhile, one whose result is being committed.
+// Holds three items: one is computed on a worker thread, the photo of one is fetched, the result of
+// one is being committed. Loop's thread only.
 class FeaturesService {
  public:
   FeaturesService(Node& node, const SiftOptions& sift,

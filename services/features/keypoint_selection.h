@@ -12,10 +12,10 @@ struct SelectionOptions {
   double scale_exponent = 0;  // strength = contrast * scale^exponent
 };
 
-// Indices of the keypoints to keep, strongest first, at most `max_features`. The strongest of the
-// whole image take (1 - spread) of the budget; the rest is dealt to the grid's cells in rounds, one
-// keypoint each, the strongest left in it, so that weakly textured regions keep theirs.
-// Ties are broken by position, so the result doesn't depend on the order of the input.
+// Indices of at most `max_features` keypoints to keep, strongest first. The strongest of the whole
+// image take (1 - spread) of the budget. The rest goes to the cells of a grid in rounds, the
+// strongest left in each cell. So weakly textured regions keep keypoints. Ties are broken by
+// position, so the result is independent of the input's order.
 std::vector<int> SelectKeypoints(const std::vector<cv::KeyPoint>& keypoints, cv::Size image_size,
                                  const SelectionOptions& options);
 

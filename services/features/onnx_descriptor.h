@@ -10,8 +10,8 @@
 
 namespace skein {
 
-// How a photo becomes the network's input, 1 x 3 x height x width float:
-// (pixel / 255 - mean) / std, channels in `channel_order`; the photo is stretched to the size.
+// How a photo becomes the network's input, 1 x 3 x height x width float: (pixel / 255 - mean) /
+// std, channels in `channel_order`. The photo is stretched to the size.
 struct OnnxOptions {
   int width_px = 224;
   int height_px = 224;
@@ -25,9 +25,9 @@ struct OnnxOptions {
 // ".."}; absent keys leave `options` as they are. Unknown keys and wrong types are errors.
 Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options);
 
-// A learned descriptor: any ONNX model that OpenCV's DNN module runs on the CPU and that maps an
-// image to a vector (the paper uses a NetVLAD-style network, Hou et al. 2023). Sees the upright
-// view.
+// A learned descriptor: any ONNX model that maps an image to a vector and that OpenCV's DNN module
+// runs on the CPU. The paper uses a NetVLAD-style network (Hou et al. 2023). The model gets the
+// upright view.
 class OnnxModel : public GlobalDescriptorModel {
  public:
   // Loads the model and runs it once; an error says why it cannot be used.

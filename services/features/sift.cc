@@ -11,9 +11,9 @@
 namespace skein {
 namespace {
 
-// OpenCV 4.6 doubles the image by a resize that keeps pixel corners, then maps keypoints back by
-// x / 2 as if it had kept pixel centres: they come out 0.25 px too far right and down.
-// With pixel centres at 0.5 instead of OpenCV's 0 that leaves +0.25.
+// OpenCV 4.6 doubles the image by a resize that keeps pixel corners, then maps keypoints back by x
+// / 2, as if it had kept pixel centres. They come out 0.25 px too far right and down. With pixel
+// centres at 0.5 instead of OpenCV's 0 that leaves +0.25.
 constexpr float kPixelCentreMinusUpscaleOffset = 0.5f - 0.25f;
 
 std::vector<cv::KeyPoint> Detect(cv::SIFT& sift, const cv::Mat& grey,

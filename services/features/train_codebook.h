@@ -23,13 +23,12 @@ struct TrainingOptions {
 
 // Learns PCA of RootSIFT, k-means cells and each cell's principal axes from the local descriptors,
 // and the mean vector of the photos. Deterministic by the seed. Throws std::invalid_argument with
-// fewer descriptors than 10 * num_cells, or if dimensions are not descending
-// 128 >= local_dim >= cell_dim >= 1.
+// fewer descriptors than 10 * num_cells, or unless 128 >= local_dim >= cell_dim >= 1.
 Codebook TrainCodebook(const std::vector<LocalFeatures>& photos, const std::string& id,
                        const TrainingOptions& options);
 
-// `photo` seen otherwise: a random similarity (turned up to 25 degrees, shrunk down to 0.5), a
-// change of perspective, contrast and brightness, blur and noise. Deterministic by `seed`.
+// `photo` under a random similarity (rotated up to 25 degrees, shrunk down to 0.5), a change of
+// perspective, contrast and brightness, blur and noise. Deterministic by `seed`.
 cv::Mat AugmentPhoto(const cv::Mat& photo, uint64_t seed);
 
 }  // namespace skein

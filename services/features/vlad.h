@@ -9,17 +9,18 @@
 
 namespace skein {
 
-// Vector of locally aggregated descriptors (Jegou et al. 2010) over RootSIFT. Residuals to the
-// nearest cell's centre, each of unit length so that no descriptor outweighs another by its norm,
-// are summed in each cell, weighted by scale: large structure survives a change of view, fine
-// texture (grass, gravel) looks alike everywhere. Each sum is turned to the principal axes of its
-// cell's residuals (Delhumeau et al. 2013), of which the first C are kept, damped by a power law
-// and normalised (Arandjelovic and Zisserman 2013). K * C values of unit length together; zero if
-// there are no features.
+// Vector of locally aggregated descriptors (Jegou et al. 2010) over RootSIFT.
+//  - Residuals to the nearest cell's centre have unit length, so no descriptor outweighs another by
+//    its norm.
+//  - Each cell sums its residuals, weighted by scale: large structure survives a change of view,
+//    fine texture (grass, gravel) is similar everywhere.
+//  - Each sum is projected to the first C principal axes of its cell's residuals (Delhumeau et al.
+//    2013), damped by a power law and normalised (Arandjelovic and Zisserman 2013).
+// The result has K * C values and unit length; zero without features.
 Eigen::VectorXf AggregateVlad(const Codebook& codebook, const LocalFeatures& features);
 
-// The above less the mean of the training photos, normalised again. SIFT is turned to its own
-// orientation, so the vector doesn't depend on which way up the photo is stored.
+// The vector minus the mean of the training photos, normalised again. SIFT is rotated to its own
+// orientation, so the vector is independent of which way up the photo is stored.
 class VladModel : public GlobalDescriptorModel {
  public:
   explicit VladModel(Codebook codebook);

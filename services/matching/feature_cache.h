@@ -17,7 +17,7 @@ class FeatureCache {
   // Null if it is not here. Counts as a use.
   PhotoFeaturesPtr Find(int64_t image_id);
 
-  // Drops the photos not used for longest until the rest fits; those handed out stay alive with
+  // Drops the least recently used photos until the rest fits. Photos handed out live as long as
   // their holders.
   void Insert(PhotoFeaturesPtr features);
 

@@ -6,12 +6,12 @@
 // version gives identical results. Each distance is computed once and serves both directions.
 //
 // A pair (i, j) matches when all of these hold:
-//   - j is the nearest neighbour of i in the second set and i is the one of j in the first;
-//     of equally near neighbours the one of lowest index counts as the nearest;
-//   - in both directions best^2 < max_ratio^2 * second^2, strictly, where second is the next
-//     neighbour, which may be as near as the best: so duplicates never match below ratio 1.
-//     A lone neighbour (the other set has one descriptor) has no second and passes;
-//   - distance^2 <= max_distance_sq.
+//  - j is the nearest neighbour of i in the second set, and i that of j in the first. Of equally
+//    near neighbours the lowest index counts as the nearest.
+//  - best^2 < max_ratio^2 * second^2 in both directions, strictly. The second neighbour may be as
+//    near as the best, so duplicates never match below ratio 1. A single neighbour (the other set
+//    has one descriptor) passes.
+//  - distance^2 <= max_distance_sq.
 
 #include <cstdint>
 #include <memory>

@@ -1,12 +1,14 @@
 #pragma once
 
-// Interface between kernel.cc and its per-instruction-set files. Those are compiled with -m flags:
-// they include nothing with inline code that another file might link in their place.
+// Interface between kernel.cc and its files for each instruction set. Those are compiled with -m
+// flags: they include no inline code that the linker could use in other files.
 //
-// A block is up to 256 rows against up to 256 vectors of columns. A distance and the place it was
-// found at are one int32, so that best and second best are kept by min and max alone:
+// A block is up to 256 rows against up to 256 vectors of columns. One int32 holds a distance and
+// its place, so min and max alone keep best and second best:
+//
 //   row direction     (|b|^2 - 2ab) << 8 | vector of the column, one value a lane
 //   column direction  (d^2 << 8) + row + vector of the column
+//
 // Both fit: d^2 <= 8,323,200 < 2^23, and |b|^2 - 2ab >= -|a|^2.
 
 #include <cstdint>

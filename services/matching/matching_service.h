@@ -1,7 +1,7 @@
 #pragma once
 
-// Takes work of kind "matching", matches each photo with its candidates in the order of
-// second_look.h, submits matches_t.
+// Takes work of kind "matching", matches each photo with its candidates by second_look.h, submits
+// matches_t.
 
 #include <deque>
 #include <map>
@@ -27,10 +27,10 @@ struct MatchingServiceOptions {
   size_t cache_bytes = size_t{512} << 20;  // features of recently used photos
 };
 
-// Loop's thread; the matching itself runs on a worker thread (and matcher.num_threads - 1 more).
-// Holds two items: one that is matched, one whose features are fetched meanwhile. What is matched
-// depends on the photo's candidates and on the ledger up to computed_at_seq, which goes on with
-// every batch: with several copies, most of what speaks for a photo's candidates comes meanwhile.
+// Holds two items: one is matched on a worker thread (and matcher.num_threads - 1 more), the
+// features of the other are fetched. The result depends on the photo's candidates and the ledger up
+// to computed_at_seq. That grows with every batch, so pairs verified by other workers count at
+// once. Loop's thread only.
 class MatchingService {
  public:
   MatchingService(Node& node, const MatchingServiceOptions& options);

@@ -26,7 +26,7 @@ struct PhotoFeatures {
 using PhotoFeaturesPtr = std::shared_ptr<const PhotoFeatures>;
 
 // Decodes the blobs of a features_t (formats/formats.h). Fails if they are damaged, disagree on the
-// number of keypoints, or hold a keypoint outside the camera's image.
+// number of keypoints, or hold a keypoint outside the image.
 Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
                                              const Bytes& keypoints, const Bytes& descriptors);
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// What the ledger says that matching needs: each photo's camera and feature blobs, the candidates
-// to match it with, and which pairs are verified. Loop's thread.
+// The ledger's facts that matching needs: each photo's camera and feature blobs, its candidates,
+// and verified pairs. Loop's thread only.
 
 #include <cstdint>
 #include <string>

@@ -1,27 +1,31 @@
 #pragma once
 
-// In which order a photo is matched with its candidates, and when that is enough.
+// The order in which a photo is matched with its candidates, and where it ends.
 //
-// Verified pairs speak for their neighbours: when v was tried, a photo c that shares much with v
-// should fare as v did. With strength(n) = n / (n + 50) of a pair of n inliers (0 if not verified;
-// 50 is where the paper takes photos for overlapping), expected(c) is the mean of
-//   strength(photo, v), weighted by strength(v, c), over all v tried so far,
-// and of a small prior by c's rank in retrieval. First comes who should have most inliers:
-//   expected(c) * max_v min(inliers(photo, v), inliers(v, c)),
-// the latter being the points that a chain photo - v - c can carry; then those of whom nothing is
-// known yet, in the order of retrieval. A photo that retrieval did not name joins when it should
-// overlap.
+// Verified pairs predict their neighbours: when v was tried, a photo c that overlaps with v should
+// do as v did. A pair of n inliers has
 //
-// One of the first num_sure candidates is left out only on evidence, never for its rank: tried
-// photos must speak for it with a total weight of min_evidence, and say either that it would fail
-// (expected below min_expected) or, once the photo has min_strong overlapping pairs, that it is
-// implied: chains photo - v - c carry its points already, with
-//   1 - prod_v (1 - strength(photo, v) strength(v, c)) >= max_implied.
-// So photos of another place or walk, of which the tried ones know nothing, are always tried. The
-// candidates after num_sure are such a try, too, while the photo has fewer than few_strong
-// overlapping pairs; then only, like photos that retrieval did not name, if they should overlap.
-// With nothing known of any pair and few that overlap this is plain matching in the order of
-// retrieval.
+//   strength(n) = n / (n + 50), 0 if not verified; 50 inliers are overlap in the paper.
+//
+// Over all tried v and a small prior by c's rank in retrieval
+//
+//   expected(c) = weighted mean of strength(photo, v), weights strength(v, c),
+//   carried(c)  = max_v min(inliers(photo, v), inliers(v, c)),
+//
+// where a chain photo - v - c can carry that many points. Candidates come by falling expected(c) *
+// carried(c), then the unknown ones in the order of retrieval. A photo outside of retrieval's list
+// joins when it should overlap.
+//
+// One of the first num_sure candidates is left out for two reasons only, with a total weight of at
+// least min_evidence:
+//  - It would fail: expected(c) < min_expected.
+//  - It is implied: the photo has min_strong overlapping pairs, and
+//     1 - prod_v (1 - strength(photo, v) strength(v, c)) >= max_implied.
+//
+// So candidates that the tried photos know nothing about, such as those of another walk, are always
+// tried. Candidates after num_sure are tried while the photo has fewer than few_strong overlapping
+// pairs; after that only those that should overlap. With no known pair this is plain matching in
+// the order of retrieval.
 
 #include <cstdint>
 #include <functional>
@@ -49,13 +53,12 @@ struct SecondLookOptions {
   void Check() const;
 };
 
-// The order for one photo: a function of its candidates, the outcomes told, and the graph up to
-// `seq`, or up to where Advance went. The graph must outlive it; what is later in it is not seen.
+// The order for one photo. It is a function of the candidates, the outcomes, and the graph up to
+// `seq` or Advance's seq. The graph must outlive it.
 class SecondLook {
  public:
-  // `candidates`: best first, each once, without the photo. `may_join`: whether a photo that
-  // retrieval did not name may be matched; true of earlier photos only, so that each pair is
-  // matched once.
+  // `candidates`: best first, each once, without the photo. `may_join`: whether a photo outside of
+  // them may be matched. It is true of earlier photos only, so each pair is matched once.
   using MayJoin = std::function<bool(int64_t)>;
   SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph, int64_t seq,
              MayJoin may_join, const SecondLookOptions& options);
@@ -67,8 +70,8 @@ class SecondLook {
   std::vector<int64_t> Best(size_t count) const;
   // 0 inliers: not verified, or cannot be matched.
   void Tell(int64_t other_id, int32_t num_inliers);
-  // Sees the graph up to `seq` from now on: other photos' pairs that became known while this one is
-  // worked on. An older one changes nothing.
+  // Reads the graph up to `seq` from now on, with pairs that other workers verified meanwhile. A
+  // lower seq changes nothing.
   void Advance(int64_t seq);
 
   int64_t seq() const { return seq_; }

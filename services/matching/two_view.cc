@@ -19,7 +19,7 @@ using colmap::TwoViewGeometry;
 constexpr double kMinEFInlierRatio = 0.95;
 constexpr double kMaxHInlierRatio = 0.8;
 
-// Even if all matches have to be inliers, some samples are too close together for a good model.
+// Even when all matches must be inliers, some samples are too close together for a good model.
 constexpr double kMaxAssumedInlierRatio = 0.7;
 
 using EssentialRansac = colmap::LORANSAC<colmap::EssentialMatrixFivePointEstimator,

@@ -1,13 +1,15 @@
 #pragma once
 
 // Geometric verification of putative matches: COLMAP's two-view estimation (E, F and H by
-// LO-RANSAC, then the decision which of them explains the pair) with tighter limits on its trials.
+// LO-RANSAC, then a decision between them) with tighter limits on its trials.
 //
-// COLMAP searches each model until one with the inlier ratio of 0.25 would have been found. Here a
-// search ends as soon as a model that could change the outcome would have been found, with the same
-// confidence: the pair needs 15 inliers, so with 30 matches a ratio of 0.5; F must reach E's
-// support, H 0.8 of it. Random numbers are drawn in COLMAP's order, so where no limit binds the
-// result is COLMAP's to the bit.
+// COLMAP searches each model until one with an inlier ratio of 0.25 would have been found. Here a
+// search ends, with the same confidence, once a model that could change the outcome would have been
+// found:
+//  - The pair needs 15 inliers, so with 30 matches the ratio is 0.5.
+//  - F must reach E's support, H 0.8 of it.
+// Random numbers are drawn in COLMAP's order. So where no limit binds, the result is COLMAP's to
+// the bit.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -38,13 +40,15 @@ struct TwoViewOptions {
 // unless the sizes and the focal length are positive and finite.
 colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior);
 
-// Points are full-resolution pixels, one a keypoint; `matches` index them and must be in range
-// (throws std::invalid_argument). E is used when both cameras have a focal prior. The result is
-// deterministic by `seed`. It has
+// Points are full-resolution pixels, one a keypoint. `matches` index them and must be in range
+// (throws std::invalid_argument). E is used when both cameras have a focal prior. Deterministic by
+// `seed`. The result has
+//
 //   config          DEGENERATE or WATERMARK when the pair is not verified
 //   inlier_matches  of the model that explains the pair
 //   qvec, tvec      camera 2 from camera 1, |tvec| = 1 or 0 (panoramic)
 //   tri_angle       median triangulation angle, radians
+//
 // Without focal priors E, pose and angle follow from F and the assumed focal lengths.
 colmap::TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                                         const std::vector<Eigen::Vector2d>& points1,

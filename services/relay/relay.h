@@ -1,8 +1,8 @@
-// The hub of LCM's tcpq:// transport: every client's messages to every client that subscribed.
+// The hub of LCM's tcpq:// transport: forwards every client's messages to every subscribed client.
 //
-// Speaks the protocol of LCM's own relay (class lcm.lcm.TCPService), which writes to its clients in
-// turn and blocks, so that one stopped client stalls all. This one never blocks: each client has a
-// bounded queue, and what does not fit is dropped for that client alone, as UDP would.
+// It speaks the protocol of LCM's own relay (class lcm.lcm.TCPService). That relay writes to its
+// clients in turn and blocks, so one stopped client stalls all. This one never blocks: each client
+// has a bounded queue. What does not fit is dropped for that client alone, as UDP would.
 #pragma once
 
 #include <regex.h>
@@ -20,8 +20,8 @@
 
 namespace skein {
 
-// Channels that a client subscribed to, as regular expressions of the whole name: POSIX's extended
-// ones, as LCM itself uses.
+// The channels of a client's subscriptions: POSIX extended regular expressions of the whole name,
+// as LCM itself uses.
 class ChannelSet {
  public:
   // False if it is no regular expression.

@@ -74,8 +74,8 @@ TEST_F(RelayTest, TheStockRelayIsMeasuredBesideIt) {
   const Child stopped(ListenToCommands);
   PollLoop loop;
   Bus bus(kUrl, loop);
-  // It starts a client's thread before it lists the client: what that sends first may not come
-  // back.
+  // It starts a client's thread before it lists the client, so the client's first message may not
+  // come back.
   bool is_listed = false;
   for (int i = 0; i < 30 && !is_listed; ++i) is_listed = Echo(bus, loop, 1, 1) == 1;
   ASSERT_TRUE(is_listed);

@@ -1,20 +1,18 @@
 #pragma once
 
-// hnswlib's graph with a search and an insertion of our own over its data; file format and choice
-// of links are hnswlib's. What differs:
-//  - a photo's search serves its query and its insertion: the paper finds the candidates during the
-//    update of the graph (3.2), hnswlib would search twice;
-//  - all levels are searched as broadly as insertion searches, and all that is found enters the
-//    level below; hnswlib and the paper (algorithm 1) follow one node above the photo's level. The
-//    photos of a place are linked with each other and hardly from elsewhere, so a way down by one
-//    node ends beside the place in a large index. Then the query misses it, and worse, the photo is
-//    inserted without links to it, which splits the place for later ones;
-//  - the lowest level is entered at the latest photos, too: photos come along walks;
-//  - all vectors that a node's links lead to are fetched into the cache at once, before the first
-//    is compared, and the vectors lie on huge pages: in a large index waiting for memory is nearly
-//    all of the time, and hnswlib asks for the first 64 bytes of one vector ahead.
+// hnswlib's graph with Skein's own search and insertion; file format and choice of links are
+// hnswlib's. What differs:
+//  - One search serves a photo's query and its insertion (paper, 3.2). hnswlib would search twice.
+//  - All levels are searched with ef_construction, and all results enter the level below. hnswlib
+//    and the paper (algorithm 1) follow one node above the photo's level. Photos of a place are
+//    linked with each other and hardly with others. In a large index one node therefore ends beside
+//    the place. Then the query misses it, and the photo is inserted without links to its place.
+//  - The lowest level is entered at the latest photos, too: photos come along walks.
+//  - All vectors of a node's links are fetched into the cache before the first is compared; vectors
+//    lie on huge pages. A large index mostly waits for memory. hnswlib prefetches 64 bytes of one
+//    vector.
 //
-// To be included in hnsw_index.cc only: hnswlib's headers define functions that aren't inline.
+// Include it in hnsw_index.cc only: hnswlib's headers define functions that are not inline.
 
 #include <hnswlib/hnswlib.h>
 #include <sys/mman.h>

@@ -20,8 +20,8 @@ struct HnswOptions {
   bool exact = false;                // search by scanning all vectors
 };
 
-// Of a search among `size` photos: ef up to 100,000, then ef more with each tenfold. In a large
-// index more photos are as near by chance as the last of those asked for.
+// Breadth of a search among `size` photos: ef up to 100,000, then ef more with each tenfold. In a
+// large index more photos are near by chance.
 size_t SearchBreadth(size_t ef, size_t size);
 
 struct Neighbour {
@@ -51,14 +51,14 @@ class HnswIndex {
   // At most k, nearest first, equally near ones by id; removed ones are left out. With `exact` by
   // comparing with every vector.
   std::vector<Neighbour> Nearest(const Search& search, size_t k) const;
-  // The same in the order of an expanded query (Chum et al. 2007, weighted as by Radenovic et al.
-  // 2019): the vector plus its `num_expanding` nearest, each times its cosine to the vector. Those
-  // who look like the photo's likely neighbours come before those who look like it by chance. Of
-  // those that the search found; for vectors of unit length. Distances are the vector's own.
+  // The results in the order of an expanded query (Chum et al. 2007, weights of Radenovic et al.
+  // 2019): the vector plus its `num_expanding` nearest, each times its cosine to the vector. Photos
+  // similar to the likely neighbours come before photos similar by chance. For vectors of unit
+  // length. Distances are the vector's own.
   std::vector<Neighbour> NearestExpanded(const Search& search, size_t k,
                                          size_t num_expanding) const;
-  // Throws std::invalid_argument if the id is here already, removed or not, or if something was
-  // inserted since the search.
+  // Throws std::invalid_argument if the id was inserted before, or if anything was inserted since
+  // the search.
   void Insert(int64_t id, const Search& search);
 
   // The same with a search of their own.
@@ -82,8 +82,8 @@ class HnswIndex {
   // Of one vector with its links on the lowest level.
   size_t BytesPerVector() const;
 
-  // hnswlib's own format. The caller guards it with a checksum: Decode trusts the bytes, and
-  // notices only another dimension or a wrong size.
+  // hnswlib's own format. Decode trusts the bytes apart from dimension and size, so the caller adds
+  // a checksum.
   Bytes Encode() const;
   static Result<HnswIndex> Decode(const Bytes& bytes, size_t dim, const HnswOptions& options);
 

@@ -1,13 +1,13 @@
 #pragma once
 
-// Vectors as one byte a value: a quarter of the memory that a search of the index has to fetch, and
-// fetching bounds it from some ten thousand photos on. A vector is stored as value = scale * q with
-// q in -127..127 and scale = max |value| / 127. A rounding error is at most scale / 2 a value, and
-// of all values' errors only the component along the difference of two vectors moves their
-// distance: for descriptors of unit length and a thousand values by some 0.1 %.
+// Vectors as one byte a value: value = scale * q, q in -127..127, scale = max |value| / 127. A
+// search fetches a quarter of the memory, which bounds it from some ten thousand photos on.
 //
-// Layout: float scale, int32 sum of q^2, int8 q[dim]. Distances are the same on every processor, as
-// the sums are of integers.
+// The rounding error is at most scale / 2 a value. Only its component along the difference of two
+// vectors changes their distance: some 0.1 % for unit vectors of a thousand values.
+//
+// Layout: float scale, int32 sum of q^2, int8 q[dim]. Sums are integers, so distances are the same
+// on every processor.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 
-// Follows the ledger: each photo with features is compared with those before it, then inserted;
-// candidates_t says which ones are most like it.
+// Follows the ledger: compares each photo with those before it, inserts it, and submits its
+// candidates_t.
 
 #include <deque>
 #include <filesystem>
@@ -22,9 +22,9 @@ struct RetrievalServiceOptions {
   double checkpoint_period_s = 10;
 };
 
-// Loop's thread; index and checkpoint live on a worker thread. Where the session folder is shared,
-// the state is kept in retrieval/hnsw.bin, so that a restart replays only the rest of the ledger;
-// a checkpoint that cannot be used is set aside with a line in the log and all is replayed.
+// Index and checkpoint live on a worker thread. With a shared session folder the checkpoint is
+// retrieval/hnsw.bin, so a restart replays only the rest of the ledger. An unusable checkpoint is
+// set aside with a line in the log, and all is replayed. Loop's thread only.
 class RetrievalService {
  public:
   RetrievalService(Node& node, const RetrievalServiceOptions& options);

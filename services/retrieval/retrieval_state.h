@@ -32,11 +32,12 @@ class RetrievalState {
  public:
   explicit RetrievalState(const RetrievalOptions& options) : options_(options) {}
 
-  // Query, then insert. A photo that is inserted already, or has nothing to describe, is not
-  // inserted; the latter has no candidates. Error: vectors of that model have another dimension.
+  // Query, then insert. A photo that was inserted before is not inserted again. A photo without a
+  // descriptor is not inserted and has no candidates. Error: vectors of that model have another
+  // dimension.
   Result<Candidates> Add(int64_t image_id, const GlobalDescriptor& descriptor);
-  // A photo that was registered and is in no submap any more is offered to no one, until it
-  // registers again.
+  // A photo that was registered and is in no submap any more is no candidate until it registers
+  // again.
   void NoteRegistered(int64_t image_id, int64_t submap_id);
   void NoteWithdrawn(int64_t image_id, int64_t submap_id);
 
@@ -47,8 +48,8 @@ class RetrievalState {
   int64_t seq() const { return seq_; }
   void set_seq(int64_t seq) { seq_ = seq; }
 
-  // Answers that are not known to be committed, kept with the checkpoint because the photos they
-  // belong to lie before its ledger position.
+  // Answers that may not be committed. The checkpoint holds them because their photos lie before
+  // its ledger position.
   std::map<int64_t, Candidates>& unanswered() { return unanswered_; }
 
   // Checkpoint: 'SKHN', uint32 version, session, ledger position, contents, SHA-256 of all before.

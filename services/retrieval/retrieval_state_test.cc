@@ -394,7 +394,7 @@ TEST_F(Checkpoint, TruncationIsNoticed) {
   }
 }
 
-// The writer is killed at any time: the file is the old state or the new one.
+// The writer may be killed at any time: the file is the old state or the new one.
 TEST_F(Checkpoint, KilledWhileItIsWrittenTheOldOneOrTheNewOneIsThere) {
   const TestFolder folder;
   const std::string path = folder / "hnsw.bin";
