@@ -48,7 +48,7 @@ Result<StudyPhoto> LoadPhoto(const std::string& path, const std::string& folder)
   const auto bytes = ReadFile(path);
   if (!bytes) return bytes.status();
   const auto image = DecodePhoto(*bytes);
-  if (!image) return Status::Error(path + ": " + image.error());
+  if (!image) return image.status().Within(path);
   StudyPhoto photo;
   photo.path = path;
   photo.width_px = image->cols;
@@ -98,13 +98,13 @@ Result<StudySet> LoadStudySet(const std::string& argument, const std::string& ca
                               const OnProgress& progress) {
   const size_t equals = argument.find('=');
   if (equals == std::string::npos || equals == 0) {
-    return Status::Error(argument + ": expected NAME=FOLDER");
+    return InvalidArgument(argument + ": expected NAME=FOLDER");
   }
   StudySet set;
   set.name = argument.substr(0, equals);
   const std::string folder = argument.substr(equals + 1);
   const auto paths = PhotosIn(folder);
-  if (paths.empty()) return Status::Error("no photos in " + folder);
+  if (paths.empty()) return NotFound("no photos in " + folder);
   const std::string own_folder = cache_folder + "/" + set.name;
   fs::create_directories(own_folder);
   for (const auto& path : paths) {

@@ -121,7 +121,7 @@ Result<PhotoOrder> ParsePhotoOrder(const std::string& text) {
   const bool is_number = !seed.empty() && seed.size() < 19 &&
                          seed.find_first_not_of("0123456789") == std::string::npos;
   if (text.compare(0, prefix.size(), prefix) != 0 || !is_number) {
-    return Status::Error("order must be name, time or shuffle:SEED, not '" + text + "'");
+    return InvalidArgument("order must be name, time or shuffle:SEED, not '" + text + "'");
   }
   return PhotoOrder{PhotoOrder::Kind::kShuffle, std::stoull(seed)};
 }

@@ -139,10 +139,10 @@ Status WriteCandidates(const fs::path& file, const std::vector<candidates_t>& ca
   sqlite3* raw = nullptr;
   const int opened = sqlite3_open(file.c_str(), &raw);
   const std::unique_ptr<sqlite3, int (*)(sqlite3*)> database(raw, sqlite3_close);
-  if (opened != SQLITE_OK) return Status::Error("cannot open " + file.string());
+  if (opened != SQLITE_OK) return Unavailable("cannot open " + file.string());
   if (sqlite3_exec(raw, CandidatesSql(candidates).c_str(), nullptr, nullptr, nullptr) !=
       SQLITE_OK) {
-    return Status::Error(file.string() + ": " + sqlite3_errmsg(raw));
+    return Unavailable(file.string() + ": " + sqlite3_errmsg(raw));
   }
   return Status::Ok();
 }
@@ -156,8 +156,7 @@ Status WriteFacts(const Ledger& ledger, DatabaseWriter* writer) {
     const int kind = FactKindFromName(record.kind);
     if (!failure.ok() || kind < 0) return;
     const Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
-    failure = fact ? writer->Write(*fact) : fact.status();
-    if (!failure.ok()) failure.text = record.fact_id + ": " + failure.text;
+    failure = (fact ? writer->Write(*fact) : fact.status()).Within(record.fact_id);
   });
   return read.ok() ? failure : read;
 }
@@ -165,7 +164,7 @@ Status WriteFacts(const Ledger& ledger, DatabaseWriter* writer) {
 }  // namespace
 
 Result<DatabaseCounts> WriteDatabase(const SessionPaths& paths, const fs::path& file) {
-  if (fs::exists(file)) return Status::Error(file.string() + " is there already");
+  if (fs::exists(file)) return AlreadyExists(file.string() + " is there already");
   const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
   if (!ledger) return ledger.status();
   const BlobStore blobs(paths.Blobs());

@@ -19,7 +19,7 @@ using nlohmann::json;
 using Writer = std::function<Status(const colmap::Reconstruction&, const fs::path&)>;
 
 Status NotWhole(const fs::path& path) {
-  return Status::Error("could not write all of " + path.string() + " (is the disk full?)");
+  return Unavailable("could not write all of " + path.string() + " (is the disk full?)");
 }
 
 Status ExpectContent(const fs::path& path, uintmax_t at_least) {
@@ -76,8 +76,8 @@ Status ExpectSimpleCameras(const colmap::Reconstruction& model, const std::strin
   for (const auto& [id, camera] : model.Cameras()) {
     if (camera.ModelName() != "SIMPLE_RADIAL" && camera.ModelName() != "SIMPLE_PINHOLE" &&
         !(format == "bundler" && camera.ModelName() == "RADIAL")) {
-      return Status::Error(format + " cannot hold camera " + std::to_string(id) + " (" +
-                           camera.ModelName() + ")");
+      return InvalidArgument(format + " cannot hold camera " + std::to_string(id) + " (" +
+                             camera.ModelName() + ")");
     }
   }
   return Status::Ok();
@@ -152,7 +152,7 @@ Status WriteModel(const colmap::Reconstruction& model, const std::string& format
   for (const auto& [name, write] : Writers()) {
     if (name == format) return write(model, folder);
   }
-  return Status::Error("there is no format '" + format + "'");
+  return InvalidArgument("there is no format '" + format + "'");
 }
 
 std::string NerfstudioJson(const colmap::Reconstruction& model) {

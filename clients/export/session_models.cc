@@ -45,7 +45,7 @@ class TemporaryFolder {
 template <class T>
 Status ForEachFact(const Ledger& ledger, const std::string& kind_name,
                    const std::function<void(const T&)>& take) {
-  std::string failure;
+  Status failure;
   const int kind = FactKindFromName(kind_name);
   const Status read = ledger.ForEach([&](const LedgerRecord& record) {
     if (record.kind != kind_name) return;
@@ -53,11 +53,10 @@ Status ForEachFact(const Ledger& ledger, const std::string& kind_name,
     if (fact) {
       take(std::get<T>(*fact));
     } else {
-      failure = "ledger, fact " + std::to_string(record.seq) + ": " + fact.error();
+      failure = fact.status().Within("ledger, fact " + std::to_string(record.seq));
     }
   });
-  if (!read.ok()) return read;
-  return failure.empty() ? Status::Ok() : Status::Error(failure);
+  return read.ok() ? failure : read;
 }
 
 // Newest fact with a model, of each submap that has not ended.
@@ -87,7 +86,7 @@ Result<ExportModel> ReadArchive(const BlobStore& blobs, const submap_t& submap) 
   const TemporaryFolder folder;
   for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
     const auto file = archive->find(name);
-    if (file == archive->end()) return Status::Error(std::string("a model lacks ") + name);
+    if (file == archive->end()) return DataLoss(std::string("a model lacks ") + name);
     const Status written = WriteFileAtomic((folder.path() / name).string(), file->second);
     if (!written.ok()) return written;
   }
@@ -115,7 +114,7 @@ Result<ExportModel> ReadModelFolder(const fs::path& folder) {
   const bool binary = fs::exists(folder / "points3D.bin");
   for (const char* name : {"cameras", "images", "points3D"}) {
     const fs::path file = folder / (std::string(name) + (binary ? ".bin" : ".txt"));
-    if (!fs::exists(file)) return Status::Error("there is no " + file.string());
+    if (!fs::exists(file)) return NotFound("there is no " + file.string());
   }
   // COLMAP's reader aborts on damaged files: ours looks first.
   const Result<ModelPoses> readable = ReadColmapPoses(folder);

@@ -79,7 +79,7 @@ std::string BlobClient::Serve(Bytes bytes, double ttl_s) {
 Result<Bytes> BlobClient::GetLocal(const std::string& blob_id) {
   if (const BlobPtr blob = shelf_.Find(blob_id)) return *blob;
   if (store_) return store_->Get(blob_id);
-  return Result<Bytes>::Error("blob " + blob_id + " is not here");
+  return NotFound("blob " + blob_id + " is not here");
 }
 
 BlobClient::FetchId BlobClient::Fetch(const std::string& blob_id, const std::string& owner,
@@ -118,7 +118,7 @@ void BlobClient::LookLocally(const std::string& blob_id) {
     const std::weak_ptr<BlobClient*> weak_self = self_;
     loop_.Post([weak_self, blob_id] {
       const auto self = weak_self.lock();
-      if (self) (*self)->Finish(blob_id, Result<Bytes>::Error("not a blob's name: " + blob_id));
+      if (self) (*self)->Finish(blob_id, InvalidArgument("not a blob's name: " + blob_id));
     });
     return;
   }
@@ -219,8 +219,8 @@ void BlobClient::OnChunk(const blob_chunk_t& chunk) {
   if (outcome == BlobPull::Outcome::kIgnored) return;
   if (outcome == BlobPull::Outcome::kTooLarge) {
     return Finish(chunk.blob_id,
-                  Result<Bytes>::Error("blob " + chunk.blob_id + " has " +
-                                       std::to_string(chunk.total_bytes) + " bytes, too many"));
+                  ResourceExhausted("blob " + chunk.blob_id + " has " +
+                                    std::to_string(chunk.total_bytes) + " bytes, too many"));
   }
   bytes_pulled_ += chunk.size;
   if (outcome == BlobPull::Outcome::kComplete) CheckHash(chunk.blob_id, &fetching);
@@ -233,7 +233,7 @@ void BlobClient::OnUnknown(const std::string& blob_id, Fetching* fetching) {
   // Until then the pull's timeout asks again, with back-off.
   if (now_s < fetching->first_unknown_s + fetching->unknown_patience_s) return;
   const std::string& owner = fetching->owners[fetching->owner % fetching->owners.size()];
-  Finish(blob_id, Result<Bytes>::Error(owner + " has no blob " + blob_id));
+  Finish(blob_id, NotFound(owner + " has no blob " + blob_id));
 }
 
 void BlobClient::CheckHash(const std::string& blob_id, Fetching* fetching) {
@@ -250,7 +250,7 @@ void BlobClient::OnHashed(const std::string& blob_id, BlobPtr blob, bool matches
   if (matches) return Finish(blob_id, *blob);
   found->second.hashing = false;
   if (++found->second.num_mismatches == 1) return Pump();  // from the start, once
-  Finish(blob_id, Result<Bytes>::Error("the bytes of blob " + blob_id + " do not match its name"));
+  Finish(blob_id, DataLoss("the bytes of blob " + blob_id + " do not match its name"));
 }
 
 void BlobClient::Finish(const std::string& blob_id, const Result<Bytes>& result) {

@@ -19,11 +19,11 @@ namespace {
 Status CreateDurably(const fs::path& dir) {
   std::error_code error;
   if (!fs::create_directories(dir, error) && !error) return Status::Ok();
-  if (error) return Status::Error("cannot create " + dir.string() + ": " + error.message());
+  if (error) return Unavailable("cannot create " + dir.string() + ": " + error.message());
   const int parent = open(dir.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const bool synced = parent >= 0 && fsync(parent) == 0;
   if (parent >= 0) close(parent);
-  return synced ? Status::Ok() : Status::Error("cannot sync " + dir.parent_path().string());
+  return synced ? Status::Ok() : Unavailable("cannot sync " + dir.parent_path().string());
 }
 
 }  // namespace
@@ -45,11 +45,11 @@ bool BlobStore::Has(const std::string& blob_id) const {
 }
 
 Result<Bytes> BlobStore::Get(const std::string& blob_id) const {
-  if (!IsBlobId(blob_id)) return Status::Error("not a blob id: '" + blob_id + "'");
-  if (!Has(blob_id)) return Status::Error("no blob " + blob_id);
+  if (!IsBlobId(blob_id)) return InvalidArgument("not a blob id: '" + blob_id + "'");
+  if (!Has(blob_id)) return NotFound("no blob " + blob_id);
   Result<Bytes> bytes = ReadFile(Path(blob_id).string());
   if (bytes.ok() && HashBytes(bytes->data(), bytes->size()) != blob_id) {
-    return Status::Error("blob " + blob_id + " is damaged on disk");
+    return DataLoss("blob " + blob_id + " is damaged on disk");
   }
   return bytes;
 }

@@ -66,6 +66,21 @@ TEST(Result, HoldsAValueOrAnError) {
   EXPECT_THROW(Result<int>(Status::Ok()), std::logic_error);
 }
 
+TEST(Result, KeepsTheCodeOfAFailure) {
+  const Result<int> missing = NotFound("no blob");
+  EXPECT_EQ(missing.code(), StatusCode::kNotFound);
+  EXPECT_EQ(missing.status().code, StatusCode::kNotFound);
+  EXPECT_EQ(Result<int>(3).code(), StatusCode::kOk);
+  EXPECT_EQ(Result<int>(3).status().code, StatusCode::kOk);
+}
+
+TEST(Status, NamesWhereItFailedWithoutLosingItsCode) {
+  const Status damaged = DataLoss("cut short").Within("a.bin");
+  EXPECT_EQ(damaged.code, StatusCode::kDataLoss);
+  EXPECT_EQ(damaged.error(), "a.bin: cut short");
+  EXPECT_TRUE(Status::Ok().Within("a.bin").ok());
+}
+
 TEST(Result, HoldsAStringAsValue) {
   Result<std::string> value = std::string("text");
   ASSERT_TRUE(value.ok());

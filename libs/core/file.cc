@@ -26,8 +26,24 @@ class FileDescriptor {
   int fd_;
 };
 
+StatusCode CodeOf(int error) {
+  switch (error) {
+    case ENOENT:
+      return StatusCode::kNotFound;
+    case EEXIST:
+      return StatusCode::kAlreadyExists;
+    case ENOSPC:
+    case EDQUOT:
+    case EMFILE:
+    case ENFILE:
+      return StatusCode::kResourceExhausted;
+    default:
+      return StatusCode::kUnavailable;
+  }
+}
+
 Status SystemError(const std::string& what, const std::string& path) {
-  return Status::Error(what + " " + path + ": " + std::strerror(errno));
+  return Status::Error(CodeOf(errno), what + " " + path + ": " + std::strerror(errno));
 }
 
 std::string TemporaryName(const std::string& path) {
@@ -54,7 +70,7 @@ Status WriteTemporary(const std::string& path, const void* data, size_t size) {
   if (::fsync(file.get()) != 0) return SystemError("cannot sync", path);
   struct stat info;
   if (::fstat(file.get(), &info) != 0) return SystemError("cannot stat", path);
-  if (static_cast<size_t>(info.st_size) != size) return Status::Error("short write to " + path);
+  if (static_cast<size_t>(info.st_size) != size) return Unavailable("short write to " + path);
   return Status::Ok();
 }
 
@@ -91,14 +107,14 @@ Result<Bytes> ReadFile(const std::string& path) {
   if (file.get() < 0) return SystemError("cannot open", path);
   struct stat info;
   if (::fstat(file.get(), &info) != 0) return SystemError("cannot stat", path);
-  if (!S_ISREG(info.st_mode)) return Status::Error("not a regular file: " + path);
+  if (!S_ISREG(info.st_mode)) return InvalidArgument("not a regular file: " + path);
   Bytes bytes(static_cast<size_t>(info.st_size));
   size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return SystemError("cannot read", path);
-    if (got == 0) return Status::Error("file shrank while it was read: " + path);
+    if (got == 0) return DataLoss("file shrank while it was read: " + path);
     done += static_cast<size_t>(got);
   }
   return bytes;

@@ -1,4 +1,5 @@
-// Expected failure as a value: a result or the text of an error for a person to read.
+// Expected failure as a value: a code for the program, a text for a person. A caller that must
+// decide asks for the code; the text is only shown.
 #pragma once
 
 #include <stdexcept>
@@ -8,35 +9,75 @@
 
 namespace skein {
 
-// Success, or the reason of a failure.
+enum class StatusCode {
+  kOk,
+  kInvalidArgument,     // what was given is wrong, whatever the state of the rest
+  kNotFound,            // a file, blob or entry that is not there
+  kAlreadyExists,       // what must be new is there
+  kDataLoss,            // damaged, cut short, or of another format or version
+  kUnavailable,         // not now: a device, file or process refuses; a retry may succeed
+  kResourceExhausted,   // above a limit of size or number
+  kFailedPrecondition,  // right in itself, but not in this state
+  kInternal,            // anything else
+};
+
+// Success, or the code and text of a failure.
 struct Status {
   static Status Ok() { return {}; }
-  static Status Error(std::string text) { return {true, std::move(text)}; }
+  static Status Error(StatusCode code, std::string text) { return {code, std::move(text)}; }
+  static Status Error(std::string text) { return {StatusCode::kInternal, std::move(text)}; }
 
-  bool ok() const { return !failed; }
+  bool ok() const { return code == StatusCode::kOk; }
   explicit operator bool() const { return ok(); }
   const std::string& error() const { return text; }
+  // A failure with `what: ` before its text; success stays success.
+  Status Within(const std::string& what) const {
+    return ok() ? *this : Status{code, what + ": " + text};
+  }
 
-  bool failed = false;
+  StatusCode code = StatusCode::kOk;
   std::string text;
 };
 
-// A T, or the reason why there is none. Reading the value of a failed result throws
-// std::logic_error: callers look at ok() first.
+inline Status InvalidArgument(std::string text) {
+  return Status::Error(StatusCode::kInvalidArgument, std::move(text));
+}
+inline Status NotFound(std::string text) {
+  return Status::Error(StatusCode::kNotFound, std::move(text));
+}
+inline Status AlreadyExists(std::string text) {
+  return Status::Error(StatusCode::kAlreadyExists, std::move(text));
+}
+inline Status DataLoss(std::string text) {
+  return Status::Error(StatusCode::kDataLoss, std::move(text));
+}
+inline Status Unavailable(std::string text) {
+  return Status::Error(StatusCode::kUnavailable, std::move(text));
+}
+inline Status ResourceExhausted(std::string text) {
+  return Status::Error(StatusCode::kResourceExhausted, std::move(text));
+}
+inline Status FailedPrecondition(std::string text) {
+  return Status::Error(StatusCode::kFailedPrecondition, std::move(text));
+}
+
+// A T, or the failure. Reading the value of a failed result throws std::logic_error: callers look
+// at ok() first.
 template <class T>
 class [[nodiscard]] Result {
  public:
   Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}
-  Result(Status status) : state_(std::in_place_index<1>, std::move(status.text)) {
-    if (status.ok()) throw std::logic_error("Result made of a Status that is ok");
+  Result(Status status) : state_(std::in_place_index<1>, std::move(status)) {
+    if (std::get<1>(state_).ok()) throw std::logic_error("Result made of a Status that is ok");
   }
   static Result Error(std::string text) { return Result(Status::Error(std::move(text))); }
 
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
+  StatusCode code() const { return ok() ? StatusCode::kOk : std::get<1>(state_).code; }
   // Empty if ok().
-  std::string error() const { return ok() ? std::string() : std::get<1>(state_); }
-  Status status() const { return ok() ? Status::Ok() : Status::Error(std::get<1>(state_)); }
+  std::string error() const { return ok() ? std::string() : std::get<1>(state_).text; }
+  Status status() const { return ok() ? Status::Ok() : std::get<1>(state_); }
 
   T& value() & { return Checked(); }
   const T& value() const& { return const_cast<Result*>(this)->Checked(); }
@@ -49,11 +90,11 @@ class [[nodiscard]] Result {
 
  private:
   T& Checked() {
-    if (!ok()) throw std::logic_error("value of a failed result: " + std::get<1>(state_));
+    if (!ok()) throw std::logic_error("value of a failed result: " + std::get<1>(state_).text);
     return std::get<0>(state_);
   }
 
-  std::variant<T, std::string> state_;
+  std::variant<T, Status> state_;
 };
 
 }  // namespace skein

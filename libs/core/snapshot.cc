@@ -48,7 +48,7 @@ bool WriteAll(int fd, const Bytes& bytes) {
 Result<std::shared_ptr<Snapshot>> Snapshot::Take(const std::function<Bytes()>& encode) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-    return Status::Error(std::string("no pipe for a snapshot: ") + std::strerror(errno));
+    return Unavailable(std::string("no pipe for a snapshot: ") + std::strerror(errno));
   }
   const pid_t parent = getpid();
   const pid_t child = fork();
@@ -59,7 +59,7 @@ Result<std::shared_ptr<Snapshot>> Snapshot::Take(const std::function<Bytes()>& e
   close(ends[1]);
   if (child < 0) {
     close(ends[0]);
-    return Status::Error(std::string("no process for a snapshot: ") + std::strerror(errno));
+    return Unavailable(std::string("no process for a snapshot: ") + std::strerror(errno));
   }
   return std::shared_ptr<Snapshot>(new Snapshot(child, ends[0]));
 }
@@ -70,7 +70,7 @@ Result<Bytes> Snapshot::Read() {
   ssize_t count = 0;
   while ((count = read(read_fd_, buffer.data(), buffer.size())) != 0) {
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return Status::Error(std::string("snapshot: ") + std::strerror(errno));
+    if (count < 0) return Unavailable(std::string("snapshot: ") + std::strerror(errno));
     bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + count);
   }
   int status = 0;

@@ -24,12 +24,11 @@ Status CheckHeader(ByteReader* reader, const std::string& identifier) {
   char found[4];
   uint32_t version = 0;
   if (!reader->GetRaw(found, 4) || !reader->Get(&version)) {
-    return Status::Error(identifier + ": too short for a header");
+    return DataLoss(identifier + ": too short for a header");
   }
-  if (std::string(found, 4) != identifier)
-    return Status::Error(identifier + ": not of this format");
+  if (std::string(found, 4) != identifier) return DataLoss(identifier + ": not of this format");
   if (version != kVersion) {
-    return Status::Error(identifier + ": version " + std::to_string(version) + " is unknown");
+    return DataLoss(identifier + ": version " + std::to_string(version) + " is unknown");
   }
   return Status::Ok();
 }
@@ -56,9 +55,9 @@ Result<T> DecodeAll(const Bytes& bytes, const char* identifier, Read read) {
   ByteReader reader(bytes);
   if (Status status = CheckHeader(&reader, identifier); !status.ok()) return status;
   T value;
-  if (!read(&reader, &value)) return Result<T>::Error(std::string(identifier) + ": cut short");
+  if (!read(&reader, &value)) return DataLoss(std::string(identifier) + ": cut short");
   if (reader.remaining() > 0) {
-    return Result<T>::Error(std::string(identifier) + ": bytes left over");
+    return DataLoss(std::string(identifier) + ": bytes left over");
   }
   return value;
 }

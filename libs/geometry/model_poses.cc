@@ -37,7 +37,7 @@ CameraPose PoseAt(const Eigen::Quaterniond& cam_from_world, const Eigen::Vector3
 
 Result<std::vector<std::string>> ReadLines(const fs::path& path) {
   std::ifstream file(path);
-  if (!file) return Status::Error("cannot read " + path.string());
+  if (!file) return Unavailable("cannot read " + path.string());
   std::vector<std::string> lines;
   for (std::string line; std::getline(file, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -52,7 +52,7 @@ bool IsComment(const std::string& line) {
 }
 
 Status Damaged(const fs::path& path, size_t record) {
-  return Status::Error(path.string() + ": damaged at record " + std::to_string(record + 1));
+  return DataLoss(path.string() + ": damaged at record " + std::to_string(record + 1));
 }
 
 bool GetName(ByteReader* reader, std::string* name) {
@@ -270,7 +270,7 @@ Result<ModelPoses> ReadTumPoses(const fs::path& file) {
 }
 
 Result<ModelPoses> ReadPoses(const fs::path& path) {
-  if (!fs::exists(path)) return Status::Error("there is no " + path.string());
+  if (!fs::exists(path)) return NotFound("there is no " + path.string());
   if (fs::is_directory(path)) {
     if (fs::exists(path / "images.bin") || fs::exists(path / "images.txt")) {
       return ReadColmapPoses(path);
@@ -278,7 +278,7 @@ Result<ModelPoses> ReadPoses(const fs::path& path) {
     if (!FilesThatEndWith(path, ".camera").empty()) return ReadStrechaPoses(path);
     const std::vector<fs::path> middlebury = FilesThatEndWith(path, "_par.txt");
     if (!middlebury.empty()) return ReadMiddleburyPoses(middlebury.front());
-    return Status::Error(path.string() + " holds no images.bin, images.txt, *.camera or *_par.txt");
+    return NotFound(path.string() + " holds no images.bin, images.txt, *.camera or *_par.txt");
   }
   const std::string name = path.filename().string();
   if (name.size() > 8 && name.compare(name.size() - 8, 8, "_par.txt") == 0) {

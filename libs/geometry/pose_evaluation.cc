@@ -99,7 +99,8 @@ Result<Similarity> AlignByOrientation(const std::vector<PosePair>& pairs) {
     dot += from.dot(pair.truth.Centre() - mean_truth);
     square += from.squaredNorm();
   }
-  if (!(square > 0) || !(dot > 0)) return Status::Error("the camera centres don't fix a scale");
+  if (!(square > 0) || !(dot > 0))
+    return FailedPrecondition("the camera centres don't fix a scale");
   Similarity result;
   result.rotation = Eigen::Quaterniond(rotation).normalized();
   result.scale = dot / square;
@@ -166,15 +167,15 @@ std::vector<PosePair> MatchPoses(const ModelPoses& estimate, const ModelPoses& t
 
 Result<Similarity> AlignPoses(const std::vector<PosePair>& pairs, bool* by_orientation) {
   if (pairs.size() < 3) {
-    return Status::Error(std::to_string(pairs.size()) +
-                         " photos in common; three are needed to align");
+    return FailedPrecondition(std::to_string(pairs.size()) +
+                              " photos in common; three are needed to align");
   }
   std::vector<Eigen::Vector3d> from, to;
   for (const PosePair& pair : pairs) {
     from.push_back(pair.estimate.Centre());
     to.push_back(pair.truth.Centre());
   }
-  if (!AreSpread(from) || !AreSpread(to)) return Status::Error("the camera centres coincide");
+  if (!AreSpread(from) || !AreSpread(to)) return FailedPrecondition("the camera centres coincide");
   *by_orientation = false;
   if (const auto similarity = SimilarityFromPoints(from, to)) return *similarity;
   *by_orientation = true;

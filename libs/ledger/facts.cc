@@ -65,7 +65,7 @@ Bytes EncodeFact(const Fact& fact) {
 Result<Fact> DecodeFact(int kind, const void* data, size_t size) {
   Fact fact;
   if (kind < 0 || !DecodeAny(kind, data, size, &fact, std::make_index_sequence<kNumFactKinds>())) {
-    return Result<Fact>::Error("not a fact of kind " + std::to_string(kind) + ", or damaged");
+    return DataLoss("not a fact of kind " + std::to_string(kind) + ", or damaged");
   }
   return fact;
 }

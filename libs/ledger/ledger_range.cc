@@ -10,7 +10,7 @@ constexpr char kRangeIdentifier[4] = {'S', 'K', 'L', 'R'};
 constexpr uint32_t kRangeVersion = 1;
 
 Result<std::vector<Fact>> Damaged(const std::string& what) {
-  return Result<std::vector<Fact>>::Error("ledger range: " + what);
+  return DataLoss("ledger range: " + what);
 }
 
 bool ReadHead(ByteReader* reader, uint32_t* num_facts) {
@@ -25,7 +25,7 @@ Result<Fact> ReadFact(ByteReader* reader) {
   uint8_t kind = 0;
   uint32_t size = 0;
   if (!reader->Get(&kind) || !reader->Get(&size) || size > reader->remaining()) {
-    return Result<Fact>::Error("truncated");
+    return DataLoss("truncated");
   }
   Result<Fact> fact = DecodeFact(kind, reader->data(), size);
   reader->Skip(size);

@@ -103,15 +103,15 @@ Ledger::~Ledger() {
 Status Ledger::Lock(const std::filesystem::path& path) {
   const std::string lock_path = path.string() + ".lock";
   lock_fd_ = open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock_fd_ < 0) return Status::Error("cannot open " + lock_path + " for writing");
+  if (lock_fd_ < 0) return Unavailable("cannot open " + lock_path + " for writing");
   if (flock(lock_fd_, LOCK_EX | LOCK_NB) == 0) return Status::Ok();
-  return Status::Error(path.string() +
-                       " is in use: another skein-ingest runs on this session; stop it first");
+  return Unavailable(path.string() +
+                     " is in use: another skein-ingest runs on this session; stop it first");
 }
 
 Status Ledger::Connect(const std::filesystem::path& path, int flags) {
   if (sqlite3_open_v2(path.c_str(), &db_, flags, nullptr) != SQLITE_OK) {
-    return Status::Error("cannot open " + path.string() + ": " + sqlite3_errmsg(db_));
+    return Unavailable("cannot open " + path.string() + ": " + sqlite3_errmsg(db_));
   }
   sqlite3_busy_timeout(db_, 5000);
   return Status::Ok();
@@ -119,22 +119,22 @@ Status Ledger::Connect(const std::filesystem::path& path, int flags) {
 
 Status Ledger::CheckSchema(const std::string& path, bool create) {
   const auto tables = QueryInteger("SELECT COUNT(*) FROM sqlite_master");
-  if (!tables.ok()) return Status::Error(path + " is no ledger: " + tables.error());
+  if (!tables.ok()) return tables.status().Within(path + " is no ledger");
   if (*tables == 0 && create) return Execute(kSchema);
   const auto application = QueryInteger("PRAGMA application_id");
   const auto version = QueryInteger("PRAGMA user_version");
   if (!application.ok() || *application != kApplicationId) {
-    return Status::Error(path + " is no Skein ledger");
+    return DataLoss(path + " is no Skein ledger");
   }
   if (!version.ok() || *version != kSchemaVersion) {
-    return Status::Error(path + " has another schema version; use the Skein that wrote it");
+    return DataLoss(path + " has another schema version; use the Skein that wrote it");
   }
   return Status::Ok();
 }
 
 Status Ledger::Execute(const std::string& sql) {
   if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return Status::Ok();
-  return Status::Error(std::string("ledger: ") + sqlite3_errmsg(db_));
+  return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_));
 }
 
 Result<int64_t> Ledger::QueryInteger(const std::string& sql) const {
@@ -142,9 +142,9 @@ Result<int64_t> Ledger::QueryInteger(const std::string& sql) const {
     Statement statement(db_, sql);
     if (statement.Step() == SQLITE_ROW) return statement.Integer(0);
   } catch (const std::runtime_error& error) {
-    return Status::Error(error.what());
+    return Unavailable(error.what());
   }
-  return Status::Error(std::string("ledger: ") + sqlite3_errmsg(db_));
+  return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_));
 }
 
 Status Ledger::Append(const std::vector<LedgerRecord>& records,
@@ -167,9 +167,7 @@ Status Ledger::Append(const std::vector<LedgerRecord>& records,
 
 Status Ledger::Insert(const std::vector<LedgerRecord>& records,
                       const std::vector<LedgerNote>& notes) {
-  const auto failed = [this] {
-    return Status::Error(std::string("ledger: ") + sqlite3_errmsg(db_));
-  };
+  const auto failed = [this] { return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_)); };
   Statement fact(db_, "INSERT INTO facts VALUES(?, ?, ?, ?, ?)");
   for (const LedgerRecord& record : records) {
     fact.Bind(1, record.seq);
@@ -202,7 +200,7 @@ Status Ledger::Select(const std::string& sql, int64_t from_seq, int64_t to_seq,
            statement.Blob(4)});
   }
   if (code == SQLITE_DONE) return Status::Ok();
-  return Status::Error(std::string("ledger: ") + sqlite3_errmsg(db_));
+  return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_));
 }
 
 Result<std::vector<LedgerRecord>> Ledger::Range(int64_t from_seq, int64_t to_seq) const {
@@ -226,7 +224,7 @@ Result<std::map<std::string, std::string>> Ledger::Notes(const std::string& kind
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) notes[statement.Text(0)] = statement.Text(1);
   if (code == SQLITE_DONE) return notes;
-  return Status::Error(std::string("ledger: ") + sqlite3_errmsg(db_));
+  return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_));
 }
 
 }  // namespace skein

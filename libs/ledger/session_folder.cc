@@ -32,12 +32,12 @@ bool IsSessionId(const std::string& text) {
 
 Result<std::string> ParseSessionId(const std::string& path, const Bytes& bytes) {
   const auto json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
-  const auto damaged = Status::Error(path + " is damaged; restore it or use another folder");
+  const auto damaged = DataLoss(path + " is damaged; restore it or use another folder");
   if (!json.is_object() || json.value("identifier", nlohmann::json()) != kSessionIdentifier) {
     return damaged;
   }
   if (json.value("version", nlohmann::json()) != kSessionVersion) {
-    return Status::Error(path + " was written by another version of Skein; use that version");
+    return DataLoss(path + " was written by another version of Skein; use that version");
   }
   const auto id = json.value("session_id", nlohmann::json());
   if (!id.is_string() || !IsSessionId(id.get<std::string>())) return damaged;
@@ -74,7 +74,7 @@ Result<Session> OpenSession(const std::filesystem::path& dir) {
   const SessionPaths paths{dir};
   std::error_code error;
   if (!std::filesystem::exists(paths.SessionFile(), error)) {
-    return Status::Error(dir.string() + " holds no session (no session.json)");
+    return NotFound(dir.string() + " holds no session (no session.json)");
   }
   const std::string path = paths.SessionFile().string();
   const Result<Bytes> bytes = ReadFile(path);
@@ -87,7 +87,7 @@ Result<Session> OpenSession(const std::filesystem::path& dir) {
 Result<Session> OpenOrCreateSession(const std::filesystem::path& dir) {
   std::error_code error;
   std::filesystem::create_directories(dir, error);
-  if (error) return Status::Error("cannot create " + dir.string() + ": " + error.message());
+  if (error) return Unavailable("cannot create " + dir.string() + ": " + error.message());
   const FolderLock lock(dir.string());
   const SessionPaths paths{dir};
   if (!std::filesystem::exists(paths.SessionFile(), error)) {

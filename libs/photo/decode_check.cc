@@ -60,7 +60,7 @@ Status CheckJpeg(const Bytes& bytes, const PhotoHeader& header) {
   std::vector<JSAMPLE> row(static_cast<size_t>(header.width_px) * MAX_COMPONENTS);
   const bool whole = ReadsWhole(bytes, &info, &errors, row.data());
   jpeg_destroy_decompress(&info);
-  return whole ? Status::Ok() : Status::Error(std::string("damaged JPEG: ") + errors.text);
+  return whole ? Status::Ok() : DataLoss(std::string("damaged JPEG: ") + errors.text);
 }
 
 Status CheckPngChunks(const Bytes& bytes) {
@@ -72,11 +72,11 @@ Status CheckPngChunks(const Bytes& bytes) {
     const size_t length = u32(at);
     if (length > bytes.size() - at - 12) break;
     const uLong crc = crc32(0, bytes.data() + at + 4, static_cast<uInt>(length + 4));
-    if (crc != u32(at + 8 + length)) return Status::Error("damaged PNG: wrong checksum");
+    if (crc != u32(at + 8 + length)) return DataLoss("damaged PNG: wrong checksum");
     if (std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0) return Status::Ok();
     at += 12 + length;
   }
-  return Status::Error("damaged PNG: cut short");
+  return DataLoss("damaged PNG: cut short");
 }
 
 Status CheckWithOpenCv(const Bytes& bytes, const PhotoHeader& header) {
@@ -84,12 +84,12 @@ Status CheckWithOpenCv(const Bytes& bytes, const PhotoHeader& header) {
   try {
     image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& error) {
-    return Status::Error(std::string("cannot be decoded: ") + error.err);
+    return DataLoss(std::string("cannot be decoded: ") + error.err);
   }
   const std::string name = FormatName(header.format);
-  if (image.empty() || image.type() != CV_8UC3) return Status::Error(name + " cannot be decoded");
+  if (image.empty() || image.type() != CV_8UC3) return DataLoss(name + " cannot be decoded");
   if (image.cols != header.width_px || image.rows != header.height_px) {
-    return Status::Error(name + " decodes to another size than its header claims");
+    return DataLoss(name + " decodes to another size than its header claims");
   }
   return Status::Ok();
 }

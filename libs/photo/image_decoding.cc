@@ -8,16 +8,16 @@
 namespace skein {
 
 Result<cv::Mat> DecodePhoto(const Bytes& bytes, int64_t max_pixels) {
-  if (bytes.empty()) return Status::Error("empty file");
+  if (bytes.empty()) return DataLoss("empty file");
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
-    return Status::Error("cannot be decoded: " + e.err);
+    return DataLoss("cannot be decoded: " + e.err);
   }
-  if (image.empty()) return Status::Error("cannot be decoded as a photo");
+  if (image.empty()) return DataLoss("cannot be decoded as a photo");
   if (static_cast<int64_t>(image.cols) * image.rows > max_pixels) {
-    return Status::Error("more than " + std::to_string(max_pixels) + " pixels");
+    return ResourceExhausted("more than " + std::to_string(max_pixels) + " pixels");
   }
   return image;
 }

@@ -15,15 +15,15 @@ std::string SizeText(const PhotoHeader& header) {
 Status CheckHeader(const PhotoHeader& header, const PhotoLimits& limits) {
   const int64_t shorter = std::min(header.width_px, header.height_px);
   if (shorter < limits.min_side_px) {
-    return Status::Error(SizeText(header) + " pixels: a side is shorter than " +
-                         std::to_string(limits.min_side_px));
+    return InvalidArgument(SizeText(header) + " pixels: a side is shorter than " +
+                           std::to_string(limits.min_side_px));
   }
   // Each factor is below 2^32 by its format, so the product fits in unsigned 64 bits.
   const auto pixels =
       static_cast<uint64_t>(header.width_px) * static_cast<uint64_t>(header.height_px);
   if (pixels > static_cast<uint64_t>(limits.max_pixels)) {
-    return Status::Error("header claims " + SizeText(header) + " pixels, more than " +
-                         std::to_string(limits.max_pixels / 1'000'000) + " megapixels");
+    return ResourceExhausted("header claims " + SizeText(header) + " pixels, more than " +
+                             std::to_string(limits.max_pixels / 1'000'000) + " megapixels");
   }
   return Status::Ok();
 }
@@ -31,16 +31,16 @@ Status CheckHeader(const PhotoHeader& header, const PhotoLimits& limits) {
 }  // namespace
 
 Status PhotoLimits::Check() const {
-  if (max_bytes < 1) return Status::Error("the largest file must have at least 1 byte");
-  if (max_pixels < 1) return Status::Error("the largest photo must have at least 1 pixel");
-  if (min_side_px < 1) return Status::Error("the shortest side must have at least 1 pixel");
+  if (max_bytes < 1) return InvalidArgument("the largest file must have at least 1 byte");
+  if (max_pixels < 1) return InvalidArgument("the largest photo must have at least 1 pixel");
+  if (min_side_px < 1) return InvalidArgument("the shortest side must have at least 1 pixel");
   return Status::Ok();
 }
 
 Result<CheckedPhoto> CheckPhoto(const Bytes& bytes, const PhotoLimits& limits) {
   if (static_cast<int64_t>(bytes.size()) > limits.max_bytes) {
-    return Status::Error("file has " + std::to_string(bytes.size()) + " bytes, more than " +
-                         std::to_string(limits.max_bytes));
+    return ResourceExhausted("file has " + std::to_string(bytes.size()) + " bytes, more than " +
+                             std::to_string(limits.max_bytes));
   }
   const Result<PhotoHeader> header = ReadPhotoHeader(bytes);
   if (!header.ok()) return header.status();

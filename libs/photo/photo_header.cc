@@ -39,7 +39,7 @@ bool HasNoLength(uint32_t marker) { return marker == 0x01 || (marker >= 0xd0 && 
 Result<PhotoHeader> ReadJpeg(const Bytes& bytes) {
   const Peeker peek(bytes, true);
   for (size_t at = 2; peek.Get(at, 2);) {
-    if (bytes[at] != 0xff) return Status::Error("damaged JPEG: no marker where one must be");
+    if (bytes[at] != 0xff) return DataLoss("damaged JPEG: no marker where one must be");
     const uint32_t marker = bytes[at + 1];
     if (marker == 0xff || HasNoLength(marker)) {
       at += marker == 0xff ? 1 : 2;
@@ -56,7 +56,7 @@ Result<PhotoHeader> ReadJpeg(const Bytes& bytes) {
     }
     at += 2 + *length;
   }
-  return Status::Error("damaged JPEG: ends before the size of the image");
+  return DataLoss("damaged JPEG: ends before the size of the image");
 }
 
 Result<PhotoHeader> ReadPng(const Bytes& bytes) {
@@ -64,7 +64,7 @@ Result<PhotoHeader> ReadPng(const Bytes& bytes) {
   const auto width = peek.Get(16, 4), height = peek.Get(20, 4);
   const auto bits = peek.Get(24, 1), colour = peek.Get(25, 1);
   if (!colour || std::memcmp(bytes.data() + 12, "IHDR", 4) != 0) {
-    return Status::Error("damaged PNG: no IHDR");
+    return DataLoss("damaged PNG: no IHDR");
   }
   const bool grey = (*colour & 3) == 0;
   const int channels = (grey ? 1 : 3) + ((*colour & 4) != 0 ? 1 : 0);
@@ -106,7 +106,7 @@ class TiffDirectory {
 Result<PhotoHeader> ReadTiff(const Bytes& bytes) {
   const TiffDirectory directory(bytes, bytes[0] == 'M');
   const auto width = directory.Find(256), height = directory.Find(257);
-  if (!width || !height) return Status::Error("damaged TIFF: no size of the image");
+  if (!width || !height) return DataLoss("damaged TIFF: no size of the image");
   return PhotoHeader{PhotoFormat::kTiff, *width, *height,
                      static_cast<int>(directory.Find(277).value_or(1)),
                      static_cast<int>(directory.Find(258).value_or(1))};
@@ -115,11 +115,11 @@ Result<PhotoHeader> ReadTiff(const Bytes& bytes) {
 }  // namespace
 
 Result<PhotoHeader> ReadPhotoHeader(const Bytes& bytes) {
-  if (bytes.empty()) return Status::Error("empty file");
+  if (bytes.empty()) return DataLoss("empty file");
   if (StartsWith(bytes, "\xff\xd8\xff", 3)) return ReadJpeg(bytes);
   if (StartsWith(bytes, "\x89PNG\r\n\x1a\n", 8)) return ReadPng(bytes);
   if (StartsWith(bytes, "II*\0", 4) || StartsWith(bytes, "MM\0*", 4)) return ReadTiff(bytes);
-  return Status::Error("not a JPEG, PNG or TIFF photo");
+  return InvalidArgument("not a JPEG, PNG or TIFF photo");
 }
 
 const char* FormatName(PhotoFormat format) {

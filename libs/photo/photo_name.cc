@@ -42,15 +42,15 @@ bool IsUtf8(const std::string& text) {
 bool IsControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
 
 Status CheckText(const std::string& text, const std::string& what, size_t max_bytes) {
-  if (text.empty()) return Status::Error(what + " is empty");
+  if (text.empty()) return InvalidArgument(what + " is empty");
   if (text.size() > max_bytes) {
-    return Status::Error(what + " has " + std::to_string(text.size()) + " bytes, more than " +
-                         std::to_string(max_bytes));
+    return InvalidArgument(what + " has " + std::to_string(text.size()) + " bytes, more than " +
+                           std::to_string(max_bytes));
   }
   if (std::any_of(text.begin(), text.end(), IsControl)) {
-    return Status::Error(what + " holds control characters");
+    return InvalidArgument(what + " holds control characters");
   }
-  if (!IsUtf8(text)) return Status::Error(what + " is not valid UTF-8");
+  if (!IsUtf8(text)) return InvalidArgument(what + " is not valid UTF-8");
   return Status::Ok();
 }
 
@@ -59,20 +59,20 @@ Status CheckText(const std::string& text, const std::string& what, size_t max_by
 Status CheckAgentName(const std::string& agent) {
   if (Status status = CheckText(agent, "agent's name", kMaxAgentBytes); !status.ok()) return status;
   if (agent.find_first_of("/\\") != std::string::npos) {
-    return Status::Error("agent's name holds a slash");
+    return InvalidArgument("agent's name holds a slash");
   }
-  if (agent[0] == '.') return Status::Error("agent's name starts with a dot");
+  if (agent[0] == '.') return InvalidArgument("agent's name starts with a dot");
   return Status::Ok();
 }
 
 Status CheckPhotoName(const std::string& name) {
   if (Status status = CheckText(name, "name", kMaxNameBytes); !status.ok()) return status;
-  if (name[0] == '/') return Status::Error("name is an absolute path");
+  if (name[0] == '/') return InvalidArgument("name is an absolute path");
   for (size_t begin = 0; begin <= name.size();) {
     const size_t end = std::min(name.find('/', begin), name.size());
     const std::string part = name.substr(begin, end - begin);
-    if (part == "..") return Status::Error("name leaves its folder (\"..\")");
-    if (part.empty() || part == ".") return Status::Error("name has an empty path component");
+    if (part == "..") return InvalidArgument("name leaves its folder (\"..\")");
+    if (part.empty() || part == ".") return InvalidArgument("name has an empty path component");
     begin = end + 1;
   }
   return Status::Ok();

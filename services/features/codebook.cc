@@ -71,18 +71,18 @@ Bytes EncodeCodebook(const Codebook& codebook) {
 Result<Codebook> DecodeCodebook(const Bytes& bytes) {
   if (bytes.size() < sizeof(kMagic) + sizeof(kVersion) + kChecksumSize ||
       std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
-    return Status::Error("not a codebook");
+    return DataLoss("not a codebook");
   }
   const size_t size = bytes.size() - kChecksumSize;
   ByteReader reader(bytes.data() + sizeof(kMagic), size - sizeof(kMagic));
   uint32_t version = 0;
   reader.Get(&version);
   if (version != kVersion) {
-    return Status::Error("codebook of version " + std::to_string(version) +
-                         ", this program reads " + std::to_string(kVersion));
+    return DataLoss("codebook of version " + std::to_string(version) + ", this program reads " +
+                    std::to_string(kVersion));
   }
   const std::string checksum(bytes.begin() + static_cast<std::ptrdiff_t>(size), bytes.end());
-  if (HashBytes(bytes.data(), size) != checksum) return Status::Error("codebook is damaged");
+  if (HashBytes(bytes.data(), size) != checksum) return DataLoss("codebook is damaged");
   Codebook codebook;
   if (!reader.GetString(&codebook.id) || !reader.Get(&codebook.vlad.max_features) ||
       !reader.Get(&codebook.vlad.scale_exponent) || !reader.Get(&codebook.vlad.power) ||
@@ -90,7 +90,7 @@ Result<Codebook> DecodeCodebook(const Bytes& bytes) {
       !GetMatrix(&reader, &codebook.centres) || !GetMatrix(&reader, &codebook.cell_axes) ||
       !GetVector(&reader, &codebook.photo_mean) || reader.remaining() != 0 ||
       !FitTogether(codebook)) {
-    return Status::Error("codebook's matrices do not fit together");
+    return DataLoss("codebook's matrices do not fit together");
   }
   return codebook;
 }
@@ -99,7 +99,7 @@ Result<Codebook> LoadCodebook(const std::string& path) {
   const auto bytes = ReadFile(path);
   if (!bytes) return bytes.status();
   auto codebook = DecodeCodebook(*bytes);
-  if (!codebook) return Status::Error(path + ": " + codebook.error());
+  if (!codebook) return codebook.status().Within(path);
   return codebook;
 }
 

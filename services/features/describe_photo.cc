@@ -21,8 +21,8 @@ Result<PhotoDescription> DescribePhoto(const Bytes& photo, int width_px, int hei
   const auto image = DecodePhoto(photo);
   if (!image) return image.status();
   if (width_px > 0 && (image->cols != width_px || image->rows != height_px)) {
-    return Status::Error("decodes to " + SizeText(image->cols, image->rows) +
-                         " pixels, its header says " + SizeText(width_px, height_px));
+    return DataLoss("decodes to " + SizeText(image->cols, image->rows) +
+                    " pixels, its header says " + SizeText(width_px, height_px));
   }
   PhotoDescription result;
   result.local = ExtractSift(*image, sift);

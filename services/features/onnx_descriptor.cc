@@ -15,13 +15,13 @@ namespace {
 Status Check(const OnnxOptions& options) {
   if (options.width_px < 1 || options.height_px < 1 || options.width_px > 8192 ||
       options.height_px > 8192) {
-    return Status::Error("input size must be 1 to 8192");
+    return InvalidArgument("input size must be 1 to 8192");
   }
   if (options.channel_order != "RGB" && options.channel_order != "BGR") {
-    return Status::Error("channel order must be RGB or BGR");
+    return InvalidArgument("channel order must be RGB or BGR");
   }
   for (const double s : options.std) {
-    if (!(s > 0)) return Status::Error("std must be positive");
+    if (!(s > 0)) return InvalidArgument("std must be positive");
   }
   return Status::Ok();
 }
@@ -75,10 +75,10 @@ struct OnnxModel::Net {
 Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options) {
   try {
     const auto json = nlohmann::json::parse(json_text);
-    if (!json.is_object()) return Status::Error("not a JSON object");
+    if (!json.is_object()) return InvalidArgument("not a JSON object");
     for (const auto& [key, value] : json.items()) ReadKey(key, value, options);
   } catch (const std::exception& e) {
-    return Status::Error(e.what());
+    return InvalidArgument(e.what());
   }
   return Check(*options);
 }
@@ -102,10 +102,10 @@ Result<std::shared_ptr<OnnxModel>> OnnxModel::Load(const std::string& path,
     std::shared_ptr<OnnxModel> model(new OnnxModel(IdOf(*bytes, options), options, std::move(net)));
     const cv::Mat blank(options.height_px, options.width_px, CV_8UC3, cv::Scalar::all(128));
     model->dim_ = static_cast<int>(model->Forward(blank).total());
-    if (model->dim_ < 1) return Status::Error(path + ": its output is empty");
+    if (model->dim_ < 1) return InvalidArgument(path + ": its output is empty");
     return model;
   } catch (const cv::Exception& e) {
-    return Status::Error(path + " cannot be run by OpenCV: " + e.err);
+    return InvalidArgument(path + " cannot be run by OpenCV: " + e.err);
   }
 }
 

@@ -23,11 +23,11 @@ Status WriteModel(const BlobStore& store, const std::string& blob_id, const fs::
   const Result<Bytes> bytes = store.Get(blob_id);
   if (!bytes.ok()) return bytes.status();
   const Result<ModelArchive> archive = DecodeModelArchive(*bytes);
-  if (!archive.ok()) return Status::Error("model " + blob_id + ": " + archive.error());
+  if (!archive.ok()) return archive.status().Within("model " + blob_id);
   fs::create_directories(dir);
   for (const char* name : kModelFiles) {
     const auto file = archive->find(name);
-    if (file == archive->end()) return Status::Error("model " + blob_id + " lacks " + name);
+    if (file == archive->end()) return DataLoss("model " + blob_id + " lacks " + name);
     const Status status = WriteFileAtomic((dir / name).string(), file->second);
     if (!status.ok()) return status;
   }
@@ -65,7 +65,7 @@ Status WriteModels(const SessionPaths& paths, const std::vector<std::string>& mo
     if (Status status = WriteAll(paths, model_blobs, fresh); !status.ok()) return status;
     Replace(fresh, paths.Sparse());
   } catch (const fs::filesystem_error& error) {
-    return Status::Error(error.what());
+    return Unavailable(error.what());
   }
   return Status::Ok();
 }

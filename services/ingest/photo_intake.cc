@@ -15,11 +15,6 @@ constexpr char kCameraNote[] = "camera";
 constexpr char kRenamedNote[] = "renamed";
 constexpr char kDuplicateNote[] = "duplicate";
 
-// The owner answers, but holds no such blob: it restarted or gave the photo up.
-bool OwnerLostIt(const std::string& error) {
-  return error.find("has no blob") != std::string::npos;
-}
-
 }  // namespace
 
 PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
@@ -82,11 +77,11 @@ bool PhotoIntake::IsSamePhoto(const Key& key, const image_offer_t& offer,
 Status PhotoIntake::CheckOffer(const image_offer_t& offer) const {
   if (Status status = CheckAgentName(offer.agent); !status.ok()) return status;
   if (Status status = CheckPhotoName(offer.name); !status.ok()) return status;
-  if (!IsBlobId(offer.blob_id)) return Status::Error("hash is not 64 lower-case hex digits");
-  if (offer.size_bytes <= 0) return Status::Error("empty file");
+  if (!IsBlobId(offer.blob_id)) return InvalidArgument("hash is not 64 lower-case hex digits");
+  if (offer.size_bytes <= 0) return InvalidArgument("empty file");
   if (offer.size_bytes > options_.limits.max_bytes) {
-    return Status::Error("file has " + std::to_string(offer.size_bytes) + " bytes, more than " +
-                         std::to_string(options_.limits.max_bytes));
+    return ResourceExhausted("file has " + std::to_string(offer.size_bytes) + " bytes, more than " +
+                             std::to_string(options_.limits.max_bytes));
   }
   return Status::Ok();
 }
@@ -122,7 +117,8 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
   Pending& pending = found->second;
   pending.fetch_id = 0;
   pending.progress_s = MonotonicS();
-  if (!bytes.ok() && OwnerLostIt(bytes.error())) return Abandon(key, bytes.error());
+  // The owner answers, but holds no such blob: it restarted or gave the photo up.
+  if (bytes.code() == StatusCode::kNotFound) return Abandon(key, bytes.error());
   if (!bytes.ok())
     return Refuse(key, pending.offer, "hash or size does not match: " + bytes.error());
   const auto size = static_cast<int64_t>(bytes->size());

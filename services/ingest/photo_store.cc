@@ -20,7 +20,7 @@ Status SyncFolder(const fs::path& dir) {
   const int fd = open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const bool synced = fd >= 0 && fsync(fd) == 0;
   if (fd >= 0) close(fd);
-  return synced ? Status::Ok() : Status::Error("cannot sync " + dir.string());
+  return synced ? Status::Ok() : Unavailable("cannot sync " + dir.string());
 }
 
 // Renaming onto a link of the same file leaves both, hence the second unlink.
@@ -31,7 +31,7 @@ Status LinkAs(const fs::path& blob, const fs::path& path, const Bytes& bytes) {
   const int failed = rename(temporary.c_str(), path.c_str()) != 0 ? errno : 0;
   unlink(temporary.c_str());
   if (failed == 0) return SyncFolder(path.parent_path());
-  return Status::Error("cannot create " + path.string() + ": " + std::strerror(failed));
+  return Unavailable("cannot create " + path.string() + ": " + std::strerror(failed));
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
   if (error) {
-    return Status::Error("cannot create " + path.parent_path().string() + ": " + error.message());
+    return Unavailable("cannot create " + path.parent_path().string() + ": " + error.message());
   }
   return LinkAs(store.Path(*blob_id), path, bytes);
 }

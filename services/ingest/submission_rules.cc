@@ -12,7 +12,7 @@ namespace {
 constexpr size_t kMaxFactIdBytes = 200;
 constexpr int kMaxKeypoints = 1 << 20;
 
-Status Refuse(const std::string& reason) { return Status::Error(reason); }
+Status Refuse(const std::string& reason) { return FailedPrecondition(reason); }
 
 bool AllFinite(const double* values, size_t count) {
   return std::all_of(values, values + count, [](double v) { return std::isfinite(v); });

@@ -10,7 +10,7 @@ Result<colmap::Camera> CameraFromMessage(const image_t& image) {
   try {
     return PriorCamera(image.width_px, image.height_px, image.focal_px, image.focal_from_exif);
   } catch (const std::invalid_argument& error) {
-    return Status::Error("image " + std::to_string(image.image_id) + ": " + error.what());
+    return DataLoss("image " + std::to_string(image.image_id) + ": " + error.what());
   }
 }
 

@@ -19,21 +19,21 @@ size_t PhotoFeatures::MemoryBytes() const {
 
 Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
                                              const Bytes& keypoints, const Bytes& descriptors) {
-  const std::string photo = "features of image " + std::to_string(image_id) + ": ";
+  const std::string photo = "features of image " + std::to_string(image_id);
   const Result<Keypoints> points = DecodeKeypoints(keypoints);
-  if (!points.ok()) return Status::Error(photo + points.error());
+  if (!points.ok()) return points.status().Within(photo);
   Result<Descriptors> rows = DecodeDescriptors(descriptors);
-  if (!rows.ok()) return Status::Error(photo + rows.error());
+  if (!rows.ok()) return rows.status().Within(photo);
   if (points->size() != rows->rows()) {
-    return Status::Error(photo + std::to_string(points->size()) + " keypoints but " +
-                         std::to_string(rows->rows()) + " descriptors");
+    return DataLoss(photo + ": " + std::to_string(points->size()) + " keypoints but " +
+                    std::to_string(rows->rows()) + " descriptors");
   }
   auto features = std::make_shared<PhotoFeatures>();
   features->image_id = image_id;
   features->camera = camera;
   features->points.reserve(points->size());
   for (const Keypoint& keypoint : *points) {
-    if (!IsInside(keypoint, camera)) return Status::Error(photo + "keypoint outside the image");
+    if (!IsInside(keypoint, camera)) return DataLoss(photo + ": keypoint outside the image");
     features->points.emplace_back(keypoint.x, keypoint.y);
   }
   features->descriptors = std::move(rows->data);

@@ -24,7 +24,7 @@ Status PhotoIndex::TakeImage(const image_t& image) {
 Status PhotoIndex::TakeFeatures(const features_t& features) {
   const auto photo = photos_.find(features.image_id);
   if (photo == photos_.end()) {
-    return Status::Error("features of unknown image " + std::to_string(features.image_id));
+    return NotFound("features of unknown image " + std::to_string(features.image_id));
   }
   photo->second.keypoints_blob = features.keypoints_blob;
   photo->second.descriptors_blob = features.descriptors_blob;
@@ -40,16 +40,16 @@ Status PhotoIndex::TakeCandidates(const candidates_t& candidates) {
     if (FindFeatures(other_id) && seen.insert(other_id).second) others.push_back(other_id);
   }
   if (others.size() == candidates.other_ids.size()) return Status::Ok();
-  return Status::Error("candidates of image " + std::to_string(candidates.image_id) + ": " +
-                       std::to_string(candidates.other_ids.size() - others.size()) +
-                       " are left out as doubled or without features");
+  return InvalidArgument("candidates of image " + std::to_string(candidates.image_id) + ": " +
+                         std::to_string(candidates.other_ids.size() - others.size()) +
+                         " are left out as doubled or without features");
 }
 
 Status PhotoIndex::TakeMatches(const matches_t& matches) {
   for (const two_view_t& pair : matches.pairs) {
     if (pair.num_inliers < 1 || pair.other_id == matches.image_id) {
-      return Status::Error("matches of image " + std::to_string(matches.image_id) +
-                           " hold a pair that cannot be");
+      return InvalidArgument("matches of image " + std::to_string(matches.image_id) +
+                             " hold a pair that cannot be");
     }
     covisibility_.Add(matches.image_id, pair.other_id, pair.num_inliers, matches.header.seq);
   }

@@ -196,11 +196,11 @@ Result<HnswIndex> HnswIndex::Decode(const Bytes& bytes, size_t dim, const HnswOp
     index.options_ = options;
     const auto& hnsw = index.graph_->hnsw;
     if (hnsw.label_offset_ - hnsw.offsetData_ != index.graph_->space.get_data_size()) {
-      return Status::Error("index holds vectors of another dimension");
+      return DataLoss("index holds vectors of another dimension");
     }
     return index;
   } catch (const std::runtime_error& e) {
-    return Status::Error(e.what());
+    return DataLoss(e.what());
   }
 }
 

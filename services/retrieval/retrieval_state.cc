@@ -59,17 +59,17 @@ bool GetSubmaps(ByteReader* reader, int64_t* image_id, std::set<int64_t>* submap
 Status CheckFrame(const Bytes& bytes) {
   if (bytes.size() < sizeof(kMagic) + sizeof(kVersion) + kChecksumSize ||
       std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
-    return Status::Error("not a retrieval checkpoint");
+    return DataLoss("not a retrieval checkpoint");
   }
   uint32_t version = 0;
   std::memcpy(&version, bytes.data() + sizeof(kMagic), sizeof(version));
   if (version != kVersion) {
-    return Status::Error("checkpoint of version " + std::to_string(version) +
-                         ", this program reads " + std::to_string(kVersion));
+    return DataLoss("checkpoint of version " + std::to_string(version) + ", this program reads " +
+                    std::to_string(kVersion));
   }
   const size_t size = bytes.size() - kChecksumSize;
   const std::string checksum(bytes.begin() + static_cast<std::ptrdiff_t>(size), bytes.end());
-  if (HashBytes(bytes.data(), size) != checksum) return Status::Error("checkpoint is damaged");
+  if (HashBytes(bytes.data(), size) != checksum) return DataLoss("checkpoint is damaged");
   return Status::Ok();
 }
 
@@ -85,8 +85,8 @@ Result<Candidates> RetrievalState::Add(int64_t image_id, const GlobalDescriptor&
     index = indices_.emplace(descriptor.model, HnswIndex(values.size(), options_.hnsw)).first;
   }
   if (index->second.dim() != values.size()) {
-    return Status::Error(descriptor.model + " has " + std::to_string(index->second.dim()) +
-                         " values, this photo's has " + std::to_string(values.size()));
+    return InvalidArgument(descriptor.model + " has " + std::to_string(index->second.dim()) +
+                           " values, this photo's has " + std::to_string(values.size()));
   }
   if (index->second.Contains(image_id)) return candidates;
   Timer timer;
@@ -188,7 +188,7 @@ struct RetrievalState::Reader {
     return bytes.remaining() == 0 ? Status::Ok() : Truncated();
   }
 
-  static Status Truncated() { return Status::Error("checkpoint's contents do not fit its size"); }
+  static Status Truncated() { return DataLoss("checkpoint's contents do not fit its size"); }
 };
 
 Result<RetrievalState> RetrievalState::Decode(const Bytes& bytes, const std::string& session_id,
@@ -202,7 +202,7 @@ Result<RetrievalState> RetrievalState::Decode(const Bytes& bytes, const std::str
   if (!reader.bytes.GetString(&session) || !reader.bytes.Get(&state.seq_)) {
     return Reader::Truncated();
   }
-  if (session != session_id) return Status::Error("checkpoint of another session, " + session);
+  if (session != session_id) return FailedPrecondition("checkpoint of another session, " + session);
   for (const auto read : {&Reader::ReadIndices, &Reader::ReadRegistered, &Reader::ReadUnanswered}) {
     status = (reader.*read)();
     if (!status.ok()) return status;
