@@ -307,7 +307,6 @@ void BlobClient::Answer(const blob_request_t& request, const Bytes& blob) {
     const auto first = blob.begin() + chunk.offset;
     chunk.data.assign(first, first + chunk.size);
     bus_.PublishBulk(request.reply_channel, chunk);
-    bytes_served_ += chunk.size;
     chunk.offset += chunk.size;
   } while (chunk.offset < end && ++num_sent < kMaxChunksPerRequest);
 }

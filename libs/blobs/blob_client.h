@@ -68,9 +68,8 @@ class BlobClient {
   // From memory or the session folder. Any thread; may read a file.
   Result<Bytes> GetLocal(const std::string& blob_id);
 
-  // Bulk data that came over the bus, and that went out, since the start.
+  // Bulk data that came over the bus since the start.
   int64_t bytes_pulled() const { return bytes_pulled_; }
-  int64_t bytes_served() const { return bytes_served_; }
   // Fetches that wait, e.g. for a heartbeat's backlog.
   int num_fetching() const { return static_cast<int>(fetching_.size()); }
 
@@ -126,7 +125,6 @@ class BlobClient {
   Bus::SubscriptionId request_subscription_ = 0;
   PollLoop::TimerId expiry_timer_ = 0;
   std::map<std::string, std::vector<blob_request_t>> loading_;
-  int64_t bytes_served_ = 0;
 
   std::shared_ptr<BlobClient*> self_;     // for posted functions: expires with this object
   std::unique_ptr<WorkerThread> worker_;  // reads files and hashes; last member: ends first

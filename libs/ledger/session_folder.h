@@ -20,7 +20,6 @@ struct SessionPaths {
   }
   std::filesystem::path Blobs() const { return root / "blobs"; }
   std::filesystem::path Retrieval() const { return root / "retrieval"; }
-  std::filesystem::path Submaps() const { return root / "submaps"; }
   std::filesystem::path Submap(int64_t submap_id) const {
     return root / "submaps" / std::to_string(submap_id);
   }

@@ -223,7 +223,6 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
 // By value: the pending photo that the offer may belong to ends here.
 void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string& reason) {
   pending_.erase(key);
-  ++num_bad_offers_;
   LogWarn("refused {}/{}: {}", Printable(offer.agent), Printable(offer.name), reason);
   failure_t failure{};
   failure.header.fact_id = key;

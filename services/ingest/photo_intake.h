@@ -35,7 +35,6 @@ class PhotoIntake {
   int num_duplicates() const { return static_cast<int>(duplicates_.size()); }
   // What is being received and what hangs, for a person; "" if nothing.
   std::string Describe(double now_s) const;
-  int num_bad_offers() const { return num_bad_offers_; }
 
  private:
   struct Pending {
@@ -76,7 +75,6 @@ class PhotoIntake {
   std::map<std::string, std::string> cameras_;                    // key -> camera id
   std::map<std::string, std::string> renamed_;                    // offer -> image id, of NAME~2
   std::map<std::string, std::string> duplicates_;                 // offer -> image id
-  int num_bad_offers_ = 0;
   WorkerThread worker_;  // last: ends first
 };
 

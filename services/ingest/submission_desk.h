@@ -22,7 +22,6 @@ class SubmissionDesk {
   // Forgets pulls for authors that stopped repeating: at least once a minute.
   void Tick(double now_s);
 
-  int num_pulling() const { return static_cast<int>(pulling_.size()); }
   int64_t num_refused() const { return num_refused_; }
 
  private:

@@ -80,9 +80,4 @@ size_t WorkPlanner::NumWaiting(const std::string& kind) const {
   return found == queues_.end() ? 0 : found->second.num_waiting();
 }
 
-size_t WorkPlanner::NumLeased(const std::string& kind) const {
-  const auto found = queues_.find(kind);
-  return found == queues_.end() ? 0 : found->second.num_leased();
-}
-
 }  // namespace skein

@@ -41,7 +41,6 @@ class WorkPlanner {
 
   // Waiting items of a kind; 0 for an unknown kind.
   size_t NumWaiting(const std::string& kind) const;
-  size_t NumLeased(const std::string& kind) const;
   double lease_s() const { return options_.lease_s; }
 
  private:

@@ -92,12 +92,6 @@ bool SubmapDirectory::IsDeferred(int64_t image_id) const {
   return false;
 }
 
-int64_t SubmapDirectory::LowestPosition(int64_t head) const {
-  int64_t lowest = head;
-  for (const SubmapEntry* entry : Live()) lowest = std::min(lowest, entry->ledger_seq);
-  return lowest;
-}
-
 bool SubmapDirectory::WasSeeded(int64_t image_id1, int64_t image_id2) const {
   return seeds_.count(std::minmax(image_id1, image_id2)) > 0;
 }

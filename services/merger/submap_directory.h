@@ -46,8 +46,6 @@ class SubmapDirectory {
   std::vector<const SubmapEntry*> Live() const;      // by id
   bool IsRegistered(int64_t image_id) const;         // in a live submap
   bool IsDeferred(int64_t image_id) const;           // by a live submap
-  // The lowest position of the live submaps, `head` if there are none.
-  int64_t LowestPosition(int64_t head) const;
   // Whether a submap, living or not, was started from this pair.
   bool WasSeeded(int64_t image_id1, int64_t image_id2) const;
   // Pairs that share at least one photo.

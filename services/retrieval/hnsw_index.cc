@@ -176,7 +176,6 @@ void HnswIndex::Restore(int64_t id) {
 bool HnswIndex::Contains(int64_t id) const { return graph_->Find(id) != nullptr; }
 size_t HnswIndex::size() const { return graph_->hnsw.cur_element_count; }
 size_t HnswIndex::capacity() const { return graph_->hnsw.max_elements_; }
-size_t HnswIndex::BytesPerVector() const { return graph_->hnsw.size_data_per_element_; }
 
 Bytes HnswIndex::Encode() const {
   const MemoryFile file;

@@ -79,8 +79,6 @@ class HnswIndex {
   size_t size() const;              // with removed ones
   size_t capacity() const;
   size_t dim() const { return dim_; }
-  // Of one vector with its links on the lowest level.
-  size_t BytesPerVector() const;
 
   // hnswlib's own format. Decode trusts the bytes apart from dimension and size, so the caller adds
   // a checksum.
