@@ -1,14 +1,13 @@
 #pragma once
 
-// As many global descriptors as wanted, drawn like real ones.
+// Draws any number of global descriptors like real ones.
 //
-// Places come one after another. Each is one of the real sets, all its photos in their order, with
-// the signs of all values drawn anew for the place, and some noise for each photo. A change of
-// signs keeps every distance within a place, so the neighbours of a photo lie as the neighbours of
-// the real photo do; photos of two places are as unlike as photos of two real sets on average.
-// Their cosines scatter by 1 / sqrt(values) only, less than real ones: nothing is common to two
-// places, no vegetation, no kind of building that would tell a search where to go. So places are
-// islands, more than real ones.
+// Places come one after another. Each is one of the real sets with all its photos in order. The
+// signs of all values are drawn anew for the place, and each photo gets some noise. A change of
+// signs keeps every distance within a place, so a photo's neighbours are those of the real photo.
+// Photos of two places are on average as dissimilar as photos of two real sets. Their cosines
+// scatter by 1 / sqrt(values), less than real ones: two drawn places have nothing in common. So
+// drawn places are more isolated than real ones.
 
 #include <Eigen/Core>
 #include <cstdint>

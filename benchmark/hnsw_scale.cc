@@ -1,15 +1,14 @@
 // The HNSW index from a thousand to a million photos: recall against exact search, time, memory,
-// checkpoint. Each photo is looked up, then inserted, as in the service; times are processor time
-// of the one thread there is. The vectors are drawn like the real ones given (drawn_descriptors.h).
+// checkpoint. Each photo is looked up, then inserted, as in the service. Times are processor time
+// of the one thread. The vectors are drawn like the real ones given (drawn_descriptors.h).
 //
-// Recall is that of 200 photos spread over each stage, which are looked up but not inserted,
-// against exact search over the vectors in full precision. These are drawn once more for it: the
-// index alone is held in memory. A true neighbour is of the photo's own place or of another one:
-// where a place has fewer photos than are asked for, some of a million others are nearer by chance
-// than the rest, and no way leads to those.
+// Recall is that of 200 photos over each stage, looked up but not inserted, against exact search in
+// full precision. The vectors are drawn again for it, since memory holds the index alone. A true
+// neighbour may be of another place: where a place has too few photos, some of a million others are
+// near by chance. The graph has no path to those.
 //
-// A long run can be interrupted: --resume goes on with the index that it wrote last. Samples are
-// the same whatever the largest size.
+// --resume goes on with the index that an interrupted run wrote last. Samples are the same for
+// every largest size.
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>

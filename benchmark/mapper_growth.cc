@@ -1,8 +1,8 @@
-// What a photo costs the mapper as its submap grows: a walk along a street, in correspondences only
-// (no pixels), so that hundreds of photos take minutes. Prints, for each hundred photos, the CPU
-// time of the registering thread and of the whole process per photo, the longest time a photo
-// waited, memory, and what a checkpoint stops; last the ratio of the two windows that issue 4
-// names.
+// What a photo costs the mapper as its submap grows: a walk along a street in correspondences (no
+// pixels), so that hundreds of photos take minutes. Prints for each hundred photos the CPU time per
+// photo of the registering thread and of the process, the longest wait of a photo, memory, and how
+// long a checkpoint stops registration. Last comes the ratio of photos 500-600 to photos 100-200.
+//
 //   mapper_growth [PHOTOS=600] [OBSERVATIONS_PER_PHOTO=1500]
 
 #include <time.h>

@@ -1,5 +1,5 @@
-// Time of matching one pair of photos with 8,192 descriptors each on one core, by version of the
-// kernel and by OpenCV's brute-force matcher in the same run.
+// Time of matching one pair of photos with 8,192 descriptors each on one core: each version of the
+// kernel, and OpenCV's brute-force matcher in the same run.
 //
 //   matching_kernel [repetitions]
 

@@ -1,4 +1,4 @@
-// Cost of geometric verification on real photos: COLMAP's limits of trials against ours, on the
+// Cost of geometric verification on real photos: COLMAP's limits of trials against Skein's, on the
 // same putative matches of pairs with and without overlap.
 //
 //   matching_two_view DIR [num_photos] [focal_px]

@@ -1,7 +1,7 @@
-// merge_models: what a mapper does when the merger orders a merge, with two of a session's submaps
-// as `skein export` writes them: similarity, seam and checks (merging/absorb.h), the smaller into
-// the larger. The check along matches that neither submap was built from needs the session, and is
-// left out.
+// merge_models: what a mapper does at a merge's order, with two submaps as `skein export` writes
+// them. It estimates the similarity, adjusts the seam and checks (merging/absorb.h), the smaller
+// into the larger. The check along matches that neither submap was built from needs the session,
+// and is left out.
 
 #include <CLI/CLI.hpp>
 #include <cmath>

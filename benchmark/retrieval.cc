@@ -1,9 +1,9 @@
 // What retrieval finds and what it costs, on sets of photos in their order of arrival.
 //
-// Reference (the paper's Tables II and III): all pairs matched and verified; of a photo's pairs
-// with more than 50 inliers among the photos before it, the 30 strongest. The codebook is trained
-// on the other sets only, unless one is given. "Expanded" is what the service does (hnsw_index.h);
-// its precision is told against that of exact search expanded likewise.
+// Reference (the paper's Tables II and III): all pairs are matched and verified. Of a photo's pairs
+// with earlier photos and more than 50 inliers the 30 strongest count. The codebook is trained on
+// the other sets only, unless one is given. "Expanded" is what the service does (hnsw_index.h),
+// compared with exact search expanded likewise.
 #include <CLI/CLI.hpp>
 #include <Eigen/Core>
 #include <algorithm>
@@ -114,8 +114,8 @@ Method RunExact(const Vectors& vectors) {
   return method;
 }
 
-// Hierarchical k-means over the photos so far, built anew for each photo (better for the tree than
-// one trained once); only the search is timed. FLANN's default of 32 leaves checked.
+// Hierarchical k-means over the photos so far, built anew for each photo, which favours the tree.
+// Only the search is timed. FLANN's default of 32 leaves is checked.
 Method RunTree(const Vectors& vectors) {
   Method method{"vocabulary tree", {}, {}};
   cv::Mat all;

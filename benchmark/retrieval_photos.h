@@ -1,7 +1,7 @@
 #pragma once
 
-// Photos of a study, their local features and the reference of retrieval: which pairs share enough
-// of the scene, found by exhaustive matching and verification. Both are kept in a cache folder.
+// Photos of a study, their local features, and the reference of retrieval: the pairs that overlap,
+// by exhaustive matching and verification. A cache folder keeps both.
 
 #include <cstdint>
 #include <functional>

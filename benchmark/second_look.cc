@@ -1,9 +1,9 @@
 // What the second look spares and what it loses, replayed on exhaustively matched photos.
 //
-// The photos arrive in the order given, faster than they are matched; each asks retrieval for 30
-// candidates, a worker that is free takes the next photo and works through them by SecondLook, and
-// the outcome of a pair is read from the exhaustive matching. Every pair takes the same time. What
-// a worker found is known to all the time of one pair after its photo's last one.
+// The photos arrive in the order given, faster than they are matched. Each asks retrieval for 30
+// candidates. A free worker takes the next photo and works through them by SecondLook. A pair's
+// outcome is read from the exhaustive matching. Every pair takes the same time. All workers know a
+// pair's outcome one pair's time after its photo's last one.
 #include "matching/second_look.h"
 
 #include <CLI/CLI.hpp>

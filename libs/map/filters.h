@@ -13,10 +13,10 @@ struct FilterOptions {
   double min_triangulation_angle_deg = 1.5;
 };
 
-// Takes out of the map the observations of the bundle with too large an error, then its points
-// with less than two observations or too small a triangulation angle; sets the mean error of points
-// with all their observations in the bundle. `bundle` must be solved and applied to the map.
-// Returns the number of observations taken out.
+// Removes observations of the bundle with too large an error. Then removes its points with less
+// than two observations or too small a triangulation angle. Sets the mean error of points whose
+// observations are all in the bundle. `bundle` must be solved and applied to the map. Returns the
+// number of removed observations.
 int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map);
 
 // The same for given points with all their observations.

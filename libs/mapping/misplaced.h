@@ -17,16 +17,15 @@ struct MisplacedOptions {
 };
 
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
-// photo, and all that then grows from it, to a wrong spot by a few matches that agree; once the
-// right neighbours are in, many more matches between the two parts connect points that lie apart.
-// Photos are joined along their verified pairs, those with most agreeing matches first, but never
-// two groups between which more matches contradict than agree. Of groups that contradict each
-// other the larger one stays; the photos of the others are returned, in ascending order.
-// Visits all pairs.
+// photo to a wrong spot by a few matches that agree, and then all that grows from it. Once the
+// right neighbours are registered, many more matches between the two parts contradict. Photos are
+// joined along their verified pairs, those with most agreeing matches first. Two groups with more
+// contradicting than agreeing matches are never joined. Of groups that contradict each other the
+// larger one stays. The photos of the others are returned, ascending. Visits all pairs.
 std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map);
 
 // The same among the registered photos nearest to `center` along verified pairs, at most
-// `max_photos_around`: its cost does not grow with the map.
+// `max_photos_around`. Its cost is independent of the map's size.
 std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const SceneMap& map,
                                          ImageId center);
 

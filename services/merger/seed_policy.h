@@ -1,10 +1,10 @@
 // When to start a submap, and from which pair of photos.
 //
-// A photo is an orphan when every live submap has worked in its matches and none registered it.
-// The best pair of orphans by inliers x angle becomes a seed, once. Two seeds must never grow into
-// one scene side by side, so a photo waits as long as a live submap that could still reach it, over
-// any chain of verified pairs, has not worked up to it; and a photo that a submap deferred waits a
-// while, because the submap may grow towards it.
+// A photo is an orphan when every live submap has processed its matches and none registered it. The
+// pair of orphans with the largest inliers x angle becomes a seed, once. Two seeds must never grow
+// into one scene side by side. So a photo waits in two cases:
+//  - A live submap that could reach it over a chain of verified pairs has not worked up to it.
+//  - A submap deferred it a short while ago: the submap may grow towards it.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +25,8 @@ struct SeedOptions {
   double max_forward_motion = 0.95;
   // Median triangulation angle asked for at first, and its relaxations, in degrees.
   std::vector<double> min_tri_angle_steps_deg = {16, 8, 4, 2};
-  // A step is taken when so many orphans of one component wait, or it has been quiet so long; all
-  // are taken when the session finishes. One entry a step, the first is for the first relaxation.
+  // A relaxation applies when so many orphans of one component wait, or after so many quiet
+  // seconds. All apply when the session finishes. One entry a relaxation.
   std::vector<int> relax_orphans = {4, 6, 9};
   std::vector<double> relax_quiet_s = {3, 6, 9};
   // A deferred photo waits until so many further photos were matched, or it is quiet.
