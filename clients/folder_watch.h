@@ -21,7 +21,7 @@ class FolderWatch {
   // These are known already.
   void Skip(const std::vector<PhotoFile>& photos);
 
-  // What has become whole since the last scan.
+  // Photos that became complete since the last scan.
   std::vector<PhotoFile> Scan();
 
  private:

@@ -16,7 +16,7 @@ struct PhotoFile {
   std::string name;  // relative to the folder; as the file system has it, valid or not
 };
 
-// How a folder is gone through.
+// The order in which a folder's photos are sent.
 struct PhotoOrder {
   enum class Kind { kName, kTime, kShuffle };
   Kind kind = Kind::kName;

@@ -35,7 +35,7 @@ class PhotoFolderTest : public testing::Test {
   TestFolder folder_;
 };
 
-// What a phone writes: turned, with a place, a time and a focal length.
+// A phone's photo: rotated, with position, time and focal length.
 ExifBuilder PhoneExif() {
   ExifBuilder exif;
   exif.Short(0, 0x0112, 6);

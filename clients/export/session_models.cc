@@ -116,7 +116,7 @@ Result<ExportModel> ReadModelFolder(const fs::path& folder) {
     const fs::path file = folder / (std::string(name) + (binary ? ".bin" : ".txt"));
     if (!fs::exists(file)) return NotFound("there is no " + file.string());
   }
-  // COLMAP's reader aborts on damaged files: ours looks first.
+  // COLMAP's reader aborts on damaged files, so the file is checked first.
   const Result<ModelPoses> readable = ReadColmapPoses(folder);
   if (!readable) return readable.status();
   ExportModel model;

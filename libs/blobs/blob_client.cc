@@ -30,7 +30,7 @@ PullWindow InitialWindow(int chunk_bytes) {
   return chunk_bytes == kChunkBytes ? PullWindow(8, 64) : PullWindow(32, 1024);
 }
 
-// What a request names is not trusted to be a channel for chunks.
+// A request may name any channel; only a channel for chunks is answered.
 bool IsChunkChannel(const std::string& channel) {
   return channel.rfind("SKEIN_BLOB_CHUNK_", 0) == 0 && channel.size() <= 63;
 }

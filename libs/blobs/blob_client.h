@@ -51,7 +51,7 @@ class BlobClient {
   // restarted owner does until it offers the blob again.
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched,
                 int64_t max_bytes = kMaxBlobBytes, double unknown_patience_s = 3);
-  // Its function is not called any more.
+  // The fetch's function is not called any more.
   void Cancel(FetchId id);
   // Bytes that came over the bus for it so far; 0 once it is done.
   int64_t ReceivedBytes(FetchId id) const;

@@ -223,7 +223,8 @@ class Solver {
     }
   }
 
-  // Of one point with one camera's parameters, summed over its observations by that camera.
+  // The block of one point and one camera's parameters, summed over the point's observations by
+  // that camera.
   struct Coupling {
     Coupling(int row, int size) : row(row), size(size) {}
     int row, size;

@@ -68,7 +68,7 @@ struct BundleOptions {
   int num_threads = 1;
   // Free poses up to which the Schur complement is decomposed as a dense matrix. Up to
   // max_filled_poses it is, too, when a sparse Cholesky decomposition would take longer
-  // (reduced_system.h). That many take 650 MB a thread.
+  // (reduced_system.h). 1,500 poses take 650 MB a thread.
   int max_dense_poses = 250;
   int max_filled_poses = 1500;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration

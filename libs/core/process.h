@@ -1,4 +1,4 @@
-// What a process knows of itself and its host.
+// Memory, CPU time and host of this process.
 #pragma once
 
 #include <cstdint>

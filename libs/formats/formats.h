@@ -72,7 +72,7 @@ using ModelArchive = std::map<std::string, Bytes>;
 Bytes EncodeModelArchive(const ModelArchive& archive);
 Result<ModelArchive> DecodeModelArchive(const Bytes& bytes);
 
-// What a merger needs of an image that two submaps hold.
+// An image that two submaps hold, as the merger needs it.
 struct SharedPoint {
   uint32_t point2D_idx = 0;     // keypoint index
   std::array<double, 3> xyz{};  // in the frame of the submap

@@ -243,7 +243,8 @@ std::vector<Eigen::Vector3d> UpDirections(const std::vector<const GeoPhoto*>& ph
   return ups;
 }
 
-// What a similarity's parameters are known to, given the spread of the inliers' centres in metres.
+// Standard deviations of a similarity's parameters from the spread of the inliers' centres in
+// metres.
 void SetSigmas(const Points& centres_m, double min_sigma_m, Georeference* result) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& centre : centres_m) mean += centre / centres_m.size();

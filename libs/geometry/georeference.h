@@ -1,4 +1,4 @@
-// Where a model lies on the earth, from the GPS positions that its photos carry.
+// A model's position on the earth, from the GPS positions of its photos.
 #pragma once
 
 #include <Eigen/Core>

@@ -16,7 +16,7 @@ struct NamedPose {
   CameraPose pose;   // cam_from_world
 };
 
-// What a model's points3D file says; zeros when it has none.
+// Figures of a model's points3D file; zeros without one.
 struct PointStatistics {
   size_t points = 0;
   double mean_reprojection_error_px = 0;  // over points, as COLMAP's model_analyzer has it

@@ -8,7 +8,7 @@
 
 namespace skein {
 
-// Where things lie in a session folder.
+// The paths of a session folder.
 struct SessionPaths {
   std::filesystem::path root;
 

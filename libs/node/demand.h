@@ -29,8 +29,8 @@ class DemandTeller {
   PollLoop::TimerId timer_ = 0;
 };
 
-// What was heard lately of one kind of work: what waits, and which workers there are. `now_s` is
-// any monotonic time. Who says nothing for `forget_s` is gone, and what it said with it.
+// The waiting work and the workers of one kind, by recent messages. `now_s` is any monotonic time.
+// A process that is silent for `forget_s` is forgotten with its messages.
 class DemandBook {
  public:
   explicit DemandBook(std::string kind, double forget_s = 3.5)

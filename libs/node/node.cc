@@ -81,7 +81,7 @@ Node::Node(const NodeOptions& options, PollLoop& loop, Bus& bus)
   Start();
 }
 
-// What fills heartbeats may be gone by now.
+// The object that fills heartbeats may be destroyed by now.
 Node::~Node() {
   loop_.CancelTimer(heartbeat_timer_);
   fill_heartbeat_ = [](heartbeat_t* beat) { beat->state = kEndedState; };

@@ -23,7 +23,7 @@ Bus::Bus(const std::string& url, PollLoop& loop) : url_(ParseLcmUrl(url)), loop_
 Bus::~Bus() { loop_.CancelTimer(close_bulk_timer_); }
 
 Link& Bus::OpenLink(bool bulk) {
-  std::unique_ptr<Link>& link = side(bulk).link;
+  std::unique_ptr<Link>& link = network(bulk).link;
   if (!link) {
     link = MakeLink(bulk ? url_.Bulk() : url_, loop_,
                     [this, bulk](const std::string& channel, const Bytes& message) {
@@ -52,7 +52,7 @@ bool Bus::PublishRaw(bool bulk, const std::string& channel, const Bytes& message
 Bus::SubscriptionId Bus::SubscribeRaw(bool bulk, const std::string& channel, RawHandler handler) {
   const SubscriptionId id = next_id_++;
   OpenLink(bulk).Subscribe(channel);
-  side(bulk).handlers[channel][id] = std::make_shared<RawHandler>(std::move(handler));
+  network(bulk).handlers[channel][id] = std::make_shared<RawHandler>(std::move(handler));
   subscriptions_[id] = {bulk, channel};
   return id;
 }
@@ -62,7 +62,7 @@ void Bus::Unsubscribe(SubscriptionId id) {
   if (found == subscriptions_.end()) return;
   const auto [bulk, channel] = found->second;
   subscriptions_.erase(found);
-  Side& from = side(bulk);
+  Network& from = network(bulk);
   from.handlers[channel].erase(id);
   if (!from.handlers[channel].empty()) return;
   from.handlers.erase(channel);
@@ -81,8 +81,8 @@ void Bus::Deliver(bool bulk, const std::string& channel, const Bytes& message) {
   ++counters_.num_received;
   counters_.bytes_received += static_cast<int64_t>(message.size());
   if (drop_received_ && drop_received_(channel)) return;
-  const auto found = side(bulk).handlers.find(channel);
-  if (found == side(bulk).handlers.end()) return;
+  const auto found = network(bulk).handlers.find(channel);
+  if (found == network(bulk).handlers.end()) return;
   const auto handlers = found->second;  // a copy: a handler may unsubscribe
   for (const auto& [id, handler] : handlers) {
     if (subscriptions_.count(id)) (*handler)(message);

@@ -95,7 +95,7 @@ class Bus {
 
  private:
   using RawHandler = std::function<void(const Bytes&)>;
-  struct Side {
+  struct Network {
     std::unique_ptr<Link> link;
     std::map<std::string, std::map<SubscriptionId, std::shared_ptr<RawHandler>>> handlers;
   };
@@ -132,13 +132,13 @@ class Bus {
   void CountFailure(const std::string& channel, const Bytes& message);
   void CloseBulkWhenIdle();
   Link& OpenLink(bool bulk);
-  Side& side(bool bulk) { return bulk && url_.provider != "memq" ? bulk_ : main_; }
+  Network& network(bool bulk) { return bulk && url_.provider != "memq" ? bulk_ : main_; }
 
   const LcmUrl url_;
   PollLoop& loop_;
   std::string session_id_;
-  Side main_;
-  Side bulk_;
+  Network main_;
+  Network bulk_;
   PollLoop::TimerId close_bulk_timer_ = 0;
   std::map<SubscriptionId, std::pair<bool, std::string>> subscriptions_;  // bulk?, channel
   SubscriptionId next_id_ = 1;

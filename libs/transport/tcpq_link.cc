@@ -184,7 +184,7 @@ void TcpqLink::DeliverFrames() {
     const auto state = parser_.Next(&frame);
     if (state == tcpq::FrameParser::State::kNeedMore) return;
     if (state == tcpq::FrameParser::State::kBroken) return Disconnect("it speaks another protocol");
-    // Sent before it knew of our unsubscribing, if not in the set.
+    // Not in the set: the relay sent it before it got the unsubscription.
     if (channels_.count(frame.channel)) on_message_(frame.channel, frame.message);
   }
 }

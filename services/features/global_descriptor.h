@@ -8,7 +8,7 @@
 
 namespace skein {
 
-// What a back end may look at.
+// Input of a back end.
 struct DescribedPhoto {
   cv::Mat as_stored;         // 8-bit BGR
   int exif_orientation = 1;  // 1..8

@@ -69,7 +69,7 @@ struct Neighbours {
   int64_t best_sq = -1, second_sq = -1;  // -1: none
 };
 
-// Of each of a's among b's, by the rules in kernel.h.
+// Nearest of b's for each of a's, by the rules in kernel.h.
 std::vector<Neighbours> ReferenceNeighbours(const Descriptors& a, const Descriptors& b) {
   std::vector<Neighbours> all(View(a).count);
   for (int i = 0; i < View(a).count; ++i) {

@@ -99,7 +99,7 @@ void MatchingService::LoadOther(size_t index) {
                });
 }
 
-// What is likely to be matched after the batch that is loaded now.
+// Photos that are likely to be matched after the current batch.
 void MatchingService::Prefetch() {
   const auto prefetch = [this](int64_t image_id) {
     for (const int64_t id :

@@ -30,7 +30,7 @@ class PhotoIndex {
   // Whether the ledger was read up to the photo's candidates.
   bool HasCandidates(int64_t image_id) const { return candidates_.count(image_id) > 0; }
 
-  // Those known, each once, without the photo itself. Throws std::out_of_range without
+  // The known candidates, each once, without the photo itself. Throws std::out_of_range without
   // HasCandidates.
   const std::vector<int64_t>& CandidatesOf(int64_t image_id) const {
     return candidates_.at(image_id);

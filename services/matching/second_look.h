@@ -94,7 +94,7 @@ class SecondLook {
     int32_t num_inliers = 0;
   };
 
-  // What the edges of a tried photo after `after_seq` say of their other photos.
+  // Adds the evidence of a tried photo's edges after `after_seq` to their other photos.
   void Learn(const Outcome& outcome, int64_t after_seq);
   bool IsInformed(const Candidate& c) const { return c.weight >= options_.min_evidence; }
   double Expected(const Candidate& candidate) const;

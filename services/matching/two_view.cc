@@ -29,7 +29,7 @@ using FundamentalRansac = colmap::LORANSAC<colmap::FundamentalMatrixSevenPointEs
 using HomographyRansac =
     colmap::LORANSAC<colmap::HomographyMatrixEstimator, colmap::HomographyMatrixEstimator>;
 
-// What is kept of a RANSAC report.
+// The part of a RANSAC report that is used.
 struct Model {
   bool found = false;
   double num_inliers = 0;

@@ -66,7 +66,7 @@ TEST_F(RelayTest, OneStoppedClientStallsNobodyElse) {
   stopped.Signal(SIGCONT);
 }
 
-// Why there is a relay of our own. Says what it sees; does not demand that the other one stalls.
+// The reason for Skein's own relay. Says what it sees; does not demand that the other one stalls.
 TEST_F(RelayTest, TheStockRelayIsMeasuredBesideIt) {
   const Child relay(std::vector<std::string>{"java", "-Xmx64m", "-cp", "/usr/share/java/lcm.jar",
                                              "lcm.lcm.TCPService", std::to_string(kPort)});

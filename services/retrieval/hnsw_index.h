@@ -41,7 +41,7 @@ class HnswIndex {
   HnswIndex& operator=(HnswIndex&&) noexcept;
 
   using Nodes = std::vector<std::pair<float, uint32_t>>;  // squared distance, node
-  // What the graph tells of a vector of dim() values, for Nearest and Insert.
+  // Result of a search for a vector of dim() values; input of Nearest and Insert.
   struct Search {
     Int8Vector vector;
     size_t index_size = 0;
