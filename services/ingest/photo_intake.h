@@ -75,7 +75,7 @@ class PhotoIntake {
   std::map<std::string, std::string> cameras_;                    // key -> camera id
   std::map<std::string, std::string> renamed_;                    // offer -> image id, of NAME~2
   std::map<std::string, std::string> duplicates_;                 // offer -> image id
-  WorkerThread worker_;  // last: ends first
+  WorkerThread worker_;                                           // last: ends first
 };
 
 }  // namespace skein
