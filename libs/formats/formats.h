@@ -66,7 +66,7 @@ using TwoViewPairs = std::vector<TwoViewPair>;
 Bytes EncodeTwoViewPairs(const TwoViewPairs& pairs);
 Result<TwoViewPairs> DecodeTwoViewPairs(const Bytes& bytes);
 
-// The files of a model by name: cameras.bin, images.bin, points3D.bin, side.bin.
+// The files of a model by name: cameras.bin, images.bin, points3D.bin, state.bin.
 using ModelArchive = std::map<std::string, Bytes>;
 
 Bytes EncodeModelArchive(const ModelArchive& archive);

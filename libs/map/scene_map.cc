@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "base/camera_models.h"
+#include "base/similarity_transform.h"
 
 namespace skein {
 namespace {
@@ -204,6 +205,17 @@ void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
     reconstruction_->Point3D(added).SetError(point.Error());
   }
   triangulator_->ClearModifiedPoints3D();
+}
+
+void SceneMap::AlignTo(const colmap::Reconstruction& model) {
+  std::vector<Eigen::Vector3d> from, to;
+  for (const ImageId id : reconstruction_->RegImageIds()) {
+    if (!model.IsImageRegistered(id)) continue;
+    from.push_back(reconstruction_->Image(id).ProjectionCenter());
+    to.push_back(model.Image(id).ProjectionCenter());
+  }
+  colmap::SimilarityTransform3 transform;
+  if (from.size() >= 3 && transform.Estimate<true>(from, to)) reconstruction_->Transform(transform);
 }
 
 void SceneMap::Clear() {

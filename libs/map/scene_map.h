@@ -76,6 +76,10 @@ class SceneMap {
   // same keypoints and cameras; its points get new ids.
   void ReplaceRegistered(const colmap::Reconstruction& model);
 
+  // Moves the map into the frame of a model with the same photos, as well as their centres allow.
+  // No effect if they share fewer than three.
+  void AlignTo(const colmap::Reconstruction& model);
+
   // Drops all poses and points; cameras get their priors back.
   void Clear();
 

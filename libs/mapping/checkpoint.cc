@@ -9,21 +9,11 @@
 namespace skein {
 namespace {
 
+constexpr char kStateFile[] = "state.bin";
 constexpr uint32_t kIdentifier = 0x4E534B53;  // "SKSN"
 constexpr uint32_t kVersion = 2;
 
-struct CameraSide {
-  uint32_t id = 0;
-  bool refined = false;
-};
-
-struct SideFile {
-  std::vector<int64_t> photos;
-  std::vector<CameraSide> cameras;
-  Submap::Side side;
-};
-
-void PutTrials(const std::map<ImageId, Submap::Trial>& trials, ByteWriter* writer) {
+void PutTrials(const std::map<ImageId, TrialRecord>& trials, ByteWriter* writer) {
   writer->Put<uint64_t>(trials.size());
   for (const auto& [id, trial] : trials) {
     writer->Put<uint32_t>(id);
@@ -50,22 +40,22 @@ void PutSimilar(const SimilarityLists& lists, ByteWriter* writer) {
   }
 }
 
-Bytes EncodeSide(const Submap& submap) {
+Bytes EncodeState(const SubmapState& state) {
   ByteWriter writer;
   writer.Put(kIdentifier);
   writer.Put(kVersion);
-  writer.Put<uint64_t>(submap.map().photos().size());
-  for (const ImageId id : submap.map().photos()) writer.Put<int64_t>(id);
-  writer.Put<uint64_t>(submap.map().camera_states().size());
-  for (const auto& [id, state] : submap.map().camera_states()) {
+  writer.Put<uint64_t>(state.photos.size());
+  for (const int64_t id : state.photos) writer.Put(id);
+  writer.Put<uint64_t>(state.is_camera_refined.size());
+  for (const auto& [id, is_refined] : state.is_camera_refined) {
     writer.Put<uint32_t>(id);
-    writer.Put<uint8_t>(state.refined);
+    writer.Put<uint8_t>(is_refined);
   }
-  PutTrials(submap.side().trials, &writer);
-  PutSimilar(submap.side().similar, &writer);
-  writer.Put(submap.side().images_at_global);
-  writer.Put(submap.side().points_at_global);
-  writer.Put(submap.side().first);
+  PutTrials(state.trials, &writer);
+  PutSimilar(state.similar, &writer);
+  writer.Put(state.size_at_global.num_images);
+  writer.Put(state.size_at_global.num_points);
+  writer.Put(state.first);
   return writer.Take();
 }
 
@@ -82,20 +72,20 @@ bool GetPhotos(ByteReader* reader, std::vector<int64_t>* photos) {
   return true;
 }
 
-bool GetCameras(ByteReader* reader, std::vector<CameraSide>* cameras) {
+bool GetCameras(ByteReader* reader, std::map<CameraId, bool>* is_camera_refined) {
   uint64_t count = 0;
   if (!GetCount(reader, 5, &count)) return false;
-  cameras->resize(count);
-  for (CameraSide& camera : *cameras) {
-    uint8_t refined = 0;
-    reader->Get(&camera.id);
-    reader->Get(&refined);
-    camera.refined = refined != 0;
+  for (uint64_t i = 0; i < count; ++i) {
+    uint32_t id = 0;
+    uint8_t is_refined = 0;
+    reader->Get(&id);
+    reader->Get(&is_refined);
+    (*is_camera_refined)[id] = is_refined != 0;
   }
   return true;
 }
 
-bool GetTrials(ByteReader* reader, std::map<ImageId, Submap::Trial>* trials) {
+bool GetTrials(ByteReader* reader, std::map<ImageId, TrialRecord>* trials) {
   uint64_t count = 0;
   if (!GetCount(reader, 15, &count)) return false;
   for (uint64_t i = 0; i < count; ++i) {
@@ -131,23 +121,26 @@ bool GetSimilar(ByteReader* reader, SimilarityLists* lists) {
   return true;
 }
 
-Result<SideFile> DecodeSide(const ModelArchive& archive) {
-  const auto file = archive.find("side.bin");
-  if (file == archive.end()) return Status::Error("model archive without side.bin");
+bool GetState(ByteReader* reader, SubmapState* state) {
+  return GetPhotos(reader, &state->photos) && GetCameras(reader, &state->is_camera_refined) &&
+         GetTrials(reader, &state->trials) && GetSimilar(reader, &state->similar) &&
+         reader->Get(&state->size_at_global.num_images) &&
+         reader->Get(&state->size_at_global.num_points) && reader->Get(&state->first) &&
+         reader->remaining() == 0;
+}
+
+Result<SubmapState> DecodeState(const ModelArchive& archive) {
+  const auto file = archive.find(kStateFile);
+  if (file == archive.end()) return Status::Error("model archive without state.bin");
   ByteReader reader(file->second);
   uint32_t identifier = 0, version = 0;
   if (!reader.Get(&identifier) || !reader.Get(&version) || identifier != kIdentifier) {
-    return Status::Error("side.bin is something else");
+    return Status::Error("state.bin is something else");
   }
-  if (version != kVersion) return Status::Error("side.bin of another version");
-  SideFile side;
-  if (!GetPhotos(&reader, &side.photos) || !GetCameras(&reader, &side.cameras) ||
-      !GetTrials(&reader, &side.side.trials) || !GetSimilar(&reader, &side.side.similar) ||
-      !reader.Get(&side.side.images_at_global) || !reader.Get(&side.side.points_at_global) ||
-      !reader.Get(&side.side.first) || reader.remaining() != 0) {
-    return Status::Error("side.bin is damaged");
-  }
-  return side;
+  if (version != kVersion) return Status::Error("state.bin of another version");
+  SubmapState state;
+  if (!GetState(&reader, &state)) return Status::Error("state.bin is damaged");
+  return state;
 }
 
 }  // namespace
@@ -155,29 +148,22 @@ Result<SideFile> DecodeSide(const ModelArchive& archive) {
 ModelArchive SaveSubmap(Submap* submap) {
   submap->map().ColourPoints();
   ModelArchive archive = EncodeModel(submap->map().reconstruction());
-  archive["side.bin"] = EncodeSide(*submap);
+  archive[kStateFile] = EncodeState(submap->State());
   return archive;
 }
 
 Result<std::vector<int64_t>> PhotosOfArchive(const ModelArchive& archive) {
-  const Result<SideFile> side = DecodeSide(archive);
-  if (!side.ok()) return side.status();
-  return side->photos;
+  const Result<SubmapState> state = DecodeState(archive);
+  if (!state.ok()) return state.status();
+  return state->photos;
 }
 
 Status RestoreSubmap(const ModelArchive& archive, Submap* submap) {
-  const Result<SideFile> side = DecodeSide(archive);
-  if (!side.ok()) return side.status();
+  const Result<SubmapState> state = DecodeState(archive);
+  if (!state.ok()) return state.status();
   const Result<colmap::Reconstruction> model = DecodeModel(archive);
   if (!model.ok()) return model.status();
-  const Status status = submap->ReplaceModel(*model);
-  if (!status.ok()) return status;
-  submap->set_side(side->side);
-  for (const CameraSide& camera : side->cameras) {
-    if (submap->map().camera_states().count(camera.id) == 0) continue;
-    submap->map().camera_state(camera.id).refined = camera.refined;
-  }
-  return Status::Ok();
+  return submap->Restore(*model, *state);
 }
 
 }  // namespace skein

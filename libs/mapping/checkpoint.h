@@ -10,11 +10,11 @@
 namespace skein {
 
 // A submap as a model archive: COLMAP's three files, which any reader of COLMAP models takes, and
-// side.bin with what they don't hold: photos that wait, trials, priors, similarity lists.
+// state.bin with what they don't hold (submap_state.h).
 ModelArchive SaveSubmap(Submap* submap);
 
 // The photos that must be in a submap before the archive can be restored into it: those it holds,
-// registered or waiting, in the order they came. Fails on a damaged side.bin.
+// registered or waiting, in the order they came. Fails on a damaged state.bin.
 Result<std::vector<int64_t>> PhotosOfArchive(const ModelArchive& archive);
 
 // Restores into a submap that has the archive's photos with their pairs and nothing registered.

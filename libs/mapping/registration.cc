@@ -281,7 +281,7 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id) {
 }
 
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
-                          const RegistrationOptions& options) {
+                          const RegistrationOptions& options, const TrialContext& context) {
   const colmap::Image& image = map.reconstruction().Image(image_id);
   colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
   const CameraState& state = map.camera_state(camera.CameraId());
@@ -306,7 +306,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   if (!IsDetermined(options, estimate.sigmas, kSigmasOfAStart)) {
     return Refuse(estimate, "pose badly determined by its inliers");
   }
-  if (HasRival(options, visible, camera, estimate)) {
+  if (!context.takes_ambiguous && HasRival(options, visible, camera, estimate)) {
     estimate.is_ambiguous = true;
     return Refuse(estimate, "ambiguous: its points agree on two poses");
   }
@@ -314,12 +314,12 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
       CompareWithNeighbours(options.look_alike, map, image_id, camera,
                             colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
   estimate.misses_too_much = MissesTooMuch(options.look_alike, votes);
-  if (estimate.misses_too_much && options.suspect_look_alike) {
+  if (estimate.misses_too_much && context.may_look_alike) {
     return Refuse(estimate, "another place that looks alike: " + std::to_string(votes.num_missing) +
                                 " of " + std::to_string(votes.num_cells()) +
                                 " parts that it should show are not there");
   }
-  if (options.must_show_place && votes.num_cells() < options.look_alike.min_cells) {
+  if (context.must_show_place && votes.num_cells() < options.look_alike.min_cells) {
     return Refuse(estimate, "perhaps of another place that looks alike: too little to tell by");
   }
   estimate.ok = true;

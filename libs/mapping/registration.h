@@ -8,6 +8,7 @@
 #include "disambiguation/photo_groups.h"
 #include "map/scene_map.h"
 #include "mapping/pose_sigmas.h"
+#include "mapping/trial_context.h"
 
 namespace skein {
 
@@ -35,8 +36,6 @@ struct RegistrationOptions {
   double min_epipolar_share = 0.65;
   double max_epipolar_error_px = 4.0;
   LookAlikeOptions look_alike;
-  bool suspect_look_alike = false;  // then the photo must not miss too much of the map either
-  bool must_show_place = false;     // then there must be enough of the map in it to tell
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
   double min_focal_factor = 0.4;
@@ -73,7 +72,7 @@ struct PoseEstimate {
 // refinement. The camera's focal length and distortion are estimated along only when no photo of
 // it is registered. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
-                          const RegistrationOptions& options);
+                          const RegistrationOptions& options, const TrialContext& context = {});
 
 // Whether the sigmas are within `factor` times the limits.
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);

@@ -1,10 +1,46 @@
-#include <algorithm>
-
-#include "mapping/submap.h"
-
 // What a submap tells of itself.
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/projection.h"
+#include "mapping/submap.h"
+
 namespace skein {
+namespace {
+
+// Of the photo's own observations as the map stands.
+double MeanErrorPx(const SceneMap& map, ImageId id) {
+  const colmap::Image& image = map.reconstruction().Image(id);
+  const colmap::Camera& camera = map.reconstruction().Camera(image.CameraId());
+  double sum = 0;
+  int count = 0;
+  for (const colmap::Point2D& point2D : image.Points2D()) {
+    if (!point2D.HasPoint3D()) continue;
+    const Eigen::Vector3d& xyz = map.reconstruction().Point3D(point2D.Point3DId()).XYZ();
+    const double squared = colmap::CalculateSquaredReprojectionError(
+        point2D.XY(), xyz, image.Qvec(), image.Tvec(), camera);
+    if (squared == std::numeric_limits<double>::max()) continue;  // behind the camera
+    sum += std::sqrt(squared);
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
+}  // namespace
+
+PhotoEvent Submap::RegisteredEvent(ImageId id, const PoseEstimate& estimate) const {
+  PhotoEvent event;
+  event.image_id = id;
+  event.state = PhotoEvent::State::kRegistered;
+  event.num_visible = estimate.num_visible;
+  event.num_inliers = estimate.num_inliers;
+  event.qvec = map_->reconstruction().Image(id).Qvec();
+  event.tvec = map_->reconstruction().Image(id).Tvec();
+  event.mean_error_px = MeanErrorPx(*map_, id);
+  return event;
+}
 
 SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
   SharedImages result;
@@ -46,13 +82,37 @@ std::vector<PhotoEvent> Submap::RegisteredEvents() const {
   return events;
 }
 
+SubmapState Submap::State() const {
+  SubmapState state;
+  state.photos.assign(map_->photos().begin(), map_->photos().end());
+  for (const auto& [id, camera] : map_->camera_states()) {
+    state.is_camera_refined[id] = camera.refined;
+  }
+  state.trials = waiting_.records();
+  state.similar = adjuster_.similar();
+  state.size_at_global = adjuster_.size_at_global();
+  state.first = first_;
+  return state;
+}
+
+Status Submap::Restore(const colmap::Reconstruction& model, const SubmapState& state) {
+  const Status status = ReplaceModel(model);
+  if (!status.ok()) return status;
+  waiting_.set_records(state.trials);
+  adjuster_.similar() = state.similar;
+  adjuster_.set_size_at_global(state.size_at_global);
+  first_ = state.first;
+  for (const auto& [id, is_refined] : state.is_camera_refined) {
+    if (map_->camera_states().count(id) > 0) map_->camera_state(id).refined = is_refined;
+  }
+  return Status::Ok();
+}
+
 SubmapStatistics Submap::Statistics() const {
   SubmapStatistics statistics;
   const colmap::Reconstruction& reconstruction = map_->reconstruction();
   statistics.num_images = static_cast<int>(reconstruction.NumRegImages());
-  for (const auto& [id, trial] : side_.trials) {
-    statistics.num_deferred += trial.deferred && !map_->IsRegistered(id);
-  }
+  statistics.num_deferred = waiting_.NumDeferred();
   statistics.num_points = static_cast<int>(reconstruction.NumPoints3D());
   statistics.mean_reprojection_error_px = reconstruction.ComputeMeanReprojectionError();
   statistics.mean_track_length = reconstruction.ComputeMeanTrackLength();

@@ -466,7 +466,7 @@ TEST(Submap, LeavesAPhotoToTheSubmapThatHoldsItMoreFirmly) {
     if (ours.Image(5).Point2D(i).HasPoint3D() && !is_kept) ours.DeleteObservation(5, i);
   }
   run.events.clear();
-  run.map.LeaveStrangersTo(other, run.Sink());
+  run.map.YieldLookAlikesTo(other, run.Sink());
   ASSERT_EQ(run.events.size(), 1u);
   EXPECT_EQ(run.events[0].image_id, 5);
   EXPECT_EQ(run.events[0].state, PhotoEvent::State::kWithdrawn);

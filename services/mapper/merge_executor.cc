@@ -59,8 +59,8 @@ std::string WhyLookAlike(const Submap& submap, const colmap::Reconstruction& tar
 
 // Two places that look alike: a photo is of one of them.
 void LeaveStrangers(const colmap::Reconstruction& source, Submap* submap, Absorption* absorption) {
-  submap->LeaveStrangersTo(source,
-                           [&](const PhotoEvent& event) { absorption->events.push_back(event); });
+  submap->YieldLookAlikesTo(source,
+                            [&](const PhotoEvent& event) { absorption->events.push_back(event); });
 }
 
 // Runs in the submap's thread. Returns why not, or "".

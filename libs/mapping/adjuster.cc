@@ -1,0 +1,148 @@
+#include "mapping/adjuster.h"
+
+#include <algorithm>
+#include <unordered_set>
+#include <utility>
+
+#include "map/filters.h"
+#include "map/track_completion.h"
+#include "mapping/local_window.h"
+#include "mapping/retriangulation.h"
+
+namespace skein {
+namespace {
+
+// A global BA after which a smaller part of the observations changes is the last one.
+constexpr double kMaxChange = 0.0005;
+
+WeightForm FormOfWeights(LocalBaForm form) {
+  if (form == LocalBaForm::kPaper) return WeightForm::kPaper;
+  if (form == LocalBaForm::kConsistent) return WeightForm::kConsistent;
+  return WeightForm::kNone;
+}
+
+}  // namespace
+
+std::vector<ImageId> Adjuster::TakeAdjusted() { return std::exchange(adjusted_, {}); }
+
+int Adjuster::AdjustLocally(ImageId new_image) {
+  const BundleRequest request = SelectLocalWindow(options_.local, map_, similar_, new_image);
+  Bundle bundle = BuildBundle(map_, request);
+  BundleOptions solve;
+  solve.loss = Loss::kSoftL1;
+  solve.max_iterations = 15;
+  solve.function_tolerance = 1e-4;
+  solve.num_threads = options_.num_threads;
+  solve.weight_form = FormOfWeights(options_.local.form);
+  const BundleSummary summary = SolveBundle(solve, &bundle);
+  if (!summary.usable) return summary.num_free_poses;
+  ApplyBundle(bundle, &map_);
+  // COLMAP's form leaves no point out.
+  if (options_.local.form != LocalBaForm::kColmap) AdjustPointsBeside(request);
+  FilterBundle(options_.filter, bundle, &map_);
+  CompleteAround(new_image);
+  adjusted_ = request.free;
+  return summary.num_free_poses;
+}
+
+// What long tracks have gained was checked as it was added.
+void Adjuster::CompleteAround(ImageId new_image) {
+  CompleteLocally(options_.triangulation, new_image, &map_);
+  const auto& changed = map_.triangulator().GetModifiedPoints3D();
+  std::vector<Point3DId> points(changed.begin(), changed.end());
+  std::sort(points.begin(), points.end());
+  FilterPoints(options_.filter, WithoutFirm(map_, points), &map_);
+}
+
+// Moves the points that the images of a local BA see but the BA left out to where their
+// observations meet now that the poses have changed.
+void Adjuster::AdjustPointsBeside(const BundleRequest& adjusted) {
+  const std::unordered_set<Point3DId> inside(adjusted.points.begin(), adjusted.points.end());
+  BundleRequest request;
+  for (const Point3DId id : PointsSeenBy(map_, adjusted.free)) {
+    if (inside.count(id) == 0) request.points.push_back(id);
+  }
+  if (request.points.empty()) return;
+  request.held = ObserversOf(map_, request.points);
+  Bundle bundle = BuildBundle(map_, request);
+  BundleOptions solve;
+  solve.max_iterations = 3;
+  solve.function_tolerance = 1e-3;
+  if (!SolveBundle(solve, &bundle).usable) return;
+  ApplyBundle(bundle, &map_);
+  FilterBundle(options_.filter, bundle, &map_);
+}
+
+void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
+  BundleRequest request;
+  request.free = images;
+  request.points = PointsSeenBy(map_, request.free);
+  request.held = ObserversOf(map_, request.points);
+  Bundle bundle = BuildBundle(map_, request);
+  if (!SolveBundle(GlobalBaOptions(false), &bundle).usable) return;
+  ApplyBundle(bundle, &map_);
+  FilterBundle(options_.filter, bundle, &map_);
+  adjusted_ = request.free;
+}
+
+// Outliers make the tail of convergence long. They are filtered between the rounds, which then
+// start close to their end.
+BundleOptions Adjuster::GlobalBaOptions(bool final) const {
+  BundleOptions solve;
+  solve.max_iterations = final ? 30 : 10;
+  solve.function_tolerance = final ? 1e-6 : 1e-4;
+  solve.loss = Loss::kSoftL1;
+  solve.num_threads = options_.num_threads;
+  return solve;
+}
+
+// Returns the part of the observations that completion, merging and filtering changed after it.
+double Adjuster::RunGlobalBa(const BundleOptions& options) {
+  const size_t num_observations = map_.reconstruction().ComputeNumObservations();
+  Bundle bundle = BuildGlobalBundle(map_, true);
+  if (!SolveBundle(options, &bundle).usable) return 0;
+  ApplyBundle(bundle, &map_);
+  size_t num_changed = map_.triangulator().CompleteAllTracks(options_.triangulation);
+  num_changed += map_.triangulator().MergeAllTracks(options_.triangulation);
+  num_changed += FilterPoints(options_.filter, AllPoints(map_), &map_);
+  return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
+}
+
+void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
+  if (retriangulate) {
+    map_.triangulator().CompleteAllTracks(options_.triangulation);
+    map_.triangulator().MergeAllTracks(options_.triangulation);
+    RetriangulationOptions options;
+    options.triangulation = options_.triangulation;
+    Retriangulate(options, map_.pairs(), &map_);
+  }
+  for (int i = 0; i < max_rounds; ++i) {
+    if (RunGlobalBa(GlobalBaOptions(final)) < kMaxChange) break;
+  }
+  adjusted_ = map_.reconstruction().RegImageIds();
+  MarkCamerasRefined();
+  NoteSize();
+}
+
+bool Adjuster::IsMapSmall() const {
+  return static_cast<int>(map_.reconstruction().NumRegImages()) <= options_.max_images_all_global;
+}
+
+bool Adjuster::HasMapGrown() const {
+  const colmap::Reconstruction& model = map_.reconstruction();
+  return model.NumRegImages() >= options_.global_growth * size_at_global_.num_images ||
+         model.NumPoints3D() >= options_.global_growth * size_at_global_.num_points;
+}
+
+void Adjuster::NoteSize() {
+  size_at_global_.num_images = map_.reconstruction().NumRegImages();
+  size_at_global_.num_points = map_.reconstruction().NumPoints3D();
+}
+
+void Adjuster::MarkCamerasRefined() {
+  for (const auto& [id, state] : map_.camera_states()) {
+    if (state.num_registered >= 2) map_.camera_state(id).refined = true;
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,101 @@
+#include "mapping/consistency.h"
+
+#include <algorithm>
+
+#include "base/pose.h"
+#include "base/projection.h"
+#include "disambiguation/look_alike.h"
+#include "mapping/misplaced.h"
+#include "mapping/registration.h"
+
+namespace skein {
+namespace {
+
+int MatchesWithRegistered(const SceneMap& map, ImageId id, double min_pair_share) {
+  int num_matches = 0;
+  for (const auto& [other, inliers] : map.Neighbours(id)) {
+    if (!map.IsRegistered(other) || !map.IsStrongPair(id, other, min_pair_share)) continue;
+    num_matches += inliers;
+  }
+  return num_matches;
+}
+
+}  // namespace
+
+bool Consistency::IsWeak(ImageId id) const {
+  const int num_points = static_cast<int>(map_.reconstruction().Image(id).NumPoints3D());
+  return num_points < options_.min_observations;
+}
+
+Consistency::Contradiction Consistency::FindContradiction(ImageId id) const {
+  const VisiblePoints visible = FindVisiblePoints(map_, id);
+  const double observed = map_.reconstruction().Image(id).NumPoints3D();
+  Contradiction contradiction;
+  contradiction.fits_elsewhere = FitsElsewhere(map_, id, visible, options_.registration);
+  contradiction.exists =
+      contradiction.fits_elsewhere || observed < options_.min_observed_ratio * visible.size();
+  return contradiction;
+}
+
+Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
+  Withdrawal found;
+  found.photos = FindMisplaced(options_.misplaced, map_);
+  found.reason = "in a part of the map that most matches contradict";
+  if (!found.photos.empty()) return found;
+  found.of_look_alikes = true;
+  found.reason = "another place that looks alike";
+  found.photos = FindLookAlikes(options_.registration.look_alike, map_, first);
+  if (found.photos.empty()) found.photos = FindLookAlikesByWhatIsMissing(first);
+  return found;
+}
+
+std::vector<ImageId> Consistency::FindLookAlikesByWhatIsMissing(ImageId first) const {
+  Suspicion suspicion;
+  for (const ImageId id : map_.photos()) {
+    if (!waiting_.MayLookAlike(id)) continue;
+    if (map_.IsRegistered(id)) {
+      suspicion.suspects.insert(id);
+      continue;
+    }
+    const PoseEstimate estimate = EstimatePose(map_, id, FindVisiblePoints(map_, id),
+                                               options_.registration, waiting_.ContextOf(id));
+    if (!estimate.misses_too_much) continue;
+    suspicion.witnesses[id] = colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
+  }
+  if (suspicion.IsEmpty()) return {};
+  return FindSuspectedLookAlikes(options_.registration.look_alike, map_, first, suspicion);
+}
+
+std::vector<ImageId> Consistency::FindPhotosThatMissTooMuch() const {
+  const LookAlikeOptions& options = options_.registration.look_alike;
+  std::vector<ImageId> ids;
+  for (const ImageId id : map_.reconstruction().RegImageIds()) {
+    if (waiting_.LooksAlike(id) || !waiting_.MayLookAlike(id)) continue;
+    const colmap::Image& image = map_.reconstruction().Image(id);
+    const CellVotes votes =
+        CompareWithNeighbours(options, map_, id, map_.reconstruction().Camera(image.CameraId()),
+                              image.ProjectionMatrix());
+    if (MissesTooMuch(options, votes)) ids.push_back(id);
+  }
+  return ids;
+}
+
+bool Consistency::IsMapInconsistent() const {
+  const std::vector<ImageId>& photos = map_.photos();
+  return std::any_of(photos.begin(), photos.end(), [this](ImageId id) {
+    return map_.IsRegistered(id) ? IsContradictedByMatches(id) : IsLeftOut(id);
+  });
+}
+
+bool Consistency::IsLeftOut(ImageId id) const {
+  const int num_matches = MatchesWithRegistered(map_, id, options_.misplaced.min_pair_share);
+  return num_matches >= options_.min_matches_to_judge && !waiting_.MayLookAlike(id);
+}
+
+bool Consistency::IsContradictedByMatches(ImageId id) const {
+  const Votes votes = EpipolarVotes(map_, id, options_.registration.max_epipolar_error_px);
+  return votes.Sum() >= options_.min_matches_to_judge &&
+         votes.AgreeingShare() < options_.min_agreeing_share;
+}
+
+}  // namespace skein

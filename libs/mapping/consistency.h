@@ -1,0 +1,57 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mapping/submap_options.h"
+#include "mapping/waiting_photos.h"
+
+namespace skein {
+
+// Photos that should leave the map, and why.
+struct Withdrawal {
+  std::vector<ImageId> photos;
+  std::string reason;
+  bool of_look_alikes = false;  // they are of a visually similar place
+};
+
+// Finds photos that contradict the map; changes nothing.
+class Consistency {
+ public:
+  // All must outlive this.
+  Consistency(const SubmapOptions& options, const SceneMap& map, const WaitingPhotos& waiting)
+      : options_(options), map_(map), waiting_(waiting) {}
+
+  // A registered photo with too few observations.
+  bool IsWeak(ImageId id) const;
+
+  // A registered photo that observes too few of the points that its matches tie it to, or whose
+  // matches agree on another pose.
+  struct Contradiction {
+    bool exists = false;
+    bool fits_elsewhere = false;
+  };
+  Contradiction FindContradiction(ImageId id) const;
+
+  // Groups of photos in the wrong place: by matches that contradict their poses, else by what
+  // should be seen and is not. `first` is a photo of the group that stays.
+  Withdrawal FindMisplacedPhotos(ImageId first) const;
+  // Registered photos that may look alike, without points of their own that show another place:
+  // they miss too much of what they should see.
+  std::vector<ImageId> FindPhotosThatMissTooMuch() const;
+
+  // Whether the map is inconsistent: see SubmapOptions.
+  bool IsMapInconsistent() const;
+
+ private:
+  std::vector<ImageId> FindLookAlikesByWhatIsMissing(ImageId first) const;
+  bool IsLeftOut(ImageId id) const;
+  bool IsContradictedByMatches(ImageId id) const;
+
+  const SubmapOptions& options_;
+  const SceneMap& map_;
+  const WaitingPhotos& waiting_;
+};
+
+}  // namespace skein

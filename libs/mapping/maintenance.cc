@@ -1,0 +1,124 @@
+#include "mapping/maintenance.h"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "map/filters.h"
+#include "mapping/fold_back.h"
+#include "mapping/retriangulation.h"
+
+namespace skein {
+namespace {
+
+// Global BAs, each followed by filtering and retriangulation, after the last photo.
+constexpr int kRoundsAtRest = 3;
+// A part of each phase.
+constexpr size_t kPointsAtOnce = 3000;
+constexpr size_t kPairsAtOnce = 200;
+constexpr size_t kImagesAtOnce = 10;
+
+// The last elements, at most `count`.
+template <typename T>
+std::vector<T> TakeLast(size_t count, std::vector<T>* from) {
+  const auto begin = from->end() - std::min(count, from->size());
+  const std::vector<T> taken(begin, from->end());
+  from->erase(begin, from->end());
+  return taken;
+}
+
+}  // namespace
+
+Maintenance::ToCheck Maintenance::DoPart(bool at_rest) {
+  if (const auto refined = background_.TakeIfDone()) {
+    FoldBackRefined(*refined);
+    BeginPhases();
+    return {adjuster_.TakeAdjusted(), {}, false};
+  }
+  switch (phase_) {
+    case Phase::kPoints:
+      return DoPoints();
+    case Phase::kPairs:
+      DoPairs();
+      return {};
+    case Phase::kImages:
+      return DoImages();
+    case Phase::kNone:
+      break;
+  }
+  if (at_rest && rounds_at_rest_ > 0 && !background_.IsRunning()) {
+    --rounds_at_rest_;
+    StartGlobalBa();
+  }
+  return {};
+}
+
+bool Maintenance::HasWork() const {
+  return background_.IsRunning() || rounds_at_rest_ > 0 || phase_ != Phase::kNone;
+}
+
+void Maintenance::StartGlobalBa() {
+  if (background_.IsRunning() || phase_ == Phase::kPoints) return;
+  adjuster_.NoteSize();
+  BundleOptions solve = adjuster_.GlobalBaOptions(false);
+  solve.num_threads = 1;
+  background_.Start(BuildGlobalBundle(map_, true), solve);
+}
+
+void Maintenance::OnLocalBa() { rounds_at_rest_ = options_.background ? kRoundsAtRest : 0; }
+
+void Maintenance::OnGlobalBa() {
+  rounds_at_rest_ = 0;
+  images_ = map_.reconstruction().RegImageIds();
+  if (phase_ == Phase::kNone) phase_ = Phase::kImages;
+}
+
+void Maintenance::Drop() {
+  background_.Cancel();
+  points_.clear();
+  pairs_.clear();
+  images_.clear();
+  phase_ = Phase::kNone;
+}
+
+// The photos that came while the bundle was refined get a bundle adjustment of their own.
+void Maintenance::FoldBackRefined(const RefinedBundle& refined) {
+  const std::vector<ImageId> new_images = FoldBack(refined, &map_);
+  adjuster_.MarkCamerasRefined();
+  if (!new_images.empty()) adjuster_.AdjustImages(new_images);
+}
+
+void Maintenance::BeginPhases() {
+  points_ = AllPoints(map_);
+  pairs_ = map_.pairs();
+  phase_ = Phase::kPoints;
+}
+
+Maintenance::ToCheck Maintenance::DoPoints() {
+  const std::vector<Point3DId> part = TakeLast(kPointsAtOnce, &points_);
+  std::unordered_set<Point3DId> points(part.begin(), part.end());
+  FilterPoints(options_.filter, part, &map_);
+  map_.triangulator().CompleteTracks(options_.triangulation, points);
+  map_.triangulator().MergeTracks(options_.triangulation, points);
+  if (!points_.empty()) return {};
+  phase_ = Phase::kPairs;
+  return {map_.reconstruction().RegImageIds(), {}, false};
+}
+
+void Maintenance::DoPairs() {
+  RetriangulationOptions options;
+  options.triangulation = options_.triangulation;
+  Retriangulate(options, TakeLast(kPairsAtOnce, &pairs_), &map_);
+  if (!pairs_.empty()) return;
+  images_ = map_.reconstruction().RegImageIds();
+  phase_ = Phase::kImages;
+}
+
+Maintenance::ToCheck Maintenance::DoImages() {
+  ToCheck check;
+  check.contradicted = TakeLast(kImagesAtOnce, &images_);
+  check.all_checked = images_.empty();
+  if (check.all_checked) phase_ = Phase::kNone;
+  return check;
+}
+
+}  // namespace skein

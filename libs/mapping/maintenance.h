@@ -1,0 +1,60 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "mapping/adjuster.h"
+#include "mapping/background_ba.h"
+
+namespace skein {
+
+// What a map needs beside registration, a bounded part at each call: global BA in a thread of its
+// own, then completing, merging and filtering of all points, retriangulation of all pairs, a check
+// of all images. The next BA may run while the phases after the last one go on.
+class Maintenance {
+ public:
+  enum class Phase { kNone, kPoints, kPairs, kImages };
+
+  // All must outlive this.
+  Maintenance(const SubmapOptions& options, Adjuster* adjuster, SceneMap* map)
+      : options_(options), adjuster_(*adjuster), map_(*map) {}
+
+  // Registered images that the caller must look at after a part.
+  struct ToCheck {
+    std::vector<ImageId> weak;          // may have lost too many observations
+    std::vector<ImageId> contradicted;  // may be contradicted by their matches
+    bool all_checked = false;           // the last part of the last phase is done
+  };
+  // `at_rest`: no photo has come for a while, so a map that has grown less gets its global BA, too.
+  ToCheck DoPart(bool at_rest);
+  bool HasWork() const;
+
+  // A BA in the background, unless one runs or the points of the last one are not done.
+  void StartGlobalBa();
+  // A photo has come: at rest, global BAs are due again.
+  void OnLocalBa();
+  // A global BA was done in turn: its images are still to be looked at.
+  void OnGlobalBa();
+  // Drops the BA and what follows it.
+  void Drop();
+
+ private:
+  void FoldBackRefined(const RefinedBundle& refined);
+  void BeginPhases();
+  ToCheck DoPoints();
+  void DoPairs();
+  ToCheck DoImages();
+
+  const SubmapOptions& options_;
+  Adjuster& adjuster_;
+  SceneMap& map_;
+  BackgroundBa background_;
+  int rounds_at_rest_ = 0;  // global BAs that a map at rest is still due
+  Phase phase_ = Phase::kNone;
+  // What is left of each phase.
+  std::vector<Point3DId> points_;
+  std::vector<std::pair<ImageId, ImageId>> pairs_;
+  std::vector<ImageId> images_;
+};
+
+}  // namespace skein

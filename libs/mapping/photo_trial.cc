@@ -1,0 +1,58 @@
+#include "mapping/photo_trial.h"
+
+#include <algorithm>
+
+#include "core/clock.h"
+#include "mapping/misplaced.h"
+
+namespace skein {
+namespace {
+
+Verdict Undoing(const std::string& reason) { return {Verdict::Decision::kUndo, reason, {}}; }
+
+}  // namespace
+
+PhotoTrial::PhotoTrial(const SubmapOptions& options, const TrialContext& context, ImageId id,
+                       SceneMap* map)
+    : options_(options), context_(context), id_(id), map_(*map), start_s_(MonotonicS()) {}
+
+double PhotoTrial::total_s() const { return MonotonicS() - start_s_; }
+
+bool PhotoTrial::FindPose() {
+  visible_ = FindVisiblePoints(map_, id_);
+  estimate_ = EstimatePose(map_, id_, visible_, options_.registration, context_);
+  register_s_ = total_s();
+  return estimate_.ok;
+}
+
+void PhotoTrial::Place() {
+  const double before_s = MonotonicS();
+  placement_.emplace(estimate_, visible_, id_, options_.triangulation, &map_);
+  triangulate_s_ = MonotonicS() - before_s;
+}
+
+Verdict PhotoTrial::Judge() const {
+  if (!IsDetermined(options_.registration, placement_->sigmas())) {
+    return Undoing("pose badly determined by its inliers");
+  }
+  if (!placement_->AgreesWithMatches(options_.registration)) return JudgeAgainstNeighbours();
+  return {};
+}
+
+// Many matches contradict the photo's pose. Of the photo and those that its matches lead to the
+// ones that are tied more firmly to the map stay.
+Verdict PhotoTrial::JudgeAgainstNeighbours() const {
+  std::vector<ImageId> misplaced = FindMisplacedAround(options_.misplaced, map_, id_);
+  const bool is_misplaced = std::count(misplaced.begin(), misplaced.end(), id_) > 0;
+  if (misplaced.empty() || is_misplaced) {
+    return Undoing("pose disagrees with the verified matches");
+  }
+  return {Verdict::Decision::kKeepAfterWithdrawing, "", std::move(misplaced)};
+}
+
+void PhotoTrial::Undo() {
+  if (placement_) placement_->Undo();
+  placement_.reset();
+}
+
+}  // namespace skein

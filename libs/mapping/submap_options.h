@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+
+#include "map/filters.h"
+#include "mapping/local_window.h"
+#include "mapping/misplaced.h"
+#include "mapping/registration.h"
+#include "sfm/incremental_triangulator.h"
+
+namespace skein {
+
+struct SubmapOptions {
+  std::string camera_model = "SIMPLE_RADIAL";
+  RegistrationOptions registration;
+  LocalWindowOptions local;
+  FilterOptions filter;
+  MisplacedOptions misplaced;
+  // So many ambiguous photos say that the map holds one place twice. Then they are registered where
+  // most points agree, and misplaced ones show by their matches.
+  int max_ambiguous = 3;
+  colmap::IncrementalTriangulator::Options triangulation;
+  int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
+  double global_growth = 1.1;      // growth of images or points that calls for a global BA
+  int min_observations = 15;       // of a registered photo; with less it is withdrawn
+  // Part of the points that its matches tie it to that a registered photo must observe. Looked at
+  // after each global BA. Registration asks for registration.min_inlier_ratio of them.
+  double min_observed_ratio = 0.15;
+  int max_withdrawals = 4;  // of one photo; then it is rejected
+  // A photo that another submap, of a visually similar place, sees so many times more points of is
+  // left to that submap.
+  double min_yield_ratio = 2.0;
+  // A map is inconsistent if a photo has so many verified matches with registered ones and less
+  // than this part of them agrees with the poses, or if that photo is not registered. Matches in
+  // pairs below misplaced.min_pair_share don't count.
+  int min_matches_to_judge = 100;
+  double min_agreeing_share = 0.85;
+  double min_rebuild_gain = 0.005;  // in matches that agree, for the submap mapped anew to stay
+  // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
+  // depends only on the order of the calls.
+  bool background = false;
+  int num_threads = 1;
+};
+
+}  // namespace skein

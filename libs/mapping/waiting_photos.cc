@@ -1,0 +1,121 @@
+#include "mapping/waiting_photos.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "mapping/registration.h"
+
+namespace skein {
+
+int WaitingPhotos::CountVisible(ImageId id) const {
+  return static_cast<int>(FindVisiblePoints(map_, id).size());
+}
+
+void WaitingPhotos::Enqueue(int64_t image_id) {
+  if (!map_.HasPhoto(image_id) || map_.IsRegistered(image_id)) return;
+  const ImageId id = static_cast<ImageId>(image_id);
+  if (records_[id].rejected) return;
+  queue_[id] = CountVisible(id);
+}
+
+void WaitingPhotos::EnqueueNeighbours(ImageId id) {
+  for (const auto& [other, inliers] : map_.Neighbours(id)) {
+    if (!map_.HasPhoto(other) || map_.IsRegistered(other)) continue;
+    const TrialRecord& record = records_[other];
+    if (record.rejected) continue;
+    const int visible = CountVisible(other);
+    if (queue_.count(other) > 0 || !record.deferred || visible > record.last_visible) {
+      queue_[other] = visible;
+    }
+  }
+}
+
+std::optional<ImageId> WaitingPhotos::TakeNext() {
+  if (queue_.empty()) return std::nullopt;
+  const auto next =
+      std::max_element(queue_.begin(), queue_.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const ImageId id = next->first;
+  queue_.erase(next);
+  return id;
+}
+
+void WaitingPhotos::RetryDeferred() {
+  for (const auto& [id, record] : records_) {
+    if (!record.deferred || record.rejected || map_.IsRegistered(id)) continue;
+    if (record.num_withdrawals > 0 && CountVisible(id) <= record.last_visible) continue;
+    Enqueue(id);
+  }
+}
+
+void WaitingPhotos::RetryAll() {
+  for (auto& [id, record] : records_) {
+    if (record.looks_alike || map_.IsRegistered(id)) continue;
+    record.rejected = false;
+    record.num_withdrawals = 0;
+  }
+  RetryDeferred();
+}
+
+bool WaitingPhotos::OnDeferred(ImageId id) { return !std::exchange(records_[id].deferred, true); }
+
+void WaitingPhotos::OnAmbiguous(ImageId id) {
+  if (!ambiguous_.insert(id).second || !TakesAmbiguous()) return;
+  for (const ImageId waiting : ambiguous_) Enqueue(waiting);
+}
+
+void WaitingPhotos::OnRegistered(ImageId id) {
+  records_[id].deferred = records_[id].looks_alike = false;
+  ambiguous_.erase(id);
+}
+
+bool WaitingPhotos::OnWithdrawn(ImageId id) {
+  TrialRecord& record = records_[id];
+  record.deferred = true;
+  record.last_visible = CountVisible(id);
+  record.rejected = ++record.num_withdrawals > options_.max_withdrawals;
+  return record.rejected;
+}
+
+void WaitingPhotos::OnReplaced(ImageId id) {
+  queue_.erase(id);
+  records_[id].deferred = false;
+}
+
+bool WaitingPhotos::TakesAmbiguous() const {
+  return static_cast<int>(ambiguous_.size()) >= options_.max_ambiguous;
+}
+
+bool WaitingPhotos::LooksAlike(ImageId id) const {
+  const auto record = records_.find(id);
+  return record != records_.end() && record->second.looks_alike;
+}
+
+bool WaitingPhotos::MayLookAlike(ImageId id) const {
+  const auto& neighbours = map_.Neighbours(id);
+  return LooksAlike(id) || std::any_of(neighbours.begin(), neighbours.end(),
+                                       [this](const auto& n) { return LooksAlike(n.first); });
+}
+
+int WaitingPhotos::NumDeferred() const {
+  return static_cast<int>(std::count_if(records_.begin(), records_.end(), [this](const auto& r) {
+    return r.second.deferred && !map_.IsRegistered(r.first);
+  }));
+}
+
+void WaitingPhotos::TakeOver(const std::map<ImageId, TrialRecord>& records) {
+  std::map<ImageId, TrialRecord> taken = records;
+  for (auto& [id, record] : taken) record.looks_alike |= LooksAlike(id);
+  records_ = std::move(taken);
+  queue_.clear();
+}
+
+TrialContext WaitingPhotos::ContextOf(ImageId id) const {
+  TrialContext context;
+  context.may_look_alike = MayLookAlike(id);
+  context.must_show_place = LooksAlike(id);
+  context.takes_ambiguous = TakesAmbiguous();
+  return context;
+}
+
+}  // namespace skein

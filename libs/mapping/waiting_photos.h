@@ -1,0 +1,79 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "map/scene_map.h"
+#include "mapping/submap_options.h"
+
+namespace skein {
+
+// What was tried with a photo.
+struct TrialRecord {
+  int last_visible = 0;  // points visible when it was last tried
+  int num_withdrawals = 0;
+  bool deferred = false;  // told so
+  bool rejected = false;
+  bool looks_alike = false;  // withdrawn as of a visually similar place
+};
+
+// The photos that are not registered: what was tried with each, and which one is tried next.
+class WaitingPhotos {
+ public:
+  // Both must outlive this.
+  WaitingPhotos(const SubmapOptions& options, const SceneMap& map) : options_(options), map_(map) {}
+
+  // Puts a photo that is there into the queue; ignored when it is registered or rejected.
+  void Enqueue(int64_t image_id);
+  // Puts neighbours of a photo into the queue that see more points than when they were last tried.
+  void EnqueueNeighbours(ImageId id);
+  void Dequeue(ImageId id) { queue_.erase(id); }
+  // Of the queue the photo that sees most points; the first by id of equals.
+  std::optional<ImageId> TakeNext();
+
+  // All deferred photos that are not rejected. Withdrawn ones only if they see more points than
+  // when they were withdrawn; for others a refined map is new evidence.
+  void RetryDeferred();
+  // Photos that were rejected, too, but none of a visually similar place. A photo may wait because
+  // the map was wrong, and be the one that ties two parts of it together.
+  void RetryAll();
+
+  // What became of a photo.
+  void OnTried(ImageId id, int num_visible) { records_[id].last_visible = num_visible; }
+  bool OnDeferred(ImageId id);  // false if that was told before
+  void OnAmbiguous(ImageId id);
+  void OnRegistered(ImageId id);
+  bool OnWithdrawn(ImageId id);  // true if it was withdrawn too often and is rejected now
+  void OnReplaced(ImageId id);   // it is registered in a model from outside
+  void MarkLookAlike(ImageId id) { records_[id].looks_alike = true; }
+  void ForgetVisible(ImageId id) { records_[id].last_visible = 0; }
+  void ForgetAmbiguous() { ambiguous_.clear(); }
+
+  // So many photos are ambiguous that they are registered nevertheless.
+  bool TakesAmbiguous() const;
+  bool LooksAlike(ImageId id) const;
+  // Whether it, or a photo that it matches with, was found to be of a visually similar place.
+  bool MayLookAlike(ImageId id) const;
+  // What its next trial must know.
+  TrialContext ContextOf(ImageId id) const;
+  int NumDeferred() const;
+
+  const std::map<ImageId, TrialRecord>& records() const { return records_; }
+  void set_records(std::map<ImageId, TrialRecord> records) { records_ = std::move(records); }
+  // The records of a submap that was mapped anew; who looks alike here still does. Empties the
+  // queue.
+  void TakeOver(const std::map<ImageId, TrialRecord>& records);
+
+ private:
+  int CountVisible(ImageId id) const;
+
+  const SubmapOptions& options_;
+  const SceneMap& map_;
+  std::map<ImageId, TrialRecord> records_;
+  std::map<ImageId, int> queue_;  // with the number of points it sees
+  std::set<ImageId> ambiguous_;   // photos that wait for that reason
+};
+
+}  // namespace skein
