@@ -1,7 +1,9 @@
 // What a photo costs the mapper as its submap grows: a walk along a street in correspondences (no
-// pixels), so that hundreds of photos take minutes. Prints for each hundred photos the CPU time per
-// photo of the registering thread and of the process, the longest wait of a photo, memory, and how
-// long a checkpoint stops registration. Last comes the ratio of photos 500-600 to photos 100-200.
+// pixels), so that hundreds of photos take minutes. Prints for each hundred photos:
+//  - CPU time per photo of the registering thread and of the process,
+//  - the longest wait of a photo, memory,
+//  - how long a checkpoint stops registration.
+// Last comes the ratio of photos 500-600 to photos 100-200.
 //
 //   mapper_growth [PHOTOS=600] [OBSERVATIONS_PER_PHOTO=1500]
 

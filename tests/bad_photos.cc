@@ -1,8 +1,8 @@
 // bad_photos GOOD OUTPUT: writes odd and bad files made of the good photos in folder GOOD.
 //
-// OUTPUT/odd holds what is unusual but must be reconstructed: grey, 16 bits, CMYK, turned by EXIF.
-// OUTPUT/bad holds what must be refused or set aside; OUTPUT/twice/NAME another content under the
-// name of a good photo.
+// OUTPUT/odd: unusual photos that must be reconstructed: grey, 16 bits, CMYK, rotated by EXIF.
+// OUTPUT/bad: photos that must be refused or set aside. OUTPUT/twice/NAME: another content under
+// the name of a good photo.
 #include <cstdio>
 // jpeglib.h needs FILE and size_t.
 #include <jpeglib.h>

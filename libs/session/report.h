@@ -18,8 +18,8 @@ struct PhotoCounts {
 
 PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates);
 
-// Seconds from ingest's receipt of each registered photo to its commit of the first registration,
-// in the order of photos.
+// For each registered photo the seconds from ingest's receipt to the commit of its first
+// registration, in the order of photos.
 std::vector<double> PhotoToPoseSeconds(const SessionState& state);
 
 // [{image, reason}] of the photos that are in no submap, those on their way included.
