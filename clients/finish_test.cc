@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "core/clock.h"
-#include "node/ledger_test_util.h"
+#include "testing/test_node.h"
 
 namespace skein {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "clients/folder_watch.h"
 #include "core/file.h"
-#include "core/test_folder.h"
 #include "photo/exif.h"
-#include "photo/test_photos.h"
+#include "testing/test_folder.h"
+#include "testing/test_photos.h"
 
 namespace skein {
 namespace {

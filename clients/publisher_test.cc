@@ -8,8 +8,8 @@
 #include "core/clock.h"
 #include "core/file.h"
 #include "core/hash.h"
-#include "core/test_folder.h"
-#include "node/ledger_test_util.h"
+#include "testing/test_folder.h"
+#include "testing/test_node.h"
 
 namespace skein {
 namespace {

@@ -15,7 +15,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/file.h"
-#include "photo/test_photos.h"
+#include "testing/test_photos.h"
 
 namespace skein {
 namespace {

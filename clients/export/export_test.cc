@@ -9,11 +9,11 @@
 #include "clients/export/model_writer.h"
 #include "clients/export/session_models.h"
 #include "core/file.h"
-#include "core/test_folder.h"
 #include "formats/formats.h"
 #include "geometry/model_poses.h"
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
+#include "testing/test_folder.h"
 
 namespace skein {
 namespace {

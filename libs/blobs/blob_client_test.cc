@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "core/hash.h"
-#include "node/ledger_test_util.h"
+#include "testing/test_node.h"
 
 namespace skein {
 namespace {

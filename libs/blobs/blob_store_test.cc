@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "core/hash.h"
-#include "core/test_folder.h"
+#include "testing/test_folder.h"
 
 namespace skein {
 namespace {

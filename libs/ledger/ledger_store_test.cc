@@ -9,7 +9,7 @@
 
 #include <fstream>
 
-#include "core/test_folder.h"
+#include "testing/test_folder.h"
 
 namespace skein {
 namespace {

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/test_folder.h"
+#include "testing/test_folder.h"
 
 namespace skein {
 namespace {

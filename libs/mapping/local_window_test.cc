@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "mapping/synthetic_scene.h"
+#include "testing/synthetic_scene.h"
 
 namespace skein {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "mapping/synthetic_scene.h"
+#include "testing/synthetic_scene.h"
 
 namespace skein {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mapping/synthetic_scene.h"
+#include "testing/synthetic_scene.h"
 
 namespace skein {
 namespace {

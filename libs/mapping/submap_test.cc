@@ -10,7 +10,7 @@
 #include "map/model_io.h"
 #include "mapping/checkpoint.h"
 #include "mapping/retriangulation.h"
-#include "mapping/synthetic_scene.h"
+#include "testing/synthetic_scene.h"
 
 namespace skein {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "base/pose.h"
-#include "merging/synthetic_submaps.h"
+#include "testing/synthetic_submaps.h"
 
 namespace skein {
 namespace {
@@ -39,7 +39,7 @@ Similarity AlignSubmaps(const colmap::Reconstruction& source,
 }
 
 struct Case {
-  SyntheticOptions options;
+  SyntheticOptions options = WallOptions();
   Similarity gauge{3.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}};
 };
 
@@ -187,9 +187,7 @@ TEST(Absorb, AdjustsOnlyTheSeamOfALargeModel) {
 }
 
 TEST(Absorb, RefusesTwoBuildingsOfOneFacade) {
-  SyntheticOptions options;
-  options.twin = true;
-  const SyntheticWorld world(options, 3);
+  const SyntheticWorld world(WallOptions(SyntheticOptions::Shape::kTwoPlaces), 3);
   const auto target = world.Submap(1, 12, Similarity(), 1.0);
   const auto source = world.Submap(9, 24, Case().gauge, 1.0);
   const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});

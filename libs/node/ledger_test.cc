@@ -2,7 +2,7 @@
 
 #include "ledger/ledger_range.h"
 #include "node/ledger_follower.h"
-#include "node/ledger_test_util.h"
+#include "testing/test_node.h"
 
 namespace skein {
 namespace {

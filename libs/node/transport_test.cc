@@ -5,8 +5,8 @@
 
 #include "core/hash.h"
 #include "node/ledger_follower.h"
-#include "node/ledger_test_util.h"
-#include "transport/process_test_util.h"
+#include "testing/test_node.h"
+#include "testing/test_process.h"
 
 namespace skein {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "node/ledger_test_util.h"
+#include "testing/test_node.h"
 
 namespace skein {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 
-#include "node/ledger_test_util.h"
-#include "photo/test_photos.h"
+#include "testing/test_node.h"
+#include "testing/test_photos.h"
 
 namespace skein {
 namespace {

@@ -10,11 +10,11 @@
 
 #include "core/file.h"
 #include "core/hash.h"
-#include "core/test_folder.h"
 #include "formats/formats.h"
 #include "node/ledger_follower.h"
 #include "node/work_client.h"
-#include "photo/test_photos.h"
+#include "testing/test_folder.h"
+#include "testing/test_photos.h"
 
 namespace skein {
 namespace {

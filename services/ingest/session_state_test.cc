@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "core/test_folder.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
 #include "session/report.h"
+#include "testing/test_folder.h"
 
 namespace skein {
 namespace {

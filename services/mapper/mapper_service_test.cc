@@ -7,8 +7,8 @@
 #include <set>
 
 #include "mapping/checkpoint.h"
-#include "mapping/synthetic_scene.h"
-#include "node/ledger_test_util.h"
+#include "testing/synthetic_scene.h"
+#include "testing/test_node.h"
 
 namespace skein {
 namespace {

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "merging/shared_views.h"
-#include "merging/synthetic_submaps.h"
-#include "node/ledger_test_util.h"
+#include "testing/synthetic_submaps.h"
+#include "testing/test_node.h"
 
 namespace skein {
 namespace {
@@ -133,7 +133,7 @@ class MergerServiceTest : public testing::Test {
     }
   }
 
-  const SyntheticWorld world_{SyntheticOptions(), 1};
+  const SyntheticWorld world_{WallOptions(), 1};
   const colmap::Reconstruction target_ = world_.Submap(1, 14, Similarity(), 1.0);
   const colmap::Reconstruction source_ = world_.Submap(
       10, 20, {3.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}}, 1.0);

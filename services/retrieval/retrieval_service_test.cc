@@ -10,9 +10,9 @@
 #include <random>
 
 #include "core/file.h"
-#include "core/test_folder.h"
 #include "ledger/session_folder.h"
 #include "node/ledger_server.h"
+#include "testing/test_folder.h"
 
 namespace skein {
 namespace {

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "core/file.h"
-#include "core/test_folder.h"
+#include "testing/test_folder.h"
 
 namespace skein {
 namespace {

@@ -25,7 +25,7 @@ for line in open(graph):
     target, folder, links = re.match(r'(\S+) (\S*): ?(.*)', line).groups()
     folder_of[target], links_of[target] = room(folder), links.split()
 folder_of['skein_lcmtypes'] = 'lcmtypes'
-is_test = lambda target: target.endswith('_test') or target.startswith('skein_synthetic')
+is_test = lambda target: target.endswith('_test') or folder_of[target] == 'libs/testing'
 num_links = 0
 for target, links in links_of.items():
     user = folder_of[target]
@@ -40,7 +40,7 @@ num_includes = 0
 for top in ('libs', 'services', 'clients'):
     for folder, _, names in os.walk(os.path.join(root, top)):
         for name in names:
-            if not name.endswith(('.h', '.cc')) or re.search(r'_test(_util)?\.|^test_|^synthetic_', name): continue
+            if not name.endswith(('.h', '.cc')) or re.search(r'_test\.', name) or folder.endswith('libs/testing'): continue
             path = os.path.relpath(os.path.join(folder, name), root)
             user = room(path)
             for include in re.findall(r'^#include "([^"]+)"', open(os.path.join(root, path)).read(), re.M):

@@ -1,3 +1,5 @@
+// The one generator of scenes for tests and benchmarks: points, cameras that look at them,
+// keypoints with noise and clutter, correspondences with outliers. All from one seed.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +10,15 @@
 
 namespace skein {
 
-constexpr double kTwinShift = 2.2;  // along x
+constexpr double kTwinShift = 2.2;    // along x
+constexpr double kWallLength = 20.0;  // of the photos' path along a wall
 
-// A scene for tests: points, cameras that look at them, exact correspondences with noise and
-// outliers. All from one seed.
 struct SyntheticOptions {
   // kTwins: the second half of the points is the first, shifted: a structure that repeats.
-  enum class Shape { kBox, kPlane, kTwins };
+  // kWall: with relief, photographed while walking along it (`path` is not asked).
+  // kTwoPlaces: two walls with one façade above surroundings of their own; photos 1 to 12 stand
+  // before the first, the others before the second.
+  enum class Shape { kBox, kPlane, kTwins, kWall, kTwoPlaces };
   // kArcThenForward: from the middle on straight ahead.
   enum class Path { kArc, kForward, kRotation, kArcThenForward };
   unsigned seed = 1;
@@ -27,29 +31,47 @@ struct SyntheticOptions {
   int turned_photo = -1;
   double turned_distance = 0;
   std::vector<int> zoomed_photos;  // taken with 1.3 times the focal length, as the same camera
+  int second_camera_from = 0;      // photos with this id and later have camera 2; 0: none has
+  int width_px = 1200;
+  int height_px = 900;
   double focal_px = 1000;
   double distortion = 0;    // SIMPLE_RADIAL's k
   double prior_factor = 1;  // of the focal prior
   bool focal_from_exif = true;
   double noise_px = 0.3;
-  double outlier_ratio = 0;  // of a pair's matches
+  double detection_rate = 1;  // a point in view becomes a keypoint with this probability
+  int num_clutter = 0;        // keypoints of a photo that see no point
+  double outlier_ratio = 0;   // of a pair's matches
 };
 
 struct SyntheticScene {
+  // What stands, and from where it is photographed: Photograph takes these.
   std::vector<Eigen::Vector3d> points;
   std::vector<Eigen::Matrix3d> rotations;  // cam_from_world
   std::vector<Eigen::Vector3d> translations;
+  // A photo sees the points of its own place and those of place 0. Empty: all are of place 0.
+  std::vector<int> place_of_point;
+  std::vector<int> place_of_photo;
+
   std::vector<PhotoInput> photos;         // ids from 1; keypoint i sees visible[photo][i]
-  std::vector<std::vector<int>> visible;  // point of each keypoint
+  std::vector<std::vector<int>> visible;  // point of each keypoint, ascending; last -1: clutter
   // Pairs of a photo with all earlier ones with at least 15 common points.
   std::vector<TwoViewPairs> pairs;
 
   Eigen::Vector3d Center(size_t photo) const {
     return -(rotations[photo].transpose() * translations[photo]);
   }
+  void AddPose(const Eigen::Matrix3d& cam_from_world, const Eigen::Vector3d& center) {
+    rotations.push_back(cam_from_world);
+    translations.push_back(-(cam_from_world * center));
+  }
 };
 
 SyntheticScene MakeScene(const SyntheticOptions& options);
+
+// Photos and pairs of a scene whose points and poses are given. Of the options it takes camera,
+// noise, detection, clutter and outliers.
+void Photograph(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene);
 
 // All photos with these pairs (of each photo, as SyntheticScene::pairs), none registered.
 void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map);

@@ -6,10 +6,10 @@
 #include "base/camera_models.h"
 #include "base/cost_functions.h"
 #include "base/pose.h"
+#include "bundle/bundle_terms.h"
 #include "bundle/projection.h"
 #include "bundle/reduced_system.h"
-#include "mapping/bundle_builder.h"
-#include "mapping/synthetic_scene.h"
+#include "testing/synthetic_scene.h"
 
 namespace skein {
 namespace {
@@ -63,29 +63,42 @@ double MaxCenterError(const SyntheticScene& scene, const Bundle& bundle) {
   return error;
 }
 
-TEST(Projection, JacobiansAgreeWithDifferencesForAllModels) {
+// Central differences: pixels for a step of 2 h in the i-th of `values`.
+template <class Function>
+Eigen::Vector2d Difference(const Function& project, double* value) {
+  constexpr double kStep = 1e-5;
+  const double at = *value;
+  *value = at + kStep;
+  const Eigen::Vector2d ahead = project();
+  *value = at - kStep;
+  const Eigen::Vector2d behind = project();
+  *value = at;
+  return (ahead - behind) / (2 * kStep);
+}
+
+TEST(Projection, DerivativesAreCentralDifferencesForEveryCameraModel) {
   for (const std::string name :
        {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE",
         "FULL_OPENCV", "FOV", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"}) {
     const int id = colmap::CameraModelNameToId(name);
     std::vector<double> params = colmap::CameraModelInitializeParams(id, 900, 1200, 900);
     for (const size_t i : colmap::CameraModelExtraParamsIdxs(id)) params[i] = 0.05;
-    const Eigen::Vector3d point(0.3, -0.2, 1.5);
-    Eigen::Vector2d pixel, moved;
+    Eigen::Vector3d point(0.3, -0.2, 1.5);
+    Eigen::Vector2d pixel;
     Eigen::Matrix<double, 2, 3> J;
     IntrinsicsJacobian J_params;
     ASSERT_TRUE(ProjectWithJacobians(id, params, point, &pixel, &J, &J_params));
+    const auto project = [&] {
+      Eigen::Vector2d projected;
+      EXPECT_TRUE(Project(id, params, point, &projected));
+      return projected;
+    };
+    EXPECT_LT((project() - pixel).norm(), 1e-9) << name;
     for (int i = 0; i < 3; ++i) {
-      Eigen::Vector3d shifted = point;
-      shifted[i] += 1e-7;
-      ASSERT_TRUE(Project(id, params, shifted, &moved));
-      EXPECT_LT(((moved - pixel) / 1e-7 - J.col(i)).norm(), 1e-2) << name;
+      EXPECT_LT((Difference(project, &point[i]) - J.col(i)).norm(), 1e-4) << name;
     }
     for (size_t i = 0; i < params.size(); ++i) {
-      std::vector<double> shifted = params;
-      shifted[i] += 1e-7;
-      ASSERT_TRUE(Project(id, shifted, point, &moved));
-      EXPECT_LT(((moved - pixel) / 1e-7 - J_params.col(i)).norm(), 1e-2) << name;
+      EXPECT_LT((Difference(project, &params[i]) - J_params.col(i)).norm(), 1e-4) << name;
     }
   }
 }
@@ -250,75 +263,183 @@ TEST(Bundle, RefusesIndicesOutOfRange) {
   EXPECT_THROW(SolveBundle({}, &bundle), std::invalid_argument);
 }
 
-TEST(Bundle, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
-  for (const int num_observations : {200, 200 * 16}) {
-    Bundle bundle;
-    bundle.poses.resize(2);
-    bundle.cameras.resize(1);
-    bundle.cameras[0].params = bundle.cameras[0].prior = {1000, 600, 450, 0};
-    bundle.cameras[0].prior_sigma = {100, 0, 0, 0.1};
-    for (int i = 0; i < num_observations; ++i)
-      bundle.observations.push_back({i % 2, 0, Eigen::Vector2d::Zero()});
-    ScalePriors(&bundle);
-    const double factor = num_observations == 200 ? 1 : 4;
-    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[0], 100 / factor);
-    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[1], 0);
-    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[3], 0.1 / factor);
+TEST(Bundle, HeldPosesAndConstantPointsStayExactly) {
+  Bundle bundle = MakeBundle(MakeScene({}), 0.05);
+  for (size_t p = 0; p < bundle.points.size(); p += 3) bundle.points[p].constant = true;
+  const Bundle before = bundle;
+  ASSERT_TRUE(SolveBundle({}, &bundle).usable);
+  for (size_t i = 0; i < bundle.poses.size(); ++i) {
+    EXPECT_EQ(bundle.poses[i].R == before.poses[i].R, i < 2) << i;
+    EXPECT_EQ(bundle.poses[i].t == before.poses[i].t, i < 2) << i;
+  }
+  for (size_t p = 0; p < bundle.points.size(); ++p) {
+    EXPECT_EQ(bundle.points[p].xyz == before.points[p].xyz, p % 3 == 0) << p;
+  }
+  EXPECT_EQ(bundle.cameras[0].params, before.cameras[0].params);
+}
+
+// X' = A X + b for all points, and poses that see the same.
+Bundle Moved(Bundle bundle, const Eigen::Matrix3d& A, const Eigen::Vector3d& b) {
+  for (BundlePoint& point : bundle.points) point.xyz = A * point.xyz + b;
+  for (BundlePose& pose : bundle.poses) {
+    pose.R = pose.R * A.transpose();
+    pose.t = pose.t - pose.R * b;
+  }
+  return bundle;
+}
+
+TEST(Bundle, TheSolutionDoesNotDependOnTheFrameOfTheWorld) {
+  Bundle bundle = MakeBundle(MakeScene({}), 0.05);
+  const Eigen::Matrix3d A =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, -2, 0.5).normalized()).matrix();
+  const Eigen::Vector3d b(3, -7, 2);
+  Bundle moved = Moved(bundle, A, b);
+  BundleOptions solve;
+  solve.function_tolerance = 1e-10;
+  const double cost = SolveBundle(solve, &bundle).final_cost;
+  EXPECT_NEAR(SolveBundle(solve, &moved).final_cost, cost, 1e-6 * cost);
+  for (size_t p = 0; p < bundle.points.size(); ++p) {
+    EXPECT_LT((A * bundle.points[p].xyz + b - moved.points[p].xyz).norm(), 1e-3) << p;
   }
 }
 
-class BuildBundleTest : public testing::Test {
- protected:
-  void SetUp() override {
-    AddToMap(scene_, scene_.pairs, &map_);
-    RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
-    request_.free = {8};
-    request_.held = {7};
+// Nothing is held: the cost doesn't change along the gauge, and the damping alone keeps the
+// normal equations regular.
+TEST(Bundle, SolvesWithAFreeGauge) {
+  Bundle bundle = MakeBundle(MakeScene({}), 0.05);
+  Bundle held = bundle;
+  for (BundlePose& pose : bundle.poses) pose.constant = false;
+  BundleOptions solve;
+  solve.function_tolerance = 1e-10;
+  solve.max_iterations = 100;
+  const BundleSummary summary = SolveBundle(solve, &bundle);
+  ASSERT_TRUE(summary.usable);
+  // More parameters explain no less.
+  EXPECT_LE(summary.final_cost, SolveBundle(solve, &held).final_cost * (1 + 1e-6));
+}
+
+TEST(Bundle, AnIncrementLeadsFromOnePoseToTheOther) {
+  BundlePose from;
+  from.R = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
+  from.t = {1, 2, 3};
+  Eigen::Matrix<double, 6, 1> delta;
+  delta << 0.1, -0.2, 0.05, 1, -2, 0.5;
+  BundlePose to = from;
+  IncrementPose(delta, &to);
+  EXPECT_LT((PoseIncrement(from, to) - delta).norm(), 1e-9);
+}
+
+TEST(RobustLoss, DerivativesAreDifferencesAndSmallResidualsCountSquared) {
+  constexpr double kStep = 1e-6;
+  for (const Loss kind : {Loss::kSquared, Loss::kSoftL1, Loss::kCauchy}) {
+    const RobustLoss loss{kind, 1.5};
+    for (const double s : {0.01, 1.0, 40.0}) {
+      const double difference = (loss.Value(s + kStep) - loss.Value(s - kStep)) / (2 * kStep);
+      EXPECT_NEAR(loss.Derivative(s), difference, 1e-6);
+    }
+    EXPECT_NEAR(loss.Value(1e-6), 1e-6, 1e-11);
   }
+}
 
-  const SyntheticScene scene_ = MakeScene({});
-  SceneMap map_;
-  BundleRequest request_;
-};
+TEST(Bundle, ARobustLossKeepsOutliersFromThePoses) {
+  SyntheticOptions options;
+  options.noise_px = 0;
+  const SyntheticScene scene = MakeScene(options);
+  double error[2];
+  for (const Loss loss : {Loss::kSquared, Loss::kCauchy}) {
+    Bundle bundle = MakeBundle(scene, 0.01);
+    for (size_t i = 0; i < bundle.observations.size(); i += 50) {
+      bundle.observations[i].pixel.x() += 100;
+    }
+    BundleOptions solve;
+    solve.loss = loss;
+    solve.max_iterations = 100;
+    ASSERT_TRUE(SolveBundle(solve, &bundle).usable);
+    error[loss == Loss::kCauchy] = MaxCenterError(scene, bundle);
+  }
+  EXPECT_LT(error[1], 0.1 * error[0]);
+}
 
-// What a held pose sees of a constant point says nothing.
-TEST_F(BuildBundleTest, PointsSeenFromOutsideAreConstantAndHaveTheFreePosesObservations) {
-  request_.points = PointsSeenBy(map_, request_.free);
-  request_.hold_open_points = true;
-  const Bundle bundle = BuildBundle(map_, request_);
-  ASSERT_EQ(bundle.poses.size(), 2u);
-  size_t num_constant = 0;
+// A dense and a sparse system with the same blocks, those of a walk of five photos and one camera.
+TEST(ReducedSystem, DenseAndSparseCholeskyAgree) {
+  constexpr int kNumPoses = 5;
+  BundleLayout layout;
+  layout.num_free_poses = kNumPoses;
+  for (int i = 0; i < kNumPoses; ++i) layout.pose_row.push_back(6 * i);
+  layout.camera_row = {6 * kNumPoses};
+  layout.size = 6 * kNumPoses + 2;
+  PosePattern pattern(kNumPoses);
+  for (int i = 0; i < kNumPoses; ++i) {
+    pattern[i] = {i};
+    if (i + 1 < kNumPoses) pattern[i].push_back(i + 1);
+  }
+  std::srand(1);  // Eigen's Random
+  const auto dense = MakeDenseSystem(layout), sparse = MakeSparseSystem(pattern, layout);
+  const Eigen::MatrixXd J = Eigen::MatrixXd::Random(40, 12);
+  const Eigen::MatrixXd K = Eigen::MatrixXd::Random(40, 2);
+  for (ReducedSystem* system : {dense.get(), sparse.get()}) {
+    system->SetZero();
+    for (int i = 0; i < kNumPoses; ++i) {
+      const Eigen::Matrix<double, 40, 6> A = J.leftCols(6), B = J.rightCols(6);
+      system->AddBlock(6 * i, 6 * i, Eigen::Matrix<double, 6, 6>(A.transpose() * A));
+      system->AddBlock(6 * i, 6 * kNumPoses, Eigen::Matrix<double, 6, 2>(A.transpose() * K));
+      if (i + 1 == kNumPoses) continue;
+      system->SubtractBlock(6 * i, 6 * i + 6, Eigen::Matrix<double, 6, 6>(0.1 * A.transpose() * B));
+    }
+    system->AddBlock(6 * kNumPoses, 6 * kNumPoses,
+                     Eigen::Matrix2d(2 * kNumPoses * K.transpose() * K));
+  }
+  const Eigen::VectorXd b = Eigen::VectorXd::Random(layout.size);
+  const Eigen::VectorXd damping = Eigen::VectorXd::Constant(layout.size, 10);
+  Eigen::VectorXd x(layout.size), y(layout.size);
+  ASSERT_TRUE(dense->Solve(damping, b, &x));
+  ASSERT_TRUE(sparse->Solve(damping, b, &y));
+  EXPECT_GT(x.norm(), 1e-3);
+  EXPECT_LT((x - y).norm(), 1e-9 * x.norm());
+}
+
+TEST(Bundle, WithoutAFreePoseThePointsAreTriangulated) {
+  SyntheticOptions options;
+  options.noise_px = 0;
+  const SyntheticScene scene = MakeScene(options);
+  Bundle bundle = MakeBundle(scene, 0);
+  for (BundlePose& pose : bundle.poses) pose.constant = true;
+  for (BundlePoint& point : bundle.points) point.xyz.z() += 0.1;
+  BundleOptions solve;
+  solve.function_tolerance = 1e-12;
+  const BundleSummary summary = SolveBundle(solve, &bundle);
+  ASSERT_TRUE(summary.usable);
+  EXPECT_EQ(summary.num_free_poses, 0);
   for (const BundlePoint& point : bundle.points) {
-    const bool is_open = map_.reconstruction().Point3D(point.point3D_id).Track().Length() > 2;
-    EXPECT_EQ(point.constant, is_open);
-    EXPECT_EQ(point.count, is_open ? 1 : 2);
-    num_constant += point.constant;
+    EXPECT_LT((point.xyz - scene.points[point.point3D_id]).norm(), 1e-2);
   }
-  EXPECT_GT(num_constant, 100u);
 }
 
-// But for a camera that is refined.
-TEST_F(BuildBundleTest, ConstantPointsHaveAllObservationsByARefinedCamera) {
-  request_.points = PointsSeenBy(map_, request_.free);
-  request_.hold_open_points = request_.refine_cameras = true;
-  size_t num_of_both = 0;
-  for (const BundlePoint& point : BuildBundle(map_, request_).points) {
-    num_of_both += point.constant && point.count == 2;
-  }
-  EXPECT_GT(num_of_both, 100u);
+TEST(Bundle, AnEmptyBundleIsSolved) {
+  Bundle bundle;
+  const BundleSummary summary = SolveBundle({}, &bundle);
+  EXPECT_TRUE(summary.usable);
+  EXPECT_EQ(summary.final_cost, 0);
 }
 
-TEST_F(BuildBundleTest, CompletePointsHaveTheirObservationsByAllImages) {
-  request_.complete_points = PointsSeenBy(map_, request_.free);
-  request_.hold_open_points = true;
-  const Bundle bundle = BuildBundle(map_, request_);
-  EXPECT_EQ(bundle.points.size(), request_.complete_points.size());
-  for (const BundlePoint& point : bundle.points) {
-    EXPECT_FALSE(point.constant);
-    EXPECT_EQ(point.count, map_.reconstruction().Point3D(point.point3D_id).Track().Length());
-  }
-  EXPECT_EQ(bundle.poses.size(), scene_.photos.size());
-  for (size_t i = 0; i < bundle.poses.size(); ++i) EXPECT_EQ(bundle.poses[i].constant, i > 0);
+// A point that a wrong pose has behind it costs as much as 1,000 px, but moves nothing.
+TEST(Bundle, APointBehindACameraLeavesTheRestSolvable) {
+  SyntheticOptions options;
+  options.noise_px = 0;
+  const SyntheticScene scene = MakeScene(options);
+  Bundle bundle = MakeBundle(scene, 0.02);
+  BundlePoint& behind = bundle.points[0];
+  behind.xyz = scene.Center(0) + 5 * (scene.Center(0) - scene.points[behind.point3D_id]);
+  const Eigen::Vector3d before = behind.xyz;
+  BundleOptions solve;
+  solve.max_iterations = 100;
+  solve.function_tolerance = 1e-12;
+  ASSERT_TRUE(SolveBundle(solve, &bundle).usable);
+  EXPECT_LT(MaxCenterError(scene, bundle), 1e-3);
+  EXPECT_LT((bundle.points[0].xyz - before).norm(), 1e-3);
+  const std::vector<double> errors = ReprojectionErrors(bundle);
+  EXPECT_TRUE(std::isinf(errors[bundle.points[0].first]));
+  EXPECT_LT(errors[bundle.points[1].first], 1);
 }
 
 }  // namespace

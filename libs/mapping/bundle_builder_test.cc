@@ -1,0 +1,82 @@
+#include "mapping/bundle_builder.h"
+
+#include <gtest/gtest.h>
+
+#include "testing/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+TEST(Bundle, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
+  for (const int num_observations : {200, 200 * 16}) {
+    Bundle bundle;
+    bundle.poses.resize(2);
+    bundle.cameras.resize(1);
+    bundle.cameras[0].params = bundle.cameras[0].prior = {1000, 600, 450, 0};
+    bundle.cameras[0].prior_sigma = {100, 0, 0, 0.1};
+    for (int i = 0; i < num_observations; ++i)
+      bundle.observations.push_back({i % 2, 0, Eigen::Vector2d::Zero()});
+    ScalePriors(&bundle);
+    const double factor = num_observations == 200 ? 1 : 4;
+    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[0], 100 / factor);
+    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[1], 0);
+    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[3], 0.1 / factor);
+  }
+}
+
+class BuildBundleTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    AddToMap(scene_, scene_.pairs, &map_);
+    RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
+    request_.free = {8};
+    request_.held = {7};
+  }
+
+  const SyntheticScene scene_ = MakeScene({});
+  SceneMap map_;
+  BundleRequest request_;
+};
+
+// What a held pose sees of a constant point says nothing.
+TEST_F(BuildBundleTest, PointsSeenFromOutsideAreConstantAndHaveTheFreePosesObservations) {
+  request_.points = PointsSeenBy(map_, request_.free);
+  request_.hold_open_points = true;
+  const Bundle bundle = BuildBundle(map_, request_);
+  ASSERT_EQ(bundle.poses.size(), 2u);
+  size_t num_constant = 0;
+  for (const BundlePoint& point : bundle.points) {
+    const bool is_open = map_.reconstruction().Point3D(point.point3D_id).Track().Length() > 2;
+    EXPECT_EQ(point.constant, is_open);
+    EXPECT_EQ(point.count, is_open ? 1 : 2);
+    num_constant += point.constant;
+  }
+  EXPECT_GT(num_constant, 100u);
+}
+
+// But for a camera that is refined.
+TEST_F(BuildBundleTest, ConstantPointsHaveAllObservationsByARefinedCamera) {
+  request_.points = PointsSeenBy(map_, request_.free);
+  request_.hold_open_points = request_.refine_cameras = true;
+  size_t num_of_both = 0;
+  for (const BundlePoint& point : BuildBundle(map_, request_).points) {
+    num_of_both += point.constant && point.count == 2;
+  }
+  EXPECT_GT(num_of_both, 100u);
+}
+
+TEST_F(BuildBundleTest, CompletePointsHaveTheirObservationsByAllImages) {
+  request_.complete_points = PointsSeenBy(map_, request_.free);
+  request_.hold_open_points = true;
+  const Bundle bundle = BuildBundle(map_, request_);
+  EXPECT_EQ(bundle.points.size(), request_.complete_points.size());
+  for (const BundlePoint& point : bundle.points) {
+    EXPECT_FALSE(point.constant);
+    EXPECT_EQ(point.count, map_.reconstruction().Point3D(point.point3D_id).Track().Length());
+  }
+  EXPECT_EQ(bundle.poses.size(), scene_.photos.size());
+  for (size_t i = 0; i < bundle.poses.size(); ++i) EXPECT_EQ(bundle.poses[i].constant, i > 0);
+}
+
+}  // namespace
+}  // namespace skein

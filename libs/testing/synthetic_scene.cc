@@ -1,0 +1,213 @@
+#include "testing/synthetic_scene.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "map/image_pose.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDistance = 8;
+constexpr double kZoom = 1.3;
+constexpr int kNumInFirstPlace = 12;
+constexpr size_t kMinPairMatches = 15;
+
+Eigen::Vector3d RandomPoint(SyntheticOptions::Shape shape, std::mt19937* random) {
+  std::uniform_real_distribution<double> side(-2.0, 2.0);
+  const double x = side(*random), y = side(*random), z = side(*random);
+  if (shape == SyntheticOptions::Shape::kTwins) return {0.5 * x - 1.0, y, z};
+  return {x, y, shape == SyntheticOptions::Shape::kPlane ? 0.0 : z};
+}
+
+double Uniform(double low, double high, std::mt19937* random) {
+  return std::uniform_real_distribution<double>(low, high)(*random);
+}
+
+Eigen::Vector3d Normal3(double sigma, std::mt19937* random) {
+  std::normal_distribution<double> normal(0, sigma);
+  const double x = normal(*random), y = normal(*random), z = normal(*random);
+  return {x, y, z};
+}
+
+void AddWall(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene) {
+  const bool two = options.shape == SyntheticOptions::Shape::kTwoPlaces;
+  const double end = (two ? 8.0 : kWallLength) + 4;
+  for (int i = 0; i < options.num_points; ++i) {
+    const double x = Uniform(-4, end, random), y = Uniform(-4, 4, random);
+    scene->points.emplace_back(x, y, Uniform(6, 9, random));
+    // The façade is the upper part; below are the surroundings.
+    scene->place_of_point.push_back(!two || y < -0.8 ? 0 : 1 + i % 2);
+  }
+  for (int i = 0; i < options.num_photos; ++i) {
+    const double step =
+        two ? 0.6 * (i % kNumInFirstPlace) : kWallLength * i / (options.num_photos - 1);
+    const Eigen::Vector3d center = Eigen::Vector3d(step, 0, 0) + Normal3(0.2, random);
+    const Eigen::Vector3d tilt = Normal3(0.03, random);
+    scene->AddPose(Eigen::Quaterniond(1, tilt.x(), tilt.y(), tilt.z()).normalized().matrix(),
+                   center);
+    scene->place_of_photo.push_back(i < kNumInFirstPlace ? 1 : 2);
+  }
+}
+
+void AddBox(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene) {
+  for (int p = 0; p < options.num_points; ++p) {
+    const int twin = p - options.num_points / 2;
+    const bool is_twin = options.shape == SyntheticOptions::Shape::kTwins && twin >= 0;
+    scene->points.push_back(is_twin ? scene->points[twin] + Eigen::Vector3d(kTwinShift, 0, 0)
+                                    : RandomPoint(options.shape, random));
+  }
+}
+
+void AddPoseOnPath(const SyntheticOptions& options, int i, SyntheticScene* scene) {
+  const double angle = (i - 0.5 * options.num_photos) * options.step_deg * M_PI / 180.0;
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).matrix();
+  Eigen::Matrix3d R = turn;
+  Eigen::Vector3d center = turn.transpose() * Eigen::Vector3d(0, 0.1 * (i % 3), -kDistance);
+  if (options.path == SyntheticOptions::Path::kForward) {
+    R.setIdentity();
+    center = {0, 0, -kDistance + 0.4 * i};
+  }
+  const int ahead = i - options.num_photos / 2;
+  if (options.path == SyntheticOptions::Path::kArcThenForward && ahead > 0) {
+    R = scene->rotations[options.num_photos / 2];
+    center =
+        scene->Center(options.num_photos / 2) + R.transpose() * Eigen::Vector3d(0, 0, 0.4 * ahead);
+  }
+  if (i == options.turned_photo) {
+    constexpr double kTurnRad = 8 * M_PI / 180;
+    R = Eigen::AngleAxisd(kTurnRad, Eigen::Vector3d::UnitY()).matrix() * scene->rotations[i - 1];
+    center = scene->Center(i - 1) + Eigen::Vector3d(options.turned_distance, 0, 0);
+  }
+  if (options.path == SyntheticOptions::Path::kRotation) center = {0, 0, -kDistance};
+  scene->AddPose(R, center);
+}
+
+bool Observe(const SyntheticOptions& options, const Eigen::Vector3d& in_cam, std::mt19937* random,
+             Keypoint* keypoint) {
+  if (in_cam.z() <= 0.1) return false;
+  std::normal_distribution<double> noise(0.0, options.noise_px);
+  const double u = in_cam.x() / in_cam.z(), v = in_cam.y() / in_cam.z();
+  const double fd = options.focal_px * (1 + options.distortion * (u * u + v * v));
+  keypoint->x = static_cast<float>(fd * u + options.width_px / 2.0 + noise(*random));
+  keypoint->y = static_cast<float>(fd * v + options.height_px / 2.0 + noise(*random));
+  return keypoint->x > 0 && keypoint->y > 0 && keypoint->x < options.width_px &&
+         keypoint->y < options.height_px;
+}
+
+bool Stands(const SyntheticScene& scene, size_t point, size_t photo) {
+  if (scene.place_of_point.empty() || scene.place_of_point[point] == 0) return true;
+  return scene.place_of_point[point] == scene.place_of_photo[photo];
+}
+
+void AddPhoto(const SyntheticOptions& options, int i, std::mt19937* random, SyntheticScene* scene) {
+  PhotoInput photo;
+  photo.image_id = i + 1;
+  const bool second = options.second_camera_from > 0 && i + 1 >= options.second_camera_from;
+  photo.camera_id = second ? 2 : 1;
+  photo.name = "test/" + std::to_string(i) + ".jpg";
+  photo.width_px = options.width_px;
+  photo.height_px = options.height_px;
+  photo.focal_px = options.focal_px * options.prior_factor;
+  photo.focal_from_exif = options.focal_from_exif;
+  SyntheticOptions lens = options;
+  for (const int zoomed : options.zoomed_photos) lens.focal_px *= zoomed == i ? kZoom : 1.0;
+  std::vector<int> visible;
+  for (size_t p = 0; p < scene->points.size(); ++p) {
+    Keypoint keypoint;
+    const Eigen::Vector3d in_cam = scene->rotations[i] * scene->points[p] + scene->translations[i];
+    if (!Stands(*scene, p, i) || !Observe(lens, in_cam, random, &keypoint)) continue;
+    if (options.detection_rate < 1 && Uniform(0, 1, random) >= options.detection_rate) continue;
+    photo.keypoints.push_back(keypoint);
+    visible.push_back(static_cast<int>(p));
+  }
+  for (int k = 0; k < options.num_clutter; ++k) {
+    Keypoint keypoint;
+    keypoint.x = static_cast<float>(Uniform(0, options.width_px, random));
+    keypoint.y = static_cast<float>(Uniform(0, options.height_px, random));
+    photo.keypoints.push_back(keypoint);
+    visible.push_back(-1);
+  }
+  scene->photos.push_back(photo);
+  scene->visible.push_back(visible);
+}
+
+TwoViewPair MakePair(const SyntheticOptions& options, const SyntheticScene& scene, size_t a,
+                     size_t b, std::mt19937* random) {
+  TwoViewPair pair;
+  pair.other_id = static_cast<int64_t>(b) + 1;
+  const std::vector<int>&of_a = scene.visible[a], &of_b = scene.visible[b];
+  for (size_t k = 0, l = 0; k < of_a.size() && of_a[k] >= 0; ++k) {
+    while (l < of_b.size() && of_b[l] >= 0 && of_b[l] < of_a[k]) ++l;
+    if (l < of_b.size() && of_b[l] == of_a[k]) {
+      pair.inliers.emplace_back(static_cast<uint32_t>(k), static_cast<uint32_t>(l));
+    }
+  }
+  // Outliers: neighbours in the list exchange their partners.
+  std::bernoulli_distribution is_outlier(options.outlier_ratio);
+  for (size_t k = 0; k + 1 < pair.inliers.size(); k += 2) {
+    if (is_outlier(*random)) std::swap(pair.inliers[k].second, pair.inliers[k + 1].second);
+  }
+  return pair;
+}
+
+void Check(const Status& status) {
+  if (!status.ok()) throw std::logic_error(status.error());
+}
+
+}  // namespace
+
+void Photograph(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene) {
+  for (int i = 0; i < static_cast<int>(scene->rotations.size()); ++i) {
+    AddPhoto(options, i, random, scene);
+    TwoViewPairs pairs;
+    for (int j = 0; j < i; ++j) {
+      TwoViewPair pair = MakePair(options, *scene, i, j, random);
+      if (pair.inliers.size() >= kMinPairMatches) pairs.push_back(std::move(pair));
+    }
+    scene->pairs.push_back(std::move(pairs));
+  }
+}
+
+SyntheticScene MakeScene(const SyntheticOptions& options) {
+  using Shape = SyntheticOptions::Shape;
+  std::mt19937 random(options.seed);
+  SyntheticScene scene;
+  if (options.shape == Shape::kWall || options.shape == Shape::kTwoPlaces) {
+    AddWall(options, &random, &scene);
+  } else {
+    AddBox(options, &random, &scene);
+    for (int i = 0; i < options.num_photos; ++i) AddPoseOnPath(options, i, &scene);
+  }
+  Photograph(options, &random, &scene);
+  return scene;
+}
+
+void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map) {
+  for (size_t i = 0; i < scene.photos.size(); ++i) {
+    Check(map->AddPhoto(scene.photos[i]));
+    Check(map->AddPairs(scene.photos[i].image_id, pairs[i]));
+  }
+}
+
+void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& ids,
+                     const Eigen::Vector3d& shift, SceneMap* map) {
+  std::vector<colmap::Track> tracks(scene.points.size());
+  for (const ImageId id : ids) {
+    BundlePose pose;
+    pose.R = scene.rotations[id - 1];
+    pose.t = scene.translations[id - 1] - pose.R * shift;
+    SetPose(pose, &map->reconstruction().Image(id));
+    map->Register(id);
+    for (size_t k = 0; k < scene.visible[id - 1].size(); ++k) {
+      const int point = scene.visible[id - 1][k];
+      if (point >= 0) tracks[point].AddElement(id, static_cast<Point2DIdx>(k));
+    }
+  }
+  for (size_t p = 0; p < tracks.size(); ++p) {
+    if (tracks[p].Length() < 2) continue;
+    map->reconstruction().AddPoint3D(scene.points[p] + shift, tracks[p]);
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,36 @@
+// Submaps of a synthetic wall with known truth: photos 1..24 along it. A photo detects a point with
+// a certain probability, always at the same (image, point2D), as real features do; every submap is
+// adjusted, so that it is consistent in itself whatever its intrinsics are.
+#pragma once
+
+#include "base/reconstruction.h"
+#include "geometry/sim3_similarity.h"
+#include "testing/synthetic_scene.h"
+
+namespace skein {
+
+// 24 photos along a wall, with common points enough to merge submaps.
+SyntheticOptions WallOptions(SyntheticOptions::Shape shape = SyntheticOptions::Shape::kWall);
+
+class SyntheticWorld {
+ public:
+  // `options`: WallOptions, altered; but the seed.
+  SyntheticWorld(SyntheticOptions options, unsigned seed);
+
+  double TrueFocalPx() const { return options_.focal_px; }
+  CameraPose Pose(int image_id) const;
+
+  // Photos first..last in a frame of their own (submap_from_world), made with a focal length that
+  // is wrong by `focal_factor`. Of two places, photos of both may be put into one submap.
+  colmap::Reconstruction Submap(int first, int last, const Similarity& submap_from_world,
+                                double focal_factor) const;
+
+ private:
+  void AddImages(int first, int last, const Similarity& frame, colmap::Reconstruction* model) const;
+  void AddPoints(int first, int last, const Similarity& frame, colmap::Reconstruction* model) const;
+
+  const SyntheticOptions options_;
+  const SyntheticScene scene_;
+};
+
+}  // namespace skein
