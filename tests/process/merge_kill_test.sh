@@ -13,21 +13,34 @@ new_workspace
 url=$(test_lcm_url)
 use_place 2 12 --scenario disjoint --seed 2 --size 800x600
 
-# make_two_submaps SESSION: whether the second walk begins a submap of its own depends on which photos
-# are matched first, so as often as it takes, to a limit
-make_two_submaps() {
-  local attempt
-  for attempt in 1 2 3 4 5; do
-    rm -rf "$1"
-    start_services "$1" "$url" --mappers 2 --no-merge
-    publish "$1"
-    await_agents
-    finish "$1"
-    stop_services
-    [[ $(jq '.submaps | length' "$1/report.json") != 2 ]] || return 0
-    echo "attempt $attempt: not two submaps to merge: $(jq -c '[.submaps[].images]' "$1/report.json")"
+# publish_part SESSION FIRST LAST: photos FIRST to LAST of each agent
+publish_part() {
+  local folder part name
+  for folder in "$place"/images/*/; do
+    part=$workspace/part-$2/$(basename "$folder")
+    mkdir -p "$part"
+    for name in $(ls "$folder" | sed -n "$2,$3p"); do cp "$folder/$name" "$part/"; done
+    publish_agent "$1" "$part"
   done
-  fail "never two submaps to merge"
+  await_agents
+}
+
+# two_submaps_have SESSION N: N photos or more each; a registration's fact is registration/IMAGE/SUBMAP/...
+two_submaps_have() {
+  [[ $(sqlite3 "file:$1/ledger.db?mode=ro" ".timeout 5000" "SELECT fact_id FROM facts WHERE kind = 'registration'" 2>/dev/null |
+    cut -d / -f 3 | sort | uniq -c | awk -v n="$2" '$1 >= n' | wc -l) == 2 ]]
+}
+
+# make_two_submaps SESSION: the first halves of the walks see nothing in common, so each begins a submap;
+# only then come the photos between them.
+make_two_submaps() {
+  start_services "$1" "$url" --mappers 2 --no-merge
+  publish_part "$1" 1 6
+  wait_until 120 "each walk has its submap" two_submaps_have "$1" 5
+  publish_part "$1" 7 12
+  finish "$1"
+  stop_services
+  [[ $(jq '.submaps | length' "$1/report.json") == 2 ]] || fail "not two submaps to merge: $(jq -c '[.submaps[].images]' "$1/report.json")"
 }
 
 has_fact_like() {
