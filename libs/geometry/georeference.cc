@@ -11,6 +11,7 @@
 #include <random>
 
 #include "base/gps.h"
+#include "core/result.h"
 
 namespace skein {
 namespace {
@@ -259,16 +260,16 @@ void SetSigmas(const Points& centres_m, double min_sigma_m, Georeference* result
   result->rotation_sigma_deg = sigma_m / std::sqrt(moments[0] + moments[1]) * 180.0 / M_PI;
 }
 
-std::string CheckSpread(const Georeference& result, const GeoreferenceOptions& options) {
+Status CheckSpread(const Georeference& result, const GeoreferenceOptions& options) {
   if (!(result.scale_sigma <= options.max_scale)) {
-    return Text("the photos were taken in one spot, given positions good to %.2g m",
-                result.sigma_m);
+    return FailedPrecondition(
+        Text("the photos were taken in one spot, given positions good to %.2g m", result.sigma_m));
   }
   if (!(result.rotation_sigma_deg <= options.max_rotation_deg)) {
-    return Text("the photos were taken along a line, given positions good to %.2g m",
-                result.sigma_m);
+    return FailedPrecondition(
+        Text("the photos were taken along a line, given positions good to %.2g m", result.sigma_m));
   }
-  return "";
+  return Status::Ok();
 }
 
 // Which photos agree; their noise.
@@ -344,8 +345,9 @@ class Estimator {
     result.enu_from_model = fitter.Reweight(*start, sigma);
     if (level) SetAltitude(&result.enu_from_model);
     Judge(from_, to_, fitter.InlierLimit(sigma), options_.min_sigma_m, &result);
-    result.reason = Check(result);
-    result.ok = result.reason.empty();
+    const Status status = Check(result);
+    result.ok = status.ok();
+    result.reason = status.error();
     std::vector<double> horizontal, vertical;
     for (const GeoResidual& residual : result.residuals) {
       horizontal.push_back(residual.enu_m.head<2>().norm());
@@ -364,11 +366,11 @@ class Estimator {
     fit->translation.z() += Median(heights);
   }
 
-  std::string Check(const Georeference& result) const {
+  Status Check(const Georeference& result) const {
     if (result.num_inliers < options_.min_inliers ||
         2 * result.num_inliers < static_cast<int>(from_.size())) {
-      return Text("only %.0f of %.0f positions agree with the model", result.num_inliers,
-                  static_cast<double>(from_.size()));
+      return FailedPrecondition(Text("only %.0f of %.0f positions agree with the model",
+                                     result.num_inliers, static_cast<double>(from_.size())));
     }
     return CheckSpread(result, options_);
   }

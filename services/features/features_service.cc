@@ -51,37 +51,36 @@ void FeaturesService::StartIfKnown(int64_t image_id) {
 
 void FeaturesService::Compute(const image_t& image, Bytes photo) {
   worker_.Run([this, image, photo = std::move(photo)] { return Describe(image, photo); },
-              [this, id = image.image_id](const Outcome& outcome) {
-                if (!outcome.error.empty()) return Fail(id, outcome.error, true);
-                Submit(id, outcome);
+              [this, id = image.image_id](const Result<Described>& described) {
+                if (!described.ok()) return Fail(id, described.error(), true);
+                Submit(id, *described);
               });
 }
 
-FeaturesService::Outcome FeaturesService::Describe(const image_t& image, const Bytes& photo) {
+Result<FeaturesService::Described> FeaturesService::Describe(const image_t& image,
+                                                             const Bytes& photo) {
   const Timer timer;
-  Outcome outcome;
-  auto described =
+  auto result =
       DescribePhoto(photo, image.width_px, image.height_px, image.orientation, sift_, model_.get());
-  if (!described) {
-    outcome.error = described.error();
-    return outcome;
-  }
-  outcome.photo = std::move(*described);
-  outcome.blobs.keypoints = node_.blobs().Offer(EncodeKeypoints(outcome.photo.local.keypoints));
-  outcome.blobs.descriptors =
-      node_.blobs().Offer(EncodeDescriptors(outcome.photo.local.descriptors));
-  outcome.blobs.global = node_.blobs().Offer(EncodeGlobalDescriptor(outcome.photo.global));
-  outcome.elapsed_s = timer.ElapsedS();
-  return outcome;
+  if (!result.ok()) return result.status();
+  Described described;
+  described.photo = std::move(*result);
+  const PhotoDescription& of = described.photo;
+  described.blobs.keypoints = node_.blobs().Offer(EncodeKeypoints(of.local.keypoints));
+  described.blobs.descriptors = node_.blobs().Offer(EncodeDescriptors(of.local.descriptors));
+  described.blobs.global = node_.blobs().Offer(EncodeGlobalDescriptor(of.global));
+  described.elapsed_s = timer.ElapsedS();
+  return described;
 }
 
-void FeaturesService::Submit(int64_t image_id, const Outcome& outcome) {
+void FeaturesService::Submit(int64_t image_id, const Described& described) {
   ++num_done_;
-  sum_elapsed_s_ += outcome.elapsed_s;
+  sum_elapsed_s_ += described.elapsed_s;
   LogDebug("image {}: {} keypoints, {:.2f} s local, {:.2f} s global", image_id,
-           outcome.photo.local.keypoints.size(), outcome.photo.local_s, outcome.photo.global_s);
+           described.photo.local.keypoints.size(), described.photo.local_s,
+           described.photo.global_s);
   node_.submitter().Submit(
-      ToMessage(image_id, jobs_.at(image_id).computed_at_seq, outcome.photo, outcome.blobs),
+      ToMessage(image_id, jobs_.at(image_id).computed_at_seq, described.photo, described.blobs),
       [this, image_id](const Submission& done) {
         if (!done.committed()) return Fail(image_id, done.reason, true);
         jobs_.erase(image_id);

@@ -29,8 +29,7 @@ class FeaturesService {
     int64_t computed_at_seq = 0;
     bool started = false;
   };
-  struct Outcome {
-    std::string error;  // "": described
+  struct Described {
     PhotoDescription photo;
     ResultBlobs blobs;
     double elapsed_s = 0;
@@ -40,8 +39,8 @@ class FeaturesService {
   void OnWork(const work_t& work);
   void StartIfKnown(int64_t image_id);
   void Compute(const image_t& image, Bytes photo);
-  Outcome Describe(const image_t& image, const Bytes& photo);
-  void Submit(int64_t image_id, const Outcome& outcome);
+  Result<Described> Describe(const image_t& image, const Bytes& photo);
+  void Submit(int64_t image_id, const Described& described);
   void Fail(int64_t image_id, const std::string& reason, bool permanent);
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 

@@ -94,9 +94,7 @@ void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_
 // The author's next repeat starts anew.
 void SubmissionDesk::Drop(const std::string& fact_id, const std::string& reason) {
   const auto found = pulling_.find(fact_id);
-  if (!reason.empty()) {
-    LogWarn("blobs of {} did not come: {}", Printable(fact_id), reason);
-  }
+  LogWarn("blobs of {} did not come: {}", Printable(fact_id), reason);
   const auto fetches = std::move(found->second.fetches);
   pulling_.erase(found);
   for (const auto& [blob, fetch] : fetches) node_.blobs().Cancel(fetch);

@@ -23,14 +23,14 @@ void FeatureLoader::Fetch(int64_t image_id, const std::string& blob_id, Bytes Lo
     if (bytes.ok()) {
       loading.*target = std::move(*bytes);
     } else {
-      loading.error = bytes.error();
+      loading.status = bytes.status();
     }
     if (--loading.num_missing == 0) Decode(image_id, &loading);
   });
 }
 
 void FeatureLoader::Decode(int64_t image_id, Loading* loading) {
-  if (!loading->error.empty()) return Finish(image_id, Status::Error(loading->error));
+  if (!loading->status.ok()) return Finish(image_id, loading->status);
   decoder_.Run(
       [image_id, camera = loading->camera, keypoints = std::move(loading->keypoints),
        descriptors = std::move(loading->descriptors)] {

@@ -29,7 +29,7 @@ class FeatureLoader {
     Bytes keypoints;
     Bytes descriptors;
     int num_missing = 2;
-    std::string error;
+    Status status;  // why one of them cannot be had
     std::vector<OnLoaded> waiting;
   };
 
