@@ -44,7 +44,6 @@ BlobClient::BlobClient(PollLoop& loop, Bus& bus, BlobClientOptions options)
       chunk_bytes_(ChunkBytes(bus.url())),
       shelf_(options_.cache_bytes),
       window_(InitialWindow(chunk_bytes_)),
-      self_(std::make_shared<BlobClient*>(this)),
       worker_(std::make_unique<WorkerThread>(loop)) {
   if (!options_.store_dir.empty()) store_ = std::make_unique<BlobStore>(options_.store_dir);
   request_subscription_ = bus_.Subscribe<blob_request_t>(
@@ -115,11 +114,8 @@ int64_t BlobClient::ReceivedBytes(FetchId id) const {
 
 void BlobClient::LookLocally(const std::string& blob_id) {
   if (!IsBlobId(blob_id)) {
-    const std::weak_ptr<BlobClient*> weak_self = self_;
-    loop_.Post([weak_self, blob_id] {
-      const auto self = weak_self.lock();
-      if (self) (*self)->Finish(blob_id, InvalidArgument("not a blob's name: " + blob_id));
-    });
+    loop_.Post(alive_.Guarded(
+        [this, blob_id] { Finish(blob_id, InvalidArgument("not a blob's name: " + blob_id)); }));
     return;
   }
   worker_->Run([this, blob_id] { return GetLocal(blob_id); },

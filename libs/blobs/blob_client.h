@@ -14,6 +14,7 @@
 #include "blobs/blob_store.h"
 #include "core/bytes.h"
 #include "core/result.h"
+#include "event_loop/alive.h"
 #include "event_loop/poll_loop.h"
 #include "event_loop/worker_thread.h"
 #include "transport/bus.h"
@@ -126,7 +127,7 @@ class BlobClient {
   PollLoop::TimerId expiry_timer_ = 0;
   std::map<std::string, std::vector<blob_request_t>> loading_;
 
-  std::shared_ptr<BlobClient*> self_;     // for posted functions: expires with this object
+  Alive alive_;                           // of posted functions
   std::unique_ptr<WorkerThread> worker_;  // reads files and hashes; last member: ends first
 };
 

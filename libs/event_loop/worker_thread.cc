@@ -2,14 +2,9 @@
 
 namespace skein {
 
-WorkerThread::WorkerThread(PollLoop& loop)
-    : loop_(loop),
-      self_(std::make_shared<WorkerThread*>(this)),
-      weak_self_(self_),
-      thread_([this] { Work(); }) {}
+WorkerThread::WorkerThread(PollLoop& loop) : loop_(loop), thread_([this] { Work(); }) {}
 
 WorkerThread::~WorkerThread() {
-  self_.reset();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
@@ -45,12 +40,10 @@ void WorkerThread::Work() {
       job = std::move(jobs_.front());
       jobs_.pop_front();
     }
-    loop_.Post([weak_self = weak_self_, then = RunJob(job)] {
-      const auto self = weak_self.lock();
-      if (!self) return;
-      --(*self)->num_pending_;
+    loop_.Post(alive_.Guarded([this, then = RunJob(job)] {
+      --num_pending_;
       then();
-    });
+    }));
   }
 }
 

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "event_loop/alive.h"
 #include "event_loop/poll_loop.h"
 
 namespace skein {
@@ -56,9 +57,8 @@ class WorkerThread {
   std::function<void()> RunJob(WrappedJob& job);
 
   PollLoop& loop_;
-  int num_pending_ = 0;                     // loop's thread only
-  std::shared_ptr<WorkerThread*> self_;     // expires first in destruction; loop's thread only
-  std::weak_ptr<WorkerThread*> weak_self_;  // for the worker's thread to hand on
+  int num_pending_ = 0;  // loop's thread only
+  Alive alive_;          // of what the worker's thread posts
 
   std::mutex mutex_;
   std::condition_variable wake_;

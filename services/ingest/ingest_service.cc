@@ -36,7 +36,6 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
           node, writer_, PathsOf(node),
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
            [this] { return work_.HasIdleMapper(MonotonicS()); }}) {
-  self_ = std::make_shared<IngestService*>(this);
   LogInfo("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
           writer_.state().num_images());
   writer_.AddObserver([this](const Fact& fact) {
@@ -75,9 +74,7 @@ void IngestService::OnSubmissions(const Channel<T>& channel) {
 
 // All that was received before the loop comes round again shares one commit.
 void IngestService::ArrangeFlush() {
-  node_.loop().Post([weak = std::weak_ptr<IngestService*>(self_)] {
-    if (const auto self = weak.lock()) (*self)->Flush();
-  });
+  node_.loop().Post(alive_.Guarded([this] { Flush(); }));
 }
 
 void IngestService::Flush() {

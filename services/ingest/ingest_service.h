@@ -1,9 +1,9 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <vector>
 
+#include "event_loop/alive.h"
 #include "ingest/finish_driver.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/photo_intake.h"
@@ -52,7 +52,7 @@ class IngestService {
   FinishDriver finish_;
   std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;
-  std::shared_ptr<IngestService*> self_;  // for posted functions: expires with this object
+  Alive alive_;  // of posted functions
 };
 
 }  // namespace skein

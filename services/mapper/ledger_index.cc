@@ -23,7 +23,6 @@ void LedgerIndex::Take(const Fact& fact) {
   if (const auto* matches = std::get_if<matches_t>(&fact)) TakeMatches(*matches);
   if (const auto* submap = std::get_if<submap_t>(&fact)) TakeSubmap(*submap);
   if (const auto* merge = std::get_if<merge_t>(&fact)) TakeMerge(*merge);
-  if (const auto* finish = std::get_if<finish_t>(&fact)) TakeFinish(*finish);
   if (const auto* r = std::get_if<registration_t>(&fact)) TakeRegistration(*r);
 }
 
@@ -33,7 +32,6 @@ void LedgerIndex::TakeMatches(const matches_t& matches) {
     neighbours_[matches.image_id].emplace(pair.other_id, matches.header.seq);
     neighbours_[pair.other_id].emplace(matches.image_id, matches.header.seq);
   }
-  items_.push_back({matches.header.seq, Item::Kind::kMatches, matches.image_id});
 }
 
 void LedgerIndex::TakeSubmap(const submap_t& submap) {
@@ -46,19 +44,7 @@ void LedgerIndex::TakeSubmap(const submap_t& submap) {
 }
 
 void LedgerIndex::TakeMerge(const merge_t& merge) {
-  const bool ordered = merge.state == merge_t::ORDERED;
-  const int64_t id = ordered ? merge.header.seq : merge.merge_id;
-  merges_[id].push_back(merge);
-  if (ordered) items_.push_back({merge.header.seq, Item::Kind::kMerge, id});
-}
-
-void LedgerIndex::TakeFinish(const finish_t& finish) {
-  if (finish.state == finish_t::DRAINED) {
-    items_.push_back({finish.header.seq, Item::Kind::kDrained, finish.finish_id});
-  }
-  if (finish.state == finish_t::SETTLED) {
-    items_.push_back({finish.header.seq, Item::Kind::kSettled, finish.finish_id});
-  }
+  merges_[merge.state == merge_t::ORDERED ? merge.header.seq : merge.merge_id].push_back(merge);
 }
 
 void LedgerIndex::TakeRegistration(const registration_t& r) {

@@ -15,17 +15,8 @@ namespace skein {
 // bytes a photo. Loop's thread only.
 class LedgerIndex {
  public:
-  // Something that a submap works through in the ledger's order.
-  struct Item {
-    enum class Kind { kMatches, kDrained, kSettled, kMerge };
-    int64_t seq = 0;
-    Kind kind = Kind::kMatches;
-    int64_t id = 0;  // image id, or merge id
-  };
-
   void Take(const Fact& fact);
 
-  const std::vector<Item>& items() const { return items_; }  // by seq
   const image_t* FindImage(int64_t image_id) const;
   const features_t* FindFeatures(int64_t image_id) const;
   const candidates_t* FindCandidates(int64_t image_id) const;
@@ -50,10 +41,8 @@ class LedgerIndex {
   void TakeMatches(const matches_t& matches);
   void TakeSubmap(const submap_t& submap);
   void TakeMerge(const merge_t& merge);
-  void TakeFinish(const finish_t& finish);
   void TakeRegistration(const registration_t& registration);
 
-  std::vector<Item> items_;
   std::map<int64_t, image_t> images_;
   std::map<int64_t, features_t> features_;
   std::map<int64_t, candidates_t> candidates_;

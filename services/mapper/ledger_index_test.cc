@@ -5,8 +5,6 @@
 namespace skein {
 namespace {
 
-using Kind = LedgerIndex::Item::Kind;
-
 class LedgerIndexTest : public testing::Test {
  protected:
   // The next fact of the ledger; returns its seq.
@@ -40,12 +38,6 @@ class LedgerIndexTest : public testing::Test {
     merge.state = state;
     return Take(merge);
   }
-  int64_t TakeFinish(int8_t state) {
-    finish_t finish{};
-    finish.finish_id = 5;
-    finish.state = state;
-    return Take(finish);
-  }
   void TakeRegistration(int64_t image_id, int64_t submap_id, int64_t epoch, int8_t state) {
     registration_t registration{};
     registration.image_id = image_id;
@@ -60,7 +52,6 @@ class LedgerIndexTest : public testing::Test {
 };
 
 TEST_F(LedgerIndexTest, KnowsNothingAtFirst) {
-  EXPECT_TRUE(index_.items().empty());
   EXPECT_EQ(index_.FindImage(1), nullptr);
   EXPECT_EQ(index_.FindFeatures(1), nullptr);
   EXPECT_EQ(index_.FindCandidates(1), nullptr);
@@ -114,30 +105,6 @@ TEST_F(LedgerIndexTest, APairFoundFromBothSidesIsKnownSinceTheFirst) {
   TakeMatches(2, {1});
   EXPECT_EQ(index_.Neighbours(1).at(2), first);
   EXPECT_EQ(index_.Neighbours(2).at(1), first);
-}
-
-TEST_F(LedgerIndexTest, ListsWhatASubmapWorksThroughInOrder) {
-  const int64_t matches = TakeMatches(1, {});
-  TakeFinish(finish_t::REQUESTED);
-  const int64_t drained = TakeFinish(finish_t::DRAINED);
-  const int64_t ordered = TakeMerge(0, merge_t::ORDERED);
-  TakeMerge(ordered, merge_t::FROZEN);
-  TakeMerge(ordered, merge_t::DONE);
-  const int64_t settled = TakeFinish(finish_t::SETTLED);
-  TakeFinish(finish_t::DONE);
-  TakeRegistration(1, 1, 1, registration_t::REGISTERED);
-  const auto& items = index_.items();
-  ASSERT_EQ(items.size(), 4u);
-  const std::pair<Kind, int64_t> expected[] = {{Kind::kMatches, matches},
-                                               {Kind::kDrained, drained},
-                                               {Kind::kMerge, ordered},
-                                               {Kind::kSettled, settled}};
-  for (int i = 0; i < 4; ++i) {
-    EXPECT_EQ(items[i].kind, expected[i].first) << i;
-    EXPECT_EQ(items[i].seq, expected[i].second) << i;
-  }
-  EXPECT_EQ(items[0].id, 1);
-  EXPECT_EQ(items[2].id, ordered) << "an order's seq is its merge's id";
 }
 
 TEST_F(LedgerIndexTest, KeepsTheFactsOfAMerge) {

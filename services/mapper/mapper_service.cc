@@ -15,7 +15,6 @@ MapperService::MapperService(Node& node, const SubmapRunOptions& options, double
     : node_(node),
       options_(options),
       retire_after_s_(retire_after_s),
-      merges_(node, index_),
       worker_(node.loop()),
       writer_(node.loop()),
       idle_since_s_(MonotonicS()) {
@@ -38,6 +37,7 @@ MapperService::~MapperService() {
 
 void MapperService::OnFact(const Fact& fact) {
   index_.Take(fact);
+  items_.Take(fact);
   if (std::holds_alternative<registration_t>(fact) && Header(fact).author == node_.instance()) {
     ++num_done_;
   }
@@ -48,8 +48,8 @@ void MapperService::OnWork(const work_t& work) {
   LogInfo("submap {} in epoch {}", work.item_id, work.epoch);
   run_.reset();
   run_ = std::make_unique<SubmapRun>(
-      node_, index_, *follower_, MapperThreads{worker_, writer_}, options_, &merges_, work.item_id,
-      work.epoch,
+      node_, LedgerView{index_, items_, *follower_}, MapperThreads{worker_, writer_}, options_,
+      Lease{work.item_id, work.epoch},
       [this](SubmapRun::EndKind kind, const std::string& reason) { OnEnd(kind, reason); });
 }
 

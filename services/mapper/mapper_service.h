@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "event_loop/worker_thread.h"
+#include "mapper/item_log.h"
 #include "mapper/ledger_index.h"
-#include "mapper/merge_executor.h"
 #include "mapper/submap_run.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
@@ -32,7 +32,7 @@ class MapperService {
   const SubmapRunOptions options_;
   const double retire_after_s_;
   LedgerIndex index_;
-  MergeExecutor merges_;
+  ItemLog items_;
   WorkerThread worker_;
   WorkerThread writer_;
   std::unique_ptr<SubmapRun> run_;

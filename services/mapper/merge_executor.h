@@ -1,55 +1,75 @@
 #pragma once
 
 #include <functional>
-#include <memory>
+#include <optional>
 #include <string>
-#include <vector>
+#include <utility>
 
+#include "event_loop/alive.h"
+#include "mapper/absorb_source.h"
 #include "mapper/ledger_index.h"
-#include "mapper/merge_handler.h"
-#include "mapper/submap_run.h"
+#include "mapper/model_loader.h"
 #include "node/node.h"
 
 namespace skein {
 
-// Merges by the ledger: the source freezes and submits its model; the target absorbs a copy of it
-// (merging/absorb.h verifies), takes the result over and says DONE, or says UNDONE with the reason
-// and stays as it was. A target that replays an order which ended DONE absorbs again and says
-// nothing.
-class MergeExecutor : public MergeHandler {
- public:
-  MergeExecutor(Node& node, const LedgerIndex& index) : node_(node), index_(index) {}
+class SubmapRun;
 
-  void OnOrdered(const merge_t& ordered, SubmapRun& run, std::function<void()> resume) override;
-  void OnMergeFact(const merge_t& merge, SubmapRun& run) override;
-  void OnRunGone() override { open_ = Open(); }
+// The part of a run's submap in merges, by the ledger: the source freezes and submits its model;
+// the target absorbs a copy of it (merging/absorb.h verifies), takes the result over and says DONE,
+// or says UNDONE with the reason and stays as it was. A target that replays an order which ended
+// DONE absorbs again and says nothing. At most two trips to the worker: to decode the source, which
+// names the photos to fetch, and to absorb it. Loop's thread only; a part of the run.
+class MergeExecutor {
+ public:
+  MergeExecutor(Node& node, const LedgerIndex& index, SubmapRun& run)
+      : node_(node), index_(index), run_(run) {}
+
+  // The run has worked through everything before the order and rests until the merge is over; then
+  // its OnMergeOver is called. A source whose merge ends DONE rests until it ends.
+  void OnOrdered(const merge_t& ordered);
+  // A further fact of a merge.
+  void OnMergeFact(const merge_t& merge);
+
+  // The order being carried out; null if there is none.
+  const merge_t* ordered() const { return open_ ? &open_->ordered : nullptr; }
 
  private:
   struct Open {
     merge_t ordered;
-    std::function<void()> resume;
     bool absorbing = false;
     bool replay = false;
     double start_s = 0;
-    std::shared_ptr<const colmap::Reconstruction> before;  // the target, before it absorbed
-    std::vector<PhotoEvent> absorbed;                      // photos that are new in it
+    Absorption absorption;
   };
 
-  bool IsOpen(int64_t merge_id) const { return open_.resume && open_.ordered.merge_id == merge_id; }
-  void Freeze(SubmapRun& run);
-  void Absorb(const merge_t& frozen, SubmapRun& run);
-  void OnSourceModel(Result<Bytes> bytes, SubmapRun& run);
-  void OnAbsorbed(const std::string& reason, SubmapRun& run);
-  void Conclude(int8_t state, const std::string& reason, SubmapRun& run);
-  void OnEndRefused(int8_t state, const std::string& reason, SubmapRun& run);
-  void Resume();
-  // When a while has passed, unless the merge is over or the run gone by then.
-  void Later(const SubmapRun& run, std::function<void()> then);
-  merge_t MakeFact(int8_t state, const SubmapRun& run) const;
+  bool IsOpen(int64_t merge_id) const { return open_ && open_->ordered.merge_id == merge_id; }
+  void Freeze();
+  void SubmitFrozen(const std::string& model_blob);
+  void Absorb(const merge_t& frozen);
+  void OnSource(const LoadedModel& source);
+  void OnAbsorbed();
+  void Fail(const std::string& reason);
+  void Conclude(int8_t state, const std::string& reason);
+  void OnEndRefused(int8_t state, const std::string& reason);
+  void GoBack(const std::string& reason);
+  void Close();
+  // `then`, but nothing once this merge is over or the run is gone.
+  template <class Then>
+  auto WhileOpen(Then then) const {
+    return alive_.Guarded(
+        [this, merge_id = open_->ordered.merge_id, then = std::move(then)](auto&&... arguments) {
+          if (IsOpen(merge_id)) then(std::forward<decltype(arguments)>(arguments)...);
+        });
+  }
+  void Later(std::function<void()> then);
+  merge_t MakeFact(int8_t state) const;
 
   Node& node_;
   const LedgerIndex& index_;
-  Open open_;  // a submap is in one merge at a time
+  SubmapRun& run_;
+  std::optional<Open> open_;  // a submap is in one merge at a time
+  Alive alive_;
 };
 
 }  // namespace skein

@@ -1,64 +1,109 @@
 #include "mapper/photo_loader.h"
 
+#include "core/log.h"
 #include "mapper/messages.h"
 
 namespace skein {
+namespace {
 
-void PhotoLoader::Load(int64_t image_id, OnLoaded on_loaded) {
+struct DecodedPhoto {
+  PhotoInput input;
+  TwoViewPairs pairs;
+};
+
+Result<DecodedPhoto> Decode(const FetchedPhoto& photo) {
+  DecodedPhoto decoded;
+  decoded.input = photo.input;
+  if (photo.keypoints_blob) {
+    Result<Keypoints> keypoints = DecodeKeypoints(*photo.keypoints_blob);
+    if (!keypoints.ok()) return Status::Error("keypoints: " + keypoints.error());
+    decoded.input.keypoints = std::move(*keypoints);
+  }
+  if (photo.pairs_blob) {
+    Result<TwoViewPairs> pairs = DecodeTwoViewPairs(*photo.pairs_blob);
+    if (!pairs.ok()) return Status::Error("pairs: " + pairs.error());
+    decoded.pairs = std::move(*pairs);
+  }
+  return decoded;
+}
+
+Status AddOne(const FetchedPhoto& photo, Submap* submap) {
+  const Result<DecodedPhoto> decoded = Decode(photo);
+  if (!decoded.ok()) return decoded.status();
+  const int64_t id = photo.input.image_id;
+  for (const Status& status :
+       {submap->AddPhoto(decoded->input), submap->AddPairs(id, decoded->pairs)}) {
+    if (!status.ok()) LogWarn("photo {}: {}", id, status.error());
+  }
+  submap->AddSimilar(id, photo.distances);
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status AddToSubmap(const FetchedPhotos& photos, Submap* submap) {
+  Status last = Status::Ok();
+  for (const Result<FetchedPhoto>& photo : *photos) {
+    const Status added = photo.ok() ? AddOne(*photo, submap) : photo.status();
+    if (!added.ok()) last = added;
+  }
+  return last;
+}
+
+void PhotoLoader::Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded) {
+  std::vector<int64_t> missing;
+  for (const int64_t id : image_ids) {
+    if (loaded_.insert(id).second) missing.push_back(id);
+  }
+  using Photos = std::vector<Result<FetchedPhoto>>;
+  auto photos = std::make_shared<Photos>(missing.size(), Status::Error("not loaded"));
+  if (missing.empty()) return on_loaded(photos);
+  auto num_missing = std::make_shared<size_t>(missing.size());
+  for (size_t i = 0; i < missing.size(); ++i) {
+    LoadOne(missing[i], [photos, num_missing, i, on_loaded](Result<FetchedPhoto> photo) {
+      (*photos)[i] = std::move(photo);
+      if (--*num_missing == 0) on_loaded(photos);
+    });
+  }
+}
+
+void PhotoLoader::LoadOne(int64_t image_id, OnPhoto on_photo) {
   const image_t* image = index_.FindImage(image_id);
   const features_t* features = index_.FindFeatures(image_id);
   if (image == nullptr || features == nullptr) {
-    return on_loaded(
+    return on_photo(
         Status::Error("the ledger has no features of photo " + std::to_string(image_id)));
   }
-  auto loading = std::make_shared<Loading>();
-  loading->on_loaded = std::move(on_loaded);
-  loading->num_missing = 2;
+  auto fetching = std::make_shared<Fetching>();
+  fetching->on_photo = std::move(on_photo);
+  fetching->photo.input = ToPhotoInput(*image, {});
   if (const candidates_t* candidates = index_.FindCandidates(image_id)) {
-    loading->photo.distances = ToDistances(*candidates);
+    fetching->photo.distances = ToDistances(*candidates);
   }
-  FetchKeypoints(*image, *features, loading);
-  FetchPairs(index_.FindMatches(image_id), loading);
+  const matches_t* matches = index_.FindMatches(image_id);
+  const std::string pairs_blob = matches == nullptr ? "" : matches->pairs_blob;
+  Fetch(features->keypoints_blob, "keypoints", &FetchedPhoto::keypoints_blob, fetching);
+  Fetch(pairs_blob, "pairs", &FetchedPhoto::pairs_blob, fetching);
 }
 
-void PhotoLoader::FetchKeypoints(const image_t& image, const features_t& features,
-                                 const std::shared_ptr<Loading>& loading) {
-  loading->photo.input = ToPhotoInput(image, {});
-  if (features.keypoints_blob.empty()) return OnOne(loading);
-  std::weak_ptr<bool> alive = alive_;
-  blobs_.Fetch(features.keypoints_blob, "ingest", [loading, alive](const Result<Bytes>& bytes) {
-    if (alive.expired()) return;
-    Result<Keypoints> keypoints =
-        bytes.ok() ? DecodeKeypoints(*bytes) : Result<Keypoints>(bytes.status());
-    if (keypoints.ok()) {
-      loading->photo.input.keypoints = std::move(*keypoints);
+void PhotoLoader::Fetch(const std::string& blob_id, const std::string& what,
+                        std::optional<Bytes> FetchedPhoto::*blob,
+                        const std::shared_ptr<Fetching>& fetching) {
+  if (blob_id.empty()) return OnOne(fetching);
+  blobs_.Fetch(blob_id, "ingest", alive_.Guarded([what, blob, fetching](Result<Bytes> bytes) {
+    if (bytes.ok()) {
+      fetching->photo.*blob = std::move(*bytes);
     } else {
-      loading->error = "keypoints: " + keypoints.error();
+      fetching->error = what + ": " + bytes.error();
     }
-    OnOne(loading);
-  });
+    OnOne(fetching);
+  }));
 }
 
-void PhotoLoader::FetchPairs(const matches_t* matches, const std::shared_ptr<Loading>& loading) {
-  if (matches == nullptr || matches->pairs_blob.empty()) return OnOne(loading);
-  std::weak_ptr<bool> alive = alive_;
-  blobs_.Fetch(matches->pairs_blob, "ingest", [loading, alive](const Result<Bytes>& bytes) {
-    if (alive.expired()) return;
-    Result<TwoViewPairs> pairs =
-        bytes.ok() ? DecodeTwoViewPairs(*bytes) : Result<TwoViewPairs>(bytes.status());
-    if (pairs.ok()) {
-      loading->photo.pairs = std::move(*pairs);
-    } else {
-      loading->error = "pairs: " + pairs.error();
-    }
-    OnOne(loading);
-  });
-}
-
-void PhotoLoader::OnOne(const std::shared_ptr<Loading>& loading) {
-  if (--loading->num_missing > 0) return;
-  if (loading->error.empty()) return loading->on_loaded(std::move(loading->photo));
-  loading->on_loaded(Status::Error(loading->error));
+void PhotoLoader::OnOne(const std::shared_ptr<Fetching>& fetching) {
+  if (--fetching->num_missing > 0) return;
+  if (fetching->error.empty()) return fetching->on_photo(std::move(fetching->photo));
+  fetching->on_photo(Status::Error(fetching->error));
 }
 
 }  // namespace skein

@@ -1,53 +1,69 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "blobs/blob_client.h"
 #include "core/result.h"
+#include "event_loop/alive.h"
 #include "mapper/ledger_index.h"
 #include "mapping/submap.h"
 
 namespace skein {
 
-// All that the core needs of a photo.
-struct LoadedPhoto {
-  PhotoInput input;
-  TwoViewPairs pairs;
+// All that a submap needs of a photo, its blobs as they came.
+struct FetchedPhoto {
+  PhotoInput input;  // without keypoints
+  std::optional<Bytes> keypoints_blob, pairs_blob;
   std::vector<std::pair<uint32_t, double>> distances;
 };
 
-// Fetches a photo's keypoints and pairs by its facts in the index. Loop's thread only; functions of
-// loads under way are not called once the loader is gone.
+// Shared, as jobs must be copyable; read once, by the worker.
+using FetchedPhotos = std::shared_ptr<const std::vector<Result<FetchedPhoto>>>;
+
+// Decodes the photos and adds those that are sound to the submap. Worker's thread. Returns the last
+// error of one that could not be fetched or decoded.
+Status AddToSubmap(const FetchedPhotos& photos, Submap* submap);
+
+// Fetches photos' keypoints and pairs by their facts in the index, each photo once. Loop's thread
+// only; functions of loads under way are not called once the loader is gone.
 class PhotoLoader {
  public:
-  using OnLoaded = std::function<void(Result<LoadedPhoto>)>;
+  using OnLoaded = std::function<void(FetchedPhotos)>;
 
   PhotoLoader(BlobClient& blobs, const LedgerIndex& index) : blobs_(blobs), index_(index) {}
 
-  // The photo must have features in the index; without matches it has no pairs of its own.
-  void Load(int64_t image_id, OnLoaded on_loaded);
+  bool WasLoaded(int64_t image_id) const { return loaded_.count(image_id) > 0; }
+
+  // Gives those of the photos that were not loaded before, in the order of `image_ids`; at once if
+  // there are none. A photo must have features in the index; without matches it has no pairs.
+  void Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded);
 
  private:
-  struct Loading {
-    LoadedPhoto photo;
-    int num_missing = 0;
+  using OnPhoto = std::function<void(Result<FetchedPhoto>)>;
+  struct Fetching {
+    FetchedPhoto photo;
+    int num_missing = 2;
     std::string error;
-    OnLoaded on_loaded;
+    OnPhoto on_photo;
   };
 
-  void FetchKeypoints(const image_t& image, const features_t& features,
-                      const std::shared_ptr<Loading>& loading);
-  void FetchPairs(const matches_t* matches, const std::shared_ptr<Loading>& loading);
-  static void OnOne(const std::shared_ptr<Loading>& loading);
+  void LoadOne(int64_t image_id, OnPhoto on_photo);
+  // `what` for messages; `blob` is a member of the photo.
+  void Fetch(const std::string& blob_id, const std::string& what,
+             std::optional<Bytes> FetchedPhoto::*blob, const std::shared_ptr<Fetching>& fetching);
+  static void OnOne(const std::shared_ptr<Fetching>& fetching);
 
   BlobClient& blobs_;
   const LedgerIndex& index_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  std::set<int64_t> loaded_;
+  Alive alive_;
 };
 
 }  // namespace skein

@@ -1,18 +1,25 @@
 #pragma once
 
-#include <cmath>
+#include <cstdint>
 #include <functional>
-#include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "event_loop/alive.h"
 #include "event_loop/worker_thread.h"
+#include "mapper/item_log.h"
+#include "mapper/lease.h"
 #include "mapper/ledger_index.h"
-#include "mapper/merge_handler.h"
+#include "mapper/merge_executor.h"
+#include "mapper/model_loader.h"
+#include "mapper/model_writer.h"
 #include "mapper/photo_loader.h"
+#include "mapper/photo_reports.h"
+#include "mapper/run_state.h"
+#include "mapper/submap_worker.h"
+#include "mapper/submissions.h"
 #include "mapping/submap.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
@@ -31,9 +38,17 @@ struct MapperThreads {
   WorkerThread& writer;  // hashes and writes checkpoints
 };
 
-// One leased submap, from its seed or its last checkpoint on. Works through the ledger's items in
-// order, one after the other; an item is done when the photos it unlocked are tried, too. Its state
-// is a function of seed, ledger and epoch. Loop's thread only; heavy work is done by the worker.
+// What a run reads of the ledger; it outlives the run.
+struct LedgerView {
+  const LedgerIndex& index;
+  const ItemLog& items;
+  const LedgerFollower& follower;
+};
+
+// One leased submap, from its seed or its last checkpoint on (run_state.h). Works through the
+// ledger's items in order, one after the other; an item is done when the photos it unlocked are
+// tried, too. A photo takes one trip to the worker: decode, add, try. The submap's state is a
+// function of seed, ledger and epoch. Loop's thread only; heavy work is done by the worker.
 class SubmapRun {
  public:
   // kOver: the submap has ended or the lease is another's. kFailed: it could not be taken over.
@@ -41,125 +56,108 @@ class SubmapRun {
   using OnEnd = std::function<void(EndKind, const std::string& reason)>;
 
   // `on_end` is called once; the run must not be destroyed within the call.
-  SubmapRun(Node& node, const LedgerIndex& index, const LedgerFollower& follower,
-            MapperThreads threads, const SubmapRunOptions& options, MergeHandler* merges,
-            int64_t submap_id, int64_t epoch, OnEnd on_end);
-  ~SubmapRun();
+  SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads,
+            const SubmapRunOptions& options, const Lease& lease, OnEnd on_end);
 
-  int64_t submap_id() const { return submap_id_; }
-  int64_t epoch() const { return epoch_; }
+  int64_t submap_id() const { return lease_.submap_id; }
+  int64_t epoch() const { return lease_.epoch; }
+  int num_images() const { return reports_.num_registered(); }
+  int backlog() const { return cursor_.num_left() + static_cast<int>(wanted_.size()); }
 
-  // The index has taken another fact.
+  // The ledger has another fact.
   void OnFact(const Fact& fact);
   // Once a second: tells the submap's state; writes a checkpoint when one is due.
   void Tick();
   void Answer(const shared_request_t& request);
 
-  // For merges. Runs `job` on the submap and then `then` on the loop, unless the run is gone.
-  void RunOnSubmap(std::function<void(Submap&)> job, std::function<void()> then);
-  // Loads photos that are not yet in the submap and adds them.
-  void AddPhotos(const std::vector<int64_t>& image_ids, std::function<void(Status)> then);
-  // Submits for the submap; `then` when it is committed, `refused` when ingest cannot take it. When
-  // the lease is another's or the submap has ended, the run ends instead.
-  using OnRefused = std::function<void(const std::string& reason)>;
-  void Submit(Fact fact, std::function<void(int64_t seq)> then, OnRefused refused);
-  // Photos that came with another submap are registered here now; a checkpoint follows.
-  void TakeOver(const std::vector<PhotoEvent>& events);
+  // For merges.
+  SubmapWorker& worker() { return worker_; }
+  void LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_loaded);
+  // `committed` when the ledger has it, `refused` when ingest cannot take it. When the lease is
+  // another's or the submap has ended, the run ends instead.
+  void Submit(Fact fact, Submissions::OnCommitted committed, Submissions::OnRefused refused);
   // Calls `then` once everything submitted so far is decided.
-  void WhenCommitted(std::function<void()> then);
-  // Expires with the run.
-  std::weak_ptr<bool> alive() const { return alive_; }
+  void WhenDecided(std::function<void()> then) { submissions_.WhenDecided(std::move(then)); }
   // Tells what became of photos and notes it.
   void Report(const std::vector<PhotoEvent>& events);
-
-  int num_images() const { return static_cast<int>(registered_.size()); }
-  int backlog() const;
+  // Photos that came with another submap are registered here now; a checkpoint follows.
+  void TakeOver(const std::vector<PhotoEvent>& events);
+  // The merge that was begun has ended, and the submap lives on.
+  void OnMergeOver();
 
  private:
-  using Item = LedgerIndex::Item;
   // What a job found out, for the loop.
   struct Outcome {
     std::vector<PhotoEvent> events;
     bool more = false;         // the submap's queue is not empty
     bool maintaining = false;  // the submap has to tidy up after a background BA
     std::string error;
+    std::optional<SubmapStatistics> statistics;
+    double statistics_s = 0;  // that they took
+
+    Submap::EventSink Sink() {
+      return [this](const PhotoEvent& event) { events.push_back(event); };
+    }
   };
+  using Job = std::function<void(Submap&, Outcome*)>;
+  using OnOutcome = std::function<void(const Outcome&)>;
 
+  bool IsFree() const { return state_.Is(Life::kRunning) && state_.IsIdle(); }
   void Pump();
+  bool DoNext();
+  bool GoOn();
   void Begin();
-  void BeginFromSeed(const seed_t& seed);
-  void BeginFromModel(const submap_t& model);
-  void Restore(std::shared_ptr<const ModelArchive> archive, int64_t ledger_seq);
+  void Seed(const seed_t& seed);
+  void Restore(const submap_t& model);
+  void OnModel(const LoadedModel& model, int64_t ledger_seq);
   void OnRestored(const Outcome& outcome, int64_t ledger_seq);
-  void StartWorking(int64_t seq);
+  void StartRunning(int64_t seq);
 
-  void LoadWanted();
+  void TryNext();
   void DoItem(const Item& item);
   void DoMatches(int64_t image_id);
   void Consolidate();
   void DoSettled(const Item& item);
   void DoMerge(const Item& item);
-  void RunJob(std::function<void(Submap&, Outcome*)> job, std::function<void(const Outcome&)> then);
-  void OnOutcome(const Outcome& outcome);
-  void WantNeighboursOf(int64_t image_id);
-  void NoteLostPhotos();
-  void OnReportRefused(const PhotoEvent& event, const std::string& reason);
-  void TakeBackRefused();
-
   void Maintain();
-  bool CheckpointIsDue() const;
-  bool FinalIsDue() const;
-  void WriteModel(int8_t state, int64_t ledger_seq, std::function<void()> then);
-  void StoreModel(const std::function<Result<Bytes>()>& read, int8_t state, int64_t ledger_seq);
-  void SubmitModel(int8_t state, int64_t ledger_seq, const std::string& blob);
-  void TryModelAgain(int8_t state);
+  void WriteModel(ModelWriter::Kind kind);
+
+  void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
+  void RunJob(Job job, OnOutcome then);
+  void OnJob(const Outcome& outcome, const OnOutcome& then);
+  void Apply(const Outcome& outcome);
+  void WantNeighboursOf(const std::vector<PhotoEvent>& events);
+
   int64_t StatusSeq() const;
   void PublishStatus();
+  submap_t Sign(submap_t fact) const;
   void Dissolve(const std::string& reason);
   void End(EndKind kind, const std::string& reason);
 
   Node& node_;
-  const LedgerIndex& index_;
-  const LedgerFollower& follower_;
-  const MapperThreads threads_;
-  const SubmapRunOptions options_;
-  MergeHandler* const merges_;
-  const int64_t submap_id_;
-  const int64_t epoch_;
+  const LedgerView ledger_;
+  const Lease lease_;
   const OnEnd on_end_;
 
-  std::shared_ptr<Submap> submap_;                // touched by the worker's jobs only
-  std::shared_ptr<SubmapStatistics> statistics_;  // of the last job that computed it
-  PhotoLoader loader_;
-  bool begun_ = false;
-  bool working_ = false;      // seeded or restored
-  bool busy_ = false;         // a job or a load is under way
+  RunState state_;
+  SubmapWorker worker_;
+  ItemCursor cursor_;
+  Submissions submissions_;
+  PhotoReports reports_;
+  PhotoLoader photos_;
+  ModelLoader models_;
+  ModelWriter writer_;
+  MergeExecutor merges_;
+
+  std::set<int64_t> wanted_;  // photos to load and try
   bool more_ = false;         // the submap's queue is not empty
   bool is_drained_ = false;   // a finish has all photos' matches, and is not settled
   bool maintaining_ = false;  // see Submap::Maintain
-  bool ended_ = false;
-  std::optional<merge_t> merging_;  // the order being carried out
-  size_t cursor_ = 0;               // next item
-  int64_t cursor_seq_ = 0;          // everything up to here is known to the submap
-  bool item_open_ = false;          // the item at cursor_seq_ is not done
-  int64_t lost_check_seq_ = 0;      // where replay has reached what the former mapper knew
-  std::set<int64_t> present_;       // photos that the submap has
-  std::set<int64_t> wanted_;        // photos to load
-  std::set<int64_t> registered_;
-  std::map<int64_t, int> num_facts_;    // of a photo
-  std::multiset<int64_t> uncommitted_;  // seqs at which facts under way were computed
-  std::vector<std::function<void()>> when_committed_;
+  bool status_due_ = false;   // an item was done since the last status
   double last_event_s_ = 0;
+  SubmapStatistics statistics_;  // of the last job that computed them
   double statistics_due_s_ = 0;
-  bool status_due_ = false;  // an item was done since the last status
-
-  std::map<int64_t, std::string> refused_;  // registrations that ingest refused, with the reason
-  double final_due_s_ = HUGE_VAL;           // when the final model is to be written
-  int num_changes_ = 0;                     // photos since the last checkpoint
-  int num_checkpoints_ = 0;
-  double checkpoint_s_ = 0;
-  bool writing_ = false;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  Alive alive_;
 };
 
 }  // namespace skein

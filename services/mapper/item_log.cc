@@ -1,0 +1,44 @@
+#include "mapper/item_log.h"
+
+#include <algorithm>
+
+namespace skein {
+
+void ItemLog::Take(const Fact& fact) {
+  if (const auto* matches = std::get_if<matches_t>(&fact)) {
+    items_.push_back({matches->header.seq, Item::Kind::kMatches, matches->image_id});
+  } else if (const auto* merge = std::get_if<merge_t>(&fact)) {
+    if (merge->state != merge_t::ORDERED) return;
+    items_.push_back({merge->header.seq, Item::Kind::kMerge, merge->header.seq});
+  } else if (const auto* finish = std::get_if<finish_t>(&fact)) {
+    const bool drained = finish->state == finish_t::DRAINED;
+    if (!drained && finish->state != finish_t::SETTLED) return;
+    const Item::Kind kind = drained ? Item::Kind::kDrained : Item::Kind::kSettled;
+    items_.push_back({finish->header.seq, kind, finish->finish_id});
+  }
+}
+
+void ItemCursor::StartAfter(int64_t seq) {
+  const auto& items = log_.items();
+  next_ = std::upper_bound(items.begin(), items.end(), seq,
+                           [](int64_t s, const Item& item) { return s < item.seq; }) -
+          items.begin();
+  seq_ = seq;
+  is_open_ = true;
+}
+
+std::optional<Item> ItemCursor::Next() {
+  if (next_ >= log_.items().size()) return std::nullopt;
+  const Item item = log_.items()[next_++];
+  seq_ = item.seq;
+  is_open_ = true;
+  return item;
+}
+
+void ItemCursor::SkipTo(int64_t seq) { seq_ = std::max(seq_, seq); }
+
+bool ItemCursor::HasReached(int64_t seq) const {
+  return next_ >= log_.items().size() || log_.items()[next_].seq > seq;
+}
+
+}  // namespace skein

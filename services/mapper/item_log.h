@@ -1,0 +1,59 @@
+// What the ledger gives submaps to work through, and how far one of them has come.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "ledger/facts.h"
+
+namespace skein {
+
+struct Item {
+  enum class Kind { kMatches, kDrained, kSettled, kMerge };
+  int64_t seq = 0;
+  Kind kind = Kind::kMatches;
+  int64_t id = 0;  // image id, finish id or merge id
+};
+
+// The items of the whole ledger, by seq. Loop's thread only.
+class ItemLog {
+ public:
+  void Take(const Fact& fact);
+  const std::vector<Item>& items() const { return items_; }
+
+ private:
+  std::vector<Item> items_;
+};
+
+// A submap's place in the log. Its state is a function of the items that were opened.
+class ItemCursor {
+ public:
+  explicit ItemCursor(const ItemLog& log) : log_(log) {}
+
+  // Everything up to `seq` is known to the submap; what came with `seq` is still worked on.
+  void StartAfter(int64_t seq);
+  // Opens the next item; nullopt if there is none.
+  std::optional<Item> Next();
+  // What was open is done.
+  void Close() { is_open_ = false; }
+  // All items are done, and the ledger was read up to `seq`.
+  void SkipTo(int64_t seq);
+
+  // Of the item opened last.
+  int64_t seq() const { return seq_; }
+  // Everything up to here is done.
+  int64_t done_seq() const { return is_open_ ? seq_ - 1 : seq_; }
+  // All items up to `seq` were opened.
+  bool HasReached(int64_t seq) const;
+  int num_left() const { return static_cast<int>(log_.items().size() - next_); }
+
+ private:
+  const ItemLog& log_;
+  size_t next_ = 0;
+  int64_t seq_ = 0;
+  bool is_open_ = false;
+};
+
+}  // namespace skein

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "blobs/blob_client.h"
+#include "event_loop/alive.h"
+#include "event_loop/worker_thread.h"
+#include "mapper/lease.h"
+#include "mapper/submap_worker.h"
+#include "mapper/submissions.h"
+#include "skein/submap_t.hpp"
+
+namespace skein {
+
+struct CheckpointOptions {
+  int photos = 10;  // new ones, at least; a tenth of the submap if that is more
+  double period_s = 20;
+};
+
+// Writes a submap's models: checkpoints and, at the end of a finish, the final one. A checkpoint is
+// encoded by a process of its own, so that registration goes on; a final model is waited for. The
+// writer's thread hashes and stores either. Loop's thread only.
+class ModelWriter {
+ public:
+  enum class Kind { kCheckpoint, kFinal };
+  // A model's fact, all but owner and memory; submitted by the run.
+  using SubmitModel = std::function<void(submap_t, Submissions::OnRefused)>;
+
+  ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer, const Lease& lease,
+              const CheckpointOptions& options, SubmitModel submit);
+
+  // So many photos came or went.
+  void NoteChanges(int num) { num_changes_ += num; }
+  void AskForFinal() { final_due_s_ = 0; }
+  bool AwaitsFinal() const { return final_due_s_ < HUGE_VAL; }
+  // The next checkpoint waits for nothing but a change.
+  void HurryCheckpoint() { last_checkpoint_s_ = 0; }
+
+  // What is to be written now. all_decided: the ledger has taken all that it has been told, which a
+  // final model must hold.
+  std::optional<Kind> Due(int num_images, bool all_decided) const;
+
+  // Writes the submap as it is when all items up to `ledger_seq` are done. `encoded` is called once
+  // the worker is free again, for a final model with the statistics of its very state.
+  using OnEncoded = std::function<void(const std::optional<SubmapStatistics>&)>;
+  void Write(Kind kind, int64_t ledger_seq, int num_images, const SubmapStatistics& statistics,
+             OnEncoded encoded);
+
+ private:
+  // Being encoded or stored.
+  struct Model {
+    Kind kind = Kind::kCheckpoint;
+    int64_t ledger_seq = 0;
+    int num_images = 0;
+    SubmapStatistics statistics;
+  };
+  // Gives the bytes; waits, in any thread.
+  using Reader = std::function<Result<Bytes>()>;
+
+  static Reader StartEncoding(Submap* submap, bool in_child);
+  void Store(const Reader& read);
+  void OnStored(const std::string& blob);
+  submap_t MakeFact(const Model& model, const std::string& blob);
+  void TryAgain(Kind kind);
+
+  BlobClient& blobs_;
+  SubmapWorker& worker_;
+  WorkerThread& writer_;
+  const Lease lease_;
+  const CheckpointOptions options_;
+  const SubmitModel submit_;
+  std::optional<Model> under_way_;  // one at a time
+  int num_changes_ = 0;             // photos since the last checkpoint
+  int num_written_ = 0;
+  double last_checkpoint_s_;
+  double final_due_s_ = HUGE_VAL;
+  Alive alive_;
+};
+
+}  // namespace skein

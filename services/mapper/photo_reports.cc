@@ -1,0 +1,65 @@
+#include "mapper/photo_reports.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "mapper/messages.h"
+
+namespace skein {
+
+PhotoReports::PhotoReports(const LedgerIndex& index, const Lease& lease, Submit submit,
+                           std::function<void()> on_refused)
+    : index_(index),
+      lease_(lease),
+      submit_(std::move(submit)),
+      on_refused_(std::move(on_refused)) {}
+
+void PhotoReports::Tell(const std::vector<PhotoEvent>& events) {
+  for (const PhotoEvent& event : events) {
+    const int64_t id = event.image_id;
+    const bool registered = event.state == PhotoEvent::State::kRegistered;
+    if (registered) {
+      registered_.insert(id);
+    } else {
+      registered_.erase(id);
+    }
+    registration_t fact = ToMessage(event, lease_.submap_id, lease_.epoch);
+    fact.header.fact_id = RegistrationFactId(id, lease_.submap_id, lease_.epoch, ++num_facts_[id]);
+    submit_(
+        fact, [](int64_t) {},
+        [this, id, registered](const std::string& reason) {
+          if (!registered) return;
+          refused_[id] = "refused by the ledger: " + reason;
+          on_refused_();
+        });
+  }
+}
+
+std::vector<PhotoEvent> PhotoReports::NoteRestored(const std::vector<PhotoEvent>& events) {
+  const std::vector<int64_t> known = index_.RegisteredIn(lease_.submap_id);
+  std::vector<PhotoEvent> unknown;
+  for (const PhotoEvent& event : events) {
+    registered_.insert(event.image_id);
+    if (!std::binary_search(known.begin(), known.end(), event.image_id)) unknown.push_back(event);
+  }
+  return unknown;
+}
+
+std::map<int64_t, std::string> PhotoReports::TakeRefused() { return std::exchange(refused_, {}); }
+
+std::vector<PhotoEvent> PhotoReports::FindLost(const ItemCursor& cursor) {
+  if (replay_seq_ == 0 || !cursor.HasReached(replay_seq_)) return {};
+  replay_seq_ = 0;
+  std::vector<PhotoEvent> lost;
+  for (const int64_t id : index_.RegisteredIn(lease_.submap_id)) {
+    if (IsRegistered(id)) continue;
+    PhotoEvent event;
+    event.image_id = id;
+    event.state = PhotoEvent::State::kWithdrawn;
+    event.reason = "not registered again after the submap changed hands";
+    lost.push_back(event);
+  }
+  return lost;
+}
+
+}  // namespace skein

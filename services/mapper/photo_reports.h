@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "mapper/item_log.h"
+#include "mapper/lease.h"
+#include "mapper/ledger_index.h"
+#include "mapper/submissions.h"
+#include "mapping/submap.h"
+
+namespace skein {
+
+// Tells the ledger what became of photos, a fact for each change, and keeps what it told. Loop's
+// thread only.
+class PhotoReports {
+ public:
+  using Submit = std::function<void(Fact, Submissions::OnCommitted, Submissions::OnRefused)>;
+
+  // on_refused: there is a photo to take back.
+  PhotoReports(const LedgerIndex& index, const Lease& lease, Submit submit,
+               std::function<void()> on_refused);
+
+  void Tell(const std::vector<PhotoEvent>& events);
+  // Photos that a model brought. Returns those that the ledger does not know of.
+  std::vector<PhotoEvent> NoteRestored(const std::vector<PhotoEvent>& events);
+
+  bool IsRegistered(int64_t image_id) const { return registered_.count(image_id) > 0; }
+  int num_registered() const { return static_cast<int>(registered_.size()); }
+
+  // Registrations that ingest refused, with the reason. These photos must not stay in the map:
+  // nobody would know of them. Of what else it refuses the ledger goes on holding what it held.
+  bool HasRefused() const { return !refused_.empty(); }
+  std::map<int64_t, std::string> TakeRefused();
+
+  // An earlier epoch has worked up to `seq` at most. Once the cursor has reached it, FindLost gives
+  // the photos that the ledger holds for registered and that are not.
+  void ExpectReplayUpTo(int64_t seq) { replay_seq_ = seq; }
+  std::vector<PhotoEvent> FindLost(const ItemCursor& cursor);
+
+ private:
+  const LedgerIndex& index_;
+  const Lease lease_;
+  const Submit submit_;
+  const std::function<void()> on_refused_;
+  std::set<int64_t> registered_;
+  std::map<int64_t, int> num_facts_;  // of a photo
+  std::map<int64_t, std::string> refused_;
+  int64_t replay_seq_ = 0;  // 0: what was lost is known
+};
+
+}  // namespace skein
