@@ -16,12 +16,12 @@ Result<DecodedPhoto> Decode(const FetchedPhoto& photo) {
   decoded.input = photo.input;
   if (photo.keypoints_blob) {
     Result<Keypoints> keypoints = DecodeKeypoints(*photo.keypoints_blob);
-    if (!keypoints.ok()) return Status::Error("keypoints: " + keypoints.error());
+    if (!keypoints.ok()) return keypoints.status().Within("keypoints");
     decoded.input.keypoints = std::move(*keypoints);
   }
   if (photo.pairs_blob) {
     Result<TwoViewPairs> pairs = DecodeTwoViewPairs(*photo.pairs_blob);
-    if (!pairs.ok()) return Status::Error("pairs: " + pairs.error());
+    if (!pairs.ok()) return pairs.status().Within("pairs");
     decoded.pairs = std::move(*pairs);
   }
   return decoded;
@@ -71,8 +71,7 @@ void PhotoLoader::LoadOne(int64_t image_id, OnPhoto on_photo) {
   const image_t* image = index_.FindImage(image_id);
   const features_t* features = index_.FindFeatures(image_id);
   if (image == nullptr || features == nullptr) {
-    return on_photo(
-        Status::Error("the ledger has no features of photo " + std::to_string(image_id)));
+    return on_photo(NotFound("the ledger has no features of photo " + std::to_string(image_id)));
   }
   auto fetching = std::make_shared<Fetching>();
   fetching->on_photo = std::move(on_photo);
@@ -94,7 +93,7 @@ void PhotoLoader::Fetch(const std::string& blob_id, const std::string& what,
     if (bytes.ok()) {
       fetching->photo.*blob = std::move(*bytes);
     } else {
-      fetching->error = what + ": " + bytes.error();
+      fetching->status = bytes.status().Within(what);
     }
     OnOne(fetching);
   }));
@@ -102,8 +101,8 @@ void PhotoLoader::Fetch(const std::string& blob_id, const std::string& what,
 
 void PhotoLoader::OnOne(const std::shared_ptr<Fetching>& fetching) {
   if (--fetching->num_missing > 0) return;
-  if (fetching->error.empty()) return fetching->on_photo(std::move(fetching->photo));
-  fetching->on_photo(Status::Error(fetching->error));
+  if (!fetching->status.ok()) return fetching->on_photo(fetching->status);
+  fetching->on_photo(std::move(fetching->photo));
 }
 
 }  // namespace skein

@@ -50,7 +50,7 @@ class PhotoLoader {
   struct Fetching {
     FetchedPhoto photo;
     int num_missing = 2;
-    std::string error;
+    Status status;
     OnPhoto on_photo;
   };
 
