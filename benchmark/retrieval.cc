@@ -16,9 +16,14 @@
 
 #include "benchmark/retrieval_photos.h"
 #include "core/clock.h"
+#include "core/file.h"
 #include "core/statistics.h"
+#include "features/model_choice.h"
 #include "features/train_codebook.h"
 #include "features/vlad.h"
+#include "photo/exif.h"
+#include "photo/image_decoding.h"
+#include "photo/photo_header.h"
 #include "retrieval/hnsw_index.h"
 #include "retrieval/retrieval_state.h"
 
@@ -35,6 +40,7 @@ struct Options {
   std::vector<std::string> train;  // NAME=FOLDER, trained on only
   std::string cache;
   std::string codebook;
+  std::vector<std::string> models;  // ONNX, judged beside VLAD
   TrainingOptions training;
   int min_inliers = 50;
   size_t min_predecessors = 60;  // photos with fewer are not judged
@@ -213,22 +219,60 @@ Codebook TrainWithout(const std::string& name, const std::vector<StudySet>& sets
   return TrainCodebook(photos, "without-" + name, training);
 }
 
-void Study(const StudySet& set, const Codebook& codebook, const Options& options) {
+// Descriptors of a set's photos, and what made them.
+struct Described {
+  std::string model;
+  int dim = 0;
+  Vectors vectors;
+  double seconds = 0;  // of all photos
+};
+
+Described DescribeByVlad(const StudySet& set, const Codebook& codebook) {
+  const VladModel model(codebook);
+  Described described{"VLAD " + model.id(), model.dim(), {}, 0};
+  const Timer timer;
+  for (const auto& photo : set.photos) {
+    described.vectors.push_back(model.DescribeFeatures(photo.features));
+  }
+  described.seconds = timer.ElapsedS();
+  return described;
+}
+
+// Decoding, which extraction has done already, is not timed.
+Described DescribeByModel(const StudySet& set, const std::string& onnx_path) {
+  ModelChoice choice;
+  choice.onnx_path = onnx_path;
+  const auto model = LoadModel(choice);
+  Described described{onnx_path + " (" + model->id() + ")", model->dim(), {}, 0};
+  for (const auto& photo : set.photos) {
+    const Bytes bytes = *ReadFile(photo.path);
+    const cv::Mat image = *DecodePhoto(bytes);
+    const auto header = ReadPhotoHeader(bytes);
+    const int orientation = header ? ReadExif(bytes, *header).orientation : 1;
+    const Timer timer;
+    described.vectors.push_back(model->Describe({image, orientation, nullptr}));
+    described.seconds += timer.ElapsedS();
+    described.vectors.back().resize(model->dim());  // of a photo that shows nothing
+  }
+  return described;
+}
+
+Reference MatchAll(const StudySet& set, const Options& options) {
   auto inliers = MatchExhaustively(
       set, options.cache, [&](int64_t a, int64_t b) { Progress(set.name + ": reference", a, b); });
   if (!inliers) throw std::runtime_error(inliers.error());
-  const Reference reference = MakeReference(*inliers, options.min_inliers);
-  const VladModel model(codebook);
-  Vectors vectors;
-  const Timer timer;
-  for (const auto& photo : set.photos) vectors.push_back(model.DescribeFeatures(photo.features));
-  std::printf("%s: %zu photos, VLAD %s of %d values, %.1f ms a photo\n", set.name.c_str(),
-              set.photos.size(), model.id().c_str(), model.dim(),
-              1e3 * timer.ElapsedS() / static_cast<double>(vectors.size()));
+  return MakeReference(*inliers, options.min_inliers);
+}
+
+void Study(const StudySet& set, const Described& described, const Reference& reference,
+           size_t first) {
+  const Vectors& vectors = described.vectors;
+  std::printf("%s: %zu photos, %s of %d values, %.1f ms a photo\n", set.name.c_str(),
+              set.photos.size(), described.model.c_str(), described.dim,
+              1e3 * described.seconds / static_cast<double>(vectors.size()));
   std::printf("  %-16s %6s %6s %8s  %-23s  %8s  %7s %7s\n", "method", "P@30 %", "of max", "/exact",
               "recall @5 @10 @20 @30", "best ten", "mean ms", "p95 ms");
   const Method truth = RunExact(vectors);
-  const size_t first = options.min_predecessors;
   const double exact_precision = Judge(truth, reference, first).precision;
   Print(truth, reference, first, exact_precision);
   for (const Method& method : {RunTree(vectors), RunIndex("HNSW", vectors, {}, 0),
@@ -244,21 +288,29 @@ void Study(const StudySet& set, const Codebook& codebook, const Options& options
         expanded_precision);
 }
 
+Codebook CodebookFor(const StudySet& set, const std::vector<StudySet>& sets,
+                     const Options& options) {
+  if (options.codebook.empty()) return TrainWithout(set.name, sets, options.training);
+  auto codebook = LoadCodebook(options.codebook);
+  if (!codebook) throw std::invalid_argument(codebook.error());
+  return *codebook;
+}
+
 void Run(const Options& options) {
   std::vector<StudySet> sets = Load(options.sets, options.cache);
   const size_t num_judged = sets.size();
   for (auto& set : Load(options.train, options.cache)) sets.push_back(std::move(set));
   for (size_t i = 0; i < num_judged; ++i) {
-    if (sets[i].photos.size() <= options.min_predecessors) {
-      throw std::invalid_argument(sets[i].name + " has too few photos to be judged");
+    const StudySet& set = sets[i];
+    if (set.photos.size() <= options.min_predecessors) {
+      throw std::invalid_argument(set.name + " has too few photos to be judged");
     }
-    if (options.codebook.empty()) {
-      Study(sets[i], TrainWithout(sets[i].name, sets, options.training), options);
-      continue;
+    const Reference reference = MatchAll(set, options);
+    Study(set, DescribeByVlad(set, CodebookFor(set, sets, options)), reference,
+          options.min_predecessors);
+    for (const std::string& model : options.models) {
+      Study(set, DescribeByModel(set, model), reference, options.min_predecessors);
     }
-    auto codebook = LoadCodebook(options.codebook);
-    if (!codebook) throw std::invalid_argument(codebook.error());
-    Study(sets[i], *codebook, options);
   }
 }
 
@@ -272,6 +324,8 @@ int main(int argc, char** argv) {
   app.add_option("--train", options.train, "NAME=FOLDER of a set to train on only");
   app.add_option("--cache", options.cache, "Folder for features and reference")->required();
   app.add_option("--codebook", options.codebook, "Use this codebook; default: train on other sets");
+  app.add_option("--global-model", options.models,
+                 "ONNX model to judge beside VLAD, with MODEL.json beside it where it needs one");
   app.add_option("--seed", options.training.seed, "Of the training")->capture_default_str();
   app.add_option("--min-inliers", options.min_inliers, "A true pair has more")
       ->capture_default_str();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "clients/agent.h"
+#include "clients/config.h"
 #include "clients/demand.h"
 #include "clients/evaluate.h"
 #include "clients/export/export.h"
@@ -27,6 +28,8 @@ const std::vector<Subcommand> kSubcommands = {
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
     {"export", "models, features and matches for other programs; pictures", skein::RunExport},
+    {"config", "every service's options with their defaults, as a file for --config",
+     skein::RunConfig},
     {"evaluate", "a model's camera poses against a ground truth", skein::RunEvaluate},
 };
 

@@ -7,7 +7,7 @@
 #
 #   --session DIR   session folder (default: build/demo/session, anew each time)
 #   --photos N      photos of each simulated agent (default 20)
-#   Everything else is passed on to scripts/reconstruct.sh (--rate, --order, --max-size, ...).
+#   Everything else is passed on to scripts/reconstruct.sh (--config, --rate, --order, ...).
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
 source "$(dirname "$0")/lib.sh"

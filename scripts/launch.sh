@@ -9,6 +9,8 @@
 #                   prints its id; DIR then holds nothing but their logs
 #   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq://
 #                   URL on this host the two relays (port and port + 1) are started too
+#   --config FILE   options of the services, a section each; `skein config` prints such a file with
+#                   the defaults. What is given here as an option goes first
 #   --features N    feature extractors (default: a quarter of the cores, at least 1)
 #   --matching N    matchers (default: half of the cores, at least 1)
 #   --mappers MIN:MAX  mappers, one a submap at a time: MIN always, one more whenever a submap waits
@@ -34,7 +36,7 @@ readonly first_backoff_ms=200 longest_backoff_ms=10000
 
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
-session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=()
+session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=() config_options=()
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
 retrieval_options=() matching_options=()
 
@@ -47,11 +49,12 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba)
+    --session | --join | --lcm-url | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
     --lcm-url) url=$2; shift ;;
+    --config) [[ -r $2 ]] || usage_error "--config: cannot read '$2'"; config_options=(--config "$(realpath "$2")"); shift ;;
     --features) need_count "$1" "$2"; features=$2; shift ;;
     --matching) need_count "$1" "$2"; matching=$2; shift ;;
     --mappers) need_range "$1" "$2"; shift ;;
@@ -106,7 +109,7 @@ add_service() {
   local instance=$1 service=$2
   shift 2
   add_instance "$instance" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
-    --instance "$instance" --threads "$threads" "${service_options[@]}" "$@"
+    --instance "$instance" --threads "$threads" "${config_options[@]}" "${service_options[@]}" "$@"
 }
 
 # add_workers SERVICE COUNT [OPTION...]: SERVICE-1, SERVICE-2, ...
@@ -147,7 +150,7 @@ add_relays() {
     if port_is_open "$host" "$relay_port"; then
       say "a relay listens on $host:$relay_port already"
     elif [[ -x $bin/skein-relay ]]; then
-      add_instance "relay-$relay_port" "$bin/skein-relay" --port "$relay_port"
+      add_instance "relay-$relay_port" "$bin/skein-relay" --port "$relay_port" "${config_options[@]}"
     else
       add_instance "relay-$relay_port" java -Xmx64m -cp "$(lcm_jar)" lcm.lcm.TCPService "$relay_port"
     fi

@@ -8,6 +8,7 @@
 #                          folder's name unless given
 #   --rate HZ              photos a second of each agent (default: as fast as they are taken)
 #   --order ORDER          name, time or shuffle:SEED (default name)
+#   --config FILE          options of the services; `skein config` prints such a file
 #   --max-size PX          longest side at which features are found (default 1600)
 #   --ground-truth PATH    evaluate against Strecha .camera files, a COLMAP model or TUM lines
 #   --lcm-url URL          default: one of this session's own
@@ -49,6 +50,7 @@ while (($#)); do
     --session) session=$2 ;;
     --images) add_images "$2" ;;
     --rate | --order) agent_options+=("$1" "$2") ;;
+    --config) [[ -r $2 ]] || usage_error "--config: cannot read '$2'"; launch_options+=("$1" "$2") ;;
     --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba) launch_options+=("$1" "$2") ;;
     --ground-truth) [[ -e $2 ]] || usage_error "--ground-truth: there is no '$2'"; truth=$(realpath "$2") ;;
     --lcm-url) url=$2 ;;

@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "core/option_check.h"
 #include "geometry/sim3_score.h"
 
 namespace skein {
@@ -240,14 +241,13 @@ Sim3Result Failure(std::string reason) {
 
 }  // namespace
 
-std::string Sim3Options::Check() const {
-  if (!(min_inlier_ratio > 0 && min_inlier_ratio <= 1)) return "min_inlier_ratio must be in (0, 1]";
-  if (!(max_reprojection_error_px > 0)) return "max_reprojection_error_px must be positive";
-  if (num_trials < 1) return "num_trials must be at least 1";
-  if (min_inlier_images < 1) return "min_inlier_images must be at least 1";
-  if (min_common_points < 1) return "min_common_points must be at least 1";
-  if (max_scored_points < 1) return "max_scored_points must be at least 1";
-  return "";
+Status Sim3Options::Check() const {
+  return FirstError({InRange("min_inlier_ratio", min_inlier_ratio, 0.01, 1.0),
+                     InRange("max_reprojection_error", max_reprojection_error_px, 0.01, 1000.0),
+                     InRange("trials", num_trials, 1, 1'000'000),
+                     InRange("min_inlier_images", min_inlier_images, 1, 1000),
+                     InRange("min_common_points", min_common_points, 1, 10000),
+                     InRange("max_scored_points", max_scored_points, 1, 1'000'000)});
 }
 
 std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
@@ -281,7 +281,9 @@ std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
 }
 
 Sim3Result EstimateSim3(const std::vector<SharedPhoto>& shared, const Sim3Options& options) {
-  if (const std::string wrong = options.Check(); !wrong.empty()) throw std::invalid_argument(wrong);
+  if (const Status checked = options.Check(); !checked.ok()) {
+    throw std::invalid_argument(checked.error());
+  }
   std::vector<std::optional<ImageHypothesis>> hypotheses(shared.size());
   std::vector<size_t> usable;
   for (size_t i = 0; i < shared.size(); ++i) {

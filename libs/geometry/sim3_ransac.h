@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/camera.h"
+#include "core/result.h"
 #include "geometry/sim3_similarity.h"
 
 namespace skein {
@@ -64,8 +65,8 @@ struct Sim3Options {
   int max_scored_points = 150;
   uint64_t seed = 0;
 
-  // Empty if the values make sense, else what is wrong.
-  std::string Check() const;
+  // An error names the value and what to give.
+  Status Check() const;
 };
 
 struct Sim3Result {

@@ -10,8 +10,8 @@ namespace skein {
 namespace {
 
 constexpr std::array<const char*, kNumFactKinds> kNames = {
-    "image",  "features", "candidates", "matches", "registration",
-    "submap", "seed",     "merge",      "failure", "finish"};
+    "image", "features", "candidates", "matches", "registration", "submap",
+    "seed",  "merge",    "failure",    "finish",  "configuration"};
 
 template <size_t kKind>
 bool DecodeKind(const void* data, size_t size, Fact* fact) {

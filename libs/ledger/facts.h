@@ -15,11 +15,11 @@ namespace skein {
 
 // The order is part of the ledger range format (ledger/ledger_range.h): append only.
 using Fact = std::variant<image_t, features_t, candidates_t, matches_t, registration_t, submap_t,
-                          seed_t, merge_t, failure_t, finish_t>;
+                          seed_t, merge_t, failure_t, finish_t, configuration_t>;
 
 inline constexpr int kNumFactKinds = static_cast<int>(std::variant_size_v<Fact>);
 
-// Kind: 0..kNumFactKinds-1, its index in Fact. Names: "image", "features", ..., "finish".
+// Kind: 0..kNumFactKinds-1, its index in Fact. Names: "image", "features", ..., "configuration".
 inline int FactKind(const Fact& fact) { return static_cast<int>(fact.index()); }
 const char* FactKindName(int kind);
 inline const char* FactKindName(const Fact& fact) { return FactKindName(FactKind(fact)); }
@@ -63,6 +63,7 @@ SKEIN_FACT_CHANNELS(seed_t, Seed)
 SKEIN_FACT_CHANNELS(merge_t, Merge)
 SKEIN_FACT_CHANNELS(failure_t, Failure)
 SKEIN_FACT_CHANNELS(finish_t, Finish)
+SKEIN_FACT_CHANNELS(configuration_t, Configuration)
 #undef SKEIN_FACT_CHANNELS
 
 namespace facts_internal {

@@ -43,6 +43,7 @@ Status SceneMap::CheckPhoto(const PhotoInput& photo) const {
   if (!(photo.focal_px > 0) || !std::isfinite(photo.focal_px)) {
     return Status::Error("focal length out of range");
   }
+  if (const Status camera = CheckCamera(photo); !camera.ok()) return camera;
   for (const Keypoint& keypoint : photo.keypoints) {
     if (!std::isfinite(keypoint.x) || !std::isfinite(keypoint.y)) {
       return Status::Error("keypoint is not finite");
@@ -51,16 +52,32 @@ Status SceneMap::CheckPhoto(const PhotoInput& photo) const {
   return Status::Ok();
 }
 
+Status SceneMap::CheckCamera(const PhotoInput& photo) const {
+  if (photo.camera_model.empty()) return Status::Ok();
+  if (!colmap::ExistsCameraModelWithName(photo.camera_model)) {
+    return InvalidArgument("unknown camera model " + photo.camera_model);
+  }
+  const int model = colmap::CameraModelNameToId(photo.camera_model);
+  const bool finite = std::all_of(photo.camera_params.begin(), photo.camera_params.end(),
+                                  [](double value) { return std::isfinite(value); });
+  if (finite && colmap::CameraModelVerifyParams(model, photo.camera_params)) return Status::Ok();
+  return InvalidArgument("parameters that are none of camera model " + photo.camera_model);
+}
+
 void SceneMap::AddCamera(const PhotoInput& photo) {
   const CameraId id = static_cast<CameraId>(photo.camera_id);
   if (cameras_.count(id) > 0) return;
   colmap::Camera camera;
-  camera.InitializeWithId(camera_model_id_, photo.focal_px, photo.width_px, photo.height_px);
+  const bool known = !photo.camera_model.empty();
+  const int model = known ? colmap::CameraModelNameToId(photo.camera_model) : camera_model_id_;
+  camera.InitializeWithId(model, photo.focal_px, photo.width_px, photo.height_px);
+  if (known) camera.SetParams(photo.camera_params);
   camera.SetCameraId(id);
   camera.SetPriorFocalLength(photo.focal_from_exif);
   CameraState& state = cameras_[id];
   state.prior_params = camera.Params();
-  state.focal_from_exif = photo.focal_from_exif;
+  state.focal_from_exif = photo.focal_from_exif || known;
+  state.fixed = known && photo.camera_fixed;
   reconstruction_->AddCamera(camera);
 }
 
@@ -89,6 +106,14 @@ Status SceneMap::AddPhoto(const PhotoInput& photo) {
   waiting_.erase(waiting);
   for (const auto& [other, matches] : pairs) Connect(other, id, matches);
   return Status::Ok();
+}
+
+std::set<CameraId> SceneMap::FixedCameras() const {
+  std::set<CameraId> fixed;
+  for (const auto& [id, state] : cameras_) {
+    if (state.fixed) fixed.insert(id);
+  }
+  return fixed;
 }
 
 Status SceneMap::CheckPair(ImageId image_id, const TwoViewPair& pair) const {

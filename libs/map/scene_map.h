@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -31,6 +32,10 @@ struct PhotoInput {
   int height_px = 0;
   double focal_px = 0;  // prior
   bool focal_from_exif = false;
+  // Known intrinsics; "": the map's camera model with the focal prior.
+  std::string camera_model;           // one of COLMAP's
+  std::vector<double> camera_params;  // in COLMAP's order
+  bool camera_fixed = false;          // never refined; else refined from these on
   Keypoints keypoints;
 };
 
@@ -39,6 +44,7 @@ struct CameraState {
   std::vector<double> prior_params;
   bool focal_from_exif = false;
   bool refined = false;    // a BA over several photos has set its parameters
+  bool fixed = false;      // its parameters are known and stay
   int num_registered = 0;  // registered photos of it
 };
 
@@ -93,6 +99,7 @@ class SceneMap {
   CameraState& camera_state(CameraId id) { return cameras_.at(id); }
   const CameraState& camera_state(CameraId id) const { return cameras_.at(id); }
   const std::map<CameraId, CameraState>& camera_states() const { return cameras_; }
+  std::set<CameraId> FixedCameras() const;
   // Pairs of photos that are both there, in the order they came.
   const std::vector<std::pair<ImageId, ImageId>>& pairs() const { return pairs_; }
 
@@ -104,6 +111,7 @@ class SceneMap {
 
  private:
   Status CheckPhoto(const PhotoInput& photo) const;
+  Status CheckCamera(const PhotoInput& photo) const;
   void AddCamera(const PhotoInput& photo);
   Status CheckPair(ImageId image_id, const TwoViewPair& pair) const;
   Status Connect(ImageId image_id1, ImageId image_id2, const colmap::FeatureMatches& matches);

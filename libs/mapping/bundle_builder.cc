@@ -31,11 +31,11 @@ BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_foca
   for (const size_t i : camera.FocalLengthIdxs()) {
     result.prior_sigma[i] =
         result.prior[i] * (state.focal_from_exif ? kFocalSigmaExif : kFocalSigmaGuess);
-    if (refine_focal) result.refined.push_back(static_cast<int>(i));
+    if (refine_focal && !state.fixed) result.refined.push_back(static_cast<int>(i));
   }
   for (const size_t i : camera.ExtraParamsIdxs()) {
     result.prior_sigma[i] = kDistortionSigma;
-    if (refine_distortion) result.refined.push_back(static_cast<int>(i));
+    if (refine_distortion && !state.fixed) result.refined.push_back(static_cast<int>(i));
   }
   return result;
 }

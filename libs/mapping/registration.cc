@@ -285,7 +285,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   const colmap::Image& image = map.reconstruction().Image(image_id);
   colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
   const CameraState& state = map.camera_state(camera.CameraId());
-  const bool estimate_camera = state.num_registered == 0 && !state.refined;
+  const bool estimate_camera = state.num_registered == 0 && !state.refined && !state.fixed;
   PoseEstimate estimate;
   estimate.pose.image_id = image_id;
   estimate.num_visible = static_cast<int>(visible.size());

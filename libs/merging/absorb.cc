@@ -159,7 +159,7 @@ AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstr
   }
   if (!result.reason.empty()) return result;
   result.seam = SeamOf(result.fused, options, result.merged);
-  result.bundle = AdjustSeam(result.seam, options.min_images_for_intrinsics, &result.merged);
+  result.bundle = AdjustSeam(result.seam, options.intrinsics, &result.merged);
   if (options.verify) result.reason = Verify(target, source, options, &result);
   result.ok = result.reason.empty();
   if (result.ok) CleanUp(options, &result);

@@ -26,7 +26,7 @@ struct AbsorbOptions {
   // adjusted around the seam: the shared images and this many with most points in common with them.
   int max_whole_images = 150;
   int max_neighbours = 60;
-  int min_images_for_intrinsics = 6;  // free ones of a camera: seam_bundle.h
+  SeamIntrinsics intrinsics;
   // False: for a merge that was verified before and is carried out again.
   bool verify = true;
 };

@@ -22,14 +22,15 @@ std::set<point3D_t> PointsSeenBy(const std::set<image_t>& images,
 }
 
 bool MayRefineIntrinsics(camera_t camera_id, const std::set<image_t>& free_images,
-                         int min_images_for_intrinsics, const colmap::Reconstruction& model) {
+                         const SeamIntrinsics& intrinsics, const colmap::Reconstruction& model) {
+  if (intrinsics.fixed.count(camera_id) > 0) return false;
   int num_free = 0;
   for (const image_t id : model.RegImageIds()) {
     if (model.Image(id).CameraId() != camera_id) continue;
     if (free_images.count(id) == 0) return false;
     ++num_free;
   }
-  return num_free >= min_images_for_intrinsics;
+  return num_free >= intrinsics.min_images;
 }
 
 // Focal length and distortion are refined, if any, the principal point stays, as in COLMAP.
@@ -45,11 +46,10 @@ BundleCamera MakeCamera(const colmap::Camera& camera, bool refine) {
   return result;
 }
 
-Bundle BuildSeam(const std::set<image_t>& free_images, int min_images_for_intrinsics,
+Bundle BuildSeam(const std::set<image_t>& free_images, const SeamIntrinsics& intrinsics,
                  const colmap::Reconstruction& model) {
   BundleAssembly assembly(model, [&](camera_t id) {
-    return MakeCamera(model.Camera(id),
-                      MayRefineIntrinsics(id, free_images, min_images_for_intrinsics, model));
+    return MakeCamera(model.Camera(id), MayRefineIntrinsics(id, free_images, intrinsics, model));
   });
   for (const image_t id : free_images) assembly.AddPose(id, false);
   const std::set<point3D_t> points = PointsSeenBy(free_images, model);
@@ -64,9 +64,9 @@ Bundle BuildSeam(const std::set<image_t>& free_images, int min_images_for_intrin
 
 }  // namespace
 
-BundleSummary AdjustSeam(const std::set<image_t>& free_images, int min_images_for_intrinsics,
+BundleSummary AdjustSeam(const std::set<image_t>& free_images, const SeamIntrinsics& intrinsics,
                          colmap::Reconstruction* model) {
-  Bundle bundle = BuildSeam(free_images, min_images_for_intrinsics, *model);
+  Bundle bundle = BuildSeam(free_images, intrinsics, *model);
   BundleOptions solve;
   solve.max_iterations = 30;
   solve.function_tolerance = 1e-5;

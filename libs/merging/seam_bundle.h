@@ -9,12 +9,18 @@
 
 namespace skein {
 
+// Which cameras may be refined: those with enough photos, and none outside of the free images.
+struct SeamIntrinsics {
+  int min_images = 6;                // free ones of a camera
+  std::set<colmap::camera_t> fixed;  // known: never refined
+};
+
 // Refines poses of `free_images`, all points they see, and intrinsics. Other images that see those
 // points hold the frame; where there are none, it moves as little as it must. A camera keeps its
-// intrinsics that has fewer photos among the free images than `min_images_for_intrinsics`, or one
-// outside of them: a window alone never decides about a shared camera. All of `free_images` must be
-// registered. Loss: soft L1 at 1 px.
+// intrinsics that is fixed, has fewer photos among the free images than `intrinsics.min_images`, or
+// one outside of them: a window alone never decides about a shared camera. All of `free_images`
+// must be registered. Loss: soft L1 at 1 px.
 BundleSummary AdjustSeam(const std::set<colmap::image_t>& free_images,
-                         int min_images_for_intrinsics, colmap::Reconstruction* model);
+                         const SeamIntrinsics& intrinsics, colmap::Reconstruction* model);
 
 }  // namespace skein

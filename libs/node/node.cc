@@ -2,13 +2,13 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
 #include <utility>
 
+#include "core/hash.h"
 #include "core/log.h"
 #include "core/process.h"
 #include "ledger/session_folder.h"
@@ -50,21 +50,6 @@ NodeOptions Completed(NodeOptions options) {
 }
 
 }  // namespace
-
-void AddCommonOptions(CLI::App& app, NodeOptions* options) {
-  auto* dir = app.add_option("--session", options->session_dir, "Session folder, on its host");
-  app.add_option("--session-id", options->session_id,
-                 "Elsewhere: the session's id, or \"auto\" for the first one heard")
-      ->excludes(dir);
-  app.add_option("--lcm-url", options->lcm_url,
-                 "LCM's URL: udpm://239.255.76.67:7667?ttl=0 or tcpq://HOST:7700; else "
-                 "LCM_DEFAULT_URL");
-  app.add_option("--instance", options->instance, "Name of this process, unique in the session");
-  app.add_option("--threads", options->threads, "Threads that it may use")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  app.add_flag("--verbose", options->verbose, "Log more");
-}
 
 Node::Node(const NodeOptions& options)
     : options_(Completed(options)),
@@ -162,15 +147,6 @@ int64_t Node::AddFactObserver(std::function<void(const Fact&)> observer) {
   return next_observer_++;
 }
 
-std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  return std::nullopt;
-}
-
 namespace {
 
 int Fail(const NodeOptions& options, const std::exception& error, int exit_code) {
@@ -180,6 +156,18 @@ int Fail(const NodeOptions& options, const std::exception& error, int exit_code)
 }
 
 }  // namespace
+
+configuration_t ConfigurationOf(const NodeOptions& options) {
+  configuration_t fact{};
+  fact.service = options.service;
+  fact.instance = options.instance.empty() ? options.service : options.instance;
+  fact.text = options.configuration;
+  fact.version = SKEIN_VERSION;
+  const std::string content = fact.service + '\0' + fact.version + '\0' + fact.text;
+  fact.header.fact_id = "configuration/" + fact.instance + "/" +
+                        HashBytes(content.data(), content.size()).substr(0, 16);
+  return fact;
+}
 
 int RunService(const NodeOptions& options, const std::function<void(Node&)>& body) {
   InitLog(options.instance.empty() ? options.service : options.instance, options.verbose);
@@ -195,6 +183,9 @@ int RunService(const NodeOptions& options, const std::function<void(Node&)>& bod
     return Fail(options, error, 1);
   }
   try {
+    if (options.service != "ingest" && !options.configuration.empty()) {
+      node->submitter().Submit(ConfigurationOf(node->options()), [](const Submission&) {});
+    }
     body(*node);
     return 0;
   } catch (const std::exception& error) {

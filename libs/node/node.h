@@ -3,13 +3,15 @@
 // A service, whole:
 //
 //   int main(int argc, char** argv) {
-//     skein::NodeOptions options;
-//     options.service = "features";
-//     CLI::App app("Local features and a global descriptor of each photo.");
-//     skein::AddCommonOptions(app, &options);
-//     if (const auto code = skein::ParseCommandLine(app, argc, argv)) return *code;
-//     return skein::RunService(options, [&](skein::Node& node) {
-//       FeaturesService service(node);  // subscribes in its constructor
+//     skein::NodeOptions node_options;
+//     node_options.service = "features";
+//     skein::FeaturesOptions options;  // node/service_options.h
+//     if (const auto code = skein::ParseServiceOptions("Local features of each photo.", argc, argv,
+//                                                      &node_options, &options)) {
+//       return *code;
+//     }
+//     return skein::RunService(node_options, [&](skein::Node& node) {
+//       FeaturesService service(node, options);  // subscribes in its constructor
 //       node.Run();                     // prints "ready features-1", runs until a signal
 //     });
 //   }
@@ -69,6 +71,7 @@ struct NodeOptions {
   int threads = 1;          // --threads
   bool verbose = false;     // --verbose
   size_t cache_bytes = 128 << 20;
+  std::string configuration;  // what the service runs with, as its section of a config file
   double auto_session_timeout_s = 30;  // how long "auto" waits to hear a session
 };
 
@@ -143,9 +146,12 @@ class Node {
 // usage, explained on stderr.
 std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv);
 
-// Sets up logging and threads, makes the node and runs `body` with it. Returns the exit code: 0
-// when body returned or a signal came, 2 for unusable options, 1 for any other failure. The log
-// says which service failed and why.
+// What an instance runs with, as a fact; the same id as long as that stays.
+configuration_t ConfigurationOf(const NodeOptions& options);
+
+// Sets up logging and threads, makes the node, submits its configuration (ingest commits its own)
+// and runs `body` with it. Returns the exit code: 0 when body returned or a signal came, 2 for
+// unusable options, 1 for any other failure. The log says which service failed and why.
 int RunService(const NodeOptions& options, const std::function<void(Node&)>& body);
 
 }  // namespace skein

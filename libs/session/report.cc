@@ -126,6 +126,17 @@ json ImagesInTimePart(const SessionState& state) {
   return images;
 }
 
+// {"mapper": [{"instances": ["mapper-1"], "text": "...", "version": "0.1.0"}], ...}
+json ConfigurationPart(const SessionState& state) {
+  json services = json::object();
+  for (const auto& [configuration, instances] : state.configurations()) {
+    services[configuration.service].push_back({{"instances", instances},
+                                               {"text", configuration.text},
+                                               {"version", configuration.version}});
+  }
+  return services;
+}
+
 }  // namespace
 
 json DeferredPart(const SessionState& state) {
@@ -194,6 +205,7 @@ json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_
           {"failures", FailuresPart(state)},
           {"deferred", DeferredPart(state)},
           {"images_in_time", ImagesInTimePart(state)},
+          {"configuration", ConfigurationPart(state)},
           {"facts", state.head()}};
 }
 

@@ -238,4 +238,8 @@ void SessionState::ApplyFact(const finish_t& fact) {
   }
 }
 
+void SessionState::ApplyFact(const configuration_t& fact) {
+  configurations_[{fact.service, fact.text, fact.version}].insert(fact.instance);
+}
+
 }  // namespace skein

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -66,6 +68,16 @@ struct RetrievalCounts {
   int64_t pairs_verified = 0;  // of these
 };
 
+// What a service ran with: instances with one text and version together.
+struct Configuration {
+  std::string service;
+  std::string text;  // its section of a config file
+  std::string version;
+  bool operator<(const Configuration& other) const {
+    return std::tie(service, text, version) < std::tie(other.service, other.text, other.version);
+  }
+};
+
 // Times in seconds of what a stage did, in the order of commit.
 struct StageTimes {
   std::map<std::string, std::vector<float>> by_stage;
@@ -110,6 +122,10 @@ class SessionState {
 
   const StageTimes& times() const { return times_; }
   const RetrievalCounts& retrieval() const { return retrieval_; }
+  // With the instances that ran so.
+  const std::map<Configuration, std::set<std::string>>& configurations() const {
+    return configurations_;
+  }
 
  private:
   void ApplyFact(const image_t& fact);
@@ -122,6 +138,7 @@ class SessionState {
   void ApplyFact(const merge_t& fact);
   void ApplyFact(const failure_t& fact);
   void ApplyFact(const finish_t& fact);
+  void ApplyFact(const configuration_t& fact);
   void CountHits(const matches_t& fact);
   PhotoState* Photo(int64_t image_id);
   template <class Change>
@@ -146,6 +163,7 @@ class SessionState {
   StageTimes times_;
   std::unordered_map<int64_t, std::vector<int64_t>> unmatched_candidates_;  // by photo
   RetrievalCounts retrieval_;
+  std::map<Configuration, std::set<std::string>> configurations_;
 };
 
 // fact_id of the failure of an offer: one refusal per agent, name and content.

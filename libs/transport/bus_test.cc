@@ -230,6 +230,9 @@ TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   image.agent = std::string(64, 'a');
   image.name = std::string(300, 'a');
   image.blob_id = std::string(64, 'a');
+  image.num_camera_params = 12;  // FULL_OPENCV
+  image.camera_params.resize(12);
+  image.camera_model = "FULL_OPENCV";
   for (const Fact& fact : std::vector<Fact>{candidates, matches, failure, image}) {
     EXPECT_LE(EncodeFact(fact).size(), kMaxDatagramBytes) << FactKindName(fact);
   }

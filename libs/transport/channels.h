@@ -8,6 +8,7 @@
 #include "skein/candidates_t.hpp"
 #include "skein/command_reply_t.hpp"
 #include "skein/command_t.hpp"
+#include "skein/configuration_t.hpp"
 #include "skein/demand_t.hpp"
 #include "skein/failure_t.hpp"
 #include "skein/features_t.hpp"
@@ -50,6 +51,7 @@ inline constexpr Channel<seed_t> kSeedChannel{"SKEIN_SEED"};
 inline constexpr Channel<merge_t> kMergeChannel{"SKEIN_MERGE"};
 inline constexpr Channel<failure_t> kFailureChannel{"SKEIN_FAILURE"};
 inline constexpr Channel<finish_t> kFinishChannel{"SKEIN_FINISH"};
+inline constexpr Channel<configuration_t> kConfigurationChannel{"SKEIN_CONFIGURATION"};
 
 // Submissions to ingest; a Submitter repeats them until they are answered.
 inline constexpr Channel<image_t> kSubmitImageChannel{"SKEIN_SUBMIT_IMAGE"};
@@ -62,6 +64,7 @@ inline constexpr Channel<seed_t> kSubmitSeedChannel{"SKEIN_SUBMIT_SEED"};
 inline constexpr Channel<merge_t> kSubmitMergeChannel{"SKEIN_SUBMIT_MERGE"};
 inline constexpr Channel<failure_t> kSubmitFailureChannel{"SKEIN_SUBMIT_FAILURE"};
 inline constexpr Channel<finish_t> kSubmitFinishChannel{"SKEIN_SUBMIT_FINISH"};
+inline constexpr Channel<configuration_t> kSubmitConfigurationChannel{"SKEIN_SUBMIT_CONFIGURATION"};
 inline constexpr Channel<submit_reply_t> kSubmitReplyChannel{"SKEIN_SUBMIT_REPLY"};
 
 inline constexpr Channel<image_offer_t> kImageOfferChannel{"SKEIN_IMAGE_OFFER"};

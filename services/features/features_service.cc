@@ -15,6 +15,7 @@ FeaturesService::FeaturesService(Node& node, const SiftOptions& sift,
       worker_(node.loop()),
       work_(node, "features", 3, [this](const work_t& work) { OnWork(work); }),
       follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
+  LogInfo("describes photos by {}, {} dimensions", model_->id(), model_->dim());
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
 }
 
@@ -95,7 +96,8 @@ void FeaturesService::Fail(int64_t image_id, const std::string& reason, bool per
 }
 
 void FeaturesService::FillHeartbeat(heartbeat_t* heartbeat) const {
-  heartbeat->state = jobs_.empty() ? "idle" : "computing";
+  heartbeat->state = (jobs_.empty() ? "idle, " : "computing, ") + model_->id() + " of " +
+                     std::to_string(model_->dim()) + " dimensions";
   heartbeat->backlog = static_cast<int32_t>(jobs_.size());
   heartbeat->num_done = num_done_;
   heartbeat->mean_s = num_done_ > 0 ? static_cast<float>(sum_elapsed_s_ / num_done_) : 0;

@@ -46,7 +46,7 @@ class FeaturesService {
 
   Node& node_;
   const SiftOptions sift_;
-  const std::shared_ptr<GlobalDescriptorModel> model_;  // used by worker_ only
+  const std::shared_ptr<GlobalDescriptorModel> model_;  // id and dim aside, used by worker_ only
   std::map<int64_t, image_t> images_;                   // those without features
   std::unordered_set<int64_t> described_;               // those with features
   std::map<int64_t, Job> jobs_;

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/file.h"
+#include "core/option_check.h"
 #include "features/vlad.h"
 
 namespace skein {
@@ -22,11 +23,13 @@ std::shared_ptr<GlobalDescriptorModel> LoadVlad(const std::string& path) {
   return std::make_shared<VladModel>(std::move(*codebook));
 }
 
-void TakeTriple(const std::string& option, const std::vector<double>& values,
-                std::array<double, 3>* triple) {
-  if (values.empty()) return;
-  if (values.size() != 3) throw std::invalid_argument(option + " needs three values");
-  std::copy(values.begin(), values.end(), triple->begin());
+void TakeTriple(const std::vector<double>& values, std::array<double, 3>* triple) {
+  if (!values.empty()) std::copy(values.begin(), values.end(), triple->begin());
+}
+
+Status CheckTriple(const std::string& option, const std::vector<double>& values) {
+  if (values.empty() || values.size() == 3) return Status::Ok();
+  return InvalidArgument(option + " needs three values");
 }
 
 OnnxOptions ReadOptions(const ModelChoice& choice) {
@@ -38,16 +41,25 @@ OnnxOptions ReadOptions(const ModelChoice& choice) {
         text ? ReadOnnxOptions({text->begin(), text->end()}, &options) : text.status();
     if (!status.ok()) throw std::invalid_argument(json_path.string() + ": " + status.error());
   }
-  if (choice.width_px) options.width_px = *choice.width_px;
-  if (choice.height_px) options.height_px = *choice.height_px;
+  if (choice.width_px > 0) options.width_px = choice.width_px;
+  if (choice.height_px > 0) options.height_px = choice.height_px;
   if (!choice.channel_order.empty()) options.channel_order = choice.channel_order;
   if (!choice.output.empty()) options.output = choice.output;
-  TakeTriple("--global-mean", choice.mean, &options.mean);
-  TakeTriple("--global-std", choice.std, &options.std);
+  TakeTriple(choice.mean, &options.mean);
+  TakeTriple(choice.std, &options.std);
   return options;
 }
 
 }  // namespace
+
+Status ModelChoice::Check() const {
+  if (!codebook_path.empty() && !onnx_path.empty()) {
+    return InvalidArgument("codebook and global_model exclude each other: give one");
+  }
+  return FirstError({InRange("global_width", width_px, 0, 8192),
+                     InRange("global_height", height_px, 0, 8192), CheckTriple("global_mean", mean),
+                     CheckTriple("global_std", std)});
+}
 
 std::string DefaultCodebookPath() {
   std::error_code error;
@@ -58,10 +70,10 @@ std::string DefaultCodebookPath() {
 }
 
 std::shared_ptr<GlobalDescriptorModel> LoadModel(const ModelChoice& choice) {
-  if (choice.onnx_path.empty()) return LoadVlad(choice.codebook_path);
-  if (!choice.codebook_path.empty()) {
-    throw std::invalid_argument("--codebook and --global-model exclude each other");
+  if (const Status checked = choice.Check(); !checked.ok()) {
+    throw std::invalid_argument(checked.error());
   }
+  if (choice.onnx_path.empty()) return LoadVlad(choice.codebook_path);
   auto model = OnnxModel::Load(choice.onnx_path, ReadOptions(choice));
   if (!model) throw std::invalid_argument("--global-model: " + model.error());
   return *model;

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
+#include <vector>
 
+#include "core/result.h"
 #include "features/global_descriptor.h"
 #include "features/onnx_descriptor.h"
 
@@ -14,12 +15,14 @@ struct ModelChoice {
   std::string codebook_path;  // "": the one shipped with Skein
   std::string onnx_path;      // "": VLAD
   // Over what MODEL.json beside the model says, where set.
-  std::optional<int> width_px;
-  std::optional<int> height_px;
+  int width_px = 0;  // 0: not set
+  int height_px = 0;
   std::string channel_order;
   std::string output;
   std::vector<double> mean;
   std::vector<double> std;
+
+  Status Check() const;
 };
 
 // The shipped codebook: share/skein beside the folder of the program, else where it was built from.

@@ -13,8 +13,8 @@ namespace skein {
 // How a photo becomes the network's input, 1 x 3 x height x width float: (pixel / 255 - mean) /
 // std, channels in `channel_order`. The photo is stretched to the size.
 struct OnnxOptions {
-  int width_px = 224;
-  int height_px = 224;
+  int width_px = 0;  // 0: what the model says
+  int height_px = 0;
   std::array<double, 3> mean{0.485, 0.456, 0.406};  // in channel order; torchvision's
   std::array<double, 3> std{0.229, 0.224, 0.225};
   std::string channel_order = "RGB";  // or "BGR"
@@ -25,12 +25,14 @@ struct OnnxOptions {
 // ".."}; absent keys leave `options` as they are. Unknown keys and wrong types are errors.
 Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options);
 
-// A learned descriptor: any ONNX model that maps an image to a vector and that OpenCV's DNN module
-// runs on the CPU. The paper uses a NetVLAD-style network (Hou et al. 2023). The model gets the
-// upright view.
+// A learned descriptor: any ONNX model that maps an image, 1 x 3 x height x width, to a vector and
+// that OpenCV's DNN module runs on the CPU. The paper uses a NetVLAD-style network (Hou et al.
+// 2023). The model gets the upright view.
 class OnnxModel : public GlobalDescriptorModel {
  public:
-  // Loads the model and runs it once; an error says why it cannot be used.
+  // Loads the model and runs it once. An error says why it cannot be used and what to do. Refused
+  // are an open size, a size other than the model's, an output that is no vector, and means or
+  // deviations of 0..255.
   static Result<std::shared_ptr<OnnxModel>> Load(const std::string& path,
                                                  const OnnxOptions& options);
   ~OnnxModel() override;

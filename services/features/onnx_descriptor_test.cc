@@ -34,12 +34,22 @@ std::string Node(const std::string& input, const std::string& output, const std:
   return Text(1, input) + Text(2, output) + Text(3, output) + Text(4, type) + attributes;
 }
 
+// A model of one node from x to y.
+std::string OneNodeModel(const std::string& op, const std::vector<int>& in,
+                         const std::vector<int>& out) {
+  const std::string graph = Text(1, Node("x", "y", op)) + Text(2, "one_node") +
+                            Text(11, Tensor("x", in)) + Text(12, Tensor("y", out));
+  return Int(1, 7) + Text(7, graph) + Text(8, Text(1, "") + Int(2, 11));
+}
+
 // y = flatten(global average of the input): the mean of each channel. `op` names the pooling.
-std::string MeanColourModel(const std::string& op = "GlobalAveragePool") {
+std::string MeanColourModel(const std::string& op = "GlobalAveragePool", int height = 4,
+                            int width = 6) {
   const std::string axis = Text(5, Text(1, "axis") + Int(3, 1) + Int(20, 2));
   const std::string graph = Text(1, Node("x", "pooled", op)) +
                             Text(1, Node("pooled", "y", "Flatten", axis)) + Text(2, "mean_colour") +
-                            Text(11, Tensor("x", {1, 3, 4, 6})) + Text(12, Tensor("y", {1, 3}));
+                            Text(11, Tensor("x", {1, 3, height, width})) +
+                            Text(12, Tensor("y", {1, 3}));
   return Int(1, 7) + Text(7, graph) + Text(8, Text(1, "") + Int(2, 11));
 }
 
@@ -108,6 +118,66 @@ TEST_F(OnnxDescriptor, WhatCannotBeRunSaysWhy) {
   const auto unknown = OnnxModel::Load(Write("u.onnx", MeanColourModel("NoSuchLayer")), options_);
   EXPECT_FALSE(unknown.ok());
   EXPECT_NE(unknown.error().find("u.onnx"), std::string::npos);
+}
+
+TEST_F(OnnxDescriptor, TakesItsSizeFromTheModel) {
+  options_.width_px = options_.height_px = 0;
+  const auto model = OnnxModel::Load(Write("m.onnx", MeanColourModel()), options_);
+  ASSERT_TRUE(model.ok()) << model.error();
+  EXPECT_EQ((*model)->dim(), 3);
+  options_.width_px = 7;
+  const auto other = OnnxModel::Load((folder_ / "m.onnx").string(), options_);
+  EXPECT_NE(other.error().find("m.onnx takes a width of 6, not 7"), std::string::npos)
+      << other.error();
+}
+
+TEST_F(OnnxDescriptor, AsksForASizeThatTheModelLeavesOpen) {
+  const std::string path = Write("open.onnx", MeanColourModel("GlobalAveragePool", 0, 0));
+  EXPECT_TRUE(OnnxModel::Load(path, options_).ok()) << OnnxModel::Load(path, options_).error();
+  options_.width_px = 0;
+  const std::string error = OnnxModel::Load(path, options_).error();
+  EXPECT_NE(error.find("leaves its input width open: give --global-width"), std::string::npos)
+      << error;
+}
+
+TEST_F(OnnxDescriptor, RefusesWhatIsNoVector) {
+  const std::string error =
+      OnnxModel::Load(Write("map.onnx", OneNodeModel("Relu", {1, 3, 4, 6}, {1, 3, 4, 6})), options_)
+          .error();
+  EXPECT_NE(error.find("map.onnx puts out 1 x 3 x 4 x 6"), std::string::npos) << error;
+  EXPECT_NE(error.find("--global-output"), std::string::npos) << error;
+}
+
+TEST_F(OnnxDescriptor, RefusesAnInputThatIsNoPhoto) {
+  const std::string error =
+      OnnxModel::Load(Write("last.onnx", OneNodeModel("Relu", {1, 4, 6, 3}, {1, 4, 6, 3})),
+                      options_)
+          .error();
+  EXPECT_NE(error.find("takes 1 x 4 x 6 x 3, not one photo"), std::string::npos) << error;
+}
+
+TEST_F(OnnxDescriptor, RefusesMeansOf255) {
+  const std::string path = Write("m.onnx", MeanColourModel());
+  options_.mean[1] = 116.28;
+  EXPECT_EQ(OnnxModel::Load(path, options_).error(),
+            "the mean 116.28 is not of pixel / 255: divide it by 255");
+  options_.mean[1] = 0.456;
+  options_.std[2] = 57.4;
+  EXPECT_NE(OnnxModel::Load(path, options_).error().find("57.4"), std::string::npos);
+}
+
+TEST_F(OnnxDescriptor, KnowsAGitLfsPointer) {
+  const std::string error =
+      OnnxModel::Load(Write("lfs.onnx", "version https://git-lfs/spec/v1\noid sha256:00\nsize 9\n"),
+                      options_)
+          .error();
+  EXPECT_NE(error.find("lfs.onnx is a Git LFS pointer"), std::string::npos) << error;
+}
+
+TEST_F(OnnxDescriptor, SaysWhichOutputsThereAre) {
+  options_.output = "z";
+  const std::string error = OnnxModel::Load(Write("m.onnx", MeanColourModel()), options_).error();
+  EXPECT_NE(error.find("output \"z\" of y (1 x 3)"), std::string::npos) << error;
 }
 
 TEST_F(OnnxDescriptor, ReadsTheJsonBesideTheModel) {

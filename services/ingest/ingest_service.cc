@@ -43,6 +43,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
     node_.NoteCommitted(fact);
   });
   writer_.OnStaged([this] { ArrangeFlush(); });
+  NoteConfiguration();
   Subscribe();
   timer_ = node_.loop().AddTimer(kTickS, [this] { Tick(); });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
@@ -70,6 +71,13 @@ void IngestService::Subscribe() {
 template <class T>
 void IngestService::OnSubmissions(const Channel<T>& channel) {
   On<T>(channel, [this](const T& fact) { submissions_.OnSubmission(Fact(fact)); });
+}
+
+// Other services submit theirs.
+void IngestService::NoteConfiguration() {
+  if (node_.options().configuration.empty()) return;
+  const configuration_t fact = ConfigurationOf(node_.options());
+  if (writer_.state().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
 }
 
 // All that was received before the loop comes round again shares one commit.

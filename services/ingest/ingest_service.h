@@ -5,6 +5,7 @@
 
 #include "event_loop/alive.h"
 #include "ingest/finish_driver.h"
+#include "ingest/ingest_options.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/photo_intake.h"
 #include "ingest/submission_desk.h"
@@ -14,11 +15,6 @@
 #include "node/node.h"
 
 namespace skein {
-
-struct IngestOptions {
-  IntakeOptions intake;
-  LeaseOptions leases;
-};
 
 // The session's one writer: connects the bus with intake, submissions, work, finish and the
 // ledger's readers. Everything it knows is in the ledger. Loop's thread only.
@@ -37,6 +33,7 @@ class IngestService {
   template <class T>
   void OnSubmissions(const Channel<T>& channel);
   void Subscribe();
+  void NoteConfiguration();
   void ArrangeFlush();
   void Flush();
   void Tick();

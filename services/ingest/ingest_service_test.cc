@@ -21,10 +21,11 @@ namespace {
 
 constexpr double kDeadlineS = 20;
 
-NodeOptions IngestNode(const TestFolder& folder) {
+NodeOptions IngestNode(const TestFolder& folder, const std::string& configuration) {
   NodeOptions options;
   options.service = options.instance = "ingest";
   options.session_dir = (folder / "session").string();
+  options.configuration = configuration;
   return options;
 }
 
@@ -50,7 +51,7 @@ class IngestServiceTest : public testing::Test {
   void Restart() {
     service_.reset();
     ingest_.reset();
-    ingest_ = std::make_unique<Node>(IngestNode(folder_), loop_, bus_);
+    ingest_ = std::make_unique<Node>(IngestNode(folder_, configuration_), loop_, bus_);
     service_ = std::make_unique<IngestService>(*ingest_, options_);
   }
 
@@ -187,6 +188,7 @@ class IngestServiceTest : public testing::Test {
 
   TestFolder folder_;
   IngestOptions options_;
+  std::string configuration_;
   PollLoop loop_;
   Bus bus_{"memq://", loop_};
   std::unique_ptr<Node> ingest_;
@@ -256,6 +258,58 @@ TEST_F(IngestServiceTest, SharesACameraAmongPhotosOfOneSize) {
   std::vector<int64_t> cameras;
   for (const Fact& fact : facts_) cameras.push_back(std::get<image_t>(fact).camera_id);
   EXPECT_EQ(cameras, (std::vector<int64_t>{1, 1, 2, 1}));
+}
+
+TEST_F(IngestServiceTest, NotesWhatItRunsWithOnce) {
+  configuration_ = "[ingest]\nlease = 6\n";
+  Restart();
+  Restart();
+  configuration_ = "[ingest]\nlease = 9\n";
+  Restart();
+  Await([&] { return facts_.size() == 2; }, "two configurations");
+  const auto& configuration = std::get<configuration_t>(facts_[1]);
+  EXPECT_EQ(configuration.service, "ingest");
+  EXPECT_EQ(configuration.text, configuration_);
+}
+
+TEST_F(IngestServiceTest, TakesTheConfigurationsOfOthersOnce) {
+  NodeOptions options = RemoteNode("mapper-1", ingest_->session_id());
+  options.service = "mapper";
+  options.configuration = "[mapper]\n";
+  const configuration_t fact = ConfigurationOf(options);
+  EXPECT_EQ(Submit(fact), "");
+  EXPECT_EQ(Submit(fact), "");
+  Await([&] { return !facts_.empty(); }, "the fact");
+  EXPECT_EQ(std::get<configuration_t>(facts_[0]).instance, "mapper-1");
+  EXPECT_EQ(facts_.size(), 1u);
+}
+
+TEST_F(IngestServiceTest, TellsKnownIntrinsics) {
+  KnownCamera known;
+  known.agent = "ali*";
+  known.width_px = 96;
+  known.height_px = 80;
+  known.camera_model = "SIMPLE_RADIAL";
+  known.params = {100, 48, 40, 0.1};
+  options_.intake.cameras = {known};
+  Restart();
+  Publish("a.jpg", SmallJpeg(1));
+  Publish("other size.jpg", SmallJpeg(2, 80, 96));
+  Await([&] { return facts_.size() == 2; }, "two photos");
+  const auto& image = std::get<image_t>(facts_[0]);
+  EXPECT_EQ(image.camera_model, "SIMPLE_RADIAL");
+  EXPECT_EQ(image.camera_params, known.params);
+  EXPECT_TRUE(image.camera_fixed);
+  EXPECT_EQ(image.focal_px, 100);
+  EXPECT_TRUE(image.focal_from_exif);
+  EXPECT_EQ(std::get<image_t>(facts_[1]).camera_model, "");
+  options_.intake.cameras[0].refine = true;
+  Restart();
+  Publish("b.jpg", SmallJpeg(3));
+  Await([&] { return facts_.size() == 3; }, "the third photo");
+  const auto& refined = std::get<image_t>(facts_[2]);
+  EXPECT_FALSE(refined.camera_fixed);
+  EXPECT_NE(refined.camera_id, image.camera_id);
 }
 
 TEST_F(IngestServiceTest, RefusesUnsafeNamesAndTellsWhy) {

@@ -174,8 +174,11 @@ void PhotoIntake::OnStored(const Key& key, const CheckedPhoto& photo, const std:
 void PhotoIntake::Commit(const Key& key, const CheckedPhoto& photo, const std::string& name) {
   const Pending& pending = pending_.at(key);
   const image_offer_t offer = pending.offer;
-  const FocalPrior focal = ChooseFocal(photo, offer.focal_px);
-  const std::string camera_key = CameraKey(offer.agent, photo, focal);
+  const KnownCamera* known = FindKnownCamera(options_.cameras, offer.agent, photo);
+  const FocalPrior focal =
+      known != nullptr ? FocalPrior{known->FocalPx(), true} : ChooseFocal(photo, offer.focal_px);
+  std::string camera_key = CameraKey(offer.agent, photo, focal);
+  if (known != nullptr) camera_key += "|" + known->Text();
   const auto [camera, is_new] =
       cameras_.emplace(camera_key, std::to_string(writer_.state().num_cameras() + 1));
   std::vector<LedgerNote> notes;
@@ -185,15 +188,15 @@ void PhotoIntake::Commit(const Key& key, const CheckedPhoto& photo, const std::s
     renamed_[key] = image_id;
     notes.push_back({kRenamedNote, key, image_id});
   }
-  writer_.Stage(MakeFact(pending, photo, name, focal, std::stoll(camera->second)), notes,
+  writer_.Stage(MakeFact(pending, photo, name, focal, std::stoll(camera->second), known), notes,
                 [this, offer](const Fact& fact) {
                   Ack(offer, image_ack_t::STORED, std::get<image_t>(fact).image_id);
                 });
 }
 
 image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
-                              const std::string& name, const FocalPrior& focal,
-                              int64_t camera_id) const {
+                              const std::string& name, const FocalPrior& focal, int64_t camera_id,
+                              const KnownCamera* known) const {
   const image_offer_t& offer = pending.offer;
   image_t fact{};
   fact.header.fact_id = "image/" + offer.blob_id;
@@ -206,6 +209,12 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
   fact.orientation = static_cast<int8_t>(photo.exif.orientation);
   fact.focal_px = focal.focal_px;
   fact.focal_from_exif = focal.from_exif;
+  if (known != nullptr) {
+    fact.camera_model = known->camera_model;
+    fact.num_camera_params = static_cast<int32_t>(known->params.size());
+    fact.camera_params = known->params;
+    fact.camera_fixed = !known->refine;
+  }
   const GpsPosition offered{offer.latitude_deg, offer.longitude_deg, offer.altitude_m};
   const GpsPosition gps = photo.exif.gps.value_or(offer.has_gps ? offered : GpsPosition());
   fact.has_gps = photo.exif.gps || offer.has_gps;

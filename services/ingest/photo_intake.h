@@ -7,6 +7,7 @@
 #include <string>
 
 #include "event_loop/worker_thread.h"
+#include "ingest/known_cameras.h"
 #include "ingest/ledger_writer.h"
 #include "ledger/session_folder.h"
 #include "node/node.h"
@@ -16,6 +17,7 @@ namespace skein {
 
 struct IntakeOptions {
   PhotoLimits limits;
+  std::vector<KnownCamera> cameras;
   int max_pending = 64;          // offers taken on at a time; more are told to wait
   double vanished_after_s = 10;  // without progress, once a finish was asked for
 };
@@ -62,7 +64,7 @@ class PhotoIntake {
   std::string FreeName(const std::string& agent, const std::string& name) const;
   bool IsSamePhoto(const Key& key, const image_offer_t& offer, const image_t& image) const;
   image_t MakeFact(const Pending& pending, const CheckedPhoto& photo, const std::string& name,
-                   const FocalPrior& focal, int64_t camera_id) const;
+                   const FocalPrior& focal, int64_t camera_id, const KnownCamera* known) const;
   void Ack(const image_offer_t& offer, int8_t status, int64_t image_id,
            const std::string& reason = "");
 

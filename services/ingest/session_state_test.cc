@@ -262,6 +262,23 @@ TEST_F(SessionStateTest, ReportsAMergeThatWasUndoneWithItsReason) {
   }
 }
 
+TEST_F(SessionStateTest, ReportsWhatEachServiceRanWith) {
+  for (const auto& [instance, text] : std::vector<std::pair<std::string, std::string>>{
+           {"mapper-1", "[mapper]\n"}, {"mapper-2", "[mapper]\n"}, {"mapper-1", "other"}}) {
+    configuration_t fact{};
+    fact.service = "mapper";
+    fact.instance = instance;
+    fact.text = text;
+    fact.version = "0.1.0";
+    Commit(fact, "configuration/" + instance + "/" + text);
+  }
+  const auto mappers = MakeReport(state(), 0, 0)["configuration"]["mapper"];
+  ASSERT_EQ(mappers.size(), 2u);
+  EXPECT_EQ(mappers[0]["instances"], (std::vector<std::string>{"mapper-1", "mapper-2"}));
+  EXPECT_EQ(mappers[0]["text"], "[mapper]\n");
+  EXPECT_EQ(mappers[1]["instances"], (std::vector<std::string>{"mapper-1"}));
+}
+
 TEST_F(SessionStateTest, FactsOutOfOrderAreABrokenContract) {
   SessionState fresh;
   image_t image{};

@@ -11,6 +11,7 @@ namespace {
 
 constexpr size_t kMaxFactIdBytes = 200;
 constexpr int kMaxKeypoints = 1 << 20;
+constexpr size_t kMaxConfigurationBytes = 16 << 10;
 
 Status Refuse(const std::string& reason) { return FailedPrecondition(reason); }
 
@@ -110,6 +111,12 @@ class Rules {
     if (f.image_id != 0 && state_.FindPhoto(f.image_id) == nullptr) return Refuse("no such photo");
     if (f.stage.empty() || f.reason.empty()) return Refuse("a failure needs its stage and reason");
     return Status::Ok();
+  }
+
+  Status operator()(const configuration_t& f) const {
+    if (f.service.empty() || f.instance.empty()) return Refuse("no name of the service");
+    return f.text.size() <= kMaxConfigurationBytes ? Status::Ok()
+                                                   : Refuse("configuration too long");
   }
 
   Status operator()(const finish_t& f) const {

@@ -59,7 +59,8 @@ std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool 
   if (!decoded.ok()) return "target: " + decoded.error();
   const auto target = std::make_shared<const colmap::Reconstruction>(*std::move(decoded));
   absorption->before = target;
-  const AbsorbOptions options = OptionsFor(order, was_done);
+  AbsorbOptions options = OptionsFor(order, was_done);
+  options.intrinsics.fixed = submap->map().FixedCameras();
   // Both were adjusted since the order; the order's similarity stands where there is none now.
   const Sim3Result now = EstimateSim3(SharedPhotosOf(*source, *target), options.sim3);
   const std::optional<Similarity> similarity =

@@ -15,6 +15,9 @@ PhotoInput ToPhotoInput(const image_t& image, Keypoints keypoints) {
   photo.height_px = image.height_px;
   photo.focal_px = image.focal_px;
   photo.focal_from_exif = image.focal_from_exif;
+  photo.camera_model = image.camera_model;
+  photo.camera_params = image.camera_params;
+  photo.camera_fixed = image.camera_fixed;
   photo.keypoints = std::move(keypoints);
   return photo;
 }

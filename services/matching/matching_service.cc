@@ -16,7 +16,7 @@ MatchingService::MatchingService(Node& node, const MatchingServiceOptions& optio
     : node_(node),
       second_look_(options.second_look),
       matcher_(options.matcher),
-      loader_(node.loop(), node.blobs(), options.cache_bytes),
+      loader_(node.loop(), node.blobs(), static_cast<size_t>(options.cache_mib) << 20),
       worker_(node.loop()),
       work_(node, "matching", 2, [this](const work_t& work) { OnWork(work); }),
       follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {

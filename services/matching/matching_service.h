@@ -12,6 +12,7 @@
 
 #include "event_loop/worker_thread.h"
 #include "matching/feature_loader.h"
+#include "matching/matching_options.h"
 #include "matching/photo_index.h"
 #include "matching/photo_matcher.h"
 #include "matching/second_look.h"
@@ -20,12 +21,6 @@
 #include "node/work_client.h"
 
 namespace skein {
-
-struct MatchingServiceOptions {
-  PhotoMatcherOptions matcher;
-  SecondLookOptions second_look;
-  size_t cache_bytes = size_t{512} << 20;  // features of recently used photos
-};
 
 // Holds two items: one is matched on a worker thread (and matcher.num_threads - 1 more), the
 // features of the other are fetched. The result depends on the photo's candidates and the ledger up

@@ -12,6 +12,7 @@
 #include "event_loop/worker_thread.h"
 #include "geometry/sim3_ransac.h"
 #include "merger/merge_policy.h"
+#include "merger/merger_options.h"
 #include "merger/seed_policy.h"
 #include "merger/submap_directory.h"
 #include "node/demand.h"
@@ -19,18 +20,6 @@
 #include "node/node.h"
 
 namespace skein {
-
-struct MergerOptions {
-  SeedOptions seed;
-  MergeOptions merge;
-  Sim3Options sim3;
-  double decide_period_s = 0.1;
-  double request_period_s = 0.5;    // of an unanswered request for shared images
-  double request_timeout_s = 20.0;  // then the attempt is given up, and made anew
-  double idle_mapper_s = 3.0;       // a mapper that asked for work within this is idle
-  double hold_after_refusal_s = 1.0;
-  double wait_for_mapper_s = 15.0;  // when finishing, for one that could take a seed
-};
 
 class MergerService {
  public:

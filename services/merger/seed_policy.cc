@@ -4,6 +4,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/option_check.h"
+
 namespace skein {
 namespace {
 
@@ -11,18 +13,20 @@ constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 
 }  // namespace
 
-std::string SeedOptions::Check() const {
-  if (min_tri_angle_steps_deg.empty()) return "min_tri_angle_steps_deg is empty";
+Status SeedOptions::Check() const {
+  if (min_tri_angle_steps_deg.empty()) return InvalidArgument("min_tri_angle_steps_deg is empty");
   const size_t num_relaxations = min_tri_angle_steps_deg.size() - 1;
   if (relax_orphans.size() != num_relaxations || relax_quiet_s.size() != num_relaxations) {
-    return "relax_orphans and relax_quiet_s need one entry for each relaxation";
+    return InvalidArgument("relax_orphans and relax_quiet_s need one entry for each relaxation");
   }
-  if (min_inliers < min_inliers_at_last) return "min_inliers_at_last exceeds min_inliers";
-  return "";
+  return FirstError({InRange("seed_min_inliers", min_inliers, 15, 100'000),
+                     InRange("seed_min_inliers_at_last", min_inliers_at_last, 15, min_inliers)});
 }
 
 SeedPolicy::SeedPolicy(const SeedOptions& options) : options_(options) {
-  if (const std::string wrong = options.Check(); !wrong.empty()) throw std::invalid_argument(wrong);
+  if (const Status checked = options.Check(); !checked.ok()) {
+    throw std::invalid_argument(checked.error());
+  }
 }
 
 void SeedPolicy::OnMatches(int64_t image_id, int64_t seq, const std::vector<VerifiedPair>& pairs) {

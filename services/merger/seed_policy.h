@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/result.h"
 #include "merger/submap_directory.h"
 
 namespace skein {
@@ -32,7 +33,7 @@ struct SeedOptions {
   // A deferred photo waits until so many further photos were matched, or it is quiet.
   int deferred_patience = 15;
 
-  std::string Check() const;  // empty, or what is wrong
+  Status Check() const;
 };
 
 // Verified pair of an image with an earlier one.

@@ -13,14 +13,10 @@
 #include "event_loop/worker_thread.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
+#include "retrieval/retrieval_options.h"
 #include "retrieval/retrieval_state.h"
 
 namespace skein {
-
-struct RetrievalServiceOptions {
-  RetrievalOptions retrieval;
-  double checkpoint_period_s = 10;
-};
 
 // Index and checkpoint live on a worker thread. With a shared session folder the checkpoint is
 // retrieval/hnsw.bin, so a restart replays only the rest of the ledger. An unusable checkpoint is

@@ -16,11 +16,16 @@ refuses() {
 }
 
 echo "not a model" >"$workspace/broken.onnx"
-refuses "broken.onnx cannot be run by OpenCV" --global-model "$workspace/broken.onnx"
+refuses "broken.onnx is no ONNX model" --global-model "$workspace/broken.onnx"
 refuses "cannot open .*absent.onnx" --global-model "$workspace/absent.onnx"
 echo '{"widht": 6}' >"$workspace/broken.json"
 refuses 'broken.json: unknown key "widht"' --global-model "$workspace/broken.onnx"
 rm "$workspace/broken.json"
+printf 'version https://git-lfs/spec/v1\noid sha256:00\nsize 9\n' >"$workspace/pointer.onnx"
+refuses "pointer.onnx is a Git LFS pointer" --global-model "$workspace/pointer.onnx"
+refuses "the mean 123.7 is not of pixel / 255" --global-model "$workspace/broken.onnx" --global-mean 123.7 116.3 103.5
+printf '[features]\nglobal_model = "%s"\n' "$workspace/broken.onnx" >"$workspace/my.toml"
+refuses "broken.onnx is no ONNX model" --config "$workspace/my.toml"
 refuses "channel order" --global-model "$workspace/broken.onnx" --global-channels GRB
 refuses "exclude each other" --global-model "$workspace/broken.onnx" --codebook "$workspace/any.bin"
 refuses "not a codebook" --codebook "$workspace/broken.onnx"

@@ -14,6 +14,7 @@ while (($#)); do
     --instance) instance=$2 ;;
     --session) session=$2 ;;
     --retire-after) elastic=1 ;;
+    --config) echo "config $2" ;;
   esac
   shift
 done
@@ -57,7 +58,11 @@ is_restarted() {
 }
 none_runs() { [[ $(running) == 0 ]]; }
 
-start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800
+echo '[features]' >"$workspace/my.toml"
+start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800 --config "$workspace/my.toml"
+for instance in ingest features-2 retrieval matching-1 mapper-2 merger; do
+  grep -qx "config $workspace/my.toml" "$session/log/$instance.log" || fail "$instance did not get --config"
+done
 [[ $(ls "$session"/run/*.pid | wc -l) == 8 ]] || fail "expected 8 services: $(ls "$session/run")"
 tr '\0' ' ' <"/proc/$(pid_of features-2)/cmdline" | grep -- '--max-size 800 ' >/dev/null || fail "features-2 does not know of --max-size"
 tr '\0' ' ' <"/proc/$(pid_of matching-1)/cmdline" | grep -- '--max-size' >/dev/null && fail "only features take --max-size"

@@ -1,0 +1,28 @@
+// What the Check() of an options struct is made of.
+#pragma once
+
+#include <initializer_list>
+#include <sstream>
+#include <string>
+
+#include "core/result.h"
+
+namespace skein {
+
+// `option`: the key as a config file has it. An error says what it is and what to give.
+template <class T>
+Status InRange(const std::string& option, T value, T low, T high) {
+  if (value >= low && value <= high) return Status::Ok();
+  std::ostringstream text;
+  text << option << " is " << value << ": give " << low << " to " << high;
+  return InvalidArgument(text.str());
+}
+
+inline Status FirstError(std::initializer_list<Status> checks) {
+  for (const Status& check : checks) {
+    if (!check.ok()) return check;
+  }
+  return Status::Ok();
+}
+
+}  // namespace skein

@@ -1,0 +1,39 @@
+#include "node/service_options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace skein {
+
+void AddCommonOptions(CLI::App& app, NodeOptions* options) {
+  auto* dir = app.add_option("--session", options->session_dir, "Session folder, on its host");
+  app.add_option("--session-id", options->session_id,
+                 "Elsewhere: the session's id, or \"auto\" for the first one heard")
+      ->excludes(dir);
+  app.add_option("--lcm-url", options->lcm_url,
+                 "LCM's URL: udpm://239.255.76.67:7667?ttl=0 or tcpq://HOST:7700; else "
+                 "LCM_DEFAULT_URL");
+  app.add_option("--instance", options->instance, "Name of this process, unique in the session");
+  app.add_option("--threads", options->threads, "Threads that it may use")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_flag("--verbose", options->verbose, "Log more");
+}
+
+std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  return std::nullopt;
+}
+
+Program ServiceProgram(const char* description, NodeOptions* node) {
+  Program program;
+  program.section = node->service;
+  program.description = description;
+  program.add_place_options = [node](CLI::App& app) { AddCommonOptions(app, node); };
+  return program;
+}
+
+}  // namespace skein

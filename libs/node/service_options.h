@@ -1,0 +1,26 @@
+// The options of a service: those of every node, and its own section of the config file.
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "config/program_options.h"
+#include "node/node.h"
+
+namespace skein {
+
+// A program with the options of every node.
+Program ServiceProgram(const char* description, NodeOptions* node);
+
+// For an Options with `Status Check() const` and `void AddOptions(CLI::App&, Options*)` beside it.
+// The exit code, if the program is to end now; node->configuration says what it runs with.
+template <class Options>
+std::optional<int> ParseServiceOptions(const char* description, int argc, char** argv,
+                                       NodeOptions* node, Options* options) {
+  Program program = ServiceProgram(description, node);
+  program.add_options = [options](CLI::App& app) { AddOptions(app, options); };
+  program.check = [options] { return options->Check(); };
+  return ParseProgramOptions(program, argc, argv, &node->configuration);
+}
+
+}  // namespace skein

@@ -1,0 +1,45 @@
+#include "features/features_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "core/option_check.h"
+
+namespace skein {
+
+Status FeaturesOptions::Check() const {
+  const SelectionOptions& selection = sift.selection;
+  return FirstError({InRange("max_size", sift.max_image_px, 64, 16384),
+                     InRange("max_features", selection.max_features, 1, 65536),
+                     InRange("spread", selection.spread, 0.0, 1.0),
+                     InRange("cell_px", selection.cell_px, 1, 16384),
+                     InRange("contrast_threshold", sift.contrast_threshold, 0.0, 1.0),
+                     InRange("edge_threshold", sift.edge_threshold, 1.0, 1000.0), model.Check()});
+}
+
+void AddOptions(CLI::App& app, FeaturesOptions* options) {
+  SiftOptions& sift = options->sift;
+  ModelChoice& model = options->model;
+  app.add_option("--max-size", sift.max_image_px, "Longest side of the searched photo, pixels");
+  app.add_option("--max-features", sift.selection.max_features, "Most keypoints a photo");
+  app.add_option("--spread", sift.selection.spread,
+                 "Share of the keypoints that is dealt evenly to the photo's cells");
+  app.add_option("--cell-px", sift.selection.cell_px, "Side of such a cell, pixels");
+  app.add_option("--contrast-threshold", sift.contrast_threshold,
+                 "SIFT's, of a keypoint (COLMAP: 0.02)");
+  app.add_option("--edge-threshold", sift.edge_threshold, "SIFT's, of a keypoint (COLMAP: 10)");
+  app.add_option("--codebook", model.codebook_path, "VLAD codebook; default: the shipped one");
+  app.add_option("--global-model", model.onnx_path,
+                 "ONNX model to describe photos with, in place of VLAD");
+  app.add_option("--global-width", model.width_px,
+                 "Input width of the ONNX model, pixels; 0: what the model says");
+  app.add_option("--global-height", model.height_px, "Likewise, its height");
+  app.add_option("--global-mean", model.mean,
+                 "Three means, subtracted from pixel / 255; default: torchvision's");
+  app.add_option("--global-std", model.std,
+                 "Three standard deviations, divided by; default: torchvision's");
+  app.add_option("--global-channels", model.channel_order, "RGB (default) or BGR");
+  app.add_option("--global-output", model.output,
+                 "Name of the ONNX model's output; default: its last");
+}
+
+}  // namespace skein

@@ -1,0 +1,41 @@
+#include "ingest/ingest_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "core/option_check.h"
+
+namespace skein {
+
+Status IngestOptions::Check() const {
+  return FirstError({intake.limits.Check(), InRange("lease", leases.lease_s, 0.5, 3600.0),
+                     InRange("max_pending", intake.max_pending, 1, 100'000),
+                     InRange("max_failures", leases.max_failures, 1, 1000)});
+}
+
+void AddOptions(CLI::App& app, IngestOptions* options) {
+  PhotoLimits& limits = options->intake.limits;
+  app.add_option("--max-bytes", limits.max_bytes, "Largest photo taken, in bytes");
+  app.add_option("--max-pixels", limits.max_pixels, "Largest photo taken, in pixels");
+  app.add_option("--min-side", limits.min_side_px, "Shortest side of a photo taken, in pixels");
+  app.add_option("--max-pending", options->intake.max_pending,
+                 "Photos taken in at a time; more are told to wait");
+  app.add_option("--lease", options->leases.lease_s,
+                 "Seconds after which a silent worker loses its work");
+  app.add_option("--max-failures", options->leases.max_failures,
+                 "Tries of an item of work before it is given up");
+}
+
+Program IngestProgram(NodeOptions* node, IngestOptions* options) {
+  Program program = ServiceProgram(
+      "Takes photos in, keeps the session's ledger, hands out work, writes the models.", node);
+  program.add_options = [options](CLI::App& app) { AddOptions(app, options); };
+  program.check = [options] { return options->Check(); };
+  std::vector<KnownCamera>* cameras = &options->intake.cameras;
+  program.read_more = [cameras](const ConfigFile& file) { return ReadKnownCameras(file, cameras); };
+  program.print_more = [cameras](bool with_comments) {
+    return KnownCamerasText(*cameras, with_comments);
+  };
+  return program;
+}
+
+}  // namespace skein

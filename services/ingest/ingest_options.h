@@ -1,0 +1,27 @@
+#pragma once
+
+#include "core/result.h"
+#include "ingest/photo_intake.h"
+#include "ingest/work_queue.h"
+#include "node/service_options.h"
+
+namespace CLI {
+class App;
+}
+
+namespace skein {
+
+struct IngestOptions {
+  IntakeOptions intake;
+  LeaseOptions leases;
+
+  Status Check() const;
+};
+
+// [ingest] of a config file.
+void AddOptions(CLI::App& app, IngestOptions* options);
+
+// With the entries [[cameras]], which go into options->intake.cameras.
+Program IngestProgram(NodeOptions* node, IngestOptions* options);
+
+}  // namespace skein

@@ -1,0 +1,74 @@
+#include "matching/matching_options.h"
+
+#include <CLI/CLI.hpp>
+#include <stdexcept>
+
+#include "config/option_section.h"
+#include "core/option_check.h"
+
+namespace skein {
+namespace {
+
+constexpr char kFastest[] = "fastest";
+
+// Tells the fastest as that, so that the file serves on other hosts, too.
+std::string NameOf(KernelVersion kernel) {
+  return kernel == FastestKernel() ? kFastest : KernelName(kernel);
+}
+
+KernelVersion KernelOf(const std::string& name) {
+  for (const auto kernel :
+       {KernelVersion::kPortable, KernelVersion::kAvx2, KernelVersion::kAvx512Vnni}) {
+    if (KernelName(kernel) == name) return kernel;
+  }
+  return FastestKernel();
+}
+
+// What the algorithms themselves refuse.
+Status CheckAlgorithms(const MatchingServiceOptions& options) {
+  try {
+    options.matcher.matching.Check();
+    options.matcher.two_view.Check();
+    options.second_look.Check();
+  } catch (const std::invalid_argument& error) {
+    return InvalidArgument(error.what());
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status MatchingServiceOptions::Check() const {
+  const TwoViewOptions& two_view = matcher.two_view;
+  return FirstError({InRange("cache_mib", cache_mib, 1, 1 << 20),
+                     InRange("max_ratio", matcher.matching.max_ratio, 0.0, 1.0),
+                     InRange("max_error", two_view.max_error_px, 0.1, 1000.0),
+                     InRange("min_inliers", two_view.min_num_inliers, 8, 10000),
+                     InRange("min_inlier_ratio", two_view.min_inlier_ratio, 0.01, 1.0),
+                     InRange("max_trials", two_view.max_num_trials, 1, 10'000'000),
+                     CheckAlgorithms(*this)});
+}
+
+void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
+  MatchOptions& matching = options->matcher.matching;
+  TwoViewOptions& two_view = options->matcher.two_view;
+  app.add_option("--cache-mib", options->cache_mib, "Memory for features of recent photos, MiB");
+  AddSwitch(app, "second-look", &options->second_look.enabled,
+            "Order a photo's candidates by what their neighbours matched, and add some; off: all "
+            "candidates in the order of retrieval, and no others");
+  AddChoice(
+      app, "kernel", {kFastest, "portable", "avx2", "avx512vnni"},
+      [&matching] { return NameOf(matching.kernel); },
+      [&matching](const std::string& name) { matching.kernel = KernelOf(name); },
+      "Matching kernel: the fastest that the processor has, portable, avx2 or avx512vnni");
+  app.add_option("--max-ratio", matching.max_ratio,
+                 "Lowe's, of the distances to the nearest and the second descriptor; 0: no test");
+  app.add_option("--max-error", two_view.max_error_px,
+                 "Of an inlier of the two views' geometry, pixels (COLMAP: 4)");
+  app.add_option("--min-inliers", two_view.min_num_inliers, "Of a verified pair (COLMAP: 15)");
+  app.add_option("--min-inlier-ratio", two_view.min_inlier_ratio,
+                 "Of the matches, that RANSAC's number of trials assumes (COLMAP: 0.25)");
+  app.add_option("--max-trials", two_view.max_num_trials, "Of RANSAC (COLMAP: 10000)");
+}
+
+}  // namespace skein

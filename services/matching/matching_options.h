@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/result.h"
+#include "matching/photo_matcher.h"
+#include "matching/second_look.h"
+
+namespace CLI {
+class App;
+}
+
+namespace skein {
+
+struct MatchingServiceOptions {
+  PhotoMatcherOptions matcher;
+  SecondLookOptions second_look;
+  int cache_mib = 512;  // features of recently used photos, decoded
+
+  Status Check() const;
+};
+
+// [matching] of a config file.
+void AddOptions(CLI::App& app, MatchingServiceOptions* options);
+
+}  // namespace skein
