@@ -47,6 +47,7 @@ class MergerService {
   void Apply(const features_t&) {}
   void Apply(const candidates_t&) {}
   void Apply(const failure_t&) {}
+  void Apply(const configuration_t&) {}
   void Apply(const matches_t& matches);
   void Apply(const registration_t& registration);
   void Apply(const submap_t& submap);
