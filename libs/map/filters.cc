@@ -5,6 +5,7 @@
 
 #include "base/projection.h"
 #include "base/triangulation.h"
+#include "map/map_access.h"
 #include "util/math.h"
 
 namespace skein {
@@ -75,7 +76,7 @@ bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,
 }
 
 int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
   const std::vector<double> errors = ReprojectionErrors(bundle);
   int num_filtered = 0;
   std::vector<std::pair<colmap::TrackElement, double>> of_point;
@@ -95,7 +96,7 @@ int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* m
 
 int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
                  SceneMap* map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
   int num_filtered = 0;
   std::vector<std::pair<colmap::TrackElement, double>> errors;
   for (const Point3DId id : points) {

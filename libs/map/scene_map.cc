@@ -9,6 +9,7 @@
 
 #include "base/camera_models.h"
 #include "base/similarity_transform.h"
+#include "map/image_pose.h"
 
 namespace skein {
 namespace {
@@ -18,6 +19,18 @@ constexpr int64_t kMaxImageId = 2147483646;
 constexpr int kMaxSize = 1 << 20;
 
 bool IsValidId(int64_t id) { return id >= 1 && id <= kMaxImageId; }
+
+// With new ids, in the order of the old ones.
+void AddPoints(const colmap::Reconstruction& from, colmap::Reconstruction* to) {
+  std::vector<Point3DId> points;
+  for (const auto& [id, point] : from.Points3D()) points.push_back(id);
+  std::sort(points.begin(), points.end());
+  for (const Point3DId id : points) {
+    const colmap::Point3D& point = from.Point3D(id);
+    const Point3DId added = to->AddPoint3D(point.XYZ(), point.Track(), point.Color());
+    to->Point3D(added).SetError(point.Error());
+  }
+}
 
 }  // namespace
 
@@ -209,6 +222,85 @@ void SceneMap::Deregister(ImageId image_id) {
   --cameras_.at(reconstruction_->Image(image_id).CameraId()).num_registered;
 }
 
+void SceneMap::SetPose(const BundlePose& pose) {
+  skein::SetPose(pose, &reconstruction_->Image(pose.image_id));
+}
+
+void SceneMap::SetPose(ImageId id, const Eigen::Vector4d& qvec_wxyz, const Eigen::Vector3d& tvec) {
+  reconstruction_->Image(id).SetQvec(qvec_wxyz);
+  reconstruction_->Image(id).SetTvec(tvec);
+}
+
+void SceneMap::SetCamera(CameraId id, const std::vector<double>& params) {
+  reconstruction_->Camera(id).SetParams(params);
+}
+
+Point3DId SceneMap::AddPoint(const Eigen::Vector3d& xyz, const colmap::Track& track) {
+  return reconstruction_->AddPoint3D(xyz, track);
+}
+
+void SceneMap::SetPoint(Point3DId id, const Eigen::Vector3d& xyz) {
+  reconstruction_->Point3D(id).SetXYZ(xyz);
+}
+
+void SceneMap::DeletePoint(Point3DId id) { reconstruction_->DeletePoint3D(id); }
+
+void SceneMap::ContinueTrack(Point3DId id, ImageId image_id, Point2DIdx index) {
+  reconstruction_->AddObservation(id, {image_id, index});
+  triangulator_->AddModifiedPoint3D(id);
+}
+
+void SceneMap::DeleteObservation(ImageId image_id, Point2DIdx index) {
+  reconstruction_->DeleteObservation(image_id, index);
+}
+
+size_t SceneMap::TriangulateImage(const TriangulatorOptions& options, ImageId id) {
+  return triangulator_->TriangulateImage(options, id);
+}
+
+size_t SceneMap::CompleteTracks(const TriangulatorOptions& options) {
+  return triangulator_->CompleteAllTracks(options);
+}
+
+size_t SceneMap::CompleteTracks(const TriangulatorOptions& options,
+                                const std::unordered_set<Point3DId>& points) {
+  return triangulator_->CompleteTracks(options, points);
+}
+
+size_t SceneMap::MergeTracks(const TriangulatorOptions& options) {
+  return triangulator_->MergeAllTracks(options);
+}
+
+size_t SceneMap::MergeTracks(const TriangulatorOptions& options,
+                             const std::unordered_set<Point3DId>& points) {
+  return triangulator_->MergeTracks(options, points);
+}
+
+std::vector<Point3DId> SceneMap::ModifiedPoints() {
+  const auto& modified = triangulator_->GetModifiedPoints3D();
+  std::vector<Point3DId> points(modified.begin(), modified.end());
+  std::sort(points.begin(), points.end());
+  return points;
+}
+
+void SceneMap::ForgetModifiedPoints() { triangulator_->ClearModifiedPoints3D(); }
+
+colmap::Reconstruction SceneMap::CopyRegistered() const {
+  colmap::Reconstruction copy;
+  for (const auto& [id, camera] : reconstruction_->Cameras()) copy.AddCamera(camera);
+  std::vector<ImageId> images = reconstruction_->RegImageIds();
+  std::sort(images.begin(), images.end());
+  for (const ImageId id : images) {
+    colmap::Image image = reconstruction_->Image(id);
+    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) image.ResetPoint3DForPoint2D(i);
+    image.SetRegistered(false);
+    copy.AddImage(std::move(image));
+    copy.RegisterImage(id);
+  }
+  AddPoints(*reconstruction_, &copy);
+  return copy;
+}
+
 void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
   const std::vector<ImageId> old_ids = reconstruction_->RegImageIds();
   for (const ImageId id : old_ids) Deregister(id);
@@ -221,14 +313,7 @@ void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
     image.SetTvec(model.Image(id).Tvec());
     Register(id);
   }
-  std::vector<Point3DId> points;
-  for (const auto& [id, point] : model.Points3D()) points.push_back(id);
-  std::sort(points.begin(), points.end());
-  for (const Point3DId id : points) {
-    const colmap::Point3D& point = model.Point3D(id);
-    const Point3DId added = reconstruction_->AddPoint3D(point.XYZ(), point.Track(), point.Color());
-    reconstruction_->Point3D(added).SetError(point.Error());
-  }
+  AddPoints(model, reconstruction_.get());
   triangulator_->ClearModifiedPoints3D();
 }
 

@@ -6,11 +6,13 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "base/correspondence_graph.h"
 #include "base/reconstruction.h"
+#include "bundle/bundle.h"
 #include "core/result.h"
 #include "formats/formats.h"
 #include "sfm/incremental_triangulator.h"
@@ -78,6 +80,35 @@ class SceneMap {
   void Register(ImageId image_id);
   void Deregister(ImageId image_id);
 
+  // cam_from_world, of the photo that the pose names.
+  void SetPose(const BundlePose& pose);
+  void SetPose(ImageId id, const Eigen::Vector4d& qvec_wxyz, const Eigen::Vector3d& tvec);
+  void SetCamera(CameraId id, const std::vector<double>& params);
+  void SetCameraRefined(CameraId id, bool is_refined) { cameras_.at(id).refined = is_refined; }
+
+  // Points and their tracks. An observation goes to a point at most.
+  Point3DId AddPoint(const Eigen::Vector3d& xyz, const colmap::Track& track);
+  void SetPoint(Point3DId id, const Eigen::Vector3d& xyz);
+  void DeletePoint(Point3DId id);
+  // The track counts as modified.
+  void ContinueTrack(Point3DId id, ImageId image_id, Point2DIdx index);
+  // A point that fewer than two photos would see goes with it.
+  void DeleteObservation(ImageId image_id, Point2DIdx index);
+
+  // COLMAP's IncrementalTriangulator along the verified matches. Each returns the number of
+  // observations added or merged; tracks that change count as modified.
+  using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
+  size_t TriangulateImage(const TriangulatorOptions& options, ImageId id);
+  size_t CompleteTracks(const TriangulatorOptions& options);  // all
+  size_t CompleteTracks(const TriangulatorOptions& options,
+                        const std::unordered_set<Point3DId>& points);
+  size_t MergeTracks(const TriangulatorOptions& options);  // all
+  size_t MergeTracks(const TriangulatorOptions& options,
+                     const std::unordered_set<Point3DId>& points);
+  // Ascending ids of the points whose tracks were modified since ForgetModifiedPoints.
+  std::vector<Point3DId> ModifiedPoints();
+  void ForgetModifiedPoints();
+
   // Drops all poses and points and takes those of `model`, whose images must all be there with the
   // same keypoints and cameras; its points get new ids.
   void ReplaceRegistered(const colmap::Reconstruction& model);
@@ -86,17 +117,17 @@ class SceneMap {
   // No effect if they share fewer than three.
   void AlignTo(const colmap::Reconstruction& model);
 
+  // The registered photos, their cameras and points, as a model of its own.
+  colmap::Reconstruction CopyRegistered() const;
+
   // Drops all poses and points; cameras get their priors back.
   void Clear();
 
   // Ids of the photos in the order they came.
   const std::vector<ImageId>& photos() const { return photos_; }
 
-  colmap::Reconstruction& reconstruction() { return *reconstruction_; }
   const colmap::Reconstruction& reconstruction() const { return *reconstruction_; }
   const colmap::CorrespondenceGraph& graph() const { return *graph_; }
-  colmap::IncrementalTriangulator& triangulator() { return *triangulator_; }
-  CameraState& camera_state(CameraId id) { return cameras_.at(id); }
   const CameraState& camera_state(CameraId id) const { return cameras_.at(id); }
   const std::map<CameraId, CameraState>& camera_states() const { return cameras_; }
   std::set<CameraId> FixedCameras() const;
@@ -110,6 +141,8 @@ class SceneMap {
   std::unique_ptr<SceneMap> Clone() const;
 
  private:
+  friend struct MapAccess;
+
   Status CheckPhoto(const PhotoInput& photo) const;
   Status CheckCamera(const PhotoInput& photo) const;
   void AddCamera(const PhotoInput& photo);

@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "base/projection.h"
+#include "map/map_access.h"
 
 namespace skein {
 namespace {
@@ -12,7 +13,7 @@ using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
 
 std::unordered_set<Point3DId> ModifiedNotFirm(SceneMap* map) {
   std::unordered_set<Point3DId> points;
-  for (const Point3DId id : map->triangulator().GetModifiedPoints3D()) {
+  for (const Point3DId id : MapAccess::Triangulator(map).GetModifiedPoints3D()) {
     if (!IsFirm(*map, id)) points.insert(id);
   }
   return points;
@@ -28,7 +29,7 @@ bool IsSeenAt(const colmap::Reconstruction& reconstruction, const colmap::TrackE
 
 // Between the two, nearer to the one with the longer track, if all their images see it there.
 bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
   const colmap::Point3D& point1 = reconstruction.Point3D(id1);
   const colmap::Point3D& point2 = reconstruction.Point3D(id2);
   const double length1 = static_cast<double>(point1.Track().Length());
@@ -40,7 +41,7 @@ bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
       if (!IsSeenAt(reconstruction, element, xyz, max_error_px)) return false;
     }
   }
-  map->triangulator().AddModifiedPoint3D(reconstruction.MergePoints3D(id1, id2));
+  MapAccess::Triangulator(map).AddModifiedPoint3D(reconstruction.MergePoints3D(id1, id2));
   return true;
 }
 
@@ -78,7 +79,7 @@ class FirmPoint {
 
   void AddMatchesOf(const colmap::TrackElement& element,
                     std::vector<colmap::TrackElement>* added) const {
-    colmap::Reconstruction& reconstruction = map_.reconstruction();
+    colmap::Reconstruction& reconstruction = MapAccess::Model(&map_);
     for (const auto& match :
          map_.graph().FindCorrespondences(element.image_id, element.point2D_idx)) {
       const colmap::Image& other = reconstruction.Image(match.image_id);
@@ -91,7 +92,7 @@ class FirmPoint {
       reconstruction.AddObservation(id(), found);
       added->push_back(found);
     }
-    if (!added->empty()) map_.triangulator().AddModifiedPoint3D(id());
+    if (!added->empty()) MapAccess::Triangulator(&map_).AddModifiedPoint3D(id());
   }
 
   const TriangulatorOptions& options_;
@@ -113,7 +114,7 @@ void ForEachFirmPoint(const TriangulatorOptions& options, ImageId image_id, Scen
 }  // namespace
 
 void CompleteLocally(const TriangulatorOptions& options, ImageId new_image, SceneMap* map) {
-  colmap::IncrementalTriangulator& triangulator = map->triangulator();
+  colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(map);
   triangulator.MergeTracks(options, ModifiedNotFirm(map));
   ForEachFirmPoint(options, new_image, map, [](const FirmPoint& point) { point.Merge(); });
   triangulator.CompleteTracks(options, ModifiedNotFirm(map));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "map/map_access.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein {
@@ -18,7 +19,7 @@ class TrackCompletionTest : public testing::Test {
     AddToMap(scene_, scene_.pairs, &map_);
     RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
     for (const Point3DId id : PointsSeenBy(map_, {kNewPhoto})) {
-      map_.triangulator().AddModifiedPoint3D(id);
+      MapAccess::Triangulator(&map_).AddModifiedPoint3D(id);
     }
   }
 
@@ -43,9 +44,7 @@ class TrackCompletionTest : public testing::Test {
   size_t Length(int point) const {
     return map_.reconstruction().Point3D(PointAt(kNewPhoto, point)).Track().Length();
   }
-  void TakeOut(ImageId id, int point) {
-    map_.reconstruction().DeleteObservation(id, KeypointOf(id, point));
-  }
+  void TakeOut(ImageId id, int point) { map_.DeleteObservation(id, KeypointOf(id, point)); }
   // Takes photos [begin, end) out of the point's track.
   void TakeOut(ImageId begin, ImageId end, int point) {
     for (ImageId id = begin; id < end; ++id) TakeOut(id, point);
@@ -70,7 +69,7 @@ TEST_F(TrackCompletionTest, ExtendsShortAndLongTracksByWhatTheNewPhotoMatches) {
 TEST_F(TrackCompletionTest, DoesNotTakeInWhatIsSeenElsewhere) {
   TakeOut(1, 3, 5);
   const Point2DIdx moved = KeypointOf(1, 5);
-  colmap::Image& image = map_.reconstruction().Image(1);
+  colmap::Image& image = MapAccess::Model(&map_).Image(1);
   image.Point2D(moved).SetXY(image.Point2D(moved).XY() + Eigen::Vector2d(20, 0));
   Complete();
   EXPECT_EQ(PointAt(1, 5), colmap::kInvalidPoint3DId);
@@ -81,19 +80,19 @@ TEST_F(TrackCompletionTest, MergesALongTrackWithAnotherOfTheSamePoint) {
   TakeOut(1, 4, 5);
   colmap::Track other;
   for (ImageId id = 1; id < 4; ++id) other.AddElement(id, KeypointOf(id, 5));
-  map_.reconstruction().AddPoint3D(scene_.points[5], other);
+  map_.AddPoint(scene_.points[5], other);
   const size_t num_points = map_.reconstruction().NumPoints3D();
   Complete();
   EXPECT_EQ(map_.reconstruction().NumPoints3D(), num_points - 1);
   EXPECT_EQ(Length(5), 20u);
-  EXPECT_EQ(map_.triangulator().GetModifiedPoints3D().count(PointAt(kNewPhoto, 5)), 1u);
+  EXPECT_EQ(MapAccess::Triangulator(&map_).GetModifiedPoints3D().count(PointAt(kNewPhoto, 5)), 1u);
 }
 
 TEST_F(TrackCompletionTest, DoesNotMergePointsInDifferentPlaces) {
   TakeOut(1, 4, 5);
   colmap::Track other;
   for (ImageId id = 1; id < 4; ++id) other.AddElement(id, KeypointOf(id, 5));
-  map_.reconstruction().AddPoint3D(scene_.points[5] + Eigen::Vector3d(1, 0, 0), other);
+  map_.AddPoint(scene_.points[5] + Eigen::Vector3d(1, 0, 0), other);
   const size_t num_points = map_.reconstruction().NumPoints3D();
   Complete();
   EXPECT_EQ(map_.reconstruction().NumPoints3D(), num_points);
@@ -109,13 +108,13 @@ TEST_F(TrackCompletionTest, LooksAroundAFirmPointInTheNewPhotoOnly) {
   SceneMap map;
   AddToMap(scene, scene.pairs, &map);
   RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
-  map.reconstruction().DeleteObservation(1, KeypointOf(1, 5));
-  map.reconstruction().DeleteObservation(1, KeypointOf(1, 6));
+  map.DeleteObservation(1, KeypointOf(1, 5));
+  map.DeleteObservation(1, KeypointOf(1, 6));
   for (ImageId id = 2; id < 10; ++id) {
-    map.reconstruction().DeleteObservation(id, KeypointOf(id, 6));
+    map.DeleteObservation(id, KeypointOf(id, 6));
   }
   for (const Point3DId id : PointsSeenBy(map, {kNewPhoto})) {
-    map.triangulator().AddModifiedPoint3D(id);
+    MapAccess::Triangulator(&map).AddModifiedPoint3D(id);
   }
   CompleteLocally({}, kNewPhoto, &map);
   EXPECT_FALSE(map.reconstruction().Image(1).Point2D(KeypointOf(1, 5)).HasPoint3D());
@@ -123,7 +122,7 @@ TEST_F(TrackCompletionTest, LooksAroundAFirmPointInTheNewPhotoOnly) {
 }
 
 TEST_F(TrackCompletionTest, MakesPointsOfTheNewPhotosKeypointsThatHaveNone) {
-  map_.reconstruction().DeletePoint3D(PointAt(kNewPhoto, 7));
+  map_.DeletePoint(PointAt(kNewPhoto, 7));
   Complete();
   EXPECT_EQ(Length(7), 20u);
 }

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "map/filters.h"
+#include "map/retriangulation.h"
 #include "map/track_completion.h"
 #include "mapping/local_window.h"
-#include "mapping/retriangulation.h"
 
 namespace skein {
 namespace {
@@ -48,10 +48,7 @@ int Adjuster::AdjustLocally(ImageId new_image) {
 // What long tracks have gained was checked as it was added.
 void Adjuster::CompleteAround(ImageId new_image) {
   CompleteLocally(options_.triangulation, new_image, &map_);
-  const auto& changed = map_.triangulator().GetModifiedPoints3D();
-  std::vector<Point3DId> points(changed.begin(), changed.end());
-  std::sort(points.begin(), points.end());
-  FilterPoints(options_.filter, WithoutFirm(map_, points), &map_);
+  FilterPoints(options_.filter, WithoutFirm(map_, map_.ModifiedPoints()), &map_);
 }
 
 // Moves the points that the images of a local BA see but the BA left out to where their
@@ -102,16 +99,16 @@ double Adjuster::RunGlobalBa(const BundleOptions& options) {
   Bundle bundle = BuildGlobalBundle(map_, true);
   if (!SolveBundle(options, &bundle).usable) return 0;
   ApplyBundle(bundle, &map_);
-  size_t num_changed = map_.triangulator().CompleteAllTracks(options_.triangulation);
-  num_changed += map_.triangulator().MergeAllTracks(options_.triangulation);
+  size_t num_changed = map_.CompleteTracks(options_.triangulation);
+  num_changed += map_.MergeTracks(options_.triangulation);
   num_changed += FilterPoints(options_.filter, AllPoints(map_), &map_);
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
 }
 
 void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   if (retriangulate) {
-    map_.triangulator().CompleteAllTracks(options_.triangulation);
-    map_.triangulator().MergeAllTracks(options_.triangulation);
+    map_.CompleteTracks(options_.triangulation);
+    map_.MergeTracks(options_.triangulation);
     RetriangulationOptions options;
     options.triangulation = options_.triangulation;
     Retriangulate(options, map_.pairs(), &map_);
@@ -141,7 +138,7 @@ void Adjuster::NoteSize() {
 
 void Adjuster::MarkCamerasRefined() {
   for (const auto& [id, state] : map_.camera_states()) {
-    if (state.num_registered >= 2) map_.camera_state(id).refined = true;
+    if (state.num_registered >= 2) map_.SetCameraRefined(id, true);
   }
 }
 

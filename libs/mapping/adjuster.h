@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "map/bundle_builder.h"
 #include "mapping/association_tree.h"
-#include "mapping/bundle_builder.h"
 #include "mapping/submap_options.h"
 
 namespace skein {

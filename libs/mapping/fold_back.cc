@@ -4,7 +4,7 @@
 #include <map>
 #include <unordered_map>
 
-#include "mapping/bundle_builder.h"
+#include "map/bundle_builder.h"
 
 namespace skein {
 namespace {
@@ -104,24 +104,23 @@ class Folder {
 
   void MoveNew() {
     for (const Point3DId id : new_points_) {
-      colmap::Point3D& point = map_.reconstruction().Point3D(id);
+      const colmap::Point3D& point = map_.reconstruction().Point3D(id);
       for (const auto& element : point.Track().Elements()) {
         const auto it = similarities_.find(element.image_id);
         if (it == similarities_.end()) continue;
-        point.SetXYZ(it->second(point.XYZ()));
+        map_.SetPoint(id, it->second(point.XYZ()));
         break;
       }
     }
     for (const ImageId id : new_images_) {
       const auto it = similarities_.find(id);
       if (it == similarities_.end()) continue;
-      colmap::Image& image = map_.reconstruction().Image(id);
       BundlePose pose;
-      GetPose(image, &pose);
+      GetPose(map_.reconstruction().Image(id), &pose);
       const Eigen::Vector3d center = it->second(-(pose.R.transpose() * pose.t));
       pose.R = pose.R * it->second.R.transpose();
       pose.t = -(pose.R * center);
-      SetPose(pose, &image);
+      map_.SetPose(pose);
     }
   }
 

@@ -78,11 +78,11 @@ bool IsFree(const SceneMap& map, const colmap::Camera& camera) {
 
 // Adds the points that both images see under at least `min_angle`.
 int TriangulatePair(const colmap::FeatureMatches& matches, double min_angle, ImageId image_id1,
-                    ImageId image_id2, colmap::Reconstruction* reconstruction) {
-  const colmap::Image& image1 = reconstruction->Image(image_id1);
-  const colmap::Image& image2 = reconstruction->Image(image_id2);
-  const colmap::Camera& camera1 = reconstruction->Camera(image1.CameraId());
-  const colmap::Camera& camera2 = reconstruction->Camera(image2.CameraId());
+                    ImageId image_id2, SceneMap* map) {
+  const colmap::Image& image1 = map->reconstruction().Image(image_id1);
+  const colmap::Image& image2 = map->reconstruction().Image(image_id2);
+  const colmap::Camera& camera1 = map->reconstruction().Camera(image1.CameraId());
+  const colmap::Camera& camera2 = map->reconstruction().Camera(image2.CameraId());
   const Eigen::Matrix3x4d P1 = image1.ProjectionMatrix();
   const Eigen::Matrix3x4d P2 = image2.ProjectionMatrix();
   int num_points = 0;
@@ -99,7 +99,7 @@ int TriangulatePair(const colmap::FeatureMatches& matches, double min_angle, Ima
     colmap::Track track;
     track.AddElement(image_id1, match.point2D_idx1);
     track.AddElement(image_id2, match.point2D_idx2);
-    reconstruction->AddPoint3D(xyz, track);
+    map->AddPoint(xyz, track);
     ++num_points;
   }
   return num_points;
@@ -116,20 +116,15 @@ std::string Check(const InitialPairOptions& options, const InitialPairResult& re
 
 void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId image_id1,
             ImageId image_id2, SceneMap* map, InitialPairResult* result) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
-  colmap::Image& image1 = reconstruction.Image(image_id1);
-  colmap::Image& image2 = reconstruction.Image(image_id2);
-  image1.SetQvec(colmap::ComposeIdentityQuaternion());
-  image1.SetTvec(Eigen::Vector3d::Zero());
-  image2.SetQvec(geometry.qvec);
-  image2.SetTvec(geometry.tvec);
-  reconstruction.Camera(image1.CameraId()).SetParams(pair.camera1.Params());
-  reconstruction.Camera(image2.CameraId()).SetParams(pair.camera2.Params());
+  map->SetPose(image_id1, colmap::ComposeIdentityQuaternion(), Eigen::Vector3d::Zero());
+  map->SetPose(image_id2, geometry.qvec, geometry.tvec);
+  map->SetCamera(pair.camera1.CameraId(), pair.camera1.Params());
+  map->SetCamera(pair.camera2.CameraId(), pair.camera2.Params());
   map->Register(image_id1);
   map->Register(image_id2);
   const double min_angle = std::min(colmap::DegToRad(kMaxPointAngleDeg), 0.5 * geometry.tri_angle);
   result->num_points =
-      TriangulatePair(geometry.inlier_matches, min_angle, image_id1, image_id2, &reconstruction);
+      TriangulatePair(geometry.inlier_matches, min_angle, image_id1, image_id2, map);
 }
 
 }  // namespace
@@ -137,7 +132,7 @@ void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId i
 InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId image_id1,
                                       ImageId image_id2, SceneMap* map) {
   InitialPairResult result;
-  colmap::Reconstruction& reconstruction = map->reconstruction();
+  const colmap::Reconstruction& reconstruction = map->reconstruction();
   const colmap::Image& image1 = reconstruction.Image(image_id1);
   const colmap::Image& image2 = reconstruction.Image(image_id2);
   Pair pair{reconstruction.Camera(image1.CameraId()), reconstruction.Camera(image2.CameraId()),

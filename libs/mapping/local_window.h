@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "map/bundle_builder.h"
 #include "map/scene_map.h"
 #include "mapping/association_tree.h"
-#include "mapping/bundle_builder.h"
 
 namespace skein {
 

@@ -4,8 +4,8 @@
 #include <unordered_set>
 
 #include "map/filters.h"
+#include "map/retriangulation.h"
 #include "mapping/fold_back.h"
-#include "mapping/retriangulation.h"
 
 namespace skein {
 namespace {
@@ -97,8 +97,8 @@ Maintenance::ToCheck Maintenance::DoPoints() {
   const std::vector<Point3DId> part = TakeLast(kPointsAtOnce, &points_);
   std::unordered_set<Point3DId> points(part.begin(), part.end());
   FilterPoints(options_.filter, part, &map_);
-  map_.triangulator().CompleteTracks(options_.triangulation, points);
-  map_.triangulator().MergeTracks(options_.triangulation, points);
+  map_.CompleteTracks(options_.triangulation, points);
+  map_.MergeTracks(options_.triangulation, points);
   if (!points_.empty()) return {};
   phase_ = Phase::kPairs;
   return {map_.reconstruction().RegImageIds(), {}, false};

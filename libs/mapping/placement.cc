@@ -1,6 +1,6 @@
 #include "mapping/placement.h"
 
-#include "mapping/bundle_builder.h"
+#include "map/bundle_builder.h"
 
 namespace skein {
 namespace {
@@ -21,10 +21,10 @@ Bundle BundleOfPhoto(const SceneMap& map, ImageId image_id) {
 Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
                      const colmap::IncrementalTriangulator::Options& triangulation, SceneMap* map)
     : image_id_(image_id), map_(*map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
+  const colmap::Reconstruction& reconstruction = map->reconstruction();
   params_before_ = reconstruction.Camera(reconstruction.Image(image_id).CameraId()).Params();
   RegisterWithPose(estimate, visible, image_id, map);
-  map->triangulator().TriangulateImage(triangulation, image_id);
+  map->TriangulateImage(triangulation, image_id);
   before_ = BundleOfPhoto(*map, image_id);
   Bundle bundle = before_;
   if (SolveBundle({}, &bundle).usable) ApplyBundle(bundle, map);
@@ -39,8 +39,7 @@ bool Placement::AgreesWithMatches(const RegistrationOptions& options) const {
 void Placement::Undo() {
   ApplyBundle(before_, &map_);
   map_.Deregister(image_id_);
-  colmap::Reconstruction& reconstruction = map_.reconstruction();
-  reconstruction.Camera(reconstruction.Image(image_id_).CameraId()).SetParams(params_before_);
+  map_.SetCamera(map_.reconstruction().Image(image_id_).CameraId(), params_before_);
 }
 
 }  // namespace skein

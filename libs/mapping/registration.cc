@@ -9,7 +9,7 @@
 #include "base/projection.h"
 #include "bundle/projection.h"
 #include "estimators/pose.h"
-#include "mapping/bundle_builder.h"
+#include "map/bundle_builder.h"
 #include "util/math.h"
 #include "util/random.h"
 
@@ -346,10 +346,10 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
 
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
                       SceneMap* map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
-  colmap::Image& image = reconstruction.Image(image_id);
-  SetPose(estimate.pose, &image);
-  reconstruction.Camera(image.CameraId()).SetParams(estimate.camera_params);
+  const colmap::Reconstruction& reconstruction = map->reconstruction();
+  const colmap::Image& image = reconstruction.Image(image_id);
+  map->SetPose(estimate.pose);
+  map->SetCamera(image.CameraId(), estimate.camera_params);
   map->Register(image_id);
   for (size_t i = 0; i < visible.size(); ++i) {
     const Point3DId point3D_id = visible.point3D_ids[i];
@@ -357,8 +357,7 @@ void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible
         !reconstruction.ExistsPoint3D(point3D_id)) {
       continue;
     }
-    reconstruction.AddObservation(point3D_id, {image_id, visible.point2D_idxs[i]});
-    map->triangulator().AddModifiedPoint3D(point3D_id);
+    map->ContinueTrack(point3D_id, image_id, visible.point2D_idxs[i]);
   }
 }
 

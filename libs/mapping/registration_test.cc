@@ -25,7 +25,7 @@ class TwoPoses : public testing::Test {
     photo.focal_px = kFocalPx;
     photo.focal_from_exif = true;
     ASSERT_TRUE(map_.AddPhoto(photo).ok());
-    map_.camera_state(1).refined = true;
+    map_.SetCameraRefined(1, true);
     for (int i = 0; i < 100; ++i) {
       const Eigen::Vector3d xyz(uniform_(random_), uniform_(random_), 0);
       Add(xyz, right_, 0.1);

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/clock.h"
+#include "map/retriangulation.h"
 #include "mapping/rebuild.h"
-#include "mapping/retriangulation.h"
 
 namespace skein {
 namespace {
@@ -153,7 +153,7 @@ Submap::Adjustment Submap::AdjustAfter(ImageId new_image) {
   const double start_s = MonotonicS(), cpu_start_s = ThreadCpuS();
   Adjustment adjustment;
   adjustment.num_images = AdjustNewImage(new_image);
-  map_->triangulator().ClearModifiedPoints3D();
+  map_->ForgetModifiedPoints();
   adjustment.seconds = MonotonicS() - start_s;
   adjustment.cpu_s = ThreadCpuS() - cpu_start_s;
   return adjustment;

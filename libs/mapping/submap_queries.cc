@@ -103,7 +103,7 @@ Status Submap::Restore(const colmap::Reconstruction& model, const SubmapState& s
   adjuster_.set_size_at_global(state.size_at_global);
   first_ = state.first;
   for (const auto& [id, is_refined] : state.is_camera_refined) {
-    if (map_->camera_states().count(id) > 0) map_->camera_state(id).refined = is_refined;
+    if (map_->camera_states().count(id) > 0) map_->SetCameraRefined(id, is_refined);
   }
   return Status::Ok();
 }

@@ -8,8 +8,8 @@
 #include "base/similarity_transform.h"
 #include "map/filters.h"
 #include "map/model_io.h"
+#include "map/retriangulation.h"
 #include "mapping/checkpoint.h"
-#include "mapping/retriangulation.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein {
@@ -129,11 +129,11 @@ TEST(Submap, TriangulatesAnewWithWhatThePosesSay) {
   rig.FeedAll();
   rig.map.Finish(rig.Sink());
   const SubmapStatistics before = rig.map.Statistics();
-  colmap::Reconstruction& reconstruction = rig.map.map().reconstruction();
+  SceneMap& map = rig.map.map();
   const Eigen::Vector3d shift(0.2, 0, 0);
   for (const Point3DId id : AllPoints(rig.map.map())) {
-    if (id % 2 == 0) reconstruction.DeletePoint3D(id);
-    if (id % 2 == 1) reconstruction.Point3D(id).SetXYZ(reconstruction.Point3D(id).XYZ() + shift);
+    if (id % 2 == 0) map.DeletePoint(id);
+    if (id % 2 == 1) map.SetPoint(id, map.reconstruction().Point3D(id).XYZ() + shift);
   }
   TriangulateAnew(rig.map.options().triangulation, &rig.map.map());
   FilterPoints(rig.map.options().filter, AllPoints(rig.map.map()), &rig.map.map());
@@ -460,10 +460,10 @@ TEST(Submap, LeavesAPhotoToTheSubmapThatHoldsItMoreFirmly) {
   Rig run(SyntheticOptions{});
   run.FeedAll();
   const colmap::Reconstruction other = run.map.map().reconstruction();
-  colmap::Reconstruction& ours = run.map.map().reconstruction();
+  const colmap::Reconstruction& ours = run.map.map().reconstruction();
   for (Point2DIdx i = 0; i < ours.Image(5).NumPoints2D(); ++i) {
     const bool is_kept = 3 * ours.Image(5).NumPoints3D() < other.Image(5).NumPoints3D();
-    if (ours.Image(5).Point2D(i).HasPoint3D() && !is_kept) ours.DeleteObservation(5, i);
+    if (ours.Image(5).Point2D(i).HasPoint3D() && !is_kept) run.map.map().DeleteObservation(5, i);
   }
   run.events.clear();
   run.map.YieldLookAlikesTo(other, run.Sink());

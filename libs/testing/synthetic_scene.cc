@@ -195,9 +195,10 @@ void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& id
   std::vector<colmap::Track> tracks(scene.points.size());
   for (const ImageId id : ids) {
     BundlePose pose;
+    pose.image_id = id;
     pose.R = scene.rotations[id - 1];
     pose.t = scene.translations[id - 1] - pose.R * shift;
-    SetPose(pose, &map->reconstruction().Image(id));
+    map->SetPose(pose);
     map->Register(id);
     for (size_t k = 0; k < scene.visible[id - 1].size(); ++k) {
       const int point = scene.visible[id - 1][k];
@@ -206,7 +207,7 @@ void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& id
   }
   for (size_t p = 0; p < tracks.size(); ++p) {
     if (tracks[p].Length() < 2) continue;
-    map->reconstruction().AddPoint3D(scene.points[p] + shift, tracks[p]);
+    map->AddPoint(scene.points[p] + shift, tracks[p]);
   }
 }
 

@@ -34,7 +34,7 @@ Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
 // drive the focal length away.
 void ScalePriors(Bundle* bundle);
 
-// To the map it was built from, as bundle/image_pose.h tells.
+// To the map it was built from, as image_pose.h tells.
 void ApplyBundle(const Bundle& bundle, SceneMap* map);
 
 // The camera with its weak priors: focal length 10 % (EXIF) or 30 %, distortion 0.1.

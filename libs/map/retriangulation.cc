@@ -1,9 +1,10 @@
-#include "mapping/retriangulation.h"
+#include "map/retriangulation.h"
 
 #include <algorithm>
 
 #include "base/projection.h"
 #include "base/triangulation.h"
+#include "map/map_access.h"
 #include "util/math.h"
 #include "util/random.h"
 
@@ -64,7 +65,7 @@ bool Create(const colmap::IncrementalTriangulator::Options& options, ImageId id1
 
 int Retriangulate(const RetriangulationOptions& options,
                   const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
   const double max_angle = colmap::DegToRad(options.max_angle_error_deg);
   int num_added = 0;
   for (const auto& [id1, id2] : pairs) {
@@ -91,14 +92,14 @@ int Retriangulate(const RetriangulationOptions& options,
 }
 
 void TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = map->reconstruction();
+  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
   for (const Point3DId id : reconstruction.Point3DIds()) reconstruction.DeletePoint3D(id);
   std::vector<ImageId> images = reconstruction.RegImageIds();
   std::sort(images.begin(), images.end(), [&](ImageId a, ImageId b) {
     return reconstruction.Image(a).Name() < reconstruction.Image(b).Name();
   });
-  for (const ImageId id : images) map->triangulator().TriangulateImage(options, id);
-  map->triangulator().ClearModifiedPoints3D();
+  for (const ImageId id : images) map->TriangulateImage(options, id);
+  map->ForgetModifiedPoints();
 }
 
 }  // namespace skein

@@ -1,9 +1,11 @@
-#include "mapping/bundle_builder.h"
+#include "map/bundle_builder.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "map/bundle_assembly.h"
+#include "map/image_pose.h"
+#include "map/map_access.h"
 
 namespace skein {
 namespace {
@@ -81,7 +83,7 @@ Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {
 }
 
 void ApplyBundle(const Bundle& bundle, SceneMap* map) {
-  ApplyBundle(bundle, &map->reconstruction());
+  ApplyBundle(bundle, &MapAccess::Model(map));
 }
 
 }  // namespace skein

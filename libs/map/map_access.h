@@ -1,0 +1,16 @@
+#pragma once
+
+#include "map/scene_map.h"
+
+namespace skein {
+
+// COLMAP's structures inside of a map, to change. For libs/map alone; others say what they do by
+// SceneMap's functions (tests/static/layering_test.sh).
+struct MapAccess {
+  static colmap::Reconstruction& Model(SceneMap* map) { return *map->reconstruction_; }
+  static colmap::IncrementalTriangulator& Triangulator(SceneMap* map) {
+    return *map->triangulator_;
+  }
+};
+
+}  // namespace skein
