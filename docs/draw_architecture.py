@@ -27,14 +27,15 @@ ROOMS = {
     'event_loop': (0, 4, 'poll loop, worker thread'),
     'session': (1, 0, 'the ledger, folded'),
     'geometry': (1, 3, 'similarities, GPS, errors'),
-    'photo': (1, 4, 'headers, EXIF, decoding'),
+    'config': (1, 4, 'the options, in one TOML file'),
+    'photo': (2, 4, 'headers, EXIF, decoding'),
     'merging': (2, 0, 'two submaps: align, fuse, check'),
     'mapping': (3, 0, 'one submap: register, adjust'),
     'disambiguation': (2.5, 1, 'visually similar structures'),
     'map': (2.5, 2, 'scene map, tracks, filters'),
     'formats': (2, 3, 'contents of blobs'),
     'bundle': (3, 3, 'bundle adjustment'),
-    'covisibility': (2.5, 4, 'verified pairs as a graph'),
+    'covisibility': (3, 4, 'verified pairs as a graph'),
     'core': (0, 5, 'files, hashes, log, status; all but bundle and covisibility use it'),
 }
 COLUMN_PX, ROW_PX, ROOM_WIDTH, ROOM_HEIGHT, ROOMS_TOP, ROOMS_LEFT = 236, 74, 212, 46, 464, 20
@@ -83,7 +84,7 @@ def uses_of_rooms():
 
     def reached(room):
         return uses[room].union(*(reached(used) for used in uses[room])) if uses[room] else set()
-    return {room: {used for used in direct if used != 'core' and not any(used in reached(other) for other in direct - {used})}
+    return {room: {used for used in direct if used not in ('core', 'config') and not any(used in reached(other) for other in direct - {used})}
             for room, direct in uses.items()}
 
 
@@ -112,7 +113,7 @@ def rooms():
     parts += [link(room, used) for room in sorted(uses) for used in sorted(uses[room])]
     for room, (column, _, note) in ROOMS.items():
         width = 3 * COLUMN_PX + ROOM_WIDTH if room == 'core' else ROOM_WIDTH
-        fill = '#f0f0f0' if room == 'core' else '#dbe9f9' if column == 0 or room == 'session' else '#e9e0f5'
+        fill = '#f0f0f0' if room == 'core' else '#dbe9f9' if column == 0 or room in ('session', 'config') else '#e9e0f5'
         parts += box(*corner(room), width, ROOM_HEIGHT, room, note, fill)
     return parts
 

@@ -74,20 +74,20 @@ std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const Scene
 // What is suspected in a map.
 struct Suspicion {
   std::set<ImageId> suspects;  // registered, with matches with photos of a place that looks alike
-  // Photos that wait as they miss too much where their matches put them (cam_from_world): they
-  // belong to those that they match most with, and tell them from those whose points they miss.
+  // Waiting photos with too many missing cells at the pose of their matches (cam_from_world). Such
+  // a photo belongs to the photos it matches most, and contradicts those whose points it misses.
   std::map<ImageId, Eigen::Matrix3x4d> witnesses;
   bool Concerns(ImageId id) const { return suspects.count(id) > 0 || witnesses.count(id) > 0; }
   bool IsEmpty() const { return suspects.empty() && witnesses.empty(); }
 };
 
-// The same where FindLookAlikes finds none: photos are joined by their matches, and pairs that the
-// suspicion concerns are judged by what is missing.
+// The same by missing cells, where FindLookAlikes finds none. Photos are joined by their matches.
+// Pairs that the suspicion concerns are judged by missing cells.
 std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
                                              ImageId first, const Suspicion& suspicion);
 
-// Between photos of two sides in one model, along the verified pairs of `map`, which has all of
-// them (its own poses and points are not looked at).
+// Sums the cells between photos of two sets in one model, along the verified pairs of `map`. The
+// map must hold all of these photos; its own poses and points are not used.
 CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,
                        const colmap::Reconstruction& model, const std::set<ImageId>& side1,
                        const std::set<ImageId>& side2);

@@ -32,13 +32,12 @@ class PhotoGroups {
   // `edges`: each pair of photos at most once; between these photos only.
   PhotoGroups(const std::vector<ImageId>& photos, const std::vector<PhotoEdge>& edges);
 
-  // Joins along all edges with an agreement, those with most of it left over first, but never two
-  // groups between which more contradicts than agrees.
+  // Joins groups along all edges with an agreement, the largest surplus first. Two groups with more
+  // contradiction than agreement between them are never joined.
   void JoinByVotes(std::vector<PhotoEdge> edges);
 
-  // Photos of groups that a group which stays contradicts by this many votes, in ascending order.
-  // Of two the larger one stays, but the one with the photo `first`, if there is that, before all
-  // others.
+  // Photos of groups that a remaining group contradicts by this many votes, ascending. Of two
+  // groups the larger remains; the group with the photo `first` remains before all others.
   std::vector<ImageId> Contradicted(int min_contradiction,
                                     ImageId first = colmap::kInvalidImageId) const;
 

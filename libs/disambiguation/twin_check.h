@@ -1,10 +1,8 @@
-// Look-alikes: two places that share a façade fit together perfectly where they look alike. What
-// tells them apart is what a photo does *not* see. Points of a submap project into the shared
-// photos it holds; where the place is the same, a photo observes about as many of them, region
-// by region, as that side's own photos do. Where only a part looks alike, whole regions stay
-// empty although features are there. (The idea of missing correspondences: Zach et al. 2010,
-// Heinly et al. 2014; calibrated here on the submap itself, so it needs no absolute threshold for
-// the repeatability of features.)
+// Visually similar structures between two submaps, by missing correspondences (Zach et al. 2010,
+// Heinly et al. 2014). Points of a submap are projected into the shared photos of the other. In the
+// same place a photo observes, region by region, about as many of them as the submap's own photos
+// do. In another place whole regions stay empty although they have features. The submap's own
+// photos calibrate the check, so it needs no absolute threshold for the repeatability of features.
 #pragma once
 
 #include <set>

@@ -26,19 +26,19 @@ class Consistency {
   // A registered photo with too few observations.
   bool IsWeak(ImageId id) const;
 
-  // A registered photo that observes too few of the points that its matches tie it to, or whose
-  // matches agree on another pose.
+  // A registered photo that observes too few of the points of its matches, or whose matches agree
+  // on another pose.
   struct Contradiction {
     bool exists = false;
     bool fits_elsewhere = false;
   };
   Contradiction FindContradiction(ImageId id) const;
 
-  // Groups of photos in the wrong place: by matches that contradict their poses, else by what
-  // should be seen and is not. `first` is a photo of the group that stays.
+  // Groups of photos in the wrong place: by matches that contradict their poses, else by missing
+  // correspondences. `first` is a photo of the group that stays.
   Withdrawal FindMisplacedPhotos(ImageId first) const;
-  // Registered photos that may look alike, without points of their own that show another place:
-  // they miss too much of what they should see.
+  // Registered photos that may be of a visually similar place: too many of their cells are missing,
+  // and they have no points of their own to prove it.
   std::vector<ImageId> FindPhotosThatMissTooMuch() const;
 
   // Whether the map is inconsistent: see SubmapOptions.

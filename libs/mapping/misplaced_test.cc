@@ -9,8 +9,8 @@
 namespace skein {
 namespace {
 
-// Photos 1 to 6 at their truth; 7 and 8, with points of their own, as far apart from each other as
-// they are, but elsewhere.
+// Photos 1 to 6 stand at their true poses. Photos 7 and 8 have points of their own and their true
+// relative pose, but stand elsewhere.
 class MisplacedTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -37,8 +37,8 @@ TEST_F(MisplacedTest, BeyondTheNearestPhotosNothingIsLookedAt) {
   EXPECT_TRUE(FindMisplacedAround(options, map_, 1).empty());
 }
 
-// Photos 1 to 4 and 5 to 8 are tied together by the pair of 4 and 5 alone. Each of 1 to 3 matches
-// each of 6 to 8 along an object that both places have: more matches, in weak pairs.
+// The pair of 4 and 5 alone connects photos 1 to 4 with 5 to 8. Each of 1 to 3 matches each of 6 to
+// 8 along an object of both places: more matches, in weak pairs.
 TEST(Misplaced, AnObjectThatTwoPlacesHaveInCommonContradictsNobody) {
   const SyntheticScene scene = MakeScene({});
   std::vector<TwoViewPairs> pairs = scene.pairs;

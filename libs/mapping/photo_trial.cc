@@ -39,8 +39,8 @@ Verdict PhotoTrial::Judge() const {
   return {};
 }
 
-// Many matches contradict the photo's pose. Of the photo and those that its matches lead to the
-// ones that are tied more firmly to the map stay.
+// Many matches contradict the photo's pose. Of the photo and the photos that its matches lead to,
+// those with more agreeing matches stay.
 Verdict PhotoTrial::JudgeAgainstNeighbours() const {
   std::vector<ImageId> misplaced = FindMisplacedAround(options_.misplaced, map_, id_);
   const bool is_misplaced = std::count(misplaced.begin(), misplaced.end(), id_) > 0;

@@ -10,9 +10,9 @@ struct PoseSigmas {
   double rotation_deg = 0;
 };
 
-// Of poses[0], which must be free, the bundle's only free pose; infinite if something of it is not
-// determined. Points that are not constant are as uncertain as their observations leave them
-// (the pose's information is what remains after eliminating them). Visits all observations.
+// Standard deviations of poses[0], which must be the bundle's only free pose; infinite where it is
+// not determined. Points that are not constant are as uncertain as their observations leave them:
+// the points are eliminated from the information. Visits all observations.
 PoseSigmas SigmasOfFirstPose(const Bundle& bundle);
 
 }  // namespace skein

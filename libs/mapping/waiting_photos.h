@@ -33,11 +33,11 @@ class WaitingPhotos {
   // Of the queue the photo that sees most points; the first by id of equals.
   std::optional<ImageId> TakeNext();
 
-  // All deferred photos that are not rejected. Withdrawn ones only if they see more points than
-  // when they were withdrawn; for others a refined map is new evidence.
+  // All deferred photos that are not rejected. A withdrawn photo only if it sees more points than
+  // when it was withdrawn; for the others a refined map is new evidence.
   void RetryDeferred();
-  // Photos that were rejected, too, but none of a visually similar place. A photo may wait because
-  // the map was wrong, and be the one that ties two parts of it together.
+  // Rejected photos, too, but none of a visually similar place. A photo that closes a loop may wait
+  // because the map was wrong.
   void RetryAll();
 
   // What became of a photo.

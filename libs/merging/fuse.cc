@@ -139,9 +139,9 @@ class Fuser {
     }
   }
 
-  // After the points: until then each side's observations are judged with its own intrinsics. Not
-  // a mean, which would fit neither structure: poses and points have taken up what is wrong with
-  // the intrinsics they were estimated with.
+  // Comes after the points: until then observations are judged with the intrinsics of their submap.
+  // A mean would fit neither submap: poses and points have compensated the errors of their
+  // intrinsics.
   void ReconcileCameras(const std::map<camera_t, int>& target_photos) {
     for (const auto& [id, num_source] : CountPhotos(source_)) {
       const auto it = target_photos.find(id);

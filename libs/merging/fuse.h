@@ -27,13 +27,15 @@ struct FuseResult {
   int num_added_points = 0;   // points of the source without any in the target
 };
 
-// Fuses `source` into `merged`, which is a copy of the target. A shared photo keeps the target's
-// pose; where the poses disagree the side with more observations keeps its own and the other's
-// observations go. Tracks that meet in one (image, point2D) become one when every observation
-// reprojects within the limit of `options`. Each side's observations are judged with its own
-// intrinsics; then a camera of both keeps those of the side with more photos of it, for the
-// adjustment to start from. Not COLMAP 3.8's Reconstruction::Merge: that takes images which merely
-// exist for common ones and keeps only the target's intrinsics.
+// Fuses `source` into `merged`, which is a copy of the target.
+//  - A shared photo keeps the target's pose. Where the poses disagree, the submap with more
+//    observations of the photo keeps its own, and the other's observations are removed.
+//  - Tracks that meet in one (image, point2D) become one when every observation reprojects within
+//    the limit of `options`, with the intrinsics of its submap.
+//  - A camera of both submaps starts the adjustment with the intrinsics of the submap with more
+//    photos of it.
+// COLMAP 3.8's Reconstruction::Merge takes images that merely exist for common ones, and keeps only
+// the target's intrinsics.
 FuseResult FuseModels(const colmap::Reconstruction& source, const Similarity& target_from_source,
                       const Sim3Options& options, colmap::Reconstruction* merged);
 

@@ -1,5 +1,5 @@
-// Bundle adjustment of a part of a model, for the seam of a merge: the whole of a small model, of a
-// large one the images around the seam.
+// Bundle adjustment for the seam of a merge: the whole of a small model, the images around the seam
+// of a large one.
 #pragma once
 
 #include <set>

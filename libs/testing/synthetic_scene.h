@@ -76,8 +76,8 @@ void Photograph(const SyntheticOptions& options, std::mt19937* random, Synthetic
 // All photos with these pairs (of each photo, as SyntheticScene::pairs), none registered.
 void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map);
 
-// Registers photos that are in the map where they truly are, but for `shift`, with a track for each
-// point that two of them see.
+// Registers photos of the map at their true poses plus `shift`, with a track for each point that
+// two of them see.
 void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& ids,
                      const Eigen::Vector3d& shift, SceneMap* map);
 

@@ -20,7 +20,7 @@ namespace skein {
 // ledger's readers. Everything it knows is in the ledger. Loop's thread only.
 class IngestService {
  public:
-  // Opens the ledger of the node's session folder and replays it; throws std::runtime_error, with a
+  // Opens the ledger of the node's session folder and replays it. Throws std::runtime_error, with a
   // line for the user, if it cannot.
   IngestService(Node& node, const IngestOptions& options);
   ~IngestService();

@@ -12,9 +12,9 @@ namespace skein {
 // By the name that the photo has in models, AGENT/NAME.
 using PhotoPositions = std::map<std::string, GeodeticPosition>;
 
-// Adds to each element of report["submaps"] the georeference of its model in sparse/, as
-// GeoreferenceToJson tells it, all in ENU at one origin: that of all positions. A model that cannot
-// be read or placed says why.
+// Adds to each element of report["submaps"] the georeference of its model in sparse/
+// (GeoreferenceToJson), all in ENU at one origin: that of all positions. A model that cannot be
+// read or placed has its reason.
 void AddGeoreferences(const SessionPaths& paths, const PhotoPositions& positions,
                       nlohmann::json* report);
 

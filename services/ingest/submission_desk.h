@@ -12,8 +12,8 @@
 
 namespace skein {
 
-// Takes submitted facts: answers repeats, judges new ones (see submission_rules.h), pulls the blobs
-// that the session folder lacks from their author, commits. Loop's thread only.
+// Takes submitted facts: answers repeats, judges new ones (submission_rules.h), pulls missing blobs
+// from the author, commits. Loop's thread only.
 class SubmissionDesk {
  public:
   SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store);

@@ -11,12 +11,12 @@ namespace skein {
 // here, nor at repeats, nor at leases.
 Status CheckSubmission(const Fact& fact, const SessionState& state);
 
-// What a mapper says for a submap (registrations, models, steps of a merge) counts while the submap
-// lives and is leased to the author in the fact's epoch. Ok for all other facts.
+// A mapper's fact for a submap (registration, model, step of a merge) counts while the submap lives
+// and is leased to the author in the fact's epoch. Ok for all other facts.
 Status CheckLease(const Fact& fact, const SessionState& state);
 
-// Fills what ingest decides at commit: seq, time, and the ids of photos, submaps, merges and
-// finishes that a fact brings into being.
+// Fills what ingest decides at commit: seq, time, and the ids of new photos, submaps, merges and
+// finishes.
 void CompleteFact(Fact* fact, const SessionState& state, int64_t utime_us);
 
 }  // namespace skein

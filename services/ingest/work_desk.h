@@ -7,8 +7,8 @@
 
 namespace skein {
 
-// Between workers and the planner: turns requests into grants and grants into messages, commits
-// failures, and commits a submap's new lease before its mapper learns of it. Loop's thread only.
+// Between workers and the planner: turns requests into grants and grants into messages, and commits
+// failures. A submap's new lease is committed before its mapper learns of it. Loop's thread only.
 class WorkDesk {
  public:
   // Takes up all facts that are durable now, and those committed later.

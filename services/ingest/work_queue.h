@@ -18,9 +18,9 @@ struct LeaseOptions {
   int max_kills = 10;        // deaths by SIGKILL while working on it: out of memory
 };
 
-// Items of one kind of work and who holds which. Knows no messages and no clock: `now_s` is any
-// monotonic time and is passed in. What items there are comes from the ledger (Add, Remove), so
-// nothing here needs to survive a restart; a worker that names an item it holds gets it back.
+// Items of one kind of work and their holders. Knows no messages and no clock: `now_s` is any
+// monotonic time and is passed in. The items come from the ledger (Add, Remove), so nothing here
+// must survive a restart. A worker that names an item it holds gets it back.
 class WorkQueue {
  public:
   struct Grant {
@@ -64,8 +64,8 @@ class WorkQueue {
   std::vector<Failure> OnFailed(const std::string& worker, int64_t item, const std::string& reason,
                                 bool permanent, double now_s);
 
-  // Lets leases lapse, and hands what waits, oldest first, to who can take it: call after every
-  // change and at least once a second. Includes unconfirmed grants that are to be told again.
+  // Lets leases lapse, and grants waiting items, oldest first, to workers with capacity. Call it
+  // after every change and at least once a second. Includes unconfirmed grants to be repeated.
   std::vector<Grant> Assign(double now_s);
 
   size_t num_waiting() const { return waiting_.size(); }
