@@ -28,8 +28,8 @@ struct ConfigFile {
   std::vector<ConfigSection> sections;  // in the order of the file; [[NAME]]: one each time
 };
 
-// An error names the file and what to change: it cannot be read, a section that no service has, a
-// key outside all sections.
+// An error names the file and what to change: an unreadable file, an unknown section, a key outside
+// all sections.
 Result<ConfigFile> ReadConfigFile(const std::string& path);
 
 // Of `text`; `path` is for messages.

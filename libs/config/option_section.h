@@ -1,5 +1,5 @@
 // A process's options on the command line and in its section of a config file. An option is bound
-// once, to a field of the options struct, with CLI11; "--max-features" is max_features in the file.
+// once, to a field of the options struct, with CLI11. "--max-features" is max_features in the file.
 #pragma once
 
 #include <functional>
@@ -29,8 +29,8 @@ CLI::Option* AddChoice(CLI::App& app, const std::string& name,
 // error names file, section and key.
 Status ApplySection(const ConfigFile& file, const std::string& section, CLI::App* app);
 
-// "[SECTION]" and a line "key = value" for each option of now; with comments: what each means, and
-// options without a value as comments. Reads back as it was written.
+// "[SECTION]" and a line "key = value" for each option. With comments it also explains each, and
+// lists options without a value as comments. Reads back as it was written.
 std::string SectionText(const std::string& section, CLI::App* app, bool with_comments);
 
 }  // namespace skein

@@ -27,9 +27,9 @@ struct Program {
   std::function<Status()> check;  // whether the values make sense together
 };
 
-// Command line, over --config FILE, over the defaults. The exit code, if the program is to end now:
-// 0 after --help and --print-config, 2 for bad usage, which one line on stderr explains.
-// `configuration` becomes the section as it stands, without comments.
+// Parses the command line over --config FILE over the defaults. Returns the exit code if the
+// program ends now: 0 after --help and --print-config, 2 for bad usage, explained by one line on
+// stderr. `configuration` becomes the section as it is now, without comments.
 std::optional<int> ParseProgramOptions(const Program& program, int argc, char** argv,
                                        std::string* configuration);
 

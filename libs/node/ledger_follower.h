@@ -13,9 +13,9 @@
 
 namespace skein {
 
-// Listens to the committed facts. Facts that are missing (lost, or older than this process) are
-// pulled from ingest as blobs of a range, one at a time, so a late joiner reads at its own pace.
-// Ingest repeats the ledger's head, which reveals a lost last fact. Loop's thread only.
+// Listens to the committed facts. Missing facts (lost, or older than this process) are pulled from
+// ingest as blobs of a range, one at a time. So a late joiner reads at its own pace. Ingest repeats
+// the ledger's head, which reveals a lost last fact. Loop's thread only.
 class LedgerFollower {
  public:
   using OnFact = std::function<void(const Fact&)>;

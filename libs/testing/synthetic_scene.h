@@ -1,5 +1,5 @@
-// The one generator of scenes for tests and benchmarks: points, cameras that look at them,
-// keypoints with noise and clutter, correspondences with outliers. All from one seed.
+// The one generator of scenes for tests and benchmarks: points, cameras that look at them, noisy
+// keypoints, clutter, correspondences with outliers. One seed determines all.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // Submaps of a synthetic wall with known truth: photos 1..24 along it. A photo detects a point with
-// a certain probability, always at the same (image, point2D), as real features do; every submap is
-// adjusted, so that it is consistent in itself whatever its intrinsics are.
+// a certain probability, always at the same (image, point2D), as real features do. Every submap is
+// adjusted, so it is consistent for any intrinsics.
 #pragma once
 
 #include "base/reconstruction.h"
