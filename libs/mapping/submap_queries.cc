@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/projection.h"
+#include "map/shared_images.h"
 #include "mapping/submap.h"
 
 namespace skein {
@@ -43,31 +44,7 @@ PhotoEvent Submap::RegisteredEvent(ImageId id, const PoseEstimate& estimate) con
 }
 
 SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
-  SharedImages result;
-  for (const int64_t image_id : image_ids) {
-    if (!map_->IsRegistered(image_id)) continue;
-    const colmap::Image& image = map_->reconstruction().Image(static_cast<ImageId>(image_id));
-    const colmap::Camera& camera = map_->reconstruction().Camera(image.CameraId());
-    SharedImage shared;
-    shared.image_id = image_id;
-    shared.camera_model_id = camera.ModelId();
-    shared.params = camera.Params();
-    shared.width = camera.Width();
-    shared.height = camera.Height();
-    for (int i = 0; i < 4; ++i) shared.qvec[i] = image.Qvec(i);
-    for (int i = 0; i < 3; ++i) shared.tvec[i] = image.Tvec(i);
-    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
-      const colmap::Point2D& point2D = image.Point2D(i);
-      if (!point2D.HasPoint3D()) continue;
-      const Eigen::Vector3d& xyz = map_->reconstruction().Point3D(point2D.Point3DId()).XYZ();
-      shared.points.push_back({i,
-                               {xyz.x(), xyz.y(), xyz.z()},
-                               static_cast<float>(point2D.X()),
-                               static_cast<float>(point2D.Y())});
-    }
-    result.push_back(std::move(shared));
-  }
-  return result;
+  return SharedImagesOf(map_->reconstruction(), image_ids);
 }
 
 std::vector<PhotoEvent> Submap::RegisteredEvents() const {

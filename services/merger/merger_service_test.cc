@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "merging/shared_views.h"
+#include "map/shared_images.h"
 #include "testing/synthetic_submaps.h"
 #include "testing/test_node.h"
 
@@ -43,7 +43,7 @@ class MergerServiceTest : public testing::Test {
     reply.epoch = 1;
     reply.owner = "mapper";
     reply.blob_id = mapper_.blobs().Serve(EncodeSharedImages(
-        DescribeShared(request.submap_id == kSource ? source_ : target_, request.image_ids)));
+        SharedImagesOf(request.submap_id == kSource ? source_ : target_, request.image_ids)));
     mapper_.Publish(kSharedReplyChannel, reply);
   }
 

@@ -1,0 +1,82 @@
+#include "map/scene_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "testing/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+class SceneMapTest : public testing::Test {
+ protected:
+  const SyntheticScene scene_ = MakeScene({});
+  SceneMap map_;
+};
+
+TEST_F(SceneMapTest, RefusesPhotosThatColmapWouldAbortOn) {
+  ASSERT_TRUE(map_.AddPhoto(scene_.photos[0]).ok());
+  EXPECT_FALSE(map_.AddPhoto(scene_.photos[0]).ok()) << "a second photo of an id";
+  const auto refused = [&](const std::function<void(PhotoInput*)>& change) {
+    PhotoInput photo = scene_.photos[1];
+    change(&photo);
+    return !map_.AddPhoto(photo).ok();
+  };
+  EXPECT_TRUE(refused([](PhotoInput* p) { p->image_id = -1; }));
+  EXPECT_TRUE(refused([](PhotoInput* p) { p->camera_id = int64_t{1} << 40; }));
+  EXPECT_TRUE(refused([](PhotoInput* p) { p->width_px = 0; }));
+  EXPECT_TRUE(refused([](PhotoInput* p) { p->focal_px = std::nan(""); }));
+  EXPECT_TRUE(refused([](PhotoInput* p) { p->keypoints[3].x = std::nanf(""); }));
+  EXPECT_FALSE(refused([](PhotoInput*) {}));
+}
+
+TEST_F(SceneMapTest, RefusesPairsOutOfRange) {
+  ASSERT_TRUE(map_.AddPhoto(scene_.photos[0]).ok());
+  ASSERT_TRUE(map_.AddPhoto(scene_.photos[1]).ok());
+  TwoViewPairs pairs = scene_.pairs[1];
+  pairs[0].inliers[0].second = static_cast<uint32_t>(scene_.photos[0].keypoints.size());
+  EXPECT_FALSE(map_.AddPairs(2, pairs).ok());
+  EXPECT_FALSE(map_.AddPairs(9, scene_.pairs[1]).ok()) << "of an image that is not there";
+}
+
+TEST_F(SceneMapTest, APairWaitsForItsPhotoAndCountsOnce) {
+  TwoViewPairs pairs = scene_.pairs[1];
+  ASSERT_TRUE(map_.AddPhoto(scene_.photos[1]).ok());
+  ASSERT_TRUE(map_.AddPairs(2, pairs).ok());
+  EXPECT_TRUE(map_.pairs().empty());
+  ASSERT_TRUE(map_.AddPhoto(scene_.photos[0]).ok());
+  ASSERT_TRUE(map_.AddPairs(2, pairs).ok());
+  EXPECT_EQ(map_.pairs().size(), 1u);
+  EXPECT_EQ(map_.graph().NumCorrespondencesBetweenImages(1, 2), pairs[0].inliers.size());
+  EXPECT_EQ(map_.Neighbours(1).at(2), static_cast<int>(pairs[0].inliers.size()));
+}
+
+TEST_F(SceneMapTest, DeregisteringTakesTheObservationsOut) {
+  AddToMap(scene_, scene_.pairs, &map_);
+  RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
+  map_.Deregister(4);
+  EXPECT_FALSE(map_.IsRegistered(4));
+  EXPECT_TRUE(PointsSeenBy(map_, {4}).empty());
+  for (const ImageId id : ObserversOf(map_, PointsSeenBy(map_, {3, 5}))) EXPECT_NE(id, 4u);
+}
+
+TEST_F(SceneMapTest, AClonesChangesStayItsOwn) {
+  AddToMap(scene_, scene_.pairs, &map_);
+  RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
+  const size_t num_points = map_.reconstruction().NumPoints3D();
+  const std::unique_ptr<SceneMap> clone = map_.Clone();
+  EXPECT_EQ(clone->reconstruction().NumPoints3D(), num_points);
+  clone->Clear();
+  EXPECT_EQ(clone->reconstruction().NumRegImages(), 0u);
+  EXPECT_EQ(map_.reconstruction().NumPoints3D(), num_points);
+  EXPECT_TRUE(map_.IsRegistered(1));
+}
+
+TEST(Without, KeepsTheOrder) {
+  EXPECT_EQ(Without({1, 3, 5, 7}, {3, 4, 7}), (std::vector<Point3DId>{1, 5}));
+  EXPECT_TRUE(Without({}, {1}).empty());
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,17 @@
+// A model's registered images with the 3D points of their keypoints: what a mapper tells the merger
+// (formats/formats.h: SharedImages).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/reconstruction.h"
+#include "formats/formats.h"
+
+namespace skein {
+
+// Those of `image_ids` that are registered in the model, with every keypoint that has a 3D point.
+SharedImages SharedImagesOf(const colmap::Reconstruction& model,
+                            const std::vector<int64_t>& image_ids);
+
+}  // namespace skein

@@ -1,0 +1,51 @@
+#include "merging/fuse.h"
+
+#include <gtest/gtest.h>
+
+#include "merging/seam_bundle.h"
+#include "testing/synthetic_submaps.h"
+
+namespace skein {
+namespace {
+
+class FuseTest : public testing::Test {
+ protected:
+  const Similarity gauge_{2.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}};
+  const SyntheticWorld world_{WallOptions(), 1};
+  const colmap::Reconstruction target_ = world_.Submap(1, 8, Similarity(), 1.0);
+  const colmap::Reconstruction source_ = world_.Submap(6, 12, gauge_, 1.0);
+};
+
+TEST_F(FuseTest, SharedPhotosAreThoseRegisteredInBothModels) {
+  std::vector<int64_t> ids;
+  for (const SharedPhoto& photo : SharedPhotosOf(source_, target_)) ids.push_back(photo.image_id);
+  EXPECT_EQ(ids, (std::vector<int64_t>{6, 7, 8}));
+}
+
+TEST_F(FuseTest, OneStructureInTheTargetsFrame) {
+  const Sim3Result found = EstimateSim3(SharedPhotosOf(source_, target_), {});
+  ASSERT_TRUE(found.success) << found.reason;
+  colmap::Reconstruction merged = target_;
+  const FuseResult fused = FuseModels(source_, found.target_from_source, {}, &merged);
+  EXPECT_EQ(fused.reason, "");
+  EXPECT_EQ(fused.agreeing, (std::set<colmap::image_t>{6, 7, 8}));
+  EXPECT_EQ(fused.added, (std::set<colmap::image_t>{9, 10, 11, 12}));
+  EXPECT_GT(fused.num_fused_points, 0.9 * fused.num_common_points);
+  EXPECT_EQ(merged.NumPoints3D(), target_.NumPoints3D() + fused.num_added_points);
+  EXPECT_EQ(merged.Image(2).ProjectionCenter(), target_.Image(2).ProjectionCenter());
+}
+
+TEST_F(FuseTest, ASeamsBundleHoldsWhatIsNotOfIt) {
+  colmap::Reconstruction model = target_;
+  for (const colmap::image_t id : {4, 5}) model.Image(id).Tvec() += Eigen::Vector3d(0.05, 0, 0);
+  const BundleSummary summary = AdjustSeam({4, 5}, 10, &model);
+  ASSERT_TRUE(summary.usable);
+  EXPECT_EQ(summary.num_free_poses, 2);
+  EXPECT_LT(summary.final_cost, 0.5 * summary.initial_cost);
+  EXPECT_EQ(model.Image(1).Tvec(), target_.Image(1).Tvec());
+  EXPECT_EQ(model.Camera(1).Params(), target_.Camera(1).Params());
+  EXPECT_LT((model.Image(4).ProjectionCenter() - target_.Image(4).ProjectionCenter()).norm(), 0.01);
+}
+
+}  // namespace
+}  // namespace skein
