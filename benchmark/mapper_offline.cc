@@ -308,7 +308,8 @@ class Run {
     InitialPairOptions options;
     options.min_triangulation_angle_deg = min_angle_deg;
     const InitialPairResult result = submap_.Start(options, id, other, Sink());
-    const bool too_small = result.reason == "too small a triangulation angle";
+    const bool too_small = result.forward_motion <= options.max_forward_motion &&
+                           result.triangulation_angle_deg < min_angle_deg;
     angle_deg_[{id, other}] = too_small ? result.triangulation_angle_deg : 0;
     if (arguments_.verbose) {
       std::cout << "initial pair " << id << " " << other << ": "
