@@ -63,7 +63,7 @@ TEST(Result, HoldsAValueOrAnError) {
   EXPECT_FALSE(bad.ok());
   EXPECT_EQ(bad.error(), "no");
   EXPECT_THROW(bad.value(), std::logic_error);
-  EXPECT_THROW(Result<int>(Status::Ok()), std::logic_error);
+  EXPECT_THROW(Result<int>{Status::Ok()}, std::logic_error);
 }
 
 TEST(Result, KeepsTheCodeOfAFailure) {
