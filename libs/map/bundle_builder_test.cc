@@ -1,4 +1,4 @@
-#include "mapping/bundle_builder.h"
+#include "map/bundle_builder.h"
 
 #include <gtest/gtest.h>
 
