@@ -21,6 +21,7 @@
 
 #include "base/database.h"
 #include "base/similarity_transform.h"
+#include "mapping/experiments/tree_window.h"
 #include "mapping/submap.h"
 #include "merger/seed_policy.h"
 
@@ -30,8 +31,7 @@ namespace {
 struct Arguments {
   std::string database, order = "name", ground_truth, reference, output;
   std::string camera_model = "SIMPLE_RADIAL";
-  LocalWindowOptions local;
-  std::string local_ba = NameOf(local.form);
+  LocalBaOptions local_ba;
   std::string output_before, photo_table;
   size_t max_pairs = 30;
   bool global_ba = true;
@@ -236,8 +236,7 @@ class Run {
   static SubmapOptions Options(const Arguments& arguments) {
     SubmapOptions options;
     options.camera_model = arguments.camera_model;
-    options.local = arguments.local;
-    options.local.form = LocalBaForms().at(arguments.local_ba);
+    options.make_local = MakerOf(arguments.local_ba);
     if (!arguments.global_ba) options.global_growth = std::numeric_limits<double>::infinity();
     options.num_threads = arguments.threads;
     options.background = arguments.background;
@@ -386,11 +385,12 @@ int main(int argc, char** argv) {
   app.add_option("--output-before", arguments.output_before, "folder for the model before finish");
   app.add_option("--photo-table", arguments.photo_table,
                  "file for a line of CSV a registered photo: its local BA");
-  app.add_option("--local-ba", arguments.local_ba, "local bundle adjustment")
+  app.add_option("--local-ba", arguments.local_ba.form, "local bundle adjustment")
       ->check(CLI::IsMember(skein::LocalBaForms()))
       ->capture_default_str();
   app.add_option("--camera-model", arguments.camera_model, "one of COLMAP's");
-  app.add_option("--local-ba-images", arguments.local.colmap_images, "images of --local-ba colmap")
+  app.add_option("--local-ba-images", arguments.local_ba.colmap_images,
+                 "images of --local-ba colmap")
       ->check(CLI::Range(3, 1000))
       ->capture_default_str();
   app.add_option("--max-pairs", arguments.max_pairs,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
@@ -50,7 +51,8 @@ class Solver {
         bundle_(*bundle),
         layout_(MakeLayout(*bundle)),
         loss_{options.loss, options.loss_scale_px},
-        start_(bundle->poses) {
+        start_(bundle->poses),
+        has_scales_(HasScales(*bundle)) {
     SplitPoints();
     PosePattern pattern;
     if (layout_.num_free_poses > options.max_dense_poses) pattern = FindPattern(*bundle, layout_);
@@ -146,13 +148,11 @@ class Solver {
     if (prior_information_.empty()) SetPosePriors(system);
     AddPriors(&system);
     const Eigen::VectorXd damping = lambda * system.diagonal.cwiseMax(kMinDiagonal);
-    Eigen::VectorXd b = system.schur_gradient - WeightedGradient(system.gradient);
+    Eigen::VectorXd b = system.schur_gradient - WithPoseScales(system.gradient);
     Eigen::VectorXd y(layout_.size);
     if (layout_.size > 0 && !system.Solve(damping, b, &y)) return false;
-    const Eigen::VectorXd delta = Unweighted(y);
-    *predicted = options_.weight_form == WeightForm::kPaper
-                     ? 0.0
-                     : 0.5 * delta.dot(damping.cwiseProduct(delta) - system.gradient);
+    const Eigen::VectorXd delta = WithPoseSteps(y);
+    *predicted = has_scales_ ? 0.0 : 0.5 * delta.dot(damping.cwiseProduct(delta) - system.gradient);
     std::vector<double> gains(chunks_.size());
     ForEachChunk([&](size_t i) { gains[i] = MovePoints(chunks_[i], lambda, y); });
     for (const double gain : gains) *predicted += gain;
@@ -291,11 +291,10 @@ class Solver {
   // The prior's information of each free pose: (1/p - 1) times its own block before the first step.
   void SetPosePriors(const ReducedSystem& system) {
     prior_information_.assign(bundle_.poses.size(), Eigen::Matrix<double, 6, 6>::Zero());
-    if (options_.weight_form != WeightForm::kConsistent) return;
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
       const int row = layout_.pose_row[i];
-      if (row < 0) continue;
-      prior_information_[i] = (1.0 / bundle_.poses[i].weight - 1.0) * system.direct_block(row);
+      const double rigidity = bundle_.poses[i].stiffness.rigidity;
+      if (row >= 0 && rigidity > 0) prior_information_[i] = rigidity * system.direct_block(row);
     }
   }
 
@@ -312,10 +311,7 @@ class Solver {
   void AddPriors(ReducedSystem* system) {
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
       const int row = layout_.pose_row[i];
-      if (row < 0 || bundle_.poses[i].weight >= 1.0 ||
-          options_.weight_form != WeightForm::kConsistent) {
-        continue;
-      }
+      if (row < 0 || !(bundle_.poses[i].stiffness.rigidity > 0)) continue;
       system->AddBlock(row, row, prior_information_[i]);
       system->gradient.segment<6>(row) +=
           prior_information_[i] * PoseIncrement(start_[i], bundle_.poses[i]);
@@ -335,22 +331,26 @@ class Solver {
     }
   }
 
-  // The paper multiplies a camera's gradient by its weight. Its unknown is the weighted increment
-  // (Eq. 11).
-  Eigen::VectorXd WeightedGradient(const Eigen::VectorXd& gradient) const {
-    return ScaledByWeight(gradient, [](double p) { return p; });
+  // The unknown that is solved for is the step times the scale.
+  Eigen::VectorXd WithPoseScales(const Eigen::VectorXd& gradient) const {
+    return ScalePoses(gradient, [](double scale) { return scale; });
   }
-  Eigen::VectorXd Unweighted(const Eigen::VectorXd& y) const {
-    return ScaledByWeight(y, [](double p) { return 1.0 / p; });
+  Eigen::VectorXd WithPoseSteps(const Eigen::VectorXd& y) const {
+    return ScalePoses(y, [](double scale) { return 1.0 / scale; });
   }
   template <typename Function>
-  Eigen::VectorXd ScaledByWeight(Eigen::VectorXd v, const Function& scale) const {
-    if (options_.weight_form != WeightForm::kPaper) return v;
+  Eigen::VectorXd ScalePoses(Eigen::VectorXd v, const Function& factor) const {
+    if (!has_scales_) return v;
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
       if (layout_.pose_row[i] < 0) continue;
-      v.segment<6>(layout_.pose_row[i]) *= scale(bundle_.poses[i].weight);
+      v.segment<6>(layout_.pose_row[i]) *= factor(bundle_.poses[i].stiffness.gradient_scale);
     }
     return v;
+  }
+  static bool HasScales(const Bundle& bundle) {
+    return std::any_of(bundle.poses.begin(), bundle.poses.end(), [](const BundlePose& pose) {
+      return !pose.constant && pose.stiffness.gradient_scale != 1;
+    });
   }
 
   const BundleOptions options_;
@@ -358,6 +358,7 @@ class Solver {
   const BundleLayout layout_;
   const RobustLoss loss_;
   const std::vector<BundlePose> start_;
+  const bool has_scales_;
   std::vector<Chunk> chunks_;
   std::vector<std::unique_ptr<ReducedSystem>> systems_;
   std::vector<Eigen::Matrix<double, 6, 6>> prior_information_;

@@ -11,13 +11,22 @@ namespace skein {
 // A bundle adjustment problem as plain values. It is a copy of what it refines, so any thread can
 // solve it while the map changes. map/bundle_assembly.h makes one from a map.
 
+// How a free pose's block of the normal equations differs from that of least squares.
+struct PoseStiffness {
+  // A prior on the pose's increment, centred where it starts: so many times the information that
+  // its observations give at the start.
+  double rigidity = 0;
+  // Multiplies the pose's gradient, and divides its step. Not 1: no least-squares problem any more.
+  double gradient_scale = 1;
+};
+
 struct BundlePose {
   uint32_t image_id = 0;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // cam_from_world
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
   int camera = 0;  // index into Bundle::cameras
   bool constant = false;
-  double weight = 1.0;  // p of the paper's Eq. 2, in (0, 1]; see WeightForm
+  PoseStiffness stiffness;
 };
 
 struct BundleCamera {
@@ -50,13 +59,6 @@ struct Bundle {
   std::vector<BundleObservation> observations;  // grouped by point
 };
 
-// How the weights of poses act (docs/methods/local_ba.md).
-enum class WeightForm {
-  kNone,        // not at all
-  kPaper,       // as the paper's Eq. 10-11 scale the camera blocks of the normal equations
-  kConsistent,  // a prior (1/p - 1) * H on the pose's increment, H its own information matrix
-};
-
 enum class Loss { kSquared, kSoftL1, kCauchy };
 
 struct BundleOptions {
@@ -64,7 +66,6 @@ struct BundleOptions {
   double function_tolerance = 1e-6;  // relative decrease of the cost at which it is converged
   Loss loss = Loss::kSoftL1;
   double loss_scale_px = 1.0;
-  WeightForm weight_form = WeightForm::kNone;
   int num_threads = 1;
   // Free poses up to which the Schur complement is decomposed as a dense matrix. Up to
   // max_filled_poses it is, too, when a sparse Cholesky decomposition would take longer

@@ -229,16 +229,15 @@ TEST(Bundle, ReachesTheMinimumThatCeresReaches) {
   }
 }
 
-TEST(Bundle, ConsistentWeightsHoldWhatIsFarAndFreeWhatIsNear) {
+TEST(Bundle, RigidityHoldsWhatIsFarAndFreeWhatIsNear) {
   const SyntheticScene scene = MakeScene({});
   double moved[2] = {0, 0};
   for (int far = 0; far < 2; ++far) {
     Bundle bundle = MakeBundle(scene, 0);
     bundle.poses[5].t.x() += 0.05;
-    bundle.poses[5].weight = far ? 1e-4 : 1.0;
+    bundle.poses[5].stiffness.rigidity = far ? 1e4 - 1 : 0;
     const Eigen::Vector3d before = bundle.poses[5].t;
     BundleOptions solve;
-    solve.weight_form = WeightForm::kConsistent;
     ASSERT_TRUE(SolveBundle(solve, &bundle).usable);
     moved[far] = (bundle.poses[5].t - before).norm();
   }

@@ -9,7 +9,7 @@ namespace skein {
 BundleAssembly::BundleAssembly(const colmap::Reconstruction& model, CameraMaker make_camera)
     : model_(model), make_camera_(std::move(make_camera)) {}
 
-void BundleAssembly::AddPose(colmap::image_t id, bool constant, double weight) {
+void BundleAssembly::AddPose(colmap::image_t id, bool constant, const PoseStiffness& stiffness) {
   if (pose_index_.count(id) > 0 || !model_.ExistsImage(id) || !model_.IsImageRegistered(id)) return;
   const colmap::Image& image = model_.Image(id);
   pose_index_[id] = static_cast<int>(bundle_.poses.size());
@@ -17,7 +17,7 @@ void BundleAssembly::AddPose(colmap::image_t id, bool constant, double weight) {
   GetPose(image, &pose);
   pose.camera = CameraIndex(image.CameraId());
   pose.constant = constant;
-  pose.weight = weight;
+  pose.stiffness = stiffness;
   bundle_.poses.push_back(pose);
 }
 

@@ -18,7 +18,7 @@ class BundleAssembly {
   BundleAssembly(const colmap::Reconstruction& model, CameraMaker make_camera);
 
   // No effect on an image that is in, or not registered.
-  void AddPose(colmap::image_t id, bool constant, double weight = 1.0);
+  void AddPose(colmap::image_t id, bool constant, const PoseStiffness& stiffness = {});
 
   // Adds the point with its observations in the added poses. A point with less than two of them is
   // left out. With `hold_open` a point that other images observe, too, is constant; then only

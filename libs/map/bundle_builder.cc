@@ -62,7 +62,8 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {
     return MakeBundleCamera(map, id, request.refine_cameras, refine_distortion);
   });
   for (size_t i = 0; i < request.free.size(); ++i) {
-    assembly.AddPose(request.free[i], false, request.weights.empty() ? 1.0 : request.weights[i]);
+    const bool is_plain = request.stiffness.empty();
+    assembly.AddPose(request.free[i], false, is_plain ? PoseStiffness() : request.stiffness[i]);
   }
   for (const ImageId id : request.held) assembly.AddPose(id, true);
   for (const Point3DId id : request.points) assembly.AddPoint(id, request.hold_open_points);

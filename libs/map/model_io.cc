@@ -221,13 +221,13 @@ ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction) {
 
 Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive) {
   for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
-    if (archive.count(name) == 0) return Status::Error(std::string("model without ") + name);
+    if (archive.count(name) == 0) return DataLoss(std::string("model without ") + name);
   }
   Decoder decoder;
-  if (!decoder.Cameras(archive.at("cameras.bin"))) return Status::Error("cameras.bin is damaged");
-  if (!decoder.Images(archive.at("images.bin"))) return Status::Error("images.bin is damaged");
+  if (!decoder.Cameras(archive.at("cameras.bin"))) return DataLoss("cameras.bin is damaged");
+  if (!decoder.Images(archive.at("images.bin"))) return DataLoss("images.bin is damaged");
   if (!decoder.Points(archive.at("points3D.bin"))) {
-    return Status::Error("points3D.bin is damaged");
+    return DataLoss("points3D.bin is damaged");
   }
   return decoder.Take();
 }

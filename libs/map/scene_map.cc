@@ -46,20 +46,20 @@ SceneMap::SceneMap(const std::string& camera_model)
 }
 
 Status SceneMap::CheckPhoto(const PhotoInput& photo) const {
-  if (!IsValidId(photo.image_id)) return Status::Error("image id out of range");
-  if (!IsValidId(photo.camera_id)) return Status::Error("camera id out of range");
-  if (HasPhoto(photo.image_id)) return Status::Error("image is there already");
+  if (!IsValidId(photo.image_id)) return InvalidArgument("image id out of range");
+  if (!IsValidId(photo.camera_id)) return InvalidArgument("camera id out of range");
+  if (HasPhoto(photo.image_id)) return AlreadyExists("image is there already");
   if (photo.width_px < 1 || photo.height_px < 1 || photo.width_px > kMaxSize ||
       photo.height_px > kMaxSize) {
-    return Status::Error("image size out of range");
+    return InvalidArgument("image size out of range");
   }
   if (!(photo.focal_px > 0) || !std::isfinite(photo.focal_px)) {
-    return Status::Error("focal length out of range");
+    return InvalidArgument("focal length out of range");
   }
   if (const Status camera = CheckCamera(photo); !camera.ok()) return camera;
   for (const Keypoint& keypoint : photo.keypoints) {
     if (!std::isfinite(keypoint.x) || !std::isfinite(keypoint.y)) {
-      return Status::Error("keypoint is not finite");
+      return InvalidArgument("keypoint is not finite");
     }
   }
   return Status::Ok();
@@ -131,18 +131,18 @@ std::set<CameraId> SceneMap::FixedCameras() const {
 
 Status SceneMap::CheckPair(ImageId image_id, const TwoViewPair& pair) const {
   if (!IsValidId(pair.other_id) || pair.other_id == image_id) {
-    return Status::Error("pair with an image id out of range");
+    return InvalidArgument("pair with an image id out of range");
   }
   const size_t num_points = reconstruction_->Image(image_id).NumPoints2D();
   for (const auto& [index, other_index] : pair.inliers) {
-    if (index >= num_points) return Status::Error("pair with a keypoint index out of range");
+    if (index >= num_points) return InvalidArgument("pair with a keypoint index out of range");
     (void)other_index;
   }
   return Status::Ok();
 }
 
 Status SceneMap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
-  if (!HasPhoto(image_id)) return Status::Error("pairs of an image that is not there");
+  if (!HasPhoto(image_id)) return NotFound("pairs of an image that is not there");
   const ImageId id = static_cast<ImageId>(image_id);
   for (const TwoViewPair& pair : pairs) {
     const Status status = CheckPair(id, pair);
@@ -176,7 +176,7 @@ Status SceneMap::Connect(ImageId image_id1, ImageId image_id2,
   colmap::FeatureMatches valid;
   for (const colmap::FeatureMatch& match : matches) {
     if (match.point2D_idx1 >= n1 || match.point2D_idx2 >= n2) {
-      return Status::Error("pair with a keypoint index out of range");
+      return InvalidArgument("pair with a keypoint index out of range");
     }
     if (used1.count(match.point2D_idx1) || used2.count(match.point2D_idx2)) continue;
     used1.insert(match.point2D_idx1);

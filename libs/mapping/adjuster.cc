@@ -7,7 +7,6 @@
 #include "map/filters.h"
 #include "map/retriangulation.h"
 #include "map/track_completion.h"
-#include "mapping/local_window.h"
 
 namespace skein {
 namespace {
@@ -15,30 +14,22 @@ namespace {
 // A global BA after which a smaller part of the observations changes is the last one.
 constexpr double kMaxChange = 0.0005;
 
-WeightForm FormOfWeights(LocalBaForm form) {
-  if (form == LocalBaForm::kPaper) return WeightForm::kPaper;
-  if (form == LocalBaForm::kConsistent) return WeightForm::kConsistent;
-  return WeightForm::kNone;
-}
-
 }  // namespace
 
 std::vector<ImageId> Adjuster::TakeAdjusted() { return std::exchange(adjusted_, {}); }
 
 int Adjuster::AdjustLocally(ImageId new_image) {
-  const BundleRequest request = SelectLocalWindow(options_.local, map_, similar_, new_image);
+  const BundleRequest request = local_->SelectWindow(map_, new_image);
   Bundle bundle = BuildBundle(map_, request);
   BundleOptions solve;
   solve.loss = Loss::kSoftL1;
   solve.max_iterations = 15;
   solve.function_tolerance = 1e-4;
   solve.num_threads = options_.num_threads;
-  solve.weight_form = FormOfWeights(options_.local.form);
   const BundleSummary summary = SolveBundle(solve, &bundle);
   if (!summary.usable) return summary.num_free_poses;
   ApplyBundle(bundle, &map_);
-  // COLMAP's form leaves no point out.
-  if (options_.local.form != LocalBaForm::kColmap) AdjustPointsBeside(request);
+  if (local_->LeavesPointsOut()) AdjustPointsBeside(request);
   FilterBundle(options_.filter, bundle, &map_);
   CompleteAround(new_image);
   adjusted_ = request.free;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "bundle/bundle.h"
 #include "map/bundle_builder.h"
-#include "mapping/association_tree.h"
+#include "mapping/local_adjustment.h"
 #include "mapping/submap_options.h"
 
 namespace skein {
@@ -14,8 +16,9 @@ namespace skein {
 // filtering, retriangulation.
 class Adjuster {
  public:
-  // Both must outlive this.
-  Adjuster(const SubmapOptions& options, SceneMap* map) : options_(options), map_(*map) {}
+  // `options` and `map` must outlive this.
+  Adjuster(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> local, SceneMap* map)
+      : options_(options), local_(std::move(local)), map_(*map) {}
 
   // After a photo was registered. Returns the number of free images.
   int AdjustLocally(ImageId new_image);
@@ -45,8 +48,7 @@ class Adjuster {
   };
   const Size& size_at_global() const { return size_at_global_; }
   void set_size_at_global(const Size& size) { size_at_global_ = size; }
-  SimilarityLists& similar() { return similar_; }
-  const SimilarityLists& similar() const { return similar_; }
+  const std::shared_ptr<LocalAdjustment>& local() const { return local_; }
 
  private:
   void AdjustPointsBeside(const BundleRequest& adjusted);
@@ -54,8 +56,8 @@ class Adjuster {
   double RunGlobalBa(const BundleOptions& options);
 
   const SubmapOptions& options_;
+  const std::shared_ptr<LocalAdjustment> local_;
   SceneMap& map_;
-  SimilarityLists similar_;
   Size size_at_global_;
   std::vector<ImageId> adjusted_;
 };

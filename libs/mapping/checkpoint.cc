@@ -11,7 +11,7 @@ namespace {
 
 constexpr char kStateFile[] = "state.bin";
 constexpr uint32_t kIdentifier = 0x4E534B53;  // "SKSN"
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 3;
 
 void PutTrials(const std::map<ImageId, TrialRecord>& trials, ByteWriter* writer) {
   writer->Put<uint64_t>(trials.size());
@@ -22,21 +22,6 @@ void PutTrials(const std::map<ImageId, TrialRecord>& trials, ByteWriter* writer)
     writer->Put<uint8_t>(trial.deferred);
     writer->Put<uint8_t>(trial.rejected);
     writer->Put<uint8_t>(trial.looks_alike);
-  }
-}
-
-void PutSimilar(const SimilarityLists& lists, ByteWriter* writer) {
-  std::vector<uint32_t> ids;
-  for (const auto& [id, list] : lists.all()) ids.push_back(id);
-  std::sort(ids.begin(), ids.end());
-  writer->Put<uint64_t>(ids.size());
-  for (const uint32_t id : ids) {
-    writer->Put(id);
-    writer->Put<uint64_t>(lists.Of(id).size());
-    for (const Similar& similar : lists.Of(id)) {
-      writer->Put(similar.image_id);
-      writer->Put(similar.similarity);
-    }
   }
 }
 
@@ -52,7 +37,6 @@ Bytes EncodeState(const SubmapState& state) {
     writer.Put<uint8_t>(is_refined);
   }
   PutTrials(state.trials, &writer);
-  PutSimilar(state.similar, &writer);
   writer.Put(state.size_at_global.num_images);
   writer.Put(state.size_at_global.num_points);
   writer.Put(state.first);
@@ -103,43 +87,24 @@ bool GetTrials(ByteReader* reader, std::map<ImageId, TrialRecord>* trials) {
   return true;
 }
 
-bool GetSimilar(ByteReader* reader, SimilarityLists* lists) {
-  uint64_t count = 0;
-  if (!GetCount(reader, 12, &count)) return false;
-  for (uint64_t i = 0; i < count; ++i) {
-    uint32_t id = 0;
-    uint64_t length = 0;
-    if (!reader->Get(&id) || !GetCount(reader, 12, &length)) return false;
-    std::vector<Similar> list(length);
-    for (Similar& similar : list) {
-      reader->Get(&similar.image_id);
-      reader->Get(&similar.similarity);
-      if (!(similar.similarity > 0) || similar.similarity > 1) return false;
-    }
-    lists->Set(id, std::move(list));
-  }
-  return true;
-}
-
 bool GetState(ByteReader* reader, SubmapState* state) {
   return GetPhotos(reader, &state->photos) && GetCameras(reader, &state->is_camera_refined) &&
-         GetTrials(reader, &state->trials) && GetSimilar(reader, &state->similar) &&
-         reader->Get(&state->size_at_global.num_images) &&
+         GetTrials(reader, &state->trials) && reader->Get(&state->size_at_global.num_images) &&
          reader->Get(&state->size_at_global.num_points) && reader->Get(&state->first) &&
          reader->remaining() == 0;
 }
 
 Result<SubmapState> DecodeState(const ModelArchive& archive) {
   const auto file = archive.find(kStateFile);
-  if (file == archive.end()) return Status::Error("model archive without state.bin");
+  if (file == archive.end()) return DataLoss("model archive without state.bin");
   ByteReader reader(file->second);
   uint32_t identifier = 0, version = 0;
   if (!reader.Get(&identifier) || !reader.Get(&version) || identifier != kIdentifier) {
-    return Status::Error("state.bin is something else");
+    return DataLoss("state.bin is something else");
   }
-  if (version != kVersion) return Status::Error("state.bin of another version");
+  if (version != kVersion) return DataLoss("state.bin of another version");
   SubmapState state;
-  if (!GetState(&reader, &state)) return Status::Error("state.bin is damaged");
+  if (!GetState(&reader, &state)) return DataLoss("state.bin is damaged");
   return state;
 }
 

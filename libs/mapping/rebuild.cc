@@ -41,8 +41,7 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
   options.background = false;
   std::unique_ptr<SceneMap> map = submap.map().Clone();
   map->Clear();
-  auto anew = std::make_unique<Submap>(options, std::move(map));
-  anew->CopySimilar(submap);
+  auto anew = std::make_unique<Submap>(options, submap.local_adjustment(), std::move(map));
   if (!StartFromBestPairOf(first, anew.get())) return nullptr;
   for (const ImageId id : submap.map().photos()) {
     const bool is_registered = submap.map().IsRegistered(id);

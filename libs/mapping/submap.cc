@@ -12,15 +12,15 @@ namespace {
 // Whether the map can take over what is registered in the model.
 Status CheckFits(const SceneMap& map, const colmap::Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
-    if (!map.HasPhoto(id)) return Status::Error("model with an image that is not there");
+    if (!map.HasPhoto(id)) return NotFound("model with an image that is not there");
     const colmap::Image& image = map.reconstruction().Image(id);
     if (model.Image(id).NumPoints2D() != image.NumPoints2D()) {
-      return Status::Error("model with other keypoints");
+      return InvalidArgument("model with other keypoints");
     }
     const CameraId camera = model.Image(id).CameraId();
     if (camera != image.CameraId() ||
         model.Camera(camera).ModelId() != map.reconstruction().Camera(camera).ModelId()) {
-      return Status::Error("model with another camera");
+      return InvalidArgument("model with another camera");
     }
   }
   return Status::Ok();
@@ -29,13 +29,14 @@ Status CheckFits(const SceneMap& map, const colmap::Reconstruction& model) {
 }  // namespace
 
 Submap::Submap(const SubmapOptions& options)
-    : Submap(options, std::make_unique<SceneMap>(options.camera_model)) {}
+    : Submap(options, options.make_local(), std::make_unique<SceneMap>(options.camera_model)) {}
 
-Submap::Submap(const SubmapOptions& options, std::unique_ptr<SceneMap> map)
+Submap::Submap(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> local,
+               std::unique_ptr<SceneMap> map)
     : options_(options),
       map_(std::move(map)),
       waiting_(options_, *map_),
-      adjuster_(options_, map_.get()),
+      adjuster_(options_, std::move(local), map_.get()),
       consistency_(options_, *map_, waiting_),
       maintenance_(options_, &adjuster_, map_.get()) {}
 
@@ -46,7 +47,7 @@ Status Submap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
 
 void Submap::AddSimilar(int64_t image_id,
                         const std::vector<std::pair<uint32_t, double>>& distances) {
-  adjuster_.similar().Add(static_cast<uint32_t>(image_id), distances);
+  adjuster_.local()->AddSimilar(static_cast<ImageId>(image_id), distances);
 }
 
 InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image_id1,

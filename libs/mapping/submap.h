@@ -40,14 +40,14 @@ class Submap {
 
   explicit Submap(const SubmapOptions& options);
   // With photos and pairs that are there already, none registered.
-  Submap(const SubmapOptions& options, std::unique_ptr<SceneMap> map);
+  Submap(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> local,
+         std::unique_ptr<SceneMap> map);
 
   // Photo, pairs and similar photos (with distances of global descriptors) go in first, in this
   // order; refusals leave the submap as it was.
   Status AddPhoto(const PhotoInput& photo) { return map_->AddPhoto(photo); }
   Status AddPairs(int64_t image_id, const TwoViewPairs& pairs);
   void AddSimilar(int64_t image_id, const std::vector<std::pair<uint32_t, double>>& distances);
-  void CopySimilar(const Submap& other) { adjuster_.similar() = other.adjuster_.similar(); }
 
   // Starts the map from two photos that are there. On failure nothing is registered.
   InitialPairResult Start(const InitialPairOptions& options, int64_t image_id1, int64_t image_id2,
@@ -109,6 +109,7 @@ class Submap {
   const SceneMap& map() const { return *map_; }
   const SubmapOptions& options() const { return options_; }
   const WaitingPhotos& waiting() const { return waiting_; }
+  const std::shared_ptr<LocalAdjustment>& local_adjustment() const { return adjuster_.local(); }
 
  private:
   struct Adjustment {

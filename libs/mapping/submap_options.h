@@ -1,9 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "map/filters.h"
-#include "mapping/local_window.h"
+#include "mapping/local_adjustment.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
 #include "sfm/incremental_triangulator.h"
@@ -13,13 +14,13 @@ namespace skein {
 struct SubmapOptions {
   std::string camera_model = "SIMPLE_RADIAL";
   RegistrationOptions registration;
-  LocalWindowOptions local;
   FilterOptions filter;
   MisplacedOptions misplaced;
   // So many ambiguous photos say that the map holds one place twice. Then they are registered where
   // most points agree, and misplaced ones show by their matches.
   int max_ambiguous = 3;
   colmap::IncrementalTriangulator::Options triangulation;
+  LocalAdjustmentMaker make_local = [] { return std::make_shared<ColmapWindow>(); };
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
   double global_growth = 1.1;      // growth of images or points that calls for a global BA
   int min_observations = 15;       // of a registered photo; with less it is withdrawn

@@ -66,7 +66,6 @@ SubmapState Submap::State() const {
     state.is_camera_refined[id] = camera.refined;
   }
   state.trials = waiting_.records();
-  state.similar = adjuster_.similar();
   state.size_at_global = adjuster_.size_at_global();
   state.first = first_;
   return state;
@@ -76,7 +75,6 @@ Status Submap::Restore(const colmap::Reconstruction& model, const SubmapState& s
   const Status status = ReplaceModel(model);
   if (!status.ok()) return status;
   waiting_.set_records(state.trials);
-  adjuster_.similar() = state.similar;
   adjuster_.set_size_at_global(state.size_at_global);
   first_ = state.first;
   for (const auto& [id, is_refined] : state.is_camera_refined) {

@@ -14,7 +14,6 @@ struct SubmapState {
   std::vector<int64_t> photos;  // registered or waiting, in the order they came
   std::map<CameraId, bool> is_camera_refined;
   std::map<ImageId, TrialRecord> trials;
-  SimilarityLists similar;
   Adjuster::Size size_at_global;
   ImageId first = 0;  // of the initial pair
 };

@@ -15,20 +15,13 @@ Status CheckCameraModel(const std::string& name) {
                          "\": give one of COLMAP's, as SIMPLE_RADIAL or OPENCV");
 }
 
-std::vector<std::string> LocalBaNames() {
-  std::vector<std::string> names;
-  for (const auto& [name, form] : LocalBaForms()) names.push_back(name);
-  return names;
-}
-
 }  // namespace
 
 Status MapperOptions::Check() const {
-  const LocalWindowOptions& local = run.submap.local;
   return FirstError({CheckCameraModel(run.submap.camera_model),
-                     InRange("local_ba_images", local.colmap_images, 3, 1000),
-                     InRange("local_ba_free", local.max_free, 0, 1'000'000),
-                     InRange("local_ba_held", local.max_held, 0, 1'000'000),
+                     InRange("local_ba_images", local_ba.colmap_images, 3, 1000),
+                     InRange("local_ba_free", local_ba.tree.max_free, 0, 1'000'000),
+                     InRange("local_ba_held", local_ba.tree.max_held, 0, 1'000'000),
                      InRange("checkpoint_photos", run.checkpoint_photos, 1, 1'000'000),
                      InRange("checkpoint_period", run.checkpoint_period_s, 0.0, 86400.0),
                      InRange("retire_after", retire_after_s, 0.0, 1e9)});
@@ -36,18 +29,18 @@ Status MapperOptions::Check() const {
 
 void AddOptions(CLI::App& app, MapperOptions* options) {
   SubmapOptions& submap = options->run.submap;
-  LocalWindowOptions& local = submap.local;
+  LocalBaOptions& local_ba = options->local_ba;
   app.add_option("--camera-model", submap.camera_model,
                  "One of COLMAP's camera models, for cameras whose intrinsics are not given");
   AddChoice(
-      app, "local-ba", LocalBaNames(), [&local] { return NameOf(local.form); },
-      [&local](const std::string& name) { local.form = LocalBaForms().at(name); },
+      app, "local-ba", LocalBaForms(), [&local_ba] { return local_ba.form; },
+      [&local_ba](const std::string& name) { local_ba.form = name; },
       "Local bundle adjustment: colmap, consistent, paper or equal");
-  app.add_option("--local-ba-images", local.colmap_images,
+  app.add_option("--local-ba-images", local_ba.colmap_images,
                  "Images that local_ba colmap takes in, two of them constant");
-  app.add_option("--local-ba-free", local.max_free,
+  app.add_option("--local-ba-free", local_ba.tree.max_free,
                  "Most images that the other forms refine; 0: no limit");
-  app.add_option("--local-ba-held", local.max_held,
+  app.add_option("--local-ba-held", local_ba.tree.max_held,
                  "Most images that they hold constant; 0: no limit");
   AddSwitch(app, "background-ba", &submap.background,
             "Global bundle adjustment beside registration; off: in turn with it, and the same "

@@ -2,6 +2,7 @@
 
 #include "core/result.h"
 #include "mapper/submap_run.h"
+#include "mapping/experiments/tree_window.h"
 
 namespace CLI {
 class App;
@@ -13,6 +14,7 @@ struct MapperOptions {
   MapperOptions() { run.submap.background = true; }
 
   SubmapRunOptions run;
+  LocalBaOptions local_ba;
   double retire_after_s = 0;  // without a submap; 0: never
 
   Status Check() const;

@@ -1,4 +1,4 @@
-#include "mapping/local_window.h"
+#include "mapping/local_adjustment.h"
 
 #include <gtest/gtest.h>
 
@@ -23,52 +23,13 @@ size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageI
   });
 }
 
-// A long chain: the photos at its ends share their points with few others.
-TEST(LocalWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
-  SyntheticOptions scene_options;
-  scene_options.path = SyntheticOptions::Path::kForward;
-  scene_options.num_photos = 16;
-  scene_options.num_points = 4000;
-  const SyntheticScene scene = MakeScene(scene_options);
-  SceneMap map;
-  FillMap(scene, &map);
-  SimilarityLists similar;
-  for (uint32_t id = 2; id <= 16; ++id) similar.Add(id, {{id - 1, 0.5}});
-  LocalWindowOptions options;
-  options.form = LocalBaForm::kConsistent;
-  options.tree.depth = 20;
-  options.max_points = 400;
-  const BundleRequest request = SelectLocalWindow(options, map, similar, 16);
-  EXPECT_EQ(request.points.size(), 400u);
-  ASSERT_GE(request.free.size(), 10u);
-  const size_t share = (400 - 200) / (request.free.size() - 1);
-  EXPECT_GE(NumSeen(map, request.points, 16), 200u);
-  for (const ImageId id : request.free) {
-    EXPECT_GE(NumSeen(map, request.points, id), share) << "image " << id;
-  }
-}
-
-TEST(LocalWindow, TakesAllPointsWithinTheLimit) {
-  const SyntheticScene scene = MakeScene({});
-  SceneMap map;
-  FillMap(scene, &map);
-  SimilarityLists similar;
-  for (uint32_t id = 2; id <= 8; ++id) similar.Add(id, {{id - 1, 0.5}, {1, 0.5}});
-  LocalWindowOptions options;
-  options.form = LocalBaForm::kConsistent;
-  const BundleRequest request = SelectLocalWindow(options, map, similar, 8);
-  EXPECT_EQ(request.points.size(), map.reconstruction().NumPoints3D());
-}
-
-TEST(LocalWindow, ColmapTakesTheImagesWithMostPointsInCommon) {
+TEST(ColmapWindow, TakesTheImagesWithMostPointsInCommon) {
   SyntheticOptions scene_options;
   scene_options.num_photos = 16;
   const SyntheticScene scene = MakeScene(scene_options);
   SceneMap map;
   FillMap(scene, &map);
-  LocalWindowOptions options;
-  options.colmap_images = 6;
-  const BundleRequest request = SelectLocalWindow(options, map, SimilarityLists(), 16);
+  const BundleRequest request = ColmapWindow(6).SelectWindow(map, 16);
   ASSERT_EQ(request.free.size(), 4u);
   ASSERT_EQ(request.held.size(), 2u);
   EXPECT_TRUE(request.hold_open_points);
@@ -89,11 +50,11 @@ TEST(LocalWindow, ColmapTakesTheImagesWithMostPointsInCommon) {
 }
 
 // One that takes in the whole map leaves two photos where they are, for the gauge.
-TEST(LocalWindow, ColmapHoldsTwoImagesOfASmallMap) {
+TEST(ColmapWindow, HoldsTwoImagesOfASmallMap) {
   const SyntheticScene scene = MakeScene({});
   SceneMap map;
   FillMap(scene, &map);
-  const BundleRequest request = SelectLocalWindow({}, map, SimilarityLists(), 8);
+  const BundleRequest request = ColmapWindow().SelectWindow(map, 8);
   EXPECT_EQ(request.free.size(), 6u);
   EXPECT_EQ(request.held.size(), 2u);
 }

@@ -1,4 +1,4 @@
-#include "mapping/local_window.h"
+#include "mapping/experiments/tree_window.h"
 
 #include <algorithm>
 #include <set>
@@ -8,22 +8,6 @@
 
 namespace skein {
 namespace {
-
-// How many points of `ids` each registered image sees, most first, then by id.
-std::vector<std::pair<ImageId, int>> RankedObservers(const SceneMap& map,
-                                                     const std::vector<Point3DId>& ids) {
-  std::unordered_map<ImageId, int> counts;
-  for (const Point3DId id : ids) {
-    for (const auto& element : map.reconstruction().Point3D(id).Track().Elements()) {
-      ++counts[element.image_id];
-    }
-  }
-  std::vector<std::pair<ImageId, int>> sorted(counts.begin(), counts.end());
-  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-    return std::make_pair(-a.second, a.first) < std::make_pair(-b.second, b.first);
-  });
-  return sorted;
-}
 
 // Chooses points for images, those that most free images see first, then by id.
 class PointChoice {
@@ -111,73 +95,67 @@ std::vector<Point3DId> SelectPoints(const SceneMap& map, const std::vector<Image
   return choice.Sorted();
 }
 
-// COLMAP's local BA: the images with most common points, two of them held for the gauge. The new
-// photo's points that are not firm are refined with all that see them; of the others those that
-// images outside see, too, are held (incremental_mapper.cc, bundle_adjustment.cc of 3.8).
-BundleRequest ColmapWindow(const LocalWindowOptions& options, const SceneMap& map,
-                           ImageId new_image_id) {
-  BundleRequest request;
-  request.free.push_back(new_image_id);
-  std::vector<ImageId> window;
-  for (const auto& [id, count] : RankedObservers(map, PointsSeenBy(map, {new_image_id}))) {
-    if (static_cast<int>(window.size()) + 1 >= options.colmap_images) break;
-    if (id != new_image_id) window.push_back(id);
-  }
-  const size_t num_held = std::min<size_t>(2, window.size());
-  request.held.assign(window.end() - num_held, window.end());
-  request.free.insert(request.free.end(), window.begin(), window.end() - num_held);
-  request.complete_points = WithoutFirm(map, PointsSeenBy(map, {new_image_id}));
-  request.points = Without(PointsSeenBy(map, request.free), request.complete_points);
-  request.hold_open_points = true;
-  return request;
+// What weight p means for a pose's block of the normal equations.
+PoseStiffness StiffnessOf(TreeForm form, double p) {
+  if (form == TreeForm::kPaper) return {0.0, p};
+  if (form == TreeForm::kConsistent) return {1.0 / p - 1.0, 1.0};
+  return {};
 }
 
 }  // namespace
 
-const std::map<std::string, LocalBaForm>& LocalBaForms() {
-  static const std::map<std::string, LocalBaForm> kForms = {
-      {"paper", LocalBaForm::kPaper},
-      {"consistent", LocalBaForm::kConsistent},
-      {"equal", LocalBaForm::kEqual},
-      {"colmap", LocalBaForm::kColmap},
-  };
-  return kForms;
+void TreeWindow::AddSimilar(ImageId id, const std::vector<std::pair<uint32_t, double>>& distances) {
+  similar_.Add(id, distances);
 }
 
-std::string NameOf(LocalBaForm form) {
-  for (const auto& [name, other] : LocalBaForms()) {
-    if (other == form) return name;
-  }
-  throw std::invalid_argument("a local BA without a name");
-}
-
-BundleRequest SelectLocalWindow(const LocalWindowOptions& options, const SceneMap& map,
-                                const SimilarityLists& similar, ImageId new_image_id) {
-  if (options.form == LocalBaForm::kColmap) return ColmapWindow(options, map, new_image_id);
-  const bool limited = options.form != LocalBaForm::kPaper;
+BundleRequest TreeWindow::SelectWindow(const SceneMap& map, ImageId new_image) const {
+  const size_t max_free = IsLimited() && options_.max_free > 0 ? options_.max_free : SIZE_MAX;
   const auto is_member = [&](uint32_t id) { return map.IsRegistered(id); };
   BundleRequest request;
-  std::set<ImageId> in_window;
-  for (const TreeNode& node :
-       BuildAssociationTree(options.tree, similar, new_image_id, is_member)) {
-    const bool full = limited && options.max_free > 0 &&
-                      static_cast<int>(request.free.size()) >= options.max_free;
-    in_window.insert(node.image_id);
-    if (node.weight > 0 && !full) {
+  for (const TreeNode& node : BuildAssociationTree(options_.tree, similar_, new_image, is_member)) {
+    if (node.weight > 0 && request.free.size() < max_free) {
       request.free.push_back(node.image_id);
-      request.weights.push_back(node.weight);
+      request.stiffness.push_back(StiffnessOf(options_.form, node.weight));
     } else {
       request.held.push_back(node.image_id);
     }
   }
-  request.points = SelectPoints(map, request.free, limited ? options.max_points : 0);
-  const size_t max_held = limited && options.max_held > 0 ? options.max_held : SIZE_MAX;
-  if (request.held.size() > max_held) request.held.resize(max_held);
-  for (const auto& [id, count] : RankedObservers(map, request.points)) {
-    if (request.held.size() >= max_held) break;
-    if (in_window.insert(id).second) request.held.push_back(id);
-  }
+  request.points = SelectPoints(map, request.free, IsLimited() ? options_.max_points : 0);
+  HoldObservers(map, &request);
   return request;
+}
+
+// Those of the tree first.
+void TreeWindow::HoldObservers(const SceneMap& map, BundleRequest* request) const {
+  std::set<ImageId> in_window(request->free.begin(), request->free.end());
+  in_window.insert(request->held.begin(), request->held.end());
+  const size_t max_held = IsLimited() && options_.max_held > 0 ? options_.max_held : SIZE_MAX;
+  if (request->held.size() > max_held) request->held.resize(max_held);
+  for (const auto& [id, count] : RankObservers(map, request->points)) {
+    if (request->held.size() >= max_held) break;
+    if (in_window.insert(id).second) request->held.push_back(id);
+  }
+}
+
+const std::vector<std::string>& LocalBaForms() {
+  static const std::vector<std::string> kForms = {"colmap", "consistent", "equal", "paper"};
+  return kForms;
+}
+
+LocalAdjustmentMaker MakerOf(const LocalBaOptions& options) {
+  if (options.form == "colmap") {
+    return [n = options.colmap_images] { return std::make_shared<ColmapWindow>(n); };
+  }
+  static const std::map<std::string, TreeForm> kTreeForms = {
+      {"paper", TreeForm::kPaper},
+      {"consistent", TreeForm::kConsistent},
+      {"equal", TreeForm::kEqual},
+  };
+  const auto form = kTreeForms.find(options.form);
+  if (form == kTreeForms.end()) throw std::invalid_argument("no local BA " + options.form);
+  TreeWindowOptions tree = options.tree;
+  tree.form = form->second;
+  return [tree] { return std::make_shared<TreeWindow>(tree); };
 }
 
 }  // namespace skein

@@ -1,4 +1,4 @@
-#include "mapping/association_tree.h"
+#include "mapping/experiments/association_tree.h"
 
 #include <algorithm>
 #include <cmath>

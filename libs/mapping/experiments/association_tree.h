@@ -25,8 +25,6 @@ class SimilarityLists {
   explicit SimilarityLists(size_t max_length = 64) : max_length_(max_length) {}
   void Add(uint32_t image_id, const std::vector<std::pair<uint32_t, double>>& others_distances);
   const std::vector<Similar>& Of(uint32_t image_id) const;
-  const std::unordered_map<uint32_t, std::vector<Similar>>& all() const { return lists_; }
-  void Set(uint32_t image_id, std::vector<Similar> list) { lists_[image_id] = std::move(list); }
 
  private:
   void Insert(uint32_t image_id, Similar similar);

@@ -1,0 +1,60 @@
+#include "mapping/experiments/tree_window.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "testing/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+void FillMap(const SyntheticScene& scene, SceneMap* map) {
+  AddToMap(scene, scene.pairs, map);
+  RegisterAtTruth(scene, map->photos(), Eigen::Vector3d::Zero(), map);
+}
+
+size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id) {
+  return std::count_if(points.begin(), points.end(), [&](Point3DId point) {
+    const auto& track = map.reconstruction().Point3D(point).Track().Elements();
+    return std::any_of(track.begin(), track.end(),
+                       [id](const auto& element) { return element.image_id == id; });
+  });
+}
+
+// A long chain: the photos at its ends share their points with few others.
+TEST(TreeWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
+  SyntheticOptions scene_options;
+  scene_options.path = SyntheticOptions::Path::kForward;
+  scene_options.num_photos = 16;
+  scene_options.num_points = 4000;
+  const SyntheticScene scene = MakeScene(scene_options);
+  SceneMap map;
+  FillMap(scene, &map);
+  TreeWindowOptions options;
+  options.tree.depth = 20;
+  options.max_points = 400;
+  TreeWindow window(options);
+  for (uint32_t id = 2; id <= 16; ++id) window.AddSimilar(id, {{id - 1, 0.5}});
+  const BundleRequest request = window.SelectWindow(map, 16);
+  EXPECT_EQ(request.points.size(), 400u);
+  ASSERT_GE(request.free.size(), 10u);
+  const size_t share = (400 - 200) / (request.free.size() - 1);
+  EXPECT_GE(NumSeen(map, request.points, 16), 200u);
+  for (const ImageId id : request.free) {
+    EXPECT_GE(NumSeen(map, request.points, id), share) << "image " << id;
+  }
+}
+
+TEST(TreeWindow, TakesAllPointsWithinTheLimit) {
+  const SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  FillMap(scene, &map);
+  TreeWindow window{TreeWindowOptions()};
+  for (uint32_t id = 2; id <= 8; ++id) window.AddSimilar(id, {{id - 1, 0.5}, {1, 0.5}});
+  const BundleRequest request = window.SelectWindow(map, 8);
+  EXPECT_EQ(request.points.size(), map.reconstruction().NumPoints3D());
+}
+
+}  // namespace
+}  // namespace skein
