@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/camera.h"
+#include "core/limits.h"
 #include "core/result.h"
 #include "geometry/sim3_similarity.h"
 
@@ -54,7 +55,7 @@ struct Sim3Options {
   double min_inlier_ratio = 0.3;
   // max_re: largest reprojection error of an inlier, for a photo whose longer side is 1,600 px. It
   // scales with the photo's longer side.
-  double max_reprojection_error_px = 12.0;
+  double max_reprojection_error_px = limits::kMaxPoseErrorPx;
   // Trials (num_trials). Triples are enumerated when there are no more than that.
   int num_trials = 1000;
   // Photos that must agree: 3, but for the joining of submaps that will never share more.

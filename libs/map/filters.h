@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "core/limits.h"
 #include "map/scene_map.h"
 
 namespace skein {
 
 struct FilterOptions {
-  double max_reprojection_error_px = 4.0;
-  double min_triangulation_angle_deg = 1.5;
+  double max_reprojection_error_px = limits::kMaxErrorPx;
+  double min_triangulation_angle_deg = limits::kMinTriangulationAngleDeg;
 };
 
 // Removes observations of the bundle with too large an error. Then removes its points with less

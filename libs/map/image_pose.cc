@@ -1,6 +1,7 @@
 #include "map/image_pose.h"
 
 #include "base/pose.h"
+#include "core/limits.h"
 
 namespace skein {
 
@@ -13,6 +14,11 @@ void GetPose(const colmap::Image& image, BundlePose* pose) {
 void SetPose(const BundlePose& pose, colmap::Image* image) {
   image->SetQvec(colmap::RotationMatrixToQuaternion(pose.R));
   image->SetTvec(pose.t);
+}
+
+bool HasPossibleIntrinsics(const colmap::Camera& camera) {
+  return !camera.HasBogusParams(limits::kMinFocalRatio, limits::kMaxFocalRatio,
+                                limits::kMaxDistortion);
 }
 
 void ApplyBundle(const Bundle& bundle, colmap::Reconstruction* model) {

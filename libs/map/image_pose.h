@@ -13,4 +13,7 @@ void SetPose(const BundlePose& pose, colmap::Image* image);
 // are no longer registered and points that are gone are passed over.
 void ApplyBundle(const Bundle& bundle, colmap::Reconstruction* model);
 
+// Whether focal length and distortion are within limits.h.
+bool HasPossibleIntrinsics(const colmap::Camera& camera);
+
 }  // namespace skein

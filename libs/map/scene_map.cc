@@ -385,14 +385,15 @@ std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DI
   return {observers.begin(), observers.end()};
 }
 
-bool IsFirm(const SceneMap& map, Point3DId id) {
-  return map.reconstruction().Point3D(id).Track().Length() > kFirmTrackLength;
+bool IsLongTrack(const SceneMap& map, Point3DId id) {
+  return map.reconstruction().Point3D(id).Track().Length() > kLongTrackLength;
 }
 
-std::vector<Point3DId> WithoutFirm(const SceneMap& map, const std::vector<Point3DId>& points) {
+std::vector<Point3DId> WithoutLongTracks(const SceneMap& map,
+                                         const std::vector<Point3DId>& points) {
   std::vector<Point3DId> result;
   for (const Point3DId id : points) {
-    if (!IsFirm(map, id)) result.push_back(id);
+    if (!IsLongTrack(map, id)) result.push_back(id);
   }
   return result;
 }

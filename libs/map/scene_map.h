@@ -167,11 +167,11 @@ class SceneMap {
 std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images);
 std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points);
 
-// A point that more images see than this is firm: another hardly moves it, and what is done with it
-// for one photo should not cost the more the more of them see it. COLMAP's limit in its local BA.
-constexpr size_t kFirmTrackLength = 15;
-bool IsFirm(const SceneMap& map, Point3DId id);
-std::vector<Point3DId> WithoutFirm(const SceneMap& map, const std::vector<Point3DId>& points);
+// A point with more observations than this has a long track. Another observation hardly moves it.
+// Work on it for one photo must not grow with its length. COLMAP's limit in its local BA.
+constexpr size_t kLongTrackLength = 15;
+bool IsLongTrack(const SceneMap& map, Point3DId id);
+std::vector<Point3DId> WithoutLongTracks(const SceneMap& map, const std::vector<Point3DId>& points);
 
 // Of ids in ascending order those that are not among others, in ascending order as well.
 std::vector<Point3DId> Without(const std::vector<Point3DId>& ids,

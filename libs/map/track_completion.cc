@@ -11,10 +11,10 @@ namespace {
 
 using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
 
-std::unordered_set<Point3DId> ModifiedNotFirm(SceneMap* map) {
+std::unordered_set<Point3DId> ModifiedShortTracks(SceneMap* map) {
   std::unordered_set<Point3DId> points;
   for (const Point3DId id : MapAccess::Triangulator(map).GetModifiedPoints3D()) {
-    if (!IsFirm(*map, id)) points.insert(id);
+    if (!IsLongTrack(*map, id)) points.insert(id);
   }
   return points;
 }
@@ -45,10 +45,10 @@ bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
   return true;
 }
 
-// What matches tie to a firm point that the new photo sees.
-class FirmPoint {
+// What matches tie to a point with a long track that the new photo sees.
+class LongTrack {
  public:
-  FirmPoint(const TriangulatorOptions& options, ImageId image_id, Point2DIdx index, SceneMap* map)
+  LongTrack(const TriangulatorOptions& options, ImageId image_id, Point2DIdx index, SceneMap* map)
       : options_(options), image_id_(image_id), index_(index), map_(*map) {}
 
   void Merge() const {
@@ -102,12 +102,13 @@ class FirmPoint {
 };
 
 template <typename Function>
-void ForEachFirmPoint(const TriangulatorOptions& options, ImageId image_id, SceneMap* map,
+void ForEachLongTrack(const TriangulatorOptions& options, ImageId image_id, SceneMap* map,
                       const Function& function) {
   const colmap::Image& image = map->reconstruction().Image(image_id);
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
-    if (!image.Point2D(i).HasPoint3D() || !IsFirm(*map, image.Point2D(i).Point3DId())) continue;
-    function(FirmPoint(options, image_id, i, map));
+    if (!image.Point2D(i).HasPoint3D() || !IsLongTrack(*map, image.Point2D(i).Point3DId()))
+      continue;
+    function(LongTrack(options, image_id, i, map));
   }
 }
 
@@ -115,10 +116,10 @@ void ForEachFirmPoint(const TriangulatorOptions& options, ImageId image_id, Scen
 
 void CompleteLocally(const TriangulatorOptions& options, ImageId new_image, SceneMap* map) {
   colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(map);
-  triangulator.MergeTracks(options, ModifiedNotFirm(map));
-  ForEachFirmPoint(options, new_image, map, [](const FirmPoint& point) { point.Merge(); });
-  triangulator.CompleteTracks(options, ModifiedNotFirm(map));
-  ForEachFirmPoint(options, new_image, map, [](const FirmPoint& point) { point.Complete(); });
+  triangulator.MergeTracks(options, ModifiedShortTracks(map));
+  ForEachLongTrack(options, new_image, map, [](const LongTrack& point) { point.Merge(); });
+  triangulator.CompleteTracks(options, ModifiedShortTracks(map));
+  ForEachLongTrack(options, new_image, map, [](const LongTrack& point) { point.Complete(); });
   TriangulatorOptions creating = options;
   creating.complete_max_transitivity = 0;  // the photo's tracks are complete
   triangulator.CompleteImage(creating, new_image);

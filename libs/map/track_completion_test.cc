@@ -56,10 +56,10 @@ class TrackCompletionTest : public testing::Test {
 };
 
 TEST_F(TrackCompletionTest, ExtendsShortAndLongTracksByWhatTheNewPhotoMatches) {
-  TakeOut(1, 3, 5);   // leaves a firm point
+  TakeOut(1, 3, 5);   // leaves a long track
   TakeOut(1, 13, 6);  // leaves one that is not
-  ASSERT_TRUE(IsFirm(map_, PointAt(kNewPhoto, 5)));
-  ASSERT_FALSE(IsFirm(map_, PointAt(kNewPhoto, 6)));
+  ASSERT_TRUE(IsLongTrack(map_, PointAt(kNewPhoto, 5)));
+  ASSERT_FALSE(IsLongTrack(map_, PointAt(kNewPhoto, 6)));
   Complete();
   EXPECT_EQ(Length(5), 20u);
   EXPECT_EQ(Length(6), 20u);
@@ -98,9 +98,9 @@ TEST_F(TrackCompletionTest, DoesNotMergePointsInDifferentPlaces) {
   EXPECT_EQ(map_.reconstruction().NumPoints3D(), num_points);
 }
 
-// The new photo's matches with photo 1 are gone: what others match is not followed for a firm
-// point, which was looked at when they came; and is for one that is not.
-TEST_F(TrackCompletionTest, LooksAroundAFirmPointInTheNewPhotoOnly) {
+// The new photo's matches with photo 1 are gone. The matches of other photos are followed for short
+// tracks only.
+TEST_F(TrackCompletionTest, LooksAroundALongTrackInTheNewPhotoOnly) {
   SyntheticScene scene = scene_;
   TwoViewPairs& pairs = scene.pairs[kNewPhoto - 1];
   pairs.erase(std::find_if(pairs.begin(), pairs.end(),

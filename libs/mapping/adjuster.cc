@@ -39,7 +39,7 @@ int Adjuster::AdjustLocally(ImageId new_image) {
 // What long tracks have gained was checked as it was added.
 void Adjuster::CompleteAround(ImageId new_image) {
   CompleteLocally(options_.triangulation, new_image, &map_);
-  FilterPoints(options_.filter, WithoutFirm(map_, map_.ModifiedPoints()), &map_);
+  FilterPoints(options_.filter, WithoutLongTracks(map_, map_.ModifiedPoints()), &map_);
 }
 
 // Moves the points that the images of a local BA see but the BA left out to where their

@@ -2,15 +2,17 @@
 
 #include <string>
 
+#include "core/limits.h"
 #include "map/scene_map.h"
 
 namespace skein {
 
 struct InitialPairOptions {
   int min_num_inliers = 100;
-  double max_error_px = 4.0;
+  double max_error_px = limits::kMaxErrorPx;
   double max_forward_motion = 0.95;
-  double min_triangulation_angle_deg = 16.0;  // median; the caller relaxes it stepwise
+  double min_triangulation_angle_deg =
+      limits::kInitialAnglesDeg[0];  // median; the caller relaxes it stepwise
 };
 
 struct InitialPairResult {

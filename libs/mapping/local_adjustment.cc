@@ -32,7 +32,7 @@ BundleRequest ColmapWindow::SelectWindow(const SceneMap& map, ImageId new_image)
   const size_t num_held = std::min<size_t>(2, window.size());
   request.held.assign(window.end() - num_held, window.end());
   request.free.insert(request.free.end(), window.begin(), window.end() - num_held);
-  request.complete_points = WithoutFirm(map, of_new);
+  request.complete_points = WithoutLongTracks(map, of_new);
   request.points = Without(PointsSeenBy(map, request.free), request.complete_points);
   request.hold_open_points = true;
   return request;

@@ -42,7 +42,7 @@ TEST(ColmapWindow, TakesTheImagesWithMostPointsInCommon) {
     if (window.count(id) > 0) continue;
     EXPECT_LE(NumSeen(map, points, id), fewest) << "image " << id;
   }
-  EXPECT_EQ(request.complete_points, WithoutFirm(map, points));
+  EXPECT_EQ(request.complete_points, WithoutLongTracks(map, points));
   std::vector<Point3DId> all = request.points;
   all.insert(all.end(), request.complete_points.begin(), request.complete_points.end());
   std::sort(all.begin(), all.end());

@@ -2,13 +2,15 @@
 
 #include <vector>
 
+#include "core/limits.h"
 #include "map/scene_map.h"
 
 namespace skein {
 
 struct MisplacedOptions {
-  double max_error_px = 12.0;  // of a matched point seen from the other photo, as in registration
-  int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
+  double max_error_px =
+      limits::kMaxPoseErrorPx;  // of a matched point seen from the other photo, as in registration
+  int min_contradiction = 30;   // matches by which contradiction must outweigh agreement
   // Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody:
   // they are as often false, of an object that two places have in common
   // (docs/experiments/false_pairs.md).

@@ -5,12 +5,13 @@
 namespace skein {
 namespace {
 
-// The photo and its points are free, but for firm ones; the points' other observers are held.
+// The photo and its points are free, but for those with long tracks; the points' other observers
+// are held.
 Bundle BundleOfPhoto(const SceneMap& map, ImageId image_id) {
   BundleRequest request;
   request.free = {image_id};
   const std::vector<Point3DId> points = PointsSeenBy(map, request.free);
-  request.complete_points = WithoutFirm(map, points);
+  request.complete_points = WithoutLongTracks(map, points);
   request.points = Without(points, request.complete_points);
   request.hold_open_points = true;
   return BuildBundle(map, request);

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/limits.h"
 #include "mapping/registration.h"
 
 namespace skein {
@@ -22,9 +23,8 @@ std::vector<ImageId> NeighboursMostInliersFirst(const SceneMap& map, ImageId id)
 
 // At each angle, which is relaxed stepwise as the merger does.
 bool StartFromBestPairOf(ImageId id, Submap* submap) {
-  constexpr double kAnglesDeg[] = {16, 8, 4, 2};
   const std::vector<ImageId> neighbours = NeighboursMostInliersFirst(submap->map(), id);
-  for (const double angle_deg : kAnglesDeg) {
+  for (const double angle_deg : limits::kInitialAnglesDeg) {
     InitialPairOptions options;
     options.min_triangulation_angle_deg = angle_deg;
     for (const ImageId other : neighbours) {

@@ -10,23 +10,16 @@
 #include "bundle/projection.h"
 #include "estimators/pose.h"
 #include "map/bundle_builder.h"
+#include "map/image_pose.h"
 #include "util/math.h"
 #include "util/random.h"
 
 namespace skein {
 namespace {
 
-constexpr double kMinFocalRatio = 0.1;
-constexpr double kMaxFocalRatio = 10.0;
-constexpr double kMaxDistortion = 1.0;
-
 // A pose that is this much less determined than is asked for can be the start of a refinement
 // with the photo's other matches.
 constexpr double kSigmasOfAStart = 5;
-
-bool HasBogusParams(const colmap::Camera& camera) {
-  return camera.HasBogusParams(kMinFocalRatio, kMaxFocalRatio, kMaxDistortion);
-}
 
 // One free pose, all points constant.
 Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool refine_camera,
@@ -302,7 +295,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   if (estimate.num_inliers < options.min_inlier_ratio * estimate.num_visible) {
     return Refuse(estimate, "too small a part of the visible points fits");
   }
-  if (HasBogusParams(camera)) return Refuse(estimate, "camera parameters out of range");
+  if (!HasPossibleIntrinsics(camera)) return Refuse(estimate, "camera parameters out of range");
   if (!IsDetermined(options, estimate.sigmas, kSigmasOfAStart)) {
     return Refuse(estimate, "pose badly determined by its inliers");
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "core/limits.h"
 #include "disambiguation/look_alike.h"
 #include "disambiguation/photo_groups.h"
 #include "map/scene_map.h"
@@ -13,10 +14,10 @@
 namespace skein {
 
 struct RegistrationOptions {
-  double max_error_px = 12.0;  // of an inlier, as COLMAP
+  double max_error_px = limits::kMaxPoseErrorPx;  // of an inlier, as COLMAP
   // RANSAC's. Within the widest two poses can share their inliers, e.g. of a part of the scene that
   // is nearly a plane, where the smaller ones tell them apart.
-  std::vector<double> ransac_limits_px = {12.0, 4.0, 2.0};
+  std::vector<double> ransac_limits_px = {limits::kMaxPoseErrorPx, limits::kMaxErrorPx, 2.0};
   int min_num_inliers = 30;
   double min_inlier_ratio = 0.25;
   int min_num_trials = 100;
@@ -34,7 +35,7 @@ struct RegistrationOptions {
   // Of the verified matches with registered photos the share that must agree with the pose once it
   // is refined (placement.h). Sampson's error, in pixels.
   double min_epipolar_share = 0.65;
-  double max_epipolar_error_px = 4.0;
+  double max_epipolar_error_px = limits::kMaxErrorPx;
   LookAlikeOptions look_alike;
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.

@@ -4,6 +4,8 @@
 #include <map>
 #include <vector>
 
+#include "map/image_pose.h"
+
 namespace skein {
 namespace {
 
@@ -93,7 +95,7 @@ std::string CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
 
 std::string CheckCameras(const colmap::Reconstruction& merged) {
   for (const auto& [id, camera] : merged.Cameras()) {
-    if (camera.HasBogusParams(0.1, 10.0, 1.0)) {
+    if (!HasPossibleIntrinsics(camera)) {
       return "camera " + std::to_string(id) + " got impossible intrinsics";
     }
   }

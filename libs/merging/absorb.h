@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/reconstruction.h"
+#include "core/limits.h"
 #include "disambiguation/twin_check.h"
 #include "geometry/sim3_ransac.h"
 #include "merging/fuse.h"
@@ -18,10 +19,10 @@ struct AbsorbOptions {
   Sim3Options sim3;
   ResidualTolerance tolerance;
   TwinOptions twin;
-  double max_reprojection_error_px = 4.0;  // of an observation that stays
-  double min_tri_angle_deg = 1.5;          // of a point that stays
-  int min_shared_images = 3;               // agreeing, before and after the adjustment
-  double min_fused_share = 0.3;            // of the points that both models see in one photo
+  double max_reprojection_error_px = limits::kMaxErrorPx;        // of an observation that stays
+  double min_tri_angle_deg = limits::kMinTriangulationAngleDeg;  // of a point that stays
+  int min_shared_images = 3;     // agreeing, before and after the adjustment
+  double min_fused_share = 0.3;  // of the points that both models see in one photo
   // A merged model up to this size is adjusted as a whole, intrinsics included. A larger one is
   // adjusted around the seam: the shared images and this many with most points in common with them.
   int max_whole_images = 150;

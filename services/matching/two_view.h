@@ -17,13 +17,14 @@
 #include <vector>
 
 #include "base/camera.h"
+#include "core/limits.h"
 #include "estimators/two_view_geometry.h"
 #include "feature/types.h"
 
 namespace skein {
 
 struct TwoViewOptions {
-  double max_error_px = 4.0;
+  double max_error_px = limits::kMaxErrorPx;
   double confidence = 0.999;
   double min_inlier_ratio = 0.25;
   int max_num_trials = 10000;

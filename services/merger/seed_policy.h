@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/limits.h"
 #include "core/result.h"
 #include "merger/submap_directory.h"
 
@@ -25,7 +26,8 @@ struct SeedOptions {
   int min_inliers_at_last = 50;  // when finishing and nothing better is left
   double max_forward_motion = 0.95;
   // Median triangulation angle asked for at first, and its relaxations, in degrees.
-  std::vector<double> min_tri_angle_steps_deg = {16, 8, 4, 2};
+  std::vector<double> min_tri_angle_steps_deg{limits::kInitialAnglesDeg.begin(),
+                                              limits::kInitialAnglesDeg.end()};
   // A relaxation applies when so many orphans of one component wait, or after so many quiet
   // seconds. All apply when the session finishes. One entry a relaxation.
   std::vector<int> relax_orphans = {4, 6, 9};

@@ -1,0 +1,30 @@
+// Limits of geometry that several stages share. They stand in the lowest room because
+// stages from matching to merging need them.
+#pragma once
+
+#include <array>
+
+namespace skein::limits {
+
+// Of an observation that stays in the map: COLMAP's filter_max_reproj_error. Also of Sampson's
+// error of a verified match: COLMAP's two-view max_error.
+constexpr double kMaxErrorPx = 4.0;
+
+// Of an inlier of an absolute pose, which the map's points are not adjusted to yet: COLMAP's
+// abs_pose_max_error.
+constexpr double kMaxPoseErrorPx = 12.0;
+
+// Of a point that stays in the map: COLMAP's filter_min_tri_angle.
+constexpr double kMinTriangulationAngleDeg = 1.5;
+
+// Median triangulation angle asked of an initial pair, and its relaxations. The first is COLMAP's
+// init_min_tri_angle.
+constexpr std::array<double, 4> kInitialAnglesDeg = {16, 8, 4, 2};
+
+// Possible intrinsics, as COLMAP's mapper has them: focal length over the larger side of the image,
+// magnitude of a distortion parameter.
+constexpr double kMinFocalRatio = 0.1;
+constexpr double kMaxFocalRatio = 10.0;
+constexpr double kMaxDistortion = 1.0;
+
+}  // namespace skein::limits
