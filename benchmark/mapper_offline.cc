@@ -13,23 +13,23 @@
 #include <iostream>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <random>
-#include <set>
-#include <sstream>
 #include <thread>
-#include <tuple>
 
 #include "base/database.h"
-#include "base/similarity_transform.h"
+#include "geometry/model_poses.h"
+#include "geometry/pose_evaluation.h"
 #include "mapping/experiments/tree_window.h"
 #include "mapping/submap.h"
+#include "matching/two_view.h"
 #include "merger/seed_policy.h"
 
 namespace skein {
 namespace {
 
 struct Arguments {
-  std::string database, order = "name", ground_truth, reference, output;
+  std::string database, order = "name", truth, output;
   std::string camera_model = "SIMPLE_RADIAL";
   LocalBaOptions local_ba;
   std::string output_before, photo_table;
@@ -137,67 +137,84 @@ DistancesOfPhoto DistancesFromInliers(const TwoViewPairs& pairs) {
   return distances;
 }
 
-std::map<std::string, Eigen::Vector3d> ReadGroundTruth(const std::string& folder) {
-  std::map<std::string, Eigen::Vector3d> centers;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    std::ifstream file(entry.path());
-    std::vector<double> values{std::istream_iterator<double>(file), {}};
-    if (values.size() < 24) continue;
-    centers[entry.path().stem().string()] = {values[21], values[22], values[23]};
-  }
-  return centers;
+CameraPose PoseOf(const colmap::Image& image) {
+  const Eigen::Vector4d& q = image.Qvec();
+  return {Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized(), image.Tvec()};
 }
 
-// Centres from a text model's images.txt.
-std::map<std::string, Eigen::Vector3d> ReadReference(const std::string& folder) {
-  std::map<std::string, Eigen::Vector3d> centers;
-  std::ifstream file(folder + "/images.txt");
-  for (std::string line; std::getline(file, line);) {
-    if (line.empty() || line[0] == '#') continue;
-    std::istringstream fields(line);
-    int id = 0, camera = 0;
-    Eigen::Vector4d qvec;
-    Eigen::Vector3d tvec;
-    std::string name;
-    fields >> id >> qvec[0] >> qvec[1] >> qvec[2] >> qvec[3] >> tvec[0] >> tvec[1] >> tvec[2] >>
-        camera >> name;
-    colmap::Image image;
-    image.SetQvec(qvec);
-    image.SetTvec(tvec);
-    if (fields) centers[name] = image.ProjectionCenter();
-    std::getline(file, line);
-  }
-  return centers;
-}
-
-// RMSE of positions after a similarity, in percent of the diagonal of the truth's bounding box.
-double PositionRmsePercent(const colmap::Reconstruction& reconstruction,
-                           const std::map<std::string, Eigen::Vector3d>& truth) {
-  std::vector<Eigen::Vector3d> from, to;
+ModelPoses PosesOf(const colmap::Reconstruction& reconstruction) {
+  ModelPoses model;
   for (const ImageId id : reconstruction.RegImageIds()) {
-    const auto it = truth.find(reconstruction.Image(id).Name());
-    if (it == truth.end()) continue;
-    from.push_back(reconstruction.Image(id).ProjectionCenter());
-    to.push_back(it->second);
+    const colmap::Image& image = reconstruction.Image(id);
+    model.poses.push_back({image.Name(), PoseOf(image)});
   }
-  colmap::SimilarityTransform3 transform;
-  if (from.size() < 3 || !transform.Estimate<true>(from, to)) return NAN;
-  double sum = 0;
-  Eigen::Vector3d low = to[0], high = to[0];
-  for (size_t i = 0; i < from.size(); ++i) {
-    transform.TransformPoint(&from[i]);
-    sum += (from[i] - to[i]).squaredNorm();
-    low = low.cwiseMin(to[i]);
-    high = high.cwiseMax(to[i]);
-  }
-  return 100.0 * std::sqrt(sum / from.size()) / (high - low).norm();
+  return model;
 }
+
+ModelPoses ReadTruth(const std::string& path) {
+  Result<ModelPoses> poses = ReadPoses(path);
+  if (!poses.ok()) throw std::runtime_error(path + ": " + poses.error());
+  return *std::move(poses);
+}
+
+// As the matching service has it.
+colmap::Camera PriorOf(const PhotoInput& photo) {
+  return PriorCamera(photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif);
+}
+
+std::vector<Eigen::Vector2d> PixelsOf(const PhotoInput& photo) {
+  std::vector<Eigen::Vector2d> pixels;
+  for (const Keypoint& k : photo.keypoints) pixels.emplace_back(k.x, k.y);
+  return pixels;
+}
+
+// The services' way to an initial pair: matching measures each verified pair, the merger's policy
+// chooses one.
+class Seeds {
+ public:
+  void OnMatches(const PhotoInput& photo, const TwoViewPairs& pairs) {
+    std::vector<VerifiedPair> verified;
+    for (const TwoViewPair& pair : pairs) verified.push_back(Measure(photo, pair));
+    photos_[photo.image_id] = photo;
+    policy_.OnMatches(photo.image_id, ++seq_, verified);
+  }
+
+  // Each pair once. `finishing`: no photo comes any more.
+  std::optional<SeedChoice> Choose(bool finishing) {
+    SeedSituation situation;
+    situation.finishing = finishing;
+    situation.head_seq = seq_;
+    const std::optional<SeedChoice> choice = policy_.Choose(directory_, situation);
+    if (choice) {
+      directory_.OnSeed(++num_seeds_, choice->image_id1, choice->image_id2);
+      directory_.OnEnded(num_seeds_);
+    }
+    return choice;
+  }
+
+ private:
+  VerifiedPair Measure(const PhotoInput& photo, const TwoViewPair& pair) const {
+    const PhotoInput& other = photos_.at(pair.other_id);
+    colmap::FeatureMatches matches;
+    for (const auto& [index, other_index] : pair.inliers) matches.emplace_back(index, other_index);
+    const colmap::TwoViewGeometry geometry =
+        EstimateTwoView(PriorOf(photo), PixelsOf(photo), PriorOf(other), PixelsOf(other), matches,
+                        static_cast<uint32_t>(photo.image_id), TwoViewOptions());
+    return {pair.other_id, static_cast<int>(geometry.inlier_matches.size()), geometry.tri_angle,
+            ForwardMotion(geometry)};
+  }
+
+  SeedPolicy policy_{SeedOptions()};
+  SubmapDirectory directory_;
+  std::map<int64_t, PhotoInput> photos_;
+  int64_t seq_ = 0;
+  int64_t num_seeds_ = 0;
+};
 
 class Run {
  public:
   explicit Run(const Arguments& arguments) : arguments_(arguments), submap_(Options(arguments)) {
-    if (!arguments.ground_truth.empty()) truth_ = ReadGroundTruth(arguments.ground_truth);
-    if (!arguments.reference.empty()) truth_ = ReadReference(arguments.reference);
+    if (!arguments.truth.empty()) truth_ = ReadTruth(arguments.truth);
     if (!arguments.photo_table.empty()) {
       photo_table_.open(arguments.photo_table);
       photo_table_ << "photo,image_id,map_images,ba_images,ba_s,ba_cpu_s,error_px,total_s\n";
@@ -214,10 +231,13 @@ class Run {
       const TwoViewPairs pairs =
           ReadPairs(database, image.ImageId(), before_, arguments_.max_pairs);
       before_.push_back(image.ImageId());
+      if (!IsStarted()) seeds_.OnMatches(photo, pairs);
       const double start = CpuSeconds();
       Feed(photo, pairs);
+      if (!IsStarted()) TryToStart(false);
       mapper_s += CpuSeconds() - start;
     }
+    if (!IsStarted()) TryToStart(true);
     Print("before finish", images.size(), mapper_s);
     if (!arguments_.output_before.empty()) Write(arguments_.output_before);
     double start = CpuSeconds();
@@ -251,67 +271,26 @@ class Run {
     const auto candidates = candidates_.find(photo.image_id);
     submap_.AddSimilar(photo.image_id, candidates == candidates_.end() ? DistancesFromInliers(pairs)
                                                                        : candidates->second);
-    if (submap_.map().reconstruction().NumRegImages() == 0) {
-      TryToStart(static_cast<ImageId>(photo.image_id));
-      return;
-    }
+    if (!IsStarted()) return;
     submap_.Enqueue(photo.image_id);
     while (submap_.Step(Sink())) continue;
   }
 
-  // The photos that verified pairs connect with this one, itself included.
-  std::set<ImageId> Component(ImageId id) const {
-    std::set<ImageId> component = {id};
-    std::vector<ImageId> open = {id};
-    while (!open.empty()) {
-      const ImageId next = open.back();
-      open.pop_back();
-      for (const auto& [other, inliers] : submap_.map().Neighbours(next)) {
-        if (submap_.map().HasPhoto(other) && component.insert(other).second) open.push_back(other);
-      }
-    }
-    return component;
-  }
+  bool IsStarted() const { return submap_.map().reconstruction().NumRegImages() > 0; }
 
-  // The angle asked for is relaxed with the number of photos that wait together, as the merger
-  // does: many that are not connected are no reason to start from a bad pair.
-  void TryToStart(ImageId image_id) {
-    const SeedOptions options;
-    const std::set<ImageId> component = Component(image_id);
-    const auto pairs = PairsOf(component);
-    for (size_t step = 0; step < options.min_tri_angle_steps_deg.size(); ++step) {
-      if (step > 0 && static_cast<int>(component.size()) < options.relax_orphans[step - 1]) return;
-      for (const auto& [id, other] : pairs) {
-        if (TryPair(options.min_tri_angle_steps_deg[step], id, other)) return;
-      }
+  // With what the photos so far offer.
+  void TryToStart(bool finishing) {
+    while (const std::optional<SeedChoice> seed = seeds_.Choose(finishing)) {
+      if (Start(*seed)) return;
     }
   }
 
-  // Most inliers first.
-  std::vector<std::pair<ImageId, ImageId>> PairsOf(const std::set<ImageId>& component) const {
-    std::vector<std::tuple<int, ImageId, ImageId>> ranked;
-    for (const ImageId id : component) {
-      for (const auto& [other, inliers] : submap_.map().Neighbours(id)) {
-        if (other < id && component.count(other) > 0) ranked.emplace_back(-inliers, other, id);
-      }
-    }
-    std::sort(ranked.begin(), ranked.end());
-    std::vector<std::pair<ImageId, ImageId>> pairs;
-    for (const auto& [inliers, id, other] : ranked) pairs.emplace_back(id, other);
-    return pairs;
-  }
-
-  bool TryPair(double min_angle_deg, ImageId id, ImageId other) {
-    const auto known = angle_deg_.find({id, other});
-    if (known != angle_deg_.end() && known->second < min_angle_deg) return false;
-    InitialPairOptions options;
-    options.min_triangulation_angle_deg = min_angle_deg;
-    const InitialPairResult result = submap_.Start(options, id, other, Sink());
-    const bool too_small = result.forward_motion <= options.max_forward_motion &&
-                           result.triangulation_angle_deg < min_angle_deg;
-    angle_deg_[{id, other}] = too_small ? result.triangulation_angle_deg : 0;
+  bool Start(const SeedChoice& seed) {
+    const InitialPairResult result =
+        submap_.Start(OptionsOfSeed(seed.num_inliers, seed.tri_angle_rad), seed.image_id1,
+                      seed.image_id2, Sink());
     if (arguments_.verbose) {
-      std::cout << "initial pair " << id << " " << other << ": "
+      std::cout << "initial pair " << seed.image_id1 << " " << seed.image_id2 << ": "
                 << (result.ok ? "ok" : result.reason) << ", " << result.num_inliers << " inliers, "
                 << result.triangulation_angle_deg << " deg\n";
     }
@@ -346,13 +325,19 @@ class Run {
     const SubmapStatistics s = submap_.Statistics();
     std::cout << when << ": registered " << s.num_images << "/" << num_photos << " points "
               << s.num_points << " MRE " << s.mean_reprojection_error_px << " MTL "
-              << s.mean_track_length << " RMSE% "
-              << PositionRmsePercent(submap_.map().reconstruction(), truth_) << " cpu_s " << seconds
+              << s.mean_track_length << " RMSE% " << PositionRmsePercent() << " cpu_s " << seconds
               << " per photo " << seconds / num_photos << "\n";
     for (const auto& [id, state] : submap_.map().camera_states()) {
       std::cout << "  camera " << id << ": "
                 << submap_.map().reconstruction().Camera(id).ParamsToString() << "\n";
     }
+  }
+
+  // Of the largest distance between two photos of the truth.
+  double PositionRmsePercent() const {
+    const Result<PoseEvaluation> evaluation =
+        EvaluatePoses(PosesOf(submap_.map().reconstruction()), truth_);
+    return evaluation.ok() ? evaluation->PositionPercent(evaluation->position.rmse) : NAN;
   }
 
   void Write(const std::string& folder) const {
@@ -363,9 +348,9 @@ class Run {
   const Arguments arguments_;
   Submap submap_;
   std::vector<ImageId> before_;
-  std::map<std::pair<ImageId, ImageId>, double> angle_deg_;  // of initial pairs; 0: of no use
+  Seeds seeds_;
   std::map<ImageId, DistancesOfPhoto> candidates_;
-  std::map<std::string, Eigen::Vector3d> truth_;
+  ModelPoses truth_;
   std::ofstream photo_table_;
 };
 
@@ -379,8 +364,8 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::ExistingFile);
   app.add_option("--order", arguments.order, "name, id (as they came) or shuffle:SEED");
-  app.add_option("--ground-truth", arguments.ground_truth, "folder of Strecha's .camera files");
-  app.add_option("--reference", arguments.reference, "COLMAP model to compare positions with");
+  app.add_option("--truth", arguments.truth,
+                 "poses to compare positions with: what `skein evaluate` takes");
   app.add_option("--output", arguments.output, "folder for the finished model");
   app.add_option("--output-before", arguments.output_before, "folder for the model before finish");
   app.add_option("--photo-table", arguments.photo_table,

@@ -129,6 +129,14 @@ void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId i
 
 }  // namespace
 
+InitialPairOptions OptionsOfSeed(int num_inliers, double triangulation_angle_rad) {
+  InitialPairOptions options;
+  options.min_num_inliers = std::clamp(num_inliers / 2, 30, options.min_num_inliers);
+  options.min_triangulation_angle_deg =
+      std::min(options.min_triangulation_angle_deg, 0.5 * triangulation_angle_rad * 180.0 / M_PI);
+  return options;
+}
+
 InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId image_id1,
                                       ImageId image_id2, SceneMap* map) {
   InitialPairResult result;

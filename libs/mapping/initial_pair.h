@@ -15,6 +15,10 @@ struct InitialPairOptions {
       limits::kInitialAnglesDeg[0];  // median; the caller relaxes it stepwise
 };
 
+// For a pair that was chosen by what its verified matches say. That is held to a half here, as the
+// relative pose is estimated anew.
+InitialPairOptions OptionsOfSeed(int num_inliers, double triangulation_angle_rad);
+
 struct InitialPairResult {
   bool ok = false;
   std::string reason;

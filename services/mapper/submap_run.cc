@@ -19,19 +19,9 @@ constexpr double kStatisticsPeriodS = 1.0;
 constexpr double kRestS = 4.0;
 constexpr double kMaintenancePeriodS = 0.1;
 
-InitialPairOptions OptionsOfSeed(const seed_t& seed) {
-  // The merger has chosen the pair; what it measured is not held to more than a half here, as the
-  // relative pose is estimated anew.
-  InitialPairOptions options;
-  options.min_num_inliers = std::clamp(seed.num_inliers / 2, 30, options.min_num_inliers);
-  options.min_triangulation_angle_deg =
-      std::min(options.min_triangulation_angle_deg, 0.5 * seed.tri_angle_rad * 180.0 / M_PI);
-  return options;
-}
-
 std::string StartFromSeed(const seed_t& seed, Submap* submap, const Submap::EventSink& sink) {
-  const InitialPairResult result =
-      submap->Start(OptionsOfSeed(seed), seed.image_id1, seed.image_id2, sink);
+  const InitialPairResult result = submap->Start(
+      OptionsOfSeed(seed.num_inliers, seed.tri_angle_rad), seed.image_id1, seed.image_id2, sink);
   return result.ok ? "" : result.reason;
 }
 
