@@ -17,8 +17,8 @@ struct BundleRequest {
   // Of `points`, those that images other than `free` and `held` see are constant, as in COLMAP's
   // local BA.
   bool hold_open_points = false;
-  // To refine, none of them among `points`, with the observations of all images; of those which are
-  // not in the bundle the poses are constant.
+  // To refine with the observations of all images, none of them among `points`. Images that are not
+  // in the bundle get constant poses.
   std::vector<Point3DId> complete_points;
   bool refine_cameras = false;  // focal length; distortion from three registered photos on
 };
@@ -29,9 +29,9 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request);
 // All registered images and points.
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
 
-// Strengthens the priors of cameras so that an image's observations weigh against them as 100
-// independent ones at most: 1 px noise of thousands would let a few images seen under a small angle
-// drive the focal length away.
+// Strengthens the priors of cameras: an image's observations weigh against them as 100 independent
+// ones at most. With thousands of them a few images of a small angle would drive the focal length
+// away.
 void ScalePriors(Bundle* bundle);
 
 // To the map it was built from, as image_pose.h tells.

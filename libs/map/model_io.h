@@ -10,7 +10,7 @@ namespace skein {
 // memory and ordered by id, so that equal models are equal bytes.
 ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction);
 
-// The reverse. Every count, id and index is checked, as COLMAP aborts the process on bad ones; the
+// The reverse. Every count, id and index is checked, as COLMAP aborts the process on bad ones. The
 // points get new ids, in the order of the file. Fails on a missing or damaged file.
 Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive);
 

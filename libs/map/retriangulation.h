@@ -20,9 +20,8 @@ int Retriangulate(const RetriangulationOptions& options,
                   const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map);
 
 // Drops all points and triangulates the matches of the registered photos as they stand, photo by
-// photo by name, as COLMAP's point_triangulator does. Points that grew with the map bear the marks
-// of the poses they were found with: which of two tracks a keypoint went to, and what was
-// filtered of them on the way. Visits all matches; poses and cameras stay.
+// photo by name, as COLMAP's point_triangulator does. Tracks that grew with the map depend on the
+// poses they were found with. Visits all matches; poses and cameras stay.
 void TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map);
 
 }  // namespace skein

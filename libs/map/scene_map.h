@@ -109,8 +109,8 @@ class SceneMap {
   std::vector<Point3DId> ModifiedPoints();
   void ForgetModifiedPoints();
 
-  // Drops all poses and points and takes those of `model`, whose images must all be there with the
-  // same keypoints and cameras; its points get new ids.
+  // Drops all poses and points and takes those of `model`. Its images must be there with the same
+  // keypoints and cameras. Its points get new ids.
   void ReplaceRegistered(const colmap::Reconstruction& model);
 
   // Moves the map into the frame of a model with the same photos, as well as their centres allow.

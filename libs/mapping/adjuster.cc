@@ -42,8 +42,7 @@ void Adjuster::CompleteAround(ImageId new_image) {
   FilterPoints(options_.filter, WithoutLongTracks(map_, map_.ModifiedPoints()), &map_);
 }
 
-// Moves the points that the images of a local BA see but the BA left out to where their
-// observations meet now that the poses have changed.
+// Adjusts the points that the window left out, with constant poses.
 void Adjuster::AdjustPointsBeside(const BundleRequest& adjusted) {
   const std::unordered_set<Point3DId> inside(adjusted.points.begin(), adjusted.points.end());
   BundleRequest request;

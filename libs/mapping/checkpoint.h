@@ -13,8 +13,8 @@ namespace skein {
 // state.bin with what they don't hold (submap_state.h).
 ModelArchive SaveSubmap(Submap* submap);
 
-// The photos that must be in a submap before the archive can be restored into it: those it holds,
-// registered or waiting, in the order they came. Fails on a damaged state.bin.
+// The photos that the archive holds, registered or waiting, in the order they came. They must be in
+// a submap before the archive is restored into it. Fails on a damaged state.bin.
 Result<std::vector<int64_t>> PhotosOfArchive(const ModelArchive& archive);
 
 // Restores into a submap that has the archive's photos with their pairs and nothing registered.

@@ -31,10 +31,10 @@ class LocalAdjustment {
 
 using LocalAdjustmentMaker = std::function<std::shared_ptr<LocalAdjustment>()>;
 
-// COLMAP's local BA, the default: the new image and those with most points in common with it, of
-// which two are held for the gauge. The new photo's points are refined with all that see them, but
-// for long tracks; of the others those that images outside see, too, are held
-// (incremental_mapper.cc, bundle_adjustment.cc of COLMAP 3.8).
+// COLMAP's local BA, the default (incremental_mapper.cc, bundle_adjustment.cc of COLMAP 3.8). The
+// window is the new image and those with most points in common with it. Two of them are held for
+// the gauge. The new image's points are refined with all their observations, but for long tracks.
+// Other points are constant when images outside observe them.
 class ColmapWindow : public LocalAdjustment {
  public:
   // `num_images`: the new one included. COLMAP takes six.

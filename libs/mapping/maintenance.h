@@ -8,9 +8,9 @@
 
 namespace skein {
 
-// What a map needs beside registration, a bounded part at each call: global BA in a thread of its
-// own, then completing, merging and filtering of all points, retriangulation of all pairs, a check
-// of all images. The next BA may run while the phases after the last one go on.
+// Work on the whole map beside registration, a bounded part at each call. First comes global BA in
+// a thread of its own. Then all points are completed, merged and filtered, all pairs
+// retriangulated, all images checked. The next BA may run during these phases.
 class Maintenance {
  public:
   enum class Phase { kNone, kPoints, kPairs, kImages };

@@ -8,12 +8,11 @@
 namespace skein {
 
 struct MisplacedOptions {
-  double max_error_px =
-      limits::kMaxPoseErrorPx;  // of a matched point seen from the other photo, as in registration
-  int min_contradiction = 30;   // matches by which contradiction must outweigh agreement
-  // Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody:
-  // they are as often false, of an object that two places have in common
-  // (docs/experiments/false_pairs.md).
+  // Of a matched point seen from the other photo, as in registration.
+  double max_error_px = limits::kMaxPoseErrorPx;
+  int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
+  // Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody.
+  // They are as often false, of an object that two places share (docs/experiments/false_pairs.md).
   double min_pair_share = 0.03;
   std::size_t max_photos_around = 100;  // that FindMisplacedAround looks at
 };

@@ -7,18 +7,17 @@
 
 namespace skein {
 
-// A photo at the pose that was estimated for it, on trial. Such a pose hangs on points that few
-// photos have seen, so it can be off by more than the verified matches allow although it is right.
-// The photo is therefore registered, its matches triangulated, and its pose refined with its
-// points before anything is asked of it; no other photo moves.
+// A photo at the pose that was estimated for it, on trial. That pose comes from few points and can
+// be off by more than the verified matches allow, although it is right. So the photo is registered,
+// its matches triangulated and its pose refined before it is judged. No other photo moves.
 class Placement {
  public:
   // Registers the photo with the estimate. The map must outlive this.
   Placement(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
             const colmap::IncrementalTriangulator::Options& triangulation, SceneMap* map);
 
-  // Whether enough of the photo's verified matches with registered photos, triangulated or not,
-  // agree with its pose: a few points in one corner can fit a wrong one, the many matches around
+  // Whether enough of the photo's verified matches with registered photos agree with its pose,
+  // triangulated or not. A few points in one corner can fit a wrong pose; the many matches around
   // them don't.
   bool AgreesWithMatches(const RegistrationOptions& options) const;
 

@@ -15,30 +15,30 @@ namespace skein {
 
 struct RegistrationOptions {
   double max_error_px = limits::kMaxPoseErrorPx;  // of an inlier, as COLMAP
-  // RANSAC's. Within the widest two poses can share their inliers, e.g. of a part of the scene that
-  // is nearly a plane, where the smaller ones tell them apart.
+  // RANSAC runs at each. Two poses can share their inliers at the widest limit, e.g. of a nearly
+  // planar part of the scene. The smaller limits tell them apart.
   std::vector<double> ransac_limits_px = {limits::kMaxPoseErrorPx, limits::kMaxErrorPx, 2.0};
   int min_num_inliers = 30;
   double min_inlier_ratio = 0.25;
   int min_num_trials = 100;
   int max_num_trials = 10000;
   double confidence = 0.99999;
-  // A pose whose standard deviations (pose_sigmas.h) exceed these, once it is refined with all that
-  // the photo's matches give, hangs on points in one corner, on a line or too far away.
+  // Largest standard deviations of a refined pose (pose_sigmas.h). They are larger when its points
+  // lie in one corner, on a line or too far away.
   double max_position_sigma = 0.02;
   double max_rotation_sigma_deg = 0.5;
-  // Repeated structure: when the points that don't fit agree on another pose, with at least this
-  // part of the inliers, neither is taken. Poses are different from these on (position as above).
+  // Repeated structure: neither pose is taken when the outliers agree on another one with at least
+  // this share of the inliers. Poses differ from these distances on (position as above).
   double max_rival_ratio = 0.75;
   double min_rival_position = 0.05;
   double min_rival_rotation_deg = 5;
-  // Of the verified matches with registered photos the share that must agree with the pose once it
-  // is refined (placement.h). Sampson's error, in pixels.
+  // Share of the verified matches with registered photos that must agree with the refined pose
+  // (placement.h). Sampson's error, in pixels.
   double min_epipolar_share = 0.65;
   double max_epipolar_error_px = limits::kMaxErrorPx;
   LookAlikeOptions look_alike;
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
-  // never refined: COLMAP's range is 0.1..10; these cover 35..150 mm equivalents of a 1.2 guess.
+  // never refined. They cover 35 to 150 mm equivalents of a guess of 1.2; COLMAP tries 0.1 to 10.
   double min_focal_factor = 0.4;
   double max_focal_factor = 2.5;
   int num_focal_samples = 20;
@@ -86,8 +86,8 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
 // Of a registered photo, with its own pose and camera.
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
 
-// Whether most of the points that a registered photo's matches tie it to are not where it sees them
-// and agree on another pose than the one it has.
+// Whether most points of a registered photo's matches are outliers of its pose and agree on another
+// pose.
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options);
 

@@ -26,8 +26,8 @@ struct SubmapStatistics {
   double mean_track_length = 0;
 };
 
-// One submap: takes photos with their matches one after the other, registers those it can, keeps
-// the others until a neighbour of theirs is registered. It carries out what its parts find:
+// One submap. It takes photos with their matches one after the other and registers those it can.
+// Others wait until a neighbour of theirs is registered. It carries out what its parts find:
 //   WaitingPhotos  what was tried with photos that are not registered, who is next
 //   PhotoTrial     one photo's registration, step by step
 //   Adjuster       local and global bundle adjustment
@@ -64,17 +64,16 @@ class Submap {
   // also a map that has grown less gets its global BA. True while something is left to do.
   bool Maintain(bool at_rest, const EventSink& sink);
 
-  // RefineUntilStable. A submap that is inconsistent even then is mapped anew, the photos that see
-  // most first, as if all had come at once; of the two the one stays that more verified matches
-  // agree with.
+  // RefineUntilStable. A map that is inconsistent even then is mapped anew (rebuild.h). Of the two
+  // the one stays that more verified matches agree with.
   void Consolidate(const EventSink& sink);
 
-  // Every photo that waits once more, also those that were rejected, on a globally refined map, and
-  // those out of it that contradict it, until no photo comes or goes or a few rounds are over.
+  // Tries every photo that waits, also rejected ones, refines the map globally, and withdraws the
+  // photos that contradict it. Ends when no photo comes or goes, or after a few rounds.
   void RefineUntilStable(const EventSink& sink);
 
-  // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much:
-  // the finished model hangs on the photos and their matches, hardly on the order they came in.
+  // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much.
+  // The finished model hardly depends on the order of the photos.
   void Finish(const EventSink& sink);
 
   // Withdraws a photo for a reason from outside; it is tried again when a neighbour registers, as

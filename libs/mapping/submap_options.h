@@ -31,9 +31,9 @@ struct SubmapOptions {
   // A photo that another submap, of a visually similar place, sees so many times more points of is
   // left to that submap.
   double min_yield_ratio = 2.0;
-  // A map is inconsistent if a photo has so many verified matches with registered ones and less
-  // than this part of them agrees with the poses, or if that photo is not registered. Matches in
-  // pairs below misplaced.min_pair_share don't count.
+  // A photo with so many verified matches with registered ones judges the map. The map is
+  // inconsistent if less than this share of them agrees with the poses, or if the photo is not
+  // registered. Matches in pairs below misplaced.min_pair_share don't count.
   int min_matches_to_judge = 100;
   double min_agreeing_share = 0.85;
   double min_rebuild_gain = 0.005;  // in matches that agree, for the submap mapped anew to stay

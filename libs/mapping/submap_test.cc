@@ -539,29 +539,5 @@ TEST(Submap, BackgroundBundleAdjustmentKeepsPhotosInTheirPlace) {
   EXPECT_LT(run.PositionErrorPercent(), 0.5);
 }
 
-TEST(SceneMap, RefusesBadInput) {
-  SyntheticScene scene = MakeScene({});
-  SceneMap map;
-  PhotoInput bad = scene.photos[0];
-  bad.image_id = 0;
-  EXPECT_FALSE(map.AddPhoto(bad).ok());
-  bad = scene.photos[0];
-  bad.focal_px = -1;
-  EXPECT_FALSE(map.AddPhoto(bad).ok());
-  ASSERT_TRUE(map.AddPhoto(scene.photos[0]).ok());
-  EXPECT_FALSE(map.AddPhoto(scene.photos[0]).ok());
-  TwoViewPair pair;
-  pair.other_id = 1;
-  EXPECT_FALSE(map.AddPairs(1, {pair}).ok());
-  pair.other_id = 2;
-  pair.inliers = {{1000000, 0}};
-  EXPECT_FALSE(map.AddPairs(1, {pair}).ok());
-  EXPECT_FALSE(map.AddPairs(7, {pair}).ok());
-  pair.inliers = {{0, 1000000}};
-  ASSERT_TRUE(map.AddPairs(1, {pair}).ok());
-  EXPECT_TRUE(map.AddPhoto(scene.photos[1]).ok());
-  EXPECT_EQ(map.graph().NumImagePairs(), 0u);
-}
-
 }  // namespace
 }  // namespace skein

@@ -28,8 +28,8 @@ struct TreeWindowOptions {
 
 // A window over the paper's association tree (section 3.3.1). Ripples before the last are free with
 // their weights. Held are the last ripple, what exceeds the limits, and the images that see most of
-// the window's points. Over the limit of points half are the new photo's, and each other free image
-// has its share of the rest; those that most free images see come first.
+// the window's points. Over the limit of points half are the new photo's. Each other free image has
+// its share of the rest; points that most free images see come first.
 class TreeWindow : public LocalAdjustment {
  public:
   explicit TreeWindow(const TreeWindowOptions& options) : options_(options) {}

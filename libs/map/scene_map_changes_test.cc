@@ -1,0 +1,89 @@
+#include "map/scene_map.h"
+
+#include <gtest/gtest.h>
+
+#include "base/similarity_transform.h"
+#include "map/model_io.h"
+#include "testing/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+TEST(SceneMap, RefusesBadInput) {
+  SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  PhotoInput bad = scene.photos[0];
+  bad.image_id = 0;
+  EXPECT_FALSE(map.AddPhoto(bad).ok());
+  bad = scene.photos[0];
+  bad.focal_px = -1;
+  EXPECT_FALSE(map.AddPhoto(bad).ok());
+  ASSERT_TRUE(map.AddPhoto(scene.photos[0]).ok());
+  EXPECT_FALSE(map.AddPhoto(scene.photos[0]).ok());
+  TwoViewPair pair;
+  pair.other_id = 1;
+  EXPECT_FALSE(map.AddPairs(1, {pair}).ok());
+  pair.other_id = 2;
+  pair.inliers = {{1000000, 0}};
+  EXPECT_FALSE(map.AddPairs(1, {pair}).ok());
+  EXPECT_FALSE(map.AddPairs(7, {pair}).ok());
+  pair.inliers = {{0, 1000000}};
+  ASSERT_TRUE(map.AddPairs(1, {pair}).ok());
+  EXPECT_TRUE(map.AddPhoto(scene.photos[1]).ok());
+  EXPECT_EQ(map.graph().NumImagePairs(), 0u);
+}
+
+class SceneMapChanges : public testing::Test {
+ protected:
+  void SetUp() override {
+    AddToMap(scene_, scene_.pairs, &map_);
+    RegisterAtTruth(scene_, {1, 2, 3, 4, 5}, Eigen::Vector3d::Zero(), &map_);
+  }
+  const colmap::Reconstruction& model() const { return map_.reconstruction(); }
+
+  const SyntheticScene scene_ = MakeScene({});
+  SceneMap map_;
+};
+
+TEST_F(SceneMapChanges, CopyIsWhatAModelFileHolds) {
+  const colmap::Reconstruction copy = map_.CopyRegistered();
+  const Result<colmap::Reconstruction> read = DecodeModel(EncodeModel(model()));
+  ASSERT_TRUE(read.ok());
+  EXPECT_FALSE(copy.ExistsImage(6));  // waits
+  EXPECT_EQ(copy.RegImageIds(), read->RegImageIds());
+  ASSERT_EQ(copy.NumPoints3D(), read->NumPoints3D());
+  for (const auto& [id, point] : copy.Points3D()) {
+    EXPECT_EQ(point.XYZ(), read->Point3D(id).XYZ());
+    EXPECT_EQ(point.Track().Length(), read->Point3D(id).Track().Length());
+  }
+  for (const ImageId id : copy.RegImageIds()) {
+    EXPECT_EQ(copy.Image(id).NumPoints3D(), model().Image(id).NumPoints3D());
+    EXPECT_LT((copy.Image(id).Qvec() - model().Image(id).Qvec()).norm(), 1e-12);
+    EXPECT_EQ(copy.Image(id).Tvec(), model().Image(id).Tvec());
+  }
+}
+
+TEST_F(SceneMapChanges, AlignsToAModelInAnotherFrame) {
+  colmap::Reconstruction other = map_.CopyRegistered();
+  colmap::SimilarityTransform3 transform(2.0, {1, 0, 0, 0}, {3, -1, 2});
+  other.Transform(transform);
+  map_.AlignTo(other);
+  for (const ImageId id : other.RegImageIds()) {
+    EXPECT_LT((model().Image(id).ProjectionCenter() - other.Image(id).ProjectionCenter()).norm(),
+              1e-6);
+  }
+}
+
+TEST_F(SceneMapChanges, ContinuedTracksCountAsModifiedUntilForgotten) {
+  map_.ForgetModifiedPoints();
+  const Point3DId id = PointsSeenBy(map_, {1}).front();
+  const colmap::TrackElement last = model().Point3D(id).Track().Elements().back();
+  map_.DeleteObservation(last.image_id, last.point2D_idx);
+  map_.ContinueTrack(id, last.image_id, last.point2D_idx);
+  EXPECT_EQ(map_.ModifiedPoints(), std::vector<Point3DId>{id});
+  map_.ForgetModifiedPoints();
+  EXPECT_TRUE(map_.ModifiedPoints().empty());
+}
+
+}  // namespace
+}  // namespace skein
