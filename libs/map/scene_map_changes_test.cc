@@ -1,9 +1,8 @@
-#include "map/scene_map.h"
-
 #include <gtest/gtest.h>
 
 #include "base/similarity_transform.h"
 #include "map/model_io.h"
+#include "map/scene_map.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein {
