@@ -109,8 +109,8 @@ TwoViewPairs ReadPairs(const colmap::Database& database, ImageId id,
 
 using DistancesOfPhoto = std::vector<std::pair<uint32_t, double>>;
 
-// Distances of global descriptors, of each photo to its candidates; empty when the database is
-// COLMAP's own (those that `skein export` writes have them).
+// Distances of global descriptors from each photo to its candidates. Empty for COLMAP's own
+// databases; `skein export` writes them.
 std::map<ImageId, DistancesOfPhoto> ReadCandidates(const std::string& file) {
   std::map<ImageId, DistancesOfPhoto> candidates;
   sqlite3* raw = nullptr;

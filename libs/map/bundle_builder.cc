@@ -14,8 +14,8 @@ constexpr double kFocalSigmaExif = 0.1;
 constexpr double kFocalSigmaGuess = 0.3;
 constexpr double kDistortionSigma = 0.1;
 constexpr size_t kMinImagesForDistortion = 3;
-// Errors of an image's observations (localisation, lens, mistaken matches) are shared by
-// neighbours: more of them weigh against a camera's prior as this many.
+// Neighbours share the errors of an image's observations (localisation, lens, mismatches). More
+// observations than this weigh as this many against a camera's prior.
 constexpr double kIndependentObservations = 100;
 
 }  // namespace

@@ -13,9 +13,9 @@ struct RetriangulationOptions {
   colmap::IncrementalTriangulator::Options triangulation;
 };
 
-// Continues tracks over, and triangulates, the matches of under-reconstructed pairs, which
-// drift has kept apart (COLMAP's Retriangulate, whose counters need its database). Returns the
-// number of observations added.
+// Continues tracks and triangulates over the matches of under-reconstructed pairs, which drift has
+// kept apart (COLMAP's Retriangulate, whose counters need its database). Returns the number of
+// added observations.
 int Retriangulate(const RetriangulationOptions& options,
                   const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map);
 

@@ -51,9 +51,9 @@ struct CameraState {
 };
 
 // A growing scene in COLMAP's structures: photos with their keypoints, verified correspondences,
-// poses, points. Everything that comes in is validated, as COLMAP aborts the process on bad
-// indices. COLMAP's Reconstruction::SetUp is never called (it needs a database), so the counters of
-// visible points that it keeps stay unset. Owned by one thread.
+// poses, points. All input is validated, because COLMAP aborts the process on bad indices. COLMAP's
+// Reconstruction::SetUp is never called (it needs a database), so its counters of visible points
+// stay unset. Owned by one thread.
 class SceneMap {
  public:
   // `camera_model`: one of COLMAP's names. Throws std::invalid_argument for another.
@@ -69,11 +69,11 @@ class SceneMap {
   bool HasPhoto(int64_t image_id) const;
   bool IsRegistered(int64_t image_id) const;
 
-  // Photos with a verified pair with this one, with the number of its inliers; also those which
-  // are not there.
+  // Photos that have a verified pair with this one, and the pair's inliers. Includes photos that
+  // are not in the map.
   const std::map<ImageId, int>& Neighbours(ImageId image_id) const;
-  // Whether two neighbours share at least this part of the inliers of the strongest pair that
-  // either of them has.
+  // Whether a pair of neighbours has at least this share of the inliers of the strongest pair of
+  // either photo.
   bool IsStrongPair(ImageId id1, ImageId id2, double min_share) const;
 
   // Registers with the pose that the image has been given / takes it and its observations out.
@@ -113,8 +113,8 @@ class SceneMap {
   // keypoints and cameras. Its points get new ids.
   void ReplaceRegistered(const colmap::Reconstruction& model);
 
-  // Moves the map into the frame of a model with the same photos, as well as their centres allow.
-  // No effect if they share fewer than three.
+  // Moves the map into the frame of a model with the same photos, by their centres. No effect if
+  // they share fewer than three.
   void AlignTo(const colmap::Reconstruction& model);
 
   // The registered photos, their cameras and points, as a model of its own.
@@ -162,8 +162,8 @@ class SceneMap {
   std::vector<ImageId> photos_;
 };
 
-// Points that at least one of the images sees / images that see at least one of the points, in
-// ascending order.
+// Points that at least one of the images observes / images that observe at least one of the points,
+// ascending.
 std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images);
 std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points);
 

@@ -9,8 +9,8 @@
 
 namespace skein {
 
-// A submap as a model archive: COLMAP's three files, which any reader of COLMAP models takes, and
-// state.bin with what they don't hold (submap_state.h).
+// A submap as a model archive: COLMAP's three files, and state.bin with the rest (submap_state.h).
+// Any reader of COLMAP models takes the three files.
 ModelArchive SaveSubmap(Submap* submap);
 
 // The photos that the archive holds, registered or waiting, in the order they came. They must be in

@@ -25,7 +25,7 @@ class Maintenance {
     std::vector<ImageId> contradicted;  // may be contradicted by their matches
     bool all_checked = false;           // the last part of the last phase is done
   };
-  // `at_rest`: no photo has come for a while, so a map that has grown less gets its global BA, too.
+  // `at_rest`: no photo came for a while, so a map that has grown by less gets its global BA, too.
   ToCheck DoPart(bool at_rest);
   bool HasWork() const;
 

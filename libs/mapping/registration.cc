@@ -17,8 +17,8 @@
 namespace skein {
 namespace {
 
-// A pose that is this much less determined than is asked for can be the start of a refinement
-// with the photo's other matches.
+// A pose that is less determined than required by this factor can start a refinement with the
+// photo's other matches.
 constexpr double kSigmasOfAStart = 5;
 
 // One free pose, all points constant.
@@ -116,8 +116,8 @@ bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine
   return true;
 }
 
-// Of all visible points, in units of a squared pixel of error; an outlier costs what one at the
-// limit of inliers does.
+// Robust cost over all visible points, in px^2. An outlier costs as much as an error at the inlier
+// limit.
 double RobustCost(const RegistrationOptions& options, const colmap::Camera& camera,
                   const VisiblePoints& visible, const BundlePose& pose) {
   double cost = 0;
@@ -132,8 +132,8 @@ double RobustCost(const RegistrationOptions& options, const colmap::Camera& came
   return cost;
 }
 
-// The pose with the least robust cost of those that most points agree with at each limit of
-// RANSAC's, refined. False if there is none.
+// The refined pose with the least robust cost. Candidates: at each limit of RANSAC the pose with
+// most inliers. False if there is none.
 bool FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
               const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
   const colmap::Camera camera_before = *camera;

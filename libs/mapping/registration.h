@@ -78,8 +78,8 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
 // Whether the sigmas are within `factor` times the limits.
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);
 
-// The photo's verified matches with registered photos; those agree whose Sampson error under the
-// pose is at most `max_error_px`.
+// The photo's verified matches with registered photos. A match agrees if its Sampson error under
+// the pose is at most `max_error_px`.
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
                     const BundlePose& pose, double max_error_px);
 

@@ -43,8 +43,8 @@ class Submap {
   Submap(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> local,
          std::unique_ptr<SceneMap> map);
 
-  // Photo, pairs and similar photos (with distances of global descriptors) go in first, in this
-  // order; refusals leave the submap as it was.
+  // Adds a photo, its pairs and its similar photos (with distances of global descriptors), in this
+  // order. A refusal leaves the submap unchanged.
   Status AddPhoto(const PhotoInput& photo) { return map_->AddPhoto(photo); }
   Status AddPairs(int64_t image_id, const TwoViewPairs& pairs);
   void AddSimilar(int64_t image_id, const std::vector<std::pair<uint32_t, double>>& distances);
@@ -55,13 +55,13 @@ class Submap {
 
   // Puts a photo that is there into the queue; ignored when it is registered or rejected.
   void Enqueue(int64_t image_id) { waiting_.Enqueue(image_id); }
-  // Tries the queue's most promising photo; false if the queue was empty. Success puts those of its
-  // neighbours into the queue that wait and see more points than when they were last tried.
+  // Tries the queue's most promising photo; false if the queue was empty. After a success, waiting
+  // neighbours that see more points than at their last trial enter the queue.
   bool Step(const EventSink& sink);
 
-  // Folds back a background BA that is done and goes on with what follows it, a bounded part at
-  // each call (maintenance.h). Step does so too. `at_rest`: no photo has come for a while, so that
-  // also a map that has grown less gets its global BA. True while something is left to do.
+  // Folds back a finished background BA and continues with what follows, a bounded part at each
+  // call (maintenance.h). Step does so, too. `at_rest`: no photo came for a while, so a map that
+  // has grown by less gets its global BA. True while something is left to do.
   bool Maintain(bool at_rest, const EventSink& sink);
 
   // RefineUntilStable. A map that is inconsistent even then is mapped anew (rebuild.h). Of the two
@@ -76,9 +76,9 @@ class Submap {
   // The finished model hardly depends on the order of the photos.
   void Finish(const EventSink& sink);
 
-  // Withdraws a photo for a reason from outside; it is tried again when a neighbour registers, as
-  // often as others that were withdrawn. False, and nothing has changed, if no map would be left.
-  // No effect on one that is not registered.
+  // Withdraws a photo for a reason from outside. It is tried again when a neighbour registers, as
+  // often as other withdrawn photos. False, and nothing has changed, if no map would be left. No
+  // effect on a photo that is not registered.
   bool TakeBack(int64_t image_id, const std::string& reason, const EventSink& sink);
 
   // Withdraws the photos of which another submap, of a visually similar place, sees far more
@@ -88,8 +88,8 @@ class Submap {
   // Tries all deferred photos again at the next steps.
   void RetryDeferred() { waiting_.RetryDeferred(); }
 
-  // Replaces what is registered by a model whose images are all there, e.g. a merged one: poses,
-  // points, cameras. On failure nothing has changed.
+  // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its
+  // images must be in the submap. On failure nothing has changed.
   Status ReplaceModel(const colmap::Reconstruction& model);
 
   // What a checkpoint holds besides the model, and the reverse: what is registered is replaced.

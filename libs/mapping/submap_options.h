@@ -28,8 +28,8 @@ struct SubmapOptions {
   // after each global BA. Registration asks for registration.min_inlier_ratio of them.
   double min_observed_ratio = 0.15;
   int max_withdrawals = 4;  // of one photo; then it is rejected
-  // A photo that another submap, of a visually similar place, sees so many times more points of is
-  // left to that submap.
+  // A photo is left to the submap of a visually similar place when that submap observes so many
+  // times more points of it.
   double min_yield_ratio = 2.0;
   // A photo with so many verified matches with registered ones judges the map. The map is
   // inconsistent if less than this share of them agrees with the poses, or if the photo is not

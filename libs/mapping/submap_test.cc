@@ -284,8 +284,8 @@ TEST(Submap, DefersAPhotoWhosePointsLieInOneCorner) {
       << run.events.back().num_visible << " points";
 }
 
-// The keypoints of `photo` that see the first twin are matched to the second one in every
-// `every`-th case; those of the second twin have no matches.
+// Every `every`-th keypoint of `photo` that sees the first twin is matched to the second one.
+// Keypoints of the second twin have no matches.
 void ConfuseTwins(size_t photo, int every, SyntheticScene* scene) {
   const int half = static_cast<int>(scene->points.size()) / 2;
   for (TwoViewPair& pair : scene->pairs[photo]) {
@@ -335,8 +335,8 @@ TEST(Submap, RegistersAPhotoOfWhichAFewMatchesLeadToATwin) {
   EXPECT_LT(run.PositionErrorPercent(), 0.3);
 }
 
-// A photo taken for its twin's place gets there when it comes first; the photos that follow and
-// know better leave it with a fraction of what its matches say.
+// A photo of the second twin that comes first gets to the first twin's place. Photos that follow
+// contradict it, and it keeps a fraction of its matches.
 TEST(Submap, WithdrawsAPhotoThatLaterOnesContradictAndTakesItBackOnNewEvidence) {
   SyntheticOptions options;
   options.shape = SyntheticOptions::Shape::kTwins;
@@ -360,8 +360,8 @@ TEST(Submap, WithdrawsAPhotoThatLaterOnesContradictAndTakesItBackOnNewEvidence) 
   EXPECT_LT(run.PositionErrorPercent(), 0.3);
 }
 
-// A photo taken for its twin's place, and three that know only it and each other, stand there as
-// one group until photos come that are matched with both sides.
+// A photo of the second twin, and three that match only it and each other, stand at the first
+// twin's place as one group. Then photos come that match both groups.
 TEST(Submap, MovesAGroupThatGrewInTheWrongPlace) {
   SyntheticOptions options;
   options.shape = SyntheticOptions::Shape::kTwins;
