@@ -68,7 +68,7 @@ submaps_over_time() {
   sqlite3 "file:$1/ledger.db?mode=ro" "
     WITH start AS (SELECT MIN(utime_us) AS t FROM facts WHERE kind = 'image'),
     steps AS (SELECT utime_us AS t, CASE WHEN kind = 'seed' THEN 1 ELSE -1 END AS step, seq FROM facts
-      WHERE kind = 'seed' OR fact_id LIKE 'submap/%/ended' OR fact_id LIKE 'submap/%/dissolved')
+      WHERE kind IN ('seed', 'submap_end'))
     SELECT GROUP_CONCAT(text, ', ') FROM (SELECT CAST((steps.t - start.t) / 1000000 AS INT) || ' s: ' ||
       SUM(step) OVER (ORDER BY seq) AS text FROM steps, start ORDER BY seq)"
 }

@@ -46,7 +46,7 @@ choose_place() {
 status_of() { "$SKEIN_BUILD/bin/skein" status --once --json --session "$1" --lcm-url "$url"; }
 newest() { sqlite3 "file:$1/ledger.db?mode=ro" ".timeout 5000" "SELECT COALESCE(MAX(seq), 0) FROM facts WHERE kind = '$2'"; }
 is_checkpointed() {
-  [[ $(status_of "$1" | jq .images.in_flight) == 0 ]] && (($(newest "$1" submap) > $(newest "$1" registration)))
+  [[ $(status_of "$1" | jq .images.in_flight) == 0 ]] && (($(newest "$1" submap_model) > $(newest "$1" registration)))
 }
 
 # row PLACE BACKGROUND: one run, one line of the table

@@ -41,7 +41,7 @@ std::optional<int> ParseStatusOptions(int argc, char** argv, StatusOptions* opti
 class StatusWatch {
  public:
   explicit StatusWatch(Node& node)
-      : node_(node), follower_(node, 1, [this](const Fact& fact) { state_.Apply(fact); }) {
+      : node_(node), follower_(node, 1, [this](const Fact& fact) { session_.Apply(fact); }) {
     node.bus().Subscribe<heartbeat_t>(kHeartbeatChannel, [this](const heartbeat_t& heartbeat) {
       if (heartbeat.instance == node_.instance()) return;
       if (heartbeat.state == kEndedState) {
@@ -50,16 +50,16 @@ class StatusWatch {
         instances_[heartbeat.instance] = {heartbeat, MonotonicS()};
       }
     });
-    node.bus().Subscribe<submap_t>(kSubmapStatusChannel, [this](const submap_t& submap) {
-      submaps_[submap.submap_id] = submap;
-    });
+    node.bus().Subscribe<submap_status_t>(
+        kSubmapStatusChannel,
+        [this](const submap_status_t& status) { submaps_[status.submap_id] = status; });
   }
 
   bool caught_up() const { return follower_.caught_up(); }
 
   void Print(bool as_json) const {
     const nlohmann::json status =
-        MakeStatus({node_.session_id(), state_, instances_, submaps_, MonotonicS()});
+        MakeStatus({node_.session_id(), session_, instances_, submaps_, MonotonicS()});
     if (as_json) {
       std::cout << status.dump() << std::endl;
       return;
@@ -70,9 +70,9 @@ class StatusWatch {
 
  private:
   Node& node_;
-  SessionState state_;
+  SessionRecord session_;
   std::map<std::string, HeardInstance> instances_;
-  std::map<int64_t, submap_t> submaps_;
+  std::map<int64_t, submap_status_t> submaps_;
   LedgerFollower follower_;
 };
 

@@ -17,26 +17,26 @@ constexpr double kSilentS = 3;
 constexpr size_t kMaxPhotosShown = 12;
 
 // From its birth to its end, for a person. `live`: what its mapper tells, null if nothing yet.
-std::string SubmapStage(const SessionState& state, const SubmapState& submap,
-                        const submap_t* live) {
-  const auto merge = state.merges().find(submap.open_merge_id);
-  if (merge != state.merges().end()) {
-    const merge_t& ordered = merge->second.ordered;
+std::string SubmapStage(const SessionState& state, const SubmapLife& submap,
+                        const submap_status_t* live) {
+  if (const MergeState* merge = state.FindMerge(submap.open_merge_id)) {
+    const merge_t& ordered = merge->ordered();
     return &submap == state.FindSubmap(ordered.source_id)
                ? "merging into " + std::to_string(ordered.target_id)
                : "absorbing " + std::to_string(ordered.source_id);
   }
-  if (submap.epoch == 0) return "waits for a mapper";
-  if (live == nullptr) return submap.epoch == 1 ? "being born" : "changing hands";
-  if (live->num_images == 0) return submap.epoch == 1 ? "being born" : "being restored";
-  return submap.final_ledger_seq >= 0 && submap.model.state == submap_t::FINAL ? "final"
-                                                                               : "growing";
+  const int64_t epoch = submap.lease.epoch;
+  if (epoch == 0) return "waits for a mapper";
+  if (live == nullptr) return epoch == 1 ? "being born" : "changing hands";
+  if (live->num_images == 0) return epoch == 1 ? "being born" : "being restored";
+  const bool final = submap.latest_model && submap.latest_model->kind == submap_model_t::FINAL;
+  return final ? "final" : "growing";
 }
 
-json ImagesOf(const SessionState& state) {
-  const PhotoCounts counts = CountPhotos(state, 0);
+json ImagesOf(const SessionRecord& session) {
+  const PhotoCounts counts = CountPhotos(session, 0);
   return {{"received", counts.received},
-          {"in_flight", state.num_in_flight()},
+          {"in_flight", session.state.num_in_flight()},
           {"registered", counts.registered},
           {"deferred", counts.deferred},
           {"failed", counts.failed}};
@@ -63,25 +63,34 @@ json InstancesOf(const StatusInput& input) {
   return instances;
 }
 
-// Live figures where the mapper tells them, else those of the last checkpoint.
+// Of a status or a model.
+template <class T>
+void SetFigures(const T& source, json* submap) {
+  (*submap)["images"] = source.num_images;
+  (*submap)["deferred"] = source.num_deferred;
+  (*submap)["points"] = source.num_points;
+  (*submap)["mean_reprojection_error_px"] = source.mean_reprojection_error_px;
+}
+
+// Live figures where the mapper tells them, else those of the last model.
 json SubmapsOf(const StatusInput& input) {
   json submaps = json::array();
-  for (const auto& [id, submap] : input.state.submaps()) {
+  for (const auto& [id, submap] : input.session.state.submaps()) {
     if (submap.ended) continue;
     const auto live = input.submap_statuses.find(id);
-    const bool is_live = live != input.submap_statuses.end() && live->second.epoch == submap.epoch;
-    const submap_t& shown = is_live ? live->second : submap.model;
-    const bool known = is_live || submap.model.header.seq > 0;
-    const std::string stage = SubmapStage(input.state, submap, is_live ? &live->second : nullptr);
-    submaps.push_back(
-        {{"id", id},
-         {"owner", Printable(submap.owner)},
-         {"epoch", submap.epoch},
-         {"state", stage},
-         {"images", known ? shown.num_images : 0},
-         {"deferred", known ? shown.num_deferred : 0},
-         {"points", known ? shown.num_points : 0},
-         {"mean_reprojection_error_px", known ? shown.mean_reprojection_error_px : 0.0}});
+    const bool is_live =
+        live != input.submap_statuses.end() && live->second.epoch == submap.lease.epoch;
+    const submap_status_t* status = is_live ? &live->second : nullptr;
+    json shown = {{"id", id},
+                  {"owner", Printable(submap.lease.owner)},
+                  {"epoch", submap.lease.epoch},
+                  {"state", SubmapStage(input.session.state, submap, status)}};
+    if (status != nullptr) {
+      SetFigures(*status, &shown);
+    } else {
+      SetFigures(submap.latest_model.value_or(submap_model_t{}), &shown);
+    }
+    submaps.push_back(std::move(shown));
   }
   return submaps;
 }
@@ -98,13 +107,13 @@ json MergesOf(const SessionState& state) {
   int done = 0, undone = 0, open = 0;
   std::string last_undone;
   for (const auto& [id, merge] : state.merges()) {
-    const int8_t last = merge.latest.state;
+    const int8_t last = merge.latest().state;
     done += last == merge_t::DONE;
     undone += last == merge_t::UNDONE;
     open += last == merge_t::ORDERED || last == merge_t::FROZEN;
     if (last != merge_t::UNDONE) continue;
-    last_undone = std::to_string(merge.ordered.source_id) + " into " +
-                  std::to_string(merge.ordered.target_id) + ": " + merge.latest.reason;
+    last_undone = std::to_string(merge.ordered().source_id) + " into " +
+                  std::to_string(merge.ordered().target_id) + ": " + merge.latest().reason;
   }
   return {{"done", done},
           {"undone", undone},
@@ -112,9 +121,9 @@ json MergesOf(const SessionState& state) {
           {"last_undone", Printable(last_undone, 200)}};
 }
 
-json FailuresOf(const SessionState& state) {
+json FailuresOf(const SessionHistory& history) {
   json failures = json::array();
-  for (const failure_t& failure : state.Failures()) {
+  for (const failure_t& failure : history.Failures()) {
     const std::string agent = failure.agent.empty() ? "" : failure.agent + "/";
     failures.push_back({{"image", Printable(agent + failure.name)},
                         {"stage", Printable(failure.stage)},
@@ -193,22 +202,23 @@ std::string FormatPhotos(const json& photos) {
 }  // namespace
 
 json MakeStatus(const StatusInput& input) {
-  const std::vector<double> latency = PhotoToPoseSeconds(input.state);
+  const SessionState& state = input.session.state;
+  const std::vector<double> latency = PhotoToPoseSeconds(input.session);
   return {{"session_id", input.session_id},
-          {"ledger", input.state.head()},
-          {"images", ImagesOf(input.state)},
+          {"ledger", state.head()},
+          {"images", ImagesOf(input.session)},
           {"latency_s",
            {{"p50", percentile(latency, 50)},
             {"p95", percentile(latency, 95)},
             {"p99", percentile(latency, 99)}}},
-          {"retrieval", RetrievalPart(input.state)},
-          {"finishing", input.state.finishing()},
+          {"retrieval", RetrievalPart(input.session.history)},
+          {"finishing", state.finishing()},
           {"instances", InstancesOf(input)},
           {"submaps", SubmapsOf(input)},
-          {"ended_submaps", EndedOf(input.state)},
-          {"merges", MergesOf(input.state)},
-          {"deferred", DeferredOf(input.state)},
-          {"failures", FailuresOf(input.state)}};
+          {"ended_submaps", EndedOf(state)},
+          {"merges", MergesOf(state)},
+          {"deferred", DeferredOf(state)},
+          {"failures", FailuresOf(input.session.history)}};
 }
 
 std::string FormatStatus(const json& status) {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "session/session_state.h"
+#include "session/session_history.h"
 #include "transport/channels.h"
 
 namespace skein {
@@ -19,9 +19,9 @@ struct HeardInstance {
 
 struct StatusInput {
   std::string session_id;
-  const SessionState& state;
-  const std::map<std::string, HeardInstance>& instances;  // by instance
-  const std::map<int64_t, submap_t>& submap_statuses;     // latest of SKEIN_SUBMAP_STATUS
+  const SessionRecord& session;
+  const std::map<std::string, HeardInstance>& instances;      // by instance
+  const std::map<int64_t, submap_status_t>& submap_statuses;  // latest of SKEIN_SUBMAP_STATUS
   double now_s = 0;
 };
 

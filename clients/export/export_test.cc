@@ -70,17 +70,15 @@ class ExportTest : public testing::Test {
   }
   std::string Put(const Bytes& bytes) { return *BlobStore(paths_.Blobs()).Put(bytes); }
 
-  // A fact of a submap, with a model of so many photos (0: without).
-  void CommitSubmap(int64_t submap_id, int8_t state, int num_photos) {
-    submap_t submap{};
-    submap.submap_id = submap_id;
-    submap.state = state;
-    submap.num_images = num_photos;
-    submap.ledger_seq = ledger_->head();
-    if (num_photos > 0) {
-      submap.model_blob = Put(ArchiveOf(MakeModel(num_photos, "SIMPLE_RADIAL"), folder_ / "tmp"));
-    }
-    Commit(submap, "submap/" + std::to_string(ledger_->head()));
+  // A model of so many photos.
+  void CommitModel(int64_t submap_id, int8_t kind, int num_photos) {
+    submap_model_t model{};
+    model.submap_id = submap_id;
+    model.kind = kind;
+    model.num_images = num_photos;
+    model.ledger_seq = ledger_->head();
+    model.model_blob = Put(ArchiveOf(MakeModel(num_photos, "SIMPLE_RADIAL"), folder_ / "tmp"));
+    Commit(model, "model/" + std::to_string(ledger_->head()));
   }
   void CommitPhoto(int64_t id, const std::vector<int64_t>& others) {
     image_t image{};
@@ -131,12 +129,16 @@ class ExportTest : public testing::Test {
 };
 
 TEST_F(ExportTest, TakesTheNewestModelOfEachLivingSubmapLargestFirst) {
-  CommitSubmap(1, submap_t::CHECKPOINT, 2);
-  CommitSubmap(2, submap_t::CHECKPOINT, 3);
-  CommitSubmap(3, submap_t::CHECKPOINT, 9);
-  CommitSubmap(1, submap_t::FINAL, 5);
-  CommitSubmap(1, submap_t::ASSIGNED, 0);
-  CommitSubmap(3, submap_t::ENDED, 0);
+  CommitModel(1, submap_model_t::CHECKPOINT, 2);
+  CommitModel(2, submap_model_t::CHECKPOINT, 3);
+  CommitModel(3, submap_model_t::CHECKPOINT, 9);
+  CommitModel(1, submap_model_t::FINAL, 5);
+  submap_lease_t lease{};
+  lease.submap_id = 1;
+  Commit(lease, "lease");
+  submap_end_t end{};
+  end.submap_id = 3;
+  Commit(end, "end");
   const std::vector<ExportModel> models = Models();
   ASSERT_EQ(models.size(), 2u);
   EXPECT_EQ(models[0].reconstruction->NumRegImages(), 5u);
@@ -154,10 +156,10 @@ TEST_F(ExportTest, FallsBackOnTheFinishedModels) {
 }
 
 TEST_F(ExportTest, SaysWhichModelIsDamaged) {
-  CommitSubmap(1, submap_t::CHECKPOINT, 3);
-  submap_t submap{};
+  CommitModel(1, submap_model_t::CHECKPOINT, 3);
+  submap_model_t submap{};
   submap.submap_id = 2;
-  submap.state = submap_t::CHECKPOINT;
+  submap.kind = submap_model_t::CHECKPOINT;
   submap.model_blob = Put({1, 2, 3});
   Commit(submap, "submap/damaged");
   EXPECT_FALSE(ReadSessionModels(paths_).ok());

@@ -3,8 +3,6 @@
 #include <stdlib.h>
 
 #include <algorithm>
-#include <functional>
-#include <map>
 #include <stdexcept>
 #include <system_error>
 
@@ -12,8 +10,8 @@
 #include "core/file.h"
 #include "formats/formats.h"
 #include "geometry/model_poses.h"
-#include "ledger/facts.h"
 #include "ledger/ledger_store.h"
+#include "session/read_session.h"
 
 namespace skein {
 namespace {
@@ -41,44 +39,24 @@ class TemporaryFolder {
   fs::path path_;
 };
 
-// All facts of T, of the kind with that name, in order.
-template <class T>
-Status ForEachFact(const Ledger& ledger, const std::string& kind_name,
-                   const std::function<void(const T&)>& take) {
-  Status failure;
-  const int kind = FactKindFromName(kind_name);
-  const Status read = ledger.ForEach([&](const LedgerRecord& record) {
-    if (record.kind != kind_name) return;
-    const Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
-    if (fact) {
-      take(std::get<T>(*fact));
-    } else {
-      failure = fact.status().Within("ledger, fact " + std::to_string(record.seq));
-    }
-  });
-  return read.ok() ? failure : read;
+// The latest model of each submap that lives, most photos first.
+std::vector<submap_model_t> LatestModels(const SessionState& state) {
+  std::vector<submap_model_t> models;
+  for (const auto& [id, submap] : state.submaps()) {
+    if (!submap.ended && submap.latest_model) models.push_back(*submap.latest_model);
+  }
+  std::stable_sort(
+      models.begin(), models.end(),
+      [](const submap_model_t& a, const submap_model_t& b) { return a.num_images > b.num_images; });
+  return models;
 }
 
-// Newest fact with a model, of each submap that has not ended.
-Result<std::vector<submap_t>> NewestModels(const Ledger& ledger) {
-  std::map<int64_t, submap_t> newest;
-  const Status read = ForEachFact<submap_t>(ledger, "submap", [&](const submap_t& submap) {
-    if (submap.state == submap_t::ENDED) {
-      newest.erase(submap.submap_id);
-    } else if (!submap.model_blob.empty()) {
-      newest[submap.submap_id] = submap;
-    }
-  });
-  if (!read.ok()) return read;
-  std::vector<submap_t> submaps;
-  for (const auto& entry : newest) submaps.push_back(entry.second);
-  std::stable_sort(submaps.begin(), submaps.end(), [](const submap_t& a, const submap_t& b) {
-    return a.num_images > b.num_images;
-  });
-  return submaps;
+Result<SessionState> ReadState(const SessionPaths& paths) {
+  const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
+  return ledger ? ReadSession(**ledger) : ledger.status();
 }
 
-Result<ExportModel> ReadArchive(const BlobStore& blobs, const submap_t& submap) {
+Result<ExportModel> ReadArchive(const BlobStore& blobs, const submap_model_t& submap) {
   const Result<Bytes> bytes = blobs.Get(submap.model_blob);
   if (!bytes) return bytes.status();
   const Result<ModelArchive> archive = DecodeModelArchive(*bytes);
@@ -93,7 +71,7 @@ Result<ExportModel> ReadArchive(const BlobStore& blobs, const submap_t& submap) 
   Result<ExportModel> model = ReadModelFolder(folder.path());
   if (!model) return model;
   model->label = "submap " + std::to_string(submap.submap_id) +
-                 (submap.state == submap_t::FINAL ? ", final at " : ", checkpoint at ") +
+                 (submap.kind == submap_model_t::FINAL ? ", final at " : ", checkpoint at ") +
                  std::to_string(submap.ledger_seq);
   return model;
 }
@@ -129,12 +107,10 @@ Result<ExportModel> ReadModelFolder(const fs::path& folder) {
 Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths) {
   std::vector<ExportModel> models;
   if (fs::exists(paths.Ledger())) {
-    const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
-    if (!ledger) return ledger.status();
-    const Result<std::vector<submap_t>> submaps = NewestModels(**ledger);
-    if (!submaps) return submaps.status();
+    const Result<SessionState> state = ReadState(paths);
+    if (!state) return state.status();
     const BlobStore blobs(paths.Blobs());
-    for (const submap_t& submap : *submaps) {
+    for (const submap_model_t& submap : LatestModels(*state)) {
       Result<ExportModel> model = ReadArchive(blobs, submap);
       if (!model) return model.status();
       models.push_back(std::move(*model));
@@ -145,17 +121,9 @@ Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths) {
 }
 
 Result<std::map<std::string, GeodeticPosition>> ReadPositions(const SessionPaths& paths) {
-  const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
-  if (!ledger) return ledger.status();
-  std::map<std::string, GeodeticPosition> positions;
-  const Status read =
-      ForEachFact<skein::image_t>(**ledger, "image", [&](const skein::image_t& image) {
-        if (!image.has_gps) return;
-        positions[image.agent + "/" + image.name] = {image.latitude_deg, image.longitude_deg,
-                                                     image.altitude_m};
-      });
-  if (!read.ok()) return read;
-  return positions;
+  const Result<SessionState> state = ReadState(paths);
+  if (!state) return state.status();
+  return PositionsOf(*state);
 }
 
 }  // namespace skein

@@ -13,13 +13,18 @@ class CovisibilityGraph {
   struct Edge {
     int64_t other_id = 0;
     int32_t num_inliers = 0;
-    int64_t seq = 0;  // ledger position of the fact that tells of the pair
+    int64_t seq = 0;           // ledger position of the first fact that tells of the pair
+    float tri_angle_rad = 0;   // median triangulation angle
+    float forward_motion = 0;  // |z| of the unit relative translation, 0..1
   };
 
-  // A photo's matches come once; the caller sees to that.
-  void Add(int64_t image_id, int64_t other_id, int32_t num_inliers, int64_t seq);
+  // A pair that is known already stays as it is. Costs the smaller number of edges of the two.
+  void Add(int64_t image_id, const Edge& edge);
+  void Add(int64_t image_id, int64_t other_id, int32_t num_inliers, int64_t seq) {
+    Add(image_id, {other_id, num_inliers, seq, 0, 0});
+  }
 
-  // In the order of Add; empty for an unknown photo.
+  // In the order of Add, that is of seq; empty for an unknown photo.
   const std::vector<Edge>& EdgesOf(int64_t image_id) const;
 
  private:

@@ -10,8 +10,8 @@ namespace skein {
 namespace {
 
 constexpr std::array<const char*, kNumFactKinds> kNames = {
-    "image", "features", "candidates", "matches", "registration", "submap",
-    "seed",  "merge",    "failure",    "finish",  "configuration"};
+    "image",        "features",   "candidates", "matches", "seed",   "submap_lease", "registration",
+    "submap_model", "submap_end", "merge",      "failure", "finish", "configuration"};
 
 template <size_t kKind>
 bool DecodeKind(const void* data, size_t size, Fact* fact) {
@@ -30,7 +30,7 @@ struct BlobLister {
     return {f.keypoints_blob, f.descriptors_blob, f.global_blob};
   }
   std::vector<std::string> operator()(const matches_t& f) const { return {f.pairs_blob}; }
-  std::vector<std::string> operator()(const submap_t& f) const { return {f.model_blob}; }
+  std::vector<std::string> operator()(const submap_model_t& f) const { return {f.model_blob}; }
   std::vector<std::string> operator()(const merge_t& f) const { return {f.model_blob}; }
   template <class T>
   std::vector<std::string> operator()(const T&) const {

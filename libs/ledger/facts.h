@@ -13,9 +13,11 @@
 
 namespace skein {
 
-// The order is part of the ledger range format (ledger/ledger_range.h): append only.
-using Fact = std::variant<image_t, features_t, candidates_t, matches_t, registration_t, submap_t,
-                          seed_t, merge_t, failure_t, finish_t, configuration_t>;
+// The order is part of the ledger range format (ledger/ledger_range.h): a change of it raises that
+// format's version.
+using Fact = std::variant<image_t, features_t, candidates_t, matches_t, seed_t, submap_lease_t,
+                          registration_t, submap_model_t, submap_end_t, merge_t, failure_t,
+                          finish_t, configuration_t>;
 
 inline constexpr int kNumFactKinds = static_cast<int>(std::variant_size_v<Fact>);
 
@@ -58,7 +60,9 @@ SKEIN_FACT_CHANNELS(features_t, Features)
 SKEIN_FACT_CHANNELS(candidates_t, Candidates)
 SKEIN_FACT_CHANNELS(matches_t, Matches)
 SKEIN_FACT_CHANNELS(registration_t, Registration)
-SKEIN_FACT_CHANNELS(submap_t, Submap)
+SKEIN_FACT_CHANNELS(submap_lease_t, SubmapLease)
+SKEIN_FACT_CHANNELS(submap_model_t, SubmapModel)
+SKEIN_FACT_CHANNELS(submap_end_t, SubmapEnd)
 SKEIN_FACT_CHANNELS(seed_t, Seed)
 SKEIN_FACT_CHANNELS(merge_t, Merge)
 SKEIN_FACT_CHANNELS(failure_t, Failure)

@@ -7,7 +7,7 @@ namespace skein {
 namespace {
 
 constexpr char kRangeIdentifier[4] = {'S', 'K', 'L', 'R'};
-constexpr uint32_t kRangeVersion = 1;
+constexpr uint32_t kRangeVersion = 2;
 
 Result<std::vector<Fact>> Damaged(const std::string& what) {
   return DataLoss("ledger range: " + what);

@@ -1,6 +1,6 @@
 // A range of the ledger as a blob: what ledger_range_t refers to.
 //
-// Little endian: "SKLR", uint32 version (1), uint32 number of facts. Then each fact in the order of
+// Little endian: "SKLR", uint32 version (2), uint32 number of facts. Then each fact in the order of
 // seq: uint8 kind (index in Fact), uint32 size, the fact as LCM encodes it.
 #pragma once
 

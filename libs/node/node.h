@@ -27,7 +27,7 @@
 //       worker.Run([photo] { return Extract(*photo); },      // WorkerThread's thread
 //                  [&](const Features& features) {           // loop's thread
 //         features_t fact = ToMessage(features);
-//         fact.header.fact_id = "features/" + std::to_string(item.item_id);
+//         fact.header.fact_id = FeaturesFactId(item.item_id);
 //         fact.header.computed_at_seq = follower.processed_seq();
 //         fact.keypoints_blob = node.blobs().Offer(EncodeKeypoints(features.keypoints));
 //         node.submitter().Submit(fact, [&](const Submission& done) {

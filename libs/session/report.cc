@@ -37,21 +37,22 @@ json ImagesPart(const PhotoCounts& counts) {
 }
 
 json SubmapsPart(const SessionState& state) {
-  std::vector<std::pair<int64_t, const SubmapState*>> live;
+  std::vector<std::pair<int64_t, const SubmapLife*>> live;
   for (const auto& [id, submap] : state.submaps()) {
-    if (!submap.ended && submap.model.header.seq > 0) live.push_back({id, &submap});
+    if (!submap.ended && submap.latest_model) live.push_back({id, &submap});
   }
   std::stable_sort(live.begin(), live.end(), [](const auto& a, const auto& b) {
-    return a.second->model.num_images > b.second->model.num_images;
+    return a.second->latest_model->num_images > b.second->latest_model->num_images;
   });
   json submaps = json::array();
   for (const auto& [id, submap] : live) {
+    const submap_model_t& model = *submap->latest_model;
     submaps.push_back({{"id", id},
-                       {"images", submap->model.num_images},
-                       {"points", submap->model.num_points},
-                       {"mean_reprojection_error_px", submap->model.mean_reprojection_error_px},
-                       {"mean_track_length", submap->model.mean_track_length},
-                       {"epoch", submap->epoch}});
+                       {"images", model.num_images},
+                       {"points", model.num_points},
+                       {"mean_reprojection_error_px", model.mean_reprojection_error_px},
+                       {"mean_track_length", model.mean_track_length},
+                       {"epoch", submap->lease.epoch}});
   }
   return submaps;
 }
@@ -75,13 +76,13 @@ json MergesPart(const SessionState& state) {
   json merges = json::array();
   for (const auto& [id, merge] : state.merges()) {
     merges.push_back({{"id", id},
-                      {"source", merge.ordered.source_id},
-                      {"target", merge.ordered.target_id},
-                      {"state", MergeStateName(merge.latest.state)},
-                      {"reason", merge.latest.reason},
-                      {"shared_images", merge.ordered.num_shared_images},
-                      {"inlier_images", merge.ordered.num_inlier_images},
-                      {"duration_s", merge.latest.duration_s}});
+                      {"source", merge.ordered().source_id},
+                      {"target", merge.ordered().target_id},
+                      {"state", MergeStateName(merge.latest().state)},
+                      {"reason", merge.latest().reason},
+                      {"shared_images", merge.ordered().num_shared_images},
+                      {"inlier_images", merge.ordered().num_inlier_images},
+                      {"duration_s", merge.latest().duration_s}});
   }
   return merges;
 }
@@ -98,9 +99,9 @@ json StagesPart(const StageTimes& times) {
   return stages;
 }
 
-json FailuresPart(const SessionState& state) {
+json FailuresPart(const SessionHistory& history) {
   json failures = json::array();
-  for (const failure_t& failure : state.Failures()) {
+  for (const failure_t& failure : history.Failures()) {
     failures.push_back({{"image", NameOf(failure.agent, failure.name)},
                         {"stage", failure.stage},
                         {"reason", failure.reason},
@@ -109,17 +110,17 @@ json FailuresPart(const SessionState& state) {
   return failures;
 }
 
-json ImagesInTimePart(const SessionState& state) {
-  const int64_t start = FirstReceived(state);
+json ImagesInTimePart(const SessionRecord& session) {
+  const int64_t start = FirstReceived(session.state);
   json images = json::array();
-  for (const auto& [id, photo] : state.photos()) {
+  for (const auto& [id, photo] : session.state.photos()) {
     json image = {{"image", NameOf(photo.image.agent, photo.image.name)},
                   {"received_s", SecondsBetween(start, photo.image.received_utime_us)},
                   {"registered_s", nullptr},
                   {"submap", nullptr}};
-    if (photo.registered_utime_us > 0) {
-      image["registered_s"] = SecondsBetween(start, photo.registered_utime_us);
-      image["submap"] = photo.registered_submap_id;
+    if (const auto* first = session.history.FindFirstRegistration(id)) {
+      image["registered_s"] = SecondsBetween(start, first->utime_us);
+      image["submap"] = first->submap_id;
     }
     images.push_back(std::move(image));
   }
@@ -127,9 +128,9 @@ json ImagesInTimePart(const SessionState& state) {
 }
 
 // {"mapper": [{"instances": ["mapper-1"], "text": "...", "version": "0.1.0"}], ...}
-json ConfigurationPart(const SessionState& state) {
+json ConfigurationPart(const SessionHistory& history) {
   json services = json::object();
-  for (const auto& [configuration, instances] : state.configurations()) {
+  for (const auto& [configuration, instances] : history.configurations()) {
     services[configuration.service].push_back({{"instances", instances},
                                                {"text", configuration.text},
                                                {"version", configuration.version}});
@@ -142,22 +143,23 @@ json ConfigurationPart(const SessionState& state) {
 json DeferredPart(const SessionState& state) {
   json deferred = json::array();
   for (const auto& [id, photo] : state.photos()) {
-    if (photo.failed() || state.IsRegistered(photo)) continue;
+    if (photo.failed() || state.IsRegistered(id)) continue;
     deferred.push_back({{"image", NameOf(photo.image.agent, photo.image.name)},
                         {"reason", state.WhyUnregistered(photo)}});
   }
   return deferred;
 }
 
-PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates) {
+PhotoCounts CountPhotos(const SessionRecord& session, int64_t num_duplicates) {
+  const SessionState& state = session.state;
   PhotoCounts counts;
   counts.duplicates = num_duplicates;
   counts.received = state.num_images();
   for (const auto& [id, photo] : state.photos()) {
-    const bool registered = state.IsRegistered(photo);
+    const bool registered = state.IsRegistered(id);
     ++(registered ? counts.registered : photo.failed() ? counts.failed : counts.deferred);
   }
-  for (const failure_t& failure : state.Failures()) {
+  for (const failure_t& failure : session.history.Failures()) {
     if (failure.image_id != 0 || failure.stage != "ingest") continue;
     ++counts.received;
     ++counts.failed;
@@ -165,20 +167,21 @@ PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates) {
   return counts;
 }
 
-std::vector<double> PhotoToPoseSeconds(const SessionState& state) {
+std::vector<double> PhotoToPoseSeconds(const SessionRecord& session) {
   std::vector<double> seconds;
-  for (const auto& [id, photo] : state.photos()) {
-    if (photo.registered_utime_us == 0) continue;
-    seconds.push_back(SecondsBetween(photo.image.received_utime_us, photo.registered_utime_us));
+  for (const auto& [id, photo] : session.state.photos()) {
+    const auto* first = session.history.FindFirstRegistration(id);
+    if (first == nullptr) continue;
+    seconds.push_back(SecondsBetween(photo.image.received_utime_us, first->utime_us));
   }
   return seconds;
 }
 
-json RetrievalPart(const SessionState& state) {
-  const RetrievalCounts& counts = state.retrieval();
-  const auto found = state.times().by_stage.find("retrieval");
+json RetrievalPart(const SessionHistory& history) {
+  const RetrievalCounts& counts = history.retrieval();
+  const auto found = history.times().by_stage.find("retrieval");
   const std::vector<float> none;
-  const std::vector<float>& times = found == state.times().by_stage.end() ? none : found->second;
+  const std::vector<float>& times = found == history.times().by_stage.end() ? none : found->second;
   return {{"candidates", counts.candidates},
           {"hits", counts.hits},
           {"pairs_matched", counts.pairs_matched},
@@ -186,12 +189,13 @@ json RetrievalPart(const SessionState& state) {
           {"mean_s", mean(std::vector<double>(times.begin(), times.end()))}};
 }
 
-json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_utime_us) {
-  const std::vector<double> latency = PhotoToPoseSeconds(state);
+json MakeReport(const SessionRecord& session, int64_t num_duplicates, int64_t done_utime_us) {
+  const SessionState& state = session.state;
+  const std::vector<double> latency = PhotoToPoseSeconds(session);
   const int64_t start = FirstReceived(state);
   return {{"format", "skein-report"},
           {"version", 1},
-          {"images", ImagesPart(CountPhotos(state, num_duplicates))},
+          {"images", ImagesPart(CountPhotos(session, num_duplicates))},
           {"submaps", SubmapsPart(state)},
           {"merges", MergesPart(state)},
           {"latency_s",
@@ -200,12 +204,12 @@ json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_
             {"p99", percentile(latency, 99)}}},
           {"wall_s", start == 0 ? 0.0 : SecondsBetween(start, done_utime_us)},
           {"finish_s", SecondsBetween(state.finish().requested_utime_us, done_utime_us)},
-          {"retrieval", RetrievalPart(state)},
-          {"stages", StagesPart(state.times())},
-          {"failures", FailuresPart(state)},
+          {"retrieval", RetrievalPart(session.history)},
+          {"stages", StagesPart(session.history.times())},
+          {"failures", FailuresPart(session.history)},
           {"deferred", DeferredPart(state)},
-          {"images_in_time", ImagesInTimePart(state)},
-          {"configuration", ConfigurationPart(state)},
+          {"images_in_time", ImagesInTimePart(session)},
+          {"configuration", ConfigurationPart(session.history)},
           {"facts", state.head()}};
 }
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
-#include "session/session_state.h"
+#include "session/session_history.h"
 
 namespace skein {
 
@@ -16,19 +16,20 @@ struct PhotoCounts {
   int64_t duplicates = 0;  // offers of a content that was there already
 };
 
-PhotoCounts CountPhotos(const SessionState& state, int64_t num_duplicates);
+PhotoCounts CountPhotos(const SessionRecord& session, int64_t num_duplicates);
 
 // For each registered photo the seconds from ingest's receipt to the commit of its first
 // registration, in the order of photos.
-std::vector<double> PhotoToPoseSeconds(const SessionState& state);
+std::vector<double> PhotoToPoseSeconds(const SessionRecord& session);
 
 // [{image, reason}] of the photos that are in no submap, those on their way included.
 nlohmann::json DeferredPart(const SessionState& state);
 
 // Candidates named and hit, pairs matched and verified, mean seconds a photo in the index.
-nlohmann::json RetrievalPart(const SessionState& state);
+nlohmann::json RetrievalPart(const SessionHistory& history);
 
 // report.json: what happened in the session up to `done_utime_us`. docs: services/ingest/README.md.
-nlohmann::json MakeReport(const SessionState& state, int64_t num_duplicates, int64_t done_utime_us);
+nlohmann::json MakeReport(const SessionRecord& session, int64_t num_duplicates,
+                          int64_t done_utime_us);
 
 }  // namespace skein

@@ -2,53 +2,69 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
-#include <tuple>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "covisibility/covisibility.h"
 #include "ledger/facts.h"
 
 namespace skein {
 
 // What the facts say of one photo.
 struct PhotoState {
-  struct InSubmap {
-    int8_t state = 0;  // registration_t's
-    std::string reason;
-  };
-
   image_t image;
+  features_t features;         // once features_seq > 0
+  candidates_t candidates;     // once candidates_seq > 0
+  std::string pairs_blob;      // of its matches; "" if it has none. The pairs: covisibility()
   int64_t features_seq = 0;    // 0: not yet
   int64_t candidates_seq = 0;  // 0: not yet
   int64_t matches_seq = 0;     // 0: not yet
-  int32_t num_keypoints = 0;
-  int32_t num_pairs = 0;
-  std::string failed_stage;  // parked at this stage, "" if not
+  int64_t matches_order = 0;   // from 1, among the photos with matches; 0: not yet
+  std::string failed_stage;    // parked at this stage, "" if not
   std::string failed_reason;
-  int64_t registered_utime_us = 0;        // commit of its first REGISTERED, 0 if none
-  int64_t registered_submap_id = 0;       // of that
-  std::map<int64_t, InSubmap> in_submap;  // submap id -> latest
 
   bool failed() const { return !failed_stage.empty(); }
   bool through_matching() const { return matches_seq > 0 || failed(); }
 };
 
-struct SubmapState {
+// A submap's life: seed, leases, models, end. `latest_model` is the newest checkpoint or final
+// model, `final_ledger_seq` the position of the newest final one; a lease changes neither, so a
+// submap that was taken over after its FINAL stays final until it has a newer checkpoint.
+struct SubmapLife {
+  // The latest word on a photo.
+  struct Photo {
+    int8_t state = 0;  // registration_t's
+    std::string reason;
+  };
+
   seed_t seed;
-  int64_t epoch = 0;  // 0: never leased
-  std::string owner;
+  bool has_seed = false;
+  submap_lease_t lease;  // the latest; epoch 0: never leased
+  int64_t lease_seq = 0;
+  std::optional<submap_model_t> latest_model;
+  int64_t final_ledger_seq = -1;  // -1: none
+  int64_t open_merge_id = 0;  // ordered, neither done nor undone, and both submaps live; 0: none
   bool ended = false;
   std::string end_reason;
-  submap_t model;                 // latest fact that came with a model; seq 0 if none
-  int64_t final_ledger_seq = -1;  // position of the latest FINAL, -1 if none
-  int64_t open_merge_id = 0;      // ordered and neither done nor undone, 0 if none
+  int64_t merged_into = 0;  // 0: not merged
+  std::map<int64_t, Photo> photos;
+  int64_t num_registered = 0;
+
+  bool IsRegistered(int64_t image_id) const;
 };
 
+// The facts of a merge that was ordered, in order, from ORDERED on.
 struct MergeState {
-  merge_t ordered;
-  merge_t latest;
+  std::vector<merge_t> facts;
+
+  const merge_t& ordered() const { return facts.front(); }
+  const merge_t& latest() const { return facts.back(); }
+  bool is_open() const {
+    return latest().state == merge_t::ORDERED || latest().state == merge_t::FROZEN;
+  }
 };
 
 struct FinishState {
@@ -60,31 +76,16 @@ struct FinishState {
   int64_t settled_seq = 0;
 };
 
-// Sums over the photos through matching.
-struct RetrievalCounts {
-  int64_t candidates = 0;      // named by retrieval
-  int64_t hits = 0;            // of these, verified by matching
-  int64_t pairs_matched = 0;   // also others than candidates
-  int64_t pairs_verified = 0;  // of these
-};
-
-// What a service ran with: instances with one text and version together.
-struct Configuration {
-  std::string service;
-  std::string text;  // its section of a config file
-  std::string version;
-  bool operator<(const Configuration& other) const {
-    return std::tie(service, text, version) < std::tie(other.service, other.text, other.version);
-  }
-};
-
-// Times in seconds of what a stage did, in the order of commit.
-struct StageTimes {
-  std::map<std::string, std::vector<float>> by_stage;
-};
-
-// Everything that follows from the facts so far: a pure function of the ledger. Replaying a ledger
-// gives the same state as having lived through it.
+// What the facts so far come to: a pure function of the ledger, folded here and nowhere else.
+// Replaying a ledger gives the same state as having lived through it. Cost per fact is independent
+// of the ledger's length; memory is about 2 KB and 40 bytes a verified pair for each photo.
+//
+// Merges. ORDERED opens a merge; DONE and UNDONE close it, and so does the end of either submap.
+// FAILED is an attempt that found no similarity: nothing was ordered, it has no merge_id, and it
+// stands in failed_merges() alone. DONE ends the source, which is `merged_into` the target; the
+// source's end fact follows in the same commit. DONE moves no photo: the target has told of each
+// photo that came with the source by a registration before it, and what it did not tell of it does
+// not hold.
 class SessionState {
  public:
   // Facts in the order of seq, without gaps; throws std::logic_error otherwise.
@@ -92,84 +93,74 @@ class SessionState {
 
   int64_t head() const { return head_seq_; }
   int64_t last_utime_us() const { return last_utime_us_; }
-  // seq of the fact with that id, 0 if there is none.
-  int64_t FindFact(const std::string& fact_id) const;
 
   const std::map<int64_t, PhotoState>& photos() const { return photos_; }
-  const PhotoState* FindPhoto(int64_t image_id) const;
-  int64_t FindImageByBlob(const std::string& blob_id) const;                         // 0 if none
-  int64_t FindImageByName(const std::string& agent, const std::string& name) const;  // 0 if none
+  const PhotoState* FindPhoto(int64_t image_id) const;  // null if unknown
   int64_t num_images() const { return static_cast<int64_t>(photos_.size()); }
   int64_t num_cameras() const { return num_cameras_; }
+  int64_t num_matched() const { return num_matched_; }  // photos with matches
   // Photos accepted and not yet through matching.
   int64_t num_in_flight() const { return num_images() - num_through_; }
+  // Verified pairs with the seq at which they became known: what works at a cursor leaves out the
+  // edges beyond it.
+  const CovisibilityGraph& covisibility() const { return covisibility_; }
   // Registered in at least one submap that lives.
-  bool IsRegistered(const PhotoState& photo) const;
+  bool IsRegistered(int64_t image_id) const;
   // Why it is not registered, for a person.
   std::string WhyUnregistered(const PhotoState& photo) const;
 
-  const std::map<int64_t, SubmapState>& submaps() const { return submaps_; }
-  const SubmapState* FindSubmap(int64_t submap_id) const;
+  const std::map<int64_t, SubmapLife>& submaps() const { return submaps_; }
+  const SubmapLife* FindSubmap(int64_t submap_id) const;  // null if unknown
   bool IsLive(int64_t submap_id) const;
+  // Of all living and ended ones.
+  bool WasSeeded(int64_t image_id1, int64_t image_id2) const;
+  // Photos that the submap holds, by id.
+  std::vector<int64_t> RegisteredIn(int64_t submap_id) const;
+
   const std::map<int64_t, MergeState>& merges() const { return merges_; }
+  const MergeState* FindMerge(int64_t merge_id) const;  // null if it was never ordered
+  const std::vector<merge_t>& failed_merges() const { return failed_merges_; }
+
   const FinishState& finish() const { return finish_; }
   bool finishing() const { return finish_.state != finish_t::DONE; }
-
-  // Offers that were refused and photos or work that failed for good, in the order of commit; by
-  // the id of the fact.
-  std::vector<failure_t> Failures() const;
-  const failure_t* FindFailure(const std::string& fact_id) const;
-
-  const StageTimes& times() const { return times_; }
-  const RetrievalCounts& retrieval() const { return retrieval_; }
-  // With the instances that ran so.
-  const std::map<Configuration, std::set<std::string>>& configurations() const {
-    return configurations_;
-  }
+  // seq of the latest DRAINED, of this finish or an earlier one; 0 before the first.
+  int64_t last_drained_seq() const { return last_drained_seq_; }
 
  private:
   void ApplyFact(const image_t& fact);
   void ApplyFact(const features_t& fact);
   void ApplyFact(const candidates_t& fact);
   void ApplyFact(const matches_t& fact);
-  void ApplyFact(const registration_t& fact);
-  void ApplyFact(const submap_t& fact);
   void ApplyFact(const seed_t& fact);
+  void ApplyFact(const submap_lease_t& fact);
+  void ApplyFact(const registration_t& fact);
+  void ApplyFact(const submap_model_t& fact);
+  void ApplyFact(const submap_end_t& fact);
   void ApplyFact(const merge_t& fact);
   void ApplyFact(const failure_t& fact);
   void ApplyFact(const finish_t& fact);
-  void ApplyFact(const configuration_t& fact);
-  void CountHits(const matches_t& fact);
-  PhotoState* Photo(int64_t image_id);
+  void ApplyFact(const configuration_t&) {}
+  void CloseMerge(int64_t merge_id);
+  void EndSubmap(int64_t submap_id, const std::string& reason, int64_t merged_into);
   template <class Change>
   void ChangePhoto(int64_t image_id, Change change);
-  void AddTime(const std::string& stage, float seconds) {
-    times_.by_stage[stage].push_back(seconds);
-  }
 
   int64_t head_seq_ = 0;
   int64_t last_utime_us_ = 0;
-  std::unordered_map<std::string, int64_t> fact_ids_;
   std::map<int64_t, PhotoState> photos_;
-  std::unordered_map<std::string, int64_t> image_by_blob_;
-  std::map<std::pair<std::string, std::string>, int64_t> image_by_name_;
   int64_t num_cameras_ = 0;
+  int64_t num_matched_ = 0;
   int64_t num_through_ = 0;
-  std::map<int64_t, SubmapState> submaps_;
+  CovisibilityGraph covisibility_;
+  std::map<int64_t, SubmapLife> submaps_;
+  std::set<std::pair<int64_t, int64_t>> seeded_;  // images, smaller id first
   std::map<int64_t, MergeState> merges_;
-  std::map<int64_t, failure_t> failures_;  // by seq
-  std::unordered_map<std::string, int64_t> failure_by_id_;
+  std::vector<merge_t> failed_merges_;
   FinishState finish_;
-  StageTimes times_;
-  std::unordered_map<int64_t, std::vector<int64_t>> unmatched_candidates_;  // by photo
-  RetrievalCounts retrieval_;
-  std::map<Configuration, std::set<std::string>> configurations_;
+  int64_t last_drained_seq_ = 0;
 };
 
-// fact_id of the failure of an offer: one refusal per agent, name and content.
-std::string RefusalId(const std::string& agent, const std::string& name,
-                      const std::string& blob_id);
-// fact_id of the failure of an agent that vanished while its photo was pulled.
-std::string VanishedId(const std::string& blob_id, int64_t finish_id);
+// Why the source of a merge has ended, for a person.
+std::string MergedReason(int64_t target_id);
 
 }  // namespace skein

@@ -26,7 +26,10 @@
 #include "skein/seed_t.hpp"
 #include "skein/shared_reply_t.hpp"
 #include "skein/shared_request_t.hpp"
-#include "skein/submap_t.hpp"
+#include "skein/submap_end_t.hpp"
+#include "skein/submap_lease_t.hpp"
+#include "skein/submap_model_t.hpp"
+#include "skein/submap_status_t.hpp"
 #include "skein/submit_reply_t.hpp"
 #include "skein/work_failed_t.hpp"
 #include "skein/work_request_t.hpp"
@@ -46,7 +49,9 @@ inline constexpr Channel<features_t> kFeaturesChannel{"SKEIN_FEATURES"};
 inline constexpr Channel<candidates_t> kCandidatesChannel{"SKEIN_CANDIDATES"};
 inline constexpr Channel<matches_t> kMatchesChannel{"SKEIN_MATCHES"};
 inline constexpr Channel<registration_t> kRegistrationChannel{"SKEIN_REGISTRATION"};
-inline constexpr Channel<submap_t> kSubmapChannel{"SKEIN_SUBMAP"};
+inline constexpr Channel<submap_lease_t> kSubmapLeaseChannel{"SKEIN_SUBMAP_LEASE"};
+inline constexpr Channel<submap_model_t> kSubmapModelChannel{"SKEIN_SUBMAP_MODEL"};
+inline constexpr Channel<submap_end_t> kSubmapEndChannel{"SKEIN_SUBMAP_END"};
 inline constexpr Channel<seed_t> kSeedChannel{"SKEIN_SEED"};
 inline constexpr Channel<merge_t> kMergeChannel{"SKEIN_MERGE"};
 inline constexpr Channel<failure_t> kFailureChannel{"SKEIN_FAILURE"};
@@ -59,7 +64,9 @@ inline constexpr Channel<features_t> kSubmitFeaturesChannel{"SKEIN_SUBMIT_FEATUR
 inline constexpr Channel<candidates_t> kSubmitCandidatesChannel{"SKEIN_SUBMIT_CANDIDATES"};
 inline constexpr Channel<matches_t> kSubmitMatchesChannel{"SKEIN_SUBMIT_MATCHES"};
 inline constexpr Channel<registration_t> kSubmitRegistrationChannel{"SKEIN_SUBMIT_REGISTRATION"};
-inline constexpr Channel<submap_t> kSubmitSubmapChannel{"SKEIN_SUBMIT_SUBMAP"};
+inline constexpr Channel<submap_lease_t> kSubmitSubmapLeaseChannel{"SKEIN_SUBMIT_SUBMAP_LEASE"};
+inline constexpr Channel<submap_model_t> kSubmitSubmapModelChannel{"SKEIN_SUBMIT_SUBMAP_MODEL"};
+inline constexpr Channel<submap_end_t> kSubmitSubmapEndChannel{"SKEIN_SUBMIT_SUBMAP_END"};
 inline constexpr Channel<seed_t> kSubmitSeedChannel{"SKEIN_SUBMIT_SEED"};
 inline constexpr Channel<merge_t> kSubmitMergeChannel{"SKEIN_SUBMIT_MERGE"};
 inline constexpr Channel<failure_t> kSubmitFailureChannel{"SKEIN_SUBMIT_FAILURE"};
@@ -79,7 +86,7 @@ inline constexpr Channel<work_t> kWorkChannel{"SKEIN_WORK"};
 inline constexpr Channel<work_failed_t> kWorkFailedChannel{"SKEIN_WORK_FAILED"};
 inline constexpr Channel<demand_t> kDemandChannel{"SKEIN_DEMAND"};
 
-inline constexpr Channel<submap_t> kSubmapStatusChannel{"SKEIN_SUBMAP_STATUS"};
+inline constexpr Channel<submap_status_t> kSubmapStatusChannel{"SKEIN_SUBMAP_STATUS"};
 inline constexpr Channel<shared_request_t> kSharedRequestChannel{"SKEIN_SHARED_REQUEST"};
 inline constexpr Channel<shared_reply_t> kSharedReplyChannel{"SKEIN_SHARED_REPLY"};
 

@@ -1,8 +1,8 @@
 #include "features/messages.h"
 
-namespace skein {
+#include "session/fact_ids.h"
 
-std::string FeaturesFactId(int64_t image_id) { return "features/" + std::to_string(image_id); }
+namespace skein {
 
 features_t ToMessage(int64_t image_id, int64_t computed_at_seq, const PhotoDescription& photo,
                      const ResultBlobs& blobs) {

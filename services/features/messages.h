@@ -15,8 +15,6 @@ struct ResultBlobs {
   std::string global;
 };
 
-std::string FeaturesFactId(int64_t image_id);
-
 features_t ToMessage(int64_t image_id, int64_t computed_at_seq, const PhotoDescription& photo,
                      const ResultBlobs& blobs);
 

@@ -9,7 +9,11 @@
 #include "core/log.h"
 #include "ingest/model_places.h"
 #include "ingest/model_writer.h"
+#include "session/fact_ids.h"
+#include "session/read_session.h"
 #include "session/report.h"
+#include "session/submap_facts.h"
+
 namespace skein {
 namespace {
 
@@ -17,17 +21,6 @@ constexpr double kRetryWritingS = 5;
 // A seed that no mapper takes for so long while the session finishes is given up.
 constexpr double kNoMapperS = 30;
 constexpr char kFinishVerb[] = "finish";
-
-PhotoPositions PositionsOf(const SessionState& state) {
-  PhotoPositions positions;
-  for (const auto& [id, photo] : state.photos()) {
-    const image_t& image = photo.image;
-    if (!image.has_gps) continue;
-    positions[image.agent + "/" + image.name] = {image.latitude_deg, image.longitude_deg,
-                                                 image.altitude_m};
-  }
-  return positions;
-}
 
 Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::string>& model_blobs,
                             const PhotoPositions& positions, nlohmann::json report) {
@@ -46,25 +39,23 @@ FinishDriver::FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths,
       writer_(writer),
       paths_(std::move(paths)),
       environment_(std::move(environment)),
+      finish_of_command_(writer.history().finish_of_command()),
+      done_(writer.history().finish_results()),
       worker_(node.loop()) {
-  const auto note = [this](const Fact& fact) {
-    const auto* finish = std::get_if<finish_t>(&fact);
-    if (finish == nullptr) return;
-    if (finish->state == finish_t::REQUESTED) {
-      finish_of_command_[std::atoll(finish->detail.c_str())] = finish->finish_id;
-    } else if (finish->state == finish_t::DONE) {
-      done_[finish->finish_id] = finish->detail;
-    }
-  };
-  writer.ForEach(note);
-  writer.AddObserver(note);
   writer.AddObserver([this](const Fact& fact) {
-    const auto* finish = std::get_if<finish_t>(&fact);
-    if (finish == nullptr || finish->state != finish_t::DONE) return;
-    for (const auto& [command_id, finish_id] : finish_of_command_) {
-      if (finish_id == finish->finish_id) Reply(command_id, true, finish->detail);
-    }
+    if (const auto* finish = std::get_if<finish_t>(&fact)) OnCommitted(*finish);
   });
+}
+
+void FinishDriver::OnCommitted(const finish_t& finish) {
+  if (finish.state == finish_t::REQUESTED) {
+    finish_of_command_[std::atoll(finish.detail.c_str())] = finish.finish_id;
+  } else if (finish.state == finish_t::DONE) {
+    done_[finish.finish_id] = finish.detail;
+    for (const auto& [command_id, finish_id] : finish_of_command_) {
+      if (finish_id == finish.finish_id) Reply(command_id, true, finish.detail);
+    }
+  }
 }
 
 void FinishDriver::OnCommand(const command_t& command) {
@@ -80,11 +71,11 @@ void FinishDriver::OnCommand(const command_t& command) {
     return;
   }
   finish_t fact{};
-  fact.header.fact_id = "finish/requested/" + std::to_string(command.command_id);
+  fact.header.fact_id = FinishRequestFactId(command.command_id);
   fact.header.author = node_.instance();
   fact.state = finish_t::REQUESTED;
   fact.detail = std::to_string(command.command_id);
-  if (writer_.state().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
+  if (writer_.history().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
 }
 
 void FinishDriver::Step(double now_s) {
@@ -106,8 +97,7 @@ void FinishDriver::Drain() {
 void FinishDriver::Stage(int8_t state, const std::string& detail) {
   finish_t fact{};
   fact.finish_id = writer_.state().finish().finish_id;
-  fact.header.fact_id =
-      "finish/" + std::to_string(fact.finish_id) + "/" + std::to_string(static_cast<int>(state));
+  fact.header.fact_id = FinishFactId(fact.finish_id, state);
   fact.header.author = node_.instance();
   fact.state = state;
   fact.detail = detail;
@@ -118,19 +108,16 @@ void FinishDriver::Stage(int8_t state, const std::string& detail) {
 void FinishDriver::EndSeedsWithoutMapper(double now_s) {
   std::vector<int64_t> waiting;
   for (const auto& [id, submap] : writer_.state().submaps()) {
-    if (!submap.ended && submap.epoch == 0) waiting.push_back(id);
+    if (!submap.ended && submap.lease.epoch == 0) waiting.push_back(id);
   }
   if (waiting.empty() || environment_.has_idle_mapper()) no_mapper_since_s_ = now_s;
   if (no_mapper_since_s_ == 0) no_mapper_since_s_ = now_s;
   if (now_s - no_mapper_since_s_ < kNoMapperS) return;
   for (const int64_t id : waiting) {
-    submap_t fact{};
-    fact.header.fact_id = "submap/" + std::to_string(id) + "/ended";
-    fact.header.author = node_.instance();
-    fact.submap_id = id;
-    fact.state = submap_t::ENDED;
-    fact.reason = "no mapper was free for it; start more (launch.sh --mappers)";
-    writer_.Stage(fact);
+    submap_end_t end =
+        MakeSubmapEnd(id, 0, "no mapper was free for it; start more (launch.sh --mappers)");
+    end.header.author = node_.instance();
+    writer_.Stage(end);
   }
 }
 
@@ -143,17 +130,17 @@ bool FinishDriver::AllFinal() const {
 }
 
 void FinishDriver::WriteResults() {
-  std::vector<const SubmapState*> live;
+  std::vector<const SubmapLife*> live;
   for (const auto& [id, submap] : writer_.state().submaps()) {
     if (!submap.ended) live.push_back(&submap);
   }
-  std::stable_sort(live.begin(), live.end(), [](const SubmapState* a, const SubmapState* b) {
-    return a->model.num_images > b->model.num_images;
+  std::stable_sort(live.begin(), live.end(), [](const SubmapLife* a, const SubmapLife* b) {
+    return a->latest_model->num_images > b->latest_model->num_images;
   });
   std::vector<std::string> blobs;
-  for (const SubmapState* submap : live) blobs.push_back(submap->model.model_blob);
+  for (const SubmapLife* submap : live) blobs.push_back(submap->latest_model->model_blob);
   const nlohmann::json report =
-      MakeReport(writer_.state(), environment_.num_duplicates(), writer_.now_us());
+      MakeReport(writer_.session(), environment_.num_duplicates(), writer_.now_us());
   writing_ = true;
   worker_.Run([paths = paths_, blobs, positions = PositionsOf(writer_.state()),
                report] { return WriteModelsAndReport(paths, blobs, positions, report); },
@@ -173,7 +160,7 @@ void FinishDriver::OnWritten(const Status& status) {
 }
 
 std::string FinishDriver::Summary() const {
-  const PhotoCounts counts = CountPhotos(writer_.state(), environment_.num_duplicates());
+  const PhotoCounts counts = CountPhotos(writer_.session(), environment_.num_duplicates());
   const auto& submaps = writer_.state().submaps();
   const auto num_models = std::count_if(submaps.begin(), submaps.end(),
                                         [](const auto& entry) { return !entry.second.ended; });

@@ -35,6 +35,7 @@ class FinishDriver {
   std::string Describe() const;
 
  private:
+  void OnCommitted(const finish_t& finish);
   void Drain();
   void EndSeedsWithoutMapper(double now_s);
   bool AllFinal() const;

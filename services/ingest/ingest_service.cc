@@ -77,7 +77,7 @@ void IngestService::OnSubmissions(const Channel<T>& channel) {
 void IngestService::NoteConfiguration() {
   if (node_.options().configuration.empty()) return;
   const configuration_t fact = ConfigurationOf(node_.options());
-  if (writer_.state().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
+  if (writer_.history().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
 }
 
 // All that was received before the loop comes round again shares one commit.
@@ -116,8 +116,8 @@ void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
   heartbeat->ledger_seq = writer_.durable_head();
   heartbeat->backlog = intake_.num_pending();
   heartbeat->num_done = writer_.state().num_images();
-  const auto times = writer_.state().times().by_stage.find("ingest");
-  if (times != writer_.state().times().by_stage.end()) {
+  const auto times = writer_.history().times().by_stage.find("ingest");
+  if (times != writer_.history().times().by_stage.end()) {
     heartbeat->mean_s =
         static_cast<float>(mean(std::vector<double>(times->second.begin(), times->second.end())));
   }

@@ -7,12 +7,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "core/file.h"
 #include "core/hash.h"
 #include "formats/formats.h"
 #include "node/ledger_follower.h"
 #include "node/work_client.h"
+#include "session/fact_ids.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
@@ -162,14 +164,12 @@ class IngestServiceTest : public testing::Test {
     fact.cam_from_world_qwxyz[0] = 1;
     return fact;
   }
-  submap_t FinalModel(int64_t submap_id, int64_t epoch, int64_t ledger_seq) {
-    submap_t fact{};
-    fact.header.fact_id =
-        "submap/" + std::to_string(submap_id) + "/final/" + std::to_string(ledger_seq);
+  submap_model_t FinalModel(int64_t submap_id, int64_t epoch, int64_t ledger_seq) {
+    submap_model_t fact{};
+    fact.header.fact_id = SubmapModelFactId(submap_id, epoch, static_cast<int>(ledger_seq));
     fact.submap_id = submap_id;
     fact.epoch = epoch;
-    fact.owner = "peer";
-    fact.state = submap_t::FINAL;
+    fact.kind = submap_model_t::FINAL;
     fact.num_images = 2;
     fact.ledger_seq = ledger_seq;
     fact.model_blob = peer_->blobs().Offer(EncodeModelArchive(
@@ -246,6 +246,32 @@ TEST_F(IngestServiceTest, KeepsBothOfTwoPhotosOfOneName) {
   Restart();
   EXPECT_EQ(Decide(second).status, +image_ack_t::STORED);
   EXPECT_EQ(Decide(second).image_id, 2);
+}
+
+TEST_F(IngestServiceTest, NamesAndContentsOfOffersThatComeAtOnceDoNotCollide) {
+  const Bytes photo = SmallJpeg(1);
+  image_offer_t copy = MakeOffer("copy.jpg", photo);
+  copy.agent = "bob";
+  const image_offer_t bad = MakeOffer("a.jpg", {1, 2, 3});
+  const image_offer_t first = MakeOffer("a.jpg", photo);
+  const image_offer_t second = MakeOffer("a.jpg", SmallJpeg(2));
+  for (const image_offer_t& offer : {bad, first, second, copy}) {
+    peer_->Publish(kImageOfferChannel, offer);
+  }
+  EXPECT_EQ(Decide(bad).status, +image_ack_t::REFUSED);
+  const std::set<int64_t> ids = {Decide(first).image_id, Decide(second).image_id};
+  EXPECT_EQ(ids, (std::set<int64_t>{1, 2})) << "a content that came twice is one photo";
+  EXPECT_EQ(Decide(copy).image_id, Decide(first).image_id);
+  Await([&] { return facts_.size() == 3; }, "two photos and a refusal");
+  std::set<std::string> names;
+  for (const Fact& fact : facts_) {
+    const auto* image = std::get_if<image_t>(&fact);
+    if (image != nullptr) names.insert(image->name);
+  }
+  // Whose pull ends first has the content, and the plain name is used up only by a stored photo.
+  EXPECT_EQ(names.size(), 2u);
+  EXPECT_EQ(names.count("a.jpg"), 1u);
+  EXPECT_EQ(names.count("a~2.jpg") + names.count("copy.jpg"), 1u);
 }
 
 TEST_F(IngestServiceTest, SharesACameraAmongPhotosOfOneSize) {
@@ -401,6 +427,9 @@ TEST_F(IngestServiceTest, RefusesFactsThatFitNothing) {
   image_t image{};
   image.header.fact_id = "image/x";
   EXPECT_NE(Submit(image), "");
+  submap_lease_t lease{};
+  lease.header.fact_id = SubmapLeaseFactId(1, 1);
+  EXPECT_EQ(Submit(lease), "leases are ingest's to give");
 }
 
 TEST_F(IngestServiceTest, HandsOutWorkAsItAppears) {

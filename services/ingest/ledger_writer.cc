@@ -27,22 +27,22 @@ LedgerRecord EncodeRecord(const Fact& fact) {
 LedgerWriter::LedgerWriter(std::unique_ptr<Ledger> ledger, std::string session_id,
                            std::function<int64_t()> now_us)
     : ledger_(std::move(ledger)), session_id_(std::move(session_id)), now_us_(std::move(now_us)) {
-  ForEach([this](const Fact& fact) { state_.Apply(fact); });
+  Replay();
 }
 
-void LedgerWriter::ForEach(const OnCommitted& visit) const {
+void LedgerWriter::Replay() {
   const Status status =
-      ledger_->ForEach([&](const LedgerRecord& record) { visit(DecodeRecord(record)); });
+      ledger_->ForEach([&](const LedgerRecord& record) { session_.Apply(DecodeRecord(record)); });
   if (!status.ok()) throw std::runtime_error(status.error());
 }
 
 Fact LedgerWriter::Stage(Fact fact, std::vector<LedgerNote> notes, OnCommitted then) {
-  if (state_.FindFact(Header(fact).fact_id) != 0) {
+  if (history().FindFact(Header(fact).fact_id) != 0) {
     throw std::logic_error("fact " + Header(fact).fact_id + " exists");
   }
   Header(fact).session_id = session_id_;
-  CompleteFact(&fact, state_, now_us_());
-  state_.Apply(fact);
+  CompleteFact(&fact, state(), now_us_());
+  session_.Apply(fact);
   ArrangeFlush();
   notes_.insert(notes_.end(), notes.begin(), notes.end());
   staged_.push_back({std::move(fact), std::move(then)});

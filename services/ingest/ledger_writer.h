@@ -9,7 +9,7 @@
 
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
-#include "session/session_state.h"
+#include "session/session_history.h"
 
 namespace skein {
 
@@ -38,15 +38,15 @@ class LedgerWriter {
   // Called when the first fact or note is staged after a Flush: arranges for the next.
   void OnStaged(std::function<void()> arrange_flush) { arrange_flush_ = std::move(arrange_flush); }
 
-  const SessionState& state() const { return state_; }
+  const SessionRecord& session() const { return session_; }
+  const SessionState& state() const { return session_.state; }
+  const SessionHistory& history() const { return session_.history; }
   int64_t durable_head() const { return ledger_->head(); }
   const std::string& session_id() const { return session_id_; }
   int64_t now_us() const { return now_us_(); }
 
   std::map<std::string, std::string> Notes(const std::string& kind) const;
   std::vector<LedgerRecord> Range(int64_t from_seq, int64_t to_seq) const;
-  // Every durable fact in order.
-  void ForEach(const OnCommitted& visit) const;
 
  private:
   struct Staged {
@@ -54,12 +54,13 @@ class LedgerWriter {
     OnCommitted then;
   };
 
+  void Replay();
   void ArrangeFlush();
 
   std::unique_ptr<Ledger> ledger_;
   const std::string session_id_;
   const std::function<int64_t()> now_us_;
-  SessionState state_;
+  SessionRecord session_;
   std::vector<Staged> staged_;
   std::vector<LedgerNote> notes_;
   std::vector<OnCommitted> observers_;

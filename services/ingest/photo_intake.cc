@@ -6,14 +6,23 @@
 #include "core/clock.h"
 #include "core/hash.h"
 #include "core/log.h"
-#include "ingest/photo_store.h"
 #include "photo/photo_name.h"
+#include "session/fact_ids.h"
+
 namespace skein {
 namespace {
 
 constexpr char kCameraNote[] = "camera";
 constexpr char kRenamedNote[] = "renamed";
 constexpr char kDuplicateNote[] = "duplicate";
+
+PhotoStore::Names NamesIn(const SessionState& state) {
+  PhotoStore::Names names;
+  for (const auto& [id, photo] : state.photos()) {
+    names.insert({photo.image.agent, photo.image.name});
+  }
+  return names;
+}
 
 }  // namespace
 
@@ -26,10 +35,11 @@ PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
       cameras_(writer.Notes(kCameraNote)),
       renamed_(writer.Notes(kRenamedNote)),
       duplicates_(writer.Notes(kDuplicateNote)),
+      store_(paths_, options_.limits, NamesIn(writer.state())),
       worker_(node.loop()) {}
 
 void PhotoIntake::OnOffer(const image_offer_t& offer) {
-  const Key key = RefusalId(offer.agent, offer.name, offer.blob_id);
+  const Key key = RefusedOfferFactId(offer.agent, offer.name, offer.blob_id);
   if (AnswerDecided(key, offer)) return;
   const auto pending = pending_.find(key);
   if (pending != pending_.end()) {
@@ -48,15 +58,14 @@ void PhotoIntake::OnOffer(const image_offer_t& offer) {
 
 // Answers for what is in the ledger already. Staged facts aren't durable yet: not answered.
 bool PhotoIntake::AnswerDecided(const Key& key, const image_offer_t& offer) {
-  const SessionState& state = writer_.state();
-  if (const failure_t* refused = state.FindFailure(key)) {
+  if (const failure_t* refused = writer_.history().FindFailure(key)) {
     if (refused->header.seq > writer_.durable_head()) return true;
     Ack(offer, image_ack_t::REFUSED, 0, refused->reason);
     return true;
   }
-  const int64_t image_id = state.FindImageByBlob(offer.blob_id);
+  const int64_t image_id = writer_.history().FindImageByBlob(offer.blob_id);
   if (image_id == 0 || !CheckOffer(offer).ok()) return false;
-  const image_t& image = state.FindPhoto(image_id)->image;
+  const image_t& image = writer_.state().FindPhoto(image_id)->image;
   if (image.header.seq > writer_.durable_head()) return true;
   if (IsSamePhoto(key, offer, image)) {
     Ack(offer, image_ack_t::STORED, image_id);
@@ -127,47 +136,28 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
                   "size does not match: offered " + std::to_string(pending.offer.size_bytes) +
                       " bytes, sent " + std::to_string(size));
   }
-  const auto content = std::make_shared<const Bytes>(*std::move(bytes));
-  worker_.Run([content, limits = options_.limits] { return CheckPhoto(*content, limits); },
-              [this, key, content](Result<CheckedPhoto> photo) {
-                OnChecked(key, content, std::move(photo));
-              });
-}
-
-void PhotoIntake::OnChecked(const Key& key, std::shared_ptr<const Bytes> bytes,
-                            Result<CheckedPhoto> photo) {
-  const image_offer_t offer = pending_.at(key).offer;
-  if (!photo.ok()) return Refuse(key, offer, photo.error());
-  if (writer_.state().FindImageByBlob(offer.blob_id) != 0) {  // another offer of it was faster
-    pending_.erase(key);
+  if (writer_.history().FindImageByBlob(pending.offer.blob_id) != 0) {  // another offer was faster
+    pending_.erase(found);
     return;
   }
-  const std::string name = FreeName(offer.agent, offer.name);
-  reserved_names_.insert({offer.agent, name});
-  worker_.Run([paths = paths_, agent = offer.agent, name,
-               bytes] { return StorePhoto(paths, agent, name, *bytes); },
-              [this, key, name, photo = *photo](const Status& stored) {
-                OnStored(key, photo, name, stored);
-              });
+  worker_.Run([this, agent = pending.offer.agent, name = pending.offer.name,
+               blob_id = pending.offer.blob_id,
+               content = *std::move(bytes)] { return store_.Take(agent, name, blob_id, content); },
+              [this, key](const TakenPhoto& taken) { OnTaken(key, taken); });
 }
 
-// Two photos of one name from one agent are both kept: NAME, NAME~2, ...
-std::string PhotoIntake::FreeName(const std::string& agent, const std::string& name) const {
-  const auto taken = [&](const std::string& candidate) {
-    return writer_.state().FindImageByName(agent, candidate) != 0 ||
-           reserved_names_.count({agent, candidate}) > 0;
-  };
-  std::string candidate = name;
-  for (int number = 2; taken(candidate); ++number) candidate = NumberedName(name, number);
-  return candidate;
-}
-
-void PhotoIntake::OnStored(const Key& key, const CheckedPhoto& photo, const std::string& name,
-                           Status stored) {
-  const image_offer_t& offer = pending_.at(key).offer;
-  reserved_names_.erase({offer.agent, name});
-  if (!stored.ok()) return Abandon(key, "cannot store the photo: " + stored.error());
-  if (writer_.state().FindImageByBlob(offer.blob_id) == 0) Commit(key, photo, name);
+void PhotoIntake::OnTaken(const Key& key, const TakenPhoto& taken) {
+  switch (taken.outcome) {
+    case TakenPhoto::Outcome::kRefused:
+      return Refuse(key, pending_.at(key).offer, taken.reason);
+    case TakenPhoto::Outcome::kFailed:
+      return Abandon(key, "cannot store the photo: " + taken.reason);
+    case TakenPhoto::Outcome::kStored:
+      Commit(key, taken.photo, taken.name);
+      break;
+    case TakenPhoto::Outcome::kKnown:  // the agent's next offer is answered as a duplicate
+      break;
+  }
   pending_.erase(key);
 }
 
@@ -199,7 +189,7 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
                               const KnownCamera* known) const {
   const image_offer_t& offer = pending.offer;
   image_t fact{};
-  fact.header.fact_id = "image/" + offer.blob_id;
+  fact.header.fact_id = ImageFactId(offer.blob_id);
   fact.header.author = node_.instance();
   fact.camera_id = camera_id;
   fact.agent = offer.agent;
@@ -273,8 +263,9 @@ void PhotoIntake::GiveUp(const Key& key) {
   node_.blobs().Cancel(pending.fetch_id);
   pending_.erase(key);
   failure_t failure{};
-  failure.header.fact_id = VanishedId(pending.offer.blob_id, writer_.state().finish().finish_id);
-  if (writer_.state().FindFact(failure.header.fact_id) != 0) return;
+  failure.header.fact_id =
+      VanishedAgentFactId(pending.offer.blob_id, writer_.state().finish().finish_id);
+  if (writer_.history().FindFact(failure.header.fact_id) != 0) return;
   failure.header.author = node_.instance();
   failure.agent = pending.offer.agent;
   failure.name = Printable(pending.offer.name);

@@ -2,13 +2,12 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
-#include <set>
 #include <string>
 
 #include "event_loop/worker_thread.h"
 #include "ingest/known_cameras.h"
 #include "ingest/ledger_writer.h"
+#include "ingest/photo_store.h"
 #include "ledger/session_folder.h"
 #include "node/node.h"
 #include "photo/photo_check.h"
@@ -22,9 +21,9 @@ struct IntakeOptions {
   double vanished_after_s = 10;  // without progress, once a finish was asked for
 };
 
-// From an offer to a committed photo: name and size checked, bytes pulled from the agent, photo
-// checked and stored on another thread, fact committed. Every offer is answered, every time, from
-// the ledger where it is decided. Loop's thread only.
+// From an offer to a committed photo: offered name and size checked, bytes pulled from the agent,
+// photo checked, named and stored in one job of another thread, fact committed. Every offer is
+// answered, every time, from the ledger where it is decided. Loop's thread only.
 class PhotoIntake {
  public:
   PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options);
@@ -46,7 +45,7 @@ class PhotoIntake {
     int64_t received_bytes = 0;
     double progress_s = 0;  // when it last moved
   };
-  using Key = std::string;  // RefusalId of the offer
+  using Key = std::string;  // RefusedOfferFactId of the offer
 
   bool AnswerDecided(const Key& key, const image_offer_t& offer);
   Status CheckOffer(const image_offer_t& offer) const;
@@ -54,14 +53,12 @@ class PhotoIntake {
   void Pull(const Key& key, Pending* pending);
   void FollowOwner(const Key& key, const image_offer_t& offer);
   void OnBytes(const Key& key, Result<Bytes> bytes);
-  void OnChecked(const Key& key, std::shared_ptr<const Bytes> bytes, Result<CheckedPhoto> photo);
-  void OnStored(const Key& key, const CheckedPhoto& photo, const std::string& name, Status stored);
+  void OnTaken(const Key& key, const TakenPhoto& taken);
   void Commit(const Key& key, const CheckedPhoto& photo, const std::string& name);
   void Refuse(const Key& key, image_offer_t offer, const std::string& reason);
   void Abandon(const Key& key, const std::string& reason);
   void GiveUp(const Key& key);
 
-  std::string FreeName(const std::string& agent, const std::string& name) const;
   bool IsSamePhoto(const Key& key, const image_offer_t& offer, const image_t& image) const;
   image_t MakeFact(const Pending& pending, const CheckedPhoto& photo, const std::string& name,
                    const FocalPrior& focal, int64_t camera_id, const KnownCamera* known) const;
@@ -73,11 +70,11 @@ class PhotoIntake {
   const SessionPaths paths_;
   const IntakeOptions options_;
   std::map<Key, Pending> pending_;
-  std::set<std::pair<std::string, std::string>> reserved_names_;  // being stored: agent, name
-  std::map<std::string, std::string> cameras_;                    // key -> camera id
-  std::map<std::string, std::string> renamed_;                    // offer -> image id, of NAME~2
-  std::map<std::string, std::string> duplicates_;                 // offer -> image id
-  WorkerThread worker_;                                           // last: ends first
+  std::map<std::string, std::string> cameras_;     // key -> camera id
+  std::map<std::string, std::string> renamed_;     // offer -> image id, of NAME~2
+  std::map<std::string, std::string> duplicates_;  // offer -> image id
+  PhotoStore store_;                               // the worker's
+  WorkerThread worker_;                            // last: ends first
 };
 
 }  // namespace skein

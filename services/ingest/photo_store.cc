@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 #include "core/file.h"
 #include "photo/photo_name.h"
@@ -51,6 +52,31 @@ Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std
     return Unavailable("cannot create " + path.parent_path().string() + ": " + error.message());
   }
   return LinkAs(store.Path(*blob_id), path, bytes);
+}
+
+PhotoStore::PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken)
+    : paths_(std::move(paths)), limits_(limits), taken_(std::move(taken)) {}
+
+TakenPhoto PhotoStore::Take(const std::string& agent, const std::string& name,
+                            const std::string& blob_id, const Bytes& bytes) {
+  using Outcome = TakenPhoto::Outcome;
+  const Result<CheckedPhoto> photo = CheckPhoto(bytes, limits_);
+  if (!photo.ok()) return {Outcome::kRefused, photo.error(), "", {}};
+  if (contents_.count(blob_id) > 0) return {Outcome::kKnown, "", "", {}};
+  const std::string free_name = FreeName(agent, name);
+  const Status stored = StorePhoto(paths_, agent, free_name, bytes);
+  if (!stored.ok()) return {Outcome::kFailed, stored.error(), "", {}};
+  taken_.insert({agent, free_name});
+  contents_.insert(blob_id);
+  return {Outcome::kStored, "", free_name, *photo};
+}
+
+std::string PhotoStore::FreeName(const std::string& agent, const std::string& name) const {
+  std::string candidate = name;
+  for (int number = 2; taken_.count({agent, candidate}) > 0; ++number) {
+    candidate = NumberedName(name, number);
+  }
+  return candidate;
 }
 
 }  // namespace skein

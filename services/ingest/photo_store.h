@@ -1,11 +1,14 @@
 #pragma once
 
+#include <set>
 #include <string>
+#include <utility>
 
 #include "blobs/blob_store.h"
 #include "core/bytes.h"
 #include "core/result.h"
 #include "ledger/session_folder.h"
+#include "photo/photo_check.h"
 
 namespace skein {
 
@@ -15,5 +18,41 @@ namespace skein {
 // std::invalid_argument.
 Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std::string& name,
                   const Bytes& bytes);
+
+// What became of a photo's bytes.
+struct TakenPhoto {
+  enum class Outcome {
+    kStored,   // durable as images/AGENT/name
+    kRefused,  // no photo, or one beyond the limits: see reason
+    kKnown,    // the same content was stored before, for another offer
+    kFailed,   // the folder did not take it: see reason
+  };
+  Outcome outcome = Outcome::kFailed;
+  std::string reason;
+  std::string name;    // of kStored
+  CheckedPhoto photo;  // of kStored
+};
+
+// Takes photos into the session folder. What it stored is expected to be committed. One thread.
+class PhotoStore {
+ public:
+  using Names = std::set<std::pair<std::string, std::string>>;  // agent, name
+
+  // `taken`: the names of the photos in the ledger.
+  PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken);
+
+  // Checks the photo, finds a free name for it and stores it. Of photos of one name from one agent
+  // all are kept: NAME, NAME~2, ...
+  TakenPhoto Take(const std::string& agent, const std::string& name, const std::string& blob_id,
+                  const Bytes& bytes);
+
+ private:
+  std::string FreeName(const std::string& agent, const std::string& name) const;
+
+  const SessionPaths paths_;
+  const PhotoLimits limits_;
+  Names taken_;
+  std::set<std::string> contents_;  // blob ids that this object stored
+};
 
 }  // namespace skein

@@ -1,11 +1,12 @@
-#include "session/session_state.h"
-
 #include <gtest/gtest.h>
 
 #include "ingest/ledger_writer.h"
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
+#include "session/fact_ids.h"
 #include "session/report.h"
+#include "session/session_history.h"
+#include "session/submap_facts.h"
 #include "testing/test_folder.h"
 
 namespace skein {
@@ -22,6 +23,7 @@ class SessionStateTest : public testing::Test {
                                              [this] { return now_us_ += 1000000; });
   }
   const SessionState& state() const { return writer_->state(); }
+  const SessionRecord& session() const { return writer_->session(); }
 
   template <class T>
   T Commit(T fact, const std::string& fact_id, const std::string& author = "ingest") {
@@ -58,12 +60,11 @@ class SessionStateTest : public testing::Test {
     seed.image_id1 = 1;
     seed.image_id2 = 2;
     const int64_t id = Commit(seed, "seed/" + std::to_string(state().head())).submap_id;
-    submap_t assigned{};
-    assigned.submap_id = id;
-    assigned.epoch = 1;
-    assigned.owner = owner;
-    assigned.state = submap_t::ASSIGNED;
-    Commit(assigned, "submap/" + std::to_string(id) + "/epoch/1");
+    submap_lease_t lease{};
+    lease.submap_id = id;
+    lease.epoch = 1;
+    lease.owner = owner;
+    Commit(lease, SubmapLeaseFactId(id, 1));
     return id;
   }
   void Register(int64_t image_id, int64_t submap_id, int8_t state = registration_t::REGISTERED) {
@@ -76,10 +77,7 @@ class SessionStateTest : public testing::Test {
     Commit(fact, "registration/" + std::to_string(this->state().head()));
   }
   void End(int64_t submap_id) {
-    submap_t ended{};
-    ended.submap_id = submap_id;
-    ended.state = submap_t::ENDED;
-    Commit(ended, "submap/" + std::to_string(submap_id) + "/ended");
+    Commit(MakeSubmapEnd(submap_id, 1, "initial pair"), SubmapEndFactId(submap_id));
   }
 
   TestFolder folder_;
@@ -94,7 +92,7 @@ TEST_F(SessionStateTest, CountsCandidatesThatVerifyApartFromOtherPairs) {
   candidates.distances = {0.5f, 0.6f};
   candidates.num_candidates = 2;
   AddForPhoto(candidates, "candidates", 3);
-  EXPECT_EQ(state().retrieval().candidates, 0) << "not matched yet";
+  EXPECT_EQ(session().history.retrieval().candidates, 0) << "not matched yet";
   matches_t matches{};
   matches.num_tried = 3;
   matches.num_pairs = 2;
@@ -102,10 +100,10 @@ TEST_F(SessionStateTest, CountsCandidatesThatVerifyApartFromOtherPairs) {
   matches.pairs[0].other_id = 2;
   matches.pairs[1].other_id = 77;  // through covisibility
   AddForPhoto(matches, "matches", 3);
-  EXPECT_EQ(state().retrieval().candidates, 2);
-  EXPECT_EQ(state().retrieval().hits, 1);
-  EXPECT_EQ(state().retrieval().pairs_matched, 3);
-  EXPECT_EQ(state().retrieval().pairs_verified, 2);
+  EXPECT_EQ(session().history.retrieval().candidates, 2);
+  EXPECT_EQ(session().history.retrieval().hits, 1);
+  EXPECT_EQ(session().history.retrieval().pairs_matched, 3);
+  EXPECT_EQ(session().history.retrieval().pairs_verified, 2);
 }
 
 TEST_F(SessionStateTest, IsTheSameAfterReplay) {
@@ -120,10 +118,10 @@ TEST_F(SessionStateTest, IsTheSameAfterReplay) {
   failure.parked = true;
   failure.reason = "cannot decode";
   Commit(failure, "failure/features/4/1");
-  const std::string before = MakeReport(state(), 3, 1).dump();
+  const std::string before = MakeReport(session(), 3, 1).dump();
   const int64_t in_flight = state().num_in_flight();
   Reopen();
-  EXPECT_EQ(MakeReport(state(), 3, 1).dump(), before);
+  EXPECT_EQ(MakeReport(session(), 3, 1).dump(), before);
   EXPECT_EQ(state().num_in_flight(), in_flight);
 }
 
@@ -136,8 +134,8 @@ TEST_F(SessionStateTest, AccountsForEveryPhoto) {
   failure_t refused{};
   refused.stage = "ingest";
   refused.parked = true;
-  Commit(refused, RefusalId("alice", "x.jpg", "y"));
-  const PhotoCounts counts = CountPhotos(state(), 0);
+  Commit(refused, RefusedOfferFactId("alice", "x.jpg", "y"));
+  const PhotoCounts counts = CountPhotos(session(), 0);
   EXPECT_EQ(counts.received, 4);
   EXPECT_EQ(counts.registered, 1);
   EXPECT_EQ(counts.deferred, 2);
@@ -151,12 +149,12 @@ TEST_F(SessionStateTest, CountsAPhotoOnlyWhileASubmapThatHoldsItLives) {
   AddMatchedPhoto();
   const int64_t submap = AddSubmap("mapper-1");
   Register(1, submap);
-  EXPECT_TRUE(state().IsRegistered(*state().FindPhoto(1)));
+  EXPECT_TRUE(state().IsRegistered(1));
   Register(1, submap, registration_t::WITHDRAWN);
-  EXPECT_FALSE(state().IsRegistered(*state().FindPhoto(1)));
+  EXPECT_FALSE(state().IsRegistered(1));
   Register(1, submap);
   End(submap);
-  EXPECT_FALSE(state().IsRegistered(*state().FindPhoto(1)));
+  EXPECT_FALSE(state().IsRegistered(1));
 }
 
 TEST_F(SessionStateTest, TakesLatencyFromTheFirstRegistration) {
@@ -164,10 +162,10 @@ TEST_F(SessionStateTest, TakesLatencyFromTheFirstRegistration) {
   AddMatchedPhoto();
   const int64_t submap = AddSubmap("mapper-1");
   Register(1, submap);
-  const auto latency = PhotoToPoseSeconds(state());
+  const auto latency = PhotoToPoseSeconds(session());
   Register(1, submap, registration_t::WITHDRAWN);
   Register(1, submap);
-  EXPECT_EQ(PhotoToPoseSeconds(state()), latency);
+  EXPECT_EQ(PhotoToPoseSeconds(session()), latency);
   ASSERT_EQ(latency.size(), 1u);
   EXPECT_GT(latency[0], 0);
 }
@@ -175,10 +173,10 @@ TEST_F(SessionStateTest, TakesLatencyFromTheFirstRegistration) {
 TEST_F(SessionStateTest, ForgetsAVanishedAgentWhosePhotoCame) {
   failure_t vanished{};
   vanished.stage = "ingest";
-  Commit(vanished, VanishedId("blob1.jpg", 1));
-  EXPECT_EQ(state().Failures().size(), 1u);
+  Commit(vanished, VanishedAgentFactId("blob1.jpg", 1));
+  EXPECT_EQ(session().history.Failures().size(), 1u);
   AddPhoto();
-  EXPECT_TRUE(state().Failures().empty());
+  EXPECT_TRUE(session().history.Failures().empty());
 }
 
 TEST_F(SessionStateTest, GivesIdsAtCommit) {
@@ -220,6 +218,66 @@ TEST_F(SessionStateTest, RefusesAStaleEpochAndAnotherAuthor) {
   EXPECT_FALSE(CheckSubmission(fact, state()).ok());
 }
 
+TEST_F(SessionStateTest, RefusesASubmittedLease) {
+  submap_lease_t lease{};
+  lease.submap_id = AddSubmap("mapper-1");
+  lease.epoch = 2;
+  lease.owner = lease.header.author = "mapper-2";
+  lease.header.fact_id = SubmapLeaseFactId(lease.submap_id, lease.epoch);
+  EXPECT_EQ(CheckSubmission(lease, state()).error(), "leases are ingest's to give");
+}
+
+TEST_F(SessionStateTest, AMapperMayEndItsSubmapButNotMergeIt) {
+  submap_end_t end = MakeSubmapEnd(AddSubmap("mapper-1"), 1, "initial pair");
+  end.header.author = "mapper-1";
+  EXPECT_EQ(CheckLease(end, state()).error(), "");
+  EXPECT_EQ(CheckSubmission(end, state()).error(), "");
+  end.header.author = "mapper-2";
+  EXPECT_FALSE(CheckLease(end, state()).ok());
+  end.header.author = "mapper-1";
+  end.merged_into = 7;
+  EXPECT_FALSE(CheckSubmission(end, state()).ok());
+  end.merged_into = 0;
+  end.header.fact_id = "submap/another/end";
+  EXPECT_FALSE(CheckSubmission(end, state()).ok());
+}
+
+TEST_F(SessionStateTest, RefusesAModelOfNoKindOrWithoutItsBlob) {
+  submap_model_t model{};
+  model.submap_id = AddSubmap("mapper-1");
+  model.epoch = 1;
+  model.header.author = "mapper-1";
+  model.header.fact_id = SubmapModelFactId(model.submap_id, 1, 1);
+  model.kind = submap_model_t::CHECKPOINT;
+  EXPECT_EQ(CheckSubmission(model, state()).error(), "no model");
+  model.model_blob = std::string(64, 'a');
+  EXPECT_EQ(CheckSubmission(model, state()).error(), "");
+  model.kind = 3;
+  EXPECT_FALSE(CheckSubmission(model, state()).ok());
+  model.kind = submap_model_t::FINAL;
+  model.ledger_seq = state().head() + 1;
+  EXPECT_FALSE(CheckSubmission(model, state()).ok());
+}
+
+TEST_F(SessionStateTest, RefusesAPairWithoutInliers) {
+  AddPhoto();
+  AddPhoto();
+  AddForPhoto(features_t{}, "features", 2);
+  AddForPhoto(candidates_t{}, "candidates", 2);
+  matches_t matches{};
+  matches.header.fact_id = MatchesFactId(2);
+  matches.header.author = "matching";
+  matches.image_id = 2;
+  matches.pairs.resize(1);
+  matches.num_pairs = 1;
+  matches.pairs[0].other_id = 1;
+  matches.pairs[0].num_inliers = 0;
+  matches.pairs_blob = std::string(64, 'a');
+  EXPECT_FALSE(CheckSubmission(matches, state()).ok());
+  matches.pairs[0].num_inliers = 15;
+  EXPECT_EQ(CheckSubmission(matches, state()).error(), "");
+}
+
 TEST_F(SessionStateTest, AStepOfAMergeNeedsTheLeaseOfItsSide) {
   merge_t step{};
   step.header.author = "mapper-1";
@@ -251,7 +309,7 @@ TEST_F(SessionStateTest, ReportsAMergeThatWasUndoneWithItsReason) {
   merge.reason = "look-alike places";
   Commit(merge, "merge/1/end");
   Reopen();
-  const auto merges = MakeReport(state(), 0, 1)["merges"];
+  const auto merges = MakeReport(session(), 0, 1)["merges"];
   ASSERT_EQ(merges.size(), 1u);
   EXPECT_EQ(merges[0]["state"], "undone");
   EXPECT_EQ(merges[0]["reason"], "look-alike places");
@@ -272,7 +330,7 @@ TEST_F(SessionStateTest, ReportsWhatEachServiceRanWith) {
     fact.version = "0.1.0";
     Commit(fact, "configuration/" + instance + "/" + text);
   }
-  const auto mappers = MakeReport(state(), 0, 0)["configuration"]["mapper"];
+  const auto mappers = MakeReport(session(), 0, 0)["configuration"]["mapper"];
   ASSERT_EQ(mappers.size(), 2u);
   EXPECT_EQ(mappers[0]["instances"], (std::vector<std::string>{"mapper-1", "mapper-2"}));
   EXPECT_EQ(mappers[0]["text"], "[mapper]\n");
@@ -302,8 +360,7 @@ TEST_F(SessionStateTest, DerivesTheOpenWorkFromTheLedger) {
   failure.attempts = 2;
   Commit(failure, "failure/features/3/2");
   Reopen();
-  WorkPlanner planner(state(), LeaseOptions());
-  writer_->ForEach([&](const Fact& fact) { planner.OnFact(fact, 0); });
+  WorkPlanner planner(session(), LeaseOptions(), 0);
   planner.OnRequest("features", {"f", 5, 0, {}}, 0);
   planner.OnRequest("matching", {"m", 5, 0, {}}, 0);
   const auto grants = planner.Assign(0);

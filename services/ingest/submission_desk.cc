@@ -7,11 +7,12 @@
 #include "core/log.h"
 #include "ingest/submission_rules.h"
 #include "photo/photo_name.h"
+#include "session/submap_facts.h"
+
 namespace skein {
 namespace {
 
 constexpr double kForgetAfterS = 60;
-constexpr char kEndedBy[] = "merged into submap ";
 
 }  // namespace
 
@@ -20,7 +21,7 @@ SubmissionDesk::SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store
 
 void SubmissionDesk::OnSubmission(const Fact& fact) {
   const fact_header_t& header = Header(fact);
-  if (const int64_t seq = writer_.state().FindFact(header.fact_id)) {
+  if (const int64_t seq = writer_.history().FindFact(header.fact_id)) {
     // A staged fact is answered at its flush.
     if (seq <= writer_.durable_head()) Reply(header, submit_reply_t::COMMITTED, seq, "");
     return;
@@ -88,7 +89,7 @@ void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_
   const Fact fact = std::move(found->second.fact);
   pulling_.erase(found);
   // The session went on while the blobs came.
-  if (writer_.state().FindFact(fact_id) == 0) CommitOrRefuse(fact);
+  if (writer_.history().FindFact(fact_id) == 0) CommitOrRefuse(fact);
 }
 
 // The author's next repeat starts anew.
@@ -108,15 +109,9 @@ void SubmissionDesk::Commit(const Fact& fact) {
   const auto* merge = std::get_if<merge_t>(&staged);
   if (merge == nullptr || merge->state != merge_t::DONE) return;
   // In one commit with the merge, so that no crash leaves both submaps alive.
-  submap_t ended{};
-  ended.header.fact_id = "submap/" + std::to_string(merge->source_id) + "/ended";
-  ended.header.author = node_.instance();
-  ended.submap_id = merge->source_id;
-  ended.epoch = writer_.state().FindSubmap(merge->source_id)->epoch;
-  ended.owner = writer_.state().FindSubmap(merge->source_id)->owner;
-  ended.state = submap_t::ENDED;
-  ended.reason = kEndedBy + std::to_string(merge->target_id);
-  if (writer_.state().FindFact(ended.header.fact_id) == 0) writer_.Stage(ended);
+  submap_end_t end = MakeMergedEnd(*merge, writer_.state());
+  end.header.author = node_.instance();
+  if (writer_.history().FindFact(end.header.fact_id) == 0) writer_.Stage(end);
 }
 
 void SubmissionDesk::Tick(double now_s) {

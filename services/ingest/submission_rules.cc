@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/hash.h"
+#include "session/fact_ids.h"
 
 namespace skein {
 namespace {
@@ -33,7 +34,8 @@ class Rules {
   Status operator()(const image_t&) const { return Refuse("photos come as offers"); }
 
   Status operator()(const features_t& f) const {
-    if (Status status = CheckOnePerImage(f, "features"); !status.ok()) return status;
+    if (Status status = CheckOnePerImage(f, FeaturesFactId(f.image_id)); !status.ok())
+      return status;
     if (f.num_keypoints < 0 || f.num_keypoints > kMaxKeypoints) return Refuse("bad keypoint count");
     for (const auto* blob : {&f.keypoints_blob, &f.descriptors_blob}) {
       if (f.num_keypoints > 0 && blob->empty()) return Refuse("keypoints without their blobs");
@@ -43,18 +45,22 @@ class Rules {
   }
 
   Status operator()(const candidates_t& f) const {
-    if (Status status = CheckOnePerImage(f, "candidates"); !status.ok()) return status;
+    if (Status status = CheckOnePerImage(f, CandidatesFactId(f.image_id)); !status.ok())
+      return status;
     if (state_.FindPhoto(f.image_id)->features_seq == 0) return Refuse("photo has no features yet");
     return CheckOthers(f.image_id, f.other_ids);
   }
 
   Status operator()(const matches_t& f) const {
-    if (Status status = CheckOnePerImage(f, "matches"); !status.ok()) return status;
+    if (Status status = CheckOnePerImage(f, MatchesFactId(f.image_id)); !status.ok()) return status;
     if (state_.FindPhoto(f.image_id)->candidates_seq == 0) {
       return Refuse("photo has no candidates yet");
     }
     std::vector<int64_t> others;
-    for (const two_view_t& pair : f.pairs) others.push_back(pair.other_id);
+    for (const two_view_t& pair : f.pairs) {
+      if (pair.num_inliers < 1) return Refuse("a verified pair without inliers");
+      others.push_back(pair.other_id);
+    }
     if (f.num_pairs > 0 && f.pairs_blob.empty()) return Refuse("pairs without their blob");
     return CheckOthers(f.image_id, others);
   }
@@ -71,10 +77,21 @@ class Rules {
     return Status::Ok();
   }
 
-  Status operator()(const submap_t& f) const {
-    if (f.state < submap_t::ACTIVE || f.state > submap_t::ENDED) return Refuse("unknown state");
-    const bool has_model = f.state == submap_t::CHECKPOINT || f.state == submap_t::FINAL;
-    if (has_model && f.model_blob.empty()) return Refuse("no model");
+  Status operator()(const submap_lease_t&) const { return Refuse("leases are ingest's to give"); }
+
+  Status operator()(const submap_end_t& f) const {
+    if (f.header.fact_id != SubmapEndFactId(f.submap_id)) {
+      return Refuse("fact_id must be " + SubmapEndFactId(f.submap_id));
+    }
+    if (f.merged_into != 0) return Refuse("a submap is merged by its target's DONE");
+    return f.reason.empty() ? Refuse("an end needs its reason") : Status::Ok();
+  }
+
+  Status operator()(const submap_model_t& f) const {
+    if (f.kind != submap_model_t::CHECKPOINT && f.kind != submap_model_t::FINAL) {
+      return Refuse("unknown kind");
+    }
+    if (f.model_blob.empty()) return Refuse("no model");
     if (f.ledger_seq > state_.head()) return Refuse("ledger position lies in the future");
     return Status::Ok();
   }
@@ -84,9 +101,8 @@ class Rules {
     if (state_.finishing() && state_.finish().settled_seq > 0)
       return Refuse("session is finishing");
     for (const int64_t image_id : {f.image_id1, f.image_id2}) {
-      const PhotoState* photo = state_.FindPhoto(image_id);
-      if (photo == nullptr) return Refuse("no such photo");
-      if (state_.IsRegistered(*photo)) return Refuse("photo is registered already");
+      if (state_.FindPhoto(image_id) == nullptr) return Refuse("no such photo");
+      if (state_.IsRegistered(image_id)) return Refuse("photo is registered already");
       if (IsSeeding(image_id)) return Refuse("photo is in a seed already");
     }
     return Status::Ok();
@@ -128,10 +144,9 @@ class Rules {
 
  private:
   template <class T>
-  Status CheckOnePerImage(const T& fact, const std::string& kind) const {
+  Status CheckOnePerImage(const T& fact, const std::string& fact_id) const {
     if (state_.FindPhoto(fact.image_id) == nullptr) return Refuse("no such photo");
-    if (fact.header.fact_id == kind + "/" + std::to_string(fact.image_id)) return Status::Ok();
-    return Refuse("fact_id must be " + kind + "/" + std::to_string(fact.image_id));
+    return fact.header.fact_id == fact_id ? Status::Ok() : Refuse("fact_id must be " + fact_id);
   }
 
   Status CheckOthers(int64_t image_id, std::vector<int64_t> others) const {
@@ -150,7 +165,7 @@ class Rules {
   bool IsSeeding(int64_t image_id) const {
     const auto& submaps = state_.submaps();
     return std::any_of(submaps.begin(), submaps.end(), [&](const auto& entry) {
-      const SubmapState& submap = entry.second;
+      const SubmapLife& submap = entry.second;
       return !submap.ended &&
              (submap.seed.image_id1 == image_id || submap.seed.image_id2 == image_id);
     });
@@ -165,7 +180,7 @@ class Rules {
       return Refuse("not a similarity");
     }
     for (const int64_t submap_id : {f.source_id, f.target_id}) {
-      const SubmapState* submap = state_.FindSubmap(submap_id);
+      const SubmapLife* submap = state_.FindSubmap(submap_id);
       if (submap == nullptr || submap->ended) return Refuse("no such living submap");
       if (submap->open_merge_id != 0) return Refuse("submap is in a merge already");
     }
@@ -173,14 +188,14 @@ class Rules {
   }
 
   Status CheckMergeStep(const merge_t& f) const {
-    const auto merge = state_.merges().find(f.merge_id);
-    if (merge == state_.merges().end()) return Refuse("no such merge");
-    const int8_t before = merge->second.latest.state;
-    const merge_t& ordered = merge->second.ordered;
+    const MergeState* merge = state_.FindMerge(f.merge_id);
+    if (merge == nullptr) return Refuse("no such merge");
+    const int8_t before = merge->latest().state;
+    const merge_t& ordered = merge->ordered();
     if (f.source_id != ordered.source_id || f.target_id != ordered.target_id) {
       return Refuse("other submaps than were ordered to merge");
     }
-    if (before != merge_t::ORDERED && before != merge_t::FROZEN) return Refuse("merge is over");
+    if (!merge->is_open()) return Refuse("merge is over");
     if (f.state == merge_t::FROZEN && f.model_blob.empty()) return Refuse("no model");
     if (f.state == merge_t::DONE && before != merge_t::FROZEN)
       return Refuse("source is not frozen");
@@ -198,7 +213,8 @@ struct LeaseClaim {
 
 std::optional<LeaseClaim> ClaimOf(const Fact& fact) {
   if (const auto* r = std::get_if<registration_t>(&fact)) return LeaseClaim{r->submap_id, r->epoch};
-  if (const auto* s = std::get_if<submap_t>(&fact)) return LeaseClaim{s->submap_id, s->epoch};
+  if (const auto* m = std::get_if<submap_model_t>(&fact)) return LeaseClaim{m->submap_id, m->epoch};
+  if (const auto* e = std::get_if<submap_end_t>(&fact)) return LeaseClaim{e->submap_id, e->epoch};
   const auto* merge = std::get_if<merge_t>(&fact);
   if (merge == nullptr) return std::nullopt;
   if (merge->state == merge_t::FROZEN) return LeaseClaim{merge->source_id, merge->source_epoch};
@@ -237,15 +253,15 @@ Status CheckSubmission(const Fact& fact, const SessionState& state) {
 Status CheckLease(const Fact& fact, const SessionState& state) {
   const std::optional<LeaseClaim> claim = ClaimOf(fact);
   if (!claim) return Status::Ok();
-  const SubmapState* submap = state.FindSubmap(claim->submap_id);
+  const SubmapLife* submap = state.FindSubmap(claim->submap_id);
   if (submap == nullptr) return Refuse("no such submap");
   if (submap->ended) return Refuse("submap has ended: " + submap->end_reason);
-  if (claim->epoch != submap->epoch) {
-    return Refuse("epoch " + std::to_string(claim->epoch) + " is over; " + submap->owner +
-                  " has the submap in epoch " + std::to_string(submap->epoch));
+  if (claim->epoch != submap->lease.epoch) {
+    return Refuse("epoch " + std::to_string(claim->epoch) + " is over; " + submap->lease.owner +
+                  " has the submap in epoch " + std::to_string(submap->lease.epoch));
   }
-  if (Header(fact).author == submap->owner) return Status::Ok();
-  return Refuse("submap is leased to " + submap->owner);
+  if (Header(fact).author == submap->lease.owner) return Status::Ok();
+  return Refuse("submap is leased to " + submap->lease.owner);
 }
 
 void CompleteFact(Fact* fact, const SessionState& state, int64_t utime_us) {

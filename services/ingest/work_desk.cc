@@ -3,6 +3,9 @@
 #include "core/clock.h"
 #include "core/log.h"
 #include "photo/photo_name.h"
+#include "session/fact_ids.h"
+#include "session/submap_facts.h"
+
 namespace skein {
 namespace {
 
@@ -13,10 +16,8 @@ constexpr char kSubmapKind[] = "submap";
 WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options)
     : node_(node),
       writer_(writer),
-      planner_(writer.state(), options),
+      planner_(writer.session(), options, MonotonicS()),
       mappers_wanted_(node, kSubmapKind) {
-  const double now_s = MonotonicS();
-  writer.ForEach([&](const Fact& fact) { planner_.OnFact(fact, now_s); });
   writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, MonotonicS()); });
 }
 
@@ -39,8 +40,7 @@ void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures)
     const bool is_submap = kind == kSubmapKind;
     const PhotoState* photo = is_submap ? nullptr : writer_.state().FindPhoto(failure.item);
     failure_t fact{};
-    fact.header.fact_id = "failure/" + kind + "/" + std::to_string(failure.item) + "/" +
-                          std::to_string(failure.attempts);
+    fact.header.fact_id = FailureFactId(kind, failure.item, failure.attempts);
     fact.header.author = node_.instance();
     fact.image_id = photo == nullptr ? 0 : failure.item;
     fact.agent = photo == nullptr ? "" : photo->image.agent;
@@ -51,24 +51,18 @@ void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures)
     fact.parked = failure.parked;
     LogWarn("{} of {} failed ({} so far{}): {}", kind, fact.name, fact.attempts,
             fact.parked ? ", parked" : "", fact.reason);
-    if (writer_.state().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
+    if (writer_.history().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
     if (is_submap && failure.parked) EndSubmap(failure.item, fact.reason);
   }
 }
 
 // Its photos become orphans, which the merger may seed anew.
 void WorkDesk::EndSubmap(int64_t submap_id, const std::string& reason) {
-  const SubmapState* submap = writer_.state().FindSubmap(submap_id);
+  const SubmapLife* submap = writer_.state().FindSubmap(submap_id);
   if (submap == nullptr || submap->ended) return;
-  submap_t fact{};
-  fact.header.fact_id = "submap/" + std::to_string(submap_id) + "/ended";
-  fact.header.author = node_.instance();
-  fact.submap_id = submap_id;
-  fact.epoch = submap->epoch;
-  fact.owner = submap->owner;
-  fact.state = submap_t::ENDED;
-  fact.reason = reason;
-  writer_.Stage(fact);
+  submap_end_t end = MakeSubmapEnd(submap_id, submap->lease.epoch, reason);
+  end.header.author = node_.instance();
+  writer_.Stage(end);
 }
 
 void WorkDesk::Tick() {
@@ -78,30 +72,24 @@ void WorkDesk::Tick() {
     } else if (grant.is_new) {
       LeaseSubmap(grant);
     } else {
-      const SubmapState* submap = writer_.state().FindSubmap(grant.item);
-      if (submap->owner == grant.worker) Send(grant, submap->epoch);
+      const SubmapLife* submap = writer_.state().FindSubmap(grant.item);
+      if (submap->lease.owner == grant.worker) Send(grant, submap->lease.epoch);
     }
   }
   mappers_wanted_.Set(static_cast<int>(planner_.NumWaiting(kSubmapKind)));
 }
 
 void WorkDesk::LeaseSubmap(const WorkPlanner::Grant& grant) {
-  const SubmapState* submap = writer_.state().FindSubmap(grant.item);
+  const SubmapLife* submap = writer_.state().FindSubmap(grant.item);
   if (submap == nullptr || submap->ended) return;
-  submap_t fact{};
+  submap_lease_t fact{};
   fact.submap_id = grant.item;
-  fact.epoch = submap->epoch + 1;
+  fact.epoch = submap->lease.epoch + 1;
   fact.owner = grant.worker;
-  fact.state = submap_t::ASSIGNED;
-  fact.model_blob = submap->model.model_blob;
-  fact.ledger_seq = submap->model.ledger_seq;
-  fact.num_images = submap->model.num_images;
-  fact.num_points = submap->model.num_points;
-  fact.header.fact_id =
-      "submap/" + std::to_string(grant.item) + "/epoch/" + std::to_string(fact.epoch);
+  fact.header.fact_id = SubmapLeaseFactId(fact.submap_id, fact.epoch);
   fact.header.author = node_.instance();
   writer_.Stage(fact, {}, [this, grant](const Fact& committed) {
-    Send(grant, std::get<submap_t>(committed).epoch);
+    Send(grant, std::get<submap_lease_t>(committed).epoch);
   });
 }
 

@@ -2,14 +2,43 @@
 
 namespace skein {
 
-WorkPlanner::WorkPlanner(const SessionState& state, LeaseOptions options)
-    : state_(state), options_(options) {
+WorkPlanner::WorkPlanner(const SessionRecord& session, LeaseOptions options, double now_s)
+    : session_(session), options_(options) {
   for (const char* kind : {"features", "matching"}) queues_.try_emplace(kind, options);
   // A mapper that lost its lease must not go on in an epoch that another may have taken over.
   queues_.try_emplace("submap", options, [this](const std::string& worker, int64_t submap_id) {
-    const SubmapState* submap = state_.FindSubmap(submap_id);
-    return submap != nullptr && submap->owner == worker;
+    const SubmapLife* submap = session_.state.FindSubmap(submap_id);
+    return submap != nullptr && submap->lease.owner == worker;
   });
+  AddOpenPhotos();
+  AddOpenSubmaps(now_s);
+  NoteEarlierFailures();
+}
+
+void WorkPlanner::AddOpenPhotos() {
+  for (const auto& [id, photo] : session_.state.photos()) {
+    if (photo.features_seq == 0 && photo.failed_stage != "features") queues_.at("features").Add(id);
+    const bool named = photo.candidates_seq > 0 && photo.matches_seq == 0;
+    if (named && photo.failed_stage != "matching") queues_.at("matching").Add(id);
+  }
+}
+
+void WorkPlanner::AddOpenSubmaps(double now_s) {
+  WorkQueue& submaps = queues_.at("submap");
+  for (const auto& [id, submap] : session_.state.submaps()) {
+    if (submap.ended) continue;
+    submaps.Add(id);
+    if (submap.lease.epoch > 0) submaps.Lease(id, submap.lease.owner, now_s);
+  }
+}
+
+void WorkPlanner::NoteEarlierFailures() {
+  for (const auto& [seq, failure] : session_.history.all_failures()) {
+    WorkQueue* queue = Find(failure.stage);
+    if (queue != nullptr && failure.image_id != 0) {
+      queue->NoteEarlier(failure.image_id, failure.attempts);
+    }
+  }
 }
 
 WorkQueue* WorkPlanner::Find(const std::string& kind) {
@@ -31,9 +60,10 @@ void WorkPlanner::OnFact(const Fact& fact, double now_s) {
     matching.Remove(matches->image_id);
   } else if (const auto* seed = std::get_if<seed_t>(&fact)) {
     submaps.Add(seed->submap_id);
-  } else if (const auto* submap = std::get_if<submap_t>(&fact)) {
-    if (submap->state == submap_t::ASSIGNED) submaps.Lease(submap->submap_id, submap->owner, now_s);
-    if (submap->state == submap_t::ENDED) submaps.Remove(submap->submap_id);
+  } else if (const auto* lease = std::get_if<submap_lease_t>(&fact)) {
+    submaps.Lease(lease->submap_id, lease->owner, now_s);
+  } else if (const auto* end = std::get_if<submap_end_t>(&fact)) {
+    submaps.Remove(end->submap_id);
   } else if (const auto* failure = std::get_if<failure_t>(&fact)) {
     WorkQueue* queue = Find(failure->stage);
     if (queue == nullptr || failure->image_id == 0) return;

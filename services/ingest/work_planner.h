@@ -7,7 +7,7 @@
 
 #include "ingest/work_queue.h"
 #include "ledger/facts.h"
-#include "session/session_state.h"
+#include "session/session_history.h"
 
 namespace skein {
 
@@ -28,10 +28,11 @@ class WorkPlanner {
     WorkQueue::Failure failure;
   };
 
-  // `state` must outlive it and be ahead of or at the facts given to OnFact.
-  WorkPlanner(const SessionState& state, LeaseOptions options);
+  // Takes up the work that is open in `session`, which must outlive it. `now_s` as in WorkQueue.
+  WorkPlanner(const SessionRecord& session, LeaseOptions options, double now_s);
 
-  // Facts in order, from the first. `now_s` as in WorkQueue.
+  // What was committed since, in order; `session` is ahead of it or at it. A worker must not learn
+  // of a fact before it is durable, so this goes by the facts.
   void OnFact(const Fact& fact, double now_s);
   std::vector<Failure> OnRequest(const std::string& kind, const WorkQueue::Request& request,
                                  double now_s);
@@ -45,8 +46,11 @@ class WorkPlanner {
 
  private:
   WorkQueue* Find(const std::string& kind);
+  void AddOpenPhotos();
+  void AddOpenSubmaps(double now_s);
+  void NoteEarlierFailures();
 
-  const SessionState& state_;
+  const SessionRecord& session_;
   const LeaseOptions options_;
   std::map<std::string, WorkQueue> queues_;
 };

@@ -36,7 +36,7 @@ MapperService::~MapperService() {
 }
 
 void MapperService::OnFact(const Fact& fact) {
-  index_.Take(fact);
+  session_.Apply(fact);
   items_.Take(fact);
   if (std::holds_alternative<registration_t>(fact) && Header(fact).author == node_.instance()) {
     ++num_done_;
@@ -48,7 +48,7 @@ void MapperService::OnWork(const work_t& work) {
   LogInfo("submap {} in epoch {}", work.item_id, work.epoch);
   run_.reset();
   run_ = std::make_unique<SubmapRun>(
-      node_, LedgerView{index_, items_, *follower_}, MapperThreads{worker_, writer_}, options_,
+      node_, LedgerView{session_, items_, *follower_}, MapperThreads{worker_, writer_}, options_,
       Lease{work.item_id, work.epoch},
       [this](SubmapRun::EndKind kind, const std::string& reason) { OnEnd(kind, reason); });
 }

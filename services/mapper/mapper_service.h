@@ -4,11 +4,11 @@
 
 #include "event_loop/worker_thread.h"
 #include "mapper/item_log.h"
-#include "mapper/ledger_index.h"
 #include "mapper/submap_run.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
 #include "node/work_client.h"
+#include "session/session_state.h"
 
 namespace skein {
 
@@ -31,7 +31,7 @@ class MapperService {
   Node& node_;
   const SubmapRunOptions options_;
   const double retire_after_s_;
-  LedgerIndex index_;
+  SessionState session_;
   ItemLog items_;
   WorkerThread worker_;
   WorkerThread writer_;

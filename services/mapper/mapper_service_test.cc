@@ -34,10 +34,12 @@ bool IsRegistration(const Fact& fact, int64_t image_id) {
   return r != nullptr && r->image_id == image_id && r->state == registration_t::REGISTERED;
 }
 
-bool IsModel(const Fact& fact, int8_t state) {
-  const auto* submap = std::get_if<submap_t>(&fact);
-  return submap != nullptr && submap->state == state;
+bool IsModel(const Fact& fact, int8_t kind) {
+  const auto* model = std::get_if<submap_model_t>(&fact);
+  return model != nullptr && model->kind == kind;
 }
+
+bool IsEnd(const Fact& fact) { return std::holds_alternative<submap_end_t>(fact); }
 
 bool IsMerge(const Fact& fact, int8_t state) {
   const auto* merge = std::get_if<merge_t>(&fact);
@@ -109,12 +111,11 @@ class MapperServiceTest : public testing::Test {
   }
 
   void CommitLease(const std::string& owner, int64_t epoch) {
-    submap_t lease{};
+    submap_lease_t lease{};
     lease.header.fact_id = "lease/" + std::to_string(epoch);
     lease.submap_id = kSubmap;
     lease.epoch = epoch;
     lease.owner = owner;
-    lease.state = submap_t::ASSIGNED;
     ingest_.Commit(lease);
   }
 
@@ -260,12 +261,13 @@ TEST_F(MapperServiceTest, RejectsAPhotoThatTheLedgerAlwaysRefuses) {
   Give(13);
   CommitFinish(finish_t::DRAINED);
   CommitFinish(finish_t::SETTLED);
-  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_t::FINAL); }); }, "FINAL");
+  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }); },
+        "FINAL");
   EXPECT_EQ(Registered().size(), 12u);
   EXPECT_FALSE(States(5).empty());
   EXPECT_FALSE(IsRegistered(5));
-  const auto& model =
-      std::get<submap_t>(*Find([](const Fact& f) { return IsModel(f, submap_t::FINAL); }));
+  const auto& model = std::get<submap_model_t>(
+      *Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }));
   EXPECT_EQ(model.num_images, 12);
 }
 
@@ -273,7 +275,7 @@ TEST_F(MapperServiceTest, DissolvesASubmapWhoseFirstPairIsRefused) {
   RefuseFirst(1, submit_reply_t::REFUSED, "no",
               [](const Fact& fact) { return IsRegistration(fact, 1); });
   Give(3);
-  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_t::ENDED); }); }, "ENDED");
+  Await([&] { return Find([](const Fact& f) { return IsEnd(f); }); }, "ENDED");
   Await([&] { return !holds_submap_; }, "the submap given back");
 }
 
@@ -295,11 +297,11 @@ TEST_F(MapperServiceTest, EndsWhenTheLedgerTellsOfANewerEpoch) {
 
 TEST_F(MapperServiceTest, SubmitsRefusedModelsAgain) {
   int num_refused = 0;
-  std::map<int8_t, int> left{{submap_t::CHECKPOINT, 2}, {submap_t::FINAL, 2}};
+  std::map<int8_t, int> left{{submap_model_t::CHECKPOINT, 2}, {submap_model_t::FINAL, 2}};
   ingest_.Refuse([&](const Fact& fact) -> std::optional<Refusal> {
-    const auto* submap = std::get_if<submap_t>(&fact);
-    if (submap == nullptr || left[submap->state] == 0) return std::nullopt;
-    --left[submap->state];
+    const auto* submap = std::get_if<submap_model_t>(&fact);
+    if (submap == nullptr || left[submap->kind] == 0) return std::nullopt;
+    --left[submap->kind];
     ++num_refused;
     return Refusal{submit_reply_t::REFUSED, "no"};
   });
@@ -307,10 +309,10 @@ TEST_F(MapperServiceTest, SubmitsRefusedModelsAgain) {
   const auto committed = [&](int8_t state) {
     return Find([state](const Fact& fact) { return IsModel(fact, state); }) != nullptr;
   };
-  Await([&] { return committed(submap_t::CHECKPOINT); }, "a checkpoint");
+  Await([&] { return committed(submap_model_t::CHECKPOINT); }, "a checkpoint");
   CommitFinish(finish_t::DRAINED);
   CommitFinish(finish_t::SETTLED);
-  Await([&] { return committed(submap_t::FINAL); }, "the final model");
+  Await([&] { return committed(submap_model_t::FINAL); }, "the final model");
   EXPECT_EQ(num_refused, 4);
   EXPECT_TRUE(holds_submap_);
 }

@@ -2,12 +2,12 @@
 
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "core/clock.h"
 #include "core/log.h"
 #include "mapper/submap_run.h"
 #include "mapping/checkpoint.h"
+#include "session/fact_ids.h"
 
 namespace skein {
 namespace {
@@ -18,13 +18,13 @@ constexpr double kRetryS = 2;
 }  // namespace
 
 void MergeExecutor::OnOrdered(const merge_t& ordered) {
-  const std::vector<merge_t>& facts = index_.FindMerge(ordered.merge_id);
+  const MergeState& merge = *session_.FindMerge(ordered.merge_id);
   open_ = Open();
   open_->ordered = ordered;
   open_->start_s = MonotonicS();
-  open_->replay = !facts.empty() && facts.back().state == merge_t::DONE;
+  open_->replay = merge.latest().state == merge_t::DONE;
   if (ordered.source_id == run_.submap_id()) return Freeze();
-  for (const merge_t& fact : facts) {
+  for (const merge_t& fact : merge.facts) {
     if (fact.state == merge_t::FROZEN) return Absorb(fact);
   }
 }
@@ -147,9 +147,8 @@ merge_t MergeExecutor::MakeFact(int8_t state) const {
   fact.ledger_seq = open_->ordered.header.seq;
   if (run_.submap_id() == fact.source_id) fact.source_epoch = run_.epoch();
   if (run_.submap_id() == fact.target_id) fact.target_epoch = run_.epoch();
-  fact.header.fact_id = "merge/" + std::to_string(fact.merge_id) + "/" +
-                        (state == merge_t::FROZEN ? "frozen" : "end") + "/" +
-                        std::to_string(run_.epoch());
+  fact.header.fact_id = state == merge_t::FROZEN ? MergeFrozenFactId(fact.merge_id, run_.epoch())
+                                                 : MergeEndFactId(fact.merge_id, run_.epoch());
   return fact;
 }
 

@@ -7,9 +7,9 @@
 
 #include "event_loop/alive.h"
 #include "mapper/absorb_source.h"
-#include "mapper/ledger_index.h"
 #include "mapper/model_loader.h"
 #include "node/node.h"
+#include "session/session_state.h"
 
 namespace skein {
 
@@ -22,8 +22,8 @@ class SubmapRun;
 // names the photos to fetch, and to absorb it. Loop's thread only; a part of the run.
 class MergeExecutor {
  public:
-  MergeExecutor(Node& node, const LedgerIndex& index, SubmapRun& run)
-      : node_(node), index_(index), run_(run) {}
+  MergeExecutor(Node& node, const SessionState& session, SubmapRun& run)
+      : node_(node), session_(session), run_(run) {}
 
   // The run has worked through everything before the order and rests until the merge is over; then
   // its OnMergeOver is called. A source whose merge ends DONE rests until it ends.
@@ -66,7 +66,7 @@ class MergeExecutor {
   merge_t MakeFact(int8_t state) const;
 
   Node& node_;
-  const LedgerIndex& index_;
+  const SessionState& session_;
   SubmapRun& run_;
   std::optional<Open> open_;  // a submap is in one merge at a time
   Alive alive_;

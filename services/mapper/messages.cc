@@ -67,22 +67,4 @@ registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epo
   return message;
 }
 
-submap_t ToMessage(const SubmapStatistics& statistics) {
-  submap_t message{};
-  message.state = submap_t::ACTIVE;
-  message.num_images = statistics.num_images;
-  message.num_deferred = statistics.num_deferred;
-  message.num_points = statistics.num_points;
-  message.mean_reprojection_error_px = statistics.mean_reprojection_error_px;
-  message.mean_track_length = statistics.mean_track_length;
-  message.ledger_seq = 0;
-  message.memory_bytes = 0;
-  return message;
-}
-
-std::string RegistrationFactId(int64_t image_id, int64_t submap_id, int64_t epoch, int n) {
-  return "registration/" + std::to_string(image_id) + "/" + std::to_string(submap_id) + "/" +
-         std::to_string(epoch) + "/" + std::to_string(n);
-}
-
 }  // namespace skein

@@ -10,7 +10,6 @@
 #include "skein/candidates_t.hpp"
 #include "skein/image_t.hpp"
 #include "skein/registration_t.hpp"
-#include "skein/submap_t.hpp"
 
 namespace skein {
 
@@ -23,10 +22,14 @@ std::vector<std::pair<uint32_t, double>> ToDistances(const candidates_t& candida
 // All but the header.
 registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epoch);
 
-// Sizes and errors only.
-submap_t ToMessage(const SubmapStatistics& statistics);
-
-// "registration/IMAGE/SUBMAP/EPOCH/N", N counting the photo's facts of this epoch.
-std::string RegistrationFactId(int64_t image_id, int64_t submap_id, int64_t epoch, int n);
+// Sizes and errors of a submap_status_t or submap_model_t.
+template <class T>
+void SetFigures(const SubmapStatistics& statistics, T* message) {
+  message->num_images = statistics.num_images;
+  message->num_deferred = statistics.num_deferred;
+  message->num_points = statistics.num_points;
+  message->mean_reprojection_error_px = statistics.mean_reprojection_error_px;
+  message->mean_track_length = statistics.mean_track_length;
+}
 
 }  // namespace skein

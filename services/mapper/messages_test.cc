@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "ledger/facts.h"
+#include "session/fact_ids.h"
 
 namespace skein {
 namespace {
@@ -73,12 +74,6 @@ TEST(MapperMessages, TellsEachStateApartWithItsReason) {
   }
 }
 
-TEST(MapperMessages, FactIdsOfAPhotoDiffer) {
-  EXPECT_NE(RegistrationFactId(1, 2, 3, 1), RegistrationFactId(1, 2, 3, 2));
-  EXPECT_NE(RegistrationFactId(1, 2, 3, 1), RegistrationFactId(1, 2, 4, 1));
-  EXPECT_NE(RegistrationFactId(1, 23, 4, 1), RegistrationFactId(12, 3, 4, 1));
-}
-
 TEST(MapperMessages, SubmapTellsItsSizes) {
   SubmapStatistics statistics;
   statistics.num_images = 11;
@@ -86,8 +81,8 @@ TEST(MapperMessages, SubmapTellsItsSizes) {
   statistics.num_points = 5000;
   statistics.mean_reprojection_error_px = 0.5;
   statistics.mean_track_length = 4.5;
-  const submap_t message = ToMessage(statistics);
-  EXPECT_EQ(message.state, +submap_t::ACTIVE);
+  submap_model_t message{};
+  SetFigures(statistics, &message);
   EXPECT_EQ(message.num_images, 11);
   EXPECT_EQ(message.num_deferred, 2);
   EXPECT_EQ(message.num_points, 5000);

@@ -9,6 +9,7 @@
 #include "core/snapshot.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
+#include "session/fact_ids.h"
 
 namespace skein {
 
@@ -86,18 +87,16 @@ void ModelWriter::OnStored(const std::string& blob) {
   submit_(MakeFact(model, blob), [this, kind = model.kind](const std::string&) { TryAgain(kind); });
 }
 
-submap_t ModelWriter::MakeFact(const Model& model, const std::string& blob) {
-  const bool final = model.kind == Kind::kFinal;
-  submap_t fact = ToMessage(model.statistics);
+submap_model_t ModelWriter::MakeFact(const Model& model, const std::string& blob) {
+  submap_model_t fact{};
+  SetFigures(model.statistics, &fact);
   fact.num_images = model.num_images;
   fact.submap_id = lease_.submap_id;
   fact.epoch = lease_.epoch;
-  fact.state = final ? submap_t::FINAL : submap_t::CHECKPOINT;
+  fact.kind = model.kind == Kind::kFinal ? submap_model_t::FINAL : submap_model_t::CHECKPOINT;
   fact.model_blob = blob;
   fact.ledger_seq = model.ledger_seq;
-  fact.header.fact_id = "submap/" + std::to_string(lease_.submap_id) + "/" +
-                        std::to_string(lease_.epoch) + (final ? "/final/" : "/checkpoint/") +
-                        std::to_string(++num_written_);
+  fact.header.fact_id = SubmapModelFactId(lease_.submap_id, lease_.epoch, ++num_written_);
   return fact;
 }
 

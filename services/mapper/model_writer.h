@@ -12,7 +12,7 @@
 #include "mapper/lease.h"
 #include "mapper/submap_worker.h"
 #include "mapper/submissions.h"
-#include "skein/submap_t.hpp"
+#include "skein/submap_model_t.hpp"
 
 namespace skein {
 
@@ -27,8 +27,8 @@ struct CheckpointOptions {
 class ModelWriter {
  public:
   enum class Kind { kCheckpoint, kFinal };
-  // A model's fact, all but owner and memory; submitted by the run.
-  using SubmitModel = std::function<void(submap_t, Submissions::OnRefused)>;
+  // Submits a model's fact.
+  using SubmitModel = std::function<void(submap_model_t, Submissions::OnRefused)>;
 
   ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer, const Lease& lease,
               const CheckpointOptions& options, SubmitModel submit);
@@ -64,7 +64,7 @@ class ModelWriter {
   static Reader StartEncoding(Submap* submap, bool in_child);
   void Store(const Reader& read);
   void OnStored(const std::string& blob);
-  submap_t MakeFact(const Model& model, const std::string& blob);
+  submap_model_t MakeFact(const Model& model, const std::string& blob);
   void TryAgain(Kind kind);
 
   BlobClient& blobs_;

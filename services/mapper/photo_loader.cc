@@ -68,21 +68,16 @@ void PhotoLoader::Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded
 }
 
 void PhotoLoader::LoadOne(int64_t image_id, OnPhoto on_photo) {
-  const image_t* image = index_.FindImage(image_id);
-  const features_t* features = index_.FindFeatures(image_id);
-  if (image == nullptr || features == nullptr) {
+  const PhotoState* photo = session_.FindPhoto(image_id);
+  if (photo == nullptr || photo->features_seq == 0) {
     return on_photo(NotFound("the ledger has no features of photo " + std::to_string(image_id)));
   }
   auto fetching = std::make_shared<Fetching>();
   fetching->on_photo = std::move(on_photo);
-  fetching->photo.input = ToPhotoInput(*image, {});
-  if (const candidates_t* candidates = index_.FindCandidates(image_id)) {
-    fetching->photo.distances = ToDistances(*candidates);
-  }
-  const matches_t* matches = index_.FindMatches(image_id);
-  const std::string pairs_blob = matches == nullptr ? "" : matches->pairs_blob;
-  Fetch(features->keypoints_blob, "keypoints", &FetchedPhoto::keypoints_blob, fetching);
-  Fetch(pairs_blob, "pairs", &FetchedPhoto::pairs_blob, fetching);
+  fetching->photo.input = ToPhotoInput(photo->image, {});
+  if (photo->candidates_seq > 0) fetching->photo.distances = ToDistances(photo->candidates);
+  Fetch(photo->features.keypoints_blob, "keypoints", &FetchedPhoto::keypoints_blob, fetching);
+  Fetch(photo->pairs_blob, "pairs", &FetchedPhoto::pairs_blob, fetching);
 }
 
 void PhotoLoader::Fetch(const std::string& blob_id, const std::string& what,

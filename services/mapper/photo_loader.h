@@ -12,8 +12,8 @@
 #include "blobs/blob_client.h"
 #include "core/result.h"
 #include "event_loop/alive.h"
-#include "mapper/ledger_index.h"
 #include "mapping/submap.h"
+#include "session/session_state.h"
 
 namespace skein {
 
@@ -31,18 +31,18 @@ using FetchedPhotos = std::shared_ptr<const std::vector<Result<FetchedPhoto>>>;
 // error of one that could not be fetched or decoded.
 Status AddToSubmap(const FetchedPhotos& photos, Submap* submap);
 
-// Fetches photos' keypoints and pairs by their facts in the index, each photo once. Loop's thread
+// Fetches photos' keypoints and pairs by their facts, each photo once. Loop's thread
 // only; functions of loads under way are not called once the loader is gone.
 class PhotoLoader {
  public:
   using OnLoaded = std::function<void(FetchedPhotos)>;
 
-  PhotoLoader(BlobClient& blobs, const LedgerIndex& index) : blobs_(blobs), index_(index) {}
+  PhotoLoader(BlobClient& blobs, const SessionState& session) : blobs_(blobs), session_(session) {}
 
   bool WasLoaded(int64_t image_id) const { return loaded_.count(image_id) > 0; }
 
   // Gives those of the photos that were not loaded before, in the order of `image_ids`; at once if
-  // there are none. A photo must have features in the index; without matches it has no pairs.
+  // there are none. A photo must have features in the ledger; without matches it has no pairs.
   void Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded);
 
  private:
@@ -61,7 +61,7 @@ class PhotoLoader {
   static void OnOne(const std::shared_ptr<Fetching>& fetching);
 
   BlobClient& blobs_;
-  const LedgerIndex& index_;
+  const SessionState& session_;
   std::set<int64_t> loaded_;
   Alive alive_;
 };

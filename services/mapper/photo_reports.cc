@@ -4,12 +4,13 @@
 #include <utility>
 
 #include "mapper/messages.h"
+#include "session/fact_ids.h"
 
 namespace skein {
 
-PhotoReports::PhotoReports(const LedgerIndex& index, const Lease& lease, Submit submit,
+PhotoReports::PhotoReports(const SessionState& session, const Lease& lease, Submit submit,
                            std::function<void()> on_refused)
-    : index_(index),
+    : session_(session),
       lease_(lease),
       submit_(std::move(submit)),
       on_refused_(std::move(on_refused)) {}
@@ -36,7 +37,7 @@ void PhotoReports::Tell(const std::vector<PhotoEvent>& events) {
 }
 
 std::vector<PhotoEvent> PhotoReports::NoteRestored(const std::vector<PhotoEvent>& events) {
-  const std::vector<int64_t> known = index_.RegisteredIn(lease_.submap_id);
+  const std::vector<int64_t> known = session_.RegisteredIn(lease_.submap_id);
   std::vector<PhotoEvent> unknown;
   for (const PhotoEvent& event : events) {
     registered_.insert(event.image_id);
@@ -51,7 +52,7 @@ std::vector<PhotoEvent> PhotoReports::FindLost(const ItemCursor& cursor) {
   if (replay_seq_ == 0 || !cursor.HasReached(replay_seq_)) return {};
   replay_seq_ = 0;
   std::vector<PhotoEvent> lost;
-  for (const int64_t id : index_.RegisteredIn(lease_.submap_id)) {
+  for (const int64_t id : session_.RegisteredIn(lease_.submap_id)) {
     if (IsRegistered(id)) continue;
     PhotoEvent event;
     event.image_id = id;

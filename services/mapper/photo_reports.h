@@ -9,9 +9,9 @@
 
 #include "mapper/item_log.h"
 #include "mapper/lease.h"
-#include "mapper/ledger_index.h"
 #include "mapper/submissions.h"
 #include "mapping/submap.h"
+#include "session/session_state.h"
 
 namespace skein {
 
@@ -22,7 +22,7 @@ class PhotoReports {
   using Submit = std::function<void(Fact, Submissions::OnCommitted, Submissions::OnRefused)>;
 
   // on_refused: there is a photo to take back.
-  PhotoReports(const LedgerIndex& index, const Lease& lease, Submit submit,
+  PhotoReports(const SessionState& session, const Lease& lease, Submit submit,
                std::function<void()> on_refused);
 
   void Tell(const std::vector<PhotoEvent>& events);
@@ -43,7 +43,7 @@ class PhotoReports {
   std::vector<PhotoEvent> FindLost(const ItemCursor& cursor);
 
  private:
-  const LedgerIndex& index_;
+  const SessionState& session_;
   const Lease lease_;
   const Submit submit_;
   const std::function<void()> on_refused_;

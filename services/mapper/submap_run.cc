@@ -10,6 +10,7 @@
 #include "core/process.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
+#include "session/submap_facts.h"
 
 namespace skein {
 namespace {
@@ -52,29 +53,31 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
             Pump();
           }),
       reports_(
-          ledger.index, lease,
+          ledger.session, lease,
           [this](Fact fact, auto committed, auto refused) {
             Submit(std::move(fact), std::move(committed), std::move(refused));
           },
           [this] { Pump(); }),
-      photos_(node.blobs(), ledger.index),
+      photos_(node.blobs(), ledger.session),
       models_(node.blobs(), worker_, photos_),
       writer_(node.blobs(), worker_, threads.writer, lease,
               {options.checkpoint_photos, options.checkpoint_period_s},
-              [this](submap_t fact, auto refused) {
+              [this](submap_model_t fact, auto refused) {
                 Submit(
-                    Sign(std::move(fact)), [](int64_t) {}, std::move(refused));
+                    std::move(fact), [](int64_t) {}, std::move(refused));
               }),
-      merges_(node, ledger.index, *this) {
+      merges_(node, ledger.session, *this) {
   Pump();
 }
 
 void SubmapRun::OnFact(const Fact& fact) {
   if (state_.Is(Life::kEnded)) return;
-  const submap_t* lease = ledger_.index.FindLease(submap_id());
-  if (lease != nullptr && lease->epoch > epoch())
-    return End(EndKind::kOver, "the lease went to " + lease->owner);
-  if (ledger_.index.HasEnded(submap_id())) return End(EndKind::kOver, "the submap has ended");
+  if (const SubmapLife* submap = ledger_.session.FindSubmap(submap_id())) {
+    if (submap->lease.epoch > epoch()) {
+      return End(EndKind::kOver, "the lease went to " + submap->lease.owner);
+    }
+    if (submap->ended) return End(EndKind::kOver, "the submap has ended");
+  }
   const auto* merge = std::get_if<merge_t>(&fact);
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
   Pump();
@@ -113,13 +116,11 @@ bool SubmapRun::GoOn() {
 
 void SubmapRun::Begin() {
   // The lease's fact comes after all that earlier epochs have committed.
-  const submap_t* lease = ledger_.index.FindLease(submap_id());
-  if (lease == nullptr || lease->epoch < epoch()) return;
-  const seed_t* seed = ledger_.index.FindSeed(submap_id());
-  const submap_t* model = ledger_.index.FindModel(submap_id());
-  if (seed == nullptr && model == nullptr) return;
+  const SubmapLife* submap = ledger_.session.FindSubmap(submap_id());
+  if (submap == nullptr || submap->lease.epoch < epoch()) return;
+  if (!submap->has_seed && !submap->latest_model) return;
   reports_.ExpectReplayUpTo(ledger_.follower.processed_seq());
-  model != nullptr ? Restore(*model) : Seed(*seed);
+  submap->latest_model ? Restore(*submap->latest_model) : Seed(submap->seed);
 }
 
 void SubmapRun::Seed(const seed_t& seed) {
@@ -140,7 +141,7 @@ void SubmapRun::Seed(const seed_t& seed) {
   });
 }
 
-void SubmapRun::Restore(const submap_t& model) {
+void SubmapRun::Restore(const submap_model_t& model) {
   state_.Become(Life::kRestoring);
   state_.Become(Activity::kLoading);
   LogInfo("submap {} goes on from seq {}", submap_id(), model.ledger_seq);
@@ -229,19 +230,16 @@ void SubmapRun::Consolidate() {
 
 // A photo is the submap's business when it has a verified pair with a registered one.
 void SubmapRun::DoMatches(int64_t image_id) {
-  for (const auto& [other, seq] : ledger_.index.Neighbours(image_id)) {
-    if (seq > cursor_.seq() || !reports_.IsRegistered(other)) continue;
+  for (const auto& pair : ledger_.session.covisibility().EdgesOf(image_id)) {
+    if (pair.seq > cursor_.seq() || !reports_.IsRegistered(pair.other_id)) continue;
     wanted_.insert(image_id);
     return;
   }
 }
 
 void SubmapRun::DoSettled(const Item& item) {
-  const submap_t* model = ledger_.index.FindModel(submap_id());
-  const bool done =
-      model != nullptr && model->state == submap_t::FINAL && model->ledger_seq >= item.seq;
   is_drained_ = false;
-  if (done) return;
+  if (ledger_.session.FindSubmap(submap_id())->final_ledger_seq >= item.seq) return;
   RunJob([](Submap& submap, Outcome* outcome) { submap.Finish(outcome->Sink()); },
          [this](const Outcome& outcome) {
            Report(outcome.events);
@@ -252,10 +250,10 @@ void SubmapRun::DoSettled(const Item& item) {
 }
 
 void SubmapRun::DoMerge(const Item& item) {
-  const std::vector<merge_t>& facts = ledger_.index.FindMerge(item.id);
-  const merge_t& ordered = facts.front();
+  const MergeState& merge = *ledger_.session.FindMerge(item.id);
+  const merge_t& ordered = merge.ordered();
   const bool ours = ordered.source_id == submap_id() || ordered.target_id == submap_id();
-  if (!ours || facts.back().state == merge_t::UNDONE) return;
+  if (!ours || merge.latest().state == merge_t::UNDONE) return;
   state_.Become(Activity::kMerging);
   merges_.OnOrdered(ordered);
   PublishStatus();
@@ -338,8 +336,9 @@ void SubmapRun::Apply(const Outcome& outcome) {
 void SubmapRun::WantNeighboursOf(const std::vector<PhotoEvent>& events) {
   for (const PhotoEvent& event : events) {
     if (!reports_.IsRegistered(event.image_id)) continue;
-    for (const auto& [other, seq] : ledger_.index.Neighbours(event.image_id)) {
-      if (seq <= cursor_.seq() && !photos_.WasLoaded(other)) wanted_.insert(other);
+    for (const auto& pair : ledger_.session.covisibility().EdgesOf(event.image_id)) {
+      const bool known = pair.seq <= cursor_.seq();
+      if (known && !photos_.WasLoaded(pair.other_id)) wanted_.insert(pair.other_id);
     }
   }
 }
@@ -367,24 +366,22 @@ int64_t SubmapRun::StatusSeq() const {
 }
 
 void SubmapRun::PublishStatus() {
-  submap_t status = ToMessage(statistics_);
+  submap_status_t status{};
   status.submap_id = submap_id();
   status.epoch = epoch();
+  status.owner = node_.instance();
+  status.state = submap_status_t::ACTIVE;
+  SetFigures(statistics_, &status);
   status.num_images = num_images();
   if (const merge_t* merge = merges_.ordered()) {
     const bool is_source = merge->source_id == submap_id();
-    status.state = is_source ? submap_t::FROZEN : submap_t::ACTIVE;
-    status.reason = is_source ? "merges into submap " + std::to_string(merge->target_id)
+    status.state = is_source ? submap_status_t::FROZEN : submap_status_t::ACTIVE;
+    status.detail = is_source ? "merges into submap " + std::to_string(merge->target_id)
                               : "absorbs submap " + std::to_string(merge->source_id);
   }
   status.ledger_seq = StatusSeq();
-  node_.Publish(kSubmapStatusChannel, Sign(std::move(status)));
-}
-
-submap_t SubmapRun::Sign(submap_t fact) const {
-  fact.owner = node_.instance();
-  fact.memory_bytes = ResidentMemoryBytes();
-  return fact;
+  status.memory_bytes = ResidentMemoryBytes();
+  node_.Publish(kSubmapStatusChannel, status);
 }
 
 void SubmapRun::Tick() {
@@ -413,17 +410,9 @@ void SubmapRun::Answer(const shared_request_t& request) {
 // Tells everyone that the submap is no more.
 void SubmapRun::Dissolve(const std::string& reason) {
   state_.Become(Life::kDissolving);
-  submap_t fact = ToMessage(SubmapStatistics());
-  fact.submap_id = submap_id();
-  fact.epoch = epoch();
-  fact.owner = node_.instance();
-  fact.state = submap_t::ENDED;
-  fact.reason = ClampText(reason);
-  fact.ledger_seq = 0;
-  fact.header.fact_id =
-      "submap/" + std::to_string(submap_id()) + "/" + std::to_string(epoch()) + "/dissolved";
   Submit(
-      fact, [this, reason](int64_t) { End(EndKind::kOver, reason); },
+      MakeSubmapEnd(submap_id(), epoch(), reason),
+      [this, reason](int64_t) { End(EndKind::kOver, reason); },
       [this, reason](const std::string&) { End(EndKind::kFailed, reason); });
 }
 

@@ -11,7 +11,6 @@
 #include "event_loop/worker_thread.h"
 #include "mapper/item_log.h"
 #include "mapper/lease.h"
-#include "mapper/ledger_index.h"
 #include "mapper/merge_executor.h"
 #include "mapper/model_loader.h"
 #include "mapper/model_writer.h"
@@ -23,6 +22,7 @@
 #include "mapping/submap.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
+#include "session/session_state.h"
 
 namespace skein {
 
@@ -40,7 +40,7 @@ struct MapperThreads {
 
 // What a run reads of the ledger; it outlives the run.
 struct LedgerView {
-  const LedgerIndex& index;
+  const SessionState& session;
   const ItemLog& items;
   const LedgerFollower& follower;
 };
@@ -108,7 +108,7 @@ class SubmapRun {
   bool GoOn();
   void Begin();
   void Seed(const seed_t& seed);
-  void Restore(const submap_t& model);
+  void Restore(const submap_model_t& model);
   void OnModel(const LoadedModel& model, int64_t ledger_seq);
   void OnRestored(const Outcome& outcome, int64_t ledger_seq);
   void StartRunning(int64_t seq);
@@ -130,7 +130,6 @@ class SubmapRun {
 
   int64_t StatusSeq() const;
   void PublishStatus();
-  submap_t Sign(submap_t fact) const;
   void Dissolve(const std::string& reason);
   void End(EndKind kind, const std::string& reason);
 

@@ -24,10 +24,7 @@ MatchingService::MatchingService(Node& node, const MatchingServiceOptions& optio
 }
 
 void MatchingService::OnFact(const Fact& fact) {
-  const Status status = index_.Take(fact);
-  if (!status.ok()) {
-    LogWarn("fact {} by {}: {}", Header(fact).seq, Header(fact).author, status.error());
-  }
+  session_.Apply(fact);
   if (const auto* candidates = std::get_if<candidates_t>(&fact)) StartIfKnown(candidates->image_id);
 }
 
@@ -41,8 +38,14 @@ void MatchingService::StartIfKnown(int64_t image_id) {
   const auto job = jobs_.find(image_id);
   if (job == jobs_.end() || job->second.look || !index_.HasCandidates(image_id)) return;
   if (!index_.FindFeatures(image_id)) return Fail(image_id, "the photo has no features", true);
+  const std::vector<int64_t> candidates = index_.CandidatesOf(image_id);
+  const size_t num_named = session_.FindPhoto(image_id)->candidates.other_ids.size();
+  if (candidates.size() < num_named) {
+    LogWarn("candidates of image {}: {} are left out as doubled or without features", image_id,
+            num_named - candidates.size());
+  }
   job->second.look.emplace(
-      index_.CandidatesOf(image_id), index_.covisibility(), follower_.processed_seq(),
+      candidates, session_.covisibility(), follower_.processed_seq(),
       [this, image_id](int64_t other_id) { return index_.IsEarlier(other_id, image_id); },
       second_look_);
   LoadPhoto(image_id);

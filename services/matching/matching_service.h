@@ -60,7 +60,8 @@ class MatchingService {
 
   Node& node_;
   const SecondLookOptions second_look_;
-  PhotoIndex index_;
+  SessionState session_;
+  PhotoIndex index_{session_};
   std::map<int64_t, Job> jobs_;
   std::deque<int64_t> waiting_;    // jobs whose photo is loaded
   std::optional<int64_t> active_;  // the job that is matched

@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
-namespace skein {
+#include "session/fact_ids.h"
 
-std::string MatchesFactId(int64_t image_id) { return "matches/" + std::to_string(image_id); }
+namespace skein {
 
 Result<colmap::Camera> CameraFromMessage(const image_t& image) {
   try {

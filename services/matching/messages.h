@@ -13,9 +13,6 @@
 
 namespace skein {
 
-// "matches/42": a photo's matches are one fact, whoever computes them.
-std::string MatchesFactId(int64_t image_id);
-
 // Fails unless size and focal length are positive.
 Result<colmap::Camera> CameraFromMessage(const image_t& image);
 

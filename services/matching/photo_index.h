@@ -1,58 +1,44 @@
 #pragma once
 
-// The ledger's facts that matching needs: each photo's camera and feature blobs, its candidates,
-// and verified pairs. Loop's thread only.
+// What matching asks of the session's state: each photo's camera and feature blobs, its candidates,
+// and who came before whom. Loop's thread only.
 
 #include <cstdint>
+#include <optional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "base/camera.h"
-#include "core/result.h"
-#include "covisibility/covisibility.h"
-#include "ledger/facts.h"
+#include "session/session_state.h"
 
 namespace skein {
 
 struct PhotoEntry {
   colmap::Camera camera;
-  std::string keypoints_blob;  // "" until the features are known
+  std::string keypoints_blob;
   std::string descriptors_blob;
-  int64_t features_seq = 0;  // ledger position of the features: retrieval's order
 };
 
 class PhotoIndex {
  public:
-  // Facts of other kinds are ignored. Returns the reason if the fact cannot be used.
-  Status Take(const Fact& fact);
+  // `session` must outlive it.
+  explicit PhotoIndex(const SessionState& session) : session_(session) {}
 
   // Whether the ledger was read up to the photo's candidates.
-  bool HasCandidates(int64_t image_id) const { return candidates_.count(image_id) > 0; }
-
-  // The known candidates, each once, without the photo itself. Throws std::out_of_range without
-  // HasCandidates.
-  const std::vector<int64_t>& CandidatesOf(int64_t image_id) const {
-    return candidates_.at(image_id);
-  }
-
-  const CovisibilityGraph& covisibility() const { return covisibility_; }
+  bool HasCandidates(int64_t image_id) const;
+  // Those whose features were known when retrieval named them, each once, without the photo itself.
+  std::vector<int64_t> CandidatesOf(int64_t image_id) const;
 
   // Whether `other_id` has features and came before `image_id`, which has, too.
   bool IsEarlier(int64_t other_id, int64_t image_id) const;
 
-  // Null unless image and features are known.
-  const PhotoEntry* FindFeatures(int64_t image_id) const;
+  // nullopt unless image and features are known and the camera is a possible one.
+  std::optional<PhotoEntry> FindFeatures(int64_t image_id) const;
 
  private:
-  Status TakeImage(const image_t& image);
-  Status TakeFeatures(const features_t& features);
-  Status TakeCandidates(const candidates_t& candidates);
-  Status TakeMatches(const matches_t& matches);
+  const PhotoState* FindWithFeatures(int64_t image_id) const;
 
-  std::unordered_map<int64_t, PhotoEntry> photos_;
-  std::unordered_map<int64_t, std::vector<int64_t>> candidates_;
-  CovisibilityGraph covisibility_;
+  const SessionState& session_;
 };
 
 }  // namespace skein

@@ -5,56 +5,35 @@
 
 namespace skein {
 
-void MergePolicy::OnOrdered(const PendingMerge& merge) { pending_[merge.merge_id] = merge; }
-
-void MergePolicy::OnDone(int64_t merge_id) { pending_.erase(merge_id); }
-
-void MergePolicy::OnUndone(int64_t merge_id) {
-  const auto it = pending_.find(merge_id);
-  if (it == pending_.end()) return;
-  const PendingMerge& merge = it->second;
-  const bool precedes_drained = merge_id < drained_seq_;
-  if (!precedes_drained) Remember({merge.source_id, merge.target_id}, merge.num_shared_images);
-  pending_.erase(it);
-}
-
-void MergePolicy::OnDrained(int64_t seq) {
-  drained_seq_ = seq;
-  tried_.clear();
-}
-
-void MergePolicy::OnFailed(int64_t source_id, int64_t target_id, int num_shared_images) {
-  Remember({source_id, target_id}, num_shared_images);
-  Remember({target_id, source_id}, num_shared_images);
-}
-
-void MergePolicy::OnEnded(int64_t submap_id) {
-  for (auto it = pending_.begin(); it != pending_.end();) {
-    const bool over = it->second.source_id == submap_id || it->second.target_id == submap_id;
-    it = over ? pending_.erase(it) : std::next(it);
+MergePolicy::Failures MergePolicy::FailuresOf(const SessionState& session) {
+  Failures failures;
+  const auto remember = [&failures](const Direction& direction, int num_shared_images) {
+    Tried& tried = failures[direction];
+    tried.num_shared_images = std::max(tried.num_shared_images, num_shared_images);
+    ++tried.num_failures;
+  };
+  const int64_t since = session.last_drained_seq();
+  for (const auto& [merge_id, merge] : session.merges()) {
+    if (merge.latest().state != merge_t::UNDONE || merge_id < since) continue;
+    const merge_t& ordered = merge.ordered();
+    remember({ordered.source_id, ordered.target_id}, ordered.num_shared_images);
   }
+  for (const merge_t& failed : session.failed_merges()) {
+    if (failed.header.seq < since) continue;
+    remember({failed.source_id, failed.target_id}, failed.num_shared_images);
+    remember({failed.target_id, failed.source_id}, failed.num_shared_images);
+  }
+  return failures;
 }
 
-void MergePolicy::Remember(const Direction& direction, int num_shared_images) {
-  Tried& tried = tried_[direction];
-  tried.num_shared_images = std::max(tried.num_shared_images, num_shared_images);
-  ++tried.num_failures;
-}
-
-bool MergePolicy::WasTried(const Direction& direction, int num_shared_images,
-                           bool finishing) const {
-  const auto it = tried_.find(direction);
-  if (it == tried_.end()) return false;
+bool MergePolicy::WasTried(const Failures& failures, const Direction& direction,
+                           int num_shared_images, bool finishing) const {
+  const auto it = failures.find(direction);
+  if (it == failures.end()) return false;
   const bool patient = !finishing && it->second.num_failures >= options_.patient_failures;
   const double needed = patient ? options_.patient_growth * it->second.num_shared_images
                                 : it->second.num_shared_images + 1.0;
   return num_shared_images < needed;
-}
-
-bool MergePolicy::IsBusy(int64_t submap_id) const {
-  return std::any_of(pending_.begin(), pending_.end(), [&](const auto& entry) {
-    return entry.second.source_id == submap_id || entry.second.target_id == submap_id;
-  });
 }
 
 std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
@@ -62,18 +41,21 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
   if (!options_.enabled) return std::nullopt;
   const int min_shared =
       finishing ? options_.min_shared_when_finishing : options_.min_shared_images;
+  const SessionState& session = directory.session();
+  const Failures failures = FailuresOf(session);
   std::optional<MergeAttempt> best;
   for (const auto& [pair, images] : directory.SharedPhotos()) {
     const int num_shared = static_cast<int>(images.size());
-    if (num_shared < min_shared || IsBusy(pair.first) || IsBusy(pair.second)) continue;
+    if (num_shared < min_shared || directory.IsBusy(pair.first) || directory.IsBusy(pair.second)) {
+      continue;
+    }
     if (best && images.size() <= best->shared_images.size()) continue;
-    const SubmapEntry* a = directory.Find(pair.first);
-    const SubmapEntry* b = directory.Find(pair.second);
-    const bool a_is_smaller = a->registered.size() < b->registered.size();
+    const bool a_is_smaller = session.FindSubmap(pair.first)->num_registered <
+                              session.FindSubmap(pair.second)->num_registered;
     const Direction first = a_is_smaller ? pair : Direction{pair.second, pair.first};
     for (const Direction& direction : {first, Direction{first.second, first.first}}) {
-      if (WasTried(direction, num_shared, finishing)) continue;
-      best = MergeAttempt{direction.first, direction.second, images, drained_seq_};
+      if (WasTried(failures, direction, num_shared, finishing)) continue;
+      best = MergeAttempt{direction.first, direction.second, images, session.last_drained_seq()};
       break;
     }
   }

@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -36,34 +34,13 @@ struct MergeAttempt {
   int64_t drained_seq = 0;
 };
 
-// A merge that was ordered and has not ended.
-struct PendingMerge {
-  int64_t merge_id = 0;  // the order's position in the ledger
-  int64_t source_id = 0;
-  int64_t target_id = 0;
-  int num_shared_images = 0;
-};
-
 class MergePolicy {
  public:
   explicit MergePolicy(const MergeOptions& options) : options_(options) {}
 
-  void OnOrdered(const PendingMerge& merge);
-  void OnDone(int64_t merge_id);
-  void OnUndone(int64_t merge_id);
-  // No similarity was found, in either direction.
-  void OnFailed(int64_t source_id, int64_t target_id, int num_shared_images);
-  // The mappers have worked over their maps with all that the session has: what failed before may
-  // succeed now, and is tried once more.
-  void OnDrained(int64_t seq);
-  // A submap is gone: what was pending with it is over.
-  void OnEnded(int64_t submap_id);
-
-  // The pair with most shared photos first; nullopt if there is nothing to do.
+  // The pair with most shared photos first; nullopt if there is nothing to do. Equal ledgers give
+  // equal attempts.
   std::optional<MergeAttempt> Next(const SubmapDirectory& directory, bool finishing) const;
-  const std::map<int64_t, PendingMerge>& pending() const { return pending_; }
-  // True from ORDERED to DONE or UNDONE.
-  bool IsBusy(int64_t submap_id) const;
 
  private:
   using Direction = std::pair<int64_t, int64_t>;  // source, target
@@ -71,14 +48,16 @@ class MergePolicy {
     int num_shared_images = 0;
     int num_failures = 0;
   };
+  using Failures = std::map<Direction, Tried>;
 
-  void Remember(const Direction& direction, int num_shared_images);
-  bool WasTried(const Direction& direction, int num_shared_images, bool finishing) const;
+  // What failed since the latest DRAINED: an UNDONE in its direction, a FAILED in both, as no
+  // similarity was found in either. At DRAINED the mappers have worked over their maps with all
+  // that the session has, so what failed before may succeed now, and is tried once more.
+  static Failures FailuresOf(const SessionState& session);
+  bool WasTried(const Failures& failures, const Direction& direction, int num_shared_images,
+                bool finishing) const;
 
   const MergeOptions options_;
-  std::map<int64_t, PendingMerge> pending_;
-  std::map<Direction, Tried> tried_;
-  int64_t drained_seq_ = 0;
 };
 
 }  // namespace skein

@@ -2,120 +2,152 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/test_ledger.h"
+
 namespace skein {
 namespace {
 
 // Submap 1 has photos 1..10, submap 2 has 11..15 and the first `num_shared` of submap 1.
-SubmapDirectory TwoSubmaps(int num_shared) {
-  SubmapDirectory directory;
-  directory.OnSeed(1, 1, 2);
-  directory.OnSeed(2, 11, 12);
-  for (int id = 1; id <= 10; ++id) directory.OnRegistered(1, id);
-  for (int id = 11; id <= 15; ++id) directory.OnRegistered(2, id);
-  for (int id = 1; id <= num_shared; ++id) directory.OnRegistered(2, id);
-  return directory;
-}
+class TwoSubmaps : public TestLedger {
+ public:
+  explicit TwoSubmaps(int num_shared) {
+    Seed(1, 1, 2);
+    Seed(2, 11, 12);
+    for (int id = 1; id <= 10; ++id) Register(1, id);
+    for (int id = 11; id <= 15; ++id) Register(2, id);
+    Share(num_shared);
+  }
+  // With what was shared before.
+  void Share(int num_shared) {
+    for (; num_shared_ < num_shared; ++num_shared_) Register(2, num_shared_ + 1);
+  }
+  void OrderAndUndo(int64_t source_id, int64_t target_id) {
+    MergeStep(Order(source_id, target_id, num_shared_), merge_t::UNDONE);
+  }
+  std::optional<MergeAttempt> Next(bool finishing, const MergeOptions& options = {}) const {
+    return MergePolicy(options).Next(SubmapDirectory(state()), finishing);
+  }
+
+ private:
+  int num_shared_ = 0;
+};
 
 TEST(MergePolicy, ThreeSharedPhotosAreNeeded) {
-  const MergePolicy policy({});
-  EXPECT_FALSE(policy.Next(TwoSubmaps(2), false));
-  const auto attempt = policy.Next(TwoSubmaps(3), false);
+  EXPECT_FALSE(TwoSubmaps(2).Next(false));
+  const auto attempt = TwoSubmaps(3).Next(false);
   ASSERT_TRUE(attempt);
   EXPECT_EQ(attempt->shared_images, (std::vector<int64_t>{1, 2, 3}));
 }
 
 TEST(MergePolicy, TheSmallerGoesIntoTheLarger) {
-  const auto attempt = MergePolicy({}).Next(TwoSubmaps(3), false);
+  const auto attempt = TwoSubmaps(3).Next(false);
   ASSERT_TRUE(attempt);
   EXPECT_EQ(attempt->source_id, 2);
   EXPECT_EQ(attempt->target_id, 1);
 }
 
 TEST(MergePolicy, TheOtherWayRoundAfterAFailureThenNotWithoutNewEvidence) {
-  MergePolicy policy({});
-  policy.OnOrdered({100, 2, 1, 3});
-  policy.OnUndone(100);
-  const auto second = policy.Next(TwoSubmaps(3), false);
+  TwoSubmaps ledger(3);
+  ledger.OrderAndUndo(2, 1);
+  const auto second = ledger.Next(false);
   ASSERT_TRUE(second);
   EXPECT_EQ(second->source_id, 1);
-  policy.OnOrdered({101, 1, 2, 3});
-  policy.OnUndone(101);
-  EXPECT_FALSE(policy.Next(TwoSubmaps(3), false));
-  EXPECT_FALSE(policy.Next(TwoSubmaps(3), true));
-  EXPECT_TRUE(policy.Next(TwoSubmaps(4), false));
+  ledger.OrderAndUndo(1, 2);
+  EXPECT_FALSE(ledger.Next(false));
+  EXPECT_FALSE(ledger.Next(true));
+  ledger.Share(4);
+  EXPECT_TRUE(ledger.Next(false));
 }
 
 TEST(MergePolicy, NoSimilarityCountsForBothDirections) {
-  MergePolicy policy({});
-  policy.OnFailed(2, 1, 3);
-  EXPECT_FALSE(policy.Next(TwoSubmaps(3), false));
-  EXPECT_TRUE(policy.Next(TwoSubmaps(4), false));
+  TwoSubmaps ledger(3);
+  ledger.FailMerge(2, 1, 3);
+  EXPECT_FALSE(ledger.Next(false));
+  ledger.Share(4);
+  EXPECT_TRUE(ledger.Next(false));
 }
 
 TEST(MergePolicy, AfterManyFailuresItWantsMuchMoreEvidence) {
-  MergePolicy policy({});
-  for (int num_shared = 3; num_shared <= 6; ++num_shared) policy.OnFailed(2, 1, num_shared);
-  EXPECT_FALSE(policy.Next(TwoSubmaps(7), false));
-  EXPECT_TRUE(policy.Next(TwoSubmaps(9), false));
-  EXPECT_TRUE(policy.Next(TwoSubmaps(7), true));
+  TwoSubmaps ledger(7);
+  for (int num_shared = 3; num_shared <= 6; ++num_shared) ledger.FailMerge(2, 1, num_shared);
+  EXPECT_FALSE(ledger.Next(false));
+  EXPECT_TRUE(ledger.Next(true));
+  ledger.Share(9);
+  EXPECT_TRUE(ledger.Next(false));
 }
 
 TEST(MergePolicy, ASubmapTakesPartInOneMergeAtATime) {
-  MergePolicy policy({});
-  policy.OnOrdered({100, 3, 1, 3});
-  EXPECT_FALSE(policy.Next(TwoSubmaps(5), false));
-  policy.OnDone(100);
-  EXPECT_TRUE(policy.Next(TwoSubmaps(5), false));
+  TwoSubmaps ledger(5);
+  ledger.Seed(3, 31, 32);
+  const int64_t merge_id = ledger.Order(3, 1);
+  EXPECT_FALSE(ledger.Next(false));
+  ledger.MergeStep(merge_id, merge_t::DONE);
+  EXPECT_TRUE(ledger.Next(false));
+}
+
+TEST(MergePolicy, AMergeWhoseSourceIsGoneKeepsNobodyBusy) {
+  TwoSubmaps ledger(5);
+  ledger.Seed(3, 31, 32);
+  ledger.Order(3, 1);
+  EXPECT_EQ(SubmapDirectory(ledger.state()).NumOpenMerges(), 1);
+  ledger.End(3);
+  EXPECT_EQ(SubmapDirectory(ledger.state()).NumOpenMerges(), 0);
+  EXPECT_TRUE(ledger.Next(false));
 }
 
 TEST(MergePolicy, WhenFinishingOneSharedPhotoIsWorthATry) {
-  const MergePolicy policy({});
-  EXPECT_FALSE(policy.Next(TwoSubmaps(0), true));
-  EXPECT_TRUE(policy.Next(TwoSubmaps(1), true));
+  EXPECT_FALSE(TwoSubmaps(0).Next(true));
+  EXPECT_TRUE(TwoSubmaps(1).Next(true));
 }
 
 TEST(MergePolicy, WhatFailedBeforeTheMapsWereWorkedOverIsTriedOnceMore) {
-  MergePolicy policy({});
-  policy.OnFailed(2, 1, 5);
-  policy.OnOrdered({100, 3, 1, 3});
-  EXPECT_FALSE(policy.Next(TwoSubmaps(5), true));
-  policy.OnDrained(400);
-  policy.OnUndone(100);  // ordered before: its maps were not worked over
-  const auto attempt = policy.Next(TwoSubmaps(5), true);
+  TwoSubmaps ledger(5);
+  ledger.Seed(3, 31, 32);
+  ledger.FailMerge(2, 1, 5);
+  const int64_t merge_id = ledger.Order(3, 1);
+  EXPECT_FALSE(ledger.Next(true));
+  const int64_t drained = ledger.Finish(finish_t::DRAINED);
+  ledger.MergeStep(merge_id, merge_t::UNDONE);  // ordered before: its maps were not worked over
+  const auto attempt = ledger.Next(true);
   ASSERT_TRUE(attempt);
-  EXPECT_EQ(attempt->drained_seq, 400);
-  policy.OnFailed(2, 1, 5);
-  EXPECT_FALSE(policy.Next(TwoSubmaps(5), true));
+  EXPECT_EQ(attempt->drained_seq, drained);
+  ledger.FailMerge(2, 1, 5);
+  EXPECT_FALSE(ledger.Next(true));
 }
 
 TEST(MergePolicy, SwitchedOffNothingMerges) {
   MergeOptions options;
   options.enabled = false;
-  EXPECT_FALSE(MergePolicy(options).Next(TwoSubmaps(5), true));
+  EXPECT_FALSE(TwoSubmaps(5).Next(true, options));
 }
 
+// Its photos that come with it are told of by the target, before DONE.
 TEST(SubmapDirectory, AMergedSubmapsPhotosBelongToTheTarget) {
-  SubmapDirectory directory = TwoSubmaps(3);
-  directory.OnMerged(2, 1);
+  TwoSubmaps ledger(3);
+  const int64_t merge_id = ledger.Order(2, 1);
+  for (int id = 11; id <= 15; ++id) ledger.Register(1, id);
+  ledger.MergeStep(merge_id, merge_t::DONE);
+  const SubmapDirectory directory(ledger.state());
   EXPECT_EQ(directory.Live().size(), 1u);
-  EXPECT_TRUE(directory.IsRegistered(15));
-  EXPECT_EQ(directory.Find(1)->registered.size(), 15u);
+  EXPECT_TRUE(ledger.state().IsRegistered(15));
+  EXPECT_EQ(ledger.state().FindSubmap(1)->num_registered, 15);
   EXPECT_TRUE(directory.SharedPhotos().empty());
 }
 
 TEST(SubmapDirectory, AnEndedSubmapHoldsNothing) {
-  SubmapDirectory directory = TwoSubmaps(0);
-  directory.OnEnded(2);
-  EXPECT_FALSE(directory.IsRegistered(15));
+  TwoSubmaps ledger(0);
+  ledger.End(2);
+  EXPECT_FALSE(ledger.state().IsRegistered(15));
 }
 
 TEST(SubmapDirectory, WithdrawnIsNotRegistered) {
-  SubmapDirectory directory = TwoSubmaps(1);
-  directory.OnNotRegistered(2, 1, false);
-  EXPECT_TRUE(directory.IsRegistered(1));
-  directory.OnNotRegistered(1, 1, true);
-  EXPECT_FALSE(directory.IsRegistered(1));
-  EXPECT_TRUE(directory.IsDeferred(1));
+  TwoSubmaps ledger(1);
+  ledger.Register(2, 1, registration_t::REJECTED);
+  EXPECT_TRUE(ledger.state().IsRegistered(1));
+  EXPECT_FALSE(SubmapDirectory(ledger.state()).IsDeferred(1));
+  ledger.Register(1, 1, registration_t::WITHDRAWN);
+  EXPECT_FALSE(ledger.state().IsRegistered(1));
+  EXPECT_TRUE(SubmapDirectory(ledger.state()).IsDeferred(1));
 }
 
 }  // namespace

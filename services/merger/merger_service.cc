@@ -9,6 +9,7 @@
 #include "merger/messages.h"
 #include "merging/absorb.h"
 #include "merging/shared_views.h"
+#include "session/fact_ids.h"
 
 namespace skein {
 namespace {
@@ -49,7 +50,8 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
       active_s_(MonotonicS()),
       next_request_id_(RandomRequestId()),
       worker_(node.loop()) {
-  node_.bus().Subscribe<submap_t>(kSubmapStatusChannel, [this](const auto& m) { OnStatus(m); });
+  node_.bus().Subscribe<submap_status_t>(kSubmapStatusChannel,
+                                         [this](const auto& m) { OnStatus(m); });
   node_.bus().Subscribe<ledger_head_t>(kLedgerHeadChannel, [this](const auto& m) { OnHead(m); });
   node_.bus().Subscribe<work_request_t>(kWorkRequestChannel,
                                         [this](const auto& m) { OnWorkRequest(m); });
@@ -62,7 +64,7 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
     heartbeat->state = wants_mapper_s_ > 0 ? "a seed waits for an idle mapper"
                        : estimate_         ? "estimating a similarity"
                                            : std::to_string(directory_.Live().size()) + " submaps";
-    heartbeat->backlog = static_cast<int32_t>(merges_.pending().size());
+    heartbeat->backlog = directory_.NumOpenMerges();
     heartbeat->num_done = num_merged_;
   });
 }
@@ -70,75 +72,36 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
 MergerService::~MergerService() { node_.loop().CancelTimer(timer_); }
 
 void MergerService::OnFact(const Fact& fact) {
-  std::visit([this](const auto& f) { Apply(f); }, fact);
+  session_.Apply(fact);
+  std::visit([this](const auto& f) { React(f); }, fact);
 }
 
 void MergerService::NoteActivity() { active_s_ = MonotonicS(); }
 
-void MergerService::Apply(const matches_t& matches) {
-  NoteActivity();
-  seeds_.OnMatches(matches.image_id, matches.header.seq, PairsOf(matches));
+void MergerService::React(const registration_t& registration) {
+  if (registration.state == registration_t::REGISTERED) NoteActivity();
 }
 
-void MergerService::Apply(const registration_t& registration) {
-  const bool registered = registration.state == registration_t::REGISTERED;
-  if (registered) {
-    NoteActivity();
-    directory_.OnRegistered(registration.submap_id, registration.image_id);
-    return;
-  }
-  directory_.OnNotRegistered(registration.submap_id, registration.image_id,
-                             registration.state != registration_t::REJECTED);
+void MergerService::React(const submap_lease_t& lease) {
+  idle_mappers_.erase(lease.owner);
+  settle_seq_ = lease.header.seq;
 }
 
-void MergerService::Apply(const submap_t& submap) {
-  if (submap.state == submap_t::ASSIGNED) {
-    directory_.OnLeased(submap.submap_id, submap.epoch, submap.owner);
-    idle_mappers_.erase(submap.owner);
-    settle_seq_ = submap.header.seq;
-  } else if (submap.state == submap_t::ENDED) {
-    directory_.OnEnded(submap.submap_id);
-    merges_.OnEnded(submap.submap_id);
-  }
-}
-
-void MergerService::Apply(const seed_t& seed) {
-  directory_.OnSeed(seed.submap_id, seed.image_id1, seed.image_id2);
-}
-
-void MergerService::Apply(const merge_t& merge) {
+void MergerService::React(const merge_t& merge) {
   settle_seq_ = merge.header.seq;
-  switch (merge.state) {
-    case merge_t::ORDERED:
-      merges_.OnOrdered(PendingOf(merge));
-      break;
-    case merge_t::DONE:
-      merges_.OnDone(merge.merge_id);
-      directory_.OnMerged(merge.source_id, merge.target_id);
-      ++num_merged_;
-      LogInfo("submap {} is part of submap {} now", merge.source_id, merge.target_id);
-      break;
-    case merge_t::UNDONE:
-      merges_.OnUndone(merge.merge_id);
-      LogInfo("submaps {} and {} stay apart: {}", merge.source_id, merge.target_id, merge.reason);
-      break;
-    case merge_t::FAILED:
-      merges_.OnFailed(merge.source_id, merge.target_id, merge.num_shared_images);
-      break;
-    default:
-      break;
+  if (merge.state == merge_t::DONE) {
+    ++num_merged_;
+    LogInfo("submap {} is part of submap {} now", merge.source_id, merge.target_id);
+  } else if (merge.state == merge_t::UNDONE) {
+    LogInfo("submaps {} and {} stay apart: {}", merge.source_id, merge.target_id, merge.reason);
   }
 }
 
-void MergerService::Apply(const finish_t& finish) {
-  finish_state_ = finish.state;
-  finish_id_ = finish.finish_id;
-  if (finish.state != finish_t::DRAINED) return;
-  settle_seq_ = finish.header.seq;
-  merges_.OnDrained(finish.header.seq);
+void MergerService::React(const finish_t& finish) {
+  if (finish.state == finish_t::DRAINED) settle_seq_ = finish.header.seq;
 }
 
-void MergerService::OnStatus(const submap_t& status) {
+void MergerService::OnStatus(const submap_status_t& status) {
   Status& heard = heard_statuses_[status.submap_id];
   if (status.epoch < heard.epoch) return;
   heard = {status.epoch, status.ledger_seq};
@@ -174,12 +137,14 @@ int MergerService::NumIdleMappers() const {
   for (const auto& [worker, asked_s] : idle_mappers_) {
     num_idle += now_s - asked_s <= options_.idle_mapper_s;
   }
-  for (const SubmapEntry* submap : directory_.Live()) num_idle -= submap->epoch == 0;
+  for (const LiveSubmap& submap : directory_.Live()) {
+    num_idle -= submap.state->lease.epoch == 0;
+  }
   return num_idle;
 }
 
 bool MergerService::MayDecide() const {
-  const bool settled = finish_state_ == finish_t::SETTLED;
+  const bool settled = session_.finish().state == finish_t::SETTLED;
   return follower_->caught_up() && follower_->processed_seq() >= await_seq_ &&
          node_.submitter().pending() == 0 && MonotonicS() >= hold_until_s_ && !settled;
 }
@@ -234,22 +199,22 @@ void MergerService::TryMerge() {
 
 bool MergerService::EverySubmapWorkedUpTo(int64_t seq) const {
   const auto live = directory_.Live();
-  return std::all_of(live.begin(), live.end(), [seq](const SubmapEntry* submap) {
-    return submap->epoch > 0 && submap->ledger_seq >= seq;
+  return std::all_of(live.begin(), live.end(), [seq](const LiveSubmap& submap) {
+    return submap.state->lease.epoch > 0 && submap.ledger_seq >= seq;
   });
 }
 
 void MergerService::TrySettle() {
-  if (!merges_.pending().empty() || !EverySubmapWorkedUpTo(settle_seq_)) return;
+  if (directory_.NumOpenMerges() > 0 || !EverySubmapWorkedUpTo(settle_seq_)) return;
   if (merges_.Next(directory_, true)) return;
   const bool waits_for_mapper =
       wants_mapper_s_ > 0 && MonotonicS() - wants_mapper_s_ < options_.wait_for_mapper_s;
   if (waits_for_mapper) return;
   if (wants_mapper_s_ > 0) LogWarn("finishing without a submap that no mapper is idle for");
   finish_t settled{};
-  settled.header.fact_id = "finish/" + std::to_string(finish_id_) + "/settled";
-  settled.finish_id = finish_id_;
+  settled.finish_id = session_.finish().finish_id;
   settled.state = finish_t::SETTLED;
+  settled.header.fact_id = FinishFactId(settled.finish_id, settled.state);
   Submit(settled, [](bool) {});
 }
 
@@ -257,8 +222,7 @@ bool MergerService::EstimateIsStale() const {
   if (estimate_->computing) return false;
   const MergeAttempt& attempt = estimate_->attempt;
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
-    const SubmapEntry* submap = directory_.Find(submap_id);
-    if (!submap->live || merges_.IsBusy(submap_id)) return true;
+    if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return true;
   }
   return MonotonicS() - estimate_->started_s > options_.request_timeout_s;
 }
@@ -283,8 +247,8 @@ void MergerService::AskForShared() {
 
 void MergerService::OnSharedReply(const shared_reply_t& reply) {
   if (!estimate_ || reply.request_id != estimate_->request_id) return;
-  const SubmapEntry* submap = directory_.Find(reply.submap_id);
-  if (submap == nullptr || reply.epoch != submap->epoch) return;
+  const SubmapLife* submap = session_.FindSubmap(reply.submap_id);
+  if (submap == nullptr || reply.epoch != submap->lease.epoch) return;
   if (!estimate_->fetching.emplace(reply.submap_id, reply.blob_id).second) return;
   node_.blobs().Fetch(reply.blob_id, reply.owner,
                       [this, id = reply.submap_id, request = reply.request_id](Result<Bytes> blob) {
@@ -320,12 +284,12 @@ void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Result& r
                                 double duration_s) {
   estimate_.reset();
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
-    if (!directory_.Find(submap_id)->live || merges_.IsBusy(submap_id)) return;
+    if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return;
   }
   LogInfo("similarity of submaps {} and {} from {} shared photos: {}", attempt.source_id,
           attempt.target_id, attempt.shared_images.size(),
           result.success ? "found" : result.reason);
-  Submit(AttemptMessage(attempt, directory_, result, duration_s), [](bool) {});
+  Submit(AttemptMessage(attempt, session_, result, duration_s), [](bool) {});
 }
 
 void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) {

@@ -43,19 +43,16 @@ class MergerService {
   };
 
   void OnFact(const Fact& fact);
-  void Apply(const image_t&) { NoteActivity(); }
-  void Apply(const features_t&) {}
-  void Apply(const candidates_t&) {}
-  void Apply(const failure_t&) {}
-  void Apply(const configuration_t&) {}
-  void Apply(const matches_t& matches);
-  void Apply(const registration_t& registration);
-  void Apply(const submap_t& submap);
-  void Apply(const seed_t& seed);
-  void Apply(const merge_t& merge);
-  void Apply(const finish_t& finish);
+  void React(const image_t&) { NoteActivity(); }
+  void React(const matches_t&) { NoteActivity(); }
+  void React(const registration_t& registration);
+  void React(const submap_lease_t& lease);
+  void React(const merge_t& merge);
+  void React(const finish_t& finish);
+  template <class T>
+  void React(const T&) {}
 
-  void OnStatus(const submap_t& status);
+  void OnStatus(const submap_status_t& status);
   void OnHead(const ledger_head_t& head);
   void OnWorkRequest(const work_request_t& request);
   void OnSharedReply(const shared_reply_t& reply);
@@ -64,7 +61,7 @@ class MergerService {
   void NoteActivity();
   void Decide();
   bool MayDecide() const;
-  bool IsFinishing() const { return finish_state_ == finish_t::DRAINED; }
+  bool IsFinishing() const { return session_.finish().state == finish_t::DRAINED; }
   SeedSituation Situation() const;
   bool TrySeed();
   void WantMapper(bool wanted);
@@ -82,12 +79,11 @@ class MergerService {
   Node& node_;
   const MergerOptions options_;
   DemandTeller mappers_wanted_;
-  SubmapDirectory directory_;
+  SessionState session_;
+  SubmapDirectory directory_{session_};
   SeedPolicy seeds_;
   MergePolicy merges_;
 
-  int8_t finish_state_ = finish_t::DONE;
-  int64_t finish_id_ = 0;
   int64_t settle_seq_ = 0;     // submaps must have worked up to here before the session settles
   int64_t await_seq_ = 0;      // our own latest fact: decide when it was applied
   double hold_until_s_ = 0;    // after a refusal

@@ -54,12 +54,11 @@ class MergerServiceTest : public testing::Test {
     seed.image_id1 = image_id1;
     seed.image_id2 = image_id2;
     ingest_.Commit(seed);
-    submap_t lease{};
+    submap_lease_t lease{};
     lease.header.fact_id = "lease/" + std::to_string(submap_id);
     lease.submap_id = submap_id;
     lease.epoch = 1;
     lease.owner = "mapper";
-    lease.state = submap_t::ASSIGNED;
     ingest_.Commit(lease);
   }
 
@@ -94,7 +93,7 @@ class MergerServiceTest : public testing::Test {
   // Both mappers have worked up to the ledger's end.
   void TellStatus() {
     for (const int64_t submap_id : {kSource, kTarget}) {
-      submap_t status{};
+      submap_status_t status{};
       status.submap_id = submap_id;
       status.epoch = 1;
       status.owner = "mapper";

@@ -52,22 +52,5 @@ TEST(MergerMessages, ASeedIsOneFactWhicheverPhotoComesFirst) {
   EXPECT_EQ(seed.submap_id, 0) << "ingest gives it";
 }
 
-TEST(MergerMessages, PairsOfKeepsWhatASeedIsChosenBy) {
-  matches_t matches{};
-  two_view_t pair{};
-  pair.other_id = 9;
-  pair.num_inliers = 120;
-  pair.tri_angle_rad = 0.5F;
-  pair.forward_motion = 0.25F;
-  matches.pairs.push_back(pair);
-  matches.num_pairs = 1;
-  const std::vector<VerifiedPair> pairs = PairsOf(matches);
-  ASSERT_EQ(pairs.size(), 1u);
-  EXPECT_EQ(pairs[0].other_id, 9);
-  EXPECT_EQ(pairs[0].num_inliers, 120);
-  EXPECT_EQ(pairs[0].tri_angle_rad, 0.5);
-  EXPECT_EQ(pairs[0].forward_motion, 0.25);
-}
-
 }  // namespace
 }  // namespace skein

@@ -1,15 +1,31 @@
 #include "merger/seed_policy.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <stdexcept>
 
 #include "core/option_check.h"
+#include "covisibility/covisibility.h"
 
 namespace skein {
 namespace {
 
 constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+
+// The pairs that the photo's own matches tell of, by the other photo's id: of two equally good
+// pairs the first is chosen.
+template <class Visit>
+void ForEachOwnPair(const SessionState& session, int64_t image_id, const PhotoState& photo,
+                    Visit visit) {
+  std::vector<const CovisibilityGraph::Edge*> own;
+  for (const CovisibilityGraph::Edge& edge : session.covisibility().EdgesOf(image_id)) {
+    if (edge.seq == photo.matches_seq) own.push_back(&edge);
+  }
+  std::sort(own.begin(), own.end(),
+            [](const auto* a, const auto* b) { return a->other_id < b->other_id; });
+  for (const CovisibilityGraph::Edge* edge : own) visit(*edge);
+}
 
 }  // namespace
 
@@ -29,67 +45,64 @@ SeedPolicy::SeedPolicy(const SeedOptions& options) : options_(options) {
   }
 }
 
-void SeedPolicy::OnMatches(int64_t image_id, int64_t seq, const std::vector<VerifiedPair>& pairs) {
-  const auto [it, inserted] = photos_.try_emplace(image_id);
-  if (inserted) it->second.order = static_cast<int64_t>(photos_.size());
-  it->second.seq = seq;
-  for (const VerifiedPair& pair : pairs) it->second.pairs[pair.other_id] = pair;
-}
-
 void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
   refused_.insert(std::minmax(image_id1, image_id2));
 }
 
 // Representatives by path halving; both ends of a pair belong together even if the matches of the
 // earlier photo are not known.
-SeedPolicy::Components SeedPolicy::FindComponents() const {
+SeedPolicy::Components SeedPolicy::FindComponents(const SessionState& session) {
   Components parent;
   const auto find = [&parent](int64_t id) {
     parent.try_emplace(id, id);
     while (parent[id] != id) id = parent[id] = parent[parent[id]];
     return id;
   };
-  for (const auto& [image_id, photo] : photos_) {
+  for (const auto& [image_id, photo] : session.photos()) {
+    if (photo.matches_seq == 0) continue;
     find(image_id);
-    for (const auto& [other_id, unused] : photo.pairs) parent[find(image_id)] = find(other_id);
+    for (const CovisibilityGraph::Edge& edge : session.covisibility().EdgesOf(image_id)) {
+      if (edge.seq == photo.matches_seq) parent[find(image_id)] = find(edge.other_id);
+    }
   }
   Components components;
   for (const auto& [id, unused] : Components(parent)) components[id] = find(id);
   return components;
 }
 
-bool SeedPolicy::MayStillBeReached(const Photo& photo, int64_t component,
-                                   const Components& components,
-                                   const SubmapDirectory& directory) const {
-  for (const SubmapEntry* submap : directory.Live()) {
-    if (submap->ledger_seq >= photo.seq) continue;
+bool SeedPolicy::MayStillBeReached(const PhotoState& photo, int64_t component,
+                                   const Components& components, const SubmapDirectory& directory) {
+  for (const LiveSubmap& submap : directory.Live()) {
+    if (submap.ledger_seq >= photo.matches_seq) continue;
     const auto touches = [&](int64_t id) {
       const auto it = components.find(id);
       return it != components.end() && it->second == component;
     };
-    if (touches(submap->image_id1) || touches(submap->image_id2)) return true;
-    for (const int64_t id : submap->registered) {
-      if (touches(id)) return true;
+    const seed_t& seed = submap.state->seed;
+    if (submap.state->has_seed && (touches(seed.image_id1) || touches(seed.image_id2))) return true;
+    for (const auto& [id, held] : submap.state->photos) {
+      if (held.state == registration_t::REGISTERED && touches(id)) return true;
     }
   }
   return false;
 }
 
-bool SeedPolicy::IsPatient(int64_t image_id, const Photo& photo, const SubmapDirectory& directory,
-                           const SeedSituation& situation) const {
+bool SeedPolicy::IsPatient(int64_t image_id, const PhotoState& photo,
+                           const SubmapDirectory& directory, const SeedSituation& situation) const {
   if (situation.finishing || !directory.IsDeferred(image_id)) return false;
   const bool quiet =
       !options_.relax_quiet_s.empty() && situation.quiet_s >= options_.relax_quiet_s.back();
-  const int64_t num_later = static_cast<int64_t>(photos_.size()) - photo.order;
+  const int64_t num_later = directory.session().num_matched() - photo.matches_order;
   return !quiet && num_later < options_.deferred_patience;
 }
 
 std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
-                                         const SeedSituation& situation) const {
-  const Components components = FindComponents();
+                                         const SeedSituation& situation,
+                                         const Components& components) const {
+  const SessionState& session = directory.session();
   std::vector<int64_t> orphans;
-  for (const auto& [image_id, photo] : photos_) {
-    if (directory.IsRegistered(image_id)) continue;
+  for (const auto& [image_id, photo] : session.photos()) {
+    if (photo.matches_seq == 0 || session.IsRegistered(image_id)) continue;
     if (MayStillBeReached(photo, components.at(image_id), components, directory)) continue;
     if (IsPatient(image_id, photo, directory, situation)) continue;
     orphans.push_back(image_id);
@@ -113,21 +126,22 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
                                                double min_angle_rad, int min_inliers,
                                                const SubmapDirectory& directory) const {
   const std::set<int64_t> is_orphan(orphans.begin(), orphans.end());
+  const SessionState& session = directory.session();
   std::optional<SeedChoice> best;
-  for (const int64_t image_id : orphans) {
-    for (const auto& [other_id, pair] : photos_.at(image_id).pairs) {
-      if (!is_orphan.count(other_id) || directory.WasSeeded(image_id, other_id)) continue;
-      if (refused_.count(std::minmax(image_id, other_id))) continue;
-      if (pair.num_inliers < min_inliers || pair.tri_angle_rad < min_angle_rad ||
-          pair.forward_motion > options_.max_forward_motion) {
-        continue;
-      }
-      if (best &&
-          pair.num_inliers * pair.tri_angle_rad <= best->num_inliers * best->tri_angle_rad) {
-        continue;
-      }
-      best = SeedChoice{image_id, other_id, pair.num_inliers, pair.tri_angle_rad};
+  const auto consider = [&](int64_t image_id, const CovisibilityGraph::Edge& pair) {
+    if (!is_orphan.count(pair.other_id) || session.WasSeeded(image_id, pair.other_id)) return;
+    if (refused_.count(std::minmax(image_id, pair.other_id))) return;
+    const double angle_rad = pair.tri_angle_rad;
+    if (pair.num_inliers < min_inliers || angle_rad < min_angle_rad ||
+        pair.forward_motion > options_.max_forward_motion) {
+      return;
     }
+    if (best && pair.num_inliers * angle_rad <= best->num_inliers * best->tri_angle_rad) return;
+    best = SeedChoice{image_id, pair.other_id, pair.num_inliers, angle_rad};
+  };
+  for (const int64_t image_id : orphans) {
+    ForEachOwnPair(session, image_id, *session.FindPhoto(image_id),
+                   [&](const CovisibilityGraph::Edge& pair) { consider(image_id, pair); });
   }
   return best;
 }
@@ -148,9 +162,9 @@ std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orpha
 
 std::optional<SeedChoice> SeedPolicy::Choose(const SubmapDirectory& directory,
                                              const SeedSituation& situation) const {
-  const Components components = FindComponents();
+  const Components components = FindComponents(directory.session());
   std::map<int64_t, std::vector<int64_t>> by_component;
-  for (const int64_t id : Orphans(directory, situation)) {
+  for (const int64_t id : Orphans(directory, situation, components)) {
     by_component[components.at(id)].push_back(id);
   }
   std::optional<SeedChoice> best;

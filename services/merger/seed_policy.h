@@ -8,7 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <set>
 #include <unordered_map>
@@ -38,18 +37,10 @@ struct SeedOptions {
   Status Check() const;
 };
 
-// Verified pair of an image with an earlier one.
-struct VerifiedPair {
-  int64_t other_id = 0;
-  int num_inliers = 0;
-  double tri_angle_rad = 0.0;
-  double forward_motion = 0.0;
-};
-
 struct SeedSituation {
   double quiet_s = 0.0;    // since the last photo was accepted or matched, 0 while one is in flight
   bool finishing = false;  // the session drained: nothing comes any more
-  int64_t head_seq = 0;    // everything up to here was given to the policy and the directory
+  int64_t head_seq = 0;    // everything up to here is in the directory
 };
 
 struct SeedChoice {
@@ -63,30 +54,22 @@ class SeedPolicy {
  public:
   explicit SeedPolicy(const SeedOptions& options);  // throws std::invalid_argument
 
-  // A photo went through matching at `seq` of the ledger.
-  void OnMatches(int64_t image_id, int64_t seq, const std::vector<VerifiedPair>& pairs);
-
   // Ingest would not have this seed: never again.
   void OnRefused(int64_t image_id1, int64_t image_id2);
 
-  std::vector<int64_t> Orphans(const SubmapDirectory& directory,
-                               const SeedSituation& situation) const;
   // nullopt: nothing to seed now. Equal input gives equal output.
   std::optional<SeedChoice> Choose(const SubmapDirectory& directory,
                                    const SeedSituation& situation) const;
 
  private:
-  struct Photo {
-    int64_t seq = 0;
-    int64_t order = 0;  // how many photos were matched before
-    std::map<int64_t, VerifiedPair> pairs;
-  };
   using Components = std::unordered_map<int64_t, int64_t>;  // image -> representative
 
-  Components FindComponents() const;
-  bool MayStillBeReached(const Photo& photo, int64_t component, const Components& components,
-                         const SubmapDirectory& directory) const;
-  bool IsPatient(int64_t image_id, const Photo& photo, const SubmapDirectory& directory,
+  static Components FindComponents(const SessionState& session);
+  std::vector<int64_t> Orphans(const SubmapDirectory& directory, const SeedSituation& situation,
+                               const Components& components) const;
+  static bool MayStillBeReached(const PhotoState& photo, int64_t component,
+                                const Components& components, const SubmapDirectory& directory);
+  bool IsPatient(int64_t image_id, const PhotoState& photo, const SubmapDirectory& directory,
                  const SeedSituation& situation) const;
   size_t RelaxationOf(size_t num_orphans, const SeedSituation& situation) const;
   std::optional<SeedChoice> BestPair(const std::vector<int64_t>& orphans, double min_angle_rad,
@@ -96,7 +79,6 @@ class SeedPolicy {
                                      const SeedSituation& situation) const;
 
   const SeedOptions options_;
-  std::map<int64_t, Photo> photos_;
   std::set<std::pair<int64_t, int64_t>> refused_;  // images, smaller id first
 };
 

@@ -3,178 +3,182 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+
+#include "testing/test_ledger.h"
 
 namespace skein {
 namespace {
 
-double Rad(double degrees) { return degrees * M_PI / 180; }
-
-VerifiedPair Pair(int64_t other, int inliers, double angle_deg, double forward = 0.1) {
-  return {other, inliers, Rad(angle_deg), forward};
+two_view_t Pair(int64_t other, int inliers, double angle_deg, double forward = 0.1) {
+  return TestLedger::Pair(other, inliers, static_cast<float>(angle_deg * M_PI / 180),
+                          static_cast<float>(forward));
 }
 
-SeedSituation Streaming(int64_t head) { return {0.0, false, head}; }
-SeedSituation Quiet(int64_t head) { return {60.0, false, head}; }
-SeedSituation Finishing(int64_t head) { return {0.0, true, head}; }
+// A ledger, what the mappers tell beside it, and the policy.
+class SeedPolicyTest : public testing::Test {
+ protected:
+  // Photos 1 and 2, a good pair.
+  void TwoOrphans() {
+    ledger_.Matches(1, {});
+    ledger_.Matches(2, {Pair(1, 300, 20)});
+  }
+  // Its mapper has worked up to the ledger's end.
+  void Tell(int64_t submap_id, int64_t epoch) { Tell(submap_id, epoch, ledger_.head()); }
+  void Tell(int64_t submap_id, int64_t epoch, int64_t ledger_seq) {
+    directory_.OnStatus(submap_id, epoch, ledger_seq);
+  }
+  std::optional<SeedChoice> Streaming() const { return Choose(0, false); }
+  std::optional<SeedChoice> Quiet() const { return Choose(60, false); }
+  std::optional<SeedChoice> Finishing() const { return Choose(0, true); }
 
-// Photos 1 and 2, a good pair, known of at 11.
-SeedPolicy TwoOrphans() {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 20)});
-  return policy;
-}
+  TestLedger ledger_;
+  SubmapDirectory directory_{ledger_.state()};
+  SeedPolicy policy_{SeedOptions()};
 
-TEST(SeedPolicy, TakesTheBestPairByInliersTimesAngle) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 200, 17)});
-  policy.OnMatches(3, 12, {Pair(1, 150, 30), Pair(2, 400, 5)});
-  const auto choice = policy.Choose({}, Streaming(12));
+ private:
+  std::optional<SeedChoice> Choose(double quiet_s, bool finishing) const {
+    return policy_.Choose(directory_, {quiet_s, finishing, ledger_.head()});
+  }
+};
+
+TEST_F(SeedPolicyTest, TakesTheBestPairByInliersTimesAngle) {
+  ledger_.Matches(1, {});
+  ledger_.Matches(2, {Pair(1, 200, 17)});
+  ledger_.Matches(3, {Pair(1, 150, 30), Pair(2, 400, 5)});
+  const auto choice = Streaming();
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->image_id1, 3);
   EXPECT_EQ(choice->image_id2, 1);
 }
 
-TEST(SeedPolicy, NothingIsNoSeed) {
-  SeedPolicy policy({});
-  EXPECT_FALSE(policy.Choose({}, Finishing(0)));
-  policy.OnMatches(1, 10, {});
-  EXPECT_FALSE(policy.Choose({}, Finishing(10)));
+TEST_F(SeedPolicyTest, NothingIsNoSeed) {
+  EXPECT_FALSE(Finishing());
+  ledger_.Matches(1, {});
+  EXPECT_FALSE(Finishing());
 }
 
-TEST(SeedPolicy, RefusesFewInliersAndForwardMotion) {
-  SeedPolicy policy({});
-  policy.OnMatches(2, 11, {Pair(1, 49, 30)});
-  policy.OnMatches(3, 12, {Pair(1, 500, 30, 0.96)});
-  policy.OnMatches(1, 13, {});
-  EXPECT_FALSE(policy.Choose({}, Finishing(13)));
+TEST_F(SeedPolicyTest, RefusesFewInliersAndForwardMotion) {
+  ledger_.Matches(2, {Pair(1, 49, 30)});
+  ledger_.Matches(3, {Pair(1, 500, 30, 0.96)});
+  ledger_.Matches(1, {});
+  EXPECT_FALSE(Finishing());
 }
 
-TEST(SeedPolicy, FewerInliersOnlyAtTheVeryEnd) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 60, 30)});
-  EXPECT_FALSE(policy.Choose({}, Quiet(11)));
-  EXPECT_TRUE(policy.Choose({}, Finishing(11)));
+TEST_F(SeedPolicyTest, FewerInliersOnlyAtTheVeryEnd) {
+  ledger_.Matches(1, {});
+  ledger_.Matches(2, {Pair(1, 60, 30)});
+  EXPECT_FALSE(Quiet());
+  EXPECT_TRUE(Finishing());
 }
 
-TEST(SeedPolicy, ASmallAngleWaitsWhilePhotosStream) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  policy.OnMatches(2, 11, {Pair(1, 300, 5)});
-  EXPECT_FALSE(policy.Choose({}, Streaming(11)));
-  EXPECT_TRUE(policy.Choose({}, Quiet(11)));
-  EXPECT_TRUE(policy.Choose({}, Finishing(11)));
+TEST_F(SeedPolicyTest, ASmallAngleWaitsWhilePhotosStream) {
+  ledger_.Matches(1, {});
+  ledger_.Matches(2, {Pair(1, 300, 5)});
+  EXPECT_FALSE(Streaming());
+  EXPECT_TRUE(Quiet());
+  EXPECT_TRUE(Finishing());
 }
 
-TEST(SeedPolicy, RelaxesStepByStepAsOrphansGather) {
-  SeedPolicy policy({});
-  policy.OnMatches(1, 10, {});
-  for (int id = 2; id <= 3; ++id) policy.OnMatches(id, 10 + id, {Pair(id - 1, 300, 10)});
-  EXPECT_FALSE(policy.Choose({}, Streaming(20)));
-  policy.OnMatches(4, 20, {Pair(3, 300, 10)});
-  EXPECT_TRUE(policy.Choose({}, Streaming(20)));
+TEST_F(SeedPolicyTest, RelaxesStepByStepAsOrphansGather) {
+  ledger_.Matches(1, {});
+  for (int id = 2; id <= 3; ++id) ledger_.Matches(id, {Pair(id - 1, 300, 10)});
+  EXPECT_FALSE(Streaming());
+  ledger_.Matches(4, {Pair(3, 300, 10)});
+  EXPECT_TRUE(Streaming());
 }
 
-TEST(SeedPolicy, APhotoOfALiveSubmapIsNoOrphan) {
-  SeedPolicy policy = TwoOrphans();
-  SubmapDirectory directory;
-  directory.OnSeed(1, 7, 8);
-  directory.OnLeased(1, 1, "mapper-1");
-  directory.OnStatus(1, 1, 100);
-  directory.OnRegistered(1, 1);
-  EXPECT_FALSE(policy.Choose(directory, Finishing(11)));
+TEST_F(SeedPolicyTest, APhotoOfALiveSubmapIsNoOrphan) {
+  TwoOrphans();
+  ledger_.Seed(1, 7, 8);
+  ledger_.Lease(1, 1);
+  ledger_.Register(1, 1);
+  Tell(1, 1);
+  EXPECT_FALSE(Finishing());
 }
 
-TEST(SeedPolicy, WaitsForAMapperThatHasNotSeenThePhotos) {
-  SeedPolicy policy = TwoOrphans();
-  policy.OnMatches(3, 14, {Pair(2, 300, 20)});
-  policy.OnMatches(4, 15, {Pair(3, 300, 20)});
-  SubmapDirectory directory;
-  directory.OnSeed(1, 1, 2);
-  EXPECT_FALSE(policy.Choose(directory, Finishing(15))) << "the seed is pending";
-  directory.OnLeased(1, 1, "mapper-1");
-  directory.OnRegistered(1, 1);
-  directory.OnRegistered(1, 2);
-  directory.OnStatus(1, 1, 14);
-  EXPECT_FALSE(policy.Choose(directory, Finishing(15))) << "photo 4 was not looked at";
-  directory.OnStatus(1, 1, 15);
-  EXPECT_TRUE(policy.Choose(directory, Finishing(15)));
+TEST_F(SeedPolicyTest, WaitsForAMapperThatHasNotSeenThePhotos) {
+  TwoOrphans();
+  const int64_t third = ledger_.Matches(3, {Pair(2, 300, 20)});
+  const int64_t fourth = ledger_.Matches(4, {Pair(3, 300, 20)});
+  ledger_.Seed(1, 1, 2);
+  EXPECT_FALSE(Finishing()) << "the seed is pending";
+  ledger_.Lease(1, 1);
+  ledger_.Register(1, 1);
+  ledger_.Register(1, 2);
+  Tell(1, 1, third);
+  EXPECT_FALSE(Finishing()) << "photo 4 was not looked at";
+  Tell(1, 1, fourth);
+  EXPECT_TRUE(Finishing());
 }
 
-TEST(SeedPolicy, ASecondPlaceDoesNotWaitForTheFirst) {
-  SeedPolicy policy = TwoOrphans();
-  policy.OnMatches(3, 12, {});
-  policy.OnMatches(4, 13, {Pair(3, 300, 20)});
-  SubmapDirectory directory;
-  directory.OnSeed(1, 1, 2);
-  const auto choice = policy.Choose(directory, Streaming(13));
+TEST_F(SeedPolicyTest, ASecondPlaceDoesNotWaitForTheFirst) {
+  TwoOrphans();
+  ledger_.Matches(3, {});
+  ledger_.Matches(4, {Pair(3, 300, 20)});
+  ledger_.Seed(1, 1, 2);
+  const auto choice = Streaming();
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->image_id2, 3);
 }
 
-TEST(SeedPolicy, ADeferredPhotoIsNotHurried) {
-  SeedPolicy policy = TwoOrphans();
-  SubmapDirectory directory;
-  directory.OnSeed(1, 50, 51);
-  directory.OnLeased(1, 1, "mapper-1");
-  directory.OnStatus(1, 1, 100);
-  directory.OnNotRegistered(1, 2, true);
-  EXPECT_FALSE(policy.Choose(directory, Streaming(20)));
-  EXPECT_TRUE(policy.Choose(directory, Quiet(20)));
-  EXPECT_TRUE(policy.Choose(directory, Finishing(20)));
-  for (int id = 100; id < 115; ++id) policy.OnMatches(id, id, {});
-  directory.OnStatus(1, 1, 200);
-  EXPECT_TRUE(policy.Choose(directory, Streaming(200)));
+TEST_F(SeedPolicyTest, ADeferredPhotoIsNotHurried) {
+  TwoOrphans();
+  ledger_.Seed(1, 50, 51);
+  ledger_.Lease(1, 1);
+  ledger_.Register(1, 2, registration_t::DEFERRED);
+  Tell(1, 1);
+  EXPECT_FALSE(Streaming());
+  EXPECT_TRUE(Quiet());
+  EXPECT_TRUE(Finishing());
+  for (int id = 100; id < 115; ++id) ledger_.Matches(id, {});
+  Tell(1, 1);
+  EXPECT_TRUE(Streaming());
 }
 
-TEST(SeedPolicy, ANewEpochMustWorkItsWayUpAgain) {
-  SeedPolicy policy = TwoOrphans();
-  policy.OnMatches(3, 12, {Pair(2, 300, 20), Pair(1, 300, 20)});
-  policy.OnMatches(4, 13, {Pair(3, 300, 20)});
-  SubmapDirectory directory;
-  directory.OnSeed(1, 1, 2);
-  directory.OnLeased(1, 1, "mapper-1");
-  directory.OnRegistered(1, 1);
-  directory.OnRegistered(1, 2);
-  directory.OnStatus(1, 1, 20);
-  directory.OnLeased(1, 2, "mapper-2");
-  directory.OnStatus(1, 1, 30);
-  EXPECT_FALSE(policy.Choose(directory, Finishing(20)));
-  directory.OnStatus(1, 2, 20);
-  EXPECT_TRUE(policy.Choose(directory, Finishing(20)));
+TEST_F(SeedPolicyTest, ANewEpochMustWorkItsWayUpAgain) {
+  TwoOrphans();
+  ledger_.Matches(3, {Pair(2, 300, 20), Pair(1, 300, 20)});
+  ledger_.Matches(4, {Pair(3, 300, 20)});
+  ledger_.Seed(1, 1, 2);
+  ledger_.Lease(1, 1);
+  ledger_.Register(1, 1);
+  ledger_.Register(1, 2);
+  Tell(1, 1);
+  ledger_.Lease(1, 2, "mapper-2");
+  Tell(1, 1, ledger_.head() + 10);
+  EXPECT_FALSE(Finishing()) << "the former mapper's word is void";
+  Tell(1, 2);
+  EXPECT_TRUE(Finishing());
 }
 
 // Its submap may have been merged, and its photos withdrawn since.
-TEST(SeedPolicy, ASeedIsMadeOnce) {
-  SeedPolicy policy = TwoOrphans();
-  SubmapDirectory directory;
-  directory.OnSeed(1, 50, 51);
-  directory.OnLeased(1, 1, "mapper-1");
-  directory.OnStatus(1, 1, 11);
-  EXPECT_TRUE(policy.Choose(directory, Finishing(11)));
-  directory.OnSeed(2, 1, 2);
-  directory.OnMerged(2, 1);
-  EXPECT_FALSE(policy.Choose(directory, Finishing(11)));
+TEST_F(SeedPolicyTest, ASeedIsMadeOnce) {
+  TwoOrphans();
+  ledger_.Seed(1, 50, 51);
+  ledger_.Lease(1, 1);
+  Tell(1, 1);
+  EXPECT_TRUE(Finishing());
+  ledger_.Seed(2, 1, 2);
+  ledger_.MergeStep(ledger_.Order(2, 1), merge_t::DONE);
+  EXPECT_FALSE(Finishing());
 }
 
-TEST(SeedPolicy, ARefusedSeedIsNotTriedAgain) {
-  SeedPolicy policy = TwoOrphans();
-  ASSERT_TRUE(policy.Choose({}, Finishing(11)));
-  policy.OnRefused(1, 2);
-  EXPECT_FALSE(policy.Choose({}, Finishing(11)));
+TEST_F(SeedPolicyTest, ARefusedSeedIsNotTriedAgain) {
+  TwoOrphans();
+  ASSERT_TRUE(Finishing());
+  policy_.OnRefused(1, 2);
+  EXPECT_FALSE(Finishing());
 }
 
-TEST(SeedPolicy, AFailedSeedIsNotTriedAgain) {
-  SeedPolicy policy = TwoOrphans();
-  SubmapDirectory directory;
-  directory.OnSeed(1, 1, 2);
-  directory.OnEnded(1);
-  EXPECT_FALSE(policy.Choose(directory, Finishing(11)));
-  policy.OnMatches(3, 12, {Pair(2, 200, 20)});
-  EXPECT_TRUE(policy.Choose(directory, Finishing(12)));
+TEST_F(SeedPolicyTest, AFailedSeedIsNotTriedAgain) {
+  TwoOrphans();
+  ledger_.Seed(1, 1, 2);
+  ledger_.End(1);
+  EXPECT_FALSE(Finishing());
+  ledger_.Matches(3, {Pair(2, 200, 20)});
+  EXPECT_TRUE(Finishing());
 }
 
 TEST(SeedPolicy, RefusesNonsenseOptions) {

@@ -1,8 +1,8 @@
 #include "retrieval/messages.h"
 
-namespace skein {
+#include "session/fact_ids.h"
 
-std::string CandidatesFactId(int64_t image_id) { return "candidates/" + std::to_string(image_id); }
+namespace skein {
 
 candidates_t ToMessage(const Candidates& candidates, int64_t computed_at_seq) {
   candidates_t message{};

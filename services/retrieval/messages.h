@@ -8,8 +8,6 @@
 
 namespace skein {
 
-std::string CandidatesFactId(int64_t image_id);
-
 candidates_t ToMessage(const Candidates& candidates, int64_t computed_at_seq);
 
 }  // namespace skein

@@ -1,0 +1,34 @@
+#include "session/read_session.h"
+
+namespace skein {
+
+Result<SessionState> ReadSession(const Ledger& ledger) {
+  SessionState state;
+  Status failure;
+  const Status read = ledger.ForEach([&](const LedgerRecord& record) {
+    if (!failure.ok()) return;
+    const int kind = FactKindFromName(record.kind);
+    const Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
+    if (fact.ok()) {
+      state.Apply(*fact);
+    } else {
+      failure = fact.status().Within("ledger, fact " + std::to_string(record.seq));
+    }
+  });
+  if (!read.ok()) return read;
+  if (!failure.ok()) return failure;
+  return state;
+}
+
+std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state) {
+  std::map<std::string, GeodeticPosition> positions;
+  for (const auto& [id, photo] : state.photos()) {
+    const image_t& image = photo.image;
+    if (!image.has_gps) continue;
+    positions[image.agent + "/" + image.name] = {image.latitude_deg, image.longitude_deg,
+                                                 image.altitude_m};
+  }
+  return positions;
+}
+
+}  // namespace skein

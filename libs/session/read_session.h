@@ -1,0 +1,19 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "core/result.h"
+#include "geometry/georeference.h"
+#include "ledger/ledger_store.h"
+#include "session/session_state.h"
+
+namespace skein {
+
+// The state of the whole ledger. Error: a fact cannot be read.
+Result<SessionState> ReadSession(const Ledger& ledger);
+
+// The positions that photos carry, by the name that they have in models, AGENT/NAME.
+std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state);
+
+}  // namespace skein

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <unordered_map>
+#include <vector>
+
+#include "ledger/facts.h"
+#include "session/session_state.h"
+
+namespace skein {
+
+// Sums over the photos through matching.
+struct RetrievalCounts {
+  int64_t candidates = 0;      // named by retrieval
+  int64_t hits = 0;            // of these, verified by matching
+  int64_t pairs_matched = 0;   // also others than candidates
+  int64_t pairs_verified = 0;  // of these
+};
+
+// Times in seconds of what a stage did, in the order of commit.
+struct StageTimes {
+  std::map<std::string, std::vector<float>> by_stage;
+};
+
+// What a service ran with: instances with one text and version together.
+struct Configuration {
+  std::string service;
+  std::string text;  // its section of a config file
+  std::string version;
+  bool operator<(const Configuration& other) const {
+    return std::tie(service, text, version) < std::tie(other.service, other.text, other.version);
+  }
+};
+
+// What only ingest and the status ask of the ledger: which facts and contents there are, what
+// failed, how long everything took. Grows with the number of facts.
+class SessionHistory {
+ public:
+  struct FirstRegistration {
+    int64_t utime_us = 0;  // of its commit
+    int64_t submap_id = 0;
+  };
+
+  // Facts in the order of seq.
+  void Apply(const Fact& fact);
+
+  // seq of the fact with that id, 0 if there is none.
+  int64_t FindFact(const std::string& fact_id) const;
+  int64_t FindImageByBlob(const std::string& blob_id) const;  // 0 if none
+  // Null if it was never registered.
+  const FirstRegistration* FindFirstRegistration(int64_t image_id) const;
+
+  // Offers that were refused and photos or work that failed for good, in the order of commit; by
+  // the id of the fact.
+  std::vector<failure_t> Failures() const;
+  const std::map<int64_t, failure_t>& all_failures() const { return failures_; }  // by seq
+  const failure_t* FindFailure(const std::string& fact_id) const;
+
+  // Command id -> finish id, and finish id -> what was told of one that is DONE.
+  const std::map<int64_t, int64_t>& finish_of_command() const { return finish_of_command_; }
+  const std::map<int64_t, std::string>& finish_results() const { return finish_results_; }
+
+  const StageTimes& times() const { return times_; }
+  const RetrievalCounts& retrieval() const { return retrieval_; }
+  // With the instances that ran so.
+  const std::map<Configuration, std::set<std::string>>& configurations() const {
+    return configurations_;
+  }
+
+ private:
+  void ApplyFact(const image_t& fact);
+  void ApplyFact(const features_t& fact);
+  void ApplyFact(const candidates_t& fact);
+  void ApplyFact(const matches_t& fact);
+  void ApplyFact(const registration_t& fact);
+  void ApplyFact(const merge_t& fact);
+  void ApplyFact(const failure_t& fact);
+  void ApplyFact(const finish_t& fact);
+  void ApplyFact(const configuration_t& fact);
+  template <class T>
+  void ApplyFact(const T&) {}
+  void CountHits(const matches_t& fact);
+  void ForgetVanished(const std::string& blob_id);
+  void AddTime(const std::string& stage, float seconds) {
+    times_.by_stage[stage].push_back(seconds);
+  }
+
+  std::unordered_map<std::string, int64_t> fact_ids_;
+  std::unordered_map<std::string, int64_t> image_by_blob_;
+  std::unordered_map<int64_t, FirstRegistration> first_registrations_;  // by photo
+  std::map<int64_t, failure_t> failures_;                               // by seq
+  std::unordered_map<std::string, int64_t> failure_by_id_;
+  // Of agents that vanished: fact ids by the content that they were sending.
+  std::unordered_map<std::string, std::vector<std::string>> vanished_;
+  std::map<int64_t, int64_t> finish_of_command_;
+  std::map<int64_t, std::string> finish_results_;
+  StageTimes times_;
+  std::unordered_map<int64_t, std::vector<int64_t>> unmatched_candidates_;  // by photo
+  RetrievalCounts retrieval_;
+  std::map<Configuration, std::set<std::string>> configurations_;
+};
+
+// All that is to be known of a session.
+struct SessionRecord {
+  SessionState state;
+  SessionHistory history;
+
+  void Apply(const Fact& fact) {
+    state.Apply(fact);
+    history.Apply(fact);
+  }
+};
+
+}  // namespace skein
