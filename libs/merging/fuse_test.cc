@@ -38,7 +38,9 @@ TEST_F(FuseTest, OneStructureInTheTargetsFrame) {
 TEST_F(FuseTest, ASeamsBundleHoldsWhatIsNotOfIt) {
   colmap::Reconstruction model = target_;
   for (const colmap::image_t id : {4, 5}) model.Image(id).Tvec() += Eigen::Vector3d(0.05, 0, 0);
-  const BundleSummary summary = AdjustSeam({4, 5}, 10, &model);
+  SeamIntrinsics never;
+  never.min_images = 10;
+  const BundleSummary summary = AdjustSeam({4, 5}, never, &model);
   ASSERT_TRUE(summary.usable);
   EXPECT_EQ(summary.num_free_poses, 2);
   EXPECT_LT(summary.final_cost, 0.5 * summary.initial_cost);

@@ -90,7 +90,8 @@ colmap::Reconstruction SyntheticWorld::Submap(int first, int last,
   }
   AddImages(first, last, submap_from_world, &model);
   AddPoints(first, last, submap_from_world, &model);
-  const int never = last - first + 2;
+  SeamIntrinsics never;
+  never.min_images = last - first + 2;
   AdjustSeam({model.RegImageIds().begin(), model.RegImageIds().end()}, never, &model);
   return model;
 }
