@@ -24,6 +24,7 @@
 #include "mapping/submap.h"
 #include "matching/two_view.h"
 #include "merger/seed_policy.h"
+#include "testing/test_ledger.h"
 
 namespace skein {
 namespace {
@@ -173,41 +174,42 @@ std::vector<Eigen::Vector2d> PixelsOf(const PhotoInput& photo) {
 class Seeds {
  public:
   void OnMatches(const PhotoInput& photo, const TwoViewPairs& pairs) {
-    std::vector<VerifiedPair> verified;
+    std::vector<two_view_t> verified;
     for (const TwoViewPair& pair : pairs) verified.push_back(Measure(photo, pair));
     photos_[photo.image_id] = photo;
-    policy_.OnMatches(photo.image_id, ++seq_, verified);
+    ledger_.Matches(photo.image_id, verified);
   }
 
   // Each pair once. `finishing`: no photo comes any more.
   std::optional<SeedChoice> Choose(bool finishing) {
     SeedSituation situation;
     situation.finishing = finishing;
-    situation.head_seq = seq_;
+    situation.head_seq = ledger_.head();
     const std::optional<SeedChoice> choice = policy_.Choose(directory_, situation);
     if (choice) {
-      directory_.OnSeed(++num_seeds_, choice->image_id1, choice->image_id2);
-      directory_.OnEnded(num_seeds_);
+      ledger_.Seed(++num_seeds_, choice->image_id1, choice->image_id2);
+      ledger_.End(num_seeds_);
     }
     return choice;
   }
 
  private:
-  VerifiedPair Measure(const PhotoInput& photo, const TwoViewPair& pair) const {
+  two_view_t Measure(const PhotoInput& photo, const TwoViewPair& pair) const {
     const PhotoInput& other = photos_.at(pair.other_id);
     colmap::FeatureMatches matches;
     for (const auto& [index, other_index] : pair.inliers) matches.emplace_back(index, other_index);
     const colmap::TwoViewGeometry geometry =
         EstimateTwoView(PriorOf(photo), PixelsOf(photo), PriorOf(other), PixelsOf(other), matches,
                         static_cast<uint32_t>(photo.image_id), TwoViewOptions());
-    return {pair.other_id, static_cast<int>(geometry.inlier_matches.size()), geometry.tri_angle,
-            ForwardMotion(geometry)};
+    return TestLedger::Pair(pair.other_id, static_cast<int>(geometry.inlier_matches.size()),
+                            static_cast<float>(geometry.tri_angle),
+                            static_cast<float>(ForwardMotion(geometry)));
   }
 
   SeedPolicy policy_{SeedOptions()};
-  SubmapDirectory directory_;
+  TestLedger ledger_;
+  SubmapDirectory directory_{ledger_.state()};
   std::map<int64_t, PhotoInput> photos_;
-  int64_t seq_ = 0;
   int64_t num_seeds_ = 0;
 };
 
