@@ -233,9 +233,49 @@ void Report(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& u
     result->mean_error_px = sum_error_px / result->num_inlier_points;
 }
 
-Sim3Result Failure(std::string reason) {
+void ThrowUnlessSound(const Sim3Options& options) {
+  const Status checked = options.Check();
+  if (!checked.ok()) throw std::invalid_argument(checked.error());
+}
+
+Sim3Result TooFew(const std::vector<size_t>& usable, const std::vector<SharedPhoto>& shared) {
   Sim3Result result;
-  result.reason = std::move(reason);
+  result.reason = std::to_string(usable.size()) + " of " + std::to_string(shared.size()) +
+                  " shared images have enough common points";
+  return result;
+}
+
+// Of each photo with enough common points.
+std::vector<std::optional<ImageHypothesis>> HypothesesOf(const std::vector<SharedPhoto>& shared,
+                                                         const Sim3Options& options) {
+  std::vector<std::optional<ImageHypothesis>> hypotheses;
+  for (const SharedPhoto& photo : shared) {
+    const bool enough = photo.points.size() >= static_cast<size_t>(options.min_common_points);
+    hypotheses.push_back(enough ? HypothesisOfImage(photo) : std::nullopt);
+  }
+  return hypotheses;
+}
+
+std::vector<size_t> UsableOf(const std::vector<std::optional<ImageHypothesis>>& hypotheses) {
+  std::vector<size_t> usable;
+  for (size_t i = 0; i < hypotheses.size(); ++i) {
+    if (hypotheses[i]) usable.push_back(i);
+  }
+  return usable;
+}
+
+// Refines a similarity and judges it.
+Sim3Result Refine(const Similarity& initial, const std::vector<SharedPhoto>& shared,
+                  const std::vector<size_t>& usable, const Sim3Options& options) {
+  Sim3Result result;
+  result.target_from_source = RefineBest(shared, usable, initial, options);
+  Report(shared, usable, options, &result);
+  const int num_inlier_images = static_cast<int>(result.inlier_image_ids.size());
+  result.success = num_inlier_images >= options.min_inlier_images;
+  if (!result.success) {
+    result.reason = "only " + std::to_string(num_inlier_images) + " of " +
+                    std::to_string(usable.size()) + " shared images agree on a similarity";
+  }
   return result;
 }
 
@@ -281,31 +321,23 @@ std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
 }
 
 Sim3Result EstimateSim3(const std::vector<SharedPhoto>& shared, const Sim3Options& options) {
-  if (const Status checked = options.Check(); !checked.ok()) {
-    throw std::invalid_argument(checked.error());
-  }
-  std::vector<std::optional<ImageHypothesis>> hypotheses(shared.size());
-  std::vector<size_t> usable;
-  for (size_t i = 0; i < shared.size(); ++i) {
-    if (shared[i].points.size() < static_cast<size_t>(options.min_common_points)) continue;
-    hypotheses[i] = HypothesisOfImage(shared[i]);
-    if (hypotheses[i]) usable.push_back(i);
-  }
-  if (usable.size() < static_cast<size_t>(options.min_inlier_images)) {
-    return Failure(std::to_string(usable.size()) + " of " + std::to_string(shared.size()) +
-                   " shared images have enough common points");
-  }
-  Sim3Result result;
-  const Best best = Search(shared, usable, hypotheses, options, &result.num_trials);
-  result.target_from_source = RefineBest(shared, usable, best.hypothesis, options);
-  Report(shared, usable, options, &result);
-  const int num_inlier_images = static_cast<int>(result.inlier_image_ids.size());
-  result.success = num_inlier_images >= options.min_inlier_images;
-  if (!result.success) {
-    result.reason = "only " + std::to_string(num_inlier_images) + " of " +
-                    std::to_string(usable.size()) + " shared images agree on a similarity";
-  }
+  ThrowUnlessSound(options);
+  const std::vector<std::optional<ImageHypothesis>> hypotheses = HypothesesOf(shared, options);
+  const std::vector<size_t> usable = UsableOf(hypotheses);
+  if (usable.size() < static_cast<size_t>(options.min_inlier_images)) return TooFew(usable, shared);
+  int num_trials = 0;
+  const Best best = Search(shared, usable, hypotheses, options, &num_trials);
+  Sim3Result result = Refine(best.hypothesis, shared, usable, options);
+  result.num_trials = num_trials;
   return result;
+}
+
+Sim3Result RefineSim3From(const Similarity& initial, const std::vector<SharedPhoto>& shared,
+                          const Sim3Options& options) {
+  ThrowUnlessSound(options);
+  const std::vector<size_t> usable = UsableOf(HypothesesOf(shared, options));
+  if (usable.size() < static_cast<size_t>(options.min_inlier_images)) return TooFew(usable, shared);
+  return Refine(initial, shared, usable, options);
 }
 
 }  // namespace skein

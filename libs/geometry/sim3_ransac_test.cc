@@ -260,6 +260,28 @@ TEST(Sim3, EqualSeedsGiveEqualResults) {
   EXPECT_EQ(a.inlier_image_ids, b.inlier_image_ids);
 }
 
+TEST(Sim3, GoesOnFromASimilarityThatStillFits) {
+  World world;
+  world.num_images = 10;
+  world.num_wrong_images = 4;
+  const Scene scene(world, 14);
+  Similarity near = scene.truth_;
+  near.scale *= 1.001;
+  const Sim3Result result = RefineSim3From(near, scene.shared_, {});
+  ExpectTruth(scene, result, 1e-3);
+  EXPECT_EQ(result.inlier_image_ids.size(), 6u);
+  EXPECT_EQ(result.num_trials, 0);
+}
+
+TEST(Sim3, DoesNotGoOnFromASimilarityThatNoPhotoAgreesWith) {
+  const Scene scene(World(), 15);
+  Similarity far = scene.truth_;
+  far.scale *= 2;
+  const Sim3Result result = RefineSim3From(far, scene.shared_, {});
+  EXPECT_FALSE(result.success);
+  EXPECT_FALSE(result.reason.empty());
+}
+
 TEST(Sim3, RefusesNonsenseOptions) {
   Sim3Options options;
   options.min_inlier_images = 0;

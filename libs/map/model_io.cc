@@ -211,6 +211,21 @@ class Decoder {
   colmap::Reconstruction reconstruction_;
 };
 
+// Id, camera, name, pose and keypoints.
+colmap::Image WithoutPoints(const colmap::Image& image) {
+  colmap::Image bare;
+  bare.SetImageId(image.ImageId());
+  bare.SetCameraId(image.CameraId());
+  bare.SetName(image.Name());
+  bare.SetQvec(colmap::NormalizeQuaternion(image.Qvec()));
+  bare.SetTvec(image.Tvec());
+  std::vector<Eigen::Vector2d> pixels;
+  pixels.reserve(image.NumPoints2D());
+  for (const colmap::Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
+  bare.SetPoints2D(pixels);
+  return bare;
+}
+
 }  // namespace
 
 ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction) {
@@ -230,6 +245,25 @@ Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive) {
     return DataLoss("points3D.bin is damaged");
   }
   return decoder.Take();
+}
+
+colmap::Reconstruction CopyRegistered(const colmap::Reconstruction& reconstruction) {
+  colmap::Reconstruction copy;
+  for (const colmap::camera_t id : SortedKeys(reconstruction.Cameras())) {
+    copy.AddCamera(reconstruction.Camera(id));
+  }
+  std::vector<colmap::image_t> ids = reconstruction.RegImageIds();
+  std::sort(ids.begin(), ids.end());
+  for (const colmap::image_t id : ids) {
+    copy.AddImage(WithoutPoints(reconstruction.Image(id)));
+    copy.RegisterImage(id);
+  }
+  for (const colmap::point3D_t id : SortedKeys(reconstruction.Points3D())) {
+    const colmap::Point3D& point = reconstruction.Point3D(id);
+    const colmap::point3D_t added = copy.AddPoint3D(point.XYZ(), point.Track(), point.Color());
+    copy.Point3D(added).SetError(point.Error());
+  }
+  return copy;
 }
 
 }  // namespace skein

@@ -14,4 +14,8 @@ ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction);
 // points get new ids, in the order of the file. Fails on a missing or damaged file.
 Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive);
 
+// What encoding and decoding gives, without either: the registered images and all cameras; the
+// points get new ids, in the order of the old ones.
+colmap::Reconstruction CopyRegistered(const colmap::Reconstruction& reconstruction);
+
 }  // namespace skein

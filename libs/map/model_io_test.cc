@@ -55,5 +55,51 @@ TEST_F(ModelIoTest, NoCutOrFlippedByteGetsThroughToColmap) {
   }
 }
 
+// Photos 3, 1 and 2 of two cameras; 2 is not registered. Points 1 and 3 of three.
+colmap::Reconstruction MakeModel() {
+  colmap::Reconstruction model;
+  for (const colmap::camera_t id : {2, 1}) {
+    colmap::Camera camera;
+    camera.SetCameraId(id);
+    camera.InitializeWithName("SIMPLE_RADIAL", 1000 + id, 800, 600);
+    model.AddCamera(camera);
+  }
+  for (const colmap::image_t id : {3, 1, 2}) {
+    colmap::Image image;
+    image.SetImageId(id);
+    image.SetCameraId(id == 3 ? 2 : 1);
+    image.SetName("photo" + std::to_string(id));
+    image.SetQvec(Eigen::Vector4d(1, 0.1 * id, 0, 0).normalized());
+    image.SetTvec({1.0 * id, 2, 3});
+    image.SetPoints2D(std::vector<Eigen::Vector2d>{{10.5, 20}, {30, 40}, {50, 60}});
+    model.AddImage(image);
+    if (id != 2) model.RegisterImage(id);
+  }
+  for (colmap::point2D_t i = 0; i < 3; ++i) {
+    colmap::Track track;
+    track.AddElement(1, i);
+    track.AddElement(3, 2 - i);
+    model.Point3D(model.AddPoint3D({1.0 * i, 2, 5}, track, Eigen::Vector3ub(1, 2, 3)))
+        .SetError(0.5);
+  }
+  model.DeletePoint3D(2);
+  return model;
+}
+
+TEST(CopyRegistered, IsWhatEncodingAndDecodingGives) {
+  const colmap::Reconstruction model = MakeModel();
+  const Result<colmap::Reconstruction> decoded = DecodeModel(EncodeModel(model));
+  ASSERT_TRUE(decoded.ok()) << decoded.error();
+  EXPECT_EQ(EncodeModel(CopyRegistered(model)), EncodeModel(*decoded));
+}
+
+TEST(CopyRegistered, LeavesOutWhatIsNotRegistered) {
+  const colmap::Reconstruction copy = CopyRegistered(MakeModel());
+  EXPECT_EQ(copy.NumRegImages(), 2u);
+  EXPECT_FALSE(copy.ExistsImage(2));
+  EXPECT_TRUE(copy.IsImageRegistered(3));
+  EXPECT_EQ(copy.NumPoints3D(), 2u);
+}
+
 }  // namespace
 }  // namespace skein

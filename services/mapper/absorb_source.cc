@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include "map/model_io.h"
 #include "merging/absorb.h"
@@ -11,20 +12,49 @@
 namespace skein {
 namespace {
 
-AbsorbOptions OptionsFor(const merge_t& order, bool was_done) {
+AbsorbOptions OptionsFor(const MergeTask& task) {
   AbsorbOptions options;
-  options.min_shared_images = std::min(options.min_shared_images, order.num_shared_images);
-  AdaptToFewImages(order.num_shared_images, &options.sim3);
+  const Sim3Options ordered = Sim3OptionsOf(task.order);
+  if (ordered.Check().ok()) options.sim3 = ordered;
+  options.min_shared_images = std::min(options.min_shared_images, task.order.num_shared_images);
   // The ledger says that it is done: the source is gone, and its photos must not be lost.
-  options.verify = !was_done;
+  options.verify = !task.was_done;
   return options;
+}
+
+// The order's similarity as it is now, both submaps having been adjusted since. It fits as long as
+// no fewer photos agree with it than did then.
+std::optional<Similarity> GoOnFromOrder(const MergeTask& task,
+                                        const std::vector<SharedPhoto>& shared,
+                                        const Sim3Options& options) {
+  const std::optional<Similarity> ordered = SimilarityOf(task.order);
+  if (!ordered || !task.same_epochs) return std::nullopt;
+  const Sim3Result now = RefineSim3From(*ordered, shared, options);
+  const int num_agreeing = static_cast<int>(now.inlier_image_ids.size());
+  if (!now.success || num_agreeing < task.order.num_inlier_images) return std::nullopt;
+  return now.target_from_source;
+}
+
+std::optional<Similarity> FindSimilarity(const MergeTask& task,
+                                         const std::vector<SharedPhoto>& shared,
+                                         const Sim3Options& options) {
+  if (const auto similarity = GoOnFromOrder(task, shared, options)) return similarity;
+  const Sim3Result anew = EstimateSim3(shared, options);
+  if (anew.success) return anew.target_from_source;
+  const std::optional<Similarity> ordered = SimilarityOf(task.order);
+  return ordered || !task.was_done ? ordered : anew.target_from_source;
+}
+
+bool IsRegisteredIn(const colmap::Reconstruction& model, int64_t image_id) {
+  const auto id = static_cast<ImageId>(image_id);
+  return model.ExistsImage(id) && model.IsImageRegistered(id);
 }
 
 std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
                                    const colmap::Reconstruction& other) {
   std::set<ImageId> ids;
   for (const ImageId id : model.RegImageIds()) {
-    if (!other.ExistsImage(id) || !other.IsImageRegistered(id)) ids.insert(id);
+    if (!IsRegisteredIn(other, id)) ids.insert(id);
   }
   return ids;
 }
@@ -50,21 +80,17 @@ void YieldPhotos(const colmap::Reconstruction& source, Submap* submap, Absorptio
 }
 
 // Returns why not, or "".
-std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool was_done,
-                        Submap* submap, Absorption* absorption) {
+std::string AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* submap,
+                        Absorption* absorption) {
   const Result<colmap::Reconstruction> source = DecodeModel(archive);
   if (!source.ok()) return "source: " + source.error();
-  // The target's registered photos only.
-  Result<colmap::Reconstruction> decoded = DecodeModel(EncodeModel(submap->map().reconstruction()));
-  if (!decoded.ok()) return "target: " + decoded.error();
-  const auto target = std::make_shared<const colmap::Reconstruction>(*std::move(decoded));
+  const auto target = std::make_shared<const colmap::Reconstruction>(
+      CopyRegistered(submap->map().reconstruction()));
   absorption->before = target;
-  AbsorbOptions options = OptionsFor(order, was_done);
+  AbsorbOptions options = OptionsFor(task);
   options.intrinsics.fixed = submap->map().FixedCameras();
-  // Both were adjusted since the order; the order's similarity stands where there is none now.
-  const Sim3Result now = EstimateSim3(SharedPhotosOf(*source, *target), options.sim3);
   const std::optional<Similarity> similarity =
-      now.success ? now.target_from_source : SimilarityOf(order);
+      FindSimilarity(task, SharedPhotosOf(*source, *target), options.sim3);
   if (!similarity) return "the merge was ordered with a similarity that is none";
   const AbsorbResult result = Absorb(*target, *source, *similarity, options);
   if (result.looks_alike) YieldPhotos(*source, submap, absorption);
@@ -79,18 +105,16 @@ std::string AbsorbModel(const ModelArchive& archive, const merge_t& order, bool 
   const Status status = submap->ReplaceModel(result.merged);
   if (!status.ok()) return status.error();
   for (const PhotoEvent& event : submap->RegisteredEvents()) {
-    const bool is_new = !target->ExistsImage(static_cast<ImageId>(event.image_id));
-    if (is_new) absorption->events.push_back(event);
+    if (!IsRegisteredIn(*target, event.image_id)) absorption->events.push_back(event);
   }
   return "";
 }
 
 }  // namespace
 
-Absorption AbsorbSource(const ModelArchive& source, const merge_t& order, bool was_done,
-                        Submap* submap) {
+Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap) {
   Absorption absorption;
-  absorption.reason = AbsorbModel(source, order, was_done, submap, &absorption);
+  absorption.reason = AbsorbModel(source, task, submap, &absorption);
   return absorption;
 }
 

@@ -18,9 +18,17 @@ struct Absorption {
   std::vector<PhotoEvent> events;
 };
 
-// Merges the source's model into the target's submap, which has the source's photos. was_done: the
-// ledger says that the merge is done, so it is not judged again. Worker's thread.
-Absorption AbsorbSource(const ModelArchive& source, const merge_t& order, bool was_done,
-                        Submap* submap);
+// What the ledger says of a merge.
+struct MergeTask {
+  merge_t order;
+  bool same_epochs = false;  // as in the order: both submaps kept their frames
+  bool was_done = false;     // carried out again after a restart; not judged again
+};
+
+// Merges the source's model into the target's submap, which has the source's photos. Starts from
+// the order's similarity, refined on what both submaps show now; estimates it anew, with the
+// order's options, only where it does not fit any more. A merge that was done never fails for want
+// of a similarity. Worker's thread.
+Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap);
 
 }  // namespace skein

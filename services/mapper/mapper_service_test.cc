@@ -337,6 +337,14 @@ TEST_F(MapperServiceTest, TargetAbsorbsAModel) {
   EXPECT_EQ(Registered().size(), 12u);
 }
 
+TEST_F(MapperServiceTest, AMergeReportsEachPhotoThatCameWithItOnce) {
+  FreezeForATargetOfEight(5, 12);
+  Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::DONE); }); }, "DONE");
+  for (int64_t id = 1; id <= 12; ++id) {
+    EXPECT_EQ(States(id), std::vector<int>{registration_t::REGISTERED}) << id;
+  }
+}
+
 TEST_F(MapperServiceTest, TargetSaysWhyItDoesNotAbsorbAModelAndStaysAsItWas) {
   FreezeForATargetOfEight(10, 13);
   Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::UNDONE); }); }, "UNDONE");

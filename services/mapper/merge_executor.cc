@@ -65,6 +65,7 @@ void MergeExecutor::SubmitFrozen(const std::string& model_blob) {
 void MergeExecutor::Absorb(const merge_t& frozen) {
   if (open_->absorbing) return;
   open_->absorbing = true;
+  open_->source_epoch = frozen.source_epoch;
   run_.LoadModel(frozen.model_blob, WhileOpen([this](const Result<LoadedModel>& source) {
                    source.ok() ? OnSource(*source) : Fail("source: " + source.error());
                  }));
@@ -72,9 +73,9 @@ void MergeExecutor::Absorb(const merge_t& frozen) {
 
 void MergeExecutor::OnSource(const LoadedModel& source) {
   run_.worker().Run(
-      [source, order = open_->ordered, was_done = open_->replay](Submap& submap) {
+      [source, task = Task()](Submap& submap) {
         const Status added = AddToSubmap(source.photos, &submap);
-        if (added.ok()) return AbsorbSource(*source.archive, order, was_done, &submap);
+        if (added.ok()) return AbsorbSource(*source.archive, task, &submap);
         Absorption absorption;
         absorption.reason = added.error();
         return absorption;
@@ -83,6 +84,13 @@ void MergeExecutor::OnSource(const LoadedModel& source) {
         open_->absorption = std::move(absorption);
         OnAbsorbed();
       }));
+}
+
+MergeTask MergeExecutor::Task() const {
+  const merge_t& order = open_->ordered;
+  const bool same_epochs =
+      order.source_epoch == open_->source_epoch && order.target_epoch == run_.epoch();
+  return {order, same_epochs, open_->replay};
 }
 
 // DONE only once everyone can know where the source's photos are now.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -38,6 +39,7 @@ class MergeExecutor {
   struct Open {
     merge_t ordered;
     bool absorbing = false;
+    int64_t source_epoch = 0;  // in which it froze
     bool replay = false;
     double start_s = 0;
     Absorption absorption;
@@ -48,6 +50,7 @@ class MergeExecutor {
   void SubmitFrozen(const std::string& model_blob);
   void Absorb(const merge_t& frozen);
   void OnSource(const LoadedModel& source);
+  MergeTask Task() const;
   void OnAbsorbed();
   void Fail(const std::string& reason);
   void Conclude(int8_t state, const std::string& reason);

@@ -275,13 +275,14 @@ void MergerService::ComputeEstimate() {
   options.seed = static_cast<uint64_t>(attempt.source_id * 1000003 + attempt.target_id);
   AdaptToFewImages(static_cast<int>(attempt.shared_images.size()), &options);
   const double started_s = estimate_->started_s;
-  worker_.Run(
-      [=] { return EstimateBothWays(source, target, options); },
-      [=](const Sim3Result& result) { OnEstimated(attempt, result, MonotonicS() - started_s); });
+  worker_.Run([=] { return EstimateBothWays(source, target, options); },
+              [=](const Sim3Result& result) {
+                OnEstimated(attempt, options, result, MonotonicS() - started_s);
+              });
 }
 
-void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Result& result,
-                                double duration_s) {
+void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Options& options,
+                                const Sim3Result& result, double duration_s) {
   estimate_.reset();
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
     if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return;
@@ -289,7 +290,7 @@ void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Result& r
   LogInfo("similarity of submaps {} and {} from {} shared photos: {}", attempt.source_id,
           attempt.target_id, attempt.shared_images.size(),
           result.success ? "found" : result.reason);
-  Submit(AttemptMessage(attempt, session_, result, duration_s), [](bool) {});
+  Submit(AttemptMessage(attempt, session_, result, options, duration_s), [](bool) {});
 }
 
 void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) {

@@ -73,7 +73,8 @@ class MergerService {
   void AskForShared();
   bool EstimateIsStale() const;
   void ComputeEstimate();
-  void OnEstimated(const MergeAttempt& attempt, const Sim3Result& result, double duration_s);
+  void OnEstimated(const MergeAttempt& attempt, const Sim3Options& options,
+                   const Sim3Result& result, double duration_s);
   void Submit(Fact fact, std::function<void(bool committed)> then);
 
   Node& node_;

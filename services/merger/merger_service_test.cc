@@ -154,6 +154,8 @@ TEST_F(MergerServiceTest, OrdersTheSmallerIntoTheLargerWithTheirSimilarity) {
   EXPECT_EQ(order.num_shared_images, 3);
   EXPECT_EQ(order.num_inlier_images, 3);
   EXPECT_NEAR(order.target_from_source_scale, 1 / 3.0, 0.01);
+  EXPECT_EQ(order.sim3_options.min_inlier_images, Sim3Options().min_inlier_images);
+  EXPECT_EQ(order.sim3_options.min_inlier_ratio, Sim3Options().min_inlier_ratio);
 }
 
 TEST_F(MergerServiceTest, AMergeThatWasUndoneIsTriedTheOtherWayRoundAndAgainOnlyWhenFinishing) {

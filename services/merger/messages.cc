@@ -16,7 +16,7 @@ seed_t SeedMessage(const SeedChoice& choice) {
 }
 
 merge_t AttemptMessage(const MergeAttempt& attempt, const SessionState& session,
-                       const Sim3Result& result, double duration_s) {
+                       const Sim3Result& result, const Sim3Options& options, double duration_s) {
   merge_t merge{};
   merge.state = result.success ? merge_t::ORDERED : merge_t::FAILED;
   merge.header.fact_id =
@@ -27,6 +27,7 @@ merge_t AttemptMessage(const MergeAttempt& attempt, const SessionState& session,
   merge.source_epoch = session.FindSubmap(attempt.source_id)->lease.epoch;
   merge.target_epoch = session.FindSubmap(attempt.target_id)->lease.epoch;
   SetSimilarity(result.target_from_source, &merge);
+  SetSim3Options(options, &merge);
   merge.num_shared_images = static_cast<int32_t>(attempt.shared_images.size());
   merge.num_inlier_images = static_cast<int32_t>(result.inlier_image_ids.size());
   merge.reason = result.reason;
