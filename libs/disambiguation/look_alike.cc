@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "disambiguation/photo_groups.h"
+#include "disambiguation/shared_photos.h"
 #include "util/math.h"
 
 namespace skein {
@@ -15,6 +16,8 @@ namespace {
 
 // A change of direction under which a point was recognised covers one that is smaller by this.
 constexpr double kAngleCover = 0.75;
+constexpr int kMinCommonPoints = 15;  // of two photos, for them to be compared
+constexpr int kCellsPerRegion = 3;    // in width and height, where points are sparse
 
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -27,13 +30,14 @@ double Median(std::vector<double>* values) {
 }
 
 // Points that verified matches with registered photos tie to a photo, sorted.
-std::vector<Point3DId> MatchedPoints(const colmap::CorrespondenceGraph& graph,
+std::vector<Point3DId> MatchedPoints(const colmap::CorrespondenceGraph* graph,
                                      const colmap::Reconstruction& model, ImageId image_id) {
   std::vector<Point3DId> points;
   const colmap::Image& image = model.Image(image_id);
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     if (image.Point2D(i).HasPoint3D()) points.push_back(image.Point2D(i).Point3DId());
-    for (const auto& match : graph.FindCorrespondences(image_id, i)) {
+    if (graph == nullptr) continue;
+    for (const auto& match : graph->FindCorrespondences(image_id, i)) {
       if (!model.ExistsImage(match.image_id)) continue;
       const colmap::Point2D& point2D = model.Image(match.image_id).Point2D(match.point2D_idx);
       if (point2D.HasPoint3D()) points.push_back(point2D.Point3DId());
@@ -62,7 +66,7 @@ class Centers {
 // A photo in which points of others are looked for.
 class View {
  public:
-  View(const LookAlikeOptions& options, const colmap::CorrespondenceGraph& graph,
+  View(const LookAlikeOptions& options, const colmap::CorrespondenceGraph* graph,
        const colmap::Reconstruction& model, Centers* centers, ImageId image_id,
        const colmap::Camera& camera, const Eigen::Matrix3x4d& cam_from_world)
       : options_(options),
@@ -179,7 +183,8 @@ class View {
 // Views of registered photos, made when they are asked for.
 class Views {
  public:
-  Views(const LookAlikeOptions& options, const colmap::CorrespondenceGraph& graph,
+  // Without a graph a photo sees the points that it observes.
+  Views(const LookAlikeOptions& options, const colmap::CorrespondenceGraph* graph,
         const colmap::Reconstruction& model)
       : options_(options), graph_(graph), model_(model), centers_(model) {}
 
@@ -208,7 +213,7 @@ class Views {
   }
 
   const LookAlikeOptions& options_;
-  const colmap::CorrespondenceGraph& graph_;
+  const colmap::CorrespondenceGraph* const graph_;
   const colmap::Reconstruction& model_;
   Centers centers_;
   std::map<ImageId, View> views_;
@@ -254,6 +259,18 @@ bool IsAbove(double max_share, int num, const LookAlikeOptions& options, const C
   return votes.num_cells() >= options.min_cells && num > max_share * votes.num_cells();
 }
 
+// Other photos that observe points of this one, with how many.
+std::map<ImageId, int> CountCommonPoints(const colmap::Reconstruction& model, ImageId image_id) {
+  std::map<ImageId, int> counts;
+  for (const colmap::Point2D& point2D : model.Image(image_id).Points2D()) {
+    if (!point2D.HasPoint3D()) continue;
+    for (const auto& element : model.Point3D(point2D.Point3DId()).Track().Elements()) {
+      if (element.image_id != image_id) ++counts[element.image_id];
+    }
+  }
+  return counts;
+}
+
 }  // namespace
 
 void CellVotes::Add(const CellVotes& other) {
@@ -274,7 +291,7 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world) {
   Centers centers(map.reconstruction());
-  const View view(options, map.graph(), map.reconstruction(), &centers, image_id, camera,
+  const View view(options, &map.graph(), map.reconstruction(), &centers, image_id, camera,
                   cam_from_world);
   CellVotes sum;
   for (const ImageId other : BestNeighbours(map, image_id, options.max_neighbours)) {
@@ -287,7 +304,7 @@ std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const Scene
                                     ImageId first) {
   const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
   std::vector<PhotoEdge> by_cells, by_matches;
-  Views views(options, map.graph(), map.reconstruction());
+  Views views(options, &map.graph(), map.reconstruction());
   for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
     const CellVotes cells = views.CompareBothWays(id1, id2);
     by_cells.push_back(
@@ -304,7 +321,7 @@ std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const Scene
 std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
                                              ImageId first, const Suspicion& suspicion) {
   std::vector<ImageId> ids = map.reconstruction().RegImageIds();
-  Views views(options, map.graph(), map.reconstruction());
+  Views views(options, &map.graph(), map.reconstruction());
   for (const auto& [id, cam_from_world] : suspicion.witnesses) {
     views.Place(id, cam_from_world);
     ids.push_back(id);
@@ -332,13 +349,50 @@ CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,
                        const colmap::Reconstruction& model, const std::set<ImageId>& side1,
                        const std::set<ImageId>& side2) {
   CellVotes sum;
-  Views views(options, map.graph(), model);
+  Views views(options, &map.graph(), model);
   for (const auto& [id1, id2] : map.pairs()) {
     const bool across = (side1.count(id1) > 0 && side2.count(id2) > 0) ||
                         (side2.count(id1) > 0 && side1.count(id2) > 0);
     if (across) sum.Add(views.CompareBothWays(id1, id2));
   }
   return sum;
+}
+
+LookAlikeOptions ForSharedPhotos(const LookAlikeOptions& options) {
+  LookAlikeOptions coarse = options;
+  coarse.num_columns = std::max(1, options.num_columns / kCellsPerRegion);
+  coarse.num_rows = std::max(1, options.num_rows / kCellsPerRegion);
+  return coarse;
+}
+
+CellVotes CompareShared(const LookAlikeOptions& options, const colmap::Reconstruction& model,
+                        const std::set<ImageId>& shared) {
+  CellVotes sum;
+  Views views(options, nullptr, model);
+  for (const ImageId id : shared) {
+    for (const auto& [other, num_common] : CountCommonPoints(model, id)) {
+      if (num_common < kMinCommonPoints || shared.count(other) > 0) continue;
+      sum.Add(views.CompareBothWays(id, other));
+    }
+  }
+  return sum;
+}
+
+std::string WhySharedPhotosDiffer(const LookAlikeOptions& options,
+                                  const colmap::Reconstruction& target,
+                                  const colmap::Reconstruction& source,
+                                  const std::set<ImageId>& shared) {
+  const LookAlikeOptions coarse = ForSharedPhotos(options);
+  const std::pair<const char*, const colmap::Reconstruction*> models[] = {{"target", &target},
+                                                                          {"source", &source}};
+  for (const auto& [name, model] : models) {
+    const CellVotes votes = CompareShared(coarse, *model, shared);
+    if (!ShowsAnotherPlace(coarse, votes)) continue;
+    return "look-alike places: " + std::to_string(votes.num_different) + " of " +
+           std::to_string(votes.num_cells()) + " parts that shared photos and the " + name +
+           "'s own show are different";
+  }
+  return "";
 }
 
 }  // namespace skein

@@ -156,7 +156,8 @@ AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstr
   result.reason = result.fused.reason;
   if (result.reason.empty() && options.verify) result.reason = CheckFused(result.fused, options);
   if (result.reason.empty() && options.verify) {
-    result.reason = FindTwins(target, source, result.fused.agreeing, options.twin);
+    result.reason =
+        WhySharedPhotosDiffer(options.look_alike, target, source, result.fused.agreeing);
     result.looks_alike = !result.reason.empty();
   }
   if (!result.reason.empty()) return result;

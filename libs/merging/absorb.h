@@ -7,7 +7,7 @@
 
 #include "base/reconstruction.h"
 #include "core/limits.h"
-#include "disambiguation/twin_check.h"
+#include "disambiguation/shared_photos.h"
 #include "geometry/sim3_ransac.h"
 #include "merging/fuse.h"
 #include "merging/merge_checks.h"
@@ -18,7 +18,7 @@ namespace skein {
 struct AbsorbOptions {
   Sim3Options sim3;
   ResidualTolerance tolerance;
-  TwinOptions twin;
+  LookAlikeOptions look_alike;                                   // as while mapping
   double max_reprojection_error_px = limits::kMaxErrorPx;        // of an observation that stays
   double min_tri_angle_deg = limits::kMinTriangulationAngleDeg;  // of a point that stays
   int min_shared_images = 3;     // agreeing, before and after the adjustment

@@ -195,5 +195,21 @@ TEST(Absorb, RefusesTwoBuildingsOfOneFacade) {
   EXPECT_NE(result.reason.find("look-alike"), std::string::npos) << result.reason;
 }
 
+TEST(Absorb, RefusesAContainedSourceWhereTheTargetHoldsTwoBuildingsForOne) {
+  const SyntheticWorld world(WallOptions(SyntheticOptions::Shape::kTwoPlaces), 3);
+  const auto target = world.Submap(1, 24, Similarity(), 1.0);
+  const auto source = world.Submap(9, 12, Case().gauge, 1.0);
+  const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
+  EXPECT_FALSE(result.ok);
+  EXPECT_NE(result.reason.find("look-alike"), std::string::npos) << result.reason;
+}
+
+TEST(Absorb, TakesAContainedSourceOfOnePlace) {
+  const Merge m{Case()};
+  const auto source = m.world.Submap(9, 12, Case().gauge, 1.0);
+  const AbsorbResult result = Absorb(m.target, source, AlignSubmaps(source, m.target), {});
+  EXPECT_TRUE(result.ok) << result.reason;
+}
+
 }  // namespace
 }  // namespace skein

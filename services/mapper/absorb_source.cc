@@ -89,6 +89,7 @@ std::string AbsorbModel(const ModelArchive& archive, const MergeTask& task, Subm
   absorption->before = target;
   AbsorbOptions options = OptionsFor(task);
   options.intrinsics.fixed = submap->map().FixedCameras();
+  options.look_alike = submap->options().registration.look_alike;
   const std::optional<Similarity> similarity =
       FindSimilarity(task, SharedPhotosOf(*source, *target), options.sim3);
   if (!similarity) return "the merge was ordered with a similarity that is none";
