@@ -1,3 +1,12 @@
+# Two ways to compile from nothing in less time.
+#
+# Unity builds: the files of a target are compiled as one, so a header is parsed and a template is instantiated once.
+# After a change of one file its whole target is compiled; -DSKEIN_UNITY=OFF suits who works on the code.
+option(SKEIN_UNITY "Compile the files of a library as one" OFF)
+function(skein_use_unity target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${SKEIN_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+endfunction()
+
 # Precompiled headers: parsing Eigen, COLMAP and the variant of all facts takes most of a compilation.
 # They only save time: every file includes what it uses, and SKEIN_PRECOMPILED=OFF (the sanitizer presets) builds without.
 option(SKEIN_PRECOMPILED "Precompile the heavy headers" ON)
