@@ -54,7 +54,7 @@ void PlaceModels(const ExportOptions& options, std::vector<ExportModel>* models)
   if (models->empty()) throw std::runtime_error("no model can be georeferenced");
 }
 
-void WriteText(const std::string& text, const fs::path& path) {
+void WriteTextFile(const std::string& text, const fs::path& path) {
   const Status written = WriteFileAtomic(path.string(), text.data(), text.size());
   if (!written.ok()) throw std::runtime_error(written.error());
 }
@@ -81,7 +81,7 @@ void WriteModels(const std::vector<ExportModel>& models, const ExportOptions& op
       progress.Add();
     }
     if (!models[i].georeference.is_null()) {
-      WriteText(models[i].georeference.dump(2) + "\n", folder / "georeference.json");
+      WriteTextFile(models[i].georeference.dump(2) + "\n", folder / "georeference.json");
     }
     std::cout << folder.string() << ": " << models[i].label << ", "
               << models[i].reconstruction->NumRegImages() << " photos, "

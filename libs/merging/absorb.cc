@@ -50,10 +50,6 @@ std::set<image_t> Without(std::set<image_t> images, const std::set<image_t>& lef
   return images;
 }
 
-std::set<image_t> RegisteredIn(const colmap::Reconstruction& model) {
-  return {model.RegImageIds().begin(), model.RegImageIds().end()};
-}
-
 // A side's observations in those of its photos that the merge adjusts and whose side was kept.
 std::vector<Observation> SideObservations(const colmap::Reconstruction& side,
                                           const std::set<image_t>& seam,

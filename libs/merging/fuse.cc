@@ -25,10 +25,6 @@ void SetPose(const CameraPose& pose, colmap::Image* image) {
   image->SetTvec(pose.translation);
 }
 
-std::set<image_t> RegisteredIn(const colmap::Reconstruction& model) {
-  return {model.RegImageIds().begin(), model.RegImageIds().end()};
-}
-
 SharedView ViewOf(const colmap::Reconstruction& model, image_t id) {
   const colmap::Image& image = model.Image(id);
   SharedView view;
@@ -250,6 +246,10 @@ class Fuser {
 };
 
 }  // namespace
+
+std::set<colmap::image_t> RegisteredIn(const colmap::Reconstruction& model) {
+  return {model.RegImageIds().begin(), model.RegImageIds().end()};
+}
 
 std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
                                         const colmap::Reconstruction& target) {

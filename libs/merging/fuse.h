@@ -11,6 +11,9 @@
 
 namespace skein {
 
+// Ids of the registered photos.
+std::set<colmap::image_t> RegisteredIn(const colmap::Reconstruction& model);
+
 // The photos registered in both models, with the points that both see through them.
 std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
                                         const colmap::Reconstruction& target);

@@ -17,7 +17,7 @@ enum InitializerField { kInitializerName = 8 };
 enum ValueField { kValueName = 1, kValueType = 2 };
 enum TypeField { kTensorType = 1 };
 enum TensorField { kTensorShape = 2 };
-enum ShapeField { kDim = 1 };
+enum ShapeField { kShapeDim = 1 };
 enum DimField { kDimValue = 1 };
 
 // A field of a protocol buffer: a number, or the bytes of a text or a message.
@@ -96,7 +96,7 @@ OnnxTensor ReadTensor(std::string_view value) {
   ForEach(value, kValueType, [&](const Field& type) {
     ForEach(type.bytes, kTensorType, [&](const Field& t) {
       ForEach(t.bytes, kTensorShape, [&](const Field& shape) {
-        ForEach(shape.bytes, kDim,
+        ForEach(shape.bytes, kShapeDim,
                 [&](const Field& d) { tensor.shape.push_back(ReadDim(d.bytes)); });
       });
     });
