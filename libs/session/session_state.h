@@ -15,7 +15,7 @@ namespace skein {
 
 // What the facts say of one photo.
 struct PhotoState {
-  image_t image;
+  image_t image{};
   features_t features;         // once features_seq > 0
   candidates_t candidates;     // once candidates_seq > 0
   std::string pairs_blob;      // of its matches; "" if it has none. The pairs: covisibility()

@@ -289,6 +289,7 @@ TEST_F(IngestServiceTest, SharesACameraAmongPhotosOfOneSize) {
 TEST_F(IngestServiceTest, NotesWhatItRunsWithOnce) {
   configuration_ = "[ingest]\nlease = 6\n";
   Restart();
+  Await([&] { return facts_.size() == 1; }, "the first configuration");
   Restart();
   configuration_ = "[ingest]\nlease = 9\n";
   Restart();

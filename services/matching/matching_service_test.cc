@@ -44,7 +44,7 @@ class Ingest {
   }
 
   void AddPhoto(const PhotoFeatures& photo) {
-    image_t image;
+    image_t image{};
     image.image_id = photo.image_id;
     image.width_px = image.height_px = World::kSizePx;
     image.focal_px = World::kFocalPx;

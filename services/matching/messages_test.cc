@@ -53,7 +53,7 @@ TEST(MatchingMessages, ThirtyPairsFitOneFrame) {
 }
 
 TEST(MatchingMessages, CameraNeedsSizeAndFocalLength) {
-  image_t image;
+  image_t image{};
   image.image_id = 1;
   image.width_px = 1600;
   image.height_px = 1200;
