@@ -57,8 +57,8 @@ std::string SubmapLeaseFactId(int64_t submap_id, int64_t epoch) {
   return Join("submap", submap_id, epoch, "lease");
 }
 
-std::string SubmapModelFactId(int64_t submap_id, int64_t epoch, int n) {
-  return Join("submap", submap_id, epoch, "model", int64_t{n});
+std::string SubmapModelFactId(int64_t submap_id, int64_t epoch, int64_t n) {
+  return Join("submap", submap_id, epoch, "model", n);
 }
 
 std::string SubmapEndFactId(int64_t submap_id) { return Join("submap", submap_id, "end"); }

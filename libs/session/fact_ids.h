@@ -26,8 +26,9 @@ std::string RegistrationFactId(int64_t image_id, int64_t submap_id, int64_t epoc
 // "seed/IMAGE-IMAGE", whichever photo comes first: a pair is seeded once.
 std::string SeedFactId(int64_t image_id1, int64_t image_id2);
 std::string SubmapLeaseFactId(int64_t submap_id, int64_t epoch);  // "submap/ID/EPOCH/lease"
-// "submap/ID/EPOCH/model/N", n counting the models of this epoch.
-std::string SubmapModelFactId(int64_t submap_id, int64_t epoch, int n);
+// "submap/ID/EPOCH/model/N", n rising from the ledger's head where the mapper began: a mapper that
+// was restarted within an epoch takes no id of its predecessor.
+std::string SubmapModelFactId(int64_t submap_id, int64_t epoch, int64_t n);
 std::string SubmapEndFactId(int64_t submap_id);  // "submap/ID/end": a submap ends once
 
 // "merge/SOURCE-TARGET/NUM_SHARED/DRAINED/ordered", or failed: names the attempt by its evidence,

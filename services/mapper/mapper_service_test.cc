@@ -7,6 +7,7 @@
 #include <set>
 
 #include "mapping/checkpoint.h"
+#include "session/fact_ids.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_node.h"
 
@@ -315,6 +316,22 @@ TEST_F(MapperServiceTest, SubmitsRefusedModelsAgain) {
   Await([&] { return committed(submap_model_t::FINAL); }, "the final model");
   EXPECT_EQ(num_refused, 4);
   EXPECT_TRUE(holds_submap_);
+}
+
+// As after a restart of the whole session.
+TEST_F(MapperServiceTest, WritesAFinalModelInAnEpochThatHasModelsAlready) {
+  submap_model_t model{};
+  model.header.fact_id = SubmapModelFactId(kSubmap, 1, 1);
+  model.submap_id = kSubmap;
+  model.epoch = 1;
+  model.kind = submap_model_t::CHECKPOINT;
+  model.model_blob = MakeModel(1, 6);
+  ingest_.Commit(model);
+  Give(6);
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }); },
+        "FINAL");
 }
 
 TEST_F(MapperServiceTest, SourceFreezesAgainWhenRefusedAndGoesOnWhenUndone) {

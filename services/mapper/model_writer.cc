@@ -96,7 +96,7 @@ submap_model_t ModelWriter::MakeFact(const Model& model, const std::string& blob
   fact.kind = model.kind == Kind::kFinal ? submap_model_t::FINAL : submap_model_t::CHECKPOINT;
   fact.model_blob = blob;
   fact.ledger_seq = model.ledger_seq;
-  fact.header.fact_id = SubmapModelFactId(lease_.submap_id, lease_.epoch, ++num_written_);
+  fact.header.fact_id = SubmapModelFactId(lease_.submap_id, lease_.epoch, ++last_number_);
   return fact;
 }
 

@@ -33,6 +33,9 @@ class ModelWriter {
   ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer, const Lease& lease,
               const CheckpointOptions& options, SubmitModel submit);
 
+  // The run begins where the ledger is at `seq`. Its models are numbered from there: an earlier
+  // process may have written some in the same epoch.
+  void NumberFrom(int64_t seq) { last_number_ = seq; }
   // So many photos came or went.
   void NoteChanges(int num) { num_changes_ += num; }
   void AskForFinal() { final_due_s_ = 0; }
@@ -75,7 +78,7 @@ class ModelWriter {
   const SubmitModel submit_;
   std::optional<Model> under_way_;  // one at a time
   int num_changes_ = 0;             // photos since the last checkpoint
-  int num_written_ = 0;
+  int64_t last_number_ = 0;         // of a model
   double last_checkpoint_s_;
   double final_due_s_ = HUGE_VAL;
   Alive alive_;

@@ -120,6 +120,7 @@ void SubmapRun::Begin() {
   if (submap == nullptr || submap->lease.epoch < epoch()) return;
   if (!submap->has_seed && !submap->latest_model) return;
   reports_.ExpectReplayUpTo(ledger_.follower.processed_seq());
+  writer_.NumberFrom(ledger_.follower.processed_seq());
   submap->latest_model ? Restore(*submap->latest_model) : Seed(submap->seed);
 }
 
