@@ -321,12 +321,14 @@ TEST_F(MapperServiceTest, SubmitsRefusedModelsAgain) {
 // As after a restart of the whole session.
 TEST_F(MapperServiceTest, WritesAFinalModelInAnEpochThatHasModelsAlready) {
   submap_model_t model{};
-  model.header.fact_id = SubmapModelFactId(kSubmap, 1, 1);
   model.submap_id = kSubmap;
   model.epoch = 1;
   model.kind = submap_model_t::CHECKPOINT;
   model.model_blob = MakeModel(1, 6);
-  ingest_.Commit(model);
+  for (int n = 1; n <= 5; ++n) {
+    model.header.fact_id = SubmapModelFactId(kSubmap, 1, n);
+    ingest_.Commit(model);
+  }
   Give(6);
   CommitFinish(finish_t::DRAINED);
   CommitFinish(finish_t::SETTLED);
