@@ -59,12 +59,12 @@ while (($#)); do
     --matching) need_count "$1" "$2"; matching=$2; shift ;;
     --mappers) need_range "$1" "$2"; shift ;;
     --threads) need_count "$1" "$2"; threads=$2; shift ;;
-    --max-size) need_count "$1" "$2"; features_options=(--max-size "$2"); shift ;;
+    --max-size) need_count "$1" "$2"; features_options+=(--max-size "$2"); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
-    --top-n) need_count "$1" "$2"; retrieval_options=(--top "$2"); shift ;;
-    --no-second-look) matching_options=(--no-second-look) ;;
-    --no-merge) merger_options=(--no-merge) ;;
+    --top-n) need_count "$1" "$2"; retrieval_options+=(--top "$2"); shift ;;
+    --no-second-look) matching_options+=(--no-second-look) ;;
+    --no-merge) merger_options+=(--no-merge) ;;
     --no-background-ba) mapper_options+=(--no-background-ba) ;;
     --local-ba) mapper_options+=(--local-ba "$2"); shift ;;
     --verbose) service_options+=(--verbose) ;;
