@@ -10,7 +10,7 @@ BundleAssembly::BundleAssembly(const colmap::Reconstruction& model, CameraMaker 
     : model_(model), make_camera_(std::move(make_camera)) {}
 
 void BundleAssembly::AddPose(colmap::image_t id, bool constant, const PoseStiffness& stiffness) {
-  if (pose_index_.count(id) > 0 || !model_.ExistsImage(id) || !model_.IsImageRegistered(id)) return;
+  if (pose_index_.count(id) > 0 || !IsRegisteredIn(model_, id)) return;
   const colmap::Image& image = model_.Image(id);
   pose_index_[id] = static_cast<int>(bundle_.poses.size());
   BundlePose pose;

@@ -16,6 +16,10 @@ void SetPose(const BundlePose& pose, colmap::Image* image) {
   image->SetTvec(pose.t);
 }
 
+bool IsRegisteredIn(const colmap::Reconstruction& model, colmap::image_t id) {
+  return model.ExistsImage(id) && model.IsImageRegistered(id);
+}
+
 bool HasPossibleIntrinsics(const colmap::Camera& camera) {
   return !camera.HasBogusParams(limits::kMinFocalRatio, limits::kMaxFocalRatio,
                                 limits::kMaxDistortion);
@@ -23,9 +27,8 @@ bool HasPossibleIntrinsics(const colmap::Camera& camera) {
 
 void ApplyBundle(const Bundle& bundle, colmap::Reconstruction* model) {
   for (const BundlePose& pose : bundle.poses) {
-    const bool is_registered =
-        model->ExistsImage(pose.image_id) && model->IsImageRegistered(pose.image_id);
-    if (!pose.constant && is_registered) SetPose(pose, &model->Image(pose.image_id));
+    if (!pose.constant && IsRegisteredIn(*model, pose.image_id))
+      SetPose(pose, &model->Image(pose.image_id));
   }
   for (const BundlePoint& point : bundle.points) {
     if (point.constant || !model->ExistsPoint3D(point.point3D_id)) continue;

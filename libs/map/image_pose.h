@@ -13,6 +13,9 @@ void SetPose(const BundlePose& pose, colmap::Image* image);
 // are no longer registered and points that are gone are passed over.
 void ApplyBundle(const Bundle& bundle, colmap::Reconstruction* model);
 
+// Whether the model has the image, and a pose of it.
+bool IsRegisteredIn(const colmap::Reconstruction& model, colmap::image_t id);
+
 // Whether focal length and distortion are within limits.h.
 bool HasPossibleIntrinsics(const colmap::Camera& camera);
 

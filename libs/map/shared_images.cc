@@ -1,5 +1,7 @@
 #include "map/shared_images.h"
 
+#include "map/image_pose.h"
+
 namespace skein {
 namespace {
 
@@ -32,7 +34,7 @@ SharedImages SharedImagesOf(const colmap::Reconstruction& model,
   SharedImages shared;
   for (const int64_t id : image_ids) {
     const auto image_id = static_cast<colmap::image_t>(id);
-    if (!model.ExistsImage(image_id) || !model.IsImageRegistered(image_id)) continue;
+    if (!IsRegisteredIn(model, image_id)) continue;
     shared.push_back(DescribeOne(model, model.Image(image_id)));
   }
   return shared;

@@ -51,13 +51,18 @@ void Adjuster::AdjustPointsBeside(const BundleRequest& adjusted) {
   }
   if (request.points.empty()) return;
   request.held = ObserversOf(map_, request.points);
-  Bundle bundle = BuildBundle(map_, request);
   BundleOptions solve;
   solve.max_iterations = 3;
   solve.function_tolerance = 1e-3;
-  if (!SolveBundle(solve, &bundle).usable) return;
+  AdjustAndFilter(request, solve);
+}
+
+bool Adjuster::AdjustAndFilter(const BundleRequest& request, const BundleOptions& options) {
+  Bundle bundle = BuildBundle(map_, request);
+  if (!SolveBundle(options, &bundle).usable) return false;
   ApplyBundle(bundle, &map_);
   FilterBundle(options_.filter, bundle, &map_);
+  return true;
 }
 
 void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
@@ -65,11 +70,7 @@ void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
   request.free = images;
   request.points = PointsSeenBy(map_, request.free);
   request.held = ObserversOf(map_, request.points);
-  Bundle bundle = BuildBundle(map_, request);
-  if (!SolveBundle(GlobalBaOptions(false), &bundle).usable) return;
-  ApplyBundle(bundle, &map_);
-  FilterBundle(options_.filter, bundle, &map_);
-  adjusted_ = request.free;
+  if (AdjustAndFilter(request, GlobalBaOptions(false))) adjusted_ = request.free;
 }
 
 // Outliers make the tail of convergence long. They are filtered between the rounds, which then

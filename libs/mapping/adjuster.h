@@ -52,6 +52,8 @@ class Adjuster {
 
  private:
   void AdjustPointsBeside(const BundleRequest& adjusted);
+  // False, and nothing has changed, if the solver failed.
+  bool AdjustAndFilter(const BundleRequest& request, const BundleOptions& options);
   void CompleteAround(ImageId new_image);
   double RunGlobalBa(const BundleOptions& options);
 

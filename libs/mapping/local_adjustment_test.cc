@@ -10,19 +10,6 @@
 namespace skein {
 namespace {
 
-void FillMap(const SyntheticScene& scene, SceneMap* map) {
-  AddToMap(scene, scene.pairs, map);
-  RegisterAtTruth(scene, map->photos(), Eigen::Vector3d::Zero(), map);
-}
-
-size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id) {
-  return std::count_if(points.begin(), points.end(), [&](Point3DId point) {
-    const auto& track = map.reconstruction().Point3D(point).Track().Elements();
-    return std::any_of(track.begin(), track.end(),
-                       [id](const auto& element) { return element.image_id == id; });
-  });
-}
-
 TEST(ColmapWindow, TakesTheImagesWithMostPointsInCommon) {
   SyntheticOptions scene_options;
   scene_options.num_photos = 16;

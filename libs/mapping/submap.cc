@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/clock.h"
+#include "map/image_pose.h"
 #include "map/retriangulation.h"
 #include "mapping/rebuild.h"
 
@@ -242,7 +243,7 @@ bool Submap::TakeBack(int64_t image_id, const std::string& reason, const EventSi
 void Submap::YieldLookAlikesTo(const colmap::Reconstruction& other, const EventSink& sink) {
   const std::vector<ImageId> ids = map_->reconstruction().RegImageIds();
   for (const ImageId id : ids) {
-    if (!other.ExistsImage(id) || !other.IsImageRegistered(id)) continue;
+    if (!IsRegisteredIn(other, id)) continue;
     const double there = other.Image(id).NumPoints3D();
     if (there < options_.min_yield_ratio * map_->reconstruction().Image(id).NumPoints3D()) continue;
     if (Withdraw(id, "of a place that looks alike, which another submap holds", sink)) {

@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/hash.h"
 #include "core/log.h"
 #include "core/process.h"
+#include "ledger/fact_ids.h"
 #include "ledger/session_folder.h"
 
 #ifndef SKEIN_VERSION
@@ -163,9 +163,7 @@ configuration_t ConfigurationOf(const NodeOptions& options) {
   fact.instance = options.instance.empty() ? options.service : options.instance;
   fact.text = options.configuration;
   fact.version = SKEIN_VERSION;
-  const std::string content = fact.service + '\0' + fact.version + '\0' + fact.text;
-  fact.header.fact_id = "configuration/" + fact.instance + "/" +
-                        HashBytes(content.data(), content.size()).substr(0, 16);
+  fact.header.fact_id = ConfigurationFactId(fact.instance, fact.service, fact.version, fact.text);
   return fact;
 }
 

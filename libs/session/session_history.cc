@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 
 namespace skein {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 #include "session/submap_facts.h"
 #include "testing/test_ledger.h"
 

@@ -1,6 +1,6 @@
 #include "session/submap_facts.h"
 
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 
 namespace skein {
 

@@ -81,4 +81,10 @@ void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pair
 void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& ids,
                      const Eigen::Vector3d& shift, SceneMap* map);
 
+// The whole scene: all photos with all their pairs, registered at their true poses.
+void FillMap(const SyntheticScene& scene, SceneMap* map);
+
+// Of the points those that the image observes.
+size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id);
+
 }  // namespace skein

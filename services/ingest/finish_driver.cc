@@ -9,7 +9,7 @@
 #include "core/log.h"
 #include "ingest/model_places.h"
 #include "ingest/model_writer.h"
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 #include "session/read_session.h"
 #include "session/report.h"
 #include "session/submap_facts.h"

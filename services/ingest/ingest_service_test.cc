@@ -12,9 +12,9 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "formats/formats.h"
+#include "ledger/fact_ids.h"
 #include "node/ledger_follower.h"
 #include "node/work_client.h"
-#include "session/fact_ids.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 

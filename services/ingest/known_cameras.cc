@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "base/camera_models.h"
+#include "core/limits.h"
 
 namespace skein {
 namespace {
@@ -25,9 +26,6 @@ constexpr char kExample[] = R"(
 # params = [2800.0, 2000.0, 1500.0, -0.01]
 # refine = false                        # true: refined from these on; false: they stay
 )";
-// COLMAP's bounds on focal lengths, as parts of the longer side.
-constexpr double kMinFocalRatio = 0.1;
-constexpr double kMaxFocalRatio = 10;
 
 Status Wrong(const std::string& key, const std::string& what) {
   return InvalidArgument(key + " " + what);
@@ -120,9 +118,9 @@ Status KnownCamera::Check() const {
   }
   const bool finite =
       std::all_of(params.begin(), params.end(), [](double value) { return std::isfinite(value); });
-  if (!finite ||
-      colmap::CameraModelHasBogusParams(model, params, width_px, height_px, kMinFocalRatio,
-                                        kMaxFocalRatio, std::numeric_limits<double>::max())) {
+  if (!finite || colmap::CameraModelHasBogusParams(model, params, width_px, height_px,
+                                                   limits::kMinFocalRatio, limits::kMaxFocalRatio,
+                                                   std::numeric_limits<double>::max())) {
     return Wrong("params", "cannot be of a photo of that size: focal length or principal point");
   }
   return Status::Ok();

@@ -6,8 +6,8 @@
 #include "core/clock.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "ledger/fact_ids.h"
 #include "photo/photo_name.h"
-#include "session/fact_ids.h"
 
 namespace skein {
 namespace {

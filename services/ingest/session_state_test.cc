@@ -3,7 +3,7 @@
 #include "ingest/ledger_writer.h"
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 #include "session/report.h"
 #include "session/session_history.h"
 #include "session/submap_facts.h"

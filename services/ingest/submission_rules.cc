@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/hash.h"
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 
 namespace skein {
 namespace {

@@ -2,8 +2,8 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "ledger/fact_ids.h"
 #include "photo/photo_name.h"
-#include "session/fact_ids.h"
 #include "session/submap_facts.h"
 
 namespace skein {

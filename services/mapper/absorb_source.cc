@@ -5,6 +5,7 @@
 #include <set>
 #include <vector>
 
+#include "map/image_pose.h"
 #include "map/model_io.h"
 #include "merging/absorb.h"
 #include "session/merge_similarity.h"
@@ -43,11 +44,6 @@ std::optional<Similarity> FindSimilarity(const MergeTask& task,
   if (anew.success) return anew.target_from_source;
   const std::optional<Similarity> ordered = SimilarityOf(task.order);
   return ordered || !task.was_done ? ordered : anew.target_from_source;
-}
-
-bool IsRegisteredIn(const colmap::Reconstruction& model, int64_t image_id) {
-  const auto id = static_cast<ImageId>(image_id);
-  return model.ExistsImage(id) && model.IsImageRegistered(id);
 }
 
 std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
@@ -106,7 +102,8 @@ std::string AbsorbModel(const ModelArchive& archive, const MergeTask& task, Subm
   const Status status = submap->ReplaceModel(result.merged);
   if (!status.ok()) return status.error();
   for (const PhotoEvent& event : submap->RegisteredEvents()) {
-    if (!IsRegisteredIn(*target, event.image_id)) absorption->events.push_back(event);
+    if (!IsRegisteredIn(*target, static_cast<ImageId>(event.image_id)))
+      absorption->events.push_back(event);
   }
   return "";
 }

@@ -6,8 +6,8 @@
 
 #include <set>
 
+#include "ledger/fact_ids.h"
 #include "mapping/checkpoint.h"
-#include "session/fact_ids.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_node.h"
 

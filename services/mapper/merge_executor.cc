@@ -5,9 +5,9 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "ledger/fact_ids.h"
 #include "mapper/submap_run.h"
 #include "mapping/checkpoint.h"
-#include "session/fact_ids.h"
 
 namespace skein {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "ledger/fact_ids.h"
 #include "ledger/facts.h"
-#include "session/fact_ids.h"
 
 namespace skein {
 namespace {

@@ -7,9 +7,9 @@
 #include "core/clock.h"
 #include "core/log.h"
 #include "core/snapshot.h"
+#include "ledger/fact_ids.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
-#include "session/fact_ids.h"
 
 namespace skein {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "ledger/fact_ids.h"
 #include "mapper/messages.h"
-#include "session/fact_ids.h"
 
 namespace skein {
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 
 namespace skein {
 

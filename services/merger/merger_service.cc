@@ -6,10 +6,10 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "ledger/fact_ids.h"
 #include "merger/messages.h"
 #include "merging/absorb.h"
 #include "merging/shared_views.h"
-#include "session/fact_ids.h"
 
 namespace skein {
 namespace {

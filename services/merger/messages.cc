@@ -1,6 +1,6 @@
 #include "merger/messages.h"
 
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 #include "session/merge_similarity.h"
 
 namespace skein {

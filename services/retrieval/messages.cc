@@ -1,6 +1,6 @@
 #include "retrieval/messages.h"
 
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 
 namespace skein {
 

@@ -1,4 +1,4 @@
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -25,6 +25,12 @@ std::string Pair(int64_t first, int64_t second) {
 }
 
 }  // namespace
+
+std::string ConfigurationFactId(const std::string& instance, const std::string& service,
+                                const std::string& version, const std::string& text) {
+  const std::string content = service + '\0' + version + '\0' + text;
+  return Join("configuration", instance, HashBytes(content.data(), content.size()).substr(0, 16));
+}
 
 std::string ImageFactId(const std::string& blob_id) { return Join("image", blob_id); }
 

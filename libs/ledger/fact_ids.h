@@ -1,14 +1,16 @@
 #pragma once
 
-// Every fact_id there is, but that of a configuration, which each process submits by itself
-// (node/node.h). A fact_id is its fact's idempotence key: what must be in the ledger once
-// has one id, whoever submits it and however often.
+// Every fact_id there is. A fact_id is its fact's idempotence key: what must be in the ledger
+// once has one id, whoever submits it and however often.
 
 #include <cstdint>
 #include <string>
 
 namespace skein {
 
+// "configuration/INSTANCE/HASH", of service, version and text: what did not change is told once.
+std::string ConfigurationFactId(const std::string& instance, const std::string& service,
+                                const std::string& version, const std::string& text);
 std::string ImageFactId(const std::string& blob_id);  // "image/BLOB"
 // "refused/HASH": one refusal for each agent, name and content of an offer.
 std::string RefusedOfferFactId(const std::string& agent, const std::string& name,

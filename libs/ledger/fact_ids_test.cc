@@ -1,4 +1,4 @@
-#include "session/fact_ids.h"
+#include "ledger/fact_ids.h"
 
 #include <gtest/gtest.h>
 
