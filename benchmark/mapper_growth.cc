@@ -9,12 +9,13 @@
 
 #include <time.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/clock.h"
@@ -23,17 +24,14 @@
 #include "formats/formats.h"
 #include "mapping/checkpoint.h"
 #include "mapping/submap.h"
+#include "testing/synthetic_scene.h"
 
 namespace skein {
 namespace {
 
-constexpr int kWidth = 1200, kHeight = 900;
-constexpr double kFocal = 1000, kStepM = 0.25, kDistanceM = 6;
+constexpr double kStepM = 0.25, kDistanceM = 6;
 constexpr double kHalfViewM = 0.6 * kDistanceM, kHalfHeightM = 0.45 * kDistanceM;
-constexpr double kDetected = 0.35;  // a point is found again in this part of the photos that see it
 constexpr int kNumCandidates = 30;
-constexpr double kNoisePx = 0.5;
-constexpr double kOutliers = 0.05;
 
 double ThreadCpuS() {
   timespec time{};
@@ -41,77 +39,37 @@ double ThreadCpuS() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// A façade with relief, photographed while walking along it, back and forth in height.
-class Street {
- public:
-  Street(int num_photos, int observations) : random_(1) {
-    const double length = num_photos * kStepM + 4 * kHalfViewM;
-    const double density = observations / (kDetected * 4 * kHalfViewM * kHalfHeightM);
-    const int count = static_cast<int>(length * 2 * kHalfHeightM * density);
-    for (int i = 0; i < count; ++i) {
-      points_.push_back({length * Uniform() - 2 * kHalfViewM, 2 * kHalfHeightM * (Uniform() - 0.5),
-                         kDistanceM + 2 * Uniform() - 1});
-    }
-    std::sort(points_.begin(), points_.end(),
-              [](const auto& a, const auto& b) { return a.x() < b.x(); });
-  }
+SyntheticOptions CameraOptions() {
+  SyntheticOptions options;
+  options.noise_px = 0.5;
+  options.detection_rate = 0.35;
+  options.outlier_ratio = 0.05;
+  options.max_pairs = kNumCandidates;
+  return options;
+}
 
-  PhotoInput Take(int index) {
-    PhotoInput photo;
-    photo.image_id = index + 1;
-    photo.camera_id = 1;
-    photo.name = "walk/" + std::to_string(index) + ".jpg";
-    photo.width_px = kWidth;
-    photo.height_px = kHeight;
-    photo.focal_px = kFocal;
-    photo.focal_from_exif = true;
-    const Eigen::Vector3d center(index * kStepM, 0.4 * std::sin(0.3 * index),
-                                 0.4 * std::cos(0.2 * index));
-    const double yaw = 0.1 * std::sin(0.37 * index);
-    std::map<int, uint32_t>& keypoint_of = keypoint_of_[index];
-    const auto begin =
-        std::lower_bound(points_.begin(), points_.end(), center.x() - 2 * kHalfViewM,
-                         [](const Eigen::Vector3d& point, double x) { return point.x() < x; });
-    for (auto it = begin; it != points_.end() && it->x() < center.x() + 2 * kHalfViewM; ++it) {
-      const Eigen::Vector3d d = *it - center;
-      const double x = std::cos(yaw) * d.x() - std::sin(yaw) * d.z();
-      const double z = std::sin(yaw) * d.x() + std::cos(yaw) * d.z();
-      const double u = kFocal * x / z + kWidth / 2.0 + kNoisePx * Normal();
-      const double v = kFocal * d.y() / z + kHeight / 2.0 + kNoisePx * Normal();
-      if (u < 0 || v < 0 || u >= kWidth || v >= kHeight || Uniform() > kDetected) continue;
-      keypoint_of[static_cast<int>(it - points_.begin())] =
-          static_cast<uint32_t>(photo.keypoints.size());
-      photo.keypoints.push_back(
-          {static_cast<float>(u), static_cast<float>(v), 1, 0, 100, 100, 100});
-    }
-    keypoint_of_.erase(index - kNumCandidates - 1);
-    return photo;
+// A façade with relief and the poses of a walk along it, back and forth in height.
+SyntheticScene MakeStreet(int num_photos, int observations, std::mt19937* random) {
+  const auto uniform = [random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(*random);
+  };
+  SyntheticScene street;
+  const double length_m = num_photos * kStepM + 4 * kHalfViewM;
+  const double view_m2 = 4 * kHalfViewM * kHalfHeightM;
+  const double density = observations / (CameraOptions().detection_rate * view_m2);
+  const int num_points = static_cast<int>(length_m * 2 * kHalfHeightM * density);
+  for (int i = 0; i < num_points; ++i) {
+    const double x = uniform(0, length_m) - 2 * kHalfViewM;
+    const double y = uniform(-kHalfHeightM, kHalfHeightM);
+    street.points.emplace_back(x, y, kDistanceM + uniform(-1, 1));
   }
-
-  TwoViewPairs Match(int index) {
-    TwoViewPairs pairs;
-    for (int other = index - 1; other >= 0 && other >= index - kNumCandidates; --other) {
-      TwoViewPair pair;
-      pair.other_id = other + 1;
-      for (const auto& [point, keypoint] : keypoint_of_[index]) {
-        const auto it = keypoint_of_[other].find(point);
-        if (it != keypoint_of_[other].end()) pair.inliers.emplace_back(keypoint, it->second);
-      }
-      for (size_t i = 0; i + 1 < pair.inliers.size(); i += 2) {
-        if (Uniform() < kOutliers) std::swap(pair.inliers[i].second, pair.inliers[i + 1].second);
-      }
-      if (pair.inliers.size() >= 15) pairs.push_back(pair);
-    }
-    return pairs;
+  for (int i = 0; i < num_photos; ++i) {
+    const double yaw = 0.1 * std::sin(0.37 * i);
+    street.AddPose(Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitY()).matrix(),
+                   {i * kStepM, 0.4 * std::sin(0.3 * i), 0.4 * std::cos(0.2 * i)});
   }
-
- private:
-  double Uniform() { return std::uniform_real_distribution<double>()(random_); }
-  double Normal() { return std::normal_distribution<double>()(random_); }
-  std::mt19937 random_;
-  std::vector<Eigen::Vector3d> points_;
-  std::map<int, std::map<int, uint32_t>> keypoint_of_;  // photo -> point -> keypoint
-};
+  return street;
+}
 
 struct Cost {
   double thread_s, process_s, wall_s;
@@ -124,7 +82,9 @@ struct Stop {
 class Run {
  public:
   Run(int num_photos, int observations)
-      : num_photos_(num_photos), street_(num_photos, observations), submap_(Options()) {}
+      : num_photos_(num_photos),
+        street_(MakeStreet(num_photos, observations, &random_)),
+        submap_(Options()) {}
 
   void Execute() {
     std::printf("%6s %12s %13s %11s %9s %9s %11s %12s\n", "photos", "thread ms", "process ms",
@@ -153,9 +113,15 @@ class Run {
     return options;
   }
 
+  // The street keeps nothing of it but what later photos are matched with: memory is measured.
+  std::pair<PhotoInput, TwoViewPairs> Take(int index) {
+    PhotographNext(CameraOptions(), &random_, &street_);
+    if (index >= kNumCandidates) street_.visible[index - kNumCandidates] = {};
+    return {std::exchange(street_.photos[index], {}), std::exchange(street_.pairs[index], {})};
+  }
+
   Cost Feed(int index) {
-    const PhotoInput photo = street_.Take(index);
-    const TwoViewPairs pairs = street_.Match(index);
+    const auto [photo, pairs] = Take(index);
     const Cost start{ThreadCpuS(), CpuTimeS(), MonotonicS()};
     std::vector<std::pair<uint32_t, double>> distances;
     for (const TwoViewPair& pair : pairs) {
@@ -209,7 +175,8 @@ class Run {
   }
 
   const int num_photos_;
-  Street street_;
+  std::mt19937 random_{1};
+  SyntheticScene street_;
   Submap submap_;
   std::vector<Cost> costs_;
 };

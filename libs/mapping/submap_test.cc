@@ -306,10 +306,22 @@ void ConfuseTwins(size_t photo, int every, SyntheticScene* scene) {
   }
 }
 
-TEST(Submap, DefersAPhotoWhoseMatchesAgreeOnTwoPlaces) {
+SyntheticOptions Twins() {
   SyntheticOptions options;
   options.shape = SyntheticOptions::Shape::kTwins;
-  Rig run(options);
+  return options;
+}
+
+SyntheticOptions ManyPhotosOfTwins(int num_photos) {
+  SyntheticOptions options = Twins();
+  options.num_points = 1600;
+  options.num_photos = num_photos;
+  options.step_deg = 5;
+  return options;
+}
+
+TEST(Submap, DefersAPhotoWhoseMatchesAgreeOnTwoPlaces) {
+  Rig run(Twins());
   ConfuseTwins(3, 2, &run.scene);
   ASSERT_TRUE(run.Start(0, 2));
   run.Feed(1);
@@ -324,9 +336,7 @@ TEST(Submap, DefersAPhotoWhoseMatchesAgreeOnTwoPlaces) {
 }
 
 TEST(Submap, RegistersAPhotoOfWhichAFewMatchesLeadToATwin) {
-  SyntheticOptions options;
-  options.shape = SyntheticOptions::Shape::kTwins;
-  Rig run(options);
+  Rig run(Twins());
   ConfuseTwins(3, 4, &run.scene);
   ASSERT_TRUE(run.Start(0, 2));
   run.Feed(1);
@@ -338,12 +348,7 @@ TEST(Submap, RegistersAPhotoOfWhichAFewMatchesLeadToATwin) {
 // A photo of the second twin that comes first gets to the first twin's place. Photos that follow
 // contradict it, and it keeps a fraction of its matches.
 TEST(Submap, WithdrawsAPhotoThatLaterOnesContradictAndTakesItBackOnNewEvidence) {
-  SyntheticOptions options;
-  options.shape = SyntheticOptions::Shape::kTwins;
-  options.num_points = 1600;
-  options.num_photos = 16;
-  options.step_deg = 5;
-  Rig run(options);
+  Rig run(ManyPhotosOfTwins(16));
   ConfuseTwins(3, 1, &run.scene);  // all its matches lead to the other twin
   ASSERT_TRUE(run.Start(0, 2));
   run.Feed(1);
@@ -363,12 +368,7 @@ TEST(Submap, WithdrawsAPhotoThatLaterOnesContradictAndTakesItBackOnNewEvidence) 
 // A photo of the second twin, and three that match only it and each other, stand at the first
 // twin's place as one group. Then photos come that match both groups.
 TEST(Submap, MovesAGroupThatGrewInTheWrongPlace) {
-  SyntheticOptions options;
-  options.shape = SyntheticOptions::Shape::kTwins;
-  options.num_points = 1600;
-  options.num_photos = 20;
-  options.step_deg = 5;
-  Rig run(options);
+  Rig run(ManyPhotosOfTwins(20));
   ConfuseTwins(8, 1, &run.scene);
   for (const size_t photo : {9, 10, 11}) {
     TwoViewPairs& pairs = run.scene.pairs[photo];

@@ -186,20 +186,22 @@ TEST(Absorb, AdjustsOnlyTheSeamOfALargeModel) {
   EXPECT_LT(MaxCentreError(result.merged, m.world), 0.005 * kExtent);
 }
 
-TEST(Absorb, RefusesTwoBuildingsOfOneFacade) {
+// Photos 1 to `target_last` and 9 to `source_last` of two buildings with one façade.
+AbsorbResult AbsorbOfTwoBuildings(int target_last, int source_last) {
   const SyntheticWorld world(WallOptions(SyntheticOptions::Shape::kTwoPlaces), 3);
-  const auto target = world.Submap(1, 12, Similarity(), 1.0);
-  const auto source = world.Submap(9, 24, Case().gauge, 1.0);
-  const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
+  const auto target = world.Submap(1, target_last, Similarity(), 1.0);
+  const auto source = world.Submap(9, source_last, Case().gauge, 1.0);
+  return Absorb(target, source, AlignSubmaps(source, target), {});
+}
+
+TEST(Absorb, RefusesTwoBuildingsOfOneFacade) {
+  const AbsorbResult result = AbsorbOfTwoBuildings(12, 24);
   EXPECT_FALSE(result.ok);
   EXPECT_NE(result.reason.find("look-alike"), std::string::npos) << result.reason;
 }
 
 TEST(Absorb, RefusesAContainedSourceWhereTheTargetHoldsTwoBuildingsForOne) {
-  const SyntheticWorld world(WallOptions(SyntheticOptions::Shape::kTwoPlaces), 3);
-  const auto target = world.Submap(1, 24, Similarity(), 1.0);
-  const auto source = world.Submap(9, 12, Case().gauge, 1.0);
-  const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
+  const AbsorbResult result = AbsorbOfTwoBuildings(24, 12);
   EXPECT_FALSE(result.ok);
   EXPECT_NE(result.reason.find("look-alike"), std::string::npos) << result.reason;
 }

@@ -1,5 +1,6 @@
 #include "testing/synthetic_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -157,16 +158,19 @@ void Check(const Status& status) {
 
 }  // namespace
 
-void Photograph(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene) {
-  for (int i = 0; i < static_cast<int>(scene->rotations.size()); ++i) {
-    AddPhoto(options, i, random, scene);
-    TwoViewPairs pairs;
-    for (int j = 0; j < i; ++j) {
-      TwoViewPair pair = MakePair(options, *scene, i, j, random);
-      if (pair.inliers.size() >= kMinPairMatches) pairs.push_back(std::move(pair));
-    }
-    scene->pairs.push_back(std::move(pairs));
+void PhotographNext(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene) {
+  const int i = static_cast<int>(scene->photos.size());
+  AddPhoto(options, i, random, scene);
+  TwoViewPairs pairs;
+  for (int j = options.max_pairs > 0 ? std::max(0, i - options.max_pairs) : 0; j < i; ++j) {
+    TwoViewPair pair = MakePair(options, *scene, i, j, random);
+    if (pair.inliers.size() >= kMinPairMatches) pairs.push_back(std::move(pair));
   }
+  scene->pairs.push_back(std::move(pairs));
+}
+
+void Photograph(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene) {
+  while (scene->photos.size() < scene->rotations.size()) PhotographNext(options, random, scene);
 }
 
 SyntheticScene MakeScene(const SyntheticOptions& options) {

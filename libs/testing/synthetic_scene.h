@@ -1,5 +1,6 @@
 // The one generator of scenes for tests and benchmarks: points, cameras that look at them, noisy
-// keypoints, clutter, correspondences with outliers. One seed determines all.
+// keypoints, clutter, correspondences with outliers. One seed determines all. synthetic_features.h
+// adds descriptors, synthetic_submaps.h makes models of it.
 #pragma once
 
 #include <cstdint>
@@ -42,6 +43,7 @@ struct SyntheticOptions {
   double detection_rate = 1;  // a point in view becomes a keypoint with this probability
   int num_clutter = 0;        // keypoints of a photo that see no point
   double outlier_ratio = 0;   // of a pair's matches
+  int max_pairs = 0;          // of a photo, with the latest ones before it; 0: no limit
 };
 
 struct SyntheticScene {
@@ -55,7 +57,7 @@ struct SyntheticScene {
 
   std::vector<PhotoInput> photos;         // ids from 1; keypoint i sees visible[photo][i]
   std::vector<std::vector<int>> visible;  // point of each keypoint, ascending; last -1: clutter
-  // Pairs of a photo with all earlier ones with at least 15 common points.
+  // Pairs of a photo with the earlier ones that have at least 15 points in common with it.
   std::vector<TwoViewPairs> pairs;
 
   Eigen::Vector3d Center(size_t photo) const {
@@ -72,6 +74,10 @@ SyntheticScene MakeScene(const SyntheticOptions& options);
 // Photos and pairs of a scene whose points and poses are given. Of the options it takes camera,
 // noise, detection, clutter and outliers.
 void Photograph(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene);
+
+// The same for the first pose without a photo. Of earlier photos the scene needs `visible` of those
+// that pairs are made with.
+void PhotographNext(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene);
 
 // All photos with these pairs (of each photo, as SyntheticScene::pairs), none registered.
 void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pairs, SceneMap* map);

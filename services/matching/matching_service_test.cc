@@ -6,8 +6,8 @@
 #include <set>
 
 #include "matching/messages.h"
-#include "matching/test_world.h"
 #include "node/ledger_server.h"
+#include "testing/synthetic_features.h"
 
 namespace skein {
 namespace {
@@ -46,8 +46,8 @@ class Ingest {
   void AddPhoto(const PhotoFeatures& photo) {
     image_t image{};
     image.image_id = photo.image_id;
-    image.width_px = image.height_px = World::kSizePx;
-    image.focal_px = World::kFocalPx;
+    image.width_px = image.height_px = SyntheticFeatures::kSizePx;
+    image.focal_px = SyntheticFeatures::kFocalPx;
     image.focal_from_exif = true;
     Commit(image, "image");
     features_t features;
@@ -183,7 +183,7 @@ class Matching : public testing::Test {
   Ingest ingest_{loop_, bus_};
   std::optional<Node> node_;
   std::optional<MatchingService> service_;
-  World world_;
+  SyntheticFeatures world_;
 };
 
 TEST_F(Matching, SubmitsVerifiedPairsAndAnEmptyFactWithoutCandidates) {

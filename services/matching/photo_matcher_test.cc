@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "matching/feature_cache.h"
-#include "matching/test_world.h"
+#include "testing/synthetic_features.h"
 
 namespace skein {
 namespace {
 
 TEST(PhotoMatcher, KeepsVerifiedPairsMostInliersFirst) {
-  World world;
+  SyntheticFeatures world;
   const auto photo = world.Photo(9, 0, 400);
   const std::vector<PhotoFeaturesPtr> others{world.Photo(2, 0.5, 100), world.Photo(5, 1, 0),
                                              world.Photo(3, 1.0, 300)};
@@ -28,7 +28,7 @@ TEST(PhotoMatcher, KeepsVerifiedPairsMostInliersFirst) {
 }
 
 TEST(PhotoMatcher, FundamentalMatrixMapsPhotoToOther) {
-  World world;
+  SyntheticFeatures world;
   const auto photo = world.Photo(9, 0, 400), other = world.Photo(2, 0.5, 300);
   const PhotoMatches matches = PhotoMatcher({}).Match(*photo, {other});
   ASSERT_EQ(matches.pairs.size(), 1u);
@@ -41,7 +41,7 @@ TEST(PhotoMatcher, FundamentalMatrixMapsPhotoToOther) {
 }
 
 TEST(PhotoMatcher, ResultDoesNotDependOnThreads) {
-  World world;
+  SyntheticFeatures world;
   const auto photo = world.Photo(9, 0, 400);
   std::vector<PhotoFeaturesPtr> others;
   for (int i = 1; i < 8; ++i) others.push_back(world.Photo(i, 0.2 * i, 30 * i));
@@ -53,9 +53,10 @@ TEST(PhotoMatcher, ResultDoesNotDependOnThreads) {
 }
 
 TEST(PhotoMatcher, WithoutCandidatesOrFeaturesThereAreNoPairs) {
-  World world;
+  SyntheticFeatures world;
   auto empty = std::make_shared<PhotoFeatures>();
-  empty->camera = PriorCamera(World::kSizePx, World::kSizePx, World::kFocalPx, true);
+  empty->camera = PriorCamera(SyntheticFeatures::kSizePx, SyntheticFeatures::kSizePx,
+                              SyntheticFeatures::kFocalPx, true);
   PhotoMatcher matcher({});
   EXPECT_EQ(matcher.Match(*world.Photo(1, 0, 400), {}).num_tried, 0);
   EXPECT_TRUE(matcher.Match(*world.Photo(1, 0, 400), {empty}).pairs.empty());
@@ -72,7 +73,8 @@ class PhotoFeaturesBlobs : public testing::Test {
  protected:
   Result<PhotoFeaturesPtr> Decode() {
     return DecodePhotoFeatures(7,
-                               PriorCamera(World::kSizePx, World::kSizePx, World::kFocalPx, false),
+                               PriorCamera(SyntheticFeatures::kSizePx, SyntheticFeatures::kSizePx,
+                                           SyntheticFeatures::kFocalPx, false),
                                EncodeKeypoints(keypoints_), EncodeDescriptors(descriptors_));
   }
 
@@ -95,14 +97,15 @@ TEST_F(PhotoFeaturesBlobs, RefuseCountsThatDiffer) {
 }
 
 TEST_F(PhotoFeaturesBlobs, RefuseKeypointsOutsideTheImageOrNotNumbers) {
-  for (const float x : {-1.f, World::kSizePx + 1.f, std::nanf(""), INFINITY}) {
+  for (const float x : {-1.f, SyntheticFeatures::kSizePx + 1.f, std::nanf(""), INFINITY}) {
     keypoints_[1].x = x;
     EXPECT_FALSE(Decode().ok()) << x;
   }
 }
 
 TEST_F(PhotoFeaturesBlobs, RefuseDamagedBytes) {
-  const colmap::Camera camera = PriorCamera(World::kSizePx, World::kSizePx, World::kFocalPx, false);
+  const colmap::Camera camera = PriorCamera(SyntheticFeatures::kSizePx, SyntheticFeatures::kSizePx,
+                                            SyntheticFeatures::kFocalPx, false);
   Bytes damaged = EncodeDescriptors(descriptors_);
   damaged.pop_back();
   EXPECT_FALSE(DecodePhotoFeatures(7, camera, EncodeKeypoints(keypoints_), damaged).ok());

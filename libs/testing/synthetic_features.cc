@@ -1,0 +1,49 @@
+#include "testing/synthetic_features.h"
+
+#include <memory>
+#include <stdexcept>
+
+#include "matching/kernel.h"
+#include "matching/two_view.h"
+
+namespace skein {
+namespace {
+
+constexpr int kNumPoints = 400;
+
+SyntheticOptions CameraOptions() {
+  SyntheticOptions options;
+  options.width_px = options.height_px = SyntheticFeatures::kSizePx;
+  options.focal_px = SyntheticFeatures::kFocalPx;
+  options.noise_px = 0;
+  return options;
+}
+
+}  // namespace
+
+SyntheticFeatures::SyntheticFeatures() {
+  std::uniform_real_distribution<double> side(-3, 3), depth(5, 12);
+  for (int i = 0; i < kNumPoints; ++i) {
+    const double x = side(random_), y = side(random_);
+    scene_.points.emplace_back(x, y, depth(random_));
+    for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(random_() % 64);
+  }
+}
+
+PhotoFeaturesPtr SyntheticFeatures::Photo(int64_t id, double x, size_t num_common) {
+  scene_.AddPose(Eigen::Matrix3d::Identity(), {x, 0, 0});
+  PhotographNext(CameraOptions(), &random_, &scene_);
+  const Keypoints& keypoints = scene_.photos.back().keypoints;
+  if (keypoints.size() != kNumPoints) throw std::logic_error("a point is out of view");
+  auto photo = std::make_shared<PhotoFeatures>();
+  photo->image_id = id;
+  photo->camera = PriorCamera(kSizePx, kSizePx, kFocalPx, true);
+  for (const Keypoint& keypoint : keypoints) photo->points.emplace_back(keypoint.x, keypoint.y);
+  photo->descriptors = descriptors_;
+  for (size_t k = num_common * kDescriptorDim; k < photo->descriptors.size(); ++k) {
+    photo->descriptors[k] = random_() % 64;
+  }
+  return photo;
+}
+
+}  // namespace skein
