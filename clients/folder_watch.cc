@@ -18,20 +18,20 @@ std::vector<PhotoFile> FolderWatch::List() const {
 }
 
 std::vector<PhotoFile> FolderWatch::Scan() {
-  std::vector<PhotoFile> whole;
+  std::vector<PhotoFile> complete;
   for (PhotoFile& photo : List()) {
     if (seen_.count(photo.name) > 0) continue;
     std::error_code error;
     const uintmax_t size = std::filesystem::file_size(photo.path, error);
     const auto known = sizes_.find(photo.name);
-    const bool settled = !error && size > 0 && known != sizes_.end() && known->second == size;
+    const bool is_complete = !error && size > 0 && known != sizes_.end() && known->second == size;
     sizes_[photo.name] = size;
-    if (!settled) continue;
+    if (!is_complete) continue;
     sizes_.erase(photo.name);
     seen_.insert(photo.name);
-    whole.push_back(std::move(photo));
+    complete.push_back(std::move(photo));
   }
-  return whole;
+  return complete;
 }
 
 }  // namespace skein

@@ -30,7 +30,7 @@ class FolderWatch {
   const std::filesystem::path folder_;
   const PhotoOrder order_;
   std::set<std::string> seen_;              // by name
-  std::map<std::string, uintmax_t> sizes_;  // of those that are not whole yet
+  std::map<std::string, uintmax_t> sizes_;  // of those that are not complete yet
 };
 
 }  // namespace skein

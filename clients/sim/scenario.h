@@ -16,7 +16,7 @@ enum class Scenario {
   kDisjoint,  // each agent along its own part of a square; late photos reach the next one's part
   kRelay,     // the same walks one after the other
   kRooms,     // each agent in its own room, then through a corridor into the next one's
-  kTwins,     // two squares around look-alike buildings: never to be taken for one
+  kTwins,     // two squares around buildings of one design: never to be taken for one
   kCorridor,  // all camera centres on one line
 };
 std::optional<Scenario> ParseScenario(const std::string& name);

@@ -1,7 +1,6 @@
-// The rule of look_alike.h for a merge, before the models are fused: in each
-// submap the photos that both submaps share are compared with the photos of
-// that submap alone. They are of one place when both submaps are. So a source
-// whose photos are all shared is judged by the target's photos.
+// The rule of similar_structures.h for a merge, before the models are fused. In each submap the
+// shared photos are compared with the photos of that submap alone. All are of one place when both
+// submaps are. So a source whose photos are all shared is judged by the target's photos.
 //
 // Cells are joined 3 x 3, as the points of small submaps are sparse. Measured, num_different of
 // all: two places with one facade 0.32 to 0.51, one place at most 0.014. At one point a cell of 24
@@ -11,20 +10,20 @@
 #include <set>
 #include <string>
 
-#include "disambiguation/look_alike.h"
+#include "disambiguation/similar_structures.h"
 
 namespace skein {
 
-LookAlikeOptions ForSharedPhotos(const LookAlikeOptions& options);
+SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options);
 
 // Between the shared photos and the others of one model, along the tracks they
 // have in common.
-CellVotes CompareShared(const LookAlikeOptions& options, const colmap::Reconstruction& model,
-                        const std::set<ImageId>& shared);
+CellVotes CompareShared(const SimilarStructuresOptions& options,
+                        const colmap::Reconstruction& model, const std::set<ImageId>& shared);
 
 // Empty, or why the shared photos are not of one place. Each model in its own
 // frame; `shared` is registered in both. `options`: those of mapping.
-std::string WhySharedPhotosDiffer(const LookAlikeOptions& options,
+std::string WhySharedPhotosDiffer(const SimilarStructuresOptions& options,
                                   const colmap::Reconstruction& target,
                                   const colmap::Reconstruction& source,
                                   const std::set<ImageId>& shared);

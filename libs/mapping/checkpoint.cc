@@ -21,7 +21,7 @@ void PutTrials(const std::map<ImageId, TrialRecord>& trials, ByteWriter* writer)
     writer->Put<int32_t>(trial.num_withdrawals);
     writer->Put<uint8_t>(trial.deferred);
     writer->Put<uint8_t>(trial.rejected);
-    writer->Put<uint8_t>(trial.looks_alike);
+    writer->Put<uint8_t>(trial.of_similar_place);
   }
 }
 
@@ -75,14 +75,14 @@ bool GetTrials(ByteReader* reader, std::map<ImageId, TrialRecord>* trials) {
   for (uint64_t i = 0; i < count; ++i) {
     uint32_t id = 0;
     int32_t visible = 0, withdrawals = 0;
-    uint8_t deferred = 0, rejected = 0, looks_alike = 0;
+    uint8_t deferred = 0, rejected = 0, of_similar_place = 0;
     reader->Get(&id);
     reader->Get(&visible);
     reader->Get(&withdrawals);
     reader->Get(&deferred);
     reader->Get(&rejected);
-    reader->Get(&looks_alike);
-    (*trials)[id] = {visible, withdrawals, deferred != 0, rejected != 0, looks_alike != 0};
+    reader->Get(&of_similar_place);
+    (*trials)[id] = {visible, withdrawals, deferred != 0, rejected != 0, of_similar_place != 0};
   }
   return true;
 }

@@ -4,7 +4,7 @@
 
 #include "base/pose.h"
 #include "base/projection.h"
-#include "disambiguation/look_alike.h"
+#include "disambiguation/similar_structures.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
 
@@ -42,40 +42,41 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   found.photos = FindMisplaced(options_.misplaced, map_);
   found.reason = "in a part of the map that most matches contradict";
   if (!found.photos.empty()) return found;
-  found.of_look_alikes = true;
-  found.reason = "another place that looks alike";
-  found.photos = FindLookAlikes(options_.registration.look_alike, map_, first);
-  if (found.photos.empty()) found.photos = FindLookAlikesByWhatIsMissing(first);
+  found.of_similar_place = true;
+  found.reason = "of another, visually similar place";
+  found.photos = FindPhotosOfAnotherPlace(options_.registration.similar_structures, map_, first);
+  if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;
 }
 
-std::vector<ImageId> Consistency::FindLookAlikesByWhatIsMissing(ImageId first) const {
-  Suspicion suspicion;
+std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {
+  SimilarPlaceCandidates candidates;
   for (const ImageId id : map_.photos()) {
-    if (!waiting_.MayLookAlike(id)) continue;
+    if (!waiting_.MatchesSimilarPlace(id)) continue;
     if (map_.IsRegistered(id)) {
-      suspicion.suspects.insert(id);
+      candidates.registered.insert(id);
       continue;
     }
     const PoseEstimate estimate = EstimatePose(map_, id, FindVisiblePoints(map_, id),
                                                options_.registration, waiting_.ContextOf(id));
-    if (!estimate.misses_too_much) continue;
-    suspicion.witnesses[id] = colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
+    if (!estimate.has_too_many_missing_cells) continue;
+    candidates.waiting[id] = colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
   }
-  if (suspicion.IsEmpty()) return {};
-  return FindSuspectedLookAlikes(options_.registration.look_alike, map_, first, suspicion);
+  if (candidates.IsEmpty()) return {};
+  return FindPhotosOfAnotherPlaceByMissingCells(options_.registration.similar_structures, map_,
+                                                first, candidates);
 }
 
-std::vector<ImageId> Consistency::FindPhotosThatMissTooMuch() const {
-  const LookAlikeOptions& options = options_.registration.look_alike;
+std::vector<ImageId> Consistency::FindPhotosWithTooManyMissingCells() const {
+  const SimilarStructuresOptions& options = options_.registration.similar_structures;
   std::vector<ImageId> ids;
   for (const ImageId id : map_.reconstruction().RegImageIds()) {
-    if (waiting_.LooksAlike(id) || !waiting_.MayLookAlike(id)) continue;
+    if (waiting_.IsOfSimilarPlace(id) || !waiting_.MatchesSimilarPlace(id)) continue;
     const colmap::Image& image = map_.reconstruction().Image(id);
     const CellVotes votes =
         CompareWithNeighbours(options, map_, id, map_.reconstruction().Camera(image.CameraId()),
                               image.ProjectionMatrix());
-    if (MissesTooMuch(options, votes)) ids.push_back(id);
+    if (HasTooManyMissingCells(options, votes)) ids.push_back(id);
   }
   return ids;
 }
@@ -89,7 +90,7 @@ bool Consistency::IsMapInconsistent() const {
 
 bool Consistency::IsLeftOut(ImageId id) const {
   const int num_matches = MatchesWithRegistered(map_, id, options_.misplaced.min_pair_share);
-  return num_matches >= options_.min_matches_to_judge && !waiting_.MayLookAlike(id);
+  return num_matches >= options_.min_matches_to_judge && !waiting_.MatchesSimilarPlace(id);
 }
 
 bool Consistency::IsContradictedByMatches(ImageId id) const {

@@ -13,7 +13,7 @@ namespace skein {
 struct Withdrawal {
   std::vector<ImageId> photos;
   std::string reason;
-  bool of_look_alikes = false;  // they are of a visually similar place
+  bool of_similar_place = false;  // they are of a visually similar place
 };
 
 // Finds photos that contradict the map; changes nothing.
@@ -37,15 +37,15 @@ class Consistency {
   // Groups of photos in the wrong place: by matches that contradict their poses, else by missing
   // correspondences. `first` is a photo of the group that stays.
   Withdrawal FindMisplacedPhotos(ImageId first) const;
-  // Registered photos that may be of a visually similar place: too many of their cells are missing,
-  // and they have no points of their own to prove it.
-  std::vector<ImageId> FindPhotosThatMissTooMuch() const;
+  // Registered photos that match a visually similar place and have too many missing cells. They may
+  // be of that place: without points of their own no cell is different.
+  std::vector<ImageId> FindPhotosWithTooManyMissingCells() const;
 
   // Whether the map is inconsistent: see SubmapOptions.
   bool IsMapInconsistent() const;
 
  private:
-  std::vector<ImageId> FindLookAlikesByWhatIsMissing(ImageId first) const;
+  std::vector<ImageId> FindByMissingCells(ImageId first) const;
   bool IsLeftOut(ImageId id) const;
   bool IsContradictedByMatches(ImageId id) const;
 

@@ -45,7 +45,7 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
   if (!StartFromBestPairOf(first, anew.get())) return nullptr;
   for (const ImageId id : submap.map().photos()) {
     const bool is_registered = submap.map().IsRegistered(id);
-    if (is_registered || !submap.waiting().MayLookAlike(id)) anew->Enqueue(id);
+    if (is_registered || !submap.waiting().MatchesSimilarPlace(id)) anew->Enqueue(id);
   }
   anew->RefineUntilStable(Ignore);
   return anew;

@@ -304,16 +304,16 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, "ambiguous: its points agree on two poses");
   }
   const CellVotes votes =
-      CompareWithNeighbours(options.look_alike, map, image_id, camera,
+      CompareWithNeighbours(options.similar_structures, map, image_id, camera,
                             colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
-  estimate.misses_too_much = MissesTooMuch(options.look_alike, votes);
-  if (estimate.misses_too_much && context.may_look_alike) {
-    return Refuse(estimate, "another place that looks alike: " + std::to_string(votes.num_missing) +
-                                " of " + std::to_string(votes.num_cells()) +
-                                " parts that it should show are not there");
+  estimate.has_too_many_missing_cells = HasTooManyMissingCells(options.similar_structures, votes);
+  if (estimate.has_too_many_missing_cells && context.matches_similar_place) {
+    return Refuse(estimate,
+                  "another, visually similar place: " + std::to_string(votes.num_missing) + " of " +
+                      std::to_string(votes.num_cells()) + " cells that it should show are missing");
   }
-  if (context.must_show_place && votes.num_cells() < options.look_alike.min_cells) {
-    return Refuse(estimate, "perhaps of another place that looks alike: too little to tell by");
+  if (context.needs_min_cells && votes.num_cells() < options.similar_structures.min_cells) {
+    return Refuse(estimate, "perhaps of another, visually similar place: too few cells to tell");
   }
   estimate.ok = true;
   return estimate;

@@ -5,8 +5,8 @@
 
 #include "bundle/bundle.h"
 #include "core/limits.h"
-#include "disambiguation/look_alike.h"
 #include "disambiguation/photo_groups.h"
+#include "disambiguation/similar_structures.h"
 #include "map/scene_map.h"
 #include "mapping/pose_sigmas.h"
 #include "mapping/trial_context.h"
@@ -36,7 +36,7 @@ struct RegistrationOptions {
   // (placement.h). Sampson's error, in pixels.
   double min_epipolar_share = 0.65;
   double max_epipolar_error_px = limits::kMaxErrorPx;
-  LookAlikeOptions look_alike;
+  SimilarStructuresOptions similar_structures;
   // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined. They cover 35 to 150 mm equivalents of a guess of 1.2; COLMAP tries 0.1 to 10.
   double min_focal_factor = 0.4;
@@ -60,7 +60,7 @@ struct PoseEstimate {
   bool ok = false;
   std::string reason;  // why not
   bool is_ambiguous = false;
-  bool misses_too_much = false;  // of what it should see: look_alike.h
+  bool has_too_many_missing_cells = false;  // similar_structures.h
   int num_visible = 0;
   int num_inliers = 0;
   BundlePose pose;                    // cam_from_world

@@ -10,7 +10,7 @@
 namespace skein {
 namespace {
 
-// Whether the map can take over what is registered in the model.
+// Whether the model's registered part can replace the map's.
 Status CheckFits(const SceneMap& map, const colmap::Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
     if (!map.HasPhoto(id)) return NotFound("model with an image that is not there");
@@ -109,8 +109,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
     Defer(trial, verdict.reason, sink);
     return false;
   }
-  WithdrawForRetry(verdict.withdraw, "contradicted by a photo that is tied more firmly to the map",
-                   sink);
+  WithdrawForRetry(verdict.withdraw, "contradicted by a photo with more agreeing matches", sink);
   Keep(trial, sink);
   return map_->IsRegistered(id);
 }
@@ -118,7 +117,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
 void Submap::NoteTried(const PhotoTrial& trial) {
   const PoseEstimate& estimate = trial.estimate();
   waiting_.OnTried(trial.id(), estimate.num_visible);
-  may_be_misplaced_ |= estimate.misses_too_much || estimate.is_ambiguous;
+  may_be_misplaced_ |= estimate.has_too_many_missing_cells || estimate.is_ambiguous;
   if (estimate.is_ambiguous) waiting_.OnAmbiguous(trial.id());
 }
 
@@ -219,9 +218,10 @@ void Submap::WithdrawForRetry(const std::vector<ImageId>& ids, const std::string
 // True if there were any.
 bool Submap::WithdrawMisplaced(const EventSink& sink) {
   Withdrawal found = consistency_.FindMisplacedPhotos(first_);
-  if (found.of_look_alikes) {
-    for (const ImageId id : found.photos) waiting_.MarkLookAlike(id);
-    for (const ImageId id : consistency_.FindPhotosThatMissTooMuch()) found.photos.push_back(id);
+  if (found.of_similar_place) {
+    for (const ImageId id : found.photos) waiting_.MarkOfSimilarPlace(id);
+    for (const ImageId id : consistency_.FindPhotosWithTooManyMissingCells())
+      found.photos.push_back(id);
   }
   WithdrawForRetry(found.photos, found.reason, sink);
   if (!found.photos.empty()) {
@@ -240,14 +240,14 @@ bool Submap::TakeBack(int64_t image_id, const std::string& reason, const EventSi
   return true;
 }
 
-void Submap::YieldLookAlikesTo(const colmap::Reconstruction& other, const EventSink& sink) {
+void Submap::YieldPhotosTo(const colmap::Reconstruction& other, const EventSink& sink) {
   const std::vector<ImageId> ids = map_->reconstruction().RegImageIds();
   for (const ImageId id : ids) {
     if (!IsRegisteredIn(other, id)) continue;
     const double there = other.Image(id).NumPoints3D();
     if (there < options_.min_yield_ratio * map_->reconstruction().Image(id).NumPoints3D()) continue;
-    if (Withdraw(id, "of a place that looks alike, which another submap holds", sink)) {
-      waiting_.MarkLookAlike(id);
+    if (Withdraw(id, "of a visually similar place that another submap holds", sink)) {
+      waiting_.MarkOfSimilarPlace(id);
     }
   }
 }
@@ -312,14 +312,14 @@ void Submap::Rebuild(const EventSink& sink) {
       (1 + options_.min_rebuild_gain) * static_cast<double>(CountAgreeingMatches(*map_, limit_px));
   if (static_cast<double>(CountAgreeingMatches(anew->map(), limit_px)) < needed) return;
   anew->map().AlignTo(map_->reconstruction());
-  TakeOver(*anew, sink);
+  ReplaceByRebuilt(*anew, sink);
 }
 
-void Submap::TakeOver(const Submap& anew, const EventSink& sink) {
+void Submap::ReplaceByRebuilt(const Submap& anew, const EventSink& sink) {
   std::vector<ImageId> before = map_->reconstruction().RegImageIds();
   std::sort(before.begin(), before.end());
   map_->ReplaceRegistered(anew.map().reconstruction());
-  waiting_.TakeOver(anew.waiting().records());
+  waiting_.ReplaceRecords(anew.waiting().records());
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteSize();
   is_consolidated_ = true;

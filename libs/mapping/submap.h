@@ -83,7 +83,7 @@ class Submap {
 
   // Withdraws the photos of which another submap, of a visually similar place, sees far more
   // points. They come back only if they show enough of this place to be told from the other.
-  void YieldLookAlikesTo(const colmap::Reconstruction& other, const EventSink& sink);
+  void YieldPhotosTo(const colmap::Reconstruction& other, const EventSink& sink);
 
   // Tries all deferred photos again at the next steps.
   void RetryDeferred() { waiting_.RetryDeferred(); }
@@ -135,7 +135,7 @@ class Submap {
   bool Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 
   void Rebuild(const EventSink& sink);
-  void TakeOver(const Submap& anew, const EventSink& sink);
+  void ReplaceByRebuilt(const Submap& anew, const EventSink& sink);
   void TellNewAndGone(const std::vector<ImageId>& before, const EventSink& sink);
 
   PhotoEvent RegisteredEvent(ImageId id, const PoseEstimate& estimate) const;

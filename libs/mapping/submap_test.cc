@@ -456,7 +456,7 @@ TEST(Submap, IsMappedAnewWhereNothingFitsAnyMore) {
   EXPECT_EQ(told, (std::set<int64_t>{3, 4, 5, 6, 7, 8}));
 }
 
-TEST(Submap, LeavesAPhotoToTheSubmapThatHoldsItMoreFirmly) {
+TEST(Submap, LeavesAPhotoToTheSubmapThatSeesFarMoreOfItsPoints) {
   Rig run(SyntheticOptions{});
   run.FeedAll();
   const colmap::Reconstruction other = run.map.map().reconstruction();
@@ -466,7 +466,7 @@ TEST(Submap, LeavesAPhotoToTheSubmapThatHoldsItMoreFirmly) {
     if (ours.Image(5).Point2D(i).HasPoint3D() && !is_kept) run.map.map().DeleteObservation(5, i);
   }
   run.events.clear();
-  run.map.YieldLookAlikesTo(other, run.Sink());
+  run.map.YieldPhotosTo(other, run.Sink());
   ASSERT_EQ(run.events.size(), 1u);
   EXPECT_EQ(run.events[0].image_id, 5);
   EXPECT_EQ(run.events[0].state, PhotoEvent::State::kWithdrawn);

@@ -50,7 +50,7 @@ void WaitingPhotos::RetryDeferred() {
 
 void WaitingPhotos::RetryAll() {
   for (auto& [id, record] : records_) {
-    if (record.looks_alike || map_.IsRegistered(id)) continue;
+    if (record.of_similar_place || map_.IsRegistered(id)) continue;
     record.rejected = false;
     record.num_withdrawals = 0;
   }
@@ -65,7 +65,7 @@ void WaitingPhotos::OnAmbiguous(ImageId id) {
 }
 
 void WaitingPhotos::OnRegistered(ImageId id) {
-  records_[id].deferred = records_[id].looks_alike = false;
+  records_[id].deferred = records_[id].of_similar_place = false;
   ambiguous_.erase(id);
 }
 
@@ -86,15 +86,16 @@ bool WaitingPhotos::TakesAmbiguous() const {
   return static_cast<int>(ambiguous_.size()) >= options_.max_ambiguous;
 }
 
-bool WaitingPhotos::LooksAlike(ImageId id) const {
+bool WaitingPhotos::IsOfSimilarPlace(ImageId id) const {
   const auto record = records_.find(id);
-  return record != records_.end() && record->second.looks_alike;
+  return record != records_.end() && record->second.of_similar_place;
 }
 
-bool WaitingPhotos::MayLookAlike(ImageId id) const {
+bool WaitingPhotos::MatchesSimilarPlace(ImageId id) const {
   const auto& neighbours = map_.Neighbours(id);
-  return LooksAlike(id) || std::any_of(neighbours.begin(), neighbours.end(),
-                                       [this](const auto& n) { return LooksAlike(n.first); });
+  return IsOfSimilarPlace(id) ||
+         std::any_of(neighbours.begin(), neighbours.end(),
+                     [this](const auto& n) { return IsOfSimilarPlace(n.first); });
 }
 
 int WaitingPhotos::NumDeferred() const {
@@ -103,17 +104,17 @@ int WaitingPhotos::NumDeferred() const {
   }));
 }
 
-void WaitingPhotos::TakeOver(const std::map<ImageId, TrialRecord>& records) {
-  std::map<ImageId, TrialRecord> taken = records;
-  for (auto& [id, record] : taken) record.looks_alike |= LooksAlike(id);
-  records_ = std::move(taken);
+void WaitingPhotos::ReplaceRecords(const std::map<ImageId, TrialRecord>& records) {
+  std::map<ImageId, TrialRecord> replaced = records;
+  for (auto& [id, record] : replaced) record.of_similar_place |= IsOfSimilarPlace(id);
+  records_ = std::move(replaced);
   queue_.clear();
 }
 
 TrialContext WaitingPhotos::ContextOf(ImageId id) const {
   TrialContext context;
-  context.may_look_alike = MayLookAlike(id);
-  context.must_show_place = LooksAlike(id);
+  context.matches_similar_place = MatchesSimilarPlace(id);
+  context.needs_min_cells = IsOfSimilarPlace(id);
   context.takes_ambiguous = TakesAmbiguous();
   return context;
 }

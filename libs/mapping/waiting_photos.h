@@ -16,7 +16,7 @@ struct TrialRecord {
   int num_withdrawals = 0;
   bool deferred = false;  // told so
   bool rejected = false;
-  bool looks_alike = false;  // withdrawn as of a visually similar place
+  bool of_similar_place = false;  // withdrawn as of a visually similar place
 };
 
 // The photos that are not registered: what was tried with each, and which one is tried next.
@@ -47,24 +47,24 @@ class WaitingPhotos {
   void OnRegistered(ImageId id);
   bool OnWithdrawn(ImageId id);  // true if it was withdrawn too often and is rejected now
   void OnReplaced(ImageId id);   // it is registered in a model from outside
-  void MarkLookAlike(ImageId id) { records_[id].looks_alike = true; }
+  void MarkOfSimilarPlace(ImageId id) { records_[id].of_similar_place = true; }
   void ForgetVisible(ImageId id) { records_[id].last_visible = 0; }
   void ForgetAmbiguous() { ambiguous_.clear(); }
 
   // So many photos are ambiguous that they are registered nevertheless.
   bool TakesAmbiguous() const;
-  bool LooksAlike(ImageId id) const;
+  bool IsOfSimilarPlace(ImageId id) const;
   // Whether it, or a photo that it matches with, was found to be of a visually similar place.
-  bool MayLookAlike(ImageId id) const;
+  bool MatchesSimilarPlace(ImageId id) const;
   // What its next trial must know.
   TrialContext ContextOf(ImageId id) const;
   int NumDeferred() const;
 
   const std::map<ImageId, TrialRecord>& records() const { return records_; }
   void set_records(std::map<ImageId, TrialRecord> records) { records_ = std::move(records); }
-  // The records of a submap that was mapped anew; who looks alike here still does. Empties the
-  // queue.
-  void TakeOver(const std::map<ImageId, TrialRecord>& records);
+  // The records of a submap that was mapped anew. A photo marked as of a similar place stays
+  // marked. Empties the queue.
+  void ReplaceRecords(const std::map<ImageId, TrialRecord>& records);
 
  private:
   int CountVisible(ImageId id) const;

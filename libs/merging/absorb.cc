@@ -50,25 +50,25 @@ std::set<image_t> Without(std::set<image_t> images, const std::set<image_t>& lef
   return images;
 }
 
-// A side's observations in those of its photos that the merge adjusts and whose side was kept.
-std::vector<Observation> SideObservations(const colmap::Reconstruction& side,
-                                          const std::set<image_t>& seam,
-                                          const std::set<image_t>& left_out) {
+// A model's observations in those of its photos that the merge adjusts and whose pose stayed.
+std::vector<Observation> ModelObservations(const colmap::Reconstruction& model,
+                                           const std::set<image_t>& seam,
+                                           const std::set<image_t>& left_out) {
   std::set<image_t> images;
-  for (const image_t id : Without(RegisteredIn(side), left_out)) {
+  for (const image_t id : Without(RegisteredIn(model), left_out)) {
     if (seam.count(id)) images.insert(id);
   }
-  return images.empty() ? std::vector<Observation>() : ObservationsOf(side, images);
+  return images.empty() ? std::vector<Observation>() : ObservationsOf(model, images);
 }
 
-// How many of the shared photos still fit both sides' points after the adjustment.
+// How many of the shared photos still fit both models' points after the adjustment.
 int CountAgreeing(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
                   const AbsorbOptions& options, const AbsorbResult& result) {
   int num_agreeing = 0;
   for (const image_t id : result.fused.agreeing) {
     bool fits = true;
-    for (const colmap::Reconstruction* side : {&target, &source}) {
-      const std::vector<Observation> observations = ObservationsOf(*side, {id});
+    for (const colmap::Reconstruction* model : {&target, &source}) {
+      const std::vector<Observation> observations = ObservationsOf(*model, {id});
       const Residuals after =
           MeasureResiduals(result.merged, observations, 2 * options.max_reprojection_error_px);
       fits = fits && after.num_observations > 0 && after.GoodShare() >= 0.5;
@@ -98,10 +98,11 @@ std::string CheckCameras(const colmap::Reconstruction& merged) {
   return "";
 }
 
-std::string CheckSides(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
-                       const AbsorbOptions& options, AbsorbResult* result) {
-  const auto of_target = SideObservations(target, result->seam, result->fused.kept_source);
-  const auto of_source = SideObservations(source, result->seam, result->fused.kept_target);
+std::string CheckBothModels(const colmap::Reconstruction& target,
+                            const colmap::Reconstruction& source, const AbsorbOptions& options,
+                            AbsorbResult* result) {
+  const auto of_target = ModelObservations(target, result->seam, result->fused.kept_source);
+  const auto of_source = ModelObservations(source, result->seam, result->fused.kept_target);
   const double max_px = options.max_reprojection_error_px;
   result->target_before = MeasureResiduals(target, of_target, max_px);
   result->target_after = MeasureResiduals(result->merged, of_target, max_px);
@@ -118,12 +119,12 @@ std::string Verify(const colmap::Reconstruction& target, const colmap::Reconstru
                    const AbsorbOptions& options, AbsorbResult* result) {
   if (!result->bundle.usable) return "the bundle adjustment of the seam failed";
   std::string wrong = CheckCameras(result->merged);
-  if (wrong.empty()) wrong = CheckSides(target, source, options, result);
+  if (wrong.empty()) wrong = CheckBothModels(target, source, options, result);
   if (!wrong.empty()) return wrong;
   const int num_agreeing = CountAgreeing(target, source, options, *result);
   if (num_agreeing < options.min_shared_images) {
     return "after the adjustment only " + std::to_string(num_agreeing) +
-           " shared images fit both sides";
+           " shared images fit both models";
   }
   return "";
 }
@@ -153,8 +154,8 @@ AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstr
   if (result.reason.empty() && options.verify) result.reason = CheckFused(result.fused, options);
   if (result.reason.empty() && options.verify) {
     result.reason =
-        WhySharedPhotosDiffer(options.look_alike, target, source, result.fused.agreeing);
-    result.looks_alike = !result.reason.empty();
+        WhySharedPhotosDiffer(options.similar_structures, target, source, result.fused.agreeing);
+    result.shows_another_place = !result.reason.empty();
   }
   if (!result.reason.empty()) return result;
   result.seam = SeamOf(result.fused, options, result.merged);

@@ -18,7 +18,7 @@ namespace skein {
 struct AbsorbOptions {
   Sim3Options sim3;
   ResidualTolerance tolerance;
-  LookAlikeOptions look_alike;                                   // as while mapping
+  SimilarStructuresOptions similar_structures;                   // as while mapping
   double max_reprojection_error_px = limits::kMaxErrorPx;        // of an observation that stays
   double min_tri_angle_deg = limits::kMinTriangulationAngleDeg;  // of a point that stays
   int min_shared_images = 3;     // agreeing, before and after the adjustment
@@ -37,9 +37,9 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options);
 
 struct AbsorbResult {
   bool ok = false;
-  std::string reason;             // why not
-  bool looks_alike = false;       // that the two show different places is why
-  colmap::Reconstruction merged;  // only if ok
+  std::string reason;                // why not
+  bool shows_another_place = false;  // why: the models show different places
+  colmap::Reconstruction merged;     // only if ok
   FuseResult fused;
   BundleSummary bundle;
   std::set<colmap::image_t> seam;  // adjusted images

@@ -94,7 +94,7 @@ TEST(Absorb, ReconcilesDifferentIntrinsics) {
   EXPECT_LT(MaxCentreError(result.merged, world), 0.003 * kExtent);
 }
 
-TEST(Absorb, JoinsASideWhoseFocalLengthIsFarOff) {
+TEST(Absorb, JoinsASourceWhoseFocalLengthIsFarOff) {
   Case setup;
   SyntheticWorld world(setup.options, 2);
   const auto target = world.Submap(1, 14, Similarity(), 1.0);
@@ -197,13 +197,13 @@ AbsorbResult AbsorbOfTwoBuildings(int target_last, int source_last) {
 TEST(Absorb, RefusesTwoBuildingsOfOneFacade) {
   const AbsorbResult result = AbsorbOfTwoBuildings(12, 24);
   EXPECT_FALSE(result.ok);
-  EXPECT_NE(result.reason.find("look-alike"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("visually similar"), std::string::npos) << result.reason;
 }
 
 TEST(Absorb, RefusesAContainedSourceWhereTheTargetHoldsTwoBuildingsForOne) {
   const AbsorbResult result = AbsorbOfTwoBuildings(24, 12);
   EXPECT_FALSE(result.ok);
-  EXPECT_NE(result.reason.find("look-alike"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("visually similar"), std::string::npos) << result.reason;
 }
 
 TEST(Absorb, TakesAContainedSourceOfOnePlace) {

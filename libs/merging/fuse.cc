@@ -107,7 +107,7 @@ class Fuser {
     return MaxErrorPx(shared, options_);
   }
 
-  // With the intrinsics of the side that the photo's pose is from.
+  // With the intrinsics of the model that the photo's pose is from.
   const colmap::Camera& CameraOf(const colmap::Image& image) const {
     const bool of_source =
         result_.added.count(image.ImageId()) > 0 || result_.kept_source.count(image.ImageId()) > 0;

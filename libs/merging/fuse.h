@@ -22,8 +22,8 @@ std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
 struct FuseResult {
   std::string reason;                     // empty, or why the models cannot be fused
   std::set<colmap::image_t> agreeing;     // shared photos whose two poses agree: they are the seam
-  std::set<colmap::image_t> kept_target;  // shared photos that disagree: the target's side is kept
-  std::set<colmap::image_t> kept_source;  // the same, the source's side is kept
+  std::set<colmap::image_t> kept_target;  // shared photos that disagree: the target's pose stays
+  std::set<colmap::image_t> kept_source;  // the same, the source's pose stays
   std::set<colmap::image_t> added;        // photos that only the source had registered
   int num_common_points = 0;  // points of the target that tracks of the source meet in a photo
   int num_fused_points = 0;   // of these, with one point now

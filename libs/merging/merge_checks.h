@@ -35,8 +35,8 @@ Residuals MeasureResiduals(const colmap::Reconstruction& model,
 struct ResidualTolerance {
   double max_error_growth = 1.25;     // of the mean error, as a factor ...
   double max_error_growth_px = 0.25;  // ... plus this
-  double max_lost_share = 0.1;        // of a side's good observations
-  double max_behind_share = 0.005;    // of a side's observations
+  double max_lost_share = 0.1;        // of a model's good observations
+  double max_behind_share = 0.005;    // of a model's observations
 };
 
 // Empty if `after` is no worse than `before` within the tolerance, else what is worse.

@@ -16,10 +16,12 @@ struct SeamIntrinsics {
 };
 
 // Refines poses of `free_images`, all points they see, and intrinsics. Other images that see those
-// points hold the frame; where there are none, it moves as little as it must. A camera keeps its
-// intrinsics that is fixed, has fewer photos among the free images than `intrinsics.min_images`, or
-// one outside of them: a window alone never decides about a shared camera. All of `free_images`
-// must be registered. Loss: soft L1 at 1 px.
+// points hold the frame; where there are none, it moves as little as it must. A camera is refined
+// if
+//  - it is not fixed,
+//  - `intrinsics.min_images` of the free images are its photos, and
+//  - none of its photos is outside of them: a window alone never decides about a shared camera.
+// All of `free_images` must be registered. Loss: soft L1 at 1 px.
 BundleSummary AdjustSeam(const std::set<colmap::image_t>& free_images,
                          const SeamIntrinsics& intrinsics, colmap::Reconstruction* model);
 

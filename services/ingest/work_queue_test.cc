@@ -199,8 +199,8 @@ TEST(WorkQueue, DoesNotBlameItemsForHealthyWorkersThatAreKilled) {
 TEST(WorkQueue, IgnoresReportsOfWhoHoldsNothing) {
   WorkQueue queue;
   queue.Add(1);
-  EXPECT_TRUE(queue.OnFailed("stranger", 1, "x", true, 0).empty());
-  EXPECT_TRUE(queue.OnFailed("stranger", 99, "x", true, 0).empty());
+  EXPECT_TRUE(queue.OnFailed("unknown", 1, "x", true, 0).empty());
+  EXPECT_TRUE(queue.OnFailed("unknown", 99, "x", true, 0).empty());
   EXPECT_TRUE(queue.Has(1));
 }
 

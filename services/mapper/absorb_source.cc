@@ -42,8 +42,9 @@ std::optional<Similarity> FindSimilarity(const MergeTask& task,
   if (const auto similarity = GoOnFromOrder(task, shared, options)) return similarity;
   const Sim3Result anew = EstimateSim3(shared, options);
   if (anew.success) return anew.target_from_source;
-  const std::optional<Similarity> ordered = SimilarityOf(task.order);
-  return ordered || !task.was_done ? ordered : anew.target_from_source;
+  if (const auto ordered = SimilarityOf(task.order)) return ordered;
+  if (task.was_done) return anew.target_from_source;  // it must succeed, with whatever was found
+  return std::nullopt;
 }
 
 std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
@@ -55,24 +56,24 @@ std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
   return ids;
 }
 
-// Why the two sides of a merged model show different places, or "". Along matches that neither
+// Why the two parts of a merged model show different places, or "". Along matches that neither
 // model was built from.
-std::string WhyLookAlike(const Submap& submap, const colmap::Reconstruction& target,
-                         const colmap::Reconstruction& source,
-                         const colmap::Reconstruction& merged) {
-  const LookAlikeOptions& options = submap.options().registration.look_alike;
+std::string WhyModelsDiffer(const Submap& submap, const colmap::Reconstruction& target,
+                            const colmap::Reconstruction& source,
+                            const colmap::Reconstruction& merged) {
+  const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
   const CellVotes votes =
-      CompareSides(options, submap.map(), merged, RegisteredOnlyIn(target, source),
-                   RegisteredOnlyIn(source, target));
+      ComparePhotoSets(options, submap.map(), merged, RegisteredOnlyIn(target, source),
+                       RegisteredOnlyIn(source, target));
   if (!ShowsAnotherPlace(options, votes)) return "";
-  return "look-alike places: " + std::to_string(votes.num_different) + " of " +
-         std::to_string(votes.num_cells()) + " parts that both sides show are different";
+  return "visually similar places: " + std::to_string(votes.num_different) + " of " +
+         std::to_string(votes.num_cells()) + " cells that both models show are different";
 }
 
-// Two places that look alike: a photo is of one of them.
+// Of two visually similar places a photo shows one.
 void YieldPhotos(const colmap::Reconstruction& source, Submap* submap, Absorption* absorption) {
-  submap->YieldLookAlikesTo(source,
-                            [&](const PhotoEvent& event) { absorption->events.push_back(event); });
+  submap->YieldPhotosTo(source,
+                        [&](const PhotoEvent& event) { absorption->events.push_back(event); });
 }
 
 // Returns why not, or "".
@@ -85,15 +86,15 @@ std::string AbsorbModel(const ModelArchive& archive, const MergeTask& task, Subm
   absorption->before = target;
   AbsorbOptions options = OptionsFor(task);
   options.intrinsics.fixed = submap->map().FixedCameras();
-  options.look_alike = submap->options().registration.look_alike;
+  options.similar_structures = submap->options().registration.similar_structures;
   const std::optional<Similarity> similarity =
       FindSimilarity(task, SharedPhotosOf(*source, *target), options.sim3);
   if (!similarity) return "the merge was ordered with a similarity that is none";
   const AbsorbResult result = Absorb(*target, *source, *similarity, options);
-  if (result.looks_alike) YieldPhotos(*source, submap, absorption);
+  if (result.shows_another_place) YieldPhotos(*source, submap, absorption);
   if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
   if (options.verify) {
-    const std::string wrong = WhyLookAlike(*submap, *target, *source, result.merged);
+    const std::string wrong = WhyModelsDiffer(*submap, *target, *source, result.merged);
     if (!wrong.empty()) {
       YieldPhotos(*source, submap, absorption);
       return wrong;

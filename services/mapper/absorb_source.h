@@ -26,9 +26,9 @@ struct MergeTask {
 };
 
 // Merges the source's model into the target's submap, which has the source's photos. Starts from
-// the order's similarity, refined on what both submaps show now; estimates it anew, with the
-// order's options, only where it does not fit any more. A merge that was done never fails for want
-// of a similarity. Worker's thread.
+// the order's similarity, refined on what both submaps show now. Where that does not fit any more,
+// the similarity is estimated anew with the order's options. A merge that was done never fails for
+// want of a similarity. Worker's thread.
 Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap);
 
 }  // namespace skein

@@ -101,7 +101,7 @@ void MergeExecutor::OnAbsorbed() {
     return Fail(absorption.reason);
   }
   LogInfo("submap {} has absorbed {}", open_->ordered.target_id, open_->ordered.source_id);
-  run_.TakeOver(absorption.events);
+  run_.OnAbsorbed(absorption.events);
   run_.WhenDecided(WhileOpen([this] { Conclude(merge_t::DONE, ""); }));
 }
 
@@ -111,8 +111,8 @@ void MergeExecutor::Fail(const std::string& reason) {
   Conclude(merge_t::UNDONE, reason);
 }
 
-// The run rests until the end is in the ledger: a checkpoint that holds the merged model before
-// that would have its successor start behind an order that nobody carries out.
+// The run rests until the end is in the ledger. No checkpoint may hold the merged model before: a
+// successor would start from it, behind the order, and nobody would carry the order out.
 void MergeExecutor::Conclude(int8_t state, const std::string& reason) {
   if (open_->replay) return Close();
   merge_t fact = MakeFact(state);

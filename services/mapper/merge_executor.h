@@ -17,10 +17,11 @@ namespace skein {
 class SubmapRun;
 
 // The part of a run's submap in merges, by the ledger. The source freezes and submits its model.
-// The target absorbs a copy of it (merging/absorb.h verifies), takes the result over and says DONE,
-// or says UNDONE with the reason and stays as it was. A target that replays an order which ended
-// DONE absorbs again and says nothing. At most two trips to the worker: to decode the source, which
-// names the photos to fetch, and to absorb it. Loop's thread only; a part of the run.
+// The target absorbs a copy of it (merging/absorb.h verifies). If that passes, the result replaces
+// its model, and it says DONE. Else it stays as it was, and says UNDONE with the reason. A target
+// that replays an order which ended DONE absorbs again and says nothing. At most two trips to the
+// worker: to decode the source, which names the photos to fetch, and to absorb it. Loop's thread
+// only; a part of the run.
 class MergeExecutor {
  public:
   MergeExecutor(Node& node, const SessionState& session, SubmapRun& run)

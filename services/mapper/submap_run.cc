@@ -189,8 +189,8 @@ void SubmapRun::LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_l
   });
 }
 
-// One trip to the worker: photos that were loaded come in and into the queue, those that the ledger
-// refused leave the map, and the most promising one of the queue is tried.
+// One trip to the worker. Loaded photos are added and queued. Photos that the ledger refused leave
+// the map. Then the queued photo that sees most points is tried.
 void SubmapRun::TryNext() {
   const std::vector<int64_t> ids(wanted_.begin(), wanted_.end());
   wanted_.clear();
@@ -349,7 +349,7 @@ void SubmapRun::Report(const std::vector<PhotoEvent>& events) {
   reports_.Tell(events);
 }
 
-void SubmapRun::TakeOver(const std::vector<PhotoEvent>& events) {
+void SubmapRun::OnAbsorbed(const std::vector<PhotoEvent>& events) {
   Report(events);
   WantNeighboursOf(events);
   writer_.HurryCheckpoint();

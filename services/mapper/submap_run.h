@@ -81,7 +81,7 @@ class SubmapRun {
   // Tells what became of photos and notes it.
   void Report(const std::vector<PhotoEvent>& events);
   // Photos that came with another submap are registered here now; a checkpoint follows.
-  void TakeOver(const std::vector<PhotoEvent>& events);
+  void OnAbsorbed(const std::vector<PhotoEvent>& events);
   // The merge that was begun has ended, and the submap lives on.
   void OnMergeOver();
 

@@ -1,7 +1,7 @@
 // Which two submaps to join next, and what was tried already. Everything is recovered from the
 // ledger: an attempt is known by the number of shared photos it had.
 //
-// Smaller into larger; if that fails the other way round; if both fail, not before there are more
+// Smaller into larger; if that fails, the other way round. If both fail, the pair waits for more
 // shared photos (SfM on-the-fly v2, section 3.4). A submap takes part in one merge at a time.
 #pragma once
 
@@ -19,8 +19,8 @@ struct MergeOptions {
   bool enabled = true;
   int min_shared_images = 3;          // N_si
   int min_shared_when_finishing = 1;  // nothing more can come then
-  // After so many failures of a pair, more new shared photos than one are asked for: each attempt
-  // costs the source its time, and look-alike places would have it stop all the time.
+  // After so many failures of a pair, more new shared photos than one are asked for. Each attempt
+  // costs the source its time, and visually similar places would have it stop all the time.
   int patient_failures = 4;
   double patient_growth = 1.5;
 };
@@ -52,7 +52,7 @@ class MergePolicy {
 
   // What failed since the latest DRAINED: an UNDONE in its direction, a FAILED in both, as no
   // similarity was found in either. At DRAINED the mappers have worked over their maps with all
-  // that the session has, so what failed before may succeed now, and is tried once more.
+  // that the session has. What failed before may succeed now, and is tried once more.
   static Failures FailuresOf(const SessionState& session);
   bool WasTried(const Failures& failures, const Direction& direction, int num_shared_images,
                 bool finishing) const;

@@ -108,7 +108,7 @@ wait_until 10 "the pool grows again" mappers_are 'mapper-1.pid mapper-2.pid '
 kill -9 "$launch_pid"
 wait "$launch_pid" 2>/dev/null || true
 wait_until 10 "the services die with their launcher" none_runs
-echo "no process id" >"$session/run/torn.pid"
+echo "no process id" >"$session/run/broken.pid"
 start_services "$session" udpm://239.255.76.67:7667?ttl=0 2>"$workspace/again"
 [[ ! -s $workspace/again ]] || fail "speaks of processes that are gone: $(cat "$workspace/again")"
 stop_services

@@ -79,8 +79,8 @@ class PointChoice {
   std::unordered_set<Point3DId> chosen_;
 };
 
-// The points of the free images. Over the limit half of them are the new photo's, and each other
-// free image has its share of the rest: an image with few points moves with their errors.
+// The points of the free images. Over the limit half of them are the new photo's. The other free
+// images share the rest evenly, as an image with few points moves with their errors.
 std::vector<Point3DId> SelectPoints(const SceneMap& map, const std::vector<ImageId>& free,
                                     size_t limit) {
   PointChoice choice(map, free);

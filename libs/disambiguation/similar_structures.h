@@ -1,5 +1,6 @@
-// Visually similar structures: a photo of another building of the same design fits a map in its
-// matches. Missing correspondences (Zach et al. 2010, Heinly et al. 2014) tell the two apart.
+// Visually similar structures ("doppelgangers", Cai et al. 2023): a photo of another building of
+// the same design fits a map in its matches. Points that are visible but unmatched tell the two
+// apart (Zach et al. 2010, Heinly et al. 2014).
 //
 // Photo a is divided into cells. A point X of photo b is expected in a when X projects into a and
 //
@@ -24,7 +25,7 @@
 
 namespace skein {
 
-struct LookAlikeOptions {
+struct SimilarStructuresOptions {
   int num_columns = 24;  // cells of a photo
   int num_rows = 18;
   int min_points = 4;                // expected points, and keypoints, of a cell that counts
@@ -54,42 +55,44 @@ struct CellVotes {
   void Add(const CellVotes& other);
 };
 
-bool ShowsAnotherPlace(const LookAlikeOptions& options, const CellVotes& votes);
-bool MissesTooMuch(const LookAlikeOptions& options, const CellVotes& votes);
+bool ShowsAnotherPlace(const SimilarStructuresOptions& options, const CellVotes& votes);
+bool HasTooManyMissingCells(const SimilarStructuresOptions& options, const CellVotes& votes);
 
 // Compares a photo that is not registered, at cam_from_world, with its registered neighbours. It
 // has no points yet, so no cell is different.
-CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap& map,
+CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const SceneMap& map,
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world);
 
 // Photos of another place than the map's, by different cells, ascending. Photos are joined into
-// groups along their verified pairs, those with most seen cells first, but never groups that show
-// different places. The group with the photo `first` stays, if that is registered; else the
-// largest. So two maps never exchange their places. The photos of the others are returned. Visits
+// groups along their verified pairs, those with most seen cells first. Groups that show different
+// places are never joined. The group with the photo `first` stays if that is registered, else the
+// largest; the photos of the others are returned. So two maps never exchange their places. Visits
 // all photos.
-std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first);
+std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,
+                                              const SceneMap& map, ImageId first);
 
-// What is suspected in a map.
-struct Suspicion {
-  std::set<ImageId> suspects;  // registered, with matches with photos of a place that looks alike
-  // Waiting photos with too many missing cells at the pose of their matches (cam_from_world). Such
-  // a photo belongs to the photos it matches most, and contradicts those whose points it misses.
-  std::map<ImageId, Eigen::Matrix3x4d> witnesses;
-  bool Concerns(ImageId id) const { return suspects.count(id) > 0 || witnesses.count(id) > 0; }
-  bool IsEmpty() const { return suspects.empty() && witnesses.empty(); }
+// Photos that are judged by missing cells.
+struct SimilarPlaceCandidates {
+  // They match photos that were found to be of a visually similar place.
+  std::set<ImageId> registered;
+  // They have too many missing cells at the pose of their matches (cam_from_world). Such a photo
+  // belongs to the photos it matches most, and contradicts those whose points it misses.
+  std::map<ImageId, Eigen::Matrix3x4d> waiting;
+  bool Contains(ImageId id) const { return registered.count(id) > 0 || waiting.count(id) > 0; }
+  bool IsEmpty() const { return registered.empty() && waiting.empty(); }
 };
 
-// The same by missing cells, where FindLookAlikes finds none. Photos are joined by their matches.
-// Pairs that the suspicion concerns are judged by missing cells.
-std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                             ImageId first, const Suspicion& suspicion);
+// The same by missing cells, where FindPhotosOfAnotherPlace finds none. Photos are joined by their
+// matches. Pairs with a candidate are judged; only registered photos are returned.
+std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
+    const SimilarStructuresOptions& options, const SceneMap& map, ImageId first,
+    const SimilarPlaceCandidates& candidates);
 
 // Sums the cells between photos of two sets in one model, along the verified pairs of `map`. The
 // map must hold all of these photos; its own poses and points are not used.
-CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,
-                       const colmap::Reconstruction& model, const std::set<ImageId>& side1,
-                       const std::set<ImageId>& side2);
+CellVotes ComparePhotoSets(const SimilarStructuresOptions& options, const SceneMap& map,
+                           const colmap::Reconstruction& model, const std::set<ImageId>& photos1,
+                           const std::set<ImageId>& photos2);
 
 }  // namespace skein

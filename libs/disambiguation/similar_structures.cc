@@ -1,4 +1,4 @@
-#include "disambiguation/look_alike.h"
+#include "disambiguation/similar_structures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace skein {
 namespace {
 
-// A change of direction under which a point was recognised covers one that is smaller by this.
+// angle(t, b) / angle(a, b) from which on photo t shows that the point is recognised in a.
 constexpr double kAngleCover = 0.75;
 constexpr int kMinCommonPoints = 15;  // of two photos, for them to be compared
 constexpr int kCellsPerRegion = 3;    // in width and height, where points are sparse
@@ -66,7 +66,7 @@ class Centers {
 // A photo in which points of others are looked for.
 class View {
  public:
-  View(const LookAlikeOptions& options, const colmap::CorrespondenceGraph* graph,
+  View(const SimilarStructuresOptions& options, const colmap::CorrespondenceGraph* graph,
        const colmap::Reconstruction& model, Centers* centers, ImageId image_id,
        const colmap::Camera& camera, const Eigen::Matrix3x4d& cam_from_world)
       : options_(options),
@@ -168,7 +168,7 @@ class View {
     return false;
   }
 
-  const LookAlikeOptions& options_;
+  const SimilarStructuresOptions& options_;
   const colmap::Reconstruction& model_;
   Centers& centers_;
   const ImageId image_id_;
@@ -184,7 +184,7 @@ class View {
 class Views {
  public:
   // Without a graph a photo sees the points that it observes.
-  Views(const LookAlikeOptions& options, const colmap::CorrespondenceGraph* graph,
+  Views(const SimilarStructuresOptions& options, const colmap::CorrespondenceGraph* graph,
         const colmap::Reconstruction& model)
       : options_(options), graph_(graph), model_(model), centers_(model) {}
 
@@ -212,7 +212,7 @@ class Views {
         .first->second;
   }
 
-  const LookAlikeOptions& options_;
+  const SimilarStructuresOptions& options_;
   const colmap::CorrespondenceGraph* const graph_;
   const colmap::Reconstruction& model_;
   Centers centers_;
@@ -233,7 +233,7 @@ std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id, int m
 }
 
 // Each photo with the registered ones that it matches most with.
-std::set<std::pair<ImageId, ImageId>> PairsToCompare(const LookAlikeOptions& options,
+std::set<std::pair<ImageId, ImageId>> PairsToCompare(const SimilarStructuresOptions& options,
                                                      const SceneMap& map,
                                                      const std::vector<ImageId>& ids) {
   std::set<std::pair<ImageId, ImageId>> pairs;
@@ -255,7 +255,8 @@ Votes Weigh(double max_share, int num_seen, int num_contradicting) {
   return {num_seen, static_cast<int>(std::lround(weight * num_contradicting))};
 }
 
-bool IsAbove(double max_share, int num, const LookAlikeOptions& options, const CellVotes& votes) {
+bool IsAbove(double max_share, int num, const SimilarStructuresOptions& options,
+             const CellVotes& votes) {
   return votes.num_cells() >= options.min_cells && num > max_share * votes.num_cells();
 }
 
@@ -279,15 +280,15 @@ void CellVotes::Add(const CellVotes& other) {
   num_different += other.num_different;
 }
 
-bool ShowsAnotherPlace(const LookAlikeOptions& options, const CellVotes& votes) {
+bool ShowsAnotherPlace(const SimilarStructuresOptions& options, const CellVotes& votes) {
   return IsAbove(options.max_different_share, votes.num_different, options, votes);
 }
 
-bool MissesTooMuch(const LookAlikeOptions& options, const CellVotes& votes) {
+bool HasTooManyMissingCells(const SimilarStructuresOptions& options, const CellVotes& votes) {
   return IsAbove(options.max_missing_share, votes.num_missing, options, votes);
 }
 
-CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap& map,
+CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const SceneMap& map,
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world) {
   Centers centers(map.reconstruction());
@@ -300,8 +301,8 @@ CellVotes CompareWithNeighbours(const LookAlikeOptions& options, const SceneMap&
   return sum;
 }
 
-std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                    ImageId first) {
+std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,
+                                              const SceneMap& map, ImageId first) {
   const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
   std::vector<PhotoEdge> by_cells, by_matches;
   Views views(options, &map.graph(), map.reconstruction());
@@ -318,18 +319,19 @@ std::vector<ImageId> FindLookAlikes(const LookAlikeOptions& options, const Scene
   return groups.Contradicted(limit.contradict, first);
 }
 
-std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, const SceneMap& map,
-                                             ImageId first, const Suspicion& suspicion) {
+std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
+    const SimilarStructuresOptions& options, const SceneMap& map, ImageId first,
+    const SimilarPlaceCandidates& candidates) {
   std::vector<ImageId> ids = map.reconstruction().RegImageIds();
   Views views(options, &map.graph(), map.reconstruction());
-  for (const auto& [id, cam_from_world] : suspicion.witnesses) {
+  for (const auto& [id, cam_from_world] : candidates.waiting) {
     views.Place(id, cam_from_world);
     ids.push_back(id);
   }
   std::vector<PhotoEdge> by_cells, by_matches;
   for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
     by_matches.push_back(EdgeByMatches(map, id1, id2));
-    if (!suspicion.Concerns(id1) && !suspicion.Concerns(id2)) continue;
+    if (!candidates.Contains(id1) && !candidates.Contains(id2)) continue;
     const CellVotes cells = views.CompareBothWays(id1, id2);
     if (cells.num_cells() < options.min_pair_cells) continue;
     by_cells.push_back(
@@ -338,35 +340,34 @@ std::vector<ImageId> FindSuspectedLookAlikes(const LookAlikeOptions& options, co
   PhotoGroups groups(ids, by_cells);
   groups.JoinByVotes(by_matches);
   const Votes limit = Weigh(options.max_missing_share, 0, options.min_missing_cells);
-  std::vector<ImageId> look_alikes = groups.Contradicted(limit.contradict, first);
-  const auto is_witness = [&](ImageId id) { return suspicion.witnesses.count(id) > 0; };
-  look_alikes.erase(std::remove_if(look_alikes.begin(), look_alikes.end(), is_witness),
-                    look_alikes.end());
-  return look_alikes;
+  std::vector<ImageId> found = groups.Contradicted(limit.contradict, first);
+  const auto is_waiting = [&](ImageId id) { return candidates.waiting.count(id) > 0; };
+  found.erase(std::remove_if(found.begin(), found.end(), is_waiting), found.end());
+  return found;
 }
 
-CellVotes CompareSides(const LookAlikeOptions& options, const SceneMap& map,
-                       const colmap::Reconstruction& model, const std::set<ImageId>& side1,
-                       const std::set<ImageId>& side2) {
+CellVotes ComparePhotoSets(const SimilarStructuresOptions& options, const SceneMap& map,
+                           const colmap::Reconstruction& model, const std::set<ImageId>& photos1,
+                           const std::set<ImageId>& photos2) {
   CellVotes sum;
   Views views(options, &map.graph(), model);
   for (const auto& [id1, id2] : map.pairs()) {
-    const bool across = (side1.count(id1) > 0 && side2.count(id2) > 0) ||
-                        (side2.count(id1) > 0 && side1.count(id2) > 0);
+    const bool across = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
+                        (photos2.count(id1) > 0 && photos1.count(id2) > 0);
     if (across) sum.Add(views.CompareBothWays(id1, id2));
   }
   return sum;
 }
 
-LookAlikeOptions ForSharedPhotos(const LookAlikeOptions& options) {
-  LookAlikeOptions coarse = options;
+SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options) {
+  SimilarStructuresOptions coarse = options;
   coarse.num_columns = std::max(1, options.num_columns / kCellsPerRegion);
   coarse.num_rows = std::max(1, options.num_rows / kCellsPerRegion);
   return coarse;
 }
 
-CellVotes CompareShared(const LookAlikeOptions& options, const colmap::Reconstruction& model,
-                        const std::set<ImageId>& shared) {
+CellVotes CompareShared(const SimilarStructuresOptions& options,
+                        const colmap::Reconstruction& model, const std::set<ImageId>& shared) {
   CellVotes sum;
   Views views(options, nullptr, model);
   for (const ImageId id : shared) {
@@ -378,18 +379,18 @@ CellVotes CompareShared(const LookAlikeOptions& options, const colmap::Reconstru
   return sum;
 }
 
-std::string WhySharedPhotosDiffer(const LookAlikeOptions& options,
+std::string WhySharedPhotosDiffer(const SimilarStructuresOptions& options,
                                   const colmap::Reconstruction& target,
                                   const colmap::Reconstruction& source,
                                   const std::set<ImageId>& shared) {
-  const LookAlikeOptions coarse = ForSharedPhotos(options);
+  const SimilarStructuresOptions coarse = ForSharedPhotos(options);
   const std::pair<const char*, const colmap::Reconstruction*> models[] = {{"target", &target},
                                                                           {"source", &source}};
   for (const auto& [name, model] : models) {
     const CellVotes votes = CompareShared(coarse, *model, shared);
     if (!ShowsAnotherPlace(coarse, votes)) continue;
-    return "look-alike places: " + std::to_string(votes.num_different) + " of " +
-           std::to_string(votes.num_cells()) + " parts that shared photos and the " + name +
+    return "visually similar places: " + std::to_string(votes.num_different) + " of " +
+           std::to_string(votes.num_cells()) + " cells that shared photos and the " + name +
            "'s own show are different";
   }
   return "";

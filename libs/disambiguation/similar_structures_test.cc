@@ -1,4 +1,4 @@
-#include "disambiguation/look_alike.h"
+#include "disambiguation/similar_structures.h"
 
 #include <gtest/gtest.h>
 
@@ -69,51 +69,53 @@ class Street {
   SceneMap map_;
 };
 
-TEST(LookAlike, OfTwoPlacesTheOneWithFewerPhotosIsFound) {
+TEST(SimilarStructures, OfTwoPlacesTheOneWithFewerPhotosIsFound) {
   Street street(kDistance);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindLookAlikes({}, street.map(), 0), (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
+  EXPECT_EQ(FindPhotosOfAnotherPlace({}, street.map(), 0),
+            (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
 }
 
-TEST(LookAlike, ThePlaceThatTheMapBeganAtStays) {
+TEST(SimilarStructures, ThePlaceThatTheMapBeganAtStays) {
   Street street(kDistance);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindLookAlikes({}, street.map(), 9), (std::vector<ImageId>{1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(FindPhotosOfAnotherPlace({}, street.map(), 9),
+            (std::vector<ImageId>{1, 2, 3, 4, 5, 6, 7}));
 }
 
-TEST(LookAlike, OnePlaceIsLeftAlone) {
+TEST(SimilarStructures, OnePlaceIsLeftAlone) {
   Street street(kDistance, true);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindLookAlikes({}, street.map(), 0).empty());
+  EXPECT_TRUE(FindPhotosOfAnotherPlace({}, street.map(), 0).empty());
 }
 
-TEST(LookAlike, WhatStandsBeforeThePlaceIsNoOtherPlace) {
+TEST(SimilarStructures, WhatStandsBeforeThePlaceIsNoOtherPlace) {
   Street street(kDistance / 2);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindLookAlikes({}, street.map(), 0).empty());
+  EXPECT_TRUE(FindPhotosOfAnotherPlace({}, street.map(), 0).empty());
 }
 
-TEST(LookAlike, SuspectsAreToldByWhatTheyMiss) {
-  const Suspicion suspicion{{8, 9, 10, 11, 12, 13}, {}};
+TEST(SimilarStructures, CandidatesAreJudgedByMissingCells) {
+  const SimilarPlaceCandidates candidates{{8, 9, 10, 11, 12, 13}, {}};
   Street street(kDistance / 2);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindSuspectedLookAlikes({}, street.map(), 0, suspicion),
+  EXPECT_EQ(FindPhotosOfAnotherPlaceByMissingCells({}, street.map(), 0, candidates),
             (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
   Street one_place(kDistance, true);
   one_place.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindSuspectedLookAlikes({}, one_place.map(), 0, suspicion).empty());
+  EXPECT_TRUE(FindPhotosOfAnotherPlaceByMissingCells({}, one_place.map(), 0, candidates).empty());
 }
 
-TEST(LookAlike, APhotoOfAnotherPlaceMissesMuch) {
+TEST(SimilarStructures, APhotoOfAnotherPlaceMissesMuch) {
   Street street(kDistance);
   street.Register(kNumFirst);
   const CellVotes votes = street.CompareSecond(kNumFirst + 2);
-  EXPECT_TRUE(MissesTooMuch({}, votes));
+  EXPECT_TRUE(HasTooManyMissingCells({}, votes));
   EXPECT_EQ(votes.num_different, 0);
   EXPECT_GT(votes.num_seen, 60);
 }
 
-TEST(LookAlike, APhotoOfThePlaceMissesNothing) {
+TEST(SimilarStructures, APhotoOfThePlaceMissesNothing) {
   Street street(kDistance, true);
   street.Register(kNumFirst);
   const CellVotes votes = street.CompareSecond(kNumFirst + 2);
@@ -121,12 +123,12 @@ TEST(LookAlike, APhotoOfThePlaceMissesNothing) {
   EXPECT_GT(votes.num_seen, 150);
 }
 
-TEST(LookAlike, SidesOfAMergeAreCompared) {
+TEST(SimilarStructures, SidesOfAMergeAreCompared) {
   for (const bool same : {false, true}) {
     Street street(kDistance, same);
     street.Register(kNumFirst + kNumSecond);
-    const CellVotes votes = CompareSides({}, street.map(), street.map().reconstruction(),
-                                         {1, 2, 3, 4}, {9, 10, 11, 12});
+    const CellVotes votes = ComparePhotoSets({}, street.map(), street.map().reconstruction(),
+                                             {1, 2, 3, 4}, {9, 10, 11, 12});
     EXPECT_EQ(ShowsAnotherPlace({}, votes), !same);
   }
 }
