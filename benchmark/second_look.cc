@@ -260,7 +260,7 @@ int main(int argc, char** argv) {
   app.add_option("--workers", options.num_workers, "Photos at work at the same time")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--top", options.top_n, "Candidates a photo, plain and second look")
+  app.add_option("--top-n", options.top_n, "Candidates a photo, plain and second look")
       ->capture_default_str();
   app.add_option("--expand", options.num_expanding, "Photos that a query is expanded by")
       ->capture_default_str();

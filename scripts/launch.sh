@@ -62,7 +62,7 @@ while (($#)); do
     --max-size) need_count "$1" "$2"; features_options+=(--max-size "$2"); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
-    --top-n) need_count "$1" "$2"; retrieval_options+=(--top "$2"); shift ;;
+    --top-n) need_count "$1" "$2"; retrieval_options+=(--top-n "$2"); shift ;;
     --no-second-look) matching_options+=(--no-second-look) ;;
     --no-merge) merger_options+=(--no-merge) ;;
     --no-background-ba) mapper_options+=(--no-background-ba) ;;

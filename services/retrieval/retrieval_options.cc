@@ -9,7 +9,7 @@ namespace skein {
 
 Status RetrievalServiceOptions::Check() const {
   const HnswOptions& hnsw = retrieval.hnsw;
-  return FirstError({InRange<size_t>("top", retrieval.top_n, 1, 200),
+  return FirstError({InRange<size_t>("top_n", retrieval.top_n, 1, 200),
                      InRange<size_t>("expand", retrieval.num_expanding, 0, 100),
                      InRange<size_t>("ef", hnsw.ef_search, 200, 100'000),
                      InRange<size_t>("ef_construction", hnsw.ef_construction, 1, 100'000),
@@ -19,7 +19,7 @@ Status RetrievalServiceOptions::Check() const {
 
 void AddOptions(CLI::App& app, RetrievalServiceOptions* options) {
   RetrievalOptions& retrieval = options->retrieval;
-  app.add_option("--top", retrieval.top_n, "Candidates a photo");
+  app.add_option("--top-n", retrieval.top_n, "Candidates a photo");
   app.add_option("--expand", retrieval.num_expanding,
                  "Photos that a query is expanded by; 0: none");
   app.add_option("--ef", retrieval.hnsw.ef_search, "Breadth of the search in the HNSW graph");
