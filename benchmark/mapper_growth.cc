@@ -1,5 +1,5 @@
-// What a photo costs the mapper as its submap grows: a walk along a street in correspondences (no
-// pixels), so that hundreds of photos take minutes. Prints for each hundred photos:
+// What a photo costs the mapper as its submap grows, on a walk along a street. The input are
+// correspondences, not pixels, so hundreds of photos take minutes. Prints for each hundred photos:
 //  - CPU time per photo of the registering thread and of the process,
 //  - the longest wait of a photo, memory,
 //  - how long a checkpoint stops registration.

@@ -36,8 +36,9 @@ struct GeoreferenceOptions {
   int min_inliers = 4;        // and at least half of the photos with a position
   int num_trials = 500;       // triples tried
   double min_sigma_m = 0.02;  // positions are not taken for better than this, per axis
-  // Let h, v be the median horizontal and vertical residuals of the fit with altitudes, h0 the
-  // horizontal one without them, and t the tilt between both fits. Altitudes are left out when
+  // Of the fit with altitudes: h, v, the median horizontal and vertical residuals. Of the fit
+  // without: h0, the median horizontal residual. t: the tilt between both. Altitudes are left out
+  // when
   //
   //   h0 < min_horizontal_gain * h, or
   //   h0 <= max_horizontal_loss * h and (v > max_vertical_ratio * h or t > max_tilt_deg).
@@ -76,8 +77,8 @@ struct Georeference {
 //  - The same is done with horizontal positions only. Up is then what the cameras say: held level,
 //    or looking straight down.
 // GeoreferenceOptions tells which of the two wins: altitudes may drift, and then tilt the model.
-// Refused, with a reason: too few positions; too few that agree; camera centres in a spot or on a
-// line at the scale of the noise, which leaves scale or rotation open. Deterministic.
+// Refused, with a reason: too few positions; too few that agree. Also camera centres in a spot or
+// on a line at the scale of the noise, as they leave scale or rotation open. Deterministic.
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos,
                                   const GeoreferenceOptions& options = {});

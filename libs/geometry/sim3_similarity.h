@@ -34,7 +34,7 @@ struct CameraPose {
 CameraPose TransformPose(const Similarity& target_from_source, const CameraPose& cam_from_source);
 
 // Least-squares similarity from corresponding points (Umeyama 1991). nullopt for less than three
-// pairs, or when either set of points lies on a line or in a spot, which leaves the rotation open.
+// pairs. Also when either set of points lies on a line or in a spot: the rotation is open then.
 std::optional<Similarity> SimilarityFromPoints(const std::vector<Eigen::Vector3d>& source,
                                                const std::vector<Eigen::Vector3d>& target);
 

@@ -31,8 +31,8 @@ struct PhotoState {
 };
 
 // A submap's life: seed, leases, models, end. `latest_model` is the newest checkpoint or final
-// model, `final_ledger_seq` the position of the newest final one; a lease changes neither, so a
-// submap that was taken over after its FINAL stays final until it has a newer checkpoint.
+// model; `final_ledger_seq` is the position of the newest final one. A lease changes neither. So a
+// submap with a new lease after its FINAL stays final until it has a newer checkpoint.
 struct SubmapLife {
   // The latest word on a photo.
   struct Photo {
@@ -83,9 +83,9 @@ struct FinishState {
 // Merges. ORDERED opens a merge; DONE and UNDONE close it, and so does the end of either submap.
 // FAILED is an attempt that found no similarity: nothing was ordered, it has no merge_id, and it
 // stands in failed_merges() alone. DONE ends the source, which is `merged_into` the target; the
-// source's end fact follows in the same commit. DONE moves no photo: the target has told of each
-// photo that came with the source by a registration before it, and what it did not tell of it does
-// not hold.
+// source's end fact follows in the same commit. DONE moves no photo. The target has submitted a
+// registration before it for each photo that came with the source. It holds no other photo of the
+// source.
 class SessionState {
  public:
   // Facts in the order of seq, without gaps; throws std::logic_error otherwise.

@@ -1,5 +1,5 @@
-// Features of photos of one synthetic scene, for the tests of matching: a keypoint with a
-// descriptor of its own for each of 400 points.
+// Features of photos of one synthetic scene, for the tests of matching. Each of 400 points has a
+// descriptor of its own.
 #pragma once
 
 #include <cstdint>

@@ -25,9 +25,9 @@ struct OnnxOptions {
 // ".."}; absent keys leave `options` as they are. Unknown keys and wrong types are errors.
 Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options);
 
-// A learned descriptor: any ONNX model that maps an image, 1 x 3 x height x width, to a vector and
-// that OpenCV's DNN module runs on the CPU. The paper uses a NetVLAD-style network (Hou et al.
-// 2023). The model gets the upright view.
+// A learned descriptor: an ONNX model that maps an image, 1 x 3 x height x width, to a vector.
+// OpenCV's DNN module runs it on the CPU. The paper uses a NetVLAD-style network (Hou et al. 2023).
+// The model gets the upright view.
 class OnnxModel : public GlobalDescriptorModel {
  public:
   // Loads the model and runs it once. An error says why it cannot be used and what to do. Refused

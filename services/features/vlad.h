@@ -15,7 +15,8 @@ namespace skein {
 //  - Each cell sums its residuals, weighted by scale: large structure survives a change of view,
 //    fine texture (grass, gravel) is similar everywhere.
 //  - Each sum is projected to the first C principal axes of its cell's residuals (Delhumeau et al.
-//    2013), damped by a power law and normalised (Arandjelovic and Zisserman 2013).
+//    2013).
+//  - The projection is damped by a power law and normalised (Arandjelovic and Zisserman 2013).
 // The result has K * C values and unit length; zero without features.
 Eigen::VectorXf AggregateVlad(const Codebook& codebook, const LocalFeatures& features);
 

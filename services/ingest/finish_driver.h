@@ -12,10 +12,12 @@
 
 namespace skein {
 
-// Takes a session from the `finish` command to its models and report: REQUESTED, DRAINED when all
-// photos are through matching, (SETTLED comes from the merger), DONE when every living submap's
-// final model is written. Where it stands is in the ledger, so a restart goes on. Loop's thread
-// only.
+// Takes a session from the `finish` command to its models and report.
+//  - REQUESTED: on the command.
+//  - DRAINED: all photos are through matching.
+//  - SETTLED: comes from the merger.
+//  - DONE: the final model of every living submap is written.
+// The ledger holds where the finish stands, so a restart goes on. Loop's thread only.
 class FinishDriver {
  public:
   struct Environment {

@@ -13,9 +13,9 @@
 
 namespace skein {
 
-// The one place where facts are committed. A staged fact counts for `state()` at once, so that the
-// next one is judged with it, and is durable and told to the observers at the next Flush: all that
-// wait share one sync of the disk. Nobody outside may learn of a fact before that.
+// The one place where facts are committed. A staged fact counts for `state()` at once, so the next
+// one is judged with it. Flush makes all staged facts durable by one sync of the disk, then tells
+// the observers. Nobody outside may learn of a fact before that.
 class LedgerWriter {
  public:
   using OnCommitted = std::function<void(const Fact&)>;
@@ -28,8 +28,8 @@ class LedgerWriter {
   // observers. Returns the completed fact. Throws std::logic_error for a fact_id that exists.
   Fact Stage(Fact fact, std::vector<LedgerNote> notes = {}, OnCommitted then = nullptr);
   void StageNote(LedgerNote note);
-  // Throws std::runtime_error, with the reason for the user, if the disk takes no more: then
-  // nothing staged was told to anyone, and a fresh start finds the ledger as it was before.
+  // Throws std::runtime_error, with the reason for the user, if the disk takes no more. Then nobody
+  // was told of what was staged, and a fresh start finds the ledger as it was before.
   void Flush();
   bool has_staged() const { return !staged_.empty() || !notes_.empty(); }
 

@@ -21,9 +21,12 @@ struct IntakeOptions {
   double vanished_after_s = 10;  // without progress, once a finish was asked for
 };
 
-// From an offer to a committed photo: offered name and size checked, bytes pulled from the agent,
-// photo checked, named and stored in one job of another thread, fact committed. Every offer is
-// answered, every time, from the ledger where it is decided. Loop's thread only.
+// From an offer to a committed photo:
+//  - the offered name and size are checked;
+//  - the bytes are pulled from the agent;
+//  - one job of another thread checks, names and stores the photo;
+//  - the fact is committed.
+// Every offer is answered, every time, from the ledger where it is decided. Loop's thread only.
 class PhotoIntake {
  public:
   PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options);

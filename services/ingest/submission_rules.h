@@ -11,7 +11,7 @@ namespace skein {
 // here, nor at repeats, nor at leases.
 Status CheckSubmission(const Fact& fact, const SessionState& state);
 
-// A mapper's fact for a submap (registration, model, step of a merge) counts while the submap lives
+// For a mapper's fact for a submap: registration, model, step of a merge. Ok while the submap lives
 // and is leased to the author in the fact's epoch. Ok for all other facts.
 Status CheckLease(const Fact& fact, const SessionState& state);
 

@@ -11,9 +11,10 @@
 
 namespace skein {
 
-// Which work there is, by kind, derived from the ledger: "features" (photos without features),
-// "matching" (photos with candidates and without matches), "submap" (seeds and submaps without a
-// mapper). An item is an image id, or a submap id.
+// Which work there is, by kind, derived from the ledger. An item is an image id, or a submap id.
+//  - "features": photos without features.
+//  - "matching": photos with candidates and without matches.
+//  - "submap": seeds, and submaps without a mapper.
 class WorkPlanner {
  public:
   struct Grant {

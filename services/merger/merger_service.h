@@ -1,5 +1,6 @@
-// The merger's handlers: follows the ledger and the submaps' status, and decides, one thing at a
-// time, on seeds, merges and the end of a finish. It keeps nothing that the ledger does not hold.
+// The merger's handlers. The merger follows the ledger and the submaps' status. It decides on
+// seeds, merges and the end of a finish, one thing at a time. It keeps nothing that the ledger does
+// not hold.
 #pragma once
 
 #include <cstdint>

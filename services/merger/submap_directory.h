@@ -1,6 +1,6 @@
-// What seeds and merges are chosen from: the session's live submaps and the photos they share. A
-// view of the session's state, but for one thing that is in no fact: how far each submap's mapper
-// has worked, which its status tells again every second, so that a restart loses nothing.
+// What seeds and merges are chosen from: the session's live submaps and the photos they share. It
+// is a view of the session's state, but for one thing that is in no fact: how far each submap's
+// mapper has worked. A mapper's status tells that every second, so a restart loses nothing.
 #pragma once
 
 #include <cstdint>

@@ -51,10 +51,13 @@ class HnswIndex {
   // At most k, nearest first, equally near ones by id; removed ones are left out. With `exact` by
   // comparing with every vector.
   std::vector<Neighbour> Nearest(const Search& search, size_t k) const;
-  // The results in the order of an expanded query (Chum et al. 2007, weights of Radenovic et al.
-  // 2019): the vector plus its `num_expanding` nearest, each times its cosine to the vector. Photos
-  // similar to the likely neighbours come before photos similar by chance. For vectors of unit
-  // length. Distances are the vector's own.
+  // The results in the order of an expanded query (Chum et al. 2007; weights: Radenovic et al.
+  // 2019),
+  //
+  //   q = v + sum of max(0, cos(v, n)) n,   v: the vector, n: its `num_expanding` nearest.
+  //
+  // Photos similar to the likely neighbours come before photos similar by chance. For vectors of
+  // unit length. Distances are the vector's own.
   std::vector<Neighbour> NearestExpanded(const Search& search, size_t k,
                                          size_t num_expanding) const;
   // Throws std::invalid_argument if the id was inserted before, or if anything was inserted since
