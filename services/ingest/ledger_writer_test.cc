@@ -1,6 +1,9 @@
+// Facts go through the ledger's writer. From them follow the session's state, the report, the rules
+// of submission and the open work.
+#include "ingest/ledger_writer.h"
+
 #include <gtest/gtest.h>
 
-#include "ingest/ledger_writer.h"
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
 #include "ledger/fact_ids.h"
@@ -13,9 +16,9 @@ namespace skein {
 namespace {
 
 // Commits facts on a clock that advances a second a fact.
-class SessionStateTest : public testing::Test {
+class LedgerWriterTest : public testing::Test {
  protected:
-  SessionStateTest() { Reopen(); }
+  LedgerWriterTest() { Reopen(); }
 
   void Reopen() {
     writer_.reset();
@@ -85,7 +88,7 @@ class SessionStateTest : public testing::Test {
   std::unique_ptr<LedgerWriter> writer_;
 };
 
-TEST_F(SessionStateTest, CountsCandidatesThatVerifyApartFromOtherPairs) {
+TEST_F(LedgerWriterTest, CountsCandidatesThatVerifyApartFromOtherPairs) {
   for (int i = 0; i < 3; ++i) AddPhoto();
   candidates_t candidates{};
   candidates.other_ids = {1, 2};
@@ -106,7 +109,7 @@ TEST_F(SessionStateTest, CountsCandidatesThatVerifyApartFromOtherPairs) {
   EXPECT_EQ(session().history.retrieval().pairs_verified, 2);
 }
 
-TEST_F(SessionStateTest, IsTheSameAfterReplay) {
+TEST_F(LedgerWriterTest, IsTheSameAfterReplay) {
   AddMatchedPhoto();
   AddMatchedPhoto();
   AddMatchedPhoto(0);
@@ -125,7 +128,7 @@ TEST_F(SessionStateTest, IsTheSameAfterReplay) {
   EXPECT_EQ(state().num_in_flight(), in_flight);
 }
 
-TEST_F(SessionStateTest, AccountsForEveryPhoto) {
+TEST_F(LedgerWriterTest, AccountsForEveryPhoto) {
   AddMatchedPhoto();
   AddMatchedPhoto();
   AddMatchedPhoto(0);
@@ -144,7 +147,7 @@ TEST_F(SessionStateTest, AccountsForEveryPhoto) {
   EXPECT_EQ(state().WhyUnregistered(*state().FindPhoto(3)), "no features");
 }
 
-TEST_F(SessionStateTest, CountsAPhotoOnlyWhileASubmapThatHoldsItLives) {
+TEST_F(LedgerWriterTest, CountsAPhotoOnlyWhileASubmapThatHoldsItLives) {
   AddMatchedPhoto();
   AddMatchedPhoto();
   const int64_t submap = AddSubmap("mapper-1");
@@ -157,7 +160,7 @@ TEST_F(SessionStateTest, CountsAPhotoOnlyWhileASubmapThatHoldsItLives) {
   EXPECT_FALSE(state().IsRegistered(1));
 }
 
-TEST_F(SessionStateTest, TakesLatencyFromTheFirstRegistration) {
+TEST_F(LedgerWriterTest, TakesLatencyFromTheFirstRegistration) {
   AddMatchedPhoto();
   AddMatchedPhoto();
   const int64_t submap = AddSubmap("mapper-1");
@@ -170,7 +173,7 @@ TEST_F(SessionStateTest, TakesLatencyFromTheFirstRegistration) {
   EXPECT_GT(latency[0], 0);
 }
 
-TEST_F(SessionStateTest, ForgetsAVanishedAgentWhosePhotoCame) {
+TEST_F(LedgerWriterTest, ForgetsAVanishedAgentWhosePhotoCame) {
   failure_t vanished{};
   vanished.stage = "ingest";
   Commit(vanished, VanishedAgentFactId("blob1.jpg", 1));
@@ -179,7 +182,7 @@ TEST_F(SessionStateTest, ForgetsAVanishedAgentWhosePhotoCame) {
   EXPECT_TRUE(session().history.Failures().empty());
 }
 
-TEST_F(SessionStateTest, GivesIdsAtCommit) {
+TEST_F(LedgerWriterTest, GivesIdsAtCommit) {
   AddMatchedPhoto();
   AddMatchedPhoto();
   EXPECT_EQ(AddSubmap("mapper-1"), 1);
@@ -194,7 +197,7 @@ TEST_F(SessionStateTest, GivesIdsAtCommit) {
   EXPECT_EQ(state().FindSubmap(2)->open_merge_id, ordered.merge_id);
 }
 
-TEST_F(SessionStateTest, RefusesAStaleEpochAndAnotherAuthor) {
+TEST_F(LedgerWriterTest, RefusesAStaleEpochAndAnotherAuthor) {
   AddMatchedPhoto();
   AddMatchedPhoto();
   registration_t fact{};
@@ -218,7 +221,7 @@ TEST_F(SessionStateTest, RefusesAStaleEpochAndAnotherAuthor) {
   EXPECT_FALSE(CheckSubmission(fact, state()).ok());
 }
 
-TEST_F(SessionStateTest, RefusesASubmittedLease) {
+TEST_F(LedgerWriterTest, RefusesASubmittedLease) {
   submap_lease_t lease{};
   lease.submap_id = AddSubmap("mapper-1");
   lease.epoch = 2;
@@ -227,7 +230,7 @@ TEST_F(SessionStateTest, RefusesASubmittedLease) {
   EXPECT_EQ(CheckSubmission(lease, state()).error(), "leases are ingest's to give");
 }
 
-TEST_F(SessionStateTest, AMapperMayEndItsSubmapButNotMergeIt) {
+TEST_F(LedgerWriterTest, AMapperMayEndItsSubmapButNotMergeIt) {
   submap_end_t end = MakeSubmapEnd(AddSubmap("mapper-1"), 1, "initial pair");
   end.header.author = "mapper-1";
   EXPECT_EQ(CheckLease(end, state()).error(), "");
@@ -242,7 +245,7 @@ TEST_F(SessionStateTest, AMapperMayEndItsSubmapButNotMergeIt) {
   EXPECT_FALSE(CheckSubmission(end, state()).ok());
 }
 
-TEST_F(SessionStateTest, RefusesAModelOfNoKindOrWithoutItsBlob) {
+TEST_F(LedgerWriterTest, RefusesAModelOfNoKindOrWithoutItsBlob) {
   submap_model_t model{};
   model.submap_id = AddSubmap("mapper-1");
   model.epoch = 1;
@@ -259,7 +262,7 @@ TEST_F(SessionStateTest, RefusesAModelOfNoKindOrWithoutItsBlob) {
   EXPECT_FALSE(CheckSubmission(model, state()).ok());
 }
 
-TEST_F(SessionStateTest, RefusesAPairWithoutInliers) {
+TEST_F(LedgerWriterTest, RefusesAPairWithoutInliers) {
   AddPhoto();
   AddPhoto();
   AddForPhoto(features_t{}, "features", 2);
@@ -278,7 +281,7 @@ TEST_F(SessionStateTest, RefusesAPairWithoutInliers) {
   EXPECT_EQ(CheckSubmission(matches, state()).error(), "");
 }
 
-TEST_F(SessionStateTest, AStepOfAMergeNeedsTheLeaseOfItsSide) {
+TEST_F(LedgerWriterTest, AStepOfAMergeNeedsTheLeaseOfItsSide) {
   merge_t step{};
   step.header.author = "mapper-1";
   step.source_id = AddSubmap("mapper-1");
@@ -298,7 +301,7 @@ TEST_F(SessionStateTest, AStepOfAMergeNeedsTheLeaseOfItsSide) {
   EXPECT_TRUE(CheckLease(step, state()).ok()) << "an order is the merger's";
 }
 
-TEST_F(SessionStateTest, ReportsAMergeThatWasUndoneWithItsReason) {
+TEST_F(LedgerWriterTest, ReportsAMergeThatWasUndoneWithItsReason) {
   merge_t merge{};
   merge.source_id = AddSubmap("mapper-1");
   merge.target_id = AddSubmap("mapper-2");
@@ -306,13 +309,13 @@ TEST_F(SessionStateTest, ReportsAMergeThatWasUndoneWithItsReason) {
   merge.num_shared_images = 3;
   merge = Commit(merge, "merge/1");
   merge.state = merge_t::UNDONE;
-  merge.reason = "look-alike places";
+  merge.reason = "visually similar places";
   Commit(merge, "merge/1/end");
   Reopen();
   const auto merges = MakeReport(session(), 0, 1)["merges"];
   ASSERT_EQ(merges.size(), 1u);
   EXPECT_EQ(merges[0]["state"], "undone");
-  EXPECT_EQ(merges[0]["reason"], "look-alike places");
+  EXPECT_EQ(merges[0]["reason"], "visually similar places");
   EXPECT_EQ(merges[0]["shared_images"], 3);
   for (const int64_t submap_id : {1, 2}) {
     EXPECT_EQ(state().FindSubmap(submap_id)->open_merge_id, 0);
@@ -320,7 +323,7 @@ TEST_F(SessionStateTest, ReportsAMergeThatWasUndoneWithItsReason) {
   }
 }
 
-TEST_F(SessionStateTest, ReportsWhatEachServiceRanWith) {
+TEST_F(LedgerWriterTest, ReportsWhatEachServiceRanWith) {
   for (const auto& [instance, text] : std::vector<std::pair<std::string, std::string>>{
            {"mapper-1", "[mapper]\n"}, {"mapper-2", "[mapper]\n"}, {"mapper-1", "other"}}) {
     configuration_t fact{};
@@ -337,7 +340,7 @@ TEST_F(SessionStateTest, ReportsWhatEachServiceRanWith) {
   EXPECT_EQ(mappers[1]["instances"], (std::vector<std::string>{"mapper-1"}));
 }
 
-TEST_F(SessionStateTest, FactsOutOfOrderAreABrokenContract) {
+TEST_F(LedgerWriterTest, FactsOutOfOrderAreABrokenContract) {
   SessionState fresh;
   image_t image{};
   image.header.seq = 2;
@@ -347,7 +350,7 @@ TEST_F(SessionStateTest, FactsOutOfOrderAreABrokenContract) {
   EXPECT_THROW(writer_->Stage(image), std::logic_error);
 }
 
-TEST_F(SessionStateTest, DerivesTheOpenWorkFromTheLedger) {
+TEST_F(LedgerWriterTest, DerivesTheOpenWorkFromTheLedger) {
   AddMatchedPhoto();
   AddPhoto();
   AddPhoto();

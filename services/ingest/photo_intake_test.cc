@@ -1,0 +1,246 @@
+#include "ingest/photo_intake.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+
+#include "core/file.h"
+#include "core/hash.h"
+#include "testing/test_ingest.h"
+#include "testing/test_photos.h"
+
+namespace skein {
+namespace {
+
+using PhotoIntakeTest = IngestServiceTest;
+
+TEST_F(PhotoIntakeTest, StoresAPhotoDurablyAndTellsEveryone) {
+  const Bytes photo = SmallJpeg();
+  const image_ack_t ack = Publish("left/a.jpg", photo);
+  EXPECT_EQ(ack.status, +image_ack_t::STORED) << ack.reason;
+  EXPECT_EQ(ack.image_id, 1);
+  EXPECT_EQ(*ReadFile(Paths().Image("alice", "left/a.jpg").string()), photo);
+  EXPECT_EQ(*BlobStore(Paths().Blobs()).Get(ack.blob_id), photo);
+  Await([&] { return !facts_.empty(); }, "the fact");
+  const auto& image = std::get<image_t>(facts_[0]);
+  EXPECT_EQ(image.width_px, 96);
+  EXPECT_EQ(image.camera_id, 1);
+  EXPECT_EQ(image.focal_px, 1.2 * 96);
+  EXPECT_GT(image.header.utime_us, image.received_utime_us);
+}
+
+TEST_F(PhotoIntakeTest, AnswersARepeatedOfferAlikeAlsoAfterARestart) {
+  const image_offer_t good = MakeOffer("a.jpg", SmallJpeg());
+  const image_offer_t bad = MakeOffer("bad.jpg", {1, 2, 3});
+  EXPECT_EQ(Decide(good).status, +image_ack_t::STORED);
+  const std::string reason = Decide(bad).reason;
+  Restart();
+  EXPECT_EQ(Decide(good).status, +image_ack_t::STORED);
+  EXPECT_EQ(Decide(good).image_id, 1);
+  EXPECT_EQ(Decide(bad).status, +image_ack_t::REFUSED);
+  EXPECT_EQ(Decide(bad).reason, reason);
+  Await([&] { return facts_.size() == 2; }, "both facts");
+}
+
+TEST_F(PhotoIntakeTest, KnowsAContentThatIsThereAlready) {
+  const Bytes photo = SmallJpeg();
+  EXPECT_EQ(Publish("a.jpg", photo).status, +image_ack_t::STORED);
+  const image_ack_t copy = Publish("copy.jpg", photo);
+  EXPECT_EQ(copy.status, +image_ack_t::DUPLICATE);
+  EXPECT_EQ(copy.image_id, 1);
+  Restart();
+  EXPECT_EQ(Publish("copy.jpg", photo).status, +image_ack_t::DUPLICATE);
+}
+
+TEST_F(PhotoIntakeTest, KeepsBothOfTwoPhotosOfOneName) {
+  const image_offer_t second = MakeOffer("a.jpg", SmallJpeg(2));
+  EXPECT_EQ(Publish("a.jpg", SmallJpeg(1)).image_id, 1);
+  EXPECT_EQ(Decide(second).image_id, 2);
+  EXPECT_EQ(*ReadFile(Paths().Image("alice", "a~2.jpg").string()), SmallJpeg(2));
+  Restart();
+  EXPECT_EQ(Decide(second).status, +image_ack_t::STORED);
+  EXPECT_EQ(Decide(second).image_id, 2);
+}
+
+TEST_F(PhotoIntakeTest, NamesAndContentsOfOffersThatComeAtOnceDoNotCollide) {
+  const Bytes photo = SmallJpeg(1);
+  image_offer_t copy = MakeOffer("copy.jpg", photo);
+  copy.agent = "bob";
+  const image_offer_t bad = MakeOffer("a.jpg", {1, 2, 3});
+  const image_offer_t first = MakeOffer("a.jpg", photo);
+  const image_offer_t second = MakeOffer("a.jpg", SmallJpeg(2));
+  for (const image_offer_t& offer : {bad, first, second, copy}) {
+    peer_->Publish(kImageOfferChannel, offer);
+  }
+  EXPECT_EQ(Decide(bad).status, +image_ack_t::REFUSED);
+  const std::set<int64_t> ids = {Decide(first).image_id, Decide(second).image_id};
+  EXPECT_EQ(ids, (std::set<int64_t>{1, 2})) << "a content that came twice is one photo";
+  EXPECT_EQ(Decide(copy).image_id, Decide(first).image_id);
+  Await([&] { return facts_.size() == 3; }, "two photos and a refusal");
+  std::set<std::string> names;
+  for (const Fact& fact : facts_) {
+    const auto* image = std::get_if<image_t>(&fact);
+    if (image != nullptr) names.insert(image->name);
+  }
+  // Whose pull ends first has the content, and the plain name is used up only by a stored photo.
+  EXPECT_EQ(names.size(), 2u);
+  EXPECT_EQ(names.count("a.jpg"), 1u);
+  EXPECT_EQ(names.count("a~2.jpg") + names.count("copy.jpg"), 1u);
+}
+
+TEST_F(PhotoIntakeTest, SharesACameraAmongPhotosOfOneSize) {
+  Publish("a.jpg", SmallJpeg(1));
+  Publish("b.jpg", SmallJpeg(2));
+  Publish("c.jpg", SmallJpeg(3, 80, 96));
+  Restart();
+  Publish("d.jpg", SmallJpeg(4));
+  Await([&] { return facts_.size() == 4; }, "four photos");
+  std::vector<int64_t> cameras;
+  for (const Fact& fact : facts_) cameras.push_back(std::get<image_t>(fact).camera_id);
+  EXPECT_EQ(cameras, (std::vector<int64_t>{1, 1, 2, 1}));
+}
+
+TEST_F(PhotoIntakeTest, TellsKnownIntrinsics) {
+  KnownCamera known;
+  known.agent = "ali*";
+  known.width_px = 96;
+  known.height_px = 80;
+  known.camera_model = "SIMPLE_RADIAL";
+  known.params = {100, 48, 40, 0.1};
+  options_.intake.cameras = {known};
+  Restart();
+  Publish("a.jpg", SmallJpeg(1));
+  Publish("other size.jpg", SmallJpeg(2, 80, 96));
+  Await([&] { return facts_.size() == 2; }, "two photos");
+  const auto& image = std::get<image_t>(facts_[0]);
+  EXPECT_EQ(image.camera_model, "SIMPLE_RADIAL");
+  EXPECT_EQ(image.camera_params, known.params);
+  EXPECT_TRUE(image.camera_fixed);
+  EXPECT_EQ(image.focal_px, 100);
+  EXPECT_TRUE(image.focal_from_exif);
+  EXPECT_EQ(std::get<image_t>(facts_[1]).camera_model, "");
+  options_.intake.cameras[0].refine = true;
+  Restart();
+  Publish("b.jpg", SmallJpeg(3));
+  Await([&] { return facts_.size() == 3; }, "the third photo");
+  const auto& refined = std::get<image_t>(facts_[2]);
+  EXPECT_FALSE(refined.camera_fixed);
+  EXPECT_NE(refined.camera_id, image.camera_id);
+}
+
+TEST_F(PhotoIntakeTest, RefusesUnsafeNamesAndTellsWhy) {
+  const Bytes photo = SmallJpeg();
+  for (const std::string name : {"../a.jpg", "/etc/a.jpg", "", "a\xff.jpg", "a/../../b.jpg"}) {
+    const image_ack_t ack = Publish(name, photo);
+    EXPECT_EQ(ack.status, +image_ack_t::REFUSED) << name;
+    EXPECT_NE(ack.reason, "");
+  }
+  EXPECT_EQ(Publish(std::string(300, 'a') + ".jpg", photo).status, +image_ack_t::REFUSED);
+  image_offer_t offer = MakeOffer("a.jpg", photo);
+  offer.agent = "../bob";
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::REFUSED);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.jpg"));
+  EXPECT_EQ(Publish("good.jpg", photo).status, +image_ack_t::STORED);
+  Await([&] { return facts_.size() == 8; }, "seven refusals and a photo");
+}
+
+TEST_F(PhotoIntakeTest, RefusesWrongSizesAndHashes) {
+  const Bytes photo = SmallJpeg();
+  image_offer_t offer = MakeOffer("small.jpg", photo);
+  offer.size_bytes -= 1;
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::REFUSED);
+  offer = MakeOffer("large.jpg", photo);
+  offer.size_bytes += 1;
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::REFUSED);
+  offer = MakeOffer("hash.jpg", photo);
+  offer.blob_id = "not a hash";
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::REFUSED);
+  offer = MakeOffer("zero.jpg", {});
+  EXPECT_EQ(Decide(offer).reason, "empty file");
+  offer = MakeOffer("huge.jpg", photo);
+  offer.size_bytes = int64_t{1} << 40;
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::REFUSED);
+}
+
+TEST_F(PhotoIntakeTest, SetsAsideBadPhotosAndGoesOn) {
+  Bytes cut = SmallJpeg();
+  cut.resize(cut.size() / 2);
+  const std::string text = "a text file called .jpg";
+  EXPECT_EQ(Publish("cut.jpg", cut).status, +image_ack_t::REFUSED);
+  EXPECT_EQ(Publish("text.jpg", Bytes(text.begin(), text.end())).status, +image_ack_t::REFUSED);
+  EXPECT_EQ(Publish("dot.png", Encode(Noise(1, 1), ".png")).status, +image_ack_t::REFUSED);
+  EXPECT_EQ(Publish("grey.jpg", Encode(Noise(96, 80, CV_8UC1), ".jpg")).status,
+            +image_ack_t::STORED);
+  EXPECT_EQ(Publish("deep.png", Encode(Noise(96, 80, CV_16UC3), ".png")).status,
+            +image_ack_t::STORED);
+}
+
+TEST_F(PhotoIntakeTest, MendsWhatACrashLeftBetweenFileAndFact) {
+  const Bytes photo = SmallJpeg();
+  std::filesystem::create_directories(Paths().Images() / "alice");
+  std::ofstream(Paths().Image("alice", "a.jpg")) << "left by a crash";
+  ASSERT_TRUE(BlobStore(Paths().Blobs()).Put(photo).ok());
+  EXPECT_EQ(Publish("a.jpg", photo).status, +image_ack_t::STORED);
+  EXPECT_EQ(*ReadFile(Paths().Image("alice", "a.jpg").string()), photo);
+}
+
+TEST_F(PhotoIntakeTest, SaysWhyItCannotStoreAndTakesThePhotoLater) {
+  std::ofstream(Paths().Images()) << "a file where the folder must be, like any failed write";
+  const image_offer_t offer = MakeOffer("a.jpg", SmallJpeg());
+  peer_->Publish(kImageOfferChannel, offer);
+  Await(
+      [&] {
+        return !acks_.empty() && acks_.back().reason.find("cannot store") != std::string::npos;
+      },
+      "the reason");
+  EXPECT_EQ(acks_.back().status, +image_ack_t::WAIT);
+  std::filesystem::remove(Paths().Images());
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::STORED);
+}
+
+TEST_F(PhotoIntakeTest, RefusesBytesThatAreNotWhatTheirHashPromises) {
+  // A hostile agent: its hash is that of another content.
+  const Bytes photo = SmallJpeg();
+  image_offer_t offer = MakeOffer("lie.jpg", photo);
+  offer.blob_id = HashBytes("another content", 15);
+  offer.owner = "liar";
+  bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [&](const blob_request_t& request) {
+    if (request.owner != "liar") return;
+    blob_chunk_t chunk{};
+    chunk.session_id = request.session_id;
+    chunk.blob_id = request.blob_id;
+    chunk.total_bytes = chunk.size = static_cast<int32_t>(photo.size());
+    chunk.data = photo;
+    bus_.PublishBulk(request.reply_channel, chunk);
+  });
+  const image_ack_t ack = Decide(offer);
+  EXPECT_EQ(ack.status, +image_ack_t::REFUSED);
+  EXPECT_NE(ack.reason.find("do not match"), std::string::npos) << ack.reason;
+  EXPECT_FALSE(BlobStore(Paths().Blobs()).Has(offer.blob_id));
+  EXPECT_EQ(Publish("a.jpg", photo).status, +image_ack_t::STORED);
+}
+
+TEST_F(PhotoIntakeTest, TakesThePhotoOfAnAgentThatVanishedHalfWayWhenItComesBack) {
+  const Bytes photo = Encode(Noise(1000, 800), ".png");
+  auto agent = std::make_unique<Node>(RemoteNode("agent", ingest_->session_id()), loop_, bus_);
+  image_offer_t offer = MakeOffer("half.png", photo);
+  offer.owner = "agent";
+  agent->blobs().Offer(photo);
+  const auto requests =
+      bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [&](const blob_request_t& request) {
+        const bool half_way = request.owner == "agent" && request.offset > 0;
+        if (half_way) loop_.Post([&] { agent.reset(); });
+      });
+  peer_->Publish(kImageOfferChannel, offer);
+  Await([&] { return agent == nullptr; }, "half of the photo");
+  bus_.Unsubscribe(requests);
+  EXPECT_EQ(Publish("other.jpg", SmallJpeg()).status, +image_ack_t::STORED) << "others go on";
+  agent = std::make_unique<Node>(RemoteNode("agent", ingest_->session_id()), loop_, bus_);
+  agent->blobs().Offer(photo);
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::STORED);
+  EXPECT_EQ(*BlobStore(Paths().Blobs()).Get(offer.blob_id), photo);
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,103 @@
+#include "ingest/submission_desk.h"
+
+#include <gtest/gtest.h>
+
+#include "ledger/fact_ids.h"
+#include "node/work_client.h"
+#include "testing/test_ingest.h"
+#include "testing/test_photos.h"
+
+namespace skein {
+namespace {
+
+using SubmissionDeskTest = IngestServiceTest;
+
+TEST_F(SubmissionDeskTest, TakesTheConfigurationsOfOthersOnce) {
+  NodeOptions options = RemoteNode("mapper-1", ingest_->session_id());
+  options.service = "mapper";
+  options.configuration = "[mapper]\n";
+  const configuration_t fact = ConfigurationOf(options);
+  EXPECT_EQ(Submit(fact), "");
+  EXPECT_EQ(Submit(fact), "");
+  Await([&] { return !facts_.empty(); }, "the fact");
+  EXPECT_EQ(std::get<configuration_t>(facts_[0]).instance, "mapper-1");
+  EXPECT_EQ(facts_.size(), 1u);
+}
+
+TEST_F(SubmissionDeskTest, CommitsOneOfTwoResultsAndAcknowledgesBoth) {
+  Publish("a.jpg", SmallJpeg());
+  EXPECT_EQ(Submit(Features(1)), "");
+  EXPECT_EQ(Submit(Features(1)), "");
+  Await([&] { return facts_.size() == 2; }, "the features");
+  EXPECT_TRUE(BlobStore(Paths().Blobs()).Has(std::get<features_t>(facts_[1]).keypoints_blob));
+}
+
+TEST_F(SubmissionDeskTest, RefusesFactsThatFitNothing) {
+  EXPECT_EQ(Submit(Features(7)), "no such photo");
+  EXPECT_EQ(answer_state_, Submission::State::kRefused);
+  Publish("a.jpg", SmallJpeg());
+  EXPECT_EQ(Submit(Matches(1)), "photo has no candidates yet");
+  features_t misnamed = Features(1);
+  misnamed.header.fact_id = "features/2";
+  EXPECT_EQ(Submit(misnamed), "fact_id must be features/1");
+  image_t image{};
+  image.header.fact_id = "image/x";
+  EXPECT_NE(Submit(image), "");
+  submap_lease_t lease{};
+  lease.header.fact_id = SubmapLeaseFactId(1, 1);
+  EXPECT_EQ(Submit(lease), "leases are ingest's to give");
+}
+
+TEST_F(SubmissionDeskTest, HandsOutWorkAsItAppears) {
+  std::vector<int64_t> given;
+  WorkClient features(*peer_, "features", 2,
+                      [&](const work_t& work) { given.push_back(work.item_id); });
+  for (int i = 1; i <= 3; ++i) Publish(std::to_string(i) + ".jpg", SmallJpeg(i));
+  Await([&] { return given.size() == 2; }, "two photos");
+  EXPECT_EQ(given, (std::vector<int64_t>{1, 2}));
+  EXPECT_EQ(Submit(Features(1)), "");
+  features.Done(1);
+  Await([&] { return given.size() == 3; }, "the third photo");
+}
+
+TEST_F(SubmissionDeskTest, ParksWhatFailsForGoodAndSaysSo) {
+  WorkClient features(*peer_, "features", 1, [&](const work_t& work) {
+    features.Fail(work.item_id, "no such model", true);
+  });
+  Publish("a.jpg", SmallJpeg());
+  const auto is_parked = [](const failure_t& f) { return f.parked && f.image_id == 1; };
+  Await([&] { return Find<failure_t>(is_parked) != nullptr; }, "the failure");
+  EXPECT_EQ(Find<failure_t>(is_parked)->reason, "no such model (peer)");
+  EXPECT_EQ(Find<failure_t>(is_parked)->name, "a.jpg");
+}
+
+TEST_F(SubmissionDeskTest, RefusesTheFactsOfAnOlderEpoch) {
+  AddMatchedPhoto(1);
+  AddMatchedPhoto(2);
+  EXPECT_EQ(Submit(Seed(1, 2)), "");
+  EXPECT_EQ(Submit(Seed(2, 1)), "photo is in a seed already");
+  std::vector<int64_t> epochs;
+  {
+    WorkClient mapper(*peer_, "submap", 1,
+                      [&](const work_t& work) { epochs.push_back(work.epoch); });
+    Await([&] { return epochs.size() == 1; }, "the submap");
+    EXPECT_EQ(Submit(Registration(1, 1, 1)), "");
+    EXPECT_EQ(Submit(Registration(2, 1, 2)).substr(0, 15), "epoch 2 is over");
+  }
+  // The first mapper falls silent; another takes over.
+  Node other(RemoteNode("other", ingest_->session_id()), loop_, bus_);
+  WorkClient successor(other, "submap", 1,
+                       [&](const work_t& work) { epochs.push_back(work.epoch); });
+  Await([&] { return epochs.size() == 2; }, "the takeover");
+  EXPECT_EQ(epochs[1], 2);
+  EXPECT_NE(Submit(Registration(2, 1, 1)).find("other has the submap in epoch 2"),
+            std::string::npos);
+  EXPECT_EQ(answer_state_, Submission::State::kNotLeased);
+  registration_t forged = Registration(2, 1, 2);
+  forged.header.fact_id += "/forged";
+  EXPECT_EQ(Submit(forged), "submap is leased to other");
+  EXPECT_EQ(Submit(Registration(2, 1, 2), &other), "");
+}
+
+}  // namespace
+}  // namespace skein
