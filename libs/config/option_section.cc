@@ -75,11 +75,13 @@ CLI::Option* AddSwitch(CLI::App& app, const std::string& name, bool* value,
 }
 
 CLI::Option* AddChoice(CLI::App& app, const std::string& name,
-                       const std::vector<std::string>& names, std::function<std::string()> get,
-                       std::function<void(const std::string&)> set, const std::string& help) {
-  CLI::Option* option = app.add_option_function<std::string>("--" + name, std::move(set), help);
+                       const std::vector<std::string>& names,
+                       const std::function<std::string()>& get,
+                       const std::function<void(const std::string&)>& set,
+                       const std::string& help) {
+  CLI::Option* option = app.add_option_function<std::string>("--" + name, set, help);
   option->check(CLI::IsMember(names))->type_name("TEXT");
-  option->default_function(std::move(get));
+  option->default_function(get);
   return option->capture_default_str();
 }
 

@@ -22,8 +22,9 @@ CLI::Option* AddSwitch(CLI::App& app, const std::string& name, bool* value,
 
 // One of `names`.
 CLI::Option* AddChoice(CLI::App& app, const std::string& name,
-                       const std::vector<std::string>& names, std::function<std::string()> get,
-                       std::function<void(const std::string&)> set, const std::string& help);
+                       const std::vector<std::string>& names,
+                       const std::function<std::string()>& get,
+                       const std::function<void(const std::string&)>& set, const std::string& help);
 
 // Gives options the values of the sections of that name, unless the command line gave them. An
 // error names file, section and key.
