@@ -8,6 +8,7 @@
 
 #include "bundle/bundle_terms.h"
 #include "bundle/reduced_system.h"
+#include "core/option_check.h"
 
 namespace skein {
 namespace {
@@ -366,7 +367,17 @@ class Solver {
 
 }  // namespace
 
+Status BundleOptions::Check() const {
+  return FirstError({InRange("max_iterations", max_iterations, 0, 100'000),
+                     InRange("function_tolerance", function_tolerance, 0.0, 1.0),
+                     InRange("loss_scale_px", loss_scale_px, 1e-6, 1e6),
+                     InRange("num_threads", num_threads, 1, 1024),
+                     InRange("max_dense_poses", max_dense_poses, 0, 100'000),
+                     InRange("max_filled_poses", max_filled_poses, 0, 100'000)});
+}
+
 BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle) {
+  ThrowUnlessSound(options.Check());
   Bundle refined = *bundle;
   const BundleSummary summary = Solver(options, &refined).Run();
   if (summary.usable) *bundle = std::move(refined);

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/result.h"
+
 namespace skein {
 
 // A bundle adjustment problem as plain values. It is a copy of what it refines, so any thread can
@@ -73,6 +75,8 @@ struct BundleOptions {
   int max_dense_poses = 250;
   int max_filled_poses = 1500;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration
+
+  Status Check() const;
 };
 
 struct BundleSummary {
@@ -85,7 +89,8 @@ struct BundleSummary {
 
 // Levenberg-Marquardt on the Schur complement of the points. Pose increments are local, X_cam' =
 // exp(w) X_cam - s, so they are independent of the world's frame. Deterministic for a given number
-// of threads. Throws std::invalid_argument when indices of the bundle are out of range.
+// of threads. Throws std::invalid_argument on nonsensical options, and when indices
+// of the bundle are out of range.
 BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle);
 
 // Reprojection error in pixels of each observation; infinite behind the camera.

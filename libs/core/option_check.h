@@ -3,6 +3,7 @@
 
 #include <initializer_list>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include "core/result.h"
@@ -23,6 +24,11 @@ inline Status FirstError(std::initializer_list<Status> checks) {
     if (!check.ok()) return check;
   }
   return Status::Ok();
+}
+
+// For an algorithm that was given options which nobody checked: throws std::invalid_argument.
+inline void ThrowUnlessSound(const Status& checked) {
+  if (!checked.ok()) throw std::invalid_argument(checked.error());
 }
 
 }  // namespace skein

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "core/option_check.h"
 #include "disambiguation/photo_groups.h"
 #include "disambiguation/shared_photos.h"
 #include "util/math.h"
@@ -273,6 +274,23 @@ std::map<ImageId, int> CountCommonPoints(const colmap::Reconstruction& model, Im
 }
 
 }  // namespace
+
+Status LookAlikeOptions::Check() const {
+  return FirstError({InRange("num_columns", num_columns, 1, 1000),
+                     InRange("num_rows", num_rows, 1, 1000),
+                     InRange("min_points", min_points, 1, 10'000),
+                     InRange("max_view_angle_deg", max_view_angle_deg, 0.1, 180.0),
+                     InRange("max_distance_ratio", max_distance_ratio, 1.0, 1000.0),
+                     InRange("min_own_points", min_own_points, 1, 10'000),
+                     InRange("max_depth_ratio", max_depth_ratio, 1.0, 1000.0),
+                     InRange("max_different_share", max_different_share, 0.0, 1.0),
+                     InRange("max_missing_share", max_missing_share, 0.0, 1.0),
+                     InRange("min_cells", min_cells, 1, 1'000'000),
+                     InRange("min_different_cells", min_different_cells, 1, 1'000'000),
+                     InRange("min_missing_cells", min_missing_cells, 1, 1'000'000),
+                     InRange("min_pair_cells", min_pair_cells, 1, 1'000'000),
+                     InRange("max_neighbours", max_neighbours, 1, 10'000)});
+}
 
 void CellVotes::Add(const CellVotes& other) {
   num_seen += other.num_seen;

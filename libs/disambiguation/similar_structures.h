@@ -21,6 +21,7 @@
 #include <set>
 #include <vector>
 
+#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -44,6 +45,8 @@ struct SimilarStructuresOptions {
   int min_missing_cells = 30;    // the same for a group judged by missing cells
   int min_pair_cells = 20;       // of a pair judged by missing cells
   int max_neighbours = 10;       // registered photos with most matches, compared with a photo
+
+  Status Check() const;
 };
 
 // Cells of one photo that count.

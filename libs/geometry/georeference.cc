@@ -11,6 +11,7 @@
 #include <random>
 
 #include "base/gps.h"
+#include "core/option_check.h"
 #include "core/result.h"
 
 namespace skein {
@@ -414,9 +415,22 @@ GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
   return {origin[0], origin[1], origin[2]};
 }
 
+Status GeoreferenceOptions::Check() const {
+  return FirstError({InRange("min_inliers", min_inliers, 3, 1'000'000),
+                     InRange("num_trials", num_trials, 1, 10'000'000),
+                     InRange("min_sigma_m", min_sigma_m, 1e-6, 1e6),
+                     InRange("min_horizontal_gain", min_horizontal_gain, 0.0, 1.0),
+                     InRange("max_horizontal_loss", max_horizontal_loss, 1.0, 1000.0),
+                     InRange("max_vertical_ratio", max_vertical_ratio, 0.0, 1e6),
+                     InRange("max_tilt_deg", max_tilt_deg, 0.0, 180.0),
+                     InRange("max_rotation_deg", max_rotation_deg, 1e-6, 180.0),
+                     InRange("max_scale", max_scale, 1e-6, 1000.0)});
+}
+
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos,
                                   const GeoreferenceOptions& options) {
+  ThrowUnlessSound(options.Check());
   std::vector<const GeoPhoto*> usable;
   for (const GeoPhoto& photo : photos) {
     const bool finite = photo.cam_from_world.Centre().allFinite();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/result.h"
 #include "geometry/sim3_similarity.h"
 
 namespace skein {
@@ -49,6 +50,8 @@ struct GeoreferenceOptions {
   double max_rotation_deg = 5;  // standard deviation of the rotation about its worst axis
   double max_scale = 0.1;       // relative standard deviation of the scale
   uint64_t seed = 1;
+
+  Status Check() const;
 };
 
 struct GeoResidual {
@@ -78,7 +81,8 @@ struct Georeference {
 //    or looking straight down.
 // GeoreferenceOptions tells which of the two wins: altitudes may drift, and then tilt the model.
 // Refused, with a reason: too few positions; too few that agree. Also camera centres in a spot or
-// on a line at the scale of the noise, as they leave scale or rotation open. Deterministic.
+// on a line at the scale of the noise, as they leave scale or rotation open. Throws std::invalid_argument on
+// nonsensical options. Deterministic.
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos,
                                   const GeoreferenceOptions& options = {});

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <random>
-#include <stdexcept>
 
 #include "core/option_check.h"
 #include "geometry/sim3_score.h"
@@ -233,11 +232,6 @@ void Report(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& u
     result->mean_error_px = sum_error_px / result->num_inlier_points;
 }
 
-void ThrowUnlessSound(const Sim3Options& options) {
-  const Status checked = options.Check();
-  if (!checked.ok()) throw std::invalid_argument(checked.error());
-}
-
 Sim3Result TooFew(const std::vector<size_t>& usable, const std::vector<SharedPhoto>& shared) {
   Sim3Result result;
   result.reason = std::to_string(usable.size()) + " of " + std::to_string(shared.size()) +
@@ -321,7 +315,7 @@ std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
 }
 
 Sim3Result EstimateSim3(const std::vector<SharedPhoto>& shared, const Sim3Options& options) {
-  ThrowUnlessSound(options);
+  ThrowUnlessSound(options.Check());
   const std::vector<std::optional<ImageHypothesis>> hypotheses = HypothesesOf(shared, options);
   const std::vector<size_t> usable = UsableOf(hypotheses);
   if (usable.size() < static_cast<size_t>(options.min_inlier_images)) return TooFew(usable, shared);
@@ -334,7 +328,7 @@ Sim3Result EstimateSim3(const std::vector<SharedPhoto>& shared, const Sim3Option
 
 Sim3Result RefineSim3From(const Similarity& initial, const std::vector<SharedPhoto>& shared,
                           const Sim3Options& options) {
-  ThrowUnlessSound(options);
+  ThrowUnlessSound(options.Check());
   const std::vector<size_t> usable = UsableOf(HypothesesOf(shared, options));
   if (usable.size() < static_cast<size_t>(options.min_inlier_images)) return TooFew(usable, shared);
   return Refine(initial, shared, usable, options);

@@ -5,6 +5,7 @@
 
 #include "base/projection.h"
 #include "base/triangulation.h"
+#include "core/option_check.h"
 #include "map/map_access.h"
 #include "util/math.h"
 
@@ -73,6 +74,12 @@ bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,
     }
   }
   return false;
+}
+
+Status FilterOptions::Check() const {
+  return FirstError(
+      {InRange("max_reprojection_error_px", max_reprojection_error_px, 0.01, 1000.0),
+       InRange("min_triangulation_angle_deg", min_triangulation_angle_deg, 0.0, 180.0)});
 }
 
 int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map) {

@@ -5,6 +5,7 @@
 
 #include "bundle/bundle.h"
 #include "core/limits.h"
+#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -12,6 +13,8 @@ namespace skein {
 struct FilterOptions {
   double max_reprojection_error_px = limits::kMaxErrorPx;
   double min_triangulation_angle_deg = limits::kMinTriangulationAngleDeg;
+
+  Status Check() const;
 };
 
 // Removes observations of the bundle with too large an error. Then removes its points with less

@@ -4,6 +4,7 @@
 
 #include "base/projection.h"
 #include "base/triangulation.h"
+#include "core/option_check.h"
 #include "map/map_access.h"
 #include "util/math.h"
 #include "util/random.h"
@@ -63,8 +64,20 @@ bool Create(const colmap::IncrementalTriangulator::Options& options, ImageId id1
 
 }  // namespace
 
+Status CheckTriangulation(const colmap::IncrementalTriangulator::Options& options) {
+  if (options.Check()) return Status::Ok();
+  return InvalidArgument("triangulation: COLMAP's log says which option to change");
+}
+
+Status RetriangulationOptions::Check() const {
+  return FirstError({InRange("min_ratio", min_ratio, 0.0, 1.0),
+                     InRange("max_angle_error_deg", max_angle_error_deg, 0.0, 180.0),
+                     CheckTriangulation(triangulation)});
+}
+
 int Retriangulate(const RetriangulationOptions& options,
                   const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map) {
+  ThrowUnlessSound(options.Check());
   colmap::Reconstruction& reconstruction = MapAccess::Model(map);
   const double max_angle = colmap::DegToRad(options.max_angle_error_deg);
   int num_added = 0;

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -11,11 +12,15 @@ struct RetriangulationOptions {
   double min_ratio = 0.2;            // pairs with a smaller part of triangulated matches are tried
   double max_angle_error_deg = 5.0;  // to continue a track
   colmap::IncrementalTriangulator::Options triangulation;
+
+  Status Check() const;
 };
+
+Status CheckTriangulation(const colmap::IncrementalTriangulator::Options& options);
 
 // Continues tracks and triangulates over the matches of under-reconstructed pairs, which drift has
 // kept apart (COLMAP's Retriangulate, whose counters need its database). Returns the number of
-// added observations.
+// added observations. Throws std::invalid_argument on nonsensical options.
 int Retriangulate(const RetriangulationOptions& options,
                   const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map);
 

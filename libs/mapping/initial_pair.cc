@@ -7,6 +7,7 @@
 #include "base/pose.h"
 #include "base/projection.h"
 #include "base/triangulation.h"
+#include "core/option_check.h"
 #include "estimators/two_view_geometry.h"
 #include "mapping/registration.h"
 #include "util/math.h"
@@ -128,6 +129,14 @@ void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId i
 }
 
 }  // namespace
+
+Status InitialPairOptions::Check() const {
+  return FirstError(
+      {InRange("min_num_inliers", min_num_inliers, 5, 1'000'000),
+       InRange("max_error_px", max_error_px, 0.01, 1000.0),
+       InRange("max_forward_motion", max_forward_motion, 0.0, 1.0),
+       InRange("min_triangulation_angle_deg", min_triangulation_angle_deg, 0.0, 180.0)});
+}
 
 InitialPairOptions OptionsOfSeed(int num_inliers, double triangulation_angle_rad) {
   InitialPairOptions options;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/limits.h"
+#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -13,6 +14,8 @@ struct InitialPairOptions {
   double max_forward_motion = 0.95;
   double min_triangulation_angle_deg =
       limits::kInitialAnglesDeg[0];  // median; the caller relaxes it stepwise
+
+  Status Check() const;
 };
 
 // For a pair that was chosen by what its verified matches say. That is held to a half here, as the

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "base/projection.h"
+#include "core/option_check.h"
 #include "disambiguation/photo_groups.h"
 
 namespace skein {
@@ -57,6 +58,13 @@ std::set<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t m
 }
 
 }  // namespace
+
+Status MisplacedOptions::Check() const {
+  return FirstError({InRange("max_error_px", max_error_px, 0.01, 1000.0),
+                     InRange("min_contradiction", min_contradiction, 1, 1'000'000),
+                     InRange("min_pair_share", min_pair_share, 0.0, 1.0),
+                     InRange<size_t>("max_photos_around", max_photos_around, 1, 1'000'000)});
+}
 
 std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map) {
   std::vector<PhotoEdge> edges;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/limits.h"
+#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -15,6 +16,8 @@ struct MisplacedOptions {
   // They are as often false, of an object that two places share (docs/experiments/false_pairs.md).
   double min_pair_share = 0.03;
   std::size_t max_photos_around = 100;  // that FindMisplacedAround looks at
+
+  Status Check() const;
 };
 
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a

@@ -8,6 +8,7 @@
 #include "base/pose.h"
 #include "base/projection.h"
 #include "bundle/projection.h"
+#include "core/option_check.h"
 #include "estimators/pose.h"
 #include "map/bundle_builder.h"
 #include "map/image_pose.h"
@@ -204,7 +205,37 @@ bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
   return Differ(options, visible, estimate, rival.pose);
 }
 
+Status CheckLimits(const std::vector<double>& limits_px) {
+  if (limits_px.empty()) return InvalidArgument("ransac_limits_px is empty: give at least one");
+  for (const double limit_px : limits_px) {
+    const Status checked = InRange("ransac_limits_px", limit_px, 0.01, 1000.0);
+    if (!checked.ok()) return checked;
+  }
+  return Status::Ok();
+}
+
 }  // namespace
+
+Status RegistrationOptions::Check() const {
+  return FirstError({InRange("max_error_px", max_error_px, 0.01, 1000.0),
+                     CheckLimits(ransac_limits_px),
+                     InRange("min_num_inliers", min_num_inliers, 4, 100'000),
+                     InRange("min_inlier_ratio", min_inlier_ratio, 0.01, 1.0),
+                     InRange("max_num_trials", max_num_trials, 1, 10'000'000),
+                     InRange("min_num_trials", min_num_trials, 1, max_num_trials),
+                     InRange("confidence", confidence, 0.0, 0.999999999),
+                     InRange("max_position_sigma", max_position_sigma, 1e-6, 1e6),
+                     InRange("max_rotation_sigma_deg", max_rotation_sigma_deg, 1e-6, 180.0),
+                     InRange("max_rival_ratio", max_rival_ratio, 0.0, 1.0),
+                     InRange("min_rival_position", min_rival_position, 0.0, 1e6),
+                     InRange("min_rival_rotation_deg", min_rival_rotation_deg, 0.0, 180.0),
+                     InRange("min_epipolar_share", min_epipolar_share, 0.0, 1.0),
+                     InRange("max_epipolar_error_px", max_epipolar_error_px, 0.01, 1000.0),
+                     look_alike.Check().Within("look_alike"),
+                     InRange("max_focal_factor", max_focal_factor, 0.01, 100.0),
+                     InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor),
+                     InRange("num_focal_samples", num_focal_samples, 2, 1000)});
+}
 
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
   return sigmas.position <= factor * options.max_position_sigma &&

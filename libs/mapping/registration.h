@@ -5,6 +5,7 @@
 
 #include "bundle/bundle.h"
 #include "core/limits.h"
+#include "core/result.h"
 #include "disambiguation/photo_groups.h"
 #include "disambiguation/similar_structures.h"
 #include "map/scene_map.h"
@@ -42,6 +43,8 @@ struct RegistrationOptions {
   double min_focal_factor = 0.4;
   double max_focal_factor = 2.5;
   int num_focal_samples = 20;
+
+  Status Check() const;
 };
 
 // 2D-3D correspondences of a photo with a map.

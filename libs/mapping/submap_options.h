@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "core/result.h"
 #include "map/filters.h"
 #include "mapping/local_adjustment.h"
 #include "mapping/misplaced.h"
@@ -41,6 +42,8 @@ struct SubmapOptions {
   // depends only on the order of the calls.
   bool background = false;
   int num_threads = 1;
+
+  Status Check() const;
 };
 
 }  // namespace skein

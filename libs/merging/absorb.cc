@@ -4,6 +4,7 @@
 #include <map>
 #include <vector>
 
+#include "core/option_check.h"
 #include "map/image_pose.h"
 
 namespace skein {
@@ -145,8 +146,21 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options) {
   options->min_common_points = std::max(40, options->min_common_points);
 }
 
+Status AbsorbOptions::Check() const {
+  return FirstError({sim3.Check(), tolerance.Check().Within("tolerance"),
+                     look_alike.Check().Within("look_alike"),
+                     InRange("max_reprojection_error_px", max_reprojection_error_px, 0.01, 1000.0),
+                     InRange("min_tri_angle_deg", min_tri_angle_deg, 0.0, 180.0),
+                     InRange("min_shared_images", min_shared_images, 0, 1000),
+                     InRange("min_fused_share", min_fused_share, 0.0, 1.0),
+                     InRange("max_whole_images", max_whole_images, 0, 1'000'000),
+                     InRange("max_neighbours", max_neighbours, 0, 1'000'000),
+                     InRange("intrinsics.min_images", intrinsics.min_images, 1, 1'000'000)});
+}
+
 AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
                     const Similarity& target_from_source, const AbsorbOptions& options) {
+  ThrowUnlessSound(options.Check());
   AbsorbResult result;
   result.merged = target;
   result.fused = FuseModels(source, target_from_source, options.sim3, &result.merged);

@@ -7,6 +7,7 @@
 
 #include "base/reconstruction.h"
 #include "core/limits.h"
+#include "core/result.h"
 #include "disambiguation/shared_photos.h"
 #include "geometry/sim3_ransac.h"
 #include "merging/fuse.h"
@@ -30,6 +31,8 @@ struct AbsorbOptions {
   SeamIntrinsics intrinsics;
   // False: for a merge that was verified before and is carried out again.
   bool verify = true;
+
+  Status Check() const;
 };
 
 // With less than three shared photos all of them must agree, each with far more of its points.

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "base/projection.h"
+#include "core/option_check.h"
 
 namespace skein {
 namespace {
@@ -36,6 +37,13 @@ void MeasureOne(const colmap::Reconstruction& model, const Observation& observat
 }
 
 }  // namespace
+
+Status ResidualTolerance::Check() const {
+  return FirstError({InRange("max_error_growth", max_error_growth, 1.0, 1000.0),
+                     InRange("max_error_growth_px", max_error_growth_px, 0.0, 1000.0),
+                     InRange("max_lost_share", max_lost_share, 0.0, 1.0),
+                     InRange("max_behind_share", max_behind_share, 0.0, 1.0)});
+}
 
 std::vector<Observation> ObservationsOf(const colmap::Reconstruction& model,
                                         const std::set<image_t>& images) {

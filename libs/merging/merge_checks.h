@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/reconstruction.h"
+#include "core/result.h"
 
 namespace skein {
 
@@ -37,6 +38,8 @@ struct ResidualTolerance {
   double max_error_growth_px = 0.25;  // ... plus this
   double max_lost_share = 0.1;        // of a model's good observations
   double max_behind_share = 0.005;    // of a model's observations
+
+  Status Check() const;
 };
 
 // Empty if `after` is no worse than `before` within the tolerance, else what is worse.

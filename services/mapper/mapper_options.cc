@@ -2,28 +2,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include "base/camera_models.h"
 #include "config/option_section.h"
 #include "core/option_check.h"
 
 namespace skein {
-namespace {
-
-Status CheckCameraModel(const std::string& name) {
-  if (colmap::ExistsCameraModelWithName(name)) return Status::Ok();
-  return InvalidArgument("camera_model is \"" + name +
-                         "\": give one of COLMAP's, as SIMPLE_RADIAL or OPENCV");
-}
-
-}  // namespace
-
 Status MapperOptions::Check() const {
-  return FirstError({CheckCameraModel(run.submap.camera_model),
-                     InRange("local_ba_images", local_ba.colmap_images, 3, 1000),
+  return FirstError({run.Check(), InRange("local_ba_images", local_ba.colmap_images, 3, 1000),
                      InRange("local_ba_free", local_ba.tree.max_free, 0, 1'000'000),
                      InRange("local_ba_held", local_ba.tree.max_held, 0, 1'000'000),
-                     InRange("checkpoint_photos", run.checkpoint_photos, 1, 1'000'000),
-                     InRange("checkpoint_period", run.checkpoint_period_s, 0.0, 86400.0),
                      InRange("retire_after", retire_after_s, 0.0, 1e9)});
 }
 
@@ -45,9 +31,9 @@ void AddOptions(CLI::App& app, MapperOptions* options) {
   AddSwitch(app, "background-ba", &submap.background,
             "Global bundle adjustment beside registration; off: in turn with it, and the same "
             "ledger gives the same map");
-  app.add_option("--checkpoint-photos", options->run.checkpoint_photos,
+  app.add_option("--checkpoint-photos", options->run.checkpoint.photos,
                  "Photos between checkpoints, at least");
-  app.add_option("--checkpoint-period", options->run.checkpoint_period_s,
+  app.add_option("--checkpoint-period", options->run.checkpoint.period_s,
                  "Seconds between checkpoints, at least");
   app.add_option("--retire-after", options->retire_after_s,
                  "End after so many seconds without a submap; 0: never")

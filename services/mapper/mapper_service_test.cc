@@ -26,7 +26,7 @@ SyntheticOptions Scene() {
 
 SubmapRunOptions RunOptions() {
   SubmapRunOptions options;
-  options.checkpoint_period_s = 0.3;
+  options.checkpoint.period_s = 0.3;
   return options;
 }
 

@@ -6,12 +6,18 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "core/option_check.h"
 #include "core/snapshot.h"
 #include "ledger/fact_ids.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
 
 namespace skein {
+
+Status CheckpointOptions::Check() const {
+  return FirstError({InRange("checkpoint_photos", photos, 1, 1'000'000),
+                     InRange("checkpoint_period", period_s, 0.0, 86400.0)});
+}
 
 ModelWriter::ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer,
                          const Lease& lease, const CheckpointOptions& options, SubmitModel submit)

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "blobs/blob_client.h"
+#include "core/result.h"
 #include "event_loop/alive.h"
 #include "event_loop/worker_thread.h"
 #include "mapper/lease.h"
@@ -19,6 +20,8 @@ namespace skein {
 struct CheckpointOptions {
   int photos = 10;  // new ones, at least; a tenth of the submap if that is more
   double period_s = 20;
+
+  Status Check() const;
 };
 
 // Writes a submap's models: checkpoints and, at the end of a finish, the final one. A checkpoint is

@@ -7,6 +7,7 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "core/option_check.h"
 #include "core/process.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
@@ -38,6 +39,8 @@ std::string TakeBack(const std::map<int64_t, std::string>& refused, Submap* subm
 
 }  // namespace
 
+Status SubmapRunOptions::Check() const { return FirstError({submap.Check(), checkpoint.Check()}); }
+
 SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads,
                      const SubmapRunOptions& options, const Lease& lease, OnEnd on_end)
     : node_(node),
@@ -60,8 +63,7 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
           [this] { Pump(); }),
       photos_(node.blobs(), ledger.session),
       models_(node.blobs(), worker_, photos_),
-      writer_(node.blobs(), worker_, threads.writer, lease,
-              {options.checkpoint_photos, options.checkpoint_period_s},
+      writer_(node.blobs(), worker_, threads.writer, lease, options.checkpoint,
               [this](submap_model_t fact, auto refused) {
                 Submit(
                     std::move(fact), [](int64_t) {}, std::move(refused));

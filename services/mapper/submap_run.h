@@ -28,8 +28,9 @@ namespace skein {
 
 struct SubmapRunOptions {
   SubmapOptions submap;
-  int checkpoint_photos = 10;  // new photos, at least; a tenth of the submap if that is more
-  double checkpoint_period_s = 20;
+  CheckpointOptions checkpoint;
+
+  Status Check() const;
 };
 
 // The threads a run works with; they outlive it.

@@ -8,6 +8,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "core/option_check.h"
 #include "matching/kernel_block.h"
 
 namespace skein {
@@ -135,14 +136,12 @@ KernelVersion FastestKernel() {
   return KernelVersion::kPortable;
 }
 
-void MatchOptions::Check() const {
-  if (!(max_ratio >= 0 && max_ratio <= 1)) {
-    throw std::invalid_argument("max_ratio must lie in 0..1");
-  }
-  if (max_distance_sq < 0) throw std::invalid_argument("max_distance_sq must not be negative");
+Status MatchOptions::Check() const {
   if (!IsKernelSupported(kernel)) {
-    throw std::invalid_argument("this processor does not run kernel " + KernelName(kernel));
+    return InvalidArgument("this processor does not run kernel " + KernelName(kernel));
   }
+  return FirstError({InRange("max_ratio", max_ratio, 0.0, 1.0),
+                     InRange("max_distance_sq", max_distance_sq, 0, 1 << 30)});
 }
 
 class DescriptorMatcher::Workspace {
@@ -272,7 +271,7 @@ class DescriptorMatcher::Workspace {
 };
 
 DescriptorMatcher::DescriptorMatcher(const MatchOptions& options) : options_(options) {
-  options_.Check();
+  ThrowUnlessSound(options_.Check());
   workspace_ = std::make_unique<Workspace>(options_.kernel);
 }
 

@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "core/result.h"
+
 namespace skein {
 
 constexpr int kDescriptorDim = 128;
@@ -58,14 +60,13 @@ struct MatchOptions {
 
   KernelVersion kernel = FastestKernel();
 
-  // Throws std::invalid_argument.
-  void Check() const;
+  Status Check() const;
 };
 
 // Holds the working memory (about 6 MB at 8,192 x 8,192), so keep one a thread.
 class DescriptorMatcher {
  public:
-  explicit DescriptorMatcher(const MatchOptions& options);
+  explicit DescriptorMatcher(const MatchOptions& options);  // throws std::invalid_argument
   ~DescriptorMatcher();
   DescriptorMatcher(DescriptorMatcher&& other) noexcept;
 

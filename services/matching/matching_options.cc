@@ -1,7 +1,6 @@
 #include "matching/matching_options.h"
 
 #include <CLI/CLI.hpp>
-#include <stdexcept>
 
 #include "config/option_section.h"
 #include "core/option_check.h"
@@ -24,29 +23,11 @@ KernelVersion KernelOf(const std::string& name) {
   return FastestKernel();
 }
 
-// What the algorithms themselves refuse.
-Status CheckAlgorithms(const MatchingServiceOptions& options) {
-  try {
-    options.matcher.matching.Check();
-    options.matcher.two_view.Check();
-    options.second_look.Check();
-  } catch (const std::invalid_argument& error) {
-    return InvalidArgument(error.what());
-  }
-  return Status::Ok();
-}
-
 }  // namespace
 
 Status MatchingServiceOptions::Check() const {
-  const TwoViewOptions& two_view = matcher.two_view;
-  return FirstError({InRange("cache_mib", cache_mib, 1, 1 << 20),
-                     InRange("max_ratio", matcher.matching.max_ratio, 0.0, 1.0),
-                     InRange("max_error", two_view.max_error_px, 0.1, 1000.0),
-                     InRange("min_inliers", two_view.min_num_inliers, 8, 10000),
-                     InRange("min_inlier_ratio", two_view.min_inlier_ratio, 0.01, 1.0),
-                     InRange("max_trials", two_view.max_num_trials, 1, 10'000'000),
-                     CheckAlgorithms(*this)});
+  return FirstError(
+      {InRange("cache_mib", cache_mib, 1, 1 << 20), matcher.Check(), second_look.Check()});
 }
 
 void AddOptions(CLI::App& app, MatchingServiceOptions* options) {

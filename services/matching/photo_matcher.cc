@@ -4,10 +4,10 @@
 #include <atomic>
 #include <exception>
 #include <iterator>
-#include <stdexcept>
 #include <thread>
 
 #include "core/clock.h"
+#include "core/option_check.h"
 
 namespace skein {
 namespace {
@@ -108,9 +108,12 @@ uint32_t PairSeed(int64_t image_id, int64_t other_id) {
   return static_cast<uint32_t>(x ^ (x >> 31));
 }
 
+Status PhotoMatcherOptions::Check() const {
+  return FirstError({matching.Check(), two_view.Check(), InRange("threads", num_threads, 1, 1024)});
+}
+
 PhotoMatcher::PhotoMatcher(const PhotoMatcherOptions& options) : options_(options) {
-  if (options.num_threads < 1) throw std::invalid_argument("number of threads must be positive");
-  options.two_view.Check();
+  ThrowUnlessSound(options.Check());
   for (int i = 0; i < options.num_threads; ++i) matchers_.emplace_back(options.matching);
 }
 

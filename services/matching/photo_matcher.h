@@ -26,6 +26,8 @@ struct PhotoMatcherOptions {
   MatchOptions matching;
   TwoViewOptions two_view;
   int num_threads = 1;
+
+  Status Check() const;
 };
 
 // Seed of a pair's robust estimation.

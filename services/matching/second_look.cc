@@ -6,6 +6,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/option_check.h"
+
 namespace skein {
 namespace {
 
@@ -18,9 +20,13 @@ double Strength(int32_t num_inliers) {
 
 }  // namespace
 
-void SecondLookOptions::Check() const {
-  if (batch < 1) throw std::invalid_argument("a batch needs at least one pair");
-  if (!(prior_weight > 0)) throw std::invalid_argument("the prior's weight must be positive");
+Status SecondLookOptions::Check() const {
+  return FirstError({InRange<size_t>("batch", batch, 1, 10'000),
+                     InRange("prior_weight", prior_weight, 1e-9, 1e9),
+                     InRange("min_evidence", min_evidence, 0.0, 1e9),
+                     InRange("min_expected", min_expected, 0.0, 1.0),
+                     InRange("min_expected_joined", min_expected_joined, 0.0, 1.0),
+                     InRange("max_implied", max_implied, 0.0, 1.0)});
 }
 
 SecondLook::SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph,
@@ -30,7 +36,7 @@ SecondLook::SecondLook(const std::vector<int64_t>& candidates, const Covisibilit
       may_join_(std::move(may_join)),
       options_(options),
       order_(candidates) {
-  options_.Check();
+  ThrowUnlessSound(options_.Check());
   for (size_t rank = 0; rank < candidates.size(); ++rank) {
     Candidate& candidate = candidates_[candidates[rank]];
     candidate.named = true;

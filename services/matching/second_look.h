@@ -32,6 +32,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/result.h"
 #include "covisibility/covisibility.h"
 
 namespace skein {
@@ -49,8 +50,7 @@ struct SecondLookOptions {
   double max_implied = 0.5;
   size_t max_joined = 10;  // photos that retrieval did not name
 
-  // Throws std::invalid_argument.
-  void Check() const;
+  Status Check() const;
 };
 
 // The order for one photo. It is a function of the candidates, the outcomes, and the graph up to
@@ -59,6 +59,7 @@ class SecondLook {
  public:
   // `candidates`: best first, each once, without the photo. `may_join`: whether a photo outside of
   // them may be matched. It is true of earlier photos only, so each pair is matched once.
+  // Throws std::invalid_argument on nonsensical options.
   using MayJoin = std::function<bool(int64_t)>;
   SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph, int64_t seq,
              MayJoin may_join, const SecondLookOptions& options);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/option_check.h"
 #include "estimators/essential_matrix.h"
 #include "estimators/fundamental_matrix.h"
 #include "estimators/homography_matrix.h"
@@ -166,11 +167,12 @@ void ResetPoseUnlessFinite(TwoViewGeometry* geometry) {
 
 }  // namespace
 
-void TwoViewOptions::Check() const {
-  const bool valid = max_error_px > 0 && confidence >= 0 && confidence < 1 &&
-                     min_inlier_ratio > 0 && min_inlier_ratio <= 1 && max_num_trials > 0 &&
-                     min_num_inliers >= 8;
-  if (!valid) throw std::invalid_argument("two-view options out of range");
+Status TwoViewOptions::Check() const {
+  return FirstError({InRange("max_error", max_error_px, 0.1, 1000.0),
+                     InRange("confidence", confidence, 0.0, 0.999999999),
+                     InRange("min_inliers", min_num_inliers, 8, 10000),
+                     InRange("min_inlier_ratio", min_inlier_ratio, 0.01, 1.0),
+                     InRange("max_trials", max_num_trials, 1, 10'000'000)});
 }
 
 colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior) {
@@ -189,7 +191,7 @@ TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                                 const std::vector<Eigen::Vector2d>& points2,
                                 const colmap::FeatureMatches& matches, uint32_t seed,
                                 const TwoViewOptions& options) {
-  options.Check();
+  ThrowUnlessSound(options.Check());
   TwoViewGeometry geometry;
   geometry.config = TwoViewGeometry::DEGENERATE;
   const Correspondences c = Gather(camera1, points1, camera2, points2, matches);

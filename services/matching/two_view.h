@@ -18,6 +18,7 @@
 
 #include "base/camera.h"
 #include "core/limits.h"
+#include "core/result.h"
 #include "estimators/two_view_geometry.h"
 #include "feature/types.h"
 
@@ -33,8 +34,7 @@ struct TwoViewOptions {
   // Off: COLMAP's own limits (for comparison).
   bool limit_trials_by_outcome = true;
 
-  // Throws std::invalid_argument.
-  void Check() const;
+  Status Check() const;
 };
 
 // SIMPLE_RADIAL without distortion, principal point in the middle. Throws std::invalid_argument
@@ -42,8 +42,8 @@ struct TwoViewOptions {
 colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior);
 
 // Points are full-resolution pixels, one a keypoint. `matches` index them and must be in range
-// (throws std::invalid_argument). E is used when both cameras have a focal prior. Deterministic by
-// `seed`. The result has
+// (throws std::invalid_argument, as on nonsensical options). E is used when both cameras have a
+// focal prior. Deterministic by `seed`. The result has
 //
 //   config          DEGENERATE or WATERMARK when the pair is not verified
 //   inlier_matches  of the model that explains the pair

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/option_check.h"
+
 namespace skein {
 
 MergePolicy::Failures MergePolicy::FailuresOf(const SessionState& session) {
@@ -34,6 +36,13 @@ bool MergePolicy::WasTried(const Failures& failures, const Direction& direction,
   const double needed = patient ? options_.patient_growth * it->second.num_shared_images
                                 : it->second.num_shared_images + 1.0;
   return num_shared_images < needed;
+}
+
+Status MergeOptions::Check() const {
+  return FirstError({InRange("min_shared_images", min_shared_images, 3, 1000),
+                     InRange("min_shared_when_finishing", min_shared_when_finishing, 1, 1000),
+                     InRange("patient_failures", patient_failures, 1, 1'000'000),
+                     InRange("patient_growth", patient_growth, 1.0, 1000.0)});
 }
 
 std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/result.h"
 #include "merger/submap_directory.h"
 
 namespace skein {
@@ -23,6 +24,8 @@ struct MergeOptions {
   // costs the source its time, and visually similar places would have it stop all the time.
   int patient_failures = 4;
   double patient_growth = 1.5;
+
+  Status Check() const;
 };
 
 struct MergeAttempt {

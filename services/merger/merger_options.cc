@@ -9,9 +9,13 @@
 namespace skein {
 
 Status MergerOptions::Check() const {
-  return FirstError({InRange("min_shared_images", merge.min_shared_images, 3, 1000),
-                     InRange("wait_for_mapper", wait_for_mapper_s, 0.0, 3600.0), sim3.Check(),
-                     seed.Check()});
+  return FirstError({merge.Check(), InRange("wait_for_mapper", wait_for_mapper_s, 0.0, 3600.0),
+                     sim3.Check(), seed.Check(),
+                     InRange("decide_period", decide_period_s, 0.001, 3600.0),
+                     InRange("request_period", request_period_s, 0.001, 3600.0),
+                     InRange("request_timeout", request_timeout_s, 0.001, 3600.0),
+                     InRange("idle_mapper", idle_mapper_s, 0.0, 3600.0),
+                     InRange("hold_after_refusal", hold_after_refusal_s, 0.0, 3600.0)});
 }
 
 void AddOptions(CLI::App& app, MergerOptions* options) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <stdexcept>
 
 #include "core/option_check.h"
 #include "covisibility/covisibility.h"
@@ -40,9 +39,7 @@ Status SeedOptions::Check() const {
 }
 
 SeedPolicy::SeedPolicy(const SeedOptions& options) : options_(options) {
-  if (const Status checked = options.Check(); !checked.ok()) {
-    throw std::invalid_argument(checked.error());
-  }
+  ThrowUnlessSound(options.Check());
 }
 
 void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {

@@ -1,0 +1,36 @@
+#include "mapping/submap_options.h"
+
+#include "base/camera_models.h"
+#include "core/option_check.h"
+#include "map/retriangulation.h"
+
+namespace skein {
+namespace {
+
+Status CheckCameraModel(const std::string& name) {
+  if (colmap::ExistsCameraModelWithName(name)) return Status::Ok();
+  return InvalidArgument("camera_model is \"" + name +
+                         "\": give one of COLMAP's, as SIMPLE_RADIAL or OPENCV");
+}
+
+}  // namespace
+
+Status SubmapOptions::Check() const {
+  return FirstError({CheckCameraModel(camera_model), registration.Check().Within("registration"),
+                     filter.Check().Within("filter"), misplaced.Check().Within("misplaced"),
+                     InRange("max_ambiguous", max_ambiguous, 0, 1'000'000),
+                     CheckTriangulation(triangulation),
+                     make_local ? Status::Ok() : InvalidArgument("make_local is empty: give one"),
+                     InRange("max_images_all_global", max_images_all_global, 0, 1'000'000),
+                     InRange("global_growth", global_growth, 1.001, 1000.0),
+                     InRange("min_observations", min_observations, 0, 1'000'000),
+                     InRange("min_observed_ratio", min_observed_ratio, 0.0, 1.0),
+                     InRange("max_withdrawals", max_withdrawals, 0, 1'000'000),
+                     InRange("min_yield_ratio", min_yield_ratio, 1.0, 1e6),
+                     InRange("min_matches_to_judge", min_matches_to_judge, 1, 1'000'000),
+                     InRange("min_agreeing_share", min_agreeing_share, 0.0, 1.0),
+                     InRange("min_rebuild_gain", min_rebuild_gain, 0.0, 1.0),
+                     InRange("num_threads", num_threads, 1, 1024)});
+}
+
+}  // namespace skein

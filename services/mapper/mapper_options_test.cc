@@ -1,0 +1,25 @@
+#include "mapper/mapper_options.h"
+
+#include <gtest/gtest.h>
+
+#include "testing/test_options.h"
+
+namespace skein {
+namespace {
+
+TEST(MapperOptions, RefusesWhatMakesNoSense) {
+  ExpectChecked<MapperOptions>({
+      {"camera_model is \"FISHY\"", [](auto* o) { o->run.submap.camera_model = "FISHY"; }},
+      {"registration: look_alike: min_cells",
+       [](auto* o) { o->run.submap.registration.look_alike.min_cells = 0; }},
+      {"checkpoint_photos", [](auto* o) { o->run.checkpoint.photos = 0; }},
+      {"checkpoint_period", [](auto* o) { o->run.checkpoint.period_s = -1; }},
+      {"local_ba_images", [](auto* o) { o->local_ba.colmap_images = 2; }},
+      {"local_ba_free", [](auto* o) { o->local_ba.tree.max_free = -1; }},
+      {"local_ba_held", [](auto* o) { o->local_ba.tree.max_held = -1; }},
+      {"retire_after", [](auto* o) { o->retire_after_s = -1; }},
+  });
+}
+
+}  // namespace
+}  // namespace skein
