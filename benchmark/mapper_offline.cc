@@ -293,10 +293,10 @@ class Run {
                       seed.image_id2, Sink());
     if (arguments_.verbose) {
       std::cout << "initial pair " << seed.image_id1 << " " << seed.image_id2 << ": "
-                << (result.ok ? "ok" : result.reason) << ", " << result.num_inliers << " inliers, "
-                << result.triangulation_angle_deg << " deg\n";
+                << (result.status.ok() ? "ok" : result.status.error()) << ", " << result.num_inliers
+                << " inliers, " << result.triangulation_angle_deg << " deg\n";
     }
-    if (!result.ok) return false;
+    if (!result.status.ok()) return false;
     while (submap_.Step(Sink())) continue;
     return true;
   }

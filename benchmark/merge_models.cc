@@ -33,13 +33,13 @@ int Run(const std::string& first, const std::string& second, const std::string& 
   const AbsorbOptions options;
   const Sim3Result similarity = EstimateSim3(shared, options.sim3);
   AbsorbResult result;
-  result.reason = similarity.reason;
+  result.status = FailedPrecondition(similarity.reason);
   if (similarity.success) result = Absorb(target, source, similarity.target_from_source, options);
   const double duration_s = MonotonicS() - start_s;
-  std::cout << shared.size()
-            << " shared photos: " << (result.ok ? "merged" : "not merged: " + result.reason) << ", "
+  std::cout << shared.size() << " shared photos: "
+            << (result.status.ok() ? "merged" : "not merged: " + result.status.error()) << ", "
             << std::round(duration_s * 10) / 10 << " s\n";
-  if (!result.ok) return 1;
+  if (!result.status.ok()) return 1;
   std::filesystem::create_directories(output);
   result.merged.WriteBinary(output);
   return 0;

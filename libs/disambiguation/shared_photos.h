@@ -8,7 +8,6 @@
 #pragma once
 
 #include <set>
-#include <string>
 
 #include "disambiguation/similar_structures.h"
 
@@ -21,11 +20,10 @@ SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options
 CellVotes CompareShared(const SimilarStructuresOptions& options,
                         const colmap::Reconstruction& model, const std::set<ImageId>& shared);
 
-// Empty, or why the shared photos are not of one place. Each model in its own
+// An error if the shared photos are not of one place. Each model in its own
 // frame; `shared` is registered in both. `options`: those of mapping.
-std::string WhySharedPhotosDiffer(const SimilarStructuresOptions& options,
-                                  const colmap::Reconstruction& target,
-                                  const colmap::Reconstruction& source,
-                                  const std::set<ImageId>& shared);
+Status CheckSharedPhotos(const SimilarStructuresOptions& options,
+                         const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                         const std::set<ImageId>& shared);
 
 }  // namespace skein

@@ -275,7 +275,7 @@ std::map<ImageId, int> CountCommonPoints(const colmap::Reconstruction& model, Im
 
 }  // namespace
 
-Status LookAlikeOptions::Check() const {
+Status SimilarStructuresOptions::Check() const {
   return FirstError({InRange("num_columns", num_columns, 1, 1000),
                      InRange("num_rows", num_rows, 1, 1000),
                      InRange("min_points", min_points, 1, 10'000),
@@ -397,21 +397,21 @@ CellVotes CompareShared(const SimilarStructuresOptions& options,
   return sum;
 }
 
-std::string WhySharedPhotosDiffer(const SimilarStructuresOptions& options,
-                                  const colmap::Reconstruction& target,
-                                  const colmap::Reconstruction& source,
-                                  const std::set<ImageId>& shared) {
+Status CheckSharedPhotos(const SimilarStructuresOptions& options,
+                         const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                         const std::set<ImageId>& shared) {
   const SimilarStructuresOptions coarse = ForSharedPhotos(options);
   const std::pair<const char*, const colmap::Reconstruction*> models[] = {{"target", &target},
                                                                           {"source", &source}};
   for (const auto& [name, model] : models) {
     const CellVotes votes = CompareShared(coarse, *model, shared);
     if (!ShowsAnotherPlace(coarse, votes)) continue;
-    return "visually similar places: " + std::to_string(votes.num_different) + " of " +
-           std::to_string(votes.num_cells()) + " cells that shared photos and the " + name +
-           "'s own show are different";
+    return FailedPrecondition("visually similar places: " + std::to_string(votes.num_different) +
+                              " of " + std::to_string(votes.num_cells()) +
+                              " cells that shared photos and the " + name +
+                              "'s own show are different");
   }
-  return "";
+  return Status::Ok();
 }
 
 }  // namespace skein

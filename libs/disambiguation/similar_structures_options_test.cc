@@ -1,13 +1,13 @@
 #include <gtest/gtest.h>
 
-#include "disambiguation/look_alike.h"
+#include "disambiguation/similar_structures.h"
 #include "testing/test_options.h"
 
 namespace skein {
 namespace {
 
-TEST(LookAlikeOptions, RefusesWhatMakesNoSense) {
-  ExpectChecked<LookAlikeOptions>({
+TEST(SimilarStructuresOptions, RefusesWhatMakesNoSense) {
+  ExpectChecked<SimilarStructuresOptions>({
       {"num_columns", [](auto* o) { o->num_columns = 0; }},
       {"num_rows", [](auto* o) { o->num_rows = 0; }},
       {"min_points", [](auto* o) { o->min_points = 0; }},

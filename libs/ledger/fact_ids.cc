@@ -50,8 +50,8 @@ std::string FeaturesFactId(int64_t image_id) { return Join("features", image_id)
 std::string CandidatesFactId(int64_t image_id) { return Join("candidates", image_id); }
 std::string MatchesFactId(int64_t image_id) { return Join("matches", image_id); }
 
-std::string RegistrationFactId(int64_t image_id, int64_t submap_id, int64_t epoch, int n) {
-  return Join("registration", image_id, submap_id, epoch, int64_t{n});
+std::string RegistrationFactId(int64_t image_id, int64_t submap_id, int64_t epoch, int64_t n) {
+  return Join("registration", image_id, submap_id, epoch, n);
 }
 
 std::string SeedFactId(int64_t image_id1, int64_t image_id2) {

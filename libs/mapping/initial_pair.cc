@@ -106,13 +106,15 @@ int TriangulatePair(const colmap::FeatureMatches& matches, double min_angle, Ima
   return num_points;
 }
 
-std::string Check(const InitialPairOptions& options, const InitialPairResult& result) {
-  if (result.num_inliers < options.min_num_inliers) return "too few inliers";
-  if (result.forward_motion > options.max_forward_motion) return "forward motion";
-  if (result.triangulation_angle_deg < options.min_triangulation_angle_deg) {
-    return "too small a triangulation angle";
+Status CheckGeometry(const InitialPairOptions& options, const InitialPairResult& result) {
+  if (result.num_inliers < options.min_num_inliers) return FailedPrecondition("too few inliers");
+  if (result.forward_motion > options.max_forward_motion) {
+    return FailedPrecondition("forward motion");
   }
-  return "";
+  if (result.triangulation_angle_deg < options.min_triangulation_angle_deg) {
+    return FailedPrecondition("too small a triangulation angle");
+  }
+  return Status::Ok();
 }
 
 void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId image_id1,
@@ -149,6 +151,8 @@ InitialPairOptions OptionsOfSeed(int num_inliers, double triangulation_angle_rad
 InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId image_id1,
                                       ImageId image_id2, SceneMap* map) {
   InitialPairResult result;
+  result.status = options.Check();  // a seed's, which came over the bus
+  if (!result.status.ok()) return result;
   const colmap::Reconstruction& reconstruction = map->reconstruction();
   const colmap::Image& image1 = reconstruction.Image(image_id1);
   const colmap::Image& image2 = reconstruction.Image(image_id2);
@@ -161,17 +165,16 @@ InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId
   result.num_inliers = static_cast<int>(geometry.inlier_matches.size());
   if (result.num_inliers < options.min_num_inliers ||
       !geometry.EstimateRelativePose(pair.camera1, pair.points1, pair.camera2, pair.points2)) {
-    result.reason = "no relative pose";
+    result.status = FailedPrecondition("no relative pose");
     return result;
   }
   result.triangulation_angle_deg = colmap::RadToDeg(geometry.tri_angle);
   result.forward_motion = std::abs(geometry.tvec.z());
-  result.reason = Check(options, result);
-  if (!result.reason.empty()) return result;
+  result.status = CheckGeometry(options, result);
+  if (!result.status.ok()) return result;
   Accept(pair, geometry, image_id1, image_id2, map, &result);
-  result.ok = result.num_points >= options.min_num_inliers / 2;
-  if (result.ok) return result;
-  result.reason = "too few points";
+  if (result.num_points >= options.min_num_inliers / 2) return result;
+  result.status = FailedPrecondition("too few points");
   map->Deregister(image_id1);
   map->Deregister(image_id2);
   return result;

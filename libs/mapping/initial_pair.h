@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "core/limits.h"
 #include "core/result.h"
 #include "map/scene_map.h"
@@ -23,8 +21,7 @@ struct InitialPairOptions {
 InitialPairOptions OptionsOfSeed(int num_inliers, double triangulation_angle_rad);
 
 struct InitialPairResult {
-  bool ok = false;
-  std::string reason;
+  Status status;
   int num_inliers = 0;
   int num_points = 0;
   double triangulation_angle_deg = 0;

@@ -34,7 +34,7 @@ class KnownCamera : public testing::Test {
     }
     InitialPairOptions initial;
     initial.min_triangulation_angle_deg = 8;
-    ASSERT_TRUE(submap->Start(initial, 1, 3, ignore).ok);
+    ASSERT_TRUE(submap->Start(initial, 1, 3, ignore).status.ok());
     for (const PhotoInput& photo : scene_.photos) submap->Enqueue(photo.image_id);
     while (submap->Step(ignore)) continue;
     submap->Finish(ignore);

@@ -48,7 +48,7 @@ TEST(RegistrationOptions, RefusesWhatMakesNoSense) {
       {"max_focal_factor", [](auto* o) { o->max_focal_factor = 0; }},
       {"min_focal_factor", [](auto* o) { o->min_focal_factor = 3; }},
       {"num_focal_samples", [](auto* o) { o->num_focal_samples = 1; }},
-      {"look_alike: min_cells", [](auto* o) { o->look_alike.min_cells = 0; }},
+      {"similar_structures: min_cells", [](auto* o) { o->similar_structures.min_cells = 0; }},
   });
 }
 
@@ -56,8 +56,8 @@ TEST(SubmapOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<SubmapOptions>({
       {"camera_model", [](auto* o) { o->camera_model = "FISHY"; }},
       {"registration: min_num_inliers", [](auto* o) { o->registration.min_num_inliers = 0; }},
-      {"registration: look_alike: num_rows",
-       [](auto* o) { o->registration.look_alike.num_rows = 0; }},
+      {"registration: similar_structures: num_rows",
+       [](auto* o) { o->registration.similar_structures.num_rows = 0; }},
       {"filter: max_reprojection_error_px",
        [](auto* o) { o->filter.max_reprojection_error_px = 0; }},
       {"misplaced: min_contradiction", [](auto* o) { o->misplaced.min_contradiction = 0; }},

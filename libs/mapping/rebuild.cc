@@ -28,7 +28,7 @@ bool StartFromBestPairOf(ImageId id, Submap* submap) {
     InitialPairOptions options;
     options.min_triangulation_angle_deg = angle_deg;
     for (const ImageId other : neighbours) {
-      if (submap->Start(options, id, other, Ignore).ok) return true;
+      if (submap->Start(options, id, other, Ignore).status.ok()) return true;
     }
   }
   return false;

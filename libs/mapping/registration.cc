@@ -231,7 +231,7 @@ Status RegistrationOptions::Check() const {
                      InRange("min_rival_rotation_deg", min_rival_rotation_deg, 0.0, 180.0),
                      InRange("min_epipolar_share", min_epipolar_share, 0.0, 1.0),
                      InRange("max_epipolar_error_px", max_epipolar_error_px, 0.01, 1000.0),
-                     look_alike.Check().Within("look_alike"),
+                     similar_structures.Check().Within("similar_structures"),
                      InRange("max_focal_factor", max_focal_factor, 0.01, 100.0),
                      InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor),
                      InRange("num_focal_samples", num_focal_samples, 2, 1000)});

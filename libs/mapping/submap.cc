@@ -55,20 +55,19 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
                                 int64_t image_id2, const EventSink& sink) {
   InitialPairResult result;
   if (!map_->HasPhoto(image_id1) || !map_->HasPhoto(image_id2) || image_id1 == image_id2) {
-    result.reason = "the initial pair is not there";
+    result.status = NotFound("the initial pair is not there");
     return result;
   }
   const double start_s = MonotonicS();
   const ImageId id1 = static_cast<ImageId>(image_id1), id2 = static_cast<ImageId>(image_id2);
   result = RegisterInitialPair(options, id1, id2, map_.get());
-  if (!result.ok) return result;
+  if (!result.status.ok()) return result;
   AdjustGlobally(2, false, false);
   if (map_->reconstruction().Image(id1).NumPoints3D() <
       static_cast<Point2DIdx>(options.min_num_inliers / 2)) {
     map_->Deregister(id1);
     map_->Deregister(id2);
-    result.ok = false;
-    result.reason = "too few points after bundle adjustment";
+    result.status = FailedPrecondition("too few points after bundle adjustment");
     return result;
   }
   first_ = id1;

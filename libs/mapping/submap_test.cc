@@ -37,7 +37,7 @@ class Rig {
     Add(b);
     InitialPairOptions options;
     options.min_triangulation_angle_deg = min_angle_deg;
-    return map.Start(options, a + 1, b + 1, Sink()).ok;
+    return map.Start(options, a + 1, b + 1, Sink()).status.ok();
   }
   void Feed(size_t photo) {
     Add(photo);

@@ -79,29 +79,30 @@ int CountAgreeing(const colmap::Reconstruction& target, const colmap::Reconstruc
   return num_agreeing;
 }
 
-std::string CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
+Status CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
   if (static_cast<int>(fused.agreeing.size()) < options.min_shared_images) {
-    return "the poses of only " + std::to_string(fused.agreeing.size()) + " shared images agree";
+    return FailedPrecondition("the poses of only " + std::to_string(fused.agreeing.size()) +
+                              " shared images agree");
   }
   if (fused.num_fused_points < options.min_fused_share * fused.num_common_points) {
-    return "only " + std::to_string(fused.num_fused_points) + " of " +
-           std::to_string(fused.num_common_points) + " common points fit together";
+    return FailedPrecondition("only " + std::to_string(fused.num_fused_points) + " of " +
+                              std::to_string(fused.num_common_points) +
+                              " common points fit together");
   }
-  return "";
+  return Status::Ok();
 }
 
-std::string CheckCameras(const colmap::Reconstruction& merged) {
+Status CheckCameras(const colmap::Reconstruction& merged) {
   for (const auto& [id, camera] : merged.Cameras()) {
     if (!HasPossibleIntrinsics(camera)) {
-      return "camera " + std::to_string(id) + " got impossible intrinsics";
+      return FailedPrecondition("camera " + std::to_string(id) + " got impossible intrinsics");
     }
   }
-  return "";
+  return Status::Ok();
 }
 
-std::string CheckBothModels(const colmap::Reconstruction& target,
-                            const colmap::Reconstruction& source, const AbsorbOptions& options,
-                            AbsorbResult* result) {
+Status CheckBothModels(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                       const AbsorbOptions& options, AbsorbResult* result) {
   const auto of_target = ModelObservations(target, result->seam, result->fused.kept_source);
   const auto of_source = ModelObservations(source, result->seam, result->fused.kept_target);
   const double max_px = options.max_reprojection_error_px;
@@ -109,25 +110,24 @@ std::string CheckBothModels(const colmap::Reconstruction& target,
   result->target_after = MeasureResiduals(result->merged, of_target, max_px);
   result->source_before = MeasureResiduals(source, of_source, max_px);
   result->source_after = MeasureResiduals(result->merged, of_source, max_px);
-  std::string worse =
-      CompareResiduals(result->target_before, result->target_after, options.tolerance);
-  if (!worse.empty()) return "target: " + worse;
-  worse = CompareResiduals(result->source_before, result->source_after, options.tolerance);
-  return worse.empty() ? "" : "source: " + worse;
+  const ResidualTolerance& tolerance = options.tolerance;
+  return FirstError(
+      {CompareResiduals(result->target_before, result->target_after, tolerance).Within("target"),
+       CompareResiduals(result->source_before, result->source_after, tolerance).Within("source")});
 }
 
-std::string Verify(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
-                   const AbsorbOptions& options, AbsorbResult* result) {
-  if (!result->bundle.usable) return "the bundle adjustment of the seam failed";
-  std::string wrong = CheckCameras(result->merged);
-  if (wrong.empty()) wrong = CheckBothModels(target, source, options, result);
-  if (!wrong.empty()) return wrong;
+Status Verify(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+              const AbsorbOptions& options, AbsorbResult* result) {
+  if (!result->bundle.usable) return FailedPrecondition("the bundle adjustment of the seam failed");
+  Status status = CheckCameras(result->merged);
+  if (status.ok()) status = CheckBothModels(target, source, options, result);
+  if (!status.ok()) return status;
   const int num_agreeing = CountAgreeing(target, source, options, *result);
   if (num_agreeing < options.min_shared_images) {
-    return "after the adjustment only " + std::to_string(num_agreeing) +
-           " shared images fit both models";
+    return FailedPrecondition("after the adjustment only " + std::to_string(num_agreeing) +
+                              " shared images fit both models");
   }
-  return "";
+  return Status::Ok();
 }
 
 // Filters what the adjustment left outside of the limits, and photos that see nothing any more.
@@ -148,7 +148,7 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options) {
 
 Status AbsorbOptions::Check() const {
   return FirstError({sim3.Check(), tolerance.Check().Within("tolerance"),
-                     look_alike.Check().Within("look_alike"),
+                     similar_structures.Check().Within("similar_structures"),
                      InRange("max_reprojection_error_px", max_reprojection_error_px, 0.01, 1000.0),
                      InRange("min_tri_angle_deg", min_tri_angle_deg, 0.0, 180.0),
                      InRange("min_shared_images", min_shared_images, 0, 1000),
@@ -164,19 +164,18 @@ AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstr
   AbsorbResult result;
   result.merged = target;
   result.fused = FuseModels(source, target_from_source, options.sim3, &result.merged);
-  result.reason = result.fused.reason;
-  if (result.reason.empty() && options.verify) result.reason = CheckFused(result.fused, options);
-  if (result.reason.empty() && options.verify) {
-    result.reason =
-        WhySharedPhotosDiffer(options.similar_structures, target, source, result.fused.agreeing);
-    result.shows_another_place = !result.reason.empty();
+  result.status = result.fused.status;
+  if (result.status.ok() && options.verify) result.status = CheckFused(result.fused, options);
+  if (result.status.ok() && options.verify) {
+    result.status =
+        CheckSharedPhotos(options.similar_structures, target, source, result.fused.agreeing);
+    result.shows_another_place = !result.status.ok();
   }
-  if (!result.reason.empty()) return result;
+  if (!result.status.ok()) return result;
   result.seam = SeamOf(result.fused, options, result.merged);
   result.bundle = AdjustSeam(result.seam, options.intrinsics, &result.merged);
-  if (options.verify) result.reason = Verify(target, source, options, &result);
-  result.ok = result.reason.empty();
-  if (result.ok) CleanUp(options, &result);
+  if (options.verify) result.status = Verify(target, source, options, &result);
+  if (result.status.ok()) CleanUp(options, &result);
   return result;
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <set>
-#include <string>
 
 #include "base/reconstruction.h"
 #include "core/limits.h"
@@ -39,10 +38,9 @@ struct AbsorbOptions {
 void AdaptToFewImages(int num_shared_images, Sim3Options* options);
 
 struct AbsorbResult {
-  bool ok = false;
-  std::string reason;                // why not
-  bool shows_another_place = false;  // why: the models show different places
-  colmap::Reconstruction merged;     // only if ok
+  Status status;
+  bool shows_another_place = false;  // that the two show different places is why
+  colmap::Reconstruction merged;     // only if status is ok
   FuseResult fused;
   BundleSummary bundle;
   std::set<colmap::image_t> seam;  // adjusted images
@@ -50,7 +48,7 @@ struct AbsorbResult {
   Residuals source_before, source_after;
 };
 
-// Throws std::invalid_argument on nonsensical options; every failure of the merge is a reason.
+// Throws std::invalid_argument on nonsensical options; every failure of the merge is a status.
 // `source` is in its own frame; both models keep COLMAP's conventions.
 AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
                     const Similarity& target_from_source, const AbsorbOptions& options);

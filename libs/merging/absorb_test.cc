@@ -57,7 +57,7 @@ class Merge {
 TEST(Absorb, TwoHalvesBecomeOneMapAsGoodAsTheTruth) {
   const Merge m{Case()};
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_EQ(result.merged.NumRegImages(), 24u);
   EXPECT_EQ(result.fused.agreeing.size(), 5u);
   EXPECT_EQ(result.fused.added.size(), 10u);
@@ -69,7 +69,7 @@ TEST(Absorb, TwoHalvesBecomeOneMapAsGoodAsTheTruth) {
 TEST(Absorb, SharedObservationsBelongToOnePoint) {
   const Merge m{Case()};
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   int num_across = 0;
   for (const auto& [id, point] : result.merged.Points3D()) {
     bool in_target = false, in_source = false;
@@ -89,7 +89,7 @@ TEST(Absorb, ReconcilesDifferentIntrinsics) {
   const auto target = world.Submap(1, 14, Similarity(), 1.004);
   const auto source = world.Submap(10, 24, setup.gauge, 0.997);
   const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
   EXPECT_LT(MaxCentreError(result.merged, world), 0.003 * kExtent);
 }
@@ -100,7 +100,7 @@ TEST(Absorb, JoinsASourceWhoseFocalLengthIsFarOff) {
   const auto target = world.Submap(1, 14, Similarity(), 1.0);
   const auto source = world.Submap(10, 20, setup.gauge, 1.06);
   const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_GT(result.fused.num_fused_points, 0.9 * result.fused.num_common_points);
   EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
 }
@@ -110,7 +110,7 @@ TEST(Absorb, KeepsTheSourcesOwnCamera) {
   setup.options.second_camera_from = 15;
   const Merge m{setup};
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_TRUE(result.merged.ExistsCamera(2));
 }
 
@@ -119,15 +119,15 @@ TEST(Absorb, RefusesAWrongSimilarity) {
   Similarity wrong = AlignSubmaps(m.source, m.target);
   wrong.translation += Eigen::Vector3d(1.5, 0, 0);
   const AbsorbResult result = Absorb(m.target, m.source, wrong, {});
-  EXPECT_FALSE(result.ok);
-  EXPECT_FALSE(result.reason.empty());
+  EXPECT_FALSE(result.status.ok());
+  EXPECT_FALSE(result.status.error().empty());
 }
 
 TEST(Absorb, RefusesASlightlyWrongScale) {
   const Merge m{Case()};
   Similarity wrong = AlignSubmaps(m.source, m.target);
   wrong.scale *= 1.3;
-  EXPECT_FALSE(Absorb(m.target, m.source, wrong, {}).ok);
+  EXPECT_FALSE(Absorb(m.target, m.source, wrong, {}).status.ok());
 }
 
 TEST(Absorb, RefusesDifferentKeypointsOfOnePhoto) {
@@ -136,7 +136,7 @@ TEST(Absorb, RefusesDifferentKeypointsOfOnePhoto) {
   other.num_points += 100;
   const auto source = SyntheticWorld(other, 1).Submap(10, 24, Similarity(), 1.0);
   const AbsorbResult result = Absorb(m.target, source, Similarity(), {});
-  EXPECT_FALSE(result.ok);
+  EXPECT_FALSE(result.status.ok());
 }
 
 TEST(Absorb, LeavesTheModelsAlone) {
@@ -160,7 +160,7 @@ TEST(Absorb, TakesAPhotoThatTheTargetOnlyHasDeferred) {
   deferred.SetPoints2D(pixels);
   target.AddImage(deferred);
   const AbsorbResult result = Absorb(target, m.source, AlignSubmaps(m.source, target), {});
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_TRUE(result.merged.IsImageRegistered(20));
 }
 
@@ -170,7 +170,7 @@ TEST(Absorb, APhotoWithAWrongPoseInOneSideKeepsTheOther) {
   m.target.Image(12).Tvec() += Eigen::Vector3d(4, 0, 0);
   m.target.RegisterImage(12);
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_EQ(result.fused.agreeing.size(), 4u);
   EXPECT_EQ(result.fused.kept_source, std::set<image_t>{12});
 }
@@ -181,7 +181,7 @@ TEST(Absorb, AdjustsOnlyTheSeamOfALargeModel) {
   options.max_whole_images = 10;
   options.max_neighbours = 6;
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), options);
-  ASSERT_TRUE(result.ok) << result.reason;
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_EQ(result.seam.size(), 11u);
   EXPECT_LT(MaxCentreError(result.merged, m.world), 0.005 * kExtent);
 }
@@ -196,21 +196,23 @@ AbsorbResult AbsorbOfTwoBuildings(int target_last, int source_last) {
 
 TEST(Absorb, RefusesTwoBuildingsOfOneFacade) {
   const AbsorbResult result = AbsorbOfTwoBuildings(12, 24);
-  EXPECT_FALSE(result.ok);
-  EXPECT_NE(result.reason.find("visually similar"), std::string::npos) << result.reason;
+  EXPECT_FALSE(result.status.ok());
+  EXPECT_NE(result.status.error().find("visually similar"), std::string::npos)
+      << result.status.error();
 }
 
 TEST(Absorb, RefusesAContainedSourceWhereTheTargetHoldsTwoBuildingsForOne) {
   const AbsorbResult result = AbsorbOfTwoBuildings(24, 12);
-  EXPECT_FALSE(result.ok);
-  EXPECT_NE(result.reason.find("visually similar"), std::string::npos) << result.reason;
+  EXPECT_FALSE(result.status.ok());
+  EXPECT_NE(result.status.error().find("visually similar"), std::string::npos)
+      << result.status.error();
 }
 
 TEST(Absorb, TakesAContainedSourceOfOnePlace) {
   const Merge m{Case()};
   const auto source = m.world.Submap(9, 12, Case().gauge, 1.0);
   const AbsorbResult result = Absorb(m.target, source, AlignSubmaps(source, m.target), {});
-  EXPECT_TRUE(result.ok) << result.reason;
+  EXPECT_TRUE(result.status.ok()) << result.status.error();
 }
 
 }  // namespace

@@ -49,8 +49,8 @@ class Fuser {
         merged_(*merged) {}
 
   FuseResult Run() {
-    result_.reason = WhyIncompatible();
-    if (!result_.reason.empty()) return result_;
+    result_.status = CheckCompatible();
+    if (!result_.status.ok()) return result_;
     const std::map<camera_t, int> target_photos = CountPhotos(merged_);
     SortSharedImages();
     for (const image_t id : result_.kept_source) merged_.DeRegisterImage(id);
@@ -61,22 +61,23 @@ class Fuser {
   }
 
  private:
-  std::string WhyIncompatible() const {
+  Status CheckCompatible() const {
     for (const auto& [id, camera] : source_.Cameras()) {
       if (merged_.ExistsCamera(id) && merged_.Camera(id).ModelId() != camera.ModelId()) {
-        return "camera " + std::to_string(id) + " has different models";
+        return FailedPrecondition("camera " + std::to_string(id) + " has different models");
       }
     }
     for (const image_t id : source_.RegImageIds()) {
       const colmap::Image& image = source_.Image(id);
       if (!source_.ExistsCamera(image.CameraId())) {
-        return "image " + std::to_string(id) + " of the source has no camera";
+        return FailedPrecondition("image " + std::to_string(id) + " of the source has no camera");
       }
       if (merged_.ExistsImage(id) && merged_.Image(id).NumPoints2D() != image.NumPoints2D()) {
-        return "image " + std::to_string(id) + " has different numbers of keypoints";
+        return FailedPrecondition("image " + std::to_string(id) +
+                                  " has different numbers of keypoints");
       }
     }
-    return "";
+    return Status::Ok();
   }
 
   static std::map<camera_t, int> CountPhotos(const colmap::Reconstruction& model) {

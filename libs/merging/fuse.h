@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/reconstruction.h"
+#include "core/result.h"
 #include "geometry/sim3_ransac.h"
 
 namespace skein {
@@ -20,7 +21,7 @@ std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
 
 // What became of the models' parts.
 struct FuseResult {
-  std::string reason;                     // empty, or why the models cannot be fused
+  Status status;                          // an error: why the models cannot be fused
   std::set<colmap::image_t> agreeing;     // shared photos whose two poses agree: they are the seam
   std::set<colmap::image_t> kept_target;  // shared photos that disagree: the target's pose stays
   std::set<colmap::image_t> kept_source;  // the same, the source's pose stays

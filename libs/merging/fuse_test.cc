@@ -27,7 +27,7 @@ TEST_F(FuseTest, OneStructureInTheTargetsFrame) {
   ASSERT_TRUE(found.success) << found.reason;
   colmap::Reconstruction merged = target_;
   const FuseResult fused = FuseModels(source_, found.target_from_source, {}, &merged);
-  EXPECT_EQ(fused.reason, "");
+  EXPECT_TRUE(fused.status.ok()) << fused.status.error();
   EXPECT_EQ(fused.agreeing, (std::set<colmap::image_t>{6, 7, 8}));
   EXPECT_EQ(fused.added, (std::set<colmap::image_t>{9, 10, 11, 12}));
   EXPECT_GT(fused.num_fused_points, 0.9 * fused.num_common_points);

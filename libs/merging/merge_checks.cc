@@ -70,25 +70,26 @@ Residuals MeasureResiduals(const colmap::Reconstruction& model,
   return residuals;
 }
 
-std::string CompareResiduals(const Residuals& before, const Residuals& after,
-                             const ResidualTolerance& tolerance) {
+Status CompareResiduals(const Residuals& before, const Residuals& after,
+                        const ResidualTolerance& tolerance) {
   const double behind_before = before.num_behind / (before.num_observations + 1e-9);
   const double behind_after = after.num_behind / (after.num_observations + 1e-9);
   if (behind_after > behind_before + tolerance.max_behind_share) {
-    return Text("%.1f %% of the points fell behind their cameras (before: %.1f %%)",
-                100 * behind_after, 100 * behind_before);
+    return FailedPrecondition(
+        Text("%.1f %% of the points fell behind their cameras (before: %.1f %%)",
+             100 * behind_after, 100 * behind_before));
   }
   if (after.GoodShare() < before.GoodShare() * (1 - tolerance.max_lost_share)) {
-    return Text("only %.1f %% of the observations fit (before: %.1f %%)", 100 * after.GoodShare(),
-                100 * before.GoodShare());
+    return FailedPrecondition(Text("only %.1f %% of the observations fit (before: %.1f %%)",
+                                   100 * after.GoodShare(), 100 * before.GoodShare()));
   }
   const double limit_px =
       before.mean_error_px * tolerance.max_error_growth + tolerance.max_error_growth_px;
   if (after.mean_error_px > limit_px) {
-    return Text("the mean reprojection error grew to %.2f px (before: %.2f px)",
-                after.mean_error_px, before.mean_error_px);
+    return FailedPrecondition(Text("the mean reprojection error grew to %.2f px (before: %.2f px)",
+                                   after.mean_error_px, before.mean_error_px));
   }
-  return "";
+  return Status::Ok();
 }
 
 }  // namespace skein

@@ -42,8 +42,8 @@ struct ResidualTolerance {
   Status Check() const;
 };
 
-// Empty if `after` is no worse than `before` within the tolerance, else what is worse.
-std::string CompareResiduals(const Residuals& before, const Residuals& after,
-                             const ResidualTolerance& tolerance);
+// An error if `after` is worse than `before` beyond the tolerance: what is worse.
+Status CompareResiduals(const Residuals& before, const Residuals& after,
+                        const ResidualTolerance& tolerance);
 
 }  // namespace skein

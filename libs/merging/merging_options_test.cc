@@ -10,7 +10,7 @@ TEST(AbsorbOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<AbsorbOptions>({
       {"trials", [](auto* o) { o->sim3.num_trials = 0; }},
       {"tolerance: max_lost_share", [](auto* o) { o->tolerance.max_lost_share = 2; }},
-      {"look_alike: min_cells", [](auto* o) { o->look_alike.min_cells = 0; }},
+      {"similar_structures: min_cells", [](auto* o) { o->similar_structures.min_cells = 0; }},
       {"intrinsics.min_images", [](auto* o) { o->intrinsics.min_images = 0; }},
       {"max_reprojection_error_px", [](auto* o) { o->max_reprojection_error_px = 0; }},
       {"min_tri_angle_deg", [](auto* o) { o->min_tri_angle_deg = -1; }},

@@ -56,18 +56,18 @@ std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
   return ids;
 }
 
-// Why the two parts of a merged model show different places, or "". Along matches that neither
+// An error if the two sides of a merged model show different places. Along matches that neither
 // model was built from.
-std::string WhyModelsDiffer(const Submap& submap, const colmap::Reconstruction& target,
-                            const colmap::Reconstruction& source,
-                            const colmap::Reconstruction& merged) {
+Status CheckBothModels(const Submap& submap, const colmap::Reconstruction& target,
+                       const colmap::Reconstruction& source, const colmap::Reconstruction& merged) {
   const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
   const CellVotes votes =
       ComparePhotoSets(options, submap.map(), merged, RegisteredOnlyIn(target, source),
                        RegisteredOnlyIn(source, target));
-  if (!ShowsAnotherPlace(options, votes)) return "";
-  return "visually similar places: " + std::to_string(votes.num_different) + " of " +
-         std::to_string(votes.num_cells()) + " cells that both models show are different";
+  if (!ShowsAnotherPlace(options, votes)) return Status::Ok();
+  return FailedPrecondition("visually similar places: " + std::to_string(votes.num_different) +
+                            " of " + std::to_string(votes.num_cells()) +
+                            " cells that both models show are different");
 }
 
 // Of two visually similar places a photo shows one.
@@ -76,11 +76,10 @@ void YieldPhotos(const colmap::Reconstruction& source, Submap* submap, Absorptio
                         [&](const PhotoEvent& event) { absorption->events.push_back(event); });
 }
 
-// Returns why not, or "".
-std::string AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* submap,
-                        Absorption* absorption) {
+Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* submap,
+                   Absorption* absorption) {
   const Result<colmap::Reconstruction> source = DecodeModel(archive);
-  if (!source.ok()) return "source: " + source.error();
+  if (!source.ok()) return source.status().Within("source");
   const auto target = std::make_shared<const colmap::Reconstruction>(
       CopyRegistered(submap->map().reconstruction()));
   absorption->before = target;
@@ -89,31 +88,31 @@ std::string AbsorbModel(const ModelArchive& archive, const MergeTask& task, Subm
   options.similar_structures = submap->options().registration.similar_structures;
   const std::optional<Similarity> similarity =
       FindSimilarity(task, SharedPhotosOf(*source, *target), options.sim3);
-  if (!similarity) return "the merge was ordered with a similarity that is none";
+  if (!similarity) return DataLoss("the merge was ordered with a similarity that is none");
   const AbsorbResult result = Absorb(*target, *source, *similarity, options);
   if (result.shows_another_place) YieldPhotos(*source, submap, absorption);
-  if (!result.ok) return result.reason.empty() ? "not verified" : result.reason;
+  if (!result.status.ok()) return result.status;
   if (options.verify) {
-    const std::string wrong = WhyModelsDiffer(*submap, *target, *source, result.merged);
-    if (!wrong.empty()) {
+    const Status checked = CheckBothModels(*submap, *target, *source, result.merged);
+    if (!checked.ok()) {
       YieldPhotos(*source, submap, absorption);
-      return wrong;
+      return checked;
     }
   }
   const Status status = submap->ReplaceModel(result.merged);
-  if (!status.ok()) return status.error();
+  if (!status.ok()) return status;
   for (const PhotoEvent& event : submap->RegisteredEvents()) {
     if (!IsRegisteredIn(*target, static_cast<ImageId>(event.image_id)))
       absorption->events.push_back(event);
   }
-  return "";
+  return Status::Ok();
 }
 
 }  // namespace
 
 Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap) {
   Absorption absorption;
-  absorption.reason = AbsorbModel(source, task, submap, &absorption);
+  absorption.status = AbsorbModel(source, task, submap, &absorption);
   return absorption;
 }
 

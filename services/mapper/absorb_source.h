@@ -1,9 +1,9 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
+#include "core/result.h"
 #include "formats/formats.h"
 #include "mapping/submap.h"
 #include "skein/merge_t.hpp"
@@ -12,7 +12,7 @@ namespace skein {
 
 // What absorbing came to.
 struct Absorption {
-  std::string reason;                                    // why not, or ""
+  Status status;
   std::shared_ptr<const colmap::Reconstruction> before;  // the target as it was
   // Photos that are new in the target or, if it failed, that the target left to the source.
   std::vector<PhotoEvent> events;

@@ -177,7 +177,7 @@ class MapperServiceTest : public testing::Test {
     }
     InitialPairOptions options;
     options.min_triangulation_angle_deg = 8;
-    EXPECT_TRUE(submap.Start(options, first, first + 2, ignore).ok);
+    EXPECT_TRUE(submap.Start(options, first, first + 2, ignore).status.ok());
     for (int64_t id = first; id <= last; ++id) submap.Enqueue(id);
     while (submap.Step(ignore)) continue;
     EXPECT_EQ(submap.Statistics().num_images, last - first + 1);

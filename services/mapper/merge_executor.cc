@@ -77,7 +77,7 @@ void MergeExecutor::OnSource(const LoadedModel& source) {
         const Status added = AddToSubmap(source.photos, &submap);
         if (added.ok()) return AbsorbSource(*source.archive, task, &submap);
         Absorption absorption;
-        absorption.reason = added.error();
+        absorption.status = added;
         return absorption;
       },
       WhileOpen([this](Absorption absorption) {
@@ -96,9 +96,9 @@ MergeTask MergeExecutor::Task() const {
 // DONE only once everyone can know where the source's photos are now.
 void MergeExecutor::OnAbsorbed() {
   const Absorption& absorption = open_->absorption;
-  if (!absorption.reason.empty()) {
+  if (!absorption.status.ok()) {
     run_.Report(absorption.events);
-    return Fail(absorption.reason);
+    return Fail(absorption.status.error());
   }
   LogInfo("submap {} has absorbed {}", open_->ordered.target_id, open_->ordered.source_id);
   run_.OnAbsorbed(absorption.events);

@@ -25,6 +25,9 @@ class PhotoReports {
   PhotoReports(const SessionState& session, const Lease& lease, Submit submit,
                std::function<void()> on_refused);
 
+  // The run begins where the ledger is at `seq`. A photo's facts are numbered from there: an earlier
+  // process may have told some in the same epoch.
+  void NumberFrom(int64_t seq) { first_number_ = seq; }
   void Tell(const std::vector<PhotoEvent>& events);
   // Photos that a model brought. Returns those that the ledger does not know of.
   std::vector<PhotoEvent> NoteRestored(const std::vector<PhotoEvent>& events);
@@ -48,7 +51,8 @@ class PhotoReports {
   const Submit submit_;
   const std::function<void()> on_refused_;
   std::set<int64_t> registered_;
-  std::map<int64_t, int> num_facts_;  // of a photo
+  int64_t first_number_ = 0;
+  std::map<int64_t, int64_t> num_facts_;  // of a photo
   std::map<int64_t, std::string> refused_;
   int64_t replay_seq_ = 0;  // 0: what was lost is known
 };

@@ -21,18 +21,19 @@ constexpr double kStatisticsPeriodS = 1.0;
 constexpr double kRestS = 4.0;
 constexpr double kMaintenancePeriodS = 0.1;
 
-std::string StartFromSeed(const seed_t& seed, Submap* submap, const Submap::EventSink& sink) {
-  const InitialPairResult result = submap->Start(
-      OptionsOfSeed(seed.num_inliers, seed.tri_angle_rad), seed.image_id1, seed.image_id2, sink);
-  return result.ok ? "" : result.reason;
+Status StartFromSeed(const seed_t& seed, Submap* submap, const Submap::EventSink& sink) {
+  return submap
+      ->Start(OptionsOfSeed(seed.num_inliers, seed.tri_angle_rad), seed.image_id1, seed.image_id2,
+              sink)
+      .status;
 }
 
-// Returns the reason of one without which no map would be left, or "".
-std::string TakeBack(const std::map<int64_t, std::string>& refused, Submap* submap,
-                     const Submap::EventSink& sink) {
-  std::string last;
+// An error, with its reason, if no map would be left without one of them.
+Status TakeBack(const std::map<int64_t, std::string>& refused, Submap* submap,
+                const Submap::EventSink& sink) {
+  Status last;
   for (const auto& [id, reason] : refused) {
-    if (!submap->TakeBack(id, reason, sink)) last = reason;
+    if (!submap->TakeBack(id, reason, sink)) last = FailedPrecondition(reason);
   }
   return last;
 }
@@ -121,8 +122,10 @@ void SubmapRun::Begin() {
   const SubmapLife* submap = ledger_.session.FindSubmap(submap_id());
   if (submap == nullptr || submap->lease.epoch < epoch()) return;
   if (!submap->has_seed && !submap->latest_model) return;
-  reports_.ExpectReplayUpTo(ledger_.follower.processed_seq());
-  writer_.NumberFrom(ledger_.follower.processed_seq());
+  const int64_t head = ledger_.follower.processed_seq();
+  reports_.ExpectReplayUpTo(head);
+  reports_.NumberFrom(head);
+  writer_.NumberFrom(head);
   submap->latest_model ? Restore(*submap->latest_model) : Seed(submap->seed);
 }
 
@@ -131,13 +134,13 @@ void SubmapRun::Seed(const seed_t& seed) {
   LoadPhotos({seed.image_id1, seed.image_id2}, [this, seed](const FetchedPhotos& photos) {
     RunJob(
         [photos, seed](Submap& submap, Outcome* outcome) {
-          outcome->error = AddToSubmap(photos, &submap).error();
-          if (!outcome->error.empty()) return;
-          outcome->error = StartFromSeed(seed, &submap, outcome->Sink());
+          outcome->status = AddToSubmap(photos, &submap);
+          if (!outcome->status.ok()) return;
+          outcome->status = StartFromSeed(seed, &submap, outcome->Sink());
           outcome->more = true;
         },
         [this, seq = seed.header.seq](const Outcome& outcome) {
-          if (!outcome.error.empty()) return Dissolve("initial pair: " + outcome.error);
+          if (!outcome.status.ok()) return Dissolve("initial pair: " + outcome.status.error());
           StartRunning(seq);
           Apply(outcome);
         });
@@ -157,16 +160,16 @@ void SubmapRun::Restore(const submap_model_t& model) {
 void SubmapRun::OnModel(const LoadedModel& model, int64_t ledger_seq) {
   RunJob(
       [model](Submap& submap, Outcome* outcome) {
-        outcome->error = AddToSubmap(model.photos, &submap).error();
-        if (!outcome->error.empty()) return;
-        outcome->error = RestoreSubmap(*model.archive, &submap).error();
+        outcome->status = AddToSubmap(model.photos, &submap);
+        if (!outcome->status.ok()) return;
+        outcome->status = RestoreSubmap(*model.archive, &submap);
         outcome->events = submap.RegisteredEvents();
       },
       [this, ledger_seq](const Outcome& outcome) { OnRestored(outcome, ledger_seq); });
 }
 
 void SubmapRun::OnRestored(const Outcome& outcome, int64_t ledger_seq) {
-  if (!outcome.error.empty()) return End(EndKind::kFailed, "checkpoint: " + outcome.error);
+  if (!outcome.status.ok()) return End(EndKind::kFailed, "checkpoint: " + outcome.status.error());
   StartRunning(ledger_seq);
   Report(reports_.NoteRestored(outcome.events));
   WantNeighboursOf(outcome.events);
@@ -202,11 +205,11 @@ void SubmapRun::TryNext() {
           const Status added = AddToSubmap(photos, &submap);
           if (!added.ok()) LogWarn("a photo that cannot be tried: {}", added.error());
           for (const int64_t id : ids) submap.Enqueue(id);
-          outcome->error = TakeBack(refused, &submap, outcome->Sink());
-          if (outcome->error.empty()) outcome->more = submap.Step(outcome->Sink());
+          outcome->status = TakeBack(refused, &submap, outcome->Sink());
+          if (outcome->status.ok()) outcome->more = submap.Step(outcome->Sink());
         },
         [this](const Outcome& outcome) {
-          if (!outcome.error.empty()) return Dissolve("initial pair: " + outcome.error);
+          if (!outcome.status.ok()) return Dissolve("initial pair: " + outcome.status.error());
           Apply(outcome);
         });
   });

@@ -92,7 +92,7 @@ class SubmapRun {
     std::vector<PhotoEvent> events;
     bool more = false;         // the submap's queue is not empty
     bool maintaining = false;  // the submap has to tidy up after a background BA
-    std::string error;
+    Status status;
     std::optional<SubmapStatistics> statistics;
     double statistics_s = 0;  // that they took
 
