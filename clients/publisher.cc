@@ -4,7 +4,6 @@
 #include <cctype>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/hash.h"
 
 namespace skein {
@@ -51,7 +50,7 @@ bool Publisher::MayStart(double now_s) const {
 }
 
 void Publisher::Tick() {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   while (MayStart(now_s)) Start(now_s);
   for (auto& [name, offered] : offered_) {
     if (!offered.ready || offered.due_s > now_s) continue;

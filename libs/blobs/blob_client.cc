@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/hash.h"
 
 namespace skein {
@@ -42,7 +41,7 @@ BlobClient::BlobClient(PollLoop& loop, Bus& bus, BlobClientOptions options)
       bus_(bus),
       options_(std::move(options)),
       chunk_bytes_(ChunkBytes(bus.url())),
-      shelf_(options_.cache_bytes),
+      shelf_(options_.cache_bytes, [&loop] { return loop.now_s(); }),
       window_(InitialWindow(chunk_bytes_)),
       worker_(std::make_unique<WorkerThread>(loop)) {
   if (!options_.store_dir.empty()) store_ = std::make_unique<BlobStore>(options_.store_dir);
@@ -148,7 +147,7 @@ void BlobClient::WatchBus() {
 }
 
 void BlobClient::Tick() {
-  const double now_s = MonotonicS();
+  const double now_s = loop_.now_s();
   for (auto& [blob_id, fetching] : fetching_) {
     if (!fetching.pull || fetching.hashing) continue;
     if (fetching.pull->CheckTimeout(now_s, round_trip_, &window_) && fetching.pull->stalled()) {
@@ -167,7 +166,7 @@ int BlobClient::NumInFlight() const {
 }
 
 void BlobClient::Pump() {
-  const double now_s = MonotonicS();
+  const double now_s = loop_.now_s();
   int free = window_.size() - NumInFlight();
   int num_active = 0;
   // Asking in larger pieces costs fewer requests.
@@ -211,7 +210,7 @@ void BlobClient::OnChunk(const blob_chunk_t& chunk) {
   fetching.first_unknown_s = 0;
   const auto outcome =
       fetching.pull->OnChunk(chunk.offset, chunk.total_bytes, chunk.data.data(), chunk.data.size(),
-                             MonotonicS(), &window_, &round_trip_);
+                             loop_.now_s(), &window_, &round_trip_);
   if (outcome == BlobPull::Outcome::kIgnored) return;
   if (outcome == BlobPull::Outcome::kTooLarge) {
     return Finish(chunk.blob_id,
@@ -224,7 +223,7 @@ void BlobClient::OnChunk(const blob_chunk_t& chunk) {
 }
 
 void BlobClient::OnUnknown(const std::string& blob_id, Fetching* fetching) {
-  const double now_s = MonotonicS();
+  const double now_s = loop_.now_s();
   if (fetching->first_unknown_s == 0) fetching->first_unknown_s = now_s;
   // Until then the pull's timeout asks again, with back-off.
   if (now_s < fetching->first_unknown_s + fetching->unknown_patience_s) return;

@@ -199,6 +199,20 @@ TEST_F(BlobClientTest, ServesOutOfTheSessionFolderAndReadsItDirectly) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(BlobShelf, ForgetsWhatNobodyAskedForInItsTime) {
+  double now_s = 0;
+  BlobShelf shelf(100, [&] { return now_s; });
+  shelf.HoldFor("a", std::make_shared<const Bytes>(10), 60);
+  now_s = 50;
+  EXPECT_NE(shelf.Find("a"), nullptr);  // which is a use
+  now_s = 109;
+  shelf.DropExpired();
+  EXPECT_EQ(shelf.num_held(), 1u);
+  now_s = 110;
+  shelf.DropExpired();
+  EXPECT_EQ(shelf.num_held(), 0u);
+}
+
 TEST(BlobShelf, ForgetsTheOldestBeyondItsBytesButNotWhatIsHeld) {
   BlobShelf shelf(100);
   const auto blob = std::make_shared<const Bytes>(40, 0);

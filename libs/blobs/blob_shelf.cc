@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/clock.h"
-
 namespace skein {
 
 void BlobShelf::Hold(const std::string& blob_id, BlobPtr blob) {
@@ -19,7 +17,7 @@ void BlobShelf::Release(const std::string& blob_id) {
   const auto held = held_.find(blob_id);
   if (held == held_.end()) return;
   held->second.num_holders = std::max(0, held->second.num_holders - 1);
-  EraseIfUnused(held, MonotonicS());
+  EraseIfUnused(held, clock_());
 }
 
 void BlobShelf::HoldFor(const std::string& blob_id, BlobPtr blob, double ttl_s) {
@@ -27,12 +25,12 @@ void BlobShelf::HoldFor(const std::string& blob_id, BlobPtr blob, double ttl_s) 
   Held& held = held_[blob_id];
   held.blob = std::move(blob);
   held.ttl_s = ttl_s;
-  held.expires_s = MonotonicS() + ttl_s;
+  held.expires_s = clock_() + ttl_s;
 }
 
 void BlobShelf::DropExpired() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const double now_s = MonotonicS();
+  const double now_s = clock_();
   for (auto held = held_.begin(); held != held_.end();) EraseIfUnused(held++, now_s);
 }
 
@@ -56,7 +54,7 @@ void BlobShelf::Cache(const std::string& blob_id, BlobPtr blob) {
 BlobPtr BlobShelf::Find(const std::string& blob_id) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (const auto held = held_.find(blob_id); held != held_.end()) {
-    held->second.expires_s = MonotonicS() + held->second.ttl_s;
+    held->second.expires_s = clock_() + held->second.ttl_s;
     return held->second.blob;
   }
   const auto cached = cached_.find(blob_id);

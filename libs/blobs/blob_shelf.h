@@ -7,8 +7,10 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "core/bytes.h"
+#include "core/clock.h"
 
 namespace skein {
 
@@ -18,7 +20,8 @@ using BlobPtr = std::shared_ptr<const Bytes>;
 class BlobShelf {
  public:
   // The cache forgets what was used longest ago beyond this many bytes.
-  explicit BlobShelf(size_t cache_bytes) : cache_bytes_(cache_bytes) {}
+  explicit BlobShelf(size_t cache_bytes, Clock clock = MonotonicS)
+      : cache_bytes_(cache_bytes), clock_(std::move(clock)) {}
 
   // Keeps the blob until as many calls of Release.
   void Hold(const std::string& blob_id, BlobPtr blob);
@@ -49,6 +52,7 @@ class BlobShelf {
   void EraseIfUnused(std::map<std::string, Held>::iterator held, double now_s);
 
   const size_t cache_bytes_;
+  const Clock clock_;
   mutable std::mutex mutex_;
   std::map<std::string, Held> held_;
   std::list<Cached> recent_;  // most recent first

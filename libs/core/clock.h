@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 
 namespace skein {
 
@@ -19,6 +20,9 @@ inline double MonotonicS() {
   using namespace std::chrono;
   return duration<double>(steady_clock::now().time_since_epoch()).count();
 }
+
+// Seconds, as MonotonicS; a test gives its own. What is due when goes by one that is passed in.
+using Clock = std::function<double()>;
 
 // Seconds of CPU that the calling thread has used.
 inline double ThreadCpuS() {

@@ -34,7 +34,8 @@ void OnSignal(int) {
 
 }  // namespace
 
-PollLoop::PollLoop() : wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+PollLoop::PollLoop(Clock clock)
+    : clock_(std::move(clock)), wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (wake_fd_ < 0) ThrowSystemError("eventfd");
   AddFd(wake_fd_, [this] {
     uint64_t count = 0;
@@ -80,7 +81,7 @@ PollLoop::TimerId PollLoop::AddOneShot(double delay_s, Handler handler) {
 
 PollLoop::TimerId PollLoop::AddTimerEntry(double first_delay_s, double period_s, Handler handler) {
   const TimerId id = next_timer_id_++;
-  const double due_s = MonotonicS() + first_delay_s;
+  const double due_s = now_s() + first_delay_s;
   timers_[id] = {period_s, due_s, std::make_shared<Handler>(std::move(handler))};
   due_.emplace(due_s, id);
   return id;
@@ -155,7 +156,7 @@ void PollLoop::RunOnce(double max_wait_s) {
 
 int PollLoop::WaitMs(double max_wait_s) const {
   double wait_s = max_wait_s;
-  if (!due_.empty()) wait_s = std::min(wait_s, due_.begin()->first - MonotonicS());
+  if (!due_.empty()) wait_s = std::min(wait_s, due_.begin()->first - now_s());
   return static_cast<int>(std::ceil(1e3 * std::clamp(wait_s, 0.0, 60.0)));
 }
 
@@ -191,14 +192,14 @@ void PollLoop::CallReady(int fd, short events) {
 }
 
 void PollLoop::RunTimers() {
-  const double now_s = MonotonicS();
-  while (!due_.empty() && due_.begin()->first <= now_s) {
+  const double started_s = now_s();
+  while (!due_.empty() && due_.begin()->first <= started_s) {
     const TimerId id = due_.begin()->second;
     due_.erase(due_.begin());
     TimerEntry& timer = timers_.at(id);
     const auto handler = timer.handler;
     if (timer.period_s > 0) {
-      timer.due_s = std::max(timer.due_s + timer.period_s, now_s + 0.5 * timer.period_s);
+      timer.due_s = std::max(timer.due_s + timer.period_s, started_s + 0.5 * timer.period_s);
       due_.emplace(timer.due_s, id);
     } else {
       timers_.erase(id);

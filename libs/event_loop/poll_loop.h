@@ -11,19 +11,25 @@
 #include <utility>
 #include <vector>
 
+#include "core/clock.h"
+
 namespace skein {
 
-// All but Post and Stop belong to the loop's thread, or to the constructing thread before Run.
-// Handlers must not block. An exception of a handler leaves Run.
+// All but Post, Stop and now_s belong to the loop's thread, or to the constructing thread before
+// Run. Handlers must not block. An exception of a handler leaves Run.
 class PollLoop {
  public:
   using Handler = std::function<void()>;
   using TimerId = int64_t;
 
-  PollLoop();
+  // Timers go by `clock`, which any thread may call; RunUntil waits real seconds.
+  explicit PollLoop(Clock clock = MonotonicS);
   ~PollLoop();
   PollLoop(const PollLoop&) = delete;
   PollLoop& operator=(const PollLoop&) = delete;
+
+  // The time for all that this loop runs.
+  double now_s() const { return clock_(); }
 
   // Calls `on_readable` whenever the descriptor can be read or has failed. The descriptor stays
   // the caller's, who removes it before closing it. One handler a descriptor: throws otherwise.
@@ -75,6 +81,7 @@ class PollLoop {
   void RunPosted();
   void ReadSignals();
 
+  const Clock clock_;
   std::map<int, std::shared_ptr<Descriptor>> descriptors_;
   std::map<TimerId, TimerEntry> timers_;
   std::set<std::pair<double, TimerId>> due_;  // (due_s, id)

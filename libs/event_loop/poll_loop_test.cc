@@ -36,6 +36,17 @@ TEST(PollLoop, TimersTickAndOneShotsFireOnce) {
   EXPECT_THROW(loop.AddTimer(0, [] {}), std::invalid_argument);
 }
 
+TEST(PollLoop, TimersGoByTheClockThatIsPassedIn) {
+  double now_s = 100;
+  PollLoop loop([&] { return now_s; });
+  int ticks = 0;
+  loop.AddTimer(3600, [&] { ++ticks; });
+  EXPECT_FALSE(loop.RunUntil([&] { return ticks > 0; }, 0.02));
+  now_s += 3600;
+  EXPECT_TRUE(loop.RunUntil([&] { return ticks > 0; }, 10));
+  EXPECT_EQ(loop.now_s(), 3700);
+}
+
 TEST(PollLoop, ATimerMayCancelItself) {
   PollLoop loop;
   int ticks = 0;

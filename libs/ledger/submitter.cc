@@ -5,8 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/clock.h"
-
 namespace skein {
 namespace {
 
@@ -62,7 +60,7 @@ void Submitter::Submit(Fact fact, OnDone on_done) {
 }
 
 void Submitter::Send(Pending* pending) {
-  pending->due_s = MonotonicS() + pending->interval_s;
+  pending->due_s = loop_.now_s() + pending->interval_s;
   pending->interval_s = std::min(kLastRepeatS, 1.5 * pending->interval_s);
   std::visit(
       [this](const auto& f) {
@@ -72,7 +70,7 @@ void Submitter::Send(Pending* pending) {
 }
 
 void Submitter::SendDue() {
-  const double now_s = MonotonicS();
+  const double now_s = loop_.now_s();
   for (auto& [fact_id, pending] : pending_) {
     if (pending.due_s <= now_s) Send(&pending);
   }

@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/log.h"
 #include "ledger/ledger_range.h"
 
@@ -72,7 +71,7 @@ void LedgerFollower::DeliverReady() {
 
 void LedgerFollower::Repair() {
   if ((heard_ && next_seq_ > head_seq_) || fetch_ != 0) return;
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   if (gap_since_s_ == 0) gap_since_s_ = now_s;
   const double patience_s = heard_ ? kPatienceS : 0;
   if (now_s < gap_since_s_ + patience_s || now_s < ask_due_s_) return;
@@ -114,7 +113,7 @@ void LedgerFollower::OnRangeBytes(const Result<Bytes>& bytes) {
     if (seq >= next_seq_) ahead_.insert_or_assign(seq, std::move(fact));
   }
   DeliverReady();
-  gap_since_s_ = next_seq_ <= head_seq_ ? MonotonicS() - kPatienceS : 0;
+  gap_since_s_ = next_seq_ <= head_seq_ ? node_.loop().now_s() - kPatienceS : 0;
   Repair();
 }
 

@@ -36,13 +36,13 @@ void LedgerServer::Broadcast(const Fact& fact) {
 }
 
 void LedgerServer::Tick() {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   if (in_flight_ == 0 && now_s < sent_s_ + kIdleHeadS - kBusyHeadS / 2) return;
   SendHead();
 }
 
 void LedgerServer::SendHead() {
-  sent_s_ = MonotonicS();
+  sent_s_ = node_.loop().now_s();
   ledger_head_t head{};
   head.head_seq = head_seq_;
   head.utime_us = NowUs();

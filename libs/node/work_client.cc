@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/process.h"
 
 namespace skein {
@@ -71,7 +70,7 @@ void WorkClient::Fail(int64_t item_id, const std::string& reason, bool permanent
   message.item_id = item_id;
   message.reason = ClampText(reason);
   message.permanent = permanent;
-  failed_[item_id] = {message, 0, MonotonicS() + kForgetFailureS};
+  failed_[item_id] = {message, 0, node_.loop().now_s() + kForgetFailureS};
   Tick();
 }
 
@@ -85,7 +84,7 @@ void WorkClient::SetCapacity(int capacity) {
 }
 
 void WorkClient::Tick() {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   for (auto it = failed_.begin(); it != failed_.end();) {
     Failed& failed = it->second;
     if (now_s >= failed.due_s) {
@@ -98,7 +97,7 @@ void WorkClient::Tick() {
 }
 
 void WorkClient::Request() {
-  request_due_s_ = MonotonicS() + kRequestS;
+  request_due_s_ = node_.loop().now_s() + kRequestS;
   work_request_t request{};
   request.worker = node_.instance();
   request.host = host_;

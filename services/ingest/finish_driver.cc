@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/clock.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "ingest/model_places.h"
@@ -151,7 +150,7 @@ void FinishDriver::OnWritten(const Status& status) {
   writing_ = false;
   if (!status.ok()) {
     problem_ = "cannot write the models: " + status.error();
-    retry_at_s_ = MonotonicS() + kRetryWritingS;
+    retry_at_s_ = node_.loop().now_s() + kRetryWritingS;
     LogError("{}; trying again", problem_);
     return;
   }

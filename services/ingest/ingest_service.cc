@@ -35,7 +35,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
       finish_(
           node, writer_, PathsOf(node),
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
-           [this] { return work_.HasIdleMapper(MonotonicS()); }}) {
+           [this] { return work_.HasIdleMapper(node_.loop().now_s()); }}) {
   LogInfo("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
           writer_.state().num_images());
   writer_.AddObserver([this](const Fact& fact) {
@@ -88,12 +88,12 @@ void IngestService::ArrangeFlush() {
 void IngestService::Flush() {
   writer_.Flush();
   work_.Tick();
-  finish_.Step(MonotonicS());
+  finish_.Step(node_.loop().now_s());
   server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
 }
 
 void IngestService::Tick() {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   intake_.Tick(now_s);
   submissions_.Tick(now_s);
   work_.Tick();
@@ -107,7 +107,7 @@ std::string IngestService::ReadyState() const {
 }
 
 void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   std::string state = finish_.Describe();
   const std::string receiving = intake_.Describe(now_s);
   if (!state.empty() && !receiving.empty()) state += "; ";

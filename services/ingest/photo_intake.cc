@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/hash.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
@@ -99,7 +98,7 @@ void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
   Pending& pending = pending_[key];
   pending.offer = offer;
   pending.received_utime_us = writer_.now_us();
-  pending.progress_s = MonotonicS();
+  pending.progress_s = node_.loop().now_s();
   Pull(key, &pending);
   Ack(offer, image_ack_t::WAIT, 0, "being received");
 }
@@ -125,7 +124,7 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
   if (found == pending_.end()) return;
   Pending& pending = found->second;
   pending.fetch_id = 0;
-  pending.progress_s = MonotonicS();
+  pending.progress_s = node_.loop().now_s();
   // The owner answers, but holds no such blob: it restarted or gave the photo up.
   if (bytes.code() == StatusCode::kNotFound) return Abandon(key, bytes.error());
   if (!bytes.ok())

@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/clock.h"
 #include "core/log.h"
 #include "ingest/submission_rules.h"
 #include "photo/photo_name.h"
@@ -28,7 +27,7 @@ void SubmissionDesk::OnSubmission(const Fact& fact) {
   }
   const auto pulling = pulling_.find(header.fact_id);
   if (pulling != pulling_.end()) {
-    pulling->second.repeated_s = MonotonicS();
+    pulling->second.repeated_s = node_.loop().now_s();
     return Reply(header, submit_reply_t::PULLING, 0, "");
   }
   CommitOrRefuse(fact);
@@ -58,7 +57,7 @@ void SubmissionDesk::Refuse(const fact_header_t& header, int8_t status, const st
 void SubmissionDesk::Pull(const Fact& fact, const std::set<std::string>& missing) {
   const fact_header_t& header = Header(fact);
   Pulling& pulling = pulling_[header.fact_id];
-  pulling = {fact, missing, {}, MonotonicS()};
+  pulling = {fact, missing, {}, node_.loop().now_s()};
   for (const std::string& blob : missing) {
     pulling.fetches[blob] = node_.blobs().Fetch(
         blob, header.author, [this, fact_id = header.fact_id, blob](Result<Bytes> bytes) {

@@ -1,6 +1,5 @@
 #include "ingest/work_desk.h"
 
-#include "core/clock.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "photo/photo_name.h"
@@ -16,13 +15,13 @@ constexpr char kSubmapKind[] = "submap";
 WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options)
     : node_(node),
       writer_(writer),
-      planner_(writer.session(), options, MonotonicS()),
+      planner_(writer.session(), options, node.loop().now_s()),
       mappers_wanted_(node, kSubmapKind) {
-  writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, MonotonicS()); });
+  writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, node_.loop().now_s()); });
 }
 
 void WorkDesk::OnRequest(const work_request_t& request) {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   if (request.kind == kSubmapKind && request.capacity > 0) idle_mapper_s_ = now_s;
   CommitFailures(planner_.OnRequest(
       request.kind, {request.worker, request.capacity, request.previous_exit_signal, request.held},
@@ -32,7 +31,7 @@ void WorkDesk::OnRequest(const work_request_t& request) {
 
 void WorkDesk::OnFailed(const work_failed_t& failed) {
   CommitFailures(planner_.OnFailed(failed.kind, failed.worker, failed.item_id, failed.reason,
-                                   failed.permanent, MonotonicS()));
+                                   failed.permanent, node_.loop().now_s()));
 }
 
 void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures) {
@@ -66,7 +65,7 @@ void WorkDesk::EndSubmap(int64_t submap_id, const std::string& reason) {
 }
 
 void WorkDesk::Tick() {
-  for (const WorkPlanner::Grant& grant : planner_.Assign(MonotonicS())) {
+  for (const WorkPlanner::Grant& grant : planner_.Assign(node_.loop().now_s())) {
     if (grant.kind != kSubmapKind) {
       Send(grant, 0);
     } else if (grant.is_new) {

@@ -1,6 +1,5 @@
 #include "mapper/mapper_service.h"
 
-#include "core/clock.h"
 #include "core/log.h"
 
 namespace skein {
@@ -17,7 +16,7 @@ MapperService::MapperService(Node& node, const SubmapRunOptions& options, double
       retire_after_s_(retire_after_s),
       worker_(node.loop()),
       writer_(node.loop()),
-      idle_since_s_(MonotonicS()) {
+      idle_since_s_(node.loop().now_s()) {
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   work_ =
       std::make_unique<WorkClient>(node, "submap", 1, [this](const work_t& work) { OnWork(work); });
@@ -72,7 +71,7 @@ void MapperService::OnEnd(SubmapRun::EndKind kind, const std::string& reason) {
 // Leaves in two steps, so that no submap is granted to a mapper that is gone.
 void MapperService::RetireWhenIdle() {
   if (retire_after_s_ <= 0) return;
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   if (run_ != nullptr || work_->num_held() > 0) idle_since_s_ = now_s;
   if (now_s - idle_since_s_ < retire_after_s_) return;
   work_->SetCapacity(0);

@@ -3,7 +3,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "mapper/submap_run.h"
@@ -21,7 +20,7 @@ void MergeExecutor::OnOrdered(const merge_t& ordered) {
   const MergeState& merge = *session_.FindMerge(ordered.merge_id);
   open_ = Open();
   open_->ordered = ordered;
-  open_->start_s = MonotonicS();
+  open_->start_s = node_.loop().now_s();
   open_->replay = merge.latest().state == merge_t::DONE;
   if (ordered.source_id == run_.submap_id()) return Freeze();
   for (const merge_t& fact : merge.facts) {
@@ -117,7 +116,7 @@ void MergeExecutor::Conclude(int8_t state, const std::string& reason) {
   if (open_->replay) return Close();
   merge_t fact = MakeFact(state);
   fact.reason = ClampText(reason);
-  fact.duration_s = static_cast<float>(MonotonicS() - open_->start_s);
+  fact.duration_s = static_cast<float>(node_.loop().now_s() - open_->start_s);
   run_.Submit(
       fact, WhileOpen([this](int64_t) { Close(); }),
       WhileOpen([this, state](const std::string& refusal) { OnEndRefused(state, refusal); }));

@@ -4,7 +4,6 @@
 #include <memory>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/log.h"
 #include "core/option_check.h"
 #include "core/snapshot.h"
@@ -20,18 +19,20 @@ Status CheckpointOptions::Check() const {
 }
 
 ModelWriter::ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer,
-                         const Lease& lease, const CheckpointOptions& options, SubmitModel submit)
+                         const Lease& lease, const CheckpointOptions& options, Clock clock,
+                         SubmitModel submit)
     : blobs_(blobs),
       worker_(worker),
       writer_(writer),
       lease_(lease),
       options_(options),
+      clock_(std::move(clock)),
       submit_(std::move(submit)),
-      last_checkpoint_s_(MonotonicS()) {}
+      last_checkpoint_s_(clock_()) {}
 
 std::optional<ModelWriter::Kind> ModelWriter::Due(int num_images, bool all_decided) const {
   if (under_way_) return std::nullopt;
-  const double now_s = MonotonicS();
+  const double now_s = clock_();
   if (all_decided && now_s >= final_due_s_) return Kind::kFinal;
   if (num_changes_ == 0 || AwaitsFinal()) return std::nullopt;
   const bool many = num_changes_ >= std::max(options_.photos, num_images / 10);
@@ -48,7 +49,7 @@ void ModelWriter::Write(Kind kind, int64_t ledger_seq, int num_images,
   const bool final = kind == Kind::kFinal;
   under_way_ = Model{kind, ledger_seq, num_images, statistics};
   num_changes_ = 0;
-  last_checkpoint_s_ = MonotonicS();
+  last_checkpoint_s_ = clock_();
   if (final) final_due_s_ = HUGE_VAL;
   worker_.Run(
       [final](Submap& submap) {
@@ -109,7 +110,7 @@ submap_model_t ModelWriter::MakeFact(const Model& model, const std::string& blob
 // When the period has passed.
 void ModelWriter::TryAgain(Kind kind) {
   ++num_changes_;
-  if (kind == Kind::kFinal) final_due_s_ = MonotonicS() + options_.period_s;
+  if (kind == Kind::kFinal) final_due_s_ = clock_() + options_.period_s;
 }
 
 }  // namespace skein

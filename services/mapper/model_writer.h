@@ -7,6 +7,7 @@
 #include <string>
 
 #include "blobs/blob_client.h"
+#include "core/clock.h"
 #include "core/result.h"
 #include "event_loop/alive.h"
 #include "event_loop/worker_thread.h"
@@ -34,7 +35,7 @@ class ModelWriter {
   using SubmitModel = std::function<void(submap_model_t, Submissions::OnRefused)>;
 
   ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer, const Lease& lease,
-              const CheckpointOptions& options, SubmitModel submit);
+              const CheckpointOptions& options, Clock clock, SubmitModel submit);
 
   // The run begins where the ledger is at `seq`. Its models are numbered from there: an earlier
   // process may have written some in the same epoch.
@@ -78,6 +79,7 @@ class ModelWriter {
   WorkerThread& writer_;
   const Lease lease_;
   const CheckpointOptions options_;
+  const Clock clock_;
   const SubmitModel submit_;
   std::optional<Model> under_way_;  // one at a time
   int num_changes_ = 0;             // photos since the last checkpoint

@@ -64,11 +64,13 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
           [this] { Pump(); }),
       photos_(node.blobs(), ledger.session),
       models_(node.blobs(), worker_, photos_),
-      writer_(node.blobs(), worker_, threads.writer, lease, options.checkpoint,
-              [this](submap_model_t fact, auto refused) {
-                Submit(
-                    std::move(fact), [](int64_t) {}, std::move(refused));
-              }),
+      writer_(
+          node.blobs(), worker_, threads.writer, lease, options.checkpoint,
+          [&loop = node.loop()] { return loop.now_s(); },
+          [this](submap_model_t fact, auto refused) {
+            Submit(
+                std::move(fact), [](int64_t) {}, std::move(refused));
+          }),
       merges_(node, ledger.session, *this) {
   Pump();
 }
@@ -276,7 +278,7 @@ void SubmapRun::OnMergeOver() {
 // In small parts, so that a photo that comes does not wait.
 void SubmapRun::Maintain() {
   if (!IsFree() || !maintaining_ || writer_.AwaitsFinal()) return;
-  const bool at_rest = MonotonicS() - last_event_s_ >= kRestS;
+  const bool at_rest = node_.loop().now_s() - last_event_s_ >= kRestS;
   RunJob(
       [at_rest](Submap& submap, Outcome* outcome) {
         outcome->maintaining = submap.Maintain(at_rest, outcome->Sink());
@@ -302,7 +304,7 @@ void SubmapRun::WriteModel(ModelWriter::Kind kind) {
 
 void SubmapRun::RunJob(Job job, OnOutcome then) {
   state_.Become(Activity::kJob);
-  const bool count = MonotonicS() >= statistics_due_s_;
+  const bool count = node_.loop().now_s() >= statistics_due_s_;
   worker_.Run(
       [job = std::move(job), count](Submap& submap) {
         Outcome outcome;
@@ -321,7 +323,8 @@ void SubmapRun::OnJob(const Outcome& outcome, const OnOutcome& then) {
   if (outcome.statistics) {
     statistics_ = *outcome.statistics;
     // They visit all points: at most a hundredth of the time.
-    statistics_due_s_ = MonotonicS() + std::max(kStatisticsPeriodS, 100.0 * outcome.statistics_s);
+    statistics_due_s_ =
+        node_.loop().now_s() + std::max(kStatisticsPeriodS, 100.0 * outcome.statistics_s);
   }
   then(outcome);
 }
@@ -330,7 +333,7 @@ void SubmapRun::Apply(const Outcome& outcome) {
   more_ = outcome.more;
   if (!outcome.events.empty()) {
     maintaining_ = true;
-    last_event_s_ = MonotonicS();
+    last_event_s_ = node_.loop().now_s();
   }
   Report(outcome.events);
   WantNeighboursOf(outcome.events);

@@ -4,7 +4,6 @@
 #include <random>
 #include <utility>
 
-#include "core/clock.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "merger/messages.h"
@@ -47,7 +46,7 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
       mappers_wanted_(node, "submap"),
       seeds_(options.seed),
       merges_(options.merge),
-      active_s_(MonotonicS()),
+      active_s_(node.loop().now_s()),
       next_request_id_(RandomRequestId()),
       worker_(node.loop()) {
   node_.bus().Subscribe<submap_status_t>(kSubmapStatusChannel,
@@ -76,7 +75,7 @@ void MergerService::OnFact(const Fact& fact) {
   std::visit([this](const auto& f) { React(f); }, fact);
 }
 
-void MergerService::NoteActivity() { active_s_ = MonotonicS(); }
+void MergerService::NoteActivity() { active_s_ = node_.loop().now_s(); }
 
 void MergerService::React(const registration_t& registration) {
   if (registration.state == registration_t::REGISTERED) NoteActivity();
@@ -125,14 +124,14 @@ void MergerService::OnHead(const ledger_head_t& head) {
 void MergerService::OnWorkRequest(const work_request_t& request) {
   if (request.kind != "submap") return;
   if (request.capacity > 0) {
-    idle_mappers_[request.worker] = MonotonicS();
+    idle_mappers_[request.worker] = node_.loop().now_s();
   } else {
     idle_mappers_.erase(request.worker);
   }
 }
 
 int MergerService::NumIdleMappers() const {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   int num_idle = 0;
   for (const auto& [worker, asked_s] : idle_mappers_) {
     num_idle += now_s - asked_s <= options_.idle_mapper_s;
@@ -146,7 +145,7 @@ int MergerService::NumIdleMappers() const {
 bool MergerService::MayDecide() const {
   const bool settled = session_.finish().state == finish_t::SETTLED;
   return follower_->caught_up() && follower_->processed_seq() >= await_seq_ &&
-         node_.submitter().pending() == 0 && MonotonicS() >= hold_until_s_ && !settled;
+         node_.submitter().pending() == 0 && node_.loop().now_s() >= hold_until_s_ && !settled;
 }
 
 void MergerService::Decide() {
@@ -159,7 +158,7 @@ void MergerService::Decide() {
 }
 
 SeedSituation MergerService::Situation() const {
-  return {MonotonicS() - active_s_, IsFinishing(), follower_->processed_seq()};
+  return {node_.loop().now_s() - active_s_, IsFinishing(), follower_->processed_seq()};
 }
 
 bool MergerService::TrySeed() {
@@ -181,7 +180,7 @@ bool MergerService::TrySeed() {
 // Heard by mapper pools: they grow for it.
 void MergerService::WantMapper(bool wanted) {
   if (!wanted) wants_mapper_s_ = 0;
-  if (wanted && wants_mapper_s_ == 0) wants_mapper_s_ = MonotonicS();
+  if (wanted && wants_mapper_s_ == 0) wants_mapper_s_ = node_.loop().now_s();
   mappers_wanted_.Set(wanted ? 1 : 0);
 }
 
@@ -193,7 +192,7 @@ void MergerService::TryMerge() {
   estimate_ = std::make_unique<Estimate>();
   estimate_->attempt = std::move(*attempt);
   estimate_->request_id = next_request_id_++;
-  estimate_->started_s = MonotonicS();
+  estimate_->started_s = node_.loop().now_s();
   AskForShared();
 }
 
@@ -208,7 +207,7 @@ void MergerService::TrySettle() {
   if (directory_.NumOpenMerges() > 0 || !EverySubmapWorkedUpTo(settle_seq_)) return;
   if (merges_.Next(directory_, true)) return;
   const bool waits_for_mapper =
-      wants_mapper_s_ > 0 && MonotonicS() - wants_mapper_s_ < options_.wait_for_mapper_s;
+      wants_mapper_s_ > 0 && node_.loop().now_s() - wants_mapper_s_ < options_.wait_for_mapper_s;
   if (waits_for_mapper) return;
   if (wants_mapper_s_ > 0) LogWarn("finishing without a submap that no mapper is idle for");
   finish_t settled{};
@@ -224,11 +223,11 @@ bool MergerService::EstimateIsStale() const {
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
     if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return true;
   }
-  return MonotonicS() - estimate_->started_s > options_.request_timeout_s;
+  return node_.loop().now_s() - estimate_->started_s > options_.request_timeout_s;
 }
 
 void MergerService::AskForShared() {
-  const double now_s = MonotonicS();
+  const double now_s = node_.loop().now_s();
   if (estimate_->computing || now_s - estimate_->asked_s < options_.request_period_s) return;
   estimate_->asked_s = now_s;
   const MergeAttempt& attempt = estimate_->attempt;
@@ -277,7 +276,7 @@ void MergerService::ComputeEstimate() {
   const double started_s = estimate_->started_s;
   worker_.Run([=] { return EstimateBothWays(source, target, options); },
               [=](const Sim3Result& result) {
-                OnEstimated(attempt, options, result, MonotonicS() - started_s);
+                OnEstimated(attempt, options, result, node_.loop().now_s() - started_s);
               });
 }
 
@@ -302,7 +301,7 @@ void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) 
     } else {
       // The ledger moved on meanwhile; what it says now is looked at again in a while.
       LogWarn("{} was refused: {}", fact_id, done.reason);
-      hold_until_s_ = MonotonicS() + options_.hold_after_refusal_s;
+      hold_until_s_ = node_.loop().now_s() + options_.hold_after_refusal_s;
     }
     then(done.committed());
   });

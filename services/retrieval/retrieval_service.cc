@@ -200,7 +200,7 @@ void RetrievalService::ForgetAnswer(int64_t image_id) {
 
 // Photos wait while it is written, so a large index is written less often.
 void RetrievalService::Checkpoint() {
-  checkpoint_due_s_ = MonotonicS() + options_.checkpoint_period_s;
+  checkpoint_due_s_ = node_.loop().now_s() + options_.checkpoint_period_s;
   if (checkpoint_path_.empty() || done_seq_ == checkpoint_seq_) return;
   checkpoint_seq_ = done_seq_;
   checkpoint_due_s_ = std::numeric_limits<double>::infinity();
@@ -211,13 +211,13 @@ void RetrievalService::Checkpoint() {
         return timer.ElapsedS();
       },
       [this](double elapsed_s) {
-        checkpoint_due_s_ =
-            MonotonicS() + std::max(options_.checkpoint_period_s, kCheckpointPause * elapsed_s);
+        checkpoint_due_s_ = node_.loop().now_s() +
+                            std::max(options_.checkpoint_period_s, kCheckpointPause * elapsed_s);
       });
 }
 
 void RetrievalService::Tick() {
-  if (MonotonicS() >= checkpoint_due_s_) Checkpoint();
+  if (node_.loop().now_s() >= checkpoint_due_s_) Checkpoint();
   if (caught_up_ || !follower_->caught_up()) return;
   if (follower_->head_seq() < start_seq_) {
     LogWarn("checkpoint is at ledger position {}, the ledger ends at {}; rebuilding the index",
