@@ -25,8 +25,8 @@ void PhotoReports::Tell(const std::vector<PhotoEvent>& events) {
       registered_.erase(id);
     }
     registration_t fact = ToMessage(event, lease_.submap_id, lease_.epoch);
-    fact.header.fact_id = RegistrationFactId(id, lease_.submap_id, lease_.epoch,
-                                             first_number_ + ++num_facts_[id]);
+    fact.header.fact_id =
+        RegistrationFactId(id, lease_.submap_id, lease_.epoch, first_number_ + ++num_facts_[id]);
     submit_(
         fact, [](int64_t) {},
         [this, id, registered](const std::string& reason) {

@@ -25,8 +25,8 @@ class PhotoReports {
   PhotoReports(const SessionState& session, const Lease& lease, Submit submit,
                std::function<void()> on_refused);
 
-  // The run begins where the ledger is at `seq`. A photo's facts are numbered from there: an earlier
-  // process may have told some in the same epoch.
+  // The run begins where the ledger is at `seq`. A photo's facts are numbered from there: an
+  // earlier process may have told some in the same epoch.
   void NumberFrom(int64_t seq) { first_number_ = seq; }
   void Tell(const std::vector<PhotoEvent>& events);
   // Photos that a model brought. Returns those that the ledger does not know of.
