@@ -56,7 +56,7 @@ std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
   return ids;
 }
 
-// An error if the two sides of a merged model show different places. Along matches that neither
+// An error if the two parts of a merged model show different places. Along matches that neither
 // model was built from.
 Status CheckBothModels(const Submap& submap, const colmap::Reconstruction& target,
                        const colmap::Reconstruction& source, const colmap::Reconstruction& merged) {
