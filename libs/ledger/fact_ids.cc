@@ -69,10 +69,10 @@ std::string SubmapModelFactId(int64_t submap_id, int64_t epoch, int64_t n) {
 
 std::string SubmapEndFactId(int64_t submap_id) { return Join("submap", submap_id, "end"); }
 
-std::string MergeAttemptFactId(int64_t source_id, int64_t target_id, size_t num_shared_images,
+std::string MergeAttemptFactId(int64_t source_id, int64_t target_id, int num_images,
                                int64_t drained_seq, bool ordered) {
-  return Join("merge", Pair(source_id, target_id), static_cast<int64_t>(num_shared_images),
-              drained_seq, ordered ? "ordered" : "failed");
+  return Join("merge", Pair(source_id, target_id), int64_t{num_images}, drained_seq,
+              ordered ? "ordered" : "failed");
 }
 
 std::string MergeFrozenFactId(int64_t merge_id, int64_t epoch) {

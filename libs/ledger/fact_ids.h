@@ -33,9 +33,9 @@ std::string SubmapLeaseFactId(int64_t submap_id, int64_t epoch);  // "submap/ID/
 std::string SubmapModelFactId(int64_t submap_id, int64_t epoch, int64_t n);
 std::string SubmapEndFactId(int64_t submap_id);  // "submap/ID/end": a submap ends once
 
-// "merge/SOURCE-TARGET/NUM_SHARED/DRAINED/ordered", or failed: names the attempt by its evidence,
+// "merge/SOURCE-TARGET/NUM_IMAGES/DRAINED/ordered", or failed: names the attempt by its evidence,
 // so that a restarted merger cannot order it twice.
-std::string MergeAttemptFactId(int64_t source_id, int64_t target_id, size_t num_shared_images,
+std::string MergeAttemptFactId(int64_t source_id, int64_t target_id, int num_images,
                                int64_t drained_seq, bool ordered);
 std::string MergeFrozenFactId(int64_t merge_id, int64_t epoch);  // "merge/ID/frozen/EPOCH"
 std::string MergeEndFactId(int64_t merge_id, int64_t epoch);     // "merge/ID/end/EPOCH"

@@ -42,7 +42,7 @@ Submap::Submap(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> lo
       maintenance_(options_, &adjuster_, map_.get()) {}
 
 Status Submap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
-  is_consolidated_ = false;
+  if (!waiting_.IsHeldElsewhere(image_id)) is_consolidated_ = false;
   return map_->AddPairs(image_id, pairs);
 }
 

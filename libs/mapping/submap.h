@@ -8,6 +8,7 @@
 #include "map/scene_map.h"
 #include "mapping/adjuster.h"
 #include "mapping/consistency.h"
+#include "mapping/guest_photos.h"
 #include "mapping/initial_pair.h"
 #include "mapping/maintenance.h"
 #include "mapping/photo_event.h"
@@ -53,8 +54,11 @@ class Submap {
   InitialPairResult Start(const InitialPairOptions& options, int64_t image_id1, int64_t image_id2,
                           const EventSink& sink);
 
-  // Puts a photo that is there into the queue; ignored when it is registered or rejected.
+  // Puts a photo that is there into the queue; ignored when it is registered, rejected or held
+  // elsewhere.
   void Enqueue(int64_t image_id) { waiting_.Enqueue(image_id); }
+  // Another submap holds the photo, or no longer: meanwhile it is not tried here.
+  void SetHeldElsewhere(int64_t image_id, bool held) { waiting_.SetHeldElsewhere(image_id, held); }
   // Tries the queue's most promising photo; false if the queue was empty. After a success, waiting
   // neighbours that see more points than at their last trial enter the queue.
   bool Step(const EventSink& sink);
@@ -96,8 +100,14 @@ class Submap {
   SubmapState State() const;
   Status Restore(const colmap::Reconstruction& model, const SubmapState& state);
 
-  // What a merger needs of the photos among `image_ids` that are registered here.
+  // What a merger needs of the photos among `image_ids` that are here. Of one that is not
+  // registered the pose that it would have, if there is one, and the points that it would see.
   SharedImages ExportShared(const std::vector<int64_t>& image_ids) const;
+
+  // Registers photos of another submap beside it, for a merge: the two are compared through photos
+  // that both hold. Of the model's photos that are not registered here, those with most matches to
+  // registered ones, at most `max_num`. They stand until what is returned is gone.
+  std::unique_ptr<GuestPhotos> PlaceGuests(const colmap::Reconstruction& other, int max_num);
 
   // The registered photos as events, by id.
   std::vector<PhotoEvent> RegisteredEvents() const;

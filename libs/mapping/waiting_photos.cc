@@ -13,6 +13,7 @@ int WaitingPhotos::CountVisible(ImageId id) const {
 
 void WaitingPhotos::Enqueue(int64_t image_id) {
   if (!map_.HasPhoto(image_id) || map_.IsRegistered(image_id)) return;
+  if (IsHeldElsewhere(image_id)) return;
   const ImageId id = static_cast<ImageId>(image_id);
   if (records_[id].rejected) return;
   queue_[id] = CountVisible(id);
@@ -20,7 +21,7 @@ void WaitingPhotos::Enqueue(int64_t image_id) {
 
 void WaitingPhotos::EnqueueNeighbours(ImageId id) {
   for (const auto& [other, inliers] : map_.Neighbours(id)) {
-    if (!map_.HasPhoto(other) || map_.IsRegistered(other)) continue;
+    if (!map_.HasPhoto(other) || map_.IsRegistered(other) || IsHeldElsewhere(other)) continue;
     const TrialRecord& record = records_[other];
     if (record.rejected) continue;
     const int visible = CountVisible(other);
@@ -28,6 +29,15 @@ void WaitingPhotos::EnqueueNeighbours(ImageId id) {
       queue_[other] = visible;
     }
   }
+}
+
+void WaitingPhotos::SetHeldElsewhere(int64_t image_id, bool held) {
+  if (!held) {
+    held_elsewhere_.erase(image_id);
+    return;
+  }
+  held_elsewhere_.insert(image_id);
+  queue_.erase(static_cast<ImageId>(image_id));
 }
 
 std::optional<ImageId> WaitingPhotos::TakeNext() {

@@ -25,11 +25,16 @@ class WaitingPhotos {
   // Both must outlive this.
   WaitingPhotos(const SubmapOptions& options, const SceneMap& map) : options_(options), map_(map) {}
 
-  // Puts a photo that is there into the queue; ignored when it is registered or rejected.
+  // Puts a photo that is there into the queue; ignored when it is registered, rejected or held
+  // elsewhere.
   void Enqueue(int64_t image_id);
   // Puts neighbours of a photo into the queue that see more points than when they were last tried.
   void EnqueueNeighbours(ImageId id);
   void Dequeue(ImageId id) { queue_.erase(id); }
+  // Another submap holds the photo: it is not tried here until that is over. It may come before the
+  // photo does.
+  void SetHeldElsewhere(int64_t image_id, bool held);
+  bool IsHeldElsewhere(int64_t image_id) const { return held_elsewhere_.count(image_id) > 0; }
   // Of the queue the photo that sees most points; the first by id of equals.
   std::optional<ImageId> TakeNext();
 
@@ -74,6 +79,7 @@ class WaitingPhotos {
   std::map<ImageId, TrialRecord> records_;
   std::map<ImageId, int> queue_;  // with the number of points it sees
   std::set<ImageId> ambiguous_;   // photos that wait for that reason
+  std::set<int64_t> held_elsewhere_;
 };
 
 }  // namespace skein

@@ -28,12 +28,10 @@ int64_t FirstReceived(const SessionState& state) {
   return first;
 }
 
-json ImagesPart(const PhotoCounts& counts) {
-  return {{"received", counts.received},
-          {"registered", counts.registered},
-          {"deferred", counts.deferred},
-          {"failed", counts.failed},
-          {"duplicates", counts.duplicates}};
+json ImagesPart(const PhotoCounts& counts, int64_t num_placements) {
+  return {{"received", counts.received},     {"registered", counts.registered},
+          {"deferred", counts.deferred},     {"failed", counts.failed},
+          {"duplicates", counts.duplicates}, {"placements", num_placements}};
 }
 
 json SubmapsPart(const SessionState& state) {
@@ -195,7 +193,8 @@ json MakeReport(const SessionRecord& session, int64_t num_duplicates, int64_t do
   const int64_t start = FirstReceived(state);
   return {{"format", "skein-report"},
           {"version", 1},
-          {"images", ImagesPart(CountPhotos(session, num_duplicates))},
+          {"images",
+           ImagesPart(CountPhotos(session, num_duplicates), session.history.num_placements())},
           {"submaps", SubmapsPart(state)},
           {"merges", MergesPart(state)},
           {"latency_s",

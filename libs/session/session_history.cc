@@ -106,6 +106,8 @@ void SessionHistory::ApplyFact(const registration_t& fact) {
   if (fact.state != registration_t::REGISTERED) return;
   first_registrations_.try_emplace(fact.image_id,
                                    FirstRegistration{fact.header.utime_us, fact.submap_id});
+  if (fact.total_s <= 0) return;  // it came with a merged submap
+  placements_.emplace(fact.image_id, fact.submap_id);
   AddTime("mapper", fact.total_s);
   AddTime("mapper.register", fact.register_s);
   AddTime("mapper.triangulate", fact.triangulate_s);

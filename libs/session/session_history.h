@@ -6,6 +6,7 @@
 #include <string>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "ledger/facts.h"
@@ -64,6 +65,8 @@ class SessionHistory {
   const std::map<int64_t, int64_t>& finish_of_command() const { return finish_of_command_; }
   const std::map<int64_t, std::string>& finish_results() const { return finish_results_; }
 
+  // How often a submap registered a photo by itself, each photo once a submap: 1 a photo at best.
+  int64_t num_placements() const { return static_cast<int64_t>(placements_.size()); }
   const StageTimes& times() const { return times_; }
   const RetrievalCounts& retrieval() const { return retrieval_; }
   // With the instances that ran so.
@@ -92,6 +95,7 @@ class SessionHistory {
   std::unordered_map<std::string, int64_t> fact_ids_;
   std::unordered_map<std::string, int64_t> image_by_blob_;
   std::unordered_map<int64_t, FirstRegistration> first_registrations_;  // by photo
+  std::set<std::pair<int64_t, int64_t>> placements_;                    // photo, submap
   std::map<int64_t, failure_t> failures_;                               // by seq
   std::unordered_map<std::string, int64_t> failure_by_id_;
   // Of agents that vanished: fact ids by the content that they were sending.

@@ -13,6 +13,10 @@
 namespace skein {
 namespace {
 
+// Through so many photos two submaps are compared. Where fewer are in both, the target takes in
+// guests of the source.
+constexpr int kComparedPhotos = 12;
+
 AbsorbOptions OptionsFor(const MergeTask& task) {
   AbsorbOptions options;
   const Sim3Options ordered = Sim3OptionsOf(task.order);
@@ -70,10 +74,48 @@ Status CheckBothModels(const Submap& submap, const colmap::Reconstruction& targe
                             " cells that both models show are different");
 }
 
+// What became of comparing the two.
+struct Comparison {
+  Status status;                     // why they stay apart
+  bool shows_another_place = false;  // visually similar places are why
+  colmap::Reconstruction merged;     // only if status is ok
+};
+
 // Of two visually similar places a photo shows one.
 void YieldPhotos(const colmap::Reconstruction& source, Submap* submap, Absorption* absorption) {
   submap->YieldPhotosTo(source,
                         [&](const PhotoEvent& event) { absorption->events.push_back(event); });
+}
+
+Comparison Compare(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+                   const MergeTask& task, const Submap& submap) {
+  Comparison comparison;
+  AbsorbOptions options = OptionsFor(task);
+  options.intrinsics.fixed = submap.map().FixedCameras();
+  options.similar_structures = submap.options().registration.similar_structures;
+  const std::optional<Similarity> similarity =
+      FindSimilarity(task, SharedPhotosOf(source, target), options.sim3);
+  if (!similarity) {
+    comparison.status = DataLoss("the merge was ordered with a similarity that is none");
+    return comparison;
+  }
+  AbsorbResult result = Absorb(target, source, *similarity, options);
+  comparison.status = result.status;
+  comparison.shows_another_place = result.shows_another_place;
+  if (!result.status.ok()) return comparison;
+  if (options.verify) comparison.status = CheckBothModels(submap, target, source, result.merged);
+  comparison.shows_another_place = !comparison.status.ok();
+  comparison.merged = std::move(result.merged);
+  return comparison;
+}
+
+// The target with photos of the source as guests, and the source. The guests stay only in a merged
+// model.
+Comparison CompareWithGuests(const colmap::Reconstruction& source, const MergeTask& task,
+                             const colmap::Reconstruction& target, Submap* submap) {
+  const int num_shared = static_cast<int>(SharedPhotosOf(source, target).size());
+  const auto guests = submap->PlaceGuests(source, std::max(0, kComparedPhotos - num_shared));
+  return Compare(CopyRegistered(submap->map().reconstruction()), source, task, *submap);
 }
 
 Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* submap,
@@ -83,27 +125,15 @@ Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* s
   const auto target = std::make_shared<const colmap::Reconstruction>(
       CopyRegistered(submap->map().reconstruction()));
   absorption->before = target;
-  AbsorbOptions options = OptionsFor(task);
-  options.intrinsics.fixed = submap->map().FixedCameras();
-  options.similar_structures = submap->options().registration.similar_structures;
-  const std::optional<Similarity> similarity =
-      FindSimilarity(task, SharedPhotosOf(*source, *target), options.sim3);
-  if (!similarity) return DataLoss("the merge was ordered with a similarity that is none");
-  const AbsorbResult result = Absorb(*target, *source, *similarity, options);
-  if (result.shows_another_place) YieldPhotos(*source, submap, absorption);
-  if (!result.status.ok()) return result.status;
-  if (options.verify) {
-    const Status checked = CheckBothModels(*submap, *target, *source, result.merged);
-    if (!checked.ok()) {
-      YieldPhotos(*source, submap, absorption);
-      return checked;
-    }
-  }
-  const Status status = submap->ReplaceModel(result.merged);
+  const Comparison comparison = CompareWithGuests(*source, task, *target, submap);
+  if (comparison.shows_another_place) YieldPhotos(*source, submap, absorption);
+  if (!comparison.status.ok()) return comparison.status;
+  const Status status = submap->ReplaceModel(comparison.merged);
   if (!status.ok()) return status;
   for (const PhotoEvent& event : submap->RegisteredEvents()) {
-    if (!IsRegisteredIn(*target, static_cast<ImageId>(event.image_id)))
+    if (!IsRegisteredIn(*target, static_cast<ImageId>(event.image_id))) {
       absorption->events.push_back(event);
+    }
   }
   return Status::Ok();
 }

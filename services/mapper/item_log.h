@@ -17,23 +17,26 @@ struct Item {
   int64_t id = 0;  // image id, finish id or merge id
 };
 
-// The items of the whole ledger, by seq. Loop's thread only.
+// The items of the whole ledger, by seq; merges by themselves. Loop's thread only.
 class ItemLog {
  public:
   void Take(const Fact& fact);
   const std::vector<Item>& items() const { return items_; }
+  const std::vector<Item>& merges() const { return merges_; }
 
  private:
-  std::vector<Item> items_;
+  std::vector<Item> items_, merges_;
 };
 
-// A submap's place in the log. Its state is a function of the items that were opened.
+// A submap's place in the log. Its state is a function of the items that were opened. A merge comes
+// before everything else that waits: what the source had not worked through is the target's then.
 class ItemCursor {
  public:
   explicit ItemCursor(const ItemLog& log) : log_(log) {}
 
-  // Everything up to `seq` is known to the submap; what came with `seq` is still worked on.
-  void StartAfter(int64_t seq);
+  // Everything up to `seq` and merges up to `merge_seq` are known to the submap; what came with
+  // `seq` is still worked on.
+  void StartAfter(int64_t seq, int64_t merge_seq);
   // Opens the next item; nullopt if there is none.
   std::optional<Item> Next();
   // What was open is done.
@@ -41,8 +44,10 @@ class ItemCursor {
   // All items are done, and the ledger was read up to `seq`.
   void SkipTo(int64_t seq);
 
-  // Of the item opened last.
+  // Of the item opened last that is no merge.
   int64_t seq() const { return seq_; }
+  // Of the merge opened last, ours or not.
+  int64_t merge_seq() const { return merge_seq_; }
   // Everything up to here is done.
   int64_t done_seq() const { return is_open_ ? seq_ - 1 : seq_; }
   // All items up to `seq` were opened.
@@ -51,8 +56,8 @@ class ItemCursor {
 
  private:
   const ItemLog& log_;
-  size_t next_ = 0;
-  int64_t seq_ = 0;
+  size_t next_ = 0, next_merge_ = 0;
+  int64_t seq_ = 0, merge_seq_ = 0;
   bool is_open_ = false;
 };
 

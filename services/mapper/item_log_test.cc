@@ -51,17 +51,41 @@ TEST_F(ItemLogTest, ListsWhatASubmapWorksThroughInOrder) {
   TakeFinish(finish_t::DONE);
   Take(registration_t{});
   const auto& items = log_.items();
-  ASSERT_EQ(items.size(), 4u);
-  const std::pair<Kind, int64_t> expected[] = {{Kind::kMatches, matches},
-                                               {Kind::kDrained, drained},
-                                               {Kind::kMerge, ordered},
-                                               {Kind::kSettled, settled}};
-  for (int i = 0; i < 4; ++i) {
+  ASSERT_EQ(items.size(), 3u);
+  const std::pair<Kind, int64_t> expected[] = {
+      {Kind::kMatches, matches}, {Kind::kDrained, drained}, {Kind::kSettled, settled}};
+  for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(items[i].kind, expected[i].first) << i;
     EXPECT_EQ(items[i].seq, expected[i].second) << i;
   }
   EXPECT_EQ(items[0].id, 1);
-  EXPECT_EQ(items[2].id, ordered) << "an order's seq is its merge's id";
+  ASSERT_EQ(log_.merges().size(), 1u);
+  EXPECT_EQ(log_.merges()[0].seq, ordered);
+  EXPECT_EQ(log_.merges()[0].id, ordered) << "an order's seq is its merge's id";
+}
+
+TEST_F(ItemLogTest, AMergeComesBeforeWhatWaits) {
+  TakeMatches(7);
+  TakeMatches(8);
+  cursor_.Next();
+  cursor_.Close();
+  const int64_t ordered = TakeMerge(0, merge_t::ORDERED);
+  EXPECT_EQ(cursor_.Next()->id, ordered);
+  EXPECT_EQ(cursor_.seq(), 1) << "the second photo is not worked in";
+  EXPECT_EQ(cursor_.merge_seq(), ordered);
+  cursor_.Close();
+  EXPECT_EQ(cursor_.Next()->id, 8);
+  EXPECT_FALSE(cursor_.Next());
+}
+
+TEST_F(ItemLogTest, AMergeThatACheckpointKnowsIsNotOpenedAgain) {
+  TakeMatches(7);
+  const int64_t ordered = TakeMerge(0, merge_t::ORDERED);
+  TakeMatches(8);
+  cursor_.StartAfter(0, ordered);
+  EXPECT_EQ(cursor_.Next()->id, 7);
+  EXPECT_EQ(cursor_.Next()->id, 8);
+  EXPECT_FALSE(cursor_.Next());
 }
 
 TEST_F(ItemLogTest, ACursorOpensItemsInOrderAsTheyCome) {
@@ -91,7 +115,7 @@ TEST_F(ItemLogTest, AnOpenItemIsNotDone) {
 
 TEST_F(ItemLogTest, ACursorStartsBehindWhatACheckpointKnows) {
   for (int64_t id = 1; id <= 4; ++id) TakeMatches(id);
-  cursor_.StartAfter(2);
+  cursor_.StartAfter(2, 2);
   EXPECT_EQ(cursor_.done_seq(), 1) << "what came with it is still worked on";
   EXPECT_TRUE(cursor_.HasReached(2));
   EXPECT_FALSE(cursor_.HasReached(3));

@@ -31,6 +31,9 @@ void AddOptions(CLI::App& app, MapperOptions* options) {
   AddSwitch(app, "background-ba", &submap.background,
             "Global bundle adjustment beside registration; off: in turn with it, and the same "
             "ledger gives the same map");
+  AddSwitch(app, "one-home", &options->run.one_home,
+            "A photo is tried by the submap that it overlaps most; off: by every submap that it "
+            "overlaps, as in the paper");
   app.add_option("--checkpoint-photos", options->run.checkpoint.photos,
                  "Photos between checkpoints, at least");
   app.add_option("--checkpoint-period", options->run.checkpoint.period_s,

@@ -151,7 +151,7 @@ merge_t MergeExecutor::MakeFact(int8_t state) const {
   fact.header = {};
   fact.state = state;
   fact.reason.clear();
-  fact.ledger_seq = open_->ordered.header.seq;
+  fact.ledger_seq = run_.worked_seq();
   if (run_.submap_id() == fact.source_id) fact.source_epoch = run_.epoch();
   if (run_.submap_id() == fact.target_id) fact.target_epoch = run_.epoch();
   fact.header.fact_id = state == merge_t::FROZEN ? MergeFrozenFactId(fact.merge_id, run_.epoch())

@@ -40,14 +40,14 @@ std::optional<ModelWriter::Kind> ModelWriter::Due(int num_images, bool all_decid
   return std::nullopt;
 }
 
-void ModelWriter::Write(Kind kind, int64_t ledger_seq, int num_images,
+void ModelWriter::Write(Kind kind, const ItemCursor& done, int num_images,
                         const SubmapStatistics& statistics, OnEncoded encoded) {
   struct Encoding {
     Reader read;
     std::optional<SubmapStatistics> statistics;
   };
   const bool final = kind == Kind::kFinal;
-  under_way_ = Model{kind, ledger_seq, num_images, statistics};
+  under_way_ = Model{kind, done.seq(), done.merge_seq(), num_images, statistics};
   num_changes_ = 0;
   last_checkpoint_s_ = clock_();
   if (final) final_due_s_ = HUGE_VAL;
@@ -103,6 +103,7 @@ submap_model_t ModelWriter::MakeFact(const Model& model, const std::string& blob
   fact.kind = model.kind == Kind::kFinal ? submap_model_t::FINAL : submap_model_t::CHECKPOINT;
   fact.model_blob = blob;
   fact.ledger_seq = model.ledger_seq;
+  fact.merge_seq = model.merge_seq;
   fact.header.fact_id = SubmapModelFactId(lease_.submap_id, lease_.epoch, ++last_number_);
   return fact;
 }

@@ -11,6 +11,7 @@
 #include "core/result.h"
 #include "event_loop/alive.h"
 #include "event_loop/worker_thread.h"
+#include "mapper/item_log.h"
 #include "mapper/lease.h"
 #include "mapper/submap_worker.h"
 #include "mapper/submissions.h"
@@ -51,17 +52,17 @@ class ModelWriter {
   // final model must hold.
   std::optional<Kind> Due(int num_images, bool all_decided) const;
 
-  // Writes the submap as it is when all items up to `ledger_seq` are done. `encoded` is called once
+  // Writes the submap as it is when all items up to there are done. `encoded` is called once
   // the worker is free again, for a final model with the statistics of its very state.
   using OnEncoded = std::function<void(const std::optional<SubmapStatistics>&)>;
-  void Write(Kind kind, int64_t ledger_seq, int num_images, const SubmapStatistics& statistics,
+  void Write(Kind kind, const ItemCursor& done, int num_images, const SubmapStatistics& statistics,
              OnEncoded encoded);
 
  private:
   // Being encoded or stored.
   struct Model {
     Kind kind = Kind::kCheckpoint;
-    int64_t ledger_seq = 0;
+    int64_t ledger_seq = 0, merge_seq = 0;
     int num_images = 0;
     SubmapStatistics statistics;
   };

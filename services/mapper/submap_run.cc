@@ -62,6 +62,7 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
             Submit(std::move(fact), std::move(committed), std::move(refused));
           },
           [this] { Pump(); }),
+      offered_(ledger.session, lease.submap_id, options.one_home),
       photos_(node.blobs(), ledger.session),
       models_(node.blobs(), worker_, photos_),
       writer_(
@@ -83,6 +84,7 @@ void SubmapRun::OnFact(const Fact& fact) {
     }
     if (submap->ended) return End(EndKind::kOver, "the submap has ended");
   }
+  offered_.OnFact(fact);
   const auto* merge = std::get_if<merge_t>(&fact);
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
   Pump();
@@ -96,7 +98,7 @@ void SubmapRun::Pump() {
 
 // False if there was nothing to do.
 bool SubmapRun::DoNext() {
-  if (!more_ && wanted_.empty() && !reports_.HasRefused()) return GoOn();
+  if (!more_ && !offered_.HasOurs() && !reports_.HasRefused()) return GoOn();
   TryNext();
   return true;
 }
@@ -143,7 +145,7 @@ void SubmapRun::Seed(const seed_t& seed) {
         },
         [this, seq = seed.header.seq](const Outcome& outcome) {
           if (!outcome.status.ok()) return Dissolve("initial pair: " + outcome.status.error());
-          StartRunning(seq);
+          StartRunning(seq, seq);
           Apply(outcome);
         });
   });
@@ -153,34 +155,35 @@ void SubmapRun::Restore(const submap_model_t& model) {
   state_.Become(Life::kRestoring);
   state_.Become(Activity::kLoading);
   LogInfo("submap {} goes on from seq {}", submap_id(), model.ledger_seq);
-  LoadModel(model.model_blob, [this, seq = model.ledger_seq](const Result<LoadedModel>& loaded) {
+  LoadModel(model.model_blob, [this, model](const Result<LoadedModel>& loaded) {
     if (!loaded.ok()) return End(EndKind::kFailed, "checkpoint: " + loaded.error());
-    OnModel(*loaded, seq);
+    OnModel(*loaded, model);
   });
 }
 
-void SubmapRun::OnModel(const LoadedModel& model, int64_t ledger_seq) {
+void SubmapRun::OnModel(const LoadedModel& loaded, const submap_model_t& model) {
   RunJob(
-      [model](Submap& submap, Outcome* outcome) {
-        outcome->status = AddToSubmap(model.photos, &submap);
+      [loaded](Submap& submap, Outcome* outcome) {
+        outcome->status = AddToSubmap(loaded.photos, &submap);
         if (!outcome->status.ok()) return;
-        outcome->status = RestoreSubmap(*model.archive, &submap);
+        outcome->status = RestoreSubmap(*loaded.archive, &submap);
         outcome->events = submap.RegisteredEvents();
       },
-      [this, ledger_seq](const Outcome& outcome) { OnRestored(outcome, ledger_seq); });
+      [this, model](const Outcome& outcome) { OnRestored(outcome, model); });
 }
 
-void SubmapRun::OnRestored(const Outcome& outcome, int64_t ledger_seq) {
+void SubmapRun::OnRestored(const Outcome& outcome, const submap_model_t& model) {
   if (!outcome.status.ok()) return End(EndKind::kFailed, "checkpoint: " + outcome.status.error());
-  StartRunning(ledger_seq);
+  StartRunning(model.ledger_seq, model.merge_seq);
   Report(reports_.NoteRestored(outcome.events));
-  WantNeighboursOf(outcome.events);
+  OfferNeighboursOf(outcome.events);
   Pump();
 }
 
-void SubmapRun::StartRunning(int64_t seq) {
+void SubmapRun::StartRunning(int64_t seq, int64_t merge_seq) {
   state_.Become(Life::kRunning);
-  cursor_.StartAfter(seq);
+  cursor_.StartAfter(seq, merge_seq);
+  offered_.Start();
 }
 
 void SubmapRun::LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded) {
@@ -199,11 +202,12 @@ void SubmapRun::LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_l
 // One trip to the worker. Loaded photos are added and queued. Photos that the ledger refused leave
 // the map. Then the queued photo that sees most points is tried.
 void SubmapRun::TryNext() {
-  const std::vector<int64_t> ids(wanted_.begin(), wanted_.end());
-  wanted_.clear();
+  const std::vector<int64_t> ids = offered_.TakeOurs();
   LoadPhotos(ids, [this, ids](const FetchedPhotos& photos) {
     RunJob(
-        [photos, ids, refused = reports_.TakeRefused()](Submap& submap, Outcome* outcome) {
+        [photos, ids, held = offered_.TakeHeldChanges(), refused = reports_.TakeRefused()](
+            Submap& submap, Outcome* outcome) {
+          for (const auto& [id, elsewhere] : held) submap.SetHeldElsewhere(id, elsewhere);
           const Status added = AddToSubmap(photos, &submap);
           if (!added.ok()) LogWarn("a photo that cannot be tried: {}", added.error());
           for (const int64_t id : ids) submap.Enqueue(id);
@@ -240,7 +244,7 @@ void SubmapRun::Consolidate() {
 void SubmapRun::DoMatches(int64_t image_id) {
   for (const auto& pair : ledger_.session.covisibility().EdgesOf(image_id)) {
     if (pair.seq > cursor_.seq() || !reports_.IsRegistered(pair.other_id)) continue;
-    wanted_.insert(image_id);
+    offered_.Offer(image_id);
     return;
   }
 }
@@ -293,7 +297,7 @@ void SubmapRun::Maintain() {
 
 void SubmapRun::WriteModel(ModelWriter::Kind kind) {
   state_.Become(Activity::kWriting);
-  writer_.Write(kind, cursor_.seq(), num_images(), statistics_,
+  writer_.Write(kind, cursor_, num_images(), statistics_,
                 [this](const std::optional<SubmapStatistics>& statistics) {
                   if (state_.Is(Life::kEnded)) return;
                   state_.Become(Activity::kNone);
@@ -336,18 +340,18 @@ void SubmapRun::Apply(const Outcome& outcome) {
     last_event_s_ = node_.loop().now_s();
   }
   Report(outcome.events);
-  WantNeighboursOf(outcome.events);
+  OfferNeighboursOf(outcome.events);
   if (!outcome.events.empty()) PublishStatus();
   Pump();
 }
 
 // Of those that are registered.
-void SubmapRun::WantNeighboursOf(const std::vector<PhotoEvent>& events) {
+void SubmapRun::OfferNeighboursOf(const std::vector<PhotoEvent>& events) {
   for (const PhotoEvent& event : events) {
     if (!reports_.IsRegistered(event.image_id)) continue;
     for (const auto& pair : ledger_.session.covisibility().EdgesOf(event.image_id)) {
       const bool known = pair.seq <= cursor_.seq();
-      if (known && !photos_.WasLoaded(pair.other_id)) wanted_.insert(pair.other_id);
+      if (known && !reports_.IsRegistered(pair.other_id)) offered_.Offer(pair.other_id);
     }
   }
 }
@@ -359,7 +363,7 @@ void SubmapRun::Report(const std::vector<PhotoEvent>& events) {
 
 void SubmapRun::OnAbsorbed(const std::vector<PhotoEvent>& events) {
   Report(events);
-  WantNeighboursOf(events);
+  OfferNeighboursOf(events);
   writer_.HurryCheckpoint();
 }
 
@@ -402,18 +406,27 @@ void SubmapRun::Tick() {
 
 void SubmapRun::Answer(const shared_request_t& request) {
   if (!state_.Is(Life::kRunning)) return;
-  worker_.Run([ids = request.image_ids](
-                  Submap& submap) { return EncodeSharedImages(submap.ExportShared(ids)); },
-              [this, request_id = request.request_id](Bytes shared) {
-                shared_reply_t reply{};
-                reply.request_id = request_id;
-                reply.submap_id = submap_id();
-                reply.epoch = epoch();
-                reply.owner = node_.instance();
-                reply.blob_id = node_.blobs().Serve(std::move(shared));
-                reply.ledger_seq = StatusSeq();
-                node_.Publish(kSharedReplyChannel, reply);
-              });
+  photos_.Load(request.image_ids, [this, ids = request.image_ids,
+                                   request_id = request.request_id](const FetchedPhotos& photos) {
+    worker_.Run(
+        [photos, ids](Submap& submap) {
+          const Status added = AddToSubmap(photos, &submap);
+          if (!added.ok()) LogWarn("a photo that cannot be compared: {}", added.error());
+          return EncodeSharedImages(submap.ExportShared(ids));
+        },
+        [this, request_id](Bytes shared) { Reply(request_id, std::move(shared)); });
+  });
+}
+
+void SubmapRun::Reply(int64_t request_id, Bytes shared) {
+  shared_reply_t reply{};
+  reply.request_id = request_id;
+  reply.submap_id = submap_id();
+  reply.epoch = epoch();
+  reply.owner = node_.instance();
+  reply.blob_id = node_.blobs().Serve(std::move(shared));
+  reply.ledger_seq = StatusSeq();
+  node_.Publish(kSharedReplyChannel, reply);
 }
 
 // Tells everyone that the submap is no more.

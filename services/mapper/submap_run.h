@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "mapper/merge_executor.h"
 #include "mapper/model_loader.h"
 #include "mapper/model_writer.h"
+#include "mapper/offered_photos.h"
 #include "mapper/photo_loader.h"
 #include "mapper/photo_reports.h"
 #include "mapper/run_state.h"
@@ -28,6 +28,7 @@ namespace skein {
 
 struct SubmapRunOptions {
   SubmapOptions submap;
+  bool one_home = true;  // see OfferedPhotos
   CheckpointOptions checkpoint;
 
   Status Check() const;
@@ -63,7 +64,7 @@ class SubmapRun {
   int64_t submap_id() const { return lease_.submap_id; }
   int64_t epoch() const { return lease_.epoch; }
   int num_images() const { return reports_.num_registered(); }
-  int backlog() const { return cursor_.num_left() + static_cast<int>(wanted_.size()); }
+  int backlog() const { return cursor_.num_left() + offered_.num_ours(); }
 
   // The ledger has another fact.
   void OnFact(const Fact& fact);
@@ -72,6 +73,7 @@ class SubmapRun {
   void Answer(const shared_request_t& request);
 
   // For merges.
+  int64_t worked_seq() const { return cursor_.seq(); }
   SubmapWorker& worker() { return worker_; }
   void LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_loaded);
   // `committed` when the ledger has it, `refused` when ingest cannot take it. When the lease is
@@ -110,9 +112,9 @@ class SubmapRun {
   void Begin();
   void Seed(const seed_t& seed);
   void Restore(const submap_model_t& model);
-  void OnModel(const LoadedModel& model, int64_t ledger_seq);
-  void OnRestored(const Outcome& outcome, int64_t ledger_seq);
-  void StartRunning(int64_t seq);
+  void OnModel(const LoadedModel& loaded, const submap_model_t& model);
+  void OnRestored(const Outcome& outcome, const submap_model_t& model);
+  void StartRunning(int64_t seq, int64_t merge_seq);
 
   void TryNext();
   void DoItem(const Item& item);
@@ -127,8 +129,9 @@ class SubmapRun {
   void RunJob(Job job, OnOutcome then);
   void OnJob(const Outcome& outcome, const OnOutcome& then);
   void Apply(const Outcome& outcome);
-  void WantNeighboursOf(const std::vector<PhotoEvent>& events);
+  void OfferNeighboursOf(const std::vector<PhotoEvent>& events);
 
+  void Reply(int64_t request_id, Bytes shared);
   int64_t StatusSeq() const;
   void PublishStatus();
   void Dissolve(const std::string& reason);
@@ -144,12 +147,12 @@ class SubmapRun {
   ItemCursor cursor_;
   Submissions submissions_;
   PhotoReports reports_;
+  OfferedPhotos offered_;
   PhotoLoader photos_;
   ModelLoader models_;
   ModelWriter writer_;
   MergeExecutor merges_;
 
-  std::set<int64_t> wanted_;  // photos to load and try
   bool more_ = false;         // the submap's queue is not empty
   bool is_drained_ = false;   // a finish has all photos' matches, and is not settled
   bool maintaining_ = false;  // see Submap::Maintain

@@ -9,10 +9,9 @@ namespace skein {
 
 MergePolicy::Failures MergePolicy::FailuresOf(const SessionState& session) {
   Failures failures;
-  const auto remember = [&failures](const Direction& direction, int num_shared_images) {
-    Tried& tried = failures[direction];
-    tried.num_shared_images = std::max(tried.num_shared_images, num_shared_images);
-    ++tried.num_failures;
+  const auto remember = [&failures](const Direction& direction, int num_images) {
+    int& tried = failures[direction];
+    tried = std::max(tried, num_images);
   };
   const int64_t since = session.last_drained_seq();
   for (const auto& [merge_id, merge] : session.merges()) {
@@ -28,21 +27,28 @@ MergePolicy::Failures MergePolicy::FailuresOf(const SessionState& session) {
   return failures;
 }
 
-bool MergePolicy::WasTried(const Failures& failures, const Direction& direction,
-                           int num_shared_images, bool finishing) const {
+bool MergePolicy::WasTried(const Failures& failures, const Direction& direction, int num_images,
+                           bool finishing) const {
   const auto it = failures.find(direction);
   if (it == failures.end()) return false;
-  const bool patient = !finishing && it->second.num_failures >= options_.patient_failures;
-  const double needed = patient ? options_.patient_growth * it->second.num_shared_images
-                                : it->second.num_shared_images + 1.0;
-  return num_shared_images < needed;
+  const double needed = finishing ? it->second + 1.0 : options_.growth * it->second;
+  return num_images < needed;
+}
+
+std::vector<int64_t> MergePolicy::BestOf(const Overlap& overlap) const {
+  std::vector<int64_t> images = overlap.shared;
+  const size_t num_linked =
+      std::min(overlap.linked.size(), static_cast<size_t>(options_.max_linked_images));
+  images.insert(images.end(), overlap.linked.begin(), overlap.linked.begin() + num_linked);
+  return images;
 }
 
 Status MergeOptions::Check() const {
   return FirstError({InRange("min_shared_images", min_shared_images, 3, 1000),
                      InRange("min_shared_when_finishing", min_shared_when_finishing, 1, 1000),
-                     InRange("patient_failures", patient_failures, 1, 1'000'000),
-                     InRange("patient_growth", patient_growth, 1.0, 1000.0)});
+                     InRange("min_linking_inliers", min_linking_inliers, 15, 100'000),
+                     InRange("max_linked_images", max_linked_images, 0, 10'000),
+                     InRange("growth", growth, 1.0, 1000.0)});
 }
 
 std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
@@ -53,18 +59,19 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
   const SessionState& session = directory.session();
   const Failures failures = FailuresOf(session);
   std::optional<MergeAttempt> best;
-  for (const auto& [pair, images] : directory.SharedPhotos()) {
-    const int num_shared = static_cast<int>(images.size());
-    if (num_shared < min_shared || directory.IsBusy(pair.first) || directory.IsBusy(pair.second)) {
+  for (const auto& [pair, overlap] : directory.Overlaps(options_.min_linking_inliers)) {
+    if (overlap.size() < min_shared || directory.IsBusy(pair.first) ||
+        directory.IsBusy(pair.second)) {
       continue;
     }
-    if (best && images.size() <= best->shared_images.size()) continue;
+    if (best && overlap.size() <= best->num_images) continue;
     const bool a_is_smaller = session.FindSubmap(pair.first)->num_registered <
                               session.FindSubmap(pair.second)->num_registered;
     const Direction first = a_is_smaller ? pair : Direction{pair.second, pair.first};
     for (const Direction& direction : {first, Direction{first.second, first.first}}) {
-      if (WasTried(failures, direction, num_shared, finishing)) continue;
-      best = MergeAttempt{direction.first, direction.second, images, session.last_drained_seq()};
+      if (WasTried(failures, direction, overlap.size(), finishing)) continue;
+      best = MergeAttempt{direction.first, direction.second, BestOf(overlap), overlap.size(),
+                          session.last_drained_seq()};
       break;
     }
   }

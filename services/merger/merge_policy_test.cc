@@ -36,7 +36,7 @@ TEST(MergePolicy, ThreeSharedPhotosAreNeeded) {
   EXPECT_FALSE(TwoSubmaps(2).Next(false));
   const auto attempt = TwoSubmaps(3).Next(false);
   ASSERT_TRUE(attempt);
-  EXPECT_EQ(attempt->shared_images, (std::vector<int64_t>{1, 2, 3}));
+  EXPECT_EQ(attempt->images, (std::vector<int64_t>{1, 2, 3}));
 }
 
 TEST(MergePolicy, TheSmallerGoesIntoTheLarger) {
@@ -55,7 +55,7 @@ TEST(MergePolicy, TheOtherWayRoundAfterAFailureThenNotWithoutNewEvidence) {
   ledger.OrderAndUndo(1, 2);
   EXPECT_FALSE(ledger.Next(false));
   EXPECT_FALSE(ledger.Next(true));
-  ledger.Share(4);
+  ledger.Share(5);
   EXPECT_TRUE(ledger.Next(false));
 }
 
@@ -63,17 +63,46 @@ TEST(MergePolicy, NoSimilarityCountsForBothDirections) {
   TwoSubmaps ledger(3);
   ledger.FailMerge(2, 1, 3);
   EXPECT_FALSE(ledger.Next(false));
-  ledger.Share(4);
+  ledger.Share(5);
   EXPECT_TRUE(ledger.Next(false));
 }
 
-TEST(MergePolicy, AfterManyFailuresItWantsMuchMoreEvidence) {
-  TwoSubmaps ledger(7);
-  for (int num_shared = 3; num_shared <= 6; ++num_shared) ledger.FailMerge(2, 1, num_shared);
+TEST(MergePolicy, AfterAFailureItWantsHalfAsManyPhotosMore) {
+  TwoSubmaps ledger(6);
+  ledger.FailMerge(2, 1, 6);
+  ledger.Share(8);
   EXPECT_FALSE(ledger.Next(false));
-  EXPECT_TRUE(ledger.Next(true));
+  EXPECT_TRUE(ledger.Next(true)) << "nothing more can come";
   ledger.Share(9);
   EXPECT_TRUE(ledger.Next(false));
+}
+
+TEST(MergePolicy, PhotosThatMatchWithTheOtherSubmapAreEvidence) {
+  TwoSubmaps ledger(0);
+  for (int64_t id = 16; id <= 18; ++id) {
+    ledger.Matches(id, {TestLedger::Pair(1, 40), TestLedger::Pair(2, 30)});
+    ledger.Register(2, id);
+  }
+  ledger.Matches(19, {TestLedger::Pair(3, 59)});
+  ledger.Register(2, 19);
+  const auto attempt = ledger.Next(false);
+  ASSERT_TRUE(attempt);
+  EXPECT_EQ(attempt->images, (std::vector<int64_t>{1, 2, 16, 17, 18})) << "by inliers, then id";
+  EXPECT_EQ(attempt->num_images, 5);
+}
+
+TEST(MergePolicy, AnAttemptLooksAtTheBestLinkedPhotosAlone) {
+  TwoSubmaps ledger(1);
+  for (int64_t id = 16; id <= 18; ++id) {
+    ledger.Matches(id, {TestLedger::Pair(2, 50 + 10 * static_cast<int>(id))});
+    ledger.Register(2, id);
+  }
+  MergeOptions options;
+  options.max_linked_images = 2;
+  const auto attempt = ledger.Next(false, options);
+  ASSERT_TRUE(attempt);
+  EXPECT_EQ(attempt->images, (std::vector<int64_t>{1, 2, 18})) << "1 is shared";
+  EXPECT_EQ(attempt->num_images, 5);
 }
 
 TEST(MergePolicy, ASubmapTakesPartInOneMergeAtATime) {
@@ -131,7 +160,7 @@ TEST(SubmapDirectory, AMergedSubmapsPhotosBelongToTheTarget) {
   EXPECT_EQ(directory.Live().size(), 1u);
   EXPECT_TRUE(ledger.state().IsRegistered(15));
   EXPECT_EQ(ledger.state().FindSubmap(1)->num_registered, 15);
-  EXPECT_TRUE(directory.SharedPhotos().empty());
+  EXPECT_TRUE(directory.Overlaps(1).empty());
 }
 
 TEST(SubmapDirectory, AnEndedSubmapHoldsNothing) {

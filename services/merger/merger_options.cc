@@ -23,8 +23,9 @@ void AddOptions(CLI::App& app, MergerOptions* options) {
   Sim3Options& sim3 = options->sim3;
   AddSwitch(app, "merge", &options->merge.enabled,
             "Join submaps that overlap; off: leave them apart, for comparison");
-  app.add_option("--min-shared-images", options->merge.min_shared_images,
-                 "Shared photos that a merge needs");
+  app.add_option(
+      "--min-shared-images", options->merge.min_shared_images,
+      "Photos that a merge needs: that both submaps hold, or one holds and the other sees");
   app.add_option("--min-inlier-ratio", sim3.min_inlier_ratio,
                  "Share of a photo's common points that must reproject in both directions");
   app.add_option("--max-reprojection-error", sim3.max_reprojection_error_px,

@@ -11,8 +11,8 @@ TEST(MergerOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MergerOptions>({
       {"min_shared_images", [](auto* o) { o->merge.min_shared_images = 2; }},
       {"min_shared_when_finishing", [](auto* o) { o->merge.min_shared_when_finishing = 0; }},
-      {"patient_failures", [](auto* o) { o->merge.patient_failures = 0; }},
-      {"patient_growth", [](auto* o) { o->merge.patient_growth = 0; }},
+      {"min_linking_inliers", [](auto* o) { o->merge.min_linking_inliers = 0; }},
+      {"growth", [](auto* o) { o->merge.growth = 0; }},
       {"trials", [](auto* o) { o->sim3.num_trials = 0; }},
       {"seed_min_inliers", [](auto* o) { o->seed.min_inliers = 1; }},
       {"wait_for_mapper", [](auto* o) { o->wait_for_mapper_s = -1; }},

@@ -238,7 +238,7 @@ void MergerService::AskForShared() {
     request.submap_id = submap_id;
     request.other_submap_id =
         submap_id == attempt.source_id ? attempt.target_id : attempt.source_id;
-    request.image_ids = attempt.shared_images;
+    request.image_ids = attempt.images;
     request.num_images = static_cast<int32_t>(request.image_ids.size());
     node_.Publish(kSharedRequestChannel, request);
   }
@@ -272,7 +272,7 @@ void MergerService::ComputeEstimate() {
   const Bytes target = *estimate_->blobs.at(attempt.target_id);
   Sim3Options options = options_.sim3;
   options.seed = static_cast<uint64_t>(attempt.source_id * 1000003 + attempt.target_id);
-  AdaptToFewImages(static_cast<int>(attempt.shared_images.size()), &options);
+  AdaptToFewImages(attempt.num_images, &options);
   const double started_s = estimate_->started_s;
   worker_.Run([=] { return EstimateBothWays(source, target, options); },
               [=](const Sim3Result& result) {
@@ -286,9 +286,8 @@ void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Options& 
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
     if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return;
   }
-  LogInfo("similarity of submaps {} and {} from {} shared photos: {}", attempt.source_id,
-          attempt.target_id, attempt.shared_images.size(),
-          result.success ? "found" : result.reason);
+  LogInfo("similarity of submaps {} and {} from {} photos of both: {}", attempt.source_id,
+          attempt.target_id, attempt.num_images, result.success ? "found" : result.reason);
   Submit(AttemptMessage(attempt, session_, result, options, duration_s), [](bool) {});
 }
 

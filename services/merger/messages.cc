@@ -20,7 +20,7 @@ merge_t AttemptMessage(const MergeAttempt& attempt, const SessionState& session,
   merge_t merge{};
   merge.state = result.success ? merge_t::ORDERED : merge_t::FAILED;
   merge.header.fact_id =
-      MergeAttemptFactId(attempt.source_id, attempt.target_id, attempt.shared_images.size(),
+      MergeAttemptFactId(attempt.source_id, attempt.target_id, attempt.num_images,
                          attempt.drained_seq, result.success);
   merge.source_id = attempt.source_id;
   merge.target_id = attempt.target_id;
@@ -28,7 +28,7 @@ merge_t AttemptMessage(const MergeAttempt& attempt, const SessionState& session,
   merge.target_epoch = session.FindSubmap(attempt.target_id)->lease.epoch;
   SetSimilarity(result.target_from_source, &merge);
   SetSim3Options(options, &merge);
-  merge.num_shared_images = static_cast<int32_t>(attempt.shared_images.size());
+  merge.num_shared_images = attempt.num_images;
   merge.num_inlier_images = static_cast<int32_t>(result.inlier_image_ids.size());
   merge.reason = result.reason;
   merge.duration_s = static_cast<float>(duration_s);

@@ -49,24 +49,56 @@ int SubmapDirectory::NumOpenMerges() const {
   }));
 }
 
-std::map<SubmapDirectory::Pair, std::vector<int64_t>> SubmapDirectory::SharedPhotos() const {
-  const std::vector<LiveSubmap> live = Live();
-  if (live.size() < 2) return {};
-  std::map<int64_t, std::vector<int64_t>> submaps_of;  // photo -> submaps, by id
-  for (const LiveSubmap& submap : live) {
+// Photo -> live submaps, by id.
+SubmapDirectory::Holders SubmapDirectory::HoldersOfPhotos() const {
+  Holders holders;
+  for (const LiveSubmap& submap : Live()) {
     for (const auto& [image_id, photo] : submap.state->photos) {
-      if (photo.state == registration_t::REGISTERED) {
-        submaps_of[image_id].push_back(submap.submap_id);
+      if (photo.state == registration_t::REGISTERED) holders[image_id].push_back(submap.submap_id);
+    }
+  }
+  return holders;
+}
+
+std::map<SubmapDirectory::Pair, Overlap> SubmapDirectory::Overlaps(int min_linking_inliers) const {
+  if (Live().size() < 2) return {};
+  const Holders holders = HoldersOfPhotos();
+  std::map<Pair, Overlap> overlaps;
+  std::map<Pair, std::vector<std::pair<int64_t, int64_t>>> linked;  // -inliers, photo
+  for (const auto& [image_id, own] : holders) {
+    for (auto a = own.begin(); a != own.end(); ++a) {
+      for (auto b = std::next(a); b != own.end(); ++b) {
+        overlaps[{*a, *b}].shared.push_back(image_id);
+      }
+    }
+    for (const auto& [other, inliers] : LinksOf(image_id, own, holders)) {
+      if (inliers < min_linking_inliers) continue;
+      for (const int64_t submap_id : own) {
+        linked[std::minmax(submap_id, other)].emplace_back(-inliers, image_id);
       }
     }
   }
-  std::map<Pair, std::vector<int64_t>> shared;
-  for (const auto& [image_id, submaps] : submaps_of) {
-    for (auto a = submaps.begin(); a != submaps.end(); ++a) {
-      for (auto b = std::next(a); b != submaps.end(); ++b) shared[{*a, *b}].push_back(image_id);
+  for (auto& [pair, photos] : linked) {
+    std::sort(photos.begin(), photos.end());
+    for (const auto& [unused, image_id] : photos) overlaps[pair].linked.push_back(image_id);
+  }
+  for (auto& [pair, overlap] : overlaps) std::sort(overlap.shared.begin(), overlap.shared.end());
+  return overlaps;
+}
+
+// Submaps that do not hold the photo -> inliers of its verified pairs with photos there.
+std::map<int64_t, int64_t> SubmapDirectory::LinksOf(int64_t image_id,
+                                                    const std::vector<int64_t>& own,
+                                                    const Holders& holders) const {
+  std::map<int64_t, int64_t> links;
+  for (const CovisibilityGraph::Edge& edge : session_.covisibility().EdgesOf(image_id)) {
+    const auto others = holders.find(edge.other_id);
+    if (others == holders.end()) continue;
+    for (const int64_t other : others->second) {
+      if (!std::binary_search(own.begin(), own.end(), other)) links[other] += edge.num_inliers;
     }
   }
-  return shared;
+  return links;
 }
 
 }  // namespace skein

@@ -1,10 +1,11 @@
-// What seeds and merges are chosen from: the session's live submaps and the photos they share. It
+// What seeds and merges are chosen from: the session's live submaps and how they overlap. It
 // is a view of the session's state, but for one thing that is in no fact: how far each submap's
 // mapper has worked. A mapper's status tells that every second, so a restart loses nothing.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -18,9 +19,17 @@ struct LiveSubmap {
   int64_t ledger_seq = 0;  // worked in up to here, by its latest epoch
 };
 
+// The photos through which two submaps can be compared.
+struct Overlap {
+  std::vector<int64_t> shared;  // that both hold, by id
+  std::vector<int64_t> linked;  // that one holds and the other should see, best first
+
+  int size() const { return static_cast<int>(shared.size() + linked.size()); }
+};
+
 class SubmapDirectory {
  public:
-  // A pair of live submaps, smaller id first, and the photos that both hold.
+  // Of live submaps, smaller id first.
   using Pair = std::pair<int64_t, int64_t>;
 
   // `session` must outlive it.
@@ -35,8 +44,10 @@ class SubmapDirectory {
   bool IsDeferred(int64_t image_id) const;  // deferred or withdrawn, by a live submap
   bool IsBusy(int64_t submap_id) const;     // in a merge that was ordered and is open
   int NumOpenMerges() const;
-  // Pairs that share at least one photo.
-  std::map<Pair, std::vector<int64_t>> SharedPhotos() const;
+  // Pairs with at least one such photo. A photo is linked with a submap by so many inliers, over
+  // all of its verified pairs with photos there. Visits all verified pairs when there are two
+  // submaps.
+  std::map<Pair, Overlap> Overlaps(int min_linking_inliers) const;
 
  private:
   struct Position {
@@ -45,6 +56,11 @@ class SubmapDirectory {
   };
 
   int64_t PositionOf(int64_t submap_id, const SubmapLife& submap) const;
+
+  using Holders = std::unordered_map<int64_t, std::vector<int64_t>>;
+  Holders HoldersOfPhotos() const;
+  std::map<int64_t, int64_t> LinksOf(int64_t image_id, const std::vector<int64_t>& own,
+                                     const Holders& holders) const;
 
   const SessionState& session_;
   std::map<int64_t, Position> positions_;

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <deque>
+
+#include "mapping/photo_trial.h"
+
+namespace skein {
+
+// Photos of another submap that stand in this map for as long as the two are compared. Their end
+// puts the map back to what it was; nothing else may change the map meanwhile.
+class GuestPhotos {
+ public:
+  // Both must outlive this.
+  GuestPhotos(const SubmapOptions& options, SceneMap* map) : options_(options), map_(*map) {}
+  ~GuestPhotos();
+  GuestPhotos(const GuestPhotos&) = delete;
+  GuestPhotos& operator=(const GuestPhotos&) = delete;
+
+  // No effect where the photo's trial fails.
+  void Place(ImageId id, const TrialContext& context);
+  int size() const { return static_cast<int>(trials_.size()); }
+
+ private:
+  const SubmapOptions& options_;
+  SceneMap& map_;
+  std::deque<PhotoTrial> trials_;  // of those that stand, in order
+};
+
+}  // namespace skein

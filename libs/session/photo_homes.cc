@@ -1,0 +1,42 @@
+#include "session/photo_homes.h"
+
+namespace skein {
+
+std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_id) {
+  std::map<int64_t, int64_t> support;
+  for (const auto& [submap_id, submap] : session.submaps()) {
+    if (submap.ended) continue;
+    int64_t inliers = 0;
+    for (const CovisibilityGraph::Edge& edge : session.covisibility().EdgesOf(image_id)) {
+      if (submap.IsRegistered(edge.other_id)) inliers += edge.num_inliers;
+    }
+    if (inliers > 0) support[submap_id] = inliers;
+  }
+  return support;
+}
+
+int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id) {
+  for (const auto& [other_id, other] : session.submaps()) {
+    if (other_id != submap_id && !other.ended && other.IsRegistered(image_id)) return other_id;
+  }
+  return 0;
+}
+
+bool HasTurnedDown(const SessionState& session, int64_t image_id, int64_t submap_id) {
+  const SubmapLife& submap = *session.FindSubmap(submap_id);
+  const auto photo = submap.photos.find(image_id);
+  return photo != submap.photos.end() && photo->second.state != registration_t::REGISTERED;
+}
+
+int64_t HomeOf(const SessionState& session, int64_t image_id) {
+  if (session.IsRegistered(image_id)) return 0;
+  int64_t home = 0, most = 0;
+  for (const auto& [submap_id, inliers] : SupportOf(session, image_id)) {
+    if (inliers <= most || HasTurnedDown(session, image_id, submap_id)) continue;
+    home = submap_id;
+    most = inliers;
+  }
+  return home;
+}
+
+}  // namespace skein

@@ -1,0 +1,30 @@
+// Which submap a photo belongs to. Every submap with a verified neighbour could take it; that costs
+// each of them a trial and a bundle adjustment, and says little that the first did not. So a photo
+// has one home. Several submaps of one place meet through the verified pairs between their photos.
+//
+// Pure functions of the ledger: mappers that have read as far agree.
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "session/session_state.h"
+
+namespace skein {
+
+// For each live submap that holds photos with which this one has a verified pair: the sum of the
+// pairs' inliers. Costs the photo's pairs times the live submaps.
+std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_id);
+
+// A live submap other than `submap_id` that holds the photo; 0 if there is none.
+int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id);
+
+// Whether the submap deferred, rejected or withdrew the photo. It may still take it later, when its
+// map has grown.
+bool HasTurnedDown(const SessionState& session, int64_t image_id, int64_t submap_id);
+
+// The submap that tries the photo next: of those that support it and have not turned it down, the
+// one with most support, the older of equals. 0 if a live submap holds it, or none is left.
+int64_t HomeOf(const SessionState& session, int64_t image_id);
+
+}  // namespace skein

@@ -1,0 +1,83 @@
+#include "mapper/offered_photos.h"
+
+#include "session/photo_homes.h"
+
+namespace skein {
+
+void OfferedPhotos::Start() {
+  for (const auto& [submap_id, submap] : session_.submaps()) OnEnded(submap_id);
+}
+
+void OfferedPhotos::OnFact(const Fact& fact) {
+  if (!one_home_) return;
+  std::visit([this](const auto& f) { React(f); }, fact);
+}
+
+void OfferedPhotos::React(const registration_t& registration) {
+  if (registration.submap_id != submap_id_) NoteHeld(registration.image_id);
+  Review(registration.image_id);
+  for (const auto& pair : session_.covisibility().EdgesOf(registration.image_id)) {
+    Review(pair.other_id);
+  }
+}
+
+void OfferedPhotos::React(const submap_end_t& end) { OnEnded(end.submap_id); }
+
+void OfferedPhotos::React(const merge_t& merge) {
+  if (merge.state == merge_t::DONE) OnEnded(merge.source_id);
+}
+
+// The same for one that begins: what it holds is looked at anew.
+void OfferedPhotos::OnEnded(int64_t submap_id) {
+  if (!one_home_ || submap_id == submap_id_) return;
+  for (const auto& [image_id, photo] : session_.FindSubmap(submap_id)->photos) NoteHeld(image_id);
+  for (const auto& [image_id, unused] : std::map<int64_t, bool>(offered_)) Review(image_id);
+}
+
+void OfferedPhotos::NoteHeld(int64_t image_id) {
+  const bool before = held_elsewhere_.count(image_id) > 0;
+  const bool now = HeldElsewhere(session_, image_id, submap_id_) != 0;
+  if (now == before) return;
+  now ? (void)held_elsewhere_.insert(image_id) : (void)held_elsewhere_.erase(image_id);
+  held_changed_.insert(image_id);
+}
+
+void OfferedPhotos::Offer(int64_t image_id) {
+  if (!offered_.emplace(image_id, false).second) return;
+  Review(image_id);
+}
+
+void OfferedPhotos::Review(int64_t image_id) {
+  const auto offered = offered_.find(image_id);
+  if (offered == offered_.end()) return;
+  if (held_elsewhere_.count(image_id) > 0) {
+    ours_.erase(image_id);
+    offered->second = false;
+    return;
+  }
+  if (offered->second || !IsOurs(image_id)) return;
+  offered->second = true;
+  ours_.insert(image_id);
+}
+
+// Nobody's home yet: the registrations that support it here are on their way to the ledger.
+bool OfferedPhotos::IsOurs(int64_t image_id) const {
+  if (!one_home_) return true;
+  const int64_t home = HomeOf(session_, image_id);
+  return home == submap_id_ || (home == 0 && !HasTurnedDown(session_, image_id, submap_id_));
+}
+
+std::vector<int64_t> OfferedPhotos::TakeOurs() {
+  std::vector<int64_t> ids(ours_.begin(), ours_.end());
+  ours_.clear();
+  return ids;
+}
+
+std::vector<std::pair<int64_t, bool>> OfferedPhotos::TakeHeldChanges() {
+  std::vector<std::pair<int64_t, bool>> changes;
+  for (const int64_t id : held_changed_) changes.emplace_back(id, held_elsewhere_.count(id) > 0);
+  held_changed_.clear();
+  return changes;
+}
+
+}  // namespace skein
