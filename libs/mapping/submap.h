@@ -100,14 +100,16 @@ class Submap {
   SubmapState State() const;
   Status Restore(const colmap::Reconstruction& model, const SubmapState& state);
 
-  // What a merger needs of the photos among `image_ids` that are here. Of one that is not
-  // registered the pose that it would have, if there is one, and the points that it would see.
-  SharedImages ExportShared(const std::vector<int64_t>& image_ids) const;
+  // What a merger needs of the photos among `image_ids` that are here: of each its pose and the
+  // points that it sees. Those that are not registered are guests for it.
+  SharedImages ExportShared(const std::vector<int64_t>& image_ids);
 
-  // Registers photos of another submap beside it, for a merge: the two are compared through photos
-  // that both hold. Of the model's photos that are not registered here, those with most matches to
-  // registered ones, at most `max_num`. They stand until what is returned is gone.
-  std::unique_ptr<GuestPhotos> PlaceGuests(const colmap::Reconstruction& other, int max_num);
+  // Registers photos of another submap beside it: the two are compared through photos that both
+  // hold. Their trials are as strict as they can be. They stand until what is returned is gone.
+  std::unique_ptr<GuestPhotos> PlaceGuests(const std::vector<int64_t>& image_ids);
+  // The model's photos that are here and not registered, those with most matches to registered
+  // ones, at most `max_num`.
+  std::vector<int64_t> FindGuests(const colmap::Reconstruction& other, int max_num) const;
 
   // The registered photos as events, by id.
   std::vector<PhotoEvent> RegisteredEvents() const;

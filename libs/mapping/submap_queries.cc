@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/pose.h"
 #include "base/projection.h"
 #include "map/shared_images.h"
 #include "mapping/submap.h"
@@ -30,32 +29,6 @@ double MeanErrorPx(const SceneMap& map, ImageId id) {
   return count == 0 ? 0.0 : sum / count;
 }
 
-// A photo at a pose that was estimated for it; its points are the pose's inliers.
-SharedImage AsIfRegistered(const SceneMap& map, ImageId id, const VisiblePoints& visible,
-                           const PoseEstimate& estimate) {
-  const colmap::Camera& camera =
-      map.reconstruction().Camera(map.reconstruction().Image(id).CameraId());
-  SharedImage shared;
-  shared.image_id = id;
-  shared.camera_model_id = camera.ModelId();
-  shared.params = estimate.camera_params;
-  shared.width = camera.Width();
-  shared.height = camera.Height();
-  const Eigen::Vector4d qvec = colmap::RotationMatrixToQuaternion(estimate.pose.R);
-  for (int i = 0; i < 4; ++i) shared.qvec[i] = qvec(i);
-  for (int i = 0; i < 3; ++i) shared.tvec[i] = estimate.pose.t(i);
-  for (size_t i = 0; i < visible.size(); ++i) {
-    if (!estimate.inlier_mask[i]) continue;
-    const Eigen::Vector3d& xyz = visible.xyz[i];
-    const Eigen::Vector2d& pixel = visible.pixels[i];
-    shared.points.push_back({visible.point2D_idxs[i],
-                             {xyz.x(), xyz.y(), xyz.z()},
-                             static_cast<float>(pixel.x()),
-                             static_cast<float>(pixel.y())});
-  }
-  return shared;
-}
-
 }  // namespace
 
 PhotoEvent Submap::RegisteredEvent(ImageId id, const PoseEstimate& estimate) const {
@@ -70,34 +43,40 @@ PhotoEvent Submap::RegisteredEvent(ImageId id, const PoseEstimate& estimate) con
   return event;
 }
 
-SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) const {
-  SharedImages shared = SharedImagesOf(map_->reconstruction(), image_ids);
+SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) {
+  const auto guests = PlaceGuests(image_ids);
+  return SharedImagesOf(map_->reconstruction(), image_ids);
+}
+
+// Two places may share an object of one design, and photos that see it match. So a photo of another
+// submap is judged by what it misses, too.
+std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& image_ids) {
+  auto guests = std::make_unique<GuestPhotos>(options_, map_.get());
   for (const int64_t image_id : image_ids) {
     if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) continue;
     const ImageId id = static_cast<ImageId>(image_id);
-    const VisiblePoints visible = FindVisiblePoints(*map_, id);
-    const PoseEstimate estimate =
-        EstimatePose(*map_, id, visible, options_.registration, waiting_.ContextOf(id));
-    if (estimate.ok) shared.push_back(AsIfRegistered(*map_, id, visible, estimate));
+    TrialContext context = waiting_.ContextOf(id);
+    context.matches_similar_place = true;
+    guests->Place(id, context);
   }
-  return shared;
+  return guests;
 }
 
-std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const colmap::Reconstruction& other, int max_num) {
-  std::vector<std::pair<int, ImageId>> by_support;
+std::vector<int64_t> Submap::FindGuests(const colmap::Reconstruction& other, int max_num) const {
+  std::vector<std::pair<int, int64_t>> by_matches;
   for (const ImageId id : other.RegImageIds()) {
     if (!map_->HasPhoto(id) || map_->IsRegistered(id)) continue;
     int num_matches = 0;
     for (const auto& [neighbour, inliers] : map_->Neighbours(id)) {
       if (map_->IsRegistered(neighbour)) num_matches += inliers;
     }
-    if (num_matches > 0) by_support.emplace_back(-num_matches, id);
+    if (num_matches > 0) by_matches.emplace_back(-num_matches, id);
   }
-  std::sort(by_support.begin(), by_support.end());
-  if (by_support.size() > static_cast<size_t>(max_num)) by_support.resize(max_num);
-  auto guests = std::make_unique<GuestPhotos>(options_, map_.get());
-  for (const auto& [unused, id] : by_support) guests->Place(id, waiting_.ContextOf(id));
-  return guests;
+  std::sort(by_matches.begin(), by_matches.end());
+  if (by_matches.size() > static_cast<size_t>(max_num)) by_matches.resize(max_num);
+  std::vector<int64_t> ids;
+  for (const auto& [unused, id] : by_matches) ids.push_back(id);
+  return ids;
 }
 
 std::vector<PhotoEvent> Submap::RegisteredEvents() const {

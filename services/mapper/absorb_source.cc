@@ -114,7 +114,8 @@ Comparison Compare(const colmap::Reconstruction& target, const colmap::Reconstru
 Comparison CompareWithGuests(const colmap::Reconstruction& source, const MergeTask& task,
                              const colmap::Reconstruction& target, Submap* submap) {
   const int num_shared = static_cast<int>(SharedPhotosOf(source, target).size());
-  const auto guests = submap->PlaceGuests(source, std::max(0, kComparedPhotos - num_shared));
+  const auto guests =
+      submap->PlaceGuests(submap->FindGuests(source, std::max(0, kComparedPhotos - num_shared)));
   return Compare(CopyRegistered(submap->map().reconstruction()), source, task, *submap);
 }
 

@@ -24,7 +24,7 @@ struct MergeOptions {
   // Of a photo's verified pairs with the other submap's photos. Some 30 of their matches have
   // points then, which a pose takes.
   int min_linking_inliers = 60;
-  int max_linked_images = 24;  // looked at in an attempt
+  int max_linked_images = 16;  // looked at in an attempt, of both submaps
   double growth = 1.5;         // of the photos, before what failed is tried again
 
   Status Check() const;

@@ -170,13 +170,13 @@ TEST_F(MergerServiceTest, AMergeThatWasUndoneIsTriedTheOtherWayRoundAndAgainOnly
   EXPECT_EQ(Orders().size(), 4u);
 }
 
-TEST_F(MergerServiceTest, AnotherSharedPhotoIsNewEvidence) {
+TEST_F(MergerServiceTest, HalfAsManyPhotosMoreAreNewEvidence) {
   AddBothSubmaps();
   OrderAndUndoTwice();
   Restart();
-  Register(kTarget, 13, 13);
+  Register(kTarget, 13, 14);
   Await([&] { return Orders().size() == 3; }, "an order");
-  EXPECT_EQ(Orders().back().num_shared_images, 4);
+  EXPECT_EQ(Orders().back().num_shared_images, 5);
 }
 
 }  // namespace
