@@ -81,8 +81,8 @@ struct Georeference {
 //    or looking straight down.
 // GeoreferenceOptions tells which of the two wins: altitudes may drift, and then tilt the model.
 // Refused, with a reason: too few positions; too few that agree. Also camera centres in a spot or
-// on a line at the scale of the noise, as they leave scale or rotation open. Throws std::invalid_argument on
-// nonsensical options. Deterministic.
+// on a line at the scale of the noise, as they leave scale or rotation open. Throws
+// std::invalid_argument on nonsensical options. Deterministic.
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos,
                                   const GeoreferenceOptions& options = {});

@@ -219,7 +219,14 @@ void SceneMap::Register(ImageId image_id) {
 void SceneMap::Deregister(ImageId image_id) {
   if (!reconstruction_->IsImageRegistered(image_id)) return;
   reconstruction_->DeRegisterImage(image_id);
-  --cameras_.at(reconstruction_->Image(image_id).CameraId()).num_registered;
+  const CameraId camera = reconstruction_->Image(image_id).CameraId();
+  if (--cameras_.at(camera).num_registered == 0) ResetCamera(camera);
+}
+
+void SceneMap::ResetCamera(CameraId id) {
+  CameraState& state = cameras_.at(id);
+  reconstruction_->Camera(id).SetParams(state.prior_params);
+  state.refined = false;
 }
 
 void SceneMap::SetPose(const BundlePose& pose) {
@@ -304,11 +311,9 @@ colmap::Reconstruction SceneMap::CopyRegistered() const {
 void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
   const std::vector<ImageId> old_ids = reconstruction_->RegImageIds();
   for (const ImageId id : old_ids) Deregister(id);
-  for (const auto& [id, camera] : model.Cameras()) {
-    if (reconstruction_->ExistsCamera(id)) reconstruction_->Camera(id).SetParams(camera.Params());
-  }
   for (const ImageId id : model.RegImageIds()) {
     colmap::Image& image = reconstruction_->Image(id);
+    SetCamera(image.CameraId(), model.Camera(image.CameraId()).Params());
     image.SetQvec(model.Image(id).Qvec());
     image.SetTvec(model.Image(id).Tvec());
     Register(id);
@@ -330,10 +335,7 @@ void SceneMap::AlignTo(const colmap::Reconstruction& model) {
 
 void SceneMap::Clear() {
   ReplaceRegistered(colmap::Reconstruction());
-  for (auto& [id, state] : cameras_) {
-    reconstruction_->Camera(id).SetParams(state.prior_params);
-    state.refined = false;
-  }
+  for (const auto& [id, unused] : cameras_) ResetCamera(id);
 }
 
 void SceneMap::ColourPoints() {

@@ -76,7 +76,8 @@ class SceneMap {
   // either photo.
   bool IsStrongPair(ImageId id1, ImageId id2, double min_share) const;
 
-  // Registers with the pose that the image has been given / takes it and its observations out.
+  // Registers with the pose that the image has been given / takes it and its observations out. A
+  // camera whose last photo is out starts from its prior again.
   void Register(ImageId image_id);
   void Deregister(ImageId image_id);
 
@@ -141,6 +142,7 @@ class SceneMap {
   std::unique_ptr<SceneMap> Clone() const;
 
  private:
+  void ResetCamera(CameraId id);
   friend struct MapAccess;
 
   Status CheckPhoto(const PhotoInput& photo) const;

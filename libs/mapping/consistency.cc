@@ -89,6 +89,7 @@ bool Consistency::IsMapInconsistent() const {
 }
 
 bool Consistency::IsLeftOut(ImageId id) const {
+  if (waiting_.IsHeldElsewhere(id)) return false;
   const int num_matches = MatchesWithRegistered(map_, id, options_.misplaced.min_pair_share);
   return num_matches >= options_.min_matches_to_judge && !waiting_.MatchesSimilarPlace(id);
 }

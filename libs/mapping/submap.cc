@@ -322,17 +322,17 @@ void Submap::ReplaceByRebuilt(const Submap& anew, const EventSink& sink) {
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteSize();
   is_consolidated_ = true;
-  TellNewAndGone(before, sink);
+  TellNewAndGone(before, "contradicted by the submap mapped anew", sink);
 }
 
-// Only of photos whose state is another now.
-void Submap::TellNewAndGone(const std::vector<ImageId>& before, const EventSink& sink) {
+void Submap::TellNewAndGone(const std::vector<ImageId>& before, const std::string& reason,
+                            const EventSink& sink) {
   for (const ImageId id : before) {
     if (map_->IsRegistered(id)) continue;
     PhotoEvent event;
     event.image_id = id;
     event.state = PhotoEvent::State::kWithdrawn;
-    event.reason = "contradicted by the submap mapped anew";
+    event.reason = reason;
     waiting_.OnDeferred(id);
     sink(event);
   }

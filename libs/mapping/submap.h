@@ -111,6 +111,11 @@ class Submap {
   // ones, at most `max_num`.
   std::vector<int64_t> FindGuests(const colmap::Reconstruction& other, int max_num) const;
 
+  // Tells of photos that are registered and were not, and the reverse, with that reason. `before`:
+  // those that were, ascending.
+  void TellNewAndGone(const std::vector<ImageId>& before, const std::string& reason,
+                      const EventSink& sink);
+
   // The registered photos as events, by id.
   std::vector<PhotoEvent> RegisteredEvents() const;
 
@@ -148,7 +153,6 @@ class Submap {
 
   void Rebuild(const EventSink& sink);
   void ReplaceByRebuilt(const Submap& anew, const EventSink& sink);
-  void TellNewAndGone(const std::vector<ImageId>& before, const EventSink& sink);
 
   PhotoEvent RegisteredEvent(ImageId id, const PoseEstimate& estimate) const;
 

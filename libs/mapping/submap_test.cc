@@ -74,6 +74,32 @@ class Rig {
   std::vector<PhotoEvent> events;
 };
 
+TEST(Submap, APhotoThatAnotherSubmapHoldsIsNotTriedUntilThatIsOver) {
+  Rig rig({});
+  ASSERT_TRUE(rig.Start(0, 2));
+  rig.map.SetHeldElsewhere(2, true);
+  rig.Feed(1);
+  rig.map.Consolidate(rig.Sink());
+  EXPECT_FALSE(rig.map.map().IsRegistered(2));
+  rig.map.SetHeldElsewhere(2, false);
+  rig.map.Enqueue(2);
+  rig.map.Consolidate(rig.Sink());
+  EXPECT_TRUE(rig.map.map().IsRegistered(2));
+}
+
+TEST(Submap, ShowsAPhotoThatItDoesNotHoldAsItWouldHoldIt) {
+  Rig rig({});
+  ASSERT_TRUE(rig.Start(0, 2));
+  for (const size_t photo : {3, 4, 5}) rig.Feed(photo);
+  rig.map.SetHeldElsewhere(2, true);
+  rig.Add(1);
+  const SharedImages shown = rig.map.ExportShared({2, 3});
+  ASSERT_EQ(shown.size(), 2u);
+  EXPECT_EQ(shown[0].image_id, 2);
+  EXPECT_GT(shown[0].points.size(), 100u);
+  EXPECT_FALSE(rig.map.map().IsRegistered(2));
+}
+
 TEST(Submap, RegistersAllPhotosOfAnArc) {
   Rig run(SyntheticOptions{});
   run.FeedAll();

@@ -35,6 +35,7 @@ class WaitingPhotos {
   // photo does.
   void SetHeldElsewhere(int64_t image_id, bool held);
   bool IsHeldElsewhere(int64_t image_id) const { return held_elsewhere_.count(image_id) > 0; }
+  const std::set<int64_t>& held_elsewhere() const { return held_elsewhere_; }
   // Of the queue the photo that sees most points; the first by id of equals.
   std::optional<ImageId> TakeNext();
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "core/option_check.h"
@@ -10,6 +11,7 @@
 namespace skein {
 namespace {
 
+using colmap::camera_t;
 using colmap::image_t;
 using colmap::point3D_t;
 
@@ -92,13 +94,50 @@ Status CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
   return Status::Ok();
 }
 
-Status CheckCameras(const colmap::Reconstruction& merged) {
-  for (const auto& [id, camera] : merged.Cameras()) {
-    if (!HasPossibleIntrinsics(camera)) {
-      return FailedPrecondition("camera " + std::to_string(id) + " got impossible intrinsics");
+// Of registered photos.
+std::set<camera_t> ImpossibleCameras(const colmap::Reconstruction& model) {
+  std::set<camera_t> cameras;
+  for (const image_t id : model.RegImageIds()) {
+    const camera_t camera = model.Image(id).CameraId();
+    if (!HasPossibleIntrinsics(model.Camera(camera))) cameras.insert(camera);
+  }
+  return cameras;
+}
+
+// A model without the photos whose camera went astray in it.
+class PossiblePart {
+ public:
+  explicit PossiblePart(const colmap::Reconstruction& model) : model_(model) {
+    const std::set<camera_t> impossible = ImpossibleCameras(model);
+    if (impossible.empty()) return;
+    part_ = model;
+    for (const image_t id : model.RegImageIds()) {
+      if (impossible.count(model.Image(id).CameraId()) == 0) continue;
+      part_->DeRegisterImage(id);
+      left_out_.push_back(id);
     }
   }
-  return Status::Ok();
+  const colmap::Reconstruction& model() const { return part_ ? *part_ : model_; }
+  const std::vector<image_t>& left_out() const { return left_out_; }
+
+ private:
+  const colmap::Reconstruction& model_;
+  std::optional<colmap::Reconstruction> part_;
+  std::vector<image_t> left_out_;
+};
+
+// A camera that goes astray in the adjustment keeps the intrinsics that it came with.
+Status AdjustWithPossibleCameras(const AbsorbOptions& options, AbsorbResult* result) {
+  SeamIntrinsics intrinsics = options.intrinsics;
+  const colmap::Reconstruction before = result->merged;
+  for (;;) {
+    result->bundle = AdjustSeam(result->seam, intrinsics, &result->merged);
+    if (!result->bundle.usable) return FailedPrecondition("the adjustment of the seam failed");
+    const std::set<camera_t> astray = ImpossibleCameras(result->merged);
+    if (astray.empty()) return Status::Ok();
+    intrinsics.fixed.insert(astray.begin(), astray.end());
+    result->merged = before;
+  }
 }
 
 Status CheckBothModels(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
@@ -118,9 +157,7 @@ Status CheckBothModels(const colmap::Reconstruction& target, const colmap::Recon
 
 Status Verify(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
               const AbsorbOptions& options, AbsorbResult* result) {
-  if (!result->bundle.usable) return FailedPrecondition("the bundle adjustment of the seam failed");
-  Status status = CheckCameras(result->merged);
-  if (status.ok()) status = CheckBothModels(target, source, options, result);
+  const Status status = CheckBothModels(target, source, options, result);
   if (!status.ok()) return status;
   const int num_agreeing = CountAgreeing(target, source, options, *result);
   if (num_agreeing < options.min_shared_images) {
@@ -135,6 +172,30 @@ void CleanUp(const AbsorbOptions& options, AbsorbResult* result) {
   const std::unordered_set<image_t> seam(result->seam.begin(), result->seam.end());
   result->merged.FilterPoints3DInImages(options.max_reprojection_error_px,
                                         options.min_tri_angle_deg, seam);
+}
+
+AbsorbResult AbsorbPossiblePart(const colmap::Reconstruction& target,
+                                const colmap::Reconstruction& source,
+                                const Similarity& target_from_source,
+                                const AbsorbOptions& options) {
+  AbsorbResult result;
+  result.merged = target;
+  result.fused = FuseModels(source, target_from_source, options.sim3, &result.merged);
+  result.status = result.fused.status;
+  if (result.status.ok() && options.verify) result.status = CheckFused(result.fused, options);
+  if (result.status.ok() && options.verify) {
+    result.status =
+        CheckSharedPhotos(options.similar_structures, target, source, result.fused.agreeing);
+    result.shows_another_place = !result.status.ok();
+  }
+  if (!result.status.ok()) return result;
+  result.seam = SeamOf(result.fused, options, result.merged);
+  result.status = AdjustWithPossibleCameras(options, &result);
+  if (result.status.ok() && options.verify) {
+    result.status = Verify(target, source, options, &result);
+  }
+  if (result.status.ok()) CleanUp(options, &result);
+  return result;
 }
 
 }  // namespace
@@ -161,21 +222,14 @@ Status AbsorbOptions::Check() const {
 AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
                     const Similarity& target_from_source, const AbsorbOptions& options) {
   ThrowUnlessSound(options.Check());
-  AbsorbResult result;
-  result.merged = target;
-  result.fused = FuseModels(source, target_from_source, options.sim3, &result.merged);
-  result.status = result.fused.status;
-  if (result.status.ok() && options.verify) result.status = CheckFused(result.fused, options);
-  if (result.status.ok() && options.verify) {
-    result.status =
-        CheckSharedPhotos(options.similar_structures, target, source, result.fused.agreeing);
-    result.shows_another_place = !result.status.ok();
+  const PossiblePart of_target(target), of_source(source);
+  AbsorbResult result =
+      AbsorbPossiblePart(of_target.model(), of_source.model(), target_from_source, options);
+  for (const PossiblePart* part : {&of_target, &of_source}) {
+    for (const image_t id : part->left_out()) {
+      if (!IsRegisteredIn(result.merged, id)) result.left_out.insert(id);
+    }
   }
-  if (!result.status.ok()) return result;
-  result.seam = SeamOf(result.fused, options, result.merged);
-  result.bundle = AdjustSeam(result.seam, options.intrinsics, &result.merged);
-  if (options.verify) result.status = Verify(target, source, options, &result);
-  if (result.status.ok()) CleanUp(options, &result);
   return result;
 }
 

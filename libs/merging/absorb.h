@@ -43,6 +43,9 @@ struct AbsorbResult {
   colmap::Reconstruction merged;     // only if status is ok
   FuseResult fused;
   BundleSummary bundle;
+  // Photos whose camera has impossible intrinsics in its submap (limits.h), so that their poses
+  // mean nothing. One such camera vetoes no merge: the merged model is without them.
+  std::set<colmap::image_t> left_out;
   std::set<colmap::image_t> seam;  // adjusted images
   Residuals target_before, target_after;
   Residuals source_before, source_after;

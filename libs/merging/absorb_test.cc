@@ -105,6 +105,19 @@ TEST(Absorb, JoinsASourceWhoseFocalLengthIsFarOff) {
   EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
 }
 
+// Photos 22 to 24 are of a camera of their own, whose focal length got out of hand.
+TEST(Absorb, ACameraThatWentAstrayVetoesNoMerge) {
+  Case setup;
+  setup.options.second_camera_from = 22;
+  Merge m{setup};
+  m.source.Camera(2).SetFocalLength(1000 * m.world.TrueFocalPx());
+  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
+  EXPECT_EQ(result.merged.NumRegImages(), 21u);
+  EXPECT_EQ(result.left_out, (std::set<image_t>{22, 23, 24}));
+  EXPECT_LT(MaxCentreError(result.merged, m.world), 0.002 * kExtent);
+}
+
 TEST(Absorb, KeepsTheSourcesOwnCamera) {
   Case setup;
   setup.options.second_camera_from = 15;

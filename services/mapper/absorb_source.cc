@@ -79,6 +79,7 @@ struct Comparison {
   Status status;                     // why they stay apart
   bool shows_another_place = false;  // visually similar places are why
   colmap::Reconstruction merged;     // only if status is ok
+  std::set<ImageId> left_out;        // of it: they are to be tried anew
 };
 
 // Of two visually similar places a photo shows one.
@@ -106,6 +107,7 @@ Comparison Compare(const colmap::Reconstruction& target, const colmap::Reconstru
   if (options.verify) comparison.status = CheckBothModels(submap, target, source, result.merged);
   comparison.shows_another_place = !comparison.status.ok();
   comparison.merged = std::move(result.merged);
+  comparison.left_out = std::move(result.left_out);
   return comparison;
 }
 
@@ -131,11 +133,11 @@ Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* s
   if (!comparison.status.ok()) return comparison.status;
   const Status status = submap->ReplaceModel(comparison.merged);
   if (!status.ok()) return status;
-  for (const PhotoEvent& event : submap->RegisteredEvents()) {
-    if (!IsRegisteredIn(*target, static_cast<ImageId>(event.image_id))) {
-      absorption->events.push_back(event);
-    }
-  }
+  const std::set<ImageId> before = RegisteredIn(*target);
+  submap->TellNewAndGone({before.begin(), before.end()},
+                         "its camera's intrinsics went astray; they are estimated anew",
+                         [&](const PhotoEvent& event) { absorption->events.push_back(event); });
+  for (const ImageId id : comparison.left_out) submap->Enqueue(id);
   return Status::Ok();
 }
 

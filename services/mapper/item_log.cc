@@ -3,22 +3,13 @@
 #include <algorithm>
 
 namespace skein {
-namespace {
-
-size_t FirstAfter(int64_t seq, const std::vector<Item>& items) {
-  return std::upper_bound(items.begin(), items.end(), seq,
-                          [](int64_t s, const Item& item) { return s < item.seq; }) -
-         items.begin();
-}
-
-}  // namespace
 
 void ItemLog::Take(const Fact& fact) {
   if (const auto* matches = std::get_if<matches_t>(&fact)) {
     items_.push_back({matches->header.seq, Item::Kind::kMatches, matches->image_id});
   } else if (const auto* merge = std::get_if<merge_t>(&fact)) {
     if (merge->state != merge_t::ORDERED) return;
-    merges_.push_back({merge->header.seq, Item::Kind::kMerge, merge->header.seq});
+    merges_.push_back(merge->header.seq);
   } else if (const auto* finish = std::get_if<finish_t>(&fact)) {
     const bool drained = finish->state == finish_t::DRAINED;
     if (!drained && finish->state != finish_t::SETTLED) return;
@@ -28,20 +19,23 @@ void ItemLog::Take(const Fact& fact) {
 }
 
 void ItemCursor::StartAfter(int64_t seq, int64_t merge_seq) {
-  next_ = FirstAfter(seq, log_.items());
-  next_merge_ = FirstAfter(merge_seq, log_.merges());
+  const auto& items = log_.items();
+  const auto& merges = log_.merges();
+  next_ = std::upper_bound(items.begin(), items.end(), seq,
+                           [](int64_t s, const Item& item) { return s < item.seq; }) -
+          items.begin();
+  next_merge_ = std::upper_bound(merges.begin(), merges.end(), merge_seq) - merges.begin();
   seq_ = seq;
   merge_seq_ = merge_seq;
   is_open_ = true;
 }
 
+std::optional<int64_t> ItemCursor::NextMerge() {
+  if (next_merge_ >= log_.merges().size()) return std::nullopt;
+  return merge_seq_ = log_.merges()[next_merge_++];
+}
+
 std::optional<Item> ItemCursor::Next() {
-  if (next_merge_ < log_.merges().size()) {
-    const Item merge = log_.merges()[next_merge_++];
-    merge_seq_ = merge.seq;
-    is_open_ = true;
-    return merge;
-  }
   if (next_ >= log_.items().size()) return std::nullopt;
   const Item item = log_.items()[next_++];
   seq_ = item.seq;

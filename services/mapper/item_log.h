@@ -11,25 +11,25 @@
 namespace skein {
 
 struct Item {
-  enum class Kind { kMatches, kDrained, kSettled, kMerge };
+  enum class Kind { kMatches, kDrained, kSettled };
   int64_t seq = 0;
   Kind kind = Kind::kMatches;
-  int64_t id = 0;  // image id, finish id or merge id
+  int64_t id = 0;  // image id or finish id
 };
 
-// The items of the whole ledger, by seq; merges by themselves. Loop's thread only.
+// The items of the whole ledger, by seq, and its merges. Loop's thread only.
 class ItemLog {
  public:
   void Take(const Fact& fact);
   const std::vector<Item>& items() const { return items_; }
-  const std::vector<Item>& merges() const { return merges_; }
+  const std::vector<int64_t>& merges() const { return merges_; }  // ids, which are the orders' seqs
 
  private:
-  std::vector<Item> items_, merges_;
+  std::vector<Item> items_;
+  std::vector<int64_t> merges_;
 };
 
-// A submap's place in the log. Its state is a function of the items that were opened. A merge comes
-// before everything else that waits: what the source had not worked through is the target's then.
+// A submap's place in the log. Its state is a function of the items that were opened.
 class ItemCursor {
  public:
   explicit ItemCursor(const ItemLog& log) : log_(log) {}
@@ -39,14 +39,17 @@ class ItemCursor {
   void StartAfter(int64_t seq, int64_t merge_seq);
   // Opens the next item; nullopt if there is none.
   std::optional<Item> Next();
+  // The next merge, by id. It waits for no item, not for the open one either: what the source has
+  // not worked through is the target's then.
+  std::optional<int64_t> NextMerge();
   // What was open is done.
   void Close() { is_open_ = false; }
   // All items are done, and the ledger was read up to `seq`.
   void SkipTo(int64_t seq);
 
-  // Of the item opened last that is no merge.
+  // Of the item opened last.
   int64_t seq() const { return seq_; }
-  // Of the merge opened last, ours or not.
+  // Of the last NextMerge.
   int64_t merge_seq() const { return merge_seq_; }
   // Everything up to here is done.
   int64_t done_seq() const { return is_open_ ? seq_ - 1 : seq_; }

@@ -7,6 +7,7 @@
 #include "ledger/fact_ids.h"
 #include "mapper/submap_run.h"
 #include "mapping/checkpoint.h"
+#include "merging/fuse.h"
 
 namespace skein {
 namespace {
@@ -129,19 +130,20 @@ void MergeExecutor::OnEndRefused(int8_t state, const std::string& reason) {
 
 // The ledger holds that the source lives on: so the target becomes what it was, and says so.
 void MergeExecutor::GoBack(const std::string& reason) {
-  const auto on_back = [this, reason] {
-    std::vector<PhotoEvent> events = open_->absorption.events;
-    for (PhotoEvent& event : events) {
-      event.state = PhotoEvent::State::kWithdrawn;
-      event.reason = "its submap's merge was refused: " + reason;
-    }
+  const auto on_back = [this, reason](const std::vector<PhotoEvent>& events) {
     run_.Report(events);
     Conclude(merge_t::UNDONE, "refused by the ledger: " + reason);
   };
   run_.worker().Run(
-      [before = open_->absorption.before](Submap& submap) {
+      [before = open_->absorption.before, reason](Submap& submap) {
+        const std::set<colmap::image_t> merged = RegisteredIn(submap.map().reconstruction());
         const Status status = submap.ReplaceModel(*before);
         if (!status.ok()) throw std::logic_error("the submap's own model: " + status.error());
+        std::vector<PhotoEvent> events;
+        submap.TellNewAndGone({merged.begin(), merged.end()},
+                              "its submap's merge was refused: " + reason,
+                              [&events](const PhotoEvent& event) { events.push_back(event); });
+        return events;
       },
       WhileOpen(on_back));
 }

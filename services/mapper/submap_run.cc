@@ -98,7 +98,13 @@ void SubmapRun::Pump() {
 
 // False if there was nothing to do.
 bool SubmapRun::DoNext() {
-  if (!more_ && !offered_.HasOurs() && !reports_.HasRefused()) return GoOn();
+  if (!reports_.HasRefused()) {
+    if (const std::optional<int64_t> merge = cursor_.NextMerge()) {
+      DoMerge(*merge);
+      return true;
+    }
+    if (!more_ && !offered_.HasOurs()) return GoOn();
+  }
   TryNext();
   return true;
 }
@@ -230,8 +236,6 @@ void SubmapRun::DoItem(const Item& item) {
       return Consolidate();
     case Item::Kind::kSettled:
       return DoSettled(item);
-    case Item::Kind::kMerge:
-      return DoMerge(item);
   }
 }
 
@@ -261,8 +265,8 @@ void SubmapRun::DoSettled(const Item& item) {
          });
 }
 
-void SubmapRun::DoMerge(const Item& item) {
-  const MergeState& merge = *ledger_.session.FindMerge(item.id);
+void SubmapRun::DoMerge(int64_t merge_id) {
+  const MergeState& merge = *ledger_.session.FindMerge(merge_id);
   const merge_t& ordered = merge.ordered();
   const bool ours = ordered.source_id == submap_id() || ordered.target_id == submap_id();
   if (!ours || merge.latest().state == merge_t::UNDONE) return;

@@ -121,7 +121,7 @@ class SubmapRun {
   void DoMatches(int64_t image_id);
   void Consolidate();
   void DoSettled(const Item& item);
-  void DoMerge(const Item& item);
+  void DoMerge(int64_t merge_id);
   void Maintain();
   void WriteModel(ModelWriter::Kind kind);
 

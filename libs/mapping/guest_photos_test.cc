@@ -1,0 +1,54 @@
+#include "mapping/guest_photos.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "testing/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+// The scene at its truth, with all photos but 7 and 8 registered.
+class GuestPhotosTest : public testing::Test {
+ protected:
+  GuestPhotosTest() {
+    AddToMap(scene_, scene_.pairs, &map_);
+    RegisterAtTruth(scene_, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map_);
+  }
+
+  const SyntheticScene scene_ = MakeScene({});
+  const SubmapOptions options_;
+  SceneMap map_;
+};
+
+TEST_F(GuestPhotosTest, StandInTheMapUntilTheyAreGone) {
+  const auto points = map_.reconstruction().Points3D();
+  auto guests = std::make_unique<GuestPhotos>(options_, &map_);
+  for (const ImageId id : {7, 8}) guests->Place(id, {});
+  EXPECT_EQ(guests->size(), 2);
+  for (const ImageId id : {7, 8}) {
+    ASSERT_TRUE(map_.IsRegistered(id));
+    const Eigen::Vector3d center = map_.reconstruction().Image(id).ProjectionCenter();
+    EXPECT_LT((center - scene_.Center(id - 1)).norm(), 0.02);
+  }
+  guests.reset();
+  EXPECT_EQ(map_.reconstruction().NumRegImages(), 6u);
+  ASSERT_EQ(map_.reconstruction().NumPoints3D(), points.size());
+  for (const auto& [id, point] : points) {
+    EXPECT_EQ(map_.reconstruction().Point3D(id).XYZ(), point.XYZ());
+    EXPECT_EQ(map_.reconstruction().Point3D(id).Track().Length(), point.Track().Length());
+  }
+}
+
+TEST_F(GuestPhotosTest, AGuestMustPassItsTrial) {
+  SubmapOptions strict;
+  strict.registration.min_num_inliers = 1'000'000;
+  GuestPhotos guests(strict, &map_);
+  guests.Place(7, {});
+  EXPECT_EQ(guests.size(), 0);
+  EXPECT_FALSE(map_.IsRegistered(7));
+}
+
+}  // namespace
+}  // namespace skein
