@@ -106,7 +106,7 @@ class SessionState {
   const CovisibilityGraph& covisibility() const { return covisibility_; }
   // Registered in at least one submap that lives.
   bool IsRegistered(int64_t image_id) const;
-  // Why it is not registered, for a person.
+  // Why it is not registered, for a person; with the verified pair that has most inliers.
   std::string WhyUnregistered(const PhotoState& photo) const;
 
   const std::map<int64_t, SubmapLife>& submaps() const { return submaps_; }
@@ -142,6 +142,7 @@ class SessionState {
   void ApplyFact(const configuration_t&) {}
   void CloseMerge(int64_t merge_id);
   void EndSubmap(int64_t submap_id, const std::string& reason, int64_t merged_into);
+  std::string BestLinkOf(const PhotoState& photo) const;
   template <class Change>
   void ChangePhoto(int64_t image_id, Change change);
 

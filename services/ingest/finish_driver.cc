@@ -32,11 +32,12 @@ Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::st
 
 }  // namespace
 
-FinishDriver::FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths,
+FinishDriver::FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths, int min_model_size,
                            Environment environment)
     : node_(node),
       writer_(writer),
       paths_(std::move(paths)),
+      min_model_size_(min_model_size),
       environment_(std::move(environment)),
       finish_of_command_(writer.history().finish_of_command()),
       done_(writer.history().finish_results()),
@@ -84,7 +85,7 @@ void FinishDriver::Step(double now_s) {
   if (finish.state == finish_t::REQUESTED) {
     Drain();
   } else if (finish.state == finish_t::SETTLED && AllFinal() && now_s >= retry_at_s_) {
-    WriteResults();
+    if (!EndSmallSubmaps()) WriteResults();
   }
 }
 
@@ -113,11 +114,27 @@ void FinishDriver::EndSeedsWithoutMapper(double now_s) {
   if (no_mapper_since_s_ == 0) no_mapper_since_s_ = now_s;
   if (now_s - no_mapper_since_s_ < kNoMapperS) return;
   for (const int64_t id : waiting) {
-    submap_end_t end =
-        MakeSubmapEnd(id, 0, "no mapper was free for it; start more (launch.sh --mappers)");
-    end.header.author = node_.instance();
-    writer_.Stage(end);
+    EndSubmap(id, 0, "no mapper was free for it; start more (launch.sh --mappers)");
   }
+}
+
+// A pair of photos says little of a place, and nothing checks it. True if there were any.
+bool FinishDriver::EndSmallSubmaps() {
+  const int64_t needed = std::min<int64_t>(min_model_size_, writer_.state().num_images());
+  std::vector<std::pair<int64_t, int64_t>> small;  // submap, epoch
+  for (const auto& [id, submap] : writer_.state().submaps()) {
+    if (!submap.ended && submap.num_registered < needed) small.emplace_back(id, submap.lease.epoch);
+  }
+  for (const auto& [id, epoch] : small) {
+    EndSubmap(id, epoch, "a model needs " + std::to_string(needed) + " photos (--min-model-size)");
+  }
+  return !small.empty();
+}
+
+void FinishDriver::EndSubmap(int64_t submap_id, int64_t epoch, const std::string& reason) {
+  submap_end_t end = MakeSubmapEnd(submap_id, epoch, reason);
+  end.header.author = node_.instance();
+  writer_.Stage(end);
 }
 
 bool FinishDriver::AllFinal() const {

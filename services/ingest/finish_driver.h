@@ -15,7 +15,7 @@ namespace skein {
 // Takes a session from the `finish` command to its models and report.
 //  - REQUESTED: on the command.
 //  - DRAINED: all photos are through matching.
-//  - SETTLED: comes from the merger.
+//  - SETTLED: comes from the merger. Submaps that are too small to be a model end.
 //  - DONE: the final model of every living submap is written.
 // The ledger holds where the finish stands, so a restart goes on. Loop's thread only.
 class FinishDriver {
@@ -26,7 +26,9 @@ class FinishDriver {
     std::function<bool()> has_idle_mapper;
   };
 
-  FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths, Environment environment);
+  // A model has at least `min_model_size` photos, or all where the session has fewer.
+  FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths, int min_model_size,
+               Environment environment);
 
   // A command asked before, whose finish is done, is answered again; while one runs, a further
   // command joins it.
@@ -40,6 +42,8 @@ class FinishDriver {
   void OnCommitted(const finish_t& finish);
   void Drain();
   void EndSeedsWithoutMapper(double now_s);
+  bool EndSmallSubmaps();
+  void EndSubmap(int64_t submap_id, int64_t epoch, const std::string& reason);
   bool AllFinal() const;
   void WriteResults();
   void OnWritten(const Status& status);
@@ -50,6 +54,7 @@ class FinishDriver {
   Node& node_;
   LedgerWriter& writer_;
   const SessionPaths paths_;
+  const int min_model_size_;
   const Environment environment_;
   std::map<int64_t, int64_t> finish_of_command_;  // command id -> finish id
   std::map<int64_t, std::string> done_;           // finish id -> what was told

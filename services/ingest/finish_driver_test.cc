@@ -57,6 +57,29 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   EXPECT_EQ(Publish("later.jpg", SmallJpeg(9)).status, +image_ack_t::STORED);
 }
 
+TEST_F(FinishDriverTest, APairOfPhotosIsNoModelWhereThereAreMore) {
+  for (const uint8_t id : {1, 2, 3}) AddMatchedPhoto(id);
+  EXPECT_EQ(Submit(Seed(1, 2)), "");
+  bool leased = false;
+  WorkClient mapper(*peer_, "submap", 1, [&](const work_t&) { leased = true; });
+  Await([&] { return leased; }, "the submap");
+  for (const int64_t id : {1, 2}) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
+  AskToFinish(77);
+  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
+  finish_t settled{};
+  settled.header.fact_id = "finish/settled";
+  settled.state = finish_t::SETTLED;
+  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
+  EXPECT_EQ(Submit(settled), "");
+  EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq())), "");
+  Await([&] { return Finished(finish_t::DONE) != nullptr; }, "DONE");
+  const auto report = nlohmann::json::parse(std::ifstream(Paths().Report()));
+  EXPECT_EQ(report["images"]["registered"], 0);
+  EXPECT_EQ(report["images"]["deferred"], 3);
+  EXPECT_TRUE(report["submaps"].empty());
+  EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0"));
+}
+
 TEST_F(FinishDriverTest, TakesNoNewPhotoWhileItFinishes) {
   AddMatchedPhoto(1);
   AskToFinish(5);

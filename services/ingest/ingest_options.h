@@ -14,6 +14,7 @@ namespace skein {
 struct IngestOptions {
   IntakeOptions intake;
   LeaseOptions leases;
+  int min_model_size = 3;  // photos
 
   Status Check() const;
 };
