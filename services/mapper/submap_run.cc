@@ -211,9 +211,7 @@ void SubmapRun::TryNext() {
   const std::vector<int64_t> ids = offered_.TakeOurs();
   LoadPhotos(ids, [this, ids](const FetchedPhotos& photos) {
     RunJob(
-        [photos, ids, held = offered_.TakeHeldChanges(), refused = reports_.TakeRefused()](
-            Submap& submap, Outcome* outcome) {
-          for (const auto& [id, elsewhere] : held) submap.SetHeldElsewhere(id, elsewhere);
+        [photos, ids, refused = reports_.TakeRefused()](Submap& submap, Outcome* outcome) {
           const Status added = AddToSubmap(photos, &submap);
           if (!added.ok()) LogWarn("a photo that cannot be tried: {}", added.error());
           for (const int64_t id : ids) submap.Enqueue(id);
@@ -310,8 +308,21 @@ void SubmapRun::WriteModel(ModelWriter::Kind kind) {
                 });
 }
 
+// Before any job that may try photos or judge the map by those that it lacks.
+void SubmapRun::TellHeldElsewhere() {
+  const std::vector<std::pair<int64_t, bool>> changes = offered_.TakeHeldChanges();
+  if (changes.empty()) return;
+  worker_.Run(
+      [changes](Submap& submap) {
+        for (const auto& [id, held] : changes) submap.SetHeldElsewhere(id, held);
+        return true;
+      },
+      [](bool) {});
+}
+
 void SubmapRun::RunJob(Job job, OnOutcome then) {
   state_.Become(Activity::kJob);
+  TellHeldElsewhere();
   const bool count = node_.loop().now_s() >= statistics_due_s_;
   worker_.Run(
       [job = std::move(job), count](Submap& submap) {
@@ -412,6 +423,7 @@ void SubmapRun::Answer(const shared_request_t& request) {
   if (!state_.Is(Life::kRunning)) return;
   photos_.Load(request.image_ids, [this, ids = request.image_ids,
                                    request_id = request.request_id](const FetchedPhotos& photos) {
+    TellHeldElsewhere();
     worker_.Run(
         [photos, ids](Submap& submap) {
           const Status added = AddToSubmap(photos, &submap);

@@ -126,6 +126,7 @@ class SubmapRun {
   void WriteModel(ModelWriter::Kind kind);
 
   void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
+  void TellHeldElsewhere();
   void RunJob(Job job, OnOutcome then);
   void OnJob(const Outcome& outcome, const OnOutcome& then);
   void Apply(const Outcome& outcome);
