@@ -19,6 +19,29 @@ double UndistortionFactor(double radius_distorted, double k) {
 
 }  // namespace
 
+Camera Crop(const Camera& camera, const cv::Rect& box) {
+  Camera part = camera;
+  part.width = box.width;
+  part.height = box.height;
+  part.center_offset_px = camera.PrincipalPoint() - Eigen::Vector2d(box.x, box.y) -
+                          Eigen::Vector2d(box.width, box.height) / 2;
+  return part;
+}
+
+Pose PoseAfter(const Pose& pose, const Motion& motion, double seconds) {
+  const Eigen::Vector3d turn = seconds * motion.angular_velocity;
+  const Eigen::Vector3d center = pose.center + seconds * motion.velocity;
+  if (turn.isZero(0)) return {pose.cam_from_world, center};
+  // The world turns the other way.
+  const Eigen::AngleAxisd rotation(-turn.norm(), turn.normalized());
+  return {(rotation * pose.cam_from_world).normalized(), center};
+}
+
+Motion MotionBetween(const Pose& from, const Pose& to, double seconds) {
+  const Eigen::AngleAxisd turn(from.cam_from_world * to.cam_from_world.conjugate());
+  return {(to.center - from.center) / seconds, turn.axis() * (turn.angle() / seconds)};
+}
+
 Pose LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target, double roll_rad) {
   const Eigen::Vector3d forward = (target - center).normalized();
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
@@ -35,16 +58,18 @@ bool Project(const Camera& camera, const Pose& pose, const Eigen::Vector3d& worl
   if (local.z() <= 1e-6) return false;
   const Eigen::Vector2d uv = local.hnormalized();
   const double radial = 1 + camera.distortion * uv.squaredNorm();
-  *pixel = camera.focal_px * radial * uv + Eigen::Vector2d(camera.width, camera.height) / 2;
+  *pixel = camera.focal_px * radial * uv + camera.PrincipalPoint();
   return pixel->x() >= 0 && pixel->y() >= 0 && pixel->x() < camera.width &&
          pixel->y() < camera.height;
 }
 
 Undistorter::Undistorter(const Camera& camera)
-    : center_x_(camera.width / 2.0f),
-      center_y_(camera.height / 2.0f),
+    : center_x_(static_cast<float>(camera.PrincipalPoint().x())),
+      center_y_(static_cast<float>(camera.PrincipalPoint().y())),
       inverse_focal_(static_cast<float>(1 / camera.focal_px)) {
-  const double corner = std::hypot(camera.width, camera.height) / 2 / camera.focal_px * 1.01;
+  const Eigen::Vector2d reach =
+      Eigen::Vector2d(camera.width, camera.height) / 2 + camera.center_offset_px.cwiseAbs();
+  const double corner = reach.norm() / camera.focal_px * 1.01;
   const double max_r2 = corner * corner;
   entries_per_unit_ = static_cast<float>(kTableSize / max_r2);
   for (int i = 0; i < kTableSize + 2; ++i) {

@@ -33,10 +33,7 @@ std::vector<Opening> LayOutWindows(double width_m, double height_m, int floors, 
 
 // `style`: of the kind of wall, the windows and the door. `random`: of what time and people add.
 // The two may be one.
-void PaintFacade(const std::vector<Opening>& openings, int floors, Random* style, Random* random,
-                 Sheet* sheet) {
-  const auto kind = static_cast<WallKind>(style->Int(0, static_cast<int>(WallKind::kCount) - 1));
-  PaintWall(kind, random, sheet);
+void PaintWear(int floors, Random* random, Sheet* sheet) {
   const double w = sheet->width_m(), h = sheet->height_m(), ground = h - h / floors;
   for (int i = random->Int(2, 4); i > 0; --i) {
     PaintIvy(sheet->Box(random->Uniform(-1, w - 1), h - random->Uniform(1.5, 0.8 * h),
@@ -58,6 +55,19 @@ void PaintFacade(const std::vector<Opening>& openings, int floors, Random* style
                            random->Uniform(1.4, 3), random->Uniform(0.8, 2)),
                 random, sheet);
   }
+}
+
+void PaintFacade(const std::vector<Opening>& openings, int floors, bool neat, Random* style,
+                 Random* random, Sheet* sheet) {
+  const auto kind = static_cast<WallKind>(style->Int(0, static_cast<int>(WallKind::kCount) - 1));
+  PaintWall(kind, random, sheet);
+  if (neat) {
+    PaintPoster(
+        sheet->Box(random->Uniform(0, sheet->width_m() - 1), sheet->height_m() - 1.9, 0.8, 1),
+        random, sheet);
+  } else {
+    PaintWear(floors, random, sheet);
+  }
   for (const Opening& o : openings) {
     PaintStreaks(sheet->Box(o.u - 0.1, o.v + o.height, o.width + 0.2, 1.2), random, sheet);
     const cv::Rect box = sheet->Box(o.u, o.v, o.width, o.height);
@@ -67,6 +77,7 @@ void PaintFacade(const std::vector<Opening>& openings, int floors, Random* style
       PaintWindow(box, style, sheet);
     }
   }
+  if (neat) Mute(0.55, sheet);
 }
 
 void AddBalcony(const WallFrame& wall, const Opening& o, int texture, PlaceBuilder* builder,
@@ -114,15 +125,16 @@ void AddRelief(const WallFrame& wall, double width_m, double height_m, int floor
 
 // `wear_seed`: 0, or of its own wear (see BuildingSpec).
 void AddFacade(const WallFrame& wall, double width_m, double height_m, int floors,
-               double texels_per_m, uint64_t seed, uint64_t wear_seed, PlaceBuilder* builder) {
+               double texels_per_m, uint64_t seed, uint64_t wear_seed, bool neat,
+               PlaceBuilder* builder) {
   Random random(seed);
   const std::vector<Opening> openings = LayOutWindows(width_m, height_m, floors, &random);
   const uint64_t style_seed = random.Next();
   const int texture = builder->AddPainting(
       width_m, height_m, texels_per_m, Texture::Edge::kClamp, style_seed ^ wear_seed,
-      [openings, floors, style_seed, wear_seed](Random* r, Sheet* sheet) {
+      [openings, floors, style_seed, wear_seed, neat](Random* r, Sheet* sheet) {
         Random style(style_seed);
-        PaintFacade(openings, floors, wear_seed == 0 ? r : &style, r, sheet);
+        PaintFacade(openings, floors, neat, wear_seed == 0 ? r : &style, r, sheet);
       });
   builder->AddPiercedWall(wall, width_m, height_m, openings, kWindowRecessM, texture,
                           builder->RandomTrim(&random), &random);
@@ -203,7 +215,7 @@ void AddSurroundingWall(const Vector2d& center, PlaceBuilder* builder, Random* r
     wall.origin =
         Vector3d(center.x(), center.y(), height) - kWallDistanceM * out - wall.right * length / 2;
     AddFacade(wall, length, height, std::max(2, static_cast<int>(height / 3)), 45, random->Next(),
-              0, builder);
+              0, false, builder);
   }
 }
 
@@ -223,7 +235,7 @@ void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder) {
   for (int i = 0; i < 4; ++i) {
     AddFacade(walls[i], i % 2 == 0 ? w : d, spec.height_m, spec.floors,
               i == 0 ? spec.texels_per_m : spec.side_texels_per_m, random.Next(), spec.wear_seed,
-              builder);
+              spec.neat, builder);
   }
   AddRoof(spec, walls, builder, &random);
 }
@@ -233,9 +245,11 @@ void AddSquare(const SquareSpec& spec, PlaceBuilder* builder) {
   AddGround(spec.center, builder, &random);
   AddSurroundingWall(spec.center, builder, &random);
   Random middle(spec.middle_seed);
-  AddBuilding({spec.center, middle.Uniform(0, 1), 9.5, 8, 9, 3, true, 125, 125, middle.Next(),
-               spec.middle_wear_seed},
-              builder);
+  if (spec.building) {
+    AddBuilding({spec.center, middle.Uniform(0, 1), 9.5, 8, 9, 3, true, 125, 125, middle.Next(),
+                 spec.middle_wear_seed},
+                builder);
+  }
   for (int i = 0; i < spec.ring; ++i) {
     const double angle = 2 * M_PI * (i + random.Uniform(-0.08, 0.08)) / spec.ring;
     const double depth = random.Uniform(7, 10), distance = kRingFrontM + depth / 2;
@@ -243,10 +257,11 @@ void AddSquare(const SquareSpec& spec, PlaceBuilder* builder) {
     const Vector2d at = spec.center + distance * Vector2d(std::cos(angle), std::sin(angle));
     const double width = 2 * M_PI * kRingFrontM / spec.ring * random.Uniform(0.62, 0.78);
     AddBuilding({at, angle - M_PI / 2, width, depth, floors * random.Uniform(2.9, 3.4), floors,
-                 random.Chance(0.5), 110, 50, random.Next()},
+                 random.Chance(0.5), 110, 50, random.Next(), 0, spec.neat},
                 builder);
   }
   for (int i = 0; i < 22; ++i) {
+    if (i % 3 == 0 && !spec.building) continue;
     const double angle = 2 * M_PI * (i + random.Uniform(0, 0.8)) / 22;
     const double distance = i % 3 == 0 ? random.Uniform(7.6, 9) : random.Uniform(20.5, 23.5);
     AddPile(spec.center + distance * Vector2d(std::cos(angle), std::sin(angle)), builder, &random);

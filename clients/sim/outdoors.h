@@ -17,6 +17,7 @@ struct BuildingSpec {
   // Not 0: two buildings of one seed have the same shape, walls, windows and doors. Stains, ivy,
   // graffiti and posters differ.
   uint64_t wear_seed = 0;
+  bool neat = false;  // muted colours, no graffiti, few posters and little ivy
 };
 
 void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder);
@@ -29,6 +30,8 @@ struct SquareSpec {
   uint64_t middle_seed = 1;  // of the building in the middle
   uint64_t middle_wear_seed = 0;
   int ring = 8;
+  bool building = true;  // in the middle, with piles around it
+  bool neat = false;     // the ring's buildings
 };
 constexpr double kRingFrontM = 26;  // distance of the ring's façades from the centre
 

@@ -120,6 +120,23 @@ void PaintGlass(const cv::Rect& box, Random* random, Sheet* sheet) {
   }
 }
 
+// A lamp's or a window's light around `lit` (metres), darker towards the sheet's edges.
+void ShadeUnevenly(const cv::Point2d& lit, Sheet* sheet) {
+  constexpr double kFar = 0.55, kReachM = 3, kCornerM = 0.25;
+  for (int y = 0; y < sheet->image.rows; ++y) {
+    for (int x = 0; x < sheet->image.cols; ++x) {
+      const cv::Point2d at(x / sheet->texels_per_m, y / sheet->texels_per_m);
+      const double distance = cv::norm(at - lit) / kReachM;
+      const double edge = std::min({at.x, at.y, sheet->width_m() - at.x, sheet->height_m() - at.y});
+      const double light = (kFar + (1 - kFar) / (1 + distance * distance)) *
+                           (1 - 0.18 * std::exp(-std::max(0.0, edge) / kCornerM));
+      for (int c = 0; c < 3; ++c) {
+        sheet->image(y, x)[c] = cv::saturate_cast<uchar>(sheet->image(y, x)[c] * light);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 cv::Mat1f Noise(cv::Size size, float coarse_px, float fine_px, float persistence, Random* random) {
@@ -200,6 +217,13 @@ void PaintCracks(int count, Random* random, Sheet* sheet) {
       at = next;
     }
   }
+}
+
+void Mute(double share, Sheet* sheet) {
+  cv::Mat grey;
+  cv::cvtColor(sheet->image, grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(grey, grey, cv::COLOR_GRAY2BGR);
+  cv::addWeighted(sheet->image, 1 - share, grey, share, 0, sheet->image);
 }
 
 void PaintStreaks(const cv::Rect& box, Random* random, Sheet* sheet) {
@@ -367,6 +391,68 @@ void PaintFloor(Random* random, Sheet* sheet) {
   }
   PaintSpeckle(60, 0.01, 0.08, 0.3, random, sheet);
   Modulate(Noise(sheet->image.size(), sheet->Px(2), 1, 0.75f, random), 0.12f, &sheet->image);
+}
+
+void PaintPlain(Random* random, Sheet* sheet) {
+  sheet->image.setTo(cv::Scalar(200, 200, 200));
+  Modulate(Noise(sheet->image.size(), sheet->Px(1), 2, 0.6f, random), 0.012f, &sheet->image);
+}
+
+void PaintCloth(Random* random, Sheet* sheet) {
+  sheet->image.setTo(cv::Scalar(200, 200, 200));
+  Modulate(Noise(sheet->image.size(), sheet->Px(0.2), 3, 0.5f, random), 0.09f, &sheet->image);
+}
+
+void PaintPlainWall(Random* random, Sheet* sheet) {
+  sheet->image.setTo(RandomColor(random, 205, 232, 0.025));
+  const double w = sheet->width_m(), h = sheet->height_m();
+  for (int i = static_cast<int>(w * h / 4); i > 0; --i) {
+    const cv::Rect box = sheet->Box(random->Uniform(0, w), h * random->Uniform(0.4, 1),
+                                    random->Uniform(0.01, 0.1), random->Uniform(0.004, 0.015));
+    if (!box.empty()) sheet->image(box) *= random->Uniform(0.86, 0.97);
+  }
+  Modulate(Noise(sheet->image.size(), sheet->Px(1.5), 1, 0.6f, random), 0.006f, &sheet->image);
+  ShadeUnevenly({w * random->Uniform(0.2, 0.8), h * random->Uniform(0.1, 0.5)}, sheet);
+}
+
+void PaintPlainFloor(Random* random, Sheet* sheet) {
+  if (random->Chance(0.6)) {
+    sheet->image.setTo(cv::Scalar(70, 95, 120));
+    PaintCourses(cv::Scalar(95, 130, 160), 0.19, 1.3, 0, 0.004, 0.06, random, sheet);
+  } else {
+    sheet->image.setTo(RandomColor(random, 90, 140, 0.1));
+    Modulate(Noise(sheet->image.size(), sheet->Px(0.05), 1, 0.9f, random), 0.03f, &sheet->image);
+  }
+  Modulate(Noise(sheet->image.size(), sheet->Px(1), 1, 0.6f, random), 0.02f, &sheet->image);
+  ShadeUnevenly({sheet->width_m() / 2, sheet->height_m() / 2}, sheet);
+}
+
+void PaintPicture(Random* random, Sheet* sheet) {
+  const cv::Size size = sheet->image.size();
+  const cv::Scalar above = RandomColor(random, 110, 220, 0.2);
+  const cv::Scalar below = RandomColor(random, 50, 150, 0.3);
+  const cv::Mat1f field = Noise(size, static_cast<float>(size.width) / 2, 2, 0.55f, random);
+  const double horizon = size.height * random->Uniform(0.3, 0.7);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const double depth = (y - horizon) / size.height + 0.07 * field(y, x);
+      const cv::Scalar color = (depth < 0 ? above : below) * (1 - 0.5 * std::abs(depth));
+      for (int c = 0; c < 3; ++c) sheet->image(y, x)[c] = cv::saturate_cast<uchar>(color[c]);
+    }
+  }
+  Modulate(field, 0.12f, &sheet->image);
+  cv::rectangle(sheet->image, cv::Rect({0, 0}, size), cv::Scalar(225, 228, 230), sheet->Px(0.03));
+}
+
+void PaintRug(Random* random, Sheet* sheet) {
+  sheet->image.setTo(RandomColor(random, 60, 140, 0.25));
+  const cv::Scalar line = RandomColor(random, 80, 190, 0.25);
+  for (double margin = 0.06; margin < 0.5; margin += random->Uniform(0.08, 0.2)) {
+    const cv::Rect box =
+        sheet->Box(margin, margin, sheet->width_m() - 2 * margin, sheet->height_m() - 2 * margin);
+    cv::rectangle(sheet->image, box, Vary(line, 0.2, random), sheet->Px(0.02));
+  }
+  Modulate(Noise(sheet->image.size(), sheet->Px(0.1), 1, 0.9f, random), 0.06f, &sheet->image);
 }
 
 void PaintTrim(Random* random, Sheet* sheet) {

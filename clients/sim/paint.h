@@ -1,5 +1,6 @@
-// Seeded painters of walls, ground and posters. Sizes in metres; an image has `texels_per_m`. Every
-// picture has detail at all scales. Two pictures are alike only with the same seed.
+// Seeded painters of walls, ground and posters. Sizes in metres; an image has `texels_per_m`.
+// Pictures have detail at all scales, the plain ones hardly any. Two pictures are alike only with
+// the same seed.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -38,6 +39,14 @@ void PaintWall(WallKind kind, Random* random, Sheet* sheet);
 void PaintGround(Random* random, Sheet* sheet);
 void PaintFloor(Random* random, Sheet* sheet);  // indoors
 void PaintTrim(Random* random, Sheet* sheet);   // sills, cornices, furniture
+void PaintPlain(Random* random, Sheet* sheet);  // light grey paint
+void PaintCloth(Random* random, Sheet* sheet);  // light grey with folds
+
+// A painted indoor wall: one colour in uneven light, a few scuffs.
+void PaintPlainWall(Random* random, Sheet* sheet);
+void PaintPlainFloor(Random* random, Sheet* sheet);  // laminate or carpet
+void PaintPicture(Random* random, Sheet* sheet);     // soft: a landscape or a portrait
+void PaintRug(Random* random, Sheet* sheet);
 
 void PaintWindow(const cv::Rect& box, Random* random, Sheet* sheet);
 void PaintDoor(const cv::Rect& box, Random* random, Sheet* sheet);
@@ -47,6 +56,7 @@ void PaintIvy(const cv::Rect& box, Random* random, Sheet* sheet);
 void PaintStreaks(const cv::Rect& box, Random* random, Sheet* sheet);  // dirt that ran down
 void PaintSpeckle(double per_m2, double min_m, double max_m, double contrast, Random* random,
                   Sheet* sheet);
+void Mute(double share, Sheet* sheet);  // colours towards grey
 void PaintCracks(int count, Random* random, Sheet* sheet);
 
 }  // namespace skein::sim

@@ -23,6 +23,7 @@ struct Place {
   std::vector<Texture> grain;        // one: the fine structure seen from close by, around 128
   Scene scene;
   Light light;
+  int paint = 0, cloth = 0;  // textures of what comes and goes
 };
 
 }  // namespace skein::sim

@@ -36,6 +36,9 @@ PlaceBuilder::PlaceBuilder(uint64_t seed) : seed_(seed) {
     trims_.push_back(
         AddPainting(3, 3, 180, Texture::Edge::kRepeat, Random(seed).Fork(i).Next(), PaintTrim));
   }
+  const Random plain(seed ^ 0x706c61696eULL);
+  paint_ = AddPainting(3, 3, 60, Texture::Edge::kRepeat, plain.Fork(0).Next(), PaintPlain);
+  cloth_ = AddPainting(3, 3, 100, Texture::Edge::kRepeat, plain.Fork(1).Next(), PaintCloth);
 }
 
 int PlaceBuilder::AddPainting(double width_m, double height_m, double texels_per_m,
@@ -153,6 +156,8 @@ Place PlaceBuilder::Build(int threads, const Light& light) {
   place.grain.push_back(PaintGrain(seed_));
   place.scene = Scene(surfaces_);
   place.light = light;
+  place.paint = paint_;
+  place.cloth = cloth_;
   return place;
 }
 

@@ -35,8 +35,14 @@ class PlaceBuilder {
   int AddPainting(double width_m, double height_m, double texels_per_m, Texture::Edge edge,
                   uint64_t seed, Painter painter);
   int RandomTrim(Random* random) const;
+  // The same in every place: plain paint and cloth, light grey with hardly any structure.
+  int Paint() const { return paint_; }
+  int Cloth() const { return cloth_; }
 
   void AddSurface(const Surface& surface) { surfaces_.push_back(surface); }
+  void AddSurfaces(const std::vector<Surface>& surfaces) {
+    surfaces_.insert(surfaces_.end(), surfaces.begin(), surfaces.end());
+  }
   // The part (u, v, width, height) of a wall, moved out by `out_m`, with the wall's painting.
   void AddWallPart(const WallFrame& wall, const Opening& part, double out_m, int texture);
   // A box on a wall from `out0` to `out1`, without the face in the wall.
@@ -64,6 +70,7 @@ class PlaceBuilder {
   uint64_t seed_;
   std::vector<Painting> paintings_;
   std::vector<int> trims_;
+  int paint_, cloth_;
   std::vector<Surface> surfaces_;
 };
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "clients/sim/random.h"
-
 namespace skein::sim {
 namespace {
 
@@ -14,19 +12,21 @@ using Eigen::Vector3f;
 
 constexpr float kGrainLevel = 0.7f;  // above this level of the texture its grain is not seen
 constexpr int kEdgeSamples = 3;      // rays a side of an edge pixel
-constexpr int kMaxTaps = 4;          // along the long axis of a sample's footprint
+constexpr float kSkyDistance = 1e5f;
+constexpr int kMaxTaps = 4;  // along the long axis of a sample's footprint
 
 class Renderer {
  public:
-  Renderer(const Place& place, const Camera& camera, const Pose& pose)
+  Renderer(const Place& place, const Camera& camera, const View& view)
       : place_(place),
         camera_(camera),
+        view_(view),
         undistort_(camera),
-        world_from_cam_(pose.cam_from_world.conjugate().toRotationMatrix().cast<float>()),
-        center_(pose.center.cast<float>()),
         pixel_angle_(static_cast<float>(1 / camera.focal_px)),
         patch_(camera.height, camera.width),
-        lighting_(camera.height, camera.width, 0.0f) {}
+        lighting_(camera.height, camera.width, 0.0f) {
+    for (int y = 0; y < camera.height; ++y) rows_.emplace_back(RowPose(y, 0));
+  }
 
   cv::Mat3f Render() {
     cv::Mat3f image(camera_.height, camera_.width);
@@ -40,10 +40,53 @@ class Renderer {
     return image;
   }
 
+  // How far each pixel's point moves in the photo while its row is exposed. After Render.
+  cv::Mat2f ImageMotion() const {
+    cv::Mat2f motion(camera_.height, camera_.width, cv::Vec2f(0, 0));
+    for (int y = 0; y < camera_.height; ++y) {
+      const double half_s = view_.shutter.exposure_s / 2;
+      const Pose begin = RowPose(y, -half_s), end = RowPose(y, half_s);
+      for (int x = 0; x < camera_.width; ++x) {
+        const Ray3 ray = Ray(x + 0.5f, y + 0.5f);
+        const int index = patch_(y, x);
+        const float t = index < 0 ? kSkyDistance : Distance(place_.scene.surface(index), ray);
+        const Eigen::Vector3d point = (ray.origin + t * ray.direction).cast<double>();
+        Eigen::Vector2d from, to;
+        Project(camera_, begin, point, &from);
+        Project(camera_, end, point, &to);
+        motion(y, x) = cv::Vec2f(to.x() - from.x(), to.y() - from.y());
+      }
+    }
+    return motion;
+  }
+
  private:
-  Vector3f Ray(float x_px, float y_px) const {
+  struct Ray3 {
+    Vector3f origin, direction;
+  };
+  // Where the camera is while a row is exposed.
+  struct Row {
+    Eigen::Matrix3f world_from_cam;
+    Vector3f center;
+
+    explicit Row(const Pose& pose)
+        : world_from_cam(pose.cam_from_world.conjugate().toRotationMatrix().cast<float>()),
+          center(pose.center.cast<float>()) {}
+  };
+
+  Pose RowPose(int y, double offset_s) const {
+    const double delay_s = view_.shutter.RowDelay(y + 0.5, camera_.height);
+    return PoseAfter(view_.pose, view_.motion, delay_s + offset_s);
+  }
+
+  Ray3 Ray(float x_px, float y_px) const {
     const Vector2f uv = undistort_(x_px, y_px);
-    return world_from_cam_ * Vector3f(uv.x(), uv.y(), 1);
+    const Row& row = rows_[static_cast<int>(y_px)];
+    return {row.center, row.world_from_cam * Vector3f(uv.x(), uv.y(), 1)};
+  }
+
+  static float Distance(const PreparedSurface& s, const Ray3& ray) {
+    return s.normal.dot(s.origin - ray.origin) / s.normal.dot(ray.direction);
   }
 
   // Every other pixel of every other row is traced. A pixel between four that see one surface sees
@@ -60,12 +103,12 @@ class Renderer {
   }
 
   void TraceCenter(int x, int y) {
-    const Vector3f ray = Ray(x + 0.5f, y + 0.5f);
-    const int index = place_.scene.Trace(center_, ray).surface;
+    const Ray3 ray = Ray(x + 0.5f, y + 0.5f);
+    const int index = place_.scene.Trace(ray.origin, ray.direction).surface;
     patch_(y, x) = index < 0 ? -1 : place_.scene.surface(index).patch;
     if (index < 0) return;
     const PreparedSurface& s = place_.scene.surface(index);
-    lighting_(y, x) = Lighting(s, TexturePosition(s, ray));
+    lighting_(y, x) = Lighting(s, TexturePosition(s, ray), ray.origin);
   }
 
   bool InferCenter(int x, int y) {
@@ -96,15 +139,14 @@ class Renderer {
     return Vector3f(238, 228, 218) + height * (Vector3f(215, 160, 110) - Vector3f(238, 228, 218));
   }
 
-  Vector2f TexturePosition(const PreparedSurface& s, const Vector3f& direction) const {
-    const float t = s.normal.dot(s.origin - center_) / s.normal.dot(direction);
-    const Vector3f offset = center_ + t * direction - s.origin;
+  static Vector2f TexturePosition(const PreparedSurface& s, const Ray3& ray) {
+    const Vector3f offset = ray.origin + Distance(s, ray) * ray.direction - s.origin;
     return {offset.dot(s.u_axis), offset.dot(s.v_axis)};
   }
 
-  float Lighting(const PreparedSurface& s, const Vector2f& uv) const {
+  float Lighting(const PreparedSurface& s, const Vector2f& uv, const Vector3f& eye) const {
     const Vector3f point = s.origin + uv.x() * s.u_axis + uv.y() * s.v_axis;
-    const Vector3f normal = s.normal.dot(center_ - point) < 0 ? Vector3f(-s.normal) : s.normal;
+    const Vector3f normal = s.normal.dot(eye - point) < 0 ? Vector3f(-s.normal) : s.normal;
     const Light& light = place_.light;
     if (light.indoors) return light.ambient * (0.9f + 0.1f * normal.z() + 0.07f * normal.x());
     const float sky = light.ambient * (0.85f + 0.15f * normal.z());
@@ -132,7 +174,7 @@ class Renderer {
   // One surface fills the pixel: no more rays, only its texture.
   Vector3f ShadeInside(int x, int y) const {
     const int index = patch_(y, x);
-    if (index < 0) return Sky(Ray(x + 0.5f, y + 0.5f));
+    if (index < 0) return Sky(Ray(x + 0.5f, y + 0.5f).direction);
     const PreparedSurface& s = place_.scene.surface(index);
     Vector2f uv[2][2];
     for (int j = 0; j < 2; ++j) {
@@ -179,13 +221,13 @@ class Renderer {
     float light = 0;
   };
 
-  Vector3f ShadeRay(const Vector3f& direction, LitPatch* lit) const {
-    const Hit hit = place_.scene.Trace(center_, direction);
-    if (hit.surface < 0) return Sky(direction);
+  Vector3f ShadeRay(const Ray3& ray, LitPatch* lit) const {
+    const Hit hit = place_.scene.Trace(ray.origin, ray.direction);
+    if (hit.surface < 0) return Sky(ray.direction);
     const PreparedSurface& s = place_.scene.surface(hit.surface);
-    const Vector2f uv = TexturePosition(s, direction);
-    if (lit->patch != s.patch) *lit = {s.patch, Lighting(s, uv)};
-    const float cosine = std::abs(s.normal.dot(direction)) / direction.norm();
+    const Vector2f uv = TexturePosition(s, ray);
+    if (lit->patch != s.patch) *lit = {s.patch, Lighting(s, uv, ray.origin)};
+    const float cosine = std::abs(s.normal.dot(ray.direction)) / ray.direction.norm();
     const float footprint_m =
         hit.t * pixel_angle_ / kEdgeSamples / std::sqrt(std::max(cosine, 0.05f));
     return Albedo(s, uv, footprint_m) * lit->light;
@@ -193,44 +235,26 @@ class Renderer {
 
   const Place& place_;
   const Camera& camera_;
+  const View& view_;
   const Undistorter undistort_;
-  const Eigen::Matrix3f world_from_cam_;
-  const Vector3f center_;
+  std::vector<Row> rows_;
   const float pixel_angle_;
   cv::Mat1i patch_;     // seen at each pixel's centre
   cv::Mat1f lighting_;  // there
 };
 
-cv::Mat3b Expose(const cv::Mat3f& light, const Exposure& exposure) {
-  constexpr int kNoiseTable = 1 << 16;
-  Random random(exposure.seed);
-  std::vector<float> gaussian(kNoiseTable);
-  for (float& g : gaussian) g = static_cast<float>(random.Gaussian());
-  cv::Mat3b photo(light.size());
-  const float cx = light.cols / 2.0f, cy = light.rows / 2.0f;
-  const float corner2 = cx * cx + cy * cy;
-  for (int y = 0; y < light.rows; ++y) {
-    for (int x = 0; x < light.cols; ++x) {
-      const float r2 = ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / corner2;
-      const float gain = static_cast<float>(exposure.gain * (1 - exposure.vignetting * r2));
-      const uint64_t noise = random.Next();
-      for (int c = 0; c < 3; ++c) {
-        const float value = light(y, x)[c] * gain;
-        const float sigma = static_cast<float>(exposure.noise_sigma) *
-                            std::sqrt(0.5f + std::max(0.0f, value) / 128);
-        const float g = gaussian[(noise >> (16 * c)) & (kNoiseTable - 1)];
-        photo(y, x)[c] = cv::saturate_cast<uchar>(value + sigma * g);
-      }
-    }
-  }
-  return photo;
-}
-
 }  // namespace
+
+cv::Mat3f RenderLight(const Place& place, const Camera& camera, const View& view) {
+  Renderer renderer(place, camera, view);
+  const cv::Mat3f light = renderer.Render();
+  if (view.shutter.exposure_s <= 0) return light;
+  return BlurAlong(light, renderer.ImageMotion());
+}
 
 cv::Mat3b RenderPhoto(const Place& place, const Camera& camera, const Pose& pose,
                       const Exposure& exposure) {
-  return Expose(Renderer(place, camera, pose).Render(), exposure);
+  return Expose(RenderLight(place, camera, {pose, {}, {}}), exposure);
 }
 
 }  // namespace skein::sim

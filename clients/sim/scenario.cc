@@ -4,16 +4,18 @@
 #include <cmath>
 #include <utility>
 
+#include "clients/sim/crowd.h"
 #include "clients/sim/indoors.h"
 #include "clients/sim/outdoors.h"
+#include "clients/sim/plain_room.h"
 #include "clients/sim/random.h"
+#include "clients/sim/video_walk.h"
 
 namespace skein::sim {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
 constexpr double kEyeM = 1.65;
 constexpr double kTwinDistanceM = 130;
 
@@ -21,18 +23,21 @@ constexpr double kCorridorStepM = 0.45;
 constexpr double kCorridorOwnShare = 0.72;  // of an agent's photos before the next one's begin
 constexpr double kCorridorMarginM = 3;
 
-struct View {
+constexpr double kVideoOwnShare = 0.8;  // of an agent's frames before the next one's begin
+constexpr double kVideoWallM = 1.2;     // from the walls
+
+struct Aim {
   Vector3d center, target;
 };
 
 // Around the square's middle, looking at the building there.
-View OrbitView(const Vector3d& middle, double radius_m, double angle) {
+Aim OrbitView(const Vector3d& middle, double radius_m, double angle) {
   const Vector3d out(std::cos(angle), std::sin(angle), 0);
   return {middle + radius_m * out + Vector3d(0, 0, kEyeM), middle + Vector3d(0, 0, 3.4)};
 }
 
-View TogetherView(const ScenarioOptions& options, const Vector3d& middle, double radius_m,
-                  int agent, int i) {
+Aim TogetherView(const ScenarioOptions& options, const Vector3d& middle, double radius_m, int agent,
+                 int i) {
   const double step = std::clamp(195.0 / options.photos, 2.5, 9.5) * kDegree;
   const double direction = agent % 2 == 0 ? 1 : -1;
   const double phase = 0.5 * (agent / 2);
@@ -40,7 +45,7 @@ View TogetherView(const ScenarioOptions& options, const Vector3d& middle, double
 }
 
 // Far enough away to have the whole house in the frame, with what stands around it.
-View TwinView(const ScenarioOptions& options, int agent, int i) {
+Aim TwinView(const ScenarioOptions& options, int agent, int i) {
   const Vector3d middle(kTwinDistanceM * (agent % 2), 0, 0);
   const int walk = agent / 2;
   return TogetherView(options, middle, 15.6 + 1.2 * (walk % 3), walk, i);
@@ -48,7 +53,7 @@ View TwinView(const ScenarioOptions& options, int agent, int i) {
 
 // Along the façades of the ring, looking outwards. The last sixth of an agent's photos shows
 // where the next agent began.
-View RingView(const ScenarioOptions& options, int agent, int i) {
+Aim RingView(const ScenarioOptions& options, int agent, int i) {
   const double share = 1.2 * 360 / options.agents / options.photos;
   const double step = std::clamp(share, 2.0, 7.25) * kDegree;
   const double angle = step * (agent * options.photos / 1.2 + i);
@@ -58,7 +63,7 @@ View RingView(const ScenarioOptions& options, int agent, int i) {
 
 // Turns on the spot's circle and looks across the room, first away from both corridors. Then walks
 // east into the next room.
-View RoomsView(const ScenarioOptions& options, int agent, int i) {
+Aim RoomsView(const ScenarioOptions& options, int agent, int i) {
   constexpr double kBack = 1.5, kMaxTurn = 15 * kDegree, kFirstHeading = -110 * kDegree;
   const bool last = agent + 1 == options.agents;
   const int passage = last ? 0 : std::min(options.photos / 2, 18);
@@ -74,7 +79,7 @@ View RoomsView(const ScenarioOptions& options, int agent, int i) {
           center + 4 * Vector3d(std::cos(heading + glance), std::sin(heading + glance), -0.03)};
 }
 
-View CorridorView(const ScenarioOptions& options, int agent, int i) {
+Aim CorridorView(const ScenarioOptions& options, int agent, int i) {
   const double x =
       kCorridorMarginM + kCorridorStepM * (agent * options.photos * kCorridorOwnShare + i);
   const Vector3d center(x, -0.9, 1.5);
@@ -82,11 +87,44 @@ View CorridorView(const ScenarioOptions& options, int agent, int i) {
 }
 
 double CorridorLength(const ScenarioOptions& options) {
-  const View last = CorridorView(options, options.agents - 1, options.photos - 1);
+  const Aim last = CorridorView(options, options.agents - 1, options.photos - 1);
   return last.center.x() + 2 * kCorridorMarginM;
 }
 
-View PlanView(const ScenarioOptions& options, int agent, int i) {
+// Along an ellipse; looks across the room, past its middle.
+Aim BlankView(const ScenarioOptions& options, int agent, int i) {
+  const double step = std::clamp(400.0 / options.photos, 5.0, 18.0) * kDegree;
+  const double angle = (agent % 2 == 0 ? 1 : -1) * step * (i + 0.5 * (agent / 2));
+  const double radius = 1.25 + 0.2 * (agent % 3);
+  const Vector3d center(1.3 * radius * std::cos(angle), radius * std::sin(angle), kEyeM - 0.1);
+  const double heading = angle + M_PI + 14 * kDegree * std::sin(1.6 * angle);
+  return {center, center + 4 * Vector3d(std::cos(heading), std::sin(heading), -0.1)};
+}
+
+PlainRoomSpec VideoRoom(const ScenarioOptions& options) {
+  PlainRoomSpec room;
+  room.half_m.x() = std::min(9.0, 3.2 + 1.2 * (options.agents - 1));
+  room.furnished = 0.7;
+  room.seed = options.seed;
+  return room;
+}
+
+// An agent begins where the one before it has taken its own share of the frames.
+Shot VideoShot(const ScenarioOptions& options, int agent, int i) {
+  constexpr double kMotionS = 0.02;
+  VideoWalk walk;
+  walk.half_axes_m = VideoRoom(options).half_m.array() - kVideoWallM;
+  const double interval_s = options.IntervalS();
+  const double own_s = kVideoOwnShare * options.photos * interval_s;
+  walk.start_m = agent * VideoDistance(walk, own_s);
+  walk.hand_seed = Random(options.seed ^ 0x68616e64ULL).Fork(agent).Next();
+  const double at_s = (i + 1) * interval_s;
+  return {VideoPose(walk, at_s), i * interval_s,
+          MotionBetween(VideoPose(walk, at_s - kMotionS / 2), VideoPose(walk, at_s + kMotionS / 2),
+                        kMotionS)};
+}
+
+Aim PlanView(const ScenarioOptions& options, int agent, int i) {
   switch (options.scenario) {
     case Scenario::kTogether:
       return TogetherView(options, Vector3d::Zero(), 12.6 + 1.2 * (agent % 4), agent, i);
@@ -96,12 +134,14 @@ View PlanView(const ScenarioOptions& options, int agent, int i) {
       return RoomsView(options, agent, i);
     case Scenario::kCorridor:
       return CorridorView(options, agent, i);
+    case Scenario::kBlank:
+      return BlankView(options, agent, i);
     default:
       return RingView(options, agent, i);
   }
 }
 
-Pose HandHeld(const View& view, Scenario scenario, Random* random) {
+Pose HandHeld(const Aim& view, Scenario scenario, Random* random) {
   Vector3d sway(random->Gaussian() * 0.05, random->Gaussian() * 0.05, random->Gaussian() * 0.03);
   if (scenario == Scenario::kCorridor) sway.tail<2>().setZero();
   const Vector3d center = view.center + sway;
@@ -111,12 +151,37 @@ Pose HandHeld(const View& view, Scenario scenario, Random* random) {
                 random->Gaussian() * 1.0 * kDegree);
 }
 
+Shot PlanShot(const ScenarioOptions& options, int agent, int i, Random* random) {
+  const double capture_s = i * options.IntervalS();
+  switch (options.scenario) {
+    case Scenario::kVideo:
+      return VideoShot(options, agent, i);
+    case Scenario::kCrowd:
+      return {TouristPose(random), capture_s, {}};
+    default:
+      return {HandHeld(PlanView(options, agent, i), options.scenario, random), capture_s, {}};
+  }
+}
+
 const std::vector<std::pair<std::string, Scenario>>& Table() {
   static const std::vector<std::pair<std::string, Scenario>> table = {
       {"together", Scenario::kTogether}, {"disjoint", Scenario::kDisjoint},
       {"relay", Scenario::kRelay},       {"rooms", Scenario::kRooms},
-      {"twins", Scenario::kTwins},       {"corridor", Scenario::kCorridor}};
+      {"twins", Scenario::kTwins},       {"corridor", Scenario::kCorridor},
+      {"video", Scenario::kVideo},       {"blank", Scenario::kBlank},
+      {"crowd", Scenario::kCrowd}};
   return table;
+}
+
+void AddTwins(const Random& random, PlaceBuilder* builder) {
+  const uint64_t design = random.Fork(2).Next();
+  AddSquare({{0, 0}, random.Fork(1).Next(), design, random.Fork(4).Next()}, builder);
+  AddSquare({{kTwinDistanceM, 0}, random.Fork(3).Next(), design, random.Fork(5).Next()}, builder);
+}
+
+bool IsIndoors(Scenario scenario) {
+  return scenario == Scenario::kRooms || scenario == Scenario::kCorridor ||
+         scenario == Scenario::kVideo || scenario == Scenario::kBlank;
 }
 
 }  // namespace
@@ -142,11 +207,11 @@ std::vector<Walk> PlanWalks(const ScenarioOptions& options) {
     Walk walk;
     walk.agent = "agent-" + std::to_string(agent + 1);
     const double start_s = options.scenario == Scenario::kRelay
-                               ? agent * options.photos * options.capture_interval_s
-                               : 0.37 * options.capture_interval_s * agent / 3;
+                               ? agent * options.photos * options.IntervalS()
+                               : 0.37 * options.IntervalS() * agent / 3;
     for (int i = 0; i < options.photos; ++i) {
-      walk.shots.push_back({HandHeld(PlanView(options, agent, i), options.scenario, &random),
-                            start_s + i * options.capture_interval_s});
+      walk.shots.push_back(PlanShot(options, agent, i, &random));
+      walk.shots.back().capture_s += start_s;
     }
     walks.push_back(std::move(walk));
   }
@@ -156,7 +221,6 @@ std::vector<Walk> PlanWalks(const ScenarioOptions& options) {
 Place BuildPlace(const ScenarioOptions& options, int threads) {
   PlaceBuilder builder(options.seed);
   const Random random(options.seed);
-  Light light;
   switch (options.scenario) {
     case Scenario::kRooms:
       AddRooms(options.agents, options.seed, &builder);
@@ -165,18 +229,22 @@ Place BuildPlace(const ScenarioOptions& options, int threads) {
       AddCorridor(CorridorLength(options), options.seed, &builder);
       break;
     case Scenario::kTwins:
-      AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next(), random.Fork(4).Next()},
-                &builder);
-      AddSquare({{kTwinDistanceM, 0},
-                 random.Fork(3).Next(),
-                 random.Fork(2).Next(),
-                 random.Fork(5).Next()},
-                &builder);
+      AddTwins(random, &builder);
+      break;
+    case Scenario::kVideo:
+      AddPlainRoom(VideoRoom(options), &builder);
+      break;
+    case Scenario::kBlank:
+      AddPlainRoom({{3.4, 2.8}, 0.75, options.seed}, &builder);
+      break;
+    case Scenario::kCrowd:
+      AddMonumentSquare(options.seed, &builder);
       break;
     default:
       AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);
   }
-  light.indoors = options.scenario == Scenario::kRooms || options.scenario == Scenario::kCorridor;
+  Light light;
+  light.indoors = IsIndoors(options.scenario);
   if (light.indoors) light.ambient = 1;
   return builder.Build(threads, light);
 }

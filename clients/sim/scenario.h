@@ -18,6 +18,9 @@ enum class Scenario {
   kRooms,     // each agent in its own room, then through a corridor into the next one's
   kTwins,     // two squares around buildings of one design: never to be taken for one
   kCorridor,  // all camera centres on one line
+  kVideo,     // each agent films its own part of one room by hand
+  kBlank,     // all agents around one room with painted walls
+  kCrowd,     // all agents are tourists before one monument
 };
 std::optional<Scenario> ParseScenario(const std::string& name);
 std::vector<std::string> ScenarioNames();
@@ -25,6 +28,7 @@ std::vector<std::string> ScenarioNames();
 struct Shot {
   Pose pose;
   double capture_s;  // after the beginning of the session
+  Motion motion;     // at that time; the pose is that of the photo's middle row
 };
 
 struct Walk {
@@ -38,9 +42,12 @@ struct ScenarioOptions {
   int photos = 20;  // of each agent
   uint64_t seed = 1;
   double capture_interval_s = 3;
+
+  double IntervalS() const { return scenario == Scenario::kVideo ? 0.1 : capture_interval_s; }
 };
 
-// Hand-held: centre and view direction jitter (except across the line of kCorridor).
+// Hand-held: centre and view direction jitter (except across the line of kCorridor). Cameras move
+// only in kVideo.
 std::vector<Walk> PlanWalks(const ScenarioOptions& options);
 Place BuildPlace(const ScenarioOptions& options, int threads);
 

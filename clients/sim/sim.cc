@@ -1,6 +1,5 @@
 #include "clients/sim/sim.h"
 
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -10,10 +9,7 @@
 
 #include "clients/progress_bar.h"
 #include "clients/sim/parallel.h"
-#include "clients/sim/photo_file.h"
 #include "clients/sim/publish.h"
-#include "clients/sim/random.h"
-#include "clients/sim/render.h"
 #include "clients/sim/truth.h"
 #include "clients/subcommand.h"
 
@@ -21,52 +17,6 @@ namespace skein::sim {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int64_t kSessionStartUs = 1777629600LL * 1000000;  // 2026-05-01 10:00:00 UTC
-constexpr GpsTag kOrigin{48.1, 11.5, 520};
-constexpr double kMetresPerDegree = 111320;
-
-struct Job {
-  std::string agent, file;
-  int camera;
-  Shot shot;
-  uint64_t seed;
-};
-
-// Every agent has a body of its own: focal lengths differ by up to 2 %.
-std::vector<Camera> MakeCameras(const SimOptions& options) {
-  std::vector<Camera> cameras;
-  for (int i = 0; i < options.scenario.agents; ++i) {
-    Random random = Random(options.scenario.seed ^ 0x626f6479ULL).Fork(i);
-    const double focal_px = options.focal_px > 0 ? options.focal_px : 0.86 * options.width;
-    cameras.push_back({options.width, options.height, focal_px * random.Uniform(0.98, 1.02),
-                       options.distortion * random.Uniform(0.9, 1.1)});
-  }
-  return cameras;
-}
-
-GpsTag GpsAt(const Eigen::Vector3d& center, Random* random) {
-  const double east = center.x() + 2 * random->Gaussian(),
-               north = center.y() + 2 * random->Gaussian();
-  return {kOrigin.latitude_deg + north / kMetresPerDegree,
-          kOrigin.longitude_deg +
-              east / (kMetresPerDegree * std::cos(kOrigin.latitude_deg * M_PI / 180)),
-          kOrigin.altitude_m + center.z() + 3 * random->Gaussian()};
-}
-
-ExifInfo MakeExif(const SimOptions& options, const Camera& camera, const Job& job, Random* random) {
-  ExifInfo info;
-  info.make = "Skein";
-  info.model = "Simulated camera " + std::to_string(job.camera + 1);
-  info.capture_utime_us = kSessionStartUs + std::llround(job.shot.capture_s * 1e6);
-  info.focal_35mm =
-      static_cast<int>(std::lround(camera.focal_px * 36 / std::max(camera.width, camera.height)));
-  info.focal_mm = info.focal_35mm / 6.0;
-  info.width = camera.width;
-  info.height = camera.height;
-  if (options.gps) info.gps = GpsAt(job.shot.pose.center, random);
-  return info;
-}
 
 void WriteWhole(const fs::path& path, const std::vector<uint8_t>& bytes) {
   const fs::path partial = path.string() + ".part";
@@ -78,54 +28,46 @@ void WriteWhole(const fs::path& path, const std::vector<uint8_t>& bytes) {
   fs::rename(partial, path);
 }
 
-void RenderJob(const SimOptions& options, const Place& place, const Camera& camera,
-               const Job& job) {
-  Random random(job.seed);
-  Exposure exposure;
-  exposure.gain = random.Uniform(0.8, 1.2);
-  exposure.seed = random.Next();
-  const cv::Mat3b image = RenderPhoto(place, camera, job.shot.pose, exposure);
-  const ExifInfo exif = MakeExif(options, camera, job, &random);
-  WriteWhole(fs::path(options.out) / "images" / job.agent / job.file,
-             EncodePhoto(image, options.exif ? &exif : nullptr, options.quality));
+void RenderToFile(const SimOptions& options, const Place& place, const Camera& camera,
+                  const Capture& capture) {
+  const cv::Mat3b image = RenderCapture(place, camera, capture);
+  const ExifInfo* exif = capture.exif ? &*capture.exif : nullptr;
+  WriteWhole(fs::path(options.out) / "images" / capture.agent / capture.file,
+             EncodePhoto(image, exif, capture.quality));
 }
 
-std::vector<Job> PlanJobs(const SimOptions& options, const std::vector<Walk>& walks) {
-  std::vector<Job> jobs;
-  const Random seeds(options.scenario.seed ^ 0x70686f74ULL);
-  for (int i = 0; i < options.scenario.photos; ++i) {  // in the order in which they are taken
-    for (int agent = 0; agent < static_cast<int>(walks.size()); ++agent) {
-      char file[32];
-      std::snprintf(file, sizeof file, "%04d.jpg", i + 1);
-      jobs.push_back({walks[agent].agent, file, agent, walks[agent].shots[i],
-                      seeds.Fork(agent * 100000 + i).Next()});
-    }
+void WriteWholeTruth(const SimOptions& options, const Place& place, const CapturePlan& plan) {
+  std::vector<TruePhoto> photos;
+  for (const Capture& capture : plan.captures) {
+    photos.push_back({capture.agent + "/" + capture.file, capture.camera, capture.shot.pose,
+                      capture.moving.empty() ? Scene() : Scene(capture.moving)});
   }
-  return jobs;
+  const fs::path truth = fs::path(options.out) / "truth";
+  WriteTruth(truth.string(), place, plan.cameras, photos, options.scenario.seed, options.threads);
+  WriteSurfaces((truth / "surfaces.ply").string(), place.scene);
+}
+
+std::vector<RenderedAgent> MakeFolders(const SimOptions& options, const CapturePlan& plan) {
+  std::vector<RenderedAgent> agents;
+  for (int i = 0; i < options.scenario.agents; ++i) {
+    const std::string& name = plan.captures[i].agent;
+    agents.push_back({name, (fs::path(options.out) / "images" / name).string()});
+    fs::create_directories(agents.back().folder);
+  }
+  return agents;
 }
 
 }  // namespace
 
 std::vector<RenderedAgent> RenderSession(const SimOptions& options) {
-  const std::vector<Walk> walks = PlanWalks(options.scenario);
-  const std::vector<Camera> cameras = MakeCameras(options);
-  const std::vector<Job> jobs = PlanJobs(options, walks);
-  std::vector<RenderedAgent> agents;
-  for (const Walk& walk : walks) {
-    agents.push_back({walk.agent, (fs::path(options.out) / "images" / walk.agent).string()});
-    fs::create_directories(agents.back().folder);
-  }
   const Place place = BuildPlace(options.scenario, options.threads);
-  std::vector<TruePhoto> photos;
-  for (const Job& job : jobs) {
-    photos.push_back({job.agent + "/" + job.file, job.camera, job.shot.pose});
-  }
-  const fs::path truth = fs::path(options.out) / "truth";
-  WriteTruth(truth.string(), place, cameras, photos, options.scenario.seed, options.threads);
-  WriteSurfaces((truth / "surfaces.ply").string(), place.scene);
-  ProgressBar progress("rendering", static_cast<int64_t>(jobs.size()));
-  ParallelFor(static_cast<int>(jobs.size()), options.threads, [&](int i) {
-    RenderJob(options, place, cameras[jobs[i].camera], jobs[i]);
+  const CapturePlan plan = PlanCaptures(options, place);
+  std::vector<RenderedAgent> agents = MakeFolders(options, plan);
+  WriteWholeTruth(options, place, plan);
+  ProgressBar progress("rendering", static_cast<int64_t>(plan.captures.size()));
+  ParallelFor(static_cast<int>(plan.captures.size()), options.threads, [&](int i) {
+    const Capture& capture = plan.captures[i];
+    RenderToFile(options, place, plan.cameras[capture.camera], capture);
     progress.Add();
   });
   return agents;

@@ -1,5 +1,6 @@
 #include "clients/sim/truth.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -14,7 +15,8 @@
 namespace skein::sim {
 namespace {
 
-constexpr int kPointsPerPhoto = 150;
+constexpr int kPointsPerPhoto = 150, kLeastPointsPerPhoto = 10;
+constexpr int kMaxPoints = 20000;  // where photos have more than the least
 
 struct Observation {
   int photo;
@@ -26,11 +28,12 @@ struct TruePoint {
   std::vector<Observation> track;
 };
 
-bool Sees(const Place& place, const Camera& camera, const Pose& pose, const Eigen::Vector3d& point,
-          Eigen::Vector2d* pixel) {
-  if (!Project(camera, pose, point, pixel)) return false;
-  const Eigen::Vector3f from = pose.center.cast<float>();
-  return !place.scene.Occluded(from, point.cast<float>() - from, 1 - 1e-3f);
+bool Sees(const Place& place, const Camera& camera, const TruePhoto& photo,
+          const Eigen::Vector3d& point, Eigen::Vector2d* pixel) {
+  if (!Project(camera, photo.pose, point, pixel)) return false;
+  const Eigen::Vector3f from = photo.pose.center.cast<float>();
+  const Eigen::Vector3f ray = point.cast<float>() - from;
+  return !place.scene.Occluded(from, ray, 1 - 1e-3f) && !photo.moving.Occluded(from, ray, 1);
 }
 
 std::vector<TruePoint> SamplePoints(const Place& place, const std::vector<Camera>& cameras,
@@ -41,7 +44,9 @@ std::vector<TruePoint> SamplePoints(const Place& place, const std::vector<Camera
   const Camera& camera = cameras[photos[photo].camera];
   const Undistorter undistort(camera);
   Random random = Random(seed).Fork(photo);
-  for (int i = 0; i < kPointsPerPhoto; ++i) {
+  const int count = std::clamp(kMaxPoints / static_cast<int>(photos.size()), kLeastPointsPerPhoto,
+                               kPointsPerPhoto);
+  for (int i = 0; i < count; ++i) {
     const Eigen::Vector2f uv = undistort(static_cast<float>(random.Uniform(0, camera.width)),
                                          static_cast<float>(random.Uniform(0, camera.height)));
     const Eigen::Vector3d ray =
@@ -51,7 +56,7 @@ std::vector<TruePoint> SamplePoints(const Place& place, const std::vector<Camera
     TruePoint point{pose.center + hit.t * ray, {}};
     for (int k = 0; k < static_cast<int>(photos.size()); ++k) {
       Eigen::Vector2d pixel;
-      if (Sees(place, cameras[photos[k].camera], photos[k].pose, point.position, &pixel)) {
+      if (Sees(place, cameras[photos[k].camera], photos[k], point.position, &pixel)) {
         point.track.push_back({k, pixel});
       }
     }
@@ -78,7 +83,7 @@ std::string CamerasText(const std::vector<Camera>& cameras) {
   for (size_t i = 0; i < cameras.size(); ++i) {
     const Camera& c = cameras[i];
     out << i + 1 << " SIMPLE_RADIAL " << c.width << " " << c.height << " " << c.focal_px << " "
-        << c.width / 2.0 << " " << c.height / 2.0 << " " << c.distortion << "\n";
+        << c.PrincipalPoint().x() << " " << c.PrincipalPoint().y() << " " << c.distortion << "\n";
   }
   return out.str();
 }

@@ -13,11 +13,13 @@ struct TruePhoto {
   std::string name;  // AGENT/NAME
   int camera = 0;    // index into the cameras
   Pose pose;
+  Scene moving;  // hides the place in this photo alone
 };
 
 // Writes cameras.txt, images.txt and points3D.txt into `folder`, made when missing. The points are
 // sampled on the surfaces from every photo with `seed`. A track holds every photo that sees its
-// point. Throws std::runtime_error when a file cannot be written.
+// point. Large sessions have fewer points a photo. Throws std::runtime_error when a file cannot be
+// written.
 void WriteTruth(const std::string& folder, const Place& place, const std::vector<Camera>& cameras,
                 const std::vector<TruePhoto>& photos, uint64_t seed, int threads);
 

@@ -1,0 +1,49 @@
+// Which photos a session takes: each one's camera, pose, exposure, what stands in front, and EXIF.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/sim/effects.h"
+#include "clients/sim/photo_file.h"
+#include "clients/sim/render.h"
+#include "clients/sim/scenario.h"
+
+namespace skein::sim {
+
+struct SimOptions {
+  ScenarioOptions scenario;
+  std::string out;
+  int width = 1280, height = 960;
+  double focal_px = 0;  // 0: 0.86 of the width
+  double distortion = -0.05;
+  int quality = 95;
+  bool exif = true;
+  bool gps = false;
+  int threads = 1;
+};
+
+struct Capture {
+  std::string agent, file;
+  int camera = 0;  // index into CapturePlan::cameras
+  Shot shot;
+  Shutter shutter;
+  Exposure exposure;
+  std::vector<Surface> moving;  // in this photo alone
+  std::optional<ExifInfo> exif;
+  int quality = 95;
+};
+
+struct CapturePlan {
+  std::vector<Camera> cameras;
+  std::vector<Capture> captures;  // in the order in which they are taken
+};
+
+// A function of the options. `place`: BuildPlace's, for the automatic exposure of videos.
+CapturePlan PlanCaptures(const SimOptions& options, const Place& place);
+
+// The photo as its camera stores it, before compression.
+cv::Mat3b RenderCapture(const Place& place, const Camera& camera, const Capture& capture);
+
+}  // namespace skein::sim

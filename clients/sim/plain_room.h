@@ -1,0 +1,18 @@
+// A furnished room with painted walls: hardly any texture but for pictures, edges and things.
+#pragma once
+
+#include "clients/sim/place_builder.h"
+
+namespace skein::sim {
+
+struct PlainRoomSpec {
+  Eigen::Vector2d half_m = {3.2, 2.6};  // its middle is the origin
+  double furnished = 0.7;               // share of the places along the walls with something there
+  uint64_t seed = 1;
+};
+constexpr double kPlainRoomHeightM = 2.6;
+
+// Free to walk in: further than 1.15 m from the walls.
+void AddPlainRoom(const PlainRoomSpec& spec, PlaceBuilder* builder);
+
+}  // namespace skein::sim
