@@ -103,8 +103,8 @@ std::vector<double> MeterFrames(const Place& place, const Camera& camera,
 void ExposeVideo(double gain, Random* random, Exposure* exposure) {
   exposure->gain = gain;
   exposure->vignetting = 0.2;
-  exposure->noise_sigma = 2.2 * gain;
-  exposure->shadow_noise = 9 * gain;
+  exposure->noise_sigma = 3 * gain;
+  exposure->shadow_noise = 14 * gain;
   exposure->softness_px = 0.7;
   exposure->seed = random->Next();
 }

@@ -10,6 +10,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kWindowRecessM = 0.28;
+constexpr double kNeatMute = 0.6;
 constexpr double kWallDistanceM = 46;
 
 std::vector<Opening> LayOutWindows(double width_m, double height_m, int floors, Random* random) {
@@ -77,7 +78,7 @@ void PaintFacade(const std::vector<Opening>& openings, int floors, bool neat, Ra
       PaintWindow(box, style, sheet);
     }
   }
-  if (neat) Mute(0.55, sheet);
+  if (neat) Mute(kNeatMute, sheet);
 }
 
 void AddBalcony(const WallFrame& wall, const Opening& o, int texture, PlaceBuilder* builder,
@@ -185,7 +186,11 @@ void AddPile(const Vector2d& at, PlaceBuilder* builder, Random* random) {
   }
 }
 
-void AddGround(const Vector2d& center, PlaceBuilder* builder, Random* random) {
+void AddGround(const Vector2d& center, bool neat, PlaceBuilder* builder, Random* random) {
+  const auto paint = [neat](Random* r, Sheet* sheet) {
+    PaintGround(r, sheet);
+    if (neat) Mute(kNeatMute, sheet);
+  };
   const double half = kWallDistanceM + 2, tile = half / 2;
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
@@ -196,13 +201,13 @@ void AddGround(const Vector2d& center, PlaceBuilder* builder, Random* random) {
       surface.right = Eigen::Vector3f(static_cast<float>(tile), 0, 0);
       surface.down = Eigen::Vector3f(0, static_cast<float>(-tile), 0);
       surface.texture = builder->AddPainting(tile, tile, inner ? 70 : 35, Texture::Edge::kClamp,
-                                             random->Next(), PaintGround);
+                                             random->Next(), paint);
       builder->AddSurface(surface);
     }
   }
 }
 
-void AddSurroundingWall(const Vector2d& center, PlaceBuilder* builder, Random* random) {
+void AddSurroundingWall(const Vector2d& center, bool neat, PlaceBuilder* builder, Random* random) {
   constexpr int kSides = 12;
   const double length = 2 * kWallDistanceM * std::tan(M_PI / kSides) + 0.2;
   for (int i = 0; i < kSides; ++i) {
@@ -215,7 +220,7 @@ void AddSurroundingWall(const Vector2d& center, PlaceBuilder* builder, Random* r
     wall.origin =
         Vector3d(center.x(), center.y(), height) - kWallDistanceM * out - wall.right * length / 2;
     AddFacade(wall, length, height, std::max(2, static_cast<int>(height / 3)), 45, random->Next(),
-              0, false, builder);
+              0, neat, builder);
   }
 }
 
@@ -242,8 +247,8 @@ void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder) {
 
 void AddSquare(const SquareSpec& spec, PlaceBuilder* builder) {
   Random random(spec.seed);
-  AddGround(spec.center, builder, &random);
-  AddSurroundingWall(spec.center, builder, &random);
+  AddGround(spec.center, spec.neat, builder, &random);
+  AddSurroundingWall(spec.center, spec.neat, builder, &random);
   Random middle(spec.middle_seed);
   if (spec.building) {
     AddBuilding({spec.center, middle.Uniform(0, 1), 9.5, 8, 9, 3, true, 125, 125, middle.Next(),

@@ -31,7 +31,7 @@ struct SquareSpec {
   uint64_t middle_wear_seed = 0;
   int ring = 8;
   bool building = true;  // in the middle, with piles around it
-  bool neat = false;     // the ring's buildings
+  bool neat = false;     // as BuildingSpec's, of all that surrounds the middle
 };
 constexpr double kRingFrontM = 26;  // distance of the ring's façades from the centre
 

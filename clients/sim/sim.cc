@@ -99,7 +99,10 @@ void AddRenderOptions(CLI::App* app, SimCommand* command) {
       ->capture_default_str();
   app->add_option("--seed", options.scenario.seed, "The place and the walks are a function of it")
       ->capture_default_str();
-  app->add_option("--scenario", command->scenario, "Who walks where: see clients/README.md")
+  app->add_option(
+         "--scenario", command->scenario,
+         "Who walks where: see clients/README.md. video, blank and crowd are hard captures: blur "
+         "and rolling shutter, painted walls, tourists' photos")
       ->check(CLI::IsMember(sim::ScenarioNames()))
       ->capture_default_str();
   app->add_option("--size", command->size, "Of the photos, WIDTHxHEIGHT")->capture_default_str();

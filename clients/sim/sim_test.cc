@@ -8,34 +8,10 @@
 #include "clients/sim/photo_file.h"
 #include "clients/sim/render.h"
 #include "clients/sim/scenario.h"
+#include "clients/sim/test_places.h"
 
 namespace skein::sim {
 namespace {
-
-Texture Plain(const cv::Vec3b& color) {
-  return Texture(cv::Mat3b(8, 8, color), 8, Texture::Edge::kRepeat);
-}
-
-Surface FacingSouth(const Eigen::Vector3f& center, float size, int texture) {
-  Surface surface;
-  surface.origin = center + Eigen::Vector3f(-size / 2, 0, size / 2);
-  surface.right = Eigen::Vector3f(size, 0, 0);
-  surface.down = Eigen::Vector3f(0, 0, -size);
-  surface.texture = texture;
-  surface.detail = 0;
-  return surface;
-}
-
-// A dark wall at y = 5 with a white plate of 8 cm in front of it.
-Place PlateBeforeWall(const Eigen::Vector3f& plate) {
-  Place place;
-  place.textures = {Plain({20, 20, 20}), Plain({230, 230, 230})};
-  place.grain = {Plain({128, 128, 128})};
-  place.grain_shift_m = {0, 0};
-  place.scene = Scene({FacingSouth({0, 5, 0}, 40, 0), FacingSouth(plate, 0.08f, 1)});
-  place.light.sun = 0;
-  return place;
-}
 
 TEST(Camera, UndistorterInvertsColmapsModel) {
   const Camera camera{1280, 960, 1100, -0.08};
