@@ -16,9 +16,9 @@ constexpr int64_t kSessionStartUs = 1777629600LL * 1000000;  // 2026-05-01 10:00
 constexpr GpsTag kOrigin{48.1, 11.5, 520};
 constexpr double kMetresPerDegree = 111320;
 
-constexpr double kVideoReadoutS = 0.025, kVideoExposureS = 1.0 / 45;
+constexpr double kVideoReadoutS = 0.025, kVideoExposureS = 1.0 / 60;
 constexpr double kVideoLagS = 0.5, kVideoGrey = 125;
-constexpr int kVideoQuality = 72;
+constexpr int kVideoQuality = 78;
 constexpr int kMeterWidth = 32, kMeterHeight = 24;
 
 double FocalPx(const SimOptions& options) {
@@ -103,8 +103,8 @@ std::vector<double> MeterFrames(const Place& place, const Camera& camera,
 void ExposeVideo(double gain, Random* random, Exposure* exposure) {
   exposure->gain = gain;
   exposure->vignetting = 0.2;
-  exposure->noise_sigma = 3 * gain;
-  exposure->shadow_noise = 14 * gain;
+  exposure->noise_sigma = 2.4 * gain;
+  exposure->shadow_noise = 11 * gain;
   exposure->softness_px = 0.7;
   exposure->seed = random->Next();
 }

@@ -400,7 +400,7 @@ void PaintPlain(Random* random, Sheet* sheet) {
 
 void PaintCloth(Random* random, Sheet* sheet) {
   sheet->image.setTo(cv::Scalar(200, 200, 200));
-  Modulate(Noise(sheet->image.size(), sheet->Px(0.2), 3, 0.5f, random), 0.045f, &sheet->image);
+  Modulate(Noise(sheet->image.size(), sheet->Px(0.2), 3, 0.5f, random), 0.06f, &sheet->image);
 }
 
 void PaintPlainWall(Random* random, Sheet* sheet) {

@@ -53,6 +53,7 @@ class WallFurnisher {
     }
     for (const double z : {0.85, 2.18}) Block(x, 0.035, z, {1.45, 0.05, 0.07}, White());
     Block(x, 0.1, 0.8, {1.6, 0.2, 0.04}, White());
+    Clutter(x, 0.12, 0.84, 0.6);
     const Material cloth = Tinted(builder_->Cloth(), 0.5, 1.0, 0.12, random_);
     for (const double side : {-1.0, 1.0}) {
       for (int fold = 0; fold < 5; ++fold) {
@@ -81,6 +82,11 @@ class WallFurnisher {
                                             PaintPoster({{0, 0}, s->image.size()}, r, s);
                                           });
     builder_->AddSurface(sheet);
+  }
+
+  void AddWallShelf(double x) {
+    Block(x, 0.1, 1.5, {0.8, 0.2, 0.025}, AnyWood());
+    Clutter(x, 0.1, 1.525, 0.36);
   }
 
   void AddFurniture(double x) {
@@ -124,6 +130,21 @@ class WallFurnisher {
     builder_->AddSurfaces(surfaces);
   }
 
+  // Small things in a row from x - `reach` to x + `reach`, some with a print.
+  void Clutter(double x, double depth, double z, double reach) {
+    for (double at = -reach; at < reach; at += random_->Uniform(0.06, 0.3)) {
+      const double width = random_->Uniform(0.04, 0.14), height = random_->Uniform(0.04, 0.24);
+      const bool printed = random_->Chance(0.5);
+      const int texture = printed ? builder_->RandomTrim(random_) : builder_->Paint();
+      const Material material = Tinted(texture, 0.2, 1.1, 0.3, random_);
+      if (random_->Chance(0.4)) {
+        Column(x + at, depth, z, {width / 2, width / 2}, height, material);
+      } else {
+        Block(x + at, depth, z, {width, random_->Uniform(0.03, 0.14), height}, material);
+      }
+    }
+  }
+
   void AddSofa(double x) {
     const Material cloth = Tinted(builder_->Cloth(), 0.25, 0.85, 0.12, random_);
     Block(x, 0.45, 0.1, {1.7, 0.8, 0.3}, cloth);
@@ -157,6 +178,7 @@ class WallFurnisher {
       Block(x + side, 0.55, 0.05, {0.52, 0.016, height - 0.1}, wood);
       Block(x + side / 5, 0.57, 0.55 * height, {0.015, 0.03, 0.12}, Dark());
     }
+    Clutter(x, 0.3, height, 0.45);
     if (height > 1) return;
     Block(x - 0.1, 0.2, height, {0.75, 0.05, 0.46}, Dark());  // a screen
     Column(x + 0.42, 0.25, height, {0.06, 0.06}, 0.22,
@@ -172,6 +194,7 @@ class WallFurnisher {
     Block(x, 0.35, 0.74, {0.33, 0.23, 0.02}, Dark());
     Block(x, 0.24, 0.76, {0.33, 0.012, 0.21}, Dark());
     Block(x + 0.45, 0.3, 0.74, {0.21, 0.3, 0.05}, White());
+    Clutter(x, 0.25, 0.74, 0.55);
     const Material seat = Tinted(builder_->Cloth(), 0.2, 0.9, 0.15, random_);
     Block(x + 0.1, 0.8, 0.44, {0.44, 0.42, 0.05}, seat);
     Block(x + 0.1, 1.0, 0.49, {0.42, 0.03, 0.42}, seat);
@@ -249,6 +272,7 @@ void FurnishWall(const PlainRoomSpec& spec, int side, double width, WallFurnishe
       continue;
     }
     if (random->Chance(spec.furnished)) wall->AddFurniture(x);
+    if (random->Chance(0.4 * spec.furnished)) wall->AddWallShelf(x + random->Uniform(-0.3, 0.3));
     if (random->Chance(0.75 * spec.furnished)) wall->AddPicture(x + random->Uniform(-0.5, 0.5));
   }
 }

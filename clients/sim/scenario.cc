@@ -104,7 +104,7 @@ Aim BlankView(const ScenarioOptions& options, int agent, int i) {
 PlainRoomSpec VideoRoom(const ScenarioOptions& options) {
   PlainRoomSpec room;
   room.half_m.x() = std::min(9.0, 3.2 + 1.2 * (options.agents - 1));
-  room.furnished = 0.7;
+  room.furnished = 0.8;
   room.seed = options.seed;
   return room;
 }

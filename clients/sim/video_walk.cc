@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kWalkS = 5.5, kTurnS = 2.5;
-constexpr double kHalfTurn = 25 * kDegree;
+constexpr double kHalfTurn = 20 * kDegree;
 constexpr double kCameraHeightM = 1.5;
 
 // A sway of about 1, and a tremor.

@@ -15,7 +15,7 @@ struct VideoWalk {
   uint64_t hand_seed = 1;
 };
 
-// Walks 5.5 s, then turns on the spot by 50 degrees and back in 2.5 s, and so on. The hand shakes
+// Walks 5.5 s, then turns on the spot by 40 degrees and back in 2.5 s, and so on. The hand shakes
 // smoothly: up to 8 Hz.
 Pose VideoPose(const VideoWalk& walk, double seconds);
 // From how far the camera has come after `seconds`, without its hand.
