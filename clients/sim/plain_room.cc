@@ -285,7 +285,8 @@ void AddPlainRoom(const PlainRoomSpec& spec, PlaceBuilder* builder) {
   const std::array<Vector2d, 4> corners = {Vector2d(-x, y), Vector2d(x, y), Vector2d(x, -y),
                                            Vector2d(-x, -y)};
   for (int side = 0; side < 4; ++side) {  // clockwise: from the viewer's left to the right
-    const Vector2d from = corners[side], along = corners[(side + 1) % 4] - from;
+    const Vector2d& from = corners[side];
+    const Vector2d along = corners[(side + 1) % 4] - from;
     const Isometry3d foot = Eigen::Translation3d(from.x(), from.y(), 0) *
                             Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Vector3d::UnitZ());
     WallFurnisher wall(foot, along.norm(), builder, &random);

@@ -186,7 +186,7 @@ class Renderer {
     const bool wide = dx.squaredNorm() > dy.squaredNorm();
     const Vector2f& major = wide ? dx : dy;
     const float minor_m = std::max((wide ? dy : dx).norm(), 1e-6f);
-    const int taps = std::clamp(static_cast<int>(major.norm() / minor_m + 0.5f), 1, kMaxTaps);
+    const int taps = std::clamp(static_cast<int>(std::lround(major.norm() / minor_m)), 1, kMaxTaps);
     const float footprint_m = std::max(minor_m, major.norm() / taps);
     Vector3f sum = Vector3f::Zero();
     for (const auto& row : uv) {
