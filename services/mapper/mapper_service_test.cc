@@ -145,6 +145,20 @@ class MapperServiceTest : public testing::Test {
     });
   }
 
+  // As the mapper of a second submap.
+  void HoldElsewhere(int64_t image_id) {
+    seed_t seed{};
+    seed.header.fact_id = "seed/elsewhere";
+    seed.submap_id = kSubmap + 1;
+    ingest_.Commit(seed);
+    registration_t registration{};
+    registration.header.fact_id = "registration/elsewhere";
+    registration.image_id = image_id;
+    registration.submap_id = kSubmap + 1;
+    registration.state = registration_t::REGISTERED;
+    ingest_.Commit(registration);
+  }
+
   void CommitFinish(int8_t state) {
     finish_t finish{};
     finish.header.fact_id = "finish/" + std::to_string(state);
@@ -236,6 +250,28 @@ TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
   Give(8);
   Await([&] { return Registered().size() == 8; }, "all photos registered");
   EXPECT_TRUE(holds_submap_);
+}
+
+// It is loaded for a comparison, and its matches contradict a map without it.
+TEST_F(MapperServiceTest, AFinishLeavesAPhotoToTheSubmapThatHoldsIt) {
+  Give(7);
+  Await([&] { return Registered().size() == 7; }, "all photos registered");
+  HoldElsewhere(8);
+  Match(8, 8);
+  bool answered = false;
+  bus_.Subscribe<shared_reply_t>(kSharedReplyChannel,
+                                 [&](const shared_reply_t&) { answered = true; });
+  shared_request_t request{};
+  request.submap_id = kSubmap;
+  request.image_ids = {8};
+  request.num_images = 1;
+  ingest_node_.Publish(kSharedRequestChannel, request);
+  Await([&] { return answered; }, "the answer");
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }); },
+        "the final model");
+  EXPECT_EQ(States(8).size(), 1u) << "the other submap's";
 }
 
 TEST_F(MapperServiceTest, TakesBackAPhotoThatTheLedgerRefusesAndGoesOn) {
