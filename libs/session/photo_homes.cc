@@ -17,7 +17,8 @@ std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_
 
 int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id) {
   for (const auto& [other_id, other] : session.submaps()) {
-    if (other_id != submap_id && !other.ended && other.IsRegistered(image_id)) return other_id;
+    if (other_id == submap_id || other.ended || other.num_registered < kMinHolder) continue;
+    if (other.IsRegistered(image_id)) return other_id;
   }
   return 0;
 }
@@ -29,7 +30,7 @@ bool HasTurnedDown(const SessionState& session, int64_t image_id, int64_t submap
 }
 
 int64_t HomeOf(const SessionState& session, int64_t image_id) {
-  if (session.IsRegistered(image_id)) return 0;
+  if (HeldElsewhere(session, image_id, 0) != 0) return 0;
   int64_t home = 0, most = 0;
   for (const auto& [submap_id, inliers] : SupportOf(session, image_id)) {
     if (inliers <= most || HasTurnedDown(session, image_id, submap_id)) continue;

@@ -2,6 +2,9 @@
 // each of them a trial and a bundle adjustment, and says little that the first did not. So a photo
 // has one home. Several submaps of one place meet through the verified pairs between their photos.
 //
+// A submap holds its photos against others once it has three. An initial pair may be wrong, and
+// must not keep its photos from a map that could take them.
+//
 // Pure functions of the ledger: mappers that have read as far agree.
 #pragma once
 
@@ -16,6 +19,8 @@ namespace skein {
 // pairs' inliers. Costs the photo's pairs times the live submaps.
 std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_id);
 
+constexpr int64_t kMinHolder = 3;  // photos
+
 // A live submap other than `submap_id` that holds the photo; 0 if there is none.
 int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id);
 
@@ -24,7 +29,7 @@ int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t sub
 bool HasTurnedDown(const SessionState& session, int64_t image_id, int64_t submap_id);
 
 // The submap that tries the photo next: of those that support it and have not turned it down, the
-// one with most support, the older of equals. 0 if a live submap holds it, or none is left.
+// one with most support, the older of equals. 0 if a submap holds it, or none is left.
 int64_t HomeOf(const SessionState& session, int64_t image_id);
 
 }  // namespace skein

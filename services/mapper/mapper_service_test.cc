@@ -146,17 +146,19 @@ class MapperServiceTest : public testing::Test {
   }
 
   // As the mapper of a second submap.
-  void HoldElsewhere(int64_t image_id) {
+  void HoldElsewhere(int64_t first, int64_t last) {
     seed_t seed{};
     seed.header.fact_id = "seed/elsewhere";
     seed.submap_id = kSubmap + 1;
     ingest_.Commit(seed);
-    registration_t registration{};
-    registration.header.fact_id = "registration/elsewhere";
-    registration.image_id = image_id;
-    registration.submap_id = kSubmap + 1;
-    registration.state = registration_t::REGISTERED;
-    ingest_.Commit(registration);
+    for (int64_t id = first; id <= last; ++id) {
+      registration_t registration{};
+      registration.header.fact_id = "registration/elsewhere/" + std::to_string(id);
+      registration.image_id = id;
+      registration.submap_id = kSubmap + 1;
+      registration.state = registration_t::REGISTERED;
+      ingest_.Commit(registration);
+    }
   }
 
   void CommitFinish(int8_t state) {
@@ -256,7 +258,7 @@ TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
 TEST_F(MapperServiceTest, AFinishLeavesAPhotoToTheSubmapThatHoldsIt) {
   Give(7);
   Await([&] { return Registered().size() == 7; }, "all photos registered");
-  HoldElsewhere(8);
+  HoldElsewhere(8, 10);
   Match(8, 8);
   bool answered = false;
   bus_.Subscribe<shared_reply_t>(kSharedReplyChannel,

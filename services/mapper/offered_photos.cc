@@ -14,7 +14,9 @@ void OfferedPhotos::OnFact(const Fact& fact) {
 }
 
 void OfferedPhotos::React(const registration_t& registration) {
-  if (registration.submap_id != submap_id_) NoteHeld(registration.image_id);
+  const SubmapLife& submap = *session_.FindSubmap(registration.submap_id);
+  if (submap.num_registered <= kMinHolder) NoteHeldBy(submap);  // all of them may be held now
+  NoteHeld(registration.image_id);
   Review(registration.image_id);
   for (const auto& pair : session_.covisibility().EdgesOf(registration.image_id)) {
     Review(pair.other_id);
@@ -30,8 +32,15 @@ void OfferedPhotos::React(const merge_t& merge) {
 // The same for one that begins: what it holds is looked at anew.
 void OfferedPhotos::OnEnded(int64_t submap_id) {
   if (!one_home_ || submap_id == submap_id_) return;
-  for (const auto& [image_id, photo] : session_.FindSubmap(submap_id)->photos) NoteHeld(image_id);
+  NoteHeldBy(*session_.FindSubmap(submap_id));
   for (const auto& [image_id, unused] : std::map<int64_t, bool>(offered_)) Review(image_id);
+}
+
+void OfferedPhotos::NoteHeldBy(const SubmapLife& submap) {
+  for (const auto& [image_id, unused] : submap.photos) {
+    NoteHeld(image_id);
+    Review(image_id);
+  }
 }
 
 void OfferedPhotos::NoteHeld(int64_t image_id) {

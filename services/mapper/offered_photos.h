@@ -42,6 +42,7 @@ class OfferedPhotos {
   template <class T>
   void React(const T&) {}
   void OnEnded(int64_t submap_id);
+  void NoteHeldBy(const SubmapLife& submap);
   void NoteHeld(int64_t image_id);
   void Review(int64_t image_id);
   bool IsOurs(int64_t image_id) const;

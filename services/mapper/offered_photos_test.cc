@@ -10,7 +10,7 @@ namespace {
 constexpr int64_t kUs = 1, kOther = 2;
 constexpr int64_t kOurPhoto = 10, kTheirPhoto = 20, kNew = 30;
 
-// We hold kOurPhoto, another submap kTheirPhoto; kNew matches with both.
+// We hold kOurPhoto, another submap kTheirPhoto and two more; kNew matches with both.
 class OfferedPhotosTest : public testing::Test {
  protected:
   OfferedPhotosTest() {
@@ -19,7 +19,8 @@ class OfferedPhotosTest : public testing::Test {
     ledger_.Photo(kOurPhoto);
     ledger_.Photo(kTheirPhoto);
     Register(kUs, kOurPhoto);
-    Register(kOther, kTheirPhoto);
+    for (const int64_t id : {kTheirPhoto, int64_t{21}, int64_t{22}}) Register(kOther, id);
+    photos_.TakeHeldChanges();
   }
   void MatchNew(int inliers_with_ours, int inliers_with_theirs) {
     ledger_.Matches(kNew, {TestLedger::Pair(kOurPhoto, inliers_with_ours),
@@ -68,7 +69,7 @@ TEST_F(OfferedPhotosTest, WhatItsHomeTakesIsHeldElsewhereUntilItIsWithdrawn) {
   Register(kOther, kNew);
   EXPECT_TRUE(Ours().empty());
   using Held = std::vector<std::pair<int64_t, bool>>;
-  EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kTheirPhoto, true}, {kNew, true}}));
+  EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kNew, true}}));
   Register(kOther, kNew, registration_t::WITHDRAWN);
   EXPECT_EQ(Ours(), Ids{kNew});
   EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kNew, false}}));
@@ -90,6 +91,23 @@ TEST_F(OfferedPhotosTest, TheEndOfItsHomeMakesItOurs) {
   end.submap_id = kOther;
   photos_.OnFact(end);
   EXPECT_EQ(Ours(), Ids{kNew});
+}
+
+// An initial pair may be wrong.
+TEST_F(OfferedPhotosTest, APairHoldsNoPhotoAThirdMakesItAMap) {
+  constexpr int64_t kPair = 3;
+  ledger_.Seed(kPair, kNew, 31);
+  MatchNew(50, 10);
+  photos_.Offer(kNew);
+  EXPECT_EQ(Ours(), Ids{kNew});
+  Register(kPair, kNew);
+  Register(kPair, 31);
+  EXPECT_TRUE(photos_.TakeHeldChanges().empty());
+  Register(kPair, 32);
+  using Held = std::vector<std::pair<int64_t, bool>>;
+  EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kNew, true}, {31, true}, {32, true}}));
+  Register(kPair, 32, registration_t::WITHDRAWN);
+  EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kNew, false}, {31, false}, {32, false}}));
 }
 
 TEST_F(OfferedPhotosTest, WithoutSupportInTheLedgerItIsOursAtOnce) {
