@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# What merging does: each set with merging and without it (submaps, photos and points of each), how
-# many submaps there were over time, what merges were tried and cost; and, on each pair of submaps with
-# shared photos that the run without merging left, Skein's merge beside COLMAP's model_merger.
+# What merging does: each set with merging and without it, where every submap takes in all photos that
+# it can reach. Placements a photo, submaps, photos and points of each, how many submaps there were over
+# time, what merges were tried and cost. And, on each pair of submaps that the run without merging left,
+# Skein's merge beside COLMAP's model_merger.
 #
 #   benchmark/merging.sh [--sets "LIST"] [--datasets DIR] [--size WxH]
 #
@@ -78,10 +79,10 @@ rmse_of() { "$SKEIN_BUILD/bin/skein" evaluate --json "$1" "$place/truth" 2>/dev/
 
 row() {
   local session=$workspace/$1-$2 report=$workspace/$1-$2/report.json options=()
-  [[ $2 == on ]] || options=(--no-merge)
+  [[ $2 == on ]] || options=(--no-merge --config "$workspace/every.toml")
   run_session "$session" "${options[@]}" >"$session.log" 2>&1 || { cat "$session.log" >&2; return 1; }
-  printf '| %s | %s | %s/%s | %s | %s | %s | %s | %s | %s |\n' "$1" "$2" \
-    "$(jq .images.registered "$report")" "$num_photos" "$(jq '.submaps | length' "$report")" \
+  printf '| %s | %s | %s/%s | %s | %s | %s | %s | %s | %s | %s |\n' "$1" "$2" \
+    "$(jq .images.registered "$report")" "$num_photos" "$(jq '.images.placements / .images.received * 100 | round / 100' "$report")" "$(jq '.submaps | length' "$report")" \
     "$(jq -r '[.submaps[] | "\(.images) / \(.points)"] | join(", ")' "$report")" "$(rmse_of "$session/sparse/0")" \
     "$(jq -r '[.merges | length, (map(select(.state == "done")) | length), (map(select(.state == "undone")) | length)] | join(" / ")' "$report")" \
     "$(jq -r '[.merges[].duration_s] | if length == 0 then "-" else "\(add / length * 10 | round / 10) / \(max * 10 | round / 10)" end' "$report")" \
@@ -123,8 +124,9 @@ merger_rows() {
 
 print_machine
 merger_table=$workspace/merger_table
-echo '| set | merging | registered | submaps | photos / points of each | position RMSE of the largest, % of extent | merges tried / done / undone | s a merge, mean / most | submaps over time |'
-echo '|---|---|---|---|---|---|---|---|---|'
+printf '[mapper]\none_home = false\n' >"$workspace/every.toml"
+echo '| set | merging | registered | placements a photo | submaps | photos / points of each | position RMSE of the largest, % of extent | merges tried / done / undone | s a merge, mean / most | submaps over time |'
+echo '|---|---|---|---|---|---|---|---|---|---|'
 for name in $sets; do
   [[ $name != *-* && $name != caliterra || -d $datasets/$name ]] || { echo "no $datasets/$name: left out"; continue; }
   choose_set "$name"
