@@ -43,7 +43,9 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
   map->Clear();
   auto anew = std::make_unique<Submap>(options, submap.local_adjustment(), std::move(map));
   if (!StartFromBestPairOf(first, anew.get())) return nullptr;
-  for (const int64_t id : submap.waiting().held_elsewhere()) anew->SetHeldElsewhere(id, true);
+  for (const int64_t id : submap.waiting().held_elsewhere()) {
+    if (!submap.map().IsRegistered(id)) anew->SetHeldElsewhere(id, true);
+  }
   for (const ImageId id : submap.map().photos()) {
     const bool is_registered = submap.map().IsRegistered(id);
     if (is_registered || !submap.waiting().MatchesSimilarPlace(id)) anew->Enqueue(id);

@@ -23,17 +23,12 @@ int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t sub
   return 0;
 }
 
-bool HasTurnedDown(const SessionState& session, int64_t image_id, int64_t submap_id) {
-  const SubmapLife& submap = *session.FindSubmap(submap_id);
-  const auto photo = submap.photos.find(image_id);
-  return photo != submap.photos.end() && photo->second.state != registration_t::REGISTERED;
-}
-
 int64_t HomeOf(const SessionState& session, int64_t image_id) {
   if (HeldElsewhere(session, image_id, 0) != 0) return 0;
   int64_t home = 0, most = 0;
   for (const auto& [submap_id, inliers] : SupportOf(session, image_id)) {
-    if (inliers <= most || HasTurnedDown(session, image_id, submap_id)) continue;
+    const SubmapLife& submap = *session.FindSubmap(submap_id);
+    if (inliers <= most || submap.photos.count(image_id) > 0) continue;  // it has it, or would not
     home = submap_id;
     most = inliers;
   }

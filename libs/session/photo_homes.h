@@ -24,10 +24,6 @@ constexpr int64_t kMinHolder = 3;  // photos
 // A live submap other than `submap_id` that holds the photo; 0 if there is none.
 int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id);
 
-// Whether the submap deferred, rejected or withdrew the photo. It may still take it later, when its
-// map has grown.
-bool HasTurnedDown(const SessionState& session, int64_t image_id, int64_t submap_id);
-
 // The submap that tries the photo next: of those that support it and have not turned it down, the
 // one with most support, the older of equals. 0 if a submap holds it, or none is left.
 int64_t HomeOf(const SessionState& session, int64_t image_id);

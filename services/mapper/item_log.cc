@@ -30,9 +30,15 @@ void ItemCursor::StartAfter(int64_t seq, int64_t merge_seq) {
   is_open_ = true;
 }
 
-std::optional<int64_t> ItemCursor::NextMerge() {
+std::optional<int64_t> ItemCursor::PeekMerge() const {
   if (next_merge_ >= log_.merges().size()) return std::nullopt;
-  return merge_seq_ = log_.merges()[next_merge_++];
+  return log_.merges()[next_merge_];
+}
+
+std::optional<int64_t> ItemCursor::NextMerge() {
+  const std::optional<int64_t> merge = PeekMerge();
+  if (merge) merge_seq_ = log_.merges()[next_merge_++];
+  return merge;
 }
 
 std::optional<Item> ItemCursor::Next() {

@@ -42,6 +42,7 @@ class ItemCursor {
   // The next merge, by id. It waits for no item, not for the open one either: what the source has
   // not worked through is the target's then.
   std::optional<int64_t> NextMerge();
+  std::optional<int64_t> PeekMerge() const;
   // What was open is done.
   void Close() { is_open_ = false; }
   // All items are done, and the ledger was read up to `seq`.

@@ -72,6 +72,7 @@ void MergeExecutor::Absorb(const merge_t& frozen) {
 }
 
 void MergeExecutor::OnSource(const LoadedModel& source) {
+  run_.TellHeldElsewhere();
   run_.worker().Run(
       [source, task = Task()](Submap& submap) {
         const Status added = AddToSubmap(source.photos, &submap);

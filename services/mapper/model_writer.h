@@ -47,6 +47,7 @@ class ModelWriter {
   bool AwaitsFinal() const { return final_due_s_ < HUGE_VAL; }
   // The next checkpoint waits for nothing but a change.
   void HurryCheckpoint() { last_checkpoint_s_ = 0; }
+  bool IsHurried() const { return last_checkpoint_s_ == 0; }
 
   // What is to be written now. all_decided: the ledger has taken all that it has been told, which a
   // final model must hold.

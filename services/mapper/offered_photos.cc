@@ -69,11 +69,12 @@ void OfferedPhotos::Review(int64_t image_id) {
   ours_.insert(image_id);
 }
 
-// Nobody's home yet: the registrations that support it here are on their way to the ledger.
+// Nobody's home: the registrations that support it here are on their way to the ledger, or everyone
+// has turned it down, and something has changed since.
 bool OfferedPhotos::IsOurs(int64_t image_id) const {
   if (!one_home_) return true;
   const int64_t home = HomeOf(session_, image_id);
-  return home == submap_id_ || (home == 0 && !HasTurnedDown(session_, image_id, submap_id_));
+  return home == submap_id_ || home == 0;
 }
 
 std::vector<int64_t> OfferedPhotos::TakeOurs() {

@@ -98,6 +98,7 @@ TEST_F(OfferedPhotosTest, APairHoldsNoPhotoAThirdMakesItAMap) {
   constexpr int64_t kPair = 3;
   ledger_.Seed(kPair, kNew, 31);
   MatchNew(50, 10);
+  ledger_.Matches(31, {TestLedger::Pair(kNew, 500)});
   photos_.Offer(kNew);
   EXPECT_EQ(Ours(), Ids{kNew});
   Register(kPair, kNew);

@@ -99,24 +99,42 @@ void SubmapRun::Pump() {
 // False if there was nothing to do.
 bool SubmapRun::DoNext() {
   if (!reports_.HasRefused()) {
-    if (const std::optional<int64_t> merge = cursor_.NextMerge()) {
-      DoMerge(*merge);
+    if (writer_.IsHurried() && WriteDueModel()) return true;
+    if (IsTurnOfMerge(cursor_.PeekMerge())) {
+      DoMerge(*cursor_.NextMerge());
       return true;
     }
-    if (!more_ && !offered_.HasOurs()) return GoOn();
+    if (!more_ && (!offered_.HasOurs() || IsFinal())) return GoOn();
   }
   TryNext();
   return true;
+}
+
+// A merge that ended DONE is carried out again where it was: what the target had worked through by
+// then is what the source was compared with.
+bool SubmapRun::IsTurnOfMerge(std::optional<int64_t> merge_id) const {
+  if (!merge_id) return false;
+  const merge_t& latest = ledger_.session.FindMerge(*merge_id)->latest();
+  return latest.state != merge_t::DONE || cursor_.HasReached(latest.ledger_seq);
+}
+
+// The final model stands: what is offered now waits until the finish is over.
+bool SubmapRun::IsFinal() const {
+  const FinishState& finish = ledger_.session.finish();
+  return finish.state == finish_t::SETTLED && cursor_.seq() >= finish.settled_seq;
+}
+
+bool SubmapRun::WriteDueModel() {
+  const auto kind = writer_.Due(num_images(), submissions_.empty());
+  if (kind) WriteModel(*kind);
+  return kind.has_value();
 }
 
 // The item that was open is done.
 bool SubmapRun::GoOn() {
   cursor_.Close();
   Report(reports_.FindLost(cursor_));
-  if (const auto kind = writer_.Due(num_images(), submissions_.empty())) {
-    WriteModel(*kind);
-    return true;
-  }
+  if (WriteDueModel()) return true;
   if (const std::optional<Item> item = cursor_.Next()) {
     status_due_ = true;
     DoItem(*item);
@@ -244,6 +262,8 @@ void SubmapRun::Consolidate() {
 
 // A photo is the submap's business when it has a verified pair with a registered one.
 void SubmapRun::DoMatches(int64_t image_id) {
+  // It came with a merge before its matches' turn: those tell of others.
+  if (reports_.IsRegistered(image_id)) return OfferNeighboursOf(image_id);
   for (const auto& pair : ledger_.session.covisibility().EdgesOf(image_id)) {
     if (pair.seq > cursor_.seq() || !reports_.IsRegistered(pair.other_id)) continue;
     offered_.Offer(image_id);
@@ -363,11 +383,14 @@ void SubmapRun::Apply(const Outcome& outcome) {
 // Of those that are registered.
 void SubmapRun::OfferNeighboursOf(const std::vector<PhotoEvent>& events) {
   for (const PhotoEvent& event : events) {
-    if (!reports_.IsRegistered(event.image_id)) continue;
-    for (const auto& pair : ledger_.session.covisibility().EdgesOf(event.image_id)) {
-      const bool known = pair.seq <= cursor_.seq();
-      if (known && !reports_.IsRegistered(pair.other_id)) offered_.Offer(pair.other_id);
-    }
+    if (reports_.IsRegistered(event.image_id)) OfferNeighboursOf(event.image_id);
+  }
+}
+
+void SubmapRun::OfferNeighboursOf(int64_t image_id) {
+  for (const auto& pair : ledger_.session.covisibility().EdgesOf(image_id)) {
+    const bool known = pair.seq <= cursor_.seq();
+    if (known && !reports_.IsRegistered(pair.other_id)) offered_.Offer(pair.other_id);
   }
 }
 

@@ -74,6 +74,7 @@ class SubmapRun {
 
   // For merges.
   int64_t worked_seq() const { return cursor_.seq(); }
+  void TellHeldElsewhere();  // the submap, before a job
   SubmapWorker& worker() { return worker_; }
   void LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_loaded);
   // `committed` when the ledger has it, `refused` when ingest cannot take it. When the lease is
@@ -109,6 +110,9 @@ class SubmapRun {
   void Pump();
   bool DoNext();
   bool GoOn();
+  bool IsTurnOfMerge(std::optional<int64_t> merge_id) const;
+  bool IsFinal() const;
+  bool WriteDueModel();
   void Begin();
   void Seed(const seed_t& seed);
   void Restore(const submap_model_t& model);
@@ -126,11 +130,11 @@ class SubmapRun {
   void WriteModel(ModelWriter::Kind kind);
 
   void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
-  void TellHeldElsewhere();
   void RunJob(Job job, OnOutcome then);
   void OnJob(const Outcome& outcome, const OnOutcome& then);
   void Apply(const Outcome& outcome);
   void OfferNeighboursOf(const std::vector<PhotoEvent>& events);
+  void OfferNeighboursOf(int64_t image_id);
 
   void Reply(int64_t request_id, Bytes shared);
   int64_t StatusSeq() const;
