@@ -27,8 +27,8 @@ class MergeExecutor {
   MergeExecutor(Node& node, const SessionState& session, SubmapRun& run)
       : node_(node), session_(session), run_(run) {}
 
-  // The run has worked through everything before the order and rests until the merge is over; then
-  // its OnMergeOver is called. A source whose merge ends DONE rests until it ends.
+  // The run rests until the merge is over, whatever waits; then its OnMergeOver is called. A source
+  // whose merge ends DONE rests until it ends.
   void OnOrdered(const merge_t& ordered);
   // A further fact of a merge.
   void OnMergeFact(const merge_t& merge);

@@ -49,8 +49,9 @@ struct LedgerView {
 
 // One leased submap, from its seed or its last checkpoint on (run_state.h). Works through the
 // ledger's items in order, one after the other; an item is done when the photos it unlocked are
-// tried, too. A photo takes one trip to the worker: decode, add, try. The submap's state is a
-// function of seed, ledger and epoch. Loop's thread only; heavy work is done by the worker.
+// tried, too. A merge waits for no item. A photo takes one trip to the worker: decode, add, try.
+// The state of a single submap is a function of seed, ledger and epoch. Of several it is not:
+// homes and merges go by what each has read so far. Loop's thread only.
 class SubmapRun {
  public:
   // kOver: the submap has ended or the lease is another's. kFailed: it could not be taken over.
