@@ -115,9 +115,9 @@ Comparison Compare(const colmap::Reconstruction& target, const colmap::Reconstru
 // model.
 Comparison CompareWithGuests(const colmap::Reconstruction& source, const MergeTask& task,
                              const colmap::Reconstruction& target, Submap* submap) {
-  const int num_shared = static_cast<int>(SharedPhotosOf(source, target).size());
-  const auto guests =
-      submap->PlaceGuests(submap->FindGuests(source, std::max(0, kComparedPhotos - num_shared)));
+  const size_t num_shared = source.NumRegImages() - RegisteredOnlyIn(source, target).size();
+  const int num_guests = std::max(0, kComparedPhotos - static_cast<int>(num_shared));
+  const auto guests = submap->PlaceGuests(submap->FindGuests(source, num_guests));
   return Compare(CopyRegistered(submap->map().reconstruction()), source, task, *submap);
 }
 

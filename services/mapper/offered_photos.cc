@@ -4,8 +4,10 @@
 
 namespace skein {
 
+// Before the first offer.
 void OfferedPhotos::Start() {
-  for (const auto& [submap_id, submap] : session_.submaps()) OnEnded(submap_id);
+  if (!one_home_) return;
+  for (const auto& [submap_id, submap] : session_.submaps()) NoteHeldBy(submap);
 }
 
 void OfferedPhotos::OnFact(const Fact& fact) {
@@ -23,17 +25,10 @@ void OfferedPhotos::React(const registration_t& registration) {
   }
 }
 
-void OfferedPhotos::React(const submap_end_t& end) { OnEnded(end.submap_id); }
-
-void OfferedPhotos::React(const merge_t& merge) {
-  if (merge.state == merge_t::DONE) OnEnded(merge.source_id);
-}
-
-// The same for one that begins: what it holds is looked at anew.
-void OfferedPhotos::OnEnded(int64_t submap_id) {
-  if (!one_home_ || submap_id == submap_id_) return;
-  NoteHeldBy(*session_.FindSubmap(submap_id));
-  for (const auto& [image_id, unused] : std::map<int64_t, bool>(offered_)) Review(image_id);
+// The end of a merge's source follows the merge's in one commit.
+void OfferedPhotos::React(const submap_end_t& end) {
+  NoteHeldBy(*session_.FindSubmap(end.submap_id));
+  for (const auto& [image_id, unused] : offered_) Review(image_id);
 }
 
 void OfferedPhotos::NoteHeldBy(const SubmapLife& submap) {

@@ -26,7 +26,6 @@ class OfferedPhotos {
   void OnFact(const Fact& fact);
 
   void Offer(int64_t image_id);
-  bool WasOffered(int64_t image_id) const { return offered_.count(image_id) > 0; }
 
   // Photos to try, each once.
   bool HasOurs() const { return !ours_.empty(); }
@@ -38,10 +37,8 @@ class OfferedPhotos {
  private:
   void React(const registration_t& registration);
   void React(const submap_end_t& end);
-  void React(const merge_t& merge);
   template <class T>
   void React(const T&) {}
-  void OnEnded(int64_t submap_id);
   void NoteHeldBy(const SubmapLife& submap);
   void NoteHeld(int64_t image_id);
   void Review(int64_t image_id);
