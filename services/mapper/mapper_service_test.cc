@@ -53,6 +53,8 @@ class MapperServiceTest : public testing::Test {
     bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
       holds_submap_ = request.num_held > 0;
     });
+    bus_.Subscribe<shared_reply_t>(kSharedReplyChannel,
+                                   [this](const shared_reply_t&) { ++num_answers_; });
     for (size_t i = 0; i < scene_.photos.size(); ++i) AddFeatures(i);
   }
 
@@ -120,18 +122,60 @@ class MapperServiceTest : public testing::Test {
     ingest_.Commit(lease);
   }
 
-  // Gives the mapper a submap of the photos up to `last`.
-  void Give(int64_t last) {
-    Match(1, last);
-    Seed(1, 3);
-    CommitLease(kMapper, 1);
+  void Grant(const std::string& owner) {
     work_t work{};
-    work.worker = kMapper;
+    work.worker = owner;
     work.kind = "submap";
     work.item_id = kSubmap;
     work.epoch = 1;
     work.lease_s = 5;
     ingest_node_.Publish(kWorkChannel, work);
+  }
+
+  // Who comes to the bus from here on must ask for what was committed before.
+  void DeliverCommitted() {
+    bool delivered = false;
+    const auto id = bus_.Subscribe<shared_request_t>(
+        kSharedRequestChannel, [&](const shared_request_t&) { delivered = true; });
+    Ask({});
+    Await([&] { return delivered; }, "messages of earlier facts");
+    bus_.Unsubscribe(id);
+  }
+
+  // Gives the mapper a submap of the photos up to `last`.
+  void Give(int64_t last) {
+    Match(1, last);
+    Seed(1, 3);
+    CommitLease(kMapper, 1);
+    Grant(kMapper);
+  }
+
+  void CommitCheckpoint(const std::string& blob_id, int number) {
+    submap_model_t model{};
+    model.submap_id = kSubmap;
+    model.epoch = 1;
+    model.kind = submap_model_t::CHECKPOINT;
+    model.model_blob = blob_id;
+    model.header.fact_id = SubmapModelFactId(kSubmap, 1, number);
+    ingest_.Commit(model);
+  }
+
+  void CommitRegistration(int64_t image_id, int64_t submap_id) {
+    registration_t registration{};
+    registration.header.fact_id =
+        "registration/earlier/" + std::to_string(image_id) + "/" + std::to_string(submap_id);
+    registration.image_id = image_id;
+    registration.submap_id = submap_id;
+    registration.state = registration_t::REGISTERED;
+    ingest_.Commit(registration);
+  }
+
+  void Ask(const std::vector<int64_t>& image_ids) {
+    shared_request_t request{};
+    request.submap_id = kSubmap;
+    request.image_ids = image_ids;
+    request.num_images = static_cast<int32_t>(image_ids.size());
+    ingest_node_.Publish(kSharedRequestChannel, request);
   }
 
   // Refuses the first `count` submissions that `matches` fits.
@@ -151,14 +195,7 @@ class MapperServiceTest : public testing::Test {
     seed.header.fact_id = "seed/elsewhere";
     seed.submap_id = kSubmap + 1;
     ingest_.Commit(seed);
-    for (int64_t id = first; id <= last; ++id) {
-      registration_t registration{};
-      registration.header.fact_id = "registration/elsewhere/" + std::to_string(id);
-      registration.image_id = id;
-      registration.submap_id = kSubmap + 1;
-      registration.state = registration_t::REGISTERED;
-      ingest_.Commit(registration);
-    }
+    for (int64_t id = first; id <= last; ++id) CommitRegistration(id, kSubmap + 1);
   }
 
   void CommitFinish(int8_t state) {
@@ -245,6 +282,7 @@ class MapperServiceTest : public testing::Test {
   Node node_{TestOptions(kMapper), loop_, bus_};
   MemoryIngest ingest_{ingest_node_};
   bool holds_submap_ = false;
+  int num_answers_ = 0;
   MapperService service_{node_, RunOptions()};
 };
 
@@ -260,15 +298,8 @@ TEST_F(MapperServiceTest, AFinishLeavesAPhotoToTheSubmapThatHoldsIt) {
   Await([&] { return Registered().size() == 7; }, "all photos registered");
   HoldElsewhere(8, 10);
   Match(8, 8);
-  bool answered = false;
-  bus_.Subscribe<shared_reply_t>(kSharedReplyChannel,
-                                 [&](const shared_reply_t&) { answered = true; });
-  shared_request_t request{};
-  request.submap_id = kSubmap;
-  request.image_ids = {8};
-  request.num_images = 1;
-  ingest_node_.Publish(kSharedRequestChannel, request);
-  Await([&] { return answered; }, "the answer");
+  Ask({8});
+  Await([&] { return num_answers_ == 1; }, "the answer");
   CommitFinish(finish_t::DRAINED);
   CommitFinish(finish_t::SETTLED);
   Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }); },
@@ -358,20 +389,49 @@ TEST_F(MapperServiceTest, SubmitsRefusedModelsAgain) {
 
 // As after a restart of the whole session.
 TEST_F(MapperServiceTest, WritesAFinalModelInAnEpochThatHasModelsAlready) {
-  submap_model_t model{};
-  model.submap_id = kSubmap;
-  model.epoch = 1;
-  model.kind = submap_model_t::CHECKPOINT;
-  model.model_blob = MakeModel(1, 6);
-  for (int n = 1; n <= 5; ++n) {
-    model.header.fact_id = SubmapModelFactId(kSubmap, 1, n);
-    ingest_.Commit(model);
-  }
+  const std::string model_blob = MakeModel(1, 6);
+  for (int n = 1; n <= 5; ++n) CommitCheckpoint(model_blob, n);
   Give(6);
   CommitFinish(finish_t::DRAINED);
   CommitFinish(finish_t::SETTLED);
   Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }); },
         "FINAL");
+}
+
+// Its lease is of the epoch in which the process before it worked, and stands before the model.
+TEST_F(MapperServiceTest, GoesOnFromTheLatestModelThoughItIsGrantedTheSubmapBeforeItHasTheLedger) {
+  Match(1, 3);
+  Seed(1, 3);
+  CommitLease("mapper-2", 1);
+  CommitCheckpoint(MakeModel(1, 6), 1);
+  DeliverCommitted();
+  Node node(TestOptions("mapper-2"), loop_, bus_);
+  MapperService service(node, RunOptions(), 0);
+  Grant("mapper-2");
+  // With the seed alone it would have photos 1 to 3.
+  Await([&] { return Registered().size() == 6; }, "all photos of the model");
+}
+
+// As after a restart: another process has placed photo 5, this one has yet to do so.
+TEST_F(MapperServiceTest, ComparesNoPhotosBeforeTheMapHoldsWhatTheLedgerSaysOfThem) {
+  Give(3);
+  Await([&] { return Registered().size() == 3; }, "the first photos registered");
+  CommitRegistration(5, kSubmap);
+  Ask({5});
+  Match(4, 8);
+  Await([&] { return IsRegistered(8); }, "the photos after it registered");
+  EXPECT_EQ(num_answers_, 0);
+  Ask({5});
+  Await([&] { return num_answers_ == 1; }, "the answer");
+}
+
+TEST_F(MapperServiceTest, ComparesNoPhotoThatIsNotThroughMatching) {
+  Give(3);
+  Await([&] { return Registered().size() == 3; }, "the first photos registered");
+  Ask({4});
+  Match(4, 8);
+  Await([&] { return IsRegistered(8); }, "the photos after it registered");
+  EXPECT_EQ(num_answers_, 0);
 }
 
 TEST_F(MapperServiceTest, SourceFreezesAgainWhenRefusedAndGoesOnWhenUndone) {

@@ -51,20 +51,33 @@ Status AddToSubmap(const FetchedPhotos& photos, Submap* submap) {
 }
 
 void PhotoLoader::Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded) {
+  requests_.push_back({image_ids, std::move(on_loaded)});
+  if (requests_.size() == 1) LoadNext();
+}
+
+void PhotoLoader::LoadNext() {
   std::vector<int64_t> missing;
-  for (const int64_t id : image_ids) {
+  for (const int64_t id : requests_.front().image_ids) {
     if (loaded_.insert(id).second) missing.push_back(id);
   }
   using Photos = std::vector<Result<FetchedPhoto>>;
   auto photos = std::make_shared<Photos>(missing.size(), Status::Error("not loaded"));
-  if (missing.empty()) return on_loaded(photos);
+  if (missing.empty()) return OnAllLoaded(photos);
   auto num_missing = std::make_shared<size_t>(missing.size());
   for (size_t i = 0; i < missing.size(); ++i) {
-    LoadOne(missing[i], [photos, num_missing, i, on_loaded](Result<FetchedPhoto> photo) {
+    LoadOne(missing[i], [this, photos, num_missing, i, id = missing[i]](auto photo) {
+      if (!photo.ok()) loaded_.erase(id);
       (*photos)[i] = std::move(photo);
-      if (--*num_missing == 0) on_loaded(photos);
+      if (--*num_missing == 0) OnAllLoaded(photos);
     });
   }
+}
+
+// What is called may ask for more.
+void PhotoLoader::OnAllLoaded(const FetchedPhotos& photos) {
+  requests_.front().on_loaded(photos);
+  requests_.pop_front();
+  if (!requests_.empty()) LoadNext();
 }
 
 void PhotoLoader::LoadOne(int64_t image_id, OnPhoto on_photo) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -31,8 +32,9 @@ using FetchedPhotos = std::shared_ptr<const std::vector<Result<FetchedPhoto>>>;
 // error of one that could not be fetched or decoded.
 Status AddToSubmap(const FetchedPhotos& photos, Submap* submap);
 
-// Fetches photos' keypoints and pairs by their facts, each photo once. Loop's thread
-// only; functions of loads under way are not called once the loader is gone.
+// Fetches photos' keypoints and pairs by their facts, each photo once. Loads are done one after the
+// other: once a load is done, so is what was asked for before it. Loop's thread only; functions of
+// loads under way are not called once the loader is gone.
 class PhotoLoader {
  public:
   using OnLoaded = std::function<void(FetchedPhotos)>;
@@ -41,12 +43,17 @@ class PhotoLoader {
 
   bool WasLoaded(int64_t image_id) const { return loaded_.count(image_id) > 0; }
 
-  // Gives those of the photos that were not loaded before, in the order of `image_ids`; at once if
-  // there are none. A photo must have features in the ledger; without matches it has no pairs.
+  // Gives those of the photos that were not loaded before, in the order of `image_ids`; within the
+  // call if there are none and no load is under way. A photo must have features in the ledger;
+  // without matches it has no pairs. One that could not be fetched is fetched anew the next time.
   void Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded);
 
  private:
   using OnPhoto = std::function<void(Result<FetchedPhoto>)>;
+  struct Request {
+    std::vector<int64_t> image_ids;
+    OnLoaded on_loaded;
+  };
   struct Fetching {
     FetchedPhoto photo;
     int num_missing = 2;
@@ -54,6 +61,8 @@ class PhotoLoader {
     OnPhoto on_photo;
   };
 
+  void LoadNext();
+  void OnAllLoaded(const FetchedPhotos& photos);
   void LoadOne(int64_t image_id, OnPhoto on_photo);
   // `what` for messages; `blob` is a member of the photo.
   void Fetch(const std::string& blob_id, const std::string& what,
@@ -62,6 +71,7 @@ class PhotoLoader {
 
   BlobClient& blobs_;
   const SessionState& session_;
+  std::deque<Request> requests_;  // the first is under way
   std::set<int64_t> loaded_;
   Alive alive_;
 };

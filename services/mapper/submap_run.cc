@@ -147,8 +147,9 @@ bool SubmapRun::GoOn() {
 
 void SubmapRun::Begin() {
   // The lease's fact comes after all that earlier epochs have committed.
+  // So the ledger is read up to its end: a process of this name may have worked in this epoch, too.
   const SubmapLife* submap = ledger_.session.FindSubmap(submap_id());
-  if (submap == nullptr || submap->lease.epoch < epoch()) return;
+  if (submap == nullptr || submap->lease.epoch < epoch() || !ledger_.follower.caught_up()) return;
   if (!submap->has_seed && !submap->latest_model) return;
   const int64_t head = ledger_.follower.processed_seq();
   reports_.ExpectReplayUpTo(head);
@@ -389,7 +390,8 @@ void SubmapRun::OfferNeighboursOf(const std::vector<PhotoEvent>& events) {
 
 void SubmapRun::OfferNeighboursOf(int64_t image_id) {
   for (const auto& pair : ledger_.session.covisibility().EdgesOf(image_id)) {
-    const bool known = pair.seq <= cursor_.seq();
+    const bool known =
+        pair.seq <= cursor_.seq() && ledger_.session.FindPhoto(pair.other_id)->through_matching();
     if (known && !reports_.IsRegistered(pair.other_id)) offered_.Offer(pair.other_id);
   }
 }
@@ -436,14 +438,27 @@ void SubmapRun::PublishStatus() {
 }
 
 void SubmapRun::Tick() {
-  if (state_.Is(Life::kAwaitingLease) || state_.Is(Life::kEnded)) return;
+  if (state_.Is(Life::kEnded)) return;
   Pump();
+  if (state_.Is(Life::kAwaitingLease)) return;
   if (!state_.Is(Life::kEnded)) PublishStatus();
   Maintain();
 }
 
+// A map that is behind its ledger gives no answer: after a restart it may yet have to place what
+// the asker knows of, and a photo that is not through matching would be loaded without its pairs.
+bool SubmapRun::MayAnswer(const std::vector<int64_t>& image_ids) const {
+  const SubmapLife& submap = *ledger_.session.FindSubmap(submap_id());
+  return state_.Is(Life::kRunning) &&
+         std::all_of(image_ids.begin(), image_ids.end(), [&](int64_t id) {
+           const PhotoState* photo = ledger_.session.FindPhoto(id);
+           return photo != nullptr && photo->through_matching() &&
+                  (reports_.IsRegistered(id) || !submap.IsRegistered(id));
+         });
+}
+
 void SubmapRun::Answer(const shared_request_t& request) {
-  if (!state_.Is(Life::kRunning)) return;
+  if (!MayAnswer(request.image_ids)) return;
   photos_.Load(request.image_ids, [this, ids = request.image_ids,
                                    request_id = request.request_id](const FetchedPhotos& photos) {
     TellHeldElsewhere();

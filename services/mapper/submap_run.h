@@ -137,6 +137,7 @@ class SubmapRun {
   void OfferNeighboursOf(const std::vector<PhotoEvent>& events);
   void OfferNeighboursOf(int64_t image_id);
 
+  bool MayAnswer(const std::vector<int64_t>& image_ids) const;
   void Reply(int64_t request_id, Bytes shared);
   int64_t StatusSeq() const;
   void PublishStatus();
