@@ -80,7 +80,9 @@ json MergesPart(const SessionState& state) {
                       {"reason", merge.latest().reason},
                       {"shared_images", merge.ordered().num_shared_images},
                       {"inlier_images", merge.ordered().num_inlier_images},
-                      {"duration_s", merge.latest().duration_s}});
+                      {"duration_s", merge.latest().duration_s},
+                      {"since_evidence_s", SecondsBetween(merge.ordered().evidence_utime_us,
+                                                          merge.latest().header.utime_us)}});
   }
   return merges;
 }

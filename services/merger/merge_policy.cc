@@ -2,10 +2,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/option_check.h"
 
 namespace skein {
+
+void MergeEvidence::Note(const SubmapDirectory::Overlaps& overlaps, int min_shared_images,
+                         int64_t utime_us) {
+  for (const auto& [pair, overlap] : overlaps) {
+    if (overlap.size() >= min_shared_images) since_utime_us_.emplace(pair, utime_us);
+  }
+}
+
+void MergeEvidence::OnMerged(int64_t source_id, int64_t target_id) {
+  const auto before = std::exchange(since_utime_us_, {});
+  for (const auto& [pair, utime_us] : before) {
+    const int64_t first = pair.first == source_id ? target_id : pair.first;
+    const int64_t second = pair.second == source_id ? target_id : pair.second;
+    if (first == second) continue;
+    const auto added = since_utime_us_.emplace(std::minmax(first, second), utime_us).first;
+    added->second = std::min(added->second, utime_us);
+  }
+}
+
+int64_t MergeEvidence::UtimeOf(int64_t submap_id1, int64_t submap_id2) const {
+  const auto found = since_utime_us_.find(std::minmax(submap_id1, submap_id2));
+  return found == since_utime_us_.end() ? 0 : found->second;
+}
 
 MergePolicy::Failures MergePolicy::FailuresOf(const SessionState& session) {
   Failures failures;
@@ -59,7 +83,7 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
   const SessionState& session = directory.session();
   const Failures failures = FailuresOf(session);
   std::optional<MergeAttempt> best;
-  for (const auto& [pair, overlap] : directory.Overlaps(options_.min_linking_inliers)) {
+  for (const auto& [pair, overlap] : directory.FindOverlaps(options_.min_linking_inliers)) {
     if (overlap.size() < min_shared || directory.IsBusy(pair.first) ||
         directory.IsBusy(pair.second)) {
       continue;

@@ -40,9 +40,25 @@ struct MergeAttempt {
   int64_t drained_seq = 0;
 };
 
+// Since when pairs of submaps could be compared, for figures alone: a restart forgets it.
+class MergeEvidence {
+ public:
+  // The session's state is of `utime_us`.
+  void Note(const SubmapDirectory::Overlaps& overlaps, int min_shared_images, int64_t utime_us);
+  // What the source was evidence for passes to the target.
+  void OnMerged(int64_t source_id, int64_t target_id);
+  // 0 if there is none.
+  int64_t UtimeOf(int64_t submap_id1, int64_t submap_id2) const;
+
+ private:
+  std::map<SubmapDirectory::Pair, int64_t> since_utime_us_;
+};
+
 class MergePolicy {
  public:
   explicit MergePolicy(const MergeOptions& options) : options_(options) {}
+
+  const MergeOptions& options() const { return options_; }
 
   // The pair with most such photos first; nullopt if there is nothing to do. Equal ledgers give
   // equal attempts.

@@ -151,6 +151,38 @@ TEST(MergePolicy, SwitchedOffNothingMerges) {
 }
 
 // Its photos that come with it are told of by the target, before DONE.
+TEST(SubmapDirectory, OverlapsAreOfTheSessionAsItIsNow) {
+  TwoSubmaps ledger(3);
+  const SubmapDirectory directory(ledger.state());
+  EXPECT_EQ(directory.FindOverlaps(1).at({1, 2}).size(), 3);
+  ledger.Share(5);
+  EXPECT_EQ(directory.FindOverlaps(1).at({1, 2}).size(), 5);
+}
+
+Overlap OverlapOf(int num_images) {
+  Overlap overlap;
+  overlap.shared.resize(num_images);
+  return overlap;
+}
+
+TEST(MergeEvidence, IsOfTheTimeWhenEnoughPhotosFirstWereThere) {
+  MergeEvidence evidence;
+  evidence.Note({{{1, 2}, OverlapOf(2)}}, 3, 10);
+  EXPECT_EQ(evidence.UtimeOf(1, 2), 0);
+  evidence.Note({{{1, 2}, OverlapOf(3)}}, 3, 20);
+  evidence.Note({{{1, 2}, OverlapOf(5)}}, 3, 30);
+  EXPECT_EQ(evidence.UtimeOf(2, 1), 20);
+}
+
+TEST(MergeEvidence, OfAMergesSourcePassesToItsTarget) {
+  MergeEvidence evidence;
+  evidence.Note({{{1, 2}, OverlapOf(3)}, {{2, 3}, OverlapOf(3)}}, 3, 10);
+  evidence.Note({{{1, 3}, OverlapOf(3)}}, 3, 20);
+  evidence.OnMerged(2, 1);
+  EXPECT_EQ(evidence.UtimeOf(1, 3), 10);
+  EXPECT_EQ(evidence.UtimeOf(1, 2), 0);
+}
+
 TEST(SubmapDirectory, AMergedSubmapsPhotosBelongToTheTarget) {
   TwoSubmaps ledger(3);
   const int64_t merge_id = ledger.Order(2, 1);
@@ -160,7 +192,7 @@ TEST(SubmapDirectory, AMergedSubmapsPhotosBelongToTheTarget) {
   EXPECT_EQ(directory.Live().size(), 1u);
   EXPECT_TRUE(ledger.state().IsRegistered(15));
   EXPECT_EQ(ledger.state().FindSubmap(1)->num_registered, 15);
-  EXPECT_TRUE(directory.Overlaps(1).empty());
+  EXPECT_TRUE(directory.FindOverlaps(1).empty());
 }
 
 TEST(SubmapDirectory, AnEndedSubmapHoldsNothing) {

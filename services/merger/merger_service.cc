@@ -79,6 +79,8 @@ void MergerService::NoteActivity() { active_s_ = node_.loop().now_s(); }
 
 void MergerService::React(const registration_t& registration) {
   if (registration.state == registration_t::REGISTERED) NoteActivity();
+  // What one submap turns down or gives up, another may take.
+  if (IsFinishing()) settle_seq_ = registration.header.seq;
 }
 
 void MergerService::React(const submap_lease_t& lease) {
@@ -90,7 +92,10 @@ void MergerService::React(const merge_t& merge) {
   settle_seq_ = merge.header.seq;
   if (merge.state == merge_t::DONE) {
     ++num_merged_;
-    LogInfo("submap {} is part of submap {} now", merge.source_id, merge.target_id);
+    evidence_.OnMerged(merge.source_id, merge.target_id);
+    LogInfo("submap {} is part of submap {} now, {:.1f} s after they could be compared",
+            merge.source_id, merge.target_id,
+            static_cast<double>(merge.header.utime_us - merge.evidence_utime_us) * 1e-6);
   } else if (merge.state == merge_t::UNDONE) {
     LogInfo("submaps {} and {} stay apart: {}", merge.source_id, merge.target_id, merge.reason);
   }
@@ -152,9 +157,16 @@ void MergerService::Decide() {
   if (estimate_ && EstimateIsStale()) estimate_.reset();
   if (estimate_) AskForShared();
   if (!MayDecide()) return;
+  NoteEvidence();
   if (TrySeed() || estimate_) return;
   TryMerge();
   if (!estimate_ && IsFinishing()) TrySettle();
+}
+
+void MergerService::NoteEvidence() {
+  const MergeOptions& options = merges_.options();
+  evidence_.Note(directory_.FindOverlaps(options.min_linking_inliers), options.min_shared_images,
+                 session_.last_utime_us());
 }
 
 SeedSituation MergerService::Situation() const {
@@ -288,7 +300,14 @@ void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Options& 
   }
   LogInfo("similarity of submaps {} and {} from {} photos of both: {}", attempt.source_id,
           attempt.target_id, attempt.num_images, result.success ? "found" : result.reason);
-  Submit(AttemptMessage(attempt, session_, result, options, duration_s), [](bool) {});
+  Submit(AttemptMessage(attempt, session_, result, options, duration_s, EvidenceUtimeOf(attempt)),
+         [](bool) {});
+}
+
+// A finish tries pairs with less than what counts as evidence.
+int64_t MergerService::EvidenceUtimeOf(const MergeAttempt& attempt) const {
+  const int64_t utime_us = evidence_.UtimeOf(attempt.source_id, attempt.target_id);
+  return utime_us > 0 ? utime_us : session_.last_utime_us();
 }
 
 void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) {

@@ -62,6 +62,7 @@ class MergerService {
   void NoteActivity();
   void Decide();
   bool MayDecide() const;
+  void NoteEvidence();
   bool IsFinishing() const { return session_.finish().state == finish_t::DRAINED; }
   SeedSituation Situation() const;
   bool TrySeed();
@@ -76,6 +77,7 @@ class MergerService {
   void ComputeEstimate();
   void OnEstimated(const MergeAttempt& attempt, const Sim3Options& options,
                    const Sim3Result& result, double duration_s);
+  int64_t EvidenceUtimeOf(const MergeAttempt& attempt) const;
   void Submit(Fact fact, std::function<void(bool committed)> then);
 
   Node& node_;
@@ -85,6 +87,7 @@ class MergerService {
   SubmapDirectory directory_{session_};
   SeedPolicy seeds_;
   MergePolicy merges_;
+  MergeEvidence evidence_;
 
   int64_t settle_seq_ = 0;     // submaps must have worked up to here before the session settles
   int64_t await_seq_ = 0;      // our own latest fact: decide when it was applied

@@ -16,7 +16,8 @@ seed_t SeedMessage(const SeedChoice& choice) {
 }
 
 merge_t AttemptMessage(const MergeAttempt& attempt, const SessionState& session,
-                       const Sim3Result& result, const Sim3Options& options, double duration_s) {
+                       const Sim3Result& result, const Sim3Options& options, double duration_s,
+                       int64_t evidence_utime_us) {
   merge_t merge{};
   merge.state = result.success ? merge_t::ORDERED : merge_t::FAILED;
   merge.header.fact_id =
@@ -32,6 +33,7 @@ merge_t AttemptMessage(const MergeAttempt& attempt, const SessionState& session,
   merge.num_inlier_images = static_cast<int32_t>(result.inlier_image_ids.size());
   merge.reason = result.reason;
   merge.duration_s = static_cast<float>(duration_s);
+  merge.evidence_utime_us = evidence_utime_us;
   return merge;
 }
 

@@ -13,6 +13,7 @@ seed_t SeedMessage(const SeedChoice& choice);
 
 // ORDERED or FAILED, by the result.
 merge_t AttemptMessage(const MergeAttempt& attempt, const SessionState& session,
-                       const Sim3Result& result, const Sim3Options& options, double duration_s);
+                       const Sim3Result& result, const Sim3Options& options, double duration_s,
+                       int64_t evidence_utime_us);
 
 }  // namespace skein

@@ -60,10 +60,17 @@ SubmapDirectory::Holders SubmapDirectory::HoldersOfPhotos() const {
   return holders;
 }
 
-std::map<SubmapDirectory::Pair, Overlap> SubmapDirectory::Overlaps(int min_linking_inliers) const {
+const SubmapDirectory::Overlaps& SubmapDirectory::FindOverlaps(int min_linking_inliers) const {
+  if (cached_.head != session_.head() || cached_.min_linking_inliers != min_linking_inliers) {
+    cached_ = {session_.head(), min_linking_inliers, ComputeOverlaps(min_linking_inliers)};
+  }
+  return cached_.overlaps;
+}
+
+SubmapDirectory::Overlaps SubmapDirectory::ComputeOverlaps(int min_linking_inliers) const {
   if (Live().size() < 2) return {};
   const Holders holders = HoldersOfPhotos();
-  std::map<Pair, Overlap> overlaps;
+  Overlaps overlaps;
   std::map<Pair, std::vector<std::pair<int64_t, int64_t>>> linked;  // -inliers, photo
   for (const auto& [image_id, own] : holders) {
     for (auto a = own.begin(); a != own.end(); ++a) {

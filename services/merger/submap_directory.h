@@ -44,10 +44,11 @@ class SubmapDirectory {
   bool IsDeferred(int64_t image_id) const;  // deferred or withdrawn, by a live submap
   bool IsBusy(int64_t submap_id) const;     // in a merge that was ordered and is open
   int NumOpenMerges() const;
+  using Overlaps = std::map<Pair, Overlap>;
   // Pairs with at least one such photo. A photo is linked with a submap by so many inliers, over
   // all of its verified pairs with photos there. Visits all verified pairs when there are two
-  // submaps.
-  std::map<Pair, Overlap> Overlaps(int min_linking_inliers) const;
+  // submaps, once a state of the session. Stands until the session has another fact.
+  const Overlaps& FindOverlaps(int min_linking_inliers) const;
 
  private:
   struct Position {
@@ -57,13 +58,21 @@ class SubmapDirectory {
 
   int64_t PositionOf(int64_t submap_id, const SubmapLife& submap) const;
 
+  Overlaps ComputeOverlaps(int min_linking_inliers) const;
   using Holders = std::unordered_map<int64_t, std::vector<int64_t>>;
   Holders HoldersOfPhotos() const;
   std::map<int64_t, int64_t> LinksOf(int64_t image_id, const std::vector<int64_t>& own,
                                      const Holders& holders) const;
 
+  struct CachedOverlaps {
+    int64_t head = -1;  // of the session
+    int min_linking_inliers = 0;
+    Overlaps overlaps;
+  };
+
   const SessionState& session_;
   std::map<int64_t, Position> positions_;
+  mutable CachedOverlaps cached_;
 };
 
 }  // namespace skein
