@@ -78,6 +78,12 @@ void WorkClient::OnFailure(const failure_t& failure) {
   if (failure.stage == kind_) failed_.erase(failure.image_id);
 }
 
+void WorkClient::SetCurrent(int64_t item_id) {
+  if (item_id == current_) return;
+  current_ = item_id;
+  if (num_held() > 1 && holds(item_id)) request_due_s_ = 0;
+}
+
 void WorkClient::SetCapacity(int capacity) {
   if (capacity != capacity_) request_due_s_ = 0;
   capacity_ = capacity;
@@ -104,9 +110,18 @@ void WorkClient::Request() {
   request.kind = kind_;
   request.capacity = std::max(0, capacity_ - num_held());
   request.previous_exit_signal = previous_exit_signal_;
-  for (const auto& [item_id, epoch] : held_) request.held.push_back(item_id);
+  request.held = HeldCurrentFirst();
   request.num_held = static_cast<int32_t>(request.held.size());
   node_.Publish(kWorkRequestChannel, request);
+}
+
+std::vector<int64_t> WorkClient::HeldCurrentFirst() const {
+  std::vector<int64_t> ids;
+  if (holds(current_)) ids.push_back(current_);
+  for (const auto& [item_id, epoch] : held_) {
+    if (item_id != current_) ids.push_back(item_id);
+  }
+  return ids;
 }
 
 }  // namespace skein

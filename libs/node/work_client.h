@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "node/node.h"
 #include "transport/bus.h"
@@ -30,6 +31,9 @@ class WorkClient {
   // The item cannot be done. Repeated until ingest's failure_t is seen, at most a minute: by then
   // the lease has lapsed. permanent: another try cannot help.
   void Fail(int64_t item_id, const std::string& reason, bool permanent);
+  // Of several held items the one that is being worked on, which is to blame if the process dies.
+  // Unset: the one with the lowest id. Told at once.
+  void SetCurrent(int64_t item_id);
   // At once effective; 0 takes nothing new.
   void SetCapacity(int capacity);
 
@@ -48,6 +52,7 @@ class WorkClient {
   void OnFailure(const failure_t& failure);
   void Tick();
   void Request();
+  std::vector<int64_t> HeldCurrentFirst() const;
 
   Node& node_;
   const std::string kind_;
@@ -56,6 +61,7 @@ class WorkClient {
   int capacity_;
   const OnWork on_work_;
   std::map<int64_t, int64_t> held_;  // item -> epoch
+  int64_t current_ = 0;
   std::map<int64_t, Failed> failed_;
   double request_due_s_ = 0;
   Bus::SubscriptionId work_subscription_ = 0;

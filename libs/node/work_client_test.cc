@@ -57,6 +57,18 @@ TEST_F(WorkClientTest, TakesAnItemOnceAndNoMoreThanItsCapacity) {
   EXPECT_EQ(got_, (std::vector<int64_t>{2, 3}));
 }
 
+TEST_F(WorkClientTest, NamesTheItemFirstThatIsWorkedOn) {
+  for (const int64_t item : {3, 7}) HandOut(item);
+  ASSERT_TRUE(WaitFor([&] { return !requests_.empty() && requests_.back().num_held == 2; }));
+  EXPECT_EQ(requests_.back().held, (std::vector<int64_t>{3, 7}));
+  client_.SetCurrent(7);
+  ASSERT_TRUE(WaitFor([&] { return requests_.back().held.front() == 7; }));
+  EXPECT_EQ(requests_.back().held, (std::vector<int64_t>{7, 3}));
+  client_.Done(7);
+  ASSERT_TRUE(WaitFor([&] { return requests_.back().num_held == 1; }));
+  EXPECT_EQ(requests_.back().held, (std::vector<int64_t>{3}));
+}
+
 TEST_F(WorkClientTest, TellsOfAHeldItemAgainWhenItsEpochRises) {
   for (const int64_t epoch : {1, 1, 2, 1}) HandOut(5, epoch);
   ASSERT_TRUE(WaitFor([&] { return got_.size() == 2; }));

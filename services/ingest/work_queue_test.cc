@@ -177,6 +177,18 @@ TEST(WorkQueue, BlamesOnlyTheItemThatWasWorkedOn) {
   EXPECT_TRUE(queue.OnRequest({"w", 1, SIGSEGV, {2}}, 2).empty()) << "the same death told again";
 }
 
+TEST(WorkQueue, GrantsAllThatAKilledWorkerHeldAnewAsThereIsRoom) {
+  WorkQueue queue;
+  for (const int64_t item : {1, 2, 3}) queue.Add(item);
+  queue.OnRequest({"w", 0, 0, {2, 1, 3}}, 0);
+  EXPECT_TRUE(queue.OnRequest({"w", 1, SIGKILL, {}}, 1).empty());
+  EXPECT_EQ(Items(queue.Assign(1)), (std::vector<int64_t>{1}));
+  EXPECT_EQ(queue.num_waiting(), 2u);
+  queue.OnRequest({"other", 1, 0, {}}, 2);
+  queue.OnRequest({"w", 1, SIGKILL, {1}}, 2);
+  EXPECT_EQ(Items(queue.Assign(2)), (std::vector<int64_t>{2, 3}));
+}
+
 TEST(WorkQueue, CountsACrashEvenWhenTheLeaseHasLapsed) {
   WorkQueue queue;
   queue.Add(1);
