@@ -13,9 +13,9 @@
 #                   the defaults. What is given here as an option goes first
 #   --features N    feature extractors (default: a quarter of the cores, at least 1)
 #   --matching N    matchers (default: half of the cores, at least 1)
-#   --mappers MIN:MAX  mappers, one a submap at a time: MIN always, one more whenever a submap waits
-#                   and none is idle, up to MAX; those leave again when they have been idle for 10 s.
-#                   N: always N. Default 1:16. Every host of a session may have such a pool
+#   --mappers MIN:MAX  mappers: MIN always, one more whenever a submap waits and none is idle, up to
+#                   MAX; those leave again when they have been idle for 10 s. At MAX, submaps share a
+#                   mapper in turn. N: always N. Default 1:16. Every host may have such a pool
 #   --top-n N       candidates that retrieval names a photo (default 30)
 #   --no-second-look  match with all candidates in retrieval's order, for comparison
 #   --no-merge      leave the submaps apart, for comparison

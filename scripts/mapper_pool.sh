@@ -45,5 +45,5 @@ grow_pool() {
     add_mapper "$number"
     missing=$((missing - 1))
   done
-  ((missing == 0 || pool_is_full)) || { pool_is_full=1; warn "submaps wait, and all $max_mappers mappers are busy (--mappers MIN:MAX)"; }
+  ((missing == 0 || pool_is_full)) || { pool_is_full=1; warn "a submap waits, and all $max_mappers mappers are busy (--mappers MIN:MAX): one takes it beside its own"; }
 }

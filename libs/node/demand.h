@@ -1,4 +1,5 @@
-// Demand: work that no worker is free for. Its owner publishes it; pools of workers listen.
+// Demand: work that no worker is free for. Its owner publishes it; pools of workers listen, and
+// mappers, which may share.
 #pragma once
 
 #include <map>
@@ -39,6 +40,8 @@ class DemandBook {
   void OnDemand(const demand_t& demand, double now_s);
   void OnRequest(const work_request_t& request, double now_s);
 
+  // Items that wait.
+  int NumWaiting(double now_s) const { return Sum(demands_, now_s); }
   // Items that wait beyond what the idle workers can take: so many workers are missing.
   int NumShort(double now_s) const;
   // Workers heard, by name.

@@ -104,7 +104,7 @@ void FinishDriver::Stage(int8_t state, const std::string& detail) {
   writer_.Stage(fact);
 }
 
-// With more areas than mappers a seed would wait for ever, and the finish with it.
+// With no mapper, or all of them full, a seed would wait for ever, and the finish with it.
 void FinishDriver::EndSeedsWithoutMapper(double now_s) {
   std::vector<int64_t> waiting;
   for (const auto& [id, submap] : writer_.state().submaps()) {

@@ -9,8 +9,7 @@ namespace skein {
 Status MapperOptions::Check() const {
   return FirstError({run.Check(), InRange("local_ba_images", local_ba.colmap_images, 3, 1000),
                      InRange("local_ba_free", local_ba.tree.max_free, 0, 1'000'000),
-                     InRange("local_ba_held", local_ba.tree.max_held, 0, 1'000'000),
-                     InRange("retire_after", retire_after_s, 0.0, 1e9)});
+                     InRange("local_ba_held", local_ba.tree.max_held, 0, 1'000'000), pool.Check()});
 }
 
 void AddOptions(CLI::App& app, MapperOptions* options) {
@@ -38,7 +37,12 @@ void AddOptions(CLI::App& app, MapperOptions* options) {
                  "Photos between checkpoints, at least");
   app.add_option("--checkpoint-period", options->run.checkpoint.period_s,
                  "Seconds between checkpoints, at least");
-  app.add_option("--retire-after", options->retire_after_s,
+  app.add_option("--max-submaps", options->pool.sharing.max_submaps,
+                 "Submaps that a mapper holds at a time before it takes no further seed");
+  app.add_option("--share-after", options->pool.sharing.after_s,
+                 "Seconds that a submap waits for an idle mapper before one that holds a submap "
+                 "takes it; up to twice that with many photos in hand");
+  app.add_option("--retire-after", options->pool.retire_after_s,
                  "End after so many seconds without a submap; 0: never")
       ->configurable(false)
       ->capture_default_str();

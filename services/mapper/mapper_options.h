@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/result.h"
+#include "mapper/mapper_service.h"
 #include "mapper/submap_run.h"
 #include "mapping/experiments/tree_window.h"
 
@@ -15,7 +16,7 @@ struct MapperOptions {
 
   SubmapRunOptions run;
   LocalBaOptions local_ba;
-  double retire_after_s = 0;  // without a submap; 0: never
+  PoolOptions pool;
 
   Status Check() const;
 };

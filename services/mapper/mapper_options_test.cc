@@ -17,7 +17,9 @@ TEST(MapperOptions, RefusesWhatMakesNoSense) {
       {"local_ba_images", [](auto* o) { o->local_ba.colmap_images = 2; }},
       {"local_ba_free", [](auto* o) { o->local_ba.tree.max_free = -1; }},
       {"local_ba_held", [](auto* o) { o->local_ba.tree.max_held = -1; }},
-      {"retire_after", [](auto* o) { o->retire_after_s = -1; }},
+      {"retire_after", [](auto* o) { o->pool.retire_after_s = -1; }},
+      {"max_submaps", [](auto* o) { o->pool.sharing.max_submaps = 0; }},
+      {"share_after", [](auto* o) { o->pool.sharing.after_s = -1; }},
   });
 }
 

@@ -1,37 +1,57 @@
 #include "mapper/mapper_service.h"
 
+#include <algorithm>
+
 #include "core/log.h"
+#include "core/option_check.h"
 
 namespace skein {
 namespace {
 
 // From saying that it takes no more work to the end: ingest hears it twice.
 constexpr double kFarewellS = 2;
+constexpr double kCapacityPeriodS = 0.1;
 
 }  // namespace
 
-MapperService::MapperService(Node& node, const SubmapRunOptions& options, double retire_after_s)
+Status PoolOptions::Check() const {
+  return FirstError({InRange("retire_after", retire_after_s, 0.0, 1e9), sharing.Check()});
+}
+
+MapperService::MapperService(Node& node, const SubmapRunOptions& options, const PoolOptions& pool)
     : node_(node),
       options_(options),
-      retire_after_s_(retire_after_s),
+      pool_(pool),
       worker_(node.loop()),
       writer_(node.loop()),
+      sharing_(pool.sharing),
       idle_since_s_(node.loop().now_s()) {
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   work_ =
       std::make_unique<WorkClient>(node, "submap", 1, [this](const work_t& work) { OnWork(work); });
-  shared_subscription_ = node.bus().Subscribe(
-      kSharedRequestChannel, [this](const shared_request_t& request) { OnSharedRequest(request); });
-  timer_ = node.loop().AddTimer(1.0, [this] {
-    if (run_ != nullptr) run_->Tick();
-    RetireWhenIdle();
-  });
+  Bus& bus = node.bus();
+  PollLoop& loop = node.loop();
+  subscriptions_ = {
+      bus.Subscribe(kSharedRequestChannel,
+                    [this](const shared_request_t& request) { OnSharedRequest(request); }),
+      bus.Subscribe(
+          kDemandChannel,
+          [this, &loop](const demand_t& demand) { sharing_.OnDemand(demand, loop.now_s()); }),
+      bus.Subscribe(kWorkRequestChannel, [this, &loop](const work_request_t& request) {
+        sharing_.OnRequest(request, loop.now_s());
+      })};
+  timers_ = {loop.AddTimer(1.0,
+                           [this] {
+                             for (const auto& [id, run] : runs_) run->Tick();
+                             RetireWhenIdle();
+                           }),
+             loop.AddTimer(kCapacityPeriodS, [this] { UpdateCapacity(); })};
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
 }
 
 MapperService::~MapperService() {
-  node_.bus().Unsubscribe(shared_subscription_);
-  node_.loop().CancelTimer(timer_);
+  for (const auto id : subscriptions_) node_.bus().Unsubscribe(id);
+  for (const auto id : timers_) node_.loop().CancelTimer(id);
 }
 
 void MapperService::OnFact(const Fact& fact) {
@@ -40,60 +60,80 @@ void MapperService::OnFact(const Fact& fact) {
   if (std::holds_alternative<registration_t>(fact) && Header(fact).author == node_.instance()) {
     ++num_done_;
   }
-  if (run_ != nullptr) run_->OnFact(fact);
+  for (const auto& [id, run] : runs_) run->OnFact(fact);
 }
 
 void MapperService::OnWork(const work_t& work) {
-  LogInfo("submap {} in epoch {}", work.item_id, work.epoch);
-  run_.reset();
-  run_ = std::make_unique<SubmapRun>(
-      node_, LedgerView{session_, items_, *follower_}, MapperThreads{worker_, writer_}, options_,
-      Lease{work.item_id, work.epoch},
-      [this](SubmapRun::EndKind kind, const std::string& reason) { OnEnd(kind, reason); });
+  const Lease lease{work.item_id, work.epoch};
+  LogInfo("submap {} in epoch {}", lease.submap_id, lease.epoch);
+  sharing_.OnTaken();
+  runs_.erase(lease.submap_id);
+  runs_[lease.submap_id] = std::make_unique<SubmapRun>(
+      node_, LedgerView{session_, items_, *follower_}, MapperThreads{worker_, writer_, current_},
+      options_, lease, [this, lease](SubmapRun::EndKind kind, const std::string& reason) {
+        OnEnd(lease, kind, reason);
+      });
+  UpdateCapacity();
 }
 
 // The run calls this from within itself: it is dropped once it has returned.
-void MapperService::OnEnd(SubmapRun::EndKind kind, const std::string& reason) {
-  const int64_t submap_id = run_->submap_id();
-  const int64_t epoch = run_->epoch();
-  LogInfo("submap {} in epoch {} is over here: {}", submap_id, epoch, reason);
-  node_.loop().Post([this, kind, reason, submap_id, epoch] {
-    if (run_ == nullptr || run_->submap_id() != submap_id || run_->epoch() != epoch) return;
-    run_.reset();
+void MapperService::OnEnd(const Lease& lease, SubmapRun::EndKind kind, const std::string& reason) {
+  LogInfo("submap {} in epoch {} is over here: {}", lease.submap_id, lease.epoch, reason);
+  node_.loop().Post([this, lease, kind, reason] {
+    const auto found = runs_.find(lease.submap_id);
+    if (found == runs_.end() || found->second->epoch() != lease.epoch) return;
+    runs_.erase(found);
     if (kind == SubmapRun::EndKind::kFailed) {
-      work_->Fail(submap_id, reason, false);
+      work_->Fail(lease.submap_id, reason, false);
     } else {
-      work_->Done(submap_id);
+      work_->Done(lease.submap_id);
     }
   });
 }
 
+void MapperService::UpdateCapacity() {
+  work_->SetCurrent(current_);
+  if (retiring_) return work_->SetCapacity(0);
+  const int num_held = work_->num_held();
+  const bool offers = sharing_.Offers({num_held, NumPhotos()}, node_.loop().now_s());
+  work_->SetCapacity(offers ? num_held + 1 : 1);
+}
+
 // Leaves in two steps, so that no submap is granted to a mapper that is gone.
 void MapperService::RetireWhenIdle() {
-  if (retire_after_s_ <= 0) return;
+  if (pool_.retire_after_s <= 0) return;
   const double now_s = node_.loop().now_s();
-  if (run_ != nullptr || work_->num_held() > 0) idle_since_s_ = now_s;
-  if (now_s - idle_since_s_ < retire_after_s_) return;
-  work_->SetCapacity(0);
-  if (now_s - idle_since_s_ < retire_after_s_ + kFarewellS) return;
-  LogInfo("retires: no submap for {} s", retire_after_s_);
+  if (!runs_.empty() || work_->num_held() > 0) idle_since_s_ = now_s;
+  retiring_ = now_s - idle_since_s_ >= pool_.retire_after_s;
+  UpdateCapacity();
+  if (now_s - idle_since_s_ < pool_.retire_after_s + kFarewellS) return;
+  LogInfo("retires: no submap for {} s", pool_.retire_after_s);
   node_.Stop();
 }
 
 void MapperService::OnSharedRequest(const shared_request_t& request) {
-  if (run_ != nullptr && run_->submap_id() == request.submap_id) run_->Answer(request);
+  const auto found = runs_.find(request.submap_id);
+  if (found != runs_.end()) found->second->Answer(request);
+}
+
+int MapperService::NumPhotos() const {
+  int num_photos = 0;
+  for (const auto& [id, run] : runs_) num_photos += run->num_images();
+  return num_photos;
+}
+
+std::string MapperService::Describe() const {
+  if (runs_.empty()) return retiring_ ? "retiring" : "idle";
+  std::string ids;
+  for (const auto& [id, run] : runs_) ids += (ids.empty() ? "" : " + ") + std::to_string(id);
+  return "submap " + ids + ", " + std::to_string(NumPhotos()) + " photos";
 }
 
 void MapperService::FillHeartbeat(heartbeat_t* heartbeat) const {
   heartbeat->num_done = num_done_;
   heartbeat->ledger_seq = follower_->processed_seq();
-  if (run_ == nullptr) {
-    heartbeat->state = work_->capacity() > 0 ? "idle" : "retiring";
-    return;
-  }
-  heartbeat->state = "submap " + std::to_string(run_->submap_id()) + ", " +
-                     std::to_string(run_->num_images()) + " photos";
-  heartbeat->backlog = run_->backlog();
+  heartbeat->state = Describe();
+  for (const auto& [id, run] : runs_) heartbeat->backlog += run->backlog();
 }
 
 }  // namespace skein

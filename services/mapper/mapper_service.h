@@ -1,10 +1,15 @@
 #pragma once
 
+#include <atomic>
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "event_loop/worker_thread.h"
 #include "mapper/item_log.h"
 #include "mapper/submap_run.h"
+#include "mapper/submap_sharing.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
 #include "node/work_client.h"
@@ -12,36 +17,50 @@
 
 namespace skein {
 
-// Holds at most one leased submap; without one it follows the ledger and asks for the next.
-// Loop's thread only.
+// A mapper among others.
+struct PoolOptions {
+  double retire_after_s = 0;  // ends the node after so long without a submap; 0: never
+  SharingOptions sharing;
+
+  Status Check() const;
+};
+
+// Holds leased submaps: one, and more where no other mapper is idle for them (SubmapSharing). They
+// share the worker's thread. Without one it follows the ledger and asks for the next. Loop's thread
+// only.
 class MapperService {
  public:
-  // retire_after_s: ends the node after so long without a submap; 0: never.
-  MapperService(Node& node, const SubmapRunOptions& options, double retire_after_s = 0);
+  MapperService(Node& node, const SubmapRunOptions& options, const PoolOptions& pool = {});
   ~MapperService();
 
  private:
   void OnFact(const Fact& fact);
   void OnWork(const work_t& work);
-  void OnEnd(SubmapRun::EndKind kind, const std::string& reason);
+  void OnEnd(const Lease& lease, SubmapRun::EndKind kind, const std::string& reason);
   void OnSharedRequest(const shared_request_t& request);
+  void UpdateCapacity();
   void RetireWhenIdle();
+  int NumPhotos() const;
+  std::string Describe() const;
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
   const SubmapRunOptions options_;
-  const double retire_after_s_;
+  const PoolOptions pool_;
   SessionState session_;
   ItemLog items_;
+  std::atomic<int64_t> current_{0};  // see MapperThreads
   WorkerThread worker_;
   WorkerThread writer_;
-  std::unique_ptr<SubmapRun> run_;
+  std::map<int64_t, std::unique_ptr<SubmapRun>> runs_;  // by submap
+  SubmapSharing sharing_;
   std::unique_ptr<LedgerFollower> follower_;
   std::unique_ptr<WorkClient> work_;
   int64_t num_done_ = 0;
   double idle_since_s_;
-  Bus::SubscriptionId shared_subscription_ = 0;
-  PollLoop::TimerId timer_ = 0;
+  bool retiring_ = false;
+  std::vector<Bus::SubscriptionId> subscriptions_;
+  std::vector<PollLoop::TimerId> timers_;
 };
 
 }  // namespace skein

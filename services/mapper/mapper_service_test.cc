@@ -8,6 +8,7 @@
 
 #include "ledger/fact_ids.h"
 #include "mapping/checkpoint.h"
+#include "session/submap_facts.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_node.h"
 
@@ -30,6 +31,20 @@ SubmapRunOptions RunOptions() {
   return options;
 }
 
+// Two submaps grow over the whole scene, so that they can merge.
+SubmapRunOptions ManyHomes() {
+  SubmapRunOptions options = RunOptions();
+  options.one_home = false;
+  return options;
+}
+
+// Takes what waits without leaving a pool time.
+PoolOptions SharesAtOnce() {
+  PoolOptions options;
+  options.sharing.after_s = 0;
+  return options;
+}
+
 bool IsRegistration(const Fact& fact, int64_t image_id) {
   const auto* r = std::get_if<registration_t>(&fact);
   return r != nullptr && r->image_id == image_id && r->state == registration_t::REGISTERED;
@@ -49,9 +64,12 @@ bool IsMerge(const Fact& fact, int8_t state) {
 
 class MapperServiceTest : public testing::Test {
  protected:
-  MapperServiceTest() {
+  MapperServiceTest() : MapperServiceTest(RunOptions(), PoolOptions()) {}
+  MapperServiceTest(const SubmapRunOptions& run_options, const PoolOptions& pool_options)
+      : service_(node_, run_options, pool_options) {
     bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
       holds_submap_ = request.num_held > 0;
+      capacity_ = request.capacity;
     });
     bus_.Subscribe<shared_reply_t>(kSharedReplyChannel,
                                    [this](const shared_reply_t&) { ++num_answers_; });
@@ -102,10 +120,10 @@ class MapperServiceTest : public testing::Test {
     }
   }
 
-  void Seed(int64_t image_id1, int64_t image_id2) {
+  void Seed(int64_t image_id1, int64_t image_id2, int64_t submap_id = kSubmap) {
     seed_t seed{};
-    seed.header.fact_id = "seed";
-    seed.submap_id = kSubmap;
+    seed.header.fact_id = "seed/" + std::to_string(submap_id);
+    seed.submap_id = submap_id;
     seed.image_id1 = image_id1;
     seed.image_id2 = image_id2;
     seed.num_inliers = 100;
@@ -113,20 +131,20 @@ class MapperServiceTest : public testing::Test {
     ingest_.Commit(seed);
   }
 
-  void CommitLease(const std::string& owner, int64_t epoch) {
+  void CommitLease(const std::string& owner, int64_t epoch, int64_t submap_id = kSubmap) {
     submap_lease_t lease{};
-    lease.header.fact_id = "lease/" + std::to_string(epoch);
-    lease.submap_id = kSubmap;
+    lease.header.fact_id = "lease/" + std::to_string(submap_id) + "/" + std::to_string(epoch);
+    lease.submap_id = submap_id;
     lease.epoch = epoch;
     lease.owner = owner;
     ingest_.Commit(lease);
   }
 
-  void Grant(const std::string& owner) {
+  void Grant(const std::string& owner, int64_t submap_id = kSubmap) {
     work_t work{};
     work.worker = owner;
     work.kind = "submap";
-    work.item_id = kSubmap;
+    work.item_id = submap_id;
     work.epoch = 1;
     work.lease_s = 5;
     ingest_node_.Publish(kWorkChannel, work);
@@ -170,9 +188,9 @@ class MapperServiceTest : public testing::Test {
     ingest_.Commit(registration);
   }
 
-  void Ask(const std::vector<int64_t>& image_ids) {
+  void Ask(const std::vector<int64_t>& image_ids, int64_t submap_id = kSubmap) {
     shared_request_t request{};
-    request.submap_id = kSubmap;
+    request.submap_id = submap_id;
     request.image_ids = image_ids;
     request.num_images = static_cast<int32_t>(image_ids.size());
     ingest_node_.Publish(kSharedRequestChannel, request);
@@ -254,23 +272,24 @@ class MapperServiceTest : public testing::Test {
     return found == facts.rend() ? nullptr : &*found;
   }
 
-  // What the ledger holds of a photo, in order.
-  std::vector<int> States(int64_t image_id) const {
+  // What the ledger holds of a photo, in order: of all submaps, or of one.
+  std::vector<int> States(int64_t image_id, int64_t submap_id = 0) const {
     std::vector<int> states;
     for (const Fact& fact : ingest_.facts()) {
       const auto* r = std::get_if<registration_t>(&fact);
-      if (r != nullptr && r->image_id == image_id) states.push_back(r->state);
+      if (r == nullptr || r->image_id != image_id) continue;
+      if (submap_id == 0 || r->submap_id == submap_id) states.push_back(r->state);
     }
     return states;
   }
-  bool IsRegistered(int64_t image_id) const {
-    const std::vector<int> states = States(image_id);
+  bool IsRegistered(int64_t image_id, int64_t submap_id = 0) const {
+    const std::vector<int> states = States(image_id, submap_id);
     return !states.empty() && states.back() == registration_t::REGISTERED;
   }
-  std::set<int64_t> Registered() const {
+  std::set<int64_t> Registered(int64_t submap_id = 0) const {
     std::set<int64_t> ids;
     for (const PhotoInput& photo : scene_.photos) {
-      if (IsRegistered(photo.image_id)) ids.insert(photo.image_id);
+      if (IsRegistered(photo.image_id, submap_id)) ids.insert(photo.image_id);
     }
     return ids;
   }
@@ -282,8 +301,9 @@ class MapperServiceTest : public testing::Test {
   Node node_{TestOptions(kMapper), loop_, bus_};
   MemoryIngest ingest_{ingest_node_};
   bool holds_submap_ = false;
+  int capacity_ = 0;
   int num_answers_ = 0;
-  MapperService service_{node_, RunOptions()};
+  MapperService service_;
 };
 
 TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
@@ -406,7 +426,7 @@ TEST_F(MapperServiceTest, GoesOnFromTheLatestModelThoughItIsGrantedTheSubmapBefo
   CommitCheckpoint(MakeModel(1, 6), 1);
   DeliverCommitted();
   Node node(TestOptions("mapper-2"), loop_, bus_);
-  MapperService service(node, RunOptions(), 0);
+  MapperService service(node, RunOptions());
   Grant("mapper-2");
   // With the seed alone it would have photos 1 to 3.
   Await([&] { return Registered().size() == 6; }, "all photos of the model");
@@ -490,6 +510,92 @@ TEST_F(MapperServiceTest, TargetBecomesWhatItWasWhenTheMergesEndIsRefused) {
               (std::vector<int>{registration_t::REGISTERED, registration_t::WITHDRAWN}));
   }
   EXPECT_TRUE(holds_submap_);
+}
+
+class SharedMapperTest : public MapperServiceTest {
+ protected:
+  SharedMapperTest() : MapperServiceTest(ManyHomes(), SharesAtOnce()) {}
+
+  void TellDemand(int num_waiting) {
+    demand_t demand{};
+    demand.author = "merger";
+    demand.kind = "submap";
+    demand.num_waiting = num_waiting;
+    ingest_node_.Publish(kDemandChannel, demand);
+  }
+
+  // Gives the mapper one submap more.
+  void GiveOneMore(int64_t submap_id, int64_t image_id1, int64_t image_id2) {
+    TellDemand(1);
+    Await([&] { return capacity_ > 0; }, "room for another submap");
+    TellDemand(0);
+    Seed(image_id1, image_id2, submap_id);
+    CommitLease(kMapper, 1, submap_id);
+    Grant(kMapper, submap_id);
+    Await([&] { return capacity_ == 0; }, "the submap taken");
+  }
+
+  void GiveThree() {
+    Give(8);
+    Await([&] { return Registered(kSubmap).size() == 8; }, "the first submap's photos");
+    GiveOneMore(2, 3, 5);
+    GiveOneMore(3, 4, 6);
+    for (const int64_t submap_id : {2, 3}) {
+      Await([&] { return Registered(submap_id).size() == 8; }, "the other submaps' photos");
+    }
+  }
+};
+
+TEST_F(SharedMapperTest, SubmapsOfOneMapperGrowInTurn) {
+  GiveThree();
+  Match(9, 13);
+  for (const int64_t submap_id : {1, 2, 3}) {
+    Await([&] { return Registered(submap_id).size() == 13; }, "all photos in every submap");
+  }
+}
+
+TEST_F(SharedMapperTest, TakesNoFurtherSubmapUnlessOneWaits) {
+  Give(3);
+  Await([&] { return Registered().size() == 3; }, "all photos registered");
+  EXPECT_FALSE(loop_.RunUntil([&] { return capacity_ > 0; }, 0.5));
+}
+
+TEST_F(SharedMapperTest, TheEndOfOneSubmapLeavesTheOthers) {
+  GiveThree();
+  ingest_.Commit(MakeSubmapEnd(2, 1, "no more"));
+  CommitLease("mapper-2", 2, 3);
+  Match(9, 13);
+  Await([&] { return Registered(kSubmap).size() == 13; }, "all photos in the first");
+  EXPECT_EQ(Registered(2).size(), 8u);
+  EXPECT_EQ(Registered(3).size(), 8u);
+  EXPECT_TRUE(holds_submap_);
+}
+
+TEST_F(SharedMapperTest, EachSubmapOfAMapperGetsItsFinalModel) {
+  GiveThree();
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  for (const int64_t submap_id : {1, 2, 3}) {
+    const auto is_final = [&](const Fact& fact) {
+      return IsModel(fact, submap_model_t::FINAL) &&
+             std::get<submap_model_t>(fact).submap_id == submap_id;
+    };
+    Await([&] { return Find(is_final); }, "a final model");
+  }
+}
+
+TEST_F(SharedMapperTest, MergesTwoOfItsOwnSubmaps) {
+  GiveThree();
+  for (const int64_t submap_id : {1, 2}) Ask({3, 4, 5}, submap_id);
+  Await([&] { return num_answers_ == 2; }, "both submaps' poses and points");
+  Order(2, kSubmap);
+  Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::DONE); }); }, "DONE");
+  ingest_.Commit(MakeSubmapEnd(2, 1, "merged", kSubmap));
+  Match(9, 13);
+  for (const int64_t submap_id : {1, 3}) {
+    Await([&] { return Registered(submap_id).size() == 13; }, "the photos that came later");
+  }
+  EXPECT_EQ(Registered(2).size(), 8u);
 }
 
 }  // namespace

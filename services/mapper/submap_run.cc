@@ -48,7 +48,7 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
       ledger_(ledger),
       lease_(lease),
       on_end_(std::move(on_end)),
-      worker_(threads.worker, options.submap),
+      worker_(threads.worker, threads.current, lease.submap_id, options.submap),
       cursor_(ledger.items),
       submissions_(
           node.submitter(), [this](const std::string& reason) { End(EndKind::kOver, reason); },

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -34,10 +35,11 @@ struct SubmapRunOptions {
   Status Check() const;
 };
 
-// The threads a run works with; they outlive it.
+// The threads a run works with; they outlive it. All runs of a process share them.
 struct MapperThreads {
-  WorkerThread& worker;  // owns the submap: every access to it is a job here
-  WorkerThread& writer;  // hashes and writes checkpoints
+  WorkerThread& worker;           // owns the submaps: every access to one is a job here
+  WorkerThread& writer;           // hashes and writes checkpoints
+  std::atomic<int64_t>& current;  // submap whose job was the last to begin on `worker`
 };
 
 // What a run reads of the ledger; it outlives the run.
