@@ -47,6 +47,24 @@ await_agents() {
   agent_pids=()
 }
 
+# publish_part SESSION FIRST LAST: photos FIRST to LAST of each agent
+publish_part() {
+  local folder part name
+  for folder in "$place"/images/*/; do
+    part=$workspace/part-$2/$(basename "$folder")
+    mkdir -p "$part"
+    for name in $(ls "$folder" | sed -n "$2,$3p"); do cp "$folder/$name" "$part/"; done
+    publish_agent "$1" "$part"
+  done
+  await_agents
+}
+
+# two_submaps_have SESSION N: N photos or more each; a registration's fact is registration/IMAGE/SUBMAP/...
+two_submaps_have() {
+  [[ $(sqlite3 "file:$1/ledger.db?mode=ro" ".timeout 5000" "SELECT fact_id FROM facts WHERE kind = 'registration'" 2>/dev/null |
+    cut -d / -f 3 | sort | uniq -c | awk -v n="$2" '$1 >= n' | wc -l) == 2 ]]
+}
+
 finish() {
   "$SKEIN_BUILD/bin/skein" finish --session "$1" --lcm-url "$url" >"$workspace/finish.log" 2>&1 ||
     { cat "$workspace/finish.log"; fail "finish failed"; }

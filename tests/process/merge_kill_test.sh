@@ -13,24 +13,6 @@ new_workspace
 url=$(test_lcm_url)
 use_place 2 12 --scenario disjoint --seed 2 --size 800x600
 
-# publish_part SESSION FIRST LAST: photos FIRST to LAST of each agent
-publish_part() {
-  local folder part name
-  for folder in "$place"/images/*/; do
-    part=$workspace/part-$2/$(basename "$folder")
-    mkdir -p "$part"
-    for name in $(ls "$folder" | sed -n "$2,$3p"); do cp "$folder/$name" "$part/"; done
-    publish_agent "$1" "$part"
-  done
-  await_agents
-}
-
-# two_submaps_have SESSION N: N photos or more each; a registration's fact is registration/IMAGE/SUBMAP/...
-two_submaps_have() {
-  [[ $(sqlite3 "file:$1/ledger.db?mode=ro" ".timeout 5000" "SELECT fact_id FROM facts WHERE kind = 'registration'" 2>/dev/null |
-    cut -d / -f 3 | sort | uniq -c | awk -v n="$2" '$1 >= n' | wc -l) == 2 ]]
-}
-
 # make_two_submaps SESSION: the first halves of the walks see nothing in common, so each begins a submap;
 # only then come the photos between them.
 make_two_submaps() {
