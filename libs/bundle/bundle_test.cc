@@ -10,6 +10,7 @@
 #include "bundle/projection.h"
 #include "bundle/reduced_system.h"
 #include "testing/synthetic_scene.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
@@ -17,40 +18,12 @@ namespace {
 // The scene at its truth, disturbed by `shift`; the first two poses held.
 Bundle MakeBundle(const SyntheticScene& scene, double shift) {
   std::mt19937 random(7);
-  std::normal_distribution<double> noise(0, shift);
-  Bundle bundle;
-  BundleCamera camera;
-  camera.camera_id = 1;
-  camera.model_id = colmap::SimpleRadialCameraModel::model_id;
-  camera.params = {1000, 600, 450, 0};
-  bundle.cameras.push_back(camera);
-  for (size_t i = 0; i < scene.photos.size(); ++i) {
-    BundlePose pose;
-    pose.image_id = static_cast<uint32_t>(i + 1);
-    pose.R = scene.rotations[i];
-    pose.t = scene.translations[i];
-    pose.constant = i < 2;
-    if (!pose.constant) pose.t += Eigen::Vector3d(noise(random), noise(random), noise(random));
-    bundle.poses.push_back(pose);
+  Bundle bundle = BundleAtTruth({}, scene);
+  for (size_t i = 0; i < bundle.poses.size(); ++i) {
+    bundle.poses[i].constant = i < 2;
+    if (i >= 2) bundle.poses[i].t += Normal3(shift, &random);
   }
-  std::vector<std::vector<BundleObservation>> of_point(scene.points.size());
-  for (size_t i = 0; i < scene.photos.size(); ++i) {
-    for (size_t k = 0; k < scene.visible[i].size(); ++k) {
-      const Keypoint& keypoint = scene.photos[i].keypoints[k];
-      of_point[scene.visible[i][k]].push_back(
-          {static_cast<int>(i), static_cast<uint32_t>(k), {keypoint.x, keypoint.y}});
-    }
-  }
-  for (size_t p = 0; p < of_point.size(); ++p) {
-    if (of_point[p].size() < 2) continue;
-    BundlePoint point;
-    point.point3D_id = p;
-    point.xyz = scene.points[p] + Eigen::Vector3d(noise(random), noise(random), noise(random));
-    point.first = static_cast<int>(bundle.observations.size());
-    point.count = static_cast<int>(of_point[p].size());
-    bundle.points.push_back(point);
-    bundle.observations.insert(bundle.observations.end(), of_point[p].begin(), of_point[p].end());
-  }
+  for (BundlePoint& point : bundle.points) point.xyz += Normal3(shift, &random);
   return bundle;
 }
 

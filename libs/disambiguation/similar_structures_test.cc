@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
-#include <random>
 
 #include "testing/synthetic_scene.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
@@ -56,10 +56,9 @@ class Street {
   enum Place { kBoth, kFirst, kSecond };
 
   void AddPoints(int count, double min_x, double max_x, double z, Place place) {
-    std::uniform_real_distribution<double> x(min_x, max_x), y(-3.5, 3.5);
     for (int k = 0; k < count; ++k) {
-      const double height = y(random_);
-      scene_.points.emplace_back(x(random_), height, z);
+      const double height = Uniform(-3.5, 3.5, &random_);
+      scene_.points.emplace_back(Uniform(min_x, max_x, &random_), height, z);
       scene_.place_of_point.push_back(place);
     }
   }

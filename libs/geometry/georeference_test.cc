@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "geometry/georeference_json.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
@@ -44,10 +44,7 @@ class World {
       // Looks down, a few degrees off.
       const Eigen::Quaterniond down =
           Eigen::Quaterniond(0.03 * Normal(), 1, 0.03 * Normal(), 0.03 * Normal()).normalized();
-      CameraPose pose{down * yaw, {}};
-      if (flight.tumbling) {
-        pose.rotation = Eigen::Quaterniond(Normal(), Normal(), Normal(), Normal()).normalized();
-      }
+      CameraPose pose{flight.tumbling ? RandomRotation(&random_) : down * yaw, {}};
       pose.translation = -(pose.rotation * enu);
       photo.cam_from_world = TransformPose(model_from_enu, pose);
       photo.position = At(enu + flight.noise_m * Eigen::Vector3d(Normal(), Normal(), Normal()));
@@ -73,8 +70,8 @@ class World {
   }
 
  private:
-  double Uniform() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
-  double Normal() { return std::normal_distribution<double>()(random_); }
+  double Uniform() { return skein::Uniform(-1, 1, &random_); }
+  double Normal() { return skein::Normal(1, &random_); }
   // On the tangent plane: good to millimetres within these flights.
   GeodeticPosition At(const Eigen::Vector3d& enu) const {
     GeodeticPosition p = origin;

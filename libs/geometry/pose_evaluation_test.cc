@@ -3,17 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
+
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
 
 constexpr unsigned kSeed = 7;
-
-Eigen::Vector3d RandomVector(std::mt19937* random) {
-  std::normal_distribution<double> normal;
-  return {normal(*random), normal(*random), normal(*random)};
-}
 
 CameraPose PoseAt(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& center) {
   return {rotation, -(rotation * center)};
@@ -23,10 +19,9 @@ ModelPoses RandomModel(int images, unsigned seed) {
   std::mt19937 random(seed);
   ModelPoses model;
   for (int i = 0; i < images; ++i) {
-    const Eigen::Quaterniond rotation(
-        Eigen::AngleAxisd(0.3 * i, RandomVector(&random).normalized()));
+    const Eigen::Quaterniond rotation(Eigen::AngleAxisd(0.3 * i, Normal3(1, &random).normalized()));
     model.poses.push_back(
-        {"agent/" + std::to_string(i) + ".jpg", PoseAt(rotation, 10 * RandomVector(&random))});
+        {"agent/" + std::to_string(i) + ".jpg", PoseAt(rotation, Normal3(10, &random))});
   }
   return model;
 }

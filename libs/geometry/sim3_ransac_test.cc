@@ -3,83 +3,77 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "geometry/sim3_score.h"
+#include "testing/synthetic_scene.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
 
-enum class Centres { kSpread, kLine, kSpot };
+using Path = SyntheticOptions::Path;
 
+// Two submaps of one scene.
 struct World {
   double scale = 1.0;
-  double noise_px = 0.3;
   double depth_noise = 0.0;   // relative, of each submap's points along the viewing ray
   double wrong_points = 0.0;  // share of points whose target side is another point
   int num_wrong_images = 0;   // photos whose target pose is arbitrary
   int num_images = 6;
-  Centres centres = Centres::kSpread;
+  Path path = Path::kArc;  // kForward: centres on a line; kRotation: in one spot
   double target_focal_factor = 1.0;
 };
 
 class Scene {
  public:
-  Scene(const World& world, uint64_t seed) : random_(seed) {
+  Scene(const World& world, unsigned seed) : random_(seed) {
     truth_.scale = world.scale;
-    truth_.rotation = RandomRotation();
-    truth_.translation = 10 * Eigen::Vector3d(Uniform(), Uniform(), Uniform());
-    for (int i = 0; i < world.num_images; ++i) AddImage(world, i);
+    truth_.rotation = RandomRotation(&random_);
+    truth_.translation = Uniform3(-10, 10, &random_);
+    options_.seed = seed;
+    options_.num_photos = world.num_images;
+    options_.num_points = 300;
+    options_.path = world.path;
+    options_.width_px = 1600;
+    options_.height_px = 1200;
+    options_.focal_px = 1300;
+    options_.distortion = -0.05;
+    const SyntheticScene scene = MakeScene(options_);
+    for (int i = 0; i < world.num_images; ++i) AddImage(world, scene, i);
   }
 
   std::vector<SharedPhoto> shared_;
   Similarity truth_;
 
  private:
-  double Uniform() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
-  double Normal() { return std::normal_distribution<double>()(random_); }
-  Eigen::Quaterniond RandomRotation() {
-    return Eigen::Quaterniond(Normal(), Normal(), Normal(), Normal()).normalized();
-  }
-
-  Eigen::Vector3d CentreOf(Centres centres, int i) {
-    if (centres == Centres::kSpot) return {0.2, -0.1, 0.3};
-    if (centres == Centres::kLine) return {0.7 * i, 0, 0};
-    return {0.7 * i, Uniform(), Uniform()};
-  }
-
-  void AddImage(const World& world, int i) {
+  void AddImage(const World& world, const SyntheticScene& scene, int i) {
     SharedPhoto image;
     image.image_id = 100 + i;
-    image.source_camera.InitializeWithName("SIMPLE_RADIAL", 1300, 1600, 1200);
-    image.source_camera.Params()[3] = -0.05;
+    image.source_camera.InitializeWithName("SIMPLE_RADIAL", options_.focal_px, options_.width_px,
+                                           options_.height_px);
+    image.source_camera.Params()[3] = options_.distortion;
     image.target_camera = image.source_camera;
     image.target_camera.Params()[0] *= world.target_focal_factor;
-    image.cam_from_source.rotation =
-        Eigen::Quaterniond(1, 0.1 * Uniform(), 0.1 * Uniform(), 0.1 * Uniform()).normalized();
-    image.cam_from_source.translation =
-        -(image.cam_from_source.rotation * CentreOf(world.centres, i));
+    image.cam_from_source = {Eigen::Quaterniond(scene.rotations[i]), scene.translations[i]};
     image.cam_from_target = TransformPose(truth_, image.cam_from_source);
-    for (uint32_t k = 0; k < 300; ++k) AddPoint(world, k, &image);
+    for (size_t k = 0; k < scene.visible[i].size(); ++k) {
+      const Keypoint& keypoint = scene.photos[i].keypoints[k];
+      const Eigen::Vector3d& xyz = scene.points[scene.visible[i][k]];
+      SharedPhoto::CommonPoint point;
+      point.point2D_idx = static_cast<uint32_t>(k);
+      point.source_xyz = MovedInDepth(world.depth_noise, scene.Center(i), xyz);
+      point.target_xyz = truth_.Apply(MovedInDepth(world.depth_noise, scene.Center(i), xyz));
+      point.pixel = {keypoint.x, keypoint.y};
+      image.points.push_back(point);
+    }
     SpoilPoints(world.wrong_points, &image);
-    if (i < world.num_wrong_images) image.cam_from_target = {RandomRotation(), {1, 2, 3}};
+    if (i < world.num_wrong_images) image.cam_from_target = {RandomRotation(&random_), {1, 2, 3}};
     shared_.push_back(image);
   }
 
-  void AddPoint(const World& world, uint32_t k, SharedPhoto* image) {
-    const Eigen::Vector3d in_camera(2 * Uniform(), 1.5 * Uniform(), 6 + 2 * Uniform());
-    const CameraPose& pose = image->cam_from_source;
-    const auto noisy = [&] {
-      const Eigen::Vector3d moved = in_camera * (1 + world.depth_noise * Normal());
-      return Eigen::Vector3d(pose.rotation.conjugate() * (moved - pose.translation));
-    };
-    SharedPhoto::CommonPoint point;
-    point.point2D_idx = k;
-    point.source_xyz = noisy();
-    point.target_xyz = truth_.Apply(noisy());
-    point.pixel = image->source_camera.WorldToImage(in_camera.hnormalized()) +
-                  world.noise_px * Eigen::Vector2d(Normal(), Normal());
-    image->points.push_back(point);
+  Eigen::Vector3d MovedInDepth(double noise, const Eigen::Vector3d& center,
+                               const Eigen::Vector3d& xyz) {
+    return xyz + Normal(noise, &random_) * (xyz - center);
   }
 
   void SpoilPoints(double share, SharedPhoto* image) {
@@ -89,7 +83,8 @@ class Scene {
     }
   }
 
-  std::mt19937_64 random_;
+  std::mt19937 random_;
+  SyntheticOptions options_;
 };
 
 double RotationErrorRad(const Similarity& a, const Similarity& b) {
@@ -155,7 +150,7 @@ INSTANTIATE_TEST_SUITE_P(Scales, ScaleTest, ::testing::Values(0.01, 0.1, 1.0, 10
 
 TEST(Sim3, WorksWithCentresOnALine) {
   World world;
-  world.centres = Centres::kLine;
+  world.path = Path::kForward;
   world.depth_noise = 0.01;
   const Scene scene(world, 3);
   ExpectTruth(scene, EstimateSim3(scene.shared_, {}), 3e-3);
@@ -163,7 +158,7 @@ TEST(Sim3, WorksWithCentresOnALine) {
 
 TEST(Sim3, WorksWithCentresInOneSpot) {
   World world;
-  world.centres = Centres::kSpot;
+  world.path = Path::kRotation;
   world.scale = 0.2;
   world.depth_noise = 0.01;
   const Scene scene(world, 4);

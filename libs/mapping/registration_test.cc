@@ -2,45 +2,49 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "base/pose.h"
+#include "testing/synthetic_scene.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
-
-constexpr double kFocalPx = 1000;
 
 Eigen::Matrix3d TurnedBy(double degrees) {
   return Eigen::AngleAxisd(degrees * M_PI / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
 }
 
-// A small tilted plane far away: tilted the other way it looks nearly the same.
+// A small tilted plane far away: tilted the other way it looks nearly the same. Photo 1 is of the
+// right pose. Beside the plane are a few points, of which photo 1 has what the wrong pose sees.
 class TwoPoses : public testing::Test {
  protected:
+  static constexpr size_t kNumInPlane = 100, kNumMismatches = 5;
+
   void SetUp() override {
-    PhotoInput photo;
-    photo.image_id = photo.camera_id = 1;
-    photo.width_px = photo.height_px = 1000;
-    photo.focal_px = kFocalPx;
-    photo.focal_from_exif = true;
-    ASSERT_TRUE(map_.AddPhoto(photo).ok());
-    map_.SetCameraRefined(1, true);
-    for (int i = 0; i < 100; ++i) {
-      const Eigen::Vector3d xyz(uniform_(random_), uniform_(random_), 0);
-      Add(xyz, right_, 0.1);
+    for (size_t i = 0; i < kNumInPlane; ++i) {
+      const double x = Uniform(-0.5, 0.5, &random_);
+      scene_.points.emplace_back(x, Uniform(-0.5, 0.5, &random_), 0);
     }
+    for (size_t i = 0; i < kNumMismatches; ++i) {
+      scene_.points.emplace_back(0.1 * i, 0.05 * i, 1.0 + 0.1 * i);
+    }
+    for (const Eigen::Matrix3d& R : {right_, wrong_}) {
+      scene_.AddPose(R, R.transpose() * Eigen::Vector3d(0, 0, -10));
+    }
+    SyntheticOptions options;
+    options.noise_px = 0.1;
+    Photograph(options, &random_, &scene_);
+    ASSERT_TRUE(map_.AddPhoto(scene_.photos[0]).ok());
+    map_.SetCameraRefined(1, true);
+    for (size_t p = 0; p < scene_.points.size(); ++p) See(p, p < kNumInPlane ? 0 : 1);
   }
 
-  // A point, and where a camera of this pose sees it.
-  void Add(const Eigen::Vector3d& xyz, const Eigen::Matrix3d& R, double noise_px) {
-    const Eigen::Vector2d pixel =
-        (R * xyz + t_).hnormalized() * kFocalPx + Eigen::Vector2d(500, 500);
-    visible_.point2D_idxs.push_back(static_cast<Point2DIdx>(visible_.size()));
-    visible_.point3D_ids.push_back(visible_.size() + 1);
-    visible_.pixels.push_back(pixel +
-                              noise_px * Eigen::Vector2d(normal_(random_), normal_(random_)));
-    visible_.xyz.push_back(xyz);
+  // A point, and where a photo sees it: each sees all.
+  void See(size_t point, size_t photo) {
+    const Keypoint& keypoint = scene_.photos[photo].keypoints.at(point);
+    visible_.point2D_idxs.push_back(static_cast<Point2DIdx>(point));
+    visible_.point3D_ids.push_back(point + 1);
+    visible_.pixels.emplace_back(keypoint.x, keypoint.y);
+    visible_.xyz.push_back(scene_.points[point]);
   }
 
   double RotationErrorDeg(const PoseEstimate& estimate) const {
@@ -48,17 +52,14 @@ class TwoPoses : public testing::Test {
   }
 
   const Eigen::Matrix3d right_ = TurnedBy(40), wrong_ = TurnedBy(-40);
-  const Eigen::Vector3d t_{0, 0, 10};
   std::mt19937 random_{1};
-  std::uniform_real_distribution<double> uniform_{-0.5, 0.5};
-  std::normal_distribution<double> normal_;
+  SyntheticScene scene_;
   SceneMap map_;
   VisiblePoints visible_;
 };
 
 // A few mismatches beside the plane agree with the wrong pose, the plane's points do within 12 px.
 TEST_F(TwoPoses, TheOneWithTheSmallerErrorsIsTakenNotTheOneWithMoreInliers) {
-  for (int i = 0; i < 5; ++i) Add({0.1 * i, 0.05 * i, 1.0 + 0.1 * i}, wrong_, 0.1);
   RegistrationOptions only_wide;
   only_wide.ransac_limits_px = {only_wide.max_error_px};
   ASSERT_GT(RotationErrorDeg(EstimatePose(map_, 1, visible_, only_wide)), 60) << "no trap";
@@ -70,31 +71,14 @@ TEST_F(TwoPoses, TheOneWithTheSmallerErrorsIsTakenNotTheOneWithMoreInliers) {
 
 // A free pose and a held one, 2 units apart, that see the same points.
 Bundle TwoViews(bool constant_points) {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> uniform(-2, 2);
-  Bundle bundle;
-  bundle.poses.resize(2);
-  bundle.poses[1].t = Eigen::Vector3d(2, 0, 0);
+  SyntheticOptions options;
+  options.num_photos = 2;
+  options.num_points = 50;
+  options.step_deg = 14.4;
+  options.noise_px = 0;
+  Bundle bundle = BundleAtTruth(options, MakeScene(options));
   bundle.poses[1].constant = true;
-  BundleCamera camera;
-  camera.model_id = 0;  // SIMPLE_PINHOLE
-  camera.params = {kFocalPx, 500, 500};
-  camera.prior = camera.params;
-  camera.prior_sigma = {0, 0, 0};
-  bundle.cameras.push_back(camera);
-  for (int i = 0; i < 50; ++i) {
-    BundlePoint point;
-    point.xyz = Eigen::Vector3d(uniform(random), uniform(random), 8 + uniform(random));
-    point.constant = constant_points;
-    point.first = 2 * i;
-    point.count = 2;
-    bundle.points.push_back(point);
-    for (int k = 0; k < 2; ++k) {
-      const Eigen::Vector3d seen = point.xyz + bundle.poses[k].t;
-      bundle.observations.push_back(
-          {k, static_cast<uint32_t>(i), seen.hnormalized() * kFocalPx + Eigen::Vector2d(500, 500)});
-    }
-  }
+  for (BundlePoint& point : bundle.points) point.constant = constant_points;
   return bundle;
 }
 

@@ -5,6 +5,7 @@
 
 #include "matching/kernel.h"
 #include "matching/two_view.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
@@ -22,10 +23,9 @@ SyntheticOptions CameraOptions() {
 }  // namespace
 
 SyntheticFeatures::SyntheticFeatures() {
-  std::uniform_real_distribution<double> side(-3, 3), depth(5, 12);
   for (int i = 0; i < kNumPoints; ++i) {
-    const double x = side(random_), y = side(random_);
-    scene_.points.emplace_back(x, y, depth(random_));
+    const double x = Uniform(-3, 3, &random_), y = Uniform(-3, 3, &random_);
+    scene_.points.emplace_back(x, y, Uniform(5, 12, &random_));
     for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(random_() % 64);
   }
 }

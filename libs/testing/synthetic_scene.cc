@@ -4,7 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/camera_models.h"
 #include "map/image_pose.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
@@ -15,20 +17,10 @@ constexpr int kNumInFirstPlace = 12;
 constexpr size_t kMinPairMatches = 15;
 
 Eigen::Vector3d RandomPoint(SyntheticOptions::Shape shape, std::mt19937* random) {
-  std::uniform_real_distribution<double> side(-2.0, 2.0);
-  const double x = side(*random), y = side(*random), z = side(*random);
-  if (shape == SyntheticOptions::Shape::kTwins) return {0.5 * x - 1.0, y, z};
-  return {x, y, shape == SyntheticOptions::Shape::kPlane ? 0.0 : z};
-}
-
-double Uniform(double low, double high, std::mt19937* random) {
-  return std::uniform_real_distribution<double>(low, high)(*random);
-}
-
-Eigen::Vector3d Normal3(double sigma, std::mt19937* random) {
-  std::normal_distribution<double> normal(0, sigma);
-  const double x = normal(*random), y = normal(*random), z = normal(*random);
-  return {x, y, z};
+  Eigen::Vector3d point = Uniform3(-2, 2, random);
+  if (shape == SyntheticOptions::Shape::kTwins) point.x() = 0.5 * point.x() - 1.0;
+  if (shape == SyntheticOptions::Shape::kPlane) point.z() = 0;
+  return point;
 }
 
 void AddWall(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene) {
@@ -213,6 +205,40 @@ void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& id
     if (tracks[p].Length() < 2) continue;
     map->AddPoint(scene.points[p] + shift, tracks[p]);
   }
+}
+
+Bundle BundleAtTruth(const SyntheticOptions& options, const SyntheticScene& scene) {
+  Bundle bundle;
+  BundleCamera camera;
+  camera.camera_id = 1;
+  camera.model_id = colmap::SimpleRadialCameraModel::model_id;
+  camera.params = {options.focal_px, options.width_px / 2.0, options.height_px / 2.0,
+                   options.distortion};
+  bundle.cameras.push_back(camera);
+  std::vector<std::vector<BundleObservation>> of_point(scene.points.size());
+  for (size_t i = 0; i < scene.photos.size(); ++i) {
+    BundlePose pose;
+    pose.image_id = static_cast<uint32_t>(i + 1);
+    pose.R = scene.rotations[i];
+    pose.t = scene.translations[i];
+    bundle.poses.push_back(pose);
+    for (size_t k = 0; k < scene.visible[i].size() && scene.visible[i][k] >= 0; ++k) {
+      const Keypoint& keypoint = scene.photos[i].keypoints[k];
+      of_point[scene.visible[i][k]].push_back(
+          {static_cast<int>(i), static_cast<uint32_t>(k), {keypoint.x, keypoint.y}});
+    }
+  }
+  for (size_t p = 0; p < of_point.size(); ++p) {
+    if (of_point[p].size() < 2) continue;
+    BundlePoint point;
+    point.point3D_id = p;
+    point.xyz = scene.points[p];
+    point.first = static_cast<int>(bundle.observations.size());
+    point.count = static_cast<int>(of_point[p].size());
+    bundle.points.push_back(point);
+    bundle.observations.insert(bundle.observations.end(), of_point[p].begin(), of_point[p].end());
+  }
+  return bundle;
 }
 
 void FillMap(const SyntheticScene& scene, SceneMap* map) {

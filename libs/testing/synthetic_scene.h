@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "bundle/bundle.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -89,6 +90,10 @@ void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& id
 
 // The whole scene: all photos with all their pairs, registered at their true poses.
 void FillMap(const SyntheticScene& scene, SceneMap* map);
+
+// A bundle of a scene with one camera, at the truth: all poses, and the points that two of them
+// see. Nothing is held.
+Bundle BundleAtTruth(const SyntheticOptions& options, const SyntheticScene& scene);
 
 // Of the points those that the image observes.
 size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id);

