@@ -585,6 +585,14 @@ TEST_F(SharedMapperTest, EachSubmapOfAMapperGetsItsFinalModel) {
 }
 
 TEST_F(SharedMapperTest, MergesTwoOfItsOwnSubmaps) {
+  // Ingest holds the blobs of a fact before it commits it.
+  ingest_.Refuse([this](const Fact& fact) -> std::optional<Refusal> {
+    if (IsMerge(fact, merge_t::FROZEN)) {
+      const auto blob = node_.blobs().GetLocal(std::get<merge_t>(fact).model_blob);
+      if (blob.ok()) ingest_node_.blobs().Offer(*blob);
+    }
+    return std::nullopt;
+  });
   GiveThree();
   for (const int64_t submap_id : {1, 2}) Ask({3, 4, 5}, submap_id);
   Await([&] { return num_answers_ == 2; }, "both submaps' poses and points");
