@@ -6,7 +6,9 @@
 #include <cmath>
 #include <thread>
 
+#include "bundle/bundle_factor.h"
 #include "bundle/bundle_terms.h"
+#include "bundle/implicit_system.h"
 #include "bundle/reduced_system.h"
 #include "core/option_check.h"
 
@@ -16,6 +18,11 @@ namespace {
 constexpr double kInitialDamping = 1e-4;
 constexpr double kMaxDamping = 1e10;
 constexpr double kMinDiagonal = 1e-6;
+// Conjugate gradients that a step takes with the factor of another one.
+constexpr double kExpectedGradients = 20;
+// Observations of a point that a preconditioner takes together. A track of m times as many counts
+// as m points: of its 2 L - 3 pieces of information 2 L - 3 m are left, at 1 / m of the products.
+constexpr int kPieceLength = 32;
 
 // A point's terms and its own block of the normal equations.
 struct PointTerms {
@@ -26,13 +33,14 @@ struct PointTerms {
   Eigen::Vector3d damping = Eigen::Vector3d::Zero();  // added to the diagonal of V
   Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();
 
+  // With each `stride`-th observation from `from` on.
   void Set(const Bundle& bundle, const BundleLayout& layout, const RobustLoss& loss,
-           const BundlePoint& point, double lambda) {
+           const BundlePoint& point, double lambda, int from = 0, int stride = 1) {
     if (static_cast<int>(terms.size()) < point.count) terms.resize(point.count);
     size = 0;
     V.setZero();
     gradient.setZero();
-    for (int i = point.first; i < point.first + point.count; ++i) {
+    for (int i = point.first + from; i < point.first + point.count; i += stride) {
       ObservationTerm& term = terms[size];
       if (!Linearise(bundle, layout, loss, point, bundle.observations[i], &term)) continue;
       V.noalias() += term.J_point.transpose() * term.J_point;
@@ -55,13 +63,11 @@ class Solver {
         start_(bundle->poses),
         has_scales_(HasScales(*bundle)) {
     SplitPoints();
-    PosePattern pattern;
-    if (layout_.num_free_poses > options.max_dense_poses) pattern = FindPattern(*bundle, layout_);
-    const bool dense = pattern.empty() || (layout_.num_free_poses <= options.max_filled_poses &&
-                                           !IsFasterSparse(pattern));
-    for (size_t i = 0; i < chunks_.size(); ++i) {
-      systems_.push_back(dense ? MakeDenseSystem(layout_) : MakeSparseSystem(pattern, layout_));
-    }
+    if (layout_.num_free_poses > options.max_dense_poses) pattern_ = FindPattern(*bundle, layout_);
+    is_dense_ = pattern_.empty() ||
+                (layout_.num_free_poses <= options.max_filled_poses && !IsFasterSparse(pattern_));
+    keeps_factor_ = !has_scales_ && IsDecomposingSlow();
+    if (keeps_factor_) TakeFactor(options.factor);
   }
 
   BundleSummary Run() {
@@ -98,6 +104,8 @@ class Solver {
     }
     summary.final_cost = cost;
     summary.usable = std::isfinite(cost);
+    summary.num_decompositions = num_decompositions_;
+    summary.factor = factor_;
     return summary;
   }
 
@@ -140,20 +148,45 @@ class Solver {
     return sum;
   }
 
-  // Builds and solves the damped normal equations and moves the bundle. `predicted`: the decrease
-  // of the cost by the linear model.
+  // Operations of summing and decomposing the Schur complement, beside those of conjugate gradients
+  // without it.
+  bool IsDecomposingSlow() const {
+    constexpr double kBlockSpeed = 8;  // of the decomposition, which goes by large blocks
+    double num_pairs = 0, num_observations = 0;
+    for (const BundlePoint& point : bundle_.points) {
+      const double num_free = point.constant ? 0 : NumFreeObservations(point);
+      num_pairs += 0.5 * num_free * num_free;
+      num_observations += num_free;
+    }
+    const double size = layout_.size;
+    const double decomposing = 108 * num_pairs + size * size * size / 6 / kBlockSpeed;
+    return decomposing > 2 * kExpectedGradients * (36 * num_observations + size * size);
+  }
+
+  int NumFreeObservations(const BundlePoint& point) const {
+    const auto begin = bundle_.observations.begin() + point.first;
+    return static_cast<int>(
+        std::count_if(begin, begin + point.count, [this](const BundleObservation& observation) {
+          return layout_.pose_row[observation.pose] >= 0;
+        }));
+  }
+
+  void TakeFactor(std::shared_ptr<const BundleFactor> factor) {
+    factor_ = std::move(factor);
+    if (factor_ != nullptr) factor_rows_ = factor_->RowsOf(bundle_, layout_);
+  }
+
+  // Solves the damped normal equations and moves the bundle. `predicted`: the decrease of the cost
+  // by the linear model.
   bool Step(double lambda, double* predicted) {
-    ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, systems_[i].get()); });
-    ReducedSystem& system = *systems_[0];
-    for (size_t i = 1; i < systems_.size(); ++i) system.Add(*systems_[i]);
-    if (prior_information_.empty()) SetPosePriors(system);
-    AddPriors(&system);
-    const Eigen::VectorXd damping = lambda * system.diagonal.cwiseMax(kMinDiagonal);
-    Eigen::VectorXd b = system.schur_gradient - WithPoseScales(system.gradient);
     Eigen::VectorXd y(layout_.size);
-    if (layout_.size > 0 && !system.Solve(damping, b, &y)) return false;
+    StepTerms terms;
+    const bool solved = (keeps_factor_ && SolveByGradients(lambda, &terms, &y)) ||
+                        SolveByDecomposing(lambda, &terms, &y);
+    if (!solved) return false;
     const Eigen::VectorXd delta = WithPoseSteps(y);
-    *predicted = has_scales_ ? 0.0 : 0.5 * delta.dot(damping.cwiseProduct(delta) - system.gradient);
+    *predicted =
+        has_scales_ ? 0.0 : 0.5 * delta.dot(terms.damping.cwiseProduct(delta) - terms.gradient);
     std::vector<double> gains(chunks_.size());
     ForEachChunk([&](size_t i) { gains[i] = MovePoints(chunks_[i], lambda, y); });
     for (const double gain : gains) *predicted += gain;
@@ -161,7 +194,66 @@ class Solver {
     return true;
   }
 
-  void Accumulate(const Chunk& chunk, double lambda, ReducedSystem* system) {
+  // Of the cameras' normal equations.
+  struct StepTerms {
+    Eigen::VectorXd damping, gradient, b;
+  };
+
+  bool SolveByDecomposing(double lambda, StepTerms* terms, Eigen::VectorXd* y) {
+    ++num_decompositions_;
+    while (explicit_.size() < chunks_.size()) explicit_.push_back(MakeSystem());
+    ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, explicit_[i].get()); });
+    *terms = SumUp(lambda, explicit_);
+    return layout_.size == 0 || explicit_[0]->Solve(terms->damping, terms->b, y);
+  }
+
+  std::unique_ptr<ExplicitSystem> MakeSystem() const {
+    return is_dense_ ? MakeDenseSystem(layout_) : MakeSparseSystem(pattern_, layout_);
+  }
+
+  // With the factor of an earlier step or bundle, else with one of this step.
+  bool SolveByGradients(double lambda, StepTerms* terms, Eigen::VectorXd* y) {
+    while (implicit_.size() < chunks_.size()) {
+      implicit_.push_back(std::make_unique<ImplicitSystem>(bundle_, layout_));
+    }
+    ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, implicit_[i].get()); });
+    *terms = SumUp(lambda, implicit_);
+    if (factor_ != nullptr && RunGradients(*terms, y)) return true;
+    return DecomposeInPieces(lambda, *terms) && RunGradients(*terms, y);
+  }
+
+  bool RunGradients(const StepTerms& terms, Eigen::VectorXd* y) {
+    const ConjugateGradients gradients{
+        implicit_, *factor_, factor_rows_,
+        [this](const std::function<void(size_t)>& function) { ForEachChunk(function); }};
+    return gradients.Solve(terms.damping, terms.b, y);
+  }
+
+  bool DecomposeInPieces(double lambda, const StepTerms& terms) {
+    ++num_decompositions_;
+    std::vector<std::unique_ptr<ExplicitSystem>> parts;
+    while (parts.size() < chunks_.size()) parts.push_back(MakeSystem());
+    ForEachChunk([&](size_t i) { AccumulatePieces(chunks_[i], lambda, parts[i].get()); });
+    SumUp(lambda, parts);
+    Eigen::VectorXd unused(layout_.size);
+    if (!parts[0]->Solve(terms.damping, terms.b, &unused)) return false;
+    TakeFactor(std::make_shared<BundleFactor>(bundle_, layout_, std::move(parts[0])));
+    return true;
+  }
+
+  // Into the first of the parts.
+  template <typename System>
+  StepTerms SumUp(double lambda, const std::vector<std::unique_ptr<System>>& parts) {
+    ReducedSystem& system = *parts[0];
+    for (size_t i = 1; i < parts.size(); ++i) system.Add(*parts[i]);
+    if (prior_information_.empty()) SetPosePriors(system);
+    AddPriors(&system);
+    return {lambda * system.diagonal.cwiseMax(kMinDiagonal), system.gradient,
+            system.schur_gradient - WithPoseScales(system.gradient)};
+  }
+
+  template <typename System>
+  void Accumulate(const Chunk& chunk, double lambda, System* system) {
     system->SetZero();
     PointTerms point_terms;
     for (int p = chunk.begin; p < chunk.end; ++p) {
@@ -169,6 +261,36 @@ class Solver {
       AddDirect(point_terms, system);
       if (!bundle_.points[p].constant) AddSchur(point_terms, system);
     }
+  }
+
+  void AccumulatePieces(const Chunk& chunk, double lambda, ExplicitSystem* system) {
+    system->SetZero();
+    PointTerms terms;
+    for (int p = chunk.begin; p < chunk.end; ++p) {
+      const BundlePoint& point = bundle_.points[p];
+      const int num_pieces = std::max(1, point.count / kPieceLength);
+      for (int piece = 0; piece < num_pieces; ++piece) {
+        terms.Set(bundle_, layout_, loss_, point, lambda, piece, num_pieces);
+        AddDirect(terms, system);
+        if (!point.constant) AddSchur(terms, system);
+      }
+    }
+  }
+
+  void AddSchur(const PointTerms& point, ImplicitSystem* system) {
+    const Eigen::Vector3d v = point.V_inverse * point.gradient;
+    CameraCouplings(point);
+    for (int i = 0; i < point.size; ++i) {
+      const ObservationTerm& term = point.terms[i];
+      if (term.pose_row < 0) continue;
+      system->schur_gradient.segment<6>(term.pose_row).noalias() += term.W * v;
+      system->KeepPose(term.pose_row, term.W);
+    }
+    for (const Coupling& c : Couplings()) {
+      system->schur_gradient.segment(c.row, c.size) += c.W.topRows(c.size) * v;
+      system->KeepCamera(c);
+    }
+    system->EndPoint(point.V_inverse);
   }
 
   void AddDirect(const PointTerms& point, ReducedSystem* system) {
@@ -188,7 +310,7 @@ class Solver {
   }
 
   // Takes the point out of the system: S -= W V^-1 W', and the same for the right-hand side.
-  void AddSchur(const PointTerms& point, ReducedSystem* system) {
+  void AddSchur(const PointTerms& point, ExplicitSystem* system) {
     const Eigen::Vector3d v = point.V_inverse * point.gradient;
     CameraCouplings(point);
     for (int i = 0; i < point.size; ++i) {
@@ -226,11 +348,6 @@ class Solver {
 
   // The block of one point and one camera's parameters, summed over the point's observations by
   // that camera.
-  struct Coupling {
-    Coupling(int row, int size) : row(row), size(size) {}
-    int row, size;
-    Eigen::Matrix<double, kMaxIntrinsics, 3> W = Eigen::Matrix<double, kMaxIntrinsics, 3>::Zero();
-  };
   static std::vector<Coupling>& Couplings() {
     thread_local std::vector<Coupling> couplings;
     return couplings;
@@ -361,7 +478,14 @@ class Solver {
   const std::vector<BundlePose> start_;
   const bool has_scales_;
   std::vector<Chunk> chunks_;
-  std::vector<std::unique_ptr<ReducedSystem>> systems_;
+  PosePattern pattern_;  // empty: not needed
+  bool is_dense_ = true;
+  bool keeps_factor_ = false;
+  std::vector<std::unique_ptr<ExplicitSystem>> explicit_;  // one a chunk
+  std::vector<std::unique_ptr<ImplicitSystem>> implicit_;  // one a chunk
+  std::shared_ptr<const BundleFactor> factor_;
+  std::vector<int> factor_rows_;
+  int num_decompositions_ = 0;
   std::vector<Eigen::Matrix<double, 6, 6>> prior_information_;
 };
 

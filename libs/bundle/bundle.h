@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/result.h"
@@ -61,6 +62,8 @@ struct Bundle {
   std::vector<BundleObservation> observations;  // grouped by point
 };
 
+class BundleFactor;
+
 enum class Loss { kSquared, kSoftL1, kCauchy };
 
 struct BundleOptions {
@@ -75,6 +78,10 @@ struct BundleOptions {
   int max_dense_poses = 250;
   int max_filled_poses = 1500;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration
+  // Of an earlier solution of much the same bundle. Where tracks are long, summing and decomposing
+  // the Schur complement takes most of the time. Conjugate gradients with an earlier
+  // decomposition as preconditioner do without; they have the same solution.
+  std::shared_ptr<const BundleFactor> factor;
 
   Status Check() const;
 };
@@ -85,6 +92,9 @@ struct BundleSummary {
   double initial_cost = 0;  // half the sum of the robust squared residuals
   double final_cost = 0;
   int num_free_poses = 0;
+  int num_decompositions = 0;
+  // For the next solution; null where decomposing anew costs little.
+  std::shared_ptr<const BundleFactor> factor;
 };
 
 // Levenberg-Marquardt on the Schur complement of the points. Pose increments are local, X_cam' =

@@ -177,6 +177,56 @@ class CeresBundle {
   std::vector<Eigen::Vector3d> tvecs_, points_;
 };
 
+// 60 photos that all see the same: the matrix costs more than products with it.
+SyntheticOptions LongTracks() {
+  SyntheticOptions options;
+  options.num_photos = 60;
+  options.step_deg = 1;
+  return options;
+}
+
+TEST(Bundle, AnEarlierFactorSparesTheDecompositionAndChangesNothing) {
+  const SyntheticScene scene = MakeScene(LongTracks());
+  BundleOptions solve;
+  solve.function_tolerance = 1e-10;
+  Bundle first = MakeBundle(scene, 0.02), second = MakeBundle(scene, 0.03), direct = second;
+  const BundleSummary of_first = SolveBundle(solve, &first);
+  ASSERT_NE(of_first.factor, nullptr);
+  EXPECT_EQ(of_first.num_decompositions, 1);
+  EXPECT_GT(of_first.iterations, 1);
+  const BundleSummary of_direct = SolveBundle(solve, &direct);
+  solve.factor = of_first.factor;
+  const BundleSummary of_second = SolveBundle(solve, &second);
+  EXPECT_EQ(of_second.num_decompositions, 0);
+  EXPECT_NEAR(of_second.final_cost, of_direct.final_cost, 1e-7 * of_direct.final_cost);
+  EXPECT_NEAR(MaxCenterError(scene, second), MaxCenterError(scene, direct), 1e-5);
+}
+
+TEST(Bundle, AFactorServesBundlesWithOtherPosesCamerasAndThreads) {
+  const SyntheticScene scene = MakeScene(LongTracks());
+  BundleOptions solve;
+  solve.function_tolerance = 1e-10;
+  Bundle before = MakeBundle(scene, 0.02);
+  for (int i = 50; i < 60; ++i) before.poses[i].constant = true;
+  solve.factor = SolveBundle(solve, &before).factor;
+  ASSERT_NE(solve.factor, nullptr);
+  Bundle with = MakeBundle(scene, 0.02);
+  with.poses[10].constant = true;
+  with.cameras[0].refined = {0, 3};
+  Bundle without = with;
+  solve.num_threads = 2;
+  const BundleSummary summary = SolveBundle(solve, &with);
+  solve.factor = nullptr;
+  const BundleSummary reference = SolveBundle(solve, &without);
+  EXPECT_NEAR(summary.final_cost, reference.final_cost, 1e-7 * reference.final_cost);
+  EXPECT_NEAR(with.cameras[0].params[0], without.cameras[0].params[0], 1e-2);
+}
+
+TEST(Bundle, KeepsNoFactorOfShortTracks) {
+  Bundle bundle = MakeBundle(MakeScene(SyntheticOptions()), 0.02);
+  EXPECT_EQ(SolveBundle(BundleOptions(), &bundle).factor, nullptr);
+}
+
 TEST(Bundle, ReachesTheMinimumThatCeresReaches) {
   SyntheticOptions options;
   options.noise_px = 1;
@@ -349,7 +399,7 @@ TEST(ReducedSystem, DenseAndSparseCholeskyAgree) {
   const auto dense = MakeDenseSystem(layout), sparse = MakeSparseSystem(pattern, layout);
   const Eigen::MatrixXd J = Eigen::MatrixXd::Random(40, 12);
   const Eigen::MatrixXd K = Eigen::MatrixXd::Random(40, 2);
-  for (ReducedSystem* system : {dense.get(), sparse.get()}) {
+  for (ExplicitSystem* system : {dense.get(), sparse.get()}) {
     system->SetZero();
     for (int i = 0; i < kNumPoses; ++i) {
       const Eigen::Matrix<double, 40, 6> A = J.leftCols(6), B = J.rightCols(6);

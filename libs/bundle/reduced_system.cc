@@ -9,9 +9,9 @@ namespace {
 
 using ConstBlock = Eigen::Map<const Eigen::MatrixXd>;
 
-class DenseSystem : public ReducedSystem {
+class DenseSystem : public ExplicitSystem {
  public:
-  explicit DenseSystem(int size) : ReducedSystem(size), S_(size, size) {}
+  explicit DenseSystem(int size) : ExplicitSystem(size), S_(size, size) {}
 
   bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
              Eigen::VectorXd* x) override {
@@ -21,6 +21,12 @@ class DenseSystem : public ReducedSystem {
     if (llt.info() != Eigen::Success) return false;
     *x = llt.solve(b);
     return x->allFinite();
+  }
+
+  // S_ holds the factor U of U' U.
+  Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const override {
+    const auto U = S_.triangularView<Eigen::Upper>();
+    return U.solve(U.adjoint().solve(b));
   }
 
  protected:
@@ -46,10 +52,10 @@ class DenseSystem : public ReducedSystem {
 };
 
 // Pose blocks in block rows with sorted columns; the cameras' rows, few, as a dense border.
-class SparseSystem : public ReducedSystem {
+class SparseSystem : public ExplicitSystem {
  public:
   SparseSystem(const PosePattern& pattern, const BundleLayout& layout)
-      : ReducedSystem(layout.size),
+      : ExplicitSystem(layout.size),
         num_pose_rows_(6 * layout.num_free_poses),
         columns_(pattern),
         first_(layout.num_free_poses + 1, 0),
@@ -65,7 +71,22 @@ class SparseSystem : public ReducedSystem {
     analysed_ = true;
     llt_.factorize(S);
     if (llt_.info() != Eigen::Success) return false;
-    return SolveBordered(damping, b, x);
+    if (!DecomposeBorder(damping)) return false;
+    *x = SolveAgain(b);
+    return x->allFinite();
+  }
+
+  // [A B; B' C] [x; z] = [b; d] through the Schur complement of A.
+  Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const override {
+    Eigen::VectorXd x(b.size());
+    const Eigen::VectorXd A_b = llt_.solve(b.head(num_pose_rows_));
+    const int border = static_cast<int>(border_.cols());
+    x.head(num_pose_rows_) = A_b;
+    if (border == 0) return x;
+    const auto B = border_.topRows(num_pose_rows_);
+    x.tail(border) = border_llt_.solve(b.tail(border) - B.transpose() * A_b);
+    x.head(num_pose_rows_) -= A_B_ * x.tail(border);
+    return x;
   }
 
  protected:
@@ -111,26 +132,16 @@ class SparseSystem : public ReducedSystem {
     return S;
   }
 
-  // [A B; B' C] [x; z] = [b; d] through the Schur complement of A.
-  bool SolveBordered(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
-                     Eigen::VectorXd* x) const {
+  bool DecomposeBorder(const Eigen::VectorXd& damping) {
     const int border = static_cast<int>(border_.cols());
-    x->resize(b.size());
+    if (border == 0) return true;
     const Eigen::MatrixXd B = border_.topRows(num_pose_rows_);
-    const Eigen::VectorXd A_b = llt_.solve(b.head(num_pose_rows_));
-    if (border > 0) {
-      Eigen::MatrixXd C = border_.bottomRows(border);
-      C.diagonal() += damping.tail(border);
-      C = C.selfadjointView<Eigen::Upper>();
-      const Eigen::MatrixXd A_B = llt_.solve(B);
-      const Eigen::LLT<Eigen::MatrixXd> llt(C - B.transpose() * A_B);
-      if (llt.info() != Eigen::Success) return false;
-      x->tail(border) = llt.solve(b.tail(border) - B.transpose() * A_b);
-      x->head(num_pose_rows_) = A_b - A_B * x->tail(border);
-    } else {
-      *x = A_b;
-    }
-    return x->allFinite();
+    Eigen::MatrixXd C = border_.bottomRows(border);
+    C.diagonal() += damping.tail(border);
+    C = C.selfadjointView<Eigen::Upper>();
+    A_B_ = llt_.solve(B);
+    border_llt_.compute(C - B.transpose() * A_B_);
+    return border_llt_.info() == Eigen::Success;
   }
 
   const int num_pose_rows_;
@@ -140,6 +151,8 @@ class SparseSystem : public ReducedSystem {
   Eigen::MatrixXd border_;  // columns of the cameras' parameters
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt_;
   bool analysed_ = false;
+  Eigen::MatrixXd A_B_;  // A^-1 B
+  Eigen::LLT<Eigen::MatrixXd> border_llt_;
 };
 
 // Opens the numbers of entries in the factor's columns, which the analysis finds.
@@ -180,7 +193,7 @@ void ReducedSystem::Add(const ReducedSystem& other) {
   AddMatrix(other);
 }
 
-std::unique_ptr<ReducedSystem> MakeDenseSystem(const BundleLayout& layout) {
+std::unique_ptr<ExplicitSystem> MakeDenseSystem(const BundleLayout& layout) {
   return std::make_unique<DenseSystem>(layout.size);
 }
 
@@ -212,8 +225,8 @@ bool IsFasterSparse(const PosePattern& pattern) {
   return kSlowness * NumOperations(pattern) < size * size * size / 3;
 }
 
-std::unique_ptr<ReducedSystem> MakeSparseSystem(const PosePattern& pattern,
-                                                const BundleLayout& layout) {
+std::unique_ptr<ExplicitSystem> MakeSparseSystem(const PosePattern& pattern,
+                                                 const BundleLayout& layout) {
   return std::make_unique<SparseSystem>(pattern, layout);
 }
 

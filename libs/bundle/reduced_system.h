@@ -8,8 +8,8 @@
 
 namespace skein {
 
-// Accumulates the symmetric reduced camera system S = U - W V^-1 W': upper triangle, by blocks at
-// the rows of a BundleLayout.
+// Accumulates the normal equations of the cameras, U and its right-hand side, by blocks at the rows
+// of a BundleLayout: upper triangle. What eliminating the points subtracts is the subclasses'.
 class ReducedSystem {
  public:
   explicit ReducedSystem(int size)
@@ -26,20 +26,11 @@ class ReducedSystem {
     }
     Add(row, column, value.data(), value.rows(), value.cols(), 1.0);
   }
-  // Subtracts a part of W V^-1 W'.
-  template <typename Derived>
-  void SubtractBlock(int row, int column, const Eigen::MatrixBase<Derived>& block) {
-    const typename Derived::PlainObject value = block;
-    Add(row, column, value.data(), value.rows(), value.cols(), -1.0);
-  }
   // U's 6 x 6 block of the pose at `row`.
   Eigen::Matrix<double, 6, 6> direct_block(int row) const { return direct_.middleCols<6>(row); }
 
   void SetZero();
   void Add(const ReducedSystem& other);
-  // Solves (S + diag(damping)) x = b by Cholesky; false if it is not positive definite.
-  virtual bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
-                     Eigen::VectorXd* x) = 0;
 
   Eigen::VectorXd gradient;        // J' r of the cameras
   Eigen::VectorXd schur_gradient;  // sum of W V^-1 J_p' r
@@ -56,7 +47,25 @@ class ReducedSystem {
   Eigen::MatrixXd direct_;
 };
 
-std::unique_ptr<ReducedSystem> MakeDenseSystem(const BundleLayout& layout);
+// Holds the Schur complement S = U - W V^-1 W' as a matrix, to decompose it.
+class ExplicitSystem : public ReducedSystem {
+ public:
+  using ReducedSystem::ReducedSystem;
+
+  // Subtracts a part of W V^-1 W'.
+  template <typename Derived>
+  void SubtractBlock(int row, int column, const Eigen::MatrixBase<Derived>& block) {
+    const typename Derived::PlainObject value = block;
+    Add(row, column, value.data(), value.rows(), value.cols(), -1.0);
+  }
+  // Solves (S + diag(damping)) x = b by Cholesky; false if it is not positive definite.
+  virtual bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
+                     Eigen::VectorXd* x) = 0;
+  // The same system with another b. Needs a Solve that gave true, and no change since.
+  virtual Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const = 0;
+};
+
+std::unique_ptr<ExplicitSystem> MakeDenseSystem(const BundleLayout& layout);
 
 // For each free pose: itself and the later free poses that share a point with it, ascending.
 using PosePattern = std::vector<std::vector<int>>;
@@ -67,7 +76,7 @@ PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout);
 bool IsFasterSparse(const PosePattern& pattern);
 
 // Keeps only the blocks of the pattern.
-std::unique_ptr<ReducedSystem> MakeSparseSystem(const PosePattern& pattern,
-                                                const BundleLayout& layout);
+std::unique_ptr<ExplicitSystem> MakeSparseSystem(const PosePattern& pattern,
+                                                 const BundleLayout& layout);
 
 }  // namespace skein
