@@ -4,6 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/clock.h"
 #include "map/filters.h"
 #include "map/retriangulation.h"
 #include "map/track_completion.h"
@@ -13,6 +14,8 @@ namespace {
 
 // A global BA after which a smaller part of the observations changes is the last one.
 constexpr double kMaxChange = 0.0005;
+// Before those that converge.
+constexpr double kMaxChangeBefore = 0.005;
 
 }  // namespace
 
@@ -75,38 +78,57 @@ void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
 
 // Outliers make the tail of convergence long. They are filtered between the rounds, which then
 // start close to their end.
-BundleOptions Adjuster::GlobalBaOptions(bool final) const {
+BundleOptions Adjuster::GlobalBaOptions(bool converge) const {
   BundleOptions solve;
-  solve.max_iterations = final ? 30 : 10;
-  solve.function_tolerance = final ? 1e-6 : 1e-4;
+  solve.max_iterations = converge ? 30 : 10;
+  solve.function_tolerance = converge ? 1e-6 : 1e-4;
   solve.loss = Loss::kSoftL1;
   solve.num_threads = options_.num_threads;
+  solve.factor = factor_;
   return solve;
 }
 
-// Returns the part of the observations that completion, merging and filtering changed after it.
-double Adjuster::RunGlobalBa(const BundleOptions& options) {
+// Returns the part of the observations that changed after it. Tracks grow before the rounds that
+// converge; in these they are only filtered.
+double Adjuster::RunGlobalBa(bool converge) {
   const size_t num_observations = map_.reconstruction().ComputeNumObservations();
+  ++cost_.num_rounds;
+  Timer timer;
   Bundle bundle = BuildGlobalBundle(map_, true);
-  if (!SolveBundle(options, &bundle).usable) return 0;
+  const BundleSummary summary = SolveBundle(GlobalBaOptions(converge), &bundle);
+  cost_.num_iterations += summary.iterations;
+  cost_.num_decompositions += summary.num_decompositions;
+  cost_.solve_s += timer.ElapsedS();
+  if (!summary.usable) return 0;
+  NoteGlobalBa(summary.factor, timer.ElapsedS());
+  timer.Restart();
   ApplyBundle(bundle, &map_);
-  size_t num_changed = map_.CompleteTracks(options_.triangulation);
-  num_changed += map_.MergeTracks(options_.triangulation);
+  size_t num_changed = 0;
+  if (!converge) num_changed += map_.CompleteTracks(options_.triangulation);
+  if (!converge) num_changed += map_.MergeTracks(options_.triangulation);
   num_changed += FilterPoints(options_.filter, AllPoints(map_), &map_);
+  cost_.tracks_s += timer.ElapsedS();
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
+}
+
+void Adjuster::AdjustUntilStable(int max_rounds, double max_change, bool converge) {
+  for (int i = 0; i < max_rounds; ++i) {
+    if (RunGlobalBa(converge) < max_change) break;
+  }
 }
 
 void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   if (retriangulate) {
+    const Timer timer;
     map_.CompleteTracks(options_.triangulation);
     map_.MergeTracks(options_.triangulation);
     RetriangulationOptions options;
     options.triangulation = options_.triangulation;
     Retriangulate(options, map_.pairs(), &map_);
+    cost_.retriangulate_s += timer.ElapsedS();
   }
-  for (int i = 0; i < max_rounds; ++i) {
-    if (RunGlobalBa(GlobalBaOptions(final)) < kMaxChange) break;
-  }
+  AdjustUntilStable(max_rounds, final ? kMaxChangeBefore : kMaxChange, false);
+  if (final) AdjustUntilStable(max_rounds, kMaxChange, true);
   adjusted_ = map_.reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();

@@ -12,6 +12,16 @@
 
 namespace skein {
 
+// What global BAs took.
+struct GlobalBaCost {
+  int num_rounds = 0;
+  int num_iterations = 0;
+  int num_decompositions = 0;
+  double solve_s = 0;          // wall time, as the others
+  double tracks_s = 0;         // completing, merging and filtering
+  double retriangulate_s = 0;  // under-reconstructed pairs
+};
+
 // Bundle adjustments of a map, with what must follow each of them: completing and merging tracks,
 // filtering, retriangulation.
 class Adjuster {
@@ -24,11 +34,21 @@ class Adjuster {
   int AdjustLocally(ImageId new_image);
   // Free images, their points, and held images that see these points.
   void AdjustImages(const std::vector<ImageId>& images);
-  // Up to `max_rounds` global BAs, until hardly an observation changes after one. `final`: each
-  // converges.
+  // Up to `max_rounds` global BAs, until hardly an observation changes after one. `final`: then as
+  // many that converge.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
-  // The options of a global BA.
-  BundleOptions GlobalBaOptions(bool final) const;
+  // The options of a global BA. It begins with what the last one decomposed.
+  BundleOptions GlobalBaOptions(bool converge) const;
+  // Of a global BA elsewhere: what it decomposed, and its wall time.
+  void NoteGlobalBa(std::shared_ptr<const BundleFactor> factor, double seconds) {
+    factor_ = std::move(factor);
+    last_global_ba_s_ = seconds;
+  }
+  // Wall time of the last global BA; 0 before the first.
+  double last_global_ba_s() const { return last_global_ba_s_; }
+
+  // Of the global BAs since the last call; those in the background are not among them.
+  GlobalBaCost TakeCost() { return std::exchange(cost_, {}); }
 
   // Images whose observations the last BA filtered, once.
   std::vector<ImageId> TakeAdjusted();
@@ -55,13 +75,17 @@ class Adjuster {
   // False, and nothing has changed, if the solver failed.
   bool AdjustAndFilter(const BundleRequest& request, const BundleOptions& options);
   void CompleteAround(ImageId new_image);
-  double RunGlobalBa(const BundleOptions& options);
+  void AdjustUntilStable(int max_rounds, double max_change, bool converge);
+  double RunGlobalBa(bool converge);
 
   const SubmapOptions& options_;
   const std::shared_ptr<LocalAdjustment> local_;
   SceneMap& map_;
   Size size_at_global_;
   std::vector<ImageId> adjusted_;
+  std::shared_ptr<const BundleFactor> factor_;  // of the last global BA
+  double last_global_ba_s_ = 0;
+  GlobalBaCost cost_;
 };
 
 }  // namespace skein

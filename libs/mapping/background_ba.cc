@@ -5,6 +5,8 @@
 
 #include <stdexcept>
 
+#include "core/clock.h"
+
 namespace skein {
 namespace {
 
@@ -21,8 +23,10 @@ void BackgroundBa::Start(Bundle bundle, const BundleOptions& options) {
   cancellable.cancel = &cancel_;
   thread_ = std::thread([this, cancellable] {
     LowerPriority();
+    const Timer timer;
     bundles_.after = bundles_.before;
     summary_ = SolveBundle(cancellable, &bundles_.after);
+    bundles_.seconds = timer.ElapsedS();
     done_ = true;
   });
 }
@@ -31,6 +35,7 @@ std::optional<RefinedBundle> BackgroundBa::TakeIfDone() {
   if (!IsRunning() || !done_) return std::nullopt;
   thread_.join();
   if (!summary_.usable) return std::nullopt;
+  bundles_.factor = std::move(summary_.factor);
   return std::move(bundles_);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <optional>
 #include <thread>
 
@@ -12,6 +13,8 @@ namespace skein {
 struct RefinedBundle {
   Bundle before;
   Bundle after;
+  std::shared_ptr<const BundleFactor> factor;
+  double seconds = 0;  // wall time
 };
 
 // Solves one bundle at a time in a thread of its own, at low priority. Used by one thread.

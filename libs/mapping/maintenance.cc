@@ -32,7 +32,7 @@ Maintenance::ToCheck Maintenance::DoPart(bool at_rest) {
   if (const auto refined = background_.TakeIfDone()) {
     FoldBackRefined(*refined);
     BeginPhases();
-    return {adjuster_.TakeAdjusted(), {}, false};
+    return {adjuster_.TakeAdjusted(), {}, false, false};
   }
   switch (phase_) {
     case Phase::kPoints:
@@ -48,6 +48,7 @@ Maintenance::ToCheck Maintenance::DoPart(bool at_rest) {
   if (at_rest && rounds_at_rest_ > 0 && !background_.IsRunning()) {
     --rounds_at_rest_;
     StartGlobalBa();
+    return {{}, {}, false, true};
   }
   return {};
 }
@@ -84,6 +85,7 @@ void Maintenance::Drop() {
 void Maintenance::FoldBackRefined(const RefinedBundle& refined) {
   const std::vector<ImageId> new_images = FoldBack(refined, &map_);
   adjuster_.MarkCamerasRefined();
+  adjuster_.NoteGlobalBa(refined.factor, refined.seconds);
   if (!new_images.empty()) adjuster_.AdjustImages(new_images);
 }
 
@@ -101,7 +103,7 @@ Maintenance::ToCheck Maintenance::DoPoints() {
   map_.MergeTracks(options_.triangulation, points);
   if (!points_.empty()) return {};
   phase_ = Phase::kPairs;
-  return {map_.reconstruction().RegImageIds(), {}, false};
+  return {map_.reconstruction().RegImageIds(), {}, false, false};
 }
 
 void Maintenance::DoPairs() {

@@ -250,13 +250,15 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
   std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
   Votes votes;
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
-    for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
+    const auto& correspondences = map.graph().FindCorrespondences(image_id, i);
+    if (correspondences.empty()) continue;
+    const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
+    for (const auto& correspondence : correspondences) {
       const colmap::Image& other = reconstruction.Image(correspondence.image_id);
       if (!other.IsRegistered()) continue;
       const auto [entry, is_new] = essentials.try_emplace(correspondence.image_id);
       if (is_new) entry->second = EssentialMatrix(pose, other);
       const colmap::Camera& other_camera = reconstruction.Camera(other.CameraId());
-      const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
       const Eigen::Vector3d y =
           other_camera.ImageToWorld(other.Point2D(correspondence.point2D_idx).XY()).homogeneous();
       ++(SampsonError(entry->second, x, y) <= max_error ? votes.agree : votes.contradict);

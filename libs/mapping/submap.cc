@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/clock.h"
+#include "core/log.h"
 #include "map/image_pose.h"
 #include "map/retriangulation.h"
 #include "mapping/rebuild.h"
@@ -27,6 +28,14 @@ Status CheckFits(const SceneMap& map, const colmap::Reconstruction& model) {
   return Status::Ok();
 }
 
+std::string ToString(const GlobalBaCost& cost) {
+  return fmt::format(
+      "{} global BAs of {} iterations, {} decompositions, in {:.2f} s, tracks {:.2f} s, "
+      "retriangulation {:.2f} s",
+      cost.num_rounds, cost.num_iterations, cost.num_decompositions, cost.solve_s, cost.tracks_s,
+      cost.retriangulate_s);
+}
+
 }  // namespace
 
 Submap::Submap(const SubmapOptions& options)
@@ -42,8 +51,13 @@ Submap::Submap(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> lo
       maintenance_(options_, &adjuster_, map_.get()) {}
 
 Status Submap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
-  if (!waiting_.IsHeldElsewhere(image_id)) is_consolidated_ = false;
+  if (!waiting_.IsHeldElsewhere(image_id)) settled_ = {};
   return map_->AddPairs(image_id, pairs);
+}
+
+void Submap::SetHeldElsewhere(int64_t image_id, bool held) {
+  settled_.all_tried = settled_.consistent = false;
+  waiting_.SetHeldElsewhere(image_id, held);
 }
 
 void Submap::AddSimilar(int64_t image_id,
@@ -134,7 +148,7 @@ void Submap::Defer(const PhotoTrial& trial, const std::string& reason, const Eve
 }
 
 void Submap::Keep(const PhotoTrial& trial, const EventSink& sink) {
-  is_consolidated_ = false;
+  settled_ = {};
   const Adjustment adjustment = AdjustAfter(trial.id());
   waiting_.OnRegistered(trial.id());
   const std::vector<ImageId> adjusted = adjuster_.TakeAdjusted();
@@ -185,6 +199,8 @@ bool Submap::Maintain(bool at_rest, const EventSink& sink) {
   WithdrawWeak(check.weak, sink);
   WithdrawContradicted(check.contradicted, sink);
   if (check.all_checked && may_be_misplaced_) WithdrawMisplaced(sink);
+  if (check.ba_began) settled_.refined = true;
+  settled_.checked |= check.all_checked && settled_.refined && !maintenance_.HasWork();
   return maintenance_.HasWork();
 }
 
@@ -258,7 +274,7 @@ bool Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& si
   event.reason = reason;
   event.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
   map_->Deregister(id);
-  is_consolidated_ = false;
+  settled_ = {};
   may_be_misplaced_ = true;
   const bool is_rejected = waiting_.OnWithdrawn(id);
   event.state = is_rejected ? PhotoEvent::State::kRejected : PhotoEvent::State::kWithdrawn;
@@ -271,7 +287,7 @@ Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
   const Status status = CheckFits(*map_, model);
   if (!status.ok()) return status;
   map_->ReplaceRegistered(model);
-  is_consolidated_ = false;
+  settled_ = {};
   num_pairs_rebuilt_ = 0;
   for (const ImageId id : model.RegImageIds()) waiting_.OnReplaced(id);
   adjuster_.MarkCamerasRefined();
@@ -280,29 +296,47 @@ Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
 }
 
 void Submap::Consolidate(const EventSink& sink) {
+  adjuster_.TakeCost();
+  Timer timer;
   RefineUntilStable(sink);
+  const double refine_s = timer.ElapsedS();
+  const GlobalBaCost cost = adjuster_.TakeCost();
+  timer.Restart();
   Rebuild(sink);
+  LogInfo("consolidated: {} photos, {} ({:.2f} s), rebuild {:.2f} s",
+          map_->reconstruction().NumRegImages(), ToString(cost), refine_s, timer.ElapsedS());
 }
 
+// A background adjustment that came to its end spares the first round its bundle adjustment.
 void Submap::RefineUntilStable(const EventSink& sink) {
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
-    waiting_.RetryAll();
-    while (Step(sink)) continue;
+    TryAllWaiting(sink);
     maintenance_.Drop();
-    if (is_consolidated_ || map_->reconstruction().NumRegImages() < 2) return;
-    is_consolidated_ = true;  // until a photo comes or goes
-    AdjustGlobally(2, true, false);
-    WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
-    WithdrawMisplaced(sink);
+    if (map_->reconstruction().NumRegImages() < 2) return;
+    if (settled_.checked && settled_.none_misplaced) return;
+    if (!settled_.checked) {
+      settled_.refined = settled_.checked = true;  // until a photo comes or goes
+      AdjustGlobally(2, true, false);
+      WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
+    }
+    settled_.none_misplaced = !WithdrawMisplaced(sink) && settled_.checked;
   }
+}
+
+void Submap::TryAllWaiting(const EventSink& sink) {
+  if (!settled_.all_tried || !settled_.checked) waiting_.RetryAll();
+  while (Step(sink)) continue;
+  settled_.all_tried = settled_.checked;
 }
 
 // From the photo that it began with, so that maps of two visually similar places never change
 // places.
 void Submap::Rebuild(const EventSink& sink) {
   if (!map_->HasPhoto(first_) || num_pairs_rebuilt_ == map_->pairs().size()) return;
-  if (!consistency_.IsMapInconsistent()) return;
+  if (settled_.consistent) return;
+  settled_.consistent = !consistency_.IsMapInconsistent();
+  if (settled_.consistent) return;
   num_pairs_rebuilt_ = map_->pairs().size();
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_);
   if (anew == nullptr) return;
@@ -321,7 +355,7 @@ void Submap::ReplaceByRebuilt(const Submap& anew, const EventSink& sink) {
   waiting_.ReplaceRecords(anew.waiting().records());
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteSize();
-  is_consolidated_ = true;
+  settled_ = anew.settled_;
   TellNewAndGone(before, "contradicted by the submap mapped anew", sink);
 }
 
@@ -345,10 +379,16 @@ void Submap::TellNewAndGone(const std::vector<ImageId>& before, const std::strin
 void Submap::Finish(const EventSink& sink) {
   Consolidate(sink);
   if (map_->reconstruction().NumRegImages() < 2) return;
+  Timer timer;
   TriangulateAnew(options_.triangulation, map_.get());
   FilterPoints(options_.filter, AllPoints(*map_), map_.get());
+  const double triangulate_s = timer.ElapsedS();
+  timer.Restart();
   AdjustGlobally(5, true, true);
   WithdrawWeak(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
+  const GlobalBaCost cost = adjuster_.TakeCost();
+  LogInfo("final model: points anew {:.2f} s, {} ({:.2f} s)", triangulate_s, ToString(cost),
+          timer.ElapsedS());
 }
 
 }  // namespace skein

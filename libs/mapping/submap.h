@@ -58,7 +58,7 @@ class Submap {
   // elsewhere.
   void Enqueue(int64_t image_id) { waiting_.Enqueue(image_id); }
   // Another submap holds the photo, or no longer: meanwhile it is not tried here.
-  void SetHeldElsewhere(int64_t image_id, bool held) { waiting_.SetHeldElsewhere(image_id, held); }
+  void SetHeldElsewhere(int64_t image_id, bool held);
   // Tries the queue's most promising photo; false if the queue was empty. After a success, waiting
   // neighbours that see more points than at their last trial enter the queue.
   bool Step(const EventSink& sink);
@@ -79,6 +79,9 @@ class Submap {
   // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much.
   // The finished model hardly depends on the order of the photos.
   void Finish(const EventSink& sink);
+  // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
+  double EstimateConsolidateS() const;
+  double EstimateFinishS() const;
 
   // Withdraws a photo for a reason from outside. It is tried again when a neighbour registers, as
   // often as other withdrawn photos. False, and nothing has changed, if no map would be left. No
@@ -142,6 +145,7 @@ class Submap {
   Adjustment AdjustAfter(ImageId new_image);
   int AdjustNewImage(ImageId new_image);
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
+  void TryAllWaiting(const EventSink& sink);
 
   // What contradicts the map leaves it.
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
@@ -164,8 +168,16 @@ class Submap {
   Maintenance maintenance_;
   ImageId first_ = 0;              // of the initial pair
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
-  bool is_consolidated_ = false;   // and no photo has come or gone since
-  size_t num_pairs_rebuilt_ = 0;   // verified pairs when it was last mapped anew
+  // What a finish need not do again, as no photo has come or gone since:
+  struct Settled {
+    bool refined = false;         // a global BA has begun, or has been done
+    bool checked = false;         // it is done, and no photo contradicts the map
+    bool none_misplaced = false;  // nor is a group of photos misplaced
+    bool all_tried = false;       // every waiting photo was tried against it
+    bool consistent = false;      // the map is, as a whole
+  };
+  Settled settled_;
+  size_t num_pairs_rebuilt_ = 0;  // verified pairs when it was last mapped anew
 };
 
 }  // namespace skein

@@ -11,6 +11,10 @@
 namespace skein {
 namespace {
 
+// Of the work that visits all matches, on one core: judging the photos, and triangulating anew.
+constexpr double kJudgeS = 0.01, kTriangulateS = 0.015;
+constexpr int kFinalGlobalBas = 3;
+
 // Of the photo's own observations as the map stands.
 double MeanErrorPx(const SceneMap& map, ImageId id) {
   const colmap::Image& image = map.reconstruction().Image(id);
@@ -89,6 +93,16 @@ std::vector<PhotoEvent> Submap::RegisteredEvents() const {
     events.push_back(RegisteredEvent(id, estimate));
   }
   return events;
+}
+
+double Submap::EstimateConsolidateS() const {
+  if (settled_.checked && settled_.none_misplaced && settled_.consistent) return 0;
+  return kJudgeS * map_->reconstruction().NumRegImages() + adjuster_.last_global_ba_s();
+}
+
+double Submap::EstimateFinishS() const {
+  return EstimateConsolidateS() + kTriangulateS * map_->reconstruction().NumRegImages() +
+         kFinalGlobalBas * adjuster_.last_global_ba_s();
 }
 
 SubmapState Submap::State() const {

@@ -563,6 +563,12 @@ TEST(Submap, BackgroundBundleAdjustmentKeepsPhotosInTheirPlace) {
   while (run.map.Maintain(true, run.Sink())) continue;
   EXPECT_EQ(run.NumRegistered(), 30);
   EXPECT_LT(run.PositionErrorPercent(), 0.5);
+  // A finish finds nothing left to refine before it triangulates anew.
+  const Eigen::Vector3d center = run.map.map().reconstruction().Image(5).ProjectionCenter();
+  run.map.Consolidate(run.Sink());
+  EXPECT_EQ(run.map.map().reconstruction().Image(5).ProjectionCenter(), center);
+  EXPECT_EQ(run.map.EstimateConsolidateS(), 0);
+  EXPECT_GT(run.map.EstimateFinishS(), 0);
 }
 
 }  // namespace

@@ -110,7 +110,9 @@ void AddPhoto(const SyntheticOptions& options, int i, std::mt19937* random, Synt
     Keypoint keypoint;
     const Eigen::Vector3d in_cam = scene->rotations[i] * scene->points[p] + scene->translations[i];
     if (!Stands(*scene, p, i) || !Observe(lens, in_cam, random, &keypoint)) continue;
-    if (options.detection_rate < 1 && Uniform(0, 1, random) >= options.detection_rate) continue;
+    const double detection =
+        scene->detection_of_point.empty() ? options.detection_rate : scene->detection_of_point[p];
+    if (detection < 1 && Uniform(0, 1, random) >= detection) continue;
     photo.keypoints.push_back(keypoint);
     visible.push_back(static_cast<int>(p));
   }

@@ -55,6 +55,8 @@ struct SyntheticScene {
   // A photo sees the points of its own place and those of place 0. Empty: all are of place 0.
   std::vector<int> place_of_point;
   std::vector<int> place_of_photo;
+  // Probability that a point in view becomes a keypoint. Empty: SyntheticOptions::detection_rate.
+  std::vector<double> detection_of_point;
 
   std::vector<PhotoInput> photos;         // ids from 1; keypoint i sees visible[photo][i]
   std::vector<std::vector<int>> visible;  // point of each keypoint, ascending; last -1: clutter
