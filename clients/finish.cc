@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -16,6 +17,7 @@ namespace skein {
 namespace {
 
 constexpr double kRepeatS = 1;
+constexpr double kIngestSilentS = 5;
 
 struct FinishOptions {
   ClientOptions client;
@@ -34,7 +36,8 @@ std::optional<int> ParseFinishOptions(int argc, char** argv, FinishOptions* opti
   return ParseCommandLine(app, argc, argv);
 }
 
-// Says what ingest does, whenever that changes, and that it is silent.
+// Says what ingest does and what the submaps do meanwhile, whenever that changes, and that ingest
+// is silent.
 class ProgressTeller {
  public:
   explicit ProgressTeller(std::ostream& out) : out_(out) {}
@@ -42,10 +45,14 @@ class ProgressTeller {
   void OnHeartbeat(const heartbeat_t& heartbeat) {
     if (heartbeat.service != "ingest") return;
     heard_s_ = MonotonicS();
-    Tell(heartbeat.state);
+    Tell(heartbeat.state + Submaps());
+  }
+  void OnSubmap(const submap_status_t& status) {
+    submaps_[status.submap_id] = {MonotonicS(), status.num_images, status.detail};
   }
   void Tick() {
-    if (MonotonicS() - heard_s_ > 5) Tell("no sign of ingest; waiting for it (is it running?)");
+    if (MonotonicS() - heard_s_ > kIngestSilentS)
+      Tell("no sign of ingest; waiting for it (is it running?)");
   }
 
  private:
@@ -56,7 +63,25 @@ class ProgressTeller {
     out_ << "[" << seconds << " s] " << text << std::endl;
   }
 
+  struct Submap {
+    double heard_s;
+    int num_images;
+    std::string detail;
+  };
+
+  // "; submap 3 (120 photos): consolidates, about 8 s" for each that is at something.
+  std::string Submaps() const {
+    std::string text;
+    for (const auto& [id, submap] : submaps_) {
+      if (submap.detail.empty() || MonotonicS() - submap.heard_s > kIngestSilentS) continue;
+      text += "; submap " + std::to_string(id) + " (" + std::to_string(submap.num_images) +
+              " photos): " + submap.detail;
+    }
+    return text;
+  }
+
   std::ostream& out_;
+  std::map<int64_t, Submap> submaps_;
   const double start_s_ = MonotonicS();
   double heard_s_ = MonotonicS();
   std::string told_;
@@ -78,6 +103,8 @@ std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s,
       });
   const auto heartbeats = node.bus().Subscribe<heartbeat_t>(
       kHeartbeatChannel, [&](const heartbeat_t& heartbeat) { progress.OnHeartbeat(heartbeat); });
+  const auto submaps = node.bus().Subscribe<submap_status_t>(
+      kSubmapStatusChannel, [&](const submap_status_t& status) { progress.OnSubmap(status); });
   const double start_s = MonotonicS();
   const auto in_time = [&] { return timeout_s <= 0 || MonotonicS() - start_s < timeout_s; };
   while (!answer && in_time() && !node.loop().interrupted()) {
@@ -87,6 +114,7 @@ std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s,
   }
   node.bus().Unsubscribe(replies);
   node.bus().Unsubscribe(heartbeats);
+  node.bus().Unsubscribe(submaps);
   return answer;
 }
 

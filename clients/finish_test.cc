@@ -95,5 +95,23 @@ TEST_F(FinishTest, TellsWhatIngestDoesWheneverThatChanges) {
   EXPECT_EQ(told, (std::vector<std::string>{"waits for 2 photos", "writes the models"}));
 }
 
+TEST_F(FinishTest, TellsWhatTheSubmapsDoMeanwhile) {
+  on_command_ = [&](const command_t& command) {
+    submap_status_t status{};
+    status.submap_id = 3;
+    status.num_images = 120;
+    status.detail = "consolidates, about 8 s";
+    ingest_.Publish(kSubmapStatusChannel, status);
+    status.submap_id = 4;
+    status.detail = "";
+    ingest_.Publish(kSubmapStatusChannel, status);
+    Heartbeat("ingest", "finishing: waits for the merger to settle");
+    Reply(command.command_id, true, "");
+  };
+  ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_));
+  EXPECT_NE(progress_.str().find("settle; submap 3 (120 photos): consolidates, about 8 s\n"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace skein

@@ -37,6 +37,7 @@ class RunState {
   Life life() const { return life_; }
   Activity activity() const { return activity_; }
   bool Is(Life life) const { return life_ == life; }
+  bool Is(Activity activity) const { return activity_ == activity; }
   bool IsIdle() const { return activity_ == Activity::kNone; }
 
   // What was being done is over with the former life.

@@ -38,6 +38,11 @@ Status TakeBack(const std::map<int64_t, std::string>& refused, Submap* submap,
   return last;
 }
 
+// ", about 12 s"; "" for less than half a second.
+std::string About(double seconds) {
+  return seconds < 0.5 ? "" : ", about " + std::to_string(std::lround(seconds)) + " s";
+}
+
 }  // namespace
 
 Status SubmapRunOptions::Check() const { return FirstError({submap.Check(), checkpoint.Check()}); }
@@ -257,6 +262,8 @@ void SubmapRun::DoItem(const Item& item) {
 }
 
 void SubmapRun::Consolidate() {
+  doing_ = "consolidates" + About(consolidate_s_);
+  PublishStatus();
   RunJob([](Submap& submap, Outcome* outcome) { submap.Consolidate(outcome->Sink()); },
          [this](const Outcome& outcome) { Apply(outcome); });
 }
@@ -275,6 +282,8 @@ void SubmapRun::DoMatches(int64_t image_id) {
 void SubmapRun::DoSettled(const Item& item) {
   is_drained_ = false;
   if (ledger_.session.FindSubmap(submap_id())->final_ledger_seq >= item.seq) return;
+  doing_ = "final adjustment" + About(finish_s_);
+  PublishStatus();
   RunJob([](Submap& submap, Outcome* outcome) { submap.Finish(outcome->Sink()); },
          [this](const Outcome& outcome) {
            Report(outcome.events);
@@ -352,6 +361,8 @@ void SubmapRun::RunJob(Job job, OnOutcome then) {
         const double start_s = MonotonicS();
         if (count) outcome.statistics = submap.Statistics();
         outcome.statistics_s = MonotonicS() - start_s;
+        outcome.consolidate_s = submap.EstimateConsolidateS();
+        outcome.finish_s = submap.EstimateFinishS();
         return outcome;
       },
       [this, then = std::move(then)](const Outcome& outcome) { OnJob(outcome, then); });
@@ -360,6 +371,9 @@ void SubmapRun::RunJob(Job job, OnOutcome then) {
 void SubmapRun::OnJob(const Outcome& outcome, const OnOutcome& then) {
   if (state_.Is(Life::kEnded)) return;
   state_.Become(Activity::kNone);
+  doing_.clear();
+  consolidate_s_ = outcome.consolidate_s;
+  finish_s_ = outcome.finish_s;
   if (outcome.statistics) {
     statistics_ = *outcome.statistics;
     // They visit all points: at most a hundredth of the time.
@@ -426,15 +440,24 @@ void SubmapRun::PublishStatus() {
   status.state = submap_status_t::ACTIVE;
   SetFigures(statistics_, &status);
   status.num_images = num_images();
-  if (const merge_t* merge = merges_.ordered()) {
-    const bool is_source = merge->source_id == submap_id();
-    status.state = is_source ? submap_status_t::FROZEN : submap_status_t::ACTIVE;
-    status.detail = is_source ? "merges into submap " + std::to_string(merge->target_id)
-                              : "absorbs submap " + std::to_string(merge->source_id);
-  }
+  const merge_t* merge = merges_.ordered();
+  if (merge != nullptr && merge->source_id == submap_id()) status.state = submap_status_t::FROZEN;
+  status.detail = Detail();
   status.ledger_seq = StatusSeq();
   status.memory_bytes = ResidentMemoryBytes();
   node_.Publish(kSubmapStatusChannel, status);
+}
+
+// What a merge or a finish waits for here; "" if for nothing.
+std::string SubmapRun::Detail() const {
+  if (const merge_t* merge = merges_.ordered()) {
+    return merge->source_id == submap_id()
+               ? "merges into submap " + std::to_string(merge->target_id)
+               : "absorbs submap " + std::to_string(merge->source_id);
+  }
+  if (!doing_.empty() || !ledger_.session.finishing()) return doing_;
+  if (state_.Is(Activity::kWriting)) return "writes its model";
+  return backlog() > 0 ? "has " + std::to_string(backlog()) + " photos to try" : "";
 }
 
 void SubmapRun::Tick() {

@@ -100,7 +100,8 @@ class SubmapRun {
     bool maintaining = false;  // the submap has to tidy up after a background BA
     Status status;
     std::optional<SubmapStatistics> statistics;
-    double statistics_s = 0;  // that they took
+    double statistics_s = 0;                 // that they took
+    double consolidate_s = 0, finish_s = 0;  // roughly, if they came next
 
     Submap::EventSink Sink() {
       return [this](const PhotoEvent& event) { events.push_back(event); };
@@ -143,6 +144,7 @@ class SubmapRun {
   void Reply(int64_t request_id, Bytes shared);
   int64_t StatusSeq() const;
   void PublishStatus();
+  std::string Detail() const;
   void Dissolve(const std::string& reason);
   void End(EndKind kind, const std::string& reason);
 
@@ -169,6 +171,8 @@ class SubmapRun {
   double last_event_s_ = 0;
   SubmapStatistics statistics_;  // of the last job that computed them
   double statistics_due_s_ = 0;
+  double consolidate_s_ = 0, finish_s_ = 0;  // as of the last job
+  std::string doing_;                        // the part of a finish that the worker is at
   Alive alive_;
 };
 
