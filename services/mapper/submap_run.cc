@@ -457,7 +457,7 @@ std::string SubmapRun::Detail() const {
   }
   if (!doing_.empty() || !ledger_.session.finishing()) return doing_;
   if (state_.Is(Activity::kWriting)) return "writes its model";
-  return backlog() > 0 ? "has " + std::to_string(backlog()) + " photos to try" : "";
+  return backlog() > 0 ? "photos to try: " + std::to_string(backlog()) : "";
 }
 
 void SubmapRun::Tick() {
