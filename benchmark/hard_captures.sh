@@ -42,7 +42,7 @@ share_out() {
 # choose_set SET AGENTS: sets `place`, `num_photos`
 choose_set() {
   case $1 in
-    video) use_place "$2" $((250 / $2)) --scenario video --seed 11 ;;
+    video) use_place "$2" $((250 / $2)) --scenario video --size 640x480 --seed 11 ;;
     blank) use_place "$2" $((120 / $2)) --scenario blank --seed 11 ;;
     crowd) use_place "$2" $((150 / $2)) --scenario crowd --seed 11 ;;
     *)

@@ -111,7 +111,7 @@ class Submap {
   // hold. Their trials are as strict as they can be. They stand until what is returned is gone.
   std::unique_ptr<GuestPhotos> PlaceGuests(const std::vector<int64_t>& image_ids);
   // The model's photos that are here and not registered, those with most matches to registered
-  // ones, at most `max_num`.
+  // ones and to those before them, at most `max_num`.
   std::vector<int64_t> FindGuests(const colmap::Reconstruction& other, int max_num) const;
 
   // Tells of photos that are registered and were not, and the reverse, with that reason. `before`:

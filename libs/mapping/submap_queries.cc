@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "base/projection.h"
 #include "map/shared_images.h"
@@ -54,33 +55,51 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) {
 
 // Two places may share an object of one design, and photos that see it match. So a photo of another
 // submap is judged by what it misses, too.
+// One that sees few points follows its neighbours.
 std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& image_ids) {
   auto guests = std::make_unique<GuestPhotos>(options_, map_.get());
+  std::vector<ImageId> left;
   for (const int64_t image_id : image_ids) {
-    if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) continue;
-    const ImageId id = static_cast<ImageId>(image_id);
-    TrialContext context = waiting_.ContextOf(id);
+    if (map_->HasPhoto(image_id) && !map_->IsRegistered(image_id)) {
+      left.push_back(static_cast<ImageId>(image_id));
+    }
+  }
+  while (!left.empty()) {
+    const auto best = std::max_element(left.begin(), left.end(), [this](ImageId a, ImageId b) {
+      return FindVisiblePoints(*map_, a).size() < FindVisiblePoints(*map_, b).size();
+    });
+    TrialContext context = waiting_.ContextOf(*best);
     context.matches_similar_place = true;
-    guests->Place(id, context);
+    guests->Place(*best, context);
+    left.erase(best);
   }
   return guests;
 }
 
 std::vector<int64_t> Submap::FindGuests(const colmap::Reconstruction& other, int max_num) const {
-  std::vector<std::pair<int, int64_t>> by_matches;
-  for (const ImageId id : other.RegImageIds()) {
-    if (!map_->HasPhoto(id) || map_->IsRegistered(id)) continue;
-    int num_matches = 0;
+  std::map<ImageId, int> num_matches;  // with registered photos and with guests
+  const auto count_with = [&](ImageId id) {
     for (const auto& [neighbour, inliers] : map_->Neighbours(id)) {
-      if (map_->IsRegistered(neighbour)) num_matches += inliers;
+      const auto candidate = num_matches.find(neighbour);
+      if (candidate != num_matches.end()) candidate->second += inliers;
     }
-    if (num_matches > 0) by_matches.emplace_back(-num_matches, id);
+  };
+  for (const ImageId id : other.RegImageIds()) {
+    if (map_->HasPhoto(id) && !map_->IsRegistered(id)) num_matches[id] = 0;
   }
-  std::sort(by_matches.begin(), by_matches.end());
-  if (by_matches.size() > static_cast<size_t>(max_num)) by_matches.resize(max_num);
-  std::vector<int64_t> ids;
-  for (const auto& [unused, id] : by_matches) ids.push_back(id);
-  return ids;
+  for (const ImageId id : map_->reconstruction().RegImageIds()) count_with(id);
+  std::vector<int64_t> guests;
+  while (static_cast<int>(guests.size()) < max_num) {
+    const auto best =
+        std::max_element(num_matches.begin(), num_matches.end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (best == num_matches.end() || best->second == 0) break;
+    const ImageId id = best->first;
+    guests.push_back(id);
+    num_matches.erase(best);
+    count_with(id);
+  }
+  return guests;
 }
 
 std::vector<PhotoEvent> Submap::RegisteredEvents() const {

@@ -59,12 +59,14 @@ bool MergePolicy::WasTried(const Failures& failures, const Direction& direction,
   return num_images < needed;
 }
 
-std::vector<int64_t> MergePolicy::BestOf(const Overlap& overlap) const {
+std::vector<int64_t> MergePolicy::BestOf(const SubmapDirectory& directory,
+                                         const SubmapDirectory::Pair& pair,
+                                         const Overlap& overlap) const {
   std::vector<int64_t> images = overlap.shared;
   const size_t num_linked =
       std::min(overlap.linked.size(), static_cast<size_t>(options_.max_linked_images));
   images.insert(images.end(), overlap.linked.begin(), overlap.linked.begin() + num_linked);
-  return images;
+  return directory.WithNeighbours(pair, std::move(images), options_.max_linked_images);
 }
 
 Status MergeOptions::Check() const {
@@ -94,8 +96,8 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
     const Direction first = a_is_smaller ? pair : Direction{pair.second, pair.first};
     for (const Direction& direction : {first, Direction{first.second, first.first}}) {
       if (WasTried(failures, direction, overlap.size(), finishing)) continue;
-      best = MergeAttempt{direction.first, direction.second, BestOf(overlap), overlap.size(),
-                          session.last_drained_seq()};
+      best = MergeAttempt{direction.first, direction.second, BestOf(directory, pair, overlap),
+                          overlap.size(), session.last_drained_seq()};
       break;
     }
   }

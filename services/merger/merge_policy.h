@@ -24,8 +24,10 @@ struct MergeOptions {
   // Of a photo's verified pairs with the other submap's photos. Some 30 of their matches have
   // points then, which a pose takes.
   int min_linking_inliers = 60;
-  int max_linked_images = 16;  // looked at in an attempt, of both submaps
-  double growth = 1.5;         // of the photos, before what failed is tried again
+  // Looked at in an attempt, of both submaps, beside shared ones. Neighbours of linked photos fill
+  // them up, and the whole attempt to as many: a thin link grows, as in one map.
+  int max_linked_images = 16;
+  double growth = 1.5;  // of the photos, before what failed is tried again
 
   Status Check() const;
 };
@@ -34,7 +36,7 @@ struct MergeAttempt {
   int64_t source_id = 0;
   int64_t target_id = 0;
   std::vector<int64_t> images;  // through which the two are compared
-  int num_images = 0;           // of which these are the best
+  int num_images = 0;           // shared and linked: the evidence
   // Of the finish whose worked-over maps are tried, 0 before the first: tells a repeated attempt
   // from the earlier one.
   int64_t drained_seq = 0;
@@ -72,7 +74,8 @@ class MergePolicy {
   // similarity was found in either. At DRAINED the mappers have worked over their maps with all
   // that the session has. What failed before may succeed now, and is tried once more.
   static Failures FailuresOf(const SessionState& session);
-  std::vector<int64_t> BestOf(const Overlap& overlap) const;
+  std::vector<int64_t> BestOf(const SubmapDirectory& directory, const SubmapDirectory::Pair& pair,
+                              const Overlap& overlap) const;
   bool WasTried(const Failures& failures, const Direction& direction, int num_images,
                 bool finishing) const;
 

@@ -105,6 +105,25 @@ TEST(MergePolicy, AnAttemptLooksAtTheBestLinkedPhotosAlone) {
   EXPECT_EQ(attempt->num_images, 5);
 }
 
+// One strong pair links the two: its photos have neighbours that would see points only after them.
+TEST(MergePolicy, NeighboursOfLinkedPhotosFillAnAttempt) {
+  TwoSubmaps ledger(0);
+  ledger.Matches(16, {TestLedger::Pair(1, 93)});
+  ledger.Register(2, 16);
+  ledger.Matches(17, {TestLedger::Pair(16, 50), TestLedger::Pair(1, 20)});
+  ledger.Register(2, 17);
+  ledger.Matches(18, {TestLedger::Pair(17, 300)});
+  ledger.Register(2, 18);
+  ledger.Matches(19, {TestLedger::Pair(16, 40)});
+  ledger.Register(2, 19);
+  MergeOptions options;
+  options.max_linked_images = 5;
+  const auto attempt = ledger.Next(true, options);
+  ASSERT_TRUE(attempt);
+  EXPECT_EQ(attempt->images, (std::vector<int64_t>{1, 16, 17, 18, 19}));
+  EXPECT_EQ(attempt->num_images, 2) << "of evidence";
+}
+
 TEST(MergePolicy, ASubmapTakesPartInOneMergeAtATime) {
   TwoSubmaps ledger(5);
   ledger.Seed(3, 31, 32);

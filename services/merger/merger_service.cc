@@ -19,23 +19,38 @@ int64_t RandomRequestId() {
   return (static_cast<int64_t>(device()) << 20) + 1;
 }
 
-Sim3Result EstimateBothWays(const Bytes& source_blob, const Bytes& target_blob,
-                            const Sim3Options& options) {
-  const Result<SharedImages> source = DecodeSharedImages(source_blob);
-  const Result<SharedImages> target = DecodeSharedImages(target_blob);
-  Sim3Result result;
-  if (!source.ok() || !target.ok()) {
-    result.reason = "bad shared images: " + (source.ok() ? target.error() : source.error());
-    return result;
-  }
-  const std::vector<SharedView> source_views = ViewsOf(*source);
-  const std::vector<SharedView> target_views = ViewsOf(*target);
-  result = EstimateSim3(PairSharedViews(source_views, target_views), options);
+Sim3Result EstimateBothWays(const std::vector<SharedView>& source,
+                            const std::vector<SharedView>& target, const Sim3Options& options) {
+  Sim3Result result = EstimateSim3(PairSharedViews(source, target), options);
   if (result.success) return result;
-  Sim3Result reverse = EstimateSim3(PairSharedViews(target_views, source_views), options);
+  Sim3Result reverse = EstimateSim3(PairSharedViews(target, source), options);
   if (!reverse.success) return result;
   reverse.target_from_source = reverse.target_from_source.Inverse();
   return reverse;
+}
+
+struct Estimated {
+  Sim3Options options;
+  Sim3Result result;
+};
+
+// From what the mappers sent. When nothing more can come, the photos that both could place are
+// enough if they agree well.
+Estimated EstimateFrom(const Bytes& source_blob, const Bytes& target_blob, bool finishing,
+                       const Sim3Options& options) {
+  Estimated estimated{options, {}};
+  const Result<SharedImages> source = DecodeSharedImages(source_blob);
+  const Result<SharedImages> target = DecodeSharedImages(target_blob);
+  if (!source.ok() || !target.ok()) {
+    estimated.result.reason =
+        "bad shared images: " + (source.ok() ? target.error() : source.error());
+    return estimated;
+  }
+  const std::vector<SharedView> source_views = ViewsOf(*source), target_views = ViewsOf(*target);
+  const int num_both = static_cast<int>(PairSharedViews(source_views, target_views).size());
+  if (finishing) AdaptToFewImages(std::max(1, num_both), &estimated.options);
+  estimated.result = EstimateBothWays(source_views, target_views, estimated.options);
+  return estimated;
 }
 
 }  // namespace
@@ -284,11 +299,12 @@ void MergerService::ComputeEstimate() {
   const Bytes target = *estimate_->blobs.at(attempt.target_id);
   Sim3Options options = options_.sim3;
   options.seed = static_cast<uint64_t>(attempt.source_id * 1000003 + attempt.target_id);
-  AdaptToFewImages(attempt.num_images, &options);
   const double started_s = estimate_->started_s;
-  worker_.Run([=] { return EstimateBothWays(source, target, options); },
-              [=](const Sim3Result& result) {
-                OnEstimated(attempt, options, result, node_.loop().now_s() - started_s);
+  const bool finishing = IsFinishing();
+  worker_.Run([=] { return EstimateFrom(source, target, finishing, options); },
+              [=](const Estimated& estimated) {
+                OnEstimated(attempt, estimated.options, estimated.result,
+                            node_.loop().now_s() - started_s);
               });
 }
 

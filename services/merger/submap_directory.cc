@@ -93,6 +93,34 @@ SubmapDirectory::Overlaps SubmapDirectory::ComputeOverlaps(int min_linking_inlie
   return overlaps;
 }
 
+std::vector<int64_t> SubmapDirectory::WithNeighbours(const Pair& pair, std::vector<int64_t> images,
+                                                     int num) const {
+  std::map<int64_t, int64_t> inliers;  // of candidates, with photos of their submap among `images`
+  const auto count_with = [&](int64_t image_id) {
+    for (const int64_t submap_id : {pair.first, pair.second}) {
+      const int64_t other = submap_id == pair.first ? pair.second : pair.first;
+      const SubmapLife& holder = *session_.FindSubmap(submap_id);
+      if (!holder.IsRegistered(image_id)) continue;
+      for (const CovisibilityGraph::Edge& edge : session_.covisibility().EdgesOf(image_id)) {
+        const bool is_candidate = holder.IsRegistered(edge.other_id) &&
+                                  !session_.FindSubmap(other)->IsRegistered(edge.other_id);
+        if (is_candidate) inliers[edge.other_id] += edge.num_inliers;
+      }
+    }
+  };
+  for (const int64_t image_id : images) count_with(image_id);
+  for (const int64_t image_id : images) inliers.erase(image_id);
+  while (static_cast<int>(images.size()) < num && !inliers.empty()) {
+    const auto best =
+        std::max_element(inliers.begin(), inliers.end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    images.push_back(best->first);
+    count_with(images.back());
+    for (const int64_t image_id : images) inliers.erase(image_id);
+  }
+  return images;
+}
+
 // Submaps that do not hold the photo -> inliers of its verified pairs with photos there.
 std::map<int64_t, int64_t> SubmapDirectory::LinksOf(int64_t image_id,
                                                     const std::vector<int64_t>& own,

@@ -50,6 +50,10 @@ class SubmapDirectory {
   // submaps, once a state of the session. Stands until the session has another fact.
   const Overlaps& FindOverlaps(int min_linking_inliers) const;
 
+  // `images` and more photos that one of the two holds alone, up to `num`: each time the one with
+  // most inliers with those before it that the same submap holds. As guests they follow these.
+  std::vector<int64_t> WithNeighbours(const Pair& pair, std::vector<int64_t> images, int num) const;
+
  private:
   struct Position {
     int64_t epoch = 0;
@@ -57,7 +61,6 @@ class SubmapDirectory {
   };
 
   int64_t PositionOf(int64_t submap_id, const SubmapLife& submap) const;
-
   Overlaps ComputeOverlaps(int min_linking_inliers) const;
   using Holders = std::unordered_map<int64_t, std::vector<int64_t>>;
   Holders HoldersOfPhotos() const;
