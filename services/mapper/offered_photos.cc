@@ -4,8 +4,7 @@
 
 namespace skein {
 
-// Before the first offer.
-void OfferedPhotos::Start() {
+void OfferedPhotos::NoteAllHeld() {
   if (!one_home_) return;
   for (const auto& [submap_id, submap] : session_.submaps()) NoteHeldBy(submap);
 }
@@ -29,6 +28,19 @@ void OfferedPhotos::React(const registration_t& registration) {
 void OfferedPhotos::React(const submap_end_t& end) {
   NoteHeldBy(*session_.FindSubmap(end.submap_id));
   for (const auto& [image_id, unused] : offered_) Review(image_id);
+}
+
+// What was compared in vain when finishing.
+void OfferedPhotos::React(const merge_t& merge) {
+  if (merge.state != merge_t::FAILED) return;
+  if (merge.source_id != submap_id_ && merge.target_id != submap_id_) return;
+  NoteHeldBy(
+      *session_.FindSubmap(merge.source_id == submap_id_ ? merge.target_id : merge.source_id));
+}
+
+// What was taken from others when finishing is not taken any more.
+void OfferedPhotos::React(const finish_t& finish) {
+  if (finish.state == finish_t::SETTLED) NoteAllHeld();
 }
 
 void OfferedPhotos::NoteHeldBy(const SubmapLife& submap) {

@@ -20,8 +20,8 @@ class OfferedPhotos {
   OfferedPhotos(const SessionState& session, int64_t submap_id, bool one_home)
       : session_(session), submap_id_(submap_id), one_home_(one_home) {}
 
-  // The run begins: notes what other submaps hold.
-  void Start();
+  // The run begins.
+  void Start() { NoteAllHeld(); }
   // Once the session has applied it.
   void OnFact(const Fact& fact);
 
@@ -37,8 +37,11 @@ class OfferedPhotos {
  private:
   void React(const registration_t& registration);
   void React(const submap_end_t& end);
+  void React(const merge_t& merge);
+  void React(const finish_t& finish);
   template <class T>
   void React(const T&) {}
+  void NoteAllHeld();
   void NoteHeldBy(const SubmapLife& submap);
   void NoteHeld(int64_t image_id);
   void Review(int64_t image_id);

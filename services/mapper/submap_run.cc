@@ -92,6 +92,8 @@ void SubmapRun::OnFact(const Fact& fact) {
   offered_.OnFact(fact);
   const auto* merge = std::get_if<merge_t>(&fact);
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
+  consolidate_due_ |= merge != nullptr && merge->state == merge_t::FAILED && is_drained_ &&
+                      (merge->source_id == submap_id() || merge->target_id == submap_id());
   Pump();
 }
 
@@ -139,6 +141,10 @@ bool SubmapRun::WriteDueModel() {
 bool SubmapRun::GoOn() {
   cursor_.Close();
   Report(reports_.FindLost(cursor_));
+  if (std::exchange(consolidate_due_, false)) {
+    Consolidate();
+    return true;
+  }
   if (WriteDueModel()) return true;
   if (const std::optional<Item> item = cursor_.Next()) {
     status_due_ = true;

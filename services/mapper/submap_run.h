@@ -164,8 +164,10 @@ class SubmapRun {
   ModelWriter writer_;
   MergeExecutor merges_;
 
-  bool more_ = false;         // the submap's queue is not empty
-  bool is_drained_ = false;   // a finish has all photos' matches, and is not settled
+  bool more_ = false;        // the submap's queue is not empty
+  bool is_drained_ = false;  // a finish has all photos' matches, and is not settled
+  // A comparison has failed since: photos may have come from the other submap.
+  bool consolidate_due_ = false;
   bool maintaining_ = false;  // see Submap::Maintain
   bool status_due_ = false;   // an item was done since the last status
   double last_event_s_ = 0;
