@@ -22,6 +22,11 @@ namespace {
 // photo's other matches.
 constexpr double kSigmasOfAStart = 5;
 
+// Part of the points that its matches tie it to that a photo observes if it stands right: with
+// intrinsics that other photos determine, too, and with intrinsics of its own. Of 150 photos of 150
+// cameras those with focal lengths within 3 % observed 0.8 or more, 0.98 in the median.
+constexpr double kMinObserved = 0.5, kMinObservedAlone = 0.85;
+
 // One free pose, all points constant.
 Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool refine_camera,
                       const VisiblePoints& visible, const PoseEstimate& estimate) {
@@ -214,6 +219,15 @@ Status CheckLimits(const std::vector<double>& limits_px) {
   return Status::Ok();
 }
 
+// No other registered photo says what the camera's intrinsics are.
+bool MayEstimateCamera(const SceneMap& map, ImageId image_id) {
+  const colmap::Image& image = map.reconstruction().Image(image_id);
+  const CameraState& state = map.camera_state(image.CameraId());
+  if (state.fixed) return false;
+  if (image.IsRegistered()) return state.num_registered == 1;
+  return state.num_registered == 0 && !state.refined;
+}
+
 }  // namespace
 
 Status RegistrationOptions::Check() const {
@@ -311,7 +325,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   const colmap::Image& image = map.reconstruction().Image(image_id);
   colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
   const CameraState& state = map.camera_state(camera.CameraId());
-  const bool estimate_camera = state.num_registered == 0 && !state.refined && !state.fixed;
+  const bool estimate_camera = MayEstimateCamera(map, image_id);
   PoseEstimate estimate;
   estimate.pose.image_id = image_id;
   estimate.num_visible = static_cast<int>(visible.size());
@@ -355,7 +369,8 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options) {
   const colmap::Image& image = map.reconstruction().Image(image_id);
-  if (2 * static_cast<size_t>(image.NumPoints3D()) >= visible.size()) return false;
+  const double needed = MayEstimateCamera(map, image_id) ? kMinObservedAlone : kMinObserved;
+  if (image.NumPoints3D() >= needed * visible.size()) return false;
   const PoseEstimate estimate = EstimatePose(map, image_id, visible, options);
   BundlePose pose;
   GetPose(image, &pose);

@@ -73,8 +73,8 @@ struct PoseEstimate {
 };
 
 // Absolute pose by LO-RANSAC (P3P, refined by EPnP; COLMAP's estimator) and a robust non-linear
-// refinement. The camera's focal length and distortion are estimated along only when no photo of
-// it is registered. Changes nothing in the map. The same input gives the same result.
+// refinement. The camera's focal length and distortion are estimated along only when no other photo
+// of it is registered. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options, const TrialContext& context = {});
 
@@ -90,7 +90,8 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
 
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
-// pose.
+// pose. With a camera of its own the photo may have settled for a wrong focal length and distance,
+// where bundle adjustment finds no way out: then it is enough if some are outliers.
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options);
 

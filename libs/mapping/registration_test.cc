@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "base/pose.h"
+#include "map/filters.h"
+#include "map/image_pose.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
@@ -67,6 +71,51 @@ TEST_F(TwoPoses, TheOneWithTheSmallerErrorsIsTakenNotTheOneWithMoreInliers) {
   ASSERT_TRUE(estimate.ok) << estimate.reason;
   EXPECT_LT(RotationErrorDeg(estimate), 1);
   EXPECT_EQ(estimate.num_inliers, 100);
+}
+
+// The last photo has settled for too short a focal length, nearer to the scene: some of its points
+// fit, the others are not observed. The `num_of_camera` last photos have one camera.
+SceneMap WithWrongFocal(int num_of_camera) {
+  constexpr double kFactor = 0.9;
+  SyntheticOptions options;
+  options.focal_from_exif = false;
+  options.second_camera_from = options.num_photos - num_of_camera + 1;
+  SceneMap map;
+  FillMap(MakeScene(options), &map);
+  const ImageId id = options.num_photos;
+  const colmap::Image& image = map.reconstruction().Image(id);
+  BundlePose pose;
+  GetPose(image, &pose);
+  std::vector<double> depths;
+  for (const Point3DId point : PointsSeenBy(map, {id})) {
+    depths.push_back((pose.R * map.reconstruction().Point3D(point).XYZ() + pose.t).z());
+  }
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  pose.t.z() -= (1 - kFactor) * depths[depths.size() / 2];
+  map.SetPose(pose);
+  std::vector<double> params = map.reconstruction().Camera(image.CameraId()).Params();
+  params[0] *= kFactor;
+  map.SetCamera(image.CameraId(), params);
+
+  FilterPoints(FilterOptions(), AllPoints(map), &map);
+  return map;
+}
+
+TEST(FitsElsewhere, WithIntrinsicsOfItsOwnAPhotoThatLacksSomePointsIsEstimatedAnew) {
+  const SceneMap map = WithWrongFocal(1);
+  const VisiblePoints visible = FindVisiblePoints(map, 8);
+  const double share =
+      static_cast<double>(map.reconstruction().Image(8).NumPoints3D()) / visible.size();
+  ASSERT_GT(share, 0.5);
+  ASSERT_LT(share, 0.85);
+  EXPECT_TRUE(FitsElsewhere(map, 8, visible, {}));
+  const PoseEstimate anew = EstimatePose(map, 8, visible, {});
+  EXPECT_NEAR(anew.camera_params[0], 1000, 10);
+}
+
+TEST(FitsElsewhere, IntrinsicsThatAnotherPhotoHasTooStay) {
+  const SceneMap map = WithWrongFocal(2);
+  EXPECT_FALSE(FitsElsewhere(map, 8, FindVisiblePoints(map, 8), {}));
 }
 
 // A free pose and a held one, 2 units apart, that see the same points.
