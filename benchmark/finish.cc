@@ -17,7 +17,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -32,6 +31,7 @@
 #include "mapping/checkpoint.h"
 #include "mapping/submap.h"
 #include "testing/synthetic_scene.h"
+#include "testing/test_random.h"
 
 namespace skein {
 namespace {
@@ -92,29 +92,27 @@ class Place {
   }
 
  private:
-  double Uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
+  double Draw(double low, double high) { return Uniform(low, high, &random_); }
 
   // Few points are found in most photos, many in few.
   template <typename Function>
   void AddPoints(double count, const Function& draw) {
     for (int i = 0; i < static_cast<int>(count); ++i) {
       scene_.points.push_back(draw());
-      scene_.detection_of_point.push_back(0.9 * std::pow(Uniform(0, 1), 3));
+      scene_.detection_of_point.push_back(0.9 * std::pow(Draw(0, 1), 3));
     }
   }
-  Eigen::Vector3d OnObject() { return {Uniform(-1, 1), Uniform(-0.8, 0.8), Uniform(-1, 1)}; }
+  Eigen::Vector3d OnObject() { return {Draw(-1, 1), Draw(-0.8, 0.8), Draw(-1, 1)}; }
   Eigen::Vector3d OnWall() {
-    const double angle = Uniform(-M_PI, M_PI), radius = Uniform(5, 7);
-    return {radius * std::cos(angle), Uniform(-2.5, 2.5), radius * std::sin(angle)};
+    const double angle = Draw(-M_PI, M_PI), radius = Draw(5, 7);
+    return {radius * std::cos(angle), Draw(-2.5, 2.5), radius * std::sin(angle)};
   }
 
   // Agents walk once around the object, each from another side, and look at it.
   void AddPose(int agent, int step, int num_steps) {
     const double angle = 2 * M_PI * (static_cast<double>(step) / num_steps + 0.25 * agent);
-    const double radius = kRadiusM + 0.4 * agent + Uniform(-0.1, 0.1);
-    const Eigen::Vector3d center(radius * std::cos(angle), 0.3 * agent - 0.5 + Uniform(-0.1, 0.1),
+    const double radius = kRadiusM + 0.4 * agent + Draw(-0.1, 0.1);
+    const Eigen::Vector3d center(radius * std::cos(angle), 0.3 * agent - 0.5 + Draw(-0.1, 0.1),
                                  radius * std::sin(angle));
     const Eigen::Vector3d z = -center.normalized();
     const Eigen::Vector3d x = Eigen::Vector3d::UnitY().cross(z).normalized();
@@ -122,7 +120,7 @@ class Place {
     R.row(0) = x;
     R.row(1) = z.cross(x);
     R.row(2) = z;
-    const double yaw = Uniform(-0.15, 0.15);
+    const double yaw = Draw(-0.15, 0.15);
     scene_.AddPose(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()) * R, center);
   }
 

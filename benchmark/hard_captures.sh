@@ -74,13 +74,9 @@ run_colmap() {
 
 # colmap_cells SESSION
 colmap_cells() {
-  local model best='' most=0 count
-  for model in "$1"-colmap/[0-9]*; do
-    [[ -e $model/images.bin ]] || continue
-    count=$(od -An -t u8 -N 8 "$model/images.bin" | tr -d ' ')
-    ((count <= most)) || { most=$count best=$model; }
-  done
-  echo "$most | $([[ -z $best ]] && echo - || rmse_of "$best") | $(<"$1-colmap/seconds")"
+  local model
+  model=$(largest_model "$1-colmap" 2>/dev/null) || { echo "0 | - | $(<"$1-colmap/seconds")"; return; }
+  echo "$(num_images "$model") | $(rmse_of "$model") | $(<"$1-colmap/seconds")"
 }
 
 # row SET AGENTS ORDER

@@ -142,18 +142,6 @@ run_whole() {
     colmap mapper --database_path "$1/database.db" --image_path "$2" --output_path "$1"' _ "$folder" "${whole[$1]}"
 }
 
-# largest FOLDER: of COLMAP's models there
-largest() {
-  local model best='' most=-1 count
-  for model in "$1"/[0-9]*; do
-    [[ -e $model/images.bin ]] || continue
-    count=$(od -An -t u8 -N 8 "$model/images.bin" | tr -d ' ')
-    ((count <= most)) || { most=$count best=$model; }
-  done
-  [[ -n $best ]] || die "no model in $1"
-  echo "$best"
-}
-
 # figures NAME MODEL [REFERENCE...]: JSON; rotations: median over the references
 figures() {
   local options=() model=$2 name=$1 reference
@@ -173,8 +161,8 @@ colmap_figures() {
   local seed other others
   for seed in $seeds; do
     others=()
-    for other in $seeds; do [[ $other == "$seed" ]] || others+=("$(largest "$keep/$1/colmap-$other")"); done
-    figures "$1" "$(largest "$keep/$1/colmap-$seed")" "${others[@]}" | with_cpu "$(<"$keep/$1/colmap-$seed/cpu_s")"
+    for other in $seeds; do [[ $other == "$seed" ]] || others+=("$(largest_model "$keep/$1/colmap-$other")"); done
+    figures "$1" "$(largest_model "$keep/$1/colmap-$seed")" "${others[@]}" | with_cpu "$(<"$keep/$1/colmap-$seed/cpu_s")"
   done
 }
 
@@ -184,7 +172,7 @@ all_s() { awk '/^(before|after) finish/ { for (i = 1; i < NF; ++i) if ($i == "cp
 # rows NAME: {label, figures} lines
 rows() {
   local folder=$keep/$1 seed references=()
-  for seed in $seeds; do references+=("$(largest "$folder/colmap-$seed")"); done
+  for seed in $seeds; do references+=("$(largest_model "$folder/colmap-$seed")"); done
   label() { jq -c --arg text "$1" '. + {label: $text}'; }
   figures "$1" "${session[$1]}/sparse/0" "${references[@]}" | label "Skein, session"
   figures "$1" "$folder/skein/after" "${references[@]}" | with_cpu "$(all_s "$folder/skein/log")" | label "Skein's mapper"
@@ -199,7 +187,7 @@ rows() {
       point_error: {mean: (values(.point_error.mean) | g), median: (values(.point_error.median) | g)}};
     def median: if length == 0 then null else .[(length - 1) / 2 | floor] end;
     (pick(median) + {label: "COLMAP, median of \($n)"}), (pick(.[0]) + {label: "COLMAP, least"}), (pick(.[-1]) + {label: "COLMAP, most"})'
-  [[ -z ${whole[$1]:-} ]] || figures "$1" "$(largest "$folder/colmap-whole")" | with_cpu "$(<"$folder/colmap-whole/cpu_s")" | label "COLMAP, whole pipeline"
+  [[ -z ${whole[$1]:-} ]] || figures "$1" "$(largest_model "$folder/colmap-whole")" | with_cpu "$(<"$folder/colmap-whole/cpu_s")" | label "COLMAP, whole pipeline"
 }
 
 print_table() {

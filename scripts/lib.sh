@@ -135,6 +135,21 @@ render_place() {
   touch "$place/complete"
 }
 
+# num_images MODEL: of a model in COLMAP's binary format
+num_images() { od -An -t u8 -N 8 "$1/images.bin" | tr -d ' '; }
+
+# largest_model FOLDER: of COLMAP's models there
+largest_model() {
+  local model best='' most=-1 count
+  for model in "$1"/[0-9]*; do
+    [[ -e $model/images.bin ]] || continue
+    count=$(num_images "$model")
+    ((count <= most)) || { most=$count best=$model; }
+  done
+  [[ -n $best ]] || die "no model in $1"
+  echo "$best"
+}
+
 # is_accounted_for REPORT: every photo received is registered, deferred or failed with a reason
 is_accounted_for() {
   jq -e '.images | .received == .registered + .deferred + .failed' "$1" >/dev/null

@@ -54,24 +54,28 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) {
 }
 
 // Two places may share an object of one design, and photos that see it match. So a photo of another
-// submap is judged by what it misses, too.
-// One that sees few points follows its neighbours.
+// submap is judged by what it misses, too. One that sees few points follows its neighbours.
 std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& image_ids) {
   auto guests = std::make_unique<GuestPhotos>(options_, map_.get());
-  std::vector<ImageId> left;
+  std::vector<std::pair<ImageId, size_t>> left;  // with the points that each sees
+  const auto count_visible = [&] {
+    for (auto& [id, num_visible] : left) num_visible = FindVisiblePoints(*map_, id).size();
+  };
   for (const int64_t image_id : image_ids) {
-    if (map_->HasPhoto(image_id) && !map_->IsRegistered(image_id)) {
-      left.push_back(static_cast<ImageId>(image_id));
-    }
+    if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) continue;
+    left.emplace_back(static_cast<ImageId>(image_id), 0);
   }
+  count_visible();
   while (!left.empty()) {
-    const auto best = std::max_element(left.begin(), left.end(), [this](ImageId a, ImageId b) {
-      return FindVisiblePoints(*map_, a).size() < FindVisiblePoints(*map_, b).size();
-    });
-    TrialContext context = waiting_.ContextOf(*best);
-    context.matches_similar_place = true;
-    guests->Place(*best, context);
+    const auto best = std::max_element(
+        left.begin(), left.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const ImageId id = best->first;
     left.erase(best);
+    TrialContext context = waiting_.ContextOf(id);
+    context.matches_similar_place = true;
+    const int num_before = guests->size();
+    guests->Place(id, context);
+    if (guests->size() > num_before) count_visible();
   }
   return guests;
 }

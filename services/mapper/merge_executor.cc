@@ -46,7 +46,7 @@ void MergeExecutor::Later(std::function<void()> then) {
 }
 
 void MergeExecutor::Freeze() {
-  run_.worker().Run(
+  run_.RunOnWorker(
       [&blobs = node_.blobs()](Submap& submap) {
         return blobs.Offer(EncodeModelArchive(SaveSubmap(&submap)));
       },
@@ -72,8 +72,7 @@ void MergeExecutor::Absorb(const merge_t& frozen) {
 }
 
 void MergeExecutor::OnSource(const LoadedModel& source) {
-  run_.TellHeldElsewhere();
-  run_.worker().Run(
+  run_.RunOnWorker(
       [source, task = Task()](Submap& submap) {
         const Status added = AddToSubmap(source.photos, &submap);
         if (added.ok()) return AbsorbSource(*source.archive, task, &submap);
@@ -135,7 +134,7 @@ void MergeExecutor::GoBack(const std::string& reason) {
     run_.Report(events);
     Conclude(merge_t::UNDONE, "refused by the ledger: " + reason);
   };
-  run_.worker().Run(
+  run_.RunOnWorker(
       [before = open_->absorption.before, reason](Submap& submap) {
         const std::set<colmap::image_t> merged = RegisteredIn(submap.map().reconstruction());
         const Status status = submap.ReplaceModel(*before);

@@ -157,8 +157,8 @@ bool SubmapRun::GoOn() {
 }
 
 void SubmapRun::Begin() {
-  // The lease's fact comes after all that earlier epochs have committed.
-  // So the ledger is read up to its end: a process of this name may have worked in this epoch, too.
+  // The lease's fact comes after all that earlier epochs have committed. What a process of this
+  // name has committed in this epoch comes after it: so the ledger is read up to its end.
   const SubmapLife* submap = ledger_.session.FindSubmap(submap_id());
   if (submap == nullptr || submap->lease.epoch < epoch() || !ledger_.follower.caught_up()) return;
   if (!submap->has_seed && !submap->latest_model) return;
@@ -358,9 +358,8 @@ void SubmapRun::TellHeldElsewhere() {
 
 void SubmapRun::RunJob(Job job, OnOutcome then) {
   state_.Become(Activity::kJob);
-  TellHeldElsewhere();
   const bool count = node_.loop().now_s() >= statistics_due_s_;
-  worker_.Run(
+  RunOnWorker(
       [job = std::move(job), count](Submap& submap) {
         Outcome outcome;
         job(submap, &outcome);
@@ -490,8 +489,7 @@ void SubmapRun::Answer(const shared_request_t& request) {
   if (!MayAnswer(request.image_ids)) return;
   photos_.Load(request.image_ids, [this, ids = request.image_ids,
                                    request_id = request.request_id](const FetchedPhotos& photos) {
-    TellHeldElsewhere();
-    worker_.Run(
+    RunOnWorker(
         [photos, ids](Submap& submap) {
           const Status added = AddToSubmap(photos, &submap);
           if (!added.ok()) LogWarn("a photo that cannot be compared: {}", added.error());

@@ -77,8 +77,12 @@ class SubmapRun {
 
   // For merges.
   int64_t worked_seq() const { return cursor_.seq(); }
-  void TellHeldElsewhere();  // the submap, before a job
-  SubmapWorker& worker() { return worker_; }
+  // On the worker's thread, see SubmapWorker. The submap knows by then what others hold.
+  template <class Job, class Then>
+  void RunOnWorker(Job job, Then then) {
+    TellHeldElsewhere();
+    worker_.Run(std::move(job), std::move(then));
+  }
   void LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_loaded);
   // `committed` when the ledger has it, `refused` when ingest cannot take it. When the lease is
   // another's or the submap has ended, the run ends instead.
@@ -134,6 +138,7 @@ class SubmapRun {
   void WriteModel(ModelWriter::Kind kind);
 
   void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
+  void TellHeldElsewhere();
   void RunJob(Job job, OnOutcome then);
   void OnJob(const Outcome& outcome, const OnOutcome& then);
   void Apply(const Outcome& outcome);

@@ -85,6 +85,7 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
   const SessionState& session = directory.session();
   const Failures failures = FailuresOf(session);
   std::optional<MergeAttempt> best;
+  const Overlap* best_overlap = nullptr;
   for (const auto& [pair, overlap] : directory.FindOverlaps(options_.min_linking_inliers)) {
     if (overlap.size() < min_shared || directory.IsBusy(pair.first) ||
         directory.IsBusy(pair.second)) {
@@ -96,11 +97,13 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
     const Direction first = a_is_smaller ? pair : Direction{pair.second, pair.first};
     for (const Direction& direction : {first, Direction{first.second, first.first}}) {
       if (WasTried(failures, direction, overlap.size(), finishing)) continue;
-      best = MergeAttempt{direction.first, direction.second, BestOf(directory, pair, overlap),
-                          overlap.size(), session.last_drained_seq()};
+      best = MergeAttempt{
+          direction.first, direction.second, {}, overlap.size(), session.last_drained_seq()};
+      best_overlap = &overlap;
       break;
     }
   }
+  if (best) best->images = BestOf(directory, {best->source_id, best->target_id}, *best_overlap);
   return best;
 }
 
