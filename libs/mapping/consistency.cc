@@ -9,18 +9,6 @@
 #include "mapping/registration.h"
 
 namespace skein {
-namespace {
-
-int MatchesWithRegistered(const SceneMap& map, ImageId id, double min_pair_share) {
-  int num_matches = 0;
-  for (const auto& [other, inliers] : map.Neighbours(id)) {
-    if (!map.IsRegistered(other) || !map.IsStrongPair(id, other, min_pair_share)) continue;
-    num_matches += inliers;
-  }
-  return num_matches;
-}
-
-}  // namespace
 
 bool Consistency::IsWeak(ImageId id) const {
   const int num_points = static_cast<int>(map_.reconstruction().Image(id).NumPoints3D());
@@ -79,25 +67,6 @@ std::vector<ImageId> Consistency::FindPhotosWithTooManyMissingCells() const {
     if (HasTooManyMissingCells(options, votes)) ids.push_back(id);
   }
   return ids;
-}
-
-bool Consistency::IsMapInconsistent() const {
-  const std::vector<ImageId>& photos = map_.photos();
-  return std::any_of(photos.begin(), photos.end(), [this](ImageId id) {
-    return map_.IsRegistered(id) ? IsContradictedByMatches(id) : IsLeftOut(id);
-  });
-}
-
-bool Consistency::IsLeftOut(ImageId id) const {
-  if (waiting_.IsHeldElsewhere(id)) return false;
-  const int num_matches = MatchesWithRegistered(map_, id, options_.misplaced.min_pair_share);
-  return num_matches >= options_.min_matches_to_judge && !waiting_.MatchesSimilarPlace(id);
-}
-
-bool Consistency::IsContradictedByMatches(ImageId id) const {
-  const Votes votes = EpipolarVotes(map_, id, options_.registration.max_epipolar_error_px);
-  return votes.Sum() >= options_.min_matches_to_judge &&
-         votes.AgreeingShare() < options_.min_agreeing_share;
 }
 
 }  // namespace skein

@@ -41,13 +41,8 @@ class Consistency {
   // be of that place: without points of their own no cell is different.
   std::vector<ImageId> FindPhotosWithTooManyMissingCells() const;
 
-  // Whether the map is inconsistent: see SubmapOptions.
-  bool IsMapInconsistent() const;
-
  private:
   std::vector<ImageId> FindByMissingCells(ImageId first) const;
-  bool IsLeftOut(ImageId id) const;
-  bool IsContradictedByMatches(ImageId id) const;
 
   const SubmapOptions& options_;
   const SceneMap& map_;

@@ -70,8 +70,6 @@ TEST(SubmapOptions, RefusesWhatMakesNoSense) {
       {"min_observed_ratio", [](auto* o) { o->min_observed_ratio = 2; }},
       {"max_withdrawals", [](auto* o) { o->max_withdrawals = -1; }},
       {"min_yield_ratio", [](auto* o) { o->min_yield_ratio = 0; }},
-      {"min_matches_to_judge", [](auto* o) { o->min_matches_to_judge = 0; }},
-      {"min_agreeing_share", [](auto* o) { o->min_agreeing_share = 2; }},
       {"min_rebuild_gain", [](auto* o) { o->min_rebuild_gain = -1; }},
       {"num_threads", [](auto* o) { o->num_threads = 0; }},
   });

@@ -54,12 +54,27 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
   return anew;
 }
 
-int64_t CountAgreeingMatches(const SceneMap& map, double max_epipolar_error_px) {
-  int64_t num_agreeing = 0;
-  for (const ImageId id : map.reconstruction().RegImageIds()) {
-    num_agreeing += EpipolarVotes(map, id, max_epipolar_error_px).agree;
+MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
+                            const WaitingPhotos& waiting) {
+  const auto is_left_out = [&](ImageId id) {
+    return map.HasPhoto(id) && !map.IsRegistered(id) && !waiting.IsHeldElsewhere(id) &&
+           !waiting.MatchesSimilarPlace(id);
+  };
+  MatchAgreement agreement;
+  for (const auto& [id1, id2] : map.pairs()) {
+    const bool registered1 = map.IsRegistered(id1), registered2 = map.IsRegistered(id2);
+    if (!registered1 && !registered2) continue;
+    const bool is_strong = map.IsStrongPair(id1, id2, options.misplaced.min_pair_share);
+    if (registered1 && registered2) {
+      const Votes votes =
+          EpipolarVotesOfPair(map, id1, id2, options.registration.max_epipolar_error_px);
+      agreement.agreeing += votes.agree;
+      if (is_strong && votes.contradict > votes.agree) agreement.to_win += votes.contradict;
+    } else if (is_strong && is_left_out(registered1 ? id2 : id1)) {
+      agreement.to_win += map.Neighbours(id1).at(id2);
+    }
   }
-  return num_agreeing / 2;
+  return agreement;
 }
 
 }  // namespace skein

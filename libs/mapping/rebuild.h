@@ -12,7 +12,17 @@ namespace skein {
 // and match a visually similar place are left out. Null if `first` has no pair to start from.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first);
 
-// Verified matches between registered photos that agree with their poses.
-int64_t CountAgreeingMatches(const SceneMap& map, double max_epipolar_error_px);
+// What the verified matches say of a map.
+struct MatchAgreement {
+  int64_t agreeing = 0;  // matches between registered photos that agree with their poses
+  // Matches that another map of the same photos may agree with: those of strong pairs that mostly
+  // contradict, and those of photos that are left out. Photos that a visually similar place or
+  // another submap holds are left out rightly.
+  int64_t to_win = 0;
+};
+
+// Visits all matches.
+MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
+                            const WaitingPhotos& waiting);
 
 }  // namespace skein

@@ -27,6 +27,9 @@ constexpr double kSigmasOfAStart = 5;
 // cameras those with focal lengths within 3 % observed 0.8 or more, 0.98 in the median.
 constexpr double kMinObserved = 0.5, kMinObservedAlone = 0.85;
 
+// A search over focal lengths looks at no more points: the pose is then estimated on all of them.
+constexpr size_t kMaxFocalSearchPoints = 500;
+
 // One free pose, all points constant.
 Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool refine_camera,
                       const VisiblePoints& visible, const PoseEstimate& estimate) {
@@ -73,10 +76,9 @@ PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
   return estimate;
 }
 
-bool RunRansac(const RegistrationOptions& options, double max_error_px, bool estimate_focal,
-               const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+colmap::AbsolutePoseEstimationOptions RansacOptions(const RegistrationOptions& options,
+                                                    double max_error_px) {
   colmap::AbsolutePoseEstimationOptions ransac;
-  ransac.estimate_focal_length = estimate_focal;
   ransac.num_focal_length_samples = options.num_focal_samples;
   ransac.min_focal_length_ratio = options.min_focal_factor;
   ransac.max_focal_length_ratio = options.max_focal_factor;
@@ -86,6 +88,11 @@ bool RunRansac(const RegistrationOptions& options, double max_error_px, bool est
   ransac.ransac_options.min_num_trials = options.min_num_trials;
   ransac.ransac_options.max_num_trials = options.max_num_trials;
   ransac.ransac_options.confidence = options.confidence;
+  return ransac;
+}
+
+bool RunRansac(const colmap::AbsolutePoseEstimationOptions& ransac, const VisiblePoints& visible,
+               colmap::Camera* camera, PoseEstimate* estimate) {
   Eigen::Vector4d qvec;
   Eigen::Vector3d tvec;
   size_t num_inliers = 0;
@@ -97,6 +104,33 @@ bool RunRansac(const RegistrationOptions& options, double max_error_px, bool est
   estimate->pose.R = colmap::QuaternionToRotationMatrix(qvec);
   estimate->pose.t = tvec;
   return true;
+}
+
+// Every n-th point, so that at most kMaxFocalSearchPoints are left.
+VisiblePoints Thinned(const VisiblePoints& visible) {
+  const size_t step = (visible.size() + kMaxFocalSearchPoints - 1) / kMaxFocalSearchPoints;
+  VisiblePoints thinned;
+  for (size_t i = 0; i < visible.size(); i += step) {
+    thinned.pixels.push_back(visible.pixels[i]);
+    thinned.xyz.push_back(visible.xyz[i]);
+  }
+  return thinned;
+}
+
+// Sets the camera's focal length to the one with which most points fit a pose.
+bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
+                     const VisiblePoints& visible, colmap::Camera* camera) {
+  colmap::AbsolutePoseEstimationOptions ransac = RansacOptions(options, max_error_px);
+  ransac.estimate_focal_length = true;
+  PoseEstimate unused;
+  return RunRansac(ransac, Thinned(visible), camera, &unused);
+}
+
+bool EstimateWithRansac(const RegistrationOptions& options, double max_error_px,
+                        bool estimate_focal, const VisiblePoints& visible, colmap::Camera* camera,
+                        PoseEstimate* estimate) {
+  if (estimate_focal && !FindFocalLength(options, max_error_px, visible, camera)) return false;
+  return RunRansac(RansacOptions(options, max_error_px), visible, camera, estimate);
 }
 
 // Refines pose (and camera) on the inliers; counts them anew at the refined pose.
@@ -148,7 +182,8 @@ bool FindPose(const SceneMap& map, const RegistrationOptions& options, const Cam
   for (const double limit_px : options.ransac_limits_px) {
     PoseEstimate candidate = none;
     colmap::Camera candidate_camera = camera_before;
-    if (!RunRansac(options, limit_px, use.estimate_focal, visible, &candidate_camera, &candidate) ||
+    if (!EstimateWithRansac(options, limit_px, use.estimate_focal, visible, &candidate_camera,
+                            &candidate) ||
         candidate.num_inliers < options.min_num_inliers ||
         !Refine(map, options, use.refine, visible, &candidate_camera, &candidate)) {
       continue;
@@ -203,7 +238,7 @@ bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
       std::max<double>(options.min_num_inliers, options.max_rival_ratio * estimate.num_inliers);
   if (static_cast<double>(outliers.size()) < needed) return false;
   PoseEstimate rival;
-  if (!RunRansac(options, options.max_error_px, false, outliers, &camera, &rival) ||
+  if (!RunRansac(RansacOptions(options, options.max_error_px), outliers, &camera, &rival) ||
       rival.num_inliers < needed) {
     return false;
   }
@@ -287,6 +322,26 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px) 
   GetPose(image, &pose);
   return EpipolarVotes(map, image_id, map.reconstruction().Camera(image.CameraId()), pose,
                        max_error_px);
+}
+
+Votes EpipolarVotesOfPair(const SceneMap& map, ImageId id1, ImageId id2, double max_error_px) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image &image1 = reconstruction.Image(id1), &image2 = reconstruction.Image(id2);
+  const colmap::Camera& camera1 = reconstruction.Camera(image1.CameraId());
+  const colmap::Camera& camera2 = reconstruction.Camera(image2.CameraId());
+  BundlePose pose;
+  GetPose(image1, &pose);
+  const Eigen::Matrix3d E = EssentialMatrix(pose, image2);
+  const double max_error = max_error_px / camera1.MeanFocalLength();
+  Votes votes;
+  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
+    const Eigen::Vector3d x =
+        camera1.ImageToWorld(image1.Point2D(match.point2D_idx1).XY()).homogeneous();
+    const Eigen::Vector3d y =
+        camera2.ImageToWorld(image2.Point2D(match.point2D_idx2).XY()).homogeneous();
+    ++(SampsonError(E, x, y) <= max_error ? votes.agree : votes.contradict);
+  }
+  return votes;
 }
 
 unsigned SeedFromIds(uint64_t a, uint64_t b) {

@@ -335,15 +335,17 @@ void Submap::TryAllWaiting(const EventSink& sink) {
 void Submap::Rebuild(const EventSink& sink) {
   if (!map_->HasPhoto(first_) || num_pairs_rebuilt_ == map_->pairs().size()) return;
   if (settled_.consistent) return;
-  settled_.consistent = !consistency_.IsMapInconsistent();
+  const MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  const double needed = options_.min_rebuild_gain * static_cast<double>(now.agreeing);
+  settled_.consistent = static_cast<double>(now.to_win) < needed;
+  LogInfo("{} matches agree with the map, {} may be won", now.agreeing, now.to_win);
   if (settled_.consistent) return;
   num_pairs_rebuilt_ = map_->pairs().size();
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_);
   if (anew == nullptr) return;
-  const double limit_px = options_.registration.max_epipolar_error_px;
-  const double needed =
-      (1 + options_.min_rebuild_gain) * static_cast<double>(CountAgreeingMatches(*map_, limit_px));
-  if (static_cast<double>(CountAgreeingMatches(anew->map(), limit_px)) < needed) return;
+  const MatchAgreement then = CountMatches(options_, anew->map(), anew->waiting_);
+  LogInfo("mapped anew: {} matches agree", then.agreeing);
+  if (static_cast<double>(then.agreeing - now.agreeing) < needed) return;
   anew->map().AlignTo(map_->reconstruction());
   ReplaceByRebuilt(*anew, sink);
 }

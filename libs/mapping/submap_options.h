@@ -32,12 +32,9 @@ struct SubmapOptions {
   // A photo is left to the submap of a visually similar place when that submap observes so many
   // times more points of it.
   double min_yield_ratio = 2.0;
-  // A photo with so many verified matches with registered ones judges the map. The map is
-  // inconsistent if less than this share of them agrees with the poses, or if the photo is not
-  // registered. Matches in pairs below misplaced.min_pair_share don't count.
-  int min_matches_to_judge = 100;
-  double min_agreeing_share = 0.85;
-  double min_rebuild_gain = 0.005;  // in matches that agree, for the submap mapped anew to stay
+  // Part of the matches that agree with a map which the same photos, mapped anew, must win for that
+  // map to stay. Where so many can't be won, nothing is mapped anew.
+  double min_rebuild_gain = 0.005;
   // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
   // depends only on the order of the calls.
   bool background = false;

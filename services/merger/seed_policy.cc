@@ -31,10 +31,11 @@ void ForEachOwnPair(const SessionState& session, int64_t image_id, const PhotoSt
 Status SeedOptions::Check() const {
   if (min_tri_angle_steps_deg.empty()) return InvalidArgument("min_tri_angle_steps_deg is empty");
   const size_t num_relaxations = min_tri_angle_steps_deg.size() - 1;
-  if (relax_orphans.size() != num_relaxations || relax_quiet_s.size() != num_relaxations) {
-    return InvalidArgument("relax_orphans and relax_quiet_s need one entry for each relaxation");
+  if (relax_quiet_s.size() != num_relaxations) {
+    return InvalidArgument("relax_quiet_s needs one entry for each relaxation");
   }
-  return FirstError({InRange("seed_min_inliers", min_inliers, 15, 100'000),
+  return FirstError({InRange("seed_small_angle_patience", small_angle_patience, 0, 100'000),
+                     InRange("seed_min_inliers", min_inliers, 15, 100'000),
                      InRange("seed_min_inliers_at_last", min_inliers_at_last, 15, min_inliers)});
 }
 
@@ -107,16 +108,22 @@ std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
   return orphans;
 }
 
-size_t SeedPolicy::RelaxationOf(size_t num_orphans, const SeedSituation& situation) const {
-  const size_t num_relaxations = options_.relax_orphans.size();
-  if (situation.finishing) return num_relaxations;
+size_t SeedPolicy::RelaxationOf(const SeedSituation& situation) const {
+  if (situation.finishing) return options_.relax_quiet_s.size();
   size_t step = 0;
-  while (step < num_relaxations &&
-         (num_orphans >= static_cast<size_t>(options_.relax_orphans[step]) ||
-          situation.quiet_s >= options_.relax_quiet_s[step])) {
+  while (step < options_.relax_quiet_s.size() && situation.quiet_s >= options_.relax_quiet_s[step]) {
     ++step;
   }
   return step;
+}
+
+bool SeedPolicy::IsOutlasted(const SeedChoice& pair, const std::vector<int64_t>& orphans,
+                             const SessionState& session) const {
+  const auto order = [&](int64_t id) { return session.FindPhoto(id)->matches_order; };
+  const int64_t of_pair = std::max(order(pair.image_id1), order(pair.image_id2));
+  return std::count_if(orphans.begin(), orphans.end(), [&](int64_t id) {
+           return order(id) > of_pair;
+         }) >= options_.small_angle_patience;
 }
 
 std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orphans,
@@ -146,15 +153,18 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
 std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orphans,
                                                const SubmapDirectory& directory,
                                                const SeedSituation& situation) const {
-  const size_t last_step = RelaxationOf(orphans.size(), situation);
+  const size_t last_step = RelaxationOf(situation);
   for (size_t step = 0; step <= last_step; ++step) {
     const double min_angle_rad = options_.min_tri_angle_steps_deg[step] * kRadPerDeg;
     const auto best = BestPair(orphans, min_angle_rad, options_.min_inliers, directory);
     if (best) return best;
   }
-  if (!situation.finishing) return std::nullopt;
-  return BestPair(orphans, options_.min_tri_angle_steps_deg.back() * kRadPerDeg,
-                  options_.min_inliers_at_last, directory);
+  const double least_angle_rad = options_.min_tri_angle_steps_deg.back() * kRadPerDeg;
+  if (situation.finishing) {
+    return BestPair(orphans, least_angle_rad, options_.min_inliers_at_last, directory);
+  }
+  const auto best = BestPair(orphans, least_angle_rad, options_.min_inliers, directory);
+  return best && IsOutlasted(*best, orphans, directory.session()) ? best : std::nullopt;
 }
 
 std::optional<SeedChoice> SeedPolicy::Choose(const SubmapDirectory& directory,

@@ -27,10 +27,12 @@ struct SeedOptions {
   // Median triangulation angle asked for at first, and its relaxations, in degrees.
   std::vector<double> min_tri_angle_steps_deg{limits::kInitialAnglesDeg.begin(),
                                               limits::kInitialAnglesDeg.end()};
-  // A relaxation applies when so many orphans of one component wait, or after so many quiet
-  // seconds. All apply when the session finishes. One entry a relaxation.
-  std::vector<int> relax_orphans = {4, 6, 9};
+  // A relaxation applies after so many quiet seconds. All apply when the session finishes. One
+  // entry a relaxation.
   std::vector<double> relax_quiet_s = {3, 6, 9};
+  // While photos come, the best pair under a smaller angle waits until so many further orphans of
+  // its component brought none better: frames of a video begin under angles that still grow.
+  int small_angle_patience = 4;
   // A deferred photo waits until so many further photos were matched, or it is quiet.
   int deferred_patience = 15;
 
@@ -71,7 +73,9 @@ class SeedPolicy {
                                 const Components& components, const SubmapDirectory& directory);
   bool IsPatient(int64_t image_id, const PhotoState& photo, const SubmapDirectory& directory,
                  const SeedSituation& situation) const;
-  size_t RelaxationOf(size_t num_orphans, const SeedSituation& situation) const;
+  size_t RelaxationOf(const SeedSituation& situation) const;
+  bool IsOutlasted(const SeedChoice& pair, const std::vector<int64_t>& orphans,
+                   const SessionState& session) const;
   std::optional<SeedChoice> BestPair(const std::vector<int64_t>& orphans, double min_angle_rad,
                                      int min_inliers, const SubmapDirectory& directory) const;
   std::optional<SeedChoice> ChooseIn(const std::vector<int64_t>& orphans,

@@ -81,12 +81,30 @@ TEST_F(SeedPolicyTest, ASmallAngleWaitsWhilePhotosStream) {
   EXPECT_TRUE(Finishing());
 }
 
-TEST_F(SeedPolicyTest, RelaxesStepByStepAsOrphansGather) {
+// As in a hand-held video: each frame sees the first under a larger angle, until it sees it no more.
+TEST_F(SeedPolicyTest, ASmallAngleWaitsWhilePhotosBringLargerOnes) {
   ledger_.Matches(1, {});
-  for (int id = 2; id <= 3; ++id) ledger_.Matches(id, {Pair(id - 1, 300, 10)});
+  for (int id = 2; id <= 11; ++id) {
+    ledger_.Matches(id, {Pair(1, 300, id)});
+    EXPECT_FALSE(Streaming()) << id;
+  }
+  for (int id = 12; id <= 14; ++id) {
+    ledger_.Matches(id, {Pair(id - 1, 300, 2)});
+    EXPECT_FALSE(Streaming()) << id;
+  }
+  ledger_.Matches(15, {Pair(14, 300, 2)});
+  const auto choice = Streaming();
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->image_id1, 11);
+  EXPECT_EQ(choice->image_id2, 1);
+}
+
+TEST_F(SeedPolicyTest, PhotosOfAnotherPlaceDoNotHurryASmallAngle) {
+  ledger_.Matches(1, {});
+  ledger_.Matches(2, {Pair(1, 300, 10)});
+  ledger_.Matches(3, {});
+  for (int id = 4; id <= 8; ++id) ledger_.Matches(id, {Pair(id - 1, 90, 1)});
   EXPECT_FALSE(Streaming());
-  ledger_.Matches(4, {Pair(3, 300, 10)});
-  EXPECT_TRUE(Streaming());
 }
 
 TEST_F(SeedPolicyTest, APhotoOfALiveSubmapIsNoOrphan) {
@@ -183,7 +201,7 @@ TEST_F(SeedPolicyTest, AFailedSeedIsNotTriedAgain) {
 
 TEST(SeedPolicy, RefusesNonsenseOptions) {
   SeedOptions options;
-  options.relax_orphans = {1};
+  options.relax_quiet_s = {1};
   EXPECT_THROW(SeedPolicy{options}, std::invalid_argument);
 }
 
