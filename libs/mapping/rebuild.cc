@@ -34,11 +34,11 @@ bool StartFromBestPairOf(ImageId id, Submap* submap) {
   return false;
 }
 
-}  // namespace
 
-std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
+std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first) {
   SubmapOptions options = submap.options();
   options.background = false;
+  options.max_images_begin_anew = 0;
   std::unique_ptr<SceneMap> map = submap.map().Clone();
   map->Clear();
   auto anew = std::make_unique<Submap>(options, submap.local_adjustment(), std::move(map));
@@ -50,7 +50,21 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
     const bool is_registered = submap.map().IsRegistered(id);
     if (is_registered || !submap.waiting().MatchesSimilarPlace(id)) anew->Enqueue(id);
   }
-  anew->RefineUntilStable(Ignore);
+  return anew;
+}
+
+}  // namespace
+
+std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
+  std::unique_ptr<Submap> anew = StartAnew(submap, first);
+  if (anew != nullptr) anew->RefineUntilStable(Ignore);
+  return anew;
+}
+
+std::unique_ptr<Submap> MapPartAnew(const Submap& submap, ImageId first, size_t max_images) {
+  std::unique_ptr<Submap> anew = StartAnew(submap, first);
+  if (anew == nullptr) return nullptr;
+  while (anew->map().reconstruction().NumRegImages() < max_images && anew->Step(Ignore)) continue;
   return anew;
 }
 

@@ -11,6 +11,8 @@ namespace skein {
 // with the best pair of `first`; photos that see most points follow. Photos that are not registered
 // and match a visually similar place are left out. Null if `first` has no pair to start from.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first);
+// Ends at `max_images` registered ones; the others wait in its queue.
+std::unique_ptr<Submap> MapPartAnew(const Submap& submap, ImageId first, size_t max_images);
 
 // What the verified matches say of a map.
 struct MatchAgreement {

@@ -381,6 +381,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
   const CameraState& state = map.camera_state(camera.CameraId());
   const bool estimate_camera = MayEstimateCamera(map, image_id);
+  if (estimate_camera) camera.SetParams(state.prior_params);  // not what the photo settled for
   PoseEstimate estimate;
   estimate.pose.image_id = image_id;
   estimate.num_visible = static_cast<int>(visible.size());

@@ -75,10 +75,10 @@ TEST_F(TwoPoses, TheOneWithTheSmallerErrorsIsTakenNotTheOneWithMoreInliers) {
 
 // The last photo has settled for too short a focal length, nearer to the scene: some of its points
 // fit, the others are not observed. The `num_of_camera` last photos have one camera.
-SceneMap WithWrongFocal(int num_of_camera) {
+SceneMap WithWrongFocal(int num_of_camera, bool focal_from_exif) {
   constexpr double kFactor = 0.9;
   SyntheticOptions options;
-  options.focal_from_exif = false;
+  options.focal_from_exif = focal_from_exif;
   options.second_camera_from = options.num_photos - num_of_camera + 1;
   SceneMap map;
   FillMap(MakeScene(options), &map);
@@ -101,22 +101,26 @@ SceneMap WithWrongFocal(int num_of_camera) {
   return map;
 }
 
-TEST(FitsElsewhere, WithIntrinsicsOfItsOwnAPhotoThatLacksSomePointsIsEstimatedAnew) {
-  const SceneMap map = WithWrongFocal(1);
+class FitsElsewhere : public testing::TestWithParam<bool> {};
+
+TEST_P(FitsElsewhere, WithIntrinsicsOfItsOwnAPhotoThatLacksSomePointsIsEstimatedAnew) {
+  const SceneMap map = WithWrongFocal(1, GetParam());
   const VisiblePoints visible = FindVisiblePoints(map, 8);
   const double share =
       static_cast<double>(map.reconstruction().Image(8).NumPoints3D()) / visible.size();
   ASSERT_GT(share, 0.5);
   ASSERT_LT(share, 0.85);
-  EXPECT_TRUE(FitsElsewhere(map, 8, visible, {}));
+  EXPECT_TRUE(::skein::FitsElsewhere(map, 8, visible, {}));
   const PoseEstimate anew = EstimatePose(map, 8, visible, {});
   EXPECT_NEAR(anew.camera_params[0], 1000, 10);
 }
 
-TEST(FitsElsewhere, IntrinsicsThatAnotherPhotoHasTooStay) {
-  const SceneMap map = WithWrongFocal(2);
-  EXPECT_FALSE(FitsElsewhere(map, 8, FindVisiblePoints(map, 8), {}));
+TEST_P(FitsElsewhere, IntrinsicsThatAnotherPhotoHasTooStay) {
+  const SceneMap map = WithWrongFocal(2, GetParam());
+  EXPECT_FALSE(::skein::FitsElsewhere(map, 8, FindVisiblePoints(map, 8), {}));
 }
+
+INSTANTIATE_TEST_SUITE_P(FocalFromExif, FitsElsewhere, testing::Bool());
 
 // A free pose and a held one, 2 units apart, that see the same points.
 Bundle TwoViews(bool constant_points) {

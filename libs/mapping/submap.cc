@@ -102,7 +102,12 @@ bool Submap::Step(const EventSink& sink) {
   Maintain(false, sink);
   const std::optional<ImageId> id = waiting_.TakeNext();
   if (!id) return false;
-  if (!map_->IsRegistered(*id) && TryPhoto(*id, sink)) waiting_.EnqueueNeighbours(*id);
+  if (map_->IsRegistered(*id)) return true;
+  if (TryPhoto(*id, sink)) {
+    waiting_.EnqueueNeighbours(*id);
+  } else {
+    BeginAnewIfSmall(sink);
+  }
   return true;
 }
 
@@ -336,21 +341,44 @@ void Submap::Rebuild(const EventSink& sink) {
   if (!map_->HasPhoto(first_) || num_pairs_rebuilt_ == map_->pairs().size()) return;
   if (settled_.consistent) return;
   const MatchAgreement now = CountMatches(options_, *map_, waiting_);
-  const double needed = options_.min_rebuild_gain * static_cast<double>(now.agreeing);
-  settled_.consistent = static_cast<double>(now.to_win) < needed;
-  LogInfo("{} matches agree with the map, {} may be won", now.agreeing, now.to_win);
+  settled_.consistent = !MayWin(now);
   if (settled_.consistent) return;
   num_pairs_rebuilt_ = map_->pairs().size();
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_);
-  if (anew == nullptr) return;
-  const MatchAgreement then = CountMatches(options_, anew->map(), anew->waiting_);
-  LogInfo("mapped anew: {} matches agree", then.agreeing);
-  if (static_cast<double>(then.agreeing - now.agreeing) < needed) return;
+  if (anew != nullptr) TakeIfBetter(anew.get(), now, sink);
+}
+
+// Looked at when its pairs have grown by half. Twice its photos show whether the other map carries.
+void Submap::BeginAnewIfSmall(const EventSink& sink) {
+  const size_t num_images = map_->reconstruction().NumRegImages();
+  if (static_cast<int>(num_images) > options_.max_images_begin_anew || !map_->HasPhoto(first_) ||
+      2 * map_->pairs().size() < 3 * num_pairs_rebuilt_) {
+    return;
+  }
+  num_pairs_rebuilt_ = map_->pairs().size();
+  const MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  if (!MayWin(now)) return;
+  const std::unique_ptr<Submap> anew = MapPartAnew(*this, first_, 2 * num_images);
+  if (anew != nullptr && TakeIfBetter(anew.get(), now, sink)) waiting_.RetryDeferred();
+}
+
+bool Submap::MayWin(const MatchAgreement& now) const {
+  return static_cast<double>(now.to_win) >=
+         options_.min_rebuild_gain * static_cast<double>(now.agreeing);
+}
+
+bool Submap::TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink) {
+  const double needed = (1 + options_.min_rebuild_gain) * static_cast<double>(now.agreeing);
+  const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
+  if (static_cast<double>(agreeing) < needed) return false;
+  LogInfo("mapped anew: {} matches agree, {} before", agreeing, now.agreeing);
   anew->map().AlignTo(map_->reconstruction());
   ReplaceByRebuilt(*anew, sink);
+  return true;
 }
 
 void Submap::ReplaceByRebuilt(const Submap& anew, const EventSink& sink) {
+  maintenance_.Drop();
   std::vector<ImageId> before = map_->reconstruction().RegImageIds();
   std::sort(before.begin(), before.end());
   map_->ReplaceRegistered(anew.map().reconstruction());

@@ -19,6 +19,8 @@
 
 namespace skein {
 
+struct MatchAgreement;
+
 struct SubmapStatistics {
   int num_images = 0;
   int num_deferred = 0;
@@ -156,6 +158,10 @@ class Submap {
   bool Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
 
   void Rebuild(const EventSink& sink);
+  void BeginAnewIfSmall(const EventSink& sink);
+  // Whether the matches that another map may win are enough for it to stay; whether it stayed.
+  bool MayWin(const MatchAgreement& now) const;
+  bool TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink);
   void ReplaceByRebuilt(const Submap& anew, const EventSink& sink);
 
   PhotoEvent RegisteredEvent(ImageId id, const PoseEstimate& estimate) const;
@@ -177,7 +183,7 @@ class Submap {
     bool consistent = false;      // the map is, as a whole
   };
   Settled settled_;
-  size_t num_pairs_rebuilt_ = 0;  // verified pairs when it was last mapped anew
+  size_t num_pairs_rebuilt_ = 0;  // verified pairs when that was last looked into
 };
 
 }  // namespace skein

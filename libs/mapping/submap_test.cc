@@ -482,6 +482,25 @@ TEST(Submap, IsMappedAnewWhereNothingFitsAnyMore) {
   EXPECT_EQ(told, (std::set<int64_t>{3, 4, 5, 6, 7, 8}));
 }
 
+TEST(Submap, ThatBeganBadlyIsBegunAnewWhileItIsSmall) {
+  Rig run(SyntheticOptions{});
+  ASSERT_TRUE(run.Start(0, 1, 1));
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  for (const size_t photo : {2, 3, 4, 5, 6, 7}) run.Feed(photo);
+  EXPECT_EQ(run.NumRegistered(), 8);
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+}
+
+TEST(Submap, ThatBeganBadlyStaysAsItIsWhenItIsLarge) {
+  SubmapOptions options;
+  options.max_images_begin_anew = 1;
+  Rig run(SyntheticOptions{}, options);
+  ASSERT_TRUE(run.Start(0, 1, 1));
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  for (const size_t photo : {2, 3, 4, 5, 6, 7}) run.Feed(photo);
+  EXPECT_EQ(run.NumRegistered(), 2);
+}
+
 TEST(Submap, LeavesAPhotoToTheSubmapThatSeesFarMoreOfItsPoints) {
   Rig run(SyntheticOptions{});
   run.FeedAll();

@@ -107,4 +107,19 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
   return best;
 }
 
+bool MergePolicy::IsBetterReversed(const MergeAttempt& attempt, const std::vector<int64_t>& inliers,
+                                   const SubmapDirectory& directory) const {
+  const SessionState& session = directory.session();
+  const auto num_in = [&](int64_t submap_id) {
+    const SubmapLife& submap = *session.FindSubmap(submap_id);
+    return std::count_if(inliers.begin(), inliers.end(),
+                         [&](int64_t id) { return submap.IsRegistered(id); });
+  };
+  const auto needed =
+      std::min<std::ptrdiff_t>(options_.min_shared_images, static_cast<int>(inliers.size()));
+  return num_in(attempt.source_id) < needed && num_in(attempt.target_id) >= needed &&
+         !WasTried(FailuresOf(session), {attempt.target_id, attempt.source_id}, attempt.num_images,
+                   true);
+}
+
 }  // namespace skein

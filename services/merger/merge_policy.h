@@ -66,6 +66,12 @@ class MergePolicy {
   // equal attempts.
   std::optional<MergeAttempt> Next(const SubmapDirectory& directory, bool finishing) const;
 
+  // Whether the pair should be merged the other way round. The target compares the two once more,
+  // through shared photos and guests of the source. `inliers`: the photos that agree with the
+  // similarity. Some agree as guests of the source, which the target will not see.
+  bool IsBetterReversed(const MergeAttempt& attempt, const std::vector<int64_t>& inliers,
+                        const SubmapDirectory& directory) const;
+
  private:
   using Direction = std::pair<int64_t, int64_t>;  // source, target
   using Failures = std::map<Direction, int>;      // photos of the last attempt

@@ -59,6 +59,21 @@ TEST(MergePolicy, TheOtherWayRoundAfterAFailureThenNotWithoutNewEvidence) {
   EXPECT_TRUE(ledger.Next(false));
 }
 
+// A target places guests of the source, and sees none of its own photos there.
+TEST(MergePolicy, TheOtherWayRoundIfTheTargetCouldNotSeeWhatAgrees) {
+  TwoSubmaps ledger(0);
+  const MergeAttempt attempt{2, 1, {}, 4, 0};
+  const auto is_reversed = [&](const std::vector<int64_t>& inliers) {
+    return MergePolicy({}).IsBetterReversed(attempt, inliers, SubmapDirectory(ledger.state()));
+  };
+  EXPECT_FALSE(is_reversed({11, 12, 13}));
+  EXPECT_FALSE(is_reversed({1, 2, 11, 12, 13}));
+  EXPECT_TRUE(is_reversed({1, 2, 3, 12}));
+  EXPECT_FALSE(is_reversed({1, 2, 11, 12})) << "neither way is better";
+  ledger.MergeStep(ledger.Order(1, 2, 4), merge_t::UNDONE);
+  EXPECT_FALSE(is_reversed({1, 2, 3, 12})) << "that was tried";
+}
+
 TEST(MergePolicy, NoSimilarityCountsForBothDirections) {
   TwoSubmaps ledger(3);
   ledger.FailMerge(2, 1, 3);

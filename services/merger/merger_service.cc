@@ -308,14 +308,18 @@ void MergerService::ComputeEstimate() {
               });
 }
 
-void MergerService::OnEstimated(const MergeAttempt& attempt, const Sim3Options& options,
-                                const Sim3Result& result, double duration_s) {
+void MergerService::OnEstimated(MergeAttempt attempt, const Sim3Options& options,
+                                Sim3Result result, double duration_s) {
   estimate_.reset();
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
     if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return;
   }
   LogInfo("similarity of submaps {} and {} from {} photos of both: {}", attempt.source_id,
           attempt.target_id, attempt.num_images, result.success ? "found" : result.reason);
+  if (result.success && merges_.IsBetterReversed(attempt, result.inlier_image_ids, directory_)) {
+    std::swap(attempt.source_id, attempt.target_id);
+    result.target_from_source = result.target_from_source.Inverse();
+  }
   Submit(AttemptMessage(attempt, session_, result, options, duration_s, EvidenceUtimeOf(attempt)),
          [](bool) {});
 }

@@ -75,8 +75,8 @@ class MergerService {
   void AskForShared();
   bool EstimateIsStale() const;
   void ComputeEstimate();
-  void OnEstimated(const MergeAttempt& attempt, const Sim3Options& options,
-                   const Sim3Result& result, double duration_s);
+  void OnEstimated(MergeAttempt attempt, const Sim3Options& options, Sim3Result result,
+                   double duration_s);
   int64_t EvidenceUtimeOf(const MergeAttempt& attempt) const;
   void Submit(Fact fact, std::function<void(bool committed)> then);
 
