@@ -172,29 +172,42 @@ double RobustCost(const RegistrationOptions& options, const colmap::Camera& came
   return cost;
 }
 
-// The refined pose with the least robust cost. Candidates: at each limit of RANSAC the pose with
-// most inliers. False if there is none.
-bool FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
-              const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
-  const colmap::Camera camera_before = *camera;
-  const PoseEstimate none = *estimate;
-  double least_cost = HUGE_VAL;
+struct Candidate {
+  PoseEstimate estimate;
+  colmap::Camera camera;
+  double cost = HUGE_VAL;  // none was found
+};
+
+// The refined pose with the least robust cost of those with most inliers at each limit of RANSAC.
+Candidate BestAtAnyLimit(const SceneMap& map, const RegistrationOptions& options,
+                         const CameraUse& use, const VisiblePoints& visible,
+                         const Candidate& none) {
+  Candidate best = none;
   for (const double limit_px : options.ransac_limits_px) {
-    PoseEstimate candidate = none;
-    colmap::Camera candidate_camera = camera_before;
-    if (!EstimateWithRansac(options, limit_px, use.estimate_focal, visible, &candidate_camera,
-                            &candidate) ||
-        candidate.num_inliers < options.min_num_inliers ||
-        !Refine(map, options, use.refine, visible, &candidate_camera, &candidate)) {
+    Candidate candidate = none;
+    if (!EstimateWithRansac(options, limit_px, use.estimate_focal, visible, &candidate.camera,
+                            &candidate.estimate) ||
+        candidate.estimate.num_inliers < options.min_num_inliers ||
+        !Refine(map, options, use.refine, visible, &candidate.camera, &candidate.estimate)) {
       continue;
     }
-    const double cost = RobustCost(options, candidate_camera, visible, candidate.pose);
-    if (cost >= least_cost) continue;
-    least_cost = cost;
-    *estimate = candidate;
-    *camera = candidate_camera;
+    candidate.cost = RobustCost(options, candidate.camera, visible, candidate.estimate.pose);
+    if (candidate.cost < best.cost) best = candidate;
   }
-  return least_cost < HUGE_VAL;
+  return best;
+}
+
+// A focal length from EXIF is wrong where the photo was cropped. Then many points don't fit, and
+// others are searched, too.
+Candidate FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
+                   const VisiblePoints& visible, const Candidate& none) {
+  const Candidate best = BestAtAnyLimit(map, options, use, visible, none);
+  if (!use.refine || use.estimate_focal ||
+      best.estimate.num_inliers >= kMinObservedAlone * visible.size()) {
+    return best;
+  }
+  const Candidate searched = BestAtAnyLimit(map, options, {true, true}, visible, none);
+  return searched.cost < best.cost ? searched : best;
 }
 
 VisiblePoints OutliersOf(const VisiblePoints& visible, const PoseEstimate& estimate) {
@@ -390,9 +403,10 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   }
   colmap::SetPRNGSeed(SeedFromIds(image_id, visible.size()));
   const CameraUse use{estimate_camera && !state.focal_from_exif, estimate_camera};
-  if (!FindPose(map, options, use, visible, &camera, &estimate)) {
-    return Refuse(estimate, "too few inliers");
-  }
+  const Candidate found = FindPose(map, options, use, visible, {estimate, camera});
+  if (found.cost == HUGE_VAL) return Refuse(estimate, "too few inliers");
+  estimate = found.estimate;
+  camera = found.camera;
   estimate.camera_params = camera.Params();
   if (estimate.num_inliers < options.min_num_inliers) return Refuse(estimate, "too few inliers");
   if (estimate.num_inliers < options.min_inlier_ratio * estimate.num_visible) {

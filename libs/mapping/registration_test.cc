@@ -122,6 +122,21 @@ TEST_P(FitsElsewhere, IntrinsicsThatAnotherPhotoHasTooStay) {
 
 INSTANTIATE_TEST_SUITE_P(FocalFromExif, FitsElsewhere, testing::Bool());
 
+// As of a photo that was cropped and enlarged.
+TEST(EstimatePose, AFocalLengthFromExifThatDoesNotFitIsSearched) {
+  SyntheticOptions options;
+  options.second_camera_from = options.num_photos;
+  options.shape = SyntheticOptions::Shape::kWall;
+  SyntheticScene scene = MakeScene(options);
+  scene.photos.back().focal_px *= 0.5;
+  SceneMap map;
+  FillMap(scene, &map);
+  map.Deregister(8);
+  const PoseEstimate estimate = EstimatePose(map, 8, FindVisiblePoints(map, 8), {});
+  ASSERT_TRUE(estimate.ok) << estimate.reason;
+  EXPECT_NEAR(estimate.camera_params[0], 1000, 10);
+}
+
 // A free pose and a held one, 2 units apart, that see the same points.
 Bundle TwoViews(bool constant_points) {
   SyntheticOptions options;
