@@ -79,6 +79,7 @@ class Solver {
     double growth = 2.0;
     while (summary.iterations < options_.max_iterations && lambda < kMaxDamping) {
       if (options_.cancel != nullptr && *options_.cancel) return summary;
+      if (summary.iterations > 0 && options_.stop && options_.stop()) break;
       ++summary.iterations;
       const std::vector<BundlePose> poses = bundle_.poses;
       const std::vector<BundleCamera> cameras = bundle_.cameras;

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -77,7 +78,9 @@ struct BundleOptions {
   // (reduced_system.h). 1,500 poses take 650 MB a thread.
   int max_dense_poses = 250;
   int max_filled_poses = 1500;
-  const std::atomic<bool>* cancel = nullptr;  // checked at each iteration
+  const std::atomic<bool>* cancel = nullptr;  // checked at each iteration; the bundle is as it was
+  // Asked after each iteration, where there is one: true ends with what the bundle is by then.
+  std::function<bool()> stop;
   // Of an earlier solution of much the same bundle. Where tracks are long, summing and decomposing
   // the Schur complement takes most of the time. Conjugate gradients with an earlier
   // decomposition as preconditioner do without; they have the same solution.

@@ -95,6 +95,32 @@ TEST(Bundle, ConvergesToTheTruthWithoutNoise) {
   EXPECT_LT(MaxCenterError(scene, bundle), 1e-4);
 }
 
+TEST(Bundle, StopsBetweenStepsWithWhatItHasComeTo) {
+  const SyntheticScene scene = MakeScene({});
+  Bundle whole = MakeBundle(scene, 0.05), bundle = whole;
+  const BundleSummary to_the_end = SolveBundle({}, &whole);
+  ASSERT_GT(to_the_end.iterations, 2);
+  int num_asked = 0;
+  BundleOptions solve;
+  solve.stop = [&num_asked] { return ++num_asked == 2; };
+  const BundleSummary stopped = SolveBundle(solve, &bundle);
+  ASSERT_TRUE(stopped.usable);
+  EXPECT_EQ(stopped.iterations, 2);
+  EXPECT_LT(stopped.final_cost, stopped.initial_cost);
+  EXPECT_GT(stopped.final_cost, to_the_end.final_cost);
+  EXPECT_EQ(SolveBundle({}, &bundle).initial_cost, stopped.final_cost) << "of the bundle as it is";
+}
+
+TEST(Bundle, TakesOneStepWhereItIsToStopFromTheStart) {
+  Bundle bundle = MakeBundle(MakeScene({}), 0.05);
+  BundleOptions solve;
+  solve.stop = [] { return true; };
+  const BundleSummary summary = SolveBundle(solve, &bundle);
+  ASSERT_TRUE(summary.usable);
+  EXPECT_EQ(summary.iterations, 1);
+  EXPECT_LT(summary.final_cost, summary.initial_cost);
+}
+
 // A walk, where a photo shares points with the next ones, and a place that all photos see.
 TEST(Bundle, SparseCholeskyIsForPhotosThatShareFewPoints) {
   constexpr int kNumPoses = 400;
