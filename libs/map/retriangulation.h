@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -26,7 +27,9 @@ int Retriangulate(const RetriangulationOptions& options,
 
 // Drops all points and triangulates the matches of the registered photos as they stand, photo by
 // photo by name, as COLMAP's point_triangulator does. Tracks that grew with the map depend on the
-// poses they were found with. Visits all matches; poses and cameras stay.
-void TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map);
+// poses they were found with. Visits all matches; poses and cameras stay. Where there is a `stop`,
+// it is asked before each photo; at true the former points are back, and the result is false.
+bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map,
+                     const std::function<bool()>& stop = nullptr);
 
 }  // namespace skein

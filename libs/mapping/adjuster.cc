@@ -85,6 +85,7 @@ BundleOptions Adjuster::GlobalBaOptions(bool converge) const {
   solve.loss = Loss::kSoftL1;
   solve.num_threads = options_.num_threads;
   solve.factor = factor_;
+  solve.stop = options_.stop;
   return solve;
 }
 
@@ -113,7 +114,7 @@ double Adjuster::RunGlobalBa(bool converge) {
 
 void Adjuster::AdjustUntilStable(int max_rounds, double max_change, bool converge) {
   for (int i = 0; i < max_rounds; ++i) {
-    if (RunGlobalBa(converge) < max_change) break;
+    if (RunGlobalBa(converge) < max_change || options_.IsStopped()) break;
   }
 }
 
@@ -128,7 +129,7 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
     cost_.retriangulate_s += timer.ElapsedS();
   }
   AdjustUntilStable(max_rounds, final ? kMaxChangeBefore : kMaxChange, false);
-  if (final) AdjustUntilStable(max_rounds, kMaxChange, true);
+  if (final && !options_.IsStopped()) AdjustUntilStable(max_rounds, kMaxChange, true);
   adjusted_ = map_.reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();

@@ -35,7 +35,8 @@ class Adjuster {
   // Free images, their points, and held images that see these points.
   void AdjustImages(const std::vector<ImageId>& images);
   // Up to `max_rounds` global BAs, until hardly an observation changes after one. `final`: then as
-  // many that converge.
+  // many that converge. Where the options say stop, it ends with the step that it is at; at least
+  // one is taken.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
   // The options of a global BA. It begins with what the last one decomposed.
   BundleOptions GlobalBaOptions(bool converge) const;

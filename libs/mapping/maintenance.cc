@@ -62,6 +62,7 @@ void Maintenance::StartGlobalBa() {
   adjuster_.NoteSize();
   BundleOptions solve = adjuster_.GlobalBaOptions(false);
   solve.num_threads = 1;
+  solve.stop = nullptr;  // what is folded back is refined to the end
   background_.Start(BuildGlobalBundle(map_, true), solve);
 }
 

@@ -76,6 +76,7 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
   };
   MatchAgreement agreement;
   for (const auto& [id1, id2] : map.pairs()) {
+    if (options.IsStopped()) break;
     const bool registered1 = map.IsRegistered(id1), registered2 = map.IsRegistered(id2);
     if (!registered1 && !registered2) continue;
     const bool is_strong = map.IsStrongPair(id1, id2, options.misplaced.min_pair_share);

@@ -23,7 +23,7 @@ struct MatchAgreement {
   int64_t to_win = 0;
 };
 
-// Visits all matches.
+// Visits all matches; means nothing where the options say stop.
 MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
                             const WaitingPhotos& waiting);
 

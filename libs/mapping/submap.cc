@@ -205,7 +205,8 @@ bool Submap::Maintain(bool at_rest, const EventSink& sink) {
   WithdrawContradicted(check.contradicted, sink);
   if (check.all_checked && may_be_misplaced_) WithdrawMisplaced(sink);
   if (check.ba_began) settled_.refined = true;
-  settled_.checked |= check.all_checked && settled_.refined && !maintenance_.HasWork();
+  settled_.checked |=
+      check.all_checked && settled_.refined && !maintenance_.HasWork() && !options_.IsStopped();
   return maintenance_.HasWork();
 }
 
@@ -220,6 +221,7 @@ void Submap::WithdrawWeak(const std::vector<ImageId>& images, const EventSink& s
 // Where its matches agree on another pose, that is evidence to try the photo again.
 void Submap::WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink) {
   for (const ImageId id : images) {
+    if (options_.IsStopped()) return;
     if (!map_->IsRegistered(id)) continue;
     const Consistency::Contradiction contradiction = consistency_.FindContradiction(id);
     if (!contradiction.exists) continue;
@@ -317,34 +319,43 @@ void Submap::RefineUntilStable(const EventSink& sink) {
   constexpr int kMaxRounds = 4;
   for (int round = 0; round < kMaxRounds; ++round) {
     TryAllWaiting(sink);
+    if (options_.IsStopped()) return;
     maintenance_.Drop();
     if (map_->reconstruction().NumRegImages() < 2) return;
     if (settled_.checked && settled_.none_misplaced) return;
     if (!settled_.checked) {
-      settled_.refined = settled_.checked = true;  // until a photo comes or goes
       AdjustGlobally(2, true, false);
+      if (options_.IsStopped()) return;
+      settled_.refined = settled_.checked = true;  // until a photo comes or goes
       WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
+    }
+    if (options_.IsStopped()) {
+      settled_ = {};
+      return;
     }
     settled_.none_misplaced = !WithdrawMisplaced(sink) && settled_.checked;
   }
 }
 
 void Submap::TryAllWaiting(const EventSink& sink) {
+  if (options_.IsStopped()) return;
   if (!settled_.all_tried || !settled_.checked) waiting_.RetryAll();
-  while (Step(sink)) continue;
-  settled_.all_tried = settled_.checked;
+  while (!options_.IsStopped() && Step(sink)) continue;
+  settled_.all_tried = settled_.checked && !options_.IsStopped();
 }
 
 // From the photo that it began with, so that maps of two visually similar places never change
 // places.
 void Submap::Rebuild(const EventSink& sink) {
   if (!map_->HasPhoto(first_) || num_pairs_rebuilt_ == map_->pairs().size()) return;
-  if (settled_.consistent) return;
+  if (settled_.consistent || options_.IsStopped()) return;
   const MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  if (options_.IsStopped()) return;
   settled_.consistent = !MayWin(now);
   if (settled_.consistent) return;
-  num_pairs_rebuilt_ = map_->pairs().size();
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_);
+  if (options_.IsStopped()) return;  // it may not be complete
+  num_pairs_rebuilt_ = map_->pairs().size();
   if (anew != nullptr) TakeIfBetter(anew.get(), now, sink);
 }
 
@@ -408,9 +419,9 @@ void Submap::TellNewAndGone(const std::vector<ImageId>& before, const std::strin
 
 void Submap::Finish(const EventSink& sink) {
   Consolidate(sink);
-  if (map_->reconstruction().NumRegImages() < 2) return;
+  if (map_->reconstruction().NumRegImages() < 2 || options_.IsStopped()) return;
   Timer timer;
-  TriangulateAnew(options_.triangulation, map_.get());
+  if (!TriangulateAnew(options_.triangulation, map_.get(), options_.stop)) return;
   FilterPoints(options_.filter, AllPoints(*map_), map_.get());
   const double triangulate_s = timer.ElapsedS();
   timer.Restart();

@@ -79,7 +79,8 @@ class Submap {
   void RefineUntilStable(const EventSink& sink);
 
   // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much.
-  // The finished model hardly depends on the order of the photos.
+  // The finished model hardly depends on the order of the photos. Where the options say stop, the
+  // parts that are left are left out, here and in what is above.
   void Finish(const EventSink& sink);
   // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
   double EstimateConsolidateS() const;

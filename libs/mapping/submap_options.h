@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -42,7 +43,11 @@ struct SubmapOptions {
   // depends only on the order of the calls.
   bool background = false;
   int num_threads = 1;
+  // Asked between the parts of Consolidate and Finish, and between the steps of a global BA there:
+  // true ends them with the map as it is. Null: they go on to their end.
+  std::function<bool()> stop;
 
+  bool IsStopped() const { return stop && stop(); }
   Status Check() const;
 };
 

@@ -150,6 +150,105 @@ TEST(Submap, FinishedTracksHardlyHangOnTheOrderOfThePhotos) {
   EXPECT_GT(in_both, 0.995 * tracks[1].size());
 }
 
+// A map whose finish is to stop from the n-th question on; 0: never.
+class StoppableRig {
+ public:
+  explicit StoppableRig(int stop_at = 0)
+      : stop_at_(stop_at), rig_(NoisyArc(), StoppedBy([this] { return IsStopped(); })) {}
+
+  Rig& operator*() { return rig_; }
+  Rig* operator->() { return &rig_; }
+  void StopAt(int n) {
+    stop_at_ = n;
+    num_asked_ = 0;
+  }
+  int num_asked() const { return num_asked_; }
+
+ private:
+  static SubmapOptions StoppedBy(std::function<bool()> stop) {
+    SubmapOptions options;
+    options.max_images_begin_anew = 0;  // a finish alone is to ask
+    options.stop = std::move(stop);
+    return options;
+  }
+  bool IsStopped() { return ++num_asked_ >= stop_at_ && stop_at_ > 0; }
+
+  int stop_at_;
+  int num_asked_ = 0;
+  Rig rig_;
+};
+
+TEST(Submap, AFinishThatIsToStopFromTheStartLeavesTheMapAsItIs) {
+  StoppableRig rig;
+  rig->FeedAll();
+  const std::set<Observations> before = TracksOf(rig->map.map());
+  const double error_px = rig->map.Statistics().mean_reprojection_error_px;
+  rig->events.clear();
+  rig.StopAt(1);
+  rig->map.Finish(rig->Sink());
+  EXPECT_TRUE(rig->events.empty());
+  EXPECT_EQ(TracksOf(rig->map.map()), before);
+  EXPECT_EQ(rig->map.Statistics().mean_reprojection_error_px, error_px);
+}
+
+TEST(Submap, AFinishMayStopAfterEachPartAndTheNextOneMakesUpForIt) {
+  StoppableRig whole;
+  whole->FeedAll();
+  const ModelArchive archive = SaveSubmap(&whole->map);
+  const SubmapStatistics before = whole->map.Statistics();
+  const double error_percent = whole->PositionErrorPercent();
+  whole.StopAt(0);
+  whole->map.Finish(whole->Sink());
+  const int num_questions = whole.num_asked();
+  ASSERT_GT(num_questions, 10) << "of a finish that went to its end";
+  const size_t num_tracks = TracksOf(whole->map.map()).size();
+  for (int n = 1; n <= num_questions; ++n) {
+    StoppableRig rig;
+    for (size_t i = 0; i < rig->scene.photos.size(); ++i) rig->Add(i);
+    ASSERT_TRUE(RestoreSubmap(archive, &rig->map).ok());
+    rig.StopAt(n);
+    rig->map.Finish(rig->Sink());
+    const SubmapStatistics stopped = rig->map.Statistics();
+    EXPECT_EQ(stopped.num_images, before.num_images) << n;
+    EXPECT_LT(rig->PositionErrorPercent(), std::max(error_percent, 0.3)) << n;
+    EXPECT_LT(stopped.mean_reprojection_error_px, 1.02 * before.mean_reprojection_error_px) << n;
+    EXPECT_GT(stopped.num_points * stopped.mean_track_length,
+              0.97 * before.num_points * before.mean_track_length)
+        << n;
+    if (n % 5 != 1) continue;
+    rig.StopAt(0);
+    rig->map.Finish(rig->Sink());
+    EXPECT_NEAR(TracksOf(rig->map.map()).size(), num_tracks, 0.01 * num_tracks) << n;
+  }
+}
+
+TEST(Submap, TriangulatingAnewThatIsToStopPutsThePointsBack) {
+  Rig rig(NoisyArc());
+  rig.FeedAll();
+  SceneMap& map = rig.map.map();
+  const std::set<Observations> before = TracksOf(map);
+  const double error_px = rig.map.Statistics().mean_reprojection_error_px;
+  int num_asked = 0;
+  EXPECT_FALSE(TriangulateAnew(rig.map.options().triangulation, &map,
+                               [&num_asked] { return ++num_asked == 5; }));
+  EXPECT_EQ(num_asked, 5);
+  EXPECT_EQ(TracksOf(map), before);
+  EXPECT_NEAR(rig.map.Statistics().mean_reprojection_error_px, error_px, 1e-9);
+}
+
+TEST(Submap, AFinishThatIsToStopTriesNoPhotoAndTheNextOneDoes) {
+  StoppableRig rig;
+  ASSERT_TRUE(rig->Start(0, 2));
+  rig->Add(1);
+  rig->map.Enqueue(2);
+  rig.StopAt(1);
+  rig->map.Finish(rig->Sink());
+  EXPECT_FALSE(rig->map.map().IsRegistered(2));
+  rig.StopAt(0);
+  rig->map.Consolidate(rig->Sink());
+  EXPECT_TRUE(rig->map.map().IsRegistered(2));
+}
+
 TEST(Submap, TriangulatesAnewWithWhatThePosesSay) {
   Rig rig(NoisyArc());
   rig.FeedAll();
@@ -499,6 +598,27 @@ TEST(Submap, ThatBeganBadlyStaysAsItIsWhenItIsLarge) {
   ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
   for (const size_t photo : {2, 3, 4, 5, 6, 7}) run.Feed(photo);
   EXPECT_EQ(run.NumRegistered(), 2);
+}
+
+TEST(Submap, AMapAnewThatIsNotCompleteIsDropped) {
+  StoppableRig whole;
+  whole->FeedAll();
+  ASSERT_TRUE(whole->map.ReplaceModel(DeadEnd(whole->map)).ok());
+  whole.StopAt(0);
+  whole->map.RefineUntilStable(whole->Sink());
+  const int num_before_rebuild = whole.num_asked();
+  ASSERT_EQ(whole->NumRegistered(), 2);
+
+  StoppableRig rig;
+  rig->FeedAll();
+  ASSERT_TRUE(rig->map.ReplaceModel(DeadEnd(rig->map)).ok());
+  rig.StopAt(num_before_rebuild + 10);
+  rig->map.Consolidate(rig->Sink());
+  EXPECT_GE(rig.num_asked(), num_before_rebuild + 10) << "it was not to stop yet";
+  EXPECT_EQ(rig->NumRegistered(), 2);
+  rig.StopAt(0);
+  rig->map.Consolidate(rig->Sink());
+  EXPECT_EQ(rig->NumRegistered(), static_cast<int>(rig->scene.photos.size()));
 }
 
 TEST(Submap, LeavesAPhotoToTheSubmapThatSeesFarMoreOfItsPoints) {
