@@ -22,16 +22,23 @@ constexpr double kIngestSilentS = 5;
 struct FinishOptions {
   ClientOptions client;
   double timeout_s = 0;
+  double within_s = 0;
 };
 
 std::optional<int> ParseFinishOptions(int argc, char** argv, FinishOptions* options) {
   CLI::App app(
       "Finishes a session: waits for all photos, refines and writes sparse/ and report.json.\n"
-      "The session stays open: photos can be added and it can be finished again.",
+      "The session stays open: photos can be added and it can be finished again.\n"
+      "--within gives the best map there is by then: what is left is left out, and told.",
       "skein finish");
   AddClientOptions(app, &options->client);
   app.add_option("--timeout", options->timeout_s, "Seconds to wait (default: as long as it takes)")
       ->check(CLI::NonNegativeNumber);
+  app.add_option(
+         "--within", options->within_s,
+         "Seconds after which photos in work, merges and adjustments are left out; only the "
+         "models are written then. On a finish that runs: an earlier deadline")
+      ->check(CLI::PositiveNumber);
   app.footer("Exit codes: 0 finished, 1 error, timeout or interrupted, 2 bad usage.");
   return ParseCommandLine(app, argc, argv);
 }
@@ -89,12 +96,13 @@ class ProgressTeller {
 
 }  // namespace
 
-std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s,
-                                           std::ostream& progress_to) {
+std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s, std::ostream& progress_to,
+                                           double within_s) {
   command_t command{};
   command.command_id = static_cast<int64_t>(RandomU64() >> 1);
   command.sender = node.instance();
   command.verb = "finish";
+  if (within_s > 0) command.argument = std::to_string(within_s);
   std::optional<command_reply_t> answer;
   ProgressTeller progress(progress_to);
   const auto replies = node.bus().Subscribe<command_reply_t>(
@@ -122,7 +130,7 @@ int RunFinish(int argc, char** argv) {
   FinishOptions options;
   if (const auto exit_code = ParseFinishOptions(argc, argv, &options)) return *exit_code;
   const auto node = MakeClientNode("finish", "finish-" + std::to_string(getpid()), options.client);
-  const auto answer = AskToFinish(*node, options.timeout_s, std::cerr);
+  const auto answer = AskToFinish(*node, options.timeout_s, std::cerr, options.within_s);
   if (!answer) {
     std::cerr << "skein finish: not finished yet; the session goes on finishing" << std::endl;
     return kExitError;

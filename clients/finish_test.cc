@@ -58,6 +58,23 @@ TEST_F(FinishTest, RepeatsOneCommandUntilItIsAnswered) {
   EXPECT_EQ(commands_[2].command_id, commands_[0].command_id);
 }
 
+TEST_F(FinishTest, TheSecondsGoWithTheCommand) {
+  on_command_ = [&](const command_t& command) { Reply(command.command_id, true, ""); };
+  ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_));
+  EXPECT_EQ(commands_.back().argument, "");
+  ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_, 12.5));
+  EXPECT_EQ(std::stod(commands_.back().argument), 12.5);
+}
+
+TEST_F(FinishTest, RefusesWhatIsNoPositiveNumberOfSeconds) {
+  for (std::string seconds : {"0", "-1", "soon"}) {
+    std::string program = "finish", option = "--within", session = "--session", folder = "/tmp";
+    char* argv[] = {program.data(), option.data(), seconds.data(),
+                    session.data(), folder.data(), nullptr};
+    EXPECT_EQ(RunFinish(5, argv), 2) << seconds;
+  }
+}
+
 TEST_F(FinishTest, EachCallIsACommandOfItsOwn) {
   on_command_ = [&](const command_t& command) { Reply(command.command_id, true, ""); };
   ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_));

@@ -99,6 +99,8 @@ std::string FinishFactId(int64_t finish_id, int8_t state) {
       return Join("finish", finish_id, "settled");
     case finish_t::DONE:
       return Join("finish", finish_id, "done");
+    case finish_t::CUT:
+      return Join("finish", finish_id, "cut");
     default:
       throw std::invalid_argument("no fact id for a finish's state " + std::to_string(state));
   }

@@ -42,8 +42,9 @@ std::string MergeEndFactId(int64_t merge_id, int64_t epoch);     // "merge/ID/en
 
 // "failure/KIND/ITEM/ATTEMPTS": of an item of work.
 std::string FailureFactId(const std::string& kind, int64_t item, int attempts);
-std::string FinishRequestFactId(int64_t command_id);  // "finish/requested/COMMAND"
-// "finish/ID/drained" and so on; state: finish_t's, after REQUESTED.
+// "finish/requested/COMMAND": REQUESTED or DEADLINE, whichever the command came to.
+std::string FinishRequestFactId(int64_t command_id);
+// "finish/ID/drained" and so on; state: finish_t's others.
 std::string FinishFactId(int64_t finish_id, int8_t state);
 
 }  // namespace skein

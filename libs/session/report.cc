@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/statistics.h"
+#include "session/finish_cut.h"
 
 namespace skein {
 namespace {
@@ -193,25 +194,27 @@ json MakeReport(const SessionRecord& session, int64_t num_duplicates, int64_t do
   const SessionState& state = session.state;
   const std::vector<double> latency = PhotoToPoseSeconds(session);
   const int64_t start = FirstReceived(state);
-  return {{"format", "skein-report"},
-          {"version", 1},
-          {"images",
-           ImagesPart(CountPhotos(session, num_duplicates), session.history.num_placements())},
-          {"submaps", SubmapsPart(state)},
-          {"merges", MergesPart(state)},
-          {"latency_s",
-           {{"p50", percentile(latency, 50)},
-            {"p95", percentile(latency, 95)},
-            {"p99", percentile(latency, 99)}}},
-          {"wall_s", start == 0 ? 0.0 : SecondsBetween(start, done_utime_us)},
-          {"finish_s", SecondsBetween(state.finish().requested_utime_us, done_utime_us)},
-          {"retrieval", RetrievalPart(session.history)},
-          {"stages", StagesPart(session.history.times())},
-          {"failures", FailuresPart(session.history)},
-          {"deferred", DeferredPart(state)},
-          {"images_in_time", ImagesInTimePart(session)},
-          {"configuration", ConfigurationPart(session.history)},
-          {"facts", state.head()}};
+  json report = {{"format", "skein-report"},
+                 {"version", 1},
+                 {"images", ImagesPart(CountPhotos(session, num_duplicates),
+                                       session.history.num_placements())},
+                 {"submaps", SubmapsPart(state)},
+                 {"merges", MergesPart(state)},
+                 {"latency_s",
+                  {{"p50", percentile(latency, 50)},
+                   {"p95", percentile(latency, 95)},
+                   {"p99", percentile(latency, 99)}}},
+                 {"wall_s", start == 0 ? 0.0 : SecondsBetween(start, done_utime_us)},
+                 {"finish_s", SecondsBetween(state.finish().requested_utime_us, done_utime_us)},
+                 {"retrieval", RetrievalPart(session.history)},
+                 {"stages", StagesPart(session.history.times())},
+                 {"failures", FailuresPart(session.history)},
+                 {"deferred", DeferredPart(state)},
+                 {"images_in_time", ImagesInTimePart(session)},
+                 {"configuration", ConfigurationPart(session.history)},
+                 {"facts", state.head()}};
+  if (state.finish().is_cut()) report["cut"] = CutPart(state, FindCut(state));
+  return report;
 }
 
 }  // namespace skein

@@ -129,7 +129,7 @@ void SessionHistory::ApplyFact(const failure_t& fact) {
 }
 
 void SessionHistory::ApplyFact(const finish_t& fact) {
-  if (fact.state == finish_t::REQUESTED) {
+  if (fact.state == finish_t::REQUESTED || fact.state == finish_t::DEADLINE) {
     finish_of_command_[std::atoll(fact.detail.c_str())] = fact.finish_id;
   } else if (fact.state == finish_t::DONE) {
     finish_results_[fact.finish_id] = fact.detail;

@@ -79,7 +79,8 @@ std::string SessionState::WhyUnregistered(const PhotoState& photo) const {
     }
   }
   const std::string best_link = BestLinkOf(photo);
-  return best_link.empty() ? "no photo overlaps it" : "no submap could take it" + best_link;
+  if (best_link.empty()) return "no photo overlaps it";
+  return (finish_.is_cut() ? "not tried in time" : "no submap could take it") + best_link;
 }
 
 // "; best link: 34 inliers with alice/0031.jpg", or "" without verified pairs.
@@ -209,15 +210,33 @@ void SessionState::ApplyFact(const failure_t& fact) {
 }
 
 void SessionState::ApplyFact(const finish_t& fact) {
-  finish_.state = fact.state;
-  if (fact.state == finish_t::REQUESTED) {
-    finish_ = {fact.finish_id, fact.state, fact.detail, fact.header.utime_us, 0, 0};
-  } else if (fact.state == finish_t::DRAINED) {
-    finish_.finish_id = fact.finish_id;
-    finish_.drained_seq = last_drained_seq_ = fact.header.seq;
-  } else if (fact.state == finish_t::SETTLED) {
-    finish_.settled_seq = fact.header.seq;
+  switch (fact.state) {
+    case finish_t::REQUESTED:
+      finish_ = {};
+      finish_.finish_id = fact.finish_id;
+      finish_.command = fact.detail;
+      finish_.requested_utime_us = fact.header.utime_us;
+      finish_.deadline_utime_us = fact.deadline_utime_us;
+      break;
+    case finish_t::DEADLINE:
+      finish_.deadline_utime_us = fact.deadline_utime_us;
+      return;
+    case finish_t::CUT:
+      finish_.cut_seq = fact.header.seq;
+      finish_.cut_utime_us = fact.header.utime_us;
+      finish_.cut_at = finish_.state;
+      return;
+    case finish_t::DRAINED:
+      finish_.finish_id = fact.finish_id;
+      finish_.drained_seq = last_drained_seq_ = fact.header.seq;
+      break;
+    case finish_t::SETTLED:
+      finish_.settled_seq = fact.header.seq;
+      break;
+    default:
+      break;
   }
+  finish_.state = fact.state;
 }
 
 }  // namespace skein

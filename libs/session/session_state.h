@@ -72,8 +72,15 @@ struct FinishState {
   int8_t state = finish_t::DONE;
   std::string command;  // the command that asked
   int64_t requested_utime_us = 0;
+  int64_t deadline_utime_us = 0;  // by ingest's clock; 0: none
   int64_t drained_seq = 0;
   int64_t settled_seq = 0;
+  int64_t cut_seq = 0;  // 0: not cut
+  int8_t cut_at = 0;    // the state in which it was cut
+  int64_t cut_utime_us = 0;
+
+  // The deadline has passed, and the results are not written yet.
+  bool is_cut() const { return cut_seq > 0 && state != finish_t::DONE; }
 };
 
 // What the facts so far come to: a pure function of the ledger, folded here and nowhere else.

@@ -175,10 +175,11 @@ class IngestServiceTest : public testing::Test {
         {{"cameras.bin", {1}}, {"images.bin", {2, 2}}, {"points3D.bin", {}}, {"side.bin", {9}}}));
     return fact;
   }
-  void AskToFinish(int64_t command_id) {
+  void AskToFinish(int64_t command_id, const std::string& within_s = "") {
     command_t command{};
     command.command_id = command_id;
     command.verb = "finish";
+    command.argument = within_s;
     peer_->Publish(kCommandChannel, command);
   }
   const finish_t* Finished(int8_t state) const {

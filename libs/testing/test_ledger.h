@@ -98,10 +98,11 @@ class TestLedger {
   int64_t FailMerge(int64_t source_id, int64_t target_id, int num_shared_images) {
     return Merge(merge_t::FAILED, 0, source_id, target_id, num_shared_images);
   }
-  int64_t Finish(int8_t state) {
+  int64_t Finish(int8_t state, int64_t deadline_utime_us = 0) {
     finish_t finish{};
     finish.finish_id = 1;
     finish.state = state;
+    finish.deadline_utime_us = deadline_utime_us;
     return Commit(finish);
   }
 

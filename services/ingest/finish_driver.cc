@@ -1,6 +1,8 @@
 #include "ingest/finish_driver.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -9,6 +11,7 @@
 #include "ingest/model_places.h"
 #include "ingest/model_writer.h"
 #include "ledger/fact_ids.h"
+#include "session/finish_cut.h"
 #include "session/read_session.h"
 #include "session/report.h"
 #include "session/submap_facts.h"
@@ -20,6 +23,24 @@ constexpr double kRetryWritingS = 5;
 // A seed that no mapper takes for so long while the session finishes is given up.
 constexpr double kNoMapperS = 30;
 constexpr char kFinishVerb[] = "finish";
+constexpr double kMaxWithinS = 1e9;
+// With its fact it fits into one Ethernet frame.
+constexpr size_t kMaxSummaryBytes = 800;
+
+// A finish command's argument in seconds; 0: as long as it takes.
+Result<double> ParseWithin(const std::string& argument) {
+  if (argument.empty()) return 0.0;
+  const char* end = argument.data() + argument.size();
+  double seconds = 0;
+  const auto read = std::from_chars(argument.data(), end, seconds);
+  if (read.ec != std::errc() || read.ptr != end || !(seconds > 0) || seconds > kMaxWithinS) {
+    return InvalidArgument("cannot finish within '" + ClampText(argument, 40) +
+                           "' s: a positive number of seconds is needed");
+  }
+  return seconds;
+}
+
+int64_t Microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
 Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::string>& model_blobs,
                             const PhotoPositions& positions, nlohmann::json report) {
@@ -32,12 +53,12 @@ Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::st
 
 }  // namespace
 
-FinishDriver::FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths, int min_model_size,
-                           Environment environment)
+FinishDriver::FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths,
+                           const FinishOptions& options, Environment environment)
     : node_(node),
       writer_(writer),
       paths_(std::move(paths)),
-      min_model_size_(min_model_size),
+      options_(options),
       environment_(std::move(environment)),
       finish_of_command_(writer.history().finish_of_command()),
       done_(writer.history().finish_results()),
@@ -48,7 +69,7 @@ FinishDriver::FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths,
 }
 
 void FinishDriver::OnCommitted(const finish_t& finish) {
-  if (finish.state == finish_t::REQUESTED) {
+  if (finish.state == finish_t::REQUESTED || finish.state == finish_t::DEADLINE) {
     finish_of_command_[std::atoll(finish.detail.c_str())] = finish.finish_id;
   } else if (finish.state == finish_t::DONE) {
     done_[finish.finish_id] = finish.detail;
@@ -66,32 +87,80 @@ void FinishDriver::OnCommand(const command_t& command) {
     if (done != done_.end()) Reply(command.command_id, true, done->second);
     return;
   }
-  if (writer_.state().finishing()) {
-    finish_of_command_[command.command_id] = writer_.state().finish().finish_id;
-    return;
-  }
+  const Result<double> within_s = ParseWithin(command.argument);
+  if (!within_s.ok()) return Reply(command.command_id, false, within_s.error());
+  const int64_t deadline_utime_us = *within_s > 0 ? writer_.now_us() + Microseconds(*within_s) : 0;
+  writer_.state().finishing() ? Join(command, deadline_utime_us)
+                              : Request(command, deadline_utime_us);
+}
+
+finish_t FinishDriver::MakeCommanded(int8_t state, const command_t& command,
+                                     int64_t deadline_utime_us) const {
   finish_t fact{};
   fact.header.fact_id = FinishRequestFactId(command.command_id);
   fact.header.author = node_.instance();
-  fact.state = finish_t::REQUESTED;
+  fact.state = state;
+  fact.deadline_utime_us = deadline_utime_us;
   fact.detail = std::to_string(command.command_id);
+  return fact;
+}
+
+void FinishDriver::Request(const command_t& command, int64_t deadline_utime_us) {
+  const finish_t fact = MakeCommanded(finish_t::REQUESTED, command, deadline_utime_us);
   if (writer_.history().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
 }
 
-void FinishDriver::Step(double now_s) {
+void FinishDriver::Join(const command_t& command, int64_t deadline_utime_us) {
   const FinishState& finish = writer_.state().finish();
+  finish_of_command_[command.command_id] = finish.finish_id;
+  const int64_t before_us = finish.deadline_utime_us;
+  if (deadline_utime_us == 0 || (before_us > 0 && before_us <= deadline_utime_us)) return;
+  finish_t fact = MakeCommanded(finish_t::DEADLINE, command, deadline_utime_us);
+  fact.finish_id = finish.finish_id;
+  writer_.Stage(fact);
+}
+
+void FinishDriver::Step(double now_s) {
   if (!writer_.state().finishing() || writing_ || writer_.has_staged()) return;
   EndSeedsWithoutMapper(now_s);
-  if (finish.state == finish_t::REQUESTED) {
+  Advance(now_s);
+}
+
+void FinishDriver::Advance(double now_s) {
+  const FinishState& finish = writer_.state().finish();
+  if (finish.state == finish_t::SETTLED && (AllFinal() || IsGraceOver())) {
+    if (now_s >= retry_at_s_ && !EndSmallSubmaps()) WriteResults();
+  } else if (IsTimeUp()) {
+    Stage(finish_t::CUT, "");
+  } else if (finish.state == finish_t::REQUESTED) {
     Drain();
-  } else if (finish.state == finish_t::SETTLED && AllFinal() && now_s >= retry_at_s_) {
-    if (!EndSmallSubmaps()) WriteResults();
+  } else if (finish.state == finish_t::DRAINED) {
+    Settle();
   }
 }
 
+// For the first time.
+bool FinishDriver::IsTimeUp() const {
+  const FinishState& finish = writer_.state().finish();
+  return finish.deadline_utime_us > 0 && !finish.is_cut() &&
+         writer_.now_us() >= finish.deadline_utime_us;
+}
+
+// Mappers had the time to write what they have.
+bool FinishDriver::IsGraceOver() const {
+  const FinishState& finish = writer_.state().finish();
+  return finish.is_cut() &&
+         writer_.now_us() >= finish.cut_utime_us + Microseconds(options_.cut_grace_s);
+}
+
 void FinishDriver::Drain() {
-  if (environment_.num_receiving() > 0 || writer_.state().num_in_flight() > 0) return;
-  Stage(finish_t::DRAINED, "");
+  const bool in_work = environment_.num_receiving() > 0 || writer_.state().num_in_flight() > 0;
+  if (!in_work || writer_.state().finish().is_cut()) Stage(finish_t::DRAINED, "");
+}
+
+// In the merger's place: no seed or merge may come any more.
+void FinishDriver::Settle() {
+  if (writer_.state().finish().is_cut()) Stage(finish_t::SETTLED, "");
 }
 
 void FinishDriver::Stage(int8_t state, const std::string& detail) {
@@ -120,7 +189,7 @@ void FinishDriver::EndSeedsWithoutMapper(double now_s) {
 
 // A pair of photos says little of a place, and nothing checks it. True if there were any.
 bool FinishDriver::EndSmallSubmaps() {
-  const int64_t needed = std::min<int64_t>(min_model_size_, writer_.state().num_images());
+  const int64_t needed = std::min<int64_t>(options_.min_model_size, writer_.state().num_images());
   std::vector<std::pair<int64_t, int64_t>> small;  // submap, epoch
   for (const auto& [id, submap] : writer_.state().submaps()) {
     if (!submap.ended && submap.num_registered < needed) small.emplace_back(id, submap.lease.epoch);
@@ -137,26 +206,41 @@ void FinishDriver::EndSubmap(int64_t submap_id, int64_t epoch, const std::string
   writer_.Stage(end);
 }
 
+// A cut finish doesn't wait for a mapper that is still to be found.
 bool FinishDriver::AllFinal() const {
+  const bool is_cut = writer_.state().finish().is_cut();
   const int64_t settled = writer_.state().finish().settled_seq;
   const auto& submaps = writer_.state().submaps();
   return std::all_of(submaps.begin(), submaps.end(), [&](const auto& entry) {
-    return entry.second.ended || entry.second.final_ledger_seq >= settled;
+    const SubmapLife& submap = entry.second;
+    return submap.ended || submap.final_ledger_seq >= settled ||
+           (is_cut && submap.lease.epoch == 0);
   });
 }
 
-void FinishDriver::WriteResults() {
+// Submaps with a model to write, largest first.
+std::vector<const SubmapLife*> FinishDriver::Models() const {
   std::vector<const SubmapLife*> live;
   for (const auto& [id, submap] : writer_.state().submaps()) {
-    if (!submap.ended) live.push_back(&submap);
+    if (!submap.ended && submap.latest_model) live.push_back(&submap);
   }
   std::stable_sort(live.begin(), live.end(), [](const SubmapLife* a, const SubmapLife* b) {
     return a->latest_model->num_images > b->latest_model->num_images;
   });
-  std::vector<std::string> blobs;
-  for (const SubmapLife* submap : live) blobs.push_back(submap->latest_model->model_blob);
-  const nlohmann::json report =
+  return live;
+}
+
+nlohmann::json FinishDriver::MakeReportNow() const {
+  nlohmann::json report =
       MakeReport(writer_.session(), environment_.num_duplicates(), writer_.now_us());
+  if (report.contains("cut")) report["cut"]["not_received"] = environment_.num_receiving();
+  return report;
+}
+
+void FinishDriver::WriteResults() {
+  std::vector<std::string> blobs;
+  for (const SubmapLife* submap : Models()) blobs.push_back(submap->latest_model->model_blob);
+  const nlohmann::json report = MakeReportNow();
   writing_ = true;
   worker_.Run([paths = paths_, blobs, positions = PositionsOf(writer_.state()),
                report] { return WriteModelsAndReport(paths, blobs, positions, report); },
@@ -177,26 +261,37 @@ void FinishDriver::OnWritten(const Status& status) {
 
 std::string FinishDriver::Summary() const {
   const PhotoCounts counts = CountPhotos(writer_.session(), environment_.num_duplicates());
-  const auto& submaps = writer_.state().submaps();
-  const auto num_models = std::count_if(submaps.begin(), submaps.end(),
-                                        [](const auto& entry) { return !entry.second.ended; });
-  return std::to_string(counts.registered) + " of " + std::to_string(counts.received) +
-         " photos registered, " + std::to_string(num_models) +
-         (num_models == 1 ? " model in sparse/" : " models in sparse/");
+  const size_t num_models = Models().size();
+  const std::string text = std::to_string(counts.registered) + " of " +
+                           std::to_string(counts.received) + " photos registered, " +
+                           std::to_string(num_models) +
+                           (num_models == 1 ? " model in sparse/" : " models in sparse/");
+  const SessionState& state = writer_.state();
+  if (!state.finish().is_cut()) return text;
+  const int num_receiving = environment_.num_receiving();
+  const std::string not_received =
+      num_receiving == 0 ? "" : "; photos not received in time: " + std::to_string(num_receiving);
+  return ClampText(text + "; " + CutSummary(state, FindCut(state)) + not_received,
+                   kMaxSummaryBytes);
 }
 
 std::string FinishDriver::Describe() const {
   if (!writer_.state().finishing()) return "";
   if (!problem_.empty()) return "finishing: " + problem_;
+  return (writer_.state().finish().is_cut() ? "finishing, its time is up: " : "finishing: ") +
+         DescribeStage();
+}
+
+std::string FinishDriver::DescribeStage() const {
   switch (writer_.state().finish().state) {
     case finish_t::REQUESTED:
-      return "finishing: waits for " +
+      return "waits for " +
              std::to_string(environment_.num_receiving() + writer_.state().num_in_flight()) +
              " photos";
     case finish_t::DRAINED:
-      return "finishing: waits for the merger to settle";
+      return "waits for the merger to settle";
     default:
-      return writing_ ? "finishing: writing the models" : "finishing: waits for final models";
+      return writing_ ? "writing the models" : "waits for final models";
   }
 }
 

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
@@ -12,12 +14,20 @@
 
 namespace skein {
 
+struct FinishOptions {
+  int min_model_size = 3;   // photos; fewer where the session has fewer
+  double cut_grace_s = 10;  // from CUT until the results are written with the models that are there
+};
+
 // Takes a session from the `finish` command to its models and report.
 //  - REQUESTED: on the command.
 //  - DRAINED: all photos are through matching.
 //  - SETTLED: comes from the merger. Submaps that are too small to be a model end.
 //  - DONE: the final model of every living submap is written.
-// The ledger holds where the finish stands, so a restart goes on. Loop's thread only.
+// A command may give seconds. When they are over the finish is CUT: it is DRAINED and SETTLED at
+// once, and mappers write their models as they are. Of a mapper that does not do so within the
+// grace the newest model in the ledger is taken. The ledger holds where the finish stands, so a
+// restart goes on. Loop's thread only.
 class FinishDriver {
  public:
   struct Environment {
@@ -26,12 +36,11 @@ class FinishDriver {
     std::function<bool()> has_idle_mapper;
   };
 
-  // A model has at least `min_model_size` photos, or all where the session has fewer.
-  FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths, int min_model_size,
+  FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths, const FinishOptions& options,
                Environment environment);
 
   // A command asked before, whose finish is done, is answered again; while one runs, a further
-  // command joins it.
+  // command joins it, and may give it an earlier deadline.
   void OnCommand(const command_t& command);
   // Takes the next step if it can be taken; after every commit and at least once a second.
   void Step(double now_s);
@@ -40,21 +49,31 @@ class FinishDriver {
 
  private:
   void OnCommitted(const finish_t& finish);
+  void Request(const command_t& command, int64_t deadline_utime_us);
+  void Join(const command_t& command, int64_t deadline_utime_us);
+  finish_t MakeCommanded(int8_t state, const command_t& command, int64_t deadline_utime_us) const;
+  bool IsTimeUp() const;
+  void Advance(double now_s);
   void Drain();
+  void Settle();
   void EndSeedsWithoutMapper(double now_s);
   bool EndSmallSubmaps();
   void EndSubmap(int64_t submap_id, int64_t epoch, const std::string& reason);
   bool AllFinal() const;
+  bool IsGraceOver() const;
+  std::vector<const SubmapLife*> Models() const;
+  nlohmann::json MakeReportNow() const;
   void WriteResults();
   void OnWritten(const Status& status);
   void Stage(int8_t state, const std::string& detail);
   void Reply(int64_t command_id, bool ok, const std::string& text);
   std::string Summary() const;
+  std::string DescribeStage() const;
 
   Node& node_;
   LedgerWriter& writer_;
   const SessionPaths paths_;
-  const int min_model_size_;
+  const FinishOptions options_;
   const Environment environment_;
   std::map<int64_t, int64_t> finish_of_command_;  // command id -> finish id
   std::map<int64_t, std::string> done_;           // finish id -> what was told

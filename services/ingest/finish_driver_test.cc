@@ -14,7 +14,42 @@
 namespace skein {
 namespace {
 
-using FinishDriverTest = IngestServiceTest;
+class FinishDriverTest : public IngestServiceTest {
+ protected:
+  FinishDriverTest() {
+    bus_.Subscribe<command_reply_t>(
+        kCommandReplyChannel, [this](const command_reply_t& reply) { replies_.push_back(reply); });
+  }
+  // The submap of photos 1 and 2, leased to `mapper_`.
+  void AddSubmap() {
+    for (const uint8_t id : {1, 2}) AddMatchedPhoto(id);
+    EXPECT_EQ(Submit(Seed(1, 2)), "");
+    bool leased = false;
+    mapper_ = std::make_unique<WorkClient>(*peer_, "submap", 1,
+                                           [&leased](const work_t&) { leased = true; });
+    Await([&] { return leased; }, "the submap");
+    for (const int64_t id : {1, 2}) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
+  }
+  nlohmann::json Report() const { return nlohmann::json::parse(std::ifstream(Paths().Report())); }
+  const command_reply_t* ReplyTo(int64_t command_id) const {
+    for (const command_reply_t& reply : replies_) {
+      if (reply.command_id == command_id) return &reply;
+    }
+    return nullptr;
+  }
+  void AwaitReplyTo(int64_t command_id) {
+    Await([&] { return ReplyTo(command_id) != nullptr; }, "the reply");
+  }
+  int CountFinishFacts(int8_t state) const {
+    return static_cast<int>(std::count_if(facts_.begin(), facts_.end(), [&](const Fact& fact) {
+      const auto* finish = std::get_if<finish_t>(&fact);
+      return finish != nullptr && finish->state == state;
+    }));
+  }
+
+  std::unique_ptr<WorkClient> mapper_;
+  std::vector<command_reply_t> replies_;
+};
 
 TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   AddMatchedPhoto(1);
@@ -88,6 +123,99 @@ TEST_F(FinishDriverTest, TakesNoNewPhotoWhileItFinishes) {
   Await([&] { return !acks_.empty() && acks_.back().name == "late.jpg"; }, "the answer");
   EXPECT_EQ(acks_.back().status, +image_ack_t::WAIT);
   EXPECT_NE(acks_.back().reason.find("finishing"), std::string::npos);
+}
+
+TEST_F(FinishDriverTest, RefusesWhatIsNoPositiveNumberOfSeconds) {
+  int64_t command_id = 100;
+  for (const std::string within_s : {"0", "-3", "nan", "inf", "1e99", "5 s", "soon", " 5"}) {
+    AskToFinish(++command_id, within_s);
+    AwaitReplyTo(command_id);
+    EXPECT_FALSE(ReplyTo(command_id)->ok) << within_s;
+    EXPECT_NE(ReplyTo(command_id)->text.find("'" + within_s + "'"), std::string::npos);
+  }
+  EXPECT_EQ(CountFinishFacts(finish_t::REQUESTED), 0);
+}
+
+TEST_F(FinishDriverTest, LeavesOutAtTheDeadlineWhatIsInWork) {
+  options_.finish.min_model_size = 2;
+  Restart();
+  AddSubmap();
+  EXPECT_EQ(Publish("3.jpg", SmallJpeg(3)).image_id, 3);
+  AskToFinish(77, "0.3");
+  Await([&] { return Finished(finish_t::SETTLED) != nullptr; }, "SETTLED");
+  ASSERT_NE(Finished(finish_t::CUT), nullptr);
+  EXPECT_GE(Finished(finish_t::CUT)->header.utime_us,
+            Finished(finish_t::REQUESTED)->deadline_utime_us);
+  EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq())), "");
+  AwaitReplyTo(77);
+  EXPECT_TRUE(ReplyTo(77)->ok);
+  EXPECT_NE(ReplyTo(77)->text.find("2 of 3 photos registered, 1 model in sparse/; cut after"),
+            std::string::npos);
+  EXPECT_NE(ReplyTo(77)->text.find("1 photo not matched in time (alice/3.jpg)"), std::string::npos);
+  EXPECT_EQ(Report()["cut"]["not_matched"], nlohmann::json({"alice/3.jpg"}));
+  EXPECT_EQ(Report()["cut"]["during"], "matching");
+  // The photo is there, and goes on.
+  EXPECT_EQ(Submit(Features(3)), "");
+  EXPECT_EQ(Submit(Candidates(3)), "");
+  EXPECT_EQ(Submit(Matches(3)), "");
+}
+
+TEST_F(FinishDriverTest, AFinishThatIsReadyInTimeIsNotCut) {
+  AddMatchedPhoto(1);
+  AskToFinish(77, "1000");
+  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
+  finish_t settled{};
+  settled.header.fact_id = "finish/settled";
+  settled.state = finish_t::SETTLED;
+  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
+  EXPECT_EQ(Submit(settled), "");
+  AwaitReplyTo(77);
+  EXPECT_EQ(Finished(finish_t::CUT), nullptr);
+  EXPECT_FALSE(Report().contains("cut"));
+}
+
+TEST_F(FinishDriverTest, AFurtherCommandMaySetAnEarlierDeadlineWhichOutlivesARestart) {
+  EXPECT_EQ(Publish("1.jpg", SmallJpeg(1)).image_id, 1);
+  AskToFinish(1);
+  Await([&] { return Finished(finish_t::REQUESTED) != nullptr; }, "REQUESTED");
+  AskToFinish(2, "1000");
+  Await([&] { return CountFinishFacts(finish_t::DEADLINE) == 1; }, "a deadline");
+  AskToFinish(3, "2000");
+  AskToFinish(4, "2");
+  Await([&] { return CountFinishFacts(finish_t::DEADLINE) == 2; }, "an earlier deadline");
+  Restart();
+  AwaitReplyTo(4);
+  for (const int64_t command_id : {1, 2, 4}) {
+    ASSERT_NE(ReplyTo(command_id), nullptr) << command_id;
+    EXPECT_TRUE(ReplyTo(command_id)->ok);
+  }
+  EXPECT_EQ(CountFinishFacts(finish_t::DEADLINE), 2) << "a later deadline changes nothing";
+  EXPECT_EQ(CountFinishFacts(finish_t::CUT), 1);
+  EXPECT_EQ(Report()["cut"]["not_matched"], nlohmann::json({"alice/1.jpg"}));
+}
+
+TEST_F(FinishDriverTest, TakesTheNewestModelOfAMapperThatIsSilent) {
+  options_.finish = {2, 0.3};
+  Restart();
+  AddSubmap();
+  submap_model_t checkpoint = FinalModel(1, 1, follower_->processed_seq());
+  checkpoint.kind = submap_model_t::CHECKPOINT;
+  EXPECT_EQ(Submit(checkpoint), "");
+  AskToFinish(77, "0.1");
+  AwaitReplyTo(77);
+  EXPECT_EQ(*ReadFile((Paths().Sparse() / "0" / "images.bin").string()), (Bytes{2, 2}));
+  EXPECT_NE(ReplyTo(77)->text.find("submap 1: its mapper did not answer"), std::string::npos);
+  EXPECT_EQ(Report()["cut"]["submaps"][0]["id"], 1);
+}
+
+TEST_F(FinishDriverTest, IsDoneWithoutASubmapThatHasNoModelYet) {
+  options_.finish = {2, 0.3};
+  Restart();
+  AddSubmap();
+  AskToFinish(77, "0.1");
+  AwaitReplyTo(77);
+  EXPECT_NE(ReplyTo(77)->text.find(", 0 models in sparse/; cut"), std::string::npos);
+  EXPECT_EQ(Report()["cut"]["submaps"][0]["left_out"], "no model yet");
 }
 
 TEST_F(FinishDriverTest, GivesUpAnAgentThatVanishedWhenAFinishWaits) {

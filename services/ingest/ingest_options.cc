@@ -10,7 +10,8 @@ Status IngestOptions::Check() const {
   return FirstError({intake.limits.Check(), InRange("lease", leases.lease_s, 0.5, 3600.0),
                      InRange("max_pending", intake.max_pending, 1, 100'000),
                      InRange("max_failures", leases.max_failures, 1, 1000),
-                     InRange("min_model_size", min_model_size, 2, 10'000)});
+                     InRange("min_model_size", finish.min_model_size, 2, 10'000),
+                     InRange("cut_grace", finish.cut_grace_s, 0.0, 3600.0)});
 }
 
 void AddOptions(CLI::App& app, IngestOptions* options) {
@@ -24,8 +25,11 @@ void AddOptions(CLI::App& app, IngestOptions* options) {
                  "Seconds after which a silent worker loses its work");
   app.add_option("--max-failures", options->leases.max_failures,
                  "Tries of an item of work before it is given up");
-  app.add_option("--min-model-size", options->min_model_size,
+  app.add_option("--min-model-size", options->finish.min_model_size,
                  "Photos that a model has at least; a smaller one is given up at the finish");
+  app.add_option("--cut-grace", options->finish.cut_grace_s,
+                 "Seconds that mappers have to write their models when the time of a finish is up; "
+                 "then the newest ones in the ledger are taken");
 }
 
 Program IngestProgram(NodeOptions* node, IngestOptions* options) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/result.h"
+#include "ingest/finish_driver.h"
 #include "ingest/photo_intake.h"
 #include "ingest/work_queue.h"
 #include "node/service_options.h"
@@ -14,7 +15,7 @@ namespace skein {
 struct IngestOptions {
   IntakeOptions intake;
   LeaseOptions leases;
-  int min_model_size = 3;  // photos
+  FinishOptions finish;
 
   Status Check() const;
 };

@@ -33,7 +33,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
       submissions_(node, writer_, BlobStore(PathsOf(node).Blobs())),
       work_(node, writer_, options.leases),
       finish_(
-          node, writer_, PathsOf(node), options.min_model_size,
+          node, writer_, PathsOf(node), options.finish,
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
            [this] { return work_.HasIdleMapper(node_.loop().now_s()); }}) {
   LogInfo("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),

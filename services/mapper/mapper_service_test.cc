@@ -327,6 +327,37 @@ TEST_F(MapperServiceTest, AFinishLeavesAPhotoToTheSubmapThatHoldsIt) {
   EXPECT_EQ(States(8).size(), 1u) << "the other submap's";
 }
 
+TEST_F(MapperServiceTest, WhenAFinishIsCutItWritesTheModelAndTriesWhatIsLeftAfterwards) {
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  CommitFinish(finish_t::REQUESTED);
+  CommitFinish(finish_t::CUT);
+  Match(9, 9);
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  const auto is_final = [](const Fact& f) { return IsModel(f, submap_model_t::FINAL); };
+  Await([&] { return Find(is_final); }, "the final model");
+  EXPECT_EQ(std::get<submap_model_t>(*Find(is_final)).num_images, 8);
+  EXPECT_TRUE(States(9).empty());
+  CommitFinish(finish_t::DONE);
+  Await([&] { return IsRegistered(9); }, "the photo registered");
+}
+
+TEST_F(MapperServiceTest, WhenAFinishIsCutAMergeThatHasNotBegunIsUndone) {
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  CommitFinish(finish_t::REQUESTED);
+  Order(2, kSubmap);
+  CommitFinish(finish_t::CUT);
+  const auto is_undone = [](const Fact& f) { return IsMerge(f, merge_t::UNDONE); };
+  Await([&] { return Find(is_undone); }, "UNDONE");
+  EXPECT_EQ(std::get<merge_t>(*Find(is_undone)).reason, "the time of the finish was up");
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  Await([&] { return Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }); },
+        "the final model");
+}
+
 TEST_F(MapperServiceTest, TakesBackAPhotoThatTheLedgerRefusesAndGoesOn) {
   RefuseFirst(1, submit_reply_t::REFUSED, "pose is not finite or not a rotation",
               [](const Fact& fact) { return IsRegistration(fact, 5); });

@@ -14,6 +14,7 @@ namespace {
 
 // Until a refused step of a merge is submitted again.
 constexpr double kRetryS = 2;
+constexpr char kCutReason[] = "the time of the finish was up";
 
 }  // namespace
 
@@ -27,6 +28,13 @@ void MergeExecutor::OnOrdered(const merge_t& ordered) {
   for (const merge_t& fact : merge.facts) {
     if (fact.state == merge_t::FROZEN) return Absorb(fact);
   }
+  if (session_.finish().is_cut()) GiveUp();
+}
+
+void MergeExecutor::GiveUp() {
+  if (!open_ || open_->absorbing || open_->ordered.target_id != run_.submap_id()) return;
+  open_->absorbing = true;  // whatever the source submits yet is not absorbed
+  Fail(kCutReason);
 }
 
 void MergeExecutor::OnMergeFact(const merge_t& merge) {
@@ -75,9 +83,10 @@ void MergeExecutor::OnSource(const LoadedModel& source) {
   run_.RunOnWorker(
       [source, task = Task()](Submap& submap) {
         const Status added = AddToSubmap(source.photos, &submap);
-        if (added.ok()) return AbsorbSource(*source.archive, task, &submap);
+        const bool is_left_out = submap.options().IsStopped() && !task.was_done;
+        if (added.ok() && !is_left_out) return AbsorbSource(*source.archive, task, &submap);
         Absorption absorption;
-        absorption.status = added;
+        absorption.status = added.ok() ? FailedPrecondition(kCutReason) : added;
         return absorption;
       },
       WhileOpen([this](Absorption absorption) {

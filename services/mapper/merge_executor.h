@@ -33,6 +33,9 @@ class MergeExecutor {
   // A further fact of a merge.
   void OnMergeFact(const merge_t& merge);
 
+  // The finish is cut: a target that has not begun to absorb stays as it is.
+  void GiveUp();
+
   // The order being carried out; null if there is none.
   const merge_t* ordered() const { return open_ ? &open_->ordered : nullptr; }
 

@@ -21,6 +21,11 @@ constexpr double kStatisticsPeriodS = 1.0;
 constexpr double kRestS = 4.0;
 constexpr double kMaintenancePeriodS = 0.1;
 
+SubmapOptions StoppedBy(std::shared_ptr<const std::atomic<bool>> stopped, SubmapOptions options) {
+  options.stop = [stopped = std::move(stopped)] { return stopped->load(); };
+  return options;
+}
+
 Status StartFromSeed(const seed_t& seed, Submap* submap, const Submap::EventSink& sink) {
   return submap
       ->Start(OptionsOfSeed(seed.num_inliers, seed.tri_angle_rad), seed.image_id1, seed.image_id2,
@@ -53,7 +58,8 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
       ledger_(ledger),
       lease_(lease),
       on_end_(std::move(on_end)),
-      worker_(threads.worker, threads.current, lease.submap_id, options.submap),
+      is_cut_(std::make_shared<std::atomic<bool>>(ledger.session.finish().is_cut())),
+      worker_(threads.worker, threads.current, lease.submap_id, StoppedBy(is_cut_, options.submap)),
       cursor_(ledger.items),
       submissions_(
           node.submitter(), [this](const std::string& reason) { End(EndKind::kOver, reason); },
@@ -83,6 +89,7 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
 
 void SubmapRun::OnFact(const Fact& fact) {
   if (state_.Is(Life::kEnded)) return;
+  *is_cut_ = IsCut();
   if (const SubmapLife* submap = ledger_.session.FindSubmap(submap_id())) {
     if (submap->lease.epoch > epoch()) {
       return End(EndKind::kOver, "the lease went to " + submap->lease.owner);
@@ -92,6 +99,7 @@ void SubmapRun::OnFact(const Fact& fact) {
   offered_.OnFact(fact);
   const auto* merge = std::get_if<merge_t>(&fact);
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
+  if (IsCut()) merges_.GiveUp();
   consolidate_due_ |= merge != nullptr && merge->state == merge_t::FAILED && is_drained_ &&
                       (merge->source_id == submap_id() || merge->target_id == submap_id());
   Pump();
@@ -111,7 +119,7 @@ bool SubmapRun::DoNext() {
       DoMerge(*cursor_.NextMerge());
       return true;
     }
-    if (!more_ && (!offered_.HasOurs() || IsFinal())) return GoOn();
+    if (IsCut() || (!more_ && (!offered_.HasOurs() || IsFinal()))) return GoOn();
   }
   TryNext();
   return true;
@@ -129,6 +137,12 @@ bool SubmapRun::IsTurnOfMerge(std::optional<int64_t> merge_id) const {
 bool SubmapRun::IsFinal() const {
   const FinishState& finish = ledger_.session.finish();
   return finish.state == finish_t::SETTLED && cursor_.seq() >= finish.settled_seq;
+}
+
+// The finish was cut, and did without this submap.
+bool SubmapRun::IsOver(const Item& step_of_finish) const {
+  const SessionState& session = ledger_.session;
+  return !session.finishing() || session.finish().finish_id != step_of_finish.id;
 }
 
 bool SubmapRun::WriteDueModel() {
@@ -260,6 +274,7 @@ void SubmapRun::DoItem(const Item& item) {
     case Item::Kind::kMatches:
       return DoMatches(item.id);
     case Item::Kind::kDrained:
+      if (IsOver(item)) return;
       is_drained_ = true;
       return Consolidate();
     case Item::Kind::kSettled:
@@ -287,6 +302,7 @@ void SubmapRun::DoMatches(int64_t image_id) {
 
 void SubmapRun::DoSettled(const Item& item) {
   is_drained_ = false;
+  if (IsOver(item)) return;
   if (ledger_.session.FindSubmap(submap_id())->final_ledger_seq >= item.seq) return;
   doing_ = "final adjustment" + About(finish_s_);
   PublishStatus();
@@ -319,7 +335,7 @@ void SubmapRun::OnMergeOver() {
 
 // In small parts, so that a photo that comes does not wait.
 void SubmapRun::Maintain() {
-  if (!IsFree() || !maintaining_ || writer_.AwaitsFinal()) return;
+  if (!IsFree() || !maintaining_ || writer_.AwaitsFinal() || IsCut()) return;
   const bool at_rest = node_.loop().now_s() - last_event_s_ >= kRestS;
   RunJob(
       [at_rest](Submap& submap, Outcome* outcome) {

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -120,6 +121,8 @@ class SubmapRun {
   bool GoOn();
   bool IsTurnOfMerge(std::optional<int64_t> merge_id) const;
   bool IsFinal() const;
+  bool IsOver(const Item& step_of_finish) const;
+  bool IsCut() const { return ledger_.session.finish().is_cut(); }
   bool WriteDueModel();
   void Begin();
   void Seed(const seed_t& seed);
@@ -158,6 +161,7 @@ class SubmapRun {
   const Lease lease_;
   const OnEnd on_end_;
 
+  const std::shared_ptr<std::atomic<bool>> is_cut_;  // IsCut for the worker's thread
   RunState state_;
   SubmapWorker worker_;
   ItemCursor cursor_;
