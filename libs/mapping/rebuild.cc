@@ -34,7 +34,6 @@ bool StartFromBestPairOf(ImageId id, Submap* submap) {
   return false;
 }
 
-
 std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first) {
   SubmapOptions options = submap.options();
   options.background = false;

@@ -308,8 +308,8 @@ void MergerService::ComputeEstimate() {
               });
 }
 
-void MergerService::OnEstimated(MergeAttempt attempt, const Sim3Options& options,
-                                Sim3Result result, double duration_s) {
+void MergerService::OnEstimated(MergeAttempt attempt, const Sim3Options& options, Sim3Result result,
+                                double duration_s) {
   estimate_.reset();
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
     if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return;

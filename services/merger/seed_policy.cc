@@ -111,7 +111,8 @@ std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
 size_t SeedPolicy::RelaxationOf(const SeedSituation& situation) const {
   if (situation.finishing) return options_.relax_quiet_s.size();
   size_t step = 0;
-  while (step < options_.relax_quiet_s.size() && situation.quiet_s >= options_.relax_quiet_s[step]) {
+  while (step < options_.relax_quiet_s.size() &&
+         situation.quiet_s >= options_.relax_quiet_s[step]) {
     ++step;
   }
   return step;

@@ -81,7 +81,8 @@ TEST_F(SeedPolicyTest, ASmallAngleWaitsWhilePhotosStream) {
   EXPECT_TRUE(Finishing());
 }
 
-// As in a hand-held video: each frame sees the first under a larger angle, until it sees it no more.
+// As in a hand-held video: each frame sees the first under a larger angle, until it sees it no
+// more.
 TEST_F(SeedPolicyTest, ASmallAngleWaitsWhilePhotosBringLargerOnes) {
   ledger_.Matches(1, {});
   for (int id = 2; id <= 11; ++id) {
