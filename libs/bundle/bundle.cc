@@ -9,6 +9,7 @@
 #include "bundle/bundle_factor.h"
 #include "bundle/bundle_terms.h"
 #include "bundle/implicit_system.h"
+#include "bundle/point_terms.h"
 #include "bundle/reduced_system.h"
 #include "core/option_check.h"
 
@@ -17,41 +18,8 @@ namespace {
 
 constexpr double kInitialDamping = 1e-4;
 constexpr double kMaxDamping = 1e10;
-constexpr double kMinDiagonal = 1e-6;
 // Conjugate gradients that a step takes with the factor of another one.
 constexpr double kExpectedGradients = 20;
-// Observations of a point that a preconditioner takes together. A track of m times as many counts
-// as m points: of its 2 L - 3 pieces of information 2 L - 3 m are left, at 1 / m of the products.
-constexpr int kPieceLength = 32;
-
-// A point's terms and its own block of the normal equations.
-struct PointTerms {
-  std::vector<ObservationTerm> terms;
-  int size = 0;
-  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  Eigen::Vector3d damping = Eigen::Vector3d::Zero();  // added to the diagonal of V
-  Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();
-
-  // With each `stride`-th observation from `from` on.
-  void Set(const Bundle& bundle, const BundleLayout& layout, const RobustLoss& loss,
-           const BundlePoint& point, double lambda, int from = 0, int stride = 1) {
-    if (static_cast<int>(terms.size()) < point.count) terms.resize(point.count);
-    size = 0;
-    V.setZero();
-    gradient.setZero();
-    for (int i = point.first + from; i < point.first + point.count; i += stride) {
-      ObservationTerm& term = terms[size];
-      if (!Linearise(bundle, layout, loss, point, bundle.observations[i], &term)) continue;
-      V.noalias() += term.J_point.transpose() * term.J_point;
-      gradient.noalias() += term.J_point.transpose() * term.residual;
-      ++size;
-    }
-    damping = lambda * V.diagonal().cwiseMax(kMinDiagonal);
-    V.diagonal() += damping;
-    V_inverse = V.inverse();
-  }
-};
 
 class Solver {
  public:
@@ -260,7 +228,7 @@ class Solver {
     for (int p = chunk.begin; p < chunk.end; ++p) {
       point_terms.Set(bundle_, layout_, loss_, bundle_.points[p], lambda);
       AddDirect(point_terms, system);
-      if (!bundle_.points[p].constant) AddSchur(point_terms, system);
+      if (!bundle_.points[p].constant) EliminatePoint(&point_terms, system);
     }
   }
 
@@ -269,105 +237,12 @@ class Solver {
     PointTerms terms;
     for (int p = chunk.begin; p < chunk.end; ++p) {
       const BundlePoint& point = bundle_.points[p];
-      const int num_pieces = std::max(1, point.count / kPieceLength);
+      const int num_pieces = NumPieces(point);
       for (int piece = 0; piece < num_pieces; ++piece) {
         terms.Set(bundle_, layout_, loss_, point, lambda, piece, num_pieces);
         AddDirect(terms, system);
-        if (!point.constant) AddSchur(terms, system);
+        if (!point.constant) EliminatePoint(&terms, system);
       }
-    }
-  }
-
-  void AddSchur(const PointTerms& point, ImplicitSystem* system) {
-    const Eigen::Vector3d v = point.V_inverse * point.gradient;
-    CameraCouplings(point);
-    for (int i = 0; i < point.size; ++i) {
-      const ObservationTerm& term = point.terms[i];
-      if (term.pose_row < 0) continue;
-      system->schur_gradient.segment<6>(term.pose_row).noalias() += term.W * v;
-      system->KeepPose(term.pose_row, term.W);
-    }
-    for (const Coupling& c : Couplings()) {
-      system->schur_gradient.segment(c.row, c.size) += c.W.topRows(c.size) * v;
-      system->KeepCamera(c);
-    }
-    system->EndPoint(point.V_inverse);
-  }
-
-  void AddDirect(const PointTerms& point, ReducedSystem* system) {
-    for (int i = 0; i < point.size; ++i) {
-      const ObservationTerm& term = point.terms[i];
-      if (term.pose_row >= 0) {
-        system->AddBlock(term.pose_row, term.pose_row, term.J_pose.transpose() * term.J_pose);
-        system->gradient.segment<6>(term.pose_row) += term.J_pose.transpose() * term.residual;
-      }
-      if (term.camera_row < 0) continue;
-      const auto J = term.J_camera.leftCols(term.camera_size);
-      system->AddBlock(term.camera_row, term.camera_row, J.transpose() * J);
-      system->gradient.segment(term.camera_row, term.camera_size) += J.transpose() * term.residual;
-      if (term.pose_row < 0) continue;
-      system->AddBlock(term.pose_row, term.camera_row, term.J_pose.transpose() * J);
-    }
-  }
-
-  // Takes the point out of the system: S -= W V^-1 W', and the same for the right-hand side.
-  void AddSchur(const PointTerms& point, ExplicitSystem* system) {
-    const Eigen::Vector3d v = point.V_inverse * point.gradient;
-    CameraCouplings(point);
-    for (int i = 0; i < point.size; ++i) {
-      const ObservationTerm& a = point.terms[i];
-      if (a.pose_row < 0) continue;
-      const Eigen::Matrix<double, 6, 3> Y = a.W * point.V_inverse;
-      system->schur_gradient.segment<6>(a.pose_row).noalias() += a.W * v;
-      system->SubtractBlock(a.pose_row, a.pose_row, Y * a.W.transpose());
-      for (int j = i + 1; j < point.size; ++j) {
-        const ObservationTerm& b = point.terms[j];
-        if (b.pose_row < 0) continue;
-        if (a.pose_row < b.pose_row) {
-          system->SubtractBlock(a.pose_row, b.pose_row, Y * b.W.transpose());
-        } else if (a.pose_row == b.pose_row) {  // the point twice in one image
-          const Eigen::Matrix<double, 6, 6> twice = Y * b.W.transpose();
-          system->SubtractBlock(a.pose_row, a.pose_row, twice + twice.transpose());
-        } else {
-          system->SubtractBlock(b.pose_row, a.pose_row, b.W * Y.transpose());
-        }
-      }
-      for (const Coupling& c : Couplings()) {
-        system->SubtractBlock(a.pose_row, c.row, Y * c.W.topRows(c.size).transpose());
-      }
-    }
-    for (const Coupling& a : Couplings()) {
-      const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxIntrinsics, 3> Y =
-          a.W.topRows(a.size) * point.V_inverse;
-      system->schur_gradient.segment(a.row, a.size) += a.W.topRows(a.size) * v;
-      for (const Coupling& b : Couplings()) {
-        if (a.row <= b.row)
-          system->SubtractBlock(a.row, b.row, Y * b.W.topRows(b.size).transpose());
-      }
-    }
-  }
-
-  // The block of one point and one camera's parameters, summed over the point's observations by
-  // that camera.
-  static std::vector<Coupling>& Couplings() {
-    thread_local std::vector<Coupling> couplings;
-    return couplings;
-  }
-
-  void CameraCouplings(const PointTerms& point) {
-    std::vector<Coupling>& couplings = Couplings();
-    couplings.clear();
-    for (int i = 0; i < point.size; ++i) {
-      const ObservationTerm& term = point.terms[i];
-      if (term.camera_row < 0) continue;
-      Coupling* coupling = nullptr;
-      for (Coupling& c : couplings) coupling = c.row == term.camera_row ? &c : coupling;
-      if (coupling == nullptr) {
-        couplings.emplace_back(term.camera_row, term.camera_size);
-        coupling = &couplings.back();
-      }
-      coupling->W.topRows(term.camera_size) +=
-          term.J_camera.leftCols(term.camera_size).transpose() * term.J_point;
     }
   }
 

@@ -1,0 +1,380 @@
+#include "bundle/loosest_mode.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+#include <unordered_map>
+
+#include "bundle/point_terms.h"
+#include "bundle/reduced_system.h"
+
+namespace skein {
+namespace {
+
+constexpr int kLanczosIterations = 20;
+// Of the first product: what is shorter is rounding.
+constexpr double kNothingLeft = 1e-9;
+// A point of which the rays are parallel to numerical precision says nothing of positions.
+constexpr double kMaxConditionOfPoint = 1e12;
+
+using Matrix7d = Eigen::Matrix<double, 7, 7>;
+using Vector7d = Eigen::Matrix<double, 7, 1>;
+using Centers = std::vector<Eigen::Vector3d>;
+
+Centers CentersOf(const Bundle& bundle) {
+  Centers centers;
+  for (const BundlePose& pose : bundle.poses) centers.push_back(-(pose.R.transpose() * pose.t));
+  return centers;
+}
+
+// Displacements of centres by small similarities, each centre in a frame of unit size.
+class Similarities {
+ public:
+  explicit Similarities(Centers centers) : centers_(std::move(centers)) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& c : centers_) mean += c / static_cast<double>(centers_.size());
+    double squared = 0;
+    for (Eigen::Vector3d& c : centers_) squared += (c -= mean).squaredNorm();
+    const double size = std::sqrt(squared / static_cast<double>(centers_.size()));
+    if (size > 0)
+      for (Eigen::Vector3d& c : centers_) c /= size;
+  }
+
+  // Translation, rotation, scale: columns.
+  Eigen::Matrix<double, 3, 7> Basis(int i) const {
+    const Eigen::Vector3d& c = centers_[i];
+    Eigen::Matrix<double, 3, 7> basis;
+    basis.leftCols<3>().setIdentity();
+    basis.middleCols<3>(3) << 0, c.z(), -c.y(), -c.z(), 0, c.x(), c.y(), -c.x(), 0;
+    basis.col(6) = c;
+    return basis;
+  }
+
+ private:
+  Centers centers_;
+};
+
+// Normal equations of a similarity for the displacements of some centres. They add up.
+struct SimilarityFit {
+  Matrix7d N = Matrix7d::Zero();
+  Vector7d b = Vector7d::Zero();
+  int num = 0;
+
+  void Add(const Eigen::Matrix<double, 3, 7>& basis, const Eigen::Vector3d& displacement) {
+    N += basis.transpose() * basis;
+    b += basis.transpose() * displacement;
+    ++num;
+  }
+  void Add(const SimilarityFit& other) {
+    N += other.N;
+    b += other.b;
+    num += other.num;
+  }
+  // Pseudo-inverse: few centres, or those on a line, leave a similarity undetermined.
+  Vector7d Solve() const {
+    const Eigen::SelfAdjointEigenSolver<Matrix7d> eigen(N);
+    const double least = 1e-9 * eigen.eigenvalues()[6];
+    Vector7d x = Vector7d::Zero();
+    for (int i = 0; i < 7; ++i) {
+      if (eigen.eigenvalues()[i] <= least) continue;
+      const Vector7d v = eigen.eigenvectors().col(i);
+      x += v * (v.dot(b) / eigen.eigenvalues()[i]);
+    }
+    return x;
+  }
+  // Of the squared displacements.
+  double Explained() const { return b.dot(Solve()); }
+};
+
+// The reduced system without damping, decomposed. Seven conditions hold its gauge: a pose, and the
+// distance of another one from it.
+class ReducedCovariance {
+ public:
+  ReducedCovariance(const Bundle& bundle, Loss loss)
+      : bundle_(bundle),
+        layout_(MakeLayout(bundle)),
+        centers_(CentersOf(bundle)),
+        loss_{loss, 1.0} {
+    if (layout_.num_free_poses != static_cast<int>(bundle.poses.size())) {
+      throw std::invalid_argument("loosest mode: a pose is constant");
+    }
+  }
+
+  // False if the system is singular.
+  bool Decompose() {
+    system_ = MakeSystem();
+    system_->SetZero();
+    PointTerms terms;
+    for (const BundlePoint& point : bundle_.points) AddPoint(point, &terms);
+    if (redundancy_ <= 0) return false;
+    AddPriors();
+    const Eigen::VectorXd damping = HoldGauge();
+    Eigen::VectorXd unused;
+    return system_->Solve(damping, Eigen::VectorXd::Zero(layout_.size), &unused) &&
+           system_->SolveAgain(Eigen::VectorXd::Ones(layout_.size)).allFinite();
+  }
+
+  double NoisePx() const { return std::sqrt(squared_residuals_ / redundancy_); }
+
+  // Of the centres' covariance for noise of 1 px, in this gauge. 3 rows a pose.
+  Eigen::VectorXd Multiply(const Eigen::VectorXd& d) const {
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(layout_.size);
+    for (size_t i = 0; i < bundle_.poses.size(); ++i) {
+      x.segment<3>(layout_.pose_row[i] + 3) = bundle_.poses[i].R * d.segment<3>(3 * i);
+    }
+    x = system_->SolveAgain(x);
+    Eigen::VectorXd product(d.size());
+    for (size_t i = 0; i < bundle_.poses.size(); ++i) {
+      product.segment<3>(3 * i) =
+          bundle_.poses[i].R.transpose() * x.segment<3>(layout_.pose_row[i] + 3);
+    }
+    return product;
+  }
+
+ private:
+  std::unique_ptr<ExplicitSystem> MakeSystem() const {
+    const BundleOptions limits;
+    if (layout_.num_free_poses <= limits.max_dense_poses) return MakeDenseSystem(layout_);
+    const PosePattern pattern = FindPattern(bundle_, layout_);
+    const bool is_dense =
+        layout_.num_free_poses <= limits.max_filled_poses && !IsFasterSparse(pattern);
+    return is_dense ? MakeDenseSystem(layout_) : MakeSparseSystem(pattern, layout_);
+  }
+
+  void AddPoint(const BundlePoint& point, PointTerms* terms) {
+    const int num_pieces = NumPieces(point);
+    for (int piece = 0; piece < num_pieces; ++piece) {
+      terms->Set(bundle_, layout_, loss_, point, 0.0, piece, num_pieces);
+      const double condition = terms->V.norm() * terms->V_inverse.norm();
+      if (!point.constant && !(condition < kMaxConditionOfPoint)) continue;
+      AddDirect(*terms, system_.get());
+      if (!point.constant) EliminatePoint(terms, system_.get());
+      for (int i = 0; i < terms->size; ++i) {
+        squared_residuals_ += terms->terms[i].residual.squaredNorm();
+      }
+      redundancy_ += 2 * terms->size;
+    }
+    if (!point.constant) redundancy_ -= 3;
+  }
+
+  // In units of the noise, as the observations are.
+  void AddPriors() {
+    redundancy_ -= layout_.size - 7;
+    if (redundancy_ <= 0) return;
+    for (size_t i = 0; i < bundle_.cameras.size(); ++i) {
+      const BundleCamera& camera = bundle_.cameras[i];
+      for (size_t k = 0; k < camera.refined.size() && !camera.prior_sigma.empty(); ++k) {
+        const double sigma = camera.prior_sigma[camera.refined[k]];
+        if (sigma <= 0) continue;
+        const int row = layout_.camera_row[i] + static_cast<int>(k);
+        const double information = NoisePx() * NoisePx() / (sigma * sigma);
+        system_->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(information));
+      }
+    }
+  }
+
+  // Holds the pose with most information, and the distance of the pose farthest from it. Which
+  // poses does not matter, as long as these are seven independent conditions.
+  Eigen::VectorXd HoldGauge() {
+    const auto information = [this](int i) {
+      return system_->direct_block(layout_.pose_row[i]).diagonal().tail<3>().sum();
+    };
+    int held = 0, far = 0;
+    for (size_t i = 0; i < centers_.size(); ++i) {
+      if (information(static_cast<int>(i)) > information(held)) held = static_cast<int>(i);
+    }
+    const auto distance = [&](int i) { return (centers_[i] - centers_[held]).norm(); };
+    for (size_t i = 0; i < centers_.size(); ++i) {
+      if (distance(static_cast<int>(i)) > distance(far)) far = static_cast<int>(i);
+    }
+    Eigen::VectorXd damping = Eigen::VectorXd::Zero(layout_.size);
+    damping.segment<6>(layout_.pose_row[held]) =
+        system_->diagonal.segment<6>(layout_.pose_row[held]);
+    Eigen::Matrix<double, 6, 1> condition = Eigen::Matrix<double, 6, 1>::Zero();
+    condition.tail<3>() = bundle_.poses[far].R * (centers_[far] - centers_[held]).normalized();
+    const Eigen::Matrix<double, 6, 6> block = information(far) * condition * condition.transpose();
+    system_->AddBlock(layout_.pose_row[far], layout_.pose_row[far], block);
+    return damping;
+  }
+
+  const Bundle& bundle_;
+  const BundleLayout layout_;
+  const Centers centers_;
+  const RobustLoss loss_;
+  std::unique_ptr<ExplicitSystem> system_;
+  double squared_residuals_ = 0;
+  double redundancy_ = 0;
+};
+
+// The covariance of the centres with similarities taken out.
+class ShapeCovariance {
+ public:
+  ShapeCovariance(const Bundle& bundle, const ReducedCovariance& covariance)
+      : covariance_(covariance), similarities_(CentersOf(bundle)) {}
+
+  Eigen::VectorXd Project(Eigen::VectorXd d) const {
+    SimilarityFit fit;
+    const int num = static_cast<int>(d.size() / 3);
+    for (int i = 0; i < num; ++i) fit.Add(similarities_.Basis(i), d.segment<3>(3 * i));
+    const Vector7d x = fit.Solve();
+    for (int i = 0; i < num; ++i) d.segment<3>(3 * i) -= similarities_.Basis(i) * x;
+    return d;
+  }
+  Eigen::VectorXd Multiply(const Eigen::VectorXd& d) const {
+    return Project(covariance_.Multiply(Project(d)));
+  }
+
+ private:
+  const ReducedCovariance& covariance_;
+  const Similarities similarities_;
+};
+
+struct Spectrum {
+  double sum = 0;  // of the eigenvalues found, so of nearly all if they fall off
+  double largest = 0;
+  Eigen::VectorXd vector;  // of the largest
+};
+
+// Lanczos iterations with full reorthogonalisation.
+Spectrum FindSpectrum(const ShapeCovariance& covariance, int size) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd q(size);
+  for (double& value : q) value = normal(random);
+  q = covariance.Project(q);
+  std::vector<Eigen::VectorXd> basis;
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(kLanczosIterations, kLanczosIterations);
+  for (int k = 0; k < kLanczosIterations && q.norm() > 0; ++k) {
+    if (k > 0 && q.norm() <= kNothingLeft * T(0, 0)) break;
+    basis.push_back(q.normalized());
+    q = covariance.Multiply(basis[k]);
+    T(k, k) = basis[k].dot(q);
+    for (int pass = 0; pass < 2; ++pass) {
+      for (const Eigen::VectorXd& b : basis) q -= b.dot(q) * b;
+    }
+    if (k + 1 < kLanczosIterations) T(k + 1, k) = q.norm();
+  }
+  const int num = static_cast<int>(basis.size());
+  if (num == 0) return {0, 0, q};
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T.topLeftCorner(num, num));
+  Spectrum spectrum{eigen.eigenvalues().sum(), eigen.eigenvalues()[num - 1],
+                    Eigen::VectorXd::Zero(size)};
+  for (int i = 0; i < num; ++i) spectrum.vector += eigen.eigenvectors()(i, num - 1) * basis[i];
+  return spectrum;
+}
+
+// Points that each two poses share: at the lower index, by the higher one.
+std::vector<std::unordered_map<int, int>> SharedPoints(const Bundle& bundle) {
+  std::vector<std::unordered_map<int, int>> shared(bundle.poses.size());
+  for (const BundlePoint& point : bundle.points) {
+    for (int i = point.first; i < point.first + point.count; ++i) {
+      for (int j = i + 1; j < point.first + point.count; ++j) {
+        const int a = bundle.observations[i].pose, b = bundle.observations[j].pose;
+        if (a != b) ++shared[std::min(a, b)][std::max(a, b)];
+      }
+    }
+  }
+  return shared;
+}
+
+// A forest if the poses hang together by no points.
+struct SpanningTree {
+  std::vector<int> order;   // a pose comes after its parent
+  std::vector<int> parent;  // -1: a root
+};
+
+// By Prim's algorithm.
+SpanningTree MaximumSpanningTree(const Bundle& bundle) {
+  const int num = static_cast<int>(bundle.poses.size());
+  std::vector<std::vector<std::pair<int, int>>> edges(num);
+  const auto shared = SharedPoints(bundle);
+  for (int a = 0; a < num; ++a) {
+    for (const auto& [b, count] : shared[a]) {
+      edges[a].emplace_back(b, count);
+      edges[b].emplace_back(a, count);
+    }
+  }
+  SpanningTree tree{{}, std::vector<int>(num, -1)};
+  std::vector<int> best(num, 0);
+  std::vector<bool> is_in(num, false);
+  for (int k = 0; k < num; ++k) {
+    int next = -1;
+    for (int i = 0; i < num; ++i) {
+      if (!is_in[i] && (next < 0 || best[i] > best[next])) next = i;
+    }
+    is_in[next] = true;
+    tree.order.push_back(next);
+    for (const auto& [other, count] : edges[next]) {
+      if (is_in[other] || count <= best[other]) continue;
+      best[other] = count;
+      tree.parent[other] = next;
+    }
+  }
+  return tree;
+}
+
+}  // namespace
+
+std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss) {
+  if (bundle.poses.size() < 3) return std::nullopt;
+  ReducedCovariance covariance(bundle, loss);
+  if (!covariance.Decompose()) return std::nullopt;
+  const int num = static_cast<int>(bundle.poses.size());
+  const Spectrum spectrum = FindSpectrum(ShapeCovariance(bundle, covariance), 3 * num);
+  LoosestMode mode;
+  mode.noise_px = covariance.NoisePx();
+  const double length = mode.noise_px * std::sqrt(spectrum.largest);
+  mode.sigma = length / std::sqrt(num);
+  mode.expected_error = mode.noise_px * std::sqrt(spectrum.sum / num);
+  if (!std::isfinite(mode.expected_error)) return std::nullopt;
+  for (int i = 0; i < num; ++i) {
+    mode.displacements.emplace_back(length * spectrum.vector.segment<3>(3 * i));
+  }
+  return mode;
+}
+
+WeakestCut FindWeakestCut(const Bundle& bundle, const std::vector<Eigen::Vector3d>& displacements) {
+  const int num = static_cast<int>(bundle.poses.size());
+  const Similarities similarities(CentersOf(bundle));
+  const SpanningTree tree = MaximumSpanningTree(bundle);
+  std::vector<SimilarityFit> fits(num);  // of each pose with all below it
+  SimilarityFit whole;
+  double squared = 0;
+  for (int i = 0; i < num; ++i) {
+    fits[i].Add(similarities.Basis(i), displacements[i]);
+    whole.Add(fits[i]);
+    squared += displacements[i].squaredNorm();
+  }
+  WeakestCut cut;
+  for (auto i = tree.order.rbegin(); i != tree.order.rend(); ++i) {
+    const int parent = tree.parent[*i];
+    if (parent < 0) continue;
+    const SimilarityFit& below = fits[*i];
+    const SimilarityFit above{whole.N - below.N, whole.b - below.b, num - below.num};
+    const double share = squared > 0 ? (below.Explained() + above.Explained()) / squared : 0;
+    if (share > cut.explained_share) {
+      const bool is_below_loose = below.num <= above.num;
+      cut = {is_below_loose ? *i : parent, is_below_loose ? parent : *i,
+             std::min(below.num, above.num), share};
+    }
+    fits[parent].Add(below);
+  }
+  return cut;
+}
+
+double ExtentOf(const Bundle& bundle) {
+  const Centers centers = CentersOf(bundle);
+  double squared = 0;
+  for (size_t i = 0; i < centers.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      squared = std::max(squared, (centers[i] - centers[k]).squaredNorm());
+    }
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace skein

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "bundle/bundle.h"
+
+namespace skein {
+
+// The collective deformation of a map that its observations determine least. Residuals don't show
+// it: along it they hardly change.
+struct LoosestMode {
+  // Standard deviation of the positions along it, RMS over the poses; unit of the world's frame.
+  double sigma = 0;
+  // Expected position error, RMS over the poses: of this and the next modes together.
+  double expected_error = 0;
+  // Standard deviation of an observation's coordinate: the a posteriori standard deviation of unit
+  // weight, from the residuals and the redundancy.
+  double noise_px = 0;
+  // Of each pose's centre at one sigma, world frame. Free of translation, rotation and scale.
+  std::vector<Eigen::Vector3d> displacements;
+};
+
+// Of a bundle of a whole map at its minimum, by linearisation there. The points are eliminated, the
+// refined intrinsics are unknowns with their priors. C is the covariance of the centres once the
+// best similarity is taken out (the S-transformation of Baarda, as in Triggs et al., Bundle
+// Adjustment - A Modern Synthesis, section 9). The mode is C's largest eigenvector, by 20
+// Lanczos iterations with one Cholesky decomposition of the reduced system; the expected error sums
+// the eigenvalues that these find. `loss`: what the bundle was
+// minimised with; its scale is 1 px. Nothing if the observations leave a pose undetermined. Throws
+// std::invalid_argument if a pose is constant.
+std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss = Loss::kSoftL1);
+
+// Where a deformation bends: of the cuts through one edge of the maximum spanning tree (poses
+// joined by the points that they share) the one by which two parts, each moved by a similarity of
+// its own, explain most of it.
+struct WeakestCut {
+  int loose = -1;              // pose at the cut, on the side with fewer poses; -1: there is no cut
+  int anchor = -1;             // pose at the cut, on the other side
+  int num_loose = 0;           // poses on the loose side
+  double explained_share = 0;  // of the squared displacements
+};
+WeakestCut FindWeakestCut(const Bundle& bundle, const std::vector<Eigen::Vector3d>& displacements);
+
+// Largest distance between two centres of the bundle's poses.
+double ExtentOf(const Bundle& bundle);
+
+}  // namespace skein
