@@ -327,8 +327,11 @@ class Run {
     const SubmapStatistics s = submap_.Statistics();
     std::cout << when << ": registered " << s.num_images << "/" << num_photos << " points "
               << s.num_points << " MRE " << s.mean_reprojection_error_px << " MTL "
-              << s.mean_track_length << " RMSE% " << PositionRmsePercent() << " cpu_s " << seconds
-              << " per photo " << seconds / num_photos << "\n";
+              << s.mean_track_length << " RMSE% " << PositionRmsePercent() << " sigma% "
+              << 100 * s.check.shape.position_sigma << " weakest " << s.check.shape.loose_image
+              << "-" << s.check.shape.anchor_image << " contradicting "
+              << s.check.pairs.num_contradicting << "/" << s.check.pairs.num_pairs << " cpu_s "
+              << seconds << " per photo " << seconds / num_photos << "\n";
     for (const auto& [id, state] : submap_.map().camera_states()) {
       std::cout << "  camera " << id << ": "
                 << submap_.map().reconstruction().Camera(id).ParamsToString() << "\n";

@@ -6,6 +6,7 @@
 
 #include "core/statistics.h"
 #include "photo/photo_name.h"
+#include "session/model_verdict.h"
 #include "session/report.h"
 
 namespace skein {
@@ -84,7 +85,8 @@ json SubmapsOf(const StatusInput& input) {
     json shown = {{"id", id},
                   {"owner", Printable(submap.lease.owner)},
                   {"epoch", submap.lease.epoch},
-                  {"state", SubmapStage(input.session.state, submap, status)}};
+                  {"state", SubmapStage(input.session.state, submap, status)},
+                  {"verdict", Printable(VerdictOf(input.session.state, submap), 400)}};
     if (status != nullptr) {
       SetFigures(*status, &shown);
     } else {
@@ -170,6 +172,12 @@ std::string FormatSubmap(const json& s) {
               s["mean_reprojection_error_px"].get<double>());
 }
 
+std::string FormatVerdict(const json& s) {
+  const std::string verdict = s["verdict"];
+  if (verdict.empty()) return "";
+  return Line("  submap %lld %s", s["id"].get<long long>(), verdict.c_str());
+}
+
 // Which submaps have gone where, and what was refused.
 std::string FormatMerges(const json& merges, const json& ended) {
   if (ended.empty() && merges["done"] == 0 && merges["undone"] == 0 && merges["open"] == 0)
@@ -247,6 +255,7 @@ std::string FormatStatus(const json& status) {
     text += Line("\n  %-6s %-14s %6s %-18s %7s %9s %9s %9s", "submap", "owner", "epoch", "state",
                  "images", "deferred", "points", "error px");
     for (const json& submap : status["submaps"]) text += FormatSubmap(submap);
+    for (const json& submap : status["submaps"]) text += FormatVerdict(submap);
   }
   text += FormatMerges(status["merges"], status["ended_submaps"]);
   if (!status["deferred"].empty())

@@ -99,6 +99,22 @@ TEST(StatusView, ASubmapTakenOverAfterItsFinalModelIsFinal) {
   EXPECT_EQ(session.Stage(1), "growing");
 }
 
+TEST(StatusView, SaysThatASubmapMayBeBent) {
+  Session session;
+  session.Seed(1);
+  session.Lease(1, 1);
+  submap_model_t model{};
+  model.submap_id = 1;
+  model.check.position_sigma = 0.004;
+  session.Commit(model, "model/1");
+  EXPECT_EQ(FormatStatus(session.Status()).find("bent"), std::string::npos);
+  model.check.position_sigma = 0.02;
+  session.Commit(model, "model/2");
+  const std::string text = FormatStatus(session.Status());
+  EXPECT_NE(text.find("submap 1 may be bent: expected position error 2.0 %"), std::string::npos)
+      << text;
+}
+
 TEST(StatusView, TellsWhoIsSilentAndWhoCannotReadItsMessages) {
   const SessionRecord session;
   std::map<std::string, HeardInstance> instances;

@@ -63,7 +63,7 @@ double SigmaOf(const Bundle& bundle) {
 
 // Photos of the whole corridor from above, as of a drone.
 void AddOverviews(const SyntheticOptions& options, SyntheticScene* scene) {
-  const Eigen::Matrix3d down = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX()).matrix();
+  const Eigen::Matrix3d down = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()).matrix();
   for (const double x : {-10, 0, 10}) scene->AddPose(down, Eigen::Vector3d(x, -60, 0));
   std::mt19937 random(options.seed);
   Photograph(options, &random, scene);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/clock.h"
+#include "core/log.h"
 #include "map/filters.h"
 #include "map/retriangulation.h"
 #include "map/track_completion.h"
@@ -133,6 +134,16 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   adjusted_ = map_.reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();
+}
+
+void Adjuster::Check() {
+  const Timer timer;
+  check_ = {CheckShape(BuildGlobalBundle(map_, true)), CheckPairs(options_.misplaced, map_)};
+  LogInfo(
+      "checked {} photos: position sigma {:.3f} % of the extent, {} of {} pairs contradict ({:.2f} "
+      "s)",
+      map_.reconstruction().NumRegImages(), 100 * check_.shape.position_sigma,
+      check_.pairs.num_contradicting, check_.pairs.num_pairs, timer.ElapsedS());
 }
 
 bool Adjuster::IsMapSmall() const {

@@ -8,6 +8,7 @@
 #include "bundle/bundle.h"
 #include "map/bundle_builder.h"
 #include "mapping/local_adjustment.h"
+#include "mapping/model_check.h"
 #include "mapping/submap_options.h"
 
 namespace skein {
@@ -45,6 +46,10 @@ class Adjuster {
     factor_ = std::move(factor);
     last_global_ba_s_ = seconds;
   }
+  // What the map's residuals don't show, as of the last call, of background BA or of Check.
+  void NoteShape(const ShapeCheck& shape) { check_.shape = shape; }
+  void Check();
+  const ModelCheck& check() const { return check_; }
   // Wall time of the last global BA; 0 before the first.
   double last_global_ba_s() const { return last_global_ba_s_; }
 
@@ -87,6 +92,7 @@ class Adjuster {
   std::shared_ptr<const BundleFactor> factor_;  // of the last global BA
   double last_global_ba_s_ = 0;
   GlobalBaCost cost_;
+  ModelCheck check_;
 };
 
 }  // namespace skein

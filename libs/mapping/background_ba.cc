@@ -27,6 +27,7 @@ void BackgroundBa::Start(Bundle bundle, const BundleOptions& options) {
     bundles_.after = bundles_.before;
     summary_ = SolveBundle(cancellable, &bundles_.after);
     bundles_.seconds = timer.ElapsedS();
+    if (summary_.usable && !cancel_) bundles_.shape = CheckShape(bundles_.after);
     done_ = true;
   });
 }

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "bundle/bundle.h"
+#include "mapping/model_check.h"
 
 namespace skein {
 
@@ -15,6 +16,7 @@ struct RefinedBundle {
   Bundle after;
   std::shared_ptr<const BundleFactor> factor;
   double seconds = 0;  // wall time
+  ShapeCheck shape;    // of `after`
 };
 
 // Solves one bundle at a time in a thread of its own, at low priority. Used by one thread.

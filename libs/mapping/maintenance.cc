@@ -87,6 +87,7 @@ void Maintenance::FoldBackRefined(const RefinedBundle& refined) {
   const std::vector<ImageId> new_images = FoldBack(refined, &map_);
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteGlobalBa(refined.factor, refined.seconds);
+  adjuster_.NoteShape(refined.shape);
   if (!new_images.empty()) adjuster_.AdjustImages(new_images);
 }
 

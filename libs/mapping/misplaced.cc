@@ -4,7 +4,6 @@
 
 #include "base/projection.h"
 #include "core/option_check.h"
-#include "disambiguation/photo_groups.h"
 
 namespace skein {
 namespace {
@@ -14,27 +13,6 @@ bool SeenAt(const colmap::Reconstruction& reconstruction, const colmap::Image& i
   return colmap::CalculateSquaredReprojectionError(
              pixel, reconstruction.Point3D(id).XYZ(), image.Qvec(), image.Tvec(),
              reconstruction.Camera(image.CameraId())) <= max_error_px * max_error_px;
-}
-
-// Matches of which both keypoints have a point.
-Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
-  const colmap::Image& image1 = reconstruction.Image(id1);
-  const colmap::Image& image2 = reconstruction.Image(id2);
-  Votes votes;
-  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
-    const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
-    const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
-    if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
-    const bool agree =
-        keypoint1.Point3DId() == keypoint2.Point3DId() ||
-        SeenAt(reconstruction, image2, keypoint2.XY(), keypoint1.Point3DId(),
-               options.max_error_px) ||
-        SeenAt(reconstruction, image1, keypoint1.XY(), keypoint2.Point3DId(), options.max_error_px);
-    ++(agree ? votes.agree : votes.contradict);
-  }
-  if (!map.IsStrongPair(id1, id2, options.min_pair_share)) votes.contradict = 0;
-  return votes;
 }
 
 std::vector<ImageId> Contradicted(const MisplacedOptions& options, const std::vector<ImageId>& ids,
@@ -58,6 +36,26 @@ std::set<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t m
 }
 
 }  // namespace
+
+Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  const colmap::Image& image1 = reconstruction.Image(id1);
+  const colmap::Image& image2 = reconstruction.Image(id2);
+  Votes votes;
+  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
+    const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
+    const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
+    if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
+    const bool agree =
+        keypoint1.Point3DId() == keypoint2.Point3DId() ||
+        SeenAt(reconstruction, image2, keypoint2.XY(), keypoint1.Point3DId(),
+               options.max_error_px) ||
+        SeenAt(reconstruction, image1, keypoint1.XY(), keypoint2.Point3DId(), options.max_error_px);
+    ++(agree ? votes.agree : votes.contradict);
+  }
+  if (!map.IsStrongPair(id1, id2, options.min_pair_share)) votes.contradict = 0;
+  return votes;
+}
 
 Status MisplacedOptions::Check() const {
   return FirstError({InRange("max_error_px", max_error_px, 0.01, 1000.0),

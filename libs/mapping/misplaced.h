@@ -4,6 +4,7 @@
 
 #include "core/limits.h"
 #include "core/result.h"
+#include "disambiguation/photo_groups.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -19,6 +20,11 @@ struct MisplacedOptions {
 
   Status Check() const;
 };
+
+// What the matches of two registered photos say of their poses: a match agrees if one photo's point
+// is seen in the other where it was matched. Those of which both keypoints have a point count. Of a
+// weak pair nothing contradicts.
+Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2);
 
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
 // photo to a wrong spot by a few matches that agree, and then all that grows from it. Once the

@@ -27,6 +27,7 @@ struct SubmapStatistics {
   int num_points = 0;
   double mean_reprojection_error_px = 0;
   double mean_track_length = 0;
+  ModelCheck check;  // of the last background BA or finish
 };
 
 // One submap. It takes photos with their matches one after the other and registers those it can.

@@ -160,6 +160,7 @@ SubmapStatistics Submap::Statistics() const {
   statistics.num_points = static_cast<int>(reconstruction.NumPoints3D());
   statistics.mean_reprojection_error_px = reconstruction.ComputeMeanReprojectionError();
   statistics.mean_track_length = reconstruction.ComputeMeanTrackLength();
+  statistics.check = adjuster_.check();
   return statistics;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/statistics.h"
 #include "session/finish_cut.h"
+#include "session/model_verdict.h"
 
 namespace skein {
 namespace {
@@ -51,6 +52,7 @@ json SubmapsPart(const SessionState& state) {
                        {"points", model.num_points},
                        {"mean_reprojection_error_px", model.mean_reprojection_error_px},
                        {"mean_track_length", model.mean_track_length},
+                       {"check", CheckPart(state, *submap)},
                        {"epoch", submap->lease.epoch}});
   }
   return submaps;

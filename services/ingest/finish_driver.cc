@@ -12,6 +12,7 @@
 #include "ingest/model_writer.h"
 #include "ledger/fact_ids.h"
 #include "session/finish_cut.h"
+#include "session/model_verdict.h"
 #include "session/read_session.h"
 #include "session/report.h"
 #include "session/submap_facts.h"
@@ -262,17 +263,22 @@ void FinishDriver::OnWritten(const Status& status) {
 std::string FinishDriver::Summary() const {
   const PhotoCounts counts = CountPhotos(writer_.session(), environment_.num_duplicates());
   const size_t num_models = Models().size();
-  const std::string text = std::to_string(counts.registered) + " of " +
-                           std::to_string(counts.received) + " photos registered, " +
-                           std::to_string(num_models) +
-                           (num_models == 1 ? " model in sparse/" : " models in sparse/");
+  std::string text = std::to_string(counts.registered) + " of " + std::to_string(counts.received) +
+                     " photos registered, " + std::to_string(num_models) +
+                     (num_models == 1 ? " model in sparse/" : " models in sparse/");
   const SessionState& state = writer_.state();
-  if (!state.finish().is_cut()) return text;
-  const int num_receiving = environment_.num_receiving();
-  const std::string not_received =
-      num_receiving == 0 ? "" : "; photos not received in time: " + std::to_string(num_receiving);
-  return ClampText(text + "; " + CutSummary(state, FindCut(state)) + not_received,
-                   kMaxSummaryBytes);
+  if (state.finish().is_cut()) {
+    const int num_receiving = environment_.num_receiving();
+    text += "; " + CutSummary(state, FindCut(state));
+    if (num_receiving > 0) {
+      text += "; photos not received in time: " + std::to_string(num_receiving);
+    }
+  }
+  for (const auto& [id, submap] : state.submaps()) {
+    const std::string verdict = submap.ended ? "" : VerdictOf(state, submap);
+    if (!verdict.empty()) text += "\nsubmap " + std::to_string(id) + " " + verdict;
+  }
+  return ClampText(text, kMaxSummaryBytes);
 }
 
 std::string FinishDriver::Describe() const {

@@ -80,6 +80,7 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   EXPECT_EQ(*ReadFile((Paths().Sparse() / "0" / "images.bin").string()), (Bytes{2, 2}));
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0" / "side.bin"));
   const auto report = nlohmann::json::parse(std::ifstream(Paths().Report()));
+  EXPECT_TRUE(report["submaps"][0]["check"].is_null()) << "the mapper has not checked it";
   EXPECT_EQ(report["images"]["received"], 3);
   EXPECT_EQ(report["images"]["registered"], 2);
   EXPECT_EQ(report["images"]["failed"], 1);

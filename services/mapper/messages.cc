@@ -67,4 +67,18 @@ registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epo
   return message;
 }
 
+model_check_t ToMessage(const ModelCheck& check) {
+  model_check_t message{};
+  message.position_sigma = check.shape.position_sigma;
+  message.loose_image = check.shape.loose_image;
+  message.anchor_image = check.shape.anchor_image;
+  message.num_loose_images = check.shape.num_loose_images;
+  message.num_pairs = check.pairs.num_pairs;
+  message.num_contradicting_pairs = check.pairs.num_contradicting;
+  message.contradicting_image1 = check.pairs.strongest1;
+  message.contradicting_image2 = check.pairs.strongest2;
+  message.num_contradicting_matches = check.pairs.num_contradicting_matches;
+  return message;
+}
+
 }  // namespace skein

@@ -9,6 +9,7 @@
 #include "mapping/submap.h"
 #include "skein/candidates_t.hpp"
 #include "skein/image_t.hpp"
+#include "skein/model_check_t.hpp"
 #include "skein/registration_t.hpp"
 
 namespace skein {
@@ -31,5 +32,8 @@ void SetFigures(const SubmapStatistics& statistics, T* message) {
   message->mean_reprojection_error_px = statistics.mean_reprojection_error_px;
   message->mean_track_length = statistics.mean_track_length;
 }
+
+// What the model's residuals don't show.
+model_check_t ToMessage(const ModelCheck& check);
 
 }  // namespace skein

@@ -90,6 +90,22 @@ TEST(MapperMessages, SubmapTellsItsSizes) {
   EXPECT_EQ(message.mean_track_length, 4.5);
 }
 
+TEST(MapperMessages, ModelTellsItsCheck) {
+  ModelCheck check;
+  check.shape = {0.02, 7, 8, 3};
+  check.pairs = {220, 14, 5, 6, 83};
+  const model_check_t message = ToMessage(check);
+  EXPECT_EQ(message.position_sigma, 0.02);
+  EXPECT_EQ(message.loose_image, 7);
+  EXPECT_EQ(message.anchor_image, 8);
+  EXPECT_EQ(message.num_loose_images, 3);
+  EXPECT_EQ(message.num_pairs, 220);
+  EXPECT_EQ(message.num_contradicting_pairs, 14);
+  EXPECT_EQ(message.contradicting_image1, 5);
+  EXPECT_EQ(message.contradicting_image2, 6);
+  EXPECT_EQ(message.num_contradicting_matches, 83);
+}
+
 TEST(MapperMessages, PhotoIsNamedByItsAgent) {
   image_t image{};
   image.image_id = 7;

@@ -97,6 +97,7 @@ void ModelWriter::OnStored(const std::string& blob) {
 submap_model_t ModelWriter::MakeFact(const Model& model, const std::string& blob) {
   submap_model_t fact{};
   SetFigures(model.statistics, &fact);
+  fact.check = ToMessage(model.statistics.check);
   fact.num_images = model.num_images;
   fact.submap_id = lease_.submap_id;
   fact.epoch = lease_.epoch;

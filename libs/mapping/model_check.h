@@ -1,0 +1,45 @@
+#pragma once
+
+#include "bundle/bundle.h"
+#include "map/scene_map.h"
+#include "mapping/misplaced.h"
+
+namespace skein {
+
+// How well the observations of a map determine its shape.
+struct ShapeCheck {
+  // Expected position error, RMS over the photos, as a fraction of the extent (the largest distance
+  // between two photos): what `skein evaluate` measures against a truth. At most 1; 1 if a photo is
+  // not determined at all. 0: not known. The noise is that of the map's own residuals; a photo's
+  // observations count as 100 independent ones at most. Errors that all photos have in common and
+  // photos in a wrong place are not in it.
+  double position_sigma = 0;
+  // The photos between which the loosest mode bends (WeakestCut); 0: none.
+  ImageId loose_image = 0, anchor_image = 0;
+  int num_loose_images = 0;  // on the side of loose_image
+};
+
+// Of a whole map after global BA: a bundle of all its photos, none of them constant. Costs a
+// decomposition of the reduced system, as the first step of the BA did, and 21 solutions with it.
+ShapeCheck CheckShape(const Bundle& bundle);
+
+// Verified pairs of registered photos whose matches contradict the poses.
+struct PairCheck {
+  int num_pairs = 0;  // of which matches could be compared: both keypoints have points
+  int num_contradicting = 0;
+  // The pair with the largest surplus of contradicting matches, and these; 0: none.
+  ImageId strongest1 = 0, strongest2 = 0;
+  int num_contradicting_matches = 0;
+};
+
+// A pair contradicts as two groups of photos do (misplaced.h): more matches contradict than agree,
+// by min_contradiction at least. Visits all pairs.
+PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map);
+
+// What the residuals of a map don't show.
+struct ModelCheck {
+  ShapeCheck shape;
+  PairCheck pairs;
+};
+
+}  // namespace skein

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "session/session_state.h"
+
+namespace skein {
+
+// Expected position error, as a fraction of the extent, above which a map is told to be possibly
+// bent.
+constexpr double kMaxPositionSigma = 0.01;
+
+// What a submap's latest model says of itself beside its residuals (mapping/model_check.h), for a
+// person: expected position error and weakest link where the error is above kMaxPositionSigma, and
+// verified pairs that contradict the poses where there are any. "": nothing to tell.
+std::string VerdictOf(const SessionState& state, const SubmapLife& submap);
+
+// The same with all figures, for report.json. Null where they are not known.
+nlohmann::json CheckPart(const SessionState& state, const SubmapLife& submap);
+
+}  // namespace skein
