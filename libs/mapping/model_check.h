@@ -10,9 +10,8 @@ namespace skein {
 struct ShapeCheck {
   // Expected position error, RMS over the photos, as a fraction of the extent (the largest distance
   // between two photos): what `skein evaluate` measures against a truth. At most 1; 1 if a photo is
-  // not determined at all. 0: not known. The noise is that of the map's own residuals; a photo's
-  // observations count as 100 independent ones at most. Errors that all photos have in common and
-  // photos in a wrong place are not in it.
+  // not determined at all. 0: not known. The noise is that of the map's own residuals,
+  // times 2, as observations share errors. Photos in a wrong place are not in it.
   double position_sigma = 0;
   // The photos between which the loosest mode bends (WeakestCut); 0: none.
   ImageId loose_image = 0, anchor_image = 0;

@@ -28,7 +28,7 @@ std::string Shape(const SessionState& state, const model_check_t& check) {
 }
 
 std::string Pairs(const SessionState& state, const model_check_t& check) {
-  if (check.num_contradicting_pairs == 0) return "";
+  if (check.num_contradicting_pairs <= kMaxContradictingShare * check.num_pairs) return "";
   return fmt::format(
       "contradicted: {} of {} verified pairs disagree with the poses, most of all "
       "{} - {} by {} matches",

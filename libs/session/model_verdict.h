@@ -10,10 +10,13 @@ namespace skein {
 // Expected position error, as a fraction of the extent, above which a map is told to be possibly
 // bent.
 constexpr double kMaxPositionSigma = 0.01;
+// Share of the verified pairs that contradict the poses above which it is told. Fewer are false
+// pairs of visually similar structures: up to 1.5 % in good maps.
+constexpr double kMaxContradictingShare = 0.05;
 
 // What a submap's latest model says of itself beside its residuals (mapping/model_check.h), for a
 // person: expected position error and weakest link where the error is above kMaxPositionSigma, and
-// verified pairs that contradict the poses where there are any. "": nothing to tell.
+// verified pairs that contradict the poses where there are many. "": nothing to tell.
 std::string VerdictOf(const SessionState& state, const SubmapLife& submap);
 
 // The same with all figures, for report.json. Null where they are not known.
