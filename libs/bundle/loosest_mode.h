@@ -32,9 +32,9 @@ struct LoosestMode {
 // std::invalid_argument if a pose is constant.
 std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss = Loss::kSoftL1);
 
-// Where a deformation bends: of the cuts through one edge of the maximum spanning tree (poses
-// joined by the points that they share) the one by which two parts, each moved by a similarity of
-// its own, explain most of it.
+// Where a deformation bends. Poses are joined by the points that they share. Each edge of the
+// maximum spanning tree cuts them into two parts. Of these cuts it is the one by which two
+// similarities, one for each part, explain most of the deformation.
 struct WeakestCut {
   int loose = -1;              // pose at the cut, on the side with fewer poses; -1: there is no cut
   int anchor = -1;             // pose at the cut, on the other side
