@@ -427,7 +427,7 @@ void Submap::Finish(const EventSink& sink) {
   timer.Restart();
   AdjustGlobally(5, true, true);
   WithdrawWeak(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
-  adjuster_.Check();
+  if (!options_.IsStopped()) adjuster_.Check();
   const GlobalBaCost cost = adjuster_.TakeCost();
   LogInfo("final model: points anew {:.2f} s, {} ({:.2f} s)", triangulate_s, ToString(cost),
           timer.ElapsedS());
