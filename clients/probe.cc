@@ -2,32 +2,43 @@
 
 #include <unistd.h>
 
+#include <exception>
 #include <iostream>
-#include <lcm/lcm-cpp.hpp>
+#include <memory>
 #include <string>
 
 #include "clients/subcommand.h"
-#include "core/clock.h"
+#include "event_loop/poll_loop.h"
+#include "transport/link.h"
 
 namespace skein {
 namespace {
 
-struct Receiver {
-  bool received = false;
-  void Handle(const lcm::ReceiveBuffer*, const std::string&) { received = true; }
-};
-
-// Sends repeatedly: the first datagram may come before the relay knows the subscription.
-bool CarriesMessages(lcm::LCM* bus, double timeout_s) {
+// Sends repeatedly: the first message may come before a relay is there or knows the subscription.
+// Throws std::runtime_error if nothing can be sent at all.
+bool CarriesMessages(const LcmUrl& url, double timeout_s) {
+  constexpr double kPeriodS = 0.1;
   const std::string channel = "SKEIN_PROBE_" + std::to_string(getpid());
-  Receiver receiver;
-  if (bus->subscribe(channel, &Receiver::Handle, &receiver) == nullptr) return false;
-  const double deadline_s = MonotonicS() + timeout_s;
-  while (!receiver.received && MonotonicS() < deadline_s) {
-    if (bus->publish(channel, channel.data(), channel.size()) != 0) return false;
-    bus->handleTimeout(100);
+  PollLoop loop;
+  bool received = false;
+  const std::unique_ptr<Link> link =
+      MakeLink(url, loop, [&](const std::string&, const Bytes&) { received = true; });
+  link->Subscribe(channel);
+  const auto send = [&] { link->Publish(channel, channel.data(), channel.size()); };
+  send();
+  const PollLoop::TimerId timer = loop.AddTimer(kPeriodS, send);
+  loop.RunUntil([&] { return received; }, timeout_s);
+  loop.CancelTimer(timer);
+  return received;
+}
+
+bool Passes(const std::string& url, double timeout_s) {
+  try {
+    return CarriesMessages(ParseLcmUrl(url), timeout_s);
+  } catch (const std::exception& problem) {
+    std::cerr << problem.what() << std::endl;
+    return false;
   }
-  return receiver.received;
 }
 
 }  // namespace
@@ -41,8 +52,7 @@ int RunProbe(int argc, char** argv) {
   app.add_option("--timeout", timeout_s, "seconds to try")->capture_default_str();
   if (const auto exit_code = ParseOptions(&app, argc, argv)) return *exit_code;
 
-  lcm::LCM bus(url);
-  const bool passes = bus.good() && CarriesMessages(&bus, timeout_s);
+  const bool passes = Passes(url, timeout_s);
   std::cout << url << (passes ? " carries messages" : " carries no messages on this host")
             << std::endl;
   return passes ? kExitOk : kExitError;

@@ -193,6 +193,7 @@ Result<GlobalDescriptor> DecodeGlobalDescriptor(const Bytes& bytes) {
         uint32_t count = 0;
         if (!reader->GetString(&value->model)) return false;
         if (!GetCount(reader, sizeof(float), &count)) return false;
+        if (count > kMaxGlobalDescriptorValues) return false;
         value->values.resize(count);
         return reader->GetRaw(value->values.data(), count * sizeof(float));
       });

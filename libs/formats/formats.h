@@ -40,6 +40,9 @@ struct Descriptors {
 Bytes EncodeDescriptors(const Descriptors& descriptors);  // throws if data is no multiple of kDim
 Result<Descriptors> DecodeDescriptors(const Bytes& bytes);
 
+// NetVLAD has 32,768 values, the largest in use. An index is of the size that its first photo has.
+inline constexpr uint32_t kMaxGlobalDescriptorValues = 1 << 16;
+
 // One L2-normalised vector; those of two models must never be compared.
 struct GlobalDescriptor {
   std::string model;

@@ -63,6 +63,13 @@ TEST(Formats, DescriptorsOfAnotherWidthAreABrokenContract) {
   EXPECT_THROW(EncodeDescriptors(descriptors), std::invalid_argument);
 }
 
+TEST(Formats, GlobalDescriptorsHaveABound) {
+  GlobalDescriptor large{"vlad-1", std::vector<float>(kMaxGlobalDescriptorValues)};
+  EXPECT_TRUE(DecodeGlobalDescriptor(EncodeGlobalDescriptor(large)).ok());
+  large.values.push_back(0);
+  EXPECT_FALSE(DecodeGlobalDescriptor(EncodeGlobalDescriptor(large)).ok());
+}
+
 TEST(Formats, GlobalDescriptorSurvivesTheRoundTrip) {
   const auto decoded = DecodeGlobalDescriptor(EncodeGlobalDescriptor({"vlad-1", {0.6f, 0.8f}}));
   ASSERT_TRUE(decoded.ok()) << decoded.error();

@@ -1,10 +1,13 @@
 #include "ledger/facts.h"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 #include <utility>
 
+#include "core/utf8.h"
 #include "transport/decode.h"
+#include "transport/type_layout.h"
 
 namespace skein {
 namespace {
@@ -78,11 +81,23 @@ std::vector<std::string> BlobsOf(const Fact& fact) {
   return blobs;
 }
 
+bool HasValidTexts(const Fact& fact) {
+  constexpr size_t kFingerprintBytes = 8;
+  const Bytes bytes = EncodeFact(fact);
+  const std::string type = std::visit([](const auto& f) { return f.getTypeName(); }, fact);
+  return TypeLayout::Of(type).HasValidTexts(bytes.data() + kFingerprintBytes,
+                                            bytes.size() - kFingerprintBytes);
+}
+
 std::string ClampText(const std::string& text, size_t max_bytes) {
-  if (text.size() <= max_bytes) return text;
-  size_t end = max_bytes;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  return text.substr(0, end);
+  std::string clamped;
+  for (size_t at = 0; at < text.size();) {
+    const size_t length = Utf8Length(text, at);
+    if (clamped.size() + std::max<size_t>(1, length) > max_bytes) break;
+    clamped += length == 0 ? "?" : text.substr(at, length);
+    at += std::max<size_t>(1, length);
+  }
+  return clamped;
 }
 
 }  // namespace skein

@@ -43,7 +43,11 @@ Result<Fact> DecodeFact(int kind, const void* data, size_t size);
 // Names of the fact's blobs, none empty. The author serves them until the fact is committed.
 std::vector<std::string> BlobsOf(const Fact& fact);
 
+// Whether all of its strings are valid UTF-8.
+bool HasValidTexts(const Fact& fact);
+
 // At most max_bytes of the text, cut between UTF-8 characters, for reasons that go into messages.
+// What is not valid UTF-8 in it becomes '?'.
 std::string ClampText(const std::string& text, size_t max_bytes = 200);
 
 // Channels of T as a fact and as a submission.

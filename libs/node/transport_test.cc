@@ -1,5 +1,8 @@
 // Nodes in processes of their own, over udpm and over LCM's own tcpq relay.
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <random>
 
@@ -74,6 +77,39 @@ TEST_F(TransportTest, UdpmLateJoinerReplaysAndPulls) {
   LedgerFollower follower(node, 1, [](const Fact&) {});
   ASSERT_TRUE(loop.RunUntil([&] { return follower.processed_seq() == 3000; }, 30));
   ExpectPull(node, 20 << 20, 30);
+}
+
+// Sends a datagram to the group, as anybody on the network can.
+void SendRaw(const std::string& datagram) {
+  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in group{};
+  group.sin_family = AF_INET;
+  group.sin_port = htons(7667);
+  group.sin_addr.s_addr = inet_addr("239.255.76.67");
+  EXPECT_EQ(sendto(fd, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&group),
+                   sizeof(group)),
+            static_cast<ssize_t>(datagram.size()));
+  close(fd);
+}
+
+// LCM 1.3.1's library and the decoders that its lcm-gen makes end with SIGSEGV on these.
+TEST_F(TransportTest, HostileDatagramsAreDropped) {
+  PollLoop loop;
+  Bus bus(kUdpm, loop);
+  int heard = 0;
+  bus.Subscribe(kCommandChannel, [&](const command_t&) { ++heard; });
+  command_t command{};
+  Bytes bytes(command.getEncodedSize());
+  command.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  const std::string fingerprint(bytes.begin(), bytes.begin() + 8);
+  const std::string head = std::string("LC02\0\0\0\1", 8) + kCommandChannel.name + '\0';
+  SendRaw(head + fingerprint + std::string("\x80\0\0\0x", 5));
+  const std::string fragment = std::string("LC03\0\0\0\1\0\0\1\0", 12) + "\xff\xff\xff\xff" +
+                               std::string("\0\0\0\2", 4) + kCommandChannel.name + '\0';
+  SendRaw(fragment + std::string(1000, 'x'));
+  SendRaw(head + std::string(bytes.begin(), bytes.end()));
+  ASSERT_TRUE(loop.RunUntil([&] { return heard == 1; }, 10));
+  EXPECT_EQ(bus.counters().num_decode_failures, 1);
 }
 
 TEST_F(TransportTest, UdpmUnderFivePercentLossOnBothSides) {

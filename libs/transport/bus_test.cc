@@ -94,72 +94,6 @@ TEST_F(BusTest, AnExceptionOfAHandlerLeavesTheLoop) {
   EXPECT_THROW(loop_.RunUntil([] { return false; }, 10), std::runtime_error);
 }
 
-TEST(Decode, RefusesLengthsThatCannotBe) {
-  candidates_t message{};
-  message.num_candidates = 2;
-  message.other_ids = {1, 2};
-  message.distances = {0, 1};
-  Bytes bytes(message.getEncodedSize());
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  candidates_t decoded;
-  ASSERT_TRUE(DecodeMessage(bytes.data(), bytes.size(), &decoded));
-  for (size_t size = 0; size < bytes.size(); ++size) {
-    EXPECT_FALSE(DecodeMessage(bytes.data(), size, &decoded)) << size;
-  }
-  Bytes longer = bytes;
-  longer.push_back(0);
-  EXPECT_FALSE(DecodeMessage(longer.data(), longer.size(), &decoded));
-  // num_candidates follows the image id; its place is found by its value.
-  const size_t place = bytes.size() - 2 * 8 - 2 * 4 - 2 * 4 - 4;
-  ASSERT_EQ(bytes[place + 3], 2);
-  for (const uint8_t high_byte : {0x7F, 0xFF}) {  // 16 GiB of ids, a negative number
-    bytes[place] = high_byte;
-    EXPECT_FALSE(DecodeMessage(bytes.data(), bytes.size(), &decoded));
-  }
-}
-
-template <class T>
-void ExpectGuarded(const T& message, size_t array_bytes) {
-  Bytes bytes(message.getEncodedSize());
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  const ArrayLayout layout = kArrayLayout<T>;
-  EXPECT_TRUE(ArrayFits(bytes.data(), bytes.size(), layout));
-  EXPECT_FALSE(ArrayFits(bytes.data(), bytes.size() - array_bytes - 1, layout));
-  ASSERT_EQ(array_bytes % layout.element_bytes, 0u);
-  bytes.resize(bytes.size() - 1);
-  EXPECT_FALSE(ArrayFits(bytes.data(), bytes.size(), layout));
-}
-
-// The layouts repeat what the .lcm files say: this finds when they no longer do.
-TEST(Decode, KnowsWhereEachArrayIs) {
-  shared_request_t shared{};
-  shared.session_id = "session";
-  shared.num_images = 3;
-  shared.image_ids = {1, 2, 3};
-  ExpectGuarded(shared, 3 * 8);
-  work_request_t request{};
-  request.worker = "worker";
-  request.kind = "features";
-  request.num_held = 2;
-  request.held = {1, 2};
-  ExpectGuarded(request, 2 * 8);
-  blob_chunk_t chunk{};
-  chunk.blob_id = "blob";
-  chunk.size = 5;
-  chunk.data.resize(5);
-  ExpectGuarded(chunk, 5);
-
-  matches_t matches{};
-  matches.header.fact_id = "matches/2";
-  matches.num_pairs = 3;
-  matches.pairs.resize(3);
-  matches.pairs_blob = "blob";
-  const Bytes bytes = EncodeFact(matches);
-  const Result<Fact> decoded = DecodeFact(FactKind(matches), bytes.data(), bytes.size());
-  ASSERT_TRUE(decoded.ok()) << decoded.error();
-  EXPECT_EQ(std::get<matches_t>(*decoded).pairs.size(), 3u);
-}
-
 TEST(Channels, NamesAreWhatLcmTakesLiterally) {
   std::set<std::string> names;
   const auto check = [&](auto channel) {
@@ -242,6 +176,10 @@ TEST(Facts, ClampsTextBetweenCharacters) {
   EXPECT_EQ(ClampText("short"), "short");
   EXPECT_EQ(ClampText("a\xC3\xA9", 2), "a");
   EXPECT_EQ(ClampText("a\xC3\xA9", 3), "a\xC3\xA9");
+  EXPECT_EQ(ClampText("a\xC3"
+                      "b\xFF"),
+            "a?b?")
+      << "no UTF-8";
 }
 
 TEST(LcmUrl, FillsInDefaultsAndFindsTheBulkBus) {

@@ -10,16 +10,12 @@ namespace {
 // Messages that LCM queues for a channel while the loop is busy. Further ones are lost.
 constexpr int kQueueCapacity = 4096;
 
-// Messages taken before other descriptors and timers have their turn.
-constexpr int kMaxBatch = 64;
-
 }  // namespace
 
 LcmLink::LcmLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message)
     : loop_(loop), on_message_(std::move(on_message)), lcm_(::lcm_create(url.ToString().c_str())) {
   if (lcm_ == nullptr) {
-    throw std::runtime_error("LCM cannot open " + url.ToString() +
-                             "; is multicast routed (scripts/setup.sh says how)?");
+    throw std::runtime_error("LCM cannot open " + url.ToString());
   }
 }
 
@@ -40,7 +36,7 @@ void LcmLink::Subscribe(const std::string& channel) {
 void LcmLink::WatchFd() {
   if (fd_ >= 0) return;
   fd_ = ::lcm_get_fileno(lcm_);
-  if (fd_ < 0) throw std::runtime_error("LCM cannot receive; is multicast routed?");
+  if (fd_ < 0) throw std::runtime_error("LCM cannot receive");
   loop_.AddFd(fd_, [this] { Receive(); });
 }
 

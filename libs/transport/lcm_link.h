@@ -1,4 +1,4 @@
-// udpm and memq through LCM's own library.
+// memq through LCM's own library: within one process, for tests.
 #pragma once
 
 #include <deque>

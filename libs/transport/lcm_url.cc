@@ -43,7 +43,7 @@ void ParseOptions(const std::string& url, const std::string& options, LcmUrl* pa
     } else if (key == "recv_buf_size") {
       parsed->recv_buf_size = ParseNumber(url, value, 1, 1 << 30);
     } else if (!option.empty()) {
-      parsed->options += (parsed->options.empty() ? "" : "&") + option;
+      Refuse(url, "\"" + key + "\" is no option: there are ttl and recv_buf_size");
     }
   }
 }
@@ -54,8 +54,7 @@ std::string LcmUrl::ToString() const {
   if (provider == "memq") return "memq://";
   std::string text = provider + "://" + host + ":" + std::to_string(port);
   if (provider != "udpm") return text;
-  text += "?ttl=" + std::to_string(ttl) + "&recv_buf_size=" + std::to_string(recv_buf_size);
-  return options.empty() ? text : text + "&" + options;
+  return text + "?ttl=" + std::to_string(ttl) + "&recv_buf_size=" + std::to_string(recv_buf_size);
 }
 
 LcmUrl LcmUrl::Bulk() const {

@@ -10,9 +10,8 @@ struct LcmUrl {
   std::string host;      // multicast group, or the relay's host; empty for memq
   int port = 0;          // 0 for memq
   int ttl = 0;           // udpm only; 0 stays on this host
-  std::string options;   // after the '?', without ttl and without recv_buf_size
 
-  // For lcm_create: everything, with a receive buffer of 4 MiB unless the URL gave one.
+  // Everything, with a receive buffer of 4 MiB unless the URL gave one.
   std::string ToString() const;
   // The same for bulk data: next port. A memq URL is its own.
   LcmUrl Bulk() const;

@@ -13,6 +13,9 @@
 
 namespace skein {
 
+// Messages that a link delivers before other descriptors and timers have their turn.
+inline constexpr int kMaxBatch = 64;
+
 // Loop's thread only. Messages may get lost on any link, and none ever blocks the loop for long.
 class Link {
  public:

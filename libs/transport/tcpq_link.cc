@@ -33,8 +33,17 @@ void Configure(int fd) {
   SetOption(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 10000);
 }
 
-// A socket that connects to the first address of the host; else -1, with errno or *error.
-int StartConnecting(const std::string& host, int port, std::string* error) {
+// The `attempt`-th address of the host, in turn: the relay may listen on one of them alone.
+const addrinfo* AddressOf(const addrinfo* addresses, int attempt) {
+  int count = 0;
+  for (const addrinfo* a = addresses; a != nullptr; a = a->ai_next) ++count;
+  const addrinfo* address = addresses;
+  for (int i = 0; i < attempt % count; ++i) address = address->ai_next;
+  return address;
+}
+
+// A socket that connects to an address of the host; else -1, with *error.
+int StartConnecting(const std::string& host, int port, int attempt, std::string* error) {
   addrinfo hints{}, *addresses = nullptr;
   hints.ai_socktype = SOCK_STREAM;
   const int failure = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &addresses);
@@ -42,12 +51,13 @@ int StartConnecting(const std::string& host, int port, std::string* error) {
     *error = ::gai_strerror(failure);
     return -1;
   }
+  const addrinfo* address = AddressOf(addresses, attempt);
   const int fd =
-      ::socket(addresses->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_TCP);
+      ::socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_TCP);
   int result = -1;
   if (fd >= 0) {
     Configure(fd);
-    result = ::connect(fd, addresses->ai_addr, addresses->ai_addrlen);
+    result = ::connect(fd, address->ai_addr, address->ai_addrlen);
     if (result != 0 && errno == EINPROGRESS) result = 0;
   }
   if (result != 0) {
@@ -84,7 +94,7 @@ TcpqLink::~TcpqLink() {
 
 void TcpqLink::Connect() {
   std::string error;
-  fd_ = StartConnecting(url_.host, url_.port, &error);
+  fd_ = StartConnecting(url_.host, url_.port, num_attempts_++, &error);
   if (fd_ < 0) return Disconnect(error);
   state_ = State::kConnecting;
   watches_writable_ = false;

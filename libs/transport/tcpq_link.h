@@ -14,9 +14,9 @@
 
 namespace skein {
 
-// Connects; after a broken connection connects again after 0.1 s, doubling up to 2 s, and
-// subscribes anew. Messages are dropped while it is not connected, or while 8 MiB wait for a relay
-// that does not read.
+// Connects, to the addresses of the host in turn; after a broken connection connects again after
+// 0.1 s, doubling up to 2 s, and subscribes anew. Messages are dropped while it is not connected,
+// or while 8 MiB wait for a relay that does not read.
 class TcpqLink : public Link {
  public:
   TcpqLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message);
@@ -46,6 +46,7 @@ class TcpqLink : public Link {
 
   State state_ = State::kDisconnected;
   int fd_ = -1;
+  int num_attempts_ = 0;
   bool watches_writable_ = false;
   bool complained_ = false;  // about this outage
   double retry_s_;

@@ -48,7 +48,8 @@ Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::st
   const Status status = WriteModels(paths, model_blobs);
   if (!status.ok()) return status;
   AddGeoreferences(paths, positions, &report);
-  const std::string text = report.dump(2) + "\n";
+  const std::string text =
+      report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   return WriteFileAtomic(paths.Report().string(), text.data(), text.size());
 }
 

@@ -43,6 +43,12 @@ TEST_F(SubmissionDeskTest, RefusesFactsThatFitNothing) {
   image_t image{};
   image.header.fact_id = "image/x";
   EXPECT_NE(Submit(image), "");
+  failure_t failure{};
+  failure.header.fact_id = "failure/features/1/1";
+  failure.image_id = 1;
+  failure.stage = "features";
+  failure.reason = "no UTF-8: \xFF";
+  EXPECT_EQ(Submit(failure), "a text is not valid UTF-8");
   submap_lease_t lease{};
   lease.header.fact_id = SubmapLeaseFactId(1, 1);
   EXPECT_EQ(Submit(lease), "leases are ingest's to give");

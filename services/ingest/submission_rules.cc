@@ -244,6 +244,7 @@ Status CheckSubmission(const Fact& fact, const SessionState& state) {
     return Refuse("fact_id must have 1 to 200 bytes");
   }
   if (header.author.empty()) return Refuse("no author");
+  if (!HasValidTexts(fact)) return Refuse("a text is not valid UTF-8");
   for (const std::string& blob : BlobsOf(fact)) {
     if (!IsBlobId(blob)) return Refuse("'" + ClampText(blob, 70) + "' is no blob id");
   }
