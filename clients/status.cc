@@ -61,7 +61,8 @@ class StatusWatch {
     const nlohmann::json status =
         MakeStatus({node_.session_id(), session_, instances_, submaps_, MonotonicS()});
     if (as_json) {
-      std::cout << status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
+      std::cout << status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+                << std::endl;
       return;
     }
     if (isatty(STDOUT_FILENO) != 0) std::cout << "\x1b[H\x1b[2J";

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <thread>
 
 #include "bundle/bundle_factor.h"
@@ -120,15 +121,19 @@ class Solver {
   // Operations of summing and decomposing the Schur complement, beside those of conjugate gradients
   // without it.
   bool IsDecomposingSlow() const {
-    constexpr double kBlockSpeed = 8;  // of the decomposition, which goes by large blocks
-    double num_pairs = 0, num_observations = 0;
+    constexpr double kBlockSpeed = 8;          // of the decomposition, which goes by large blocks
+    constexpr double kIntrinsicsSlowness = 3;  // of blocks with a size known at run time alone
+    double summing = 0, num_observations = 0;
     for (const BundlePoint& point : bundle_.points) {
-      const double num_free = point.constant ? 0 : NumFreeObservations(point);
-      num_pairs += 0.5 * num_free * num_free;
+      if (point.constant) continue;
+      const double num_free = NumFreeObservations(point);
+      const double num_intrinsics = NumIntrinsics(point);
+      summing += 54 * num_free * num_free +
+                 kIntrinsicsSlowness * num_intrinsics * (18 * num_free + 1.5 * num_intrinsics);
       num_observations += num_free;
     }
     const double size = layout_.size;
-    const double decomposing = 108 * num_pairs + size * size * size / 6 / kBlockSpeed;
+    const double decomposing = summing + size * size * size / 6 / kBlockSpeed;
     return decomposing > 2 * kExpectedGradients * (36 * num_observations + size * size);
   }
 
@@ -138,6 +143,19 @@ class Solver {
         std::count_if(begin, begin + point.count, [this](const BundleObservation& observation) {
           return layout_.pose_row[observation.pose] >= 0;
         }));
+  }
+
+  // Of the cameras that see the point.
+  int NumIntrinsics(const BundlePoint& point) const {
+    std::set<int> cameras;
+    for (int i = point.first; i < point.first + point.count; ++i) {
+      cameras.insert(bundle_.poses[bundle_.observations[i].pose].camera);
+    }
+    int num_intrinsics = 0;
+    for (const int camera : cameras) {
+      num_intrinsics += static_cast<int>(bundle_.cameras[camera].refined.size());
+    }
+    return num_intrinsics;
   }
 
   void TakeFactor(std::shared_ptr<const BundleFactor> factor) {
