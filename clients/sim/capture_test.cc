@@ -39,7 +39,8 @@ TEST_P(HardScenario, PhotosAreAFunctionOfTheSeed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, HardScenario,
-                         testing::Values(Scenario::kVideo, Scenario::kBlank, Scenario::kCrowd));
+                         testing::Values(Scenario::kVideo, Scenario::kBlank, Scenario::kCrowd,
+                                         Scenario::kSharedObject, Scenario::kFurniture));
 
 TEST(Video, MiddleRowsAreSeenFromTheTruePose) {
   const SimOptions options = Small(Scenario::kVideo, 80, 3);

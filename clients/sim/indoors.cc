@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "clients/sim/furniture.h"
+
 namespace skein::sim {
 namespace {
 
@@ -150,6 +152,20 @@ void AddRooms(int rooms, uint64_t seed, PlaceBuilder* builder) {
     if (i + 1 < rooms) {
       AddPassage(x + kRoomHalfX, x + kRoomPitchM - kRoomHalfX, builder, &random);
     }
+  }
+}
+
+void AddRoomsWithOneMachine(int rooms, uint64_t seed, PlaceBuilder* builder) {
+  Random random(seed);
+  const uint64_t design = random.Next();
+  for (int i = 0; i < rooms; ++i) {
+    AddRoom(i * kRoomPitchM, false, false, builder, &random);
+    const double side = i % 2 == 0 ? 1 : -1;  // its back to the east or the west wall
+    const double x = i * kRoomPitchM + side * (kRoomHalfX - kVendingMachineDepthM / 2 - 0.05);
+    AddVendingMachine(Eigen::Translation3d(x, random.Uniform(-0.8, 0.8), 0) *
+                          Eigen::AngleAxisd(-side * M_PI / 2, Vector3d::UnitZ()) *
+                          Eigen::Isometry3d::Identity(),
+                      design, builder);
   }
 }
 

@@ -9,6 +9,10 @@ namespace skein::sim {
 constexpr double kRoomPitchM = 11;
 void AddRooms(int rooms, uint64_t seed, PlaceBuilder* builder);
 
+// The same without corridors. In each stands a vending machine of one design, at another wall than
+// in the room before; nothing else is alike.
+void AddRoomsWithOneMachine(int rooms, uint64_t seed, PlaceBuilder* builder);
+
 // From x = 0 to `length_m`, walls at y = +-kCorridorHalfWidthM; the furniture stands at y > 0.
 constexpr double kCorridorHalfWidthM = 1.7;
 void AddCorridor(double length_m, uint64_t seed, PlaceBuilder* builder);

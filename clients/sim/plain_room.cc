@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "clients/sim/furniture.h"
 #include "clients/sim/solids.h"
 
 namespace skein::sim {
@@ -294,7 +295,11 @@ void AddPlainRoom(const PlainRoomSpec& spec, PlaceBuilder* builder) {
   }
   AddLevel(spec, 0, PaintPlainFloor, builder, &random);
   AddLevel(spec, kPlainRoomHeightM, PaintPlainWall, builder, &random);
-  AddMiddle(spec, builder, &random);
+  if (spec.table_columns > 0) {
+    AddTables(Isometry3d::Identity(), spec.table_columns, 2, random.Next(), builder);
+  } else {
+    AddMiddle(spec, builder, &random);
+  }
 }
 
 }  // namespace skein::sim

@@ -91,14 +91,30 @@ double CorridorLength(const ScenarioOptions& options) {
   return last.center.x() + 2 * kCorridorMarginM;
 }
 
-// Along an ellipse; looks across the room, past its middle.
-Aim BlankView(const ScenarioOptions& options, int agent, int i) {
+// Along an ellipse, `stretch` times as long as wide; looks across the room, past its middle.
+Aim RoomView(const ScenarioOptions& options, double radius_m, double stretch, int agent, int i) {
   const double step = std::clamp(400.0 / options.photos, 5.0, 18.0) * kDegree;
   const double angle = (agent % 2 == 0 ? 1 : -1) * step * (i + 0.5 * (agent / 2));
-  const double radius = 1.25 + 0.2 * (agent % 3);
-  const Vector3d center(1.3 * radius * std::cos(angle), radius * std::sin(angle), kEyeM - 0.1);
+  const Vector3d center(stretch * radius_m * std::cos(angle), radius_m * std::sin(angle),
+                        kEyeM - 0.1);
   const double heading = angle + M_PI + 14 * kDegree * std::sin(1.6 * angle);
   return {center, center + 4 * Vector3d(std::cos(heading), std::sin(heading), -0.1)};
+}
+
+Aim BlankView(const ScenarioOptions& options, int agent, int i) {
+  return RoomView(options, 1.25 + 0.2 * (agent % 3), 1.3, agent, i);
+}
+
+// Odd agents are in one room, even agents in the other.
+Aim SharedObjectView(const ScenarioOptions& options, int agent, int i) {
+  const Vector3d middle(kRoomPitchM * (agent % 2), 0, 0);
+  const Aim view = BlankView(options, agent / 2, i);
+  return {middle + view.center, middle + view.target};
+}
+
+// Between the tables and the walls.
+Aim FurnitureView(const ScenarioOptions& options, int agent, int i) {
+  return RoomView(options, 2.9 + 0.15 * (agent % 3), 1.55, agent, i);
 }
 
 PlainRoomSpec VideoRoom(const ScenarioOptions& options) {
@@ -136,6 +152,10 @@ Aim PlanView(const ScenarioOptions& options, int agent, int i) {
       return CorridorView(options, agent, i);
     case Scenario::kBlank:
       return BlankView(options, agent, i);
+    case Scenario::kSharedObject:
+      return SharedObjectView(options, agent, i);
+    case Scenario::kFurniture:
+      return FurnitureView(options, agent, i);
     default:
       return RingView(options, agent, i);
   }
@@ -165,10 +185,11 @@ Shot PlanShot(const ScenarioOptions& options, int agent, int i, Random* random) 
 
 const std::vector<std::pair<std::string, Scenario>>& Table() {
   static const std::vector<std::pair<std::string, Scenario>> table = {
-      {"together", Scenario::kTogether}, {"disjoint", Scenario::kDisjoint},
-      {"relay", Scenario::kRelay},       {"rooms", Scenario::kRooms},
-      {"twins", Scenario::kTwins},       {"corridor", Scenario::kCorridor},
-      {"video", Scenario::kVideo},       {"blank", Scenario::kBlank},
+      {"together", Scenario::kTogether},   {"disjoint", Scenario::kDisjoint},
+      {"relay", Scenario::kRelay},         {"rooms", Scenario::kRooms},
+      {"twins", Scenario::kTwins},         {"shared-object", Scenario::kSharedObject},
+      {"furniture", Scenario::kFurniture}, {"corridor", Scenario::kCorridor},
+      {"video", Scenario::kVideo},         {"blank", Scenario::kBlank},
       {"crowd", Scenario::kCrowd}};
   return table;
 }
@@ -179,9 +200,27 @@ void AddTwins(const Random& random, PlaceBuilder* builder) {
   AddSquare({{kTwinDistanceM, 0}, random.Fork(3).Next(), design, random.Fork(5).Next()}, builder);
 }
 
+void AddCanteen(uint64_t seed, PlaceBuilder* builder) {
+  PlainRoomSpec hall;
+  hall.half_m = {6.2, 4.4};
+  hall.furnished = 0.6;
+  hall.seed = seed;
+  hall.table_columns = 4;
+  AddPlainRoom(hall, builder);
+}
+
 bool IsIndoors(Scenario scenario) {
-  return scenario == Scenario::kRooms || scenario == Scenario::kCorridor ||
-         scenario == Scenario::kVideo || scenario == Scenario::kBlank;
+  switch (scenario) {
+    case Scenario::kRooms:
+    case Scenario::kCorridor:
+    case Scenario::kVideo:
+    case Scenario::kBlank:
+    case Scenario::kSharedObject:
+    case Scenario::kFurniture:
+      return true;
+    default:
+      return false;
+  }
 }
 
 }  // namespace
@@ -239,6 +278,12 @@ Place BuildPlace(const ScenarioOptions& options, int threads) {
       break;
     case Scenario::kCrowd:
       AddMonumentSquare(options.seed, &builder);
+      break;
+    case Scenario::kSharedObject:
+      AddRoomsWithOneMachine(2, options.seed, &builder);
+      break;
+    case Scenario::kFurniture:
+      AddCanteen(options.seed, &builder);
       break;
     default:
       AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);

@@ -12,15 +12,17 @@
 namespace skein::sim {
 
 enum class Scenario {
-  kTogether,  // all agents around one building, from one spot, in both directions
-  kDisjoint,  // each agent along its own part of a square; late photos reach the next one's part
-  kRelay,     // the same walks one after the other
-  kRooms,     // each agent in its own room, then through a corridor into the next one's
-  kTwins,     // two squares around buildings of one design: never to be taken for one
-  kCorridor,  // all camera centres on one line
-  kVideo,     // each agent films its own part of one room by hand
-  kBlank,     // all agents around one room with painted walls
-  kCrowd,     // all agents are tourists before one monument
+  kTogether,      // all agents around one building, from one spot, in both directions
+  kDisjoint,      // each agent along its own part of a square; late photos reach the next one's
+  kRelay,         // the same walks one after the other
+  kRooms,         // each agent in its own room, then through a corridor into the next one's
+  kTwins,         // two squares around buildings of one design: never to be taken for one
+  kSharedObject,  // two rooms, each with a vending machine of one design
+  kFurniture,     // all agents around one hall with rows of equal tables
+  kCorridor,      // all camera centres on one line
+  kVideo,         // each agent films its own part of one room by hand
+  kBlank,         // all agents around one room with painted walls
+  kCrowd,         // all agents are tourists before one monument
 };
 std::optional<Scenario> ParseScenario(const std::string& name);
 std::vector<std::string> ScenarioNames();
