@@ -5,6 +5,8 @@
 #include <set>
 #include <vector>
 
+#include "core/clock.h"
+#include "core/log.h"
 #include "map/image_pose.h"
 #include "map/model_io.h"
 #include "merging/absorb.h"
@@ -117,8 +119,15 @@ Comparison CompareWithGuests(const colmap::Reconstruction& source, const MergeTa
                              const colmap::Reconstruction& target, Submap* submap) {
   const size_t num_shared = source.NumRegImages() - RegisteredOnlyIn(source, target).size();
   const int num_guests = std::max(0, kComparedPhotos - static_cast<int>(num_shared));
+  Timer timer;
   const auto guests = submap->PlaceGuests(submap->FindGuests(source, num_guests));
-  return Compare(CopyRegistered(submap->map().reconstruction()), source, task, *submap);
+  const double guests_s = timer.ElapsedS();
+  timer.Restart();
+  const Comparison comparison =
+      Compare(CopyRegistered(submap->map().reconstruction()), source, task, *submap);
+  LogInfo("{} guests in {:.2f} s, compared and merged in {:.2f} s", guests->size(), guests_s,
+          timer.ElapsedS());
+  return comparison;
 }
 
 Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* submap,

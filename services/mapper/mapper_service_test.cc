@@ -476,6 +476,19 @@ TEST_F(MapperServiceTest, ComparesNoPhotosBeforeTheMapHoldsWhatTheLedgerSaysOfTh
   Await([&] { return num_answers_ == 1; }, "the answer");
 }
 
+// Guests take longer than the merger waits before it asks again.
+TEST_F(MapperServiceTest, ARequestThatComesAgainWhileItIsAnsweredIsAnsweredOnce) {
+  Give(3);
+  Await([&] { return Registered().size() == 3; }, "the first photos registered");
+  for (int i = 0; i < 3; ++i) Ask({1, 2});
+  Await([&] { return num_answers_ == 1; }, "the answer");
+  Match(4, 8);
+  Await([&] { return IsRegistered(8); }, "the photos after it registered");
+  EXPECT_EQ(num_answers_, 1);
+  Ask({1, 2});
+  Await([&] { return num_answers_ == 2; }, "the answer to a request that comes later");
+}
+
 TEST_F(MapperServiceTest, ComparesNoPhotoThatIsNotThroughMatching) {
   Give(3);
   Await([&] { return Registered().size() == 3; }, "the first photos registered");

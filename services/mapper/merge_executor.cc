@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "mapper/submap_run.h"
@@ -80,9 +81,12 @@ void MergeExecutor::Absorb(const merge_t& frozen) {
 }
 
 void MergeExecutor::OnSource(const LoadedModel& source) {
+  LogInfo("the source is here {:.2f} s after the order", node_.loop().now_s() - open_->start_s);
   run_.RunOnWorker(
       [source, task = Task()](Submap& submap) {
+        const Timer timer;
         const Status added = AddToSubmap(source.photos, &submap);
+        LogInfo("{} of its photos added in {:.2f} s", source.photos->size(), timer.ElapsedS());
         const bool is_left_out = submap.options().IsStopped() && !task.was_done;
         if (added.ok() && !is_left_out) return AbsorbSource(*source.archive, task, &submap);
         Absorption absorption;
@@ -109,7 +113,8 @@ void MergeExecutor::OnAbsorbed() {
     run_.Report(absorption.events);
     return Fail(absorption.status.error());
   }
-  LogInfo("submap {} has absorbed {}", open_->ordered.target_id, open_->ordered.source_id);
+  LogInfo("submap {} has absorbed {}, {:.1f} s after it was ordered", open_->ordered.target_id,
+          open_->ordered.source_id, node_.loop().now_s() - open_->start_s);
   run_.OnAbsorbed(absorption.events);
   run_.WhenDecided(WhileOpen([this] { Conclude(merge_t::DONE, ""); }));
 }

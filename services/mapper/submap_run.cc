@@ -501,8 +501,9 @@ bool SubmapRun::MayAnswer(const std::vector<int64_t>& image_ids) const {
          });
 }
 
+// Guests take seconds, and the merger asks again meanwhile.
 void SubmapRun::Answer(const shared_request_t& request) {
-  if (!MayAnswer(request.image_ids)) return;
+  if (!MayAnswer(request.image_ids) || !answering_.insert(request.request_id).second) return;
   photos_.Load(request.image_ids, [this, ids = request.image_ids,
                                    request_id = request.request_id](const FetchedPhotos& photos) {
     RunOnWorker(
@@ -516,6 +517,7 @@ void SubmapRun::Answer(const shared_request_t& request) {
 }
 
 void SubmapRun::Reply(int64_t request_id, Bytes shared) {
+  answering_.erase(request_id);
   shared_reply_t reply{};
   reply.request_id = request_id;
   reply.submap_id = submap_id();

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -168,6 +169,7 @@ class SubmapRun {
   Submissions submissions_;
   PhotoReports reports_;
   OfferedPhotos offered_;
+  std::set<int64_t> answering_;  // requests for shared photos that the worker is at
   PhotoLoader photos_;
   ModelLoader models_;
   ModelWriter writer_;
