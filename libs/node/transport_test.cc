@@ -1,9 +1,11 @@
 // Nodes in processes of their own, over udpm and over LCM's own tcpq relay.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <lcm/lcm.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <memory>
 #include <random>
 
 #include "core/hash.h"
@@ -110,6 +112,32 @@ TEST_F(TransportTest, HostileDatagramsAreDropped) {
   SendRaw(head + std::string(bytes.begin(), bytes.end()));
   ASSERT_TRUE(loop.RunUntil([&] { return heard == 1; }, 10));
   EXPECT_EQ(bus.counters().num_decode_failures, 1);
+}
+
+TEST_F(TransportTest, UdpmTalksWithLcmsOwnLibrary) {
+  PollLoop loop;
+  Bus bus(kUdpm, loop);
+  std::string heard;
+  bus.Subscribe(kCommandChannel, [&](const command_t& command) { heard = command.verb; });
+  const std::unique_ptr<lcm_t, void (*)(lcm_t*)> lcm(lcm_create(kUdpm), lcm_destroy);
+  ASSERT_NE(lcm, nullptr);
+  command_t command{};
+  command.verb = "finish";
+  Bytes bytes(command.getEncodedSize());
+  command.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  ASSERT_EQ(lcm_publish(lcm.get(), kCommandChannel.name, bytes.data(),
+                        static_cast<unsigned int>(bytes.size())),
+            0);
+  ASSERT_TRUE(loop.RunUntil([&] { return heard == "finish"; }, 10));
+  Bytes received;
+  const auto keep = [](const lcm_recv_buf_t* buffer, const char*, void* to) {
+    const auto* data = static_cast<const uint8_t*>(buffer->data);
+    static_cast<Bytes*>(to)->assign(data, data + buffer->data_size);
+  };
+  ASSERT_NE(lcm_subscribe(lcm.get(), kCommandChannel.name, keep, &received), nullptr);
+  bus.Publish(kCommandChannel, command);
+  ASSERT_GT(lcm_handle_timeout(lcm.get(), 10'000), 0);
+  EXPECT_EQ(received, bytes);
 }
 
 TEST_F(TransportTest, UdpmUnderFivePercentLossOnBothSides) {
