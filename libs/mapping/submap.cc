@@ -370,7 +370,10 @@ void Submap::BeginAnewIfSmall(const EventSink& sink) {
   const MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (!MayWin(now)) return;
   const std::unique_ptr<Submap> anew = MapPartAnew(*this, first_, 2 * num_images);
-  if (anew != nullptr && TakeIfBetter(anew.get(), now, sink)) waiting_.RetryDeferred();
+  if (anew == nullptr || !TakeIfBetter(anew.get(), now, sink)) return;
+  for (const ImageId id : map_->photos()) {
+    if (!waiting_.MatchesSimilarPlace(id)) waiting_.Enqueue(id);
+  }
 }
 
 bool Submap::MayWin(const MatchAgreement& now) const {

@@ -590,6 +590,16 @@ TEST(Submap, ThatBeganBadlyIsBegunAnewWhileItIsSmall) {
   EXPECT_LT(run.PositionErrorPercent(), 0.3);
 }
 
+// Twice the photos show that the other map carries; the others must not be forgotten.
+TEST(Submap, ThatIsBegunAnewTriesAllPhotosThatWait) {
+  Rig run(SyntheticOptions{});
+  ASSERT_TRUE(run.Start(0, 1, 1));
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  for (const size_t photo : {2, 3, 4, 5, 6}) run.Add(photo);
+  run.Feed(7);
+  EXPECT_EQ(run.NumRegistered(), 8);
+}
+
 TEST(Submap, ThatBeganBadlyStaysAsItIsWhenItIsLarge) {
   SubmapOptions options;
   options.max_images_begin_anew = 1;
