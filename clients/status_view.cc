@@ -126,8 +126,7 @@ json MergesOf(const SessionState& state) {
 json FailuresOf(const SessionHistory& history) {
   json failures = json::array();
   for (const failure_t& failure : history.Failures()) {
-    const std::string agent = failure.agent.empty() ? "" : failure.agent + "/";
-    failures.push_back({{"image", Printable(agent + failure.name)},
+    failures.push_back({{"image", Printable(PhotoName(failure.agent, failure.name))},
                         {"stage", Printable(failure.stage)},
                         {"reason", Printable(failure.reason, 200)}});
   }

@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <thread>
+#include <utility>
 
 #include "bundle/bundle_factor.h"
 #include "bundle/bundle_terms.h"
@@ -30,11 +30,9 @@ class Solver {
         layout_(MakeLayout(*bundle)),
         loss_{options.loss, options.loss_scale_px},
         start_(bundle->poses),
-        has_scales_(HasScales(*bundle)) {
+        has_scales_(HasScales(*bundle)),
+        pattern_(ChoosePattern(options, *bundle, layout_)) {
     SplitPoints();
-    if (layout_.num_free_poses > options.max_dense_poses) pattern_ = FindPattern(*bundle, layout_);
-    is_dense_ = pattern_.empty() ||
-                (layout_.num_free_poses <= options.max_filled_poses && !IsFasterSparse(pattern_));
     keeps_factor_ = !has_scales_ && IsDecomposingSlow();
     if (keeps_factor_) TakeFactor(options.factor);
   }
@@ -124,10 +122,11 @@ class Solver {
     constexpr double kBlockSpeed = 8;          // of the decomposition, which goes by large blocks
     constexpr double kIntrinsicsSlowness = 3;  // of blocks with a size known at run time alone
     double summing = 0, num_observations = 0;
+    std::vector<const BundlePoint*> last_seen(bundle_.cameras.size(), nullptr);
     for (const BundlePoint& point : bundle_.points) {
       if (point.constant) continue;
       const double num_free = NumFreeObservations(point);
-      const double num_intrinsics = NumIntrinsics(point);
+      const double num_intrinsics = NumIntrinsics(point, &last_seen);
       summing += 54 * num_free * num_free +
                  kIntrinsicsSlowness * num_intrinsics * (18 * num_free + 1.5 * num_intrinsics);
       num_observations += num_free;
@@ -145,14 +144,12 @@ class Solver {
         }));
   }
 
-  // Of the cameras that see the point.
-  int NumIntrinsics(const BundlePoint& point) const {
-    std::set<int> cameras;
-    for (int i = point.first; i < point.first + point.count; ++i) {
-      cameras.insert(bundle_.poses[bundle_.observations[i].pose].camera);
-    }
+  // Of the cameras that see the point, each once. `last_seen`: by camera, the point counted last.
+  int NumIntrinsics(const BundlePoint& point, std::vector<const BundlePoint*>* last_seen) const {
     int num_intrinsics = 0;
-    for (const int camera : cameras) {
+    for (int i = point.first; i < point.first + point.count; ++i) {
+      const int camera = bundle_.poses[bundle_.observations[i].pose].camera;
+      if (std::exchange((*last_seen)[camera], &point) == &point) continue;
       num_intrinsics += static_cast<int>(bundle_.cameras[camera].refined.size());
     }
     return num_intrinsics;
@@ -188,14 +185,10 @@ class Solver {
 
   bool SolveByDecomposing(double lambda, StepTerms* terms, Eigen::VectorXd* y) {
     ++num_decompositions_;
-    while (explicit_.size() < chunks_.size()) explicit_.push_back(MakeSystem());
+    while (explicit_.size() < chunks_.size()) explicit_.push_back(MakeSystem(pattern_, layout_));
     ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, explicit_[i].get()); });
     *terms = SumUp(lambda, explicit_);
     return layout_.size == 0 || explicit_[0]->Solve(terms->damping, terms->b, y);
-  }
-
-  std::unique_ptr<ExplicitSystem> MakeSystem() const {
-    return is_dense_ ? MakeDenseSystem(layout_) : MakeSparseSystem(pattern_, layout_);
   }
 
   // With the factor of an earlier step or bundle, else with one of this step.
@@ -219,7 +212,7 @@ class Solver {
   bool DecomposeInPieces(double lambda, const StepTerms& terms) {
     ++num_decompositions_;
     std::vector<std::unique_ptr<ExplicitSystem>> parts;
-    while (parts.size() < chunks_.size()) parts.push_back(MakeSystem());
+    while (parts.size() < chunks_.size()) parts.push_back(MakeSystem(pattern_, layout_));
     ForEachChunk([&](size_t i) { AccumulatePieces(chunks_[i], lambda, parts[i].get()); });
     SumUp(lambda, parts);
     Eigen::VectorXd unused(layout_.size);
@@ -371,9 +364,8 @@ class Solver {
   const RobustLoss loss_;
   const std::vector<BundlePose> start_;
   const bool has_scales_;
+  const PosePattern pattern_;
   std::vector<Chunk> chunks_;
-  PosePattern pattern_;  // empty: not needed
-  bool is_dense_ = true;
   bool keeps_factor_ = false;
   std::vector<std::unique_ptr<ExplicitSystem>> explicit_;  // one a chunk
   std::vector<std::unique_ptr<ImplicitSystem>> implicit_;  // one a chunk

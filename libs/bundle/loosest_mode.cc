@@ -106,7 +106,7 @@ class ReducedCovariance {
 
   // False if the system is singular.
   bool Decompose() {
-    system_ = MakeSystem();
+    system_ = MakeSystem(ChoosePattern(BundleOptions(), bundle_, layout_), layout_);
     system_->SetZero();
     PointTerms terms;
     for (const BundlePoint& point : bundle_.points) AddPoint(point, &terms);
@@ -136,15 +136,6 @@ class ReducedCovariance {
   }
 
  private:
-  std::unique_ptr<ExplicitSystem> MakeSystem() const {
-    const BundleOptions limits;
-    if (layout_.num_free_poses <= limits.max_dense_poses) return MakeDenseSystem(layout_);
-    const PosePattern pattern = FindPattern(bundle_, layout_);
-    const bool is_dense =
-        layout_.num_free_poses <= limits.max_filled_poses && !IsFasterSparse(pattern);
-    return is_dense ? MakeDenseSystem(layout_) : MakeSparseSystem(pattern, layout_);
-  }
-
   void AddPoint(const BundlePoint& point, PointTerms* terms) {
     const int num_pieces = NumPieces(point);
     for (int piece = 0; piece < num_pieces; ++piece) {

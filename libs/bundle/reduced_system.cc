@@ -230,4 +230,17 @@ std::unique_ptr<ExplicitSystem> MakeSparseSystem(const PosePattern& pattern,
   return std::make_unique<SparseSystem>(pattern, layout);
 }
 
+PosePattern ChoosePattern(const BundleOptions& options, const Bundle& bundle,
+                          const BundleLayout& layout) {
+  if (layout.num_free_poses <= options.max_dense_poses) return {};
+  PosePattern pattern = FindPattern(bundle, layout);
+  const bool is_dense =
+      layout.num_free_poses <= options.max_filled_poses && !IsFasterSparse(pattern);
+  return is_dense ? PosePattern() : pattern;
+}
+
+std::unique_ptr<ExplicitSystem> MakeSystem(const PosePattern& chosen, const BundleLayout& layout) {
+  return chosen.empty() ? MakeDenseSystem(layout) : MakeSparseSystem(chosen, layout);
+}
+
 }  // namespace skein

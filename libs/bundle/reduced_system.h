@@ -79,4 +79,10 @@ bool IsFasterSparse(const PosePattern& pattern);
 std::unique_ptr<ExplicitSystem> MakeSparseSystem(const PosePattern& pattern,
                                                  const BundleLayout& layout);
 
+// The pattern of a sparse system, where one is to be preferred (BundleOptions::max_dense_poses);
+// else empty, of a dense one.
+PosePattern ChoosePattern(const BundleOptions& options, const Bundle& bundle,
+                          const BundleLayout& layout);
+std::unique_ptr<ExplicitSystem> MakeSystem(const PosePattern& chosen, const BundleLayout& layout);
+
 }  // namespace skein

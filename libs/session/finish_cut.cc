@@ -48,14 +48,9 @@ std::string LeftOutOf(const SubmapLife& submap, const FinishState& finish) {
                                             : "consolidation and final adjustment not completed";
 }
 
-std::string PhotoName(const SessionState& session, int64_t image_id) {
-  const image_t& image = session.FindPhoto(image_id)->image;
-  return image.agent.empty() ? image.name : image.agent + "/" + image.name;
-}
-
 json PhotoNames(const SessionState& session, const std::vector<int64_t>& image_ids) {
   json names = json::array();
-  for (const int64_t id : image_ids) names.push_back(PhotoName(session, id));
+  for (const int64_t id : image_ids) names.push_back(session.NameOf(id));
   return names;
 }
 
@@ -65,7 +60,7 @@ std::string PhotosText(const SessionState& session, const std::vector<int64_t>& 
   if (image_ids.empty()) return "";
   std::string names;
   for (size_t i = 0; i < std::min(kNamedPhotos, image_ids.size()); ++i) {
-    names += (i > 0 ? ", " : "") + PhotoName(session, image_ids[i]);
+    names += (i > 0 ? ", " : "") + session.NameOf(image_ids[i]);
   }
   if (image_ids.size() > kNamedPhotos) names += ", ...";
   return "; " + std::to_string(image_ids.size()) +

@@ -7,13 +7,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string NameOf(const SessionState& state, int64_t image_id) {
-  const PhotoState* photo = state.FindPhoto(image_id);
-  if (photo == nullptr) return std::to_string(image_id);
-  const image_t& image = photo->image;
-  return image.agent.empty() ? image.name : image.agent + "/" + image.name;
-}
-
 bool IsKnown(const SubmapLife& submap) {
   return submap.latest_model && submap.latest_model->check.position_sigma > 0;
 }
@@ -24,7 +17,7 @@ std::string Shape(const SessionState& state, const model_check_t& check) {
                                  100 * check.position_sigma);
   if (check.loose_image == 0) return text;
   return text + fmt::format(", {} photos hang on the rest by {} - {}", check.num_loose_images,
-                            NameOf(state, check.loose_image), NameOf(state, check.anchor_image));
+                            state.NameOf(check.loose_image), state.NameOf(check.anchor_image));
 }
 
 std::string Pairs(const SessionState& state, const model_check_t& check) {
@@ -32,8 +25,8 @@ std::string Pairs(const SessionState& state, const model_check_t& check) {
   return fmt::format(
       "contradicted: {} of {} verified pairs disagree with the poses, most of all "
       "{} - {} by {} matches",
-      check.num_contradicting_pairs, check.num_pairs, NameOf(state, check.contradicting_image1),
-      NameOf(state, check.contradicting_image2), check.num_contradicting_matches);
+      check.num_contradicting_pairs, check.num_pairs, state.NameOf(check.contradicting_image1),
+      state.NameOf(check.contradicting_image2), check.num_contradicting_matches);
 }
 
 }  // namespace
@@ -53,12 +46,12 @@ json CheckPart(const SessionState& state, const SubmapLife& submap) {
                {"contradicting_pairs", check.num_contradicting_pairs},
                {"verdict", VerdictOf(state, submap)}};
   if (check.loose_image != 0) {
-    part["weakest_link"] = {NameOf(state, check.loose_image), NameOf(state, check.anchor_image)};
+    part["weakest_link"] = {state.NameOf(check.loose_image), state.NameOf(check.anchor_image)};
     part["photos_beyond_it"] = check.num_loose_images;
   }
   if (check.num_contradicting_pairs > 0) {
-    part["most_contradicting_pair"] = {NameOf(state, check.contradicting_image1),
-                                       NameOf(state, check.contradicting_image2)};
+    part["most_contradicting_pair"] = {state.NameOf(check.contradicting_image1),
+                                       state.NameOf(check.contradicting_image2)};
     part["its_contradicting_matches"] = check.num_contradicting_matches;
   }
   return part;

@@ -13,10 +13,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string NameOf(const std::string& agent, const std::string& name) {
-  return agent.empty() ? name : agent + "/" + name;
-}
-
 double SecondsBetween(int64_t from_us, int64_t to_us) {
   return static_cast<double>(to_us - from_us) * 1e-6;
 }
@@ -105,7 +101,7 @@ json StagesPart(const StageTimes& times) {
 json FailuresPart(const SessionHistory& history) {
   json failures = json::array();
   for (const failure_t& failure : history.Failures()) {
-    failures.push_back({{"image", NameOf(failure.agent, failure.name)},
+    failures.push_back({{"image", PhotoName(failure.agent, failure.name)},
                         {"stage", failure.stage},
                         {"reason", failure.reason},
                         {"attempts", failure.attempts}});
@@ -117,7 +113,7 @@ json ImagesInTimePart(const SessionRecord& session) {
   const int64_t start = FirstReceived(session.state);
   json images = json::array();
   for (const auto& [id, photo] : session.state.photos()) {
-    json image = {{"image", NameOf(photo.image.agent, photo.image.name)},
+    json image = {{"image", PhotoName(photo.image.agent, photo.image.name)},
                   {"received_s", SecondsBetween(start, photo.image.received_utime_us)},
                   {"registered_s", nullptr},
                   {"submap", nullptr}};
@@ -147,7 +143,7 @@ json DeferredPart(const SessionState& state) {
   json deferred = json::array();
   for (const auto& [id, photo] : state.photos()) {
     if (photo.failed() || state.IsRegistered(id)) continue;
-    deferred.push_back({{"image", NameOf(photo.image.agent, photo.image.name)},
+    deferred.push_back({{"image", PhotoName(photo.image.agent, photo.image.name)},
                         {"reason", state.WhyUnregistered(photo)}});
   }
   return deferred;

@@ -25,9 +25,19 @@ void SessionState::Apply(const Fact& fact) {
   std::visit([this](const auto& f) { ApplyFact(f); }, fact);
 }
 
+std::string PhotoName(const std::string& agent, const std::string& name) {
+  return agent.empty() ? name : agent + "/" + name;
+}
+
 const PhotoState* SessionState::FindPhoto(int64_t image_id) const {
   const auto found = photos_.find(image_id);
   return found == photos_.end() ? nullptr : &found->second;
+}
+
+std::string SessionState::NameOf(int64_t image_id) const {
+  const PhotoState* photo = FindPhoto(image_id);
+  return photo == nullptr ? std::to_string(image_id)
+                          : PhotoName(photo->image.agent, photo->image.name);
 }
 
 const SubmapLife* SessionState::FindSubmap(int64_t submap_id) const {
@@ -92,7 +102,7 @@ std::string SessionState::BestLinkOf(const PhotoState& photo) const {
   const PhotoState* other = best == edges.end() ? nullptr : FindPhoto(best->other_id);
   if (other == nullptr) return "";
   return "; best link: " + std::to_string(best->num_inliers) + " inliers with " +
-         other->image.agent + "/" + other->image.name;
+         PhotoName(other->image.agent, other->image.name);
 }
 
 // Counts the photo once when the change brings it through matching.

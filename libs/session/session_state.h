@@ -13,6 +13,9 @@
 
 namespace skein {
 
+// AGENT/NAME, or NAME where there is no agent.
+std::string PhotoName(const std::string& agent, const std::string& name);
+
 // What the facts say of one photo.
 struct PhotoState {
   image_t image{};
@@ -103,6 +106,7 @@ class SessionState {
 
   const std::map<int64_t, PhotoState>& photos() const { return photos_; }
   const PhotoState* FindPhoto(int64_t image_id) const;  // null if unknown
+  std::string NameOf(int64_t image_id) const;           // PhotoName; its id if unknown
   int64_t num_images() const { return static_cast<int64_t>(photos_.size()); }
   int64_t num_cameras() const { return num_cameras_; }
   int64_t num_matched() const { return num_matched_; }  // photos with matches
