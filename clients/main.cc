@@ -13,6 +13,7 @@
 #include "clients/probe.h"
 #include "clients/sim/sim.h"
 #include "clients/status.h"
+#include "clients/store/commands.h"
 #include "clients/subcommand.h"
 
 namespace {
@@ -28,6 +29,10 @@ const std::vector<Subcommand> kSubcommands = {
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
     {"export", "models, features and matches for other programs; pictures", skein::RunExport},
+    {"check", "is a session folder whole? what is damaged, and what becomes of it",
+     skein::RunCheck},
+    {"repair", "makes a damaged session folder whole", skein::RunRepair},
+    {"clone", "copies a session under an id of its own", skein::RunClone},
     {"config", "every service's options with their defaults, as a file for --config",
      skein::RunConfig},
     {"evaluate", "a model's camera poses against a ground truth", skein::RunEvaluate},

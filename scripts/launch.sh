@@ -105,10 +105,14 @@ remove_instance() {
 prefix='' where=(--session "$session")
 [[ -z $join ]] || { prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$- where=(--session-id "$join"); }
 
+# Features and matching keep all cores busy: photos are placed and maps merged before them.
+readonly bulk_niceness=5
+
 add_service() {
-  local instance=$1 service=$2
+  local instance=$1 service=$2 priority=()
   shift 2
-  add_instance "$instance" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
+  [[ $service != features && $service != matching ]] || priority=(nice -n "$bulk_niceness")
+  add_instance "$instance" "${priority[@]}" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
     --instance "$instance" --threads "$threads" "${config_options[@]}" "${service_options[@]}" "$@"
 }
 
@@ -163,7 +167,7 @@ start_instance() {
   touch "$log"
   log_offset[$instance]=$(stat -c %s "$log")
   # The child dies with this script, however that ends.
-  OMP_NUM_THREADS=$threads OPENBLAS_NUM_THREADS=1 SKEIN_PREVIOUS_EXIT_SIGNAL=${2:-} \
+  OMP_NUM_THREADS=$threads OPENBLAS_NUM_THREADS=1 SKEIN_PREVIOUS_EXIT_SIGNAL=${2:-} SKEIN_RUN_FOLDER=$session/run \
     setpriv --pdeathsig TERM -- "${words[@]}" >>"$log" 2>&1 9>&- &
   pid_of[$instance]=$!
   started_ms[$instance]=$(now_ms)
@@ -250,13 +254,14 @@ fatal() {
   exit 1
 }
 
-# Processes of an earlier launch on this session that outlived it.
+# Processes of an earlier launch on this session that outlived it. Each knows the folder it was started
+# for: in a copy of a folder, the process ids are those of the original's processes.
 stop_leftovers() {
   local file pid leftovers=()
   for file in "$session"/run/*.pid; do
     [[ -e $file ]] || continue
     pid=$(<"$file")
-    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -E '/skein(-|$)|TCPService' >/dev/null; then
+    if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/environ" | grep -Fx "SKEIN_RUN_FOLDER=$session/run" >/dev/null; then
       leftovers+=("$pid")
     fi
     rm -f "$file"

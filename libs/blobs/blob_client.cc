@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/hash.h"
+#include "core/log.h"
 
 namespace skein {
 namespace {
@@ -59,9 +60,9 @@ BlobClient::~BlobClient() {
 
 std::string BlobClient::Offer(Bytes bytes) {
   if (store_) {
-    Result<std::string> id = store_->Put(bytes);
-    if (!id) throw std::runtime_error("cannot offer a blob: " + id.error());
-    return *id;
+    const Result<std::string> id = store_->Put(bytes);
+    if (id) return *id;
+    LogWarn("a blob stays in memory until ingest has stored it: {}", id.error());
   }
   const std::string id = HashBytes(bytes.data(), bytes.size());
   shelf_.Hold(id, std::make_shared<const Bytes>(std::move(bytes)));

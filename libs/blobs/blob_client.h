@@ -58,9 +58,9 @@ class BlobClient {
   int64_t ReceivedBytes(FetchId id) const;
 
   // Offers the blob to others under the returned id. A shared session folder keeps it, durably when
-  // this returns; else memory keeps it until Release. A Submitter releases a fact's blobs once the
-  // fact is committed or refused. Any thread: it hashes and may write a file. Throws
-  // std::runtime_error if the folder cannot be written.
+  // this returns; memory keeps it until Release where there is none, or where the disk is full. A
+  // Submitter releases a fact's blobs once the fact is committed or refused. Any thread: it hashes
+  // and may write a file.
   std::string Offer(Bytes bytes);
   void Release(const std::string& blob_id) { shelf_.Release(blob_id); }
   // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file.

@@ -12,6 +12,8 @@
 namespace skein {
 namespace {
 
+constexpr char kTemporaryMark[] = ".tmp-";
+
 class FileDescriptor {
  public:
   explicit FileDescriptor(int fd) : fd_(fd) {}
@@ -48,7 +50,7 @@ Status SystemError(const std::string& what, const std::string& path) {
 
 std::string TemporaryName(const std::string& path) {
   static std::atomic<unsigned> counter{0};
-  return path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
+  return path + kTemporaryMark + std::to_string(::getpid()) + "-" + std::to_string(counter++);
 }
 
 Status WriteAll(int fd, const void* data, size_t size, const std::string& path) {
@@ -100,6 +102,10 @@ Status WriteFileAtomic(const std::string& path, const void* data, size_t size) {
 
 Status WriteFileAtomic(const std::string& path, const Bytes& bytes) {
   return WriteFileAtomic(path, bytes.data(), bytes.size());
+}
+
+bool IsTemporaryName(const std::string& name) {
+  return name.find(kTemporaryMark) != std::string::npos;
 }
 
 Result<Bytes> ReadFile(const std::string& path) {

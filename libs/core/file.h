@@ -14,6 +14,9 @@ namespace skein {
 Status WriteFileAtomic(const std::string& path, const void* data, size_t size);
 Status WriteFileAtomic(const std::string& path, const Bytes& bytes);
 
+// Whether a file of this name is one that is still being written, or was when its process died.
+bool IsTemporaryName(const std::string& name);
+
 // The whole file; an error says which file and why.
 Result<Bytes> ReadFile(const std::string& path);
 

@@ -8,70 +8,86 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/hash.h"
+#include "ledger/sqlite_statement.h"
+
 namespace skein {
 namespace {
 
 constexpr int64_t kApplicationId = 0x534b4c47;  // "SKLG"
-constexpr int64_t kSchemaVersion = 1;
+constexpr int64_t kSchemaVersion = 2;
 constexpr char kSchema[] = R"(
   BEGIN IMMEDIATE;
   CREATE TABLE facts(seq INTEGER PRIMARY KEY, fact_id TEXT NOT NULL UNIQUE, kind TEXT NOT NULL,
-                     utime_us INTEGER NOT NULL, payload BLOB NOT NULL);
+                     utime_us INTEGER NOT NULL, payload BLOB NOT NULL, checksum TEXT NOT NULL);
   CREATE TABLE notes(kind TEXT NOT NULL, key TEXT NOT NULL, value TEXT NOT NULL,
-                     PRIMARY KEY(kind, key)) WITHOUT ROWID;
+                     checksum TEXT NOT NULL, PRIMARY KEY(kind, key)) WITHOUT ROWID;
   PRAGMA application_id = 1397443655;
-  PRAGMA user_version = 1;
+  PRAGMA user_version = 2;
   COMMIT;
 )";
+// Lookups in a row that find nothing, after which a ledger whose last record cannot be read ends.
+constexpr int kMaxMissing = 10'000;
 
-// A prepared statement; throws std::runtime_error if the SQL doesn't fit the schema.
-class Statement {
- public:
-  Statement(sqlite3* db, const std::string& sql) : db_(db) {
-    if (sqlite3_prepare_v2(db, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) {
-      throw std::runtime_error(std::string("ledger: ") + sqlite3_errmsg(db));
-    }
-  }
-  ~Statement() { sqlite3_finalize(statement_); }
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
+std::string ChecksumOf(const LedgerRecord& record) {
+  ByteWriter writer;
+  writer.Put(record.seq);
+  writer.PutString(record.fact_id);
+  writer.PutString(record.kind);
+  writer.Put(record.utime_us);
+  writer.PutBytes(record.payload);
+  return HashBytes(writer.bytes().data(), writer.size());
+}
 
-  void Bind(int at, int64_t value) { sqlite3_bind_int64(statement_, at, value); }
-  void Bind(int at, const std::string& text) {
-    sqlite3_bind_text(statement_, at, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
-  }
-  void Bind(int at, const Bytes& bytes) {
-    static const uint8_t kEmpty = 0;
-    sqlite3_bind_blob64(statement_, at, bytes.empty() ? &kEmpty : bytes.data(), bytes.size(),
-                        SQLITE_TRANSIENT);
-  }
-  int Step() { return sqlite3_step(statement_); }
-  void Reset() { sqlite3_reset(statement_); }
+std::string ChecksumOf(const LedgerNote& note) {
+  ByteWriter writer;
+  writer.PutString(note.kind);
+  writer.PutString(note.key);
+  writer.PutString(note.value);
+  return HashBytes(writer.bytes().data(), writer.size());
+}
 
-  int64_t Integer(int column) const { return sqlite3_column_int64(statement_, column); }
-  std::string Text(int column) const {
-    const auto* data = static_cast<const char*>(sqlite3_column_blob(statement_, column));
-    return data == nullptr ? "" : std::string(data, Size(column));
-  }
-  Bytes Blob(int column) const {
-    const auto* data = static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column));
-    return data == nullptr ? Bytes() : Bytes(data, data + Size(column));
-  }
+// Of "SELECT * FROM facts".
+Result<LedgerRecord> RecordOf(const Statement& row) {
+  LedgerRecord record{row.Integer(0), row.Text(1), row.Text(2), row.Integer(3), row.Blob(4)};
+  if (row.Text(5) == ChecksumOf(record)) return record;
+  return DataLoss("ledger: fact " + std::to_string(record.seq) +
+                  " is damaged on disk; `skein repair SESSION` rebuilds what can be");
+}
 
- private:
-  size_t Size(int column) const {
-    return static_cast<size_t>(sqlite3_column_bytes(statement_, column));
-  }
-
-  sqlite3* db_;
-  sqlite3_stmt* statement_ = nullptr;
-};
+// Of "SELECT * FROM notes".
+Result<LedgerNote> NoteOf(const Statement& row) {
+  LedgerNote note{row.Text(0), row.Text(1), row.Text(2)};
+  if (row.Text(3) == ChecksumOf(note)) return note;
+  return DataLoss("ledger: a note of kind '" + note.kind +
+                  "' is damaged on disk; `skein repair SESSION` rebuilds what can be");
+}
 
 }  // namespace
 
+Result<LedgerLock> LedgerLock::Take(const std::filesystem::path& ledger) {
+  const std::string path = ledger.string() + ".lock";
+  LedgerLock lock(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  if (lock.fd_ < 0) return Unavailable("cannot open " + path + " for writing");
+  if (flock(lock.fd_, LOCK_EX | LOCK_NB) == 0) return lock;
+  return Unavailable(ledger.string() +
+                     " is in use: another skein-ingest runs on this session; stop it first");
+}
+
+LedgerLock& LedgerLock::operator=(LedgerLock&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  return *this;
+}
+
+LedgerLock::~LedgerLock() {
+  if (fd_ >= 0) close(fd_);
+}
+
 Result<std::unique_ptr<Ledger>> Ledger::Open(const std::filesystem::path& path) {
   std::unique_ptr<Ledger> ledger(new Ledger);
-  if (Status status = ledger->Lock(path); !status.ok()) return status;
+  Result<LedgerLock> lock = LedgerLock::Take(path);
+  if (!lock.ok()) return lock.status();
+  ledger->lock_ = *std::move(lock);
   Status status = ledger->Connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
   if (status.ok()) status = ledger->CheckSchema(path.string(), true);
   if (status.ok()) status = ledger->Execute("PRAGMA journal_mode = WAL");
@@ -94,20 +110,7 @@ Result<std::unique_ptr<Ledger>> Ledger::OpenReadOnly(const std::filesystem::path
   return ledger;
 }
 
-Ledger::~Ledger() {
-  sqlite3_close(db_);
-  if (lock_fd_ >= 0) close(lock_fd_);
-}
-
-// flock, not SQLite's exclusive mode: readers must be able to follow while ingest writes.
-Status Ledger::Lock(const std::filesystem::path& path) {
-  const std::string lock_path = path.string() + ".lock";
-  lock_fd_ = open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock_fd_ < 0) return Unavailable("cannot open " + lock_path + " for writing");
-  if (flock(lock_fd_, LOCK_EX | LOCK_NB) == 0) return Status::Ok();
-  return Unavailable(path.string() +
-                     " is in use: another skein-ingest runs on this session; stop it first");
-}
+Ledger::~Ledger() { sqlite3_close(db_); }
 
 Status Ledger::Connect(const std::filesystem::path& path, int flags) {
   if (sqlite3_open_v2(path.c_str(), &db_, flags, nullptr) != SQLITE_OK) {
@@ -168,63 +171,143 @@ Status Ledger::Append(const std::vector<LedgerRecord>& records,
 Status Ledger::Insert(const std::vector<LedgerRecord>& records,
                       const std::vector<LedgerNote>& notes) {
   const auto failed = [this] { return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_)); };
-  Statement fact(db_, "INSERT INTO facts VALUES(?, ?, ?, ?, ?)");
+  Statement fact(db_, "INSERT INTO facts VALUES(?, ?, ?, ?, ?, ?)");
   for (const LedgerRecord& record : records) {
     fact.Bind(1, record.seq);
     fact.Bind(2, record.fact_id);
     fact.Bind(3, record.kind);
     fact.Bind(4, record.utime_us);
     fact.Bind(5, record.payload);
+    fact.Bind(6, ChecksumOf(record));
     if (fact.Step() != SQLITE_DONE) return failed();
     fact.Reset();
   }
-  Statement note(db_, "INSERT OR REPLACE INTO notes VALUES(?, ?, ?)");
+  Statement note(db_, "INSERT OR REPLACE INTO notes VALUES(?, ?, ?, ?)");
   for (const LedgerNote& row : notes) {
     note.Bind(1, row.kind);
     note.Bind(2, row.key);
     note.Bind(3, row.value);
+    note.Bind(4, ChecksumOf(row));
     if (note.Step() != SQLITE_DONE) return failed();
     note.Reset();
   }
   return Status::Ok();
 }
 
-Status Ledger::Select(const std::string& sql, int64_t from_seq, int64_t to_seq,
+Status Ledger::Select(int64_t from_seq, int64_t to_seq,
                       const std::function<void(LedgerRecord)>& visit) const {
-  Statement statement(db_, sql);
+  Statement statement(db_, "SELECT * FROM facts WHERE seq BETWEEN ? AND ? ORDER BY seq");
   statement.Bind(1, from_seq);
   statement.Bind(2, to_seq);
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) {
-    visit({statement.Integer(0), statement.Text(1), statement.Text(2), statement.Integer(3),
-           statement.Blob(4)});
+    Result<LedgerRecord> record = RecordOf(statement);
+    if (!record.ok()) return record.status();
+    visit(*std::move(record));
   }
-  if (code == SQLITE_DONE) return Status::Ok();
-  return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_));
+  return code == SQLITE_DONE ? Status::Ok() : ReadError();
 }
 
 Result<std::vector<LedgerRecord>> Ledger::Range(int64_t from_seq, int64_t to_seq) const {
   std::vector<LedgerRecord> records;
   const Status status =
-      Select("SELECT * FROM facts WHERE seq BETWEEN ? AND ? ORDER BY seq", from_seq, to_seq,
-             [&](LedgerRecord record) { records.push_back(std::move(record)); });
+      Select(from_seq, to_seq, [&](LedgerRecord record) { records.push_back(std::move(record)); });
   if (!status.ok()) return status;
   return records;
 }
 
 Status Ledger::ForEach(const std::function<void(const LedgerRecord&)>& visit) const {
-  return Select("SELECT * FROM facts WHERE seq BETWEEN ? AND ? ORDER BY seq", 0,
-                std::numeric_limits<int64_t>::max(), visit);
+  return Select(0, std::numeric_limits<int64_t>::max(), visit);
 }
 
 Result<std::map<std::string, std::string>> Ledger::Notes(const std::string& kind) const {
   std::map<std::string, std::string> notes;
-  Statement statement(db_, "SELECT key, value FROM notes WHERE kind = ?");
+  Statement statement(db_, "SELECT * FROM notes WHERE kind = ?");
   statement.Bind(1, kind);
   int code = SQLITE_ROW;
-  while ((code = statement.Step()) == SQLITE_ROW) notes[statement.Text(0)] = statement.Text(1);
+  while ((code = statement.Step()) == SQLITE_ROW) {
+    const Result<LedgerNote> note = NoteOf(statement);
+    if (!note.ok()) return note.status();
+    notes[note->key] = note->value;
+  }
   if (code == SQLITE_DONE) return notes;
-  return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_));
+  return ReadError();
+}
+
+Status Ledger::ReadError() const {
+  return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_) +
+                     "; `skein check SESSION` says what can be done");
+}
+
+LedgerSurvey Ledger::Survey(const std::filesystem::path& path) {
+  LedgerSurvey survey;
+  Result<std::unique_ptr<Ledger>> ledger = OpenReadOnly(path);
+  // The head is the first thing to fail where the last page is damaged.
+  if (!ledger.ok()) {
+    survey.damage.push_back(ledger.error());
+    ledger = OpenDamaged(path);
+    if (!ledger.ok()) return survey;
+  }
+  try {
+    (*ledger)->SurveyFacts(&survey);
+    (*ledger)->SurveyNotes(&survey);
+    (*ledger)->SurveyPages(&survey);
+  } catch (const std::runtime_error& error) {
+    survey.damage.push_back(error.what());
+  }
+  return survey;
+}
+
+Result<std::unique_ptr<Ledger>> Ledger::OpenDamaged(const std::filesystem::path& path) {
+  std::unique_ptr<Ledger> ledger(new Ledger);
+  const Status status = ledger->Connect(path, SQLITE_OPEN_READONLY);
+  if (!status.ok()) return status;
+  return ledger;
+}
+
+// One lookup a record, so that a damaged page costs the records on it alone.
+void Ledger::SurveyFacts(LedgerSurvey* survey) const {
+  Statement statement(db_, "SELECT * FROM facts WHERE seq = ?");
+  std::vector<std::string> damage;
+  size_t num_before_gap = 0;
+  int num_missing = 0;
+  for (int64_t seq = 1; head_seq_ > 0 ? seq <= head_seq_ : num_missing < kMaxMissing; ++seq) {
+    statement.Bind(1, seq);
+    const int code = statement.Step();
+    if (code == SQLITE_ROW) {
+      Result<LedgerRecord> record = RecordOf(statement);
+      record.ok() ? survey->records.push_back(*std::move(record))
+                  : damage.push_back(record.error());
+      num_before_gap = damage.size();
+      num_missing = 0;
+    } else {
+      const std::string reason = code == SQLITE_DONE ? "is missing" : sqlite3_errmsg(db_);
+      damage.push_back("ledger: fact " + std::to_string(seq) + ": " + reason);
+      ++num_missing;
+    }
+    statement.Reset();
+  }
+  if (head_seq_ == 0) damage.resize(num_before_gap);
+  survey->damage.insert(survey->damage.end(), damage.begin(), damage.end());
+}
+
+void Ledger::SurveyNotes(LedgerSurvey* survey) const {
+  Statement statement(db_, "SELECT * FROM notes");
+  int code = SQLITE_ROW;
+  while ((code = statement.Step()) == SQLITE_ROW) {
+    Result<LedgerNote> note = NoteOf(statement);
+    note.ok() ? survey->notes.push_back(*std::move(note)) : survey->damage.push_back(note.error());
+  }
+  if (code != SQLITE_DONE) survey->damage.push_back(ReadError().error());
+}
+
+void Ledger::SurveyPages(LedgerSurvey* survey) const {
+  Statement statement(db_, "PRAGMA integrity_check(10)");
+  int code = SQLITE_ROW;
+  while ((code = statement.Step()) == SQLITE_ROW) {
+    if (statement.Text(0) != "ok") survey->damage.push_back("ledger: " + statement.Text(0));
+  }
+  if (code != SQLITE_DONE) survey->damage.push_back(ReadError().error());
 }
 
 }  // namespace skein

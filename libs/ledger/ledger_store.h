@@ -5,7 +5,9 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/bytes.h"
@@ -31,9 +33,34 @@ struct LedgerNote {
   std::string value;
 };
 
+// Keeps every other writer from a ledger while it lives: flock on PATH.lock. SQLite's exclusive
+// mode would keep readers out, too.
+class LedgerLock {
+ public:
+  // The error says who holds it, for the user.
+  static Result<LedgerLock> Take(const std::filesystem::path& ledger);
+  LedgerLock(LedgerLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  LedgerLock& operator=(LedgerLock&& other) noexcept;
+  ~LedgerLock();
+
+ private:
+  explicit LedgerLock(int fd) : fd_(fd) {}
+  int fd_;
+};
+
+// What of a damaged ledger can be read.
+struct LedgerSurvey {
+  std::vector<LedgerRecord> records;  // in order; without those that are damaged or missing
+  std::vector<LedgerNote> notes;
+  std::vector<std::string> damage;  // a line each, for a person; empty: all is whole
+
+  bool IsWhole() const { return damage.empty(); }
+};
+
 // The session's facts in order: an SQLite file in WAL mode with synchronous=FULL. What Append wrote
-// survives a crash and a power loss. One process writes (a lock file ensures it), any number may
-// read. One thread uses an object.
+// survives a crash and a power loss. Each record has a SHA-256, which is checked whenever it is
+// read. One process writes (a lock file ensures it), any number may read. One thread uses an
+// object.
 class Ledger {
  public:
   // For the writer. Fails when another process has it open for writing, when it is no ledger, or
@@ -41,6 +68,9 @@ class Ledger {
   static Result<std::unique_ptr<Ledger>> Open(const std::filesystem::path& path);
   // For readers; the file must exist.
   static Result<std::unique_ptr<Ledger>> OpenReadOnly(const std::filesystem::path& path);
+  // Reads a ledger that may be damaged, record by record. Never fails: what cannot be opened holds
+  // nothing.
+  static LedgerSurvey Survey(const std::filesystem::path& path);
   ~Ledger();
   Ledger(const Ledger&) = delete;
   Ledger& operator=(const Ledger&) = delete;
@@ -50,7 +80,7 @@ class Ledger {
   Status Append(const std::vector<LedgerRecord>& records,
                 const std::vector<LedgerNote>& notes = {});
 
-  // Records from_seq..to_seq that exist, in order.
+  // Records from_seq..to_seq that exist, in order. These three fail at a damaged record.
   Result<std::vector<LedgerRecord>> Range(int64_t from_seq, int64_t to_seq) const;
   // Every record in order. Throws what `visit` throws.
   Status ForEach(const std::function<void(const LedgerRecord&)>& visit) const;
@@ -63,15 +93,19 @@ class Ledger {
   Ledger() = default;
   Status Connect(const std::filesystem::path& path, int flags);
   Status CheckSchema(const std::string& path, bool create);
-  Status Lock(const std::filesystem::path& path);
   Status Execute(const std::string& sql);
   Result<int64_t> QueryInteger(const std::string& sql) const;
   Status Insert(const std::vector<LedgerRecord>& records, const std::vector<LedgerNote>& notes);
-  Status Select(const std::string& sql, int64_t from_seq, int64_t to_seq,
+  Status Select(int64_t from_seq, int64_t to_seq,
                 const std::function<void(LedgerRecord)>& visit) const;
+  Status ReadError() const;
+  static Result<std::unique_ptr<Ledger>> OpenDamaged(const std::filesystem::path& path);
+  void SurveyFacts(LedgerSurvey* survey) const;
+  void SurveyNotes(LedgerSurvey* survey) const;
+  void SurveyPages(LedgerSurvey* survey) const;
 
   sqlite3* db_ = nullptr;
-  int lock_fd_ = -1;
+  std::optional<LedgerLock> lock_;  // of the writer
   int64_t head_seq_ = 0;
 };
 

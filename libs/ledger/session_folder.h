@@ -25,6 +25,8 @@ struct SessionPaths {
   }
   std::filesystem::path Sparse() const { return root / "sparse"; }
   std::filesystem::path Report() const { return root / "report.json"; }
+  // Checksums of sparse/ and report.json.
+  std::filesystem::path Results() const { return root / "results.sha256"; }
 };
 
 struct Session {
@@ -38,5 +40,16 @@ Result<Session> OpenOrCreateSession(const std::filesystem::path& dir);
 
 // As above, but the folder must hold a session.
 Result<Session> OpenSession(const std::filesystem::path& dir);
+
+// For the one process that writes the session. Notes in session.json where the folder lies. Fails
+// if it is a copy: the folder from which it was copied is still there, with the same id. Two
+// sessions of one id would take each other's messages for their own. A folder that was moved goes
+// on.
+Status ClaimSession(const Session& session);
+
+// Writes DIR/session.json anew, for a session of that id.
+Status WriteSessionFile(const SessionPaths& paths, const std::string& session_id);
+
+std::string RandomSessionId();
 
 }  // namespace skein

@@ -37,7 +37,8 @@ void LedgerServer::Broadcast(const Fact& fact) {
 
 void LedgerServer::Tick() {
   const double now_s = node_.loop().now_s();
-  if (in_flight_ == 0 && now_s < sent_s_ + kIdleHeadS - kBusyHeadS / 2) return;
+  const bool busy = in_flight_ > 0 || finishing_;
+  if (!busy && now_s < sent_s_ + kIdleHeadS - kBusyHeadS / 2) return;
   SendHead();
 }
 

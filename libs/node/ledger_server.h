@@ -30,8 +30,12 @@ class LedgerServer {
 
   // The fact is durable: tells everyone. Facts come in order of seq.
   void Broadcast(const Fact& fact);
-  // Photos not yet through matching. While there are any the head goes out at 10 Hz, else at 1 Hz.
-  void SetInFlight(int num_photos) { in_flight_ = num_photos; }
+  // Photos not yet through matching. While there are any, and during a finish, whose steps wait for
+  // it, the head goes out at 10 Hz, else at 1 Hz.
+  void SetActivity(int num_in_flight, bool finishing) {
+    in_flight_ = num_in_flight;
+    finishing_ = finishing;
+  }
   int64_t head_seq() const { return head_seq_; }
 
  private:
@@ -43,6 +47,7 @@ class LedgerServer {
   const ReadRange read_range_;
   int64_t head_seq_;
   int in_flight_ = 0;
+  bool finishing_ = false;
   double sent_s_ = 0;
   Bus::SubscriptionId subscription_ = 0;
   PollLoop::TimerId timer_ = 0;

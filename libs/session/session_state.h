@@ -108,6 +108,8 @@ class SessionState {
   const PhotoState* FindPhoto(int64_t image_id) const;  // null if unknown
   std::string NameOf(int64_t image_id) const;           // PhotoName; its id if unknown
   int64_t num_images() const { return static_cast<int64_t>(photos_.size()); }
+  // A ledger that was repaired may lack ids in between.
+  int64_t next_image_id() const { return photos_.empty() ? 1 : photos_.rbegin()->first + 1; }
   int64_t num_cameras() const { return num_cameras_; }
   int64_t num_matched() const { return num_matched_; }  // photos with matches
   // Photos accepted and not yet through matching.

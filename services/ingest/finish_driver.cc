@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/checksum_list.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "ingest/model_places.h"
@@ -50,7 +51,11 @@ Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::st
   AddGeoreferences(paths, positions, &report);
   const std::string text =
       report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  return WriteFileAtomic(paths.Report().string(), text.data(), text.size());
+  const Status written = WriteFileAtomic(paths.Report().string(), text.data(), text.size());
+  if (!written.ok()) return written;
+  const auto name = [](const std::filesystem::path& path) { return path.filename().string(); };
+  return WriteChecksumList(paths.root, name(paths.Results()),
+                           {name(paths.Sparse()), name(paths.Report())});
 }
 
 }  // namespace

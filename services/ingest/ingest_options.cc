@@ -9,7 +9,8 @@ namespace skein {
 Status IngestOptions::Check() const {
   return FirstError({intake.limits.Check(), InRange("lease", leases.lease_s, 0.5, 3600.0),
                      InRange("max_pending", intake.max_pending, 1, 100'000),
-                     InRange("max_failures", leases.max_failures, 1, 1000),
+                     InRange<int64_t>("min_free", intake.min_free_bytes, 0, int64_t{1} << 60),
+                     garbage.Check(), InRange("max_failures", leases.max_failures, 1, 1000),
                      InRange("min_model_size", finish.min_model_size, 2, 10'000),
                      InRange("cut_grace", finish.cut_grace_s, 0.0, 3600.0)});
 }
@@ -21,6 +22,12 @@ void AddOptions(CLI::App& app, IngestOptions* options) {
   app.add_option("--min-side", limits.min_side_px, "Shortest side of a photo taken, in pixels");
   app.add_option("--max-pending", options->intake.max_pending,
                  "Photos taken in at a time; more are told to wait");
+  app.add_option("--min-free", options->intake.min_free_bytes,
+                 "Bytes that must be free on the session's disk for a photo to be taken in");
+  app.add_option("--garbage-period", options->garbage.period_s,
+                 "Seconds between two looks for files that nothing needs any more");
+  app.add_option("--garbage-age", options->garbage.min_age_s,
+                 "Seconds since it was written after which such a file goes");
   app.add_option("--lease", options->leases.lease_s,
                  "Seconds after which a silent worker loses its work");
   app.add_option("--max-failures", options->leases.max_failures,

@@ -2,6 +2,7 @@
 
 #include "core/result.h"
 #include "ingest/finish_driver.h"
+#include "ingest/garbage.h"
 #include "ingest/photo_intake.h"
 #include "ingest/work_queue.h"
 #include "node/service_options.h"
@@ -16,6 +17,7 @@ struct IngestOptions {
   IntakeOptions intake;
   LeaseOptions leases;
   FinishOptions finish;
+  GarbageOptions garbage;
 
   Status Check() const;
 };

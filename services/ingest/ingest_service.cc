@@ -10,9 +10,11 @@ namespace {
 
 constexpr double kTickS = 0.2;
 
-std::unique_ptr<Ledger> OpenLedger(const SessionPaths& paths) {
-  auto ledger = Ledger::Open(paths.Ledger());
+std::unique_ptr<Ledger> OpenLedger(const Session& session) {
+  auto ledger = Ledger::Open(session.paths.Ledger());
   if (!ledger.ok()) throw std::runtime_error(ledger.error());
+  const Status claimed = ClaimSession(session);
+  if (!claimed.ok()) throw std::runtime_error(claimed.error());
   return *std::move(ledger);
 }
 
@@ -22,7 +24,7 @@ SessionPaths PathsOf(const Node& node) { return {node.options().session_dir}; }
 
 IngestService::IngestService(Node& node, const IngestOptions& options)
     : node_(node),
-      writer_(OpenLedger(PathsOf(node)), node.session_id(), NowUs),
+      writer_(OpenLedger({node.session_id(), PathsOf(node)}), node.session_id(), NowUs),
       server_(node, writer_.durable_head(),
               [this](int64_t from_seq, int64_t to_seq, const LedgerServer::Visit& visit) {
                 for (const LedgerRecord& record : writer_.Range(from_seq, to_seq)) {
@@ -35,7 +37,8 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
       finish_(
           node, writer_, PathsOf(node), options.finish,
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
-           [this] { return work_.HasIdleMapper(node_.loop().now_s()); }}) {
+           [this] { return work_.HasIdleMapper(node_.loop().now_s()); }}),
+      garbage_(node, writer_, PathsOf(node), options.garbage) {
   LogInfo("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
           writer_.state().num_images());
   writer_.AddObserver([this](const Fact& fact) {
@@ -89,16 +92,24 @@ void IngestService::Flush() {
   writer_.Flush();
   work_.Tick();
   finish_.Step(node_.loop().now_s());
-  server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
+  TellActivity();
 }
 
 void IngestService::Tick() {
   const double now_s = node_.loop().now_s();
+  if (writer_.has_staged()) writer_.Flush();  // what the disk did not take before
   intake_.Tick(now_s);
   submissions_.Tick(now_s);
   work_.Tick();
   finish_.Step(now_s);
-  server_.SetInFlight(intake_.num_pending() + static_cast<int>(writer_.state().num_in_flight()));
+  garbage_.Tick(now_s);
+  TellActivity();
+}
+
+void IngestService::TellActivity() {
+  const SessionState& state = writer_.state();
+  server_.SetActivity(intake_.num_pending() + static_cast<int>(state.num_in_flight()),
+                      state.finishing());
 }
 
 std::string IngestService::ReadyState() const {
@@ -108,10 +119,11 @@ std::string IngestService::ReadyState() const {
 
 void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
   const double now_s = node_.loop().now_s();
-  std::string state = finish_.Describe();
-  const std::string receiving = intake_.Describe(now_s);
-  if (!state.empty() && !receiving.empty()) state += "; ";
-  state += receiving;
+  std::string state;
+  for (const std::string& part : {writer_.problem(), finish_.Describe(), intake_.Describe(now_s)}) {
+    if (!state.empty() && !part.empty()) state += "; ";
+    state += part;
+  }
   heartbeat->state = state.empty() ? ReadyState() : ClampText(state);
   heartbeat->ledger_seq = writer_.durable_head();
   heartbeat->backlog = intake_.num_pending();

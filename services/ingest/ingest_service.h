@@ -5,6 +5,7 @@
 
 #include "event_loop/alive.h"
 #include "ingest/finish_driver.h"
+#include "ingest/garbage.h"
 #include "ingest/ingest_options.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/photo_intake.h"
@@ -37,6 +38,7 @@ class IngestService {
   void ArrangeFlush();
   void Flush();
   void Tick();
+  void TellActivity();
   std::string ReadyState() const;
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
@@ -47,6 +49,7 @@ class IngestService {
   SubmissionDesk submissions_;
   WorkDesk work_;
   FinishDriver finish_;
+  GarbageCollector garbage_;
   std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;
   Alive alive_;  // of posted functions

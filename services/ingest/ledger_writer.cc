@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/log.h"
 #include "ingest/submission_rules.h"
 
 namespace skein {
@@ -31,8 +32,14 @@ LedgerWriter::LedgerWriter(std::unique_ptr<Ledger> ledger, std::string session_i
 }
 
 void LedgerWriter::Replay() {
-  const Status status =
-      ledger_->ForEach([&](const LedgerRecord& record) { session_.Apply(DecodeRecord(record)); });
+  const Status status = ledger_->ForEach([&](const LedgerRecord& record) {
+    const Fact fact = DecodeRecord(record);
+    if (Header(fact).session_id != session_id_) {
+      throw std::runtime_error("session.json has the id " + session_id_ + ", the ledger " +
+                               Header(fact).session_id + "; run `skein repair`");
+    }
+    session_.Apply(fact);
+  });
   if (!status.ok()) throw std::runtime_error(status.error());
 }
 
@@ -59,14 +66,18 @@ void LedgerWriter::ArrangeFlush() {
 }
 
 void LedgerWriter::Flush() {
-  const std::vector<Staged> batch = std::exchange(staged_, {});
-  const std::vector<LedgerNote> notes = std::exchange(notes_, {});
   std::vector<LedgerRecord> records;
-  for (const Staged& staged : batch) records.push_back(EncodeRecord(staged.fact));
-  const Status status = ledger_->Append(records, notes);
+  for (const Staged& staged : staged_) records.push_back(EncodeRecord(staged.fact));
+  const Status status = ledger_->Append(records, notes_);
   if (!status.ok()) {
-    throw std::runtime_error("cannot write the ledger (is the disk full?): " + status.error());
+    if (problem_.empty()) LogError("cannot write the ledger: {}; trying again", status.error());
+    problem_ = "cannot write the ledger (is the disk full?): " + status.error();
+    return;
   }
+  if (!problem_.empty()) LogInfo("the ledger can be written again");
+  problem_.clear();
+  const std::vector<Staged> batch = std::exchange(staged_, {});
+  notes_.clear();
   for (const Staged& staged : batch) {
     for (const OnCommitted& observer : observers_) observer(staged.fact);
     if (staged.then) staged.then(staged.fact);

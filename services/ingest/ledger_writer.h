@@ -28,9 +28,10 @@ class LedgerWriter {
   // observers. Returns the completed fact. Throws std::logic_error for a fact_id that exists.
   Fact Stage(Fact fact, std::vector<LedgerNote> notes = {}, OnCommitted then = nullptr);
   void StageNote(LedgerNote note);
-  // Throws std::runtime_error, with the reason for the user, if the disk takes no more. Then nobody
-  // was told of what was staged, and a fresh start finds the ledger as it was before.
+  // If the disk takes no more, all stays staged, nobody is told of it, and problem() says why; a
+  // later Flush tries again. A fresh start finds the ledger as it was before.
   void Flush();
+  const std::string& problem() const { return problem_; }  // for a person; "" if there is none
   bool has_staged() const { return !staged_.empty() || !notes_.empty(); }
 
   // Called at Flush for every fact in order; may stage more. For the lifetime of the writer.
@@ -65,6 +66,7 @@ class LedgerWriter {
   std::vector<LedgerNote> notes_;
   std::vector<OnCommitted> observers_;
   std::function<void()> arrange_flush_;
+  std::string problem_;
 };
 
 }  // namespace skein

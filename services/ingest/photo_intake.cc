@@ -11,6 +11,7 @@
 namespace skein {
 namespace {
 
+constexpr double kLookAtDiskS = 1;
 constexpr char kCameraNote[] = "camera";
 constexpr char kRenamedNote[] = "renamed";
 constexpr char kDuplicateNote[] = "duplicate";
@@ -34,8 +35,13 @@ PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
       cameras_(writer.Notes(kCameraNote)),
       renamed_(writer.Notes(kRenamedNote)),
       duplicates_(writer.Notes(kDuplicateNote)),
+      blobs_(paths_.Blobs()),
+      room_(paths_.root, options_.min_free_bytes),
       store_(paths_, options_.limits, NamesIn(writer.state())),
-      worker_(node.loop()) {}
+      left_(FindLeftPhotos(paths_, NamesIn(writer.state()))),
+      worker_(node.loop()) {
+  if (!left_.empty()) LogInfo("{} photos in images/ that no fact names", left_.size());
+}
 
 void PhotoIntake::OnOffer(const image_offer_t& offer) {
   const Key key = RefusedOfferFactId(offer.agent, offer.name, offer.blob_id);
@@ -52,6 +58,9 @@ void PhotoIntake::OnOffer(const image_offer_t& offer) {
   if (num_pending() >= options_.max_pending) {
     return Ack(offer, image_ack_t::WAIT, 0, "other photos are being received; offer again");
   }
+  if (!room_.HasRoomFor(offer.size_bytes)) {
+    return Ack(offer, image_ack_t::WAIT, 0, room_.Describe());
+  }
   Begin(key, offer);
 }
 
@@ -66,6 +75,7 @@ bool PhotoIntake::AnswerDecided(const Key& key, const image_offer_t& offer) {
   if (image_id == 0 || !CheckOffer(offer).ok()) return false;
   const image_t& image = writer_.state().FindPhoto(image_id)->image;
   if (image.header.seq > writer_.durable_head()) return true;
+  if (!blobs_.Has(offer.blob_id)) return false;
   if (IsSamePhoto(key, offer, image)) {
     Ack(offer, image_ack_t::STORED, image_id);
     return true;
@@ -135,14 +145,56 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
                   "size does not match: offered " + std::to_string(pending.offer.size_bytes) +
                       " bytes, sent " + std::to_string(size));
   }
-  if (writer_.history().FindImageByBlob(pending.offer.blob_id) != 0) {  // another offer was faster
-    pending_.erase(found);
-    return;
-  }
-  worker_.Run([this, agent = pending.offer.agent, name = pending.offer.name,
-               blob_id = pending.offer.blob_id,
-               content = *std::move(bytes)] { return store_.Take(agent, name, blob_id, content); },
+  const int64_t image_id = writer_.history().FindImageByBlob(pending.offer.blob_id);
+  if (image_id == 0) return Store(key, *std::move(bytes));
+  const image_t& image = writer_.state().FindPhoto(image_id)->image;
+  if (!blobs_.Has(image.blob_id)) return Restore(key, image, *std::move(bytes));
+  pending_.erase(found);  // another offer was faster
+}
+
+void PhotoIntake::Store(const Key& key, Bytes bytes) {
+  const image_offer_t& offer = pending_.at(key).offer;
+  worker_.Run([this, agent = offer.agent, name = offer.name, blob_id = offer.blob_id,
+               content = std::move(bytes)] { return store_.Take(agent, name, blob_id, content); },
               [this, key](const TakenPhoto& taken) { OnTaken(key, taken); });
+}
+
+// The agent's next offer is answered from the ledger.
+void PhotoIntake::Restore(const Key& key, const image_t& image, Bytes bytes) {
+  worker_.Run([paths = paths_, agent = image.agent, name = image.name,
+               content = std::move(bytes)] { return StorePhoto(paths, agent, name, content); },
+              [this, key, image](const Status& stored) {
+                if (!stored.ok()) return Abandon(key, stored.error());
+                LogInfo("photo {} is there again", PhotoName(image.agent, image.name));
+                pending_.erase(key);
+              });
+}
+
+// One after the other, as a finish must not run.
+void PhotoIntake::TakeInLeft() {
+  if (left_.empty() || writer_.state().finishing() || num_pending() >= options_.max_pending) return;
+  const PhotoFile file = left_.back();
+  left_.pop_back();
+  worker_.Run([paths = paths_, file] { return ReadLeftPhoto(paths, file); },
+              [this](const LeftPhoto& photo) { OnLeft(photo); });
+}
+
+// The second file of a content that is known stays where it is.
+void PhotoIntake::OnLeft(const LeftPhoto& photo) {
+  TakeInLeft();
+  image_offer_t offer{};
+  offer.agent = photo.file.agent;
+  offer.name = photo.file.name;
+  offer.blob_id = photo.blob_id;
+  offer.size_bytes = static_cast<int64_t>(photo.bytes.size());
+  const Key key = RefusedOfferFactId(offer.agent, offer.name, offer.blob_id);
+  const bool known = writer_.history().FindImageByBlob(offer.blob_id) != 0 ||
+                     writer_.history().FindFailure(key) != nullptr || pending_.count(key) > 0;
+  if (known || !CheckOffer(offer).ok()) return;
+  Pending& pending = pending_[key];
+  pending.offer = offer;
+  pending.received_utime_us = writer_.now_us();
+  Store(key, photo.bytes);
 }
 
 void PhotoIntake::OnTaken(const Key& key, const TakenPhoto& taken) {
@@ -172,7 +224,7 @@ void PhotoIntake::Commit(const Key& key, const CheckedPhoto& photo, const std::s
       cameras_.emplace(camera_key, std::to_string(writer_.state().num_cameras() + 1));
   std::vector<LedgerNote> notes;
   if (is_new) notes.push_back({kCameraNote, camera_key, camera->second});
-  const std::string image_id = std::to_string(writer_.state().num_images() + 1);
+  const std::string image_id = std::to_string(writer_.state().next_image_id());
   if (name != offer.name) {
     renamed_[key] = image_id;
     notes.push_back({kRenamedNote, key, image_id});
@@ -245,6 +297,11 @@ void PhotoIntake::Abandon(const Key& key, const std::string& reason) {
 }
 
 void PhotoIntake::Tick(double now_s) {
+  if (now_s - looked_s_ >= kLookAtDiskS) {
+    room_.Look();
+    looked_s_ = now_s;
+  }
+  TakeInLeft();
   std::vector<Key> vanished;
   for (auto& [key, pending] : pending_) {
     if (pending.fetch_id == 0) continue;
@@ -287,8 +344,10 @@ std::string PhotoIntake::Describe(double now_s) const {
                 ")";
     }
   }
-  if (pending_.empty()) return "";
-  return "receiving " + std::to_string(pending_.size()) + hanging;
+  std::string text = room_.Describe();
+  if (pending_.empty()) return text;
+  if (!text.empty()) text += "; ";
+  return text + "receiving " + std::to_string(pending_.size()) + hanging;
 }
 
 void PhotoIntake::Ack(const image_offer_t& offer, int8_t status, int64_t image_id,

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "event_loop/worker_thread.h"
+#include "ingest/disk_room.h"
 #include "ingest/known_cameras.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/photo_store.h"
@@ -17,8 +19,9 @@ namespace skein {
 struct IntakeOptions {
   PhotoLimits limits;
   std::vector<KnownCamera> cameras;
-  int max_pending = 64;          // offers taken on at a time; more are told to wait
-  double vanished_after_s = 10;  // without progress, once a finish was asked for
+  int max_pending = 64;                  // offers taken on at a time; more are told to wait
+  double vanished_after_s = 10;          // without progress, once a finish was asked for
+  int64_t min_free_bytes = 512'000'000;  // on the disk, for a photo to be taken in
 };
 
 // From an offer to a committed photo:
@@ -26,18 +29,23 @@ struct IntakeOptions {
 //  - the bytes are pulled from the agent;
 //  - one job of another thread checks, names and stores the photo;
 //  - the fact is committed.
-// Every offer is answered, every time, from the ledger where it is decided. Loop's thread only.
+// Every offer is answered, every time, from the ledger where it is decided. A photo whose file was
+// lost is pulled again when its agent offers it. Photos that lie in images/ and that no fact names
+// are taken in as if they had been offered: what a crash, or a repair of the ledger, left there.
+// Loop's thread only.
 class PhotoIntake {
  public:
   PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options);
 
   void OnOffer(const image_offer_t& offer);
-  // At least once a second: gives up agents that vanished, when a finish waits.
+  // At least once a second: gives up agents that vanished, when a finish waits; takes in what lies
+  // in images/.
   void Tick(double now_s);
 
   int num_pending() const { return static_cast<int>(pending_.size()); }
   int num_duplicates() const { return static_cast<int>(duplicates_.size()); }
-  // What is being received and what hangs, for a person; "" if nothing.
+  // Why photos are not taken in, what is being received and what hangs, for a person; "" if
+  // nothing.
   std::string Describe(double now_s) const;
 
  private:
@@ -56,6 +64,10 @@ class PhotoIntake {
   void Pull(const Key& key, Pending* pending);
   void FollowOwner(const Key& key, const image_offer_t& offer);
   void OnBytes(const Key& key, Result<Bytes> bytes);
+  void Store(const Key& key, Bytes bytes);
+  void Restore(const Key& key, const image_t& image, Bytes bytes);
+  void TakeInLeft();
+  void OnLeft(const LeftPhoto& photo);
   void OnTaken(const Key& key, const TakenPhoto& taken);
   void Commit(const Key& key, const CheckedPhoto& photo, const std::string& name);
   void Refuse(const Key& key, image_offer_t offer, const std::string& reason);
@@ -76,8 +88,12 @@ class PhotoIntake {
   std::map<std::string, std::string> cameras_;     // key -> camera id
   std::map<std::string, std::string> renamed_;     // offer -> image id, of NAME~2
   std::map<std::string, std::string> duplicates_;  // offer -> image id
-  PhotoStore store_;                               // the worker's
-  WorkerThread worker_;                            // last: ends first
+  const BlobStore blobs_;
+  DiskRoom room_;
+  double looked_s_ = 0;          // at the disk
+  PhotoStore store_;             // the worker's
+  std::vector<PhotoFile> left_;  // in images/, in no fact
+  WorkerThread worker_;          // last: ends first
 };
 
 }  // namespace skein

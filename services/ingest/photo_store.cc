@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/file.h"
+#include "core/hash.h"
 #include "photo/photo_name.h"
 
 namespace skein {
@@ -26,7 +27,7 @@ Status SyncFolder(const fs::path& dir) {
 
 // Renaming onto a link of the same file leaves both, hence the second unlink.
 Status LinkAs(const fs::path& blob, const fs::path& path, const Bytes& bytes) {
-  const fs::path temporary = path.parent_path() / (".link-" + blob.filename().string());
+  const fs::path temporary = path.parent_path() / (".link.tmp-" + blob.filename().string());
   unlink(temporary.c_str());
   if (link(blob.c_str(), temporary.c_str()) != 0) return WriteFileAtomic(path.string(), bytes);
   const int failed = rename(temporary.c_str(), path.c_str()) != 0 ? errno : 0;
@@ -52,6 +53,28 @@ Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std
     return Unavailable("cannot create " + path.parent_path().string() + ": " + error.message());
   }
   return LinkAs(store.Path(*blob_id), path, bytes);
+}
+
+std::vector<PhotoFile> FindLeftPhotos(const SessionPaths& paths, const PhotoStore::Names& taken) {
+  std::vector<PhotoFile> left;
+  std::error_code error;
+  for (const auto& entry : fs::recursive_directory_iterator(paths.Images(), error)) {
+    const fs::path path = fs::relative(entry.path(), paths.Images(), error);
+    if (error || !entry.is_regular_file(error)) continue;
+    const std::string agent = path.begin()->string();
+    const std::string name = fs::relative(path, *path.begin(), error).string();
+    const bool fits = CheckAgentName(agent).ok() && CheckPhotoName(name).ok();
+    if (error || !fits || IsTemporaryName(path.filename().string())) continue;
+    if (taken.count({agent, name}) == 0) left.push_back({agent, name});
+  }
+  return left;
+}
+
+LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const PhotoFile& file) {
+  Result<Bytes> bytes = ReadFile(paths.Image(file.agent, file.name).string());
+  if (!bytes.ok()) return {file, "", {}};
+  const std::string blob_id = HashBytes(bytes->data(), bytes->size());
+  return {file, blob_id, *std::move(bytes)};
 }
 
 PhotoStore::PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken)

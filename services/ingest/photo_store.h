@@ -3,6 +3,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "blobs/blob_store.h"
 #include "core/bytes.h"
@@ -32,6 +33,22 @@ struct TakenPhoto {
   std::string name;    // of kStored
   CheckedPhoto photo;  // of kStored
 };
+
+// A file in images/.
+struct PhotoFile {
+  std::string agent, name;
+};
+
+// Photos in images/ with none of these names; without temporary files.
+std::vector<PhotoFile> FindLeftPhotos(const SessionPaths& paths,
+                                      const std::set<std::pair<std::string, std::string>>& taken);
+
+struct LeftPhoto {
+  PhotoFile file;
+  std::string blob_id;  // "" if it cannot be read
+  Bytes bytes;
+};
+LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const PhotoFile& file);
 
 // Takes photos into the session folder. What it stored is expected to be committed. One thread.
 class PhotoStore {

@@ -223,7 +223,7 @@ std::optional<LeaseClaim> ClaimOf(const Fact& fact) {
   return std::nullopt;
 }
 
-void SetIds(image_t* f, const SessionState& state) { f->image_id = state.num_images() + 1; }
+void SetIds(image_t* f, const SessionState& state) { f->image_id = state.next_image_id(); }
 void SetIds(seed_t* f, const SessionState& state) {
   f->submap_id = state.submaps().empty() ? 1 : state.submaps().rbegin()->first + 1;
 }

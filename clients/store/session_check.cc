@@ -1,0 +1,247 @@
+#include "clients/store/session_check.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "blobs/blob_store.h"
+#include "core/checksum_list.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "ledger/write_ahead_log.h"
+#include "session/needed_blobs.h"
+#include "session/session_state.h"
+
+namespace skein {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Remedy = Finding::Remedy;
+
+std::string HashOfFile(const fs::path& file) {
+  const Result<Bytes> bytes = ReadFile(file.string());
+  return bytes.ok() ? HashBytes(bytes->data(), bytes->size()) : "";
+}
+
+std::vector<fs::path> FilesUnder(const fs::path& dir) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(dir, error)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+class Checker {
+ public:
+  Checker(const SessionPaths& paths, const Progress& progress)
+      : paths_(paths), progress_(progress), store_(paths.Blobs()) {}
+
+  SessionCheck Run() {
+    CheckSessionFile();
+    CheckLedger();
+    CheckBlobs();
+    CheckNeeded();
+    CheckPhotos();
+    CheckRetrieval();
+    CheckResults();
+    return std::move(check_);
+  }
+
+ private:
+  void Add(std::string what, std::string problem, Remedy remedy) {
+    check_.findings.push_back({std::move(what), std::move(problem), remedy});
+  }
+  std::string NameOf(const std::string& blob) const { return Relative(store_.Path(blob)); }
+  std::string Relative(const fs::path& file) const {
+    return fs::relative(file, paths_.root).string();
+  }
+  void Count() {
+    if (progress_ && num_files_ > 0) progress_(static_cast<double>(++num_read_) / num_files_);
+  }
+
+  void CheckSessionFile() {
+    const Result<Session> session = OpenSession(paths_.root);
+    check_.has_sound_session_file = session.ok();
+    if (session.ok()) {
+      check_.session_id = session->session_id;
+    } else {
+      Add("session.json", session.error(), Remedy::kRepair);
+    }
+  }
+
+  // Photos that it told of are taken in again.
+  void CheckWriteAheadLog() {
+    const fs::path log = paths_.Ledger().string() + "-wal";
+    const std::string damage = DamageOfWriteAheadLog(log);
+    if (!damage.empty()) Add("ledger.db-wal", damage, Remedy::kNone);
+  }
+
+  void CheckLedger() {
+    CheckWriteAheadLog();
+    check_.ledger = Ledger::Survey(paths_.Ledger());
+    for (const std::string& damage : check_.ledger.damage) {
+      Add("ledger.db", damage, Remedy::kMakeAnew);
+    }
+    std::map<std::string, size_t> ids;
+    for (const LedgerRecord& record : check_.ledger.records) {
+      const Result<Fact> fact =
+          DecodeFact(FactKindFromName(record.kind), record.payload.data(), record.payload.size());
+      if (fact.ok()) {
+        check_.facts.push_back(*fact);
+        ++ids[Header(*fact).session_id];
+      } else {
+        check_.ledger.damage.push_back(fact.error());
+        Add("ledger.db", "fact " + std::to_string(record.seq) + ": " + fact.error(),
+            Remedy::kMakeAnew);
+      }
+    }
+    CheckSessionId(ids);
+  }
+
+  void CheckSessionId(const std::map<std::string, size_t>& ids) {
+    if (ids.empty() || ids.count(check_.session_id) > 0) return;
+    const auto most = std::max_element(
+        ids.begin(), ids.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (check_.has_sound_session_file) {
+      Add("session.json", "has the id " + check_.session_id + ", the ledger " + most->first,
+          Remedy::kRepair);
+    }
+    check_.session_id = most->first;
+    check_.has_sound_session_file = false;
+  }
+
+  void CheckBlobs() {
+    const std::vector<fs::path> files = FilesUnder(paths_.Blobs());
+    num_files_ = files.size() + 1;
+    for (const fs::path& file : files) {
+      Count();
+      if (IsTemporaryName(file.filename().string())) continue;
+      ++check_.num_blobs;
+      const std::string name = file.filename().string();
+      if (HashOfFile(file) != name) check_.damaged_blobs.insert(name);
+    }
+  }
+
+  // A ledger that lacks facts is no state: each of its facts is needed then.
+  std::set<std::string> Needed() const {
+    std::set<std::string> needed;
+    for (const Fact& fact : check_.facts) {
+      if (std::holds_alternative<submap_model_t>(fact) || std::holds_alternative<merge_t>(fact))
+        continue;
+      for (const std::string& blob : BlobsOf(fact)) needed.insert(blob);
+    }
+    if (!check_.ledger.IsWhole()) return needed;
+    SessionState state;
+    for (const Fact& fact : check_.facts) state.Apply(fact);
+    needed.merge(NeededBlobs(state));
+    return needed;
+  }
+
+  void CheckNeeded() {
+    const std::set<std::string> needed = Needed();
+    std::set<std::string> photos;
+    for (const Fact& fact : check_.facts) {
+      if (const auto* image = std::get_if<image_t>(&fact)) photos.insert(image->blob_id);
+    }
+    for (const std::string& blob : needed) {
+      if (photos.count(blob) > 0 || IsSound(blob)) continue;
+      check_.lost_blobs.insert(blob);
+      Add(NameOf(blob), store_.Has(blob) ? "is damaged" : "is missing", Remedy::kMakeAnew);
+    }
+    for (const std::string& blob : check_.damaged_blobs) {
+      if (needed.count(blob) > 0) continue;
+      Add(NameOf(blob), "is damaged, and not needed any more", Remedy::kRepair);
+    }
+  }
+
+  bool IsSound(const std::string& blob) const {
+    return store_.Has(blob) && check_.damaged_blobs.count(blob) == 0;
+  }
+
+  void CheckPhotos() {
+    std::set<fs::path> known;
+    for (const Fact& fact : check_.facts) {
+      const auto* image = std::get_if<image_t>(&fact);
+      if (image == nullptr) continue;
+      ++check_.num_photos;
+      known.insert(paths_.Image(image->agent, image->name));
+      CheckPhoto(*image);
+    }
+    for (const fs::path& file : FilesUnder(paths_.Images())) {
+      if (known.count(file) > 0 || IsTemporaryName(file.filename().string())) continue;
+      Add(Relative(file), "is in no fact", Remedy::kNone);
+    }
+  }
+
+  // It is there twice, as a link or a copy.
+  void CheckPhoto(const image_t& image) {
+    const fs::path file = paths_.Image(image.agent, image.name);
+    const bool sound = HashOfFile(file) == image.blob_id;
+    if (sound && IsSound(image.blob_id)) return;
+    const bool lost = !sound && !IsSound(image.blob_id);
+    Add(Relative(file),
+        lost ? "is damaged or missing" : "one of its two copies is damaged or missing",
+        lost ? Remedy::kSendAgain : Remedy::kRepair);
+  }
+
+  // Its last 64 bytes are the hash of what is before them.
+  void CheckRetrieval() {
+    for (const fs::path& file : FilesUnder(paths_.Retrieval())) {
+      if (IsTemporaryName(file.filename().string())) continue;
+      constexpr size_t kHashSize = 64;
+      const Result<Bytes> bytes = ReadFile(file.string());
+      const bool sound =
+          bytes.ok() && bytes->size() > kHashSize &&
+          HashBytes(bytes->data(), bytes->size() - kHashSize) ==
+              std::string(bytes->end() - static_cast<std::ptrdiff_t>(kHashSize), bytes->end());
+      if (!sound) Add(Relative(file), "is damaged", Remedy::kNone);
+    }
+  }
+
+  void CheckResults() {
+    const Result<std::vector<std::string>> damaged =
+        CheckChecksumList(paths_.root, paths_.Results().filename().string());
+    if (damaged.ok()) {
+      check_.damaged_results = *damaged;
+    } else if (damaged.code() != StatusCode::kNotFound) {
+      check_.damaged_results = {paths_.Results().filename().string()};
+    } else if (fs::exists(paths_.Report())) {
+      check_.damaged_results = {paths_.Results().filename().string()};
+    }
+    for (const std::string& file : check_.damaged_results) {
+      Add(file, "is damaged or missing", Remedy::kMakeAnew);
+    }
+  }
+
+  const SessionPaths& paths_;
+  const Progress& progress_;
+  const BlobStore store_;
+  SessionCheck check_;
+  size_t num_files_ = 0, num_read_ = 0;
+};
+
+}  // namespace
+
+const char* TextOf(Finding::Remedy remedy) {
+  switch (remedy) {
+    case Remedy::kNone:
+      return "nothing is lost, the services see to it";
+    case Remedy::kRepair:
+      return "`skein repair` makes it whole";
+    case Remedy::kMakeAnew:
+      return "`skein repair` takes it out, the services make it anew";
+    case Remedy::kSendAgain:
+      return "send the photo again";
+  }
+  return "";
+}
+
+SessionCheck CheckSession(const SessionPaths& paths, const Progress& progress) {
+  return Checker(paths, progress).Run();
+}
+
+}  // namespace skein

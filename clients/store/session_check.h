@@ -1,0 +1,55 @@
+// What of a session folder is damaged. Reads everything once: the ledger's records, photos and
+// blobs by their hash, results by their list of checksums.
+#pragma once
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ledger/facts.h"
+#include "ledger/ledger_store.h"
+#include "ledger/session_folder.h"
+
+namespace skein {
+
+// A line for a person, with what becomes of it.
+struct Finding {
+  enum class Remedy {
+    kNone,       // nothing is lost: it is made anew by itself, or was not needed
+    kRepair,     // `skein repair` makes it whole
+    kMakeAnew,   // `skein repair` takes it out, and the services make it anew
+    kSendAgain,  // a photo that is nowhere else: its agent must send it again
+  };
+  std::string what;
+  std::string problem;
+  Remedy remedy = Remedy::kNone;
+};
+
+const char* TextOf(Finding::Remedy remedy);
+
+struct SessionCheck {
+  std::vector<Finding> findings;
+
+  std::string session_id;  // session.json's, or else the ledger's; "" if neither tells
+  bool has_sound_session_file = false;
+  LedgerSurvey ledger;
+  std::vector<Fact> facts;                   // of the sound records, in order
+  std::set<std::string> damaged_blobs;       // files in blobs/ that are not what their name says
+  std::set<std::string> lost_blobs;          // damaged or missing, needed, no photo
+  std::vector<std::string> damaged_results;  // and the list itself
+
+  size_t num_blobs = 0;
+  size_t num_photos = 0;
+
+  bool IsWhole() const { return findings.empty(); }
+  // Facts must go, so that the services make anew what they tell.
+  bool MustRebuildLedger() const { return !ledger.IsWhole() || !lost_blobs.empty(); }
+};
+
+using Progress = std::function<void(double part)>;
+
+// Never fails: whatever is wrong is a finding. The folder may be in use.
+SessionCheck CheckSession(const SessionPaths& paths, const Progress& progress = {});
+
+}  // namespace skein

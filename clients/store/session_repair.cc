@@ -1,0 +1,173 @@
+#include "clients/store/session_repair.h"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <system_error>
+
+#include "blobs/blob_store.h"
+#include "clients/store/session_writer.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "ledger/ledger_store.h"
+
+namespace skein {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Which facts of a ledger stay when others are lost.
+class Keeper {
+ public:
+  explicit Keeper(const SessionCheck& check) : check_(check) {}
+
+  bool Keeps(const Fact& fact) {
+    for (const std::string& blob : BlobsOf(fact)) {
+      if (check_.lost_blobs.count(blob) > 0) return false;
+    }
+    return std::visit([this](const auto& f) { return Keep(f); }, fact);
+  }
+
+ private:
+  bool Keep(const image_t& f) { return images_.insert(f.image_id).second; }
+  bool Keep(const features_t& f) {
+    return images_.count(f.image_id) > 0 && described_.insert(f.image_id).second;
+  }
+  bool Keep(const candidates_t& f) {
+    const bool known = AllDescribed(f.other_ids) && described_.count(f.image_id) > 0;
+    return known && compared_.insert(f.image_id).second;
+  }
+  bool Keep(const matches_t& f) {
+    std::vector<int64_t> others;
+    for (const two_view_t& pair : f.pairs) others.push_back(pair.other_id);
+    return compared_.count(f.image_id) > 0 && AllDescribed(others);
+  }
+  bool Keep(const failure_t& f) { return f.image_id == 0 || images_.count(f.image_id) > 0; }
+  bool Keep(const configuration_t&) { return true; }
+  template <class T>
+  bool Keep(const T&) {
+    return false;
+  }
+  bool AllDescribed(const std::vector<int64_t>& ids) const {
+    return std::all_of(ids.begin(), ids.end(),
+                       [this](int64_t id) { return described_.count(id) > 0; });
+  }
+
+  const SessionCheck& check_;
+  std::set<int64_t> images_, described_, compared_;
+};
+
+class Repairer {
+ public:
+  Repairer(const SessionPaths& paths, const SessionCheck& check)
+      : paths_(paths), check_(check), blobs_(paths.Blobs()) {}
+
+  Result<Repaired> Run() {
+    if (check_.session_id.empty()) repaired_.done.push_back("the session gets a new id");
+    const std::string id = check_.session_id.empty() ? RandomSessionId() : check_.session_id;
+    RepairPhotos();
+    for (const std::string& blob : check_.damaged_blobs) SetAside(blobs_.Path(blob));
+    if (check_.MustRebuildLedger()) RebuildLedger(id);
+    if (!check_.damaged_results.empty()) SetResultsAside();
+    if (!check_.has_sound_session_file) WriteSession(id);
+    return repaired_;
+  }
+
+ private:
+  void Require(const Status& status) {
+    if (!status.ok()) throw std::runtime_error(status.error());
+  }
+
+  void SetAside(const fs::path& path) {
+    if (!fs::exists(path)) return;
+    const fs::path name = fs::relative(path, paths_.root);
+    fs::path aside = paths_.root / "damaged" / name;
+    for (int number = 2; fs::exists(aside); ++number) {
+      aside = paths_.root / "damaged" / (name.string() + "~" + std::to_string(number));
+    }
+    fs::create_directories(aside.parent_path());
+    fs::rename(path, aside);
+    repaired_.done.push_back(name.string() + " is in damaged/ now");
+  }
+
+  void RepairPhotos() {
+    for (const Fact& fact : check_.facts) {
+      if (const auto* image = std::get_if<image_t>(&fact)) RepairPhoto(*image);
+    }
+  }
+
+  // A file that is damaged as a blob, too, is a link to it: it is set aside with it.
+  void RepairPhoto(const image_t& image) {
+    const fs::path file = paths_.Image(image.agent, image.name);
+    const Result<Bytes> blob = blobs_.Get(image.blob_id);
+    const Result<Bytes> copy = ReadFile(file.string());
+    const bool sound_copy = copy.ok() && HashBytes(copy->data(), copy->size()) == image.blob_id;
+    if (blob.ok() && sound_copy) return;
+    const std::string name = image.agent + "/" + image.name;
+    if (!blob.ok() && !sound_copy) {
+      SetAside(file);
+      repaired_.photos_to_send.push_back(name);
+      return;
+    }
+    if (!sound_copy) SetAside(file);
+    Require(LinkPhoto(paths_, image, blob.ok() ? *blob : *copy));
+    repaired_.done.push_back("photo " + name + " is restored from its second copy");
+  }
+
+  void RebuildLedger(const std::string& session_id) {
+    const std::vector<Fact> facts = KeepFacts(check_);
+    const fs::path fresh = paths_.Ledger().string() + ".new";
+    RemoveLedger(fresh);
+    Require(WriteLedger(fresh, session_id, facts, check_.ledger.notes));
+    for (const char* suffix : {"-wal", "-shm", ""}) SetAside(paths_.Ledger().string() + suffix);
+    fs::rename(fresh, paths_.Ledger());
+    RemoveLedger(fresh);
+    SetAside(paths_.Retrieval());  // it names positions in the ledger
+    repaired_.done.push_back("the ledger is written anew, with " + std::to_string(facts.size()) +
+                             " of the " + std::to_string(check_.facts.size()) +
+                             " facts that can be read; maps are made anew");
+    repaired_.services_must_run = true;
+  }
+
+  void SetResultsAside() {
+    for (const fs::path& path : {paths_.Sparse(), paths_.Report(), paths_.Results()})
+      SetAside(path);
+    repaired_.services_must_run = true;
+  }
+
+  void WriteSession(const std::string& id) {
+    Require(WriteSessionFile(paths_, id));
+    repaired_.done.push_back("session.json is written anew");
+  }
+
+  const SessionPaths& paths_;
+  const SessionCheck& check_;
+  BlobStore blobs_;
+  Repaired repaired_;
+};
+
+}  // namespace
+
+std::vector<Fact> KeepFacts(const SessionCheck& check) {
+  Keeper keeper(check);
+  std::vector<Fact> kept;
+  for (const Fact& fact : check.facts) {
+    if (keeper.Keeps(fact)) kept.push_back(fact);
+  }
+  return kept;
+}
+
+Result<Repaired> RepairSession(const SessionPaths& paths, const Progress& progress) {
+  const Result<LedgerLock> lock = LedgerLock::Take(paths.Ledger());
+  if (!lock.ok()) return lock.status();
+  const SessionCheck check = CheckSession(paths, progress);
+  try {
+    return Repairer(paths, check).Run();
+  } catch (const std::exception& error) {
+    return Unavailable(error.what());
+  }
+}
+
+}  // namespace skein

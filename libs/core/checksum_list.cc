@@ -1,0 +1,68 @@
+#include "core/checksum_list.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "core/file.h"
+#include "core/hash.h"
+
+namespace skein {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// sha256sum puts two spaces between a hash and its file.
+constexpr size_t kHashSize = 64;
+constexpr size_t kGapSize = 2;
+
+std::vector<std::string> FilesUnder(const fs::path& root, const std::string& path) {
+  if (!fs::is_directory(root / path)) return {path};
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / path)) {
+    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), root).string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+bool IsDamaged(const fs::path& file, const std::string& hash) {
+  const Result<Bytes> bytes = ReadFile(file.string());
+  return !bytes.ok() || HashBytes(bytes->data(), bytes->size()) != hash;
+}
+
+}  // namespace
+
+Status WriteChecksumList(const fs::path& root, const std::string& list_name,
+                         const std::vector<std::string>& paths) {
+  std::string list;
+  for (const std::string& path : paths) {
+    for (const std::string& file : FilesUnder(root, path)) {
+      const Result<Bytes> bytes = ReadFile((root / file).string());
+      if (!bytes.ok()) return bytes.status();
+      list += HashBytes(bytes->data(), bytes->size()) + "  " + file + "\n";
+    }
+  }
+  return WriteFileAtomic((root / list_name).string(), list.data(), list.size());
+}
+
+Result<std::vector<std::string>> CheckChecksumList(const fs::path& root,
+                                                   const std::string& list_name) {
+  const fs::path path = root / list_name;
+  if (!fs::exists(path)) return NotFound("there is no " + path.string());
+  const Result<Bytes> bytes = ReadFile(path.string());
+  if (!bytes.ok()) return bytes.status();
+  std::istringstream lines(std::string(bytes->begin(), bytes->end()));
+  std::vector<std::string> damaged;
+  for (std::string line; std::getline(lines, line);) {
+    const std::string hash = line.substr(0, kHashSize);
+    if (line.size() <= kHashSize + kGapSize || !IsBlobId(hash)) {
+      return DataLoss(path.string() + " is damaged");
+    }
+    const std::string file = line.substr(kHashSize + kGapSize);
+    if (IsDamaged(root / file, hash)) damaged.push_back(file);
+  }
+  return damaged;
+}
+
+}  // namespace skein

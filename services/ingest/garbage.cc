@@ -1,0 +1,73 @@
+#include "ingest/garbage.h"
+
+#include <chrono>
+#include <set>
+#include <system_error>
+
+#include "core/file.h"
+#include "core/hash.h"
+#include "core/log.h"
+#include "core/option_check.h"
+#include "session/needed_blobs.h"
+
+namespace skein {
+
+namespace fs = std::filesystem;
+
+Status GarbageOptions::Check() const {
+  return FirstError({InRange("garbage_period", period_s, 0.01, 86400.0),
+                     InRange("garbage_age", min_age_s, 0.0, 30 * 86400.0)});
+}
+
+std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type before) {
+  std::vector<fs::path> files;
+  std::error_code error;  // what vanishes meanwhile is no concern
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(dir, error)) {
+    const bool old = entry.is_regular_file(error) && entry.last_write_time(error) < before;
+    if (old && !error) files.push_back(entry.path());
+  }
+  return files;
+}
+
+GarbageCollector::GarbageCollector(Node& node, const LedgerWriter& writer, SessionPaths paths,
+                                   const GarbageOptions& options)
+    : writer_(writer),
+      paths_(std::move(paths)),
+      options_(options),
+      next_s_(node.loop().now_s() + options.period_s),
+      worker_(node.loop()) {}
+
+void GarbageCollector::Tick(double now_s) {
+  if (now_s < next_s_) return;
+  next_s_ = now_s + options_.period_s;
+  const auto min_age = std::chrono::duration_cast<fs::file_time_type::duration>(
+      std::chrono::duration<double>(options_.min_age_s));
+  worker_.Run(
+      [paths = paths_, min_age] {
+        return FilesWrittenBefore(paths.Blobs(), fs::file_time_type::clock::now() - min_age);
+      },
+      [this](const std::vector<fs::path>& old_files) { Remove(old_files); });
+}
+
+// On the loop's thread, where facts are committed: none comes in between.
+void GarbageCollector::Remove(const std::vector<fs::path>& old_files) {
+  if (writer_.state().finishing() || writer_.has_staged()) return;
+  const std::set<std::string> needed = NeededBlobs(writer_.state());
+  uintmax_t num_bytes = 0;
+  int num_removed = 0;
+  for (const fs::path& file : old_files) {
+    const std::string name = file.filename().string();
+    const bool is_garbage = IsBlobId(name) ? needed.count(name) == 0 : IsTemporaryName(name);
+    if (!is_garbage) continue;
+    std::error_code error;
+    const uintmax_t size = fs::file_size(file, error);
+    if (error || !fs::remove(file, error)) continue;
+    num_bytes += size;
+    ++num_removed;
+  }
+  if (num_removed == 0) return;
+  LogInfo("removed {} files that nothing needs, {:.1f} MB", num_removed,
+          static_cast<double>(num_bytes) * 1e-6);
+}
+
+}  // namespace skein

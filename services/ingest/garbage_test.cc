@@ -1,0 +1,95 @@
+// What ingest removes, and what it makes of a folder that lacks files or has too many.
+#include "ingest/garbage.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "blobs/blob_store.h"
+#include "core/file.h"
+#include "testing/test_ingest.h"
+#include "testing/test_photos.h"
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+class GarbageTest : public IngestServiceTest {
+ protected:
+  GarbageTest() {
+    options_.garbage.period_s = 0.05;
+    options_.garbage.min_age_s = 3600;
+    Restart();
+  }
+
+  fs::path PathOf(const std::string& blob) const { return BlobStore(Paths().Blobs()).Path(blob); }
+  std::string Store(const Bytes& bytes) { return *BlobStore(Paths().Blobs()).Put(bytes); }
+  void MakeOld(const fs::path& file) {
+    fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  }
+};
+
+TEST_F(GarbageTest, GoesOnceItIsOld) {
+  const image_ack_t photo = Publish("a.jpg", SmallJpeg());
+  const std::string orphan = Store({1, 2, 3}), young = Store({4, 5, 6});
+  const fs::path temporary = PathOf(orphan).string() + ".tmp-1-2";
+  ASSERT_TRUE(WriteFileAtomic(temporary.string(), Bytes{7}).ok());
+  for (const fs::path& file : {PathOf(orphan), PathOf(photo.blob_id), temporary}) MakeOld(file);
+  Await([&] { return !fs::exists(PathOf(orphan)) && !fs::exists(temporary); }, "they go");
+  EXPECT_TRUE(fs::exists(PathOf(photo.blob_id)));
+  EXPECT_TRUE(fs::exists(PathOf(young)));
+}
+
+TEST_F(GarbageTest, IsNotCollectedDuringAFinish) {
+  AskToFinish(1);
+  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
+  const std::string orphan = Store({1, 2, 3});
+  MakeOld(PathOf(orphan));
+  loop_.RunUntil([] { return false; }, 0.5);
+  EXPECT_TRUE(fs::exists(PathOf(orphan)));
+}
+
+TEST_F(GarbageTest, APhotoInTheFolderThatNoFactNamesIsTakenIn) {
+  Publish("a.jpg", SmallJpeg(1));
+  const fs::path left = Paths().Image("bob", "walk/b.jpg"), copy = Paths().Image("bob", "copy.jpg");
+  fs::create_directories(left.parent_path());
+  ASSERT_TRUE(WriteFileAtomic(left.string(), SmallJpeg(2)).ok());
+  ASSERT_TRUE(WriteFileAtomic(copy.string(), SmallJpeg(1)).ok());
+  Restart();
+  Await([&] { return facts_.size() == 2; }, "it is taken in");
+  const auto& image = std::get<image_t>(facts_[1]);
+  EXPECT_EQ(image.agent, "bob");
+  EXPECT_EQ(image.name, "walk/b.jpg");
+  EXPECT_EQ(*ReadFile(left.string()), SmallJpeg(2));
+  Restart();
+  loop_.RunUntil([] { return false; }, 0.5);
+  EXPECT_EQ(facts_.size(), 2u) << "a content that is known is no photo";
+}
+
+TEST_F(GarbageTest, APhotoWhoseFileIsLostIsPulledAgain) {
+  const image_offer_t offer = MakeOffer("a.jpg", SmallJpeg());
+  const int64_t image_id = Decide(offer).image_id;
+  fs::remove(PathOf(offer.blob_id));
+  fs::remove(Paths().Image("alice", "a.jpg"));
+  peer_->blobs().Offer(SmallJpeg());
+  EXPECT_EQ(Decide(offer).image_id, image_id);
+  EXPECT_EQ(*ReadFile(Paths().Image("alice", "a.jpg").string()), SmallJpeg());
+  EXPECT_EQ(facts_.size(), 1u);
+}
+
+TEST_F(GarbageTest, WithoutRoomOnTheDiskPhotosWait) {
+  options_.intake.min_free_bytes = int64_t{1} << 60;
+  Restart();
+  const image_offer_t offer = MakeOffer("a.jpg", SmallJpeg());
+  peer_->Publish(kImageOfferChannel, offer);
+  Await([&] { return !acks_.empty(); }, "an answer");
+  EXPECT_EQ(acks_[0].status, +image_ack_t::WAIT);
+  EXPECT_NE(acks_[0].reason.find("disk is almost full"), std::string::npos);
+  options_.intake.min_free_bytes = 0;
+  Restart();
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::STORED);
+}
+
+}  // namespace
+}  // namespace skein

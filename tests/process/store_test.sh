@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# The session folder as a store: a disk that is full for a while, a copy beside a live session, a clone that
+# goes on by itself, a damaged session that is repaired and finished.
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+use_place 2 8 --seed 1
+skein=$SKEIN_BUILD/bin/skein
+session=$workspace/session
+
+refuses() {
+  local want=$1
+  shift
+  ! "$@" >"$workspace/out" 2>&1 || fail "not refused: $*"
+  grep -F "$want" "$workspace/out" >/dev/null || fail "$*: $(tail -n 3 "$workspace/out")"
+}
+service_pids() { cat "$1"/run/*.pid | sort; }
+
+echo "a disk that is almost full: photos wait, and come in once there is room"
+cat >"$workspace/full.toml" <<<$'[ingest]\nmin-free = 1000000000000000'
+start_services "$session" "$url" --config "$workspace/full.toml"
+publish "$session"
+wait_until 30 "status tells it" bash -c "'$skein' status --once --session '$session' --lcm-url '$url' | grep -F 'disk is almost full'"
+[[ $(count_facts "$session" image) == 0 ]] || fail "a photo was taken in without room"
+stop_services
+start_services "$session" "$url"
+await_agents
+
+echo "a copy beside the live session ends nothing of it, and does not run"
+cp -a "$session" "$workspace/copy"
+before=$(service_pids "$session")
+refuses "is a copy of the session in" timeout 60 "$SKEIN_ROOT/scripts/launch.sh" --session "$workspace/copy" --lcm-url "$url" --build "$SKEIN_BUILD"
+[[ $(service_pids "$session") == "$before" ]] || fail "the copy ended processes of the original"
+
+finish "$session"
+stop_services
+expect_model "$session" 1
+"$skein" check "$session" || fail "a finished session is not whole"
+
+echo "a clone is a session of its own"
+"$skein" clone "$session" "$workspace/clone"
+[[ $(jq -r .session_id "$session/session.json") != $(jq -r .session_id "$workspace/clone/session.json") ]] || fail "one id"
+start_services "$workspace/clone" "$url"
+finish "$workspace/clone"
+stop_services
+expect_model "$workspace/clone" 1
+
+echo "damage is told, and a repaired session ends as before"
+mv "$session" "$workspace/moved" # a moved folder goes on
+session=$workspace/moved
+# One bit in the ledger's middle, the id, a model and a photo's two names.
+printf '\x55' | dd of="$session/ledger.db" bs=1 seek=$(($(stat -c %s "$session/ledger.db") / 2)) conv=notrunc status=none
+echo >"$session/session.json"
+truncate -s 100 "$session/sparse/0/points3D.bin"
+photo=$(find "$session/images" -type f | sort | head -n 1)
+printf '\x55\x55\x55\x55' | dd of="$photo" bs=1 seek=3000 conv=notrunc status=none
+refuses "findings" "$skein" check "$session"
+for what in ledger.db session.json sparse/0/points3D.bin "${photo#"$session/"}"; do
+  grep -F "$what" "$workspace/out" >/dev/null || fail "check does not name $what: $(<"$workspace/out")"
+done
+"$skein" repair "$session" | tee "$workspace/repair.out"
+grep -F "send it again" "$workspace/repair.out" >/dev/null || fail "the lost photo is not told"
+start_services "$session" "$url"
+publish "$session"
+await_agents
+finish "$session"
+stop_services
+expect_model "$session" 1
+"$skein" check "$session" || fail "a repaired session is not whole"
