@@ -57,6 +57,25 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
   return votes;
 }
 
+Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2) {
+  const colmap::Image& image1 = map.reconstruction().Image(id1);
+  const colmap::Image& image2 = map.reconstruction().Image(id2);
+  Votes votes;
+  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
+    const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
+    const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
+    if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
+    ++(keypoint1.Point3DId() == keypoint2.Point3DId() ? votes.agree : votes.contradict);
+  }
+  return votes;
+}
+
+bool IsTorn(const Votes& common_points) {
+  constexpr int kMinMatches = 30;
+  return common_points.Sum() >= kMinMatches &&
+         10 * common_points.contradict > 3 * common_points.agree;
+}
+
 Status MisplacedOptions::Check() const {
   return FirstError({InRange("max_error_px", max_error_px, 0.01, 1000.0),
                      InRange("min_contradiction", min_contradiction, 1, 1'000'000),

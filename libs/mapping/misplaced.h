@@ -26,6 +26,15 @@ struct MisplacedOptions {
 // weak pair nothing contradicts.
 Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2);
 
+// Of the matches whose two keypoints both have points: those with one point for both agree, those
+// with one each contradict.
+Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2);
+
+// By its CountCommonPoints. Where a part of a map has another scale than the rest, or is bent, the
+// two have points of their own for what both see, and still reproject well. In good maps one match
+// in 4 to 12 is so, of all pairs alike.
+bool IsTorn(const Votes& common_points);
+
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
 // photo to a wrong spot by a few matches that agree, and then all that grows from it. Once the
 // right neighbours are registered, many more matches between the two parts contradict. Photos are

@@ -41,7 +41,7 @@ PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map) {
     const Votes votes = CountVotes(options, map, id1, id2);
     check.num_pairs += votes.Sum() > 0;
     const int surplus = votes.contradict - votes.agree;
-    if (surplus < options.min_contradiction) continue;
+    if (surplus < options.min_contradiction && !IsTorn(CountCommonPoints(map, id1, id2))) continue;
     ++check.num_contradicting;
     if (surplus <= largest_surplus) continue;
     largest_surplus = surplus;

@@ -32,7 +32,7 @@ struct PairCheck {
 };
 
 // A pair contradicts as two groups of photos do (misplaced.h): more matches contradict than agree,
-// by min_contradiction at least. Visits all pairs.
+// by min_contradiction at least. A torn pair contradicts, too. Visits all pairs.
 PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map);
 
 // What the residuals of a map don't show.

@@ -78,5 +78,19 @@ TEST(ModelCheck, OfAFoldThePairsAcrossItContradict) {
   EXPECT_GE(check.num_contradicting_matches, 100);
 }
 
+// Photos 7 and 8 stand so little off that all reprojects, but what they see with the others has
+// points of its own: so a hand-held video looked in which a part has another scale.
+TEST(ModelCheck, TornPairsContradictThoughTheyReproject) {
+  const SyntheticScene scene = MakeScene({});
+  SceneMap map;
+  AddToMap(scene, scene.pairs, &map);
+  RegisterAtTruth(scene, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map);
+  RegisterAtTruth(scene, {7, 8}, Eigen::Vector3d(0.002, 0, 0), &map);
+  EXPECT_EQ(CountVotes({}, map, 6, 7).contradict, 0);
+  EXPECT_TRUE(IsTorn(CountCommonPoints(map, 6, 7)));
+  EXPECT_FALSE(IsTorn(CountCommonPoints(map, 5, 6)));
+  EXPECT_EQ(CheckPairs({}, map).num_contradicting, 12);
+}
+
 }  // namespace
 }  // namespace skein

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/limits.h"
-#include "mapping/registration.h"
+#include "mapping/misplaced.h"
 
 namespace skein {
 namespace {
@@ -80,10 +80,9 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
     if (!registered1 && !registered2) continue;
     const bool is_strong = map.IsStrongPair(id1, id2, options.misplaced.min_pair_share);
     if (registered1 && registered2) {
-      const Votes votes =
-          EpipolarVotesOfPair(map, id1, id2, options.registration.max_epipolar_error_px);
+      const Votes votes = CountCommonPoints(map, id1, id2);
       agreement.agreeing += votes.agree;
-      if (is_strong && votes.contradict > votes.agree) agreement.to_win += votes.contradict;
+      if (is_strong && IsTorn(votes)) agreement.to_win += votes.contradict;
     } else if (is_strong && is_left_out(registered1 ? id2 : id1)) {
       agreement.to_win += map.Neighbours(id1).at(id2);
     }

@@ -337,26 +337,6 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px) 
                        max_error_px);
 }
 
-Votes EpipolarVotesOfPair(const SceneMap& map, ImageId id1, ImageId id2, double max_error_px) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
-  const colmap::Image &image1 = reconstruction.Image(id1), &image2 = reconstruction.Image(id2);
-  const colmap::Camera& camera1 = reconstruction.Camera(image1.CameraId());
-  const colmap::Camera& camera2 = reconstruction.Camera(image2.CameraId());
-  BundlePose pose;
-  GetPose(image1, &pose);
-  const Eigen::Matrix3d E = EssentialMatrix(pose, image2);
-  const double max_error = max_error_px / camera1.MeanFocalLength();
-  Votes votes;
-  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
-    const Eigen::Vector3d x =
-        camera1.ImageToWorld(image1.Point2D(match.point2D_idx1).XY()).homogeneous();
-    const Eigen::Vector3d y =
-        camera2.ImageToWorld(image2.Point2D(match.point2D_idx2).XY()).homogeneous();
-    ++(SampsonError(E, x, y) <= max_error ? votes.agree : votes.contradict);
-  }
-  return votes;
-}
-
 unsigned SeedFromIds(uint64_t a, uint64_t b) {
   uint64_t x = a * 0x9E3779B97F4A7C15ull + b;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;

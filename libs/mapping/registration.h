@@ -89,9 +89,6 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
 // Of a registered photo, with its own pose and camera.
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
 
-// The verified matches of two registered photos.
-Votes EpipolarVotesOfPair(const SceneMap& map, ImageId id1, ImageId id2, double max_error_px);
-
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
 // pose. With a camera of its own the photo may have settled for a wrong focal length and distance,
 // where bundle adjustment finds no way out: then it is enough if some are outliers.

@@ -344,19 +344,35 @@ void Submap::TryAllWaiting(const EventSink& sink) {
   settled_.all_tried = settled_.checked && !options_.IsStopped();
 }
 
-// From the photo that it began with, so that maps of two visually similar places never change
-// places.
+// From the photo that it began with, so that maps of two visually similar places do not change
+// places; then, as a map can be bent by how it began, from the best connected one.
 void Submap::Rebuild(const EventSink& sink) {
   if (!map_->HasPhoto(first_) || num_pairs_rebuilt_ == map_->pairs().size()) return;
   if (settled_.consistent || options_.IsStopped()) return;
-  const MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return;
   settled_.consistent = !MayWin(now);
-  if (settled_.consistent) return;
-  const std::unique_ptr<Submap> anew = MapAnew(*this, first_);
-  if (options_.IsStopped()) return;  // it may not be complete
-  num_pairs_rebuilt_ = map_->pairs().size();
-  if (anew != nullptr) TakeIfBetter(anew.get(), now, sink);
+  std::vector<ImageId> starts = {first_};
+  if (BestConnected() != first_) starts.push_back(BestConnected());
+  for (const ImageId start : starts) {
+    if (!MayWin(now)) return;
+    const std::unique_ptr<Submap> anew = MapAnew(*this, start);
+    if (options_.IsStopped()) return;  // it may not be complete
+    num_pairs_rebuilt_ = map_->pairs().size();
+    if (anew == nullptr || !TakeIfBetter(anew.get(), now, sink)) continue;
+    now = CountMatches(options_, *map_, waiting_);
+  }
+}
+
+// The registered photo with most inliers.
+ImageId Submap::BestConnected() const {
+  std::pair<int64_t, ImageId> best{0, first_};
+  for (const ImageId id : map_->reconstruction().RegImageIds()) {
+    int64_t num_inliers = 0;
+    for (const auto& [other, inliers] : map_->Neighbours(id)) num_inliers += inliers;
+    best = std::max(best, {num_inliers, id});
+  }
+  return best.second;
 }
 
 // Looked at when its pairs have grown by half. Twice its photos show whether the other map carries.

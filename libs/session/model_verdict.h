@@ -11,7 +11,7 @@ namespace skein {
 // bent.
 constexpr double kMaxPositionSigma = 0.01;
 // Share of the verified pairs that contradict the poses above which it is told. Fewer are false
-// pairs of visually similar structures: up to 1.5 % in good maps.
+// pairs of visually similar structures, or noise: up to 2.5 % in good maps.
 constexpr double kMaxContradictingShare = 0.05;
 
 // What a submap's latest model says of itself beside its residuals (mapping/model_check.h), for a
