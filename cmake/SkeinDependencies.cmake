@@ -32,6 +32,18 @@ add_library(exif INTERFACE)
 target_include_directories(exif SYSTEM INTERFACE ${EXIF_INCLUDE_DIR})
 target_link_libraries(exif INTERFACE ${EXIF_LIBRARY})
 
+find_path(SODIUM_INCLUDE_DIR sodium.h REQUIRED)
+find_library(SODIUM_LIBRARY sodium REQUIRED)
+add_library(sodium INTERFACE)
+target_include_directories(sodium SYSTEM INTERFACE ${SODIUM_INCLUDE_DIR})
+target_link_libraries(sodium INTERFACE ${SODIUM_LIBRARY})
+
+find_path(QRENCODE_INCLUDE_DIR qrencode.h REQUIRED)
+find_library(QRENCODE_LIBRARY qrencode REQUIRED)
+add_library(qrencode INTERFACE)
+target_include_directories(qrencode SYSTEM INTERFACE ${QRENCODE_INCLUDE_DIR})
+target_link_libraries(qrencode INTERFACE ${QRENCODE_LIBRARY})
+
 find_path(HNSWLIB_INCLUDE_DIR hnswlib/hnswlib.h REQUIRED)
 add_library(hnswlib INTERFACE)
 target_include_directories(hnswlib SYSTEM INTERFACE ${HNSWLIB_INCLUDE_DIR})

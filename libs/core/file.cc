@@ -1,6 +1,7 @@
 #include "core/file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -65,8 +66,8 @@ Status WriteAll(int fd, const void* data, size_t size, const std::string& path) 
   return Status::Ok();
 }
 
-Status WriteTemporary(const std::string& path, const void* data, size_t size) {
-  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+Status WriteTemporary(const std::string& path, const void* data, size_t size, mode_t mode) {
+  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
   if (file.get() < 0) return SystemError("cannot create", path);
   if (Status status = WriteAll(file.get(), data, size, path); !status) return status;
   if (::fsync(file.get()) != 0) return SystemError("cannot sync", path);
@@ -85,11 +86,9 @@ Status SyncFolderOf(const std::string& path) {
   return Status::Ok();
 }
 
-}  // namespace
-
-Status WriteFileAtomic(const std::string& path, const void* data, size_t size) {
+Status Write(const std::string& path, const void* data, size_t size, mode_t mode) {
   const std::string temporary = TemporaryName(path);
-  Status status = WriteTemporary(temporary, data, size);
+  Status status = WriteTemporary(temporary, data, size, mode);
   if (status && ::rename(temporary.c_str(), path.c_str()) != 0) {
     status = SystemError("cannot rename to", path);
   }
@@ -98,6 +97,16 @@ Status WriteFileAtomic(const std::string& path, const void* data, size_t size) {
     return status;
   }
   return SyncFolderOf(path);
+}
+
+}  // namespace
+
+Status WriteFileAtomic(const std::string& path, const void* data, size_t size) {
+  return Write(path, data, size, 0644);
+}
+
+Status WriteSecretFile(const std::string& path, const void* data, size_t size) {
+  return Write(path, data, size, 0600);
 }
 
 Status WriteFileAtomic(const std::string& path, const Bytes& bytes) {
@@ -124,6 +133,15 @@ Result<Bytes> ReadFile(const std::string& path) {
     done += static_cast<size_t>(got);
   }
   return bytes;
+}
+
+FolderLock::FolderLock(const std::string& dir)
+    : fd_(::open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (fd_ >= 0) ::flock(fd_, LOCK_EX);
+}
+
+FolderLock::~FolderLock() {
+  if (fd_ >= 0) ::close(fd_);
 }
 
 }  // namespace skein

@@ -1,11 +1,5 @@
 #include "ledger/session_folder.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -58,22 +52,6 @@ Status Write(const SessionPaths& paths, const SessionFile& file) {
   const std::string text = json.dump(2) + "\n";
   return WriteFileAtomic(paths.SessionFile().string(), text.data(), text.size());
 }
-
-// Holds an exclusive lock on a folder while it lives.
-class FolderLock {
- public:
-  explicit FolderLock(const std::string& dir) : fd_(open(dir.c_str(), O_RDONLY | O_DIRECTORY)) {
-    if (fd_ >= 0) flock(fd_, LOCK_EX);
-  }
-  ~FolderLock() {
-    if (fd_ >= 0) close(fd_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int fd_;
-};
 
 }  // namespace
 

@@ -1,0 +1,158 @@
+#include "auth/session_keys.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "core/file.h"
+#include "core/hash.h"
+
+namespace skein {
+namespace {
+
+constexpr char kRootIdentifier[8] = {'s', 'k', 'r', 'o', 'o', 't', '0', '1'};
+constexpr char kCountersIdentifier[8] = {'s', 'k', 'c', 'o', 'u', 'n', '0', '1'};
+
+std::string RootPath(const std::string& dir) { return dir + "/root.key"; }
+std::string CountersPath(const std::string& dir) { return dir + "/counters"; }
+std::string CredentialPath(const std::string& dir, Role role, const std::string& name) {
+  return dir + "/" + RoleName(role) + "-" + HashBytes(name.data(), name.size()).substr(0, 16) +
+         ".credential";
+}
+
+bool Exists(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0;
+}
+
+Status MakeFolder(const std::string& dir) {
+  if (::mkdir(dir.c_str(), 0700) == 0 || errno == EEXIST) return Status::Ok();
+  return Unavailable("cannot create " + dir + ": " + std::strerror(errno));
+}
+
+Result<SigningKey> CreateRoot(const std::string& dir) {
+  const SigningKey root = SigningKey::Generate();
+  ByteWriter out;
+  out.PutRaw(kRootIdentifier, sizeof(kRootIdentifier));
+  out.PutRaw(root.seed().data(), root.seed().size());
+  if (Status status = WriteSecretFile(RootPath(dir), out.bytes().data(), out.size()); !status) {
+    return status;
+  }
+  return root;
+}
+
+// The folder's lock is held.
+Result<SigningKey> OpenRoot(const std::string& dir) {
+  if (!Exists(RootPath(dir))) return CreateRoot(dir);
+  const Result<Bytes> bytes = ReadFile(RootPath(dir));
+  if (!bytes.ok()) {
+    return bytes.status().Within("the session's keys belong to who made it; take an invitation");
+  }
+  ByteReader in(*bytes);
+  char identifier[sizeof(kRootIdentifier)];
+  SigningKey::Seed seed;
+  if (!in.GetRaw(identifier, sizeof(identifier)) || !in.GetRaw(seed.data(), seed.size()) ||
+      in.remaining() > 0 || !std::equal(identifier, std::end(identifier), kRootIdentifier)) {
+    return DataLoss(RootPath(dir) + " is damaged; restore it, or delete the folder " + dir +
+                    " for new keys: invitations end with the old ones");
+  }
+  return SigningKey(seed);
+}
+
+bool Holds(const Credential& credential, const SessionTrust& trust, Role role,
+           const std::string& name) {
+  const Certificate& certificate = credential.certificate;
+  return certificate.role == role && certificate.name == name && certificate.expires_s == 0 &&
+         IsGenuine(certificate, trust);
+}
+
+// One that does not hold, of a root that was replaced or damaged, is made anew.
+Result<Credential> OpenCredential(const std::string& dir, const SigningKey& root,
+                                  const SessionTrust& trust, Role role, const std::string& name) {
+  const std::string path = CredentialPath(dir, role, name);
+  if (const Result<Bytes> bytes = ReadFile(path); bytes.ok()) {
+    Result<Credential> credential = DecodeCredential(*bytes);
+    if (credential.ok() && Holds(*credential, trust, role, name)) return credential;
+  }
+  const Credential credential = IssueCredential(root, trust.session_id, role, name, 0);
+  const Bytes bytes = EncodeCredential(credential);
+  if (Status status = WriteSecretFile(path, bytes.data(), bytes.size()); !status) return status;
+  return credential;
+}
+
+// None for a file that is not there or damaged: what it guards against is then open until the
+// next is written.
+SignerCounters ReadCounters(const std::string& dir) {
+  SignerCounters counters;
+  const Result<Bytes> bytes = ReadFile(CountersPath(dir));
+  if (!bytes.ok()) return counters;
+  ByteReader in(*bytes);
+  char identifier[sizeof(kCountersIdentifier)];
+  if (!in.GetRaw(identifier, sizeof(identifier)) ||
+      !std::equal(identifier, std::end(identifier), kCountersIdentifier)) {
+    return counters;
+  }
+  PublicKey key;
+  uint64_t counter = 0;
+  while (in.GetRaw(key.data(), key.size()) && in.Get(&counter)) counters[key] = counter;
+  return counters;
+}
+
+}  // namespace
+
+Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
+                                      Role role, const std::string& name) {
+  if (Status status = MakeFolder(dir); !status) return status;
+  const FolderLock lock(dir);
+  const Result<SigningKey> root = OpenRoot(dir);
+  if (!root.ok()) return root.status();
+  const SessionTrust trust{session_id, root->public_key()};
+  Result<Credential> credential = OpenCredential(dir, *root, trust, role, name);
+  if (!credential.ok()) return credential.status();
+  return SessionAccess{trust, *credential, ReadCounters(dir)};
+}
+
+Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
+                                      Role role, const std::string& name, int64_t expires_s) {
+  if (Status status = MakeFolder(dir); !status) return status;
+  const FolderLock lock(dir);
+  const Result<SigningKey> root = OpenRoot(dir);
+  if (!root.ok()) return root.status();
+  return SessionAccess{{session_id, root->public_key()},
+                       IssueCredential(*root, session_id, role, name, expires_s),
+                       {}};
+}
+
+Status SaveCounters(const std::string& dir, const SignerCounters& counters) {
+  ByteWriter out;
+  out.PutRaw(kCountersIdentifier, sizeof(kCountersIdentifier));
+  for (const auto& [key, counter] : counters) {
+    out.PutRaw(key.data(), key.size());
+    out.Put(counter);
+  }
+  return WriteSecretFile(CountersPath(dir), out.bytes().data(), out.size());
+}
+
+Bytes EncodeCredential(const Credential& credential) {
+  ByteWriter out;
+  out.PutRaw(credential.key.seed().data(), credential.key.seed().size());
+  AppendCertificate(credential.certificate, &out);
+  return out.Take();
+}
+
+Result<Credential> DecodeCredential(const Bytes& bytes) {
+  ByteReader in(bytes);
+  SigningKey::Seed seed;
+  Certificate certificate;
+  if (!in.GetRaw(seed.data(), seed.size()) || !ReadCertificate(&in, &certificate) ||
+      in.remaining() > 0) {
+    return DataLoss("the credential is damaged");
+  }
+  const SigningKey key(seed);
+  if (key.public_key() != certificate.public_key) return DataLoss("the credential is damaged");
+  return Credential{key, certificate};
+}
+
+}  // namespace skein

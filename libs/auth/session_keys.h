@@ -1,0 +1,36 @@
+// The keys of a session, in its folder. Who can read the root key can speak in every role.
+//
+//   keys/                       0700
+//   keys/root.key               the root's seed
+//   keys/ROLE-HASH.credential   one for each role and name that a process of this host has had
+//   keys/counters               the highest counter of each signer that ingest has seen
+#pragma once
+
+#include <string>
+
+#include "auth/message_seal.h"
+#include "core/result.h"
+
+namespace skein {
+
+struct SessionAccess {
+  SessionTrust trust;
+  Credential credential;
+  SignerCounters used;
+};
+
+// Makes what is missing. `dir` is the folder keys/. An error says which file and what to do.
+Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
+                                      Role role, const std::string& name);
+
+// A new credential that is kept nowhere, for an invitation.
+Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
+                                      Role role, const std::string& name, int64_t expires_s);
+
+Status SaveCounters(const std::string& dir, const SignerCounters& counters);
+
+// A credential as bytes: seed, then certificate. The key must be the certificate's.
+Bytes EncodeCredential(const Credential& credential);
+Result<Credential> DecodeCredential(const Bytes& bytes);
+
+}  // namespace skein

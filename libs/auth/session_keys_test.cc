@@ -1,0 +1,103 @@
+#include "auth/session_keys.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+
+#include "core/file.h"
+#include "testing/test_folder.h"
+
+namespace skein {
+namespace {
+
+constexpr char kSession[] = "0123456789abcdef";
+
+class SessionKeysTest : public testing::Test {
+ protected:
+  SessionAccess Open(Role role, const std::string& name) {
+    Result<SessionAccess> access = OpenSessionKeys(dir_, kSession, role, name);
+    EXPECT_TRUE(access.ok()) << access.error();
+    return *std::move(access);
+  }
+  static int ModeOf(const std::filesystem::path& path) {
+    struct stat info {};
+    EXPECT_EQ(::stat(path.c_str(), &info), 0) << path;
+    return info.st_mode & 0777;
+  }
+
+  TestFolder folder_;
+  const std::string dir_ = (folder_ / "keys").string();
+};
+
+TEST_F(SessionKeysTest, MakesARootAndACredentialOfIt) {
+  const SessionAccess mapper = Open(Role::kWorker, "mapper-1");
+  EXPECT_EQ(mapper.trust.session_id, kSession);
+  EXPECT_EQ(mapper.credential.certificate.role, Role::kWorker);
+  EXPECT_EQ(mapper.credential.certificate.name, "mapper-1");
+  EXPECT_TRUE(IsGenuine(mapper.credential.certificate, mapper.trust));
+  EXPECT_EQ(Open(Role::kIngest, "ingest").trust.root, mapper.trust.root);
+}
+
+TEST_F(SessionKeysTest, AProcessThatComesAgainHasTheSameKey) {
+  const PublicKey key = Open(Role::kWorker, "mapper-1").credential.key.public_key();
+  EXPECT_EQ(Open(Role::kWorker, "mapper-1").credential.key.public_key(), key);
+  EXPECT_NE(Open(Role::kWorker, "mapper-2").credential.key.public_key(), key);
+  EXPECT_NE(Open(Role::kAgent, "mapper-1").credential.key.public_key(), key);
+}
+
+TEST_F(SessionKeysTest, NobodyElseMayReadThem) {
+  Open(Role::kWorker, "mapper-1");
+  ASSERT_TRUE(SaveCounters(dir_, {}).ok());
+  EXPECT_EQ(ModeOf(dir_), 0700);
+  int num_files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(dir_)) {
+    EXPECT_EQ(ModeOf(entry.path()), 0600) << entry.path();
+    ++num_files;
+  }
+  EXPECT_EQ(num_files, 3);
+}
+
+TEST_F(SessionKeysTest, ADamagedRootIsAnErrorThatSaysWhatToDo) {
+  Open(Role::kWorker, "mapper-1");
+  ASSERT_TRUE(WriteFileAtomic(dir_ + "/root.key", "nonsense", 8).ok());
+  const Result<SessionAccess> access = OpenSessionKeys(dir_, kSession, Role::kWorker, "mapper-1");
+  ASSERT_FALSE(access.ok());
+  EXPECT_NE(access.error().find("delete the folder"), std::string::npos) << access.error();
+}
+
+TEST_F(SessionKeysTest, ACredentialThatDoesNotHoldIsMadeAnew) {
+  const PublicKey key = Open(Role::kWorker, "mapper-1").credential.key.public_key();
+  std::filesystem::remove(dir_ + "/root.key");
+  const SessionAccess anew = Open(Role::kWorker, "mapper-1");
+  EXPECT_NE(anew.credential.key.public_key(), key);
+  EXPECT_TRUE(IsGenuine(anew.credential.certificate, anew.trust));
+}
+
+TEST_F(SessionKeysTest, RemembersCounters) {
+  const PublicKey key = Open(Role::kWorker, "mapper-1").credential.key.public_key();
+  ASSERT_TRUE(SaveCounters(dir_, {{key, 7}}).ok());
+  EXPECT_EQ(Open(Role::kIngest, "ingest").used, (SignerCounters{{key, 7}}));
+  ASSERT_TRUE(WriteFileAtomic(dir_ + "/counters", "nonsense", 8).ok());
+  EXPECT_TRUE(Open(Role::kIngest, "ingest").used.empty());
+}
+
+TEST_F(SessionKeysTest, AnInvitationIsOfTheRootAndKeptNowhere) {
+  const Result<SessionAccess> alice = IssueInvitation(dir_, kSession, Role::kAgent, "alice", 100);
+  ASSERT_TRUE(alice.ok()) << alice.error();
+  EXPECT_TRUE(IsGenuine(alice->credential.certificate, Open(Role::kIngest, "ingest").trust));
+  EXPECT_EQ(alice->credential.certificate.expires_s, 100);
+  EXPECT_NE(Open(Role::kAgent, "alice").credential.key.public_key(),
+            alice->credential.key.public_key());
+}
+
+TEST_F(SessionKeysTest, ACredentialOfAnotherKeyIsRefused) {
+  Credential credential = Open(Role::kWorker, "mapper-1").credential;
+  EXPECT_TRUE(DecodeCredential(EncodeCredential(credential)).ok());
+  credential.key = SigningKey::Generate();
+  EXPECT_FALSE(DecodeCredential(EncodeCredential(credential)).ok());
+  EXPECT_FALSE(DecodeCredential({}).ok());
+}
+
+}  // namespace
+}  // namespace skein
