@@ -57,7 +57,8 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
   CLI::App app("Publishes the photos of a folder to a session. What is there already is skipped.",
                "skein agent");
   AddClientOptions(app, &options->client);
-  app.add_option("--name", options->publisher.agent, "Name of the agent, e.g. alice")->required();
+  app.add_option("--name", options->publisher.agent,
+                 "Name of the agent, e.g. alice; with --invite that of the invitation");
   app.add_option("--images", options->images, "Folder of JPEG, PNG or TIFF photos")
       ->required()
       ->check(CLI::ExistingDirectory);
@@ -75,8 +76,8 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
   return ParseCommandLine(app, argc, argv);
 }
 
-int Publish(const AgentOptions& options, const PhotoOrder& order) {
-  const auto node = MakeClientNode("agent", AgentInstance(options.publisher.agent), options.client);
+int Publish(AgentOptions options, const PhotoOrder& order) {
+  const auto node = MakeAgentNode(options.client, &options.publisher.agent);
   std::vector<PhotoFile> photos = ListPhotos(options.images, order);
   if (photos.empty() && !options.watch) {
     std::cerr << "skein agent: no photos in " << options.images << std::endl;
@@ -109,7 +110,8 @@ int RunAgent(int argc, char** argv) {
   AgentOptions options;
   if (const auto exit_code = ParseAgentOptions(argc, argv, &options)) return *exit_code;
   const Result<PhotoOrder> order = ParsePhotoOrder(options.order);
-  const Status name = CheckAgentName(options.publisher.agent);
+  const bool is_named = options.client.node.invite.empty() || !options.publisher.agent.empty();
+  const Status name = is_named ? CheckAgentName(options.publisher.agent) : Status::Ok();
   if (!order.ok() || !name.ok()) {
     std::cerr << "skein agent: " << (order.ok() ? name.error() : order.error()) << std::endl;
     return kExitUsage;

@@ -1,5 +1,7 @@
 #include "clients/client_node.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <stdexcept>
 
@@ -7,31 +9,55 @@
 #include "ledger/session_folder.h"
 
 namespace skein {
+namespace {
 
-void AddClientOptions(CLI::App& app, ClientOptions* options) {
-  auto* dir = app.add_option("--session", options->session_dir, "Session folder, on its host");
-  app.add_option("--session-id", options->session_id,
-                 "Elsewhere: the session's id; default: the first session heard")
-      ->excludes(dir);
-  app.add_option("--lcm-url", options->lcm_url,
-                 "LCM's URL: udpm://239.255.76.67:7667?ttl=0 or tcpq://HOST:7700; else "
-                 "LCM_DEFAULT_URL");
-  app.add_flag("--verbose", options->verbose, "Log more");
-}
-
-std::unique_ptr<Node> MakeClientNode(const std::string& service, const std::string& instance,
-                                     const ClientOptions& options) {
-  InitLog(service, options.verbose);
-  NodeOptions node;
+// Where the session is, and whom the command signs as.
+NodeOptions NodeOf(const ClientOptions& options, const std::string& service, Role role) {
+  InitLog(service, options.node.verbose);
+  NodeOptions node = options.node;
   node.service = service;
-  node.instance = instance;
-  node.lcm_url = options.lcm_url;
-  node.session_id = options.session_id.empty() ? "auto" : options.session_id;
+  node.role = role;
   if (!options.session_dir.empty()) {
     const Result<Session> session = OpenSession(options.session_dir);
     if (!session.ok()) throw std::runtime_error(session.error());
     node.session_id = session->session_id;
+    node.keys_dir = session->paths.Keys().string();
+  } else if (node.invite.empty() && node.session_id.empty()) {
+    node.session_id = "auto";
   }
+  return node;
+}
+
+}  // namespace
+
+void AddClientOptions(CLI::App& app, ClientOptions* options) {
+  app.add_option("--session", options->session_dir, "Session folder, on its host");
+  AddPlaceOptions(app, &options->node);
+  app.get_option("--session-id")->excludes("--session");
+  app.add_flag("--verbose", options->node.verbose, "Log more");
+}
+
+std::unique_ptr<Node> MakeClientNode(const std::string& service, Role role,
+                                     const ClientOptions& options) {
+  NodeOptions node = NodeOf(options, service, role);
+  if (node.instance.empty()) node.instance = service + "." + std::to_string(getpid());
+  return std::make_unique<Node>(node);
+}
+
+std::unique_ptr<Node> MakeAgentNode(const ClientOptions& options, std::string* name) {
+  NodeOptions node = NodeOf(options, "agent", Role::kAgent);
+  if (!node.invite.empty()) {
+    const Result<Invitation> invitation = ReadInvitation(node.invite);
+    if (!invitation.ok()) throw std::runtime_error("--invite: " + invitation.error());
+    const std::string& invited = invitation->credential.certificate.name;
+    if (name->empty()) *name = invited;
+    if (*name != invited) {
+      throw std::runtime_error("the invitation is for --name " + invited + ", not " + *name);
+    }
+  }
+  if (name->empty()) throw std::runtime_error("give --name NAME");
+  node.instance = AgentInstance(*name);
+  node.certified_name = *name;
   return std::make_unique<Node>(node);
 }
 

@@ -13,17 +13,19 @@ class App;
 namespace skein {
 
 struct ClientOptions {
-  std::string session_dir;  // --session: read for the session's id only
-  std::string session_id;   // --session-id; "auto": the first session heard
-  std::string lcm_url;      // --lcm-url
-  bool verbose = false;     // --verbose
+  std::string session_dir;  // --session: read for the session's id and keys only
+  NodeOptions node;         // --session-id, --invite, --lcm-url, --auth, --verbose
 };
 
-// --session, --session-id, --lcm-url, --verbose.
+// --session, --session-id, --invite, --lcm-url, --auth, --verbose.
 void AddClientOptions(CLI::App& app, ClientOptions* options);
 
-// Throws std::runtime_error, with a line for the user, without a session or bus.
-std::unique_ptr<Node> MakeClientNode(const std::string& service, const std::string& instance,
+// A command that signs as `role`. Its instance is `service`, a dot and the process's number.
+// Throws std::runtime_error, with a line for the user, without a session, credential or bus.
+std::unique_ptr<Node> MakeClientNode(const std::string& service, Role role,
                                      const ClientOptions& options);
+
+// An agent, under the name of the invitation where it has none. `name` is set then.
+std::unique_ptr<Node> MakeAgentNode(const ClientOptions& options, std::string* name);
 
 }  // namespace skein

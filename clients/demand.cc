@@ -1,7 +1,5 @@
 #include "clients/demand.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <string>
@@ -47,15 +45,15 @@ class DemandWatch {
 
 int RunDemand(int argc, char** argv) {
   ClientOptions options;
-  std::string instance = "demand-" + std::to_string(getpid());
   CLI::App app(
       "Tells how many more mappers a session could use, whenever that changes:\n"
       "\"short N of MAPPER MAPPER ...\", the mappers being those that are heard.",
       "skein demand");
   AddClientOptions(app, &options);
-  app.add_option("--instance", instance, "Name of this process, unique in the session");
+  app.add_option("--instance", options.node.instance,
+                 "Name of this process, unique in the session");
   if (const auto exit_code = ParseOptions(&app, argc, argv)) return *exit_code;
-  const auto node = MakeClientNode("demand", instance, options);
+  const auto node = MakeClientNode("demand", Role::kViewer, options);
   DemandWatch watch(*node);
   node->Run();
   return kExitOk;

@@ -1,7 +1,5 @@
 #include "clients/finish.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <map>
@@ -129,7 +127,7 @@ std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s, std::os
 int RunFinish(int argc, char** argv) {
   FinishOptions options;
   if (const auto exit_code = ParseFinishOptions(argc, argv, &options)) return *exit_code;
-  const auto node = MakeClientNode("finish", "finish-" + std::to_string(getpid()), options.client);
+  const auto node = MakeClientNode("finish", Role::kOperator, options.client);
   const auto answer = AskToFinish(*node, options.timeout_s, std::cerr, options.within_s);
   if (!answer) {
     std::cerr << "skein finish: not finished yet; the session goes on finishing" << std::endl;

@@ -10,6 +10,7 @@
 #include "clients/evaluate.h"
 #include "clients/export/export.h"
 #include "clients/finish.h"
+#include "clients/invite.h"
 #include "clients/probe.h"
 #include "clients/sim/sim.h"
 #include "clients/status.h"
@@ -26,6 +27,8 @@ const std::vector<Subcommand> kSubcommands = {
     {"status", "stages, photos, submaps and failures of a session, live", skein::RunStatus},
     {"demand", "how many more mappers a session could use (for launch.sh)", skein::RunDemand},
     {"finish", "finishes a session: final models and report", skein::RunFinish},
+    {"invite", "a link and a QR code with which another host or person takes part",
+     skein::RunInvite},
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
     {"export", "models, features and matches for other programs; pictures", skein::RunExport},

@@ -1,10 +1,7 @@
 #include "clients/publisher.h"
 
 #include <algorithm>
-#include <cctype>
 #include <utility>
-
-#include "core/hash.h"
 
 namespace skein {
 namespace {
@@ -14,14 +11,6 @@ constexpr double kFirstRepeatS = 0.3;
 constexpr double kLastRepeatS = 2;
 
 }  // namespace
-
-std::string AgentInstance(const std::string& agent) {
-  std::string instance = "agent-";
-  for (const char c : agent.substr(0, 32)) {
-    instance += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
-  }
-  return instance + "-" + HashBytes(agent.data(), agent.size()).substr(0, 8);
-}
 
 Publisher::Publisher(Node& node, PublisherOptions options, OnPublished on_published)
     : node_(node),

@@ -74,8 +74,4 @@ class Publisher {
   WorkerThread worker_;  // last: ends first
 };
 
-// The instance under which an agent serves its photos. It is the same for every run, so an
-// interrupted pull goes on. At most 64 letters, digits and hyphens.
-std::string AgentInstance(const std::string& agent);
-
 }  // namespace skein

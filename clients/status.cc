@@ -82,7 +82,7 @@ class StatusWatch {
 int RunStatus(int argc, char** argv) {
   StatusOptions options;
   if (const auto exit_code = ParseStatusOptions(argc, argv, &options)) return *exit_code;
-  const auto node = MakeClientNode("status", "status-" + std::to_string(getpid()), options.client);
+  const auto node = MakeClientNode("status", Role::kViewer, options.client);
   StatusWatch watch(*node);
   const double start_s = MonotonicS();
   const bool heard = node->loop().RunUntil(

@@ -59,6 +59,7 @@ json InstancesOf(const StatusInput& input) {
                          {"peak_memory_bytes", beat.peak_memory_bytes},
                          {"bytes_pulled", beat.bytes_pulled},
                          {"decode_failures", beat.num_decode_failures},
+                         {"refused", beat.num_refused},
                          {"silent_s", input.now_s - heard.heard_s}});
   }
   return instances;
@@ -156,8 +157,9 @@ std::string FormatInstance(const json& i) {
   std::string state = silent_s > kSilentS
                           ? "silent for " + std::to_string(static_cast<int>(silent_s)) + " s"
                           : i["state"].get<std::string>();
-  const long long dropped = i["decode_failures"];
+  const long long dropped = i["decode_failures"], refused = i["refused"];
   if (dropped > 0) state += "; messages of another type or damaged: " + std::to_string(dropped);
+  if (refused > 0) state += "; messages unsigned or not allowed: " + std::to_string(refused);
   return Line("  %-14s %8d %8lld %9.3f %9.1f  %s", i["instance"].get<std::string>().c_str(),
               i["backlog"].get<int>(), i["done"].get<long long>(), i["mean_s"].get<double>(),
               i["memory_bytes"].get<double>() / (1 << 20), state.c_str());

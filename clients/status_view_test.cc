@@ -126,6 +126,7 @@ TEST(StatusView, TellsWhoIsSilentAndWhoCannotReadItsMessages) {
   EXPECT_NE(text().find("silent for 11 s"), std::string::npos) << text();
   EXPECT_EQ(text().find("another type"), std::string::npos) << text();
   instances["matching-1"].heartbeat.num_decode_failures = 7;
+  instances["matching-1"].heartbeat.num_refused = 5;
   EXPECT_NE(text().find("idle; messages of another type or damaged: 7"), std::string::npos)
       << text();
 }

@@ -23,11 +23,12 @@ ROOMS = {
     'node': (0, 0, 'what every process has'),
     'ledger': (0, 1, 'ordered facts, SQLite'),
     'blobs': (0, 2, 'stored and pulled by hash'),
-    'transport': (0, 3, 'LCM links, bus, channels'),
+    'transport': (0, 3, 'LCM links, bus, channels, roles'),
     'event_loop': (0, 4, 'poll loop, worker thread'),
     'session': (1, 0, 'the ledger, folded'),
     'geometry': (1, 3, 'similarities, GPS, errors'),
-    'config': (1, 4, 'the options, in one TOML file'),
+    'auth': (1, 4, 'keys, signatures of messages'),
+    'config': (3, 5, 'the options, in one TOML file'),
     'photo': (2, 4, 'headers, EXIF, decoding'),
     'merging': (2, 0, 'two submaps: align, fuse, check'),
     'mapping': (3, 0, 'one submap: register, adjust'),
@@ -69,7 +70,7 @@ def processes():
                   arrow(x + 96, 110, x + 96, 200), label(x + 96, 174, given)]
     parts += box(20, 204, 922, 56, 'skein-ingest', 'the one writer: checks photos, orders facts, leases work, serves blobs, writes final models', '#dff0dc')
     parts += [arrow(250, 262, 250, 306), arrow(710, 262, 710, 306), arrow(730, 306, 730, 264)]
-    parts += box(20, 310, 520, 56, 'session folder', 'ledger.db  images/  blobs/  retrieval/  sparse/  report.json', '#f0f0f0')
+    parts += box(20, 310, 520, 56, 'session folder', 'ledger.db  images/  blobs/  retrieval/  sparse/  report.json  keys/', '#f0f0f0')
     parts += box(580, 310, 362, 56, 'skein status, finish, export, evaluate', 'read the ledger; ask for the finish', '#fbe7cf')
     return parts
 
@@ -112,8 +113,8 @@ def rooms():
              text(20, 442, 'What is reached through another arrow is left out. Services and clients use rooms, never each other.', 12, anchor='start', fill='#3d4650')]
     parts += [link(room, used) for room in sorted(uses) for used in sorted(uses[room])]
     for room, (column, _, note) in ROOMS.items():
-        width = 3 * COLUMN_PX + ROOM_WIDTH if room == 'core' else ROOM_WIDTH
-        fill = '#f0f0f0' if room == 'core' else '#dbe9f9' if column == 0 or room in ('session', 'config') else '#e9e0f5'
+        width = 2 * COLUMN_PX + ROOM_WIDTH if room == 'core' else ROOM_WIDTH
+        fill = '#f0f0f0' if room == 'core' else '#dbe9f9' if column == 0 or room in ('session', 'auth', 'config') else '#e9e0f5'
         parts += box(*corner(room), width, ROOM_HEIGHT, room, note, fill)
     return parts
 

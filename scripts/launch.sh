@@ -2,13 +2,16 @@
 # Starts Skein's services on a session folder, restarts what dies, and stops all on Ctrl-C.
 #
 #   scripts/launch.sh --session DIR [options]
-#   scripts/launch.sh --join ID --session DIR --lcm-url tcpq://HOST:PORT [options]
+#   scripts/launch.sh --join LINK --session DIR [options]
 #
 #   --session DIR   session folder; one that exists goes on where it stopped
-#   --join ID       only workers (features, matching, mappers) for a session on another host, which
-#                   prints its id; DIR then holds nothing but their logs
+#   --join LINK     only workers (features, matching, mappers) for a session on another host, where
+#                   `skein invite --session DIR --role worker` prints the link; DIR then holds nothing
+#                   but their logs. Without signatures the session's id, with --auth off and --lcm-url
 #   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq://
 #                   URL on this host the two relays (port and port + 1) are started too
+#   --auth MODE     messages without a signature: off (nothing is signed), warn (may offer photos and
+#                   read) or require (refused); default: require where the URL leaves this host, else warn
 #   --config FILE   options of the services, a section each; `skein config` prints such a file with
 #                   the defaults. What is given here as an option goes first
 #   --features N    feature extractors (default: a quarter of the cores, at least 1)
@@ -36,7 +39,7 @@ readonly first_backoff_ms=200 longest_backoff_ms=10000
 
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
-session='' join='' url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0} ready_file='' service_options=() config_options=()
+session='' join='' url='' ready_file='' service_options=() config_options=() auth_options=()
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
 retrieval_options=() matching_options=()
 
@@ -49,11 +52,12 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba)
+    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
     --lcm-url) url=$2; shift ;;
+    --auth) auth_options=(--auth "$2"); shift ;;
     --config) [[ -r $2 ]] || usage_error "--config: cannot read '$2'"; config_options=(--config "$(realpath "$2")"); shift ;;
     --features) need_count "$1" "$2"; features=$2; shift ;;
     --matching) need_count "$1" "$2"; matching=$2; shift ;;
@@ -101,9 +105,19 @@ remove_instance() {
   unset "command_of[$1]"
 }
 
-# On a joining host the names of workers have its name in front.
+# On a joining host the names of workers have the invitation's or the host's in front. The link goes by
+# a file: who lists processes does not see it.
 prefix='' where=(--session "$session")
-[[ -z $join ]] || { prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$- where=(--session-id "$join"); }
+if [[ $join =~ ^skein://([^/]+)/(tcpq|udpm)(-([0-9]+))?/[^/]+/[^/]+/([^/]+)/ ]]; then
+  prefix=${BASH_REMATCH[5]}.$$- where=(--invite "@$session/run/invitation")
+  url=${url:-${BASH_REMATCH[2]}://${BASH_REMATCH[1]}${BASH_REMATCH[4]:+?ttl=${BASH_REMATCH[4]}}}
+elif [[ $join == skein://* ]]; then
+  usage_error "--join: the invitation is cut; give the whole link"
+elif [[ -n $join ]]; then
+  prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$- where=(--session-id "$join")
+fi
+url=${url:-${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}}
+where+=("${auth_options[@]}")
 
 # Features and matching keep all cores busy: photos are placed and maps merged before them.
 readonly bulk_niceness=5
@@ -299,6 +313,8 @@ $(tail -n 5 "$session/log/${waiting[0]}.log")"
 
 exec 9>"$session/run/launch.lock"
 flock -n 9 || die "another launch.sh runs on $session"
+echo "$url" >"$session/run/lcm_url" # for `skein invite`
+[[ $join != skein://* ]] || (umask 077 && echo "$join" >"$session/run/invitation")
 exec {never}<> <(:) # a pipe into which nobody writes
 stopping=0 interrupted=0
 trap 'interrupted=1' INT TERM HUP
@@ -319,7 +335,10 @@ await_ready "${instances[@]}"
 
 say "${#instances[@]} processes are ready on $url"
 [[ -n $join ]] || say "session $(jq -r .session_id "$session/session.json" 2>/dev/null || echo "$session")"
-say "watch:  $SKEIN_BUILD/bin/skein status --session '$session' --lcm-url '$url'   or   scripts/spy.sh --lcm-url '$url'"
+[[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $SKEIN_BUILD/bin/skein invite --session '$session' --role agent   (or worker, operator, viewer)"
+watched="--session '$session' --lcm-url '$url'"
+[[ $join != skein://* ]] || watched="--invite '@$session/run/invitation'"
+say "watch:  $SKEIN_BUILD/bin/skein status $watched   or   scripts/spy.sh --lcm-url '$url'"
 [[ -z $ready_file ]] || echo "$url" >"$ready_file"
 
 while ((!interrupted)); do

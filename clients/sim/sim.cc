@@ -81,7 +81,7 @@ namespace {
 struct SimCommand {
   sim::SimOptions sim;
   std::string scenario = "together", size = "1280x960";
-  std::string session, session_id, lcm_url, rate;
+  std::string session, session_id, lcm_url, auth, rate;
 
   bool publishes() const { return !session.empty() || !session_id.empty(); }
 };
@@ -124,6 +124,7 @@ void AddPublishOptions(CLI::App* app, SimCommand* command) {
   app->add_option("--session-id", command->session_id, "Publish to the session of this id")
       ->group(group);
   app->add_option("--lcm-url", command->lcm_url, "Its LCM URL")->group(group);
+  app->add_option("--auth", command->auth, "As of `skein agent`")->group(group);
   app->add_option("--rate", command->rate, "Photos a second of each agent")->group(group);
 }
 
@@ -137,6 +138,7 @@ sim::PublishOptions MakePublishOptions(const SimCommand& command) {
   pass("--session", command.session);
   pass("--session-id", command.session_id);
   pass("--lcm-url", command.lcm_url);
+  pass("--auth", command.auth);
   pass("--rate", command.rate);
   options.one_after_the_other = command.sim.scenario.scenario == sim::Scenario::kRelay;
   return options;

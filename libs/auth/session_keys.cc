@@ -8,6 +8,7 @@
 
 #include "core/file.h"
 #include "core/hash.h"
+#include "core/log.h"
 
 namespace skein {
 namespace {
@@ -68,17 +69,20 @@ bool Holds(const Credential& credential, const SessionTrust& trust, Role role,
          IsGenuine(certificate, trust);
 }
 
-// One that does not hold, of a root that was replaced or damaged, is made anew.
-Result<Credential> OpenCredential(const std::string& dir, const SigningKey& root,
-                                  const SessionTrust& trust, Role role, const std::string& name) {
+// One that does not hold, of a root that was replaced or damaged, is made anew. On a full disk it
+// is kept nowhere.
+Credential OpenCredential(const std::string& dir, const SigningKey& root, const SessionTrust& trust,
+                          Role role, const std::string& name) {
   const std::string path = CredentialPath(dir, role, name);
   if (const Result<Bytes> bytes = ReadFile(path); bytes.ok()) {
-    Result<Credential> credential = DecodeCredential(*bytes);
-    if (credential.ok() && Holds(*credential, trust, role, name)) return credential;
+    const Result<Credential> credential = DecodeCredential(*bytes);
+    if (credential.ok() && Holds(*credential, trust, role, name)) return *credential;
   }
   const Credential credential = IssueCredential(root, trust.session_id, role, name, 0);
   const Bytes bytes = EncodeCredential(credential);
-  if (Status status = WriteSecretFile(path, bytes.data(), bytes.size()); !status) return status;
+  if (Status status = WriteSecretFile(path, bytes.data(), bytes.size()); !status) {
+    LogWarn("the next start takes another key: {}", status.error());
+  }
   return credential;
 }
 
@@ -109,9 +113,7 @@ Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string&
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) return root.status();
   const SessionTrust trust{session_id, root->public_key()};
-  Result<Credential> credential = OpenCredential(dir, *root, trust, role, name);
-  if (!credential.ok()) return credential.status();
-  return SessionAccess{trust, *credential, ReadCounters(dir)};
+  return SessionAccess{trust, OpenCredential(dir, *root, trust, role, name), ReadCounters(dir)};
 }
 
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,

@@ -74,6 +74,20 @@ TEST_F(SessionKeysTest, ACredentialThatDoesNotHoldIsMadeAnew) {
   EXPECT_TRUE(IsGenuine(anew.credential.certificate, anew.trust));
 }
 
+// A folder stands where the file would.
+TEST_F(SessionKeysTest, ACredentialThatCannotBeKeptServesAllTheSame) {
+  Open(Role::kWorker, "mapper-1");
+  for (const auto& entry : std::filesystem::directory_iterator(dir_)) {
+    if (entry.path().extension() != ".credential") continue;
+    const std::filesystem::path path = entry.path();
+    std::filesystem::remove(path);
+    std::filesystem::create_directories(path / "in the way");
+    break;
+  }
+  const SessionAccess access = Open(Role::kWorker, "mapper-1");
+  EXPECT_TRUE(IsGenuine(access.credential.certificate, access.trust));
+}
+
 TEST_F(SessionKeysTest, RemembersCounters) {
   const PublicKey key = Open(Role::kWorker, "mapper-1").credential.key.public_key();
   ASSERT_TRUE(SaveCounters(dir_, {{key, 7}}).ok());

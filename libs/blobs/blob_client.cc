@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kChunkBytes = 24 << 10;
 
-// In one Ethernet frame, where a lost IP fragment would lose a whole chunk.
-constexpr int kSmallChunkBytes = 1200;
+// In one Ethernet frame with its trailer, where a lost IP fragment would lose a whole chunk.
+constexpr int kSmallChunkBytes = 1000;
 
 constexpr int kMaxActivePulls = 4;
 constexpr double kTickS = 0.02;
@@ -83,13 +83,14 @@ Result<Bytes> BlobClient::GetLocal(const std::string& blob_id) {
 
 BlobClient::FetchId BlobClient::Fetch(const std::string& blob_id, const std::string& owner,
                                       OnFetched on_fetched, int64_t max_bytes,
-                                      double unknown_patience_s) {
+                                      double unknown_patience_s, bool takes_unsigned) {
   const FetchId id = next_fetch_id_++;
   const bool is_new = !fetching_.count(blob_id);
   Fetching& fetching = fetching_[blob_id];
   fetching.waiting[id] = std::move(on_fetched);
   fetching.max_bytes = std::max(fetching.max_bytes, max_bytes);
   fetching.unknown_patience_s = std::max(fetching.unknown_patience_s, unknown_patience_s);
+  fetching.takes_unsigned &= takes_unsigned;
   if (std::find(fetching.owners.begin(), fetching.owners.end(), owner) == fetching.owners.end()) {
     fetching.owners.push_back(owner);
   }
@@ -207,6 +208,7 @@ void BlobClient::OnChunk(const blob_chunk_t& chunk) {
   if (found == fetching_.end()) return;
   Fetching& fetching = found->second;
   if (!fetching.pull || fetching.hashing) return;
+  if (!bus_.IsFrom(fetching.owners, fetching.takes_unsigned)) return;
   if (chunk.status == blob_chunk_t::UNKNOWN) return OnUnknown(chunk.blob_id, &fetching);
   fetching.first_unknown_s = 0;
   const auto outcome =

@@ -49,9 +49,11 @@ class BlobClient {
   // restarts of the owner. It ends when the owner answers repeatedly that it has no such blob, or
   // at Cancel. Fetches of one blob share one pull, with the largest limits given. Blobs above
   // max_bytes are an error. unknown_patience_s: how long the owner may deny the blob, which a
-  // restarted owner does until it offers the blob again.
+  // restarted owner does until it offers the blob again. takes_unsigned: whether the owner may
+  // serve it without a signature, as one that offered it so.
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched,
-                int64_t max_bytes = kMaxBlobBytes, double unknown_patience_s = 3);
+                int64_t max_bytes = kMaxBlobBytes, double unknown_patience_s = 3,
+                bool takes_unsigned = false);
   // The fetch's function is not called any more.
   void Cancel(FetchId id);
   // Bytes that came over the bus for it so far; 0 once it is done.
@@ -82,6 +84,7 @@ class BlobClient {
     size_t owner = 0;
     int64_t max_bytes = 0;
     double unknown_patience_s = 0;
+    bool takes_unsigned = true;    // of all who wait
     std::optional<BlobPull> pull;  // once it is not here
     bool hashing = false;
     double first_unknown_s = 0;  // 0: the owner did not say so

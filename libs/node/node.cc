@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "auth/session_keys.h"
+#include "core/clock.h"
 #include "core/log.h"
 #include "core/process.h"
 #include "ledger/fact_ids.h"
@@ -21,6 +23,7 @@ namespace skein {
 namespace {
 
 constexpr double kHeartbeatS = 1.0;
+constexpr double kKeepCountersS = 5.0;
 
 // A signal came before there was a session.
 struct Interrupted : std::exception {
@@ -34,19 +37,93 @@ bool IsInstanceName(const std::string& name) {
   });
 }
 
+// Whether a process that signs as `needed` may do so with an invitation of `role`.
+bool Suffices(Role role, Role needed) {
+  if (needed == Role::kViewer || role == needed) return true;
+  return needed == Role::kAgent && role == Role::kOperator;
+}
+
+// The instance as the invitation's holder may call itself.
+std::string InvitedInstance(const Certificate& certificate, const std::string& instance) {
+  const Speaker speaker{certificate.role, certificate.name};
+  if (MayBe(speaker, instance)) return instance;
+  if (certificate.role == Role::kAgent) return "agent." + certificate.name;
+  return certificate.name + "." + instance;
+}
+
+void Accept(const std::string& link, NodeOptions* options) {
+  if (!options->session_dir.empty() || !options->session_id.empty()) {
+    throw std::invalid_argument(
+        "--invite says which session: leave --session and --session-id out");
+  }
+  Result<Invitation> invitation = ReadInvitation(link);
+  if (!invitation.ok()) throw std::invalid_argument("--invite: " + invitation.error());
+  const Certificate& certificate = invitation->credential.certificate;
+  if (!Suffices(certificate.role, options->role)) {
+    throw std::invalid_argument(std::string("--invite: the invitation is for the role ") +
+                                RoleName(certificate.role) + ", this takes one for " +
+                                RoleName(options->role));
+  }
+  if (IsExpired(certificate, NowUs() / 1'000'000)) {
+    throw std::invalid_argument("--invite: the invitation has expired; ask for another");
+  }
+  options->session_id = invitation->trust.session_id;
+  if (options->lcm_url.empty()) options->lcm_url = invitation->url.ToString();
+  options->instance = InvitedInstance(certificate, options->instance);
+  options->invitation = *std::move(invitation);
+}
+
 NodeOptions Completed(NodeOptions options) {
   if (options.instance.empty()) options.instance = options.service;
+  if (!options.invite.empty()) Accept(options.invite, &options);
   if (!IsInstanceName(options.instance)) {
     throw std::invalid_argument("--instance \"" + options.instance +
                                 "\": give 1 to 64 letters, digits, '-', '_' or '.'");
   }
   if (options.session_dir.empty() == options.session_id.empty()) {
     throw std::invalid_argument(
-        "give --session DIR on the host of the session folder, or --session-id ID elsewhere");
+        "give --session DIR on the host of the session folder, or --invite LINK elsewhere");
+  }
+  if (options.certified_name.empty()) {
+    options.certified_name = options.instance.substr(0, options.instance.find('.'));
   }
   const char* url = std::getenv("LCM_DEFAULT_URL");
   if (options.lcm_url.empty() && url != nullptr) options.lcm_url = url;
   return options;
+}
+
+enum class Auth { kOff, kWarn, kRequire };
+
+Auth AuthOf(const std::string& text, const LcmUrl& url) {
+  if (text == "off") return Auth::kOff;
+  if (text == "warn") return Auth::kWarn;
+  if (text == "require") return Auth::kRequire;
+  if (!text.empty()) {
+    throw std::invalid_argument("--auth is \"" + text + "\": give off, warn or require");
+  }
+  if (url.provider == "memq") return Auth::kOff;
+  return url.leaves_host() ? Auth::kRequire : Auth::kWarn;
+}
+
+// Of the invitation, or of the session's folder. None for who may do without.
+std::optional<SessionAccess> FindAccess(const NodeOptions& options, const std::string& keys_dir,
+                                        const std::string& session_id, bool is_required) {
+  const bool is_worker = options.role == Role::kWorker || options.role == Role::kIngest;
+  if (options.invitation) {
+    return SessionAccess{options.invitation->trust, options.invitation->credential, {}};
+  }
+  if (keys_dir.empty()) {
+    if (!is_required && !is_worker) return std::nullopt;
+    throw std::invalid_argument(
+        "nobody hears it without a credential; give --invite LINK (`skein invite` on the session's "
+        "host prints one), or --auth off to every process of the session");
+  }
+  Result<SessionAccess> access =
+      OpenSessionKeys(keys_dir, session_id, options.role, options.certified_name);
+  if (access.ok()) return *std::move(access);
+  if (is_required || is_worker) throw std::runtime_error(access.error());
+  LogWarn("goes on without a signature: {}", access.error());
+  return std::nullopt;
 }
 
 }  // namespace
@@ -69,6 +146,8 @@ Node::Node(const NodeOptions& options, PollLoop& loop, Bus& bus)
 // The object that fills heartbeats may be destroyed by now.
 Node::~Node() {
   loop_.CancelTimer(heartbeat_timer_);
+  if (counters_timer_ != 0) KeepCounters();
+  loop_.CancelTimer(counters_timer_);
   fill_heartbeat_ = [](heartbeat_t* beat) { beat->state = kEndedState; };
   SendHeartbeat();
 }
@@ -76,6 +155,7 @@ Node::~Node() {
 void Node::Start() {
   session_id_ = FindSession();
   bus_.SetSession(session_id_);
+  if (own_bus_) SealBus();
   BlobClientOptions blob_options;
   blob_options.session_id = session_id_;
   blob_options.instance = options_.instance;
@@ -84,6 +164,27 @@ void Node::Start() {
   blobs_ = std::make_unique<BlobClient>(loop_, bus_, std::move(blob_options));
   submitter_ = std::make_unique<Submitter>(loop_, bus_, *blobs_, session_id_, options_.instance);
   heartbeat_timer_ = loop_.AddTimer(kHeartbeatS, [this] { SendHeartbeat(); });
+}
+
+void Node::SealBus() {
+  const Auth auth = AuthOf(options_.auth, bus_.url());
+  if (auth == Auth::kOff) return;
+  const auto access = FindAccess(options_, KeysDir(), session_id_, auth == Auth::kRequire);
+  if (!access) return;
+  bus_.SetSeal(
+      std::make_unique<MessageSeal>(access->trust, access->credential, access->used, NowUs),
+      auth == Auth::kWarn);
+  if (options_.role != Role::kIngest) return;
+  counters_timer_ = loop_.AddTimer(kKeepCountersS, [this] { KeepCounters(); });
+}
+
+std::string Node::KeysDir() const {
+  return shares_folder() ? SessionPaths{options_.session_dir}.Keys().string() : options_.keys_dir;
+}
+
+void Node::KeepCounters() {
+  const Status status = SaveCounters(KeysDir(), bus_.seal()->Counters());
+  if (!status.ok()) LogWarn("a message may be taken twice after a restart: {}", status.error());
 }
 
 std::string Node::FindSession() {
@@ -128,6 +229,7 @@ void Node::SendHeartbeat() {
   beat.peak_memory_bytes = PeakMemoryBytes();
   beat.bytes_pulled = blobs_->bytes_pulled();
   beat.num_decode_failures = bus_.counters().num_decode_failures;
+  beat.num_refused = bus_.counters().num_refused;
   if (fill_heartbeat_) fill_heartbeat_(&beat);
   bus_.Publish(kHeartbeatChannel, beat);
 }

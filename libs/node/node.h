@@ -54,6 +54,7 @@
 #include "ledger/facts.h"
 #include "ledger/submitter.h"
 #include "transport/bus.h"
+#include "transport/invitation.h"
 
 namespace CLI {
 class App;
@@ -67,16 +68,27 @@ struct NodeOptions {
   std::string session_id;   // --session-id: it does not; "auto": the first session heard
   std::string lcm_url;      // --lcm-url; "": LCM_DEFAULT_URL, else LCM's default without leaving
                             // this host
+  std::string auth;         // --auth: off, warn or require; "": require where the URL leaves this
+                            // host, else warn
+  std::string invite;       // --invite: a link, in place of session and URL
   std::string instance;     // --instance; "": the service's name
   int threads = 1;          // --threads
   bool verbose = false;     // --verbose
   size_t cache_bytes = 128 << 20;
   std::string configuration;  // what the service runs with, as its section of a config file
   double auto_session_timeout_s = 30;  // how long "auto" waits to hear a session
+
+  // What it signs as (docs/security.md).
+  Role role = Role::kWorker;
+  std::string certified_name;  // "": the instance up to its first dot
+  std::string keys_dir;        // keys/ of a session's folder that this process does not share; ""
+  std::optional<Invitation> invitation;  // of `invite`
 };
 
-// --session, --session-id, --lcm-url, --instance, --threads, --verbose.
+// --session, --session-id, --lcm-url, --auth, --invite, --instance, --threads, --verbose.
 void AddCommonOptions(CLI::App& app, NodeOptions* options);
+// Of these --session-id, --lcm-url, --auth and --invite.
+void AddPlaceOptions(CLI::App& app, NodeOptions* options);
 
 // Loop's thread only, but for what its parts say of themselves.
 class Node {
@@ -125,7 +137,10 @@ class Node {
   void Start();
   std::string FindSession();
   std::string HearSession();
+  void SealBus();
+  std::string KeysDir() const;
   void SendHeartbeat();
+  void KeepCounters();
 
   NodeOptions options_;
   std::unique_ptr<PollLoop> own_loop_;
@@ -140,6 +155,7 @@ class Node {
   int64_t next_observer_ = 1;
   std::function<void(heartbeat_t*)> fill_heartbeat_;
   PollLoop::TimerId heartbeat_timer_ = 0;
+  PollLoop::TimerId counters_timer_ = 0;
 };
 
 // Parses the command line. Returns the exit code if the program ends now: 0 after --help, 2 for bad

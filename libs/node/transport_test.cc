@@ -169,8 +169,22 @@ TEST_F(TransportTest, NodeAdoptsTheSessionItHears) {
   NodeOptions options = TestOptions("worker");
   options.session_id = "auto";
   options.lcm_url = kUdpm;
+  options.role = Role::kViewer;
   Node node(options);
   EXPECT_EQ(node.session_id(), "0123456789abcdef");
+}
+
+TEST_F(TransportTest, NodeNeedsACredentialToWorkOrToSpeakBeyondThisHost) {
+  NodeOptions options = TestOptions("worker");
+  options.lcm_url = kUdpm;
+  EXPECT_THROW(Node node(options), std::invalid_argument);
+  options.auth = "off";
+  EXPECT_NO_THROW(Node node(options));
+  options.auth.clear();
+  options.role = Role::kViewer;
+  EXPECT_NO_THROW(Node node(options));
+  options.lcm_url = kUdpmLeavingTheHost;
+  EXPECT_THROW(Node node(options), std::invalid_argument);
 }
 
 TEST_F(TransportTest, NodeSaysWhenItHearsNoSession) {

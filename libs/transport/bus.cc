@@ -1,5 +1,6 @@
 #include "transport/bus.h"
 
+#include <algorithm>
 #include <csignal>
 #include <stdexcept>
 
@@ -11,6 +12,9 @@ namespace {
 // The bulk bus stays joined for a while after its last subscription, because pulls come in groups.
 // (A relay sends nothing without subscriptions.)
 constexpr double kBulkIdleS = 5.0;
+
+// Each of the first, then each power of two: who sends nonsense repeats itself.
+bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
 
 }  // namespace
 
@@ -38,13 +42,15 @@ bool Bus::PublishRaw(bool bulk, const std::string& channel, const Bytes& message
     throw std::length_error(channel + ": a message of " + std::to_string(message.size()) +
                             " bytes; bulk data is pulled, not published");
   }
-  if (url_.leaves_host_by_datagram() && message.size() > kMaxDatagramBytes &&
+  const Bytes sealed = seal_ ? seal_->Seal(channel, message) : Bytes();
+  const Bytes& sent = seal_ ? sealed : message;
+  if (url_.leaves_host_by_datagram() && sent.size() > kMaxDatagramBytes &&
       warned_of_size_.insert(channel).second) {
-    LogWarn("{}: {} bytes leave the host in IP fragments", channel, message.size());
+    LogWarn("{}: {} bytes leave the host in IP fragments", channel, sent.size());
   }
   ++counters_.num_sent;
-  counters_.bytes_sent += static_cast<int64_t>(message.size());
-  if (OpenLink(bulk).Publish(channel, message.data(), message.size())) return true;
+  counters_.bytes_sent += static_cast<int64_t>(sent.size());
+  if (OpenLink(bulk).Publish(channel, sent.data(), sent.size())) return true;
   ++counters_.num_dropped_sends;
   return false;
 }
@@ -84,16 +90,70 @@ void Bus::Deliver(bool bulk, const std::string& channel, const Bytes& message) {
   const auto found = network(bulk).handlers.find(channel);
   if (found == network(bulk).handlers.end()) return;
   const auto handlers = found->second;  // a copy: a handler may unsubscribe
-  for (const auto& [id, handler] : handlers) {
-    if (subscriptions_.count(id)) (*handler)(message);
+  Open(channel, message, [&](const Bytes& opened) {
+    for (const auto& [id, handler] : handlers) {
+      if (subscriptions_.count(id)) (*handler)(opened);
+    }
+  });
+}
+
+void Bus::SetSeal(std::unique_ptr<MessageSeal> seal, bool takes_unsigned) {
+  seal_ = std::move(seal);
+  takes_unsigned_ = takes_unsigned;
+}
+
+// Calls `then` with what is in the message, unless it is refused.
+void Bus::Open(const std::string& channel, const Bytes& message,
+               const std::function<void(const Bytes&)>& then) {
+  OpenedMessage opened;
+  Sender sender;
+  if (seal_) {
+    opened = seal_->Open(channel, message);
+    if (opened.kind == OpenedMessage::Kind::kRefused) return Refuse(channel, opened.reason);
+    if (opened.kind == OpenedMessage::Kind::kOtherSession) {
+      ++counters_.num_other_sessions;
+      return;
+    }
+    if (opened.kind == OpenedMessage::Kind::kSigned) sender = opened.speaker;
+    if (!sender && !takes_unsigned_) return Refuse(channel, "it is not signed");
+  } else {
+    opened.size = SizeWithoutTrailer(message);
   }
+  struct Scope {
+    explicit Scope(const Sender** place) : place_(place) {}
+    ~Scope() { *place_ = nullptr; }
+    const Sender** place_;
+  } scope(&sender_);
+  sender_ = seal_ ? &sender : nullptr;
+  if (opened.size == message.size()) return then(message);
+  then(Bytes(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(opened.size)));
+}
+
+bool Bus::IsFrom(const std::vector<std::string>& instances, bool takes_unsigned) {
+  if (sender_ == nullptr) return true;
+  const auto may_be = [this](const std::string& name) { return MayBe(*sender_, name); };
+  if ((IsSigned() || takes_unsigned) && std::any_of(instances.begin(), instances.end(), may_be)) {
+    return true;
+  }
+  Refuse("blob chunks", "it is not from the blob's owner");
+  return false;
+}
+
+void Bus::Refuse(const std::string& channel, const char* why) {
+  ++counters_.num_refused;
+  const int64_t count = ++counters_.refused[channel];
+  if (!IsWorthALine(count)) return;
+  const std::string by =
+      sender_ == nullptr || !*sender_
+          ? ""
+          : std::string(" by ") + RoleName((*sender_)->role) + " " + (*sender_)->name;
+  LogWarn("{}: refused a message{}: {} ({} so far)", channel, by, why, count);
 }
 
 void Bus::CountFailure(const std::string& channel, const Bytes& message) {
   ++counters_.num_decode_failures;
   const int64_t count = ++counters_.decode_failures[channel];
-  // Every one of the first, then each power of two: a broken sender repeats itself.
-  if (count <= 3 || (count & (count - 1)) == 0) {
+  if (IsWorthALine(count)) {
     LogWarn("{}: dropped a message of {} bytes that is not of its type ({} so far)", channel,
             message.size(), count);
   }

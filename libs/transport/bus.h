@@ -8,13 +8,16 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "auth/message_seal.h"
 #include "core/bytes.h"
 #include "event_loop/poll_loop.h"
 #include "transport/channels.h"
 #include "transport/decode.h"
 #include "transport/lcm_url.h"
 #include "transport/link.h"
+#include "transport/roles.h"
 
 namespace skein {
 
@@ -26,7 +29,8 @@ struct HandlerOf {
 }  // namespace bus_internal
 
 inline constexpr size_t kMaxMessageBytes = 32 << 10;
-// Largest message that is sent whole where datagrams leave the host: one Ethernet frame.
+// Largest message that is sent whole where datagrams leave the host: one Ethernet frame. A trailer
+// takes up to kMaxTrailerBytes of it.
 inline constexpr size_t kMaxDatagramBytes = 1400;
 
 struct BusCounters {
@@ -37,12 +41,15 @@ struct BusCounters {
   int64_t num_dropped_sends = 0;                   // not connected, or the queue was full
   int64_t num_decode_failures = 0;                 // another type, or damaged
   int64_t num_other_sessions = 0;                  // messages of other sessions
+  int64_t num_refused = 0;                         // unsigned, forged, repeated or not allowed
   std::map<std::string, int64_t> decode_failures;  // by channel
+  std::map<std::string, int64_t> refused;          // by channel
 };
 
 // The main bus and, on the next port, the bus for bulk data. Messages may get lost, doubled and
 // reordered. A process hears what it sends. Undecodable messages are counted, logged and dropped;
-// messages of another session are dropped, too. Loop's thread only.
+// messages of another session are dropped, too. With a seal each message is signed, and what
+// arrives is held against its signature and against transport/roles.h. Loop's thread only.
 class Bus {
  public:
   using SubscriptionId = int64_t;
@@ -85,6 +92,17 @@ class Bus {
   // takes all).
   void SetSession(const std::string& session_id) { session_id_ = session_id; }
 
+  // Signs from now on, and refuses what its sender may not say. takes_unsigned: a message without a
+  // signature is taken for what anybody may say. Without a seal all is taken.
+  void SetSeal(std::unique_ptr<MessageSeal> seal, bool takes_unsigned);
+  // Null if there is none.
+  const MessageSeal* seal() const { return seal_.get(); }
+  // In a handler: whether the message is signed, as all are without a seal.
+  bool IsSigned() const { return sender_ == nullptr || sender_->has_value(); }
+  // In a handler: whether the message's sender may be one of these instances. One that may not is
+  // counted as refused.
+  bool IsFrom(const std::vector<std::string>& instances, bool takes_unsigned);
+
   const LcmUrl& url() const { return url_; }
   const BusCounters& counters() const { return counters_; }
 
@@ -122,6 +140,9 @@ class Bus {
         ++counters_.num_other_sessions;
         return;
       }
+      if (sender_ != nullptr) {
+        if (const char* why = WhyRefused(*sender_, channel, message)) return Refuse(channel, why);
+      }
       handler(message);
     };
   }
@@ -129,6 +150,9 @@ class Bus {
   bool PublishRaw(bool bulk, const std::string& channel, const Bytes& message);
   SubscriptionId SubscribeRaw(bool bulk, const std::string& channel, RawHandler handler);
   void Deliver(bool bulk, const std::string& channel, const Bytes& message);
+  void Open(const std::string& channel, const Bytes& message,
+            const std::function<void(const Bytes&)>& then);
+  void Refuse(const std::string& channel, const char* why);
   void CountFailure(const std::string& channel, const Bytes& message);
   void CloseBulkWhenIdle();
   Link& OpenLink(bool bulk);
@@ -144,6 +168,10 @@ class Bus {
   SubscriptionId next_id_ = 1;
   BusCounters counters_;
   std::set<std::string> warned_of_size_;  // channels
+  std::unique_ptr<MessageSeal> seal_;
+  bool takes_unsigned_ = true;
+  // Of the message that is handled; null without a seal.
+  const Sender* sender_ = nullptr;
   std::function<bool(const std::string&)> drop_received_;
 };
 

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <set>
 
+#include "core/clock.h"
 #include "ledger/facts.h"
 
 namespace skein {
@@ -94,6 +96,88 @@ TEST_F(BusTest, AnExceptionOfAHandlerLeavesTheLoop) {
   EXPECT_THROW(loop_.RunUntil([] { return false; }, 10), std::runtime_error);
 }
 
+class SealedBusTest : public BusTest {
+ protected:
+  void SignAs(Role role, const std::string& name, bool takes_unsigned) {
+    const SessionTrust trust{kSession, root_.public_key()};
+    bus_.SetSession(kSession);
+    bus_.SetSeal(
+        std::make_unique<MessageSeal>(trust, IssueCredential(root_, kSession, role, name, 0),
+                                      SignerCounters(), NowUs),
+        takes_unsigned);
+  }
+  image_offer_t Offer() {
+    image_offer_t offer{};
+    offer.session_id = kSession;
+    offer.agent = "alice";
+    offer.owner = AgentInstance("alice");
+    return offer;
+  }
+  void CountOffersAndCommands() {
+    bus_.Subscribe(kImageOfferChannel, [&](const image_offer_t& offer) {
+      ++num_offers_;
+      is_from_owner_ = bus_.IsFrom({offer.owner}, true);
+      is_from_owner_and_signed_ = bus_.IsFrom({offer.owner}, false);
+      is_from_ingest_ = bus_.IsFrom({"ingest"}, true);
+    });
+    bus_.Subscribe(kCommandChannel, [&](const command_t&) { ++num_commands_; });
+  }
+  void AwaitRefused(int64_t num) {
+    EXPECT_TRUE(loop_.RunUntil([&] { return bus_.counters().num_refused >= num; }, 10));
+  }
+
+  static constexpr char kSession[] = "0123456789abcdef";
+  const SigningKey root_ = SigningKey::Generate();
+  int num_offers_ = 0, num_commands_ = 0;
+  bool is_from_owner_ = false, is_from_owner_and_signed_ = true, is_from_ingest_ = true;
+};
+
+TEST_F(SealedBusTest, RefusesWhatTheSendersRoleMayNotSay) {
+  SignAs(Role::kAgent, "alice", false);
+  CountOffersAndCommands();
+  bus_.Publish(kImageOfferChannel, Offer());
+  command_t command = Command(kSession, "finish");
+  command.sender = AgentInstance("alice");
+  bus_.Publish(kCommandChannel, command);
+  AwaitRefused(2);
+  EXPECT_EQ(num_offers_, 1);
+  EXPECT_EQ(num_commands_, 0);
+  EXPECT_EQ(bus_.counters().refused.at("SKEIN_COMMAND"), 1);
+  EXPECT_TRUE(is_from_owner_);
+  EXPECT_FALSE(is_from_ingest_);
+}
+
+TEST_F(SealedBusTest, TakesOfUnsignedMessagesWhatAnybodyMaySay) {
+  CountOffersAndCommands();
+  bus_.Publish(kImageOfferChannel, Offer());
+  bus_.Publish(kCommandChannel, Command(kSession, "finish"));
+  SignAs(Role::kIngest, "ingest", true);
+  AwaitRefused(2);
+  EXPECT_EQ(num_offers_, 1);
+  EXPECT_EQ(num_commands_, 0);
+  EXPECT_TRUE(is_from_owner_);
+  EXPECT_FALSE(is_from_owner_and_signed_);
+}
+
+TEST_F(SealedBusTest, TakesNoUnsignedMessageWhereSignaturesAreRequired) {
+  CountOffersAndCommands();
+  bus_.Publish(kImageOfferChannel, Offer());
+  bus_.Publish(kCommandChannel, Command(kSession, "finish"));
+  SignAs(Role::kIngest, "ingest", false);
+  AwaitRefused(2);
+  EXPECT_EQ(num_offers_, 0);
+  EXPECT_EQ(num_commands_, 0);
+}
+
+TEST_F(SealedBusTest, WithoutASealATrailerIsCutOff) {
+  CountOffersAndCommands();
+  SignAs(Role::kAgent, "alice", false);
+  bus_.Publish(kImageOfferChannel, Offer());
+  bus_.SetSeal(nullptr, true);
+  EXPECT_TRUE(loop_.RunUntil([&] { return num_offers_ == 1; }, 10));
+  EXPECT_EQ(bus_.counters().num_decode_failures, 0);
+}
+
 TEST(Channels, NamesAreWhatLcmTakesLiterally) {
   std::set<std::string> names;
   const auto check = [&](auto channel) {
@@ -168,7 +252,7 @@ TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   image.camera_params.resize(12);
   image.camera_model = "FULL_OPENCV";
   for (const Fact& fact : std::vector<Fact>{candidates, matches, failure, image}) {
-    EXPECT_LE(EncodeFact(fact).size(), kMaxDatagramBytes) << FactKindName(fact);
+    EXPECT_LE(EncodeFact(fact).size() + kMaxTrailerBytes, kMaxDatagramBytes) << FactKindName(fact);
   }
 }
 

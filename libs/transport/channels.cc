@@ -19,4 +19,12 @@ std::string BlobChunkChannel(const std::string& instance) {
   return "SKEIN_BLOB_CHUNK_" + name;
 }
 
+std::string AgentInstance(const std::string& agent) {
+  std::string instance = "agent-";
+  for (const char c : agent.substr(0, 32)) {
+    instance += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
+  }
+  return instance + "-" + HashBytes(agent.data(), agent.size()).substr(0, 8);
+}
+
 }  // namespace skein

@@ -63,6 +63,11 @@ LcmUrl LcmUrl::Bulk() const {
   return bulk;
 }
 
+bool LcmUrl::leaves_host() const {
+  if (provider != "tcpq") return leaves_host_by_datagram();
+  return host != "localhost" && host.rfind("127.", 0) != 0;
+}
+
 LcmUrl ParseLcmUrl(const std::string& text) {
   const std::string url = text.empty() ? kDefaultUrl : text;
   const size_t colon = url.find("://");

@@ -18,6 +18,9 @@ struct LcmUrl {
   // Whether a datagram may travel beyond this host, where IP fragments multiply loss.
   bool leaves_host_by_datagram() const { return provider == "udpm" && ttl > 0; }
 
+  // Whether messages come from other hosts or go there.
+  bool leaves_host() const;
+
   int recv_buf_size = 4 << 20;  // udpm only
 };
 

@@ -12,6 +12,7 @@ namespace skein {
 namespace {
 
 constexpr double kLookAtDiskS = 1;
+constexpr double kUnknownPatienceS = 3;
 constexpr char kCameraNote[] = "camera";
 constexpr char kRenamedNote[] = "renamed";
 constexpr char kDuplicateNote[] = "duplicate";
@@ -48,7 +49,7 @@ void PhotoIntake::OnOffer(const image_offer_t& offer) {
   if (AnswerDecided(key, offer)) return;
   const auto pending = pending_.find(key);
   if (pending != pending_.end()) {
-    if (pending->second.offer.owner != offer.owner) FollowOwner(key, offer);
+    FollowOwner(key, offer);
     return Ack(offer, image_ack_t::WAIT, 0, "being received");
   }
   if (Status status = CheckOffer(offer); !status.ok()) return Refuse(key, offer, status.error());
@@ -107,6 +108,7 @@ Status PhotoIntake::CheckOffer(const image_offer_t& offer) const {
 void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
   Pending& pending = pending_[key];
   pending.offer = offer;
+  pending.is_signed = node_.bus().IsSigned();
   pending.received_utime_us = writer_.now_us();
   pending.progress_s = node_.loop().now_s();
   Pull(key, &pending);
@@ -117,15 +119,19 @@ void PhotoIntake::Pull(const Key& key, Pending* pending) {
   pending->fetch_id = node_.blobs().Fetch(
       pending->offer.blob_id, pending->offer.owner,
       [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); },
-      pending->offer.size_bytes);
+      pending->offer.size_bytes, kUnknownPatienceS, /*takes_unsigned=*/!pending->is_signed);
 }
 
-// The agent came back under another name, or another process offers the same.
+// The agent came back under another name, or another process offers the same. An offer without a
+// signature does not take the place of a signed one.
 void PhotoIntake::FollowOwner(const Key& key, const image_offer_t& offer) {
   Pending& pending = pending_.at(key);
-  if (pending.fetch_id == 0) return;
+  const bool is_signed = node_.bus().IsSigned();
+  const bool is_same = pending.offer.owner == offer.owner && pending.is_signed == is_signed;
+  if (pending.fetch_id == 0 || is_same || (pending.is_signed && !is_signed)) return;
   node_.blobs().Cancel(pending.fetch_id);
   pending.offer.owner = offer.owner;
+  pending.is_signed = is_signed;
   Pull(key, &pending);
 }
 

@@ -51,6 +51,7 @@ class PhotoIntake {
  private:
   struct Pending {
     image_offer_t offer;
+    bool is_signed = false;
     int64_t received_utime_us = 0;
     BlobClient::FetchId fetch_id = 0;  // 0: no longer pulling
     int64_t received_bytes = 0;

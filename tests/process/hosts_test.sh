@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Two hosts: features, matching and mapper run in a second network namespace, joined by a cable
-# (veth), over tcpq; the session folder is hidden from them. Prints the bytes moved.
+# (veth), over tcpq, by an invitation; the session folder is hidden from them. Prints the bytes moved.
 #
 #   tests/process/hosts_test.sh [PHOTOS TRUTH MAX_RMSE_PERCENT]
 #
@@ -35,11 +35,11 @@ nsenter --net -t "$other_host" ip addr add 10.77.0.2/24 dev cable_end
 nsenter --net -t "$other_host" ip link set cable_end up
 
 start_services "$session" "$url" --features 0 --matching 0 --mappers 0
-session_id=$(jq -r .session_id "$session/session.json")
+invitation=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role worker --name other-host) || fail "skein invite"
 mkdir -p "$workspace/remote"
 nsenter --net -t "$other_host" unshare --mount bash -c \
-  'mount -t tmpfs none "$1" && exec "$2/scripts/launch.sh" --join "$3" --session "$4" --lcm-url "$5" --build "$6"' - \
-  "$session" "$SKEIN_ROOT" "$session_id" "$workspace/remote" "$url" "$SKEIN_BUILD" &
+  'mount -t tmpfs none "$1" && exec "$2/scripts/launch.sh" --join "$3" --session "$4" --build "$5"' - \
+  "$session" "$SKEIN_ROOT" "$invitation" "$workspace/remote" "$SKEIN_BUILD" &
 remote_pid=$!
 
 publish "$session"

@@ -1,0 +1,121 @@
+#include "clients/invite.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdlib>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+#include "auth/session_keys.h"
+#include "clients/qr_code.h"
+#include "clients/subcommand.h"
+#include "core/clock.h"
+#include "core/file.h"
+#include "core/process.h"
+#include "ledger/session_folder.h"
+#include "transport/invitation.h"
+
+namespace skein {
+namespace {
+
+struct InviteOptions {
+  std::string session_dir;
+  std::string role;
+  std::string name;
+  std::string expires;
+  std::string lcm_url;
+  bool qr = false;
+};
+
+std::optional<int> ParseInviteOptions(int argc, char** argv, InviteOptions* options) {
+  CLI::App app(
+      "Prints a link that lets another host or person take part in a session, and a QR code of it\n"
+      "on a terminal. Whoever has the link has the role: send it as you would send a password.",
+      "skein invite");
+  app.add_option("--session", options->session_dir, "Session folder, on its host")->required();
+  app.add_option("--role", options->role,
+                 "agent (offers photos, reads), worker (computes), operator (commands, and what an "
+                 "agent may) or viewer (reads)")
+      ->required()
+      ->check(CLI::IsMember({"agent", "worker", "operator", "viewer"}));
+  app.add_option("--name", options->name,
+                 "Of the agent, host or person: 1 to 24 letters, digits, '-' or '_' (default: the "
+                 "role with a number)");
+  app.add_option("--expires", options->expires,
+                 "After a number of s, m, h or d, e.g. 12h (default: never)");
+  app.add_option("--lcm-url", options->lcm_url,
+                 "Where the session is heard (default: where launch.sh runs it)");
+  app.add_flag("--qr", options->qr, "The QR code also where the output is no terminal");
+  return ParseOptions(&app, argc, argv);
+}
+
+std::string NameOf(const InviteOptions& options) {
+  if (options.name.empty()) return options.role + "-" + std::to_string(RandomU64() % 1'000'000);
+  if (IsInvitedName(options.name)) return options.name;
+  throw std::invalid_argument("--name " + options.name +
+                              ": give 1 to 24 letters, digits, '-' or '_'");
+}
+
+// Seconds since 1970 UTC; 0: never.
+int64_t ExpiryOf(const std::string& duration) {
+  if (duration.empty()) return 0;
+  int64_t count = 0;
+  const char* end = duration.data() + duration.size();
+  const auto read = std::from_chars(duration.data(), end, count);
+  const std::string unit(read.ptr, end);
+  const int64_t unit_s = unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 86400;
+  if (read.ec != std::errc() || count <= 0 || count > 100'000'000 ||
+      (unit != "s" && unit != "m" && unit != "h" && unit != "d")) {
+    throw std::invalid_argument("--expires " + duration + ": give a number of s, m, h or d: 12h");
+  }
+  return NowUs() / 1'000'000 + count * unit_s;
+}
+
+LcmUrl UrlOf(const InviteOptions& options) {
+  std::string text = options.lcm_url;
+  if (text.empty()) {
+    const Result<Bytes> launched = ReadFile(options.session_dir + "/run/lcm_url");
+    if (launched.ok()) text.assign(launched->begin(), launched->end());
+    text = text.substr(0, text.find('\n'));
+  }
+  if (text.empty()) throw std::invalid_argument("launch.sh has not run here: give --lcm-url");
+  LcmUrl url = ParseLcmUrl(text);
+  if (!url.leaves_host()) {
+    std::cerr << "skein invite: " << url.ToString()
+              << " is heard on this host alone; for others launch with --lcm-url tcpq://HOST:7700"
+              << std::endl;
+  }
+  return url;
+}
+
+Invitation MakeInvitation(const InviteOptions& options) {
+  const LcmUrl url = UrlOf(options);
+  const Result<Session> session = OpenSession(options.session_dir);
+  if (!session.ok()) throw std::runtime_error(session.error());
+  const Result<SessionAccess> access =
+      IssueInvitation(session->paths.Keys().string(), session->session_id,
+                      *RoleFromName(options.role), NameOf(options), ExpiryOf(options.expires));
+  if (!access.ok()) throw std::runtime_error(access.error());
+  return {url, access->trust, access->credential};
+}
+
+}  // namespace
+
+int RunInvite(int argc, char** argv) {
+  InviteOptions options;
+  if (const auto exit_code = ParseInviteOptions(argc, argv, &options)) return *exit_code;
+  try {
+    const std::string link = ToLink(MakeInvitation(options));
+    std::cout << link << std::endl;
+    if (options.qr || isatty(STDOUT_FILENO) != 0) std::cout << QrCode(link);
+    return kExitOk;
+  } catch (const std::invalid_argument& error) {
+    std::cerr << "skein invite: " << error.what() << std::endl;
+    return kExitUsage;
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,33 @@
+// What one who joins needs to know, as a link: where the session is, whom to trust, a credential.
+//
+//   skein://HOST:PORT/PROVIDER/SESSION/ROLE/NAME/CODE      PROVIDER: tcpq, or udpm-TTL
+//
+// CODE is base64url of the root's public key (32 bytes), then the credential (seed, certificate).
+// Whoever has the link has the credential.
+#pragma once
+
+#include <string>
+
+#include "auth/certificate.h"
+#include "core/result.h"
+#include "transport/lcm_url.h"
+
+namespace skein {
+
+struct Invitation {
+  LcmUrl url;
+  SessionTrust trust;
+  Credential credential;
+};
+
+// Whether the name may stand in a link: 1 to 24 letters, digits, '-' or '_'.
+bool IsInvitedName(const std::string& name);
+
+// The URL is of tcpq or udpm.
+std::string ToLink(const Invitation& invitation);
+
+// An error says what is wrong. "@FILE": the link stands in that file, where no list of processes
+// shows it.
+Result<Invitation> ReadInvitation(const std::string& link);
+
+}  // namespace skein

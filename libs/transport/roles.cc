@@ -1,0 +1,112 @@
+#include "transport/roles.h"
+
+#include <map>
+#include <string_view>
+
+namespace skein {
+namespace {
+
+using RoleSet = unsigned;
+
+constexpr RoleSet Bit(Role role) { return 1u << static_cast<unsigned>(role); }
+
+constexpr RoleSet kUnsigned = 1;
+constexpr RoleSet kIngest = Bit(Role::kIngest);
+constexpr RoleSet kWorker = Bit(Role::kWorker);
+constexpr RoleSet kOperator = Bit(Role::kOperator);
+constexpr RoleSet kAgent = Bit(Role::kAgent) | kOperator;
+constexpr RoleSet kSigned = kIngest | kWorker | kAgent | Bit(Role::kViewer);
+constexpr RoleSet kReader = kSigned | kUnsigned;
+
+constexpr std::string_view kChunkPrefix = "SKEIN_BLOB_CHUNK_";
+constexpr RoleSet kMayServeBlobs = kIngest | kWorker | kAgent | kUnsigned;
+
+const std::map<std::string_view, RoleSet> kMayPublish = {
+    {kImageChannel.name, kIngest},
+    {kFeaturesChannel.name, kIngest},
+    {kCandidatesChannel.name, kIngest},
+    {kMatchesChannel.name, kIngest},
+    {kRegistrationChannel.name, kIngest},
+    {kSubmapLeaseChannel.name, kIngest},
+    {kSubmapModelChannel.name, kIngest},
+    {kSubmapEndChannel.name, kIngest},
+    {kSeedChannel.name, kIngest},
+    {kMergeChannel.name, kIngest},
+    {kFailureChannel.name, kIngest},
+    {kFinishChannel.name, kIngest},
+    {kConfigurationChannel.name, kIngest},
+    {kSubmitImageChannel.name, kWorker},
+    {kSubmitFeaturesChannel.name, kWorker},
+    {kSubmitCandidatesChannel.name, kWorker},
+    {kSubmitMatchesChannel.name, kWorker},
+    {kSubmitRegistrationChannel.name, kWorker},
+    {kSubmitSubmapLeaseChannel.name, kWorker},
+    {kSubmitSubmapModelChannel.name, kWorker},
+    {kSubmitSubmapEndChannel.name, kWorker},
+    {kSubmitSeedChannel.name, kWorker},
+    {kSubmitMergeChannel.name, kWorker},
+    {kSubmitFailureChannel.name, kWorker},
+    {kSubmitFinishChannel.name, kWorker},
+    {kSubmitConfigurationChannel.name, kWorker},
+    {kSubmitReplyChannel.name, kIngest},
+    {kImageOfferChannel.name, kAgent | kUnsigned},
+    {kImageAckChannel.name, kIngest},
+    {kLedgerHeadChannel.name, kIngest},
+    {kLedgerRequestChannel.name, kReader},
+    {kLedgerRangeChannel.name, kIngest},
+    {kWorkRequestChannel.name, kWorker},
+    {kWorkChannel.name, kIngest},
+    {kWorkFailedChannel.name, kWorker},
+    {kDemandChannel.name, kIngest | kWorker},
+    {kSubmapStatusChannel.name, kWorker},
+    {kSharedRequestChannel.name, kWorker},
+    {kSharedReplyChannel.name, kWorker},
+    {kHeartbeatChannel.name, kSigned},
+    {kCommandChannel.name, kOperator},
+    {kCommandReplyChannel.name, kIngest},
+    {kBlobRequestChannel.name, kReader},
+};
+
+RoleSet RoleOf(const Sender& sender) { return sender ? Bit(sender->role) : kUnsigned; }
+
+bool BeginsWith(const std::string& text, const std::string& beginning) {
+  return text.compare(0, beginning.size(), beginning) == 0;
+}
+
+// As an agent calls itself.
+bool MayBeAgent(const Speaker& speaker) {
+  return speaker.role == Role::kAgent || speaker.role == Role::kOperator;
+}
+
+}  // namespace
+
+bool MayPublish(const Sender& sender, const std::string& channel) {
+  if (BeginsWith(channel, std::string(kChunkPrefix))) return (kMayServeBlobs & RoleOf(sender)) != 0;
+  const auto right = kMayPublish.find(channel);
+  return right != kMayPublish.end() && (right->second & RoleOf(sender)) != 0;
+}
+
+bool MayBe(const Sender& sender, const std::string& instance) {
+  if (!sender) return BeginsWith(instance, "agent");
+  const std::string& name = sender->name;
+  if (MayBeAgent(*sender) && (instance == AgentInstance(name) || instance == "agent." + name)) {
+    return true;
+  }
+  if (sender->role == Role::kAgent) return false;
+  return instance == name || BeginsWith(instance, name + ".");
+}
+
+// A channel's name holds the beginning of its instance's, or all of it.
+bool MayReceiveOn(const Sender& sender, const std::string& chunk_channel) {
+  if (!sender) return true;
+  const std::string& name = sender->name;
+  if (MayBeAgent(*sender) && (chunk_channel == BlobChunkChannel(AgentInstance(name)) ||
+                              chunk_channel == BlobChunkChannel("agent." + name))) {
+    return true;
+  }
+  if (sender->role == Role::kAgent) return false;
+  return chunk_channel == BlobChunkChannel(name) ||
+         BeginsWith(chunk_channel, BlobChunkChannel((name + ".").substr(0, 24)));
+}
+
+}  // namespace skein
