@@ -159,7 +159,8 @@ await_relay() {
 # The relays of a tcpq URL: on this host they are part of the set, unless the set joins another.
 add_relays() {
   [[ $url =~ ^tcpq://([^:/?]*)(:([0-9]+))? ]] || return 0
-  local host=${BASH_REMATCH[1]:-127.0.0.1} port=${BASH_REMATCH[3]:-7700} relay_port
+  local host=${BASH_REMATCH[1]:-127.0.0.1} port=${BASH_REMATCH[3]:-7700} relay_port loopback=()
+  [[ ! $host =~ ^(127\..*|localhost)$ ]] || loopback=(--loopback)
   for relay_port in "$port" $((port + 1)); do
     if [[ -n $join ]] || ! is_local_host "$host"; then
       await_relay "$host" "$relay_port"
@@ -168,7 +169,7 @@ add_relays() {
     if port_is_open "$host" "$relay_port"; then
       say "a relay listens on $host:$relay_port already"
     elif [[ -x $bin/skein-relay ]]; then
-      add_instance "relay-$relay_port" "$bin/skein-relay" --port "$relay_port" "${config_options[@]}"
+      add_instance "relay-$relay_port" "$bin/skein-relay" --port "$relay_port" "${loopback[@]}" "${config_options[@]}"
     else
       add_instance "relay-$relay_port" java -Xmx64m -cp "$(lcm_jar)" lcm.lcm.TCPService "$relay_port"
     fi

@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     loop.StopOnSignals();
     std::vector<std::unique_ptr<skein::Relay>> relays;
     for (const int port : options.ports) {
-      const skein::RelayOptions of_port{port, options.max_queue_mib << 20};
+      const skein::RelayOptions of_port{port, options.max_queue_mib << 20, options.loopback};
       relays.push_back(std::make_unique<skein::Relay>(loop, of_port));
     }
     std::printf("ready relay\n");

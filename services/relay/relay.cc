@@ -48,13 +48,13 @@ void SetOption(int fd, int level, int name, int value) {
   ::setsockopt(fd, level, name, &value, sizeof(value));
 }
 
-int Listen(int port) {
+int Listen(int port, bool loopback) {
   const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) ThrowSystemError("socket");
   SetOption(fd, SOL_SOCKET, SO_REUSEADDR, 1);
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_ANY);
+  address.sin_addr.s_addr = htonl(loopback ? INADDR_LOOPBACK : INADDR_ANY);
   address.sin_port = htons(static_cast<uint16_t>(port));
   if (::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0 ||
       ::listen(fd, 64) != 0) {
@@ -113,7 +113,10 @@ bool ChannelSet::Matches(const std::string& channel) {
 }
 
 Relay::Relay(PollLoop& loop, const RelayOptions& options)
-    : loop_(loop), options_(options), listen_fd_(Listen(options.port)), port_(PortOf(listen_fd_)) {
+    : loop_(loop),
+      options_(options),
+      listen_fd_(Listen(options.port, options.loopback)),
+      port_(PortOf(listen_fd_)) {
   loop_.AddFd(listen_fd_, [this] { Accept(); });
 }
 

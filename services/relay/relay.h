@@ -44,6 +44,7 @@ class ChannelSet {
 struct RelayOptions {
   int port = 0;                       // 0: any, see Relay::port()
   size_t max_queued_bytes = 8 << 20;  // for one client
+  bool loopback = false;              // not reached from other hosts
 };
 
 struct RelayCounters {

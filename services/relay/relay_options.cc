@@ -23,6 +23,7 @@ std::optional<int> ParseRelayOptions(int argc, char** argv, RelayProgramOptions*
   program.add_place_options = [options](CLI::App& app) {
     app.add_option("port,--port", options->ports, "TCP ports, each a network of its own")
         ->capture_default_str();
+    app.add_flag("--loopback", options->loopback, "Listen to this host alone");
     app.add_flag("--verbose", options->verbose, "Log who comes and goes");
   };
   program.add_options = [options](CLI::App& app) {
