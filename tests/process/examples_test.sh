@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# The example programs of clients/examples, built as their heads say, each offer a photo by an
+# invitation to a session that takes nothing unsigned.
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+use_place 2 8 --seed 1
+session=$workspace/session
+start_services "$session" "$url" --auth require --features 1 --matching 0 --mappers 0
+photos=("$place"/images/agent-1/*)
+
+# offer NAME PHOTO PROGRAM...: the program offers the photo, and ingest has it under that name
+offer() {
+  local name=$1 photo=$2 link
+  shift 2
+  link=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role agent --name "$name" 2>/dev/null) || fail "skein invite"
+  timeout 60 "$@" "$link" "$photo" || fail "$1 did not place $photo"
+  cmp "$photo" "$session/images/$name/$(basename "$photo")" || fail "$name's photo is another in the session"
+}
+
+g++ -std=c++17 -Wall -Wextra -Werror "-I$SKEIN_BUILD/generated/cpp" -o "$workspace/offer_photo" \
+  "$SKEIN_ROOT/clients/examples/offer_photo.cc" -llcm -lsodium || fail "offer_photo.cc does not compile"
+offer phone "${photos[0]}" "$workspace/offer_photo"
+
+! timeout 10 "$SKEIN_BUILD/bin/skein" agent --session-id "$(jq -r .session_id "$session/session.json")" --lcm-url "$url" \
+  --name nobody --images "$place/images/agent-2" >"$workspace/unsigned.log" 2>&1 || fail "an unsigned photo was taken"
+
+if ! command -v javac >/dev/null; then
+  echo "no Java compiler: OfferPhoto.java is not tested"
+  exit 0
+fi
+offer robot "${photos[1]}" java -Djava.net.preferIPv4Stack=true -cp "$(lcm_jar):$SKEIN_BUILD/skein_lcmtypes.jar" \
+  "$SKEIN_ROOT/clients/examples/OfferPhoto.java"
