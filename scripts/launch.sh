@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Starts Skein's services on a session folder, restarts what dies, and stops all on Ctrl-C.
+# Starts Skein's services on a session folder, restarts what dies or hangs, and stops all on Ctrl-C.
 #
 #   scripts/launch.sh --session DIR [options]
 #   scripts/launch.sh --join LINK --session DIR [options]
@@ -26,20 +26,24 @@
 #   --local-ba FORM   of the mappers: colmap (default), consistent, paper or equal
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
+#   --hang-after S  kill and restart a process whose event loop shows no sign of life for S seconds
+#                   (default 10; 0: never, for a debugger)
 #   --build DIR     build folder (default: build/release)
 #   --ready-file F  written when every service is ready
 #   --verbose       services log more
 #
-# Logs are in DIR/log/INSTANCE.log, process ids in DIR/run/INSTANCE.pid.
+# Logs are in DIR/log/INSTANCE.log, process ids in DIR/run/INSTANCE.pid. A process touches
+# DIR/run/INSTANCE.alive twice a second.
 # Exit codes: 0 stopped by a signal, 1 a service cannot run, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
 
 readonly ready_deadline_s=60 stop_deadline_s=15 healthy_s=60
 readonly first_backoff_ms=200 longest_backoff_ms=10000
+readonly start_limit_s=120 longest_round_ms=2000
 
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
-session='' join='' url='' ready_file='' service_options=() config_options=() auth_options=()
+session='' join='' url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
 retrieval_options=() matching_options=()
 
@@ -52,7 +56,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba)
+    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
@@ -64,6 +68,7 @@ while (($#)); do
     --mappers) need_range "$1" "$2"; shift ;;
     --threads) need_count "$1" "$2"; threads=$2; shift ;;
     --max-size) need_count "$1" "$2"; features_options+=(--max-size "$2"); shift ;;
+    --hang-after) need_count "$1" "$2"; hang_after_s=$((10#$2)); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
     --top-n) need_count "$1" "$2"; retrieval_options+=(--top-n "$2"); shift ;;
@@ -85,7 +90,8 @@ session=$(cd "$session" && pwd)
 
 # What runs, by instance. A command is its words, one a line; due_ms is when to start it (again).
 instances=()
-declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal
+declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal last_sign quiet_ms
+watched_ms=0
 now_ms() { echo $((${EPOCHREALTIME/[.,]/} / 1000)); }
 
 add_instance() {
@@ -180,9 +186,12 @@ start_instance() {
   local instance=$1 log=$session/log/$1.log words
   mapfile -t words <<<"${command_of[$instance]%$'\n'}"
   touch "$log"
+  rm -f "$session/run/$instance.alive"
+  last_sign[$instance]='' quiet_ms[$instance]=0
   log_offset[$instance]=$(stat -c %s "$log")
   # The child dies with this script, however that ends.
   OMP_NUM_THREADS=$threads OPENBLAS_NUM_THREADS=1 SKEIN_PREVIOUS_EXIT_SIGNAL=${2:-} SKEIN_RUN_FOLDER=$session/run \
+    SKEIN_ALIVE_FILE=$session/run/$instance.alive \
     setpriv --pdeathsig TERM -- "${words[@]}" >>"$log" 2>&1 9>&- &
   pid_of[$instance]=$!
   started_ms[$instance]=$(now_ms)
@@ -204,7 +213,7 @@ note_death() {
   wait "${pid_of[$instance]}" || status=$?
   uptime_ms=$(($(now_ms) - ${started_ms[$instance]}))
   unset "pid_of[$instance]"
-  rm -f "$session/run/$instance.pid"
+  rm -f "$session/run/$instance".{pid,alive}
   ((!stopping && !interrupted)) || return 0
   if ((status == 0)) && is_elastic "$instance"; then
     say "$instance leaves: no submap needs it"
@@ -237,6 +246,37 @@ reap_dead() {
   done
 }
 
+# LCM's own relay shows none.
+shows_signs() { [[ $1 != relay-* || -x $bin/skein-relay ]]; }
+
+# Kills what hangs, in whatever it hangs; reap_dead finds it then. A process has start_limit_s until
+# its loop comes round for the first time. Time is counted in rounds of this script. A round in which
+# this script itself was held up counts nothing: a pause of the machine kills nobody.
+kill_hung() {
+  local instance now round_ms name sign limit_s
+  local -A signs=()
+  now=$(now_ms)
+  round_ms=$((now - watched_ms)) watched_ms=$now
+  ((hang_after_s > 0 && round_ms >= 0 && round_ms <= longest_round_ms)) || return 0
+  while read -r name sign; do
+    [[ -z $name ]] || signs[$name]=$sign
+  done <<<"$(cd "$session/run" && stat -c '%n %.9Y' -- *.alive 2>/dev/null)"
+  for instance in "${!pid_of[@]}"; do
+    sign=${signs[$instance.alive]:-}
+    if [[ $sign != "${last_sign[$instance]}" ]] || ! shows_signs "$instance"; then
+      last_sign[$instance]=$sign quiet_ms[$instance]=0
+      continue
+    fi
+    quiet_ms[$instance]=$((${quiet_ms[$instance]} + round_ms))
+    limit_s=$hang_after_s
+    [[ -n $sign ]] || limit_s=$start_limit_s
+    ((${quiet_ms[$instance]} >= limit_s * 1000)) || continue
+    warn "$instance has shown no sign of life for $limit_s s: killing it"
+    kill -KILL "${pid_of[$instance]}" 2>/dev/null || true
+    quiet_ms[$instance]=0
+  done
+}
+
 # For $1 seconds. Nothing here waits for a child that runs: when a trapped signal comes just as bash
 # (5.2) reaps a child in `wait`, it forgets that child's end, and the next wait for it never returns.
 pause() { read -r -t "$1" -u "$never" || true; }
@@ -260,7 +300,7 @@ stop_all() {
     pause 0.1
     reap_dead
   done
-  rm -f "$session"/run/*.pid
+  rm -f "$session"/run/*.{pid,alive}
 }
 
 fatal() {
@@ -343,6 +383,7 @@ say "watch:  $SKEIN_BUILD/bin/skein status $watched   or   scripts/spy.sh --lcm-
 [[ -z $ready_file ]] || echo "$url" >"$ready_file"
 
 while ((!interrupted)); do
+  kill_hung
   reap_dead
   grow_pool
   start_due

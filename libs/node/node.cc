@@ -131,6 +131,7 @@ std::optional<SessionAccess> FindAccess(const NodeOptions& options, const std::s
 Node::Node(const NodeOptions& options)
     : options_(Completed(options)),
       own_loop_(std::make_unique<PollLoop>()),
+      sign_of_life_(std::make_unique<SignOfLife>(*own_loop_)),
       own_bus_(std::make_unique<Bus>(options_.lcm_url, *own_loop_)),
       loop_(*own_loop_),
       bus_(*own_bus_) {

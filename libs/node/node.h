@@ -51,6 +51,7 @@
 
 #include "blobs/blob_client.h"
 #include "event_loop/poll_loop.h"
+#include "event_loop/sign_of_life.h"
 #include "ledger/facts.h"
 #include "ledger/submitter.h"
 #include "transport/bus.h"
@@ -144,6 +145,7 @@ class Node {
 
   NodeOptions options_;
   std::unique_ptr<PollLoop> own_loop_;
+  std::unique_ptr<SignOfLife> sign_of_life_;  // of a loop of its own
   std::unique_ptr<Bus> own_bus_;
   PollLoop& loop_;
   Bus& bus_;

@@ -7,15 +7,17 @@ namespace skein {
 
 std::string SignalName(int signal) {
   static const std::map<int, const char*> kNames = {
-      {SIGSEGV, "SIGSEGV"}, {SIGABRT, "SIGABRT"}, {SIGBUS, "SIGBUS"},  {SIGFPE, "SIGFPE"},
-      {SIGILL, "SIGILL"},   {SIGKILL, "SIGKILL"}, {SIGTERM, "SIGTERM"}};
+      {SIGSEGV, "SIGSEGV"}, {SIGABRT, "SIGABRT"},
+      {SIGBUS, "SIGBUS"},   {SIGFPE, "SIGFPE"},
+      {SIGILL, "SIGILL"},   {SIGKILL, "SIGKILL"},
+      {SIGTERM, "SIGTERM"}, {SIGALRM, "SIGALRM: its job made no progress"}};
   const auto found = kNames.find(signal);
   return found != kNames.end() ? found->second : "signal " + std::to_string(signal);
 }
 
 bool IsCrash(int signal) {
   return signal == SIGSEGV || signal == SIGABRT || signal == SIGBUS || signal == SIGFPE ||
-         signal == SIGILL;
+         signal == SIGILL || signal == SIGALRM;
 }
 
 void WorkQueue::Add(int64_t item) {

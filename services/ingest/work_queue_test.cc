@@ -165,6 +165,17 @@ TEST(WorkQueue, ParksAfterThreeCrashesOnOneItem) {
   EXPECT_EQ(failures[0].reason, "worker died of SIGBUS");
 }
 
+TEST(WorkQueue, ParksWhatThreeWorkersHungOn) {
+  WorkQueue queue;
+  queue.Add(1);
+  EXPECT_FALSE(DieOn(&queue, 1, SIGALRM, 0).at(0).parked);
+  EXPECT_FALSE(DieOn(&queue, 1, SIGALRM, 10).at(0).parked);
+  const auto failures = DieOn(&queue, 1, SIGALRM, 20);
+  ASSERT_EQ(failures.size(), 1u);
+  EXPECT_TRUE(failures[0].parked);
+  EXPECT_EQ(failures[0].reason, "worker died of SIGALRM: its job made no progress");
+}
+
 TEST(WorkQueue, BlamesOnlyTheItemThatWasWorkedOn) {
   WorkQueue queue;
   queue.Add(1);

@@ -21,8 +21,13 @@ constexpr double kStatisticsPeriodS = 1.0;
 constexpr double kRestS = 4.0;
 constexpr double kMaintenancePeriodS = 0.1;
 
-SubmapOptions StoppedBy(std::shared_ptr<const std::atomic<bool>> stopped, SubmapOptions options) {
-  options.stop = [stopped = std::move(stopped)] { return stopped->load(); };
+// Being asked is a sign that the job goes on.
+SubmapOptions StoppedBy(std::shared_ptr<const std::atomic<bool>> stopped, WorkerThread& worker,
+                        SubmapOptions options) {
+  options.stop = [stopped = std::move(stopped), &worker] {
+    worker.NoteProgress();
+    return stopped->load();
+  };
   return options;
 }
 
@@ -59,7 +64,8 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
       lease_(lease),
       on_end_(std::move(on_end)),
       is_cut_(std::make_shared<std::atomic<bool>>(ledger.session.finish().is_cut())),
-      worker_(threads.worker, threads.current, lease.submap_id, StoppedBy(is_cut_, options.submap)),
+      worker_(threads.worker, threads.current, lease.submap_id,
+              StoppedBy(is_cut_, threads.worker, options.submap)),
       cursor_(ledger.items),
       submissions_(
           node.submitter(), [this](const std::string& reason) { End(EndKind::kOver, reason); },

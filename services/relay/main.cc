@@ -4,6 +4,7 @@
 
 #include "core/log.h"
 #include "event_loop/poll_loop.h"
+#include "event_loop/sign_of_life.h"
 #include "relay/relay.h"
 #include "relay/relay_options.h"
 
@@ -14,6 +15,7 @@ int main(int argc, char** argv) {
     skein::InitLog("relay", options.verbose);
     skein::PollLoop loop;
     loop.StopOnSignals();
+    const skein::SignOfLife sign_of_life(loop);
     std::vector<std::unique_ptr<skein::Relay>> relays;
     for (const int port : options.ports) {
       const skein::RelayOptions of_port{port, options.max_queue_mib << 20, options.loopback};

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # launch.sh itself, with stand-ins for the services that only say that they are ready: restarts
-# what dies, tells it how it died, grows and shrinks the mappers, refuses a second launch, takes over
+# what dies or hangs, tells it how it died, grows and shrinks the mappers, refuses a second launch, takes over
 # from a killed one, waits for the relays of a host it joins, stops all.
 source "$(dirname "$0")/../harness.sh"
 new_workspace
@@ -21,7 +21,7 @@ done
 trap 'exit 0' TERM
 echo "died of ${SKEIN_PREVIOUS_EXIT_SIGNAL:-nothing}"
 echo "ready $instance"
-while [[ -z ${elastic:-} || ! -e $session/retire ]]; do sleep 0.05; done
+while [[ -z ${elastic:-} || ! -e $session/retire ]]; do touch "$SKEIN_ALIVE_FILE"; sleep 0.05; done
 SERVICE
 chmod +x "$workspace/bin/skein-ingest"
 for service in features retrieval matching mapper merger; do
@@ -43,6 +43,7 @@ while :; do
   says=$(cat "$session/says" 2>/dev/null)
   [[ $says == "$said" ]] || echo "$says"
   said=$says
+  touch "$SKEIN_ALIVE_FILE"
   sleep 0.05
 done
 DEMAND
@@ -59,7 +60,7 @@ is_restarted() {
 none_runs() { [[ $(running) == 0 ]]; }
 
 echo '[features]' >"$workspace/my.toml"
-start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800 --config "$workspace/my.toml"
+start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800 --hang-after 3 --config "$workspace/my.toml"
 for instance in ingest features-2 retrieval matching-1 mapper-2 merger; do
   grep -qx "config $workspace/my.toml" "$session/log/$instance.log" || fail "$instance did not get --config"
 done
@@ -76,6 +77,19 @@ kill -9 "$old"
 wait_until 10 "the merger is started again" is_restarted merger "$old"
 wait_until 10 "the new merger knows of the signal" grep -q 'died of 9' "$session/log/merger.log"
 
+# A pause of the whole machine, longer than a process may be silent: nobody is to blame.
+everybody() { cat "$session"/run/*.pid | tr '\n' ' '; }
+before=$(everybody)
+kill -STOP "$launch_pid" $before
+sleep 4
+kill -CONT $before "$launch_pid"
+sleep 2 # four rounds of launch.sh's loop
+[[ $(everybody) == "$before" ]] || fail "processes were killed for a pause of the machine"
+
+old=$(pid_of ingest)
+kill -STOP "$old"
+wait_until 20 "what hangs is killed and started again" is_restarted ingest "$old"
+grep -q 'died of 9' "$session/log/ingest.log" || fail "the new ingest does not know of the signal"
 stop_services
 wait_until 10 "all stop" none_runs
 
