@@ -18,7 +18,11 @@ constexpr int kSmallChunkBytes = 1000;
 constexpr int kMaxActivePulls = 4;
 constexpr double kTickS = 0.02;
 
+// Bytes that are not the blob's, whoever sent them.
+constexpr int kMaxMismatches = 3;
+
 constexpr size_t kMaxWaitingRequests = 64;
+constexpr size_t kMaxLoading = 256;  // blobs that are read for others; more are asked for again
 constexpr int kMaxChunksPerRequest = 1024;
 
 int ChunkBytes(const LcmUrl& url) {
@@ -82,20 +86,35 @@ Result<Bytes> BlobClient::GetLocal(const std::string& blob_id) {
 }
 
 BlobClient::FetchId BlobClient::Fetch(const std::string& blob_id, const std::string& owner,
-                                      OnFetched on_fetched, int64_t max_bytes,
-                                      double unknown_patience_s, bool takes_unsigned) {
+                                      OnFetched on_fetched, const FetchOptions& options) {
   const FetchId id = next_fetch_id_++;
   const bool is_new = !fetching_.count(blob_id);
   Fetching& fetching = fetching_[blob_id];
   fetching.waiting[id] = std::move(on_fetched);
-  fetching.max_bytes = std::max(fetching.max_bytes, max_bytes);
-  fetching.unknown_patience_s = std::max(fetching.unknown_patience_s, unknown_patience_s);
-  fetching.takes_unsigned &= takes_unsigned;
+  if (is_new) {
+    fetching.options = options;
+  } else {
+    Widen(options, &fetching);
+  }
   if (std::find(fetching.owners.begin(), fetching.owners.end(), owner) == fetching.owners.end()) {
     fetching.owners.push_back(owner);
   }
   if (is_new) LookLocally(blob_id);
   return id;
+}
+
+void BlobClient::Widen(const FetchOptions& more, Fetching* fetching) const {
+  FetchOptions& options = fetching->options;
+  options.max_bytes = std::max(options.max_bytes, more.max_bytes);
+  options.unknown_patience_s = std::max(options.unknown_patience_s, more.unknown_patience_s);
+  options.takes_unsigned &= more.takes_unsigned;
+  if (options.size_bytes == more.size_bytes) return;
+  const bool was_known = std::exchange(options.size_bytes, kUnknownSize) != kUnknownSize;
+  if (was_known && fetching->pull && !fetching->hashing) fetching->pull.emplace(NewPull(options));
+}
+
+BlobPull BlobClient::NewPull(const FetchOptions& options) const {
+  return BlobPull(chunk_bytes_, options.max_bytes, options.size_bytes);
 }
 
 void BlobClient::Cancel(FetchId id) {
@@ -129,7 +148,7 @@ void BlobClient::LookLocally(const std::string& blob_id) {
 void BlobClient::StartPull(const std::string& blob_id) {
   const auto fetching = fetching_.find(blob_id);
   if (fetching == fetching_.end() || fetching->second.pull) return;
-  fetching->second.pull.emplace(chunk_bytes_, fetching->second.max_bytes);
+  fetching->second.pull.emplace(NewPull(fetching->second.options));
   WatchBus();
   Pump();
 }
@@ -167,22 +186,30 @@ int BlobClient::NumInFlight() const {
   return count;
 }
 
+// What owners do not answer waits for what they do.
 void BlobClient::Pump() {
+  int num_active = 0;
+  AskMore(/*late=*/false, &num_active);
+  AskMore(/*late=*/true, &num_active);
+}
+
+void BlobClient::AskMore(bool late, int* num_active) {
   const double now_s = loop_.now_s();
   int free = window_.size() - NumInFlight();
-  int num_active = 0;
   // Asking in larger pieces costs fewer requests.
   const int min_ask = std::max(1, window_.size() / 4);
   for (auto& [blob_id, fetching] : fetching_) {
-    if (!fetching.pull || fetching.hashing) continue;
+    if (!fetching.pull || fetching.hashing || fetching.pull->late() != late) continue;
     if (fetching.pull->stalled()) {  // one chunk, to see whether the owner is back
       if (fetching.pull->num_in_flight() > 0) continue;
       if (const auto ask = fetching.pull->NextAsk(1, now_s, &window_)) Ask(blob_id, fetching, *ask);
       continue;
     }
-    if (++num_active > kMaxActivePulls) continue;
+    if (++*num_active > kMaxActivePulls) continue;
     while (free >= min_ask || (free > 0 && fetching.pull->num_in_flight() == 0)) {
-      const auto ask = fetching.pull->NextAsk(free, now_s, &window_);
+      // An owner that has not answered yet may be away: it takes a part of the window only.
+      const int most = fetching.pull->received_bytes() == 0 ? std::min(free, min_ask) : free;
+      const auto ask = fetching.pull->NextAsk(most, now_s, &window_);
       if (!ask) break;
       Ask(blob_id, fetching, *ask);
       free = window_.size() - NumInFlight();
@@ -208,7 +235,7 @@ void BlobClient::OnChunk(const blob_chunk_t& chunk) {
   if (found == fetching_.end()) return;
   Fetching& fetching = found->second;
   if (!fetching.pull || fetching.hashing) return;
-  if (!bus_.IsFrom(fetching.owners, fetching.takes_unsigned)) return;
+  if (!bus_.IsFrom(fetching.owners, fetching.options.takes_unsigned)) return;
   if (chunk.status == blob_chunk_t::UNKNOWN) return OnUnknown(chunk.blob_id, &fetching);
   fetching.first_unknown_s = 0;
   const auto outcome =
@@ -229,7 +256,7 @@ void BlobClient::OnUnknown(const std::string& blob_id, Fetching* fetching) {
   const double now_s = loop_.now_s();
   if (fetching->first_unknown_s == 0) fetching->first_unknown_s = now_s;
   // Until then the pull's timeout asks again, with back-off.
-  if (now_s < fetching->first_unknown_s + fetching->unknown_patience_s) return;
+  if (now_s < fetching->first_unknown_s + fetching->options.unknown_patience_s) return;
   const std::string& owner = fetching->owners[fetching->owner % fetching->owners.size()];
   Finish(blob_id, NotFound(owner + " has no blob " + blob_id));
 }
@@ -247,7 +274,7 @@ void BlobClient::OnHashed(const std::string& blob_id, BlobPtr blob, bool matches
   if (found == fetching_.end()) return;
   if (matches) return Finish(blob_id, *blob);
   found->second.hashing = false;
-  if (++found->second.num_mismatches == 1) return Pump();  // from the start, once
+  if (++found->second.num_mismatches < kMaxMismatches) return Pump();  // from the start
   Finish(blob_id, DataLoss("the bytes of blob " + blob_id + " do not match its name"));
 }
 
@@ -271,6 +298,7 @@ void BlobClient::OnRequest(const blob_request_t& request) {
 
 void BlobClient::LoadForRequest(const blob_request_t& request) {
   const std::string& blob_id = request.blob_id;
+  if (loading_.size() >= kMaxLoading && loading_.count(blob_id) == 0) return;
   std::vector<blob_request_t>& requests = loading_[blob_id];
   if (requests.size() < kMaxWaitingRequests) requests.push_back(request);
   if (requests.size() > 1) return;

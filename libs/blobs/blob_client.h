@@ -37,6 +37,16 @@ class BlobClient {
   using OnFetched = std::function<void(Result<Bytes>)>;
 
   static constexpr int64_t kMaxBlobBytes = int64_t{1} << 30;
+  static constexpr int64_t kUnknownSize = BlobPull::kUnknownSize;
+
+  struct FetchOptions {
+    int64_t max_bytes = kMaxBlobBytes;  // a larger blob is an error
+    int64_t size_bytes = kUnknownSize;  // where it is known; chunks that tell another are ignored
+    // How long the owner may deny the blob, which a restarted owner does until it offers it again.
+    double unknown_patience_s = 3;
+    // Whether the owner may serve it without a signature, as one that offered it so.
+    bool takes_unsigned = false;
+  };
 
   BlobClient(PollLoop& loop, Bus& bus, BlobClientOptions options);
   ~BlobClient();
@@ -46,14 +56,14 @@ class BlobClient {
   // Calls back with the blob's bytes, their hash checked, or an error; never within the call. Looks
   // in memory and in the session folder, then pulls from `owner`. The owner is the instance that
   // offered the blob, or "ingest", which holds every blob of a committed fact. A pull survives
-  // restarts of the owner. It ends when the owner answers repeatedly that it has no such blob, or
-  // at Cancel. Fetches of one blob share one pull, with the largest limits given. Blobs above
-  // max_bytes are an error. unknown_patience_s: how long the owner may deny the blob, which a
-  // restarted owner does until it offers the blob again. takes_unsigned: whether the owner may
-  // serve it without a signature, as one that offered it so.
+  // restarts of the owner. It ends when the owner answers repeatedly that it has no such blob, when
+  // bytes came several times that are not the blob's, or at Cancel. Fetches of one blob share one
+  // pull, with the largest limits given; where they tell different sizes, none is known.
+  FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched) {
+    return Fetch(blob_id, owner, std::move(on_fetched), FetchOptions());
+  }
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched,
-                int64_t max_bytes = kMaxBlobBytes, double unknown_patience_s = 3,
-                bool takes_unsigned = false);
+                const FetchOptions& options);
   // The fetch's function is not called any more.
   void Cancel(FetchId id);
   // Bytes that came over the bus for it so far; 0 once it is done.
@@ -65,8 +75,11 @@ class BlobClient {
   // and may write a file.
   std::string Offer(Bytes bytes);
   void Release(const std::string& blob_id) { shelf_.Release(blob_id); }
-  // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file.
+  // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file. Of many,
+  // those go first that nobody asked for for longest: BlobShelf::kMaxServedBytes.
   std::string Serve(Bytes bytes, double ttl_s = 60);
+  // Whether it is served or held still, which counts as a use.
+  bool Serves(const std::string& blob_id) { return shelf_.Find(blob_id) != nullptr; }
 
   // From memory or the session folder. Any thread; may read a file.
   Result<Bytes> GetLocal(const std::string& blob_id);
@@ -82,9 +95,7 @@ class BlobClient {
     std::map<FetchId, OnFetched> waiting;
     std::vector<std::string> owners;  // asked in turn
     size_t owner = 0;
-    int64_t max_bytes = 0;
-    double unknown_patience_s = 0;
-    bool takes_unsigned = true;    // of all who wait
+    FetchOptions options;
     std::optional<BlobPull> pull;  // once it is not here
     bool hashing = false;
     double first_unknown_s = 0;  // 0: the owner did not say so
@@ -93,7 +104,9 @@ class BlobClient {
 
   // Receiving.
   void LookLocally(const std::string& blob_id);
+  void Widen(const FetchOptions& more, Fetching* fetching) const;
   void StartPull(const std::string& blob_id);
+  BlobPull NewPull(const FetchOptions& options) const;
   void OnChunk(const blob_chunk_t& chunk);
   void OnUnknown(const std::string& blob_id, Fetching* fetching);
   void CheckHash(const std::string& blob_id, Fetching* fetching);
@@ -101,6 +114,7 @@ class BlobClient {
   void Finish(const std::string& blob_id, const Result<Bytes>& result);
   void Tick();
   void Pump();
+  void AskMore(bool late, int* num_active);
   void Ask(const std::string& blob_id, const Fetching& fetching, const BlobPull::Ask& ask);
   int NumInFlight() const;
   void WatchBus();

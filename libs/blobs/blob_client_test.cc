@@ -140,8 +140,8 @@ TEST_F(BlobClientTest, GoesOnWhenTheOwnerComesBack) {
 TEST_F(BlobClientTest, RefusesABlobThatIsTooLarge) {
   const std::string id = owner_.blobs().Offer(RandomBytes(100000, 8));
   std::string error;
-  reader_.blobs().Fetch(
-      id, "owner", [&](const Result<Bytes>& fetched) { error = fetched.error(); }, 50000);
+  reader_.blobs().Fetch(id, "owner", [&](const Result<Bytes>& fetched) { error = fetched.error(); },
+                        {50000});
   ASSERT_TRUE(loop_.RunUntil([&] { return !error.empty(); }, 10));
   EXPECT_NE(error.find("too many"), std::string::npos) << error;
 }
@@ -166,7 +166,56 @@ TEST_F(BlobClientTest, RefusesBytesThatDoNotMatchTheName) {
   ASSERT_TRUE(loop_.RunUntil([&] { return !error.empty(); }, 10));
   bus_.Unsubscribe(liar);
   EXPECT_NE(error.find("do not match"), std::string::npos) << error;
-  EXPECT_EQ(num_requests, 2);
+  EXPECT_EQ(num_requests, 3);
+}
+
+TEST_F(BlobClientTest, ChunksThatLieHoldUpAPullAndEndNone) {
+  const Bytes bytes = RandomBytes(1000000, 10);
+  const std::string id = owner_.blobs().Offer(bytes);
+  int num_lies = 0;
+  const auto liar = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
+    if (++num_lies > 20) return;
+    blob_chunk_t chunk{};
+    chunk.session_id = request.session_id;
+    chunk.blob_id = id;
+    chunk.total_bytes = num_lies % 2 == 0 ? BlobClient::kMaxBlobBytes : 2000 + num_lies;
+    chunk.offset = num_lies % 3 == 0 ? chunk.total_bytes - 1000 : 0;
+    chunk.size = 1000;
+    chunk.data.assign(1000, 7);
+    bus_.PublishBulk(request.reply_channel, chunk);
+  });
+  const Result<Bytes> fetched = Fetch(id, 60);
+  bus_.Unsubscribe(liar);
+  ASSERT_TRUE(fetched.ok()) << fetched.error();
+  EXPECT_EQ(*fetched, bytes);
+  EXPECT_GT(num_lies, 5);
+}
+
+TEST_F(BlobClientTest, FetchesThatTellDifferentSizesOfABlobBothEndWithIt) {
+  const Bytes bytes = RandomBytes(100000, 11);
+  const std::string id = owner_.blobs().Offer(bytes);
+  int num_done = 0;
+  const auto on_fetched = [&](const Result<Bytes>& fetched) {
+    EXPECT_TRUE(fetched.ok() && *fetched == bytes) << fetched.error();
+    ++num_done;
+  };
+  reader_.blobs().Fetch(id, "owner", on_fetched, {200000, 150000});
+  EXPECT_FALSE(loop_.RunUntil([&] { return num_done > 0; }, 1));
+  reader_.blobs().Fetch(id, "owner", on_fetched, {100000, 100000});
+  EXPECT_TRUE(loop_.RunUntil([&] { return num_done == 2; }, 20));
+}
+
+TEST_F(BlobClientTest, ManyVanishedOwnersDoNotHoldUpOneThatAnswers) {
+  std::vector<BlobClient::FetchId> stuck;
+  for (int i = 0; i < 64; ++i) {
+    stuck.push_back(reader_.blobs().Fetch(HashBytes(&i, sizeof(i)), "gone-" + std::to_string(i),
+                                          [](const Result<Bytes>&) { ADD_FAILURE(); }));
+  }
+  for (uint64_t i = 0; i < 5; ++i) {
+    const Result<Bytes> fetched = Fetch(owner_.blobs().Offer(RandomBytes(1 << 20, 20 + i)), 8);
+    EXPECT_TRUE(fetched.ok()) << i << ": " << fetched.error();
+  }
+  for (const auto id : stuck) reader_.blobs().Cancel(id);
 }
 
 TEST_F(BlobClientTest, ServesOutOfTheSessionFolderAndReadsItDirectly) {
@@ -211,6 +260,23 @@ TEST(BlobShelf, ForgetsWhatNobodyAskedForInItsTime) {
   now_s = 110;
   shelf.DropExpired();
   EXPECT_EQ(shelf.num_held(), 0u);
+}
+
+TEST(BlobShelf, ServesNoMoreThanItsBound) {
+  double now_s = 0;
+  BlobShelf shelf(100, [&] { return now_s; });
+  const auto blob = std::make_shared<const Bytes>(BlobShelf::kMaxServedBytes / 4);
+  shelf.Hold("held", blob);
+  for (const std::string id : {"a", "b", "c", "d"}) {
+    ++now_s;
+    shelf.HoldFor(id, blob, 60);
+  }
+  ++now_s;
+  EXPECT_NE(shelf.Find("a"), nullptr);
+  shelf.HoldFor("e", blob, 60);
+  EXPECT_EQ(shelf.Find("b"), nullptr) << "nobody asked for it for longest";
+  for (const std::string id : {"held", "a", "c", "d", "e"})
+    EXPECT_NE(shelf.Find(id), nullptr) << id;
 }
 
 TEST(BlobShelf, ForgetsTheOldestBeyondItsBytesButNotWhatIsHeld) {
@@ -272,8 +338,69 @@ TEST(BlobPull, IgnoresChunksThatDoNotFit) {
   EXPECT_EQ(chunk(1000, 3500, 999), BlobPull::Outcome::kIgnored);
   EXPECT_EQ(chunk(1000, 9999, 1000), BlobPull::Outcome::kIgnored);
   EXPECT_EQ(chunk(4000, 3500, 1000), BlobPull::Outcome::kIgnored);
-  EXPECT_EQ(chunk(1000, int64_t{1} << 40, 1000), BlobPull::Outcome::kTooLarge);
+  EXPECT_EQ(chunk(1000, int64_t{1} << 40, 1000), BlobPull::Outcome::kIgnored);
   EXPECT_EQ(chunk(3000, 3500, 500), BlobPull::Outcome::kTaken);
+}
+
+TEST(BlobPull, BelievesOnlyManyChunksThatTheBlobIsTooLarge) {
+  PullWindow window(8, 64);
+  RoundTrip round_trip;
+  BlobPull pull(1000, 1 << 20);
+  pull.NextAsk(8, 0, &window);
+  const Bytes data(1000, 1);
+  BlobPull::Outcome outcome = BlobPull::Outcome::kIgnored;
+  int num_told = 0;
+  for (; outcome == BlobPull::Outcome::kIgnored && num_told < 100; ++num_told) {
+    outcome = pull.OnChunk(0, 1 << 21, data.data(), data.size(), 0, &window, &round_trip);
+  }
+  EXPECT_EQ(outcome, BlobPull::Outcome::kTooLarge);
+  EXPECT_GT(num_told, 5);
+}
+
+TEST(BlobPull, TakesNothingThatWasNotAskedFor) {
+  PullWindow window(8, 64);
+  RoundTrip round_trip;
+  const int64_t total = 1 << 30;
+  BlobPull pull(1024, total);
+  pull.NextAsk(8, 0, &window);
+  const Bytes data(1024, 1);
+  EXPECT_EQ(pull.OnChunk(total - 1024, total, data.data(), 1024, 0, &window, &round_trip),
+            BlobPull::Outcome::kIgnored)
+      << "it would take the memory of all before it";
+  EXPECT_EQ(pull.OnChunk(0, total, data.data(), 1024, 0, &window, &round_trip),
+            BlobPull::Outcome::kTaken);
+  EXPECT_EQ(pull.received_bytes(), 1024);
+}
+
+TEST(BlobPull, BeginsAnewWhenOnlyChunksOfAnotherSizeCome) {
+  PullWindow window(8, 64);
+  RoundTrip round_trip;
+  BlobPull pull(1000, 1 << 20);
+  pull.NextAsk(8, 0, &window);
+  const Bytes lie(1000, 6), truth(1000, 1);
+  EXPECT_EQ(pull.OnChunk(0, 9000, lie.data(), 1000, 0, &window, &round_trip),
+            BlobPull::Outcome::kTaken);
+  EXPECT_EQ(pull.OnChunk(0, 1000, truth.data(), 1000, 0, &window, &round_trip),
+            BlobPull::Outcome::kIgnored);
+  ASSERT_TRUE(pull.CheckTimeout(10, round_trip, &window));
+  ASSERT_TRUE(pull.NextAsk(8, 10, &window));
+  EXPECT_EQ(pull.OnChunk(0, 1000, truth.data(), 1000, 10, &window, &round_trip),
+            BlobPull::Outcome::kComplete);
+  EXPECT_EQ(pull.Take(), truth);
+}
+
+TEST(BlobPull, GoesByTheSizeItIsTold) {
+  PullWindow window(8, 64);
+  RoundTrip round_trip;
+  BlobPull pull(1000, 1 << 20, 1000);
+  pull.NextAsk(8, 0, &window);
+  const Bytes data(1000, 1);
+  for (const int64_t lie : {int64_t{5000}, int64_t{-1}, int64_t{1} << 40}) {
+    EXPECT_EQ(pull.OnChunk(0, lie, data.data(), 1000, 0, &window, &round_trip),
+              BlobPull::Outcome::kIgnored);
+  }
+  EXPECT_EQ(pull.OnChunk(0, 1000, data.data(), 1000, 0, &window, &round_trip),
+            BlobPull::Outcome::kComplete);
 }
 
 TEST(PullWindow, HalvesOnceARoundTrip) {

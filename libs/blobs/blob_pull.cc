@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace skein {
 namespace {
@@ -13,6 +14,9 @@ constexpr double kMaxTimeoutS = 2.0;
 
 // Chunks that may overtake another before that one counts as lost.
 constexpr int64_t kReorder = 3;
+
+// Fewer chunks may be lies, or strays.
+constexpr int kBelieved = 8;
 
 }  // namespace
 
@@ -71,13 +75,14 @@ std::optional<BlobPull::Ask> BlobPull::NextAsk(int max_chunks, double now_s, Pul
 BlobPull::Outcome BlobPull::OnChunk(int64_t offset, int64_t total_bytes, const uint8_t* data,
                                     size_t size, double now_s, PullWindow* window,
                                     RoundTrip* round_trip) {
-  if (total_bytes > max_bytes_) return Outcome::kTooLarge;
-  if (!AcceptTotal(total_bytes)) return Outcome::kIgnored;
+  const bool may_be = size_bytes_ == kUnknownSize || total_bytes == size_bytes_;
+  if (may_be && total_bytes > max_bytes_) return OnTooLarge();
+  if (!may_be || !AcceptTotal(total_bytes)) return OnMisfit();
   if (complete()) return Outcome::kComplete;  // an empty blob
-  if (!FitsGrid(offset, size)) return Outcome::kIgnored;
+  if (!FitsGrid(offset, size)) return OnMisfit();
   const auto index = static_cast<size_t>(offset / chunk_bytes_);
   Chunk& chunk = chunks_[index];
-  if (chunk.have) return Outcome::kIgnored;
+  if (chunk.have || chunk.num_asks == 0) return Outcome::kIgnored;
   const int64_t ticket = chunk.ticket;
   // Only a chunk asked for once measures the round trip (Karn's algorithm).
   if (ticket > 0 && chunk.num_asks == 1) {
@@ -86,10 +91,19 @@ BlobPull::Outcome BlobPull::OnChunk(int64_t offset, int64_t total_bytes, const u
   }
   Store(index, data, size);
   last_event_s_ = now_s;
-  num_timeouts_ = 0;
+  num_timeouts_ = num_misfits_ = num_too_large_ = 0;
   window->OnArrival();
   if (ticket > 0) FindLosses(ticket, window);
   return complete() ? Outcome::kComplete : Outcome::kTaken;
+}
+
+BlobPull::Outcome BlobPull::OnMisfit() {
+  ++num_misfits_;
+  return Outcome::kIgnored;
+}
+
+BlobPull::Outcome BlobPull::OnTooLarge() {
+  return ++num_too_large_ >= kBelieved ? Outcome::kTooLarge : Outcome::kIgnored;
 }
 
 bool BlobPull::AcceptTotal(int64_t total_bytes) {
@@ -121,9 +135,17 @@ void BlobPull::UseSmallerChunks(int chunk_bytes) {
   constexpr int kSmallestChunk = 256;  // less would only waste memory on bookkeeping
   if (chunk_bytes < kSmallestChunk) return;
   const int64_t total_bytes = total_bytes_;
+  const auto is_asked = [](const Chunk& chunk) { return chunk.num_asks > 0; };
+  const int64_t asked_bytes =
+      std::count_if(chunks_.begin(), chunks_.end(), is_asked) * chunk_bytes_;
   Restart();
   chunk_bytes_ = chunk_bytes;
   AcceptTotal(total_bytes);
+  // In larger chunks: they measure no round trip.
+  for (size_t i = 0; i < chunks_.size() && static_cast<int64_t>(i) * chunk_bytes_ < asked_bytes;
+       ++i) {
+    chunks_[i].num_asks = 2;
+  }
 }
 
 void BlobPull::Store(size_t index, const uint8_t* data, size_t size) {
@@ -156,10 +178,11 @@ bool BlobPull::CheckTimeout(double now_s, const RoundTrip& round_trip, PullWindo
     chunks_[index].ticket = 0;
     first_missing_ = std::min(first_missing_, index);
   }
-  window->OnLoss(in_flight_.rbegin()->first);
+  if (!stalled()) window->OnLoss(in_flight_.rbegin()->first);  // an absent owner is no congestion
   in_flight_.clear();
   ++num_timeouts_;
   ++backoff_;
+  if (std::exchange(num_misfits_, 0) > 0) Restart();
   return true;
 }
 
@@ -170,7 +193,8 @@ Bytes BlobPull::Take() {
 }
 
 void BlobPull::Restart() {
-  total_bytes_ = -1;
+  chunk_bytes_ = full_chunk_bytes_;
+  total_bytes_ = kUnknownSize;
   received_bytes_ = 0;
   chunks_.clear();
   in_flight_.clear();

@@ -51,16 +51,25 @@ class BlobPull {
     int64_t offset;
     int64_t length;
   };
+  static constexpr int64_t kUnknownSize = -1;
+
   enum class Outcome {
-    kIgnored,   // double, or not part of this pull
+    kIgnored,   // double, not asked for, or of a blob of another size
     kTaken,     // more is missing
     kComplete,  // Take() gives it
-    kTooLarge,  // more than max_bytes: give up
+    kTooLarge,  // its owner says again and again that it has more than max_bytes: give up
   };
 
   // chunk_bytes: what is asked for at once; a sender may use less. max_bytes: the largest blob
-  // accepted.
-  BlobPull(int chunk_bytes, int64_t max_bytes) : chunk_bytes_(chunk_bytes), max_bytes_(max_bytes) {}
+  // accepted. size_bytes: the blob's, where it is known; chunks that tell another are ignored.
+  // Where it is not, the first chunk's word holds. When nothing more of that size comes, but chunks
+  // of another, the pull begins anew: one chunk that lies costs a timeout. Memory grows with what
+  // was asked for and came, not with what a chunk claims.
+  BlobPull(int chunk_bytes, int64_t max_bytes, int64_t size_bytes = kUnknownSize)
+      : full_chunk_bytes_(chunk_bytes),
+        max_bytes_(max_bytes),
+        size_bytes_(size_bytes),
+        chunk_bytes_(chunk_bytes) {}
 
   // The next missing range that is not in flight, at most max_chunks long. Marks it as in flight.
   std::optional<Ask> NextAsk(int max_chunks, double now_s, PullWindow* window);
@@ -69,7 +78,9 @@ class BlobPull {
   // After a timeout: gives up all that is in flight and doubles the timeout, up to 2 s. True if it
   // did.
   bool CheckTimeout(double now_s, const RoundTrip& round_trip, PullWindow* window);
-  // Nothing came although it was asked for repeatedly: the owner is away.
+  // Nothing came although it was asked for.
+  bool late() const { return num_timeouts_ >= 1; }
+  // The same repeatedly: the owner is away.
   bool stalled() const { return num_timeouts_ >= 2; }
 
   int num_in_flight() const { return static_cast<int>(in_flight_.size()); }
@@ -88,6 +99,8 @@ class BlobPull {
   };
 
   bool AcceptTotal(int64_t total_bytes);
+  Outcome OnMisfit();
+  Outcome OnTooLarge();
   bool FitsGrid(int64_t offset, size_t size);
   void UseSmallerChunks(int chunk_bytes);
   void Store(size_t index, const uint8_t* data, size_t size);
@@ -95,15 +108,19 @@ class BlobPull {
   int64_t ChunkSize(size_t index) const;
   bool complete() const { return total_bytes_ >= 0 && received_bytes_ == total_bytes_; }
 
-  int chunk_bytes_;
+  const int full_chunk_bytes_;
   const int64_t max_bytes_;
-  int64_t total_bytes_ = -1;  // -1: not known yet
+  const int64_t size_bytes_;
+  int chunk_bytes_;
+  int64_t total_bytes_ = kUnknownSize;  // by the chunks
   int64_t received_bytes_ = 0;
   std::vector<Chunk> chunks_;
   size_t first_missing_ = 0;             // no missing chunk before it that is not in flight
   std::map<int64_t, size_t> in_flight_;  // ticket -> chunk
   double last_event_s_ = 0;              // ask after idleness, or arrival
   int num_timeouts_ = 0;                 // since the last arrival
+  int num_misfits_ = 0;                  // the same: chunks that belong to another size
+  int num_too_large_ = 0;                // the same: chunks that tell more than max_bytes_
   int backoff_ = 0;                      // doublings of the timeout, until a clean round trip
   Bytes data_;
 };

@@ -26,6 +26,23 @@ void BlobShelf::HoldFor(const std::string& blob_id, BlobPtr blob, double ttl_s) 
   held.blob = std::move(blob);
   held.ttl_s = ttl_s;
   held.expires_s = clock_() + ttl_s;
+  LimitServed(blob_id);
+}
+
+void BlobShelf::LimitServed(const std::string& latest) {
+  while (true) {
+    size_t served_bytes = 0;
+    auto first = held_.end();
+    for (auto held = held_.begin(); held != held_.end(); ++held) {
+      if (held->second.num_holders > 0) continue;
+      served_bytes += held->second.blob->size();
+      const bool expires_first =
+          first == held_.end() || held->second.expires_s < first->second.expires_s;
+      if (held->first != latest && expires_first) first = held;
+    }
+    if (served_bytes <= kMaxServedBytes || first == held_.end()) return;
+    held_.erase(first);
+  }
 }
 
 void BlobShelf::DropExpired() {

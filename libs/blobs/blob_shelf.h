@@ -26,7 +26,10 @@ class BlobShelf {
   // Keeps the blob until as many calls of Release.
   void Hold(const std::string& blob_id, BlobPtr blob);
   void Release(const std::string& blob_id);
-  // Keeps the blob until ttl_s after its last use.
+  static constexpr size_t kMaxServedBytes = 64 << 20;
+
+  // Keeps the blob until ttl_s after its last use; the one that would expire first goes earlier
+  // where they have more than kMaxServedBytes together. The latest stays.
   void HoldFor(const std::string& blob_id, BlobPtr blob, double ttl_s);
   void DropExpired();
 
@@ -49,6 +52,7 @@ class BlobShelf {
     BlobPtr blob;
   };
 
+  void LimitServed(const std::string& latest);
   void EraseIfUnused(std::map<std::string, Held>::iterator held, double now_s);
 
   const size_t cache_bytes_;

@@ -17,6 +17,8 @@ constexpr double kFirstAskS = 0.2;
 constexpr double kLastAskS = 2.0;
 // Facts kept beyond a gap; later ones come with the ranges.
 constexpr size_t kMaxAhead = 4096;
+// A range of one fact may be larger than others.
+constexpr int64_t kMaxBlobBytes = kMaxRangeBytes + 2 * kMaxMessageBytes;
 
 }  // namespace
 
@@ -93,10 +95,12 @@ int64_t LedgerFollower::LastMissing() const {
 void LedgerFollower::OnRange(const ledger_range_t& range) {
   const bool useful = range.from_seq <= next_seq_ && next_seq_ <= range.to_seq;
   if (range.requester != node_.instance() || !useful || fetch_ != 0) return;
+  if (range.size_bytes < 0 || range.size_bytes > kMaxBlobBytes) return;
   // A restarted ingest has no old ranges: ask for the range again, at once.
+  const BlobClient::FetchOptions options{kMaxBlobBytes, range.size_bytes, 0};
   fetch_ = node_.blobs().Fetch(
       range.blob_id, "ingest", [this](const Result<Bytes>& bytes) { OnRangeBytes(bytes); },
-      BlobClient::kMaxBlobBytes, /*unknown_patience_s=*/0);
+      options);
 }
 
 void LedgerFollower::OnRangeBytes(const Result<Bytes>& bytes) {

@@ -9,6 +9,7 @@ namespace skein {
 Status IngestOptions::Check() const {
   return FirstError({intake.limits.Check(), InRange("lease", leases.lease_s, 0.5, 3600.0),
                      InRange("max_pending", intake.max_pending, 1, 100'000),
+                     InRange("max_pending_agent", intake.max_pending_agent, 1, 100'000),
                      InRange<int64_t>("min_free", intake.min_free_bytes, 0, int64_t{1} << 60),
                      garbage.Check(), InRange("max_failures", leases.max_failures, 1, 1000),
                      InRange("min_model_size", finish.min_model_size, 2, 10'000),
@@ -22,6 +23,8 @@ void AddOptions(CLI::App& app, IngestOptions* options) {
   app.add_option("--min-side", limits.min_side_px, "Shortest side of a photo taken, in pixels");
   app.add_option("--max-pending", options->intake.max_pending,
                  "Photos taken in at a time; more are told to wait");
+  app.add_option("--max-pending-agent", options->intake.max_pending_agent,
+                 "Photos taken in at a time of one agent; more are told to wait");
   app.add_option("--min-free", options->intake.min_free_bytes,
                  "Bytes that must be free on the session's disk for a photo to be taken in");
   app.add_option("--garbage-period", options->garbage.period_s,

@@ -12,10 +12,13 @@ namespace skein {
 namespace {
 
 constexpr double kLookAtDiskS = 1;
-constexpr double kUnknownPatienceS = 3;
 constexpr char kCameraNote[] = "camera";
 constexpr char kRenamedNote[] = "renamed";
 constexpr char kDuplicateNote[] = "duplicate";
+
+// Of the photos that rest, and of what has come of them.
+constexpr size_t kMaxResting = 256;
+constexpr int64_t kMaxRestingBytes = int64_t{256} << 20;
 
 PhotoStore::Names NamesIn(const SessionState& state) {
   PhotoStore::Names names;
@@ -50,13 +53,15 @@ void PhotoIntake::OnOffer(const image_offer_t& offer) {
   const auto pending = pending_.find(key);
   if (pending != pending_.end()) {
     FollowOwner(key, offer);
-    return Ack(offer, image_ack_t::WAIT, 0, "being received");
+    return Ack(offer, image_ack_t::WAIT, 0,
+               pending->second.rests ? "nothing comes of it; does ingest reach the agent?"
+                                     : "being received");
   }
   if (Status status = CheckOffer(offer); !status.ok()) return Refuse(key, offer, status.error());
   if (writer_.state().finishing()) {
     return Ack(offer, image_ack_t::WAIT, 0, "the session is finishing; offer again");
   }
-  if (num_pending() >= options_.max_pending) {
+  if (!HasPlaceFor(offer.agent)) {
     return Ack(offer, image_ack_t::WAIT, 0, "other photos are being received; offer again");
   }
   if (!room_.HasRoomFor(offer.size_bytes)) {
@@ -105,6 +110,16 @@ Status PhotoIntake::CheckOffer(const image_offer_t& offer) const {
   return Status::Ok();
 }
 
+bool PhotoIntake::HasPlaceFor(const std::string& agent) const {
+  int num_active = 0, num_of_agent = 0;
+  for (const auto& [key, pending] : pending_) {
+    if (pending.rests) continue;
+    ++num_active;
+    num_of_agent += pending.offer.agent == agent;
+  }
+  return num_active < options_.max_pending && num_of_agent < options_.max_pending_agent;
+}
+
 void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
   Pending& pending = pending_[key];
   pending.offer = offer;
@@ -116,10 +131,12 @@ void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
 }
 
 void PhotoIntake::Pull(const Key& key, Pending* pending) {
+  BlobClient::FetchOptions options;
+  options.max_bytes = options.size_bytes = pending->offer.size_bytes;
+  options.takes_unsigned = !pending->is_signed;
   pending->fetch_id = node_.blobs().Fetch(
       pending->offer.blob_id, pending->offer.owner,
-      [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); },
-      pending->offer.size_bytes, kUnknownPatienceS, /*takes_unsigned=*/!pending->is_signed);
+      [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); }, options);
 }
 
 // The agent came back under another name, or another process offers the same. An offer without a
@@ -141,15 +158,13 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
   Pending& pending = found->second;
   pending.fetch_id = 0;
   pending.progress_s = node_.loop().now_s();
-  // The owner answers, but holds no such blob: it restarted or gave the photo up.
-  if (bytes.code() == StatusCode::kNotFound) return Abandon(key, bytes.error());
-  if (!bytes.ok())
-    return Refuse(key, pending.offer, "hash or size does not match: " + bytes.error());
+  pending.rests = false;
+  // The owner has no such blob any more, or anybody's chunks were not the blob's.
+  if (!bytes.ok()) return Abandon(key, bytes.error());
   const auto size = static_cast<int64_t>(bytes->size());
   if (size != pending.offer.size_bytes) {
-    return Refuse(key, pending.offer,
-                  "size does not match: offered " + std::to_string(pending.offer.size_bytes) +
-                      " bytes, sent " + std::to_string(size));
+    return Abandon(key, "size does not match: offered " + std::to_string(pending.offer.size_bytes) +
+                            " bytes, the photo has " + std::to_string(size));
   }
   const int64_t image_id = writer_.history().FindImageByBlob(pending.offer.blob_id);
   if (image_id == 0) return Store(key, *std::move(bytes));
@@ -308,16 +323,47 @@ void PhotoIntake::Tick(double now_s) {
     looked_s_ = now_s;
   }
   TakeInLeft();
+  NoteProgress(now_s);
+  ForgetWhatRestsLongest();
+  if (!writer_.state().finishing()) return;
   std::vector<Key> vanished;
+  for (const auto& [key, pending] : pending_) {
+    const bool moves = now_s - pending.progress_s <= options_.vanished_after_s;
+    if (pending.fetch_id != 0 && !moves) vanished.push_back(key);
+  }
+  for (const Key& key : vanished) GiveUp(key);
+}
+
+void PhotoIntake::NoteProgress(double now_s) {
   for (auto& [key, pending] : pending_) {
     if (pending.fetch_id == 0) continue;
     const int64_t received = node_.blobs().ReceivedBytes(pending.fetch_id);
     if (received != pending.received_bytes) pending.progress_s = now_s;
     pending.received_bytes = received;
-    if (now_s - pending.progress_s > options_.vanished_after_s) vanished.push_back(key);
+    pending.rests = now_s - pending.progress_s > options_.rests_after_s;
   }
-  if (!writer_.state().finishing()) return;
-  for (const Key& key : vanished) GiveUp(key);
+}
+
+// Their agents offer them again when they are back.
+void PhotoIntake::ForgetWhatRestsLongest() {
+  std::vector<std::pair<double, Key>> resting;  // latest progress, key
+  int64_t num_bytes = 0;
+  for (const auto& [key, pending] : pending_) {
+    if (!pending.rests) continue;
+    resting.emplace_back(pending.progress_s, key);
+    num_bytes += pending.received_bytes;
+  }
+  std::sort(resting.begin(), resting.end());
+  size_t num_left = resting.size();
+  for (const auto& [progress_s, key] : resting) {
+    if (num_left <= kMaxResting && num_bytes <= kMaxRestingBytes) return;
+    const auto pending = pending_.find(key);
+    node_.blobs().Cancel(pending->second.fetch_id);
+    num_bytes -= pending->second.received_bytes;
+    --num_left;
+    ++num_forgotten_;
+    pending_.erase(pending);
+  }
 }
 
 void PhotoIntake::GiveUp(const Key& key) {
@@ -339,21 +385,20 @@ void PhotoIntake::GiveUp(const Key& key) {
 }
 
 std::string PhotoIntake::Describe(double now_s) const {
-  int num_hanging = 0;
-  std::string hanging;
+  std::string text;
   for (const auto& [key, pending] : pending_) {
-    const double still_s = now_s - pending.progress_s;
-    if (pending.fetch_id == 0 || still_s < 3) continue;
-    if (num_hanging++ == 0) {
-      hanging = "; nothing from " + pending.offer.agent + " for " +
-                std::to_string(static_cast<int>(still_s)) + " s (" + Printable(pending.offer.name) +
-                ")";
-    }
+    if (!pending.rests) continue;
+    text = "; nothing from " + pending.offer.agent + " for " +
+           std::to_string(static_cast<int>(now_s - pending.progress_s)) + " s (" +
+           Printable(pending.offer.name) + ")";
+    break;
   }
-  std::string text = room_.Describe();
-  if (pending_.empty()) return text;
-  if (!text.empty()) text += "; ";
-  return text + "receiving " + std::to_string(pending_.size()) + hanging;
+  if (num_forgotten_ > 0)
+    text += "; forgotten until offered again: " + std::to_string(num_forgotten_);
+  std::string room = room_.Describe();
+  if (pending_.empty()) return room;
+  if (!room.empty()) room += "; ";
+  return room + "receiving " + std::to_string(pending_.size()) + text;
 }
 
 void PhotoIntake::Ack(const image_offer_t& offer, int8_t status, int64_t image_id,

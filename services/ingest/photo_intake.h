@@ -19,7 +19,9 @@ namespace skein {
 struct IntakeOptions {
   PhotoLimits limits;
   std::vector<KnownCamera> cameras;
-  int max_pending = 64;                  // offers taken on at a time; more are told to wait
+  int max_pending = 64;                  // photos received at a time; more are told to wait
+  int max_pending_agent = 16;            // the same, of one agent
+  double rests_after_s = 3;              // without progress a photo yields its place to others
   double vanished_after_s = 10;          // without progress, once a finish was asked for
   int64_t min_free_bytes = 512'000'000;  // on the disk, for a photo to be taken in
 };
@@ -29,10 +31,16 @@ struct IntakeOptions {
 //  - the bytes are pulled from the agent;
 //  - one job of another thread checks, names and stores the photo;
 //  - the fact is committed.
-// Every offer is answered, every time, from the ledger where it is decided. A photo whose file was
-// lost is pulled again when its agent offers it. Photos that lie in images/ and that no fact names
-// are taken in as if they had been offered: what a crash, or a repair of the ledger, left there.
-// Loop's thread only.
+// Every offer is answered, every time, from the ledger where it is decided. A photo is refused for
+// good only for what its agent stands for: its names, its announced size, and bytes of the right
+// hash that are no photo. Whatever else goes wrong, a later offer of it starts anew.
+//
+// A pull that makes no progress rests: it takes no place from others, keeps what has come and goes
+// on when its agent is back. Of those that rest the longest are forgotten beyond a bound.
+//
+// A photo whose file was lost is pulled again when its agent offers it. Photos that lie in images/
+// and that no fact names are taken in as if they had been offered: what a crash, or a repair of the
+// ledger, left there. Loop's thread only.
 class PhotoIntake {
  public:
   PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options);
@@ -42,6 +50,7 @@ class PhotoIntake {
   // in images/.
   void Tick(double now_s);
 
+  // Those that rest, too.
   int num_pending() const { return static_cast<int>(pending_.size()); }
   int num_duplicates() const { return static_cast<int>(duplicates_.size()); }
   // Why photos are not taken in, what is being received and what hangs, for a person; "" if
@@ -56,11 +65,15 @@ class PhotoIntake {
     BlobClient::FetchId fetch_id = 0;  // 0: no longer pulling
     int64_t received_bytes = 0;
     double progress_s = 0;  // when it last moved
+    bool rests = false;
   };
   using Key = std::string;  // RefusedOfferFactId of the offer
 
   bool AnswerDecided(const Key& key, const image_offer_t& offer);
   Status CheckOffer(const image_offer_t& offer) const;
+  bool HasPlaceFor(const std::string& agent) const;
+  void NoteProgress(double now_s);
+  void ForgetWhatRestsLongest();
   void Begin(const Key& key, const image_offer_t& offer);
   void Pull(const Key& key, Pending* pending);
   void FollowOwner(const Key& key, const image_offer_t& offer);
@@ -92,6 +105,7 @@ class PhotoIntake {
   const BlobStore blobs_;
   DiskRoom room_;
   double looked_s_ = 0;          // at the disk
+  int64_t num_forgotten_ = 0;    // of those that rested, the longest
   PhotoStore store_;             // the worker's
   std::vector<PhotoFile> left_;  // in images/, in no fact
   WorkerThread worker_;          // last: ends first
