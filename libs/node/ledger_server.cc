@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kBusyHeadS = 0.1;
 constexpr double kIdleHeadS = 1.0;
+// Ranges that are remembered; who asks for an older one costs reading it again.
+constexpr size_t kMaxMade = 64;
 
 }  // namespace
 
@@ -55,21 +57,46 @@ void LedgerServer::OnRequest(const ledger_request_t& request) {
   const int64_t from = request.from_seq;
   if (from < 1) return;
   if (from > head_seq_) return SendHead();  // nothing there yet: the requester knows now
-  const int64_t to = std::min({request.to_seq, head_seq_, from + kMaxRangeFacts - 1});
+  const int64_t to = std::min(request.to_seq, head_seq_);
   if (to < from) return;
+  std::optional<ledger_range_t> range;
+  if (to - from >= kMaxRangeFacts / 2) {
+    const int64_t begin = from - (from - 1) % kMaxRangeFacts;
+    range = FindOrMakeRange(begin, std::min(head_seq_, begin + kMaxRangeFacts - 1));
+  }
+  // A range of large facts may end before what was asked for.
+  if (!range || range->to_seq < from) {
+    range = FindOrMakeRange(from, std::min(to, from + kMaxRangeFacts - 1));
+  }
+  if (!range) return;
+  range->requester = request.requester;
+  node_.Publish(kLedgerRangeChannel, *range);
+}
+
+std::optional<ledger_range_t> LedgerServer::FindOrMakeRange(int64_t from_seq, int64_t to_seq) {
+  for (const Made& made : made_) {
+    const bool fits = made.range.from_seq == from_seq && made.asked_to_seq == to_seq;
+    if (fits && node_.blobs().Serves(made.range.blob_id)) return made.range;
+  }
+  std::optional<ledger_range_t> range = MakeRange(from_seq, to_seq);
+  if (range) made_.push_back({to_seq, *range});
+  if (made_.size() > kMaxMade) made_.pop_front();
+  return range;
+}
+
+std::optional<ledger_range_t> LedgerServer::MakeRange(int64_t from_seq, int64_t to_seq) {
   LedgerRangeWriter writer;
-  read_range_(from, to, [&writer](int kind, const Bytes& payload) {
+  read_range_(from_seq, to_seq, [&writer](int kind, const Bytes& payload) {
     return writer.Add(kind, payload.data(), payload.size());
   });
-  if (writer.num_facts() == 0) return;
+  if (writer.num_facts() == 0) return std::nullopt;
   ledger_range_t range{};
-  range.requester = request.requester;
-  range.from_seq = from;
-  range.to_seq = from + writer.num_facts() - 1;
+  range.from_seq = from_seq;
+  range.to_seq = from_seq + writer.num_facts() - 1;
   Bytes bytes = writer.Take();
   range.size_bytes = static_cast<int64_t>(bytes.size());
   range.blob_id = node_.blobs().Serve(std::move(bytes));
-  node_.Publish(kLedgerRangeChannel, range);
+  return range;
 }
 
 }  // namespace skein

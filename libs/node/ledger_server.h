@@ -3,8 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
-#include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -15,7 +16,8 @@
 
 namespace skein {
 
-// Loop's thread only.
+// Who asks for the same gets the same blob, and who asks for much gets it in parts that begin at
+// fixed places: many who read the ledger at once cost little memory. Loop's thread only.
 class LedgerServer {
  public:
   // Calls `visit(kind, payload)` for the committed facts from_seq..to_seq in order, while visit
@@ -42,6 +44,13 @@ class LedgerServer {
   void Tick();
   void SendHead();
   void OnRequest(const ledger_request_t& request);
+  std::optional<ledger_range_t> MakeRange(int64_t from_seq, int64_t to_seq);
+  std::optional<ledger_range_t> FindOrMakeRange(int64_t from_seq, int64_t to_seq);
+
+  struct Made {
+    int64_t asked_to_seq;  // the range may end earlier
+    ledger_range_t range;
+  };
 
   Node& node_;
   const ReadRange read_range_;
@@ -49,6 +58,7 @@ class LedgerServer {
   int in_flight_ = 0;
   bool finishing_ = false;
   double sent_s_ = 0;
+  std::deque<Made> made_;  // latest last
   Bus::SubscriptionId subscription_ = 0;
   PollLoop::TimerId timer_ = 0;
 };

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+
 #include "ledger/ledger_range.h"
 #include "node/ledger_follower.h"
 #include "testing/test_node.h"
@@ -49,6 +52,28 @@ TEST_F(LedgerTest, LateJoinerReplaysMoreThanOneRange) {
   LedgerFollower follower(node_, 1, std::ref(delivered));
   ASSERT_TRUE(loop_.RunUntil([&] { return follower.processed_seq() == count; }, 20));
   delivered.ExpectAllFrom(1, count);
+}
+
+TEST_F(LedgerTest, ManyWhoAskForTheLedgerShareItsBlobs) {
+  const int count = kMaxRangeFacts + kMaxRangeFacts / 2;
+  for (int i = 0; i < count; ++i) ingest_.Commit(TestFact("a/" + std::to_string(i)));
+  std::set<std::string> blobs;
+  int num_answers = 0;
+  bus_.Subscribe(kLedgerRangeChannel, [&](const ledger_range_t& range) {
+    const int64_t asked = std::stoll(range.requester);
+    EXPECT_TRUE(range.from_seq <= asked && asked <= range.to_seq) << asked;
+    blobs.insert(range.blob_id);
+    ++num_answers;
+  });
+  for (int64_t from = 1; from <= 400; ++from) {
+    ledger_request_t request{};
+    request.requester = std::to_string(from);
+    request.from_seq = from;
+    request.to_seq = from + kMaxRangeFacts - 1;
+    node_.Publish(kLedgerRequestChannel, request);
+  }
+  ASSERT_TRUE(loop_.RunUntil([&] { return num_answers == 400; }, 20));
+  EXPECT_EQ(blobs.size(), 1u);
 }
 
 TEST_F(LedgerTest, FollowerStartsWhereACheckpointEnded) {

@@ -4,14 +4,19 @@
 #include <vector>
 
 #include "core/log.h"
-#include "ingest/submission_rules.h"
 #include "photo/photo_name.h"
 #include "session/submap_facts.h"
 
 namespace skein {
 namespace {
 
-constexpr double kForgetAfterS = 60;
+// Authors repeat their facts every two seconds.
+constexpr double kForgetAfterS = 15;
+// Of blobs that are pulled, by what they may have. An author alone may have them of one model and
+// of the facts beside it.
+constexpr int64_t kMaxPulledBytes = int64_t{4} << 30;
+constexpr int64_t kMaxPulledBytesOfAuthor = int64_t{3} << 29;
+constexpr size_t kMaxPulled = 256;  // facts
 
 }  // namespace
 
@@ -41,9 +46,9 @@ void SubmissionDesk::CommitOrRefuse(const Fact& fact) {
   if (const Status status = CheckSubmission(fact, writer_.state()); !status.ok()) {
     return Refuse(header, submit_reply_t::REFUSED, status.error());
   }
-  std::set<std::string> missing;
-  for (const std::string& blob : BlobsOf(fact)) {
-    if (!store_.Has(blob)) missing.insert(blob);
+  std::vector<NamedBlob> missing;
+  for (const NamedBlob& blob : NamedBlobs(fact)) {
+    if (!store_.Has(blob.blob_id)) missing.push_back(blob);
   }
   missing.empty() ? Commit(fact) : Pull(fact, missing);
 }
@@ -54,17 +59,37 @@ void SubmissionDesk::Refuse(const fact_header_t& header, int8_t status, const st
   Reply(header, status, 0, reason);
 }
 
-void SubmissionDesk::Pull(const Fact& fact, const std::set<std::string>& missing) {
-  const fact_header_t& header = Header(fact);
-  Pulling& pulling = pulling_[header.fact_id];
-  pulling = {fact, missing, {}, node_.loop().now_s()};
-  for (const std::string& blob : missing) {
-    pulling.fetches[blob] = node_.blobs().Fetch(
-        blob, header.author, [this, fact_id = header.fact_id, blob](Result<Bytes> bytes) {
-          OnBlob(fact_id, blob, std::move(bytes));
-        });
+bool SubmissionDesk::HasRoomFor(const std::string& author, int64_t max_bytes) const {
+  int64_t all = max_bytes, of_author = max_bytes;
+  for (const auto& [fact_id, pulling] : pulling_) {
+    all += pulling.max_bytes;
+    if (Header(pulling.fact).author == author) of_author += pulling.max_bytes;
   }
+  return pulling_.size() < kMaxPulled && all <= kMaxPulledBytes &&
+         of_author <= kMaxPulledBytesOfAuthor;
+}
+
+void SubmissionDesk::Pull(const Fact& fact, const std::vector<NamedBlob>& missing) {
+  const fact_header_t& header = Header(fact);
   Reply(header, submit_reply_t::PULLING, 0, "");
+  int64_t max_bytes = 0;
+  for (const NamedBlob& blob : missing) max_bytes += blob.max_bytes;
+  if (!HasRoomFor(header.author, max_bytes)) {
+    ++num_put_off_;
+    return;
+  }
+  Pulling& pulling = pulling_[header.fact_id];
+  pulling = {fact, {}, {}, node_.loop().now_s(), max_bytes};
+  for (const NamedBlob& blob : missing) {
+    const std::string& id = blob.blob_id;
+    if (!pulling.missing.insert(id).second) continue;
+    pulling.fetches[id] =
+        node_.blobs().Fetch(id, header.author,
+                            [this, fact_id = header.fact_id, id](Result<Bytes> bytes) {
+                              OnBlob(fact_id, id, std::move(bytes));
+                            },
+                            {blob.max_bytes});
+  }
 }
 
 void SubmissionDesk::OnBlob(const std::string& fact_id, const std::string& blob_id,

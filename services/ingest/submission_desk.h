@@ -4,16 +4,19 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "blobs/blob_store.h"
 #include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
+#include "ingest/submission_rules.h"
 #include "node/node.h"
 
 namespace skein {
 
 // Takes submitted facts: answers repeats, judges new ones (submission_rules.h), pulls missing blobs
-// from the author, commits. Loop's thread only.
+// from the author, commits. What is pulled at a time is bounded, in all and of one author; the rest
+// is pulled when its author repeats it. Loop's thread only.
 class SubmissionDesk {
  public:
   SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store);
@@ -23,6 +26,8 @@ class SubmissionDesk {
   void Tick(double now_s);
 
   int64_t num_refused() const { return num_refused_; }
+  // Times that a fact's blobs had to wait for those of others.
+  int64_t num_put_off() const { return num_put_off_; }
 
  private:
   // A submission whose blobs are on their way.
@@ -31,9 +36,11 @@ class SubmissionDesk {
     std::set<std::string> missing;
     std::map<std::string, BlobClient::FetchId> fetches;
     double repeated_s = 0;
+    int64_t max_bytes = 0;  // that its blobs may have
   };
 
-  void Pull(const Fact& fact, const std::set<std::string>& missing);
+  bool HasRoomFor(const std::string& author, int64_t max_bytes) const;
+  void Pull(const Fact& fact, const std::vector<NamedBlob>& missing);
   void OnBlob(const std::string& fact_id, const std::string& blob_id, Result<Bytes> bytes);
   void OnKept(const std::string& fact_id, const std::string& blob_id, const Status& kept);
   void Drop(const std::string& fact_id, const std::string& reason);
@@ -47,6 +54,7 @@ class SubmissionDesk {
   const BlobStore store_;
   std::map<std::string, Pulling> pulling_;  // by fact_id
   int64_t num_refused_ = 0;
+  int64_t num_put_off_ = 0;
   WorkerThread worker_;  // last: ends first
 };
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/hash.h"
+#include "ingest/submission_rules.h"
 #include "ledger/fact_ids.h"
 #include "node/work_client.h"
 #include "testing/test_ingest.h"
@@ -52,6 +54,66 @@ TEST_F(SubmissionDeskTest, RefusesFactsThatFitNothing) {
   submap_lease_t lease{};
   lease.header.fact_id = SubmapLeaseFactId(1, 1);
   EXPECT_EQ(Submit(lease), "leases are ingest's to give");
+}
+
+TEST_F(SubmissionDeskTest, OnlyAFrozenSourceNamesAModel) {
+  merge_t failed{};
+  failed.header.fact_id = "merge/failed/1";
+  failed.state = merge_t::FAILED;
+  failed.model_blob = HashBytes("a model", 7);
+  EXPECT_EQ(Submit(failed), "only the frozen source has a model");
+  failed.model_blob.clear();
+  EXPECT_EQ(Submit(failed), "");
+}
+
+TEST_F(SubmissionDeskTest, PullsNoMoreThanTheFactsOwnFiguresAllow) {
+  Publish("a.jpg", SmallJpeg());
+  features_t features = Features(1);
+  features.keypoints_blob = peer_->blobs().Offer(EncodeKeypoints(Keypoints(10000)));
+  bool answered = false;
+  peer_->submitter().Submit(features, [&](const Submission&) { answered = true; });
+  EXPECT_FALSE(loop_.RunUntil([&] { return answered; }, 2)) << "it says that there is one keypoint";
+  EXPECT_FALSE(BlobStore(Paths().Blobs()).Has(features.keypoints_blob));
+}
+
+TEST_F(SubmissionDeskTest, AnAuthorThatSendsNothingDoesNotHoldUpOthers) {
+  AddMatchedPhoto(1);
+  AddMatchedPhoto(2);
+  EXPECT_EQ(Submit(Seed(1, 2)), "");
+  WorkClient mapper(*peer_, "submap", 1, [](const work_t&) {});
+  Await([&] { return Find<submap_lease_t>([](const auto&) { return true; }) != nullptr; },
+        "the lease");
+  for (int i = 1; i <= 5; ++i) {  // the author is right, its blobs are nowhere
+    submap_model_t model = FinalModel(1, 1, i);
+    model.model_blob = HashBytes(&i, sizeof(i));
+    peer_->submitter().Submit(model, [](const Submission&) {});
+  }
+  Node other(RemoteNode("other", ingest_->session_id()), loop_, bus_);
+  Publish("c.jpg", SmallJpeg(3));
+  features_t features = Features(3);
+  features.keypoints_blob = other.blobs().Offer(EncodeKeypoints({Keypoint()}));
+  features.descriptors_blob = other.blobs().Offer(EncodeDescriptors({Bytes(128, 3)}));
+  features.global_blob = other.blobs().Offer(EncodeGlobalDescriptor({"vlad", {1}}));
+  EXPECT_EQ(Submit(features, &other), "");
+}
+
+TEST(SubmissionRules, ABoundIsKnownForEachBlobThatAFactNames) {
+  features_t features{};
+  features.keypoints_blob = "k", features.descriptors_blob = "d", features.global_blob = "g";
+  matches_t matches{};
+  matches.pairs_blob = "p";
+  submap_model_t model{};
+  merge_t merge{};
+  model.model_blob = merge.model_blob = "m";
+  for (const Fact& fact :
+       {Fact(features), Fact(matches), Fact(model), Fact(merge), Fact(seed_t{})}) {
+    std::vector<std::string> names;
+    for (const NamedBlob& blob : NamedBlobs(fact)) {
+      names.push_back(blob.blob_id);
+      EXPECT_GT(blob.max_bytes, 0);
+    }
+    EXPECT_EQ(names, BlobsOf(fact)) << FactKindName(fact);
+  }
 }
 
 TEST_F(SubmissionDeskTest, HandsOutWorkAsItAppears) {

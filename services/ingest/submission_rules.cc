@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/hash.h"
+#include "formats/formats.h"
 #include "ledger/fact_ids.h"
 
 namespace skein {
@@ -13,6 +14,13 @@ namespace {
 constexpr size_t kMaxFactIdBytes = 200;
 constexpr int kMaxKeypoints = 1 << 20;
 constexpr size_t kMaxConfigurationBytes = 16 << 10;
+
+// Of encodings (formats/formats.h): what they have beside their items, and an item.
+constexpr int64_t kEncodingBytes = 1 << 10;
+constexpr int64_t kKeypointBytes = 32;
+constexpr int64_t kPairBytes = 512;
+constexpr int64_t kInlierBytes = 8;
+constexpr int64_t kModelBytes = int64_t{1} << 30;
 
 Status Refuse(const std::string& reason) { return FailedPrecondition(reason); }
 
@@ -59,6 +67,7 @@ class Rules {
     std::vector<int64_t> others;
     for (const two_view_t& pair : f.pairs) {
       if (pair.num_inliers < 1) return Refuse("a verified pair without inliers");
+      if (pair.num_inliers > kMaxKeypoints) return Refuse("a pair with too many inliers");
       others.push_back(pair.other_id);
     }
     if (f.num_pairs > 0 && f.pairs_blob.empty()) return Refuse("pairs without their blob");
@@ -109,6 +118,9 @@ class Rules {
   }
 
   Status operator()(const merge_t& f) const {
+    if (f.state != merge_t::FROZEN && !f.model_blob.empty()) {
+      return Refuse("only the frozen source has a model");
+    }
     switch (f.state) {
       case merge_t::ORDERED:
         return CheckOrder(f);
@@ -249,6 +261,41 @@ Status CheckSubmission(const Fact& fact, const SessionState& state) {
     if (!IsBlobId(blob)) return Refuse("'" + ClampText(blob, 70) + "' is no blob id");
   }
   return std::visit(Rules(state), fact);
+}
+
+namespace {
+
+std::vector<NamedBlob> BlobsWithin(const features_t& f) {
+  return {{f.keypoints_blob, kEncodingBytes + kKeypointBytes * f.num_keypoints},
+          {f.descriptors_blob,
+           kEncodingBytes + static_cast<int64_t>(Descriptors::kDim) * f.num_keypoints},
+          {f.global_blob, kEncodingBytes + int64_t{sizeof(float)} * kMaxGlobalDescriptorValues}};
+}
+
+std::vector<NamedBlob> BlobsWithin(const matches_t& f) {
+  int64_t max_bytes = kEncodingBytes;
+  for (const two_view_t& pair : f.pairs) {
+    max_bytes += kPairBytes + kInlierBytes * static_cast<int64_t>(pair.num_inliers);
+  }
+  return {{f.pairs_blob, max_bytes}};
+}
+
+std::vector<NamedBlob> BlobsWithin(const submap_model_t& f) {
+  return {{f.model_blob, kModelBytes}};
+}
+std::vector<NamedBlob> BlobsWithin(const merge_t& f) { return {{f.model_blob, kModelBytes}}; }
+template <class T>
+std::vector<NamedBlob> BlobsWithin(const T&) {
+  return {};
+}
+
+}  // namespace
+
+std::vector<NamedBlob> NamedBlobs(const Fact& fact) {
+  std::vector<NamedBlob> blobs = std::visit([](const auto& f) { return BlobsWithin(f); }, fact);
+  const auto is_unnamed = [](const NamedBlob& blob) { return blob.blob_id.empty(); };
+  blobs.erase(std::remove_if(blobs.begin(), blobs.end(), is_unnamed), blobs.end());
+  return blobs;
 }
 
 Status CheckLease(const Fact& fact, const SessionState& state) {

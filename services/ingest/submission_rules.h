@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "core/result.h"
 #include "ledger/facts.h"
 #include "session/session_state.h"
@@ -14,6 +18,13 @@ Status CheckSubmission(const Fact& fact, const SessionState& state);
 // For a mapper's fact for a submap: registration, model, step of a merge. Ok while the submap lives
 // and is leased to the author in the fact's epoch. Ok for all other facts.
 Status CheckLease(const Fact& fact, const SessionState& state);
+
+// A blob that a fact names, and what it can have at most by the fact's own figures and its kind.
+struct NamedBlob {
+  std::string blob_id;
+  int64_t max_bytes = 0;
+};
+std::vector<NamedBlob> NamedBlobs(const Fact& fact);
 
 // Fills what ingest decides at commit: seq, time, and the ids of new photos, submaps, merges and
 // finishes.
