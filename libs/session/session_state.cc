@@ -1,9 +1,16 @@
 #include "session/session_state.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace skein {
+namespace {
+
+// For what pairs are sorted by: no order holds with a value that is none.
+float FiniteOrZero(float value) { return std::isfinite(value) ? value : 0; }
+
+}  // namespace
 
 std::string MergedReason(int64_t target_id) {
   return "merged into submap " + std::to_string(target_id);
@@ -141,8 +148,9 @@ void SessionState::ApplyFact(const matches_t& fact) {
     photo->pairs_blob = fact.pairs_blob;
   });
   for (const two_view_t& pair : fact.pairs) {
-    covisibility_.Add(fact.image_id, {pair.other_id, pair.num_inliers, fact.header.seq,
-                                      pair.tri_angle_rad, pair.forward_motion});
+    covisibility_.Add(fact.image_id,
+                      {pair.other_id, pair.num_inliers, fact.header.seq,
+                       FiniteOrZero(pair.tri_angle_rad), FiniteOrZero(pair.forward_motion)});
   }
 }
 

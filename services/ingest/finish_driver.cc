@@ -10,7 +10,6 @@
 #include "core/file.h"
 #include "core/log.h"
 #include "ingest/model_places.h"
-#include "ingest/model_writer.h"
 #include "ledger/fact_ids.h"
 #include "session/finish_cut.h"
 #include "session/model_verdict.h"
@@ -44,18 +43,22 @@ Result<double> ParseWithin(const std::string& argument) {
 
 int64_t Microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
-Status WriteModelsAndReport(const SessionPaths& paths, const std::vector<std::string>& model_blobs,
-                            const PhotoPositions& positions, nlohmann::json report) {
-  const Status status = WriteModels(paths, model_blobs);
-  if (!status.ok()) return status;
+WrittenModels WriteModelsAndReport(const SessionPaths& paths,
+                                   const std::vector<submap_model_t>& models,
+                                   const PhotoPositions& positions, nlohmann::json report) {
+  std::vector<std::string> blobs;
+  for (const submap_model_t& model : models) blobs.push_back(model.model_blob);
+  WrittenModels written = WriteModels(paths, blobs);
+  if (!written.ok()) return written;
   AddGeoreferences(paths, positions, &report);
   const std::string text =
       report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  const Status written = WriteFileAtomic(paths.Report().string(), text.data(), text.size());
-  if (!written.ok()) return written;
+  written.status = WriteFileAtomic(paths.Report().string(), text.data(), text.size());
+  if (!written.status.ok()) return written;
   const auto name = [](const std::filesystem::path& path) { return path.filename().string(); };
-  return WriteChecksumList(paths.root, name(paths.Results()),
-                           {name(paths.Sparse()), name(paths.Report())});
+  written.status = WriteChecksumList(paths.root, name(paths.Results()),
+                                     {name(paths.Sparse()), name(paths.Report())});
+  return written;
 }
 
 }  // namespace
@@ -245,24 +248,32 @@ nlohmann::json FinishDriver::MakeReportNow() const {
 }
 
 void FinishDriver::WriteResults() {
-  std::vector<std::string> blobs;
-  for (const SubmapLife* submap : Models()) blobs.push_back(submap->latest_model->model_blob);
+  std::vector<submap_model_t> models;
+  for (const SubmapLife* submap : Models()) models.push_back(*submap->latest_model);
   const nlohmann::json report = MakeReportNow();
   writing_ = true;
-  worker_.Run([paths = paths_, blobs, positions = PositionsOf(writer_.state()),
-               report] { return WriteModelsAndReport(paths, blobs, positions, report); },
-              [this](const Status& status) { OnWritten(status); });
+  worker_.Run([paths = paths_, models, positions = PositionsOf(writer_.state()),
+               report] { return WriteModelsAndReport(paths, models, positions, report); },
+              [this, models](const WrittenModels& written) { OnWritten(models, written); });
 }
 
-void FinishDriver::OnWritten(const Status& status) {
+// Without the submaps whose models are damaged the results are written at the next step.
+void FinishDriver::OnWritten(const std::vector<submap_model_t>& models,
+                             const WrittenModels& written) {
   writing_ = false;
-  if (!status.ok()) {
-    problem_ = "cannot write the models: " + status.error();
+  if (!written.status.ok()) {
+    problem_ = "cannot write the models: " + written.status.error();
     retry_at_s_ = node_.loop().now_s() + kRetryWritingS;
     LogError("{}; trying again", problem_);
     return;
   }
   problem_.clear();
+  for (const auto& [place, reason] : written.damaged) {
+    const SubmapLife& submap = *writer_.state().FindSubmap(models[place].submap_id);
+    LogError("submap {} ends: {}", models[place].submap_id, reason);
+    if (!submap.ended) EndSubmap(models[place].submap_id, submap.lease.epoch, reason);
+  }
+  if (!written.damaged.empty()) return;
   Stage(finish_t::DONE, Summary());
 }
 

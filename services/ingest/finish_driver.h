@@ -9,6 +9,7 @@
 
 #include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
+#include "ingest/model_writer.h"
 #include "ledger/session_folder.h"
 #include "node/node.h"
 
@@ -23,7 +24,8 @@ struct FinishOptions {
 //  - REQUESTED: on the command.
 //  - DRAINED: all photos are through matching.
 //  - SETTLED: comes from the merger. Submaps that are too small to be a model end.
-//  - DONE: the final model of every living submap is written.
+//  - DONE: the final model of every living submap is written. A submap whose model cannot be read
+//    ends, with the reason; its photos may be seeded anew.
 // A command may give seconds. When they are over the finish is CUT: it is DRAINED and SETTLED at
 // once, and mappers write their models as they are. Of a mapper that does not do so within the
 // grace the newest model in the ledger is taken. The ledger holds where the finish stands, so a
@@ -64,7 +66,7 @@ class FinishDriver {
   std::vector<const SubmapLife*> Models() const;
   nlohmann::json MakeReportNow() const;
   void WriteResults();
-  void OnWritten(const Status& status);
+  void OnWritten(const std::vector<submap_model_t>& models, const WrittenModels& written);
   void Stage(int8_t state, const std::string& detail);
   void Reply(int64_t command_id, bool ok, const std::string& text);
   std::string Summary() const;

@@ -116,6 +116,29 @@ TEST_F(FinishDriverTest, APairOfPhotosIsNoModelWhereThereAreMore) {
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0"));
 }
 
+TEST_F(FinishDriverTest, EndsASubmapWhoseModelCannotBeReadAndIsDoneWithoutIt) {
+  AddSubmap();
+  AskToFinish(77);
+  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
+  finish_t settled{};
+  settled.header.fact_id = "finish/settled";
+  settled.state = finish_t::SETTLED;
+  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
+  EXPECT_EQ(Submit(settled), "");
+  submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
+  model.model_blob = peer_->blobs().Offer({'r', 'u', 'b', 'b', 'i', 's', 'h'});
+  EXPECT_EQ(Submit(model), "");
+  AwaitReplyTo(77);
+  EXPECT_EQ(ReplyTo(77)->text, "0 of 2 photos registered, 0 models in sparse/");
+  const auto* end = Find<submap_end_t>([](const submap_end_t&) { return true; });
+  ASSERT_NE(end, nullptr);
+  EXPECT_NE(end->reason.find("SKMA"), std::string::npos) << end->reason;
+  EXPECT_EQ(Report()["images"]["deferred"], 2);
+  Restart();
+  AskToFinish(78);
+  Await([&] { return CountFinishFacts(finish_t::DRAINED) == 2; }, "the next finish");
+}
+
 TEST_F(FinishDriverTest, TakesNoNewPhotoWhileItFinishes) {
   AddMatchedPhoto(1);
   AskToFinish(5);

@@ -19,31 +19,44 @@ namespace fs = std::filesystem;
 
 constexpr const char* kModelFiles[] = {"cameras.bin", "images.bin", "points3D.bin"};
 
-Status WriteModel(const BlobStore& store, const std::string& blob_id, const fs::path& dir) {
+// An error: it lacks a file, or cannot be read at all.
+Result<ModelArchive> ReadModel(const BlobStore& store, const std::string& blob_id) {
   const Result<Bytes> bytes = store.Get(blob_id);
   if (!bytes.ok()) return bytes.status();
-  const Result<ModelArchive> archive = DecodeModelArchive(*bytes);
+  Result<ModelArchive> archive = DecodeModelArchive(*bytes);
   if (!archive.ok()) return archive.status().Within("model " + blob_id);
+  for (const char* name : kModelFiles) {
+    if (archive->count(name) == 0) return DataLoss("model " + blob_id + " lacks " + name);
+  }
+  return archive;
+}
+
+Status WriteModel(const ModelArchive& archive, const fs::path& dir) {
   fs::create_directories(dir);
   for (const char* name : kModelFiles) {
-    const auto file = archive->find(name);
-    if (file == archive->end()) return DataLoss("model " + blob_id + " lacks " + name);
-    const Status status = WriteFileAtomic((dir / name).string(), file->second);
+    const Status status = WriteFileAtomic((dir / name).string(), archive.at(name));
     if (!status.ok()) return status;
   }
   return Status::Ok();
 }
 
-Status WriteAll(const SessionPaths& paths, const std::vector<std::string>& model_blobs,
-                const fs::path& dir) {
+WrittenModels WriteAll(const SessionPaths& paths, const std::vector<std::string>& model_blobs,
+                       const fs::path& dir) {
   const BlobStore store(paths.Blobs());
   fs::remove_all(dir);
   fs::create_directories(dir);
-  for (size_t i = 0; i < model_blobs.size(); ++i) {
-    const Status status = WriteModel(store, model_blobs[i], dir / std::to_string(i));
-    if (!status.ok()) return status;
+  WrittenModels written;
+  for (size_t i = 0; i < model_blobs.size() && written.status.ok(); ++i) {
+    const Result<ModelArchive> archive = ReadModel(store, model_blobs[i]);
+    if (archive.ok()) {
+      written.status = WriteModel(*archive, dir / std::to_string(i));
+    } else if (archive.code() == StatusCode::kUnavailable) {
+      written.status = archive.status();
+    } else {
+      written.damaged[i] = archive.error();
+    }
   }
-  return Status::Ok();
+  return written;
 }
 
 // Puts `fresh` in the place of `dir` in one step where the kernel can (Linux), else in two.
@@ -59,15 +72,15 @@ void Replace(const fs::path& fresh, const fs::path& dir) {
 
 }  // namespace
 
-Status WriteModels(const SessionPaths& paths, const std::vector<std::string>& model_blobs) {
+WrittenModels WriteModels(const SessionPaths& paths, const std::vector<std::string>& model_blobs) {
   const fs::path fresh = paths.root / "sparse.new";
   try {
-    if (Status status = WriteAll(paths, model_blobs, fresh); !status.ok()) return status;
-    Replace(fresh, paths.Sparse());
+    WrittenModels written = WriteAll(paths, model_blobs, fresh);
+    if (written.ok()) Replace(fresh, paths.Sparse());
+    return written;
   } catch (const fs::filesystem_error& error) {
-    return Unavailable(error.what());
+    return {Unavailable(error.what()), {}};
   }
-  return Status::Ok();
 }
 
 }  // namespace skein

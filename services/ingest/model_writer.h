@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -8,9 +10,19 @@
 
 namespace skein {
 
+// What became of writing models.
+struct WrittenModels {
+  Status status;  // of the disk; unless ok, another try may succeed
+  // Those that cannot be read, by their place in `model_blobs`, with the reason. Unless there are
+  // none, nothing was replaced.
+  std::map<size_t, std::string> damaged;
+
+  bool ok() const { return status.ok() && damaged.empty(); }
+};
+
 // Writes the models, in the order given, as sparse/0, sparse/1, … in COLMAP's binary format, and
 // removes those of an earlier finish. Readers see the old set or the new. `model_blobs` are ids of
 // model archives in the session's blobs.
-Status WriteModels(const SessionPaths& paths, const std::vector<std::string>& model_blobs);
+WrittenModels WriteModels(const SessionPaths& paths, const std::vector<std::string>& model_blobs);
 
 }  // namespace skein

@@ -101,7 +101,10 @@ class Rules {
       return Refuse("unknown kind");
     }
     if (f.model_blob.empty()) return Refuse("no model");
-    if (f.ledger_seq > state_.head()) return Refuse("ledger position lies in the future");
+    if (std::min(f.ledger_seq, f.merge_seq) < 0) return Refuse("ledger position is negative");
+    if (std::max(f.ledger_seq, f.merge_seq) > state_.head()) {
+      return Refuse("ledger position lies in the future");
+    }
     return Status::Ok();
   }
 

@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+#include <map>
 #include <optional>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "matching/messages.h"
 #include "node/ledger_server.h"
@@ -21,6 +26,14 @@ NodeOptions OptionsOf(const std::string& service) {
   options.session_id = kSession;
   return options;
 }
+
+struct Blobs {
+  Bytes keypoints, descriptors;
+};
+
+Bytes DescriptorsOf(size_t num) { return EncodeDescriptors({Bytes(128 * num, 7)}); }
+
+Blobs CutDescriptors(const Keypoints& keypoints) { return {EncodeKeypoints(keypoints), {1, 2, 3}}; }
 
 // What matching sees of ingest: a ledger, blobs, work, and answers to submissions.
 class Ingest {
@@ -57,9 +70,11 @@ class Ingest {
     for (const Eigen::Vector2d& point : photo.points) {
       keypoints.push_back({float(point.x()), float(point.y()), 2, 0, 0, 0, 0});
     }
-    features.keypoints_blob = node_.blobs().Offer(EncodeKeypoints(keypoints));
-    features.descriptors_blob = node_.blobs().Offer(
-        damaged_.count(photo.image_id) ? Bytes{1, 2, 3} : EncodeDescriptors({photo.descriptors}));
+    Blobs blobs = {EncodeKeypoints(keypoints), EncodeDescriptors({photo.descriptors})};
+    const auto damaged = damaged_.find(photo.image_id);
+    if (damaged != damaged_.end()) blobs = damaged->second(keypoints);
+    features.keypoints_blob = node_.blobs().Offer(blobs.keypoints);
+    features.descriptors_blob = node_.blobs().Offer(blobs.descriptors);
     Commit(features, "features");
   }
 
@@ -87,7 +102,9 @@ class Ingest {
   }
 
   void AddWork(int64_t image_id) { work_.insert(image_id); }
-  void Damage(int64_t image_id) { damaged_.insert(image_id); }
+  // What the photo's blobs hold instead, by its keypoints.
+  using Damaged = std::function<Blobs(Keypoints)>;
+  void Damage(int64_t image_id, const Damaged& damaged) { damaged_[image_id] = damaged; }
 
   const std::map<int64_t, matches_t>& matches() const { return matches_; }
   const std::map<int64_t, work_failed_t>& failures() const { return failures_; }
@@ -143,7 +160,8 @@ class Ingest {
   Node node_;
   LedgerServer server_;
   std::vector<Fact> ledger_;
-  std::set<int64_t> work_, damaged_;
+  std::set<int64_t> work_;
+  std::map<int64_t, Damaged> damaged_;
   std::map<int64_t, matches_t> matches_;
   std::map<std::string, Bytes> pairs_;
   std::map<int64_t, work_failed_t> failures_;
@@ -222,7 +240,7 @@ TEST_F(Matching, WaitsForCandidatesThatTheLedgerBringsLater) {
 }
 
 TEST_F(Matching, LeavesOutCandidatesThatCannotBeUsed) {
-  ingest_.Damage(2);
+  ingest_.Damage(2, CutDescriptors);
   ingest_.AddPhoto(*world_.Photo(1, 0, 400));
   ingest_.AddPhoto(*world_.Photo(2, 0.5, 200));
   ingest_.AddPhoto(*world_.Photo(3, 1, 300));
@@ -256,7 +274,7 @@ TEST_F(Matching, WithoutSecondLookTheCandidatesAloneAreMatched) {
 }
 
 TEST_F(Matching, ReportsAPhotoWithDamagedFeatures) {
-  ingest_.Damage(1);
+  ingest_.Damage(1, CutDescriptors);
   ingest_.AddPhoto(*world_.Photo(1, 0, 400));
   ingest_.AddCandidates(1, {});
   ingest_.AddWork(1);
@@ -264,6 +282,55 @@ TEST_F(Matching, ReportsAPhotoWithDamagedFeatures) {
   ASSERT_TRUE(loop_.RunUntil([&] { return !ingest_.failures().empty(); }, kDeadlineS));
   EXPECT_EQ(ingest_.failures().at(1).reason, "features of image 1: SKDS: too short for a header");
   EXPECT_EQ(node_->bus().counters().num_decode_failures, 0);
+}
+
+// Each is reported, and a photo that has it as a candidate is matched with the others.
+TEST_F(Matching, FeaturesThatCannotBeUsedHoldUpNobody) {
+  const auto with_first_x = [](float x) {
+    return [x](Keypoints keypoints) -> Blobs {
+      keypoints.front().x = x;
+      return {EncodeKeypoints(keypoints), DescriptorsOf(keypoints.size())};
+    };
+  };
+  const std::vector<Ingest::Damaged> table = {
+      [](const Keypoints&) -> Blobs {
+        return {{}, {}};
+      },
+      [](const Keypoints& k) -> Blobs {
+        return {{1, 2, 3}, DescriptorsOf(k.size())};
+      },
+      [](const Keypoints& k) -> Blobs {
+        return {DescriptorsOf(k.size()), EncodeKeypoints(k)};
+      },
+      [](const Keypoints& k) -> Blobs {
+        return {EncodeKeypoints(k), DescriptorsOf(k.size() - 1)};
+      },
+      with_first_x(NAN),
+      with_first_x(-1),
+      with_first_x(1e30F),
+  };
+  const int64_t good = 100, next = 101;
+  ingest_.AddPhoto(*world_.Photo(good, 0.5, 200));
+  std::vector<int64_t> candidates = {good};
+  for (size_t i = 0; i < table.size(); ++i) {
+    const auto id = static_cast<int64_t>(i) + 1;
+    ingest_.Damage(id, table[i]);
+    ingest_.AddPhoto(*world_.Photo(id, 0, 400));
+    ingest_.AddCandidates(id, {});
+    ingest_.AddWork(id);
+    candidates.push_back(id);
+  }
+  ingest_.AddPhoto(*world_.Photo(next, 1, 300));
+  ingest_.AddCandidates(next, candidates);
+  ingest_.AddWork(next);
+  StartService();
+  ASSERT_TRUE(RunUntilMatched(1));
+  EXPECT_EQ(ingest_.matches().at(next).num_tried, 1);
+  ASSERT_TRUE(
+      loop_.RunUntil([&] { return ingest_.failures().size() == table.size(); }, kDeadlineS));
+  for (const auto& [id, failed] : ingest_.failures()) {
+    EXPECT_NE(failed.reason.find("features of image"), std::string::npos) << failed.reason;
+  }
 }
 
 }  // namespace

@@ -4,7 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
 #include <memory>
+#include <ostream>
+#include <string>
+#include <vector>
 
 #include "map/shared_images.h"
 #include "testing/synthetic_submaps.h"
@@ -42,8 +47,9 @@ class MergerServiceTest : public testing::Test {
     reply.submap_id = request.submap_id;
     reply.epoch = 1;
     reply.owner = "mapper";
-    reply.blob_id = mapper_.blobs().Serve(EncodeSharedImages(
-        SharedImagesOf(request.submap_id == kSource ? source_ : target_, request.image_ids)));
+    const SharedImages shared =
+        SharedImagesOf(request.submap_id == kSource ? source_ : target_, request.image_ids);
+    reply.blob_id = mapper_.blobs().Serve(poison_ ? poison_(shared) : EncodeSharedImages(shared));
     mapper_.Publish(kSharedReplyChannel, reply);
   }
 
@@ -132,6 +138,7 @@ class MergerServiceTest : public testing::Test {
     }
   }
 
+  std::function<Bytes(SharedImages)> poison_;  // what mappers answer instead; null: the truth
   const SyntheticWorld world_{WallOptions(), 1};
   const colmap::Reconstruction target_ = world_.Submap(1, 14, Similarity(), 1.0);
   const colmap::Reconstruction source_ = world_.Submap(
@@ -178,6 +185,64 @@ TEST_F(MergerServiceTest, HalfAsManyPhotosMoreAreNewEvidence) {
   Await([&] { return Orders().size() == 3; }, "an order");
   EXPECT_EQ(Orders().back().num_shared_images, 5);
 }
+
+// Answers of mappers that no similarity can be estimated from.
+struct PoisonedAnswer {
+  const char* name;
+  std::function<Bytes(SharedImages)> change;
+};
+
+std::ostream& operator<<(std::ostream& out, const PoisonedAnswer& poison) {
+  return out << poison.name;
+}
+
+std::function<Bytes(SharedImages)> EachImage(void (*change)(SharedImage*)) {
+  return [change](SharedImages images) {
+    for (SharedImage& image : images) change(&image);
+    return EncodeSharedImages(images);
+  };
+}
+
+const std::vector<PoisonedAnswer> kPoisonedAnswers = {
+    {"DoesNotDecode", [](const SharedImages&) { return Bytes{'r', 'u', 'b', 'b', 'i', 's', 'h'}; }},
+    {"IsEmpty", [](const SharedImages&) { return EncodeSharedImages({}); }},
+    {"CameraIsUnknown", EachImage([](SharedImage* image) { image->camera_model_id = 99; })},
+    {"ParametersAreMissing", EachImage([](SharedImage* image) { image->params.clear(); })},
+    {"ParametersAreNotFinite",
+     EachImage([](SharedImage* image) { image->params.assign(image->params.size(), NAN); })},
+    {"PoseIsNotFinite",
+     EachImage([](SharedImage* image) { image->qvec.fill(NAN), image->tvec.fill(NAN); })},
+    {"PoseIsZero", EachImage([](SharedImage* image) { image->qvec.fill(0); })},
+    {"HasNoPoints", EachImage([](SharedImage* image) { image->points.clear(); })},
+    {"PointsAreNotFinite", EachImage([](SharedImage* image) {
+       for (SharedPoint& point : image->points) point.xyz.fill(NAN);
+     })},
+    {"PointsAreOne", EachImage([](SharedImage* image) {
+       for (SharedPoint& point : image->points) point.xyz.fill(1);
+     })},
+};
+
+class PoisonedAnswerTest : public MergerServiceTest,
+                           public testing::WithParamInterface<PoisonedAnswer> {};
+
+TEST_P(PoisonedAnswerTest, FailsWithItsReasonAndTheNextAttemptSucceeds) {
+  poison_ = GetParam().change;
+  AddBothSubmaps();
+  const auto failed = [this]() -> const merge_t* {
+    const auto* merge = std::get_if<merge_t>(&ingest_.facts().back());
+    return merge != nullptr && merge->state == merge_t::FAILED ? merge : nullptr;
+  };
+  Await([&] { return failed() != nullptr; }, "FAILED");
+  EXPECT_NE(failed()->reason, "");
+  EXPECT_TRUE(Orders().empty());
+  poison_ = nullptr;
+  Restart();  // it reads what was tried
+  Register(kTarget, 13, 14);
+  Await([&] { return Orders().size() == 1; }, "an order");
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, PoisonedAnswerTest, testing::ValuesIn(kPoisonedAnswers),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace skein

@@ -50,6 +50,15 @@ class Ingest {
     Commit(features, "features/" + std::to_string(image_id));
   }
 
+  // With whatever the blob holds.
+  void AddPhotoOf(int64_t image_id, const Bytes& global_blob) {
+    features_t features{};
+    features.image_id = image_id;
+    features.global_model = "m";
+    features.global_blob = node_.blobs().Offer(global_blob);
+    Commit(features, "features/" + std::to_string(image_id));
+  }
+
   void AddFailure(int64_t image_id, bool parked) {
     failure_t failure{};
     failure.image_id = image_id;
@@ -221,6 +230,36 @@ TEST_F(Retrieval, WhatAKilledWriterLeftIsClearedAway) {
   RestartAndAddPhoto();
   EXPECT_FALSE(std::filesystem::exists(leftover));
   EXPECT_FALSE(IsRebuilt());
+}
+
+// Each is answered for, without candidates; those after it get theirs, also after a restart.
+TEST_F(Retrieval, DescriptorsThatCannotBeUsedHoldUpNobody) {
+  const std::vector<Bytes> poisoned = {
+      {},
+      {1, 2, 3},
+      EncodeGlobalDescriptor({"m", {}}),
+      EncodeGlobalDescriptor({"m", {1}}),
+      EncodeGlobalDescriptor({"", std::vector<float>(kDim, 0)}),
+      EncodeGlobalDescriptor({"m", std::vector<float>(kDim, NAN)}),
+      EncodeGlobalDescriptor({"m", std::vector<float>(kDim, HUGE_VALF)}),
+      EncodeGlobalDescriptor({"m", std::vector<float>(kDim + 1, 1)}),
+  };
+  Start();
+  int64_t id = 100;
+  for (const Bytes& blob : poisoned) ingest_->AddPhotoOf(id++, blob);
+  for (const bool restart : {false, true}) {
+    if (restart) {
+      Stop();
+      std::filesystem::remove(Path());
+      Start();
+    }
+    ingest_->AddPhoto(++id);
+    ASSERT_TRUE(RunUntilAnswered(20 + poisoned.size() + (restart ? 2 : 1)));
+    EXPECT_GE(ingest_->candidates().at(id).other_ids.size(), 20u);
+  }
+  for (size_t i = 0; i < poisoned.size(); ++i) {
+    EXPECT_TRUE(ingest_->candidates().at(100 + static_cast<int64_t>(i)).other_ids.empty()) << i;
+  }
 }
 
 TEST_F(Retrieval, PhotoThatWasGivenUpIsNoCandidate) {

@@ -1,5 +1,7 @@
 #include "retrieval/retrieval_state.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -80,13 +82,13 @@ Result<Candidates> RetrievalState::Add(int64_t image_id, const GlobalDescriptor&
   candidates.image_id = image_id;
   const auto& values = descriptor.values;
   if (values.empty()) return candidates;
-  auto index = indices_.find(descriptor.model);
-  if (index == indices_.end()) {
-    index = indices_.emplace(descriptor.model, HnswIndex(values.size(), options_.hnsw)).first;
+  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); })) {
+    return InvalidArgument("a value of the global descriptor is not finite");
   }
-  if (index->second.dim() != values.size()) {
-    return InvalidArgument(descriptor.model + " has " + std::to_string(index->second.dim()) +
-                           " values, this photo's has " + std::to_string(values.size()));
+  const auto key = std::make_pair(descriptor.model, values.size());
+  auto index = indices_.find(key);
+  if (index == indices_.end()) {
+    index = indices_.emplace(key, HnswIndex(values.size(), options_.hnsw)).first;
   }
   if (index->second.Contains(image_id)) return candidates;
   Timer timer;
@@ -130,8 +132,8 @@ Bytes RetrievalState::Encode(const std::string& session_id) const {
   writer.PutString(session_id);
   writer.Put(seq_);
   writer.Put(static_cast<uint32_t>(indices_.size()));
-  for (const auto& [model, index] : indices_) {
-    writer.PutString(model);
+  for (const auto& [key, index] : indices_) {
+    writer.PutString(key.first);
     writer.Put(static_cast<uint32_t>(index.dim()));
     writer.PutBytes(index.Encode());
   }
@@ -160,7 +162,7 @@ struct RetrievalState::Reader {
       }
       auto index = HnswIndex::Decode(graph, dim, state->options_.hnsw);
       if (!index) return index.status();
-      state->indices_.emplace(model, std::move(*index));
+      state->indices_.emplace(std::make_pair(model, size_t{dim}), std::move(*index));
     }
     return Status::Ok();
   }

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/result.h"
@@ -27,14 +28,14 @@ struct Candidates {
 };
 
 // Everything retrieval knows: a function of the ledger up to `seq`, given its order. One index for
-// each model of global descriptor. One thread at a time.
+// each model of global descriptor and each dimension: a vector of a wrong one spoils no other
+// photo's. One thread at a time.
 class RetrievalState {
  public:
   explicit RetrievalState(const RetrievalOptions& options) : options_(options) {}
 
   // Query, then insert. A photo that was inserted before is not inserted again. A photo without a
-  // descriptor is not inserted and has no candidates. Error: vectors of that model have another
-  // dimension.
+  // descriptor is not inserted and has no candidates. Error: a value is not finite.
   Result<Candidates> Add(int64_t image_id, const GlobalDescriptor& descriptor);
   // A photo that was registered and is in no submap any more is no candidate until it registers
   // again.
@@ -63,7 +64,7 @@ class RetrievalState {
 
   RetrievalOptions options_;
   int64_t seq_ = 0;
-  std::map<std::string, HnswIndex> indices_;            // by model
+  std::map<std::pair<std::string, size_t>, HnswIndex> indices_;  // by model and dimension
   std::map<int64_t, std::set<int64_t>> registered_in_;  // image -> submaps; empty: withdrawn
   std::map<int64_t, Candidates> unanswered_;
 };

@@ -298,11 +298,24 @@ TEST(RetrievalState, PhotoWithNothingToDescribeIsNeitherInsertedNorAnswered) {
   EXPECT_EQ(state.size(), 0u);
 }
 
-TEST(RetrievalState, KeepsModelsApartAndRefusesAnotherDimension) {
+TEST(RetrievalState, KeepsModelsAndDimensionsApart) {
   RetrievalState state(RetrievalOptions{});
   ASSERT_TRUE(state.Add(1, Descriptor({1, 0}, "a")).ok());
   EXPECT_TRUE(state.Add(2, Descriptor({1, 0}, "b"))->neighbours.empty());
-  EXPECT_FALSE(state.Add(3, Descriptor({1, 0, 0}, "a")).ok());
+  EXPECT_TRUE(state.Add(3, Descriptor({1, 0, 0}, "a"))->neighbours.empty());
+  EXPECT_EQ(state.Add(4, Descriptor({0, 1}, "a"))->neighbours.size(), 1u);
+  EXPECT_EQ(state.Add(5, Descriptor({0, 1, 0}, "a"))->neighbours.size(), 1u);
+  EXPECT_EQ(state.size(), 5u);
+  const auto read = RetrievalState::Decode(state.Encode("s"), "s", RetrievalOptions{});
+  ASSERT_TRUE(read.ok()) << read.error();
+  EXPECT_EQ(read->size(), 5u);
+}
+
+TEST(RetrievalState, RefusesValuesThatAreNotFinite) {
+  RetrievalState state(RetrievalOptions{});
+  EXPECT_FALSE(state.Add(1, Descriptor({NAN, 0})).ok());
+  EXPECT_FALSE(state.Add(2, Descriptor({1, HUGE_VALF})).ok());
+  EXPECT_EQ(state.size(), 0u);
 }
 
 TEST(RetrievalState, WithdrawnPhotoIsNoCandidateUntilItRegistersAgain) {
