@@ -125,11 +125,21 @@ void BlobClient::Cancel(FetchId id) {
   }
 }
 
-int64_t BlobClient::ReceivedBytes(FetchId id) const {
+const BlobPull* BlobClient::FindPull(FetchId id) const {
   for (const auto& [blob_id, fetching] : fetching_) {
-    if (fetching.waiting.count(id) > 0) return fetching.pull ? fetching.pull->received_bytes() : 0;
+    if (fetching.waiting.count(id) > 0) return fetching.pull ? &*fetching.pull : nullptr;
   }
-  return 0;
+  return nullptr;
+}
+
+int64_t BlobClient::ReceivedBytes(FetchId id) const {
+  const BlobPull* pull = FindPull(id);
+  return pull == nullptr ? 0 : pull->received_bytes();
+}
+
+bool BlobClient::IsLate(FetchId id) const {
+  const BlobPull* pull = FindPull(id);
+  return pull != nullptr && pull->late();
 }
 
 void BlobClient::LookLocally(const std::string& blob_id) {

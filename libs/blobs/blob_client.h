@@ -68,6 +68,8 @@ class BlobClient {
   void Cancel(FetchId id);
   // Bytes that came over the bus for it so far; 0 once it is done.
   int64_t ReceivedBytes(FetchId id) const;
+  // Whether its owner has not answered when it was last asked; false while it waits for its turn.
+  bool IsLate(FetchId id) const;
 
   // Offers the blob to others under the returned id. A shared session folder keeps it, durably when
   // this returns; memory keeps it until Release where there is none, or where the disk is full. A
@@ -103,6 +105,7 @@ class BlobClient {
   };
 
   // Receiving.
+  const BlobPull* FindPull(FetchId id) const;
   void LookLocally(const std::string& blob_id);
   void Widen(const FetchOptions& more, Fetching* fetching) const;
   void StartPull(const std::string& blob_id);

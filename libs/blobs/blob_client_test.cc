@@ -116,6 +116,23 @@ TEST_F(BlobClientTest, VanishedOwnersDoNotHoldUpOthers) {
   EXPECT_EQ(reader_.blobs().num_fetching(), 0);
 }
 
+TEST_F(BlobClientTest, TellsWhoseOwnerDoesNotAnswer) {
+  std::vector<BlobClient::FetchId> gone;
+  for (int i = 0; i < 30; ++i) {
+    gone.push_back(reader_.blobs().Fetch(HashBytes(&i, sizeof(i)), "gone-agent",
+                                         [](const Result<Bytes>&) { ADD_FAILURE(); }));
+  }
+  const auto num_late = [&] {
+    return std::count_if(gone.begin(), gone.end(),
+                         [&](auto id) { return reader_.blobs().IsLate(id); });
+  };
+  ASSERT_TRUE(loop_.RunUntil([&] { return num_late() > 0; }, 10));
+  EXPECT_LT(num_late(), 30) << "the others wait for their turn";
+  EXPECT_TRUE(loop_.RunUntil([&] { return num_late() == 30; }, 20));
+  for (const auto id : gone) reader_.blobs().Cancel(id);
+  EXPECT_FALSE(reader_.blobs().IsLate(gone[0]));
+}
+
 TEST_F(BlobClientTest, GoesOnWhenTheOwnerComesBack) {
   const Bytes bytes = RandomBytes(2 << 20, 6);
   const std::string id = HashBytes(bytes.data(), bytes.size());

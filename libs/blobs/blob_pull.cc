@@ -75,9 +75,9 @@ std::optional<BlobPull::Ask> BlobPull::NextAsk(int max_chunks, double now_s, Pul
 BlobPull::Outcome BlobPull::OnChunk(int64_t offset, int64_t total_bytes, const uint8_t* data,
                                     size_t size, double now_s, PullWindow* window,
                                     RoundTrip* round_trip) {
-  const bool may_be = size_bytes_ == kUnknownSize || total_bytes == size_bytes_;
-  if (may_be && total_bytes > max_bytes_) return OnTooLarge();
-  if (!may_be || !AcceptTotal(total_bytes)) return OnMisfit();
+  if (size_bytes_ != kUnknownSize && total_bytes != size_bytes_) return Outcome::kIgnored;
+  if (total_bytes > max_bytes_) return OnTooLarge();
+  if (!AcceptTotal(total_bytes)) return OnMisfit();
   if (complete()) return Outcome::kComplete;  // an empty blob
   if (!FitsGrid(offset, size)) return OnMisfit();
   const auto index = static_cast<size_t>(offset / chunk_bytes_);

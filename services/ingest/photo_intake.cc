@@ -193,7 +193,7 @@ void PhotoIntake::Restore(const Key& key, const image_t& image, Bytes bytes) {
 
 // One after the other, as a finish must not run.
 void PhotoIntake::TakeInLeft() {
-  if (left_.empty() || writer_.state().finishing() || num_pending() >= options_.max_pending) return;
+  if (left_.empty() || writer_.state().finishing() || !HasPlaceFor(left_.back().agent)) return;
   const PhotoFile file = left_.back();
   left_.pop_back();
   worker_.Run([paths = paths_, file] { return ReadLeftPhoto(paths, file); },
@@ -338,7 +338,9 @@ void PhotoIntake::NoteProgress(double now_s) {
   for (auto& [key, pending] : pending_) {
     if (pending.fetch_id == 0) continue;
     const int64_t received = node_.blobs().ReceivedBytes(pending.fetch_id);
-    if (received != pending.received_bytes) pending.progress_s = now_s;
+    // What waits for its turn is not held up by its agent.
+    const bool waits_for_agent = node_.blobs().IsLate(pending.fetch_id);
+    if (received != pending.received_bytes || !waits_for_agent) pending.progress_s = now_s;
     pending.received_bytes = received;
     pending.rests = now_s - pending.progress_s > options_.rests_after_s;
   }

@@ -21,8 +21,8 @@ struct IntakeOptions {
   std::vector<KnownCamera> cameras;
   int max_pending = 64;                  // photos received at a time; more are told to wait
   int max_pending_agent = 16;            // the same, of one agent
-  double rests_after_s = 3;              // without progress a photo yields its place to others
-  double vanished_after_s = 10;          // without progress, once a finish was asked for
+  double rests_after_s = 3;              // without an answer a photo yields its place to others
+  double vanished_after_s = 10;          // the same: given up, once a finish was asked for
   int64_t min_free_bytes = 512'000'000;  // on the disk, for a photo to be taken in
 };
 
@@ -35,8 +35,8 @@ struct IntakeOptions {
 // good only for what its agent stands for: its names, its announced size, and bytes of the right
 // hash that are no photo. Whatever else goes wrong, a later offer of it starts anew.
 //
-// A pull that makes no progress rests: it takes no place from others, keeps what has come and goes
-// on when its agent is back. Of those that rest the longest are forgotten beyond a bound.
+// A pull whose agent does not answer rests: it takes no place from others, keeps what has come and
+// goes on when its agent is back. Of those that rest the longest are forgotten beyond a bound.
 //
 // A photo whose file was lost is pulled again when its agent offers it. Photos that lie in images/
 // and that no fact names are taken in as if they had been offered: what a crash, or a repair of the
@@ -64,7 +64,7 @@ class PhotoIntake {
     int64_t received_utime_us = 0;
     BlobClient::FetchId fetch_id = 0;  // 0: no longer pulling
     int64_t received_bytes = 0;
-    double progress_s = 0;  // when it last moved
+    double progress_s = 0;  // when it last moved, or waited for its turn
     bool rests = false;
   };
   using Key = std::string;  // RefusedOfferFactId of the offer

@@ -343,9 +343,13 @@ TEST_F(VanishedAgentsTest, AreTakenUpWhenTheyAreBack) {
 }
 
 TEST_F(VanishedAgentsTest, AreBoundedInNumber) {
+  options_.intake.max_pending = 32;
+  options_.intake.rests_after_s = 0.1;
+  Restart();
+  Publish("first.jpg", SmallJpeg(7));  // measures the round trip
   for (int i = 0; i < 400; ++i) {
     peer_->Publish(kImageOfferChannel, OfferOfVanished(i, "gone-" + std::to_string(i / 4)));
-    if (i % 8 == 7) loop_.RunUntil([] { return false; }, 0.8);
+    if (i % 32 == 31) loop_.RunUntil([] { return false; }, 1.2);
   }
   std::string state;
   bus_.Subscribe<heartbeat_t>(kHeartbeatChannel, [&](const heartbeat_t& beat) {

@@ -53,7 +53,7 @@ kill_at() {
   cp -r "$workspace/two" "$session"
   rm -f "$mark" "$session"/run/*.pid
   LD_PRELOAD=$stop_shim SKEIN_STOP_AT=$1 SKEIN_STOP_TEXT="SKEIN_SUBMIT_MERGE /$2" SKEIN_STOP_MARK=$mark \
-    start_services "$session" "$url" --mappers 2
+    start_services "$session" "$url" --mappers 2 --hang-after 0 # the stopped one goes on
   wait_until 120 "somebody submits a merge's '$2'" test -s "$mark"
   stopped=$(<"$mark")
   [[ $1 == before ]] || wait_until 20 "'$2' is in the ledger" has_fact_like "$session" "merge/%/$2%"
