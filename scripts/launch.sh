@@ -90,7 +90,7 @@ session=$(cd "$session" && pwd)
 
 # What runs, by instance. A command is its words, one a line; due_ms is when to start it (again).
 instances=()
-declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal last_sign quiet_ms
+declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal first_sign last_sign quiet_ms
 watched_ms=0
 now_ms() { echo $((${EPOCHREALTIME/[.,]/} / 1000)); }
 
@@ -186,7 +186,8 @@ start_instance() {
   local instance=$1 log=$session/log/$1.log words
   mapfile -t words <<<"${command_of[$instance]%$'\n'}"
   touch "$log"
-  rm -f "$session/run/$instance.alive"
+  touch "$session/run/$instance.alive" 2>/dev/null || true
+  first_sign[$instance]=$(stat -c %.9Y "$session/run/$instance.alive" 2>/dev/null) || true
   last_sign[$instance]='' quiet_ms[$instance]=0
   log_offset[$instance]=$(stat -c %s "$log")
   # The child dies with this script, however that ends.
@@ -213,7 +214,7 @@ note_death() {
   wait "${pid_of[$instance]}" || status=$?
   uptime_ms=$(($(now_ms) - ${started_ms[$instance]}))
   unset "pid_of[$instance]"
-  rm -f "$session/run/$instance".{pid,alive}
+  rm -f "$session/run/$instance.pid"
   ((!stopping && !interrupted)) || return 0
   if ((status == 0)) && is_elastic "$instance"; then
     say "$instance leaves: no submap needs it"
@@ -250,8 +251,9 @@ reap_dead() {
 shows_signs() { [[ $1 != relay-* || -x $bin/skein-relay ]]; }
 
 # Kills what hangs, in whatever it hangs; reap_dead finds it then. A process has start_limit_s until
-# its loop comes round for the first time. Time is counted in rounds of this script. A round in which
-# this script itself was held up counts nothing: a pause of the machine kills nobody.
+# its loop comes round for the first time. Without its file, as on a full disk, it is let be. Time is
+# counted in rounds of this script. A round in which this script itself was held up counts nothing: a
+# pause of the machine kills nobody.
 kill_hung() {
   local instance now round_ms name sign limit_s
   local -A signs=()
@@ -263,13 +265,13 @@ kill_hung() {
   done <<<"$(cd "$session/run" && stat -c '%n %.9Y' -- *.alive 2>/dev/null)"
   for instance in "${!pid_of[@]}"; do
     sign=${signs[$instance.alive]:-}
-    if [[ $sign != "${last_sign[$instance]}" ]] || ! shows_signs "$instance"; then
+    if [[ -z $sign || $sign != "${last_sign[$instance]}" ]] || ! shows_signs "$instance"; then
       last_sign[$instance]=$sign quiet_ms[$instance]=0
       continue
     fi
     quiet_ms[$instance]=$((${quiet_ms[$instance]} + round_ms))
     limit_s=$hang_after_s
-    [[ -n $sign ]] || limit_s=$start_limit_s
+    [[ $sign != "${first_sign[$instance]}" ]] || limit_s=$start_limit_s
     ((${quiet_ms[$instance]} >= limit_s * 1000)) || continue
     warn "$instance has shown no sign of life for $limit_s s: killing it"
     kill -KILL "${pid_of[$instance]}" 2>/dev/null || true

@@ -7,8 +7,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <stdexcept>
 #include <utility>
+
+#include "core/log.h"
 
 namespace skein {
 namespace {
@@ -36,8 +37,9 @@ SignOfLife::~SignOfLife() {
 void SignOfLife::Touch() {
   if (fd_ < 0) fd_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (fd_ >= 0 && ::futimens(fd_, nullptr) == 0) return;
-  throw std::runtime_error("cannot touch " + path_ +
-                           " (SKEIN_ALIVE_FILE): " + std::strerror(errno));
+  if (!std::exchange(failed_, true)) {
+    LogWarn("cannot touch {} (SKEIN_ALIVE_FILE): {}; trying on", path_, std::strerror(errno));
+  }
 }
 
 }  // namespace skein

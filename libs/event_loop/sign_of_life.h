@@ -8,7 +8,8 @@
 namespace skein {
 
 // Touches a file twice a second from the loop; it is made when the loop runs for the first time. A
-// process that is stopped, deadlocked or lost in a handler touches it no more. Loop's thread only.
+// process that is stopped, deadlocked or lost in a handler touches it no more. A file that cannot
+// be made is tried again. Loop's thread only.
 class SignOfLife {
  public:
   // The file that the supervisor names in SKEIN_ALIVE_FILE; without one nothing is done.
@@ -24,6 +25,7 @@ class SignOfLife {
   PollLoop& loop_;
   const std::string path_;
   int fd_ = -1;
+  bool failed_ = false;  // and was logged
   PollLoop::TimerId timer_ = 0;
 };
 
