@@ -38,6 +38,7 @@ Result<SigningKey> CreateRoot(const std::string& dir) {
   ByteWriter out;
   out.PutRaw(kRootIdentifier, sizeof(kRootIdentifier));
   out.PutRaw(root.seed().data(), root.seed().size());
+  out.PutRaw(root.public_key().data(), root.public_key().size());
   if (Status status = WriteSecretFile(RootPath(dir), out.bytes().data(), out.size()); !status) {
     return status;
   }
@@ -54,8 +55,11 @@ Result<SigningKey> OpenRoot(const std::string& dir) {
   ByteReader in(*bytes);
   char identifier[sizeof(kRootIdentifier)];
   SigningKey::Seed seed;
+  PublicKey public_key;  // tells a damaged seed, which would be another root
   if (!in.GetRaw(identifier, sizeof(identifier)) || !in.GetRaw(seed.data(), seed.size()) ||
-      in.remaining() > 0 || !std::equal(identifier, std::end(identifier), kRootIdentifier)) {
+      !in.GetRaw(public_key.data(), public_key.size()) || in.remaining() > 0 ||
+      !std::equal(identifier, std::end(identifier), kRootIdentifier) ||
+      SigningKey(seed).public_key() != public_key) {
     return DataLoss(RootPath(dir) + " is damaged; restore it, or delete the folder " + dir +
                     " for new keys: invitations end with the old ones");
   }

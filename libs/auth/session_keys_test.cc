@@ -60,10 +60,15 @@ TEST_F(SessionKeysTest, NobodyElseMayReadThem) {
 
 TEST_F(SessionKeysTest, ADamagedRootIsAnErrorThatSaysWhatToDo) {
   Open(Role::kWorker, "mapper-1");
-  ASSERT_TRUE(WriteFileAtomic(dir_ + "/root.key", "nonsense", 8).ok());
-  const Result<SessionAccess> access = OpenSessionKeys(dir_, kSession, Role::kWorker, "mapper-1");
-  ASSERT_FALSE(access.ok());
-  EXPECT_NE(access.error().find("delete the folder"), std::string::npos) << access.error();
+  const Bytes whole = *ReadFile(dir_ + "/root.key");
+  for (size_t i = 0; i < whole.size(); ++i) {
+    Bytes damaged = whole;
+    damaged[i] ^= 1;
+    ASSERT_TRUE(WriteFileAtomic(dir_ + "/root.key", damaged).ok());
+    const Result<SessionAccess> access = OpenSessionKeys(dir_, kSession, Role::kWorker, "mapper-1");
+    ASSERT_FALSE(access.ok()) << "byte " << i;
+    EXPECT_NE(access.error().find("delete the folder"), std::string::npos) << access.error();
+  }
 }
 
 TEST_F(SessionKeysTest, ACredentialThatDoesNotHoldIsMadeAnew) {
