@@ -50,8 +50,8 @@ victim_instance() {
 kill_at() {
   local mark=$workspace/mark stopped victim
   session=$workspace/$1-$2-$3
-  cp -r "$workspace/two" "$session"
-  rm -f "$mark" "$session"/run/*.pid
+  "$SKEIN_BUILD/bin/skein" clone "$workspace/two" "$session" 2>/dev/null
+  rm -f "$mark"
   LD_PRELOAD=$stop_shim SKEIN_STOP_AT=$1 SKEIN_STOP_TEXT="SKEIN_SUBMIT_MERGE /$2" SKEIN_STOP_MARK=$mark \
     start_services "$session" "$url" --mappers 2 --hang-after 0 # the stopped one goes on
   wait_until 120 "somebody submits a merge's '$2'" test -s "$mark"
