@@ -84,7 +84,7 @@ TEST_F(SessionKeysTest, ACredentialThatCannotBeKeptServesAllTheSame) {
   Open(Role::kWorker, "mapper-1");
   for (const auto& entry : std::filesystem::directory_iterator(dir_)) {
     if (entry.path().extension() != ".credential") continue;
-    const std::filesystem::path path = entry.path();
+    const std::filesystem::path path(entry.path().string());
     std::filesystem::remove(path);
     std::filesystem::create_directories(path / "in the way");
     break;

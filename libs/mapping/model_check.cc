@@ -35,19 +35,19 @@ ShapeCheck CheckShape(const Bundle& bundle) {
 
 PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map) {
   PairCheck check;
-  int largest_surplus = 0;
   for (const auto& [id1, id2] : map.pairs()) {
     if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
     const Votes votes = CountVotes(options, map, id1, id2);
+    const Votes common_points = CountCommonPoints(map, id1, id2);
     check.num_pairs += votes.Sum() > 0;
-    const int surplus = votes.contradict - votes.agree;
-    if (surplus < options.min_contradiction && !IsTorn(CountCommonPoints(map, id1, id2))) continue;
+    const bool contradicts = votes.contradict - votes.agree >= options.min_contradiction;
+    if (!contradicts && !IsTorn(common_points)) continue;
     ++check.num_contradicting;
-    if (surplus <= largest_surplus) continue;
-    largest_surplus = surplus;
+    const int num_matches = contradicts ? votes.contradict : common_points.contradict;
+    if (num_matches <= check.num_contradicting_matches) continue;
     check.strongest1 = std::min(id1, id2);
     check.strongest2 = std::max(id1, id2);
-    check.num_contradicting_matches = votes.contradict;
+    check.num_contradicting_matches = num_matches;
   }
   return check;
 }

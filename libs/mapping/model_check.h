@@ -26,7 +26,7 @@ ShapeCheck CheckShape(const Bundle& bundle);
 struct PairCheck {
   int num_pairs = 0;  // of which matches could be compared: both keypoints have points
   int num_contradicting = 0;
-  // The pair with the largest surplus of contradicting matches, and these; 0: none.
+  // The pair with most contradicting matches, and these; 0: none.
   ImageId strongest1 = 0, strongest2 = 0;
   int num_contradicting_matches = 0;
 };

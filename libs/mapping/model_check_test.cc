@@ -89,7 +89,10 @@ TEST(ModelCheck, TornPairsContradictThoughTheyReproject) {
   EXPECT_EQ(CountVotes({}, map, 6, 7).contradict, 0);
   EXPECT_TRUE(IsTorn(CountCommonPoints(map, 6, 7)));
   EXPECT_FALSE(IsTorn(CountCommonPoints(map, 5, 6)));
-  EXPECT_EQ(CheckPairs({}, map).num_contradicting, 12);
+  const PairCheck check = CheckPairs({}, map);
+  EXPECT_EQ(check.num_contradicting, 12);
+  EXPECT_GE(check.strongest2, 7u);
+  EXPECT_GE(check.num_contradicting_matches, 30);
 }
 
 }  // namespace

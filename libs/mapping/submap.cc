@@ -345,16 +345,15 @@ void Submap::TryAllWaiting(const EventSink& sink) {
 }
 
 // From the photo that it began with, so that maps of two visually similar places do not change
-// places; then, as a map can be bent by how it began, from the best connected one.
+// places; then, as a map can be bent by how it began, from others.
 void Submap::Rebuild(const EventSink& sink) {
-  if (!map_->HasPhoto(first_) || num_pairs_rebuilt_ == map_->pairs().size()) return;
+  // A few more pairs than at the last time change nothing.
+  if (!map_->HasPhoto(first_) || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_) return;
   if (settled_.consistent || options_.IsStopped()) return;
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return;
   settled_.consistent = !MayWin(now);
-  std::vector<ImageId> starts = {first_};
-  if (BestConnected() != first_) starts.push_back(BestConnected());
-  for (const ImageId start : starts) {
+  for (const ImageId start : StartsAnew()) {
     if (!MayWin(now)) return;
     const std::unique_ptr<Submap> anew = MapAnew(*this, start);
     if (options_.IsStopped()) return;  // it may not be complete
@@ -364,15 +363,25 @@ void Submap::Rebuild(const EventSink& sink) {
   }
 }
 
-// The registered photo with most inliers.
-ImageId Submap::BestConnected() const {
-  std::pair<int64_t, ImageId> best{0, first_};
+// The first photo; then the best connected ones that share no pair with one before.
+std::vector<ImageId> Submap::StartsAnew() const {
+  constexpr size_t kMaxStarts = 4;
+  std::vector<std::pair<int64_t, ImageId>> ranked;  // -inliers
   for (const ImageId id : map_->reconstruction().RegImageIds()) {
     int64_t num_inliers = 0;
     for (const auto& [other, inliers] : map_->Neighbours(id)) num_inliers += inliers;
-    best = std::max(best, {num_inliers, id});
+    ranked.emplace_back(-num_inliers, id);
   }
-  return best.second;
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<ImageId> starts = {first_};
+  for (const auto& [unused, id] : ranked) {
+    const auto& neighbours = map_->Neighbours(id);
+    const bool apart = std::none_of(starts.begin(), starts.end(), [&, id = id](ImageId start) {
+      return start == id || neighbours.count(start) > 0;
+    });
+    if (apart && starts.size() < kMaxStarts) starts.push_back(id);
+  }
+  return starts;
 }
 
 // Looked at when its pairs have grown by half. Twice its photos show whether the other map carries.

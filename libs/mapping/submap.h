@@ -162,7 +162,7 @@ class Submap {
   void Rebuild(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   // Whether the matches that another map may win are enough for it to stay; whether it stayed.
-  ImageId BestConnected() const;
+  std::vector<ImageId> StartsAnew() const;
   bool MayWin(const MatchAgreement& now) const;
   bool TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink);
   void ReplaceByRebuilt(const Submap& anew, const EventSink& sink);
