@@ -2,6 +2,7 @@
 
 #include "ingest/ingest_options.h"
 #include "ingest/ingest_service.h"
+#include "ledger/session_folder.h"
 #include "node/service_options.h"
 
 int main(int argc, char** argv) {
@@ -17,6 +18,13 @@ int main(int argc, char** argv) {
   }
   if (node_options.session_dir.empty()) {
     std::fprintf(stderr, "skein-ingest: it keeps the session folder: give --session DIR\n");
+    return 2;
+  }
+  // A start that is tried again would not help.
+  const auto session = skein::OpenOrCreateSession(node_options.session_dir);
+  const skein::Status claimed = session.ok() ? skein::ClaimSession(*session) : session.status();
+  if (claimed.code == skein::StatusCode::kFailedPrecondition) {
+    std::fprintf(stderr, "skein-ingest: %s\n", claimed.error().c_str());
     return 2;
   }
   return skein::RunService(node_options, [&](skein::Node& node) {
