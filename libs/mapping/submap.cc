@@ -353,13 +353,14 @@ void Submap::Rebuild(const EventSink& sink) {
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return;
   settled_.consistent = !MayWin(now);
+  if (settled_.consistent) return;
   for (const ImageId start : StartsAnew()) {
-    if (!MayWin(now)) return;
     const std::unique_ptr<Submap> anew = MapAnew(*this, start);
     if (options_.IsStopped()) return;  // it may not be complete
     num_pairs_rebuilt_ = map_->pairs().size();
     if (anew == nullptr || !TakeIfBetter(anew.get(), now, sink)) continue;
     now = CountMatches(options_, *map_, waiting_);
+    if (!MayWin(now)) return;
   }
 }
 

@@ -10,11 +10,9 @@ namespace {
 
 constexpr double kTickS = 0.2;
 
-std::unique_ptr<Ledger> OpenLedger(const Session& session) {
-  auto ledger = Ledger::Open(session.paths.Ledger());
+std::unique_ptr<Ledger> OpenLedger(const SessionPaths& paths) {
+  auto ledger = Ledger::Open(paths.Ledger());
   if (!ledger.ok()) throw std::runtime_error(ledger.error());
-  const Status claimed = ClaimSession(session);
-  if (!claimed.ok()) throw std::runtime_error(claimed.error());
   return *std::move(ledger);
 }
 
@@ -24,7 +22,7 @@ SessionPaths PathsOf(const Node& node) { return {node.options().session_dir}; }
 
 IngestService::IngestService(Node& node, const IngestOptions& options)
     : node_(node),
-      writer_(OpenLedger({node.session_id(), PathsOf(node)}), node.session_id(), NowUs),
+      writer_(OpenLedger(PathsOf(node)), node.session_id(), NowUs),
       server_(node, writer_.durable_head(),
               [this](int64_t from_seq, int64_t to_seq, const LedgerServer::Visit& visit) {
                 for (const LedgerRecord& record : writer_.Range(from_seq, to_seq)) {

@@ -20,12 +20,12 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "skein-ingest: it keeps the session folder: give --session DIR\n");
     return 2;
   }
-  // A start that is tried again would not help.
   const auto session = skein::OpenOrCreateSession(node_options.session_dir);
   const skein::Status claimed = session.ok() ? skein::ClaimSession(*session) : session.status();
-  if (claimed.code == skein::StatusCode::kFailedPrecondition) {
+  if (!claimed.ok()) {
     std::fprintf(stderr, "skein-ingest: %s\n", claimed.error().c_str());
-    return 2;
+    // 2: a start that is tried again would not help.
+    return claimed.code == skein::StatusCode::kFailedPrecondition ? 2 : 1;
   }
   return skein::RunService(node_options, [&](skein::Node& node) {
     skein::IngestService service(node, options);
