@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
 # What merging does: each set with merging and without it, where every submap takes in all photos that
 # it can reach. Placements a photo, submaps, photos and points of each, how many submaps there were over
-# time, what merges were tried and cost. And, on each pair of submaps that the run without merging left,
+# time, what merges were tried and cost; seconds from when the ledger held enough to compare two submaps
+# to their merge. And, on each pair of submaps that the run without merging left,
 # Skein's merge beside COLMAP's model_merger.
 #
-#   benchmark/merging.sh [--sets "LIST"] [--datasets DIR] [--size WxH]
+#   benchmark/merging.sh [--sets "LIST"] [--merging "LIST"] [--datasets DIR] [--size WxH]
 #
 #   --sets "LIST"    default: all. Scenarios of skein sim: together disjoint relay rooms corridor twins;
 #                    real photos: fountain-P11 temple-ring caliterra south-building (in three agents by
 #                    file order)
+#   --merging "LIST" of: off on (default both)
 #   --datasets DIR   holds the real photos (default: ../shared/datasets beside the tree); what is absent
 #                    is left out
 #   --size WxH       of the synthetic photos (default 960x720)
@@ -17,9 +19,9 @@
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
-datasets=$SKEIN_ROOT/../shared/datasets size=960x720
+datasets=$SKEIN_ROOT/../shared/datasets size=960x720 merging="off on"
 sets="together disjoint relay rooms corridor twins fountain-P11 temple-ring caliterra south-building"
-take_options "sets datasets size" "$@"
+take_options "sets merging datasets size" "$@"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
@@ -81,11 +83,12 @@ row() {
   local session=$workspace/$1-$2 report=$workspace/$1-$2/report.json options=()
   [[ $2 == on ]] || options=(--no-merge --config "$workspace/every.toml")
   run_session "$session" "${options[@]}" >"$session.log" 2>&1 || { cat "$session.log" >&2; return 1; }
-  printf '| %s | %s | %s/%s | %s | %s | %s | %s | %s | %s | %s |\n' "$1" "$2" \
+  printf '| %s | %s | %s/%s | %s | %s | %s | %s | %s | %s | %s | %s |\n' "$1" "$2" \
     "$(jq .images.registered "$report")" "$num_photos" "$(jq '.images.placements / .images.received * 100 | round / 100' "$report")" "$(jq '.submaps | length' "$report")" \
     "$(jq -r '[.submaps[] | "\(.images) / \(.points)"] | join(", ")' "$report")" "$(rmse_of "$session/sparse/0")" \
     "$(jq -r '[.merges | length, (map(select(.state == "done")) | length), (map(select(.state == "undone")) | length)] | join(" / ")' "$report")" \
     "$(jq -r '[.merges[].duration_s] | if length == 0 then "-" else "\(add / length * 10 | round / 10) / \(max * 10 | round / 10)" end' "$report")" \
+    "$(jq -r '[.merges[] | select(.state == "done") | .since_evidence_s] | if length == 0 then "-" else sort | "\(.[(length - 1) / 2 | floor] * 10 | round / 10) / \(.[-1] * 10 | round / 10)" end' "$report")" \
     "$(submaps_over_time "$session")"
 }
 
@@ -125,15 +128,15 @@ merger_rows() {
 print_machine
 merger_table=$workspace/merger_table
 printf '[mapper]\none_home = false\n' >"$workspace/every.toml"
-echo '| set | merging | registered | placements a photo | submaps | photos / points of each | position RMSE of the largest, % of extent | merges tried / done / undone | s a merge, mean / most | submaps over time |'
-echo '|---|---|---|---|---|---|---|---|---|---|'
+echo '| set | merging | registered | placements a photo | submaps | photos / points of each | position RMSE of the largest, % of extent | merges tried / done / undone | s a merge, mean / most | s since evidence, median / most | submaps over time |'
+echo '|---|---|---|---|---|---|---|---|---|---|---|'
 for name in $sets; do
   [[ $name != *-* && $name != caliterra || -d $datasets/$name ]] || { echo "no $datasets/$name: left out"; continue; }
   choose_set "$name"
-  row "$name" off
-  row "$name" on
-  merger_rows "$name" >>"$merger_table"
+  for mode in $merging; do row "$name" "$mode"; done
+  [[ $merging != *off* ]] || merger_rows "$name" >>"$merger_table"
 done
+[[ -s $merger_table ]] || exit 0
 echo
 echo '| set | submaps | position RMSE of each, % | Skein, s | RMSE after | COLMAP model_merger | RMSE after |'
 echo '|---|---|---|---|---|---|---|'
