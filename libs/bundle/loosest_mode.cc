@@ -7,7 +7,7 @@
 #include <numeric>
 #include <random>
 #include <stdexcept>
-#include <unordered_map>
+#include <utility>
 
 #include "bundle/point_terms.h"
 #include "bundle/reduced_system.h"
@@ -258,15 +258,26 @@ Spectrum FindSpectrum(const ShapeCovariance& covariance, int size) {
   return spectrum;
 }
 
-// Points that each two poses share: at the lower index, by the higher one.
-std::vector<std::unordered_map<int, int>> SharedPoints(const Bundle& bundle) {
-  std::vector<std::unordered_map<int, int>> shared(bundle.poses.size());
+// For each pose the others that share points with it, and how many.
+std::vector<std::vector<std::pair<int, int>>> SharedPoints(const Bundle& bundle) {
+  const size_t num = bundle.poses.size();
+  std::vector<std::vector<const BundlePoint*>> points_of(num);
   for (const BundlePoint& point : bundle.points) {
     for (int i = point.first; i < point.first + point.count; ++i) {
-      for (int j = i + 1; j < point.first + point.count; ++j) {
-        const int a = bundle.observations[i].pose, b = bundle.observations[j].pose;
-        if (a != b) ++shared[std::min(a, b)][std::max(a, b)];
+      points_of[bundle.observations[i].pose].push_back(&point);
+    }
+  }
+  std::vector<std::vector<std::pair<int, int>>> shared(num);
+  std::vector<int> counts(num, 0);
+  for (size_t a = 0; a < num; ++a) {
+    for (const BundlePoint* point : points_of[a]) {
+      for (int i = point->first; i < point->first + point->count; ++i) {
+        ++counts[bundle.observations[i].pose];
       }
+    }
+    for (size_t b = 0; b < num; ++b) {
+      const int count = std::exchange(counts[b], 0);
+      if (count > 0 && b != a) shared[a].emplace_back(static_cast<int>(b), count);
     }
   }
   return shared;
@@ -281,14 +292,7 @@ struct SpanningTree {
 // By Prim's algorithm.
 SpanningTree MaximumSpanningTree(const Bundle& bundle) {
   const int num = static_cast<int>(bundle.poses.size());
-  std::vector<std::vector<std::pair<int, int>>> edges(num);
-  const auto shared = SharedPoints(bundle);
-  for (int a = 0; a < num; ++a) {
-    for (const auto& [b, count] : shared[a]) {
-      edges[a].emplace_back(b, count);
-      edges[b].emplace_back(a, count);
-    }
-  }
+  const auto edges = SharedPoints(bundle);
   SpanningTree tree{{}, std::vector<int>(num, -1)};
   std::vector<int> best(num, 0);
   std::vector<bool> is_in(num, false);

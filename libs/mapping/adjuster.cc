@@ -136,9 +136,10 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   NoteSize();
 }
 
-void Adjuster::Check() {
+void Adjuster::Check(bool shape_is_known) {
   const Timer timer;
-  check_ = {CheckShape(BuildGlobalBundle(map_, true)), CheckPairs(options_.misplaced, map_)};
+  if (!shape_is_known) check_.shape = CheckShape(BuildGlobalBundle(map_, true));
+  check_.pairs = CheckPairs(options_.misplaced, map_);
   LogInfo(
       "checked {} photos: position sigma {:.3f} % of the extent, {} of {} pairs contradict ({:.2f} "
       "s)",

@@ -48,7 +48,8 @@ class Adjuster {
   }
   // What the map's residuals don't show, as of the last call, of background BA or of Check.
   void NoteShape(const ShapeCheck& shape) { check_.shape = shape; }
-  void Check();
+  // `shape_is_known`: a background BA of the same photos has told it.
+  void Check(bool shape_is_known);
   const ModelCheck& check() const { return check_; }
   // Wall time of the last global BA; 0 before the first.
   double last_global_ba_s() const { return last_global_ba_s_; }

@@ -32,7 +32,7 @@ Maintenance::ToCheck Maintenance::DoPart(bool at_rest) {
   if (const auto refined = background_.TakeIfDone()) {
     FoldBackRefined(*refined);
     BeginPhases();
-    return {adjuster_.TakeAdjusted(), {}, false, false};
+    return {adjuster_.TakeAdjusted(), {}, false, false, true};
   }
   switch (phase_) {
     case Phase::kPoints:

@@ -25,6 +25,7 @@ class Maintenance {
     std::vector<ImageId> contradicted;  // may be contradicted by their matches
     bool all_checked = false;           // the last part of the last phase is done
     bool ba_began = false;              // a global BA of a map at rest
+    bool ba_ended = false;              // a global BA is folded back
   };
   // `at_rest`: no photo came for a while, so a map that has grown by less gets its global BA, too.
   ToCheck DoPart(bool at_rest);

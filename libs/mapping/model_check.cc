@@ -37,11 +37,15 @@ PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map) {
   PairCheck check;
   for (const auto& [id1, id2] : map.pairs()) {
     if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
-    const Votes votes = CountVotes(options, map, id1, id2);
     const Votes common_points = CountCommonPoints(map, id1, id2);
-    check.num_pairs += votes.Sum() > 0;
+    if (common_points.Sum() == 0) continue;
+    ++check.num_pairs;
+    // Only matches without a common point can contradict.
+    const bool is_torn = IsTorn(common_points);
+    if (!is_torn && common_points.contradict < options.min_contradiction) continue;
+    const Votes votes = CountVotes(options, map, id1, id2);
     const bool contradicts = votes.contradict - votes.agree >= options.min_contradiction;
-    if (!contradicts && !IsTorn(common_points)) continue;
+    if (!contradicts && !is_torn) continue;
     ++check.num_contradicting;
     const int num_matches = contradicts ? votes.contradict : common_points.contradict;
     if (num_matches <= check.num_contradicting_matches) continue;

@@ -205,6 +205,7 @@ bool Submap::Maintain(bool at_rest, const EventSink& sink) {
   WithdrawContradicted(check.contradicted, sink);
   if (check.all_checked && may_be_misplaced_) WithdrawMisplaced(sink);
   if (check.ba_began) settled_.refined = true;
+  if (check.ba_ended && settled_.refined) settled_.shape_known = true;
   settled_.checked |=
       check.all_checked && settled_.refined && !maintenance_.HasWork() && !options_.IsStopped();
   return maintenance_.HasWork();
@@ -456,7 +457,7 @@ void Submap::Finish(const EventSink& sink) {
   timer.Restart();
   AdjustGlobally(5, true, true);
   WithdrawWeak(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
-  if (!options_.IsStopped()) adjuster_.Check();
+  if (!options_.IsStopped()) adjuster_.Check(settled_.shape_known);
   const GlobalBaCost cost = adjuster_.TakeCost();
   LogInfo("final model: points anew {:.2f} s, {} ({:.2f} s)", triangulate_s, ToString(cost),
           timer.ElapsedS());

@@ -180,6 +180,7 @@ class Submap {
   // What a finish need not do again, as no photo has come or gone since:
   struct Settled {
     bool refined = false;         // a global BA has begun, or has been done
+    bool shape_known = false;     // by a background BA
     bool checked = false;         // it is done, and no photo contradicts the map
     bool none_misplaced = false;  // nor is a group of photos misplaced
     bool all_tried = false;       // every waiting photo was tried against it
