@@ -5,6 +5,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "clients/client_node.h"
 #include "clients/folder_watch.h"
@@ -12,6 +13,7 @@
 #include "clients/progress_bar.h"
 #include "clients/publisher.h"
 #include "clients/subcommand.h"
+#include "clients/video/video_photos.h"
 #include "core/clock.h"
 #include "photo/photo_name.h"
 
@@ -27,6 +29,8 @@ struct AgentOptions {
   std::string images;
   std::string order = "name";
   bool watch = false;
+  std::string video;
+  FramePickerOptions frames;
 };
 
 // Counts, and what to say at the end.
@@ -54,14 +58,30 @@ class Summary {
 };
 
 std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* options) {
-  CLI::App app("Publishes the photos of a folder to a session. What is there already is skipped.",
-               "skein agent");
+  CLI::App app(
+      "Publishes the photos of a folder to a session, or sharp frames of a video. What is there\n"
+      "already is skipped.",
+      "skein agent");
   AddClientOptions(app, &options->client);
   app.add_option("--name", options->publisher.agent,
                  "Name of the agent, e.g. alice; with --invite that of the invitation");
-  app.add_option("--images", options->images, "Folder of JPEG, PNG or TIFF photos")
-      ->required()
-      ->check(CLI::ExistingDirectory);
+  app.add_option("--images", options->images,
+                 "Folder of JPEG, PNG or TIFF photos; with --video where its photos are kept")
+      ->required();
+  app.add_option("--video", options->video,
+                 "FILE (or a series of images, frame_%04d.jpg), URL of a stream, or /dev/videoN");
+  app.add_option("--min-motion", options->frames.min_motion,
+                 "Of a video: least motion between photos, as a share of the longest side")
+      ->capture_default_str();
+  app.add_option("--max-motion", options->frames.max_motion,
+                 "The most; the sharpest frame in between is taken")
+      ->capture_default_str();
+  app.add_option("--min-overlap", options->frames.min_overlap,
+                 "Share of a photo's points that must be found again, else a photo is taken")
+      ->capture_default_str();
+  app.add_option("--min-sharpness", options->frames.min_sharpness,
+                 "Leave out frames with less than this share of their neighbours' sharpness")
+      ->capture_default_str();
   app.add_option("--rate", options->publisher.rate_hz,
                  "Photos a second (default: as fast as they are taken)")
       ->check(CLI::NonNegativeNumber);
@@ -76,10 +96,30 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
   return ParseCommandLine(app, argc, argv);
 }
 
+Status ProvideFolder(const AgentOptions& options) {
+  std::error_code error;
+  if (!options.video.empty()) std::filesystem::create_directories(options.images, error);
+  if (error) return InvalidArgument("--images: cannot create " + options.images);
+  if (std::filesystem::is_directory(options.images, error)) return Status::Ok();
+  return InvalidArgument("--images: " + options.images + " is no folder");
+}
+
+// Photos that a former run took from the video are in the folder already.
+std::unique_ptr<VideoPhotos> OpenVideo(const AgentOptions& options, PollLoop& loop,
+                                       const std::vector<PhotoFile>& photos, Publisher* publisher) {
+  if (options.video.empty()) return nullptr;
+  std::set<std::string> known;
+  for (const PhotoFile& photo : photos) known.insert(photo.name);
+  return std::make_unique<VideoPhotos>(
+      loop, options.video, options.images, options.frames, std::move(known),
+      [publisher](std::vector<PhotoFile> taken) { publisher->Add(std::move(taken)); });
+}
+
 int Publish(AgentOptions options, const PhotoOrder& order) {
   const auto node = MakeAgentNode(options.client, &options.publisher.agent);
-  std::vector<PhotoFile> photos = ListPhotos(options.images, order);
-  if (photos.empty() && !options.watch) {
+  const std::vector<PhotoFile> photos = ListPhotos(options.images, order);
+  const bool may_grow = options.watch || !options.video.empty();
+  if (photos.empty() && !may_grow) {
     std::cerr << "skein agent: no photos in " << options.images << std::endl;
     return kExitError;
   }
@@ -89,14 +129,16 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
   Summary summary;
   Publisher publisher(*node, options.publisher, [&](const PublishedPhoto& photo) {
     summary.Add(photo);
-    if (!options.watch) bar.Add();
+    if (!may_grow) bar.Add();
   });
-  publisher.Add(std::move(photos));
+  publisher.Add(photos);
   if (options.watch) node->loop().AddTimer(kRescanS, [&] { publisher.Add(watch.Scan()); });
-  const auto done = [&] { return !options.watch && publisher.done(); };
+  const auto video = OpenVideo(options, node->loop(), photos, &publisher);
+  const auto done = [&] { return !options.watch && publisher.done() && (!video || video->done()); };
   while (!done() && !node->loop().interrupted()) node->loop().RunUntil(done, kRescanS);
   summary.Print(options.publisher.agent);
-  if (!publisher.done()) {
+  if (video) std::cout << video->Summary() << std::endl;
+  if (!publisher.done() || (video && !video->done() && !video->is_live())) {
     std::cerr << "skein agent: interrupted before all photos were taken; run it again to go on"
               << std::endl;
     return kExitError;
@@ -112,8 +154,10 @@ int RunAgent(int argc, char** argv) {
   const Result<PhotoOrder> order = ParsePhotoOrder(options.order);
   const bool is_named = options.client.node.invite.empty() || !options.publisher.agent.empty();
   const Status name = is_named ? CheckAgentName(options.publisher.agent) : Status::Ok();
-  if (!order.ok() || !name.ok()) {
-    std::cerr << "skein agent: " << (order.ok() ? name.error() : order.error()) << std::endl;
+  for (const Status& status :
+       {order.status(), name, options.frames.Check(), ProvideFolder(options)}) {
+    if (status.ok()) continue;
+    std::cerr << "skein agent: " << status.error() << std::endl;
     return kExitUsage;
   }
   return Publish(options, *order);

@@ -13,7 +13,7 @@ namespace skein::sim {
 namespace {
 
 constexpr int64_t kSessionStartUs = 1777629600LL * 1000000;  // 2026-05-01 10:00:00 UTC
-constexpr GpsTag kOrigin{48.1, 11.5, 520};
+constexpr GpsPosition kOrigin{48.1, 11.5, 520};
 constexpr double kMetresPerDegree = 111320;
 
 constexpr double kVideoReadoutS = 0.025, kVideoExposureS = 1.0 / 60;
@@ -36,7 +36,7 @@ std::vector<Camera> BodyOfEachAgent(const SimOptions& options) {
   return cameras;
 }
 
-GpsTag GpsAt(const Eigen::Vector3d& center, Random* random) {
+GpsPosition GpsAt(const Eigen::Vector3d& center, Random* random) {
   const double east = center.x() + 2 * random->Gaussian(),
                north = center.y() + 2 * random->Gaussian();
   return {kOrigin.latitude_deg + north / kMetresPerDegree,

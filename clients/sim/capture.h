@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "clients/sim/effects.h"
-#include "clients/sim/photo_file.h"
 #include "clients/sim/render.h"
 #include "clients/sim/scenario.h"
+#include "photo/photo_encoding.h"
 
 namespace skein::sim {
 

@@ -1,11 +1,9 @@
 #include <gtest/gtest.h>
-#include <libexif/exif-data.h>
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "clients/sim/camera.h"
-#include "clients/sim/photo_file.h"
 #include "clients/sim/render.h"
 #include "clients/sim/scenario.h"
 #include "clients/sim/test_places.h"
@@ -53,29 +51,6 @@ TEST(Render, IsAFunctionOfItsSeed) {
   };
   EXPECT_EQ(cv::norm(render(5), render(5)), 0);
   EXPECT_GT(cv::norm(render(5), render(6)), 0);
-}
-
-TEST(PhotoFile, ExifIsReadByLibexif) {
-  ExifInfo info;
-  info.make = "Skein";
-  info.model = "Simulated camera 12";
-  info.capture_utime_us = 1777629600LL * 1000000 + 250000;
-  info.focal_mm = 5;
-  info.focal_35mm = 31;
-  info.gps = GpsTag{-48.25, 11.5, 520};
-  const std::vector<uint8_t> jpeg = EncodePhoto(cv::Mat3b(64, 64, cv::Vec3b(9, 9, 9)), &info, 90);
-  ExifData* exif = exif_data_new_from_data(jpeg.data(), static_cast<unsigned>(jpeg.size()));
-  ASSERT_NE(exif, nullptr);
-  const auto text = [&](ExifIfd ifd, int tag) {
-    char value[64] = "";
-    ExifEntry* entry = exif_content_get_entry(exif->ifd[ifd], static_cast<ExifTag>(tag));
-    return std::string(entry ? exif_entry_get_value(entry, value, sizeof value) : "");
-  };
-  EXPECT_EQ(text(EXIF_IFD_0, EXIF_TAG_MODEL), "Simulated camera 12");
-  EXPECT_EQ(text(EXIF_IFD_EXIF, EXIF_TAG_DATE_TIME_ORIGINAL), "2026:05:01 10:00:00");
-  EXPECT_EQ(text(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM), "31");
-  EXPECT_EQ(text(EXIF_IFD_GPS, EXIF_TAG_GPS_LATITUDE_REF), "S");
-  exif_data_unref(exif);
 }
 
 TEST(Walks, CorridorCentresLieOnALine) {

@@ -1,4 +1,4 @@
-// A rendered photo as a camera would store it: JPEG with EXIF.
+// A photo as a camera would store it: JPEG with EXIF.
 #pragma once
 
 #include <cstdint>
@@ -7,19 +7,18 @@
 #include <string>
 #include <vector>
 
-namespace skein::sim {
+#include "photo/exif.h"
 
-struct GpsTag {
-  double latitude_deg, longitude_deg, altitude_m;
-};
+namespace skein {
 
+// What is 0 is left out.
 struct ExifInfo {
   std::string make, model;
   int64_t capture_utime_us = 0;  // UTC
   double focal_mm = 0;
   int focal_35mm = 0;  // focal length in pixels * 36 mm / longer side, rounded as cameras do
   int width = 0, height = 0;
-  std::optional<GpsTag> gps;
+  std::optional<GpsPosition> gps;
 };
 
 // The APP1 segment's payload: "Exif\0\0" and a little-endian TIFF structure.
@@ -28,4 +27,4 @@ std::vector<uint8_t> EncodeExif(const ExifInfo& info);
 // JPEG bytes; `exif` null: none. Throws when OpenCV cannot encode.
 std::vector<uint8_t> EncodePhoto(const cv::Mat3b& image, const ExifInfo* exif, int quality);
 
-}  // namespace skein::sim
+}  // namespace skein

@@ -1,4 +1,4 @@
-#include "clients/sim/photo_file.h"
+#include "photo/photo_encoding.h"
 
 #include <cmath>
 #include <cstdio>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace skein::sim {
+namespace skein {
 namespace {
 
 using Bytes = std::vector<uint8_t>;
@@ -85,7 +85,13 @@ std::string ExifTime(int64_t utime_us) {
   return text;
 }
 
-std::vector<Entry> GpsEntries(const GpsTag& gps) {
+std::string Subsecond(int64_t utime_us) {
+  char text[8];
+  std::snprintf(text, sizeof text, "%03d", static_cast<int>(utime_us / 1000 % 1000));
+  return text;
+}
+
+std::vector<Entry> GpsEntries(const GpsPosition& gps) {
   const auto angle = [](uint16_t tag, double degrees) {
     const double whole = std::floor(std::abs(degrees));
     const double minutes = (std::abs(degrees) - whole) * 60;
@@ -104,24 +110,26 @@ std::vector<Entry> GpsEntries(const GpsTag& gps) {
 }  // namespace
 
 Bytes EncodeExif(const ExifInfo& info) {
-  char subsecond[8];
-  std::snprintf(subsecond, sizeof subsecond, "%03d",
-                static_cast<int>(info.capture_utime_us / 1000 % 1000));
-  const std::vector<Entry> photo = {Ascii(0x9003, ExifTime(info.capture_utime_us)),
-                                    Ascii(0x9291, subsecond),
-                                    Rationals(0x920a, {{info.focal_mm, 1000}}),
-                                    Long(0xa002, info.width),
-                                    Long(0xa003, info.height),
-                                    Short(0xa405, info.focal_35mm)};
-  std::vector<Entry> image = {Ascii(0x010f, info.make), Ascii(0x0110, info.model), Short(0x0112, 1),
-                              Ascii(0x0132, ExifTime(info.capture_utime_us)), Long(0x8769, 0)};
+  std::vector<Entry> image = {Ascii(0x010f, info.make), Ascii(0x0110, info.model),
+                              Short(0x0112, 1)};
+  std::vector<Entry> photo;
+  const bool has_time = info.capture_utime_us != 0;
+  if (has_time) image.push_back(Ascii(0x0132, ExifTime(info.capture_utime_us)));
+  if (has_time) photo.push_back(Ascii(0x9003, ExifTime(info.capture_utime_us)));
+  if (info.focal_mm > 0) photo.push_back(Rationals(0x920a, {{info.focal_mm, 1000}}));
+  if (has_time) photo.push_back(Ascii(0x9291, Subsecond(info.capture_utime_us)));
+  photo.push_back(Long(0xa002, info.width));
+  photo.push_back(Long(0xa003, info.height));
+  if (info.focal_35mm > 0) photo.push_back(Short(0xa405, info.focal_35mm));
+  const size_t photo_link = image.size();
+  image.push_back(Long(0x8769, 0));
   if (info.gps) image.push_back(Long(0x8825, 0));
   constexpr uint32_t kHeader = 8;
   const uint32_t photo_at = kHeader + EncodeDirectory(image, kHeader).size();
   const Bytes photo_directory = EncodeDirectory(photo, photo_at);
   const uint32_t gps_at = photo_at + photo_directory.size();
-  image[4] = Long(0x8769, photo_at);
-  if (info.gps) image[5] = Long(0x8825, gps_at);
+  image[photo_link] = Long(0x8769, photo_at);
+  if (info.gps) image[photo_link + 1] = Long(0x8825, gps_at);
 
   Bytes exif = {'E', 'x', 'i', 'f', 0, 0, 'I', 'I', 42, 0, kHeader, 0, 0, 0};
   const auto append = [&](const Bytes& part) { exif.insert(exif.end(), part.begin(), part.end()); };
@@ -145,4 +153,4 @@ Bytes EncodePhoto(const cv::Mat3b& image, const ExifInfo* exif, int quality) {
   return jpeg;
 }
 
-}  // namespace skein::sim
+}  // namespace skein
