@@ -16,6 +16,7 @@
 
 #include "clients/store/session_check.h"
 #include "core/file.h"
+#include "core/files_under.h"
 #include "core/hash.h"
 #include "geometry/model_poses.h"
 #include "session/session_history.h"
@@ -67,12 +68,11 @@ class Invariants {
     for (const Fact& fact : check_.facts) {
       if (const auto* image = std::get_if<image_t>(&fact)) ++times[image->blob_id];
     }
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-      if (!entry.is_regular_file()) continue;
-      const Result<Bytes> bytes = ReadFile(entry.path().string());
+    for (const fs::path& file : FilesUnder(folder)) {
+      const Result<Bytes> bytes = ReadFile(file.string());
       const int found = bytes.ok() ? times[HashBytes(bytes->data(), bytes->size())] : 0;
       if (found != 1) {
-        Breach(entry.path().string() + " is in the ledger " + std::to_string(found) + " times");
+        Breach(file.string() + " is in the ledger " + std::to_string(found) + " times");
       }
     }
   }

@@ -13,8 +13,7 @@
 #include "blobs/blob_store.h"
 #include "clients/progress_bar.h"
 #include "formats/formats.h"
-#include "ledger/facts.h"
-#include "ledger/ledger_store.h"
+#include "ledger/ledger_record.h"
 
 namespace skein {
 namespace {
@@ -153,9 +152,8 @@ Status WriteFacts(const Ledger& ledger, DatabaseWriter* writer) {
   Status failure;
   const Status read = ledger.ForEach([&](const LedgerRecord& record) {
     progress.Add();
-    const int kind = FactKindFromName(record.kind);
-    if (!failure.ok() || kind < 0) return;
-    const Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
+    if (!failure.ok()) return;
+    const Result<Fact> fact = DecodeRecord(record);
     failure = (fact ? writer->Write(*fact) : fact.status()).Within(record.fact_id);
   });
   return read.ok() ? failure : read;

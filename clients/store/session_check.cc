@@ -7,7 +7,9 @@
 #include "blobs/blob_store.h"
 #include "core/checksum_list.h"
 #include "core/file.h"
+#include "core/files_under.h"
 #include "core/hash.h"
+#include "ledger/ledger_record.h"
 #include "ledger/write_ahead_log.h"
 #include "session/needed_blobs.h"
 #include "session/session_state.h"
@@ -23,16 +25,6 @@ using Remedy = Finding::Remedy;
 std::string HashOfFile(const fs::path& file) {
   const Result<Bytes> bytes = ReadFile(file.string());
   return bytes.ok() ? HashBytes(bytes->data(), bytes->size()) : "";
-}
-
-std::vector<fs::path> FilesUnder(const fs::path& dir) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(dir, error)) {
-    if (entry.is_regular_file()) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
 }
 
 class Checker {
@@ -57,7 +49,7 @@ class Checker {
   }
   std::string NameOf(const std::string& blob) const { return Relative(store_.Path(blob)); }
   std::string Relative(const fs::path& file) const {
-    return fs::relative(file, paths_.root).string();
+    return file.lexically_relative(paths_.root).string();
   }
   void Count() {
     if (progress_ && num_files_ > 0) progress_(static_cast<double>(++num_read_) / num_files_);
@@ -88,15 +80,13 @@ class Checker {
     }
     std::map<std::string, size_t> ids;
     for (const LedgerRecord& record : check_.ledger.records) {
-      const Result<Fact> fact =
-          DecodeFact(FactKindFromName(record.kind), record.payload.data(), record.payload.size());
+      const Result<Fact> fact = DecodeRecord(record);
       if (fact.ok()) {
         check_.facts.push_back(*fact);
         ++ids[Header(*fact).session_id];
       } else {
         check_.ledger.damage.push_back(fact.error());
-        Add("ledger.db", "fact " + std::to_string(record.seq) + ": " + fact.error(),
-            Remedy::kMakeAnew);
+        Add("ledger.db", fact.error(), Remedy::kMakeAnew);
       }
     }
     CheckSessionId(ids);

@@ -6,7 +6,8 @@
 #include "blobs/blob_store.h"
 #include "clients/store/session_writer.h"
 #include "core/checksum_list.h"
-#include "ledger/ledger_store.h"
+#include "ledger/ledger_record.h"
+#include "ledger/photo_file.h"
 #include "session/needed_blobs.h"
 #include "session/session_state.h"
 
@@ -30,8 +31,7 @@ Result<Contents> ReadContents(const SessionPaths& paths) {
   contents.notes = survey.notes;
   SessionState state;
   for (const LedgerRecord& record : survey.records) {
-    const Result<Fact> fact =
-        DecodeFact(FactKindFromName(record.kind), record.payload.data(), record.payload.size());
+    const Result<Fact> fact = DecodeRecord(record);
     if (!fact.ok()) return fact.status();
     state.Apply(*fact);
     contents.facts.push_back(*fact);
@@ -39,10 +39,6 @@ Result<Contents> ReadContents(const SessionPaths& paths) {
   contents.blobs = NeededBlobs(state);
   for (const auto& [id, photo] : state.photos()) contents.blobs.erase(photo.image.blob_id);
   return contents;
-}
-
-void Require(const Status& status) {
-  if (!status.ok()) throw std::runtime_error(status.error());
 }
 
 class Cloner {
@@ -81,7 +77,7 @@ class Cloner {
   void Copy(const image_t& image) {
     const Result<Bytes> bytes = source_.Get(image.blob_id);
     Require(bytes.status().Within("photo " + image.agent + "/" + image.name));
-    Require(LinkPhoto(to_, image, *bytes));
+    Require(StorePhoto(to_, image.agent, image.name, *bytes));
   }
 
   // Where a finish writes them just now, they are left out.

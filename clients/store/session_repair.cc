@@ -11,6 +11,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "ledger/ledger_store.h"
+#include "ledger/photo_file.h"
 
 namespace skein {
 
@@ -76,13 +77,9 @@ class Repairer {
   }
 
  private:
-  void Require(const Status& status) {
-    if (!status.ok()) throw std::runtime_error(status.error());
-  }
-
   void SetAside(const fs::path& path) {
     if (!fs::exists(path)) return;
-    const fs::path name = fs::relative(path, paths_.root);
+    const fs::path name = path.lexically_relative(paths_.root);
     fs::path aside = paths_.root / "damaged" / name;
     for (int number = 2; fs::exists(aside); ++number) {
       aside = paths_.root / "damaged" / (name.string() + "~" + std::to_string(number));
@@ -112,7 +109,7 @@ class Repairer {
       return;
     }
     if (!sound_copy) SetAside(file);
-    Require(LinkPhoto(paths_, image, blob.ok() ? *blob : *copy));
+    Require(StorePhoto(paths_, image.agent, image.name, blob.ok() ? *blob : *copy));
     repaired_.done.push_back("photo " + name + " is restored from its second copy");
   }
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/bytes.h"
 #include "core/result.h"
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
@@ -17,10 +16,10 @@ namespace skein {
 Status WriteLedger(const std::filesystem::path& path, const std::string& session_id,
                    std::vector<Fact> facts, const std::vector<LedgerNote>& notes);
 
+// Throws std::runtime_error where the status is an error.
+void Require(const Status& status);
+
 // Removes the files of a ledger.
 void RemoveLedger(const std::filesystem::path& path);
-
-// Stores the photo as a blob and as a link to it, images/AGENT/NAME.
-Status LinkPhoto(const SessionPaths& paths, const image_t& image, const Bytes& bytes);
 
 }  // namespace skein

@@ -13,8 +13,10 @@
 #include "clients/store/session_writer.h"
 #include "core/checksum_list.h"
 #include "core/file.h"
+#include "core/files_under.h"
 #include "core/hash.h"
 #include "ledger/fact_ids.h"
+#include "ledger/photo_file.h"
 #include "testing/test_folder.h"
 
 namespace skein {
@@ -68,7 +70,7 @@ class SessionMaker {
     image.agent = "alice";
     image.name = number + ".jpg";
     image.blob_id = HashBytes(Content("photo" + number).data(), Content("photo" + number).size());
-    EXPECT_TRUE(LinkPhoto(paths_, image, Content("photo" + number)).ok());
+    EXPECT_TRUE(StorePhoto(paths_, image.agent, image.name, Content("photo" + number)).ok());
     Add(image, ImageFactId(image.blob_id));
     features_t features{};
     features.image_id = id;
@@ -127,10 +129,9 @@ class SessionMaker {
 
 std::vector<fs::path> FilesIn(const fs::path& dir) {
   std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(dir)) {
-    if (entry.is_regular_file() && entry.file_size() > 0) files.push_back(entry.path());
+  for (const fs::path& file : FilesUnder(dir)) {
+    if (fs::file_size(file) > 0) files.push_back(file);
   }
-  std::sort(files.begin(), files.end());
   return files;
 }
 

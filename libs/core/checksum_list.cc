@@ -1,9 +1,9 @@
 #include "core/checksum_list.h"
 
-#include <algorithm>
 #include <sstream>
 
 #include "core/file.h"
+#include "core/files_under.h"
 #include "core/hash.h"
 
 namespace skein {
@@ -16,13 +16,13 @@ namespace {
 constexpr size_t kHashSize = 64;
 constexpr size_t kGapSize = 2;
 
-std::vector<std::string> FilesUnder(const fs::path& root, const std::string& path) {
+// Relative to `root`: the file, or all below the folder.
+std::vector<std::string> FilesOf(const fs::path& root, const std::string& path) {
   if (!fs::is_directory(root / path)) return {path};
   std::vector<std::string> files;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / path)) {
-    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), root).string());
+  for (const fs::path& file : FilesUnder(root / path)) {
+    files.push_back(file.lexically_relative(root).string());
   }
-  std::sort(files.begin(), files.end());
   return files;
 }
 
@@ -37,7 +37,7 @@ Status WriteChecksumList(const fs::path& root, const std::string& list_name,
                          const std::vector<std::string>& paths) {
   std::string list;
   for (const std::string& path : paths) {
-    for (const std::string& file : FilesUnder(root, path)) {
+    for (const std::string& file : FilesOf(root, path)) {
       const Result<Bytes> bytes = ReadFile((root / file).string());
       if (!bytes.ok()) return bytes.status();
       list += HashBytes(bytes->data(), bytes->size()) + "  " + file + "\n";

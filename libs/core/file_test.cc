@@ -5,6 +5,9 @@
 
 #include <filesystem>
 #include <thread>
+#include <vector>
+
+#include "core/files_under.h"
 
 namespace skein {
 namespace {
@@ -68,6 +71,15 @@ TEST_F(FileTest, ConcurrentWritersLeaveOneWholeFile) {
   ASSERT_TRUE(bytes.ok());
   EXPECT_EQ(*bytes, Bytes(10000 + bytes->at(0), bytes->at(0)));
   EXPECT_EQ(NumFiles(), 1u);
+}
+
+TEST_F(FileTest, FindsTheFilesUnderAFolder) {
+  std::filesystem::create_directories(Path("a/b"));
+  ASSERT_TRUE(WriteFileAtomic(Path("z"), Bytes{1}).ok());
+  ASSERT_TRUE(WriteFileAtomic(Path("a/b/y"), Bytes{1}).ok());
+  std::filesystem::create_directory_symlink(folder_, Path("a/loop"));
+  EXPECT_EQ(FilesUnder(folder_), (std::vector<std::filesystem::path>{Path("a/b/y"), Path("z")}));
+  EXPECT_TRUE(FilesUnder(Path("absent")).empty());
 }
 
 }  // namespace

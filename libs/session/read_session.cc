@@ -1,5 +1,7 @@
 #include "session/read_session.h"
 
+#include "ledger/ledger_record.h"
+
 namespace skein {
 
 Result<SessionState> ReadSession(const Ledger& ledger) {
@@ -7,12 +9,11 @@ Result<SessionState> ReadSession(const Ledger& ledger) {
   Status failure;
   const Status read = ledger.ForEach([&](const LedgerRecord& record) {
     if (!failure.ok()) return;
-    const int kind = FactKindFromName(record.kind);
-    const Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
+    const Result<Fact> fact = DecodeRecord(record);
     if (fact.ok()) {
       state.Apply(*fact);
     } else {
-      failure = fact.status().Within("ledger, fact " + std::to_string(record.seq));
+      failure = fact.status();
     }
   });
   if (!read.ok()) return read;

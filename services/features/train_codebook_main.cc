@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/file.h"
+#include "core/files_under.h"
 #include "features/sift.h"
 #include "features/train_codebook.h"
 #include "photo/image_decoding.h"
@@ -17,9 +18,7 @@ namespace {
 std::vector<std::string> PhotosIn(const std::vector<std::string>& folders) {
   std::vector<std::string> paths;
   for (const auto& folder : folders) {
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-      if (entry.is_regular_file()) paths.push_back(entry.path());
-    }
+    for (const fs::path& file : skein::FilesUnder(folder)) paths.push_back(file);
   }
   std::sort(paths.begin(), paths.end());
   return paths;

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "core/file.h"
+#include "core/files_under.h"
 #include "core/hash.h"
 #include "core/log.h"
 #include "core/option_check.h"
@@ -21,10 +22,10 @@ Status GarbageOptions::Check() const {
 
 std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type before) {
   std::vector<fs::path> files;
-  std::error_code error;  // what vanishes meanwhile is no concern
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(dir, error)) {
-    const bool old = entry.is_regular_file(error) && entry.last_write_time(error) < before;
-    if (old && !error) files.push_back(entry.path());
+  for (const fs::path& file : FilesUnder(dir)) {
+    std::error_code vanished;
+    const bool is_old = fs::last_write_time(file, vanished) < before;
+    if (is_old && !vanished) files.push_back(file);
   }
   return files;
 }

@@ -5,26 +5,9 @@
 
 #include "core/log.h"
 #include "ingest/submission_rules.h"
+#include "ledger/ledger_record.h"
 
 namespace skein {
-namespace {
-
-Fact DecodeRecord(const LedgerRecord& record) {
-  const int kind = FactKindFromName(record.kind);
-  Result<Fact> fact = DecodeFact(kind, record.payload.data(), record.payload.size());
-  if (fact.ok()) return *std::move(fact);
-  throw std::runtime_error(
-      "ledger: fact " + std::to_string(record.seq) +
-      " cannot be read (written by another version of Skein?): " + fact.error());
-}
-
-LedgerRecord EncodeRecord(const Fact& fact) {
-  const fact_header_t& header = Header(fact);
-  return {header.seq, header.fact_id, FactKindName(fact), header.utime_us, EncodeFact(fact)};
-}
-
-}  // namespace
-
 LedgerWriter::LedgerWriter(std::unique_ptr<Ledger> ledger, std::string session_id,
                            std::function<int64_t()> now_us)
     : ledger_(std::move(ledger)), session_id_(std::move(session_id)), now_us_(std::move(now_us)) {
@@ -33,12 +16,13 @@ LedgerWriter::LedgerWriter(std::unique_ptr<Ledger> ledger, std::string session_i
 
 void LedgerWriter::Replay() {
   const Status status = ledger_->ForEach([&](const LedgerRecord& record) {
-    const Fact fact = DecodeRecord(record);
-    if (Header(fact).session_id != session_id_) {
+    const Result<Fact> fact = DecodeRecord(record);
+    if (!fact.ok()) throw std::runtime_error(fact.error());
+    if (Header(*fact).session_id != session_id_) {
       throw std::runtime_error("session.json has the id " + session_id_ + ", the ledger " +
-                               Header(fact).session_id + "; run `skein repair`");
+                               Header(*fact).session_id + "; run `skein repair`");
     }
-    session_.Apply(fact);
+    session_.Apply(*fact);
   });
   if (!status.ok()) throw std::runtime_error(status.error());
 }

@@ -6,6 +6,7 @@
 #include "core/hash.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
+#include "ledger/photo_file.h"
 #include "photo/photo_name.h"
 
 namespace skein {

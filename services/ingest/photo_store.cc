@@ -1,70 +1,26 @@
 #include "ingest/photo_store.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <stdexcept>
 #include <utility>
 
 #include "core/file.h"
+#include "core/files_under.h"
 #include "core/hash.h"
+#include "ledger/photo_file.h"
 #include "photo/photo_name.h"
 
 namespace skein {
-namespace {
 
 namespace fs = std::filesystem;
 
-Status SyncFolder(const fs::path& dir) {
-  const int fd = open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = fd >= 0 && fsync(fd) == 0;
-  if (fd >= 0) close(fd);
-  return synced ? Status::Ok() : Unavailable("cannot sync " + dir.string());
-}
-
-// Renaming onto a link of the same file leaves both, hence the second unlink.
-Status LinkAs(const fs::path& blob, const fs::path& path, const Bytes& bytes) {
-  const fs::path temporary = path.parent_path() / (".link.tmp-" + blob.filename().string());
-  unlink(temporary.c_str());
-  if (link(blob.c_str(), temporary.c_str()) != 0) return WriteFileAtomic(path.string(), bytes);
-  const int failed = rename(temporary.c_str(), path.c_str()) != 0 ? errno : 0;
-  unlink(temporary.c_str());
-  if (failed == 0) return SyncFolder(path.parent_path());
-  return Unavailable("cannot create " + path.string() + ": " + std::strerror(failed));
-}
-
-}  // namespace
-
-Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std::string& name,
-                  const Bytes& bytes) {
-  if (!CheckAgentName(agent).ok() || !CheckPhotoName(name).ok()) {
-    throw std::invalid_argument("unsafe name of a photo");
-  }
-  BlobStore store(paths.Blobs());
-  const Result<std::string> blob_id = store.Put(bytes);
-  if (!blob_id.ok()) return blob_id.status();
-  const fs::path path = paths.Image(agent, name);
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  if (error) {
-    return Unavailable("cannot create " + path.parent_path().string() + ": " + error.message());
-  }
-  return LinkAs(store.Path(*blob_id), path, bytes);
-}
-
 std::vector<PhotoFile> FindLeftPhotos(const SessionPaths& paths, const PhotoStore::Names& taken) {
   std::vector<PhotoFile> left;
-  std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(paths.Images(), error)) {
-    const fs::path path = fs::relative(entry.path(), paths.Images(), error);
-    if (error || !entry.is_regular_file(error)) continue;
+  for (const fs::path& file : FilesUnder(paths.Images())) {
+    const fs::path path = file.lexically_relative(paths.Images());
     const std::string agent = path.begin()->string();
-    const std::string name = fs::relative(path, *path.begin(), error).string();
+    const std::string name = path.lexically_relative(agent).string();
     const bool fits = CheckAgentName(agent).ok() && CheckPhotoName(name).ok();
-    if (error || !fits || IsTemporaryName(path.filename().string())) continue;
+    if (!fits || IsTemporaryName(path.filename().string())) continue;
     if (taken.count({agent, name}) == 0) left.push_back({agent, name});
   }
   return left;

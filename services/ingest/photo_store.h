@@ -13,13 +13,6 @@
 
 namespace skein {
 
-// Makes the photo durable as a blob and as images/AGENT/NAME. The latter is a hard link to the
-// blob, a copy where the file system has no links. A file that a crash left under that name without
-// a fact is replaced. Agent and name must have passed CheckAgentName and CheckPhotoName, or it
-// throws std::invalid_argument.
-Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std::string& name,
-                  const Bytes& bytes);
-
 // What became of a photo's bytes.
 struct TakenPhoto {
   enum class Outcome {
