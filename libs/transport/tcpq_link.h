@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "transport/link.h"
+#include "transport/stream.h"
 #include "transport/tcpq_wire.h"
 
 namespace skein {
@@ -45,7 +46,7 @@ class TcpqLink : public Link {
   std::set<std::string> channels_;
 
   State state_ = State::kDisconnected;
-  int fd_ = -1;
+  std::unique_ptr<Stream> stream_;  // null while disconnected
   int num_attempts_ = 0;
   bool watches_writable_ = false;
   bool complained_ = false;  // about this outage

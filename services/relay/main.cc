@@ -1,3 +1,6 @@
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <vector>
@@ -7,6 +10,33 @@
 #include "event_loop/sign_of_life.h"
 #include "relay/relay.h"
 #include "relay/relay_options.h"
+
+namespace {
+
+constexpr int kOwnDescriptors = 64;  // files, pipes, listeners
+
+// Descriptors for clients. Raises the limit to what the system permits.
+int MaxClients() {
+  rlimit limit{};
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, 1 << 16);
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  return std::max(4, static_cast<int>(limit.rlim_cur) - kOwnDescriptors);
+}
+
+skein::RelayOptions OfPort(int port, const skein::RelayProgramOptions& options) {
+  skein::RelayOptions of_port;
+  of_port.port = port;
+  of_port.max_queued_bytes = options.max_queue_mib << 20;
+  of_port.loopback = options.loopback;
+  of_port.max_clients =
+      std::min(options.max_clients, MaxClients() / static_cast<int>(options.ports.size()));
+  of_port.max_clients_of_address = of_port.max_clients / 2;
+  return of_port;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   skein::RelayProgramOptions options;
@@ -18,8 +48,7 @@ int main(int argc, char** argv) {
     const skein::SignOfLife sign_of_life(loop);
     std::vector<std::unique_ptr<skein::Relay>> relays;
     for (const int port : options.ports) {
-      const skein::RelayOptions of_port{port, options.max_queue_mib << 20, options.loopback};
-      relays.push_back(std::make_unique<skein::Relay>(loop, of_port));
+      relays.push_back(std::make_unique<skein::Relay>(loop, OfPort(port, options)));
     }
     std::printf("ready relay\n");
     std::fflush(stdout);

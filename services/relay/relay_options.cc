@@ -12,7 +12,8 @@ Status RelayProgramOptions::Check() const {
   for (const int port : ports) {
     if (const Status status = InRange("port", port, 1, 65535); !status.ok()) return status;
   }
-  return InRange<size_t>("max_queue_mib", max_queue_mib, 1, 1024);
+  return FirstError({InRange<size_t>("max_queue_mib", max_queue_mib, 1, 1024),
+                     InRange("max_clients", max_clients, 4, 10'000)});
 }
 
 std::optional<int> ParseRelayOptions(int argc, char** argv, RelayProgramOptions* options) {
@@ -29,6 +30,8 @@ std::optional<int> ParseRelayOptions(int argc, char** argv, RelayProgramOptions*
   program.add_options = [options](CLI::App& app) {
     app.add_option("--max-queue-mib", options->max_queue_mib,
                    "Waiting for one client before it loses messages, MiB");
+    app.add_option("--max-clients", options->max_clients,
+                   "Connections a port, half of them from one address at most");
   };
   program.check = [options] { return options->Check(); };
   std::string configuration;  // the relay belongs to no session that would note it

@@ -11,6 +11,7 @@ namespace skein {
 struct RelayProgramOptions {
   std::vector<int> ports = {7700, 7701};  // a relay each
   size_t max_queue_mib = 8;               // waiting for one client before it loses messages
+  int max_clients = 512;                  // connections a port
   bool loopback = false;                  // not reached from other hosts
   bool verbose = false;
 

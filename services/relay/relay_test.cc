@@ -95,8 +95,8 @@ TEST_F(RelayTest, StockLcmClientsTalkThroughIt) {
   const auto count = [](const lcm_recv_buf_t*, const char*, void* user) {
     ++*static_cast<int*>(user);
   };
-  ::lcm_subscribe(lcm, ".*_A", count, &heard);
-  for (const char* channel : {"X_B", "X_A", "A_X", "Y_A"}) ::lcm_publish(lcm, channel, "abc", 3);
+  ::lcm_subscribe(lcm, "A_.*", count, &heard);
+  for (const char* channel : {"B_X", "A_X", "X_A", "A_Y"}) ::lcm_publish(lcm, channel, "abc", 3);
   while (heard < 2 && ::lcm_handle_timeout(lcm, 5000) > 0) continue;
   EXPECT_EQ(heard, 2);
   EXPECT_EQ(::lcm_handle_timeout(lcm, 50), 0);
@@ -143,20 +143,6 @@ TEST_F(RelayTest, HangsUpOnWhoSpeaksAnotherProtocol) {
   ASSERT_EQ(::write(fd, "GET / HTTP/1.1\r\n", 16), 16);
   EXPECT_TRUE(loop.RunUntil([&] { return relay.num_clients() == 0; }, 10));
   ::close(fd);
-}
-
-TEST(ChannelSet, MatchesWholeNames) {
-  ChannelSet channels;
-  EXPECT_TRUE(channels.Add("SKEIN_IMAGE"));
-  EXPECT_TRUE(channels.Add("SKEIN_SUBMIT_.*"));
-  EXPECT_FALSE(channels.Add("("));
-  EXPECT_FALSE(channels.Add(std::string(1000, 'x')));
-  EXPECT_TRUE(channels.Matches("SKEIN_IMAGE"));
-  EXPECT_FALSE(channels.Matches("SKEIN_IMAGE_OFFER"));
-  EXPECT_TRUE(channels.Matches("SKEIN_SUBMIT_SEED"));
-  EXPECT_FALSE(channels.Matches("X_SKEIN_SUBMIT_SEED"));
-  channels.Remove("SKEIN_SUBMIT_.*");
-  EXPECT_FALSE(channels.Matches("SKEIN_SUBMIT_SEED"));
 }
 
 }  // namespace
