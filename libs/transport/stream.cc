@@ -16,8 +16,9 @@ bool IsForNow(int error) { return error == EAGAIN || error == EWOULDBLOCK || err
 
 Stream::~Stream() { ::close(fd_); }
 
-Stream::Moved Stream::Over(std::string why) {
+Stream::Moved Stream::Over(std::string why, bool is_fault) {
   error_ = std::move(why);
+  is_fault_ = is_fault;
   return {0, true};
 }
 

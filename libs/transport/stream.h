@@ -32,13 +32,16 @@ class Stream {
 
   int fd() const { return fd_; }
   const std::string& error() const { return error_; }
+  // Whether it ended because the other side did not speak as it should.
+  bool is_fault() const { return is_fault_; }
 
  protected:
-  Moved Over(std::string why);
+  Moved Over(std::string why, bool is_fault = false);
 
  private:
   const int fd_;
   std::string error_;
+  bool is_fault_ = false;
 };
 
 }  // namespace skein

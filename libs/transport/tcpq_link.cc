@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <stdexcept>
 
 #include "core/log.h"
 
@@ -74,12 +75,23 @@ int SocketError(int fd) {
   return ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) == 0 ? error : errno;
 }
 
+std::optional<TlsContext> TlsOf(const LcmUrl& url) {
+  if (url.provider != "tcpqs") return std::nullopt;
+  if (url.pin.empty()) {
+    throw std::invalid_argument(url.ToString() +
+                                ": by what is its relay known? give --session DIR on the session's "
+                                "host, --invite LINK elsewhere, or the URL with ?pin=FINGERPRINT");
+  }
+  return TlsContext::ForClient(url.pin);
+}
+
 }  // namespace
 
 TcpqLink::TcpqLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message)
     : url_(url),
       loop_(loop),
       on_message_(std::move(on_message)),
+      tls_(TlsOf(url)),
       retry_s_(kFirstRetryS),
       parser_(tcpq::kServerMagic) {
   Connect();
@@ -94,7 +106,7 @@ void TcpqLink::Connect() {
   std::string error;
   const int fd = StartConnecting(url_.host, url_.port, num_attempts_++, &error);
   if (fd < 0) return Disconnect(error);
-  stream_ = std::make_unique<Stream>(fd);
+  stream_ = tls_ ? tls_->Wrap(fd) : std::make_unique<Stream>(fd);
   state_ = State::kConnecting;
   watches_writable_ = false;
   parser_ = tcpq::FrameParser(tcpq::kServerMagic);
@@ -107,6 +119,8 @@ void TcpqLink::OnConnected() {
   out_.clear();
   sent_ = 0;
   tcpq::AppendGreeting(tcpq::kClientMagic, &out_);
+  if (on_connected_) on_connected_();
+  if (state_ != State::kConnected) return;  // it could not be sent
   for (const std::string& channel : channels_) {
     tcpq::AppendSubscription(tcpq::FrameType::kSubscribe, channel, &out_);
   }
@@ -163,7 +177,7 @@ void TcpqLink::WatchWritable(bool watch) {
   watches_writable_ = watch;
   if (!watch) return loop_.SetOnWritable(stream_->fd(), {});
   loop_.SetOnWritable(stream_->fd(), [this] {
-    if (state_ == State::kConnected) return Send();
+    if (state_ == State::kConnected) return stream_->WaitsForRoom(false) ? Receive() : Send();
     const int error = SocketError(stream_->fd());
     if (error != 0) return Disconnect(std::strerror(error));
     OnConnected();

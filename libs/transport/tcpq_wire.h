@@ -26,6 +26,10 @@ enum class FrameType : uint32_t { kPublish = 1, kSubscribe = 2, kUnsubscribe = 3
 inline constexpr uint32_t kMaxChannelBytes = 1024;
 inline constexpr uint32_t kMaxMessageBytes = 4 << 20;
 
+// Over TLS, by which a client shows the relay that it belongs to the session: an empty message,
+// signed. The relay keeps it to itself.
+inline constexpr char kHelloChannel[] = "SKEIN_HELLO";
+
 struct Frame {
   FrameType type = FrameType::kPublish;
   std::string channel;

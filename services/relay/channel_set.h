@@ -11,7 +11,7 @@ namespace skein {
 // are taken: a channel's name, PREFIX.*, and .* alone.
 class ChannelSet {
  public:
-  static constexpr size_t kMaxBytes = 128;    // of a subscription
+  static constexpr size_t kMaxBytes = 128;     // of a subscription
   static constexpr size_t kMaxPatterns = 256;  // of a client, different ones
 
   // Null if it is taken, else why not. One that is added twice is to be removed twice.

@@ -21,6 +21,7 @@ namespace {
 // A client's turn: then the others have theirs.
 constexpr size_t kTurnReceivedBytes = 64 << 10;
 constexpr int kTurnFrames = 256;
+constexpr double kTurnS = 0.002;  // checking a signature takes most of it
 
 constexpr size_t kSentAtOnce = 64 << 10;
 // Of each socket. The kernel's defaults let each client hold megabytes.
@@ -29,8 +30,10 @@ constexpr int kSocketBufferBytes = 512 << 10;
 constexpr int kUnsentBytes = 64 << 10;
 
 constexpr double kDeadlineCheckS = 0.5;
-constexpr double kIdleS = 5;  // who has said nothing for so long yields its place where it is wanted
+constexpr double kIdleS =
+    5;  // who has said nothing for so long yields its place where it is wanted
 constexpr double kPauseS = 0.5;
+constexpr double kMemberS = 60;  // certificates expire: a signature counts for so long
 
 // Each of the first, then each power of two.
 bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
@@ -97,10 +100,10 @@ void ConfigureAccepted(int fd) {
 
 }  // namespace
 
-Relay::Relay(PollLoop& loop, const RelayOptions& options) : loop_(loop), options_(options) {
-  listener_.fd = Listen(options.port, options.loopback);
-  listener_.port = PortOf(listener_.fd);
-  loop_.AddFd(listener_.fd, [this] { Accept(&listener_); });
+Relay::Relay(PollLoop& loop, const RelayOptions& options, std::unique_ptr<RelayGuard> guard)
+    : loop_(loop), options_(options), guard_(std::move(guard)) {
+  AddListener(options.port, options.loopback, false);
+  if (options.watch_port) AddListener(*options.watch_port, true, true);
   deadline_timer_ = loop_.AddTimer(kDeadlineCheckS, [this] { ExpelOverdue(); });
 }
 
@@ -108,9 +111,18 @@ Relay::~Relay() {
   while (!clients_.empty()) HangUp(clients_.begin()->first, "the relay ends");
   loop_.CancelTimer(deadline_timer_);
   loop_.CancelTimer(late_timer_);
-  if (listener_.pause == 0) loop_.RemoveFd(listener_.fd);
-  loop_.CancelTimer(listener_.pause);
-  ::close(listener_.fd);
+  for (const auto& listener : listeners_) {
+    if (listener->pause == 0) loop_.RemoveFd(listener->fd);
+    loop_.CancelTimer(listener->pause);
+    ::close(listener->fd);
+  }
+}
+
+void Relay::AddListener(int port, bool loopback, bool is_watch) {
+  const int fd = Listen(port, loopback);
+  listeners_.push_back(std::make_unique<Listener>(Listener{fd, PortOf(fd), is_watch, 0}));
+  Listener* listener = listeners_.back().get();
+  loop_.AddFd(fd, [this, listener] { Accept(listener); });
 }
 
 void Relay::Accept(Listener* listener) {
@@ -125,7 +137,7 @@ void Relay::Accept(Listener* listener) {
   }
   if (fd < 0) return;
   const uint32_t host = ntohl(address.sin_addr.s_addr);
-  if (HasRoomFor(host)) return Join(fd, host, NameOf(address));
+  if (HasRoomFor(host)) return Join(*listener, fd, host, NameOf(address));
   ::close(fd);
   if (IsWorthALine(++counters_.num_turned_away)) {
     LogWarn("port {}: no room for {}, there are {} clients ({} turned away so far)", listener->port,
@@ -164,7 +176,7 @@ bool Relay::DropIdle(const uint32_t* address, const char* why) {
     const Client& client = it->second;
     if (address != nullptr && client.address != *address) continue;
     const bool greeted = client.parser.greeted();
-    if (greeted && loop_.now_s() - client.heard_s < kIdleS) continue;
+    if (HasSigned(client) || (greeted && loop_.now_s() - client.heard_s < kIdleS)) continue;
     const Rank rank{greeted, -num_of_address_[client.address], client.heard_s};
     if (chosen != clients_.end() && rank >= best) continue;
     chosen = it;
@@ -175,19 +187,21 @@ bool Relay::DropIdle(const uint32_t* address, const char* why) {
   return true;
 }
 
-void Relay::Join(int fd, uint32_t address, std::string name) {
+void Relay::Join(const Listener& listener, int fd, uint32_t address, std::string name) {
   ConfigureAccepted(fd);
-  Client& client = clients_
-                       .emplace(std::piecewise_construct, std::forward_as_tuple(fd),
-                                std::forward_as_tuple(options_.max_queued_bytes,
-                                                      std::make_unique<Stream>(fd)))
-                       .first->second;
+  const bool is_encrypted = options_.tls && !listener.is_watch;
+  auto stream = is_encrypted ? options_.tls->Wrap(fd) : std::make_unique<Stream>(fd);
+  const auto joined =
+      clients_.emplace(std::piecewise_construct, std::forward_as_tuple(fd),
+                       std::forward_as_tuple(options_.max_queued_bytes, std::move(stream)));
+  Client& client = joined.first->second;
   client.id = next_id_++;
   client.address = address;
   client.name = std::move(name);
+  client.is_watcher = listener.is_watch;
   client.heard_s = loop_.now_s();
   ++num_of_address_[address];
-  LogDebug("{} joins port {}", client.name, listener_.port);
+  LogDebug("{} joins port {}", client.name, listener.port);
   loop_.AddFd(fd, [this, fd] { Serve(fd); });
   tcpq::AppendGreeting(tcpq::kServerMagic, &client.out);
   MarkDirty(fd, &client);
@@ -204,7 +218,7 @@ void Relay::Serve(int fd) {
   unfinished_bytes_ -= before;
   if (!stays) {
     if (!client.stream->error().empty()) {
-      HangUp(fd, client.stream->error());
+      End(fd, *client.stream);
     } else {
       Expel(fd, client.parser.why_broken());
     }
@@ -212,8 +226,8 @@ void Relay::Serve(int fd) {
     MarkDirty(fd, &client);  // TLS may have waited for what came
   }
   while (unfinished_bytes_ > options_.max_unfinished_bytes) {
-    const auto largest = std::max_element(
-        clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
+    const auto largest =
+        std::max_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
           return a.second.parser.held_bytes() < b.second.parser.held_bytes();
         });
     Expel(largest->first, "unfinished messages take too much memory, and most of it is its own");
@@ -227,6 +241,7 @@ bool Relay::ParseAndReceive(Client* client) {
   tcpq::Frame frame;
   size_t received = 0;
   bool completed = false;
+  const double start_s = loop_.now_s();
   for (int num_frames = 0;;) {
     const auto state = client->parser.Next(&frame);
     if (state == tcpq::FrameParser::State::kBroken) return false;
@@ -234,7 +249,7 @@ bool Relay::ParseAndReceive(Client* client) {
       completed = true;
       client->heard_s = loop_.now_s();
       Handle(client, frame);
-      if (++num_frames < kTurnFrames) continue;
+      if (++num_frames < kTurnFrames && loop_.now_s() - start_s < kTurnS) continue;
       ServeLater(client);
       return true;
     }
@@ -268,7 +283,7 @@ void Relay::ServeLater(Client* client) {
 }
 
 void Relay::Handle(Client* client, const tcpq::Frame& frame) {
-  if (frame.type == tcpq::FrameType::kPublish) return Forward(*client, frame);
+  if (frame.type == tcpq::FrameType::kPublish) return Publish(client, frame);
   if (frame.type == tcpq::FrameType::kUnsubscribe) return client->channels.Remove(frame.channel);
   const char* why = client->channels.Add(frame.channel);
   if (why != nullptr && IsWorthALine(++counters_.num_refused_subscriptions)) {
@@ -277,12 +292,46 @@ void Relay::Handle(Client* client, const tcpq::Frame& frame) {
   }
 }
 
-void Relay::Forward(const Client& from, const tcpq::Frame& frame) {
+void Relay::Publish(Client* from, const tcpq::Frame& frame) {
   ++counters_.num_messages;
   counters_.bytes += static_cast<int64_t>(frame.message.size());
+  const bool is_hello = frame.channel == tcpq::kHelloChannel;
+  if (!from->is_watcher && !is_hello && !IsWanted(frame.channel)) return;  // nothing is spent on it
+  const char* why = WhyRefused(from, frame);
+  if (is_hello && (HasSigned(*from) || !guard_)) return;
+  if (why == nullptr) return Forward(*from, frame);
+  if (!IsWorthALine(++counters_.num_refused)) return;
+  LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from->name, Shown(frame.channel),
+          why, counters_.num_refused);
+}
+
+bool Relay::HasSigned(const Client& client) const {
+  return loop_.now_s() - client.signed_s < kMemberS;
+}
+
+bool Relay::Hears(const Client& client, const std::string& channel) const {
+  const bool may_hear = !options_.members_only || client.is_watcher || HasSigned(client);
+  return may_hear && client.channels.Matches(channel);
+}
+
+bool Relay::IsWanted(const std::string& channel) const {
+  return std::any_of(clients_.begin(), clients_.end(),
+                     [&](const auto& client) { return Hears(client.second, channel); });
+}
+
+// Null if it is not.
+const char* Relay::WhyRefused(Client* from, const tcpq::Frame& frame) {
+  if (from->is_watcher) return "this port is for listening; publish on the session's URL";
+  if (!guard_) return nullptr;
+  const RelayGuard::Verdict verdict = guard_->Check(frame.channel, frame.message);
+  if (verdict.is_signed) from->signed_s = loop_.now_s();
+  return verdict.why_refused;
+}
+
+void Relay::Forward(const Client& from, const tcpq::Frame& frame) {
   FairQueue::FramePtr shared;
   for (auto& [fd, client] : clients_) {
-    if (!client.channels.Matches(frame.channel)) continue;
+    if (!Hears(client, frame.channel)) continue;
     if (!shared) {
       Bytes bytes;
       tcpq::AppendPublish(frame.channel, frame.message.data(), frame.message.size(), &bytes);
@@ -328,7 +377,7 @@ void Relay::WriteDirty() {
     if (client == clients_.end()) continue;
     client->second.is_dirty = false;
     if (client->second.watches_writable) continue;  // it waits for room already
-    if (!Write(fd, &client->second)) HangUp(fd, client->second.stream->error());
+    if (!Write(fd, &client->second)) End(fd, *client->second.stream);
   }
 }
 
@@ -362,7 +411,8 @@ void Relay::WatchWritable(int fd, Client* client, bool watch) {
   if (!watch) return loop_.SetOnWritable(fd, {});
   loop_.SetOnWritable(fd, [this, fd] {
     Client& writable = clients_.at(fd);
-    if (!Write(fd, &writable)) HangUp(fd, writable.stream->error());
+    if (!Write(fd, &writable)) return End(fd, *writable.stream);
+    if (writable.stream->WaitsForRoom(false)) Serve(fd);
   });
 }
 
@@ -372,7 +422,8 @@ void Relay::ExpelOverdue() {
   for (const auto& [fd, client] : clients_) {
     if (client.is_late) continue;
     if (!client.parser.greeted()) {
-      if (now_s - client.heard_s >= options_.greeting_s) overdue.emplace_back(fd, "it says nothing");
+      if (now_s - client.heard_s >= options_.greeting_s)
+        overdue.emplace_back(fd, "it says nothing");
     } else if (client.parser.has_part() && now_s - client.began_s >= options_.message_s) {
       overdue.emplace_back(fd, "its message does not end");
     }
@@ -386,6 +437,11 @@ void Relay::Expel(int fd, const std::string& why) {
             counters_.num_expelled);
   }
   HangUp(fd, why);
+}
+
+// Its connection is over.
+void Relay::End(int fd, const Stream& stream) {
+  return stream.is_fault() ? Expel(fd, stream.error()) : HangUp(fd, stream.error());
 }
 
 void Relay::HangUp(int fd, const std::string& why) {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,10 @@
 #include "event_loop/poll_loop.h"
 #include "relay/channel_set.h"
 #include "relay/fair_queue.h"
+#include "relay/relay_guard.h"
 #include "transport/stream.h"
 #include "transport/tcpq_wire.h"
+#include "transport/tls.h"
 
 namespace skein {
 
@@ -32,12 +35,19 @@ struct RelayOptions {
   double message_s = 10;  // so is one whose message is not whole this long after it began
   size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
   size_t max_held_bytes = 256 << 20;       // in all queues
+  std::optional<TlsContext> tls = {};      // of the port; none: in the clear
+  // Who has signed nothing that holds for a minute hears nothing. Needs a guard.
+  bool members_only = false;
+  // A second port, in the clear and for this host alone, for LCM's own tools: who connects there
+  // hears everything, and is not heard. 0: any, see Relay::watch_port().
+  std::optional<int> watch_port = {};
 };
 
 struct RelayCounters {
   int64_t num_messages = 0;  // received
   int64_t bytes = 0;
   int64_t num_dropped = 0;                // for clients that do not keep up
+  int64_t num_refused = 0;                // not forwarded: see RelayGuard; and from the watch port
   int64_t num_refused_subscriptions = 0;  // of a form that is not taken, or too many
   int64_t num_turned_away = 0;            // connections for which there was no room
   int64_t num_expelled = 0;               // clients hung up on for what they did or did not do
@@ -46,13 +56,14 @@ struct RelayCounters {
 // Loop's thread only.
 class Relay {
  public:
-  // Throws std::runtime_error if the port cannot be had.
-  Relay(PollLoop& loop, const RelayOptions& options);
+  // guard: null forwards everything. Throws std::runtime_error if a port cannot be had.
+  Relay(PollLoop& loop, const RelayOptions& options, std::unique_ptr<RelayGuard> guard = nullptr);
   ~Relay();
   Relay(const Relay&) = delete;
   Relay& operator=(const Relay&) = delete;
 
-  int port() const { return listener_.port; }
+  int port() const { return listeners_.front()->port; }
+  int watch_port() const { return listeners_.back()->port; }
   int num_clients() const { return static_cast<int>(clients_.size()); }
   const RelayCounters& counters() const { return counters_; }
   // Memory of messages that are not whole, and of those that wait to be sent.
@@ -62,6 +73,7 @@ class Relay {
   struct Listener {
     int fd = -1;
     int port = 0;
+    bool is_watch = false;
     PollLoop::TimerId pause = 0;  // until then nobody is accepted
   };
   struct Client {
@@ -72,6 +84,8 @@ class Relay {
     int64_t id = 0;
     uint32_t address = 0;  // IPv4
     std::string name;      // address:port
+    bool is_watcher = false;
+    double signed_s = -1e9;  // when it last said something with a signature that holds
     tcpq::FrameParser parser;
     ChannelSet channels;
     double heard_s = 0;    // when it came, then of its last frame
@@ -86,16 +100,22 @@ class Relay {
   };
   using Clients = std::map<int, Client>;  // by descriptor
 
+  void AddListener(int port, bool loopback, bool is_watch);
   void Accept(Listener* listener);
   void PauseAccepting(Listener* listener);
   bool HasRoomFor(uint32_t address);
   bool DropIdle(const uint32_t* address, const char* why);
-  void Join(int fd, uint32_t address, std::string name);
+  void Join(const Listener& listener, int fd, uint32_t address, std::string name);
 
   void Serve(int fd);
   bool ParseAndReceive(Client* client);
   void ServeLater(Client* client);
   void Handle(Client* client, const tcpq::Frame& frame);
+  bool HasSigned(const Client& client) const;
+  bool Hears(const Client& client, const std::string& channel) const;
+  bool IsWanted(const std::string& channel) const;
+  const char* WhyRefused(Client* from, const tcpq::Frame& frame);
+  void Publish(Client* from, const tcpq::Frame& frame);
   void Forward(const Client& from, const tcpq::Frame& frame);
   void DropLongestQueues();
   void NoteDropped(Client* client, int64_t num_dropped);
@@ -108,10 +128,13 @@ class Relay {
   void ExpelOverdue();
   void Expel(int fd, const std::string& why);
   void HangUp(int fd, const std::string& why);
+  void End(int fd, const Stream& stream);
 
   PollLoop& loop_;
   const RelayOptions options_;
-  Listener listener_;
+  const std::unique_ptr<RelayGuard> guard_;
+  std::vector<std::unique_ptr<Listener>>
+      listeners_;  // the port, then the watch port if there is one
   Clients clients_;
   std::map<uint32_t, int> num_of_address_;
   int64_t next_id_ = 1;

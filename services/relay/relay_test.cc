@@ -4,8 +4,12 @@
 #include <lcm/lcm.h>
 
 #include <memory>
+#include <string>
 
+#include "auth/relay_certificate.h"
+#include "core/clock.h"
 #include "core/hash.h"
+#include "testing/test_folder.h"
 #include "testing/test_node.h"
 #include "testing/test_process.h"
 
@@ -22,10 +26,10 @@ void RunRelays() {
   loop.Run();
 }
 
-// A client that listens to everything until it is stopped.
-void ListenToCommands() {
+// A client that listens until it is stopped.
+void ListenToCommands(const std::string& url) {
   PollLoop loop;
-  Bus bus(kUrl, loop);
+  Bus bus(url, loop);
   bus.Subscribe(kCommandChannel, [](const command_t&) {});
   loop.Run();
 }
@@ -56,7 +60,7 @@ class RelayTest : public testing::Test {
 TEST_F(RelayTest, OneStoppedClientStallsNobodyElse) {
   const Child relays(RunRelays);
   ASSERT_TRUE(WaitForPort(kPort, 10));
-  const Child stopped(ListenToCommands);
+  const Child stopped([] { ListenToCommands(kUrl); });
   PollLoop loop;
   Bus bus(kUrl, loop);
   ASSERT_EQ(Echo(bus, loop, 100, 30), 100);  // everyone has joined
@@ -71,7 +75,7 @@ TEST_F(RelayTest, TheStockRelayIsMeasuredBesideIt) {
   const Child relay(std::vector<std::string>{"java", "-Xmx64m", "-cp", "/usr/share/java/lcm.jar",
                                              "lcm.lcm.TCPService", std::to_string(kPort)});
   ASSERT_TRUE(WaitForPort(kPort, 30));
-  const Child stopped(ListenToCommands);
+  const Child stopped([] { ListenToCommands(kUrl); });
   PollLoop loop;
   Bus bus(kUrl, loop);
   // It starts a client's thread before it lists the client, so the client's first message may not
@@ -128,6 +132,135 @@ TEST_F(RelayTest, PullsGoOnOverItsRestart) {
   EXPECT_FALSE(done);
   relays = std::make_unique<Child>(RunRelays);
   EXPECT_TRUE(loop.RunUntil([&] { return done; }, 60));
+}
+
+TEST_F(RelayTest, CarriesMessagesThroughTls) {
+  const TestFolder folder, other;
+  const auto certificate = OpenRelayCertificate((folder / "keys").string());
+  ASSERT_TRUE(certificate.ok()) << certificate.error();
+  PollLoop loop;
+  RelayOptions options{kPort, 8 << 20};
+  options.tls = TlsContext::ForRelay(*certificate);
+  Relay relay(loop, options);
+  Bus bus("tcpqs://127.0.0.1:7700?pin=" + certificate->pin, loop);
+  EXPECT_EQ(Echo(bus, loop, 500, 30), 500);
+  Bus wrong("tcpqs://127.0.0.1:7700?pin=" + OpenRelayCertificate((other / "keys").string())->pin,
+            loop);
+  EXPECT_EQ(Echo(wrong, loop, 1, 1), 0);
+  Bus plain(kUrl, loop);
+  EXPECT_EQ(Echo(plain, loop, 1, 1), 0);
+  EXPECT_EQ(Echo(bus, loop, 10, 30), 10);
+}
+
+TEST_F(RelayTest, OverTlsOneStoppedClientStallsNobodyElse) {
+  const TestFolder folder;
+  const auto certificate = OpenRelayCertificate((folder / "keys").string());
+  ASSERT_TRUE(certificate.ok()) << certificate.error();
+  const Child relays([&] {
+    PollLoop loop;
+    RelayOptions options{kPort, 8 << 20};
+    options.tls = TlsContext::ForRelay(*certificate);
+    Relay relay(loop, options);
+    loop.Run();
+  });
+  ASSERT_TRUE(WaitForPort(kPort, 10));
+  const std::string url = "tcpqs://127.0.0.1:7700?pin=" + certificate->pin;
+  const Child stopped([&] { ListenToCommands(url); });
+  PollLoop loop;
+  Bus bus(url, loop);
+  ASSERT_EQ(Echo(bus, loop, 100, 30), 100);
+  stopped.Signal(SIGSTOP);
+  EXPECT_EQ(Echo(bus, loop, 2000, 60), 2000);
+  stopped.Signal(SIGCONT);
+}
+
+TEST_F(RelayTest, WhoListensOnTheWatchPortIsNotHeard) {
+  PollLoop loop;
+  RelayOptions options{kPort, 8 << 20};
+  options.watch_port = 0;
+  Relay relay(loop, options);
+  Bus bus(kUrl, loop);
+  Bus watcher("tcpq://127.0.0.1:" + std::to_string(relay.watch_port()), loop);
+  int heard = 0, watched = 0;
+  const auto count = [](int* number) {
+    return [number](const command_t& command) {
+      EXPECT_EQ(command.verb, "said on the session's port");
+      ++*number;
+    };
+  };
+  bus.Subscribe(kCommandChannel, count(&heard));
+  watcher.Subscribe(kCommandChannel, count(&watched));
+  loop.AddTimer(0.01, [&] {
+    command_t command{};
+    command.verb = "said on the watch port";
+    watcher.Publish(kCommandChannel, command);
+    command.verb = "said on the session's port";
+    bus.Publish(kCommandChannel, command);
+  });
+  EXPECT_TRUE(loop.RunUntil(
+      [&] { return relay.counters().num_refused >= 5 && watched >= 5 && heard >= 5; }, 10));
+}
+
+TEST_F(RelayTest, ForwardsNothingUnsignedWhereSignaturesAreRequired) {
+  const std::string session = "0123456789abcdef";
+  const SigningKey root = SigningKey::Generate();
+  const auto seal = [&](Role role, const std::string& name) {
+    return MessageSeal({session, root.public_key()}, IssueCredential(root, session, role, name, 0),
+                       {}, NowUs);
+  };
+  PollLoop loop;
+  Relay relay(loop, {kPort, 8 << 20},
+              std::make_unique<RelayGuard>(seal(Role::kViewer, "relay"), false));
+  Bus chief(kUrl, loop), nobody(kUrl, loop);
+  chief.SetSeal(std::make_unique<MessageSeal>(seal(Role::kOperator, "chief")), false);
+  int heard = 0;
+  Bus listener(kUrl, loop);  // takes all
+  listener.Subscribe(kCommandChannel, [&](const command_t& command) {
+    ++heard;
+    EXPECT_EQ(command.verb, "finish");
+  });
+  const auto timer = loop.AddTimer(0.01, [&] {
+    command_t command{};
+    command.verb = "forged";
+    nobody.Publish(kCommandChannel, command);
+    command.verb = "finish";
+    command.sender = "chief";
+    chief.Publish(kCommandChannel, command);
+  });
+  EXPECT_TRUE(loop.RunUntil([&] { return heard >= 5 && relay.counters().num_refused >= 5; }, 10));
+  loop.CancelTimer(timer);
+}
+
+TEST_F(RelayTest, OverTlsWhoHasNoCredentialHearsNothing) {
+  const std::string session = "0123456789abcdef";
+  const SigningKey root = SigningKey::Generate();
+  const auto seal = [&](const std::string& name) {
+    return MessageSeal({session, root.public_key()},
+                       IssueCredential(root, session, Role::kViewer, name, 0), {}, NowUs);
+  };
+  const TestFolder folder;
+  const auto certificate = OpenRelayCertificate((folder / "keys").string());
+  ASSERT_TRUE(certificate.ok()) << certificate.error();
+  PollLoop loop;
+  RelayOptions options{kPort, 8 << 20};
+  options.tls = TlsContext::ForRelay(*certificate);
+  options.members_only = true;
+  Relay relay(loop, options, std::make_unique<RelayGuard>(seal("relay"), false));
+  Relay bulk_relay(loop, {kPort + 1, 8 << 20});  // none of its clients has TLS
+  const std::string url = "tcpqs://127.0.0.1:7700?pin=" + certificate->pin;
+  Bus speaker(url, loop), member(url, loop), nobody(url, loop);
+  speaker.SetSeal(std::make_unique<MessageSeal>(seal("speaker")), false);
+  member.SetSeal(std::make_unique<MessageSeal>(seal("member")), false);
+  int num_member = 0, num_nobody = 0;
+  member.Subscribe(kHeartbeatChannel, [&](const heartbeat_t&) { ++num_member; });
+  nobody.Subscribe(kHeartbeatChannel, [&](const heartbeat_t&) { ++num_nobody; });
+  loop.AddTimer(0.01, [&] {
+    heartbeat_t beat{};
+    beat.instance = "speaker";
+    speaker.Publish(kHeartbeatChannel, beat);
+  });
+  EXPECT_TRUE(loop.RunUntil([&] { return num_member >= 20; }, 10));
+  EXPECT_EQ(num_nobody, 0);
 }
 
 TEST_F(RelayTest, HangsUpOnWhoSpeaksAnotherProtocol) {
