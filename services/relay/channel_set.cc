@@ -27,12 +27,14 @@ bool CutRest(std::string* pattern) {
 const char* ChannelSet::Add(const std::string& pattern) {
   if (pattern.size() > kMaxBytes) return "it has more than 128 bytes";
   std::string name = pattern;
-  auto& place = CutRest(&name) ? prefixes_ : names_;
+  const bool is_prefix = CutRest(&name);
+  auto& place = is_prefix ? prefixes_ : names_;
   if (name.find_first_of(kSpecial) != std::string::npos) {
     return "give a channel's name, PREFIX.* or .*; this relay takes no other regular expression";
   }
-  if (names_.size() + prefixes_.size() >= kMaxPatterns && place.count(name) == 0) {
-    return "it has 256 already; subscribe PREFIX.* or .*";
+  if (place.size() >= (is_prefix ? kMaxPrefixes : kMaxNames) && place.count(name) == 0) {
+    return is_prefix ? "it has 16 prefixes already; subscribe .*"
+                     : "it has 256 names already; subscribe PREFIX.* or .*";
   }
   ++place[name];
   return nullptr;

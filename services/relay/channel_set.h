@@ -11,8 +11,9 @@ namespace skein {
 // are taken: a channel's name, PREFIX.*, and .* alone.
 class ChannelSet {
  public:
-  static constexpr size_t kMaxBytes = 128;     // of a subscription
-  static constexpr size_t kMaxPatterns = 256;  // of a client, different ones
+  static constexpr size_t kMaxBytes = 128;    // of a subscription
+  static constexpr size_t kMaxNames = 256;    // of a client, different ones
+  static constexpr size_t kMaxPrefixes = 16;  // each is held against each message
 
   // Null if it is taken, else why not. One that is added twice is to be removed twice.
   const char* Add(const std::string& pattern);

@@ -34,8 +34,11 @@ TEST(ChannelSet, HoldsNoMoreThanItsLimits) {
   ChannelSet channels;
   EXPECT_EQ(channels.Add(std::string(ChannelSet::kMaxBytes, 'x')), nullptr);
   EXPECT_NE(channels.Add(std::string(ChannelSet::kMaxBytes + 1, 'x')), nullptr);
-  for (size_t i = 1; i < ChannelSet::kMaxPatterns; ++i) {
+  for (size_t i = 1; i < ChannelSet::kMaxNames; ++i) {
     ASSERT_EQ(channels.Add("C" + std::to_string(i)), nullptr);
+  }
+  for (size_t i = 0; i < ChannelSet::kMaxPrefixes; ++i) {
+    ASSERT_EQ(channels.Add("P" + std::to_string(i) + ".*"), nullptr);
   }
   EXPECT_NE(channels.Add("ONE_MORE"), nullptr);
   EXPECT_NE(channels.Add("ONE_MORE.*"), nullptr);
