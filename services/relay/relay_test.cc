@@ -43,6 +43,7 @@ class RelayTest : public testing::Test {
   // Publishes num_messages of 30 KB each, as they arrive again; how many came back in time.
   int Echo(Bus& bus, PollLoop& loop, int num_messages, double timeout_s) {
     command_t command{};
+    command.sender = "chief";
     command.argument = std::string(30000, 'x');
     int heard = 0, sent = 0;
     const auto subscription = bus.Subscribe(kCommandChannel, [&](const command_t&) { ++heard; });
