@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "auth/relay_certificate.h"
 #include "auth/session_keys.h"
 #include "clients/qr_code.h"
 #include "clients/subcommand.h"
@@ -85,20 +86,25 @@ LcmUrl UrlOf(const InviteOptions& options) {
   LcmUrl url = ParseLcmUrl(text);
   if (!url.leaves_host()) {
     std::cerr << "skein invite: " << url.ToString()
-              << " is heard on this host alone; for others launch with --lcm-url tcpq://HOST:7700"
+              << " is heard on this host alone; for others launch with --lcm-url tcpqs://HOST:7700"
               << std::endl;
   }
   return url;
 }
 
 Invitation MakeInvitation(const InviteOptions& options) {
-  const LcmUrl url = UrlOf(options);
+  LcmUrl url = UrlOf(options);
   const Result<Session> session = OpenSession(options.session_dir);
   if (!session.ok()) throw std::runtime_error(session.error());
   const Result<SessionAccess> access =
       IssueInvitation(session->paths.Keys().string(), session->session_id,
                       *RoleFromName(options.role), NameOf(options), ExpiryOf(options.expires));
   if (!access.ok()) throw std::runtime_error(access.error());
+  if (url.provider == "tcpqs" && url.pin.empty()) {
+    const Result<std::string> pin = ReadRelayPin(session->paths.Keys().string());
+    if (!pin.ok()) throw std::runtime_error(pin.error());
+    url.pin = *pin;
+  }
   return {url, access->trust, access->credential};
 }
 

@@ -8,8 +8,9 @@
 #   --join LINK     only workers (features, matching, mappers) for a session on another host, where
 #                   `skein invite --session DIR --role worker` prints the link; DIR then holds nothing
 #                   but their logs. Without signatures the session's id, with --auth off and --lcm-url
-#   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq://
-#                   URL on this host the two relays (port and port + 1) are started too
+#   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq:// or
+#                   tcpqs:// (encrypted) URL on this host the two relays (port and port + 1) are started
+#                   too; with tcpqs://, port + 2 is open on this host alone, for lcm-spy and lcm-logger
 #   --auth MODE     messages without a signature: off (nothing is signed), warn (may offer photos and
 #                   read) or require (refused); default: require where the URL leaves this host, else warn
 #   --config FILE   options of the services, a section each; `skein config` prints such a file with
@@ -43,7 +44,7 @@ readonly start_limit_s=120 longest_round_ms=2000
 
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
-session='' join='' url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
+session='' join='' url='' watch_url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
 retrieval_options=() matching_options=()
 
@@ -114,7 +115,7 @@ remove_instance() {
 # On a joining host the names of workers have the invitation's or the host's in front. The link goes by
 # a file: who lists processes does not see it.
 prefix='' where=(--session "$session")
-if [[ $join =~ ^skein://([^/]+)/(tcpq|udpm)(-([0-9]+))?/[^/]+/[^/]+/([^/]+)/ ]]; then
+if [[ $join =~ ^skein://([^/]+)/(tcpqs?|udpm)(-([0-9]+))?/[^/]+/[^/]+/([^/]+)/ ]]; then
   prefix=${BASH_REMATCH[5]}.$$- where=(--invite "@$session/run/invitation")
   url=${url:-${BASH_REMATCH[2]}://${BASH_REMATCH[1]}${BASH_REMATCH[4]:+?ttl=${BASH_REMATCH[4]}}}
 elif [[ $join == skein://* ]]; then
@@ -162,20 +163,25 @@ await_relay() {
   done
 }
 
-# The relays of a tcpq URL: on this host they are part of the set, unless the set joins another.
+# The relays of a tcpq or tcpqs URL: on this host they are part of the set, unless the set joins another.
 add_relays() {
-  [[ $url =~ ^tcpq://([^:/?]*)(:([0-9]+))? ]] || return 0
-  local host=${BASH_REMATCH[1]:-127.0.0.1} port=${BASH_REMATCH[3]:-7700} relay_port loopback=()
-  [[ ! $host =~ ^(127\..*|localhost)$ ]] || loopback=(--loopback)
+  [[ $url =~ ^tcpq(s?)://([^:/?]*)(:([0-9]+))? ]] || return 0
+  local tls=${BASH_REMATCH[1]} host=${BASH_REMATCH[2]:-127.0.0.1} port=${BASH_REMATCH[4]:-7700} relay_port options
+  local of_session=(--session "$session" --lcm-url "$url" "${auth_options[@]}")
+  [[ ! $host =~ ^(127\..*|localhost)$ ]] || of_session+=(--loopback)
   for relay_port in "$port" $((port + 1)); do
     if [[ -n $join ]] || ! is_local_host "$host"; then
       await_relay "$host" "$relay_port"
       continue
     fi
     if port_is_open "$host" "$relay_port"; then
-      say "a relay listens on $host:$relay_port already"
+      say "a relay listens on $host:$relay_port already; where it serves another session, give this one another port"
     elif [[ -x $bin/skein-relay ]]; then
-      add_instance "relay-$relay_port" "$bin/skein-relay" --port "$relay_port" "${loopback[@]}" "${config_options[@]}"
+      options=("${of_session[@]}" --instance "relay-$relay_port")
+      [[ -z $tls || $relay_port != "$port" ]] || { options+=(--watch-port $((port + 2))); watch_url=tcpq://127.0.0.1:$((port + 2)); }
+      add_instance "relay-$relay_port" "$bin/skein-relay" --port "$relay_port" "${options[@]}" "${config_options[@]}"
+    elif [[ -n $tls ]]; then
+      die "no $bin/skein-relay: LCM's own relay has no TLS; build first, or take a tcpq:// URL"
     else
       add_instance "relay-$relay_port" java -Xmx64m -cp "$(lcm_jar)" lcm.lcm.TCPService "$relay_port"
     fi
@@ -381,7 +387,9 @@ say "${#instances[@]} processes are ready on $url"
 [[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $SKEIN_BUILD/bin/skein invite --session '$session' --role agent   (or worker, operator, viewer)"
 watched="--session '$session' --lcm-url '$url'"
 [[ $join != skein://* ]] || watched="--invite '@$session/run/invitation'"
-say "watch:  $SKEIN_BUILD/bin/skein status $watched   or   scripts/spy.sh --lcm-url '$url'"
+spied="   or   scripts/spy.sh --lcm-url '${watch_url:-$url}'"
+[[ $url != tcpqs:* || -n $watch_url ]] || spied='' # the relay's host has a port for it
+say "watch:  $SKEIN_BUILD/bin/skein status $watched$spied"
 [[ -z $ready_file ]] || echo "$url" >"$ready_file"
 
 while ((!interrupted)); do

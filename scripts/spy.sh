@@ -3,7 +3,8 @@
 #
 #   scripts/spy.sh [--lcm-url URL] [--build DIR]
 #
-# launch.sh and reconstruct.sh print the URL of their session. Needs a display.
+# launch.sh and reconstruct.sh print the URL of their session: for an encrypted one (tcpqs://), that of the
+# port for listening on its host. Needs a display.
 source "$(dirname "$0")/lib.sh"
 
 url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
@@ -16,5 +17,6 @@ while (($#)); do
   esac
   shift
 done
+[[ $url != tcpqs:* ]] || die "lcm-spy has no TLS: take the tcpq://127.0.0.1 URL of launch.sh's \"watch:\" line, on its host"
 [[ -n ${DISPLAY:-} ]] || die "no display: set DISPLAY (ssh -X sets it)"
 exec_lcm_spy "$url"

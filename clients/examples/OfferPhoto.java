@@ -54,6 +54,10 @@ public class OfferPhoto implements LCMSubscriber {
       if (!link.startsWith("skein://")) throw new IllegalArgumentException("no skein:// link");
       final String[] parts = link.substring(8).split("/");
       if (parts.length != 6) throw new IllegalArgumentException("the link is cut");
+      if (parts[1].equals("tcpqs")) {
+        throw new IllegalArgumentException(
+            "LCM's library has no TLS: join the session with `skein agent`");
+      }
       host = parts[0].substring(0, parts[0].indexOf(':'));
       port = Integer.parseInt(parts[0].substring(parts[0].indexOf(':') + 1));
       provider = parts[1];

@@ -52,6 +52,9 @@ struct Invitation {
       parts.push_back(link.substr(at, end == std::string::npos ? end : end - at));
     }
     if (parts.size() != 6) throw std::runtime_error("the link is cut");
+    if (parts[1] == "tcpqs") {
+      throw std::runtime_error("LCM's library has no TLS: join the session with `skein agent`");
+    }
     const size_t colon = parts[0].find(':');
     host = parts[0].substr(0, colon);
     port = std::stoi(parts[0].substr(colon + 1));

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "auth/relay_certificate.h"
 #include "auth/session_keys.h"
 #include "core/clock.h"
 #include "core/log.h"
@@ -73,6 +74,27 @@ void Accept(const std::string& link, NodeOptions* options) {
   options->invitation = *std::move(invitation);
 }
 
+std::string KeysDirOf(const NodeOptions& options) {
+  return options.session_dir.empty() ? options.keys_dir
+                                     : SessionPaths{options.session_dir}.Keys().string();
+}
+
+// A tcpqs URL with the pin that the invitation or the session's folder tells.
+std::string WithPin(const NodeOptions& options) {
+  if (options.lcm_url.rfind("tcpqs:", 0) != 0) return options.lcm_url;
+  LcmUrl url = ParseLcmUrl(options.lcm_url);
+  const std::string keys_dir = KeysDirOf(options);
+  if (!url.pin.empty()) return options.lcm_url;
+  if (options.invitation) {
+    url.pin = options.invitation->url.pin;
+  } else if (!keys_dir.empty()) {
+    const Result<std::string> pin = ReadRelayPin(keys_dir);
+    if (!pin.ok()) throw std::runtime_error(pin.error());
+    url.pin = *pin;
+  }
+  return url.ToString();
+}
+
 NodeOptions Completed(NodeOptions options) {
   if (options.instance.empty()) options.instance = options.service;
   if (!options.invite.empty()) Accept(options.invite, &options);
@@ -89,20 +111,8 @@ NodeOptions Completed(NodeOptions options) {
   }
   const char* url = std::getenv("LCM_DEFAULT_URL");
   if (options.lcm_url.empty() && url != nullptr) options.lcm_url = url;
+  options.lcm_url = WithPin(options);
   return options;
-}
-
-enum class Auth { kOff, kWarn, kRequire };
-
-Auth AuthOf(const std::string& text, const LcmUrl& url) {
-  if (text == "off") return Auth::kOff;
-  if (text == "warn") return Auth::kWarn;
-  if (text == "require") return Auth::kRequire;
-  if (!text.empty()) {
-    throw std::invalid_argument("--auth is \"" + text + "\": give off, warn or require");
-  }
-  if (url.provider == "memq") return Auth::kOff;
-  return url.leaves_host() ? Auth::kRequire : Auth::kWarn;
 }
 
 // Of the invitation, or of the session's folder. None for who may do without.
@@ -127,6 +137,17 @@ std::optional<SessionAccess> FindAccess(const NodeOptions& options, const std::s
 }
 
 }  // namespace
+
+Auth AuthOf(const std::string& text, const LcmUrl& url) {
+  if (text == "off") return Auth::kOff;
+  if (text == "warn") return Auth::kWarn;
+  if (text == "require") return Auth::kRequire;
+  if (!text.empty()) {
+    throw std::invalid_argument("--auth is \"" + text + "\": give off, warn or require");
+  }
+  if (url.provider == "memq") return Auth::kOff;
+  return url.leaves_host() ? Auth::kRequire : Auth::kWarn;
+}
 
 Node::Node(const NodeOptions& options)
     : options_(Completed(options)),
@@ -170,7 +191,8 @@ void Node::Start() {
 void Node::SealBus() {
   const Auth auth = AuthOf(options_.auth, bus_.url());
   if (auth == Auth::kOff) return;
-  const auto access = FindAccess(options_, KeysDir(), session_id_, auth == Auth::kRequire);
+  const auto access =
+      FindAccess(options_, KeysDirOf(options_), session_id_, auth == Auth::kRequire);
   if (!access) return;
   bus_.SetSeal(
       std::make_unique<MessageSeal>(access->trust, access->credential, access->used, NowUs),
@@ -179,12 +201,8 @@ void Node::SealBus() {
   counters_timer_ = loop_.AddTimer(kKeepCountersS, [this] { KeepCounters(); });
 }
 
-std::string Node::KeysDir() const {
-  return shares_folder() ? SessionPaths{options_.session_dir}.Keys().string() : options_.keys_dir;
-}
-
 void Node::KeepCounters() {
-  const Status status = SaveCounters(KeysDir(), bus_.seal()->Counters());
+  const Status status = SaveCounters(KeysDirOf(options_), bus_.seal()->Counters());
   if (!status.ok()) LogWarn("a message may be taken twice after a restart: {}", status.error());
 }
 

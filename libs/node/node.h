@@ -139,7 +139,6 @@ class Node {
   std::string FindSession();
   std::string HearSession();
   void SealBus();
-  std::string KeysDir() const;
   void SendHeartbeat();
   void KeepCounters();
 
@@ -159,6 +158,11 @@ class Node {
   PollLoop::TimerId heartbeat_timer_ = 0;
   PollLoop::TimerId counters_timer_ = 0;
 };
+
+// What is done about messages without a signature (docs/security.md).
+enum class Auth { kOff, kWarn, kRequire };
+// Of --auth; "" goes by where the URL leads. Throws std::invalid_argument for anything else.
+Auth AuthOf(const std::string& text, const LcmUrl& url);
 
 // Parses the command line. Returns the exit code if the program ends now: 0 after --help, 2 for bad
 // usage, explained on stderr.

@@ -10,8 +10,8 @@ void AddPlaceOptions(CLI::App& app, NodeOptions* options) {
   app.add_option("--session-id", options->session_id,
                  "The session's id, or \"auto\" for the first one heard; without a credential");
   app.add_option("--lcm-url", options->lcm_url,
-                 "LCM's URL: udpm://239.255.76.67:7667?ttl=0 or tcpq://HOST:7700; else the "
-                 "invitation's, or LCM_DEFAULT_URL");
+                 "LCM's URL: udpm://239.255.76.67:7667?ttl=0, tcpq://HOST:7700, or "
+                 "tcpqs://HOST:7700 (encrypted); else the invitation's, or LCM_DEFAULT_URL");
   app.add_option(
          "--auth", options->auth,
          "Messages without a signature: off (nothing is signed), warn (may offer photos and "

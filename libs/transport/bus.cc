@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/log.h"
+#include "transport/tcpq_wire.h"
 
 namespace skein {
 namespace {
@@ -12,6 +13,8 @@ namespace {
 // The bulk bus stays joined for a while after its last subscription, because pulls come in groups.
 // (A relay sends nothing without subscriptions.)
 constexpr double kBulkIdleS = 5.0;
+// Its relay lets who has not signed for a minute hear nothing more.
+constexpr double kHelloS = 15.0;
 
 // Each of the first, then each power of two: who sends nonsense repeats itself.
 bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
@@ -21,10 +24,13 @@ bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) ==
 Bus::Bus(const std::string& url, PollLoop& loop) : url_(ParseLcmUrl(url)), loop_(loop) {
   std::signal(SIGPIPE, SIG_IGN);
   OpenLink(false);
-  if (url_.provider == "tcpq") OpenLink(true);  // connecting takes time, being connected none
+  if (url_.goes_over_relay()) OpenLink(true);  // connecting takes time, being connected none
 }
 
-Bus::~Bus() { loop_.CancelTimer(close_bulk_timer_); }
+Bus::~Bus() {
+  loop_.CancelTimer(close_bulk_timer_);
+  loop_.CancelTimer(hello_timer_);
+}
 
 Link& Bus::OpenLink(bool bulk) {
   std::unique_ptr<Link>& link = network(bulk).link;
@@ -33,6 +39,7 @@ Link& Bus::OpenLink(bool bulk) {
                     [this, bulk](const std::string& channel, const Bytes& message) {
                       Deliver(bulk, channel, message);
                     });
+    if (url_.provider == "tcpqs") link->SetOnConnected([this, bulk] { Hello(bulk); });
   }
   return *link;
 }
@@ -100,6 +107,19 @@ void Bus::Deliver(bool bulk, const std::string& channel, const Bytes& message) {
 void Bus::SetSeal(std::unique_ptr<MessageSeal> seal, bool takes_unsigned) {
   seal_ = std::move(seal);
   takes_unsigned_ = takes_unsigned;
+  if (url_.provider != "tcpqs") return;
+  const auto hello = [this] {
+    for (const bool bulk : {false, true}) Hello(bulk);
+  };
+  hello();
+  loop_.CancelTimer(hello_timer_);
+  hello_timer_ = loop_.AddTimer(kHelloS, hello);
+}
+
+void Bus::Hello(bool bulk) {
+  if (!seal_) return;
+  const Bytes sealed = seal_->Seal(tcpq::kHelloChannel, {});
+  OpenLink(bulk).Publish(tcpq::kHelloChannel, sealed.data(), sealed.size());
 }
 
 // Calls `then` with what is in the message, unless it is refused.

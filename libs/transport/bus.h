@@ -155,6 +155,7 @@ class Bus {
   void Refuse(const std::string& channel, const char* why);
   void CountFailure(const std::string& channel, const Bytes& message);
   void CloseBulkWhenIdle();
+  void Hello(bool bulk);
   Link& OpenLink(bool bulk);
   Network& network(bool bulk) { return bulk && url_.provider != "memq" ? bulk_ : main_; }
 
@@ -164,6 +165,7 @@ class Bus {
   Network main_;
   Network bulk_;
   PollLoop::TimerId close_bulk_timer_ = 0;
+  PollLoop::TimerId hello_timer_ = 0;
   std::map<SubscriptionId, std::pair<bool, std::string>> subscriptions_;  // bulk?, channel
   SubscriptionId next_id_ = 1;
   BusCounters counters_;

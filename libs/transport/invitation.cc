@@ -3,6 +3,7 @@
 #include <regex>
 #include <stdexcept>
 
+#include "auth/relay_certificate.h"
 #include "auth/session_keys.h"
 #include "core/file.h"
 
@@ -44,6 +45,8 @@ std::string ToLink(const Invitation& invitation) {
   code.PutRaw(credential.data(), credential.size());
   const Certificate& certificate = invitation.credential.certificate;
   const LcmUrl& url = invitation.url;
+  const Bytes pin = FromBase64Url(url.pin).value_or(Bytes());
+  code.PutRaw(pin.data(), pin.size());
   const std::string provider =
       url.provider == "udpm" ? "udpm-" + std::to_string(url.ttl) : url.provider;
   return "skein://" + url.host + ":" + std::to_string(url.port) + "/" + provider + "/" +
@@ -53,7 +56,7 @@ std::string ToLink(const Invitation& invitation) {
 
 Result<Invitation> ReadInvitation(const std::string& link) {
   static const std::regex kForm(
-      "skein://([^/]+)/(tcpq|udpm)(?:-([0-9]+))?/([0-9a-f]{16})/([a-z]+)/([A-Za-z0-9_-]+)/"
+      "skein://([^/]+)/(tcpqs?|udpm)(?:-([0-9]+))?/([0-9a-f]{16})/([a-z]+)/([A-Za-z0-9_-]+)/"
       "([A-Za-z0-9_-]+)");
   const Result<std::string> text = TextOf(link);
   if (!text.ok()) return text.status();
@@ -66,8 +69,11 @@ Result<Invitation> ReadInvitation(const std::string& link) {
   if (!code || code->size() < trust.root.size()) return NoInvitation("is damaged");
   ByteReader in(*code);
   in.GetRaw(trust.root.data(), trust.root.size());
-  const Result<Credential> credential =
-      DecodeCredential(Bytes(in.data(), in.data() + in.remaining()));
+  const size_t pin_bytes = url->provider == "tcpqs" ? kPinBytes : 0;
+  if (in.remaining() < pin_bytes) return NoInvitation("is damaged");
+  const uint8_t* pin = in.data() + in.remaining() - pin_bytes;
+  url->pin = ToBase64Url(Bytes(pin, pin + pin_bytes));
+  const Result<Credential> credential = DecodeCredential(Bytes(in.data(), pin));
   if (!credential.ok() || credential->certificate.name != parts[6] ||
       !IsGenuine(credential->certificate, trust)) {
     return NoInvitation("is damaged");

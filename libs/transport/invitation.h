@@ -1,8 +1,9 @@
 // What one who joins needs to know, as a link: where the session is, whom to trust, a credential.
 //
-//   skein://HOST:PORT/PROVIDER/SESSION/ROLE/NAME/CODE      PROVIDER: tcpq, or udpm-TTL
+//   skein://HOST:PORT/PROVIDER/SESSION/ROLE/NAME/CODE      PROVIDER: tcpq, tcpqs, or udpm-TTL
 //
-// CODE is base64url of the root's public key (32 bytes), then the credential (seed, certificate).
+// CODE is base64url of the root's public key (32 bytes), then the credential (seed, certificate),
+// then, for tcpqs, the pin of the relay's certificate (16 bytes).
 // Whoever has the link has the credential.
 #pragma once
 
@@ -23,7 +24,7 @@ struct Invitation {
 // Whether the name may stand in a link: 1 to 24 letters, digits, '-' or '_'.
 bool IsInvitedName(const std::string& name);
 
-// The URL is of tcpq or udpm.
+// The URL is of tcpq, udpm, or tcpqs with a pin.
 std::string ToLink(const Invitation& invitation);
 
 // An error says what is wrong. "@FILE": the link stands in that file, where no list of processes

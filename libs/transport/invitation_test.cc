@@ -18,11 +18,14 @@ Invitation MakeInvitation(const std::string& url) {
 }
 
 TEST(Invitation, ComesBackFromItsLink) {
-  for (const char* url : {"tcpq://10.77.0.1:7700", "udpm://239.255.76.67:7667?ttl=3"}) {
+  for (const char* url :
+       {"tcpq://10.77.0.1:7700", "tcpqs://10.77.0.1:7700?pin=AAECAwQFBgcICQoLDA0ODw",
+        "udpm://239.255.76.67:7667?ttl=3"}) {
     const Invitation made = MakeInvitation(url);
     const Result<Invitation> read = ReadInvitation(ToLink(made));
     ASSERT_TRUE(read.ok()) << read.error();
-    EXPECT_EQ(read->url.ToString(), made.url.ToString());
+    EXPECT_EQ(read->url.ToString(),
+              url + std::string(made.url.provider == "udpm" ? "&recv_buf_size=4194304" : ""));
     EXPECT_EQ(read->trust.session_id, kSession);
     EXPECT_EQ(read->trust.root, made.trust.root);
     EXPECT_EQ(read->credential.certificate.name, "alice");
@@ -43,8 +46,12 @@ TEST(Invitation, SaysThatItIsDamaged) {
   const std::string link = ToLink(MakeInvitation("tcpq://10.77.0.1:7700"));
   EXPECT_FALSE(ReadInvitation("").ok());
   EXPECT_FALSE(ReadInvitation("tcpq://10.77.0.1:7700").ok());
-  for (size_t size = 0; size < link.size(); ++size) {
-    EXPECT_FALSE(ReadInvitation(link.substr(0, size)).ok()) << size;
+  const std::string encrypted =
+      ToLink(MakeInvitation("tcpqs://10.77.0.1:7700?pin=AAECAwQFBgcICQoLDA0ODw"));
+  for (const std::string& whole : {link, encrypted}) {
+    for (size_t size = 0; size < whole.size(); ++size) {
+      EXPECT_FALSE(ReadInvitation(whole.substr(0, size)).ok()) << size;
+    }
   }
   std::string another = link;
   another.replace(another.find("alice"), 5, "alicf");
@@ -63,13 +70,26 @@ TEST(Invitation, TakesNamesThatMayStandInALink) {
   }
 }
 
+TEST(LcmUrl, HasAPinWhereItIsEncrypted) {
+  const std::string url = "tcpqs://10.77.0.1:7700?pin=AAECAwQFBgcICQoLDA0ODw";
+  EXPECT_EQ(ParseLcmUrl(url).ToString(), url);
+  EXPECT_EQ(ParseLcmUrl(url).Bulk().ToString(),
+            "tcpqs://10.77.0.1:7701?pin=AAECAwQFBgcICQoLDA0ODw");
+  EXPECT_EQ(ParseLcmUrl("tcpqs://").ToString(), "tcpqs://127.0.0.1:7700");
+  for (const char* wrong :
+       {"tcpqs://host?pin=", "tcpqs://host?pin=AAECAwQFBgcICQoLDA0O",
+        "tcpqs://host?pin=AAECAwQFBgcICQoLDA0OD+", "tcpq://host?pin=AAECAwQFBgcICQoLDA0ODw"}) {
+    EXPECT_THROW(ParseLcmUrl(wrong), std::invalid_argument) << wrong;
+  }
+}
+
 TEST(LcmUrl, TellsWhetherItLeavesTheHost) {
   for (const char* url : {"udpm://239.255.76.67:7667?ttl=0", "tcpq://127.0.0.1:7700",
-                          "tcpq://localhost:7700", "memq://"}) {
+                          "tcpqs://127.0.0.1:7700", "tcpq://localhost:7700", "memq://"}) {
     EXPECT_FALSE(ParseLcmUrl(url).leaves_host()) << url;
   }
   for (const char* url : {"udpm://239.255.76.67:7667?ttl=1", "tcpq://10.77.0.1:7700",
-                          "tcpq://host:7700", "tcpq://0.0.0.0:7700"}) {
+                          "tcpqs://host:7700", "tcpq://host:7700", "tcpq://0.0.0.0:7700"}) {
     EXPECT_TRUE(ParseLcmUrl(url).leaves_host()) << url;
   }
 }

@@ -4,6 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "auth/relay_certificate.h"
+
 namespace skein {
 namespace {
 
@@ -11,7 +13,8 @@ constexpr char kDefaultUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 
 [[noreturn]] void Refuse(const std::string& url, const std::string& why) {
   throw std::invalid_argument("LCM URL \"" + url + "\": " + why +
-                              "; write udpm://239.255.76.67:7667?ttl=0 or tcpq://HOST:7700");
+                              "; write udpm://239.255.76.67:7667?ttl=0, tcpq://HOST:7700 or "
+                              "tcpqs://HOST:7700");
 }
 
 int ParseNumber(const std::string& url, const std::string& text, int low, int high) {
@@ -42,8 +45,11 @@ void ParseOptions(const std::string& url, const std::string& options, LcmUrl* pa
       parsed->ttl = ParseNumber(url, value, 0, 255);
     } else if (key == "recv_buf_size") {
       parsed->recv_buf_size = ParseNumber(url, value, 1, 1 << 30);
+    } else if (key == "pin" && parsed->provider == "tcpqs") {
+      if (!IsCertificatePin(value)) Refuse(url, "\"" + value + "\" is no certificate's pin");
+      parsed->pin = value;
     } else if (!option.empty()) {
-      Refuse(url, "\"" + key + "\" is no option: there are ttl and recv_buf_size");
+      Refuse(url, "\"" + key + "\" is no option: there are ttl, recv_buf_size, and pin of tcpqs");
     }
   }
 }
@@ -53,6 +59,7 @@ void ParseOptions(const std::string& url, const std::string& options, LcmUrl* pa
 std::string LcmUrl::ToString() const {
   if (provider == "memq") return "memq://";
   std::string text = provider + "://" + host + ":" + std::to_string(port);
+  if (!pin.empty()) text += "?pin=" + pin;
   if (provider != "udpm") return text;
   return text + "?ttl=" + std::to_string(ttl) + "&recv_buf_size=" + std::to_string(recv_buf_size);
 }
@@ -64,7 +71,7 @@ LcmUrl LcmUrl::Bulk() const {
 }
 
 bool LcmUrl::leaves_host() const {
-  if (provider != "tcpq") return leaves_host_by_datagram();
+  if (!goes_over_relay()) return leaves_host_by_datagram();
   return host != "localhost" && host.rfind("127.", 0) != 0;
 }
 
@@ -75,8 +82,8 @@ LcmUrl ParseLcmUrl(const std::string& text) {
   LcmUrl parsed;
   parsed.provider = url.substr(0, colon);
   if (parsed.provider == "memq") return parsed;
-  if (parsed.provider != "udpm" && parsed.provider != "tcpq") Refuse(url, "unknown transport");
-  const bool tcpq = parsed.provider == "tcpq";
+  const bool tcpq = parsed.goes_over_relay();
+  if (parsed.provider != "udpm" && !tcpq) Refuse(url, "unknown transport");
   parsed.host = tcpq ? "127.0.0.1" : "239.255.76.67";
   parsed.port = tcpq ? 7700 : 7667;
   const std::string rest = url.substr(colon + 3);

@@ -6,15 +6,17 @@
 namespace skein {
 
 struct LcmUrl {
-  std::string provider;  // udpm, tcpq or memq
+  std::string provider;  // udpm, tcpq, tcpqs (tcpq through TLS) or memq
   std::string host;      // multicast group, or the relay's host; empty for memq
   int port = 0;          // 0 for memq
   int ttl = 0;           // udpm only; 0 stays on this host
+  std::string pin;       // tcpqs only; of the relay's certificate (auth/relay_certificate.h)
 
   // Everything, with a receive buffer of 4 MiB unless the URL gave one.
   std::string ToString() const;
   // The same for bulk data: next port. A memq URL is its own.
   LcmUrl Bulk() const;
+  bool goes_over_relay() const { return provider == "tcpq" || provider == "tcpqs"; }
   // Whether a datagram may travel beyond this host, where IP fragments multiply loss.
   bool leaves_host_by_datagram() const { return provider == "udpm" && ttl > 0; }
 

@@ -27,6 +27,8 @@ class Link {
   virtual void Unsubscribe(const std::string& channel) = 0;
   // False if it was dropped here: not connected, or too much is waiting to be sent.
   virtual bool Publish(const std::string& channel, const void* data, size_t size) = 0;
+  // Called whenever a relay is reached, before anything else is sent to it.
+  virtual void SetOnConnected(std::function<void()> /*on_connected*/) {}
 };
 
 // Calls `on_message` on the loop's thread, outside any call of LCM's library. So it may throw, and

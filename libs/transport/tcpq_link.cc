@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <stdexcept>
 
 #include "core/log.h"
 
@@ -74,12 +75,23 @@ int SocketError(int fd) {
   return ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) == 0 ? error : errno;
 }
 
+std::optional<TlsContext> TlsOf(const LcmUrl& url) {
+  if (url.provider != "tcpqs") return std::nullopt;
+  if (url.pin.empty()) {
+    throw std::invalid_argument(url.ToString() +
+                                ": by what is its relay known? give --session DIR on the session's "
+                                "host, --invite LINK elsewhere, or the URL with ?pin=FINGERPRINT");
+  }
+  return TlsContext::ForClient(url.pin);
+}
+
 }  // namespace
 
 TcpqLink::TcpqLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message)
     : url_(url),
       loop_(loop),
       on_message_(std::move(on_message)),
+      tls_(TlsOf(url)),
       retry_s_(kFirstRetryS),
       parser_(tcpq::kServerMagic) {
   Connect();
@@ -87,19 +99,18 @@ TcpqLink::TcpqLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message)
 
 TcpqLink::~TcpqLink() {
   loop_.CancelTimer(retry_timer_);
-  if (fd_ < 0) return;
-  loop_.RemoveFd(fd_);
-  ::close(fd_);
+  if (stream_) loop_.RemoveFd(stream_->fd());
 }
 
 void TcpqLink::Connect() {
   std::string error;
-  fd_ = StartConnecting(url_.host, url_.port, num_attempts_++, &error);
-  if (fd_ < 0) return Disconnect(error);
+  const int fd = StartConnecting(url_.host, url_.port, num_attempts_++, &error);
+  if (fd < 0) return Disconnect(error);
+  stream_ = tls_ ? tls_->Wrap(fd) : std::make_unique<Stream>(fd);
   state_ = State::kConnecting;
   watches_writable_ = false;
   parser_ = tcpq::FrameParser(tcpq::kServerMagic);
-  loop_.AddFd(fd_, [this] { Receive(); });
+  loop_.AddFd(fd, [this] { Receive(); });
   WatchWritable(true);
 }
 
@@ -108,6 +119,8 @@ void TcpqLink::OnConnected() {
   out_.clear();
   sent_ = 0;
   tcpq::AppendGreeting(tcpq::kClientMagic, &out_);
+  if (on_connected_) on_connected_();
+  if (state_ != State::kConnected) return;  // it could not be sent
   for (const std::string& channel : channels_) {
     tcpq::AppendSubscription(tcpq::FrameType::kSubscribe, channel, &out_);
   }
@@ -117,11 +130,8 @@ void TcpqLink::OnConnected() {
 void TcpqLink::Disconnect(const std::string& why) {
   if (!complained_) LogWarn("no relay at {}: {}; trying again", url_.ToString(), why);
   complained_ = true;
-  if (fd_ >= 0) {
-    loop_.RemoveFd(fd_);
-    ::close(fd_);
-  }
-  fd_ = -1;
+  if (stream_) loop_.RemoveFd(stream_->fd());
+  stream_.reset();
   state_ = State::kDisconnected;
   out_.clear();
   sent_ = 0;
@@ -150,50 +160,56 @@ bool TcpqLink::Publish(const std::string& channel, const void* data, size_t size
 
 void TcpqLink::Send() {
   while (sent_ < out_.size()) {
-    const ssize_t sent = ::send(fd_, out_.data() + sent_, out_.size() - sent_, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
-    if (sent < 0) return Disconnect(std::strerror(errno));
-    sent_ += static_cast<size_t>(sent);
+    const Stream::Moved moved = stream_->Send(out_.data() + sent_, out_.size() - sent_);
+    if (moved.is_over) return Disconnect(stream_->error());
+    if (moved.bytes == 0) break;
+    sent_ += moved.bytes;
   }
   if (sent_ == out_.size() || sent_ > (1 << 20)) {
     out_.erase(out_.begin(), out_.begin() + static_cast<std::ptrdiff_t>(sent_));
     sent_ = 0;
   }
-  WatchWritable(!out_.empty());
+  WatchWritable(stream_->WaitsForRoom(!out_.empty()));
 }
 
 void TcpqLink::WatchWritable(bool watch) {
   if (watch == watches_writable_) return;
   watches_writable_ = watch;
-  if (!watch) return loop_.SetOnWritable(fd_, {});
-  loop_.SetOnWritable(fd_, [this] {
-    if (state_ == State::kConnected) return Send();
-    const int error = SocketError(fd_);
+  if (!watch) return loop_.SetOnWritable(stream_->fd(), {});
+  loop_.SetOnWritable(stream_->fd(), [this] {
+    if (state_ == State::kConnected) return stream_->WaitsForRoom(false) ? Receive() : Send();
+    const int error = SocketError(stream_->fd());
     if (error != 0) return Disconnect(std::strerror(error));
     OnConnected();
   });
 }
 
 void TcpqLink::Receive() {
+  // A connection that fails is told of as readable, too.
+  if (state_ == State::kConnecting) {
+    const int error = SocketError(stream_->fd());
+    return error != 0 ? Disconnect(std::strerror(error)) : OnConnected();
+  }
   uint8_t buffer[65536];
-  const ssize_t got = ::recv(fd_, buffer, sizeof(buffer), 0);
-  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
-  if (got < 0) return Disconnect(std::strerror(errno));
-  if (got == 0) return Disconnect("it hung up");
-  if (complained_) LogInfo("relay at {} is back", url_.ToString());
-  complained_ = false;
-  retry_s_ = kFirstRetryS;
-  parser_.Feed(buffer, static_cast<size_t>(got));
-  DeliverFrames();
+  const Stream::Moved moved = stream_->Receive(buffer, sizeof(buffer));
+  if (moved.is_over) return Disconnect(stream_->error());
+  if (moved.bytes > 0) {
+    if (complained_) LogInfo("relay at {} is back", url_.ToString());
+    complained_ = false;
+    retry_s_ = kFirstRetryS;
+    parser_.Feed(buffer, moved.bytes);
+    DeliverFrames();
+  }
+  // TLS may have waited for what came.
+  if (stream_ && !watches_writable_) Send();
 }
 
 void TcpqLink::DeliverFrames() {
   tcpq::Frame frame;
-  while (fd_ >= 0) {
+  while (stream_) {
     const auto state = parser_.Next(&frame);
     if (state == tcpq::FrameParser::State::kNeedMore) return;
-    if (state == tcpq::FrameParser::State::kBroken) return Disconnect("it speaks another protocol");
+    if (state == tcpq::FrameParser::State::kBroken) return Disconnect(parser_.why_broken());
     // Not in the set: the relay sent it before it got the unsubscription.
     if (channels_.count(frame.channel)) on_message_(frame.channel, frame.message);
   }

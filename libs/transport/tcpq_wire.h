@@ -2,7 +2,8 @@
 // endian. Each side first sends its magic number and the protocol's version. Then come frames:
 //
 //   publish (both ways): 1, length of the channel's name, name, length of the message, message
-//   subscribe, unsubscribe (client to relay): 2 or 3, length of the name, name (a regex)
+//   subscribe, unsubscribe (client to relay): 2 or 3, length of the name, name (a regex; Skein's
+//   relay takes names, PREFIX.* and .* alone)
 //
 // Source: lcm/lcm_tcpq.c and lcm-java/lcm/lcm/TCPService.java of LCM 1.3.1.
 #pragma once
@@ -20,9 +21,14 @@ inline constexpr uint32_t kVersion = 0x0100;
 
 enum class FrameType : uint32_t { kPublish = 1, kSubscribe = 2, kUnsubscribe = 3 };
 
-// Anything larger is no LCM traffic.
+// Who sends anything larger is hung up on. Skein's messages have up to 32 KiB; an uncompressed
+// colour image of 1280 x 960, as other LCM programs send them, has 3.7 MB.
 inline constexpr uint32_t kMaxChannelBytes = 1024;
-inline constexpr uint32_t kMaxMessageBytes = 64 << 20;
+inline constexpr uint32_t kMaxMessageBytes = 4 << 20;
+
+// Over TLS, by which a client shows the relay that it belongs to the session: an empty message,
+// signed. The relay keeps it to itself.
+inline constexpr char kHelloChannel[] = "SKEIN_HELLO";
 
 struct Frame {
   FrameType type = FrameType::kPublish;
@@ -42,17 +48,25 @@ class FrameParser {
 
   void Feed(const uint8_t* data, size_t size);
   enum class State { kFrame, kNeedMore, kBroken };
-  // kFrame: one was moved to *frame; call again. kBroken: the other side does not speak the
-  // protocol; hang up.
+  // kFrame: one was moved to *frame; call again. kBroken: hang up, why_broken() tells the reason.
   State Next(Frame* frame);
+
+  const char* why_broken() const { return why_broken_; }
+  bool greeted() const { return greeted_; }
+  // Whether a part of a frame is here. Only after Next has said kNeedMore.
+  bool has_part() const { return available() > 0; }
+  // Memory that it holds.
+  size_t held_bytes() const { return buffer_.capacity(); }
 
  private:
   bool Peek(size_t offset, uint32_t* value) const;
   State ParseGreeting();
+  State Broken(const char* why);
   size_t available() const { return buffer_.size() - consumed_; }
 
   uint32_t expected_magic_;
   bool greeted_ = false;
+  const char* why_broken_ = "";
   Bytes buffer_;
   size_t consumed_ = 0;
 };

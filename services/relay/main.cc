@@ -1,5 +1,10 @@
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "core/log.h"
@@ -7,24 +12,69 @@
 #include "event_loop/sign_of_life.h"
 #include "relay/relay.h"
 #include "relay/relay_options.h"
+#include "relay/relay_session.h"
+
+namespace {
+
+constexpr int kOwnDescriptors = 64;  // files, pipes, listeners
+
+// Descriptors for clients. Raises the limit to what the system permits.
+int MaxClients() {
+  rlimit limit{};
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, 1 << 16);
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  return std::max(4, static_cast<int>(limit.rlim_cur) - kOwnDescriptors);
+}
+
+skein::RelayOptions OfPort(int port, const skein::RelayProgramOptions& options) {
+  skein::RelayOptions of_port;
+  of_port.port = port;
+  of_port.max_queued_bytes = options.max_queue_mib << 20;
+  of_port.loopback = options.loopback;
+  of_port.max_clients =
+      std::min(options.max_clients, MaxClients() / static_cast<int>(options.ports.size()));
+  of_port.max_clients_of_address = of_port.max_clients / 2;
+  if (port == options.ports.front()) of_port.watch_port = options.watch_port;
+  return of_port;
+}
+
+// Runs until a signal.
+void Run(const skein::RelayProgramOptions& options) {
+  skein::PollLoop loop;
+  loop.StopOnSignals();
+  const skein::SignOfLife sign_of_life(loop);
+  std::optional<skein::RelaySession> session;
+  if (!options.session_dir.empty()) session.emplace(options);
+  std::vector<std::unique_ptr<skein::Relay>> relays;
+  for (const int port : options.ports) {
+    skein::RelayOptions of_port = OfPort(port, options);
+    if (session) {
+      of_port.tls = session->Tls();
+      of_port.members_only = session->is_closed();
+    }
+    relays.push_back(
+        std::make_unique<skein::Relay>(loop, of_port, session ? session->MakeGuard() : nullptr));
+  }
+  if (session) session->Speak(loop, relays);
+  std::printf("ready relay\n");
+  std::fflush(stdout);
+  loop.Run();
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   skein::RelayProgramOptions options;
   if (const auto code = skein::ParseRelayOptions(argc, argv, &options)) return *code;
   try {
-    skein::InitLog("relay", options.verbose);
-    skein::PollLoop loop;
-    loop.StopOnSignals();
-    const skein::SignOfLife sign_of_life(loop);
-    std::vector<std::unique_ptr<skein::Relay>> relays;
-    for (const int port : options.ports) {
-      const skein::RelayOptions of_port{port, options.max_queue_mib << 20, options.loopback};
-      relays.push_back(std::make_unique<skein::Relay>(loop, of_port));
-    }
-    std::printf("ready relay\n");
-    std::fflush(stdout);
-    loop.Run();
+    skein::InitLog(options.instance, options.verbose);
+    Run(options);
     return 0;
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "skein-relay: %s\n", error.what());
+    return 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "skein-relay: %s\n", error.what());
     return 1;

@@ -4,13 +4,13 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "core/log.h"
@@ -18,26 +18,32 @@
 namespace skein {
 namespace {
 
-constexpr size_t kMaxPatternBytes = 256;
-constexpr size_t kMaxPatterns = 1024;
-constexpr size_t kMaxKnownChannels = 4096;
-constexpr int kMaxPieces = 64;  // frames written by one system call
+// A client's turn: then the others have theirs.
+constexpr size_t kTurnReceivedBytes = 64 << 10;
+constexpr int kTurnFrames = 256;
+constexpr double kTurnS = 0.002;  // checking a signature takes most of it
 
-bool IsPlain(const std::string& pattern) {
-  return std::all_of(pattern.begin(), pattern.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-  });
-}
+constexpr size_t kSentAtOnce = 64 << 10;
+// Of each socket. The kernel's defaults let each client hold megabytes.
+constexpr int kSocketBufferBytes = 512 << 10;
+// Unsent in the kernel, where no sender's turn counts any more.
+constexpr int kUnsentBytes = 64 << 10;
 
-// Null if it is no regular expression.
-std::shared_ptr<regex_t> Compile(const std::string& pattern) {
-  auto regex = std::make_unique<regex_t>();
-  const std::string whole = "^(" + pattern + ")$";
-  if (::regcomp(regex.get(), whole.c_str(), REG_NOSUB | REG_EXTENDED) != 0) return nullptr;
-  return {regex.release(), [](regex_t* compiled) {
-            ::regfree(compiled);
-            delete compiled;
-          }};
+constexpr double kDeadlineCheckS = 0.5;
+constexpr double kIdleS =
+    5;  // who has said nothing for so long yields its place where it is wanted
+constexpr double kPauseS = 0.5;
+constexpr double kMemberS = 60;  // certificates expire: a signature counts for so long
+
+// Each of the first, then each power of two.
+bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
+
+// What a client calls something, for the log.
+std::string Shown(const std::string& text) {
+  std::string shown = text.substr(0, 64);
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return shown;
 }
 
 [[noreturn]] void ThrowSystemError(const std::string& what) {
@@ -52,12 +58,15 @@ int Listen(int port, bool loopback) {
   const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) ThrowSystemError("socket");
   SetOption(fd, SOL_SOCKET, SO_REUSEADDR, 1);
+  // What is accepted inherits these.
+  SetOption(fd, SOL_SOCKET, SO_RCVBUF, kSocketBufferBytes);
+  SetOption(fd, SOL_SOCKET, SO_SNDBUF, kSocketBufferBytes);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(loopback ? INADDR_LOOPBACK : INADDR_ANY);
   address.sin_port = htons(static_cast<uint16_t>(port));
   if (::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0 ||
-      ::listen(fd, 64) != 0) {
+      ::listen(fd, 128) != 0) {
     const int error = errno;
     ::close(fd);
     errno = error;
@@ -79,160 +88,320 @@ std::string NameOf(const sockaddr_in& address) {
   return std::string(text) + ":" + std::to_string(ntohs(address.sin_port));
 }
 
-}  // namespace
-
-bool ChannelSet::Add(const std::string& pattern) {
-  if (pattern.size() > kMaxPatternBytes || patterns_.size() >= kMaxPatterns) return false;
-  Pattern added{pattern, nullptr};
-  if (!IsPlain(pattern) && !(added.regex = Compile(pattern))) return false;
-  patterns_.push_back(std::move(added));
-  known_.clear();
-  return true;
-}
-
-void ChannelSet::Remove(const std::string& pattern) {
-  const auto found = std::find_if(patterns_.begin(), patterns_.end(),
-                                  [&](const Pattern& p) { return p.text == pattern; });
-  if (found == patterns_.end()) return;
-  patterns_.erase(found);
-  known_.clear();
-}
-
-bool ChannelSet::Pattern::Matches(const std::string& channel) const {
-  if (!regex) return text == channel;
-  return ::regexec(regex.get(), channel.c_str(), 0, nullptr, 0) == 0;
-}
-
-bool ChannelSet::Matches(const std::string& channel) {
-  const auto known = known_.find(channel);
-  if (known != known_.end()) return known->second;
-  const bool matches = std::any_of(patterns_.begin(), patterns_.end(),
-                                   [&](const Pattern& p) { return p.Matches(channel); });
-  if (known_.size() < kMaxKnownChannels) known_[channel] = matches;
-  return matches;
-}
-
-Relay::Relay(PollLoop& loop, const RelayOptions& options)
-    : loop_(loop),
-      options_(options),
-      listen_fd_(Listen(options.port, options.loopback)),
-      port_(PortOf(listen_fd_)) {
-  loop_.AddFd(listen_fd_, [this] { Accept(); });
-}
-
-Relay::~Relay() {
-  while (!clients_.empty()) HangUp(clients_.begin()->first, "the relay ends");
-  loop_.RemoveFd(listen_fd_);
-  ::close(listen_fd_);
-}
-
-void Relay::Accept() {
-  sockaddr_in address{};
-  socklen_t size = sizeof(address);
-  const int fd = ::accept4(listen_fd_, reinterpret_cast<sockaddr*>(&address), &size,
-                           SOCK_NONBLOCK | SOCK_CLOEXEC);
-  if (fd < 0) return;
+// Small messages leave at once, and a host that vanished is noticed within half a minute.
+void ConfigureAccepted(int fd) {
   SetOption(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+  SetOption(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytes);
   SetOption(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
   SetOption(fd, IPPROTO_TCP, TCP_KEEPIDLE, 10);
   SetOption(fd, IPPROTO_TCP, TCP_KEEPINTVL, 5);
   SetOption(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
-  Client& client = clients_[fd];
-  client.name = NameOf(address);
-  LogDebug("{} joins port {}", client.name, port_);
-  loop_.AddFd(fd, [this, fd] { Read(fd); });
-  Bytes greeting;
-  tcpq::AppendGreeting(tcpq::kServerMagic, &greeting);
-  Enqueue(fd, &client, std::make_shared<const Bytes>(std::move(greeting)));
-  HangUpBroken();
 }
 
-void Relay::Read(int fd) {
-  uint8_t buffer[65536];
-  const ssize_t got = ::recv(fd, buffer, sizeof(buffer), 0);
-  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
-  if (got < 0) return HangUp(fd, std::strerror(errno));
-  if (got == 0) return HangUp(fd, "it left");
-  clients_.at(fd).parser.Feed(buffer, static_cast<size_t>(got));
-  if (!HandleFrames(fd)) HangUp(fd, "it speaks another protocol");
-  HangUpBroken();
+}  // namespace
+
+Relay::Relay(PollLoop& loop, const RelayOptions& options, std::unique_ptr<RelayGuard> guard)
+    : loop_(loop), options_(options), guard_(std::move(guard)) {
+  AddListener(options.port, options.loopback, false);
+  if (options.watch_port) AddListener(*options.watch_port, true, true);
+  deadline_timer_ = loop_.AddTimer(kDeadlineCheckS, [this] { ExpelOverdue(); });
 }
 
-void Relay::HangUpBroken() {
-  for (const int fd : std::exchange(broken_, {})) HangUp(fd, "it cannot be written to");
-}
-
-bool Relay::HandleFrames(int fd) {
-  Client& client = clients_.at(fd);
-  tcpq::Frame frame;
-  while (true) {
-    const auto state = client.parser.Next(&frame);
-    if (state != tcpq::FrameParser::State::kFrame) {
-      return state == tcpq::FrameParser::State::kNeedMore;
-    }
-    if (frame.type == tcpq::FrameType::kPublish) Forward(frame);
-    if (frame.type == tcpq::FrameType::kUnsubscribe) client.channels.Remove(frame.channel);
-    if (frame.type == tcpq::FrameType::kSubscribe && !client.channels.Add(frame.channel)) {
-      LogWarn("{}: subscription refused: \"{}\"", client.name, frame.channel);
-    }
+Relay::~Relay() {
+  while (!clients_.empty()) HangUp(clients_.begin()->first, "the relay ends");
+  loop_.CancelTimer(deadline_timer_);
+  loop_.CancelTimer(late_timer_);
+  for (const auto& listener : listeners_) {
+    if (listener->pause == 0) loop_.RemoveFd(listener->fd);
+    loop_.CancelTimer(listener->pause);
+    ::close(listener->fd);
   }
 }
 
-void Relay::Forward(const tcpq::Frame& frame) {
-  ++counters_.num_messages;
-  counters_.bytes += static_cast<int64_t>(frame.message.size());
-  FramePtr encoded;
-  for (auto& [fd, client] : clients_) {
-    if (!client.channels.Matches(frame.channel)) continue;
-    if (!encoded) {
-      Bytes bytes;
-      tcpq::AppendPublish(frame.channel, frame.message.data(), frame.message.size(), &bytes);
-      encoded = std::make_shared<const Bytes>(std::move(bytes));
-    }
-    Enqueue(fd, &client, encoded);
-  }
+void Relay::AddListener(int port, bool loopback, bool is_watch) {
+  const int fd = Listen(port, loopback);
+  listeners_.push_back(std::make_unique<Listener>(Listener{fd, PortOf(fd), is_watch, 0}));
+  Listener* listener = listeners_.back().get();
+  loop_.AddFd(fd, [this, listener] { Accept(listener); });
 }
 
-void Relay::Enqueue(int fd, Client* client, const FramePtr& frame) {
-  if (client->queued_bytes + frame->size() > options_.max_queued_bytes) {
-    ++counters_.num_dropped;
-    const int64_t count = ++client->num_dropped;
-    if ((count & (count - 1)) == 0) {
-      LogWarn("{} does not keep up: {} messages dropped for it", client->name, count);
-    }
+void Relay::Accept(Listener* listener) {
+  sockaddr_in address{};
+  socklen_t size = sizeof(address);
+  const int fd = ::accept4(listener->fd, reinterpret_cast<sockaddr*>(&address), &size,
+                           SOCK_NONBLOCK | SOCK_CLOEXEC);
+  if (fd < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM)) {
+    // It stays readable: without a pause the loop would spin.
+    if (!DropIdle(nullptr, "its descriptor is wanted, and it is silent")) PauseAccepting(listener);
     return;
   }
-  client->queue.push_back(frame);
-  client->queued_bytes += frame->size();
-  if (client->watches_writable) return;  // it waits for room already
-  if (!Write(fd, client)) broken_.push_back(fd);
+  if (fd < 0) return;
+  const uint32_t host = ntohl(address.sin_addr.s_addr);
+  if (HasRoomFor(host)) return Join(*listener, fd, host, NameOf(address));
+  ::close(fd);
+  if (IsWorthALine(++counters_.num_turned_away)) {
+    LogWarn("port {}: no room for {}, there are {} clients ({} turned away so far)", listener->port,
+            NameOf(address), clients_.size(), counters_.num_turned_away);
+  }
 }
 
-bool Relay::Write(int fd, Client* client) {
-  while (!client->queue.empty()) {
-    iovec pieces[kMaxPieces];
-    int count = 0;
-    for (const FramePtr& frame : client->queue) {
-      const size_t skip = count == 0 ? client->sent_of_first : 0;
-      pieces[count++] = {const_cast<uint8_t*>(frame->data()) + skip, frame->size() - skip};
-      if (count == kMaxPieces) break;
-    }
-    msghdr message{};
-    message.msg_iov = pieces;
-    message.msg_iovlen = static_cast<size_t>(count);
-    const ssize_t sent = ::sendmsg(fd, &message, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent < 0 && errno != EAGAIN && errno != EWOULDBLOCK) return false;
-    if (sent < 0) break;
-    size_t done = client->sent_of_first + static_cast<size_t>(sent);
-    while (!client->queue.empty() && done >= client->queue.front()->size()) {
-      done -= client->queue.front()->size();
-      client->queued_bytes -= client->queue.front()->size();
-      client->queue.pop_front();
-    }
-    client->sent_of_first = done;
+void Relay::PauseAccepting(Listener* listener) {
+  LogWarn("port {}: no descriptors are left (ulimit -n); nobody joins for a moment",
+          listener->port);
+  loop_.RemoveFd(listener->fd);
+  listener->pause = loop_.AddOneShot(kPauseS, [this, listener] {
+    listener->pause = 0;
+    loop_.AddFd(listener->fd, [this, listener] { Accept(listener); });
+  });
+}
+
+// Drops a silent client where a limit is reached. An address can so push out its own first.
+bool Relay::HasRoomFor(uint32_t address) {
+  const auto count = num_of_address_.find(address);
+  if (count != num_of_address_.end() && count->second >= options_.max_clients_of_address &&
+      !DropIdle(&address, "its address has too many connections, and it is silent")) {
+    return false;
   }
-  WatchWritable(fd, client, !client->queue.empty());
+  return num_clients() < options_.max_clients ||
+         DropIdle(nullptr, "its place is wanted, and it is silent");
+}
+
+// The one that yields its place: who has not greeted before who is only silent, then of the address
+// with most connections, then who has been silent longest. False if there is none.
+bool Relay::DropIdle(const uint32_t* address, const char* why) {
+  using Rank = std::tuple<bool, int, double>;  // the lowest yields
+  auto chosen = clients_.end();
+  Rank best;
+  for (auto it = clients_.begin(); it != clients_.end(); ++it) {
+    const Client& client = it->second;
+    if (address != nullptr && client.address != *address) continue;
+    const bool greeted = client.parser.greeted();
+    if (HasSigned(client) || (greeted && loop_.now_s() - client.heard_s < kIdleS)) continue;
+    const Rank rank{greeted, -num_of_address_[client.address], client.heard_s};
+    if (chosen != clients_.end() && rank >= best) continue;
+    chosen = it;
+    best = rank;
+  }
+  if (chosen == clients_.end()) return false;
+  Expel(chosen->first, why);
+  return true;
+}
+
+void Relay::Join(const Listener& listener, int fd, uint32_t address, std::string name) {
+  ConfigureAccepted(fd);
+  const bool is_encrypted = options_.tls && !listener.is_watch;
+  auto stream = is_encrypted ? options_.tls->Wrap(fd) : std::make_unique<Stream>(fd);
+  const auto joined =
+      clients_.emplace(std::piecewise_construct, std::forward_as_tuple(fd),
+                       std::forward_as_tuple(options_.max_queued_bytes, std::move(stream)));
+  Client& client = joined.first->second;
+  client.id = next_id_++;
+  client.address = address;
+  client.name = std::move(name);
+  client.is_watcher = listener.is_watch;
+  client.heard_s = loop_.now_s();
+  ++num_of_address_[address];
+  LogDebug("{} joins port {}", client.name, listener.port);
+  loop_.AddFd(fd, [this, fd] { Serve(fd); });
+  tcpq::AppendGreeting(tcpq::kServerMagic, &client.out);
+  MarkDirty(fd, &client);
+  WriteDirty();
+}
+
+// A client's turn.
+void Relay::Serve(int fd) {
+  Client& client = clients_.at(fd);
+  if (client.is_late) return;  // its turn comes without its descriptor
+  const size_t before = client.parser.held_bytes();
+  const bool stays = ParseAndReceive(&client);
+  unfinished_bytes_ += client.parser.held_bytes();
+  unfinished_bytes_ -= before;
+  if (!stays) {
+    if (!client.stream->error().empty()) {
+      End(fd, *client.stream);
+    } else {
+      Expel(fd, client.parser.why_broken());
+    }
+  } else if (!client.watches_writable) {
+    MarkDirty(fd, &client);  // TLS may have waited for what came
+  }
+  while (unfinished_bytes_ > options_.max_unfinished_bytes) {
+    const auto largest =
+        std::max_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
+          return a.second.parser.held_bytes() < b.second.parser.held_bytes();
+        });
+    Expel(largest->first, "unfinished messages take too much memory, and most of it is its own");
+  }
+  WriteDirty();
+}
+
+// False if the client is to be hung up on: its connection has ended, or what it says is broken.
+bool Relay::ParseAndReceive(Client* client) {
+  uint8_t buffer[kTurnReceivedBytes];
+  tcpq::Frame frame;
+  size_t received = 0;
+  bool completed = false;
+  const double start_s = loop_.now_s();
+  for (int num_frames = 0;;) {
+    const auto state = client->parser.Next(&frame);
+    if (state == tcpq::FrameParser::State::kBroken) return false;
+    if (state == tcpq::FrameParser::State::kFrame) {
+      completed = true;
+      client->heard_s = loop_.now_s();
+      Handle(client, frame);
+      if (++num_frames < kTurnFrames && loop_.now_s() - start_s < kTurnS) continue;
+      ServeLater(client);
+      return true;
+    }
+    if (completed || !client->parser.has_part()) client->began_s = loop_.now_s();
+    if (received >= kTurnReceivedBytes) return true;
+    const Stream::Moved moved = client->stream->Receive(buffer, sizeof(buffer));
+    if (moved.is_over) return false;
+    if (moved.bytes == 0) return true;
+    received += moved.bytes;
+    client->parser.Feed(buffer, moved.bytes);
+  }
+}
+
+// When the others have had their turn, too.
+void Relay::ServeLater(Client* client) {
+  client->is_late = true;
+  if (late_timer_ != 0) return;
+  late_timer_ = loop_.AddOneShot(0, [this] {
+    late_timer_ = 0;
+    std::vector<int> late;
+    for (const auto& [fd, waiting] : clients_) {
+      if (waiting.is_late) late.push_back(fd);
+    }
+    for (const int fd : late) {
+      const auto waiting = clients_.find(fd);
+      if (waiting == clients_.end()) continue;
+      waiting->second.is_late = false;
+      Serve(fd);
+    }
+  });
+}
+
+void Relay::Handle(Client* client, const tcpq::Frame& frame) {
+  if (frame.type == tcpq::FrameType::kPublish) return Publish(client, frame);
+  if (frame.type == tcpq::FrameType::kUnsubscribe) return client->channels.Remove(frame.channel);
+  const char* why = client->channels.Add(frame.channel);
+  if (why != nullptr && IsWorthALine(++counters_.num_refused_subscriptions)) {
+    LogWarn("{}: subscription \"{}\" refused: {} ({} refused so far)", client->name,
+            Shown(frame.channel), why, counters_.num_refused_subscriptions);
+  }
+}
+
+void Relay::Publish(Client* from, const tcpq::Frame& frame) {
+  ++counters_.num_messages;
+  counters_.bytes += static_cast<int64_t>(frame.message.size());
+  const bool is_hello = frame.channel == tcpq::kHelloChannel;
+  if (!from->is_watcher && !is_hello && !IsWanted(frame.channel)) return;  // nothing is spent on it
+  const char* why = WhyRefused(from, frame);
+  if (is_hello && (HasSigned(*from) || !guard_)) return;
+  if (why == nullptr) return Forward(*from, frame);
+  if (!IsWorthALine(++counters_.num_refused)) return;
+  LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from->name, Shown(frame.channel),
+          why, counters_.num_refused);
+}
+
+bool Relay::HasSigned(const Client& client) const {
+  return loop_.now_s() - client.signed_s < kMemberS;
+}
+
+bool Relay::Hears(const Client& client, const std::string& channel) const {
+  const bool may_hear = !options_.members_only || client.is_watcher || HasSigned(client);
+  return may_hear && client.channels.Matches(channel);
+}
+
+bool Relay::IsWanted(const std::string& channel) const {
+  return std::any_of(clients_.begin(), clients_.end(),
+                     [&](const auto& client) { return Hears(client.second, channel); });
+}
+
+// Null if it is not.
+const char* Relay::WhyRefused(Client* from, const tcpq::Frame& frame) {
+  if (from->is_watcher) return "this port is for listening; publish on the session's URL";
+  if (!guard_) return nullptr;
+  const RelayGuard::Verdict verdict = guard_->Check(frame.channel, frame.message);
+  if (verdict.is_signed) from->signed_s = loop_.now_s();
+  return verdict.why_refused;
+}
+
+void Relay::Forward(const Client& from, const tcpq::Frame& frame) {
+  FairQueue::FramePtr shared;
+  for (auto& [fd, client] : clients_) {
+    if (!Hears(client, frame.channel)) continue;
+    if (!shared) {
+      Bytes bytes;
+      tcpq::AppendPublish(frame.channel, frame.message.data(), frame.message.size(), &bytes);
+      shared = std::make_shared<const SharedFrame>(std::move(bytes), queued_bytes_);
+    }
+    NoteDropped(&client, client.queue.Push(from.id, shared));
+    MarkDirty(fd, &client);
+  }
+  shared.reset();
+  if (*queued_bytes_ > options_.max_held_bytes) DropLongestQueues();
+}
+
+// Clients that stopped at different times hold different messages.
+void Relay::DropLongestQueues() {
+  while (*queued_bytes_ > options_.max_held_bytes) {
+    const auto longest =
+        std::max_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
+          return a.second.queue.bytes() < b.second.queue.bytes();
+        });
+    if (longest == clients_.end() || longest->second.queue.empty()) return;
+    NoteDropped(&longest->second, longest->second.queue.Clear());
+  }
+}
+
+void Relay::NoteDropped(Client* client, int64_t num_dropped) {
+  if (num_dropped == 0) return;
+  counters_.num_dropped += num_dropped;
+  const int64_t before = client->num_dropped;
+  client->num_dropped += num_dropped;
+  if ((before ^ client->num_dropped) <= before) return;  // a line wherever a power of two is passed
+  LogWarn("{} does not keep up: {} messages dropped for it", client->name, client->num_dropped);
+}
+
+void Relay::MarkDirty(int fd, Client* client) {
+  if (client->is_dirty) return;
+  client->is_dirty = true;
+  dirty_.push_back(fd);
+}
+
+void Relay::WriteDirty() {
+  for (const int fd : std::exchange(dirty_, {})) {
+    const auto client = clients_.find(fd);
+    if (client == clients_.end()) continue;
+    client->second.is_dirty = false;
+    if (client->second.watches_writable) continue;  // it waits for room already
+    if (!Write(fd, &client->second)) End(fd, *client->second.stream);
+  }
+}
+
+// False if the connection has ended.
+bool Relay::Write(int fd, Client* client) {
+  Bytes& out = client->out;
+  while (true) {
+    if (client->sent == out.size()) {
+      client->sent = 0;
+      if (out.capacity() > 2 * kSentAtOnce) Bytes().swap(out);
+      out.clear();
+      while (out.size() < kSentAtOnce && !client->queue.empty()) {
+        const FairQueue::FramePtr frame = client->queue.Pop();
+        out.insert(out.end(), frame->bytes().begin(), frame->bytes().end());
+      }
+    }
+    if (out.empty()) break;
+    const Stream::Moved moved =
+        client->stream->Send(out.data() + client->sent, out.size() - client->sent);
+    if (moved.is_over) return false;
+    if (moved.bytes == 0) break;
+    client->sent += moved.bytes;
+  }
+  WatchWritable(fd, client, client->stream->WaitsForRoom(!out.empty()));
   return true;
 }
 
@@ -241,16 +410,48 @@ void Relay::WatchWritable(int fd, Client* client, bool watch) {
   client->watches_writable = watch;
   if (!watch) return loop_.SetOnWritable(fd, {});
   loop_.SetOnWritable(fd, [this, fd] {
-    if (!Write(fd, &clients_.at(fd))) HangUp(fd, "it cannot be written to");
+    Client& writable = clients_.at(fd);
+    if (!Write(fd, &writable)) return End(fd, *writable.stream);
+    if (writable.stream->WaitsForRoom(false)) Serve(fd);
   });
+}
+
+void Relay::ExpelOverdue() {
+  const double now_s = loop_.now_s();
+  std::vector<std::pair<int, const char*>> overdue;
+  for (const auto& [fd, client] : clients_) {
+    if (client.is_late) continue;
+    if (!client.parser.greeted()) {
+      if (now_s - client.heard_s >= options_.greeting_s)
+        overdue.emplace_back(fd, "it says nothing");
+    } else if (client.parser.has_part() && now_s - client.began_s >= options_.message_s) {
+      overdue.emplace_back(fd, "its message does not end");
+    }
+  }
+  for (const auto& [fd, why] : overdue) Expel(fd, why);
+}
+
+void Relay::Expel(int fd, const std::string& why) {
+  if (IsWorthALine(++counters_.num_expelled)) {
+    LogWarn("port {}: hangs up on {}: {} ({} so far)", port(), clients_.at(fd).name, why,
+            counters_.num_expelled);
+  }
+  HangUp(fd, why);
+}
+
+// Its connection is over.
+void Relay::End(int fd, const Stream& stream) {
+  return stream.is_fault() ? Expel(fd, stream.error()) : HangUp(fd, stream.error());
 }
 
 void Relay::HangUp(int fd, const std::string& why) {
   const auto client = clients_.find(fd);
   if (client == clients_.end()) return;
-  LogDebug("{} leaves port {}: {}", client->second.name, port_, why);
+  LogDebug("{} leaves port {}: {}", client->second.name, port(), why);
   loop_.RemoveFd(fd);
-  ::close(fd);
+  unfinished_bytes_ -= client->second.parser.held_bytes();
+  const auto count = num_of_address_.find(client->second.address);
+  if (--count->second == 0) num_of_address_.erase(count);
   clients_.erase(client);
 }
 

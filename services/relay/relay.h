@@ -3,99 +3,146 @@
 // It speaks the protocol of LCM's own relay (class lcm.lcm.TCPService). That relay writes to its
 // clients in turn and blocks, so one stopped client stalls all. This one never blocks: each client
 // has a bounded queue. What does not fit is dropped for that client alone, as UDP would.
+//
+// Nothing that a client does is taken on trust: connections, time, memory and turns have limits.
 #pragma once
 
-#include <regex.h>
-
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/bytes.h"
 #include "event_loop/poll_loop.h"
+#include "relay/channel_set.h"
+#include "relay/fair_queue.h"
+#include "relay/relay_guard.h"
+#include "transport/stream.h"
 #include "transport/tcpq_wire.h"
+#include "transport/tls.h"
 
 namespace skein {
-
-// The channels of a client's subscriptions: POSIX extended regular expressions of the whole name,
-// as LCM itself uses.
-class ChannelSet {
- public:
-  // False if it is no regular expression.
-  bool Add(const std::string& pattern);
-  void Remove(const std::string& pattern);
-  bool Matches(const std::string& channel);
-
- private:
-  struct Pattern {
-    bool Matches(const std::string& channel) const;
-
-    std::string text;
-    std::shared_ptr<regex_t> regex;  // null: the text itself
-  };
-
-  std::vector<Pattern> patterns_;
-  std::map<std::string, bool> known_;  // answers so far; bounded
-};
 
 struct RelayOptions {
   int port = 0;                       // 0: any, see Relay::port()
   size_t max_queued_bytes = 8 << 20;  // for one client
   bool loopback = false;              // not reached from other hosts
+  int max_clients = 512;              // connections
+  int max_clients_of_address = 256;
+  double greeting_s = 5;  // a client that has said nothing by then is hung up on
+  double message_s = 10;  // so is one whose message is not whole this long after it began
+  size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
+  size_t max_held_bytes = 256 << 20;       // in all queues
+  std::optional<TlsContext> tls = {};      // of the port; none: in the clear
+  // Who has signed nothing that holds for a minute hears nothing. Needs a guard.
+  bool members_only = false;
+  // A second port, in the clear and for this host alone, for LCM's own tools: who connects there
+  // hears everything, and is not heard. 0: any, see Relay::watch_port().
+  std::optional<int> watch_port = {};
 };
 
 struct RelayCounters {
   int64_t num_messages = 0;  // received
   int64_t bytes = 0;
-  int64_t num_dropped = 0;  // for a client that does not keep up
+  int64_t num_dropped = 0;                // for clients that do not keep up
+  int64_t num_refused = 0;                // not forwarded: see RelayGuard; and from the watch port
+  int64_t num_refused_subscriptions = 0;  // of a form that is not taken, or too many
+  int64_t num_turned_away = 0;            // connections for which there was no room
+  int64_t num_expelled = 0;               // clients hung up on for what they did or did not do
 };
 
 // Loop's thread only.
 class Relay {
  public:
-  // Throws std::runtime_error if the port cannot be had.
-  Relay(PollLoop& loop, const RelayOptions& options);
+  // guard: null forwards everything. Throws std::runtime_error if a port cannot be had.
+  Relay(PollLoop& loop, const RelayOptions& options, std::unique_ptr<RelayGuard> guard = nullptr);
   ~Relay();
   Relay(const Relay&) = delete;
   Relay& operator=(const Relay&) = delete;
 
-  int port() const { return port_; }
+  int port() const { return listeners_.front()->port; }
+  int watch_port() const { return listeners_.back()->port; }
   int num_clients() const { return static_cast<int>(clients_.size()); }
   const RelayCounters& counters() const { return counters_; }
+  // Memory of messages that are not whole, and of those that wait to be sent.
+  size_t held_bytes() const { return unfinished_bytes_ + *queued_bytes_; }
 
  private:
-  using FramePtr = std::shared_ptr<const Bytes>;
+  struct Listener {
+    int fd = -1;
+    int port = 0;
+    bool is_watch = false;
+    PollLoop::TimerId pause = 0;  // until then nobody is accepted
+  };
   struct Client {
-    Client() : parser(tcpq::kClientMagic) {}
-    std::string name;  // address:port
+    Client(size_t max_queued_bytes, std::unique_ptr<Stream> connection)
+        : stream(std::move(connection)), parser(tcpq::kClientMagic), queue(max_queued_bytes) {}
+
+    const std::unique_ptr<Stream> stream;
+    int64_t id = 0;
+    uint32_t address = 0;  // IPv4
+    std::string name;      // address:port
+    bool is_watcher = false;
+    double signed_s = -1e9;  // when it last said something with a signature that holds
     tcpq::FrameParser parser;
     ChannelSet channels;
-    std::deque<FramePtr> queue;
-    size_t queued_bytes = 0;
-    size_t sent_of_first = 0;
+    double heard_s = 0;    // when it came, then of its last frame
+    double began_s = 0;    // when the message that is not whole began
+    bool is_late = false;  // it has had its turn, and more of its frames are here
+    FairQueue queue;
+    Bytes out;  // being sent
+    size_t sent = 0;
+    bool is_dirty = false;  // in dirty_
     bool watches_writable = false;
     int64_t num_dropped = 0;
   };
+  using Clients = std::map<int, Client>;  // by descriptor
 
-  void Accept();
-  void Read(int fd);
-  bool HandleFrames(int fd);  // false: the client is to be hung up on
-  void Forward(const tcpq::Frame& frame);
-  void Enqueue(int fd, Client* client, const FramePtr& frame);
+  void AddListener(int port, bool loopback, bool is_watch);
+  void Accept(Listener* listener);
+  void PauseAccepting(Listener* listener);
+  bool HasRoomFor(uint32_t address);
+  bool DropIdle(const uint32_t* address, const char* why);
+  void Join(const Listener& listener, int fd, uint32_t address, std::string name);
+
+  void Serve(int fd);
+  bool ParseAndReceive(Client* client);
+  void ServeLater(Client* client);
+  void Handle(Client* client, const tcpq::Frame& frame);
+  bool HasSigned(const Client& client) const;
+  bool Hears(const Client& client, const std::string& channel) const;
+  bool IsWanted(const std::string& channel) const;
+  const char* WhyRefused(Client* from, const tcpq::Frame& frame);
+  void Publish(Client* from, const tcpq::Frame& frame);
+  void Forward(const Client& from, const tcpq::Frame& frame);
+  void DropLongestQueues();
+  void NoteDropped(Client* client, int64_t num_dropped);
+
+  void MarkDirty(int fd, Client* client);
+  void WriteDirty();
   bool Write(int fd, Client* client);
   void WatchWritable(int fd, Client* client, bool watch);
+
+  void ExpelOverdue();
+  void Expel(int fd, const std::string& why);
   void HangUp(int fd, const std::string& why);
-  void HangUpBroken();
+  void End(int fd, const Stream& stream);
 
   PollLoop& loop_;
   const RelayOptions options_;
-  int listen_fd_ = -1;
-  int port_ = 0;
-  std::map<int, Client> clients_;  // by descriptor
-  std::vector<int> broken_;        // found while others were served
+  const std::unique_ptr<RelayGuard> guard_;
+  std::vector<std::unique_ptr<Listener>>
+      listeners_;  // the port, then the watch port if there is one
+  Clients clients_;
+  std::map<uint32_t, int> num_of_address_;
+  int64_t next_id_ = 1;
+  size_t unfinished_bytes_ = 0;
+  const std::shared_ptr<size_t> queued_bytes_ = std::make_shared<size_t>(0);
+  std::vector<int> dirty_;  // have something to send
+  PollLoop::TimerId late_timer_ = 0;
+  PollLoop::TimerId deadline_timer_ = 0;
   RelayCounters counters_;
 };
 

@@ -12,23 +12,50 @@ Status RelayProgramOptions::Check() const {
   for (const int port : ports) {
     if (const Status status = InRange("port", port, 1, 65535); !status.ok()) return status;
   }
-  return InRange<size_t>("max_queue_mib", max_queue_mib, 1, 1024);
+  if (watch_port) {
+    if (const Status status = InRange("watch_port", *watch_port, 1, 65535); !status.ok()) {
+      return status;
+    }
+  }
+  if (session_dir.empty() != lcm_url.empty()) {
+    return InvalidArgument("--session and --lcm-url go together: the session's folder and its URL");
+  }
+  return FirstError({InRange<size_t>("max_queue_mib", max_queue_mib, 1, 1024),
+                     InRange("max_clients", max_clients, 4, 10'000)});
 }
 
 std::optional<int> ParseRelayOptions(int argc, char** argv, RelayProgramOptions* options) {
   Program program;
   program.section = "relay";
   program.description =
-      "Relay for tcpq:// URLs. Skein needs one on PORT and, for bulk data, on PORT + 1.";
+      "Relay for tcpq:// and tcpqs:// URLs. Skein needs one on PORT and, for bulk data, on PORT + "
+      "1.";
   program.add_place_options = [options](CLI::App& app) {
     app.add_option("port,--port", options->ports, "TCP ports, each a network of its own")
         ->capture_default_str();
     app.add_flag("--loopback", options->loopback, "Listen to this host alone");
+    app.add_option("--session", options->session_dir,
+                   "Folder of the session that it serves: it then forwards what the session's keys "
+                   "permit, and tells how it is");
+    app.add_option("--lcm-url", options->lcm_url,
+                   "The session's URL; with tcpqs://HOST:PORT the ports speak TLS");
+    app.add_option("--auth", options->auth,
+                   "Messages without a signature: off (no signature is looked at), warn (only what "
+                   "anybody may say) or require (none); default: require where the URL leaves this "
+                   "host, else warn")
+        ->check(CLI::IsMember({"off", "warn", "require"}));
+    app.add_option("--watch-port", options->watch_port,
+                   "A further port for lcm-spy and lcm-logger on this host: in the clear, with all "
+                   "messages of the first port; what is published there is dropped");
+    app.add_option("--instance", options->instance, "Its name in the session")
+        ->capture_default_str();
     app.add_flag("--verbose", options->verbose, "Log who comes and goes");
   };
   program.add_options = [options](CLI::App& app) {
     app.add_option("--max-queue-mib", options->max_queue_mib,
                    "Waiting for one client before it loses messages, MiB");
+    app.add_option("--max-clients", options->max_clients,
+                   "Connections a port, half of them from one address at most");
   };
   program.check = [options] { return options->Check(); };
   std::string configuration;  // the relay belongs to no session that would note it

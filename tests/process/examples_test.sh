@@ -23,6 +23,9 @@ offer() {
 g++ -std=c++17 -Wall -Wextra -Werror "-I$SKEIN_BUILD/generated/cpp" -o "$workspace/offer_photo" \
   "$SKEIN_ROOT/clients/examples/offer_photo.cc" -llcm -lsodium || fail "offer_photo.cc does not compile"
 offer phone "${photos[0]}" "$workspace/offer_photo"
+encrypted=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role agent 2>/dev/null | sed -E 's|/(udpm-[0-9]+\|tcpq)/|/tcpqs/|')
+! timeout 10 "$workspace/offer_photo" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 || fail "LCM's library took an encrypted session"
+grep -q "LCM's library has no TLS" "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
 
 ! timeout 10 "$SKEIN_BUILD/bin/skein" agent --session-id "$(jq -r .session_id "$session/session.json")" --lcm-url "$url" \
   --name nobody --images "$place/images/agent-2" >"$workspace/unsigned.log" 2>&1 || fail "an unsigned photo was taken"
