@@ -7,7 +7,7 @@
 #include "core/file.h"
 #include "formats/formats.h"
 #include "matching/photo_matcher.h"
-#include "photo/image_decoding.h"
+#include "codecs/image_decoding.h"
 #include "util/bitmap.h"
 
 namespace skein::benchmark {

@@ -7,7 +7,7 @@
 
 #include "clients/folder_watch.h"
 #include "core/file.h"
-#include "photo/exif.h"
+#include "codecs/exif_reader.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
