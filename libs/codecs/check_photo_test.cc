@@ -93,8 +93,8 @@ TEST(PhotoCheck, RefusesABombWithoutDecodingIt) {
 TEST(PhotoCheck, RefusesAJpegThatTellsTwoSizes) {
   const Bytes photo = SmallJpeg();
   const size_t length = photo.size();
-  Bytes two = {0xff, 0xd8, 0xff, 0x00, static_cast<uint8_t>(length >> 8),
-               static_cast<uint8_t>(length)};
+  Bytes two = {
+      0xff, 0xd8, 0xff, 0x00, static_cast<uint8_t>(length >> 8), static_cast<uint8_t>(length)};
   two.insert(two.end(), photo.begin() + 2, photo.end());
   const Bytes other_frame = {0xff, 0xc0, 0, 11, 8, 0, 64, 0, 64, 1, 1, 0x11, 0};
   two.insert(two.end(), other_frame.begin(), other_frame.end());

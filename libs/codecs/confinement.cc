@@ -15,21 +15,33 @@ namespace {
 
 using Filter = std::unique_ptr<void, decltype(&seccomp_release)>;
 
-constexpr int kAllowed[] = {
-    SCMP_SYS(brk),          SCMP_SYS(munmap),          SCMP_SYS(mremap),
-    SCMP_SYS(madvise),      SCMP_SYS(futex),           SCMP_SYS(clock_gettime),
-    SCMP_SYS(gettimeofday), SCMP_SYS(time),            SCMP_SYS(getrandom),
-    SCMP_SYS(getpid),       SCMP_SYS(gettid),          SCMP_SYS(sched_yield),
-    SCMP_SYS(sysinfo),      SCMP_SYS(rt_sigprocmask),  SCMP_SYS(rt_sigreturn),
-    SCMP_SYS(exit),         SCMP_SYS(restart_syscall), SCMP_SYS(exit_group),
-    SCMP_SYS(sigaltstack),  SCMP_SYS(sched_getaffinity)};
+constexpr int kAllowed[] = {SCMP_SYS(brk),
+                            SCMP_SYS(munmap),
+                            SCMP_SYS(mremap),
+                            SCMP_SYS(madvise),
+                            SCMP_SYS(futex),
+                            SCMP_SYS(clock_gettime),
+                            SCMP_SYS(gettimeofday),
+                            SCMP_SYS(time),
+                            SCMP_SYS(getrandom),
+                            SCMP_SYS(getpid),
+                            SCMP_SYS(gettid),
+                            SCMP_SYS(sched_yield),
+                            SCMP_SYS(sysinfo),
+                            SCMP_SYS(rt_sigprocmask),
+                            SCMP_SYS(rt_sigreturn),
+                            SCMP_SYS(exit),
+                            SCMP_SYS(restart_syscall),
+                            SCMP_SYS(exit_group),
+                            SCMP_SYS(sigaltstack),
+                            SCMP_SYS(sched_getaffinity)};
 
 constexpr int kLooksAtFiles[] = {
-    SCMP_SYS(open),       SCMP_SYS(openat),    SCMP_SYS(openat2),   SCMP_SYS(creat),
-    SCMP_SYS(stat),       SCMP_SYS(lstat),     SCMP_SYS(fstat),     SCMP_SYS(newfstatat),
-    SCMP_SYS(statx),      SCMP_SYS(access),    SCMP_SYS(faccessat), SCMP_SYS(faccessat2),
-    SCMP_SYS(readlink),   SCMP_SYS(readlinkat), SCMP_SYS(getcwd),   SCMP_SYS(ioctl),
-    SCMP_SYS(getdents64), SCMP_SYS(lseek),     SCMP_SYS(fcntl),     SCMP_SYS(close)};
+    SCMP_SYS(open),       SCMP_SYS(openat),     SCMP_SYS(openat2),   SCMP_SYS(creat),
+    SCMP_SYS(stat),       SCMP_SYS(lstat),      SCMP_SYS(fstat),     SCMP_SYS(newfstatat),
+    SCMP_SYS(statx),      SCMP_SYS(access),     SCMP_SYS(faccessat), SCMP_SYS(faccessat2),
+    SCMP_SYS(readlink),   SCMP_SYS(readlinkat), SCMP_SYS(getcwd),    SCMP_SYS(ioctl),
+    SCMP_SYS(getdents64), SCMP_SYS(lseek),      SCMP_SYS(fcntl),     SCMP_SYS(close)};
 
 int AllowWithArguments(void* filter, int socket) {
   const auto no_code = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
@@ -62,7 +74,8 @@ int Load(void* filter, int socket) {
 
 Status LimitFiles() {
   const rlimit none{0, 0};
-  if (setrlimit(RLIMIT_FSIZE, &none) == 0 && setrlimit(RLIMIT_CORE, &none) == 0) return Status::Ok();
+  if (setrlimit(RLIMIT_FSIZE, &none) == 0 && setrlimit(RLIMIT_CORE, &none) == 0)
+    return Status::Ok();
   return Unavailable(std::string("cannot limit files: ") + std::strerror(errno));
 }
 

@@ -1,4 +1,5 @@
-// skein-decoder: decodes the photos that a PhotoDecoder (photo/photo_decoder.h) hands to it, confined.
+// skein-decoder: decodes the photos that a PhotoDecoder (photo/photo_decoder.h) hands to it,
+// confined.
 #include <fcntl.h>
 #include <malloc.h>
 #include <sys/mman.h>

@@ -122,8 +122,8 @@ Status HowItEnded(int status) {
   if (signal == SIGXCPU) return DataLoss("the decoder took too much processor time");
   const char* name = sigabbrev_np(signal);
   const std::string text =
-      "the decoder ended by " + (name != nullptr ? std::string("SIG") + name
-                                                 : "signal " + std::to_string(signal));
+      "the decoder ended by " +
+      (name != nullptr ? std::string("SIG") + name : "signal " + std::to_string(signal));
   return IsFromOutside(signal) ? Unavailable(text) : DataLoss(text);
 }
 
@@ -168,8 +168,8 @@ Result<std::unique_ptr<PhotoDecoder::Child>> PhotoDecoder::Child::Spawn(const st
   const std::array<int, 3> fds = {MovedUp(ends[1]), MovedUp(input), MovedUp(output)};
   close(ends[1]);
   const bool moved = fds[0] >= 0 && fds[1] >= 0 && fds[2] >= 0;
-  const Result<pid_t> pid = moved ? SpawnWith(program, fds)
-                                  : Result<pid_t>(Unavailable(WithErrno("no decoder")));
+  const Result<pid_t> pid =
+      moved ? SpawnWith(program, fds) : Result<pid_t>(Unavailable(WithErrno("no decoder")));
   for (const int fd : fds) close(fd);
   if (!pid.ok()) {
     close(ends[0]);
@@ -295,7 +295,8 @@ Result<cv::Mat> PhotoDecoder::Decode(const Bytes& photo, int64_t max_pixels) {
   limits.min_side_px = 1;
   const Result<PhotoHeader> header = CheckHeader(photo, limits);
   if (!header.ok()) return header.status();
-  const auto width = static_cast<int>(header->width_px), height = static_cast<int>(header->height_px);
+  const auto width = static_cast<int>(header->width_px),
+             height = static_cast<int>(header->height_px);
   const Result<DecoderAnswer> answer =
       Ask(DecoderRequest::Kind::kDecode, *header, photo, 3 * NumPixels(*header));
   if (!answer.ok()) return answer.status();

@@ -14,8 +14,8 @@
 namespace skein {
 
 struct DecoderOptions {
-  std::string program;  // "": skein-decoder beside this program
-  int max_cpu_s = 20;   // of one photo; and as much again for each 20 megapixels
+  std::string program;   // "": skein-decoder beside this program
+  int max_cpu_s = 20;    // of one photo; and as much again for each 20 megapixels
   int max_still_s = 30;  // without an answer and without use of the processor
 };
 

@@ -45,9 +45,8 @@ Status SharedMemory::Reserve(size_t size) {
   if (size <= capacity_) return Status::Ok();
   size = (size + kPage - 1) / kPage * kPage;
   if (ftruncate(fd_, static_cast<off_t>(size)) != 0) return MemoryError("ftruncate");
-  void* mapped = data_ == nullptr
-                     ? mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0)
-                     : mremap(data_, capacity_, size, MREMAP_MAYMOVE);
+  void* mapped = data_ == nullptr ? mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0)
+                                  : mremap(data_, capacity_, size, MREMAP_MAYMOVE);
   if (mapped == MAP_FAILED) return MemoryError("mmap");
   data_ = static_cast<uint8_t*>(mapped);
   capacity_ = size;

@@ -14,8 +14,8 @@ std::string SizeText(int width, int height) {
 }  // namespace
 
 Result<PhotoDescription> DescribePhoto(PhotoDecoder* decoder, const Bytes& photo, int width_px,
-                                       int height_px, int exif_orientation,
-                                       const SiftOptions& sift, GlobalDescriptorModel* model) {
+                                       int height_px, int exif_orientation, const SiftOptions& sift,
+                                       GlobalDescriptorModel* model) {
   const double start_s = MonotonicS();
   const auto image = decoder->Decode(photo);
   if (!image) return image.status();

@@ -18,7 +18,7 @@ struct PhotoDescription {
 // A photo's bytes -> its features. Error: not a photo, or not of the size that ingest read from
 // its header (0: any); kUnavailable: the photo is not to blame.
 Result<PhotoDescription> DescribePhoto(PhotoDecoder* decoder, const Bytes& photo, int width_px,
-                                       int height_px, int exif_orientation,
-                                       const SiftOptions& sift, GlobalDescriptorModel* model);
+                                       int height_px, int exif_orientation, const SiftOptions& sift,
+                                       GlobalDescriptorModel* model);
 
 }  // namespace skein

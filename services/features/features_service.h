@@ -20,8 +20,7 @@ namespace skein {
 // one is being committed. Loop's thread only.
 class FeaturesService {
  public:
-  FeaturesService(Node& node, const SiftOptions& sift,
-                  std::shared_ptr<GlobalDescriptorModel> model,
+  FeaturesService(Node& node, const SiftOptions& sift, std::shared_ptr<GlobalDescriptorModel> model,
                   std::unique_ptr<PhotoDecoder> decoder);
 
  private:

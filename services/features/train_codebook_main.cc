@@ -27,8 +27,8 @@ std::vector<std::string> PhotosIn(const std::vector<std::string>& folders) {
 }
 
 // Features of the photo and of `num_views` augmented views of it.
-void Describe(skein::PhotoDecoder* decoder, const std::string& path, int num_views, uint64_t seed, const skein::SiftOptions& sift,
-              std::vector<skein::LocalFeatures>* features) {
+void Describe(skein::PhotoDecoder* decoder, const std::string& path, int num_views, uint64_t seed,
+              const skein::SiftOptions& sift, std::vector<skein::LocalFeatures>* features) {
   const auto bytes = skein::ReadFile(path);
   if (!bytes) throw std::runtime_error(bytes.error());
   const auto photo = decoder->Decode(*bytes);

@@ -230,7 +230,7 @@ void PhotoIntake::OnTaken(const Key& key, const TakenPhoto& taken) {
     case TakenPhoto::Outcome::kRefused:
       return Refuse(key, pending_.at(key).offer, taken.reason);
     case TakenPhoto::Outcome::kFailed:
-      return Abandon(key, "cannot take the photo in: " + taken.reason);
+      return Abandon(key, taken.reason);
     case TakenPhoto::Outcome::kStored:
       Commit(key, taken.photo, taken.name);
       break;

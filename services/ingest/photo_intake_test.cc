@@ -66,7 +66,7 @@ TEST_F(PhotoIntakeTest, APhotoIsOfferedAgainWhenItsDecoderWasKilled) {
   peer_->Publish(kImageOfferChannel, offer);
   const auto is_told = [&] {
     return std::any_of(acks_.begin(), acks_.end(), [](const image_ack_t& ack) {
-      return ack.reason == "cannot take the photo in: the decoder ended by SIGKILL";
+      return ack.reason == "cannot check the photo: the decoder ended by SIGKILL";
     });
   };
   Await(is_told, "the reason");

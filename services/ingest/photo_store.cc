@@ -89,13 +89,13 @@ TakenPhoto PhotoStore::Take(const std::string& agent, const std::string& name,
   using Outcome = TakenPhoto::Outcome;
   const Result<CheckedPhoto> photo = decoder_->Check(bytes, limits_);
   if (!photo.ok()) {
-    const bool is_to_blame = photo.code() != StatusCode::kUnavailable;
-    return {is_to_blame ? Outcome::kRefused : Outcome::kFailed, photo.error(), "", {}};
+    if (photo.code() != StatusCode::kUnavailable) return {Outcome::kRefused, photo.error(), "", {}};
+    return {Outcome::kFailed, "cannot check the photo: " + photo.error(), "", {}};
   }
   if (contents_.count(blob_id) > 0) return {Outcome::kKnown, "", "", {}};
   const std::string free_name = FreeName(agent, name);
   const Status stored = StorePhoto(paths_, agent, free_name, bytes);
-  if (!stored.ok()) return {Outcome::kFailed, stored.error(), "", {}};
+  if (!stored.ok()) return {Outcome::kFailed, "cannot store the photo: " + stored.error(), "", {}};
   taken_.insert({agent, free_name});
   contents_.insert(blob_id);
   return {Outcome::kStored, "", free_name, *photo};

@@ -1,5 +1,5 @@
-// LCM messages of every type, as Bus and the ledger decode them. The first byte is the type's number,
-// the rest the message without its fingerprint.
+// LCM messages of every type, as Bus and the ledger decode them. The first byte is the type's
+// number, the rest the message without its fingerprint.
 #include <algorithm>
 #include <vector>
 

@@ -70,7 +70,7 @@ run_target() {
 
 say "fuzzing ${#targets[@]} targets, $seconds s each, $jobs at a time"
 for target in "${targets[@]}"; do
-  while (($(jobs -rp | wc -l) >= jobs)); do wait -n || true; done
+  while (($(jobs -rp | wc -l) >= jobs)); do sleep 0.2; done
   run_target "$target" &
 done
 wait

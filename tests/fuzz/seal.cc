@@ -15,7 +15,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   fuzz::Expect(opened.size <= size, "a message is no longer than what came");
   fuzz::Expect(SizeWithoutTrailer(message) <= size, "a trailer takes away, it adds nothing");
   if (opened.kind == OpenedMessage::Kind::kSigned) {
-    fuzz::Expect(opened.speaker.name == keys.credential.certificate.name, "the root signed one name");
+    fuzz::Expect(opened.speaker.name == keys.credential.certificate.name,
+                 "the root signed one name");
     fuzz::Expect(seal.Open("SKEIN_IMAGE_OFFER", message).kind == OpenedMessage::Kind::kRefused,
                  "a message is taken once");
   }

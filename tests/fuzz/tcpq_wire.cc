@@ -1,9 +1,10 @@
 // The byte stream of tcpq. The first byte says in which pieces it comes.
+#include "transport/tcpq_wire.h"
+
 #include <algorithm>
 #include <vector>
 
 #include "fuzz/fuzz.h"
-#include "transport/tcpq_wire.h"
 
 namespace {
 

@@ -152,10 +152,10 @@ void AddPhotos(Seeds* seeds) {
   Bytes progressive;
   cv::imencode(".jpg", Noise(64, 64), progressive, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
   const std::vector<Bytes> photos = {
-      exif.Into(SmallJpeg(1, 64, 64)),           progressive,
-      Encode(Noise(64, 64, CV_8UC1), ".jpg"),    Encode(Noise(64, 64, CV_16UC1), ".png"),
-      Encode(Noise(64, 64, CV_8UC3), ".png"),    Encode(Noise(64, 64, CV_8UC4), ".png"),
-      Encode(Noise(64, 64, CV_16UC3), ".tiff"),  Encode(Noise(64, 64, CV_8UC1), ".tiff")};
+      exif.Into(SmallJpeg(1, 64, 64)),          progressive,
+      Encode(Noise(64, 64, CV_8UC1), ".jpg"),   Encode(Noise(64, 64, CV_16UC1), ".png"),
+      Encode(Noise(64, 64, CV_8UC3), ".png"),   Encode(Noise(64, 64, CV_8UC4), ".png"),
+      Encode(Noise(64, 64, CV_16UC3), ".tiff"), Encode(Noise(64, 64, CV_8UC1), ".tiff")};
   for (const Bytes& photo : photos) {
     for (const char* target : {"photo_header", "exif", "decoding"}) seeds->Add(target, photo);
   }
@@ -185,7 +185,8 @@ void AddLedger(Seeds* seeds) {
     }
   }  // closing it moves the write-ahead log into the file
   seeds->Add("ledger_file", *ReadFile((folder / "ledger.db").string()));
-  if (!WriteSessionFile({folder.path()}, "0123456789abcdef").ok()) throw std::runtime_error("session");
+  if (!WriteSessionFile({folder.path()}, "0123456789abcdef").ok())
+    throw std::runtime_error("session");
   seeds->Add("session_json", *ReadFile((folder / "session.json").string()));
 }
 

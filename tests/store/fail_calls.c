@@ -1,10 +1,11 @@
-// LD_PRELOAD shim: one call of a process fails, as on a full or broken disk or without memory. Counts
-// from when the process asks for it, by skein_arm_faults() (found by dlsym): the start of a program
-// is not the store's.
+// LD_PRELOAD shim: one call of a process fails, as on a full or broken disk or without memory.
+// Counts from when the process asks for it, by skein_arm_faults() (found by dlsym): the start of a
+// program is not the store's.
 //
 //   SKEIN_FAIL_CALL    write (also pwrite, ftruncate), sync (fsync, fdatasync), rename (also link,
 //                      mkdir), open, or malloc (also calloc, realloc)
-//   SKEIN_FAIL_AT      the number of the call that fails, from 1; open fails from then on (a process
+//   SKEIN_FAIL_AT      the number of the call that fails, from 1; open fails from then on (a
+//   process
 //                      without descriptors), the others once
 //   SKEIN_FAIL_ERRNO   the error, a number; malloc returns NULL
 //   SKEIN_FAIL_UNDER   only files under this folder
@@ -80,8 +81,8 @@ static int path_fails(const char* kind, const char* path) {
   return atomic_load(&armed) && is_under(path) && fails_now(kind);
 }
 
-#define NEXT(type, name)                                   \
-  static type next;                                        \
+#define NEXT(type, name) \
+  static type next;      \
   if (!next) next = (type)dlsym(RTLD_NEXT, name)
 
 typedef ssize_t (*write_fn)(int, const void*, size_t);
@@ -150,25 +151,25 @@ int mkdir(const char* path, mode_t mode) {
 static mode_t mode_of(int flags, va_list arguments) {
   return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
 }
-#define OPEN(name)                                                              \
-  int name(const char* path, int flags, ...) {                                  \
-    NEXT(open_fn, #name);                                                       \
-    va_list arguments;                                                          \
-    va_start(arguments, flags);                                                 \
-    const mode_t mode = mode_of(flags, arguments);                              \
-    va_end(arguments);                                                          \
-    return path_fails("open", path) ? -1 : next(path, flags, mode);             \
+#define OPEN(name)                                                  \
+  int name(const char* path, int flags, ...) {                      \
+    NEXT(open_fn, #name);                                           \
+    va_list arguments;                                              \
+    va_start(arguments, flags);                                     \
+    const mode_t mode = mode_of(flags, arguments);                  \
+    va_end(arguments);                                              \
+    return path_fails("open", path) ? -1 : next(path, flags, mode); \
   }
 OPEN(open)
 OPEN(open64)
-#define OPENAT(name)                                                            \
-  int name(int folder, const char* path, int flags, ...) {                      \
-    NEXT(openat_fn, #name);                                                     \
-    va_list arguments;                                                          \
-    va_start(arguments, flags);                                                 \
-    const mode_t mode = mode_of(flags, arguments);                              \
-    va_end(arguments);                                                          \
-    return path_fails("open", path) ? -1 : next(folder, path, flags, mode);     \
+#define OPENAT(name)                                                        \
+  int name(int folder, const char* path, int flags, ...) {                  \
+    NEXT(openat_fn, #name);                                                 \
+    va_list arguments;                                                      \
+    va_start(arguments, flags);                                             \
+    const mode_t mode = mode_of(flags, arguments);                          \
+    va_end(arguments);                                                      \
+    return path_fails("open", path) ? -1 : next(folder, path, flags, mode); \
   }
 OPENAT(openat)
 OPENAT(openat64)

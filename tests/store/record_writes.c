@@ -9,6 +9,7 @@
 //   o  opened: text is the path; offset 1: with O_TRUNC      w  written: data at offset
 //   t  cut or grown to offset    s  synced    r  renamed: text is FROM, 0, TO
 //   l  linked: the same          u  removed: text is the path     m  folder made: likewise
+//   a  the whole file system synced
 //   n  a note of the process itself, by skein_note(text)
 // One thread at a time.
 #define _GNU_SOURCE
@@ -39,7 +40,8 @@ static void record(char kind, int32_t fd, int64_t offset, const char* text, int6
   if (log_fd < 0) {
     const char* path = getenv("SKEIN_RECORD_TO");
     if (!path) return;
-    log_fd = (int)syscall(SYS_openat, AT_FDCWD, path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    log_fd =
+        (int)syscall(SYS_openat, AT_FDCWD, path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
     if (log_fd < 0) abort();
   }
   append(&kind, 1);
@@ -126,6 +128,13 @@ int fdatasync(int fd) {
   return synced(fd, next(fd));
 }
 
+int syncfs(int fd) {
+  NEXT(fd_fn, "syncfs");
+  const int result = next(fd);
+  if (result == 0) record('a', fd, 0, "", 0, "", 0);
+  return result;
+}
+
 static int moved(char kind, int result, const char* from, const char* to) {
   if (result != 0 || !is_under(to)) return result;
   char text[8192];
@@ -149,6 +158,10 @@ int unlink(const char* path) {
   NEXT(path_fn, "unlink");
   return changed('u', next(path), path);
 }
+int remove(const char* path) {
+  NEXT(path_fn, "remove");
+  return changed('u', next(path), path);
+}
 int mkdir(const char* path, mode_t mode) {
   NEXT(mkdir_fn, "mkdir");
   return changed('m', next(path, mode), path);
@@ -157,24 +170,24 @@ int mkdir(const char* path, mode_t mode) {
 static mode_t mode_of(int flags, va_list arguments) {
   return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
 }
-#define OPEN(name)                                 \
-  int name(const char* path, int flags, ...) {     \
-    NEXT(open_fn, #name);                          \
-    va_list arguments;                             \
-    va_start(arguments, flags);                    \
-    const mode_t mode = mode_of(flags, arguments); \
-    va_end(arguments);                             \
+#define OPEN(name)                                       \
+  int name(const char* path, int flags, ...) {           \
+    NEXT(open_fn, #name);                                \
+    va_list arguments;                                   \
+    va_start(arguments, flags);                          \
+    const mode_t mode = mode_of(flags, arguments);       \
+    va_end(arguments);                                   \
     return opened(next(path, flags, mode), path, flags); \
   }
 OPEN(open)
 OPEN(open64)
-#define OPENAT(name)                                           \
-  int name(int folder, const char* path, int flags, ...) {     \
-    NEXT(openat_fn, #name);                                    \
-    va_list arguments;                                         \
-    va_start(arguments, flags);                                \
-    const mode_t mode = mode_of(flags, arguments);             \
-    va_end(arguments);                                         \
+#define OPENAT(name)                                             \
+  int name(int folder, const char* path, int flags, ...) {       \
+    NEXT(openat_fn, #name);                                      \
+    va_list arguments;                                           \
+    va_start(arguments, flags);                                  \
+    const mode_t mode = mode_of(flags, arguments);               \
+    va_end(arguments);                                           \
     return opened(next(folder, path, flags, mode), path, flags); \
   }
 OPENAT(openat)
