@@ -15,14 +15,14 @@
 #include <set>
 
 #include "benchmark/retrieval_photos.h"
+#include "codecs/exif_reader.h"
+#include "codecs/image_decoding.h"
 #include "core/clock.h"
 #include "core/file.h"
 #include "core/statistics.h"
 #include "features/model_choice.h"
 #include "features/train_codebook.h"
 #include "features/vlad.h"
-#include "photo/exif.h"
-#include "photo/image_decoding.h"
 #include "photo/photo_header.h"
 #include "retrieval/hnsw_index.h"
 #include "retrieval/retrieval_state.h"

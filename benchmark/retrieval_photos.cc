@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 
+#include "codecs/image_decoding.h"
 #include "core/file.h"
 #include "formats/formats.h"
 #include "matching/photo_matcher.h"
-#include "photo/image_decoding.h"
 #include "util/bitmap.h"
 
 namespace skein::benchmark {

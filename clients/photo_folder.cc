@@ -10,8 +10,8 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "codecs/exif_reader.h"
 #include "core/file.h"
-#include "photo/exif.h"
 #include "photo/photo_header.h"
 
 namespace skein {
@@ -147,9 +147,8 @@ Result<Bytes> ReadPhoto(const fs::path& path, int max_size_px) {
   if (!bytes.ok() || max_size_px <= 0) return bytes;
   const Result<PhotoHeader> header = ReadPhotoHeader(*bytes);
   if (!header.ok()) return bytes;
-  const int64_t pixels = header->width_px * header->height_px;
   const bool is_larger = std::max(header->width_px, header->height_px) > max_size_px;
-  if (!is_larger || pixels > 1'000'000'000) return bytes;
+  if (!is_larger || NumPixels(*header) > 1'000'000'000) return bytes;
   return Shrink(*bytes, *header, max_size_px);
 }
 

@@ -6,8 +6,8 @@
 #include <chrono>
 
 #include "clients/folder_watch.h"
+#include "codecs/exif_reader.h"
 #include "core/file.h"
-#include "photo/exif.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 

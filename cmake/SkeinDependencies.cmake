@@ -44,6 +44,12 @@ add_library(qrencode INTERFACE)
 target_include_directories(qrencode SYSTEM INTERFACE ${QRENCODE_INCLUDE_DIR})
 target_link_libraries(qrencode INTERFACE ${QRENCODE_LIBRARY})
 
+find_path(SECCOMP_INCLUDE_DIR seccomp.h REQUIRED)
+find_library(SECCOMP_LIBRARY seccomp REQUIRED)
+add_library(seccomp INTERFACE)
+target_include_directories(seccomp SYSTEM INTERFACE ${SECCOMP_INCLUDE_DIR})
+target_link_libraries(seccomp INTERFACE ${SECCOMP_LIBRARY})
+
 find_path(HNSWLIB_INCLUDE_DIR hnswlib/hnswlib.h REQUIRED)
 add_library(hnswlib INTERFACE)
 target_include_directories(hnswlib SYSTEM INTERFACE ${HNSWLIB_INCLUDE_DIR})

@@ -1,5 +1,6 @@
 # skein_library(NAME SOURCES a.cc ... LINKS x y ...)    a library of our own, warnings are errors
 # skein_executable(NAME SOURCES main.cc ... LINKS ...)
+# skein_test_needs(NAME TARGET ...)                     programs that the test starts
 # skein_test(NAME SOURCES x_test.cc ... LINKS ... [LABELS process] [TIMEOUT s])
 #
 # Headers are included from libs/ and services/: "core/hash.h", "matching/kernel.h".
@@ -16,6 +17,9 @@ function(skein_configure target)
     target_compile_options(${target} PRIVATE -fsanitize=${SKEIN_SANITIZE} -fno-omit-frame-pointer
       -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${SKEIN_SANITIZE})
+  endif()
+  if(SKEIN_FUZZ)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
 endfunction()
 
@@ -63,6 +67,13 @@ function(skein_test name)
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" ${environment})
+endfunction()
+
+# skein_test_needs(NAME TARGET...): programs that the test starts
+function(skein_test_needs name)
+  if(SKEIN_TESTS)
+    add_dependencies(${name} ${ARGN})
+  endif()
 endfunction()
 
 # Writes build/link_graph.txt: a line "TARGET FOLDER: LINKED..." for each library of ours, as CMake links it.

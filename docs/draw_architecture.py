@@ -29,7 +29,8 @@ ROOMS = {
     'geometry': (1, 3, 'similarities, GPS, errors'),
     'auth': (1, 4, 'keys, signatures of messages'),
     'config': (3, 5, 'the options, in one TOML file'),
-    'photo': (2, 4, 'headers, EXIF, decoding'),
+    'photo': (2, 5, 'names, headers, the decoder child'),
+    'codecs': (2, 4, 'JPEG, PNG, TIFF, EXIF; confined'),
     'merging': (2, 0, 'two submaps: align, fuse, check'),
     'mapping': (3, 0, 'one submap: register, adjust'),
     'disambiguation': (2.5, 1, 'visually similar structures'),
@@ -113,7 +114,7 @@ def rooms():
              text(20, 442, 'What is reached through another arrow is left out. Services and clients use rooms, never each other.', 12, anchor='start', fill='#3d4650')]
     parts += [link(room, used) for room in sorted(uses) for used in sorted(uses[room])]
     for room, (column, _, note) in ROOMS.items():
-        width = 2 * COLUMN_PX + ROOM_WIDTH if room == 'core' else ROOM_WIDTH
+        width = COLUMN_PX + ROOM_WIDTH if room == 'core' else ROOM_WIDTH
         fill = '#f0f0f0' if room == 'core' else '#dbe9f9' if column == 0 or room in ('session', 'auth', 'config') else '#e9e0f5'
         parts += box(*corner(room), width, ROOM_HEIGHT, room, note, fill)
     return parts

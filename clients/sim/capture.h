@@ -8,7 +8,7 @@
 #include "clients/sim/effects.h"
 #include "clients/sim/render.h"
 #include "clients/sim/scenario.h"
-#include "photo/photo_encoding.h"
+#include "codecs/photo_encoding.h"
 
 namespace skein::sim {
 

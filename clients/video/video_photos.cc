@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "codecs/photo_encoding.h"
 #include "core/clock.h"
 #include "core/file.h"
 #include "core/log.h"
-#include "photo/photo_encoding.h"
 
 namespace skein {
 namespace {

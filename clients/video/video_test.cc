@@ -8,8 +8,8 @@
 #include "clients/video/frame_picker.h"
 #include "clients/video/video_photos.h"
 #include "clients/video/video_source.h"
+#include "codecs/exif_reader.h"
 #include "core/file.h"
-#include "photo/exif.h"
 #include "testing/test_folder.h"
 
 namespace skein {

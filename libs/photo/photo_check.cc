@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "photo/decode_check.h"
-
 namespace skein {
 namespace {
 
@@ -12,16 +10,13 @@ std::string SizeText(const PhotoHeader& header) {
   return std::to_string(header.width_px) + " x " + std::to_string(header.height_px);
 }
 
-Status CheckHeader(const PhotoHeader& header, const PhotoLimits& limits) {
+Status CheckSize(const PhotoHeader& header, const PhotoLimits& limits) {
   const int64_t shorter = std::min(header.width_px, header.height_px);
   if (shorter < limits.min_side_px) {
     return InvalidArgument(SizeText(header) + " pixels: a side is shorter than " +
                            std::to_string(limits.min_side_px));
   }
-  // Each factor is below 2^32 by its format, so the product fits in unsigned 64 bits.
-  const auto pixels =
-      static_cast<uint64_t>(header.width_px) * static_cast<uint64_t>(header.height_px);
-  if (pixels > static_cast<uint64_t>(limits.max_pixels)) {
+  if (NumPixels(header) > static_cast<uint64_t>(limits.max_pixels)) {
     return ResourceExhausted("header claims " + SizeText(header) + " pixels, more than " +
                              std::to_string(limits.max_pixels / 1'000'000) + " megapixels");
   }
@@ -31,22 +26,27 @@ Status CheckHeader(const PhotoHeader& header, const PhotoLimits& limits) {
 }  // namespace
 
 Status PhotoLimits::Check() const {
-  if (max_bytes < 1) return InvalidArgument("the largest file must have at least 1 byte");
-  if (max_pixels < 1) return InvalidArgument("the largest photo must have at least 1 pixel");
+  if (max_bytes < 1 || max_bytes > kMaxPhotoBytes) {
+    return InvalidArgument("the largest file must have 1 to " + std::to_string(kMaxPhotoBytes) +
+                           " bytes");
+  }
+  if (max_pixels < 1 || max_pixels > kMaxPhotoPixels) {
+    return InvalidArgument("the largest photo must have 1 to " + std::to_string(kMaxPhotoPixels) +
+                           " pixels");
+  }
   if (min_side_px < 1) return InvalidArgument("the shortest side must have at least 1 pixel");
   return Status::Ok();
 }
 
-Result<CheckedPhoto> CheckPhoto(const Bytes& bytes, const PhotoLimits& limits) {
+Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits) {
   if (static_cast<int64_t>(bytes.size()) > limits.max_bytes) {
     return ResourceExhausted("file has " + std::to_string(bytes.size()) + " bytes, more than " +
                              std::to_string(limits.max_bytes));
   }
-  const Result<PhotoHeader> header = ReadPhotoHeader(bytes);
-  if (!header.ok()) return header.status();
-  if (Status status = CheckHeader(*header, limits); !status.ok()) return status;
-  if (Status status = CheckDecodes(bytes, *header); !status.ok()) return status;
-  return CheckedPhoto{*header, ReadExif(bytes, *header)};
+  Result<PhotoHeader> header = ReadPhotoHeader(bytes);
+  if (!header.ok()) return header;
+  if (Status status = CheckSize(*header, limits); !status.ok()) return status;
+  return header;
 }
 
 FocalPrior ChooseFocal(const CheckedPhoto& photo, double offered_focal_px) {

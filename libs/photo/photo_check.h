@@ -3,12 +3,16 @@
 #include <cstdint>
 #include <string>
 
-#include "core/bytes.h"
 #include "core/result.h"
+#include "photo/byte_view.h"
 #include "photo/exif.h"
 #include "photo/photo_header.h"
 
 namespace skein {
+
+// What OpenCV decodes.
+constexpr int64_t kMaxPhotoBytes = (int64_t{1} << 31) - 1;
+constexpr int64_t kMaxPhotoPixels = int64_t{1} << 30;
 
 struct PhotoLimits {
   int64_t max_bytes = int64_t{256} << 20;
@@ -18,14 +22,15 @@ struct PhotoLimits {
   Status Check() const;  // an error says which limit makes no sense
 };
 
-// A photo that passed.
+// A photo that decodes, within the limits.
 struct CheckedPhoto {
   PhotoHeader header;
   Exif exif;
 };
 
-// Checks size, header and limits, then decodes fully. An error is the reason that the agent gets.
-Result<CheckedPhoto> CheckPhoto(const Bytes& bytes, const PhotoLimits& limits);
+// Checks the size of the file, what it is and the limits: all before anything is decoded. An error
+// is the reason that the agent gets.
+Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits);
 
 struct FocalPrior {
   double focal_px = 0;

@@ -9,7 +9,7 @@ namespace {
 // Unsigned integers of 1..4 bytes at an offset; nothing beyond the end.
 class Peeker {
  public:
-  Peeker(const Bytes& bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
+  Peeker(ByteView bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
 
   std::optional<uint32_t> Get(size_t at, size_t size) const {
     if (at > bytes_.size() || size > bytes_.size() - at) return std::nullopt;
@@ -21,11 +21,11 @@ class Peeker {
   }
 
  private:
-  const Bytes& bytes_;
+  ByteView bytes_;
   bool big_endian_;
 };
 
-bool StartsWith(const Bytes& bytes, const void* prefix, size_t size) {
+bool StartsWith(ByteView bytes, const void* prefix, size_t size) {
   return bytes.size() >= size && std::memcmp(bytes.data(), prefix, size) == 0;
 }
 
@@ -36,7 +36,7 @@ bool IsStartOfFrame(uint32_t marker) {
 
 bool HasNoLength(uint32_t marker) { return marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8); }
 
-Result<PhotoHeader> ReadJpeg(const Bytes& bytes) {
+Result<PhotoHeader> ReadJpeg(ByteView bytes) {
   const Peeker peek(bytes, true);
   for (size_t at = 2; peek.Get(at, 2);) {
     if (bytes[at] != 0xff) return DataLoss("damaged JPEG: no marker where one must be");
@@ -59,7 +59,7 @@ Result<PhotoHeader> ReadJpeg(const Bytes& bytes) {
   return DataLoss("damaged JPEG: ends before the size of the image");
 }
 
-Result<PhotoHeader> ReadPng(const Bytes& bytes) {
+Result<PhotoHeader> ReadPng(ByteView bytes) {
   const Peeker peek(bytes, true);
   const auto width = peek.Get(16, 4), height = peek.Get(20, 4);
   const auto bits = peek.Get(24, 1), colour = peek.Get(25, 1);
@@ -74,7 +74,7 @@ Result<PhotoHeader> ReadPng(const Bytes& bytes) {
 // TIFF 6.0, section 2: an image file directory holds 12-byte entries (tag, type, count, value).
 class TiffDirectory {
  public:
-  TiffDirectory(const Bytes& bytes, bool big_endian) : peek_(bytes, big_endian) {
+  TiffDirectory(ByteView bytes, bool big_endian) : peek_(bytes, big_endian) {
     const auto at = peek_.Get(4, 4);
     if (at) begin_ = *at;
   }
@@ -103,7 +103,7 @@ class TiffDirectory {
   size_t begin_ = ~size_t{0};
 };
 
-Result<PhotoHeader> ReadTiff(const Bytes& bytes) {
+Result<PhotoHeader> ReadTiff(ByteView bytes) {
   const TiffDirectory directory(bytes, bytes[0] == 'M');
   const auto width = directory.Find(256), height = directory.Find(257);
   if (!width || !height) return DataLoss("damaged TIFF: no size of the image");
@@ -114,7 +114,7 @@ Result<PhotoHeader> ReadTiff(const Bytes& bytes) {
 
 }  // namespace
 
-Result<PhotoHeader> ReadPhotoHeader(const Bytes& bytes) {
+Result<PhotoHeader> ReadPhotoHeader(ByteView bytes) {
   if (bytes.empty()) return DataLoss("empty file");
   if (StartsWith(bytes, "\xff\xd8\xff", 3)) return ReadJpeg(bytes);
   if (StartsWith(bytes, "\x89PNG\r\n\x1a\n", 8)) return ReadPng(bytes);

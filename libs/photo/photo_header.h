@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "core/bytes.h"
 #include "core/result.h"
+#include "photo/byte_view.h"
 
 namespace skein {
 
@@ -18,8 +18,13 @@ struct PhotoHeader {
   int bits_per_channel = 0;  // 0 if the header doesn't say
 };
 
+// Each side is below 2^32 by its format, so the product fits.
+inline uint64_t NumPixels(const PhotoHeader& header) {
+  return static_cast<uint64_t>(header.width_px) * static_cast<uint64_t>(header.height_px);
+}
+
 // An error says what the bytes are instead: too short, not a JPEG, PNG or TIFF, or without size.
-Result<PhotoHeader> ReadPhotoHeader(const Bytes& bytes);
+Result<PhotoHeader> ReadPhotoHeader(ByteView bytes);
 
 const char* FormatName(PhotoFormat format);
 

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "core/clock.h"
-#include "photo/image_decoding.h"
 
 namespace skein {
 namespace {
@@ -14,11 +13,11 @@ std::string SizeText(int width, int height) {
 
 }  // namespace
 
-Result<PhotoDescription> DescribePhoto(const Bytes& photo, int width_px, int height_px,
-                                       int exif_orientation, const SiftOptions& sift,
+Result<PhotoDescription> DescribePhoto(PhotoDecoder* decoder, const Bytes& photo, int width_px,
+                                       int height_px, int exif_orientation, const SiftOptions& sift,
                                        GlobalDescriptorModel* model) {
   const double start_s = MonotonicS();
-  const auto image = DecodePhoto(photo);
+  const auto image = decoder->Decode(photo);
   if (!image) return image.status();
   if (width_px > 0 && (image->cols != width_px || image->rows != height_px)) {
     return DataLoss("decodes to " + SizeText(image->cols, image->rows) +

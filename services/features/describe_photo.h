@@ -4,6 +4,7 @@
 #include "core/result.h"
 #include "features/global_descriptor.h"
 #include "features/sift.h"
+#include "photo/photo_decoder.h"
 
 namespace skein {
 
@@ -15,9 +16,9 @@ struct PhotoDescription {
 };
 
 // A photo's bytes -> its features. Error: not a photo, or not of the size that ingest read from
-// its header (0: any).
-Result<PhotoDescription> DescribePhoto(const Bytes& photo, int width_px, int height_px,
-                                       int exif_orientation, const SiftOptions& sift,
+// its header (0: any); kUnavailable: the photo is not to blame.
+Result<PhotoDescription> DescribePhoto(PhotoDecoder* decoder, const Bytes& photo, int width_px,
+                                       int height_px, int exif_orientation, const SiftOptions& sift,
                                        GlobalDescriptorModel* model);
 
 }  // namespace skein

@@ -40,6 +40,8 @@ void AddOptions(CLI::App& app, FeaturesOptions* options) {
   app.add_option("--global-channels", model.channel_order, "RGB (default) or BGR");
   app.add_option("--global-output", model.output,
                  "Name of the ONNX model's output; default: its last");
+  app.add_option("--decoder", options->decoder.program,
+                 "Program that decodes photos; default: skein-decoder beside this program");
 }
 
 }  // namespace skein

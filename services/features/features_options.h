@@ -3,6 +3,7 @@
 #include "core/result.h"
 #include "features/model_choice.h"
 #include "features/sift.h"
+#include "photo/photo_decoder.h"
 
 namespace CLI {
 class App;
@@ -13,6 +14,7 @@ namespace skein {
 struct FeaturesOptions {
   SiftOptions sift;
   ModelChoice model;
+  DecoderOptions decoder;
 
   Status Check() const;
 };

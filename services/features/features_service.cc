@@ -8,10 +8,12 @@
 namespace skein {
 
 FeaturesService::FeaturesService(Node& node, const SiftOptions& sift,
-                                 std::shared_ptr<GlobalDescriptorModel> model)
+                                 std::shared_ptr<GlobalDescriptorModel> model,
+                                 std::unique_ptr<PhotoDecoder> decoder)
     : node_(node),
       sift_(sift),
       model_(std::move(model)),
+      decoder_(std::move(decoder)),
       worker_(node.loop()),
       work_(node, "features", 3, [this](const work_t& work) { OnWork(work); }),
       follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
@@ -53,7 +55,9 @@ void FeaturesService::StartIfKnown(int64_t image_id) {
 void FeaturesService::Compute(const image_t& image, Bytes photo) {
   worker_.Run([this, image, photo = std::move(photo)] { return Describe(image, photo); },
               [this, id = image.image_id](const Result<Described>& described) {
-                if (!described.ok()) return Fail(id, described.error(), true);
+                if (!described.ok()) {
+                  return Fail(id, described.error(), described.code() != StatusCode::kUnavailable);
+                }
                 Submit(id, *described);
               });
 }
@@ -61,8 +65,8 @@ void FeaturesService::Compute(const image_t& image, Bytes photo) {
 Result<FeaturesService::Described> FeaturesService::Describe(const image_t& image,
                                                              const Bytes& photo) {
   const Timer timer;
-  auto result =
-      DescribePhoto(photo, image.width_px, image.height_px, image.orientation, sift_, model_.get());
+  auto result = DescribePhoto(decoder_.get(), photo, image.width_px, image.height_px,
+                              image.orientation, sift_, model_.get());
   if (!result.ok()) return result.status();
   Described described;
   described.photo = std::move(*result);

@@ -20,8 +20,8 @@ namespace skein {
 // one is being committed. Loop's thread only.
 class FeaturesService {
  public:
-  FeaturesService(Node& node, const SiftOptions& sift,
-                  std::shared_ptr<GlobalDescriptorModel> model);
+  FeaturesService(Node& node, const SiftOptions& sift, std::shared_ptr<GlobalDescriptorModel> model,
+                  std::unique_ptr<PhotoDecoder> decoder);
 
  private:
   // An item of work, from work_t until its result is committed.
@@ -47,6 +47,7 @@ class FeaturesService {
   Node& node_;
   const SiftOptions sift_;
   const std::shared_ptr<GlobalDescriptorModel> model_;  // id and dim aside, used by worker_ only
+  const std::unique_ptr<PhotoDecoder> decoder_;         // used by worker_ only
   std::map<int64_t, image_t> images_;                   // those without features
   std::unordered_set<int64_t> described_;               // those with features
   std::map<int64_t, Job> jobs_;

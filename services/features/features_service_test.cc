@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "testing/test_decoder.h"
 #include "testing/test_node.h"
 #include "testing/test_photos.h"
 
@@ -27,7 +28,9 @@ class OneVectorForAll : public GlobalDescriptorModel {
 
 class FeaturesServiceTest : public testing::Test {
  protected:
-  FeaturesServiceTest() {
+  explicit FeaturesServiceTest(const DecoderOptions& decoder = DecoderOptions())
+      : service_(node_, SiftOptions(), std::make_shared<OneVectorForAll>(),
+                 *PhotoDecoder::Start(decoder)) {
     bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
       held_ = std::set<int64_t>(request.held.begin(), request.held.end());
       capacity_ = request.capacity;
@@ -71,7 +74,7 @@ class FeaturesServiceTest : public testing::Test {
   Node ingest_node_{TestOptions("ingest"), loop_, bus_};
   Node node_{TestOptions(kWorker), loop_, bus_};
   MemoryIngest ingest_{ingest_node_};
-  FeaturesService service_{node_, SiftOptions(), std::make_shared<OneVectorForAll>()};
+  FeaturesService service_;
   std::set<int64_t> held_;
   int capacity_ = 0;
   std::optional<work_failed_t> failed_;
@@ -131,6 +134,27 @@ TEST_F(FeaturesServiceTest, SaysWhatCannotBeDescribedAndGoesOn) {
   AddPhoto(2, SmallJpeg(), 96, 80);
   Give(2);
   Await([&] { return Features(2) != nullptr; }, "the features of the next");
+}
+
+class CrashingDecoder {
+ protected:
+  FaultyDecoder faulty_{"crash"};
+};
+class FeaturesWithoutDecoderTest : private CrashingDecoder, public FeaturesServiceTest {
+ protected:
+  FeaturesWithoutDecoderTest() : FeaturesServiceTest(faulty_.options) {}
+};
+
+TEST_F(FeaturesWithoutDecoderTest, ACrashOfTheDecoderFailsThePhoto) {
+  for (const int64_t image_id : {1, 2}) {
+    failed_.reset();
+    AddPhoto(image_id, SmallJpeg(image_id), 96, 80);
+    Give(image_id);
+    Await([&] { return failed_.has_value(); }, "the failure");
+    EXPECT_EQ(failed_->item_id, image_id);
+    EXPECT_EQ(failed_->reason, "the decoder ended by SIGSEGV");
+    EXPECT_TRUE(failed_->permanent);
+  }
 }
 
 TEST_F(FeaturesServiceTest, TellsThatARefusedResultIsForGood) {

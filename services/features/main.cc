@@ -27,7 +27,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   return skein::RunService(node_options, [&](skein::Node& node) {
-    skein::FeaturesService service(node, options.sift, model);
+    auto decoder = skein::PhotoDecoder::Start(options.decoder);
+    if (!decoder.ok()) throw std::runtime_error(decoder.error());
+    skein::FeaturesService service(node, options.sift, model, *std::move(decoder));
     node.Run();
   });
 }

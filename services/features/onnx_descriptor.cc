@@ -10,7 +10,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "features/onnx_file.h"
-#include "photo/image_decoding.h"
+#include "photo/image_view.h"
 
 namespace skein {
 namespace {

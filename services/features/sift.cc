@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "photo/image_decoding.h"
+#include "photo/image_view.h"
 
 namespace skein {
 namespace {

@@ -9,7 +9,8 @@
 #include "core/files_under.h"
 #include "features/sift.h"
 #include "features/train_codebook.h"
-#include "photo/image_decoding.h"
+#include "photo/image_view.h"
+#include "photo/photo_decoder.h"
 
 namespace fs = std::filesystem;
 
@@ -25,11 +26,11 @@ std::vector<std::string> PhotosIn(const std::vector<std::string>& folders) {
 }
 
 // Features of the photo and of `num_views` augmented views of it.
-void Describe(const std::string& path, int num_views, uint64_t seed, const skein::SiftOptions& sift,
-              std::vector<skein::LocalFeatures>* features) {
+void Describe(skein::PhotoDecoder* decoder, const std::string& path, int num_views, uint64_t seed,
+              const skein::SiftOptions& sift, std::vector<skein::LocalFeatures>* features) {
   const auto bytes = skein::ReadFile(path);
   if (!bytes) throw std::runtime_error(bytes.error());
-  const auto photo = skein::DecodePhoto(*bytes);
+  const auto photo = decoder->Decode(*bytes);
   if (!photo) {
     std::fprintf(stderr, "skipped %s: %s\n", path.c_str(), photo.error().c_str());
     return;
@@ -70,8 +71,10 @@ int main(int argc, char** argv) {
   try {
     const auto paths = PhotosIn(folders);
     std::vector<skein::LocalFeatures> features;
+    const auto decoder = skein::PhotoDecoder::Start();
+    if (!decoder.ok()) throw std::runtime_error(decoder.error());
     for (size_t i = 0; i < paths.size(); ++i) {
-      Describe(paths[i], num_views, options.seed + i * num_views, sift, &features);
+      Describe(decoder->get(), paths[i], num_views, options.seed + i * num_views, sift, &features);
       std::fprintf(stderr, "\r%zu of %zu photos", i + 1, paths.size());
     }
     std::fprintf(stderr, "\n");

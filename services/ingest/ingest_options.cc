@@ -21,6 +21,8 @@ void AddOptions(CLI::App& app, IngestOptions* options) {
   app.add_option("--max-bytes", limits.max_bytes, "Largest photo taken, in bytes");
   app.add_option("--max-pixels", limits.max_pixels, "Largest photo taken, in pixels");
   app.add_option("--min-side", limits.min_side_px, "Shortest side of a photo taken, in pixels");
+  app.add_option("--decoder", options->intake.decoder.program,
+                 "Program that decodes photos; default: skein-decoder beside this program");
   app.add_option("--max-pending", options->intake.max_pending,
                  "Photos taken in at a time; more are told to wait");
   app.add_option("--max-pending-agent", options->intake.max_pending_agent,

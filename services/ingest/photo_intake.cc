@@ -1,6 +1,7 @@
 #include "ingest/photo_intake.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "core/hash.h"
@@ -20,6 +21,12 @@ constexpr char kDuplicateNote[] = "duplicate";
 // Of the photos that rest, and of what has come of them.
 constexpr size_t kMaxResting = 256;
 constexpr int64_t kMaxRestingBytes = int64_t{256} << 20;
+
+std::unique_ptr<PhotoDecoder> StartDecoder(const DecoderOptions& options) {
+  auto decoder = PhotoDecoder::Start(options);
+  if (!decoder.ok()) throw std::runtime_error(decoder.error());
+  return *std::move(decoder);
+}
 
 PhotoStore::Names NamesIn(const SessionState& state) {
   PhotoStore::Names names;
@@ -42,7 +49,7 @@ PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
       duplicates_(writer.Notes(kDuplicateNote)),
       blobs_(paths_.Blobs()),
       room_(paths_.root, options_.min_free_bytes),
-      store_(paths_, options_.limits, NamesIn(writer.state())),
+      store_(paths_, options_.limits, NamesIn(writer.state()), StartDecoder(options_.decoder)),
       left_(FindLeftPhotos(paths_, NamesIn(writer.state()))),
       worker_(node.loop()) {
   if (!left_.empty()) LogInfo("{} photos in images/ that no fact names", left_.size());
@@ -224,7 +231,7 @@ void PhotoIntake::OnTaken(const Key& key, const TakenPhoto& taken) {
     case TakenPhoto::Outcome::kRefused:
       return Refuse(key, pending_.at(key).offer, taken.reason);
     case TakenPhoto::Outcome::kFailed:
-      return Abandon(key, "cannot store the photo: " + taken.reason);
+      return Abandon(key, taken.reason);
     case TakenPhoto::Outcome::kStored:
       Commit(key, taken.photo, taken.name);
       break;

@@ -18,6 +18,7 @@ namespace skein {
 
 struct IntakeOptions {
   PhotoLimits limits;
+  DecoderOptions decoder;
   std::vector<KnownCamera> cameras;
   int max_pending = 64;                  // photos received at a time; more are told to wait
   int max_pending_agent = 16;            // the same, of one agent
@@ -43,6 +44,7 @@ struct IntakeOptions {
 // ledger, left there. Loop's thread only.
 class PhotoIntake {
  public:
+  // Throws std::runtime_error, with a line for the user, if no decoder can be started.
   PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options);
 
   void OnOffer(const image_offer_t& offer);

@@ -7,6 +7,7 @@
 
 #include "core/file.h"
 #include "core/hash.h"
+#include "testing/test_decoder.h"
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
@@ -41,6 +42,37 @@ TEST_F(PhotoIntakeTest, AnswersARepeatedOfferAlikeAlsoAfterARestart) {
   EXPECT_EQ(Decide(bad).status, +image_ack_t::REFUSED);
   EXPECT_EQ(Decide(bad).reason, reason);
   Await([&] { return facts_.size() == 2; }, "both facts");
+}
+
+TEST_F(PhotoIntakeTest, APhotoThatEndsTheDecoderIsRefused) {
+  const FaultyDecoder faulty("crash");
+  options_.intake.decoder = faulty.options;
+  Restart();
+  for (const int seed : {1, 2}) {
+    const image_ack_t ack = Publish("a.jpg", SmallJpeg(seed));
+    EXPECT_EQ(ack.status, +image_ack_t::REFUSED);
+    EXPECT_EQ(ack.reason, "the decoder ended by SIGSEGV");
+  }
+  options_.intake.decoder = DecoderOptions();
+  Restart();
+  EXPECT_EQ(Publish("b.jpg", SmallJpeg(3)).status, +image_ack_t::STORED);
+}
+
+TEST_F(PhotoIntakeTest, APhotoIsOfferedAgainWhenItsDecoderWasKilled) {
+  const FaultyDecoder faulty("kill");
+  options_.intake.decoder = faulty.options;
+  Restart();
+  const image_offer_t offer = MakeOffer("a.jpg", SmallJpeg());
+  peer_->Publish(kImageOfferChannel, offer);
+  const auto is_told = [&] {
+    return std::any_of(acks_.begin(), acks_.end(), [](const image_ack_t& ack) {
+      return ack.reason == "cannot check the photo: the decoder ended by SIGKILL";
+    });
+  };
+  Await(is_told, "the reason");
+  options_.intake.decoder = DecoderOptions();
+  Restart();
+  EXPECT_EQ(Decide(offer).status, +image_ack_t::STORED);
 }
 
 TEST_F(PhotoIntakeTest, KnowsAContentThatIsThereAlready) {

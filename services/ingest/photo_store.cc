@@ -33,18 +33,25 @@ LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const PhotoFile& file) {
   return {file, blob_id, *std::move(bytes)};
 }
 
-PhotoStore::PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken)
-    : paths_(std::move(paths)), limits_(limits), taken_(std::move(taken)) {}
+PhotoStore::PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken,
+                       std::unique_ptr<PhotoDecoder> decoder)
+    : paths_(std::move(paths)),
+      limits_(limits),
+      taken_(std::move(taken)),
+      decoder_(std::move(decoder)) {}
 
 TakenPhoto PhotoStore::Take(const std::string& agent, const std::string& name,
                             const std::string& blob_id, const Bytes& bytes) {
   using Outcome = TakenPhoto::Outcome;
-  const Result<CheckedPhoto> photo = CheckPhoto(bytes, limits_);
-  if (!photo.ok()) return {Outcome::kRefused, photo.error(), "", {}};
+  const Result<CheckedPhoto> photo = decoder_->Check(bytes, limits_);
+  if (!photo.ok()) {
+    if (photo.code() != StatusCode::kUnavailable) return {Outcome::kRefused, photo.error(), "", {}};
+    return {Outcome::kFailed, "cannot check the photo: " + photo.error(), "", {}};
+  }
   if (contents_.count(blob_id) > 0) return {Outcome::kKnown, "", "", {}};
   const std::string free_name = FreeName(agent, name);
   const Status stored = StorePhoto(paths_, agent, free_name, bytes);
-  if (!stored.ok()) return {Outcome::kFailed, stored.error(), "", {}};
+  if (!stored.ok()) return {Outcome::kFailed, "cannot store the photo: " + stored.error(), "", {}};
   taken_.insert({agent, free_name});
   contents_.insert(blob_id);
   return {Outcome::kStored, "", free_name, *photo};

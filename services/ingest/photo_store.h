@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "core/result.h"
 #include "ledger/session_folder.h"
 #include "photo/photo_check.h"
+#include "photo/photo_decoder.h"
 
 namespace skein {
 
@@ -19,7 +21,7 @@ struct TakenPhoto {
     kStored,   // durable as images/AGENT/name
     kRefused,  // no photo, or one beyond the limits: see reason
     kKnown,    // the same content was stored before, for another offer
-    kFailed,   // the folder did not take it: see reason
+    kFailed,   // the folder did not take it, or no decoder is there: see reason
   };
   Outcome outcome = Outcome::kFailed;
   std::string reason;
@@ -49,7 +51,8 @@ class PhotoStore {
   using Names = std::set<std::pair<std::string, std::string>>;  // agent, name
 
   // `taken`: the names of the photos in the ledger.
-  PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken);
+  PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken,
+             std::unique_ptr<PhotoDecoder> decoder);
 
   // Checks the photo, finds a free name for it and stores it. Of photos of one name from one agent
   // all are kept: NAME, NAME~2, ...
@@ -62,6 +65,7 @@ class PhotoStore {
   const SessionPaths paths_;
   const PhotoLimits limits_;
   Names taken_;
+  const std::unique_ptr<PhotoDecoder> decoder_;
   std::set<std::string> contents_;  // blob ids that this object stored
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/bytes.h"
 #include "core/result.h"
+#include "photo/byte_view.h"
 #include "photo/photo_header.h"
 
 namespace skein {
@@ -11,6 +11,6 @@ namespace skein {
 // damaged data are errors. Bytes between segments, which some cameras leave, are not. A PNG's
 // chunks are checked against their CRC first. Takes about 10 ms a megapixel. Call it only with a
 // size that is safe to decode.
-Status CheckDecodes(const Bytes& bytes, const PhotoHeader& header);
+Status CheckDecodes(ByteView bytes, const PhotoHeader& header);
 
 }  // namespace skein

@@ -1,4 +1,4 @@
-#include "photo/exif.h"
+#include "codecs/exif_reader.h"
 
 #include <libexif/exif-data.h>
 
@@ -28,7 +28,7 @@ ExifHandle ParseBare(const uint8_t* tiff, size_t size) {
   return Parse(marked.data(), marked.size());
 }
 
-ExifHandle ParsePng(const Bytes& bytes) {
+ExifHandle ParsePng(ByteView bytes) {
   for (size_t at = 8; at + 12 <= bytes.size();) {
     const size_t length = size_t{bytes[at]} << 24 | size_t{bytes[at + 1]} << 16 |
                           size_t{bytes[at + 2]} << 8 | bytes[at + 3];
@@ -40,7 +40,7 @@ ExifHandle ParsePng(const Bytes& bytes) {
   return {nullptr, exif_data_unref};
 }
 
-ExifHandle Load(const Bytes& bytes, PhotoFormat format) {
+ExifHandle Load(ByteView bytes, PhotoFormat format) {
   switch (format) {
     case PhotoFormat::kJpeg:
       return Parse(bytes.data(), bytes.size());
@@ -219,7 +219,7 @@ std::optional<double> ReadFocal(const ExifReader& exif, const Exif& info,
 
 }  // namespace
 
-Exif ReadExif(const Bytes& bytes, const PhotoHeader& header) {
+Exif ReadExif(ByteView bytes, const PhotoHeader& header) {
   const ExifHandle handle = Load(bytes, header.format);
   const ExifReader exif(handle.get());
   Exif info;

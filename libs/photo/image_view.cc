@@ -1,26 +1,9 @@
-#include "photo/image_decoding.h"
+#include "photo/image_view.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 namespace skein {
-
-Result<cv::Mat> DecodePhoto(const Bytes& bytes, int64_t max_pixels) {
-  if (bytes.empty()) return DataLoss("empty file");
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception& e) {
-    return DataLoss("cannot be decoded: " + e.err);
-  }
-  if (image.empty()) return DataLoss("cannot be decoded as a photo");
-  if (static_cast<int64_t>(image.cols) * image.rows > max_pixels) {
-    return ResourceExhausted("more than " + std::to_string(max_pixels) + " pixels");
-  }
-  return image;
-}
 
 cv::Mat UprightView(const cv::Mat& as_stored, int exif_orientation) {
   cv::Mat view = as_stored;

@@ -1,4 +1,4 @@
-#include "photo/photo_encoding.h"
+#include "codecs/photo_encoding.h"
 
 #include <cmath>
 #include <cstdio>

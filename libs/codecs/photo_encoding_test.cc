@@ -1,6 +1,8 @@
-#include "photo/photo_encoding.h"
+#include "codecs/photo_encoding.h"
 
 #include <gtest/gtest.h>
+
+#include "codecs/exif_reader.h"
 
 namespace skein {
 namespace {

@@ -1,4 +1,4 @@
-#include "photo/decode_check.h"
+#include "codecs/decode_check.h"
 
 #include <cstdio>
 // jpeglib.h needs FILE and size_t.
@@ -8,7 +8,8 @@
 
 #include <csetjmp>
 #include <cstring>
-#include <opencv2/imgcodecs.hpp>
+
+#include "codecs/image_decoding.h"
 
 namespace skein {
 namespace {
@@ -33,13 +34,19 @@ void LeaveOnDamage(j_common_ptr info, int level) {
   if (level < 0 && !IsHarmless(info->err->msg_code)) LeaveWithText(info);
 }
 
-// Decodes at an eighth of the size: every coefficient is read, most of the transform is saved.
-// Holds nothing with a destructor: libjpeg leaves by longjmp.
-bool ReadsWhole(const Bytes& bytes, jpeg_decompress_struct* info, JpegErrors* errors,
-                JSAMPROW row) {
+// Up to the size of the image. Holds nothing with a destructor, as ReadRows: libjpeg leaves by
+// longjmp.
+bool ReadJpegHeader(ByteView bytes, jpeg_decompress_struct* info, JpegErrors* errors) {
   if (setjmp(errors->leave) != 0) return false;
   jpeg_mem_src(info, bytes.data(), bytes.size());
   jpeg_read_header(info, TRUE);
+  return true;
+}
+
+// Decodes at an eighth of the size: every coefficient is read, most of the transform is saved.
+// `row` has room for one at full size.
+bool ReadRows(jpeg_decompress_struct* info, JpegErrors* errors, JSAMPROW row) {
+  if (setjmp(errors->leave) != 0) return false;
   info->scale_num = 1;
   info->scale_denom = 8;
   info->out_color_space = info->jpeg_color_space;
@@ -49,7 +56,18 @@ bool ReadsWhole(const Bytes& bytes, jpeg_decompress_struct* info, JpegErrors* er
   return true;
 }
 
-Status CheckJpeg(const Bytes& bytes, const PhotoHeader& header) {
+Status ReadWholeJpeg(ByteView bytes, const PhotoHeader& header, jpeg_decompress_struct* info,
+                     JpegErrors* errors) {
+  const auto damaged = [&] { return DataLoss(std::string("damaged JPEG: ") + errors->text); };
+  if (!ReadJpegHeader(bytes, info, errors)) return damaged();
+  if (info->image_width != header.width_px || info->image_height != header.height_px) {
+    return DataLoss("damaged JPEG: it tells two sizes of the image");
+  }
+  std::vector<JSAMPLE> row(static_cast<size_t>(info->image_width) * MAX_COMPONENTS);
+  return ReadRows(info, errors, row.data()) ? Status::Ok() : damaged();
+}
+
+Status CheckJpeg(ByteView bytes, const PhotoHeader& header) {
   JpegErrors errors;
   jpeg_decompress_struct info;
   std::memset(&info, 0, sizeof(info));
@@ -57,13 +75,12 @@ Status CheckJpeg(const Bytes& bytes, const PhotoHeader& header) {
   errors.manager.error_exit = LeaveWithText;
   errors.manager.emit_message = LeaveOnDamage;
   jpeg_create_decompress(&info);
-  std::vector<JSAMPLE> row(static_cast<size_t>(header.width_px) * MAX_COMPONENTS);
-  const bool whole = ReadsWhole(bytes, &info, &errors, row.data());
+  const Status whole = ReadWholeJpeg(bytes, header, &info, &errors);
   jpeg_destroy_decompress(&info);
-  return whole ? Status::Ok() : DataLoss(std::string("damaged JPEG: ") + errors.text);
+  return whole;
 }
 
-Status CheckPngChunks(const Bytes& bytes) {
+Status CheckPngChunks(ByteView bytes) {
   const auto u32 = [&](size_t at) {
     return uint32_t{bytes[at]} << 24 | uint32_t{bytes[at + 1]} << 16 |
            uint32_t{bytes[at + 2]} << 8 | bytes[at + 3];
@@ -79,29 +96,14 @@ Status CheckPngChunks(const Bytes& bytes) {
   return DataLoss("damaged PNG: cut short");
 }
 
-Status CheckWithOpenCv(const Bytes& bytes, const PhotoHeader& header) {
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception& error) {
-    return DataLoss(std::string("cannot be decoded: ") + error.err);
-  }
-  const std::string name = FormatName(header.format);
-  if (image.empty() || image.type() != CV_8UC3) return DataLoss(name + " cannot be decoded");
-  if (image.cols != header.width_px || image.rows != header.height_px) {
-    return DataLoss(name + " decodes to another size than its header claims");
-  }
-  return Status::Ok();
-}
-
 }  // namespace
 
-Status CheckDecodes(const Bytes& bytes, const PhotoHeader& header) {
+Status CheckDecodes(ByteView bytes, const PhotoHeader& header) {
   if (header.format == PhotoFormat::kJpeg) return CheckJpeg(bytes, header);
   if (header.format == PhotoFormat::kPng) {
     if (Status status = CheckPngChunks(bytes); !status.ok()) return status;
   }
-  return CheckWithOpenCv(bytes, header);
+  return DecodePhotoOf(header, bytes).status();
 }
 
 }  // namespace skein

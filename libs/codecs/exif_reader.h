@@ -1,0 +1,19 @@
+#pragma once
+
+#include "photo/byte_view.h"
+#include "photo/exif.h"
+#include "photo/photo_header.h"
+
+namespace skein {
+
+// Reads the EXIF block of a JPEG (APP1), PNG (eXIf) or TIFF. Without one, everything is unset.
+//
+// Focal length in pixels, the first that is there:
+//  - FocalLengthIn35mmFilm by the diagonal (CIPA DCG-001): f35 * diagonal / 43.27 mm. This equals
+//    f35 * width / 36 for a 3:2 sensor. For 4:3 it is closer (south-building: 1,294 px, by width
+//    1,244, calibrated 1,333).
+//  - FocalLength with FocalPlaneXResolution, for the width by PixelXDimension.
+//  - FocalLength with the sensor's width from COLMAP's camera database.
+Exif ReadExif(ByteView bytes, const PhotoHeader& header);
+
+}  // namespace skein

@@ -1,0 +1,19 @@
+// Folders that a power loss leaves as they are. An entry of a folder, as a new file's or a new
+// folder's, is only there after a power loss when the folder was synced.
+#pragma once
+
+#include <filesystem>
+
+#include "core/result.h"
+
+namespace skein {
+
+Status SyncFolder(const std::filesystem::path& dir);
+
+// Creates the folder and those above it that are missing, and syncs the entry of each.
+Status CreateFolders(const std::filesystem::path& dir);
+
+// Everything on the file system of `path`: after many files, before they are called done.
+Status SyncFileSystem(const std::filesystem::path& path);
+
+}  // namespace skein
