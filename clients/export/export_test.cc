@@ -6,8 +6,8 @@
 
 #include "blobs/blob_store.h"
 #include "clients/export/database.h"
-#include "clients/export/model_writer.h"
-#include "clients/export/session_models.h"
+#include "export/model_writer.h"
+#include "export/session_models.h"
 #include "core/file.h"
 #include "formats/formats.h"
 #include "geometry/model_poses.h"

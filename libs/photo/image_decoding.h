@@ -20,4 +20,9 @@ cv::Mat UprightView(const cv::Mat& as_stored, int exif_orientation);
 // Shrinks (never enlarges) so that the longest side is at most `max_side_px`.
 cv::Mat ShrinkTo(const cv::Mat& image, int max_side_px);
 
+// A JPEG of the upright view, at most `max_side_px` on its longest side, of a photo of that size.
+// Decodes a JPEG photo at a fraction of its resolution.
+Result<Bytes> MakeThumbnail(const Bytes& photo, int width_px, int height_px, int exif_orientation,
+                            int max_side_px);
+
 }  // namespace skein

@@ -41,6 +41,8 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"SKEIN_WORK_FAILED", "w"},
                                                  {"SKEIN_DEMAND", "iw"},
                                                  {"SKEIN_SUBMAP_STATUS", "w"},
+                                                 {"SKEIN_SUBMAP_SHAPE", "w"},
+                                                 {"SKEIN_SHAPE_WANTED", "wv"},
                                                  {"SKEIN_SHARED_REQUEST", "w"},
                                                  {"SKEIN_SHARED_REPLY", "w"},
                                                  {"SKEIN_HEARTBEAT", "iwaov"},
@@ -52,7 +54,7 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"", ""}};
   ForEachCommittedChannel([&](const auto& channel) { expected[channel.name] = "i"; });
   ForEachSubmitChannel([&](const auto& channel) { expected[channel.name] = "w"; });
-  EXPECT_EQ(expected.size(), 20u + 2u * kNumFactKinds);
+  EXPECT_EQ(expected.size(), 22u + 2u * kNumFactKinds);
   for (const auto& [channel, who] : expected) EXPECT_EQ(WhoMay(channel), who) << channel;
 }
 
