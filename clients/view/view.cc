@@ -12,7 +12,6 @@
 #include "event_loop/poll_loop.h"
 #include "ledger/ledger_store.h"
 #include "ledger/session_folder.h"
-#include "web/job_pool.h"
 #include "web/session_api.h"
 #include "web/status_message.h"
 #include "web/web_server.h"
@@ -96,10 +95,8 @@ int RunView(int argc, char** argv) {
   source.page_dir = options.page_dir;
   source.may_use_model = [](int64_t) { return true; };
   source.on_look = [] {};
-  JobPool reader(1);
-  source.fetch = [&](const std::string& blob_id, const std::string&, SessionSource::Done done) {
-    reader.Run([&blobs, blob_id, done = std::move(done)] { done(blobs.Get(blob_id)); });
-  };
+  source.fetch = [&blobs](const std::string& blob_id, const std::string&,
+                          const SessionSource::Done& done) { done(blobs.Get(blob_id)); };
   PollLoop loop;
   loop.StopOnSignals();
   SessionApi api(view, source, kNumPoolThreads);

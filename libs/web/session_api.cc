@@ -141,6 +141,11 @@ void SessionApi::GetReport(Respond respond) const {
   respond(std::move(response));
 }
 
+void SessionApi::Fetch(const std::string& blob_id, const std::string& owner,
+                       SessionSource::Done done) {
+  pool_.Run([this, blob_id, owner, done = std::move(done)] { source_.fetch(blob_id, owner, done); });
+}
+
 void SessionApi::FetchAll(const std::vector<std::string>& blob_ids, const std::string& owner,
                           const Respond& respond, std::function<void(const Blobs&)> then) {
   struct Gathered {
@@ -153,7 +158,7 @@ void SessionApi::FetchAll(const std::vector<std::string>& blob_ids, const std::s
   const auto gathered = std::make_shared<Gathered>();
   gathered->num_left = wanted.size();
   for (const std::string& id : wanted) {
-    source_.fetch(id, owner, [this, gathered, id, respond, then](Result<Bytes> bytes) {
+    Fetch(id, owner, [this, gathered, id, respond, then](Result<Bytes> bytes) {
       const std::lock_guard<std::mutex> lock(gathered->mutex);
       if (gathered->failed) return;
       if (!bytes.ok()) {
@@ -345,7 +350,7 @@ void SessionApi::GetPhoto(int64_t image_id, Respond respond) {
     if (fs::exists(response.file, error)) return respond(std::move(response));
     response.file.clear();
   }
-  source_.fetch(image.blob_id, "ingest", [response, respond](Result<Bytes> bytes) mutable {
+  Fetch(image.blob_id, "ingest", [response, respond](Result<Bytes> bytes) mutable {
     if (!bytes.ok()) return AnswerError(respond, bytes.status());
     response.bytes = std::make_shared<const Bytes>(std::move(*bytes));
     respond(std::move(response));

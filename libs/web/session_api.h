@@ -25,14 +25,15 @@ namespace skein {
 constexpr int64_t kPagePoints = 4'000'000;
 constexpr int kThumbnailSidePx = 320;
 
-// Where the API's answers come from. The functions are called on any thread.
+// Where the API's answers come from. The functions are called on the API's threads and the server's.
 struct SessionSource {
   std::string session_id;
   bool live = false;
   std::filesystem::path session_dir;  // "": this process does not share the session folder
   std::filesystem::path page_dir;
 
-  // Gives a blob of a fact, or of a mapper's shape, on any thread. It always ends.
+  // Gives a blob of a fact, or of a mapper's shape, within the call or later on any thread. Always
+  // ends. May block.
   using Done = std::function<void(Result<Bytes>)>;
   std::function<void(const std::string& blob_id, const std::string& owner, Done done)> fetch;
   // Whether a submap without a shape may be shown by its newest model: not while its mapper is about
@@ -79,6 +80,8 @@ class SessionApi {
   void GetMatch(int64_t image_id, int64_t other_id, Respond respond);
   void Download(const Parts& parts, Respond respond);
 
+  // Never on the server's thread, so it may block.
+  void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   // Calls `then` with all of these blobs on a thread of the pool, or answers with what is wrong.
   void FetchAll(const std::vector<std::string>& blob_ids, const std::string& owner,
                 const Respond& respond, std::function<void(const Blobs&)> then);
