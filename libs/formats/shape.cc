@@ -136,8 +136,7 @@ Bytes EncodeShapeManifest(const ShapeManifest& manifest) {
 
 Result<ShapeManifest> DecodeShapeManifest(const Bytes& bytes) {
   return DecodeAll<ShapeManifest>(bytes, kManifest, [](ByteReader* in, ShapeManifest* manifest) {
-    return in->Get(&manifest->version) &&
-           GetVector(in, kPhotoBytes, &manifest->photos, GetPhoto) &&
+    return in->Get(&manifest->version) && GetVector(in, kPhotoBytes, &manifest->photos, GetPhoto) &&
            GetVector(in, kCameraBytes, &manifest->cameras, GetCamera) &&
            GetVector(in, kMinChunkBytes, &manifest->chunks, GetChunk);
   });

@@ -1,5 +1,6 @@
-// The shape of a map for the live view: chunks of coloured points, who sees them, and what the shape
-// is made of. Encodings as in formats.h, but for a chunk, which a browser reads (services/web/README.md).
+// The shape of a map for the live view: chunks of coloured points, who sees them, and what the
+// shape is made of. Encodings as in formats.h, but for a chunk, which a browser reads
+// (services/web/README.md).
 #pragma once
 
 #include <array>
@@ -29,7 +30,8 @@ struct ShapeChunk {
   std::vector<ShapePoint> points;
 };
 
-// "SKC1", uint32 number of points, 3 float64 origin, float64 step, uint64 version; 10 bytes a point.
+// "SKC1", uint32 number of points, 3 float64 origin, float64 step, uint64 version; 10 bytes a
+// point.
 constexpr size_t kShapeChunkHeaderBytes = 48, kShapePointBytes = 10;
 Bytes EncodeShapeChunk(const ShapeChunk& chunk);
 Result<ShapeChunk> DecodeShapeChunk(const Bytes& bytes);

@@ -241,9 +241,8 @@ bool ShapeMaker::MakeChanged(const ShapeSource& source, std::vector<Known>* poin
 
 void ShapeMaker::MakeChunk(uint64_t id, const ShapeSource& source, std::vector<Known*> points,
                            uint64_t version) {
-  std::sort(points.begin(), points.end(), [](const Known* a, const Known* b) {
-    return Scramble(a->id) < Scramble(b->id);
-  });
+  std::sort(points.begin(), points.end(),
+            [](const Known* a, const Known* b) { return Scramble(a->id) < Scramble(b->id); });
   std::array<double, 3> low = source.points[points.front()->index].xyz, high = low;
   for (Known* point : points) {
     point->xyz = source.points[point->index].xyz;

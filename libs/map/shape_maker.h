@@ -1,4 +1,5 @@
-// The shape of a map in chunks, for the live view: of each update only what has changed is made anew.
+// The shape of a map in chunks, for the live view: of each update only what has changed is made
+// anew.
 #pragma once
 
 #include <array>
@@ -20,8 +21,8 @@ struct ShapeSource {
     std::array<uint8_t, 3> rgb{};
   };
 
-  std::vector<Point> points;  // in any order
-  PointTracks tracks;         // in the order of points
+  std::vector<Point> points;         // in any order
+  PointTracks tracks;                // in the order of points
   std::vector<ShapePhoto> photos;    // ascending
   std::vector<ShapeCamera> cameras;  // of the photos, ascending
 
@@ -50,11 +51,11 @@ struct MapShape {
   int64_t NumPoints() const;
 };
 
-// Points stay in the chunk of their birth. So a chunk holds what was triangulated at one time, which
-// lies close together when photos come in the order of a walk. A chunk's version rises when one of
-// its points came, went, or moved by more than the chunk's step in a coordinate. A track that grows
-// alone changes no version. Points are in a fixed order by a hash of their ids: the first n of a
-// chunk are a random sample of it.
+// Points stay in the chunk of their birth. So a chunk holds what was triangulated at one time,
+// which lies close together when photos come in the order of a walk. A chunk's version rises when
+// one of its points came, went, or moved by more than the chunk's step in a coordinate. A track
+// that grows alone changes no version. Points are in a fixed order by a hash of their ids: the
+// first n of a chunk are a random sample of it.
 //
 // The step is a power of two, between 1/16384 and 1/8192 of the map's extent: the distance from the
 // median position that nine of ten points keep. Points far outside of it have chunks of their own,

@@ -18,8 +18,8 @@ class EventLog {
   int64_t head() const;
 
   struct Page {
-    int64_t head = 0;  // of the ledger
-    int64_t next = 0;  // seq to ask for next; head + 1 where nothing is left
+    int64_t head = 0;    // of the ledger
+    int64_t next = 0;    // seq to ask for next; head + 1 where nothing is left
     std::string events;  // JSON values, separated by commas; "" if there are none
   };
   // Events with from_seq <= seq <= to_seq, at most max_events.

@@ -79,7 +79,8 @@ struct EventMaker {
                   {"captured", fact.capture_utime_us},
                   {"received", fact.received_utime_us}});
     if (fact.has_gps) {
-      event["gps"] = {Rounded(fact.latitude_deg, kGpsDigits), Rounded(fact.longitude_deg, kGpsDigits),
+      event["gps"] = {Rounded(fact.latitude_deg, kGpsDigits),
+                      Rounded(fact.longitude_deg, kGpsDigits),
                       Rounded(fact.altitude_m, kPoseDigits)};
     }
     return event;

@@ -122,7 +122,8 @@ RangeAnswer ParseRange(std::string_view header, uint64_t size) {
     return length == 0 ? RangeAnswer{416, {}} : RangeAnswer{206, {size - length, length}};
   }
   const auto first = ParseNumber(first_text);
-  const auto last = last_text.empty() ? std::optional<uint64_t>(UINT64_MAX) : ParseNumber(last_text);
+  const auto last =
+      last_text.empty() ? std::optional<uint64_t>(UINT64_MAX) : ParseNumber(last_text);
   if (!first || !last || *last < *first) return whole;
   if (*first >= size) return {416, {}};
   return {206, {*first, std::min(*last, size - 1) - *first + 1}};

@@ -44,8 +44,8 @@ using Respond = std::function<void(HttpResponse)>;
 // What a server answers with. On the server's thread, so it must not block.
 using HttpHandler = std::function<void(const HttpRequest&, Respond)>;
 
-// The target of a request line, e.g. "/api/events?from=3". None where it is malformed: not absolute,
-// a bad escape, a zero byte.
+// The target of a request line, e.g. "/api/events?from=3". None where it is malformed: not
+// absolute, a bad escape, a zero byte.
 std::optional<HttpRequest> ParseTarget(std::string_view target);
 
 // By a file's name; "application/octet-stream" for what is not known.

@@ -67,10 +67,10 @@ void HttpConnection::OnRequest(ErrorCode) {
   range_ = Header(request, http::field::range).value_or("");
   const bool is_websocket = websocket::is_upgrade(request);
   ErrorCode error;
-  const AccessDecision access = DecideAccess(
-      {std::string(request.method_string()), Header(request, http::field::host),
-       Header(request, http::field::origin),
-       stream_.socket().local_endpoint(error).address().to_string(), is_websocket});
+  const AccessDecision access =
+      DecideAccess({std::string(request.method_string()), Header(request, http::field::host),
+                    Header(request, http::field::origin),
+                    stream_.socket().local_endpoint(error).address().to_string(), is_websocket});
   if (!access.allowed()) return AnswerAndClose(access.status, access.reason);
   if (parser_->content_length().value_or(0) > 0 || parser_->chunked()) {
     return AnswerAndClose(413, "a request has no body here");
@@ -156,8 +156,8 @@ void HttpConnection::AnswerBody(HttpResponse response) {
   auto outgoing = std::make_shared<Outgoing<Body>>();
   outgoing->content = std::move(response);
   HttpResponse& content = outgoing->content;
-  const char* data = content.bytes ? reinterpret_cast<const char*>(content.bytes->data())
-                                   : content.text.data();
+  const char* data =
+      content.bytes ? reinterpret_cast<const char*>(content.bytes->data()) : content.text.data();
   const size_t size = content.bytes ? content.bytes->size() : content.text.size();
   ByteRange part{0, size};
   if (content.ranges && content.status == 200) {
@@ -211,11 +211,11 @@ void HttpConnection::OnWritten() {
 // lose the answer.
 void HttpConnection::Linger(size_t max_bytes) {
   buffer_.clear();
-  stream_.async_read_some(buffer_.prepare(4096), [self = shared_from_this(), max_bytes](
-                                                     ErrorCode error, size_t size) {
-    if (error || size >= max_bytes) return self->Close();
-    self->Linger(max_bytes - size);
-  });
+  stream_.async_read_some(buffer_.prepare(4096),
+                          [self = shared_from_this(), max_bytes](ErrorCode error, size_t size) {
+                            if (error || size >= max_bytes) return self->Close();
+                            self->Linger(max_bytes - size);
+                          });
 }
 
 void HttpConnection::Close() {

@@ -23,7 +23,8 @@ TEST(Http, TargetsAreSplitAndDecoded) {
 }
 
 TEST(Http, MalformedTargetsAreRefused) {
-  for (const char* target : {"", "api", "http://x/", "*", "/%", "/%4", "/%zz", "/a%00b", "/?a=%0"}) {
+  for (const char* target :
+       {"", "api", "http://x/", "*", "/%", "/%4", "/%zz", "/a%00b", "/?a=%0"}) {
     EXPECT_FALSE(ParseTarget(target)) << target;
   }
 }
@@ -46,8 +47,8 @@ TEST(Http, RangesAreThoseOfTheBody) {
 }
 
 TEST(Http, RangesThatAreNoneGiveTheWhole) {
-  for (const char* header : {"", "bytes", "bytes=", "bytes=-", "bytes=a-b", "bytes=9-3", "lines=1-2",
-                             "bytes=0-1,5-6", "bytes=99999999999999999999-"}) {
+  for (const char* header : {"", "bytes", "bytes=", "bytes=-", "bytes=a-b", "bytes=9-3",
+                             "lines=1-2", "bytes=0-1,5-6", "bytes=99999999999999999999-"}) {
     ExpectRange(header, 200, 0, 100);
   }
 }
@@ -95,7 +96,8 @@ class StaticFilesTest : public ::testing::Test {
     Write("page/.hidden");
     Write("page/.git/config");
     Write("secret.txt");
-    std::filesystem::create_symlink(folder_.path() / "secret.txt", folder_.path() / "page/link.txt");
+    std::filesystem::create_symlink(folder_.path() / "secret.txt",
+                                    folder_.path() / "page/link.txt");
     std::filesystem::create_directory_symlink(folder_.path(), folder_.path() / "page/out");
   }
   void Write(const std::string& name) {

@@ -48,9 +48,8 @@ void PageSocket::Start(UpgradeRequest request, std::map<std::string, SharedText>
 void PageSocket::OnAccepted(ErrorCode error) {
   if (error || closed_) return Close();
   open_ = true;
-  hello_ = Text({{"type", "hello"},
-                 {"session_id", host_.options().session_id},
-                 {"head", host_.sent_seq()}});
+  hello_ = Text(
+      {{"type", "hello"}, {"session_id", host_.options().session_id}, {"head", host_.sent_seq()}});
   Read();
   Pump();
 }
@@ -113,11 +112,12 @@ void PageSocket::Pump() {
   writing_ = NextMessage();
   if (writing_ == nullptr) return;
   WatchWrite();
-  stream_.async_write(asio::buffer(*writing_), [self = shared_from_this()](ErrorCode error, size_t) {
-    self->stalled_.cancel();
-    self->writing_ = nullptr;
-    error ? self->Close() : self->Pump();
-  });
+  stream_.async_write(asio::buffer(*writing_),
+                      [self = shared_from_this()](ErrorCode error, size_t) {
+                        self->stalled_.cancel();
+                        self->writing_ = nullptr;
+                        error ? self->Close() : self->Pump();
+                      });
 }
 
 void PageSocket::WatchWrite() {

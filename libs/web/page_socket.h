@@ -44,7 +44,7 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
   SharedText hello_;
   std::deque<SharedText> events_;
   size_t queued_bytes_ = 0;
-  bool behind_ = false;                      // events were left out: it is told the head
+  bool behind_ = false;                       // events were left out: it is told the head
   std::map<std::string, SharedText> topics_;  // not sent yet
   SharedText writing_;
   bool open_ = false;

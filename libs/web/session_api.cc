@@ -10,8 +10,8 @@
 #include "blobs/blob_store.h"
 #include "core/file.h"
 #include "core/log.h"
-#include "export/models_zip.h"
 #include "export/model_writer.h"
+#include "export/models_zip.h"
 #include "export/temporary_folder.h"
 #include "formats/formats.h"
 #include "photo/image_decoding.h"
@@ -68,6 +68,21 @@ HttpResponse BytesResponse(std::shared_ptr<const Bytes> bytes, const std::string
   response.bytes = std::move(bytes);
   return response;
 }
+
+// Of the one download that is being made: freed before it is answered, or when nobody can answer it
+// any more.
+class DownloadSlot {
+ public:
+  explicit DownloadSlot(std::atomic<bool>* taken) : taken_(taken) {}
+  ~DownloadSlot() { Free(); }
+  void Free() {
+    if (!freed_.exchange(true)) *taken_ = false;
+  }
+
+ private:
+  std::atomic<bool>* const taken_;
+  std::atomic<bool> freed_{false};
+};
 
 json PointJson(const Keypoint& keypoint) {
   return {Rounded(keypoint.x, kPixelDigits), Rounded(keypoint.y, kPixelDigits)};
@@ -143,7 +158,8 @@ void SessionApi::GetReport(Respond respond) const {
 
 void SessionApi::Fetch(const std::string& blob_id, const std::string& owner,
                        SessionSource::Done done) {
-  pool_.Run([this, blob_id, owner, done = std::move(done)] { source_.fetch(blob_id, owner, done); });
+  pool_.Run(
+      [this, blob_id, owner, done = std::move(done)] { source_.fetch(blob_id, owner, done); });
 }
 
 void SessionApi::FetchAll(const std::vector<std::string>& blob_ids, const std::string& owner,
@@ -207,25 +223,25 @@ void SessionApi::WithShape(int64_t submap_id, const Respond& respond,
   const std::string name = "submap " + std::to_string(submap_id);
   if (!model.known) return respond(NoSuch(name));
   if (model.ended) {
-    return respond(HttpError(404, name + " has ended" +
-                                      (model.merged_into == 0
-                                           ? ""
-                                           : "; submap " + std::to_string(model.merged_into) +
-                                                 " has its photos")));
+    return respond(HttpError(
+        404, name + " has ended" +
+                 (model.merged_into == 0
+                      ? ""
+                      : "; submap " + std::to_string(model.merged_into) + " has its photos")));
   }
   const ShapePtr shape = shapes_.Find(submap_id);
   const bool is_current =
-      shape != nullptr && (shape->model_blob == model.blob ||
-                           shape->version >= static_cast<uint64_t>(model.utime_us) ||
-                           !source_.may_use_model(submap_id));
+      shape != nullptr &&
+      (shape->model_blob == model.blob || shape->version >= static_cast<uint64_t>(model.utime_us) ||
+       !source_.may_use_model(submap_id));
   if (is_current) return then(shape);
   if (model.blob.empty() || !source_.may_use_model(submap_id)) {
     return respond(HttpError(404, name + " has no shape yet: ask again"));
   }
   FetchAll({model.blob}, "ingest", respond,
            [this, submap_id, model, respond, then](const Blobs& blobs) {
-             const Result<ShapePtr> made = ShapeOfModel(submap_id, model.blob,
-                                                        blobs.at(model.blob), model.utime_us);
+             const Result<ShapePtr> made =
+                 ShapeOfModel(submap_id, model.blob, blobs.at(model.blob), model.utime_us);
              if (!made.ok()) return AnswerError(respond, made.status());
              if (!shapes_.Set(*made)) LogWarn("submap {}: no room for its shape", submap_id);
              then(*made);
@@ -244,9 +260,9 @@ void SessionApi::GetChunk(const Shape& shape, const Parts& parts, const HttpRequ
   if (static_cast<uint64_t>(*wanted) != chunk->version) {
     HttpResponse gone;
     gone.status = 404;
-    gone.text = json({{"error", "this version is gone: take the newest one"},
-                      {"version", chunk->version}})
-                    .dump();
+    gone.text =
+        json({{"error", "this version is gone: take the newest one"}, {"version", chunk->version}})
+            .dump();
     return respond(std::move(gone));
   }
   if (parts.size() == 4) {
@@ -285,8 +301,8 @@ void SessionApi::AnswerPoint(const Shape::Chunk& chunk, const Bytes& tracks_byte
   }
   json xyz = json::array();
   for (int i = 0; i < 3; ++i) {
-    xyz.push_back(Rounded(points->origin[i] + points->step * points->points[at].xyz[i],
-                          kPointDigits));
+    xyz.push_back(
+        Rounded(points->origin[i] + points->step * points->points[at].xyz[i], kPointDigits));
   }
   const std::vector<PointObservation> seen(
       tracks->observations.begin() + (at == 0 ? 0 : tracks->ends[at - 1]),
@@ -371,9 +387,9 @@ void SessionApi::GetThumbnail(int64_t image_id, Respond respond) {
   if (image.blob_id.empty()) return respond(NoSuch("photo " + std::to_string(image_id)));
   FetchAll({image.blob_id}, "ingest", respond,
            [this, image_id, image, respond, answer](const Blobs& blobs) {
-             Result<Bytes> jpeg = MakeThumbnail(blobs.begin()->second, image.width_px,
-                                                image.height_px, image.orientation,
-                                                kThumbnailSidePx);
+             Result<Bytes> jpeg =
+                 MakeThumbnail(blobs.begin()->second, image.width_px, image.height_px,
+                               image.orientation, kThumbnailSidePx);
              if (!jpeg.ok()) return AnswerError(respond, jpeg.status());
              const auto shared = std::make_shared<const Bytes>(std::move(*jpeg));
              thumbnails_.Add(image_id, shared);
@@ -466,12 +482,15 @@ void SessionApi::Download(const Parts& parts, Respond respond) {
   if (downloading_.exchange(true)) {
     return respond(HttpError(503, "another download is being made: try again in a minute"));
   }
-  // Another one may be made when the last copy of this is gone, however that comes.
-  const std::shared_ptr<void> slot(nullptr, [this](void*) { downloading_ = false; });
+  const auto slot = std::make_shared<DownloadSlot>(&downloading_);
+  respond = [slot, answer = std::move(respond)](HttpResponse response) {
+    slot->Free();
+    answer(std::move(response));
+  };
   std::vector<std::string> wanted;
   for (const submap_model_t& model : models) wanted.push_back(model.model_blob);
   if (format->second == "ply") wanted.resize(1);  // the largest model
-  FetchAll(wanted, "ingest", respond, [slot, models, format, respond](const Blobs& blobs) {
+  FetchAll(wanted, "ingest", respond, [models, format, respond](const Blobs& blobs) {
     std::vector<ExportModel> read;
     for (const submap_model_t& model : models) {
       const auto archive = blobs.find(model.model_blob);

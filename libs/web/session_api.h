@@ -1,5 +1,5 @@
-// What the live view's server answers: paths to JSON, chunks, photos, models. All paths are listed in
-// services/web/README.md.
+// What the live view's server answers: paths to JSON, chunks, photos, models. All paths are listed
+// in services/web/README.md.
 #pragma once
 
 #include <atomic>
@@ -25,7 +25,8 @@ namespace skein {
 constexpr int64_t kPagePoints = 4'000'000;
 constexpr int kThumbnailSidePx = 320;
 
-// Where the API's answers come from. The functions are called on the API's threads and the server's.
+// Where the API's answers come from. The functions are called on the API's threads and the
+// server's.
 struct SessionSource {
   std::string session_id;
   bool live = false;
@@ -36,8 +37,8 @@ struct SessionSource {
   // ends. May block.
   using Done = std::function<void(Result<Bytes>)>;
   std::function<void(const std::string& blob_id, const std::string& owner, Done done)> fetch;
-  // Whether a submap without a shape may be shown by its newest model: not while its mapper is about
-  // to tell its shape.
+  // Whether a submap without a shape may be shown by its newest model: not while its mapper is
+  // about to tell its shape.
   std::function<bool(int64_t submap_id)> may_use_model;
   // Somebody asks for shapes.
   std::function<void()> on_look;

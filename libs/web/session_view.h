@@ -10,8 +10,8 @@
 
 namespace skein {
 
-// The session as the live view reads it: the ledger folded, and its events. One thread applies facts,
-// any reads.
+// The session as the live view reads it: the ledger folded, and its events. One thread applies
+// facts, any reads.
 class SessionView {
  public:
   // Facts in the order of seq.

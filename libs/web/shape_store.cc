@@ -71,7 +71,8 @@ Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob,
   shape->photos = maker.shape().photos;
   shape->cameras = maker.shape().cameras;
   for (const auto& [id, chunk] : maker.shape().chunks) {
-    shape->chunks.push_back({id, chunk.version, chunk.num_points, chunk.points, chunk.tracks, "", 0});
+    shape->chunks.push_back(
+        {id, chunk.version, chunk.num_points, chunk.points, chunk.tracks, "", 0});
   }
   return ShapePtr(shape);
 }

@@ -7,8 +7,8 @@
 
 namespace skein {
 
-// The files of a folder: "/" is index.html. Nothing outside of the folder is given, by whatever path
-// or symbolic link; nor is a file or folder whose name begins with a dot. Any thread.
+// The files of a folder: "/" is index.html. Nothing outside of the folder is given, by whatever
+// path or symbolic link; nor is a file or folder whose name begins with a dot. Any thread.
 class StaticFiles {
  public:
   explicit StaticFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -21,12 +21,11 @@ constexpr double kAcceptPauseS = 0.1;  // where the process has no descriptor le
 }  // namespace
 
 Status WebServerOptions::Check() const {
-  return FirstError({InRange("port", port, 0, 65535),
-                     InRange("max_connections", max_connections, 1, 10'000),
-                     InRange("max_header_bytes", max_header_bytes, 256, 1 << 20),
-                     InRange("idle", idle_s, 0.01, 86400.0),
-                     InRange("stalled", stalled_s, 0.01, 86400.0),
-                     InRange("gather", gather_s, 0.0, 10.0)});
+  return FirstError(
+      {InRange("port", port, 0, 65535), InRange("max_connections", max_connections, 1, 10'000),
+       InRange("max_header_bytes", max_header_bytes, 256, 1 << 20),
+       InRange("idle", idle_s, 0.01, 86400.0), InRange("stalled", stalled_s, 0.01, 86400.0),
+       InRange("gather", gather_s, 0.0, 10.0)});
 }
 
 class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_this<Impl> {
@@ -94,13 +93,13 @@ class WebServer::Impl::Reply {
     if (sent_.exchange(true)) return;
     const std::shared_ptr<Impl> impl = impl_.lock();
     if (impl == nullptr) return;
-    asio::post(impl->context_, [impl = impl.get(), id = connection_id_,
-                                response = std::move(response)]() mutable {
-      const auto connection = impl->connections_.find(id);
-      if (connection == impl->connections_.end()) return;
-      const std::shared_ptr<HttpConnection> kept = connection->second;
-      kept->Answer(std::move(response));
-    });
+    asio::post(impl->context_,
+               [impl = impl.get(), id = connection_id_, response = std::move(response)]() mutable {
+                 const auto connection = impl->connections_.find(id);
+                 if (connection == impl->connections_.end()) return;
+                 const std::shared_ptr<HttpConnection> kept = connection->second;
+                 kept->Answer(std::move(response));
+               });
   }
 
  private:
@@ -179,7 +178,8 @@ bool WebServer::Impl::MakeRoom() {
   std::shared_ptr<HttpConnection> idlest;
   for (const auto& [id, connection] : connections_) {
     const auto since_s = connection->waiting_since_s();
-    if (since_s && (idlest == nullptr || *since_s < *idlest->waiting_since_s())) idlest = connection;
+    if (since_s && (idlest == nullptr || *since_s < *idlest->waiting_since_s()))
+      idlest = connection;
   }
   if (idlest == nullptr) return false;
   idlest->Close();
@@ -239,10 +239,10 @@ void WebServer::Impl::Flush() {
   const EventLog::Page page = log_.Get(from_seq, EventLog::kMaxEvents, head);
   if (page.events.empty()) return;
   // Where they are more than a page is sent at once, it pulls them.
-  const SharedText message =
-      page.next <= head ? nullptr
-                        : std::make_shared<const std::string>(
-                              "{\"type\":\"events\",\"events\":[" + page.events + "]}");
+  const SharedText message = page.next <= head
+                                 ? nullptr
+                                 : std::make_shared<const std::string>(
+                                       "{\"type\":\"events\",\"events\":[" + page.events + "]}");
   const auto pages = pages_;  // one that fails leaves
   for (const auto& [id, socket] : pages) socket->SendEvents(message);
 }

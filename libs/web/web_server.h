@@ -20,11 +20,11 @@ struct WebServerOptions {
   int max_header_bytes = 8 << 10;  // of a request
   double idle_s = 60;              // of a connection: without a request, or without taking a byte
 
-  int max_frame_bytes = 1 << 10;   // of a message that a page sends
-  int max_frames_per_s = 20;       // the same
-  int max_queue_bytes = 256 << 10; // events that wait for one page; beyond, it pulls them itself
-  double stalled_s = 30;           // a page that takes nothing for so long is closed
-  double gather_s = 0.05;          // events are sent at most so often
+  int max_frame_bytes = 1 << 10;    // of a message that a page sends
+  int max_frames_per_s = 20;        // the same
+  int max_queue_bytes = 256 << 10;  // events that wait for one page; beyond, it pulls them itself
+  double stalled_s = 30;            // a page that takes nothing for so long is closed
+  double gather_s = 0.05;           // events are sent at most so often
 
   Status Check() const;
 };

@@ -10,10 +10,10 @@
 namespace skein {
 namespace {
 
-constexpr double kTellS = 1;         // period of what is said to the mappers
-constexpr double kLookS = 10;        // a request counts as somebody who looks for so long
-constexpr double kFirstShapeS = 5;   // a mapper has so long for the first shape
-constexpr double kSilentS = 10;      // then its shapes count as given up
+constexpr double kTellS = 1;        // period of what is said to the mappers
+constexpr double kLookS = 10;       // a request counts as somebody who looks for so long
+constexpr double kFirstShapeS = 5;  // a mapper has so long for the first shape
+constexpr double kSilentS = 10;     // then its shapes count as given up
 constexpr int64_t kMaxManifestBytes = 64 << 20;
 
 }  // namespace
@@ -178,8 +178,7 @@ void ShapeFollower::OnManifest(const std::shared_ptr<Pull>& pull, const Result<B
   }
 }
 
-void ShapeFollower::OnPoints(const std::shared_ptr<Pull>& pull, size_t index,
-                             Result<Bytes> bytes) {
+void ShapeFollower::OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes) {
   Shape::Chunk& chunk = pull->shape->chunks[index];
   const Result<ShapeChunk> decoded =
       bytes.ok() ? DecodeShapeChunk(*bytes) : Result<ShapeChunk>(bytes.status());

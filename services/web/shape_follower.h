@@ -17,9 +17,9 @@
 
 namespace skein {
 
-// While somebody looks, asks the mappers for shapes, and keeps the newest of each submap in `store`.
-// One pull a submap at a time; a blob that its owner no longer has ends it, and the next shape begins
-// another. Loop's thread only, but for NoteLook and MayUseModel.
+// While somebody looks, asks the mappers for shapes, and keeps the newest of each submap in
+// `store`. One pull a submap at a time; a blob that its owner no longer has ends it, and the next
+// shape begins another. Loop's thread only, but for NoteLook and MayUseModel.
 class ShapeFollower {
  public:
   // on_shape: of that submap there is a new one. num_viewers: pages that are open.

@@ -50,19 +50,18 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
 }  // namespace
 
 WebService::WebService(Node& node, const WebOptions& options)
-    : node_(node),
-      api_(std::make_unique<SessionApi>(view_, Source(options), kNumPoolThreads)) {
+    : node_(node), api_(std::make_unique<SessionApi>(view_, Source(options), kNumPoolThreads)) {
   shapes_ = std::make_unique<ShapeFollower>(
       node, view_, api_->shapes(), [this] { return server_->num_viewers(); },
       [this](int64_t submap_id, uint64_t version) {
         server_->TellLatest("shape/" + std::to_string(submap_id),
                             SessionApi::ShapeMessage(submap_id, version));
       });
-  Result<std::unique_ptr<WebServer>> server = WebServer::Start(
-      ServerOptions(options.server, node.session_id()), view_.events(),
-      [this](const HttpRequest& request, Respond respond) {
-        api_->Handle(request, std::move(respond));
-      });
+  Result<std::unique_ptr<WebServer>> server =
+      WebServer::Start(ServerOptions(options.server, node.session_id()), view_.events(),
+                       [this](const HttpRequest& request, Respond respond) {
+                         api_->Handle(request, std::move(respond));
+                       });
   if (!server.ok()) throw std::runtime_error(server.error());
   server_ = std::move(*server);
   subscriptions_ = {
@@ -133,9 +132,8 @@ void WebService::TellStatus() {
     process = gone ? processes_.erase(process) : std::next(process);
   }
   if (server_->num_viewers() == 0 && !told_status_.empty()) return;
-  std::string status = view_.With([&](const SessionRecord& session) {
-    return StatusMessage(session, processes_, now_s);
-  });
+  std::string status = view_.With(
+      [&](const SessionRecord& session) { return StatusMessage(session, processes_, now_s); });
   if (status == told_status_) return;
   told_status_ = status;
   server_->TellLatest("status", std::move(status));
