@@ -43,7 +43,7 @@ void HttpConnection::ReadRequest() {
   stream_.expires_after(Milliseconds(host_.options().idle_s));
   http::async_read_header(stream_, buffer_, *parser_,
                           [self = shared_from_this()](ErrorCode error, size_t) {
-                            error ? self->OnBadRequest(error) : self->OnRequest(error);
+                            error ? self->OnBadRequest(error) : self->OnRequest();
                           });
 }
 
@@ -58,7 +58,7 @@ void HttpConnection::OnBadRequest(ErrorCode error) {
   malformed ? AnswerAndClose(400, "not an HTTP request: " + error.message()) : Close();
 }
 
-void HttpConnection::OnRequest(ErrorCode) {
+void HttpConnection::OnRequest() {
   waiting_since_s_.reset();
   if (closed_) return;
   const UpgradeRequest& request = parser_->get();

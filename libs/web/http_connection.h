@@ -27,7 +27,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
  private:
   void ReadRequest();
-  void OnRequest(ErrorCode error);
+  void OnRequest();
   void OnBadRequest(ErrorCode error);
   void AnswerAndClose(int status, const std::string& line);
   void AnswerFile(const HttpResponse& response);
