@@ -125,7 +125,9 @@ TEST(ShapeMaker, DistantPointsDoNotCoarsenTheRest) {
   for (const auto& point : source.points) {
     const Shown& shown = points.at(point.id);
     const bool is_far = point.xyz[0] > 100;
-    if (!is_far) EXPECT_LE(shown.step, 10.0 / 8192);
+    if (!is_far) {
+      EXPECT_LE(shown.step, 10.0 / 8192);
+    }
     for (int k = 0; k < 3; ++k)
       EXPECT_LE(std::abs(shown.xyz[k] - point.xyz[k]), shown.step * 0.5001);
   }

@@ -210,8 +210,7 @@ void HttpConnection::OnWritten() {
 // What the peer still sends is read: closing before would reset the connection, and the peer might
 // lose the answer.
 void HttpConnection::Linger(size_t max_bytes) {
-  buffer_.clear();
-  stream_.async_read_some(buffer_.prepare(4096),
+  stream_.async_read_some(asio::buffer(lingering_),
                           [self = shared_from_this(), max_bytes](ErrorCode error, size_t size) {
                             if (error || size >= max_bytes) return self->Close();
                             self->Linger(max_bytes - size);

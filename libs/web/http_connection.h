@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -51,6 +52,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   bool is_head_ = false;
   bool keep_alive_ = false;
   std::string range_;
+  std::array<char, 4096> lingering_;  // what is read to be dropped
   bool closed_ = false;
 };
 

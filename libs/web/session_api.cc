@@ -502,13 +502,13 @@ void SessionApi::Download(const Parts& parts, Respond respond) {
     HttpResponse response;
     response.download_name = format->first;
     response.content_type = ContentTypeOf(format->first);
-    const auto folder = std::make_shared<const TemporaryFolder>();
-    response.keep = folder;
+    auto folder = std::make_shared<const TemporaryFolder>();
     response.file = folder->path() / format->first;
     const Status made = format->second == "ply"
                             ? WriteModel(*read.front().reconstruction, "ply", folder->path())
                             : WriteModelsZip(read, format->second, response.file);
     if (!made.ok()) return AnswerError(respond, made);
+    response.keep = std::move(folder);
     respond(std::move(response));
   });
 }

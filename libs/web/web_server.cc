@@ -132,12 +132,14 @@ void WebServer::Impl::Start() {
   thread_ = std::thread([this] { Run(); });
 }
 
+// A request that fails unforeseen ends nobody else's.
 void WebServer::Impl::Run() {
-  try {
-    context_.run();
-  } catch (const std::exception& error) {
-    LogError("the web server ends: {}", error.what());
-    std::terminate();  // a server that nobody can reach is of no use: it is started again
+  while (!context_.stopped()) {
+    try {
+      context_.run();
+    } catch (const std::exception& error) {
+      LogError("web server: {}", error.what());
+    }
   }
 }
 
