@@ -57,5 +57,6 @@ for run in $viewers; do
   stop_services
   jq -c --arg run "$run" --argjson web "$web" --argjson mapper "$mapper" --argjson wall "$wall" \
     '{viewers: $run, photos: .images.registered, wall_s: $wall, web_cpu_s: $web, mapper_cpu_s: $mapper, photo_to_pose_s: .latency_s}' "$session/report.json"
+  grep -ho 'told .*' "$session"/log/mapper-*.log | sed 's/^/mapper: /' || true
   ((!${#pages[@]})) || jq -c '{page: .}' "$workspace/page-$run-0.json"
 done

@@ -24,7 +24,7 @@ std::optional<std::string> Header(const UpgradeRequest& request, http::field fie
 template <class Body>
 struct Outgoing {
   http::response<Body> message;
-  http::response_serializer<Body> serializer{message};
+  std::optional<http::response_serializer<Body>> serializer;  // once the message is complete
   HttpResponse content;
 };
 
@@ -182,6 +182,7 @@ void HttpConnection::AnswerBody(HttpResponse response) {
 template <class Outgoing>
 void HttpConnection::Write(std::shared_ptr<Outgoing> outgoing) {
   waiting_since_s_.reset();
+  outgoing->serializer.emplace(outgoing->message);
   WriteSome(std::move(outgoing));
 }
 
@@ -189,10 +190,10 @@ void HttpConnection::Write(std::shared_ptr<Outgoing> outgoing) {
 template <class Outgoing>
 void HttpConnection::WriteSome(std::shared_ptr<Outgoing> outgoing) {
   stream_.expires_after(Milliseconds(host_.options().idle_s));
-  http::async_write_some(stream_, outgoing->serializer,
+  http::async_write_some(stream_, *outgoing->serializer,
                          [self = shared_from_this(), outgoing](ErrorCode error, size_t) mutable {
                            if (error && error != http::error::end_of_stream) return self->Close();
-                           if (outgoing->serializer.is_done()) return self->OnWritten();
+                           if (outgoing->serializer->is_done()) return self->OnWritten();
                            self->WriteSome(std::move(outgoing));
                          });
 }

@@ -7,12 +7,14 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
 
 #include "core/clock.h"
+#include "testing/test_folder.h"
 #include "web/asio.h"
 
 namespace skein {
@@ -93,7 +95,8 @@ class WebServerTest : public ::testing::Test {
             response.ranges = true;
             response.immutable = true;
           }
-          if (request.path == "/large") {
+          if (request.path == "/file") response.file = folder_ / "file.bin";
+      if (request.path == "/large") {
             response.bytes = std::make_shared<const Bytes>(Bytes(size_t{50} << 20, 'x'));
           }
           respond(response);
@@ -121,6 +124,7 @@ class WebServerTest : public ::testing::Test {
   // That the server answers a newcomer.
   void ExpectAlive() { EXPECT_EQ(StatusOf(Ask("GET /alive")), 200); }
 
+  TestFolder folder_;
   WebServerOptions options_;
   EventLog log_;
   std::atomic<int> num_handled_{0};
@@ -148,6 +152,17 @@ TEST_F(WebServerTest, HeadGivesNoBody) {
   EXPECT_EQ(StatusOf(answer), 200);
   EXPECT_NE(answer.find("Content-Length: 6"), std::string::npos);
   EXPECT_EQ(BodyOf(answer), "");
+}
+
+TEST_F(WebServerTest, GivesFilesWhole) {
+  Start();
+  EXPECT_EQ(StatusOf(Ask("GET /file")), 404) << "it is not there";
+  const std::string content(300'000, 'y');
+  std::ofstream(folder_ / "file.bin") << content;
+  EXPECT_TRUE(BodyOf(Ask("GET /file")) == content);
+  const std::string head = Ask("HEAD /file");
+  EXPECT_NE(head.find("Content-Length: 300000"), std::string::npos);
+  EXPECT_EQ(BodyOf(head), "");
 }
 
 TEST_F(WebServerTest, GivesPartsOfABody) {

@@ -6,6 +6,7 @@
 
 #include "core/clock.h"
 #include "core/hash.h"
+#include "core/log.h"
 #include "map/shape_maker.h"
 
 namespace skein {
@@ -81,6 +82,7 @@ void ShapeTeller::Make() {
       },
       [this](const Copy& copy) {
         desk_.NoteCopy(copy.seconds);
+        copy_s_ += copy.seconds;
         coloured_up_to_ = std::max(coloured_up_to_, copy.source->MaxId());
         desk_.maker().Run(
             [maker = maker_, source = copy.source, last = told_.manifest] {
@@ -128,6 +130,7 @@ void ShapeTeller::OnMade(Made made) {
     for (const auto& [id, blob] : previous_) node_.blobs().Release(id);
     previous_ = std::move(told_.blobs);
     told_ = std::move(made);
+    ++num_shapes_;
     Publish();
   }
   MakeIfDue();
@@ -148,6 +151,12 @@ void ShapeTeller::Publish() {
 }
 
 void ShapeTeller::Forget() {
+  if (num_shapes_ > 0) {
+    LogInfo("submap {}: told {} shapes; copying the map took {:.3f} s", lease_.submap_id,
+            num_shapes_, copy_s_);
+  }
+  num_shapes_ = 0;
+  copy_s_ = 0;
   for (const Blobs* blobs : {&previous_, &told_.blobs}) {
     for (const auto& [id, blob] : *blobs) node_.blobs().Release(id);
   }

@@ -87,6 +87,8 @@ class ShapeTeller {
   double made_s_ = 0;
   double wanted_s_ = 0;  // when somebody last looked
   uint64_t coloured_up_to_ = 0;
+  int num_shapes_ = 0;  // since they were last wanted
+  double copy_s_ = 0;   // of the worker, for these
   Made told_;
   Blobs previous_;  // of the shape before: somebody may be pulling it
   Alive alive_;

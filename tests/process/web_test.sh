@@ -88,7 +88,8 @@ registered=$(jq .images.registered "$session/report.json")
 ((${#submaps[@]} != 1)) || wait_until 30 "the map shows all photos" shows_photos "$submap" "$registered"
 photo=$(jq -rs 'map(select(.kind == "photo" and .image == 1))[0] | "\(.agent)/\(.name)"' "$workspace/live")
 get /api/photos/1 | cmp - "$session/images/$photo" || fail "a photo is not given as stored"
-get /api/photos/1/thumbnail | head -c 2 | od -An -tx1 | grep -q 'ff d8' || fail "no JPEG"
+get /api/photos/1/thumbnail >"$workspace/thumbnail"
+[[ $(od -An -tx1 -N 2 "$workspace/thumbnail") == ' ff d8' ]] || fail "the thumbnail is no JPEG"
 other=$(get /api/photos/1/matches | jq '.[0].image')
 [[ $(get "/api/photos/1/matches/$other" | jq '.points | length') == "$(get /api/photos/1/matches | jq '.[0].inliers')" ]] ||
   fail "not all inliers of photos 1 and $other"
