@@ -130,6 +130,12 @@ TEST(Roles, NobodySpeaksInAnothersName) {
   submap_status_t status{};
   status.owner = name;
   ExpectBound(kSubmapStatusChannel, Role::kWorker, name, status);
+  submap_shape_t shape{};
+  shape.owner = name;
+  ExpectBound(kSubmapShapeChannel, Role::kWorker, name, shape);
+  shape_wanted_t wanted{};
+  wanted.author = name;
+  ExpectBound(kShapeWantedChannel, Role::kViewer, name, wanted);
   shared_reply_t reply{};
   reply.owner = name;
   ExpectBound(kSharedReplyChannel, Role::kWorker, name, reply);

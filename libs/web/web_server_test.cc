@@ -96,7 +96,7 @@ class WebServerTest : public ::testing::Test {
             response.immutable = true;
           }
           if (request.path == "/file") response.file = folder_ / "file.bin";
-      if (request.path == "/large") {
+          if (request.path == "/large") {
             response.bytes = std::make_shared<const Bytes>(Bytes(size_t{50} << 20, 'x'));
           }
           respond(response);
