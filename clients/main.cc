@@ -16,6 +16,7 @@
 #include "clients/status.h"
 #include "clients/store/commands.h"
 #include "clients/subcommand.h"
+#include "clients/view/view.h"
 
 namespace {
 
@@ -26,6 +27,7 @@ const std::vector<Subcommand> kSubcommands = {
     {"agent", "publishes the photos of a folder to a session", skein::RunAgent},
     {"status", "stages, photos, submaps and failures of a session, live", skein::RunStatus},
     {"demand", "how many more mappers a session could use (for launch.sh)", skein::RunDemand},
+    {"view", "a session folder in a browser, without services", skein::RunView},
     {"finish", "finishes a session: final models and report", skein::RunFinish},
     {"invite", "a link and a QR code with which another host or person takes part",
      skein::RunInvite},

@@ -6,7 +6,7 @@
 import os
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
-WIDTH, HEIGHT = 964, 900
+WIDTH, HEIGHT = 964, 974
 
 # What comes up from the ledger and what goes back, for each stage.
 STAGES = [
@@ -20,6 +20,8 @@ STAGES = [
 
 # Column and row of each room, from the top.
 ROOMS = {
+    'export': (1, -1, 'models for other programs'),
+    'web': (2, -1, 'the live view: server, events, shapes'),
     'node': (0, 0, 'what every process has'),
     'ledger': (0, 1, 'ordered facts, SQLite'),
     'blobs': (0, 2, 'stored and pulled by hash'),
@@ -40,7 +42,7 @@ ROOMS = {
     'covisibility': (3, 4, 'verified pairs as a graph'),
     'core': (0, 5, 'files, hashes, log, status; all but bundle and covisibility use it'),
 }
-COLUMN_PX, ROW_PX, ROOM_WIDTH, ROOM_HEIGHT, ROOMS_TOP, ROOMS_LEFT = 236, 74, 212, 46, 464, 20
+COLUMN_PX, ROW_PX, ROOM_WIDTH, ROOM_HEIGHT, ROOMS_TOP, ROOMS_LEFT = 236, 74, 212, 46, 538, 20
 
 
 def text(x, y, words, size=13, weight='normal', anchor='middle', fill='#1b1f24'):
@@ -72,7 +74,7 @@ def processes():
     parts += box(20, 204, 922, 56, 'skein-ingest', 'the one writer: checks photos, orders facts, leases work, serves blobs, writes final models', '#dff0dc')
     parts += [arrow(250, 262, 250, 306), arrow(710, 262, 710, 306), arrow(730, 306, 730, 264)]
     parts += box(20, 310, 520, 56, 'session folder', 'ledger.db  images/  blobs/  retrieval/  sparse/  report.json  keys/', '#f0f0f0')
-    parts += box(580, 310, 362, 56, 'skein status, finish, export, evaluate', 'read the ledger; ask for the finish', '#fbe7cf')
+    parts += box(580, 310, 362, 56, 'skein-web, skein status, view, finish, export', 'read the ledger; ask for the finish', '#fbe7cf')
     return parts
 
 

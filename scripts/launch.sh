@@ -27,6 +27,8 @@
 #   --local-ba FORM   of the mappers: colmap (default), consistent, paper or equal
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
+#   --web PORT      the live view, in a browser of this host (default 8470; the next free one where it is
+#                   taken; 0: none)
 #   --hang-after S  kill and restart a process whose event loop shows no sign of life for S seconds
 #                   (default 10; 0: never, for a debugger)
 #   --build DIR     build folder (default: build/release)
@@ -46,7 +48,7 @@ cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url='' watch_url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
-retrieval_options=() matching_options=()
+retrieval_options=() matching_options=() web_port=8470
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
 # need_range OPTION MIN:MAX|N: sets min_mappers and max_mappers
@@ -57,7 +59,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after)
+    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --web)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
@@ -72,6 +74,7 @@ while (($#)); do
     --hang-after) need_count "$1" "$2"; hang_after_s=$((10#$2)); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
+    --web) need_count "$1" "$2"; web_port=$((10#$2)); ((web_port < 65536)) || usage_error "--web $2: a port is at most 65535"; shift ;;
     --top-n) need_count "$1" "$2"; retrieval_options+=(--top-n "$2"); shift ;;
     --no-second-look) matching_options+=(--no-second-look) ;;
     --no-merge) merger_options+=(--no-merge) ;;
@@ -123,16 +126,18 @@ elif [[ $join == skein://* ]]; then
 elif [[ -n $join ]]; then
   prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$- where=(--session-id "$join")
 fi
+[[ -z $join ]] || web_port=0
 url=${url:-${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}}
 where+=("${auth_options[@]}")
 
-# Features and matching keep all cores busy: photos are placed and maps merged before them.
+# Features and matching keep all cores busy: photos are placed and maps merged before them. Nor does
+# who looks hold them up.
 readonly bulk_niceness=5
 
 add_service() {
   local instance=$1 service=$2 priority=()
   shift 2
-  [[ $service != features && $service != matching ]] || priority=(nice -n "$bulk_niceness")
+  [[ $service != features && $service != matching && $service != web ]] || priority=(nice -n "$bulk_niceness")
   add_instance "$instance" "${priority[@]}" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
     --instance "$instance" --threads "$threads" "${config_options[@]}" "${service_options[@]}" "$@"
 }
@@ -186,6 +191,17 @@ add_relays() {
       add_instance "relay-$relay_port" java -Xmx64m -cp "$(lcm_jar)" lcm.lcm.TCPService "$relay_port"
     fi
   done
+}
+
+# The live view on the port that was asked for, or the next free one.
+add_web() {
+  local wanted=$web_port
+  ((web_port)) || return 0
+  while port_is_open 127.0.0.1 "$web_port"; do
+    ((++web_port < 65536)) || die "--web $wanted: no port from there on is free"
+  done
+  ((web_port == wanted)) || say "port $wanted is taken: the live view is on $web_port"
+  add_service web web --port "$web_port"
 }
 
 start_instance() {
@@ -375,6 +391,7 @@ if [[ -z $join ]]; then
   add_service ingest ingest
   add_service retrieval retrieval "${retrieval_options[@]}"
   add_service merger merger "${merger_options[@]}"
+  add_web
 fi
 add_workers features "$features" "${features_options[@]}"
 add_workers matching "$matching" "${matching_options[@]}"
@@ -384,6 +401,7 @@ await_ready "${instances[@]}"
 
 say "${#instances[@]} processes are ready on $url"
 [[ -n $join ]] || say "session $(jq -r .session_id "$session/session.json" 2>/dev/null || echo "$session")"
+((!web_port)) || say "view: http://127.0.0.1:$web_port/"
 [[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $SKEIN_BUILD/bin/skein invite --session '$session' --role agent   (or worker, operator, viewer)"
 watched="--session '$session' --lcm-url '$url'"
 [[ $join != skein://* ]] || watched="--invite '@$session/run/invitation'"

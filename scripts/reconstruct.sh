@@ -111,6 +111,7 @@ if [[ -d $session/sparse/0 ]]; then
 else
   say "no model: no two photos overlap enough; $session/report.json tells of each photo"
 fi
+say "in a browser: $skein view '$session'"
 if ((keep)); then
   say "the services keep running; Ctrl-C stops them"
   wait "$launch_pid" || true

@@ -10,12 +10,12 @@
 
 #include "clients/export/database.h"
 #include "clients/export/georeferenced.h"
-#include "clients/export/model_writer.h"
 #include "clients/export/picture.h"
-#include "clients/export/session_models.h"
 #include "clients/progress_bar.h"
 #include "clients/subcommand.h"
 #include "core/file.h"
+#include "export/model_writer.h"
+#include "export/session_models.h"
 
 namespace skein {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "blobs/blob_store.h"
 #include "clients/export/database.h"
-#include "clients/export/model_writer.h"
-#include "clients/export/session_models.h"
 #include "core/file.h"
+#include "export/model_writer.h"
+#include "export/session_models.h"
 #include "formats/formats.h"
 #include "geometry/model_poses.h"
 #include "ledger/facts.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/export/session_models.h"
+#include "export/session_models.h"
 #include "geometry/georeference.h"
 
 namespace skein {

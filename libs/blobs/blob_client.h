@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "blobs/blob_pull.h"
@@ -80,6 +81,8 @@ class BlobClient {
   // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file. Of many,
   // those go first that nobody asked for for longest: BlobShelf::kMaxServedBytes.
   std::string Serve(Bytes bytes, double ttl_s = 60);
+  // Answers for the blob, whose id is that of its bytes, until as many calls of Release.
+  void Keep(const std::string& blob_id, BlobPtr blob) { shelf_.Hold(blob_id, std::move(blob)); }
   // Whether it is served or held still, which counts as a use.
   bool Serves(const std::string& blob_id) { return shelf_.Find(blob_id) != nullptr; }
 

@@ -338,16 +338,22 @@ void SceneMap::Clear() {
   for (const auto& [id, unused] : cameras_) ResetCamera(id);
 }
 
+std::array<uint8_t, 3> SceneMap::MeanColour(const colmap::Track& track) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const colmap::TrackElement& element : track.Elements()) {
+    const auto& colour = colours_.at(element.image_id)[element.point2D_idx];
+    sum += Eigen::Vector3d(colour[0], colour[1], colour[2]);
+  }
+  sum /= static_cast<double>(std::max<size_t>(1, track.Length()));
+  const Eigen::Matrix<uint8_t, 3, 1> mean = sum.array().round().cast<uint8_t>();
+  return {mean[0], mean[1], mean[2]};
+}
+
 void SceneMap::ColourPoints() {
   for (const Point3DId id : reconstruction_->Point3DIds()) {
     colmap::Point3D& point = reconstruction_->Point3D(id);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
-      const auto& colour = colours_.at(element.image_id)[element.point2D_idx];
-      sum += Eigen::Vector3d(colour[0], colour[1], colour[2]);
-    }
-    sum /= static_cast<double>(std::max<size_t>(1, point.Track().Length()));
-    point.SetColor(sum.array().round().cast<uint8_t>().matrix());
+    const std::array<uint8_t, 3> mean = MeanColour(point.Track());
+    point.SetColor({mean[0], mean[1], mean[2]});
   }
 }
 

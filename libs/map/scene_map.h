@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -135,6 +136,8 @@ class SceneMap {
   // Pairs of photos that are both there, in the order they came.
   const std::vector<std::pair<ImageId, ImageId>>& pairs() const { return pairs_; }
 
+  // Mean colour of a track's observations.
+  std::array<uint8_t, 3> MeanColour(const colmap::Track& track) const;
   // Colours each point with the mean of its observations. Visits all points.
   void ColourPoints();
 

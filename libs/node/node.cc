@@ -302,7 +302,7 @@ int RunService(const NodeOptions& options, const std::function<void(Node&)>& bod
     return Fail(options, error, 1);
   }
   try {
-    if (options.service != "ingest" && !options.configuration.empty()) {
+    if (options.role == Role::kWorker && !options.configuration.empty()) {
       node->submitter().Submit(ConfigurationOf(node->options()), [](const Submission&) {});
     }
     body(*node);

@@ -24,11 +24,13 @@
 #include "skein/merge_t.hpp"
 #include "skein/registration_t.hpp"
 #include "skein/seed_t.hpp"
+#include "skein/shape_wanted_t.hpp"
 #include "skein/shared_reply_t.hpp"
 #include "skein/shared_request_t.hpp"
 #include "skein/submap_end_t.hpp"
 #include "skein/submap_lease_t.hpp"
 #include "skein/submap_model_t.hpp"
+#include "skein/submap_shape_t.hpp"
 #include "skein/submap_status_t.hpp"
 #include "skein/submit_reply_t.hpp"
 #include "skein/work_failed_t.hpp"
@@ -87,6 +89,8 @@ inline constexpr Channel<work_failed_t> kWorkFailedChannel{"SKEIN_WORK_FAILED"};
 inline constexpr Channel<demand_t> kDemandChannel{"SKEIN_DEMAND"};
 
 inline constexpr Channel<submap_status_t> kSubmapStatusChannel{"SKEIN_SUBMAP_STATUS"};
+inline constexpr Channel<submap_shape_t> kSubmapShapeChannel{"SKEIN_SUBMAP_SHAPE"};
+inline constexpr Channel<shape_wanted_t> kShapeWantedChannel{"SKEIN_SHAPE_WANTED"};
 inline constexpr Channel<shared_request_t> kSharedRequestChannel{"SKEIN_SHARED_REQUEST"};
 inline constexpr Channel<shared_reply_t> kSharedReplyChannel{"SKEIN_SHARED_REPLY"};
 

@@ -59,6 +59,8 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kWorkFailedChannel.name, kWorker},
     {kDemandChannel.name, kIngest | kWorker},
     {kSubmapStatusChannel.name, kWorker},
+    {kSubmapShapeChannel.name, kWorker},
+    {kShapeWantedChannel.name, kWorker | Bit(Role::kViewer)},
     {kSharedRequestChannel.name, kWorker},
     {kSharedReplyChannel.name, kWorker},
     {kHeartbeatChannel.name, kSigned},

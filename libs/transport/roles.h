@@ -45,6 +45,12 @@ inline bool SpeaksForItself(const Sender& sender, const demand_t& demand) {
 inline bool SpeaksForItself(const Sender& sender, const submap_status_t& status) {
   return MayBe(sender, status.owner);
 }
+inline bool SpeaksForItself(const Sender& sender, const submap_shape_t& shape) {
+  return MayBe(sender, shape.owner);
+}
+inline bool SpeaksForItself(const Sender& sender, const shape_wanted_t& wanted) {
+  return MayBe(sender, wanted.author);
+}
 inline bool SpeaksForItself(const Sender& sender, const shared_reply_t& reply) {
   return MayBe(sender, reply.owner);
 }

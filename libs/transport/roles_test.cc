@@ -41,6 +41,8 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"SKEIN_WORK_FAILED", "w"},
                                                  {"SKEIN_DEMAND", "iw"},
                                                  {"SKEIN_SUBMAP_STATUS", "w"},
+                                                 {"SKEIN_SUBMAP_SHAPE", "w"},
+                                                 {"SKEIN_SHAPE_WANTED", "wv"},
                                                  {"SKEIN_SHARED_REQUEST", "w"},
                                                  {"SKEIN_SHARED_REPLY", "w"},
                                                  {"SKEIN_HEARTBEAT", "iwaov"},
@@ -52,7 +54,7 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"", ""}};
   ForEachCommittedChannel([&](const auto& channel) { expected[channel.name] = "i"; });
   ForEachSubmitChannel([&](const auto& channel) { expected[channel.name] = "w"; });
-  EXPECT_EQ(expected.size(), 20u + 2u * kNumFactKinds);
+  EXPECT_EQ(expected.size(), 22u + 2u * kNumFactKinds);
   for (const auto& [channel, who] : expected) EXPECT_EQ(WhoMay(channel), who) << channel;
 }
 
@@ -128,6 +130,12 @@ TEST(Roles, NobodySpeaksInAnothersName) {
   submap_status_t status{};
   status.owner = name;
   ExpectBound(kSubmapStatusChannel, Role::kWorker, name, status);
+  submap_shape_t shape{};
+  shape.owner = name;
+  ExpectBound(kSubmapShapeChannel, Role::kWorker, name, shape);
+  shape_wanted_t wanted{};
+  wanted.author = name;
+  ExpectBound(kShapeWantedChannel, Role::kViewer, name, wanted);
   shared_reply_t reply{};
   reply.owner = name;
   ExpectBound(kSharedReplyChannel, Role::kWorker, name, reply);

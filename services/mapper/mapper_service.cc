@@ -24,6 +24,7 @@ MapperService::MapperService(Node& node, const SubmapRunOptions& options, const 
       pool_(pool),
       worker_(node.loop()),
       writer_(node.loop()),
+      shapes_(node),
       sharing_(pool.sharing),
       idle_since_s_(node.loop().now_s()) {
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
@@ -69,8 +70,9 @@ void MapperService::OnWork(const work_t& work) {
   sharing_.OnTaken();
   runs_.erase(lease.submap_id);
   runs_[lease.submap_id] = std::make_unique<SubmapRun>(
-      node_, LedgerView{session_, items_, *follower_}, MapperThreads{worker_, writer_, current_},
-      options_, lease, [this, lease](SubmapRun::EndKind kind, const std::string& reason) {
+      node_, LedgerView{session_, items_, *follower_},
+      MapperThreads{worker_, writer_, current_, shapes_}, options_, lease,
+      [this, lease](SubmapRun::EndKind kind, const std::string& reason) {
         OnEnd(lease, kind, reason);
       });
   UpdateCapacity();

@@ -52,6 +52,7 @@ class MapperService {
   std::atomic<int64_t> current_{0};  // see MapperThreads
   WorkerThread worker_;
   WorkerThread writer_;
+  ShapeDesk shapes_;
   std::map<int64_t, std::unique_ptr<SubmapRun>> runs_;  // by submap
   SubmapSharing sharing_;
   std::unique_ptr<LedgerFollower> follower_;

@@ -89,6 +89,7 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
             Submit(
                 std::move(fact), [](int64_t) {}, std::move(refused));
           }),
+      shape_(node, worker_, threads.shapes, lease),
       merges_(node, ledger.session, *this) {
   Pump();
 }
@@ -398,6 +399,7 @@ void SubmapRun::RunJob(Job job, OnOutcome then) {
 void SubmapRun::OnJob(const Outcome& outcome, const OnOutcome& then) {
   if (state_.Is(Life::kEnded)) return;
   state_.Become(Activity::kNone);
+  shape_.NoteChange();
   doing_.clear();
   consolidate_s_ = outcome.consolidate_s;
   finish_s_ = outcome.finish_s;
@@ -446,6 +448,7 @@ void SubmapRun::OnAbsorbed(const std::vector<PhotoEvent>& events) {
   Report(events);
   OfferNeighboursOf(events);
   writer_.HurryCheckpoint();
+  shape_.NoteChange();
 }
 
 void SubmapRun::Submit(Fact fact, Submissions::OnCommitted committed,
@@ -491,7 +494,9 @@ void SubmapRun::Tick() {
   if (state_.Is(Life::kEnded)) return;
   Pump();
   if (state_.Is(Life::kAwaitingLease)) return;
-  if (!state_.Is(Life::kEnded)) PublishStatus();
+  if (state_.Is(Life::kEnded)) return;
+  PublishStatus();
+  shape_.Tick();
   Maintain();
 }
 

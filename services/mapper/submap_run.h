@@ -20,6 +20,7 @@
 #include "mapper/photo_loader.h"
 #include "mapper/photo_reports.h"
 #include "mapper/run_state.h"
+#include "mapper/shape_teller.h"
 #include "mapper/submap_worker.h"
 #include "mapper/submissions.h"
 #include "mapping/submap.h"
@@ -42,6 +43,7 @@ struct MapperThreads {
   WorkerThread& worker;           // owns the submaps: every access to one is a job here
   WorkerThread& writer;           // hashes and writes checkpoints
   std::atomic<int64_t>& current;  // submap whose job was the last to begin on `worker`
+  ShapeDesk& shapes;              // makes what the live view shows
 };
 
 // What a run reads of the ledger; it outlives the run.
@@ -173,6 +175,7 @@ class SubmapRun {
   PhotoLoader photos_;
   ModelLoader models_;
   ModelWriter writer_;
+  ShapeTeller shape_;
   MergeExecutor merges_;
 
   bool more_ = false;        // the submap's queue is not empty

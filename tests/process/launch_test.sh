@@ -24,7 +24,7 @@ echo "ready $instance"
 while [[ -z ${elastic:-} || ! -e $session/retire ]]; do touch "$SKEIN_ALIVE_FILE"; sleep 0.05; done
 SERVICE
 chmod +x "$workspace/bin/skein-ingest"
-for service in features retrieval matching mapper merger; do
+for service in features retrieval matching mapper merger web; do
   ln -s skein-ingest "$workspace/bin/skein-$service"
 done
 # `skein demand`: says what the test has written for it.
@@ -61,10 +61,10 @@ none_runs() { [[ $(running) == 0 ]]; }
 
 echo '[features]' >"$workspace/my.toml"
 start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800 --hang-after 3 --config "$workspace/my.toml"
-for instance in ingest features-2 retrieval matching-1 mapper-2 merger; do
+for instance in ingest features-2 retrieval matching-1 mapper-2 merger web; do
   grep -qx "config $workspace/my.toml" "$session/log/$instance.log" || fail "$instance did not get --config"
 done
-[[ $(ls "$session"/run/*.pid | wc -l) == 8 ]] || fail "expected 8 services: $(ls "$session/run")"
+[[ $(ls "$session"/run/*.pid | wc -l) == 9 ]] || fail "expected 9 services: $(ls "$session/run")"
 tr '\0' ' ' <"/proc/$(pid_of features-2)/cmdline" | grep -- '--max-size 800 ' >/dev/null || fail "features-2 does not know of --max-size"
 tr '\0' ' ' <"/proc/$(pid_of matching-1)/cmdline" | grep -- '--max-size' >/dev/null && fail "only features take --max-size"
 

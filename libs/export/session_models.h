@@ -1,4 +1,4 @@
-// What `skein export` reads: the newest model of each submap, and the facts of the photos.
+// What is exported: the newest model of each submap, and the facts of the photos.
 #pragma once
 
 #include <base/reconstruction.h>
@@ -10,9 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "core/bytes.h"
 #include "core/result.h"
 #include "geometry/georeference.h"
 #include "ledger/session_folder.h"
+#include "session/session_state.h"
 
 namespace skein {
 
@@ -21,6 +23,12 @@ struct ExportModel {
   std::unique_ptr<colmap::Reconstruction> reconstruction;
   nlohmann::json georeference;  // see GeoreferenceToJson; null in the mapper's frame
 };
+
+// The latest model of each submap that lives, most photos first.
+std::vector<submap_model_t> LatestModels(const SessionState& state);
+
+// Of the bytes of its blob.
+Result<ExportModel> ReadModelArchive(const submap_model_t& submap, const Bytes& archive);
 
 // The newest checkpoint or final model of every live submap in the ledger, most photos first. Works
 // while the session runs and writes nothing to it. Falls back on sparse/ when the ledger has no

@@ -1,4 +1,4 @@
-#include "clients/export/model_writer.h"
+#include "export/model_writer.h"
 
 #include <base/camera_models.h>
 #include <base/pose.h>

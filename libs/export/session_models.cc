@@ -1,13 +1,10 @@
-#include "clients/export/session_models.h"
-
-#include <stdlib.h>
+#include "export/session_models.h"
 
 #include <algorithm>
-#include <stdexcept>
-#include <system_error>
 
 #include "blobs/blob_store.h"
 #include "core/file.h"
+#include "export/temporary_folder.h"
 #include "formats/formats.h"
 #include "geometry/model_poses.h"
 #include "ledger/ledger_store.h"
@@ -18,28 +15,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (fs::temp_directory_path() / "skein-export-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) {
-      throw std::runtime_error("cannot make a folder in " + fs::temp_directory_path().string());
-    }
-    path_ = pattern;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
+Result<SessionState> ReadState(const SessionPaths& paths) {
+  const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
+  return ledger ? ReadSession(**ledger) : ledger.status();
+}
 
- private:
-  fs::path path_;
-};
+Result<std::vector<ExportModel>> ReadSparse(const fs::path& sparse) {
+  std::vector<ExportModel> models;
+  for (int i = 0; fs::exists(sparse / std::to_string(i)); ++i) {
+    Result<ExportModel> model = ReadModelFolder(sparse / std::to_string(i));
+    if (!model) return model.status();
+    models.push_back(std::move(*model));
+  }
+  return models;
+}
 
-// The latest model of each submap that lives, most photos first.
+}  // namespace
+
 std::vector<submap_model_t> LatestModels(const SessionState& state) {
   std::vector<submap_model_t> models;
   for (const auto& [id, submap] : state.submaps()) {
@@ -51,15 +43,8 @@ std::vector<submap_model_t> LatestModels(const SessionState& state) {
   return models;
 }
 
-Result<SessionState> ReadState(const SessionPaths& paths) {
-  const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());
-  return ledger ? ReadSession(**ledger) : ledger.status();
-}
-
-Result<ExportModel> ReadArchive(const BlobStore& blobs, const submap_model_t& submap) {
-  const Result<Bytes> bytes = blobs.Get(submap.model_blob);
-  if (!bytes) return bytes.status();
-  const Result<ModelArchive> archive = DecodeModelArchive(*bytes);
+Result<ExportModel> ReadModelArchive(const submap_model_t& submap, const Bytes& bytes) {
+  const Result<ModelArchive> archive = DecodeModelArchive(bytes);
   if (!archive) return archive.status();
   const TemporaryFolder folder;
   for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
@@ -75,18 +60,6 @@ Result<ExportModel> ReadArchive(const BlobStore& blobs, const submap_model_t& su
                  std::to_string(submap.ledger_seq);
   return model;
 }
-
-Result<std::vector<ExportModel>> ReadSparse(const fs::path& sparse) {
-  std::vector<ExportModel> models;
-  for (int i = 0; fs::exists(sparse / std::to_string(i)); ++i) {
-    Result<ExportModel> model = ReadModelFolder(sparse / std::to_string(i));
-    if (!model) return model.status();
-    models.push_back(std::move(*model));
-  }
-  return models;
-}
-
-}  // namespace
 
 Result<ExportModel> ReadModelFolder(const fs::path& folder) {
   const bool binary = fs::exists(folder / "points3D.bin");
@@ -111,7 +84,9 @@ Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths) {
     if (!state) return state.status();
     const BlobStore blobs(paths.Blobs());
     for (const submap_model_t& submap : LatestModels(*state)) {
-      Result<ExportModel> model = ReadArchive(blobs, submap);
+      const Result<Bytes> archive = blobs.Get(submap.model_blob);
+      if (!archive) return archive.status();
+      Result<ExportModel> model = ReadModelArchive(submap, *archive);
       if (!model) return model.status();
       models.push_back(std::move(*model));
     }

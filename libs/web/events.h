@@ -1,0 +1,21 @@
+// The ledger as the page of the live view reads it: one JSON object a fact. What each kind holds is
+// listed in services/web/README.md.
+#pragma once
+
+#include <string>
+
+#include "ledger/facts.h"
+
+namespace skein {
+
+// "" for facts that are no events: leases and configurations. Numbers are rounded to what a picture
+// needs: positions and rotations to 7 digits, the rest to 4.
+std::string EventOf(const Fact& fact);
+
+// "requested", "drained", ...: finish_t's states.
+const char* FinishStateName(int8_t state);
+
+// The value with that many significant digits.
+double Rounded(double value, int digits);
+
+}  // namespace skein

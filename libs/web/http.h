@@ -1,0 +1,67 @@
+// Requests and answers of the live view's server, without sockets.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/bytes.h"
+
+namespace skein {
+
+struct HttpRequest {
+  std::string path;                          // percent-decoded, begins with '/'
+  std::map<std::string, std::string> query;  // percent-decoded; the last of equal keys
+};
+
+// Its body is text, bytes or a file.
+struct HttpResponse {
+  int status = 200;
+  std::string content_type = "application/json";
+  std::string text;
+  std::shared_ptr<const Bytes> bytes;  // before text, if not null
+  std::filesystem::path file;          // before both, if not empty
+  bool immutable = false;              // what is at this URL never changes
+  bool ranges = false;                 // of bytes: a part may be asked for
+  std::shared_ptr<const void> keep;    // lives until it was sent
+  std::string download_name;           // what a browser saves it as; "": it shows it
+};
+
+// Of the status, with a line that says what to do.
+HttpResponse HttpError(int status, const std::string& line);
+HttpResponse JsonResponse(std::string text);
+
+// Answers a request, once, from any thread.
+using Respond = std::function<void(HttpResponse)>;
+
+// What a server answers with. On the server's thread, so it must not block.
+using HttpHandler = std::function<void(const HttpRequest&, Respond)>;
+
+// The target of a request line, e.g. "/api/events?from=3". None where it is malformed: not
+// absolute, a bad escape, a zero byte.
+std::optional<HttpRequest> ParseTarget(std::string_view target);
+
+// By a file's name; "application/octet-stream" for what is not known.
+std::string ContentTypeOf(const std::string& name);
+
+// A part of a body: first byte and length.
+struct ByteRange {
+  uint64_t first = 0;
+  uint64_t length = 0;
+};
+struct RangeAnswer {
+  int status = 200;  // 200: the whole; 206: `range`; 416: none of it is there
+  ByteRange range;
+};
+// For a Range header (RFC 9110, 14.2) and a body of that size. Several parts, other units and what
+// is malformed give the whole, as the RFC allows.
+RangeAnswer ParseRange(std::string_view header, uint64_t size);
+
+}  // namespace skein

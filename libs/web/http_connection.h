@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "web/asio.h"
+#include "web/connection_host.h"
+
+namespace skein {
+
+// One connection of a browser, request by request. The server's thread only; the host outlives it.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(ConnectionHost& host, int64_t id, tcp::socket socket);
+
+  void Start() { ReadRequest(); }
+  // The answer to the last request that was handed to the host.
+  void Answer(HttpResponse response);
+  void Close();
+  // Answers that there is no room, and closes.
+  void Refuse();
+
+  // Without a request under way: since when, in MonotonicS. None: it works.
+  std::optional<double> waiting_since_s() const { return waiting_since_s_; }
+
+ private:
+  void ReadRequest();
+  void OnRequest();
+  void OnBadRequest(ErrorCode error);
+  void AnswerAndClose(int status, const std::string& line);
+  void AnswerFile(const HttpResponse& response);
+  void AnswerHead(const HttpResponse& response);
+  void AnswerBody(HttpResponse response);
+  template <class Body>
+  void SetFields(const HttpResponse& response, http::response<Body>* message) const;
+  template <class Outgoing>
+  void Write(std::shared_ptr<Outgoing> outgoing);
+  template <class Outgoing>
+  void WriteSome(std::shared_ptr<Outgoing> outgoing);
+  void OnWritten();
+  void Linger(size_t max_bytes);
+
+  ConnectionHost& host_;
+  const int64_t id_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  std::optional<double> waiting_since_s_;
+  bool is_head_ = false;
+  bool keep_alive_ = false;
+  std::string range_;
+  std::array<char, 4096> lingering_;  // what is read to be dropped
+  bool closed_ = false;
+};
+
+}  // namespace skein

@@ -1,0 +1,139 @@
+#include "web/page_socket.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/clock.h"
+
+namespace skein {
+namespace {
+
+// The kernel's share of what waits for a page.
+constexpr int kSendBufferBytes = 256 << 10;
+
+SharedText Text(const nlohmann::json& message) {
+  return std::make_shared<const std::string>(message.dump());
+}
+
+}  // namespace
+
+PageSocket::PageSocket(ConnectionHost& host, int64_t id, beast::tcp_stream stream)
+    : host_(host),
+      id_(id),
+      stream_(std::move(stream)),
+      stalled_(stream_.get_executor()),
+      buffer_(static_cast<size_t>(host.options().max_frame_bytes) * 2) {}
+
+void PageSocket::Start(UpgradeRequest request, std::map<std::string, SharedText> latest) {
+  request_ = std::move(request);
+  topics_ = std::move(latest);
+  const WebServerOptions& options = host_.options();
+  beast::get_lowest_layer(stream_).expires_never();
+  ErrorCode ignored;
+  beast::get_lowest_layer(stream_).socket().set_option(
+      asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  websocket::stream_base::timeout timeout{};
+  timeout.handshake_timeout = Milliseconds(options.stalled_s);
+  timeout.idle_timeout = Milliseconds(options.idle_s);
+  timeout.keep_alive_pings = true;
+  stream_.set_option(timeout);
+  stream_.read_message_max(static_cast<size_t>(options.max_frame_bytes));
+  stream_.text(true);
+  stream_.control_callback(
+      [this](websocket::frame_type, boost::beast::string_view) { CountFrame(); });
+  stream_.async_accept(request_,
+                       [self = shared_from_this()](ErrorCode error) { self->OnAccepted(error); });
+}
+
+void PageSocket::OnAccepted(ErrorCode error) {
+  if (error || closed_) return Close();
+  open_ = true;
+  hello_ = Text(
+      {{"type", "hello"}, {"session_id", host_.options().session_id}, {"head", host_.sent_seq()}});
+  Read();
+  Pump();
+}
+
+void PageSocket::Read() {
+  stream_.async_read(buffer_, [self = shared_from_this()](ErrorCode error, size_t) {
+    if (error) return self->Close();
+    self->buffer_.clear();
+    if (self->CountFrame()) self->Read();
+  });
+}
+
+bool PageSocket::CountFrame() {
+  const auto now = static_cast<int64_t>(MonotonicS());
+  if (now != second_) num_frames_ = 0;
+  second_ = now;
+  if (++num_frames_ <= host_.options().max_frames_per_s) return true;
+  Close();
+  return false;
+}
+
+void PageSocket::SendEvents(const SharedText& text) {
+  if (!open_ || closed_ || behind_) return;
+  const auto limit = static_cast<size_t>(host_.options().max_queue_bytes);
+  if (text == nullptr || queued_bytes_ + text->size() > limit) {
+    behind_ = true;
+  } else {
+    queued_bytes_ += text->size();
+    events_.push_back(text);
+  }
+  Pump();
+}
+
+void PageSocket::SendLatest(const std::string& topic, const SharedText& text) {
+  topics_[topic] = text;
+  Pump();
+}
+
+// Hello, then topics, as these are few, then events.
+SharedText PageSocket::NextMessage() {
+  if (hello_ != nullptr) return std::exchange(hello_, nullptr);
+  if (!topics_.empty()) {
+    const SharedText text = topics_.begin()->second;
+    topics_.erase(topics_.begin());
+    return text;
+  }
+  if (!events_.empty()) {
+    const SharedText text = events_.front();
+    events_.pop_front();
+    queued_bytes_ -= text->size();
+    return text;
+  }
+  if (!behind_) return nullptr;
+  behind_ = false;
+  return Text({{"type", "head"}, {"head", host_.sent_seq()}});
+}
+
+void PageSocket::Pump() {
+  if (!open_ || closed_ || writing_ != nullptr) return;
+  writing_ = NextMessage();
+  if (writing_ == nullptr) return;
+  WatchWrite();
+  stream_.async_write(asio::buffer(*writing_),
+                      [self = shared_from_this()](ErrorCode error, size_t) {
+                        self->stalled_.cancel();
+                        self->writing_ = nullptr;
+                        error ? self->Close() : self->Pump();
+                      });
+}
+
+void PageSocket::WatchWrite() {
+  stalled_.expires_after(Milliseconds(host_.options().stalled_s));
+  stalled_.async_wait([weak = weak_from_this()](ErrorCode error) {
+    const auto self = weak.lock();
+    if (!error && self && self->writing_ != nullptr) self->Close();
+  });
+}
+
+void PageSocket::Close() {
+  if (closed_) return;
+  closed_ = true;
+  stalled_.cancel();
+  beast::get_lowest_layer(stream_).close();
+  host_.OnClosed(id_);
+}
+
+}  // namespace skein

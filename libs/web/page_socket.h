@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "web/asio.h"
+#include "web/connection_host.h"
+
+namespace skein {
+
+using SharedText = std::shared_ptr<const std::string>;
+
+// The WebSocket of one page. What waits for a page is bounded: its events by max_queue_bytes, the
+// rest by one message a topic. The server's thread only; the host outlives it.
+class PageSocket : public std::enable_shared_from_this<PageSocket> {
+ public:
+  PageSocket(ConnectionHost& host, int64_t id, beast::tcp_stream stream);
+
+  // `latest`: what it is told first, by topic.
+  void Start(UpgradeRequest request, std::map<std::string, SharedText> latest);
+  // A message of events; null: more than a queue holds.
+  void SendEvents(const SharedText& text);
+  void SendLatest(const std::string& topic, const SharedText& text);
+  void Close();
+
+ private:
+  void OnAccepted(ErrorCode error);
+  void Read();
+  // Counts what the page sends, pings and pongs too. False: too much; it is closed.
+  bool CountFrame();
+  void Pump();
+  SharedText NextMessage();
+  void WatchWrite();
+
+  ConnectionHost& host_;
+  const int64_t id_;
+  websocket::stream<beast::tcp_stream> stream_;
+  asio::steady_timer stalled_;
+  UpgradeRequest request_;
+  beast::flat_buffer buffer_;
+  SharedText hello_;
+  std::deque<SharedText> events_;
+  size_t queued_bytes_ = 0;
+  bool behind_ = false;                       // events were left out: it is told the head
+  std::map<std::string, SharedText> topics_;  // not sent yet
+  SharedText writing_;
+  bool open_ = false;
+  bool closed_ = false;
+  int64_t second_ = 0;  // of num_frames_
+  int num_frames_ = 0;
+};
+
+}  // namespace skein

@@ -1,0 +1,16 @@
+#include "web/session_view.h"
+
+#include "web/events.h"
+
+namespace skein {
+
+// The event comes last: whoever reads it finds what it tells of.
+void SessionView::Apply(const Fact& fact) {
+  {
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    record_.Apply(fact);
+  }
+  events_.Append(Header(fact).seq, EventOf(fact));
+}
+
+}  // namespace skein

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <shared_mutex>
+#include <utility>
+
+#include "session/session_history.h"
+#include "web/event_log.h"
+
+namespace skein {
+
+// The session as the live view reads it: the ledger folded, and its events. One thread applies
+// facts, any reads.
+class SessionView {
+ public:
+  // Facts in the order of seq.
+  void Apply(const Fact& fact);
+
+  const EventLog& events() const { return events_; }
+
+  // read(const SessionRecord&), which must not keep a reference to it. Facts wait meanwhile.
+  template <class Read>
+  auto With(Read read) const {
+    const std::shared_lock<std::shared_mutex> lock(mutex_);
+    return read(std::as_const(record_));
+  }
+
+ private:
+  mutable std::shared_mutex mutex_;
+  SessionRecord record_;
+  EventLog events_;
+};
+
+}  // namespace skein

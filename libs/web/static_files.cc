@@ -1,0 +1,51 @@
+#include "web/static_files.h"
+
+#include <algorithm>
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+// False for empty parts, "." and "..", other names that begin with a dot, and backslashes.
+bool IsPlainPath(const std::string& path) {
+  size_t begin = 1;
+  while (begin <= path.size()) {
+    const size_t end = std::min(path.find('/', begin), path.size());
+    if (end == begin || path[begin] == '.') return false;
+    begin = end + 1;
+  }
+  return path.find('\\') == std::string::npos;
+}
+
+bool IsBelow(const fs::path& file, const fs::path& folder) {
+  const auto [in_folder, in_file] =
+      std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+  return in_folder == folder.end() && in_file != file.end();
+}
+
+}  // namespace
+
+HttpResponse StaticFiles::Get(const std::string& path) const {
+  const std::string name = path == "/" ? "/index.html" : path;
+  if (name.empty() || name.front() != '/' || !IsPlainPath(name)) {
+    return HttpError(404, "there is no such page");
+  }
+  std::error_code error;
+  const fs::path folder = fs::canonical(folder_, error);
+  if (error) {
+    return HttpError(404, "there is no page in " + folder_.string() +
+                              ": build it (npm is needed) or say where it is with --page DIR; the "
+                              "data is under /api/");
+  }
+  const fs::path file = fs::canonical(folder / name.substr(1), error);
+  if (error || !IsBelow(file, folder) || !fs::is_regular_file(file, error)) {
+    return HttpError(404, "there is no such page");
+  }
+  HttpResponse response;
+  response.content_type = ContentTypeOf(file.filename().string());
+  response.file = file;
+  return response;
+}
+
+}  // namespace skein

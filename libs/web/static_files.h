@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "web/http.h"
+
+namespace skein {
+
+// The files of a folder: "/" is index.html. Nothing outside of the folder is given, by whatever
+// path or symbolic link; nor is a file or folder whose name begins with a dot. Any thread.
+class StaticFiles {
+ public:
+  explicit StaticFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  HttpResponse Get(const std::string& path) const;
+
+ private:
+  const std::filesystem::path folder_;
+};
+
+}  // namespace skein

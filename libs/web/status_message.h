@@ -1,0 +1,23 @@
+// How the session goes, for the page: what is no event.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "session/session_history.h"
+#include "transport/channels.h"
+
+namespace skein {
+
+// A process as it was last heard.
+struct HeardProcess {
+  heartbeat_t heartbeat;
+  double heard_s = 0;  // monotonic
+};
+using HeardProcesses = std::map<std::string, HeardProcess>;  // by instance
+
+// {"type":"status", ...}, see services/web/README.md. Costs the number of photos.
+std::string StatusMessage(const SessionRecord& session, const HeardProcesses& processes,
+                          double now_s);
+
+}  // namespace skein

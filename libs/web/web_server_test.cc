@@ -1,0 +1,424 @@
+#include "web/web_server.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <vector>
+
+#include "core/clock.h"
+#include "testing/test_folder.h"
+#include "web/asio.h"
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kDeadlineS = 20;
+
+bool WaitFor(const std::function<bool()>& done) {
+  const double until_s = MonotonicS() + kDeadlineS;
+  while (!done()) {
+    if (MonotonicS() > until_s) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+// A TCP connection that says and hears bytes.
+class RawClient {
+ public:
+  explicit RawClient(int port) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const timeval timeout{static_cast<int>(kDeadlineS), 0};
+    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
+    connected_ = connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0;
+  }
+  ~RawClient() { close(fd_); }
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+
+  bool connected() const { return connected_; }
+  void Say(const std::string& text) {
+    size_t said = 0;
+    while (said < text.size()) {
+      const ssize_t n = send(fd_, text.data() + said, text.size() - said, MSG_NOSIGNAL);
+      if (n <= 0) return;
+      said += static_cast<size_t>(n);
+    }
+  }
+  // Until the server closes.
+  std::string HearAll() {
+    std::string heard;
+    char part[4096];
+    ssize_t n = 0;
+    while ((n = recv(fd_, part, sizeof(part), 0)) > 0) heard.append(part, static_cast<size_t>(n));
+    return heard;
+  }
+  bool IsClosed() {
+    char byte = 0;
+    return recv(fd_, &byte, 1, 0) <= 0;
+  }
+
+ private:
+  const int fd_;
+  bool connected_ = false;
+};
+
+class WebServerTest : public ::testing::Test {
+ protected:
+  WebServerTest() { options_.port = 0; }
+
+  void Start() {
+    auto server = WebServer::Start(
+        options_, log_, [this](const HttpRequest& request, const Respond& respond) {
+          ++num_handled_;
+          if (request.path == "/never") return;
+          if (request.path == "/kept") {
+            kept_ = respond;
+            return;
+          }
+          HttpResponse response = JsonResponse("\"" + request.path + "\"");
+          if (request.path == "/chunk") {
+            response.bytes = std::make_shared<const Bytes>(Bytes{'0', '1', '2', '3', '4', '5'});
+            response.ranges = true;
+            response.immutable = true;
+          }
+          if (request.path == "/file") response.file = folder_ / "file.bin";
+          if (request.path == "/large") {
+            response.bytes = std::make_shared<const Bytes>(Bytes(size_t{50} << 20, 'x'));
+          }
+          respond(response);
+        });
+    ASSERT_TRUE(server.ok()) << server.error();
+    server_ = std::move(*server);
+  }
+
+  int port() const { return server_->port(); }
+  std::string Host() const { return "127.0.0.1:" + std::to_string(port()); }
+  // The whole answer to a request of these lines.
+  std::string Ask(const std::string& first_line, const std::string& headers = "") {
+    RawClient client(port());
+    client.Say(first_line + " HTTP/1.1\r\nHost: " + Host() + "\r\nConnection: close\r\n" + headers +
+               "\r\n");
+    return client.HearAll();
+  }
+  static int StatusOf(const std::string& answer) {
+    return answer.compare(0, 9, "HTTP/1.1 ") == 0 ? std::stoi(answer.substr(9, 3)) : 0;
+  }
+  static std::string BodyOf(const std::string& answer) {
+    const size_t end = answer.find("\r\n\r\n");
+    return end == std::string::npos ? "" : answer.substr(end + 4);
+  }
+  // That the server answers a newcomer.
+  void ExpectAlive() { EXPECT_EQ(StatusOf(Ask("GET /alive")), 200); }
+
+  TestFolder folder_;
+  WebServerOptions options_;
+  EventLog log_;
+  std::atomic<int> num_handled_{0};
+  Respond kept_;
+  std::unique_ptr<WebServer> server_;
+};
+
+TEST_F(WebServerTest, AnswersWithTheHeadersOfACarefulServer) {
+  Start();
+  const std::string answer = Ask("GET /some/path?x=1");
+  EXPECT_EQ(StatusOf(answer), 200);
+  EXPECT_EQ(BodyOf(answer), "\"/some/path\"");
+  for (const char* header :
+       {"Content-Security-Policy: default-src 'self'; img-src 'self' blob: data:; "
+        "style-src 'self'; script-src 'self'",
+        "X-Content-Type-Options: nosniff", "Referrer-Policy: no-referrer",
+        "Content-Type: application/json"}) {
+    EXPECT_NE(answer.find(header), std::string::npos) << header;
+  }
+}
+
+TEST_F(WebServerTest, HeadGivesNoBody) {
+  Start();
+  const std::string answer = Ask("HEAD /chunk");
+  EXPECT_EQ(StatusOf(answer), 200);
+  EXPECT_NE(answer.find("Content-Length: 6"), std::string::npos);
+  EXPECT_EQ(BodyOf(answer), "");
+}
+
+TEST_F(WebServerTest, GivesFilesWhole) {
+  Start();
+  EXPECT_EQ(StatusOf(Ask("GET /file")), 404) << "it is not there";
+  const std::string content(300'000, 'y');
+  std::ofstream(folder_ / "file.bin") << content;
+  EXPECT_TRUE(BodyOf(Ask("GET /file")) == content);
+  const std::string head = Ask("HEAD /file");
+  EXPECT_NE(head.find("Content-Length: 300000"), std::string::npos);
+  EXPECT_EQ(BodyOf(head), "");
+}
+
+TEST_F(WebServerTest, GivesPartsOfABody) {
+  Start();
+  std::string answer = Ask("GET /chunk", "Range: bytes=2-3\r\n");
+  EXPECT_EQ(StatusOf(answer), 206);
+  EXPECT_EQ(BodyOf(answer), "23");
+  EXPECT_NE(answer.find("Content-Range: bytes 2-3/6"), std::string::npos);
+  EXPECT_NE(answer.find("immutable"), std::string::npos);
+  answer = Ask("GET /chunk", "Range: bytes=6-\r\n");
+  EXPECT_EQ(StatusOf(answer), 416);
+  EXPECT_NE(answer.find("Content-Range: bytes */6"), std::string::npos);
+  EXPECT_EQ(StatusOf(Ask("GET /other", "Range: bytes=0-0\r\n")), 200) << "JSON has no parts";
+}
+
+TEST_F(WebServerTest, BadRequestsAreRefusedWithALine) {
+  options_.max_header_bytes = 1000;
+  Start();
+  const std::vector<std::pair<std::string, int>> requests = {
+      {"POST / HTTP/1.1\r\nHost: " + Host() + "\r\nContent-Length: 3\r\n\r\nabc", 405},
+      {"DELETE / HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n", 405},
+      {"GET / HTTP/1.1\r\nHost: " + Host() + "\r\nContent-Length: 3\r\n\r\nabc", 413},
+      {"GET / HTTP/1.1\r\nHost: " + Host() + "\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+       413},
+      {"GET / HTTP/1.1\r\n\r\n", 403},
+      {"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n", 403},
+      {"GET /%zz HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n", 400},
+      {"GET http://x/ HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n", 400},
+      {"nonsense\r\n\r\n", 400},
+      {"GET / HTTP/1.1\r\nHost: " + Host() + "\r\nX: " + std::string(2000, 'x') + "\r\n\r\n", 431},
+      {"GET /" + std::string(5000, 'x') + " HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n", 431},
+      {std::string(100000, 'x'), 431}};
+  for (const auto& [request, status] : requests) {
+    RawClient client(port());
+    client.Say(request);
+    const std::string answer = client.HearAll();
+    EXPECT_EQ(StatusOf(answer), status) << request.substr(0, 60);
+    EXPECT_NE(BodyOf(answer).find("\"error\""), std::string::npos) << request.substr(0, 60);
+  }
+  EXPECT_EQ(num_handled_, 0);
+  ExpectAlive();
+}
+
+TEST_F(WebServerTest, AHandlerThatForgetsToAnswerIsToldOf) {
+  Start();
+  EXPECT_EQ(StatusOf(Ask("GET /never")), 500);
+}
+
+TEST_F(WebServerTest, AnAnswerMayComeAfterTheServer) {
+  Start();
+  {
+    RawClient client(port());
+    client.Say("GET /kept HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n");
+    ASSERT_TRUE(WaitFor([this] { return num_handled_ == 1; }));
+  }
+  server_.reset();
+  kept_(JsonResponse("{}"));
+}
+
+TEST_F(WebServerTest, ATakenPortIsAnErrorThatSaysSo) {
+  Start();
+  WebServerOptions same = options_;
+  same.port = port();
+  const auto second = WebServer::Start(same, log_, [](const HttpRequest&, const Respond&) {});
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.code(), StatusCode::kAlreadyExists);
+  EXPECT_NE(second.error().find("--port"), std::string::npos);
+}
+
+TEST_F(WebServerTest, AThousandIdleSocketsKeepNobodyOut) {
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, 4096);
+  setrlimit(RLIMIT_NOFILE, &limit);
+  ASSERT_GE(limit.rlim_cur, 3000u);
+  Start();
+  std::vector<std::unique_ptr<RawClient>> idle;
+  for (int i = 0; i < 1000; ++i) {
+    idle.push_back(std::make_unique<RawClient>(port()));
+    if (i % 2 == 0) idle.back()->Say("GET / HT");  // and says no more
+  }
+  ExpectAlive();
+  EXPECT_LE(server_->num_connections(), options_.max_connections);
+  idle.clear();
+  EXPECT_TRUE(WaitFor([this] { return server_->num_connections() == 0; }));
+}
+
+TEST_F(WebServerTest, ConnectionsThatWorkAreNotThrownOut) {
+  options_.max_connections = 2;
+  Start();
+  RawClient one(port()), two(port());
+  for (RawClient* client : {&one, &two}) {
+    client->Say("GET /large HTTP/1.1\r\nHost: " + Host() + "\r\nConnection: close\r\n\r\n");
+  }
+  ASSERT_TRUE(WaitFor([this] { return num_handled_ == 2; }));
+  EXPECT_EQ(StatusOf(Ask("GET /alive")), 503) << "both are being answered";
+  EXPECT_GT(one.HearAll().size(), size_t{50} << 20);
+  EXPECT_GT(two.HearAll().size(), size_t{50} << 20);
+  ExpectAlive();
+}
+
+TEST_F(WebServerTest, WhoTakesNoByteIsClosed) {
+  options_.idle_s = 0.3;
+  Start();
+  RawClient client(port());
+  client.Say("GET /large HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n");
+  ASSERT_TRUE(WaitFor([this] { return num_handled_ == 1; }));
+  EXPECT_TRUE(WaitFor([this] { return server_->num_connections() == 0; }));
+}
+
+// A page's WebSocket, read when it is asked to.
+class Page {
+ public:
+  explicit Page(int port, const std::string& origin = "") : stream_(context_) {
+    beast::get_lowest_layer(stream_).connect(
+        tcp::endpoint(asio::ip::make_address("127.0.0.1"), static_cast<uint16_t>(port)), error_);
+    if (!origin.empty()) {
+      stream_.set_option(
+          websocket::stream_base::decorator([origin](websocket::request_type& request) {
+            request.set(http::field::origin, origin);
+          }));
+    }
+    stream_.handshake("127.0.0.1:" + std::to_string(port), "/ws", error_);
+  }
+
+  bool ok() const { return !error_; }
+  json Hear() {
+    beast::flat_buffer buffer;
+    stream_.read(buffer, error_);
+    return error_ ? json() : json::parse(beast::buffers_to_string(buffer.data()));
+  }
+  void Say(const std::string& text) { stream_.write(asio::buffer(text), error_); }
+
+ private:
+  asio::io_context context_;
+  websocket::stream<tcp::socket> stream_;
+  ErrorCode error_;
+};
+
+std::string Event(int64_t seq, size_t bytes = 0) {
+  return json({{"seq", seq}, {"pad", std::string(bytes, 'x')}}).dump();
+}
+
+TEST_F(WebServerTest, APageIsGreetedAndToldOfEventsInOrder) {
+  options_.session_id = "0123";
+  log_.Append(1, Event(1));
+  Start();
+  Page page(port());
+  ASSERT_TRUE(page.ok());
+  EXPECT_EQ(page.Hear(), (json{{"type", "hello"}, {"session_id", "0123"}, {"head", 1}}));
+  int64_t next = 2;
+  for (int64_t seq = 2; seq <= 200; ++seq) {
+    log_.Append(seq, seq % 5 == 0 ? "" : Event(seq));
+    server_->NoteEvents();
+  }
+  while (next <= 199) {
+    const json message = page.Hear();
+    ASSERT_TRUE(page.ok());
+    ASSERT_EQ(message["type"], "events");
+    for (const json& event : message["events"]) {
+      if (next % 5 == 0) ++next;
+      EXPECT_EQ(event["seq"], next++);
+    }
+  }
+}
+
+TEST_F(WebServerTest, WhatIsLatestIsToldToWhoComesLater) {
+  Start();
+  server_->TellLatest("status", json({{"type", "status"}, {"n", 1}}).dump());
+  server_->TellLatest("status", json({{"type", "status"}, {"n", 2}}).dump());
+  server_->TellLatest("shape/3", json({{"type", "shape"}}).dump());
+  Page page(port());
+  EXPECT_EQ(page.Hear()["type"], "hello");
+  EXPECT_EQ(page.Hear()["type"], "shape");
+  EXPECT_EQ(page.Hear()["n"], 2);
+  server_->TellLatest("status", json({{"type", "status"}, {"n", 3}}).dump());
+  EXPECT_EQ(page.Hear()["n"], 3);
+}
+
+TEST_F(WebServerTest, ForeignPagesGetNoWebSocket) {
+  Start();
+  EXPECT_TRUE(Page(port(), "http://" + Host()).ok());
+  EXPECT_FALSE(Page(port(), "http://evil.example").ok());
+}
+
+// A page that reads nothing gets the head in place of the events that do not fit, and holds up
+// nobody.
+TEST_F(WebServerTest, ASlowPageIsToldTheHead) {
+  options_.gather_s = 0;
+  Start();
+  Page slow(port()), quick(port());
+  EXPECT_EQ(quick.Hear()["type"], "hello");
+  constexpr int64_t kEvents = 400;
+  constexpr size_t kEventBytes = 100'000;  // 40 MB: far more than the kernel's buffers hold
+  int64_t last = 0;
+  for (int64_t seq = 1; seq <= kEvents; ++seq) {
+    log_.Append(seq, Event(seq, kEventBytes));
+    server_->NoteEvents();
+    while (last < seq) {
+      const json message = quick.Hear();
+      ASSERT_TRUE(quick.ok());
+      ASSERT_EQ(message["type"], "events") << "a page that reads gets all";
+      for (const json& event : message["events"]) EXPECT_EQ(event["seq"], ++last);
+    }
+  }
+  EXPECT_EQ(slow.Hear()["type"], "hello");
+  int64_t seen = 0;
+  json message = slow.Hear();
+  while (slow.ok() && message["type"] == "events") {
+    for (const json& event : message["events"]) EXPECT_EQ(event["seq"], ++seen);
+    message = slow.Hear();
+  }
+  ASSERT_TRUE(slow.ok());
+  EXPECT_EQ(message, (json{{"type", "head"}, {"head", kEvents}}));
+  EXPECT_LT(seen, kEvents);
+  log_.Append(kEvents + 1, Event(kEvents + 1));
+  server_->NoteEvents();
+  message = slow.Hear();
+  ASSERT_EQ(message["type"], "events") << "it is in the flow again";
+  EXPECT_EQ(message["events"][0]["seq"], kEvents + 1);
+}
+
+TEST_F(WebServerTest, APageThatTakesNothingIsClosed) {
+  options_.stalled_s = 0.3;
+  options_.max_queue_bytes = 64 << 20;
+  Start();
+  Page page(port());
+  ASSERT_TRUE(WaitFor([this] { return server_->num_viewers() == 1; }));
+  log_.Append(1, Event(1, size_t{32} << 20));
+  server_->NoteEvents();
+  EXPECT_TRUE(WaitFor([this] { return server_->num_viewers() == 0; }));
+}
+
+TEST_F(WebServerTest, APageThatFloodsIsClosed) {
+  Start();
+  Page page(port());
+  for (int i = 0; i < 100 && page.ok(); ++i) page.Say("x");
+  EXPECT_TRUE(WaitFor([this] { return server_->num_viewers() == 0; }));
+  Page talker(port());
+  talker.Say(std::string(5000, 'x'));
+  EXPECT_TRUE(WaitFor([this] { return server_->num_viewers() == 0; })) << "one message too large";
+  ExpectAlive();
+}
+
+TEST_F(WebServerTest, ManyWhoAskAtOnceAreAllAnswered) {
+  Start();
+  std::atomic<int> num_good{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([this, &num_good] {
+      for (int k = 0; k < 200; ++k) num_good += StatusOf(Ask("GET /x")) == 200 ? 1 : 0;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(num_good, 1600);
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,97 @@
+// Tells the shapes of submaps to whoever looks at them.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "blobs/blob_shelf.h"
+#include "event_loop/alive.h"
+#include "event_loop/worker_thread.h"
+#include "formats/shape.h"
+#include "mapper/lease.h"
+#include "mapper/submap_worker.h"
+#include "node/node.h"
+
+namespace skein {
+
+class ShapeMaker;
+
+// Whether somebody looks, and when the next copy of a map may be taken: all submaps of a process
+// together spend at most a fiftieth of the time on that. Loop's thread only.
+class ShapeDesk {
+ public:
+  explicit ShapeDesk(Node& node);
+  ~ShapeDesk();
+  ShapeDesk(const ShapeDesk&) = delete;
+  ShapeDesk& operator=(const ShapeDesk&) = delete;
+
+  bool IsWanted() const;
+  double due_s() const { return due_s_; }
+  void NoteCopy(double seconds);
+  // Makes chunks of copies.
+  WorkerThread& maker() { return maker_; }
+
+ private:
+  PollLoop& loop_;
+  Bus& bus_;
+  WorkerThread maker_;
+  double wanted_s_;
+  double due_s_ = 0;
+  Bus::SubscriptionId subscription_ = 0;
+};
+
+// The shape of one submap: made anew at most once a second while it changes and somebody looks, and
+// told once a second. The worker copies the map between two photos; what is made of the copy, on
+// another thread, is served from memory, with what was told before it. Loop's thread only.
+class ShapeTeller {
+ public:
+  ShapeTeller(Node& node, SubmapWorker& worker, ShapeDesk& desk, const Lease& lease);
+  ~ShapeTeller();
+  ShapeTeller(const ShapeTeller&) = delete;
+  ShapeTeller& operator=(const ShapeTeller&) = delete;
+
+  // The map may have changed.
+  void NoteChange();
+  // Once a second.
+  void Tick();
+
+ private:
+  using Blobs = std::map<std::string, BlobPtr>;
+  // A shape that can be told.
+  struct Made {
+    bool changed = false;
+    ShapeManifest manifest;
+    std::string manifest_blob;
+    int64_t manifest_bytes = 0;
+    int64_t num_points = 0;
+    Blobs blobs;
+  };
+
+  void MakeIfDue();
+  void Make();
+  static Made MakeBlobs(const ShapeMaker& maker, const ShapeManifest& last);
+  void OnMade(Made made);
+  void Publish();
+  void Forget();
+
+  Node& node_;
+  SubmapWorker& worker_;
+  ShapeDesk& desk_;
+  const Lease lease_;
+  std::shared_ptr<ShapeMaker> maker_;  // on the desk's thread while making_
+  bool changed_ = true;
+  bool making_ = false;
+  bool waiting_ = false;  // for the time that the next copy is due
+  double made_s_ = 0;
+  double wanted_s_ = 0;  // when somebody last looked
+  uint64_t coloured_up_to_ = 0;
+  int num_shapes_ = 0;  // since they were last wanted
+  double copy_s_ = 0;   // of the worker, for these
+  Made told_;
+  Blobs previous_;  // of the shape before: somebody may be pulling it
+  Alive alive_;
+};
+
+}  // namespace skein

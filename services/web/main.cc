@@ -1,0 +1,19 @@
+#include "node/service_options.h"
+#include "web/web_options.h"
+#include "web/web_service.h"
+
+int main(int argc, char** argv) {
+  skein::NodeOptions node_options;
+  node_options.service = "web";
+  node_options.role = skein::Role::kViewer;
+  skein::WebOptions options;
+  const char* description = "Shows the session in a browser while it grows.";
+  if (const auto code =
+          skein::ParseServiceOptions(description, argc, argv, &node_options, &options)) {
+    return *code;
+  }
+  return skein::RunService(node_options, [&](skein::Node& node) {
+    skein::WebService service(node, options);
+    node.Run();
+  });
+}

@@ -1,0 +1,142 @@
+#include "web/web_service.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "core/log.h"
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kNumPoolThreads = 2;
+constexpr double kStatusS = 1;
+constexpr double kForgetProcessS = 60;
+// A blob of which nothing has come for so long is given up.
+constexpr double kFetchPatienceS = 20;
+
+fs::path PageDir(const std::string& given) {
+  return given.empty() ? fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "web"
+                       : fs::path(given);
+}
+
+WebServerOptions ServerOptions(WebServerOptions options, const std::string& session_id) {
+  options.session_id = session_id;
+  return options;
+}
+
+// A fetch that ends, with an error where its owner is silent.
+struct Fetching {
+  BlobClient::FetchId id = 0;
+  int64_t received_bytes = -1;
+  bool done = false;
+};
+
+void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
+                const SessionSource::Done& done) {
+  node.loop().AddOneShot(kFetchPatienceS, [&node, fetching, done] {
+    if (fetching->done) return;
+    const int64_t received = node.blobs().ReceivedBytes(fetching->id);
+    if (received > std::exchange(fetching->received_bytes, received)) {
+      return WatchFetch(node, fetching, done);
+    }
+    fetching->done = true;
+    node.blobs().Cancel(fetching->id);
+    done(Unavailable("the data's owner does not answer: try again"));
+  });
+}
+
+}  // namespace
+
+WebService::WebService(Node& node, const WebOptions& options)
+    : node_(node), api_(std::make_unique<SessionApi>(view_, Source(options), kNumPoolThreads)) {
+  shapes_ = std::make_unique<ShapeFollower>(
+      node, view_, api_->shapes(), [this] { return server_->num_viewers(); },
+      [this](int64_t submap_id, uint64_t version) {
+        server_->TellLatest("shape/" + std::to_string(submap_id),
+                            SessionApi::ShapeMessage(submap_id, version));
+      });
+  Result<std::unique_ptr<WebServer>> server =
+      WebServer::Start(ServerOptions(options.server, node.session_id()), view_.events(),
+                       [this](const HttpRequest& request, Respond respond) {
+                         api_->Handle(request, std::move(respond));
+                       });
+  if (!server.ok()) throw std::runtime_error(server.error());
+  server_ = std::move(*server);
+  subscriptions_ = {
+      node.bus().Subscribe(kHeartbeatChannel, [this](const heartbeat_t& m) { OnHeartbeat(m); })};
+  follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
+  timer_ = node.loop().AddTimer(kStatusS, [this] { TellStatus(); });
+  node.OnHeartbeat([this](heartbeat_t* heartbeat) {
+    heartbeat->ledger_seq = follower_->processed_seq();
+    heartbeat->state = std::to_string(server_->num_viewers()) + " viewers, port " +
+                       std::to_string(server_->port());
+  });
+  LogInfo("view: http://{}:{}/", options.server.address, server_->port());
+}
+
+WebService::~WebService() {
+  for (const auto id : subscriptions_) node_.bus().Unsubscribe(id);
+  node_.loop().CancelTimer(timer_);
+  server_.reset();  // no request comes any more
+  api_.reset();     // nor is one under way, before what they ask goes
+}
+
+SessionSource WebService::Source(const WebOptions& options) {
+  SessionSource source;
+  source.session_id = node_.session_id();
+  source.live = true;
+  source.session_dir = node_.options().session_dir;
+  source.page_dir = PageDir(options.page_dir);
+  source.fetch = [this](const std::string& blob_id, const std::string& owner,
+                        SessionSource::Done done) { Fetch(blob_id, owner, std::move(done)); };
+  source.may_use_model = [this](int64_t submap_id) { return shapes_->MayUseModel(submap_id); };
+  source.on_look = [this] { shapes_->NoteLook(); };
+  return source;
+}
+
+void WebService::Fetch(const std::string& blob_id, const std::string& owner,
+                       SessionSource::Done done) {
+  node_.loop().Post([&node = node_, blob_id, owner, done = std::move(done)] {
+    const auto fetching = std::make_shared<Fetching>();
+    fetching->id = node.blobs().Fetch(blob_id, owner, [fetching, done](Result<Bytes> bytes) {
+      if (!std::exchange(fetching->done, true)) done(std::move(bytes));
+    });
+    WatchFetch(node, fetching, done);
+  });
+}
+
+void WebService::OnFact(const Fact& fact) {
+  view_.Apply(fact);
+  server_->NoteEvents();
+  if (const auto* end = std::get_if<submap_end_t>(&fact)) {
+    api_->shapes().Drop(end->submap_id);
+    server_->TellLatest("shape/" + std::to_string(end->submap_id),
+                        SessionApi::GoneMessage(end->submap_id));
+  }
+}
+
+void WebService::OnHeartbeat(const heartbeat_t& heartbeat) {
+  if (heartbeat.state == kEndedState) {
+    processes_.erase(heartbeat.instance);
+  } else {
+    processes_[heartbeat.instance] = {heartbeat, node_.loop().now_s()};
+  }
+}
+
+void WebService::TellStatus() {
+  const double now_s = node_.loop().now_s();
+  for (auto process = processes_.begin(); process != processes_.end();) {
+    const bool gone = now_s - process->second.heard_s > kForgetProcessS;
+    process = gone ? processes_.erase(process) : std::next(process);
+  }
+  if (server_->num_viewers() == 0 && !told_status_.empty()) return;
+  std::string status = view_.With(
+      [&](const SessionRecord& session) { return StatusMessage(session, processes_, now_s); });
+  if (status == told_status_) return;
+  told_status_ = status;
+  server_->TellLatest("status", std::move(status));
+}
+
+}  // namespace skein
