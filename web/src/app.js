@@ -224,6 +224,7 @@ export class App {
     this.world.place();
     const selected = this.selection?.image ?? 0;
     const cameras = this.world.showCameras({ theme: this.theme, selected, newest: this.newest });
+    this.viewer.setCameraBase(this.world.cameraBase());
     this.world.showTints(this.theme, this.tintMaps);
     this.viewer.setFaded(this.timeline.isLive ? 0 : kFaded);
     if (selected) this.world.showLinks(selected, rgb(kMark[this.theme]));
@@ -284,9 +285,10 @@ export class App {
     const grown = cameras > 1.25 * (this.fittedCameras ?? 0) || points > 1.6 * (this.fittedPoints ?? 0) ||
       this.world.measures.size !== this.fittedMaps;
     if (cameras < 2 || !grown) return;
+    const turn = this.world.measures.size !== this.fittedMaps || cameras >= 2 * (this.turnedCameras ?? 0);
     Object.assign(this, { fittedCameras: cameras, fittedPoints: points, fittedMaps: this.world.measures.size });
-    this.viewer.fit({ keepDirection: this.fittedOnce });
-    this.fittedOnce = true;
+    if (turn) this.turnedCameras = cameras;
+    this.viewer.fit({ keepDirection: !turn });
   }
 
   // ---- selecting
@@ -582,7 +584,7 @@ export class App {
     const range = (label, properties, oninput) => h('label', {}, h('span', {}, label), h('input', { type: 'range', oninput: (e) => oninput(Number(e.target.value)), ...properties }));
     const check = (label, checked, onchange) => h('label', { className: 'check' }, h('input', { type: 'checkbox', checked, onchange: (e) => onchange(e.target.checked) }), label);
     this.settings = h('div', { id: 'settings', hidden: true, role: 'group', 'aria-label': 'What is shown' },
-      range('Point size', { min: 1, max: 8, step: 0.5, value: 2.5 }, (v) => this.viewer.setPointPx(v)),
+      range('Point size', { min: 1, max: 8, step: 0.5, value: 3 }, (v) => this.viewer.setPointPx(v)),
       range('Camera size', { min: 0, max: 3, step: 0.1, value: 1 }, (v) => this.viewer.setCameraScale(v)),
       check('Points', true, (on) => this.viewer.show('points', on)),
       check('Cameras', true, (on) => this.viewer.show('cameras', on)),

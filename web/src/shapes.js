@@ -4,6 +4,7 @@ import { decodeChunk, prefixBytes } from './chunk.js';
 
 const kAtOnce = 4;
 const kRetryMs = 1500;
+const kVersionsTried = 3;
 
 export class Shapes {
   // on: {manifest(submap, manifest), chunk(submap, id, chunk), chunkGone(submap, id), gone(submap), load(waiting)}
@@ -123,18 +124,21 @@ export class Shapes {
     this.on.load?.(waiting + this.active);
   }
 
+  // A version that is gone was followed by a newer one, which the answer tells: then that one is fetched.
   async fetchChunk(id, submap, { id: chunkId, version, points }) {
     const { generation } = this;
     const wanted = Math.ceil(this.share * points);
     submap.loading.add(chunkId);
     this.active++;
     let chunk = null;
-    let stale = false;
+    let newer = version;
     try {
-      const headers = wanted < points ? { Range: `bytes=0-${prefixBytes(wanted) - 1}` } : {};
-      const answer = await this.fetch(`/api/submaps/${id}/chunks/${chunkId}?v=${version}`, { headers });
-      stale = answer.status === 404;
-      if (answer.ok) chunk = decodeChunk(await answer.arrayBuffer());
+      for (let tries = 0; !chunk && newer && tries < kVersionsTried; ++tries) {
+        const headers = wanted < points ? { Range: `bytes=0-${prefixBytes(wanted) - 1}` } : {};
+        const answer = await this.fetch(`/api/submaps/${id}/chunks/${chunkId}?v=${newer}`, { headers });
+        if (answer.ok) chunk = decodeChunk(await answer.arrayBuffer());
+        else newer = answer.status === 404 ? Number((await answer.json()).version) : 0;
+      }
     } catch {
       chunk = null;
     }
@@ -145,14 +149,11 @@ export class Shapes {
       return;
     }
     if (chunk) {
-      submap.loaded.set(chunkId, { version, points: chunk.points });
+      submap.loaded.set(chunkId, { version: newer, points: chunk.points });
       this.on.chunk(id, chunkId, chunk);
       this.dropAbsent(id, submap);
-    } else if (stale) {
-      // That version is gone: there is a newer shape.
-      if (!submap.fetching) this.retryLater(id, submap);
     } else {
-      this.retryLater(id, submap);
+      this.retryLater(id, submap); // with the manifest of then
     }
     this.pump();
   }

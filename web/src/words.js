@@ -111,12 +111,12 @@ export function whatHappens(state, summary, status, isLive) {
     return `Placing photos: ${groups(counts.waiting)} waiting${about}.`;
   }
   if (maps.length === 0) return 'No map yet: two photos that overlap well are needed to begin one.';
-  const where = maps.length === 1 ? 'one map' : `${maps.length} separate maps`;
-  const rest = notPlaced === 0 ? 'Every photo has its place' : `${plural(notPlaced, 'photo')} could not be placed`;
+  const where = maps.length === 1 ? 'One map' : `${maps.length} separate maps`;
+  const rest = notPlaced === 0 ? ', every photo placed.' : `. ${plural(notPlaced, 'photo')} could not be placed.`;
   const finished = state.finish?.state === 'done' && lastPhotoBefore(state, state.finish.utime);
-  if (finished) return `Finished: ${where}. ${rest}.`;
-  if (maps.length > 1) return `${rest}: ${where}. Photos that show parts of two maps join them.`;
-  return `${rest}: ${where}. Ready for more.`;
+  if (finished) return `Finished. ${where}${rest}`;
+  if (maps.length > 1) return `${where}${rest} Photos that show parts of two maps join them.`;
+  return `${where}${rest} Ready for more.`;
 }
 
 function lastPhotoBefore(state, utime) {

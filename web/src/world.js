@@ -125,6 +125,13 @@ export class World {
     }
   }
 
+  // Depth of a frustum in the display: in step with the distances between photos and with the whole.
+  cameraBase() {
+    let reach = 0;
+    for (const { measure } of this.measures.values()) reach = Math.max(reach, measure.reach / measure.step);
+    return Math.min(2.5, Math.max(0.42, 0.045 * reach));
+  }
+
   // Metres per unit of the display, where GPS tells; of the submap that holds most photos.
   metresPerUnit() {
     let best = null;

@@ -1,6 +1,6 @@
 // Serves the page with a synthetic session, by the same protocol as skein-web, without any of Skein's processes:
 //
-//   node test_server/server.mjs [--port 8471] [--page dist] [--speed 8] [--photos 24] [--points 60000] [--gps] [--at end]
+//   node test_server/server.mjs [--port 8471] [--page dist] [--speed 8] [--photos 24] [--points 30000] [--gps] [--at end]
 //
 // For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
@@ -17,7 +17,7 @@ import { chunkBytes, drawing, makeSession, shapeAt } from './synthetic.mjs';
 const { values: options } = parseArgs({
   options: {
     port: { type: 'string', default: '8471' }, page: { type: 'string', default: join(dirname(fileURLToPath(import.meta.url)), '../dist') },
-    speed: { type: 'string', default: '8' }, photos: { type: 'string', default: '24' }, points: { type: 'string', default: '60000' },
+    speed: { type: 'string', default: '8' }, photos: { type: 'string', default: '24' }, points: { type: 'string', default: '30000' },
     gps: { type: 'boolean', default: false }, at: { type: 'string', default: 'start' },
   },
 });
@@ -46,15 +46,13 @@ function send(response, status, body, type = 'application/json', more = {}) {
 }
 const sendJson = (response, value, status = 200) => send(response, status, JSON.stringify(value));
 
-const shapeNow = (id) => shapeAt(session, id, events[told - 1]?.t ?? 0);
+// Made once a second, as mappers do.
 const shapes = new Map();
-function cachedShape(id) {
-  const key = `${id}/${told}`;
-  if (!shapes.has(key)) {
-    if (shapes.size > 20) shapes.clear();
-    shapes.set(key, shapeNow(id));
-  }
-  return shapes.get(key);
+let shapesAt = -1;
+function makeShapes() {
+  if (shapesAt === told) return;
+  shapesAt = told;
+  for (const id of [1, 2]) shapes.set(id, shapeAt(session, id, events[told - 1]?.t ?? 0));
 }
 
 const routes = [
@@ -64,12 +62,12 @@ const routes = [
     sendJson(r, { head: head(), events: events.slice(0, told).filter((e) => e.seq >= from).slice(0, 2000) });
   }],
   [/^\/api\/submaps\/(\d+)$/, (r, [id]) => {
-    const shape = cachedShape(Number(id));
+    const shape = shapes.get(Number(id));
     if (shape) sendJson(r, shape.manifest);
     else sendJson(r, { error: 'this submap has no shape' }, 404);
   }],
   [/^\/api\/submaps\/(\d+)\/chunks\/(\d+)$/, (r, [id, chunk], query, request) => {
-    const shape = cachedShape(Number(id));
+    const shape = shapes.get(Number(id));
     const found = shape?.chunks.find((c) => c.id === Number(chunk));
     const version = shape?.manifest.chunks.find((c) => c.id === Number(chunk))?.version;
     if (!found || String(version) !== query.get('v')) return sendJson(r, { error: 'gone', version }, 404);
@@ -80,7 +78,7 @@ const routes = [
     return undefined;
   }],
   [/^\/api\/submaps\/(\d+)\/chunks\/(\d+)\/points\/(\d+)$/, (r, [id, chunk, index]) => {
-    const shape = cachedShape(Number(id));
+    const shape = shapes.get(Number(id));
     const point = shape?.chunks.find((c) => c.id === Number(chunk))?.part[Number(index)];
     if (!point) return sendJson(r, { error: 'gone' }, 404);
     const photos = point[1].map((image) => {
@@ -152,9 +150,10 @@ function advance() {
   }
 }
 function tellShapes() {
+  makeShapes();
   if (silent) return;
   for (const id of [1, 2]) {
-    const shape = cachedShape(id);
+    const shape = shapes.get(id);
     const version = shape?.manifest.version ?? 0;
     if (version === (versions[id] ?? 0)) continue;
     versions[id] = version;
@@ -164,7 +163,7 @@ function tellShapes() {
 function tellStatus() {
   if (silent) return;
   const now = events[told - 1]?.t ?? 0;
-  const waiting = session.photos.filter((p) => p.received <= now && !(p.placedAt <= now)).length;
+  const waiting = session.photos.filter((p) => p.received <= now && p.placedAt > now).length;
   tell({
     type: 'status', backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
     processes: ['ingest', 'features-1', 'retrieval', 'matching-1', 'mapper-1', 'mapper-2', 'merger'].map((instance, i) => ({
@@ -172,6 +171,7 @@ function tellStatus() {
   });
 }
 advance();
+makeShapes();
 setInterval(advance, 50);
 setInterval(tellShapes, 1000);
 setInterval(tellStatus, 1000);

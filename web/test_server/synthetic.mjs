@@ -96,7 +96,7 @@ function poseIn(frameFromWorld, photo) {
   return [...camFromFrame, ...sim.scaled(sim.rotate(camFromFrame, centre), -1)];
 }
 
-export function makeSession({ photosEach = 24, numPoints = 60000, seed = 1, startUtime = 1_790_000_000_000_000, gps = false } = {}) {
+export function makeSession({ photosEach = 24, numPoints = 30000, seed = 1, startUtime = 1_790_000_000_000_000, gps = false } = {}) {
   const random = randomOf(seed);
   const points = makePoints(random, numPoints);
   const photos = [];
@@ -222,7 +222,12 @@ export function shapeAt(session, submap, utime) {
   if (of.length < 2) return null;
   const frame = session.frames[submap];
   const seen = new Map(); // point -> photos
-  for (const photo of of) for (const i of photo.seen.keys()) seen.set(i, [...(seen.get(i) ?? []), photo.id]);
+  for (const photo of of) {
+    for (const i of photo.seen.keys()) {
+      if (!seen.has(i)) seen.set(i, []);
+      seen.get(i).push(photo.id);
+    }
+  }
   const shown = [...seen].filter(([i, by]) => by.length >= 2 && (i * 2654435761) % 100 < 70);
   const kPart = 8192;
   const chunks = [];

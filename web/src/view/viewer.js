@@ -7,7 +7,7 @@ import { pointOf } from '../chunk.js';
 import { quantile } from '../frames.js';
 import { uprightFromStored } from '../orientation.js';
 import * as sim from '../similarity.js';
-import { Controls } from './controls.js';
+import { axesOf, Controls } from './controls.js';
 import { Frusta, Segments } from './lines.js';
 import { ChunkPoints, pointMaterial, pointPickMaterial, pointUniforms } from './points.js';
 
@@ -21,7 +21,7 @@ export class Viewer {
     this.on = on;
     this.reducedMotion = reducedMotion;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
-    this.camera = new PerspectiveCamera(50, 1, 0.01, 1000);
+    this.camera = new PerspectiveCamera(42, 1, 0.01, 1000);
     this.scene = new Scene();
     this.controls = new Controls(canvas, this.camera, {
       change: () => this.draw(),
@@ -43,8 +43,9 @@ export class Viewer {
     this.scene.add(this.grid, this.frusta.lines, this.frusta.fill, this.links, this.measure);
     this.pictures = new Map(); // role -> {image, mesh}
     this.cameras = []; // as set, with places in the submaps' frames
-    this.pointPx = 2.5;
+    this.pointPx = 0; // 0: by how many there are
     this.cameraScale = 1;
+    this.cameraBase = 0.42;
     this.budget = 2_000_000;
     this.framesDrawn = 0;
     this.loader = new TextureLoader();
@@ -105,7 +106,7 @@ export class Viewer {
     const moving = this.moveSubmaps(dt);
     if (moving || this.camerasChanged) this.placeCameras();
     this.shared.uReference.value = this.controls.now.distance;
-    this.shared.uPixels.value = this.pointPx * this.size.ratio;
+    this.shared.uPixels.value = this.autoPointPx * this.size.ratio;
     this.shared.uSmallest.value = this.size.ratio;
     this.frusta.uniforms.uScale.value = this.cameraScale;
     this.renderer.render(this.scene, this.camera);
@@ -325,7 +326,7 @@ export class Viewer {
     for (const camera of this.cameras) {
       const place = this.placeOf(camera.submap);
       if (!place) continue;
-      const depth = camera.emphasis ? 0.62 : 0.42;
+      const depth = this.cameraBase * (camera.emphasis ? 1.45 : 1);
       const entry = {
         image: camera.image,
         centre: sim.apply(place, camera.centre),
@@ -465,29 +466,58 @@ export class Viewer {
     return { points: all, cameras };
   }
 
+  // From as near as possible so that nearly all of it is seen.
   fit({ keepDirection = true } = {}) {
     const { points, cameras } = this.extent();
     if (points.length + cameras.length === 0) return false;
-    const low = [];
-    const high = [];
-    for (let k = 0; k < 3; ++k) {
-      const along = points.map((p) => p[k]);
-      const of = cameras.map((p) => p[k]);
-      low.push(Math.min(...(along.length ? [quantile(along, 0.04)] : []), ...(of.length ? [quantile(of, 0.02)] : [])));
-      high.push(Math.max(...(along.length ? [quantile(along, 0.96)] : []), ...(of.length ? [quantile(of, 0.98)] : [])));
-    }
-    const middle = low.map((v, k) => (v + high[k]) / 2);
-    const radius = Math.max(0.5 * sim.distance(low, high), 1.5);
-    const { width, height } = this.free;
-    const half = (this.camera.fov * Math.PI) / 360;
-    const perHeight = Math.tan(half) * Math.min(1, width / height) * (height / this.size.height);
-    this.controls.goTo({
-      target: middle,
-      distance: Math.min((0.86 * radius) / perHeight, 4000),
-      ...(keepDirection ? {} : { yaw: 0.6, pitch: 0.5 }),
+    const { controls } = this;
+    const direction = keepDirection ? { yaw: controls.goal.yaw, pitch: controls.goal.pitch } : this.bestDirection();
+    const all = points.concat(cameras);
+    const middle = [0, 1, 2].map((k) => {
+      const [of, along] = [cameras.map((p) => p[k]), points.map((p) => p[k])];
+      const low = Math.min(...(along.length ? [quantile(along, 0.04)] : []), ...(of.length ? [quantile(of, 0.02)] : []));
+      const high = Math.max(...(along.length ? [quantile(along, 0.96)] : []), ...(of.length ? [quantile(of, 0.98)] : []));
+      return (low + high) / 2;
     });
-    this.setGridReach(1.2 * radius + 3);
+    const { right, up, forward } = axesOf({ ...direction, distance: 1 });
+    const half = Math.tan((this.camera.fov * Math.PI) / 360) * 0.92;
+    const tanX = half * (this.free.width / this.size.height);
+    const tanY = half * (this.free.height / this.size.height);
+    const needed = all.map((p) => {
+      const v = sim.subtract(p, middle);
+      const along = (axis) => sim.dot(v, [axis.x, axis.y, axis.z]);
+      return Math.max(Math.abs(along(right)) / tanX, Math.abs(along(up)) / tanY) - along(forward);
+    });
+    controls.goTo({ target: middle, distance: Math.min(Math.max(quantile(needed, 0.97), 2), 4000), ...direction });
+    this.setGridReach(1.1 * quantile(all.map((p) => sim.distance(p, middle)), 0.97) + 3);
     return true;
+  }
+
+  // As the cameras look, a little from the side and from above; photos of an object all around have no such direction.
+  bestDirection() {
+    let mean = [0, 0, 0];
+    for (const { submap, worldFromCam } of this.cameras) {
+      const goal = this.submaps.get(submap)?.goal;
+      if (goal) mean = sim.add(mean, sim.scaled(sim.rotate(sim.multiply(goal.q, worldFromCam), [0, 0, 1]), 1 / this.cameras.length));
+    }
+    const level = Math.hypot(mean[0], mean[2]);
+    const fromAbove = mean[1] < -0.6;
+    return { yaw: level > 0.25 ? Math.atan2(-mean[0], -mean[2]) + 0.45 : 0.6, pitch: fromAbove ? 0.95 : 0.45 };
+  }
+
+  // Cameras are as large as a step between photos, and large enough to be seen in the whole.
+  setCameraBase(base) {
+    if (Math.abs(base - this.cameraBase) < 0.1 * base) return;
+    this.cameraBase = base;
+    this.camerasChanged = true;
+    this.draw();
+  }
+
+  // Points that touch each other where the picture is full of them.
+  get autoPointPx() {
+    if (this.pointPx) return this.pointPx;
+    const perPoint = (this.free.width * this.free.height) / Math.max(this.numPointsShown ?? 1, 1);
+    return Math.min(4, Math.max(2, 0.8 * Math.sqrt(perPoint)));
   }
 
   // From behind and above a camera, along its view.
@@ -566,7 +596,7 @@ export class Viewer {
     const clear = renderer.getClearColor(new Color());
     // Points are as large as on the screen, in a picture of as many pixels as CSS has.
     const { uPixels, uSmallest } = this.shared;
-    [uPixels.value, uSmallest.value] = [this.pointPx, 1];
+    [uPixels.value, uSmallest.value] = [this.autoPointPx, 1];
     renderer.setRenderTarget(this.pickTarget);
     renderer.setClearColor(0x000000, 0);
     renderer.clear();
@@ -575,7 +605,7 @@ export class Viewer {
     renderer.readRenderTargetPixels(this.pickTarget, 0, 0, kPickPx, kPickPx, bytes);
     renderer.setRenderTarget(null);
     renderer.setClearColor(clear, 1);
-    [uPixels.value, uSmallest.value] = [this.pointPx * this.size.ratio, this.size.ratio];
+    [uPixels.value, uSmallest.value] = [this.autoPointPx * this.size.ratio, this.size.ratio];
     for (const [object, visible] of hidden) object.visible = visible;
     for (const [object, material] of restore) {
       object.material = material;
