@@ -1,19 +1,25 @@
-// Bundles the page: node build.mjs [--output DIR]   (default: dist/)
+// Bundles the page: node build.mjs [--output DIR=dist] [--modules DIR=node_modules]
 import { copyFile, mkdir, readFile, rm } from 'node:fs/promises';
+import { createRequire } from 'node:module';
 import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
-import { build } from 'esbuild';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const at = process.argv.indexOf('--output');
-const output = resolve(at > 0 ? process.argv[at + 1] : join(here, 'dist'));
+const { values: options } = parseArgs({
+  options: { output: { type: 'string', default: join(here, 'dist') }, modules: { type: 'string', default: join(here, 'node_modules') } },
+});
+const modules = resolve(options.modules);
+const { build } = createRequire(join(modules, 'any.js'))('esbuild');
+const output = resolve(options.output);
 const assets = join(output, 'assets');
 
 await rm(assets, { recursive: true, force: true });
 await mkdir(assets, { recursive: true });
 await build({
   entryPoints: { page: join(here, 'src/main.js'), style: join(here, 'src/page.css') },
+  nodePaths: [modules],
   bundle: true,
   format: 'esm',
   minify: true,
