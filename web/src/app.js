@@ -19,7 +19,7 @@ import { World } from './world.js';
 
 const kPhonePoints = 500_000;
 const kDefaultPoints = 2_000_000;
-const kFaded = 0.55; // of points that are of now, in a replay
+const kFaded = 0.55; // of points, in a replay, until it is known when each came
 const kUpdateMs = 120;
 
 const isPhone = () => matchMedia('(pointer: coarse)').matches;
@@ -31,6 +31,7 @@ export class App {
     this.session = {};
     this.status = null;
     this.connection = { connected: false, heard: null };
+    this.numConnections = 0;
     this.selection = null;
     this.follow = false;
     this.measuring = null; // points picked so far
@@ -94,8 +95,10 @@ export class App {
         this.changed();
       },
       connection: (connection) => {
+        const again = connection.connected && !this.connection.connected;
         this.connection = connection;
-        if (connection.connected) this.askSession();
+        if (again) this.numConnections++;
+        if (again) this.askSession();
         if (connection.connected && this.feed.synced) this.wantShapes();
         this.changed();
       },
@@ -181,6 +184,7 @@ export class App {
       pick: (hit) => this.picked(hit),
       hover: (hit) => this.hovered(hit),
       drawn: () => this.placeLabels(),
+      resized: () => this.resized(),
     }, { reducedMotion });
     this.viewer.setBudget(this.maxPoints);
     this.world = new World(this.viewer, this.timeline);
@@ -226,7 +230,9 @@ export class App {
     const cameras = this.world.showCameras({ theme: this.theme, selected, newest: this.newest });
     this.viewer.setCameraBase(this.world.cameraBase());
     this.world.showTints(this.theme, this.tintMaps);
-    this.viewer.setFaded(this.timeline.isLive ? 0 : kFaded);
+    const ranking = this.world.showRanks();
+    this.viewer.setFaded(ranking ? kFaded : 0);
+    if (ranking) setTimeout(() => this.changed(), 0);
     if (selected) this.world.showLinks(selected, rgb(kMark[this.theme]));
     else this.viewer.setLinks([]);
     this.showPictures(view);
@@ -289,6 +295,10 @@ export class App {
     Object.assign(this, { fittedCameras: cameras, fittedPoints: points, fittedMaps: this.world.measures.size });
     if (turn) this.turnedCameras = cameras;
     this.viewer.fit({ keepDirection: !turn });
+  }
+
+  resized() {
+    if (this.fittedCameras && !this.viewer.controls.moved && !this.follow) this.viewer.fit();
   }
 
   // ---- selecting
@@ -685,7 +695,7 @@ export class App {
     const { counts, notPlaced } = summarize(shown);
     return {
       session: this.feed.sessionId, head: live.head, shownHead: shown.head, isLive: this.timeline.isLive,
-      connected: this.connection.connected, synced: this.feed.synced, counts, notPlaced,
+      connected: this.connection.connected, connections: this.numConnections, synced: this.feed.synced, counts, notPlaced,
       agents: [...shown.agents.values()].map((a) => ({ name: a.name, sent: a.sent })),
       submaps: liveSubmaps(shown).map((s) => ({ id: s.id, registered: s.numRegistered, state: s.state })),
       merges: [...shown.merges.values()].map(({ source, target, state }) => ({ source, target, state })),

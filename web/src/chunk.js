@@ -1,4 +1,4 @@
-// A chunk of a submap's points, as the server sends it (docs/web_protocol.md). Little endian.
+// A chunk of a submap's points, as skein-web sends it (its README has the layout). Little endian.
 const kHeaderBytes = 48;
 const kPointBytes = 10;
 export const kMaxChunkPoints = 16384;

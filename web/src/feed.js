@@ -195,11 +195,12 @@ export class Feed {
   // Until nothing is left of what the ledger has. Facts that make no event leave gaps between seqs.
   async pullRange(session) {
     while (this.covered < this.known) {
-      const { head, events } = await this.get(`/api/events?from=${this.covered + 1}`);
+      const { head, next, events } = await this.get(`/api/events?from=${this.covered + 1}`);
       if (session !== this.sessionId) return true;
       this.noteHeard();
       this.handOn(events);
-      if (events.length === 0) this.covered = Math.max(this.covered, head);
+      if (next > this.covered + 1) this.covered = next - 1;
+      else if (events.length === 0) this.covered = Math.max(this.covered, head);
       this.known = Math.max(this.known, head);
     }
     return false;

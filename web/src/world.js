@@ -3,6 +3,7 @@
 import { agentColour, mapColour, rgb } from './colours.js';
 import { heirOf, liveSubmaps, placeOf } from './fold.js';
 import { joined, measureSubmap, sideBySide } from './frames.js';
+import { prepareCameras, ranksOf } from './reveal.js';
 import * as sim from './similarity.js';
 
 const kMeasureAgain = 1.6; // times as many photos
@@ -183,6 +184,32 @@ export class World {
     }
     this.viewer.setCameras(cameras);
     return cameras;
+  }
+
+  // The points of an earlier time. Ranks are computed a chunk at a time; returns whether some are still to come.
+  showRanks() {
+    const { timeline, viewer } = this;
+    let left = false;
+    for (const [id, { manifest, cameras }] of this.shapes) {
+      if (timeline.isLive) {
+        viewer.setRank(id, null);
+        continue;
+      }
+      const order = [...cameras.keys()]
+        .map((image) => ({ image, t: timeline.live.photos.get(image)?.firstPlaced || Infinity }))
+        .sort((a, b) => a.t - b.t);
+      const [points] = viewer.unranked(id);
+      if (points) {
+        if (this.prepared?.manifest !== manifest) {
+          const inOrder = order.map(({ image }) => cameras.get(image));
+          this.prepared = { manifest, cameras: prepareCameras(inOrder, viewer.samplePoints(id, 4000)) };
+        }
+        points.setRanks(ranksOf(points.chunk, this.prepared.cameras, points.shown));
+        left ||= viewer.unranked(id).length > 0;
+      }
+      viewer.setRank(id, order.filter(({ t }) => t <= timeline.utime).length);
+    }
+    return left;
   }
 
   showTints(theme, wanted) {

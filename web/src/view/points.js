@@ -13,6 +13,8 @@ const kSize = /* glsl */ `
 const kVertex = /* glsl */ `
   ${kSize}
   attribute vec4 colour; // quality in w
+  attribute float rank;  // 0 where it was not computed
+  uniform float uRank;
   uniform vec3 uTint;
   uniform float uTintShare;
   uniform vec3 uPaper;
@@ -20,7 +22,7 @@ const kVertex = /* glsl */ `
   varying vec3 vColour;
   void main() {
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
-    gl_Position = projectionMatrix * seen;
+    gl_Position = rank > uRank ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
     gl_PointSize = sizeAt(-seen.z);
     float grey = dot(colour.rgb, vec3(0.299, 0.587, 0.114));
     vec3 tinted = mix(colour.rgb, uTint * (0.35 + 0.9 * grey), uTintShare);
@@ -39,11 +41,12 @@ const kFragment = /* glsl */ `
 
 const kPickVertex = /* glsl */ `
   ${kSize}
-  uniform float uBase;
+  attribute float rank;
+  uniform float uBase, uRank;
   varying vec4 vId;
   void main() {
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
-    gl_Position = projectionMatrix * seen;
+    gl_Position = rank > uRank ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
     gl_PointSize = max(sizeAt(-seen.z), 3.0);
     uint id = uint(uBase) + uint(gl_VertexID);
     vId = vec4(float(id & 255u), float((id >> 8) & 255u), float((id >> 16) & 255u), float((id >> 24) & 255u)) / 255.0;
@@ -59,6 +62,8 @@ const kPickFragment = /* glsl */ `
   }
 `;
 
+export const kAll = 1e6; // a rank above all
+
 // What all points share.
 export function pointUniforms() {
   return {
@@ -69,7 +74,7 @@ export function pointUniforms() {
 
 export function pointMaterial(shared) {
   return new ShaderMaterial({
-    uniforms: { ...shared, uTint: { value: new Vector3(1, 1, 1) }, uTintShare: { value: 0 } },
+    uniforms: { ...shared, uTint: { value: new Vector3(1, 1, 1) }, uTintShare: { value: 0 }, uRank: { value: kAll } },
     vertexShader: kVertex,
     fragmentShader: kFragment,
   });
@@ -77,7 +82,7 @@ export function pointMaterial(shared) {
 
 export function pointPickMaterial(shared) {
   return new ShaderMaterial({
-    uniforms: { ...shared, uBase: { value: 0 } },
+    uniforms: { ...shared, uBase: { value: 0 }, uRank: { value: kAll } },
     vertexShader: kPickVertex,
     fragmentShader: kPickFragment,
     blending: NoBlending,
@@ -107,6 +112,12 @@ export class ChunkPoints extends Points {
     this.matrix.makeScale(chunk.step, chunk.step, chunk.step).setPosition(...chunk.origin);
     this.matrixWorldNeedsUpdate = true;
     old.dispose();
+  }
+
+  // Points show when their submap's uRank has reached theirs.
+  setRanks(ranks) {
+    this.geometry.setAttribute('rank', new BufferAttribute(ranks, 1));
+    this.chunk.hasRanks = true;
   }
 
   // At most this share of the chunk's points: they are shuffled, so any prefix is a sample.

@@ -9,13 +9,13 @@ import { uprightFromStored } from '../orientation.js';
 import * as sim from '../similarity.js';
 import { axesOf, Controls } from './controls.js';
 import { Frusta, Segments } from './lines.js';
-import { ChunkPoints, pointMaterial, pointPickMaterial, pointUniforms } from './points.js';
+import { ChunkPoints, kAll, pointMaterial, pointPickMaterial, pointUniforms } from './points.js';
 
 const kMoveS = 1.4; // of a submap that changes its place
 const kPickPx = 13; // square around the pointer, odd
 
 export class Viewer {
-  // on: {pick(hit), hover(hit), drawn(), moved()}; a hit is {image}, {submap, chunk, index, point} or null
+  // on: {pick(hit), hover(hit), drawn(), resized()}; a hit is {image}, {submap, chunk, index, point} or null
   constructor(canvas, on, { reducedMotion = () => false } = {}) {
     this.canvas = canvas;
     this.on = on;
@@ -68,26 +68,8 @@ export class Viewer {
     this.camera.aspect = width / height;
     this.size = { width, height, ratio };
     for (const lines of [this.frusta, this.links, this.measure, this.grid]) lines.resize(width, height, ratio);
-    this.shift();
+    this.on.resized();
     this.draw();
-  }
-
-  // The part of the canvas that panels leave free, in CSS pixels from each side: what is looked at is in its middle.
-  setInsets(insets) {
-    this.insets = insets;
-    this.shift();
-    this.draw();
-  }
-
-  shift() {
-    const { width, height } = this.size ?? {};
-    if (!width) return;
-    const { left = 0, right = 0, top = 0, bottom = 0 } = this.insets ?? {};
-    const dx = (right - left) / 2;
-    const dy = (bottom - top) / 2;
-    if (dx === 0 && dy === 0) this.camera.clearViewOffset();
-    else this.camera.setViewOffset(width, height, dx, dy, width, height);
-    this.free = { width: Math.max(width - left - right, 80), height: Math.max(height - top - bottom, 80) };
   }
 
   // Asks for one frame. A hidden page draws nothing, and draws when it is seen again.
@@ -179,6 +161,7 @@ export class Viewer {
       group.matrixAutoUpdate = false;
       group.visible = !this.hidePoints;
       submap = { group, material: pointMaterial(this.shared), chunks: new Map(), place: null, move: null };
+      group.userData.uRank = submap.material.uniforms.uRank;
       this.submaps.set(id, submap);
       this.scene.add(group);
     }
@@ -241,6 +224,20 @@ export class Viewer {
         this.numPointsShown += points.shown;
       }
     }
+  }
+
+  // Of a replay: only points up to this rank; null: all.
+  setRank(id, rank) {
+    const { uRank } = this.submap(id).material.uniforms;
+    const value = rank ?? kAll;
+    if (uRank.value === value) return;
+    uRank.value = value;
+    this.draw();
+  }
+
+  // Chunks whose points have no ranks yet.
+  unranked(id) {
+    return [...(this.submaps.get(id)?.chunks.values() ?? [])].filter((points) => !points.chunk.hasRanks);
   }
 
   setTint(id, colour, share) {
@@ -480,10 +477,9 @@ export class Viewer {
       return (low + high) / 2;
     });
     const { right, up, forward } = axesOf({ ...direction, distance: 1 });
-    const half = Math.tan((this.camera.fov * Math.PI) / 360) * 0.92;
-    const tanX = half * (this.free.width / this.size.height);
-    const tanY = half * (this.free.height / this.size.height);
-    const needed = all.map((p) => {
+    const tanY = Math.tan((this.camera.fov * Math.PI) / 360) * 0.92;
+    const tanX = tanY * this.camera.aspect;
+        const needed = all.map((p) => {
       const v = sim.subtract(p, middle);
       const along = (axis) => sim.dot(v, [axis.x, axis.y, axis.z]);
       return Math.max(Math.abs(along(right)) / tanX, Math.abs(along(up)) / tanY) - along(forward);
@@ -516,7 +512,7 @@ export class Viewer {
   // Points that touch each other where the picture is full of them.
   get autoPointPx() {
     if (this.pointPx) return this.pointPx;
-    const perPoint = (this.free.width * this.free.height) / Math.max(this.numPointsShown ?? 1, 1);
+    const perPoint = (this.size.width * this.size.height) / Math.max(this.numPointsShown ?? 1, 1);
     return Math.min(4, Math.max(2, 0.8 * Math.sqrt(perPoint)));
   }
 
@@ -556,15 +552,10 @@ export class Viewer {
     if (!this.size || x < 0 || y < 0 || x > this.size.width || y > this.size.height) return null;
     if (this.camerasChanged) this.placeCameras();
     const { width, height } = this.size;
-    const { camera, renderer } = this;
-    const view = camera.view ? { ...camera.view } : null;
     const half = (kPickPx - 1) / 2;
-    const dx = view?.enabled ? view.offsetX : 0;
-    const dy = view?.enabled ? view.offsetY : 0;
-    camera.setViewOffset(width, height, dx + x - half, dy + y - half, kPickPx, kPickPx);
-    const ids = this.drawIds(renderer);
-    if (view?.enabled) camera.setViewOffset(view.fullWidth, view.fullHeight, view.offsetX, view.offsetY, view.width, view.height);
-    else camera.clearViewOffset();
+    this.camera.setViewOffset(width, height, x - half, y - half, kPickPx, kPickPx);
+    const ids = this.drawIds(this.renderer);
+    this.camera.clearViewOffset();
     return this.nearestHit(ids);
   }
 
@@ -586,6 +577,7 @@ export class Viewer {
         points.material = this.pointPick;
         points.onBeforeRender = () => {
           this.pointPick.uniforms.uBase.value = own;
+          this.pointPick.uniforms.uRank.value = points.parent.userData.uRank.value;
           this.pointPick.uniformsNeedUpdate = true;
         };
       }
