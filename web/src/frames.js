@@ -1,7 +1,7 @@
 // Where each submap stands on the screen. Its own frame has any origin, direction and scale; the display's frame has
 // +y up and the same size of a step between photos for each submap. Pure functions.
 import {
-  add, apply, compose, distance, dot, eigenSymmetric, fitSimilarity, rotate, rotationBetween, scaled, subtract, unit,
+  add, apply, compose, distance, dot, eigenSymmetric, fitSimilarity, multiply, rotate, rotationBetween, scaled, subtract, unit,
 } from './similarity.js';
 
 export function median(values) {
@@ -62,7 +62,8 @@ export function georeference(photos) {
 }
 
 // What decides how a submap is shown. `photos`: [{centre, worldFromCam, gps?}], `points`: a sample of its points.
-export function measureSubmap(photos, points) {
+// `before`: of the same submap, whose heading is kept.
+export function measureSubmap(photos, points, before = null) {
   const geo = georeference(photos.filter((p) => p.gps));
   const up = geo ? rotate(invertRotation(geo.localFromSubmap.q), [0, 1, 0]) : guessUp(photos);
   const centres = photos.map((p) => p.centre);
@@ -75,7 +76,13 @@ export function measureSubmap(photos, points) {
     .filter((d) => d > 0 && Number.isFinite(d));
   const reach = quantile(all.concat(centres).map((p) => distance(p, middle)), 0.9);
   const step = median(steps) || reach / 4 || 1;
-  return { up, middle, step, reach, geo, floor: quantile(all.map((p) => dot(p, up)), 0.03) };
+  return { up, middle, step, reach, geo, heading: before?.heading ?? meanView(photos), floor: quantile(all.map((p) => dot(p, up)), 0.03) };
+}
+
+// Where the cameras look on average, in the submap's frame; zero where they look all around.
+function meanView(photos) {
+  const mean = scaled(photos.reduce((sum, p) => add(sum, rotate(p.worldFromCam, [0, 0, 1])), [0, 0, 0]), 1 / photos.length);
+  return Math.hypot(...mean) > 0.25 ? mean : [0, 0, 0];
 }
 
 const invertRotation = ([w, x, y, z]) => [w, -x, -y, -z];
@@ -87,12 +94,20 @@ export function quantile(values, f) {
 }
 
 // The submap on its own: up is +y, a step between photos is 1, its middle over the origin and its floor at y = 0.
-// With a georeference north is -z.
-export function standing({ up, middle, step, floor, geo }) {
-  const q = geo ? geo.localFromSubmap.q : rotationBetween(up, [0, 1, 0]);
+// With a georeference north is -z, else that is where its cameras look.
+export function standing({ up, middle, step, floor, geo, heading }) {
+  const q = geo ? geo.localFromSubmap.q : facingAway(rotationBetween(up, [0, 1, 0]), heading);
   const s = 1 / step;
   const at = scaled(rotate(q, middle), s);
   return { s, q, t: [-at[0], -floor * s, -at[2]] };
+}
+
+// Turned about y so that `heading` goes to -z.
+function facingAway(q, heading) {
+  const [x, , z] = rotate(q, heading);
+  if (Math.hypot(x, z) < 0.05) return q;
+  const angle = Math.atan2(x, -z);
+  return multiply([Math.cos(angle / 2), 0, Math.sin(angle / 2), 0], q);
 }
 
 // display_from_submap of each submap, side by side along +x from the first one. `submaps`: [{id, measure}], the one

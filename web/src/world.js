@@ -109,7 +109,7 @@ export class World {
       if (again && count >= 2) {
         const photos = this.photosOf(submap);
         if (photos.length >= 2) {
-          const measure = measureSubmap(photos, points);
+          const measure = measureSubmap(photos, points, known?.measure);
           this.measures.set(submap.id, { measure, photos: photos.length, points: points.length });
         }
       }

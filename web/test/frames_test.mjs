@@ -90,6 +90,8 @@ test('A submap stands upright on the floor, a step between photos is one, and ot
     steps.sort((a, b) => a - b);
     assert.ok(Math.abs(steps[5] - 1) < 0.35, `a step of ${steps[5]}`);
     assert.ok(degreesBetween(sim.rotate(sim.multiply(place.q, session.frames[id].q), [0, 0, 1]), [0, 1, 0]) < 12);
+    const views = photos.map((p) => sim.rotate(sim.multiply(place.q, p.worldFromCam), [0, 0, 1])).reduce(sim.add);
+    assert.ok(degreesBetween([views[0], 0, views[2]], [0, 0, -1]) < 1, 'cameras look away from the viewer');
   }
   const reach = (id) => submaps[id - 1].points.map((p) => sim.apply(places.get(id), p)[0]);
   const sorted = (v) => v.sort((a, b) => a - b);

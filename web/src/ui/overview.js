@@ -1,7 +1,7 @@
 // Agents, pace, backlog, processes, downloads.
 import { agentColour } from '../colours.js';
 import { percentile } from '../fold.js';
-import { ago, bytes, groups, plural, seconds } from '../words.js';
+import { ago, bytes, clock, groups, plural, seconds } from '../words.js';
 import { h, icon, keyed, setText } from './dom.js';
 import { Plot, runningMedian } from './plots.js';
 
@@ -80,7 +80,7 @@ export class Overview {
       bar.firstChild.style.width = `${(100 * placed) / Math.max(a.sent, 1)}%`;
       bar.firstChild.style.background = agentColour(view.theme, a.index);
       setText(value, `${groups(placed)} of ${groups(a.sent)} placed`);
-      setText(last, `last photo ${ago((view.utimeNow - a.last) / 1e6)}`);
+      setText(last, `last photo ${view.session.live === false ? clock(a.last) : ago((view.utimeNow - a.last) / 1e6)}`);
     });
     if (agents.length === 0 && !this.agents.firstChild) {
       this.agents.append(h('li', { className: 'muted' }, 'No agent has sent a photo yet.'));
@@ -112,7 +112,7 @@ export class Overview {
     const series = steps.map(([x, d]) => ({ x, y: (count += d) }));
     this.backlog.set(series.length > kBacklogKept ? series.filter((_, i) => i % Math.ceil(series.length / kBacklogKept) === 0) : series);
     setText(this.backlogTop, this.backlog.highest);
-    this.stages.hidden = !view.status?.backlog || !view.timeline.isLive;
+    this.stages.hidden = !view.status?.backlog || !view.timeline.isLive || view.session.live === false;
     for (const [key, value] of this.stageValues) setText(value, groups(view.status?.backlog?.[key] ?? 0));
   }
 

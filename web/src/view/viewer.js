@@ -479,12 +479,13 @@ export class Viewer {
     const { right, up, forward } = axesOf({ ...direction, distance: 1 });
     const tanY = Math.tan((this.camera.fov * Math.PI) / 360) * 0.92;
     const tanX = tanY * this.camera.aspect;
-        const needed = all.map((p) => {
+        const needed = (p) => {
       const v = sim.subtract(p, middle);
       const along = (axis) => sim.dot(v, [axis.x, axis.y, axis.z]);
       return Math.max(Math.abs(along(right)) / tanX, Math.abs(along(up)) / tanY) - along(forward);
-    });
-    controls.goTo({ target: middle, distance: Math.min(Math.max(quantile(needed, 0.97), 2), 4000), ...direction });
+    };
+    const distance = Math.max(quantile(points.map(needed), 0.95), quantile(cameras.map(needed), 0.99) + this.cameraBase, 2);
+    controls.goTo({ target: middle, distance: Math.min(distance, 4000), ...direction });
     this.setGridReach(1.1 * quantile(all.map((p) => sim.distance(p, middle)), 0.97) + 3);
     return true;
   }
@@ -497,8 +498,10 @@ export class Viewer {
       if (goal) mean = sim.add(mean, sim.scaled(sim.rotate(sim.multiply(goal.q, worldFromCam), [0, 0, 1]), 1 / this.cameras.length));
     }
     const level = Math.hypot(mean[0], mean[2]);
-    const fromAbove = mean[1] < -0.6;
-    return { yaw: level > 0.25 ? Math.atan2(-mean[0], -mean[2]) + 0.45 : 0.6, pitch: fromAbove ? 0.95 : 0.45 };
+    const pitch = mean[1] < -0.6 ? 0.95 : 0.45;
+    // Maps stand side by side along x.
+    if (new Set(this.cameras.map((c) => c.submap)).size > 1) return { yaw: 0.15, pitch };
+    return { yaw: level > 0.25 ? Math.atan2(-mean[0], -mean[2]) + 0.4 : 0.6, pitch };
   }
 
   // Cameras are as large as a step between photos, and large enough to be seen in the whole.
