@@ -14,10 +14,10 @@ const kArguments = [
   '--disable-background-networking', '--disable-component-update', '--disable-sync',
 ];
 
-export async function openBrowser({ width = 1280, height = 800, theme = 'dark', reducedMotion = null } = {}) {
+export async function openBrowser({ width = 1280, height = 800, theme = 'dark', reducedMotion = null, more = [] } = {}) {
   const profile = mkdtempSync(join(tmpdir(), 'skein_page.'));
   const context = await chromium.launchPersistentContext(profile, {
-    executablePath: process.env.CHROMIUM, headless: true, args: kArguments, viewport: { width, height }, colorScheme: theme, reducedMotion,
+    executablePath: process.env.CHROMIUM, headless: true, args: kArguments.concat(more), viewport: { width, height }, colorScheme: theme, reducedMotion,
     hasTouch: width < 760, isMobile: width < 760,
   });
   const page = context.pages()[0] ?? (await context.newPage());
@@ -34,7 +34,7 @@ export async function openBrowser({ width = 1280, height = 800, theme = 'dark', 
   });
   page.on('console', (m) => {
     // A refused connection or a 404 is the server's; the page has to cope, and the tests look whether it does.
-    if (m.type() === 'error' && !/Failed to load resource|WebSocket connection/.test(m.text())) faults.push(`console: ${m.text()}`);
+    if (m.type() === 'error' && !/Failed to load resource|WebSocket connection|Error creating WebGL context/.test(m.text())) faults.push(`console: ${m.text()}`);
   });
   return {
     page,
@@ -53,8 +53,10 @@ export async function openBrowser({ width = 1280, height = 800, theme = 'dark', 
       return assert.fail(`not within ${deadlineS} s: ${what}; the page: ${JSON.stringify({ ...state, cameras: state?.cameras?.length })}`);
     },
     // The view has come to rest: nothing was drawn for half a second.
-    rest: async () => {
+    rest: async (deadlineS = 60) => {
+      const end = Date.now() + deadlineS * 1000;
       for (let last = -1, now = 0; last !== now; ) {
+        assert.ok(Date.now() < end, `the page draws without end: ${now} frames`);
         last = now;
         await new Promise((r) => setTimeout(r, 500));
         now = await page.evaluate(() => window.skein.state().framesDrawn);

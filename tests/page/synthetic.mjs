@@ -166,6 +166,44 @@ const cases = {
     }
   },
 
+  async 'distances: within a map, in metres where GPS tells, and none between maps'({ browser, start }) {
+    const server = await start('--at', 'end', '--gps');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', (s) => s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
+    await browser.rest();
+    await page.locator('#tool_measure').click();
+    // The two doors of the outer houses are 27 m apart: any two points of the picture are less than 60 m.
+    const box = await page.locator('#canvas').boundingBox();
+    const points = await page.evaluate(() => {
+      const found = [];
+      for (let x = 150; x < 850; x += 9) {
+        for (let y = 250; y < 600; y += 9) {
+          const hit = window.skein.pickAt(x, y);
+          if (hit?.chunk) found.push({ x, y });
+        }
+      }
+      return [found[0], found[found.length - 1]];
+    });
+    for (const { x, y } of points) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('.measure_label').filter({ hasText: /m \(scale from GPS\)/ }).waitFor();
+    const metres = parseFloat(await page.locator('.measure_label').innerText());
+    assert.ok(metres > 5 && metres < 60, `${metres} m`);
+    server.stop();
+    return server.url;
+  },
+
+  async 'without WebGL the panels work, and it is said'({ openOther, url }) {
+    const browser = await openOther({ more: ['--disable-3d-apis'] });
+    await browser.page.goto(url);
+    await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
+    await browser.page.locator('#notice').filter({ hasText: 'No 3D' }).waitFor();
+    await browser.page.locator('#tab_unplaced').click();
+    assert.equal(await browser.page.locator('.unplaced_list li').count(), 4);
+    expectClean(browser, url);
+    await browser.close();
+  },
+
   async 'a phone: nothing is cut off, the panels are a sheet'({ openPhone, url }) {
     const browser = await openPhone();
     const { page } = browser;
@@ -201,7 +239,7 @@ for (const [name, run] of Object.entries(cases)) {
   const browser = await openBrowser();
   const began = Date.now();
   try {
-    const url = (await run({ browser, url: still.url, start: startServer, openPhone: () => openBrowser({ width: 360, height: 740, theme: 'light' }) })) ?? still.url;
+    const url = (await run({ browser, url: still.url, start: startServer, openOther: openBrowser, openPhone: () => openBrowser({ width: 360, height: 740, theme: 'light' }) })) ?? still.url;
     if (browser.hosts.size > 0) expectClean(browser, url);
     console.log(`ok: ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
   } catch (error) {

@@ -187,6 +187,7 @@ export class App {
       resized: () => this.resized(),
     }, { reducedMotion });
     this.viewer.setBudget(this.maxPoints);
+    if (!this.viewer.renderer) this.notice('No 3D: this browser has no WebGL, or it is switched off. The panels work.');
     this.world = new World(this.viewer, this.timeline);
   }
 
@@ -243,7 +244,6 @@ export class App {
     this.updateLabels(view);
     this.updateEmpty(view);
     this.updateMeasure();
-    this.viewer.draw();
   }
 
   tick() {
@@ -366,7 +366,10 @@ export class App {
       labels.push({ key, className: `photo_label ${key}`, text: photoName(photo.agent, photo.name), image });
     }
     if (selection?.point) labels.push({ key: 'point', className: 'point_mark', text: '', point: this.pointNow(selection) });
-    if (this.measured) labels.push({ key: 'measure', className: 'measure_label', text: this.measureWords(), point: sim.scaled(sim.add(...this.measured), 0.5) });
+    const ends = this.measured ? this.measuredPoints() : [];
+    if (ends.length === 2 && ends.every(Boolean)) {
+      labels.push({ key: 'measure', className: 'measure_label', text: this.measureWords(), point: sim.scaled(sim.add(...ends), 0.5) });
+    }
     this.labels = labels;
     keyed(byId('labels'), labels, (l) => l.key, (l) => h('span', { className: l.className }), (element, l) => {
       element.className = l.className;
@@ -442,28 +445,46 @@ export class App {
     this.changed();
   }
 
+  // A point is kept in its submap's frame: it stays on its map, wherever that goes.
   measurePick(hit) {
-    const point = hit?.point;
-    if (!point) {
+    if (!hit?.own) {
       this.notice('No point there: zoom in and click one of the points.');
       return;
     }
     if (this.measuring.length === 2) this.measuring = [];
-    this.measuring.push(point);
+    const [first] = this.measuring;
+    if (first && first.submap !== hit.submap) {
+      this.notice('That is another map: there is no distance between maps that are not joined. Click a point of the first one.');
+      return;
+    }
+    this.measuring.push({ submap: hit.submap, own: hit.own });
     this.measured = this.measuring.length === 2 ? [...this.measuring] : null;
     this.notice(this.measured ? `${this.measureWords()}. Click again to measure anew.` : 'Click the second point.');
     this.changed();
   }
 
   measureWords() {
-    const units = sim.distance(...this.measured);
-    const geo = this.world.metresPerUnit();
-    if (geo) return `${length(units * geo.metres, true)} (scale from GPS)`;
-    return length(units, false);
+    const [a, b] = this.measured;
+    const own = sim.distance(a.own, b.own);
+    const geo = this.world.measures.get(a.submap)?.measure.geo;
+    if (geo) return `${length(own * geo.localFromSubmap.s, true)} (scale from GPS)`;
+    return length(own * (this.viewer.placeOf(a.submap)?.s ?? 1), false);
+  }
+
+  measuredPoints() {
+    return this.measuring.map(({ submap, own }) => this.viewer.placeOf(submap) && sim.apply(this.viewer.placeOf(submap), own));
   }
 
   updateMeasure() {
-    if (this.measuring) this.viewer.setMeasure(this.measuring, kMark[this.theme]);
+    if (!this.measuring) return;
+    const points = this.measuredPoints();
+    // Their map was joined to another one.
+    if (!points.every(Boolean)) {
+      this.measuring = [];
+      this.measured = null;
+      this.notice('The map of these points has changed: click the first point again.');
+    }
+    this.viewer.setMeasure(points.every(Boolean) ? points : [], kMark[this.theme]);
   }
 
   notice(text) {

@@ -22,9 +22,9 @@ export class Plot {
   // [{x, y}], x ascending. `dots`: each by itself, with the running median as the line.
   set(series, { dots = null } = {}) {
     const all = dots ? dots.concat(series) : series;
-    const highest = Math.max(...all.map((p) => p.y), 1e-9);
-    const from = all.length ? Math.min(...all.map((p) => p.x)) : 0;
-    const to = all.length ? Math.max(...all.map((p) => p.x)) : 1;
+    const highest = all.reduce((m, p) => Math.max(m, p.y), 1e-9);
+    const from = all.reduce((m, p) => Math.min(m, p.x), Infinity);
+    const to = all.reduce((m, p) => Math.max(m, p.x), -Infinity);
     const x = (v) => (to > from ? 2 + ((v - from) / (to - from)) * (kWidth - 4) : kWidth / 2);
     const y = (v) => kHeight - 2 - (v / highest) * (kHeight - 17);
     const path = thinned(series).map((p, i) => `${i ? 'L' : 'M'}${x(p.x).toFixed(1)} ${y(p.y).toFixed(1)}`).join('');

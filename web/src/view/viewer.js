@@ -20,7 +20,7 @@ export class Viewer {
     this.canvas = canvas;
     this.on = on;
     this.reducedMotion = reducedMotion;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    this.renderer = makeRenderer(canvas); // null where the browser has no WebGL: then nothing is drawn
     this.camera = new PerspectiveCamera(42, 1, 0.01, 1000);
     this.scene = new Scene();
     this.controls = new Controls(canvas, this.camera, {
@@ -63,8 +63,8 @@ export class Viewer {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     if (width === 0 || height === 0) return;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    this.renderer.setPixelRatio(ratio);
-    this.renderer.setSize(width, height, false);
+    this.renderer?.setPixelRatio(ratio);
+    this.renderer?.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.size = { width, height, ratio };
     for (const lines of [this.frusta, this.links, this.measure, this.grid]) lines.resize(width, height, ratio);
@@ -91,7 +91,7 @@ export class Viewer {
     this.shared.uPixels.value = this.autoPointPx * this.size.ratio;
     this.shared.uSmallest.value = this.size.ratio;
     this.frusta.uniforms.uScale.value = this.cameraScale;
-    this.renderer.render(this.scene, this.camera);
+    this.renderer?.render(this.scene, this.camera);
     this.framesDrawn++;
     this.on.drawn();
     if (onItsWay || moving) this.draw();
@@ -99,7 +99,7 @@ export class Viewer {
   }
 
   setPaper(colour, gridColour) {
-    this.renderer.setClearColor(new Color(colour), 1);
+    this.renderer?.setClearColor(new Color(colour), 1);
     this.shared.uPaper.value.set(colour).convertLinearToSRGB();
     this.gridColour = gridColour;
     this.layGrid();
@@ -128,6 +128,7 @@ export class Viewer {
   }
 
   setFaded(share) {
+    if (share === this.shared.uFaded.value) return;
     this.shared.uFaded.value = share;
     this.draw();
   }
@@ -242,8 +243,11 @@ export class Viewer {
 
   setTint(id, colour, share) {
     const { uniforms } = this.submap(id).material;
-    uniforms.uTint.value.set(...new Color(colour).convertLinearToSRGB().toArray());
+    const tint = new Color(colour).convertLinearToSRGB().toArray();
+    if (uniforms.uTintShare.value === share && uniforms.uTint.value.toArray().every((v, k) => v === tint[k])) return;
+    uniforms.uTint.value.set(...tint);
     uniforms.uTintShare.value = share;
+    this.draw();
   }
 
   // display_from_submap. From its present place it moves there; one that is new, or far from sight, is put there.
@@ -311,6 +315,7 @@ export class Viewer {
   // [{image, submap, centre, worldFromCam: in the submap's frame, aspect: tan of half the angles, colour: [r, g, b],
   // alpha, emphasis}]
   setCameras(cameras) {
+    if (cameras.length === this.cameras.length && cameras.every((c, i) => isSameCamera(c, this.cameras[i]))) return;
     this.cameras = cameras;
     this.camerasChanged = true;
     this.draw();
@@ -341,6 +346,7 @@ export class Viewer {
 
   // Lines between cameras: [{from, to: image ids, colour: [r, g, b, a]}]
   setLinks(links) {
+    if (JSON.stringify(links) === JSON.stringify(this.wantedLinks ?? [])) return;
     this.wantedLinks = links;
     this.placeLinks();
     this.draw();
@@ -426,6 +432,9 @@ export class Viewer {
       }
     }
     if (points.length === 2) segments.push({ from: points[0], to: points[1], colour: [...rgb, 1] });
+    const key = JSON.stringify(segments);
+    if (key === this.measureKey) return;
+    this.measureKey = key;
     this.measure.set(segments);
     this.draw();
   }
@@ -552,7 +561,7 @@ export class Viewer {
   // ---- picking: ids instead of colours, drawn around the pointer
 
   pickAt(x, y) {
-    if (!this.size || x < 0 || y < 0 || x > this.size.width || y > this.size.height) return null;
+    if (!this.renderer || !this.size || x < 0 || y < 0 || x > this.size.width || y > this.size.height) return null;
     if (this.camerasChanged) this.placeCameras();
     const { width, height } = this.size;
     const half = (kPickPx - 1) / 2;
@@ -668,6 +677,19 @@ export class Viewer {
     return { colours: colours.size, painted: 1 - Math.max(...colours.values()) / n };
   }
 }
+
+function makeRenderer(canvas) {
+  try {
+    return new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+  } catch {
+    return null;
+  }
+}
+
+const equal = (a, b) => a === b || a.every((v, k) => v === b[k]);
+const isSameCamera = (a, b) =>
+  a.image === b.image && a.submap === b.submap && a.emphasis === b.emphasis && a.alpha === b.alpha && equal(a.colour, b.colour) &&
+  equal(a.centre, b.centre) && equal(a.worldFromCam, b.worldFromCam) && equal(a.aspect, b.aspect);
 
 const isSame = (a, b) =>
   Math.abs(a.s - b.s) < 1e-9 * a.s && sim.distance(a.t, b.t) < 1e-9 && a.q.every((v, i) => Math.abs(v - b.q[i]) < 1e-9);
