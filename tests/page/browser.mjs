@@ -34,7 +34,7 @@ export async function openBrowser({ width = 1280, height = 800, theme = 'dark', 
   });
   page.on('console', (m) => {
     // A refused connection or a 404 is the server's; the page has to cope, and the tests look whether it does.
-    if (m.type() === 'error' && !/Failed to load resource|WebSocket connection|Error creating WebGL context/.test(m.text())) faults.push(`console: ${m.text()}`);
+    if (m.type() === 'error' && !/Failed to load resource|WebSocket connection/.test(m.text())) faults.push(`console: ${m.text()}`);
   });
   return {
     page,

@@ -1,11 +1,11 @@
 // The page against its own test server: a session in which everything occurs, and a server that drops, refuses and
-// swallows. node synthetic.mjs SERVER.mjs PAGE_DIR
+// swallows. node synthetic.mjs SERVER.mjs PAGE_DIR [WORDS]: the cases with these words in their names
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { createInterface } from 'node:readline';
 import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
 
-const [serverPath, pageDir] = process.argv.slice(2);
+const [serverPath, pageDir, only = ''] = process.argv.slice(2);
 
 async function startServer(...more) {
   const server = spawn(process.execPath, [serverPath, '--port', '0', '--page', pageDir, ...more], { stdio: ['pipe', 'pipe', 'inherit'] });
@@ -199,8 +199,8 @@ const cases = {
     await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
     await browser.page.locator('#notice').filter({ hasText: 'No 3D' }).waitFor();
     await browser.page.locator('#tab_unplaced').click();
-    assert.equal(await browser.page.locator('.unplaced_list li').count(), 4);
-    expectClean(browser, url);
+    await browser.page.locator('.unplaced_list li').nth(3).waitFor();
+    expectClean({ hosts: browser.hosts, faults: browser.faults.filter((f) => !/WebGL context could not be created/.test(f)) }, url);
     await browser.close();
   },
 
@@ -236,6 +236,7 @@ const cases = {
 const still = await startServer('--at', 'end');
 let failed = 0;
 for (const [name, run] of Object.entries(cases)) {
+  if (!name.includes(only)) continue;
   const browser = await openBrowser();
   const began = Date.now();
   try {
