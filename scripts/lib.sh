@@ -46,6 +46,7 @@ build_jobs() {
 # The COLMAP part to link and what lets ccache serve a second clone from the first one's work.
 export_build_environment() {
   export SKEIN_COLMAP_DIR=${SKEIN_COLMAP_DIR:-$SKEIN_DEPS/colmap}
+  export SKEIN_WEB_MODULES=${SKEIN_WEB_MODULES:-$SKEIN_DEPS/web/node_modules}
   export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$SKEIN_ROOT} CCACHE_NOHASHDIR=1
   # For precompiled headers.
   export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime

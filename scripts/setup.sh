@@ -3,15 +3,18 @@
 #
 #   scripts/setup.sh [--tests]
 #
-#   --tests   also what only the tests use (clang-format, clang-tidy, colmap's command, Xvfb)
+#   --tests   also what only the tests use (clang-format, clang-tidy, colmap's command, Xvfb, Chromium)
 #
 # Packages that are there already are left alone. The part of COLMAP 3.8 that Skein links
-# is built into .deps/ from the Debian source package, once (2 to 5 minutes).
+# is built into .deps/ from the Debian source package, once (2 to 5 minutes). The packages that the live
+# view's page is made of come from npm's registry into .deps/web/; where it cannot be reached, Skein is
+# built without the page.
 #
 # Environment:
 #   SKEIN_DEPS           where to put it instead of .deps/
 #   SKEIN_COLMAP_DIR     an installed COLMAP part: nothing is fetched or built
 #   SKEIN_COLMAP_SOURCE  COLMAP 3.8's unpacked source: nothing is fetched
+#   SKEIN_WEB_MODULES    a node_modules folder with what web/package.json names: nothing is fetched
 source "$(dirname "$0")/lib.sh"
 
 build_packages=(
@@ -43,6 +46,9 @@ find_missing() {
     is_installed "$package" || missing+=("$package")
   done
   command -v javac >/dev/null && command -v jar >/dev/null || missing+=(default-jdk-headless)
+  command -v node >/dev/null || missing+=(nodejs)
+  command -v npm >/dev/null || missing+=(npm)
+  ((!tests)) || command -v chromium >/dev/null || missing+=(chromium)
 }
 
 # Names every package that the configured sources don't have.
@@ -137,16 +143,48 @@ provide_colmap() {
   fi
 }
 
+web_stamp() { cat "$SKEIN_ROOT/web/package-lock.json" <(echo "$tests") | sha256sum | cut -d' ' -f1; }
+
+# three.js, esbuild and, for the tests, playwright-core, as web/package-lock.json names them.
+provide_web_modules() {
+  local web=$SKEIN_DEPS/web omit=(--omit=dev)
+  ((!tests)) || omit=()
+  if [[ -n $given_modules ]]; then
+    [[ -e $given_modules/three/package.json ]] || die "SKEIN_WEB_MODULES: no three in $given_modules"
+    say "using the page's packages in $given_modules"
+    return
+  fi
+  if [[ $(cat "$web/stamp" 2>/dev/null) == "$(web_stamp)" ]]; then
+    say "the page's packages are there"
+    return
+  fi
+  if ! command -v npm >/dev/null || (($(node --version | tr -dc '0-9.' | cut -d. -f1) < 18)); then
+    warn "the live view's page needs npm and node 18 or newer: Skein is built without it"
+    return
+  fi
+  say "getting the page's packages"
+  rm -rf "$web"
+  mkdir -p "$web"
+  cp "$SKEIN_ROOT"/web/package.json "$SKEIN_ROOT"/web/package-lock.json "$SKEIN_ROOT"/web/.npmrc "$web/"
+  if (cd "$web" && npm ci "${omit[@]}" --ignore-scripts --no-audit --no-fund) >"$SKEIN_DEPS/npm.log" 2>&1; then
+    web_stamp >"$web/stamp"
+  else
+    grep -m 3 'npm error' "$SKEIN_DEPS/npm.log" >&2 || tail -n 3 "$SKEIN_DEPS/npm.log" >&2
+    warn "npm's registry cannot be reached ($SKEIN_DEPS/npm.log): Skein is built without the live view's page"
+    rm -rf "$web"
+  fi
+}
+
 require_elsewhere() {
   warn "this is not Debian 12: install yourself what corresponds to ${build_packages[*]}"
   [[ -n ${SKEIN_COLMAP_SOURCE:-} || -e ${SKEIN_COLMAP_DIR:-$SKEIN_DEPS/colmap}/lib/libskein_colmap.a ]] ||
     die "and set SKEIN_COLMAP_SOURCE to COLMAP 3.8's unpacked source (its release tagged 3.8)"
 }
 
-packages=("${build_packages[@]}")
+packages=("${build_packages[@]}") tests=0 given_modules=${SKEIN_WEB_MODULES:-}
 for argument in "$@"; do
   case $argument in
-    --tests) packages+=("${test_packages[@]}") ;;
+    --tests) packages+=("${test_packages[@]}") tests=1 ;;
     -h | --help) print_help; exit 0 ;;
     *) usage_error "unknown option $argument" ;;
   esac
@@ -157,4 +195,5 @@ exec 8>"$SKEIN_DEPS/lock"
 flock 8
 if is_debian_12; then install_packages "${packages[@]}"; else require_elsewhere; fi
 provide_colmap
+provide_web_modules
 say "set-up is complete"

@@ -1,0 +1,253 @@
+// The page against its own test server: a session in which everything occurs, and a server that drops, refuses and
+// swallows. node synthetic.mjs SERVER.mjs PAGE_DIR [WORDS]: the cases with these words in their names
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { createInterface } from 'node:readline';
+import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
+
+const [serverPath, pageDir, only = ''] = process.argv.slice(2);
+
+async function startServer(...more) {
+  const server = spawn(process.execPath, [serverPath, '--port', '0', '--page', pageDir, ...more], { stdio: ['pipe', 'pipe', 'inherit'] });
+  for await (const line of createInterface({ input: server.stdout })) {
+    const url = /^ready (\S+)/.exec(line)?.[1];
+    if (url) return { url, tell: (word) => server.stdin.write(`${word}\n`), stop: () => server.kill() };
+  }
+  return assert.fail('the test server did not start');
+}
+
+const cases = {
+  async 'all of a finished session is shown'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    const state = await browser.until('the map is there', (s) => s.synced && s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
+    assert.deepEqual(state.counts, { received: 49, described: 47, matched: 47, placed: 45, waiting: 0, unplaced: 2, failed: 2 });
+    const shown = await page.locator('#counts dd').allInnerTexts();
+    assert.deepEqual(shown.map(Number).sort((a, b) => a - b), [0, 4, 45, 49]);
+    const pixels = await page.evaluate(() => window.skein.pixels());
+    assert.ok(pixels.painted > 0.03 && pixels.colours > 200, JSON.stringify(pixels));
+    // Nothing changes, so nothing is drawn.
+    await browser.rest();
+    const before = (await browser.state()).framesDrawn;
+    await page.waitForTimeout(1500);
+    assert.ok((await browser.state()).framesDrawn - before <= 3, 'it draws although nothing changes');
+  },
+
+  async 'cameras and points are picked where they are seen'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    const { cameras } = await browser.until('the map is there', (s) => s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
+    await browser.rest();
+    const hits = await page.evaluate((images) => images.filter((image) => {
+      const at = window.skein.project(image);
+      return at && window.skein.pickAt(at.x, at.y)?.image === image;
+    }), cameras);
+    assert.ok(hits.length > 0.5 * cameras.length, `only ${hits.length} of ${cameras.length} cameras are found where they are seen`);
+    const box = await page.locator('#canvas').boundingBox();
+    const at = await page.evaluate((image) => window.skein.project(image), hits[0]);
+    await page.mouse.click(box.x + at.x, box.y + at.y);
+    await browser.until('the clicked camera is selected', (s) => s.selection?.image === hits[0]);
+    assert.match(await page.locator('.inspect').innerText(), /Placed in map 1/);
+    // Compare with its best match.
+    await page.locator('.matches li button').first().click();
+    await page.locator('.match_line').first().waitFor({ state: 'attached' });
+    assert.ok((await page.locator('.match_line').count()) > 10);
+    await page.keyboard.press('Escape');
+    const point = await page.evaluate(() => {
+      for (let y = 200; y < 600; y += 5) {
+        for (let x = 200; x < 800; x += 5) {
+          const hit = window.skein.pickAt(x, y);
+          if (hit?.chunk) return { x, y, hit };
+        }
+      }
+      return null;
+    });
+    await page.mouse.click(box.x + point.x, box.y + point.y);
+    await browser.until('the photos that see the point are told', (s) => s.selection?.seen?.photos?.length >= 2);
+    assert.ok((await page.locator('.sightings li').count()) >= 2);
+  },
+
+  async 'what is not placed says why; names are text'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
+    await page.locator('#tab_unplaced').click();
+    await page.locator('.unplaced_list li').nth(3).waitFor();
+    const text = await page.locator('.unplaced_list').innerText();
+    assert.match(text, /No other photo shows the same place yet/);
+    assert.match(text, /only in one corner or from too far/);
+    assert.match(text, /notes\.txt/);
+    await page.evaluate(() => window.skein.select(12));
+    await page.locator('.inspect h2').filter({ hasText: '<img src=x onerror=alert(1)>.jpg' }).waitFor();
+    assert.equal(await page.locator('img[src="x"]').count(), 0);
+  },
+
+  async 'the time slider shows the session as it was'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('everything is known', (s) => s.synced && s.cameras.length === 45);
+    await page.locator('#timeline input').evaluate((slider) => {
+      slider.value = 300;
+      slider.dispatchEvent(new Event('input'));
+    });
+    const past = await browser.until('an earlier time', (s) => !s.isLive && s.cameras.length < 30);
+    assert.ok(past.counts.received < 30 && past.submaps.length === 2 && past.shownHead < past.head);
+    assert.equal(past.cameras.length, past.counts.placed);
+    await page.locator('#timeline .now').click();
+    await browser.until('now again', (s) => s.isLive && s.counts.received === 49);
+    await page.locator('#timeline select').selectOption('100');
+    await page.locator('#timeline button').first().click();
+    await browser.until('the replay runs', (s) => !s.isLive);
+    await browser.until('the replay ends with now', (s) => s.isLive && s.counts.received === 49);
+  },
+
+  async 'two maps grow, are joined, and what the server swallowed is pulled'({ browser, start }) {
+    const server = await start('--speed', '4');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('two maps grow side by side', (s) => s.submaps.length === 2 && s.cameras.length >= 8 && s.shapes.length === 2);
+    server.tell('silence');
+    await page.waitForTimeout(1500);
+    server.tell('obey');
+    await browser.until('the one map moves to the other', (s) => s.joining.length === 1, 90);
+    const state = await browser.until('one map with all cameras', (s) => s.finish?.state === 'done' && s.joining.length === 0 && s.cameras.length === 45 && s.shapes.length === 1, 90);
+    assert.deepEqual(state.merges, [{ source: 2, target: 1, state: 'done' }]);
+    assert.equal(state.counts.received, 49);
+    await page.locator('#tab_maps').click();
+    await page.locator('.merge.done').filter({ hasText: 'Joined map 2 to map 1' }).waitFor();
+    server.stop();
+    return server.url;
+  },
+
+  async 'a server that goes and comes back is told, and missed by nothing'({ browser, start }) {
+    const server = await start('--speed', '4');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('it grows', (s) => s.counts.placed > 2);
+    server.tell('refuse');
+    server.tell('drop');
+    await page.locator('#connection.lost').filter({ hasText: /Not connected: last heard .* ago/ }).waitFor({ timeout: 15000 });
+    await page.waitForTimeout(2500);
+    server.tell('obey');
+    await browser.until('it is connected again', (s) => s.connected, 30);
+    const state = await browser.until('all is there', (s) => s.finish?.state === 'done' && s.cameras.length === 45, 90);
+    assert.equal(state.counts.received, 49);
+    server.stop();
+    return server.url;
+  },
+
+  async 'keyboard, focus and names for those who do not see it'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('everything is known', (s) => s.synced && s.cameras.length === 45);
+    await page.locator('#tab_overview').focus();
+    await page.keyboard.press('ArrowRight');
+    assert.equal(await page.locator('#tab_maps').getAttribute('aria-selected'), 'true');
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'tab_maps');
+    assert.notEqual(await page.locator('#tab_maps').evaluate((e) => getComputedStyle(e).outlineStyle), 'none');
+    const unnamed = await page.evaluate(() => [...document.querySelectorAll('button, a, input, select, [role]')]
+      .filter((e) => e.checkVisibility() && !(e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.innerText?.trim() || e.closest('label')?.innerText.trim() || e.title))
+      .map((e) => e.outerHTML.slice(0, 80)));
+    assert.deepEqual(unnamed, []);
+    await page.keyboard.press('m');
+    await page.locator('#notice').filter({ hasText: 'click the first point' }).waitFor();
+    await page.keyboard.press('Escape');
+    await page.keyboard.press('?');
+    await page.locator('dialog[open]').waitFor();
+    await page.keyboard.press('Escape');
+    for (const theme of ['dark', 'light']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').click();
+      for (const tab of ['overview', 'maps', 'unplaced', 'inspect']) {
+        await page.locator(`#tab_${tab}`).click();
+        if (tab === 'inspect') await page.evaluate(() => window.skein.select(17));
+        await page.waitForTimeout(300); // colours change over a tenth of a second
+        assert.deepEqual(await contrastFaults(page), {}, `${theme}, ${tab}`);
+      }
+    }
+  },
+
+  async 'distances: within a map, in metres where GPS tells, and none between maps'({ browser, start }) {
+    const server = await start('--at', 'end', '--gps');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', (s) => s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
+    await browser.rest();
+    await page.locator('#tool_measure').click();
+    // The two doors of the outer houses are 27 m apart: any two points of the picture are less than 60 m.
+    const box = await page.locator('#canvas').boundingBox();
+    const points = await page.evaluate(() => {
+      const found = [];
+      for (let x = 150; x < 850; x += 9) {
+        for (let y = 250; y < 600; y += 9) {
+          const hit = window.skein.pickAt(x, y);
+          if (hit?.chunk) found.push({ x, y });
+        }
+      }
+      return [found[0], found[found.length - 1]];
+    });
+    for (const { x, y } of points) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('.measure_label').filter({ hasText: /m \(scale from GPS\)/ }).waitFor();
+    const metres = parseFloat(await page.locator('.measure_label').innerText());
+    assert.ok(metres > 5 && metres < 60, `${metres} m`);
+    server.stop();
+    return server.url;
+  },
+
+  async 'without WebGL the panels work, and it is said'({ openOther, url }) {
+    const browser = await openOther({ more: ['--disable-3d-apis'] });
+    await browser.page.goto(url);
+    await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
+    await browser.page.locator('#notice').filter({ hasText: 'No 3D' }).waitFor();
+    await browser.page.locator('#tab_unplaced').click();
+    await browser.page.locator('.unplaced_list li').nth(3).waitFor();
+    expectClean({ hosts: browser.hosts, faults: browser.faults.filter((f) => !/WebGL context could not be created/.test(f)) }, url);
+    await browser.close();
+  },
+
+  async 'a phone: nothing is cut off, the panels are a sheet'({ openPhone, url }) {
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('everything is known', (s) => s.synced && s.cameras.length === 45);
+    const wide = () => page.evaluate(() => Math.max(document.documentElement.scrollWidth, document.body.scrollWidth) - innerWidth);
+    assert.equal(await wide(), 0);
+    for (const tab of ['overview', 'maps', 'unplaced', 'inspect']) {
+      await page.locator(`#tab_${tab}`).tap();
+      if (tab === 'inspect') await page.evaluate(() => window.skein.select(20));
+      await page.locator(`#panel_${tab}`).waitFor();
+      assert.equal(await wide(), 0, tab);
+      const cut = await page.evaluate((id) => {
+        const panel = document.getElementById(id);
+        return panel.scrollWidth - panel.clientWidth;
+      }, `panel_${tab}`);
+      assert.ok(cut <= 0, `${tab} is ${cut} px too wide`);
+      assert.ok((await page.locator('#stage').boundingBox()).height > 120);
+    }
+    await page.locator('#sheet_handle').tap();
+    assert.equal(await page.evaluate(() => document.body.dataset.sheet), 'full');
+    const small = await page.evaluate(() => [...document.querySelectorAll('#tools button, #tabs button')]
+      .map((b) => b.getBoundingClientRect()).filter((b) => b.height > 0 && b.height < 40).length);
+    assert.equal(small, 0, 'buttons too small for fingers');
+    expectClean(browser, url);
+    await browser.close();
+  },
+};
+
+const still = await startServer('--at', 'end');
+let failed = 0;
+for (const [name, run] of Object.entries(cases)) {
+  if (!name.includes(only)) continue;
+  const browser = await openBrowser();
+  const began = Date.now();
+  try {
+    const url = (await run({ browser, url: still.url, start: startServer, openOther: openBrowser, openPhone: () => openBrowser({ width: 360, height: 740, theme: 'light' }) })) ?? still.url;
+    if (browser.hosts.size > 0) expectClean(browser, url);
+    console.log(`ok: ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED: ${name}\n${error.stack}\n${browser.faults.join('\n')}`);
+  }
+  await browser.close();
+}
+still.stop();
+process.exit(failed ? 1 : 0);

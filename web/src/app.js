@@ -1,0 +1,749 @@
+// The page: what comes from the server goes into the timeline and the shapes; what is shown follows from them.
+import { kGrid, kMark, kPaper, rgb } from './colours.js';
+import { Feed } from './feed.js';
+import { heirOf, liveSubmaps, photoName, placeOf, standingOf, summarize } from './fold.js';
+import * as sim from './similarity.js';
+import { Shapes } from './shapes.js';
+import { Timeline } from './timeline.js';
+import { Compare } from './ui/compare.js';
+import { byId, h, iconButton, keyed, setText } from './ui/dom.js';
+import { Header } from './ui/header.js';
+import { Inspect } from './ui/inspect.js';
+import { Maps } from './ui/maps.js';
+import { Overview } from './ui/overview.js';
+import { Timebar } from './ui/timebar.js';
+import { Unplaced } from './ui/unplaced.js';
+import { Viewer } from './view/viewer.js';
+import { length, plural, seconds } from './words.js';
+import { World } from './world.js';
+
+const kPhonePoints = 500_000;
+const kDefaultPoints = 2_000_000;
+const kFaded = 0.55; // of points, in a replay, until it is known when each came
+const kUpdateMs = 120;
+
+const isPhone = () => matchMedia('(pointer: coarse)').matches;
+const reducedMotion = () => matchMedia('(prefers-reduced-motion: reduce)').matches;
+
+export class App {
+  constructor() {
+    this.timeline = new Timeline();
+    this.session = {};
+    this.status = null;
+    this.connection = { connected: false, heard: null };
+    this.numConnections = 0;
+    this.selection = null;
+    this.follow = false;
+    this.measuring = null; // points picked so far
+    this.measured = null;
+    this.newest = 0;
+    this.maxPoints = isPhone() ? kPhonePoints : kDefaultPoints;
+    this.tintMaps = true;
+    this.theme = 'dark';
+    this.updatedAt = -Infinity;
+    this.clockOffset = null; // utime of the server less performance.now(), in microseconds
+  }
+
+  start() {
+    this.makeView();
+    this.makePanels();
+    this.makeTools();
+    this.makeActions();
+    this.applyTheme(storedTheme());
+    matchMedia('(prefers-color-scheme: light)').addEventListener('change', () => this.applyTheme(storedTheme()));
+    document.addEventListener('visibilitychange', () => {
+      if (document.hidden) return;
+      this.feed.retryNow();
+      this.changed();
+    });
+    window.addEventListener('online', () => this.feed.retryNow());
+    document.addEventListener('keydown', (e) => this.shortcut(e));
+    setInterval(() => this.tick(), 1000);
+    this.connect();
+    this.changed();
+  }
+
+  // ---- the server
+
+  connect() {
+    this.shapes = new Shapes({
+      manifest: (id, manifest) => {
+        this.world.setManifest(id, manifest);
+        this.changed();
+      },
+      chunk: (id, chunkId, chunk) => {
+        this.viewer.setChunk(id, chunkId, chunk);
+        this.changed();
+      },
+      chunkGone: (id, chunkId) => this.viewer.dropChunk(id, chunkId),
+      gone: (id) => {
+        this.world.dropShape(id);
+        this.changed();
+      },
+      load: (waiting) => {
+        this.loading = waiting;
+        this.changed();
+      },
+    }, { budget: this.maxPoints });
+    this.feed = new Feed({
+      reset: (id) => this.begin(id),
+      events: (events) => this.take(events),
+      synced: () => this.wantShapes(),
+      shape: (message) => this.hearShape(message),
+      status: (message) => {
+        this.status = message;
+        this.changed();
+      },
+      connection: (connection) => {
+        const again = connection.connected && !this.connection.connected;
+        this.connection = connection;
+        if (again) this.numConnections++;
+        if (again) this.askSession();
+        if (connection.connected && this.feed.synced) this.wantShapes();
+        this.changed();
+      },
+    });
+    this.feed.start();
+  }
+
+  begin() {
+    this.timeline.reset();
+    this.shapes.reset();
+    this.world.reset();
+    this.status = null;
+    this.newest = 0;
+    this.fitted = 0;
+    this.select(null);
+  }
+
+  async askSession() {
+    try {
+      const answer = await fetch('/api/session', { cache: 'no-store' });
+      if (answer.ok) this.session = await answer.json();
+      const limit = this.session.page_limits?.points;
+      if (limit > 0 && !isPhone()) this.setMaxPoints(limit);
+      this.changed();
+    } catch {
+      // The feed tells that the connection is lost.
+    }
+  }
+
+  setMaxPoints(points) {
+    if (points === this.maxPoints) return;
+    this.maxPoints = points;
+    this.viewer.setBudget(points);
+    this.shapes.setBudget(points);
+  }
+
+  take(events) {
+    this.timeline.add(events);
+    const utime = events[events.length - 1].t;
+    if (this.feed.synced) {
+      this.clockOffset = utime - performance.now() * 1000;
+      for (const event of events) this.react(event);
+    }
+    this.changed();
+  }
+
+  // What is seen as it happens, and not when a session's past is loaded.
+  react(event) {
+    if (event.kind === 'merge' && event.state === 'done') {
+      const merge = this.timeline.live.merges.get(event.merge);
+      if (merge && this.world.join(merge, performance.now() / 1000)) {
+        this.shapes.announce(merge.target, 0);
+      } else {
+        this.shapes.drop(event.source);
+      }
+    } else if (event.kind === 'submap') {
+      const submap = this.timeline.live.submaps.get(event.submap);
+      if (submap && !submap.ended) this.shapes.announce(event.submap, 0);
+      else if (submap && !submap.mergedInto) this.shapes.drop(event.submap);
+    }
+  }
+
+  // Of every live submap: what was told while nobody listened is not told again.
+  wantShapes() {
+    for (const submap of liveSubmaps(this.timeline.live)) this.shapes.announce(submap.id, 0);
+    for (const id of this.shapes.submaps.keys()) {
+      if (this.timeline.live.submaps.get(id)?.ended && !this.world.joining.has(id)) this.shapes.drop(id);
+    }
+  }
+
+  hearShape({ submap, version, gone }) {
+    if (gone) {
+      if (!this.world.joining.has(submap)) this.shapes.drop(submap);
+    } else {
+      this.shapes.announce(submap, version);
+    }
+  }
+
+  // ---- what is shown
+
+  makeView() {
+    this.viewer = new Viewer(byId('canvas'), {
+      pick: (hit) => this.picked(hit),
+      hover: (hit) => this.hovered(hit),
+      drawn: () => this.placeLabels(),
+      resized: () => this.resized(),
+    }, { reducedMotion });
+    this.viewer.setBudget(this.maxPoints);
+    if (!this.viewer.renderer) this.notice('No 3D: this browser has no WebGL, or it is switched off. The panels work.');
+    this.world = new World(this.viewer, this.timeline);
+  }
+
+  // Everything follows in one go, soon, and at most eight times a second.
+  changed() {
+    if (this.updating || document.hidden) return;
+    this.updating = true;
+    const wait = Math.max(0, this.updatedAt + kUpdateMs - performance.now());
+    setTimeout(() => {
+      this.updating = false;
+      this.updatedAt = performance.now();
+      this.update();
+    }, wait);
+  }
+
+  view() {
+    const { timeline } = this;
+    const state = timeline.shown;
+    return {
+      state, timeline, summary: summarize(state), status: this.status, connection: this.connection, session: this.session,
+      selection: this.selection, theme: this.theme, now: performance.now(), utimeNow: this.utimeNow(),
+      pointsOf: (id) => (timeline.isLive ? this.world.shapes.get(id)?.manifest.chunks.reduce((n, c) => n + c.points, 0) ?? 0 : 0),
+    };
+  }
+
+  // By the server's clock as far as it was heard: the browser's may be wrong.
+  utimeNow() {
+    if (!this.timeline.isLive) return this.timeline.utime;
+    if (this.clockOffset === null) return Math.max(this.timeline.end, this.session.live === false ? 0 : Date.now() * 1000);
+    return Math.max(this.timeline.end, this.clockOffset + performance.now() * 1000);
+  }
+
+  update() {
+    const view = this.view();
+    const nowS = performance.now() / 1000;
+    for (const id of this.world.takeJoined(nowS)) this.shapes.drop(id);
+    if (this.world.joining.size > 0) setTimeout(() => this.changed(), 300);
+    this.updateNewest(view);
+    this.world.place();
+    const selected = this.selection?.image ?? 0;
+    const cameras = this.world.showCameras({ theme: this.theme, selected, newest: this.newest });
+    this.viewer.setCameraBase(this.world.cameraBase());
+    this.world.showTints(this.theme, this.tintMaps);
+    const ranking = this.world.showRanks();
+    this.viewer.setFaded(ranking ? kFaded : 0);
+    if (ranking) setTimeout(() => this.changed(), 0);
+    if (selected) this.world.showLinks(selected, rgb(kMark[this.theme]));
+    else this.viewer.setLinks([]);
+    this.showPictures(view);
+    this.autoFit(cameras.length);
+    this.header.update(view);
+    this.timebar.update(view);
+    this.updatePanels(view);
+    this.updateLabels(view);
+    this.updateEmpty(view);
+    this.updateMeasure();
+  }
+
+  tick() {
+    if (document.hidden) return;
+    this.header.tellConnection(this.view());
+    if (this.timeline.isLive && this.currentTab === 'overview') this.overview.updateAgents(this.view());
+  }
+
+  updateNewest({ state }) {
+    const card = byId('newest');
+    const photo = state.photos.get(state.newestPlaced);
+    if (!photo) {
+      card.hidden = true;
+      this.newest = 0;
+      return;
+    }
+    const fresh = this.newest !== photo.id;
+    this.newest = photo.id;
+    if (fresh) {
+      const picture = h('img', { src: `/api/photos/${photo.id}/thumbnail`, alt: '', width: 88, height: 66 });
+      this.newestText = h('span');
+      card.replaceChildren(picture, h('span', { className: 'text' }, h('small', {}, 'Newest'), h('b', {}, photoName(photo.agent, photo.name)), this.newestText));
+    }
+    card.hidden = false;
+    setText(this.newestText, `placed ${seconds((photo.firstPlaced - photo.received) / 1e6)} after it came`);
+    if (fresh && this.follow && (!this.followedAgent || this.followedAgent === photo.agent)) this.wantFollow = photo.id;
+    if (this.wantFollow && this.viewer.placed?.has(this.wantFollow)) {
+      this.viewer.followCamera(this.wantFollow);
+      this.wantFollow = 0;
+    }
+  }
+
+  showPictures({ state }) {
+    for (const [role, image] of [['newest', this.newest], ['selected', this.selection?.image ?? 0]]) {
+      const twice = role === 'newest' && image === this.selection?.image;
+      const photo = twice ? null : state.photos.get(image);
+      this.viewer.setPicture(role, photo?.id ?? 0, `/api/photos/${image}/thumbnail`, photo?.orientation);
+    }
+  }
+
+  // Until somebody takes the view into their hands it shows everything.
+  autoFit(cameras) {
+    if (this.viewer.controls.moved || this.follow) return;
+    const points = this.viewer.numPoints ?? 0;
+    const grown = cameras > 1.25 * (this.fittedCameras ?? 0) || points > 1.6 * (this.fittedPoints ?? 0) ||
+      this.world.measures.size !== this.fittedMaps;
+    if (cameras < 2 || !grown) return;
+    const turn = this.world.measures.size !== this.fittedMaps || cameras >= 2 * (this.turnedCameras ?? 0);
+    Object.assign(this, { fittedCameras: cameras, fittedPoints: points, fittedMaps: this.world.measures.size });
+    if (turn) this.turnedCameras = cameras;
+    this.viewer.fit({ keepDirection: !turn });
+  }
+
+  resized() {
+    if (this.fittedCameras && !this.viewer.controls.moved && !this.follow) this.viewer.fit();
+  }
+
+  // ---- selecting
+
+  picked(hit) {
+    if (this.measuring) {
+      this.measurePick(hit);
+      return;
+    }
+    if (!hit) this.select(null);
+    else if (hit.image) this.select({ image: hit.image });
+    else this.selectPoint(hit);
+  }
+
+  select(selection) {
+    this.selection = selection;
+    if (selection) this.openTab('inspect');
+    this.changed();
+  }
+
+  async selectPoint({ submap, chunk, index, version, point }) {
+    const selection = { submap, chunk, index, version, point, seen: null };
+    this.select(selection);
+    try {
+      const answer = await fetch(`/api/submaps/${submap}/chunks/${chunk}/points/${index}?v=${version}`);
+      if (answer.status === 404) selection.seen = { error: 'The map has changed just now: click the point again.' };
+      else if (!answer.ok) throw new Error(String(answer.status));
+      else selection.seen = await answer.json();
+    } catch {
+      selection.seen = { error: 'Who sees it cannot be had now: the connection is lost, or the server failed.' };
+    }
+    this.changed();
+  }
+
+  hovered(hit) {
+    byId('canvas').classList.toggle('over', Boolean(hit?.image));
+    this.hoverImage(hit?.image ?? null);
+  }
+
+  hoverImage(image) {
+    if (image === this.hoveredImage) return;
+    this.hoveredImage = image;
+    this.updateLabels(this.view());
+    this.viewer.draw();
+  }
+
+  compare(a, b) {
+    const { photos, edges } = this.timeline.live;
+    this.compareDialog.show(photos.get(a), photos.get(b), edges.get(a)?.get(b) ?? 0);
+  }
+
+  // ---- labels over the picture: of maps, of what is hovered or selected, of a measurement
+
+  updateLabels({ state, selection }) {
+    const labels = [];
+    const live = liveSubmaps(this.timeline.live).filter((s) => this.world.measures.has(s.id));
+    if (live.length > 1) {
+      for (const submap of live) {
+        labels.push({ key: `m${submap.id}`, className: 'map_label', text: `Map ${submap.id} · ${plural(submap.numRegistered, 'photo')}`, map: submap.id });
+      }
+    }
+    for (const [key, image] of [['hover', this.hoveredImage], ['selected', selection?.image]]) {
+      const photo = state.photos.get(image);
+      if (!photo || (key === 'hover' && image === selection?.image)) continue;
+      labels.push({ key, className: `photo_label ${key}`, text: photoName(photo.agent, photo.name), image });
+    }
+    if (selection?.point) labels.push({ key: 'point', className: 'point_mark', text: '', point: this.pointNow(selection) });
+    const ends = this.measured ? this.measuredPoints() : [];
+    if (ends.length === 2 && ends.every(Boolean)) {
+      labels.push({ key: 'measure', className: 'measure_label', text: this.measureWords(), point: sim.scaled(sim.add(...ends), 0.5) });
+    }
+    this.labels = labels;
+    keyed(byId('labels'), labels, (l) => l.key, (l) => h('span', { className: l.className }), (element, l) => {
+      element.className = l.className;
+      setText(element, l.text);
+    });
+    this.placeLabels();
+  }
+
+  // A point stays with its submap.
+  pointNow({ submap, chunk, index, version, point }) {
+    const place = this.viewer.placeOf(submap);
+    const points = this.viewer.submaps.get(submap)?.chunks.get(chunk)?.chunk;
+    if (!place || !points || points.version !== version) return point;
+    return sim.apply(place, [0, 1, 2].map((k) => points.origin[k] + points.step * points.position[4 * index + k]));
+  }
+
+  placeLabels() {
+    const elements = byId('labels').children;
+    (this.labels ?? []).forEach((label, i) => {
+      const at = label.image ? this.viewer.projectCamera(label.image) : label.map ? this.mapTop(label.map) : this.viewer.project(label.point);
+      const element = elements[i];
+      if (!element) return;
+      element.hidden = !at;
+      if (at) element.style.transform = `translate(${Math.round(at.x)}px, ${Math.round(at.y)}px)`;
+    });
+    this.placeScale();
+  }
+
+  mapTop(id) {
+    const place = this.viewer.placeOf(id);
+    const measure = this.world.measures.get(id)?.measure;
+    if (!place || !measure) return null;
+    const middle = sim.apply(place, measure.middle);
+    return this.viewer.project([middle[0], middle[1] + 0.75 * measure.reach * place.s, middle[2]]);
+  }
+
+  // A bar of a round length at the distance of what is looked at.
+  placeScale() {
+    const { camera, controls, size } = this.viewer;
+    if (!size || this.world.measures.size === 0) return;
+    const perPx = (2 * controls.now.distance * Math.tan((camera.fov * Math.PI) / 360)) / size.height;
+    const geo = this.world.metresPerUnit();
+    const widest = 110 * perPx * (geo?.metres ?? 1);
+    const power = 10 ** Math.floor(Math.log10(widest));
+    const round = [5, 2, 1].map((f) => f * power).find((v) => v <= widest) ?? power;
+    byId('scale_bar').style.width = `${Math.round(round / (perPx * (geo?.metres ?? 1)))}px`;
+    setText(byId('scale_text'), length(round, Boolean(geo)));
+  }
+
+  updateEmpty({ summary, timeline, connection }) {
+    const empty = byId('empty');
+    const nothing = summary.counts.placed === 0 && timeline.isLive && this.viewer.numPoints === undefined;
+    empty.hidden = !nothing;
+    if (!nothing) return;
+    const text = !connection.connected && connection.heard === null
+      ? ['Connecting', 'The page asks the server of this session.']
+      : summary.counts.received === 0
+        ? ['No photos yet', 'Start an agent; the map appears here as its photos arrive.']
+        : ['The map begins soon', 'The first two photos that overlap well begin it.'];
+    empty.replaceChildren(h('b', {}, text[0]), h('span', {}, text[1]));
+  }
+
+  // ---- measuring
+
+  setMeasuring(on) {
+    this.measuring = on ? [] : null;
+    if (!on) {
+      this.measured = null;
+      this.viewer.setMeasure([], kMark[this.theme]);
+    }
+    byId('tool_measure').setAttribute('aria-pressed', String(on));
+    this.notice(on ? 'Measure: click the first point.' : '');
+    this.changed();
+  }
+
+  // A point is kept in its submap's frame: it stays on its map, wherever that goes.
+  measurePick(hit) {
+    if (!hit?.own) {
+      this.notice('No point there: zoom in and click one of the points.');
+      return;
+    }
+    if (this.measuring.length === 2) this.measuring = [];
+    const [first] = this.measuring;
+    if (first && first.submap !== hit.submap) {
+      this.notice('That is another map: there is no distance between maps that are not joined. Click a point of the first one.');
+      return;
+    }
+    this.measuring.push({ submap: hit.submap, own: hit.own });
+    this.measured = this.measuring.length === 2 ? [...this.measuring] : null;
+    this.notice(this.measured ? `${this.measureWords()}. Click again to measure anew.` : 'Click the second point.');
+    this.changed();
+  }
+
+  measureWords() {
+    const [a, b] = this.measured;
+    const own = sim.distance(a.own, b.own);
+    const geo = this.world.measures.get(a.submap)?.measure.geo;
+    if (geo) return `${length(own * geo.localFromSubmap.s, true)} (scale from GPS)`;
+    return length(own * (this.viewer.placeOf(a.submap)?.s ?? 1), false);
+  }
+
+  measuredPoints() {
+    return this.measuring.map(({ submap, own }) => this.viewer.placeOf(submap) && sim.apply(this.viewer.placeOf(submap), own));
+  }
+
+  updateMeasure() {
+    if (!this.measuring) return;
+    const points = this.measuredPoints();
+    // Their map was joined to another one.
+    if (!points.every(Boolean)) {
+      this.measuring = [];
+      this.measured = null;
+      this.notice('The map of these points has changed: click the first point again.');
+    }
+    this.viewer.setMeasure(points.every(Boolean) ? points : [], kMark[this.theme]);
+  }
+
+  notice(text) {
+    const element = byId('notice');
+    element.hidden = !text;
+    setText(element, text);
+  }
+
+  // ---- panels
+
+  makePanels() {
+    const select = (image) => this.select({ image });
+    const hover = (image) => this.hoverImage(image);
+    const lookAt = (image) => this.viewer.lookAtCamera(image);
+    this.header = new Header({ openUnplaced: () => this.openTab('unplaced') });
+    this.overview = new Overview({ followAgent: (agent) => this.showAgent(agent) });
+    this.maps = new Maps({ lookAt: (id) => this.lookAtMap(id) });
+    this.unplaced = new Unplaced({ select });
+    this.compareDialog = new Compare();
+    this.inspect = new Inspect({ select, hover, lookAt, compare: (a, b) => this.compare(a, b), clear: () => this.select(null) });
+    this.timebar = new Timebar(this.timeline, { show: (utime) => this.showTime(utime) });
+    this.tabs = new Map();
+    const add = (key, label, panel) => {
+      const badge = h('span', { className: 'badge' });
+      const tab = h('button', {
+        type: 'button', role: 'tab', id: `tab_${key}`, 'aria-controls': `panel_${key}`, onclick: () => this.openTab(key), onkeydown: (e) => this.tabKey(e),
+      }, label, badge);
+      const box = h('div', { role: 'tabpanel', id: `panel_${key}`, 'aria-labelledby': `tab_${key}`, tabIndex: 0 }, panel.element);
+      byId('tabs').append(tab);
+      byId('tab_panels').append(box);
+      this.tabs.set(key, { tab, box, badge, panel });
+    };
+    add('overview', 'Overview', this.overview);
+    add('maps', 'Maps', this.maps);
+    add('unplaced', 'Not placed', this.unplaced);
+    add('inspect', 'Photo', this.inspect);
+    this.openTab('overview', { keepSheet: true });
+    const handle = byId('sheet_handle');
+    handle.addEventListener('click', () => this.setSheet({ peek: 'half', half: 'full', full: 'peek' }[document.body.dataset.sheet]));
+    this.setSheet('peek');
+    this.dragSheet(handle);
+  }
+
+  setSheet(sheet) {
+    document.body.dataset.sheet = sheet;
+    const label = { peek: 'Open the panels', half: 'Make the panels larger', full: 'Close the panels' }[sheet];
+    byId('sheet_handle').setAttribute('aria-label', label);
+  }
+
+  dragSheet(handle) {
+    let from = null;
+    handle.addEventListener('pointerdown', (e) => {
+      from = e.clientY;
+      handle.setPointerCapture(e.pointerId);
+    });
+    handle.addEventListener('pointerup', (e) => {
+      const moved = from === null ? 0 : from - e.clientY;
+      from = null;
+      if (Math.abs(moved) < 24) return;
+      const steps = ['peek', 'half', 'full'];
+      const at = steps.indexOf(document.body.dataset.sheet);
+      this.setSheet(steps[Math.max(0, Math.min(2, at + Math.sign(moved)))]);
+      handle.addEventListener('click', (c) => c.stopImmediatePropagation(), { once: true, capture: true });
+    });
+  }
+
+  openTab(key, { keepSheet = false } = {}) {
+    this.currentTab = key;
+    for (const [k, { tab, box }] of this.tabs) {
+      tab.setAttribute('aria-selected', String(k === key));
+      tab.tabIndex = k === key ? 0 : -1;
+      box.hidden = k !== key;
+    }
+    if (!keepSheet && document.body.dataset.sheet === 'peek') this.setSheet('half');
+    this.changed();
+  }
+
+  tabKey(e) {
+    const keys = [...this.tabs.keys()];
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
+    const to = e.key === 'Home' ? 0 : e.key === 'End' ? keys.length - 1 : step ? (keys.indexOf(this.currentTab) + step + keys.length) % keys.length : -1;
+    if (to < 0) return;
+    e.preventDefault();
+    this.openTab(keys[to]);
+    this.tabs.get(keys[to]).tab.focus();
+  }
+
+  updatePanels(view) {
+    for (const [key, { panel, badge }] of this.tabs) {
+      if (key === this.currentTab) panel.update(view);
+      if (key === 'unplaced') setText(badge, view.summary.notPlaced ? String(view.summary.notPlaced) : '');
+      if (key === 'maps') {
+        const n = liveSubmaps(view.state).length;
+        setText(badge, n > 1 ? String(n) : '');
+      }
+    }
+  }
+
+  showAgent(agent) {
+    const { shown } = this.timeline;
+    const photos = [...shown.photos.values()].filter((p) => p.agent === agent && placeOf(shown, p.id));
+    const newest = photos.sort((a, b) => b.firstPlaced - a.firstPlaced)[0];
+    if (!newest) return;
+    this.viewer.controls.moved = true;
+    this.select({ image: newest.id });
+    this.viewer.followCamera(newest.id);
+  }
+
+  lookAtMap(id) {
+    const heir = heirOf(this.timeline.live, id) || id;
+    const place = this.viewer.placeOf(heir);
+    const measure = this.world.measures.get(heir)?.measure;
+    if (!place || !measure) return;
+    this.viewer.controls.moved = true;
+    this.viewer.controls.goTo({ target: sim.apply(place, measure.middle), distance: Math.max(3 * measure.reach * place.s, 3) });
+  }
+
+  showTime(utime) {
+    this.timeline.show(utime);
+    document.body.classList.toggle('replay', utime !== null);
+    this.changed();
+  }
+
+  // ---- tools
+
+  makeTools() {
+    const tool = (id, name, label, onclick, pressed) => iconButton(name, label, onclick, { id: `tool_${id}`, 'aria-pressed': pressed });
+    const range = (label, properties, oninput) => h('label', {}, h('span', {}, label), h('input', { type: 'range', oninput: (e) => oninput(Number(e.target.value)), ...properties }));
+    const check = (label, checked, onchange) => h('label', { className: 'check' }, h('input', { type: 'checkbox', checked, onchange: (e) => onchange(e.target.checked) }), label);
+    this.settings = h('div', { id: 'settings', hidden: true, role: 'group', 'aria-label': 'What is shown' },
+      range('Point size', { min: 1, max: 8, step: 0.5, value: 3 }, (v) => this.viewer.setPointPx(v)),
+      range('Camera size', { min: 0, max: 3, step: 0.1, value: 1 }, (v) => this.viewer.setCameraScale(v)),
+      check('Points', true, (on) => this.viewer.show('points', on)),
+      check('Cameras', true, (on) => this.viewer.show('cameras', on)),
+      check('Floor grid', true, (on) => this.viewer.show('grid', on)),
+      check('Tell maps apart by colour', true, (on) => {
+        this.tintMaps = on;
+        this.changed();
+      }));
+    byId('tools').append(
+      tool('fit', 'fit', 'Show everything (F)', () => this.fit()),
+      tool('follow', 'follow', 'Follow the newest photo (N)', () => this.setFollow(!this.follow), 'false'),
+      tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!this.viewer.controls.flying), 'false'),
+      tool('measure', 'measure', 'Measure a distance (M)', () => this.setMeasuring(!this.measuring), 'false'),
+      iconButton('layers', 'What is shown', () => this.toggleSettings(), { id: 'tool_layers', 'aria-expanded': 'false', 'aria-controls': 'settings' }),
+      this.settings);
+  }
+
+  toggleSettings() {
+    this.settings.hidden = !this.settings.hidden;
+    byId('tool_layers').setAttribute('aria-expanded', String(!this.settings.hidden));
+  }
+
+  fit() {
+    this.setFollow(false);
+    this.viewer.controls.moved = false;
+    this.fittedCameras = this.fittedPoints = 0;
+    this.viewer.fit();
+    this.changed();
+  }
+
+  setFollow(on) {
+    this.follow = on;
+    byId('tool_follow').setAttribute('aria-pressed', String(on));
+    if (on && this.newest) this.viewer.followCamera(this.newest);
+  }
+
+  setFlying(on) {
+    this.viewer.controls.flying = on;
+    this.viewer.controls.moved = true;
+    byId('tool_fly').setAttribute('aria-pressed', String(on));
+    byId('canvas').classList.toggle('flying', on);
+    if (on) byId('canvas').focus();
+  }
+
+  makeActions() {
+    byId('mark').append(h('img', { src: '/assets/icon.svg', alt: '', width: 24, height: 24 }));
+    byId('actions').append(
+      iconButton('theme', 'Dark or light', () => this.applyTheme(this.theme === 'dark' ? 'light' : 'dark', true), { id: 'theme_button' }),
+      iconButton('help', 'Keys and help (?)', () => this.showHelp()));
+  }
+
+  applyTheme(theme, keep = false) {
+    const system = matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark';
+    this.theme = theme ?? system;
+    document.documentElement.dataset.theme = this.theme;
+    if (keep) storeTheme(this.theme === system ? null : this.theme);
+    this.viewer.setPaper(kPaper[this.theme], kGrid[this.theme]);
+    this.changed();
+  }
+
+  showHelp() {
+    const keys = [
+      ['Drag', 'turn'], ['Right or shift drag, two fingers', 'move'], ['Wheel, pinch, + −', 'zoom'], ['Double click', 'look at that'],
+      ['Arrow keys', 'turn'], ['W A S D, Q E', 'move, up and down; with shift faster'], ['F', 'show everything'], ['N', 'follow the newest photo'],
+      ['V', 'fly'], ['M', 'measure'], ['Space', 'replay or pause'], ['Esc', 'deselect'], ['?', 'this help'],
+    ];
+    const dialog = byId('dialog');
+    dialog.className = 'narrow';
+    dialog.replaceChildren(
+      h('div', { className: 'head_row' }, h('h2', { id: 'dialog_title' }, 'Keys and help'), iconButton('close', 'Close', () => dialog.close())),
+      h('dl', { className: 'keys' }, keys.map(([k, what]) => h('div', {}, h('dt', {}, k), h('dd', {}, what)))),
+      h('p', { className: 'muted' }, 'Each pyramid is a photo where it was taken; its colour is its agent’s. Maps that do not overlap yet stand side by side, each with a scale of its own, until photos join them.'),
+      h('p', { className: 'muted' }, `Skein ${this.session.version ?? ''}`));
+    dialog.showModal();
+  }
+
+  shortcut(e) {
+    if (e.ctrlKey || e.metaKey || e.altKey || byId('dialog').open) return;
+    const typing = e.target.closest?.('input, select, textarea');
+    const onButton = e.target.closest?.('button, a, summary, [role=tab]');
+    if (typing) return;
+    const actions = {
+      f: () => this.fit(), n: () => this.setFollow(!this.follow), v: () => this.setFlying(!this.viewer.controls.flying),
+      m: () => this.setMeasuring(!this.measuring), '?': () => this.showHelp(),
+      Escape: () => (this.measuring ? this.setMeasuring(false) : this.select(null)),
+      ...(onButton ? {} : { ' ': () => this.timebar.toggle() }),
+    };
+    const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];
+    if (!action) return;
+    e.preventDefault();
+    action();
+  }
+
+  // ---- for tests and the console
+
+  describe() {
+    const { shown, live } = this.timeline;
+    const { counts, notPlaced } = summarize(shown);
+    return {
+      session: this.feed.sessionId, head: live.head, shownHead: shown.head, isLive: this.timeline.isLive,
+      connected: this.connection.connected, connections: this.numConnections, synced: this.feed.synced, counts, notPlaced,
+      agents: [...shown.agents.values()].map((a) => ({ name: a.name, sent: a.sent })),
+      submaps: liveSubmaps(shown).map((s) => ({ id: s.id, registered: s.numRegistered, state: s.state })),
+      merges: [...shown.merges.values()].map(({ source, target, state }) => ({ source, target, state })),
+      joining: [...this.world.joining.keys()],
+      unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p).standing)).map((p) => p.id),
+      points: this.viewer.numPoints ?? 0, pointsShown: this.viewer.numPointsShown ?? 0, loading: this.loading ?? 0,
+      cameras: [...(this.viewer.placed?.keys() ?? [])], shapes: [...this.world.shapes.keys()], selection: this.selection,
+      framesDrawn: this.viewer.framesDrawn, finish: shown.finish,
+    };
+  }
+}
+
+function storedTheme() {
+  try {
+    const theme = localStorage.getItem('skein.theme');
+    return theme === 'dark' || theme === 'light' ? theme : null;
+  } catch {
+    return null; // storage may be forbidden
+  }
+}
+
+function storeTheme(theme) {
+  try {
+    if (theme) localStorage.setItem('skein.theme', theme);
+    else localStorage.removeItem('skein.theme');
+  } catch {
+    // Then it lasts as long as the page.
+  }
+}
+

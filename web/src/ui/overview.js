@@ -1,0 +1,136 @@
+// Agents, pace, backlog, processes, downloads.
+import { agentColour } from '../colours.js';
+import { percentile } from '../fold.js';
+import { ago, bytes, clock, groups, plural, seconds } from '../words.js';
+import { h, icon, keyed, setText } from './dom.js';
+import { Plot, runningMedian } from './plots.js';
+
+const kDownloads = [
+  ['/download/model.zip', 'COLMAP model', 'cameras, poses and points, .zip'],
+  ['/download/points.ply', 'Point cloud', 'for viewers and CAD, .ply'],
+  ['/download/nerfstudio.zip', 'nerfstudio', 'transforms and photos, .zip'],
+];
+const kStages = [
+  ['features', 'Features', 'photos that wait for their keypoints'],
+  ['retrieval', 'Retrieval', 'photos that wait for their candidates'],
+  ['matching', 'Matching', 'photos that wait for their matches'],
+  ['mapper', 'Mapping', 'photos that wait for their place'],
+];
+const kBacklogKept = 600;
+const kSilentS = 3;
+
+export class Overview {
+  constructor({ followAgent }) {
+    this.followAgent = followAgent;
+    this.agents = h('ul', { className: 'rows agents' });
+    this.latency = new Plot('Seconds from photo to pose', { format: seconds });
+    this.latencyWords = h('p', { className: 'figures' });
+    this.latencyTop = h('span', { className: 'plot_top' });
+    this.backlog = new Plot('Photos in work over time', { format: groups, colour: 'waiting' });
+    this.backlogTop = h('span', { className: 'plot_top' });
+    this.stages = h('dl', { className: 'stages' });
+    this.stageValues = new Map(kStages.map(([key, label, title]) => {
+      const value = h('dd', {}, '0');
+      this.stages.append(h('div', { title }, h('dt', {}, label), value));
+      return [key, value];
+    }));
+    this.processes = h('ul', { className: 'rows processes' });
+    this.processesPart = h('details', {}, h('summary', {}, 'Processes'), this.processes);
+    this.downloads = h('div', { className: 'downloads' });
+    this.element = h(
+      'div', {},
+      h('section', {}, h('h2', {}, 'Agents'), this.agents),
+      h('section', {}, h('h2', {}, 'Photo to pose'), this.latencyWords, h('div', { className: 'plot_box' }, this.latency.element, this.latencyTop)),
+      h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages),
+      h('section', {}, h('h2', {}, 'Downloads'), this.downloads),
+      h('section', { className: 'processes_part' }, this.processesPart));
+    this.showDownloads(false);
+  }
+
+  showDownloads(ready) {
+    if (this.downloadsReady === ready) return;
+    this.downloadsReady = ready;
+    this.downloads.replaceChildren(...(ready
+      ? kDownloads.map(([href, label, what]) => h(
+          'a', { href, download: true, className: 'download' }, icon('download'), h('span', {}, h('b', {}, label), h('small', {}, what))))
+      : [h('p', { className: 'muted' }, 'Once there is a map: as a COLMAP model, a point cloud, or for nerfstudio.')]));
+  }
+
+  update(view) {
+    this.updateAgents(view);
+    this.updateLatency(view);
+    this.updateBacklog(view);
+    this.updateProcesses(view);
+    this.showDownloads([...view.timeline.live.submaps.values()].some((s) => !s.ended && (s.state === 'checkpoint' || s.state === 'final')));
+  }
+
+  updateAgents(view) {
+    const agents = [...view.state.agents.values()];
+    keyed(this.agents, agents, (a) => a.name, (a) => {
+      const swatch = h('span', { className: 'swatch', 'aria-hidden': 'true' });
+      const row = h('li', {},
+        h('button', { type: 'button', className: 'row', onclick: () => this.followAgent(a.name), title: 'Look at the newest photo of this agent' },
+          swatch, h('span', { className: 'name' }, a.name || 'no name'),
+          h('span', { className: 'bar', 'aria-hidden': 'true' }, h('span')), h('span', { className: 'value' }), h('small')));
+      return row;
+    }, (row, a) => {
+      const placed = view.summary.placedOf.get(a.name) ?? 0;
+      const [swatch, , bar, value, last] = row.firstChild.children;
+      swatch.style.background = agentColour(view.theme, a.index);
+      bar.firstChild.style.width = `${(100 * placed) / Math.max(a.sent, 1)}%`;
+      bar.firstChild.style.background = agentColour(view.theme, a.index);
+      setText(value, `${groups(placed)} of ${groups(a.sent)} placed`);
+      setText(last, `last photo ${view.session.live === false ? clock(a.last) : ago((view.utimeNow - a.last) / 1e6)}`);
+    });
+    if (agents.length === 0 && !this.agents.firstChild) {
+      this.agents.append(h('li', { className: 'muted' }, 'No agent has sent a photo yet.'));
+      this.agents.keyed = new Map([['', this.agents.firstChild]]);
+    }
+  }
+
+  updateLatency(view) {
+    const dots = view.summary.latencies.map((l) => ({ x: l.t, y: l.s }));
+    this.latency.set(runningMedian(dots, 3), { dots });
+    setText(this.latencyTop, this.latency.highest);
+    const values = dots.map((d) => d.y);
+    const p50 = percentile(values, 50);
+    setText(this.latencyWords, values.length === 0
+      ? 'No photo is placed yet.'
+      : `half within ${seconds(p50)}, 95 % within ${seconds(percentile(values, 95))}; last ${seconds(values[values.length - 1])}`);
+  }
+
+  // How many photos were in work after each event that changed that: of facts alone, so replays have it, too.
+  updateBacklog(view) {
+    const steps = [];
+    for (const photo of view.state.photos.values()) {
+      steps.push([photo.received, 1]);
+      const done = photo.firstPlaced || (photo.failed?.t ?? 0) || (photo.numPairs === 0 ? photo.matched : 0);
+      if (done) steps.push([done, -1]);
+    }
+    steps.sort((a, b) => a[0] - b[0]);
+    let count = 0;
+    const series = steps.map(([x, d]) => ({ x, y: (count += d) }));
+    this.backlog.set(series.length > kBacklogKept ? series.filter((_, i) => i % Math.ceil(series.length / kBacklogKept) === 0) : series);
+    setText(this.backlogTop, this.backlog.highest);
+    this.stages.hidden = !view.status?.backlog || !view.timeline.isLive || view.session.live === false;
+    for (const [key, value] of this.stageValues) setText(value, groups(view.status?.backlog?.[key] ?? 0));
+  }
+
+  updateProcesses(view) {
+    const processes = view.status?.processes ?? [];
+    this.processesPart.hidden = processes.length === 0;
+    if (processes.length === 0) return;
+    const silent = processes.filter((p) => p.seen_s > kSilentS).length;
+    setText(this.processesPart.firstChild, `Processes: ${groups(processes.length)}${silent ? `, ${silent} silent` : ''}`);
+    this.processesPart.classList.toggle('warn', silent > 0);
+    keyed(this.processes, processes, (p) => p.instance,
+      () => h('li', { className: 'process' }, h('span', { className: 'name' }), h('span', { className: 'value' }), h('small')),
+      (row, p) => {
+        const [name, value, what] = row.children;
+        setText(name, String(p.instance));
+        setText(value, `${p.backlog ? `${plural(p.backlog, 'item')}, ` : ''}${bytes(p.memory)}`);
+        setText(what, p.seen_s > kSilentS ? `silent for ${seconds(p.seen_s)}` : String(p.state ?? ''));
+        row.classList.toggle('warn', p.seen_s > kSilentS);
+      });
+  }
+}

@@ -1,0 +1,163 @@
+// What the page says, in plain words. Pure functions.
+import { bestLink, liveSubmaps, photoName } from './fold.js';
+
+// Reasons as the services give them -> what that means at the site, and what would help. In order: the first
+// pattern that fits.
+const kReasons = [
+  [/^no features$/, 'Nothing to recognise in this photo: it is blurred, dark or shows a plain surface.',
+    'Take it again, sharp, with something textured in view.'],
+  [/^no photo overlaps it/, 'No other photo shows the same place yet.',
+    'Take photos between here and the map. Each should share about half of its view with the one before.'],
+  [/^too few visible points/, 'It shows too little of what is mapped so far.',
+    'Take more photos of this part from nearby, so that the map grows up to it.'],
+  [/^too few inliers|^too small a part of the visible points fits/,
+    'What it shows does not fit the map well enough to tell where it was taken.',
+    'Take another one from a little closer to photos that are placed, without moving things in view.'],
+  [/^camera parameters out of range/, 'Its lens could not be told: zoom or size do not fit.',
+    'Keep the zoom, and send photos as the camera stored them, not cropped.'],
+  [/^pose badly determined/, 'It sees the map only in one corner or from too far, so its position would be uncertain.',
+    'Step closer or turn, so that mapped things fill more of the view.'],
+  [/visually similar place/, 'It could be of one of several places that look alike.',
+    'Take photos on the way from a place that is clearly told apart: doors, signs, corners.'],
+  [/^ambiguous/, 'Two positions fit it equally well, as with repeated windows or tiles.',
+    'Take one with something unique in view, for instance a corner or a sign.'],
+  [/^pose disagrees with|^contradicted by|most matches contradict|^too few observations left/,
+    'Its first position was proved wrong by its neighbours.',
+    'Nothing to do at once: it is tried again. More photos between its neighbours help.'],
+  [/^not registered again/, 'Its map was taken over by another process, and it waits for its turn.',
+    'Nothing to do: it is tried again.'],
+  [/^not tried in time/, 'The finish ended before its turn came.', 'Finish again with more time.'],
+  [/^no submap could take it/, 'It matches other photos, but none of the maps could take it.',
+    'Take more photos around it.'],
+  [/^agent vanished/, 'The connection was lost while it was being sent.', 'Start the agent again: it sends what is missing.'],
+  [/a side is shorter than/, 'It is too small.', 'Send photos in their full size.'],
+  [/megapixels|bytes, more than/, 'It is larger than this session takes.',
+    'Send it smaller, or raise the limit of the ingest service.'],
+  [/decod|not a |no image|damaged|truncat|header|format/i, 'It is damaged, or no photo that can be read.',
+    'Send it again as JPEG, PNG or TIFF.'],
+  [/^refused by the ledger/, 'Its place was refused, as its map changed hands.', 'Nothing to do: it is tried again.'],
+];
+
+// {what, help}: sentences. Unknown reasons are shown as they are.
+export function explain(reason) {
+  for (const [pattern, what, help] of kReasons) {
+    if (pattern.test(reason)) return { what, help };
+  }
+  const what = reason ? reason[0].toUpperCase() + reason.slice(1) + (/[.!?]$/.test(reason) ? '' : '.') : 'No reason was given.';
+  return { what, help: 'The log of the service has more.' };
+}
+
+export const plural = (n, one, many = one + 's') => `${groups(n)} ${n === 1 ? one : many}`;
+
+// 12 345: thin spaces between groups of three.
+export function groups(n) {
+  return String(Math.round(n)).replace(/\B(?=(\d{3})+(?!\d))/g, '\u202f');
+}
+
+export function seconds(s) {
+  if (s === null || s === undefined || !Number.isFinite(s)) return '–';
+  if (s < 0.0995) return `${Math.round(s * 1000)} ms`;
+  if (s < 9.95) return `${s.toFixed(1)} s`;
+  if (s < 99.5) return `${Math.round(s)} s`;
+  if (s < 5970) return `${Math.round(s / 60)} min`;
+  return `${(s / 3600).toFixed(1)} h`;
+}
+
+export function bytes(n) {
+  if (!Number.isFinite(n)) return '–';
+  if (n < 1e3) return `${n} B`;
+  if (n < 999.5e3) return `${Math.round(n / 1e3)} kB`;
+  if (n < 1e9) return `${(n / 1e6).toFixed(1)} MB`;
+  return `${(n / 1e9).toFixed(1)} GB`;
+}
+
+// A length in three digits. `perMetre`: whether lengths are metres.
+export function length(value, inMetres) {
+  if (!Number.isFinite(value)) return '–';
+  if (!inMetres) return `${Number(value.toPrecision(3))} units`;
+  if (value < 0.01) return `${Number((value * 1000).toPrecision(2))} mm`;
+  if (value < 1) return `${Number((value * 100).toPrecision(3))} cm`;
+  if (value < 1000) return `${Number(value.toPrecision(3))} m`;
+  return `${Number((value / 1000).toPrecision(3))} km`;
+}
+
+export function clock(utime) {
+  return new Date(utime / 1000).toLocaleTimeString([], { hour: '2-digit', minute: '2-digit', second: '2-digit' });
+}
+
+export function ago(s) {
+  if (s < 1.5) return 'just now';
+  return `${seconds(Math.round(s))} ago`;
+}
+
+const kFinishing = {
+  requested: 'Finishing: the last photos are being matched.',
+  drained: 'Finishing: the maps are put in order and joined where they overlap.',
+  settled: 'Finishing: the final adjustment of all cameras and points.',
+};
+
+// What happens now, in one sentence. `summary` of summarize(); `status` is the newest status message or null.
+export function whatHappens(state, summary, status, isLive) {
+  const { counts, notPlaced } = summary;
+  const maps = liveSubmaps(state).filter((s) => s.numRegistered > 0);
+  const open = [...state.merges.values()].find((m) => m.state === 'ordered' || m.state === 'frozen');
+  const finishing = kFinishing[state.finish?.state];
+  if (counts.received === 0) return 'Waiting for the first photo.';
+  if (finishing) return finishing;
+  if (open) return `Map ${open.source} is being joined to map ${open.target}.`;
+  if (counts.waiting > 0) {
+    const pace = medianGap(summary.latencies);
+    const about = isLive && pace ? `, about ${seconds(pace)} a photo` : '';
+    return `Placing photos: ${groups(counts.waiting)} waiting${about}.`;
+  }
+  if (maps.length === 0) return 'No map yet: two photos that overlap well are needed to begin one.';
+  const where = maps.length === 1 ? 'One map' : `${maps.length} separate maps`;
+  const rest = notPlaced === 0 ? ', every photo placed.' : `. ${plural(notPlaced, 'photo')} could not be placed.`;
+  const finished = state.finish?.state === 'done' && lastPhotoBefore(state, state.finish.utime);
+  if (finished) return `Finished. ${where}${rest}`;
+  if (maps.length > 1) return `${where}${rest} Photos that show parts of two maps join them.`;
+  return `${where}${rest} Ready for more.`;
+}
+
+function lastPhotoBefore(state, utime) {
+  for (const photo of state.photos.values()) if (photo.stored > utime) return false;
+  return true;
+}
+
+// Median of the seconds between the last twenty placements.
+export function medianGap(latencies) {
+  const last = latencies.slice(-21);
+  const gaps = last.slice(1).map((l, i) => (l.t - last[i].t) / 1e6).sort((a, b) => a - b);
+  return gaps.length < 3 ? null : gaps[Math.floor(gaps.length / 2)];
+}
+
+export function mergeWords(merge) {
+  const pair = `map ${merge.source} to map ${merge.target}`;
+  switch (merge.state) {
+    case 'ordered':
+      return `Joining ${pair}`;
+    case 'frozen':
+      return `Joining ${pair}: comparing`;
+    case 'done':
+      return `Joined ${pair}`;
+    case 'undone':
+      return `Not joined, ${pair}: ${merge.reason || 'no reason was given'}`;
+    default:
+      return `No common shape of ${pair}: ${merge.reason || 'too little in common'}`;
+  }
+}
+
+export function linkWords(state, imageId) {
+  const best = bestLink(state, imageId);
+  if (!best) return '';
+  const other = state.photos.get(best.image);
+  const name = other ? photoName(other.agent, other.name) : `photo ${best.image}`;
+  return `Best match: ${name}, ${plural(best.inliers, 'common point')}.`;
+}
+
+export function submapWords(submap, isOpenSource) {
+  if (submap.ended) return submap.mergedInto ? `joined map ${submap.mergedInto}` : submap.reason || 'ended';
+  if (submap.openMerge) return isOpenSource ? 'joining another map' : 'taking in another map';
+  if (submap.numRegistered === 0) return 'beginning';
+  return submap.state === 'final' ? 'final' : 'growing';
+}

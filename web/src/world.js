@@ -1,0 +1,241 @@
+// What the viewer is given: the shown state of the session and the newest shapes of its submaps, as places, cameras,
+// colours and links.
+import { agentColour, mapColour, rgb } from './colours.js';
+import { heirOf, liveSubmaps, placeOf } from './fold.js';
+import { joined, measureSubmap, sideBySide } from './frames.js';
+import { prepareCameras, ranksOf } from './reveal.js';
+import * as sim from './similarity.js';
+
+const kMeasureAgain = 1.6; // times as many photos
+const kJoinS = 8; // after which a joined submap goes, whatever its target's shape says
+const kMapTint = 0.42;
+
+export class World {
+  constructor(viewer, timeline) {
+    this.viewer = viewer;
+    this.timeline = timeline;
+    this.reset();
+  }
+
+  reset() {
+    for (const id of this.shapes?.keys() ?? []) this.viewer.dropSubmap(id);
+    this.shapes = new Map(); // submap id -> {manifest, cameras: Map(image -> {centre, worldFromCam, aspect})}
+    this.measures = new Map(); // submap id -> {measure, photos}
+    this.joining = new Map(); // source id -> {target, photos, until}
+  }
+
+  setManifest(id, manifest) {
+    const cameras = new Map();
+    for (const photo of manifest.photos) {
+      cameras.set(photo.image, { ...sim.cameraPlace(photo.pose), aspect: aspectOf(manifest.cameras[photo.camera]) });
+    }
+    this.keepStill(id, cameras);
+    this.shapes.set(id, { manifest, cameras });
+    for (const [source, join] of this.joining) {
+      if (join.target === id && [...join.photos].some((image) => cameras.has(image))) join.arrived = true;
+    }
+  }
+
+  // An adjustment may move a submap's whole frame. What is seen stays where it is.
+  keepStill(id, cameras) {
+    const old = this.shapes.get(id)?.cameras;
+    const place = this.viewer.submaps.get(id)?.goal;
+    if (!old || !place) return;
+    const common = [...old.keys()].filter((image) => cameras.has(image));
+    const oldFromNew = sim.fitSimilarity(
+      common.map((image) => old.get(image).centre), common.map((image) => cameras.get(image).centre));
+    if (!oldFromNew) return;
+    const reach = this.measures.get(id)?.measure.reach ?? 1;
+    const moved = Math.abs(Math.log(oldFromNew.s)) > 0.04 || Math.abs(oldFromNew.q[0]) < Math.cos(0.03) ||
+      Math.hypot(...oldFromNew.t) > 0.05 * reach;
+    if (!moved) return;
+    this.measures.delete(id);
+    this.viewer.setPlace(id, sim.compose(place, oldFromNew), { animate: false });
+  }
+
+  dropShape(id) {
+    if (this.joining.has(id)) return; // it is still on its way into another one
+    this.shapes.delete(id);
+    this.measures.delete(id);
+    this.viewer.dropSubmap(id);
+  }
+
+  // The source's points and cameras move to where the target has them.
+  join({ source, target, similarity }, now) {
+    const targetFromSource = sim.fromArray(similarity);
+    if (!targetFromSource || !this.viewer.placeOf(source) || !this.viewer.placeOf(target)) return false;
+    this.joining.set(source, {
+      target, targetFromSource, photos: new Set(this.shapes.get(source)?.cameras.keys() ?? []),
+      until: now + kJoinS, arrived: false,
+    });
+    return true;
+  }
+
+  // Submaps whose joining is over by now.
+  takeJoined(now) {
+    const over = [];
+    for (const [source, join] of this.joining) {
+      if ((join.arrived && !this.viewer.isMoving(source)) || now > join.until) over.push(source);
+    }
+    for (const source of over) {
+      this.joining.delete(source);
+      this.dropShape(source);
+    }
+    return over;
+  }
+
+  // Photos of a submap with their places in its frame: of its newest shape, else of the registrations.
+  photosOf(submap) {
+    const shape = this.shapes.get(submap.id);
+    const { photos } = this.timeline.live;
+    if (shape && shape.cameras.size > 0) {
+      return [...shape.cameras].map(([image, c]) => ({ ...c, gps: photos.get(image)?.gps ?? null }));
+    }
+    const found = [];
+    for (const [image, trial] of submap.trials) {
+      if (trial.state !== 'registered' || !isPose(trial.pose)) continue;
+      found.push({ ...sim.cameraPlace(trial.pose), gps: photos.get(image)?.gps ?? null });
+    }
+    return found;
+  }
+
+  place() {
+    const standing = [];
+    for (const submap of liveSubmaps(this.timeline.live)) {
+      const known = this.measures.get(submap.id);
+      const count = this.shapes.get(submap.id)?.cameras.size || submap.numRegistered;
+      const points = this.viewer.samplePoints(submap.id, 800);
+      const again = !known || count >= kMeasureAgain * known.photos || (known.points < 20 && points.length >= 20);
+      if (again && count >= 2) {
+        const photos = this.photosOf(submap);
+        if (photos.length >= 2) {
+          const measure = measureSubmap(photos, points, known?.measure);
+          this.measures.set(submap.id, { measure, photos: photos.length, points: points.length });
+        }
+      }
+      const entry = this.measures.get(submap.id);
+      if (entry) standing.push({ id: submap.id, measure: entry.measure });
+    }
+    for (const [id, place] of sideBySide(standing)) {
+      this.viewer.setPlace(id, place, { pivot: this.measures.get(id).measure.middle });
+    }
+    for (const [source, { target, targetFromSource }] of this.joining) {
+      const goal = this.viewer.submaps.get(target)?.goal;
+      const pivot = this.measures.get(source)?.measure.middle;
+      if (goal) this.viewer.setPlace(source, joined(goal, targetFromSource), { pivot });
+    }
+  }
+
+  // Depth of a frustum in the display: in step with the distances between photos and with the whole.
+  cameraBase() {
+    let reach = 0;
+    for (const { measure } of this.measures.values()) reach = Math.max(reach, measure.reach / measure.step);
+    return Math.min(2.5, Math.max(0.42, 0.045 * reach));
+  }
+
+  // Metres per unit of the display, where GPS tells; of the submap that holds most photos.
+  metresPerUnit() {
+    let best = null;
+    for (const [id, { measure, photos }] of this.measures) {
+      const place = this.viewer.submaps.get(id)?.goal;
+      if (!measure.geo || !place || (best && best.photos >= photos)) continue;
+      best = { photos, metres: measure.geo.localFromSubmap.s / place.s, error: measure.geo.error };
+    }
+    return best;
+  }
+
+  // Where a photo of the shown state stands: {submap, centre, worldFromCam, aspect} in the frame of a submap that the
+  // viewer has.
+  cameraOf(photo, submapId, trial) {
+    for (const [source, join] of this.joining) {
+      const camera = join.photos.has(photo.id) && this.shapes.get(source)?.cameras.get(photo.id);
+      if (camera) return { submap: source, ...camera };
+    }
+    const { live } = this.timeline;
+    const heir = heirOf(live, submapId);
+    const today = heir && this.shapes.get(heir)?.cameras.get(photo.id);
+    if (today) return { submap: heir, ...today };
+    if (!isPose(trial.pose) || !heir) return null;
+    let camera = { ...sim.cameraPlace(trial.pose), aspect: aspectOf(photo) };
+    for (let at = submapId; at !== heir;) {
+      const next = live.submaps.get(at).mergedInto;
+      const merge = [...live.merges.values()].find((m) => m.source === at && m.target === next && m.state === 'done');
+      const step = sim.fromArray(merge?.similarity);
+      if (!step) return null;
+      camera = {
+        ...camera, centre: sim.apply(step, camera.centre), worldFromCam: sim.multiply(step.q, camera.worldFromCam),
+      };
+      at = next;
+    }
+    return { submap: heir, ...camera };
+  }
+
+  // Gives the viewer the cameras of the shown state. Returns the images that have one.
+  showCameras({ theme, selected, newest }) {
+    const { shown } = this.timeline;
+    const cameras = [];
+    for (const photo of shown.photos.values()) {
+      const place = placeOf(shown, photo.id);
+      const camera = place && this.cameraOf(photo, place.submap.id, place.trial);
+      if (!camera) continue;
+      const emphasis = photo.id === selected ? 2 : photo.id === newest ? 1 : 0;
+      const colour = rgb(agentColour(theme, shown.agents.get(photo.agent)?.index ?? 0));
+      cameras.push({ image: photo.id, ...camera, colour, emphasis, alpha: selected && !emphasis ? 0.55 : 0.9 });
+    }
+    this.viewer.setCameras(cameras);
+    return cameras;
+  }
+
+  // The points of an earlier time. Ranks are computed a chunk at a time; returns whether some are still to come.
+  showRanks() {
+    const { timeline, viewer } = this;
+    let left = false;
+    for (const [id, { manifest, cameras }] of this.shapes) {
+      if (timeline.isLive) {
+        viewer.setRank(id, null);
+        continue;
+      }
+      const order = [...cameras.keys()]
+        .map((image) => ({ image, t: timeline.live.photos.get(image)?.firstPlaced || Infinity }))
+        .sort((a, b) => a.t - b.t);
+      const [points] = viewer.unranked(id);
+      if (points) {
+        if (this.prepared?.manifest !== manifest) {
+          const inOrder = order.map(({ image }) => cameras.get(image));
+          this.prepared = { manifest, cameras: prepareCameras(inOrder, viewer.samplePoints(id, 4000)) };
+        }
+        points.setRanks(ranksOf(points.chunk, this.prepared.cameras, points.shown));
+        left ||= viewer.unranked(id).length > 0;
+      }
+      viewer.setRank(id, order.filter(({ t }) => t <= timeline.utime).length);
+    }
+    return left;
+  }
+
+  showTints(theme, wanted) {
+    const several = wanted && this.measures.size > 1;
+    for (const id of this.viewer.submaps.keys()) {
+      this.viewer.setTint(id, mapColour(theme, id), several ? kMapTint : 0);
+    }
+  }
+
+  // Lines from a photo to those that it shares points with; the more, the stronger.
+  showLinks(image, colourOf) {
+    const edges = [...(this.timeline.shown.edges.get(image) ?? [])].sort((a, b) => b[1] - a[1]).slice(0, 40);
+    const most = edges.length ? edges[0][1] : 1;
+    this.viewer.setLinks(edges.map(([other, inliers]) => ({
+      from: image, to: other, colour: [...colourOf, 0.25 + 0.75 * (inliers / most)],
+    })));
+  }
+}
+
+const isPose = (pose) => Array.isArray(pose) && pose.length === 7 && pose.every(Number.isFinite);
+
+// Tangents of half the angles of view. `camera`: a manifest's or a photo.
+function aspectOf(camera) {
+  const width = camera?.width || 4;
+  const height = camera?.height || 3;
+  const fx = camera?.fx || camera?.focal || 1.2 * Math.max(width, height);
+  const fy = camera?.fy || fx;
+  return [width / (2 * fx), height / (2 * fy)];
+}

@@ -1,0 +1,189 @@
+// Serves the page with a synthetic session, by the same protocol as skein-web, without any of Skein's processes:
+//
+//   node test_server/server.mjs [--port 8471] [--page dist] [--speed 8] [--photos 24] [--points 30000] [--gps] [--at end]
+//
+// For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
+//   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
+//   refuse    answers no request              obey      behaves again
+import { createHash } from 'node:crypto';
+import { readFile } from 'node:fs/promises';
+import { createServer } from 'node:http';
+import { dirname, extname, join, normalize, resolve } from 'node:path';
+import { createInterface } from 'node:readline';
+import { fileURLToPath } from 'node:url';
+import { parseArgs } from 'node:util';
+import { chunkBytes, drawing, makeSession, shapeAt } from './synthetic.mjs';
+
+const { values: options } = parseArgs({
+  options: {
+    port: { type: 'string', default: '8471' }, page: { type: 'string', default: join(dirname(fileURLToPath(import.meta.url)), '../dist') },
+    speed: { type: 'string', default: '8' }, photos: { type: 'string', default: '24' }, points: { type: 'string', default: '30000' },
+    gps: { type: 'boolean', default: false }, at: { type: 'string', default: 'start' },
+  },
+});
+const session = makeSession({
+  photosEach: Number(options.photos), numPoints: Number(options.points), gps: options.gps, startUtime: Date.now() * 1000 - 1e6,
+});
+const { events } = session;
+const began = Date.now();
+const first = events[0].t;
+const utimeNow = () => (options.at === 'end' ? Infinity : first + (Date.now() - began) * 1000 * Number(options.speed));
+let told = 0; // events so far
+let refusing = false;
+let silent = false;
+const sockets = new Set();
+const head = () => (told ? events[told - 1].seq : 2);
+
+const kHeaders = {
+  'Content-Security-Policy': "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'",
+  'X-Content-Type-Options': 'nosniff', 'Referrer-Policy': 'no-referrer',
+};
+const kTypes = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
+
+function send(response, status, body, type = 'application/json', more = {}) {
+  response.writeHead(status, { ...kHeaders, 'Content-Type': type, ...more });
+  response.end(body);
+}
+const sendJson = (response, value, status = 200) => send(response, status, JSON.stringify(value));
+
+// Made once a second, as mappers do.
+const shapes = new Map();
+let shapesAt = -1;
+function makeShapes() {
+  if (shapesAt === told) return;
+  shapesAt = told;
+  for (const id of [1, 2]) shapes.set(id, shapeAt(session, id, events[told - 1]?.t ?? 0));
+}
+
+const routes = [
+  [/^\/api\/session$/, (r) => sendJson(r, { session_id: 'synthetic', folder: '/sessions/market street', live: true, version: '0.1.0', head: head(), page_limits: { points: 2000000 } })],
+  [/^\/api\/events$/, (r, _, query) => {
+    const from = Number(query.get('from') ?? 0);
+    sendJson(r, { head: head(), events: events.slice(0, told).filter((e) => e.seq >= from).slice(0, 2000) });
+  }],
+  [/^\/api\/submaps\/(\d+)$/, (r, [id]) => {
+    const shape = shapes.get(Number(id));
+    if (shape) sendJson(r, shape.manifest);
+    else sendJson(r, { error: 'this submap has no shape' }, 404);
+  }],
+  [/^\/api\/submaps\/(\d+)\/chunks\/(\d+)$/, (r, [id, chunk], query, request) => {
+    const shape = shapes.get(Number(id));
+    const found = shape?.chunks.find((c) => c.id === Number(chunk));
+    const version = shape?.manifest.chunks.find((c) => c.id === Number(chunk))?.version;
+    if (!found || String(version) !== query.get('v')) return sendJson(r, { error: 'gone', version }, 404);
+    const bytes = chunkBytes(session, shape, { ...found, version });
+    const range = /^bytes=0-(\d+)$/.exec(request.headers.range ?? '');
+    if (range) send(r, 206, bytes.subarray(0, Number(range[1]) + 1), 'application/octet-stream');
+    else send(r, 200, bytes, 'application/octet-stream');
+    return undefined;
+  }],
+  [/^\/api\/submaps\/(\d+)\/chunks\/(\d+)\/points\/(\d+)$/, (r, [id, chunk, index]) => {
+    const shape = shapes.get(Number(id));
+    const point = shape?.chunks.find((c) => c.id === Number(chunk))?.part[Number(index)];
+    if (!point) return sendJson(r, { error: 'gone' }, 404);
+    const photos = point[1].map((image) => {
+      const [x, y] = session.photos[image - 1].seen.get(point[0]);
+      return { image, x, y };
+    });
+    return sendJson(r, { xyz: [0, 0, 0], photos });
+  }],
+  [/^\/api\/photos\/(\d+)(\/thumbnail)?$/, (r, [id, small]) => {
+    const photo = session.photos[Number(id) - 1];
+    if (!photo) return sendJson(r, { error: 'no such photo' }, 404);
+    return send(r, 200, drawing(session, photo, small ? 320 : session.width), 'image/svg+xml');
+  }],
+  [/^\/api\/photos\/(\d+)\/matches\/(\d+)$/, (r, [a, b]) => {
+    const [pa, pb] = [session.photos[a - 1], session.photos[b - 1]];
+    const points = [];
+    for (const [i, [x, y]] of pa.seen) if (pb.seen.has(i) && i % 7 === 0) points.push([x, y, ...pb.seen.get(i).slice(0, 2)]);
+    sendJson(r, { points });
+  }],
+];
+
+const server = createServer(async (request, response) => {
+  const url = new URL(request.url, 'http://x');
+  if (refusing) return request.socket.destroy();
+  for (const [pattern, answer] of routes) {
+    const match = pattern.exec(url.pathname);
+    if (match) return answer(response, match.slice(1), url.searchParams, request);
+  }
+  const name = normalize(url.pathname === '/' ? '/index.html' : url.pathname);
+  try {
+    return send(response, 200, await readFile(join(resolve(options.page), name)), kTypes[extname(name)] ?? 'application/octet-stream');
+  } catch {
+    return sendJson(response, { error: 'there is no such page' }, 404);
+  }
+});
+
+function frame(text) {
+  const payload = Buffer.from(text);
+  const n = payload.length;
+  const header = n < 126 ? Buffer.from([0x81, n]) : n < 65536 ? Buffer.from([0x81, 126, n >> 8, n & 255])
+    : Buffer.concat([Buffer.from([0x81, 127, 0, 0, 0, 0]), Buffer.from([n >>> 24, (n >> 16) & 255, (n >> 8) & 255, n & 255])]);
+  return Buffer.concat([header, payload]);
+}
+const tell = (message) => {
+  for (const socket of sockets) socket.write(frame(JSON.stringify(message)));
+};
+
+server.on('upgrade', (request, socket) => {
+  if (refusing) return socket.destroy();
+  const key = createHash('sha1').update(`${request.headers['sec-websocket-key']}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest('base64');
+  socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
+  socket.on('error', () => {});
+  socket.on('close', () => sockets.delete(socket));
+  socket.on('data', () => {});
+  sockets.add(socket);
+  return socket.write(frame(JSON.stringify({ type: 'hello', session_id: 'synthetic', head: head() })));
+});
+
+// Once every 50 ms: what has happened by now.
+let toldHead = 2;
+const versions = {};
+function advance() {
+  const now = utimeNow();
+  const before = told;
+  while (told < events.length && events[told].t <= now) told++;
+  if (told !== before && !silent) {
+    tell({ type: 'events', after: toldHead, head: head(), events: events.slice(before, told) });
+    toldHead = head();
+  }
+}
+function tellShapes() {
+  makeShapes();
+  if (silent) return;
+  for (const id of [1, 2]) {
+    const shape = shapes.get(id);
+    const version = shape?.manifest.version ?? 0;
+    if (version === (versions[id] ?? 0)) continue;
+    versions[id] = version;
+    tell(version ? { type: 'shape', submap: id, version } : { type: 'shape', submap: id, gone: true });
+  }
+}
+function tellStatus() {
+  if (silent) return;
+  const now = events[told - 1]?.t ?? 0;
+  const waiting = session.photos.filter((p) => p.received <= now && p.placedAt > now).length;
+  tell({
+    type: 'status', backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
+    processes: ['ingest', 'features-1', 'retrieval', 'matching-1', 'mapper-1', 'mapper-2', 'merger'].map((instance, i) => ({
+      instance, state: instance.startsWith('mapper') ? `submap ${i - 3}` : 'idle', backlog: i % 3, memory: 40e6 + 30e6 * i, seen_s: 0.4 })),
+  });
+}
+advance();
+makeShapes();
+setInterval(advance, 50);
+setInterval(tellShapes, 1000);
+setInterval(tellStatus, 1000);
+
+createInterface({ input: process.stdin }).on('line', (line) => {
+  if (line === 'drop') for (const socket of sockets) socket.destroy();
+  if (line === 'refuse') refusing = true;
+  if (line === 'silence') silent = true;
+  if (line === 'obey') {
+    refusing = silent = false;
+    if (toldHead !== head()) tell({ type: 'head', head: head() });
+    toldHead = head();
+  }
+});
+server.listen(Number(options.port), '127.0.0.1', () => console.log(`ready http://127.0.0.1:${server.address().port}/`));
