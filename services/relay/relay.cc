@@ -225,13 +225,7 @@ void Relay::Serve(int fd) {
   } else if (!client.watches_writable) {
     MarkDirty(fd, &client);  // TLS may have waited for what came
   }
-  while (unfinished_bytes_ > options_.max_unfinished_bytes) {
-    const auto largest =
-        std::max_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
-          return a.second.parser.held_bytes() < b.second.parser.held_bytes();
-        });
-    Expel(largest->first, "unfinished messages take too much memory, and most of it is its own");
-  }
+  KeepWithinMemory();
   WriteDirty();
 }
 
@@ -340,20 +334,32 @@ void Relay::Forward(const Client& from, const tcpq::Frame& frame) {
     NoteDropped(&client, client.queue.Push(from.id, shared));
     MarkDirty(fd, &client);
   }
-  shared.reset();
-  if (*queued_bytes_ > options_.max_held_bytes) DropLongestQueues();
 }
 
-// Clients that stopped at different times hold different messages.
-void Relay::DropLongestQueues() {
-  while (*queued_bytes_ > options_.max_held_bytes) {
-    const auto longest =
+void Relay::KeepWithinMemory() {
+  while (unfinished_bytes_ > options_.max_unfinished_bytes) {
+    const auto largest =
         std::max_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
-          return a.second.queue.bytes() < b.second.queue.bytes();
+          return a.second.parser.held_bytes() < b.second.parser.held_bytes();
         });
-    if (longest == clients_.end() || longest->second.queue.empty()) return;
-    NoteDropped(&longest->second, longest->second.queue.Clear());
+    Expel(largest->first, "unfinished messages take too much memory, and most of it is its own");
   }
+  while (*queued_bytes_ > options_.max_held_bytes && !clients_.empty()) DropMostQueued();
+}
+
+// Clients that stopped at different times hold different messages. What is being sent cannot be
+// dropped but with its client.
+void Relay::DropMostQueued() {
+  const auto waiting = [](const Client& client) {
+    return client.queue.bytes() + (client.frame ? client.frame->cost() : 0);
+  };
+  const auto most = std::max_element(
+      clients_.begin(), clients_.end(),
+      [&](const auto& a, const auto& b) { return waiting(a.second) < waiting(b.second); });
+  if (most->second.queue.empty()) {
+    return Expel(most->first, "what waits takes too much memory, and it does not take its own");
+  }
+  NoteDropped(&most->second, most->second.queue.Clear());
 }
 
 void Relay::NoteDropped(Client* client, int64_t num_dropped) {
@@ -385,15 +391,7 @@ void Relay::WriteDirty() {
 bool Relay::Write(int fd, Client* client) {
   Bytes& out = client->out;
   while (true) {
-    if (client->sent == out.size()) {
-      client->sent = 0;
-      if (out.capacity() > 2 * kSentAtOnce) Bytes().swap(out);
-      out.clear();
-      while (out.size() < kSentAtOnce && !client->queue.empty()) {
-        const FairQueue::FramePtr frame = client->queue.Pop();
-        out.insert(out.end(), frame->bytes().begin(), frame->bytes().end());
-      }
-    }
+    if (client->sent == out.size()) Refill(client);
     if (out.empty()) break;
     const Stream::Moved moved =
         client->stream->Send(out.data() + client->sent, out.size() - client->sent);
@@ -403,6 +401,25 @@ bool Relay::Write(int fd, Client* client) {
   }
   WatchWritable(fd, client, client->stream->WaitsForRoom(!out.empty()));
   return true;
+}
+
+// With a piece of the frames that wait. A client that stands still holds no more copied.
+void Relay::Refill(Client* client) {
+  client->out.clear();
+  client->sent = 0;
+  while (client->out.size() < kSentAtOnce) {
+    if (!client->frame) {
+      client->frame = client->queue.Pop();
+      client->frame_at = 0;
+    }
+    if (!client->frame) return;
+    const Bytes& bytes = client->frame->bytes();
+    const size_t size = std::min(kSentAtOnce - client->out.size(), bytes.size() - client->frame_at);
+    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(client->frame_at);
+    client->out.insert(client->out.end(), first, first + static_cast<std::ptrdiff_t>(size));
+    client->frame_at += size;
+    if (client->frame_at == bytes.size()) client->frame.reset();
+  }
 }
 
 void Relay::WatchWritable(int fd, Client* client, bool watch) {

@@ -92,7 +92,9 @@ class Relay {
     double began_s = 0;    // when the message that is not whole began
     bool is_late = false;  // it has had its turn, and more of its frames are here
     FairQueue queue;
-    Bytes out;  // being sent
+    FairQueue::FramePtr frame;  // being sent
+    size_t frame_at = 0;
+    Bytes out;  // the next of it, and of what follows
     size_t sent = 0;
     bool is_dirty = false;  // in dirty_
     bool watches_writable = false;
@@ -117,12 +119,14 @@ class Relay {
   const char* WhyRefused(Client* from, const tcpq::Frame& frame);
   void Publish(Client* from, const tcpq::Frame& frame);
   void Forward(const Client& from, const tcpq::Frame& frame);
-  void DropLongestQueues();
+  void KeepWithinMemory();
+  void DropMostQueued();
   void NoteDropped(Client* client, int64_t num_dropped);
 
   void MarkDirty(int fd, Client* client);
   void WriteDirty();
   bool Write(int fd, Client* client);
+  static void Refill(Client* client);
   void WatchWritable(int fd, Client* client, bool watch);
 
   void ExpelOverdue();

@@ -221,6 +221,31 @@ TEST_F(RelayLimits, QueuesTakeBoundedMemoryInAll) {
   EXPECT_LE(most, options.max_held_bytes + 600'000) << "and a message that is not whole";
 }
 
+// Each holds the rest of another large message.
+TEST_F(RelayLimits, MessagesThatAreBeingSentTakeBoundedMemoryToo) {
+  RelayOptions options;
+  options.max_held_bytes = 8 << 20;
+  Start(options);
+  for (int i = 0; i < 8; ++i) {
+    RawClient& deaf = Connect();
+    deaf.Greet();
+    deaf.Subscribe("C" + std::to_string(i));
+  }
+  RawClient& sender = Join();
+  std::thread sending([&] {
+    for (int i = 0; i < 8; ++i) sender.Publish("C" + std::to_string(i), 4'000'000);
+  });
+  size_t most = 0;
+  EXPECT_TRUE(Until([&] {
+    most = std::max(most, relay_->held_bytes());
+    return relay_->counters().num_messages == 9;
+  }));
+  sending.join();
+  EXPECT_GT(relay_->counters().num_expelled, 0);
+  EXPECT_LE(most, options.max_held_bytes + (8 << 20)) << "and a message that is not whole";
+  EXPECT_TRUE(sender.IsOpen());
+}
+
 // In a process of its own: what it uses is told by its clock.
 TEST_F(RelayLimits, NeitherSilentClientsNorLackOfDescriptorsTakesTheProcessor) {
   constexpr int kPort = 7700;

@@ -22,7 +22,7 @@ has_own_network() { # while it starts a program, a process does not tell
   local there
   there=$(readlink "/proc/$1/ns/net") && [[ -n $there && $there != "$(readlink /proc/$$/ns/net)" ]]
 }
-wait_until 5 "the second host exists" has_own_network "$other_host"
+wait_until 30 "the second host exists" has_own_network "$other_host"
 ip link add cable type veth peer name cable_end netns "$other_host"
 ip addr add 10.77.0.1/24 dev cable
 ip link set cable up
@@ -42,7 +42,7 @@ with open(sys.argv[2], 'wb', buffering=0) as out:
     out.write(b'begun\n')
     while True: out.write(heard.recv(1 << 17))
 PYTHON
-  wait_until 10 "$1 is recorded" test -s "$2"
+  wait_until 60 "$1 is recorded" test -s "$2"
 }
 record cable "$workspace/cable"
 record lo "$workspace/lo"
