@@ -16,7 +16,7 @@
 
 #include "clients/store/session_check.h"
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "core/hash.h"
 #include "geometry/model_poses.h"
 #include "session/session_history.h"

@@ -7,7 +7,7 @@
 #include "blobs/blob_store.h"
 #include "core/checksum_list.h"
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/ledger_record.h"
 #include "ledger/write_ahead_log.h"
@@ -22,8 +22,9 @@ namespace {
 
 using Remedy = Finding::Remedy;
 
+// "" if it cannot be read. Throws if this process has no descriptors left.
 std::string HashOfFile(const fs::path& file) {
-  const Result<Bytes> bytes = ReadFile(file.string());
+  const Result<Bytes> bytes = RequireDescriptors(ReadFile(file.string()));
   return bytes.ok() ? HashBytes(bytes->data(), bytes->size()) : "";
 }
 
@@ -56,7 +57,7 @@ class Checker {
   }
 
   void CheckSessionFile() {
-    const Result<Session> session = OpenSession(paths_.root);
+    const Result<Session> session = RequireDescriptors(OpenSession(paths_.root));
     check_.has_sound_session_file = session.ok();
     if (session.ok()) {
       check_.session_id = session->session_id;
@@ -75,6 +76,7 @@ class Checker {
   void CheckLedger() {
     CheckWriteAheadLog();
     check_.ledger = Ledger::Survey(paths_.Ledger());
+    if (!check_.ledger.IsWhole()) HashOfFile(paths_.Ledger());
     for (const std::string& damage : check_.ledger.damage) {
       Add("ledger.db", damage, Remedy::kMakeAnew);
     }
@@ -183,7 +185,7 @@ class Checker {
     for (const fs::path& file : FilesUnder(paths_.Retrieval())) {
       if (IsTemporaryName(file.filename().string())) continue;
       constexpr size_t kHashSize = 64;
-      const Result<Bytes> bytes = ReadFile(file.string());
+      const Result<Bytes> bytes = RequireDescriptors(ReadFile(file.string()));
       const bool sound =
           bytes.ok() && bytes->size() > kHashSize &&
           HashBytes(bytes->data(), bytes->size() - kHashSize) ==
@@ -202,6 +204,7 @@ class Checker {
     } else if (fs::exists(paths_.Report())) {
       check_.damaged_results = {paths_.Results().filename().string()};
     }
+    if (!check_.damaged_results.empty()) HashOfFile(paths_.Results());
     for (const std::string& file : check_.damaged_results) {
       Add(file, "is damaged or missing", Remedy::kMakeAnew);
     }

@@ -4,9 +4,11 @@
 
 #include <functional>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "core/result.h"
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
 #include "ledger/session_folder.h"
@@ -47,9 +49,18 @@ struct SessionCheck {
   bool MustRebuildLedger() const { return !ledger.IsWhole() || !lost_blobs.empty(); }
 };
 
+// Throws std::runtime_error if a file could not be read because this process has no descriptors left:
+// that says nothing of the file.
+template <class T>
+Result<T> RequireDescriptors(Result<T> read) {
+  if (read.code() == StatusCode::kResourceExhausted) throw std::runtime_error(read.error());
+  return read;
+}
+
 using Progress = std::function<void(double part)>;
 
-// Never fails: whatever is wrong is a finding. The folder may be in use.
+// Whatever is wrong is a finding. The folder may be in use. Throws std::runtime_error where this
+// process cannot look: it has no descriptors left.
 SessionCheck CheckSession(const SessionPaths& paths, const Progress& progress = {});
 
 }  // namespace skein

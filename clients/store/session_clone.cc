@@ -6,6 +6,7 @@
 #include "blobs/blob_store.h"
 #include "clients/store/session_writer.h"
 #include "core/checksum_list.h"
+#include "core/folder.h"
 #include "ledger/ledger_record.h"
 #include "ledger/photo_file.h"
 #include "session/needed_blobs.h"
@@ -48,7 +49,7 @@ class Cloner {
 
   Session Run(const Contents& contents) {
     const Session session{RandomSessionId(), to_};
-    fs::create_directories(to_.root);
+    Require(CreateFolders(to_.root));
     num_files_ = contents.blobs.size() + contents.facts.size();
     for (const std::string& blob : contents.blobs) Copy(blob);
     for (const Fact& fact : contents.facts) {
@@ -57,6 +58,7 @@ class Cloner {
     }
     CopyResults();
     Require(WriteLedger(to_.Ledger(), session.session_id, contents.facts, contents.notes));
+    Require(SyncFileSystem(to_.root));
     // Last: without it the folder is no session.
     Require(WriteSessionFile(to_, session.session_id));
     return session;

@@ -9,6 +9,7 @@
 #include "blobs/blob_store.h"
 #include "clients/store/session_writer.h"
 #include "core/file.h"
+#include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/ledger_store.h"
 #include "ledger/photo_file.h"
@@ -18,6 +19,9 @@ namespace skein {
 namespace fs = std::filesystem;
 
 namespace {
+
+// A ledger that is being written anew. What is there without ledger.db is complete.
+fs::path NewLedger(const SessionPaths& paths) { return paths.Ledger().string() + ".new"; }
 
 // Which facts of a ledger stay when others are lost.
 class Keeper {
@@ -62,8 +66,8 @@ class Keeper {
 
 class Repairer {
  public:
-  Repairer(const SessionPaths& paths, const SessionCheck& check)
-      : paths_(paths), check_(check), blobs_(paths.Blobs()) {}
+  Repairer(const SessionPaths& paths, SessionCheck check)
+      : paths_(paths), check_(std::move(check)), blobs_(paths.Blobs()) {}
 
   Result<Repaired> Run() {
     if (check_.session_id.empty()) repaired_.done.push_back("the session gets a new id");
@@ -73,7 +77,14 @@ class Repairer {
     if (check_.MustRebuildLedger()) RebuildLedger(id);
     if (!check_.damaged_results.empty()) SetResultsAside();
     if (!check_.has_sound_session_file) WriteSession(id);
+    Require(SyncFileSystem(paths_.root));
     return repaired_;
+  }
+
+  // A repair that ended between taking out the old ledger and putting the new one in its place.
+  void FinishInterrupted() {
+    const fs::path fresh = NewLedger(paths_);
+    if (!fs::exists(paths_.Ledger()) && fs::exists(fresh)) PutInPlace(fresh);
   }
 
  private:
@@ -98,8 +109,8 @@ class Repairer {
   // A file that is damaged as a blob, too, is a link to it: it is set aside with it.
   void RepairPhoto(const image_t& image) {
     const fs::path file = paths_.Image(image.agent, image.name);
-    const Result<Bytes> blob = blobs_.Get(image.blob_id);
-    const Result<Bytes> copy = ReadFile(file.string());
+    const Result<Bytes> blob = RequireDescriptors(blobs_.Get(image.blob_id));
+    const Result<Bytes> copy = RequireDescriptors(ReadFile(file.string()));
     const bool sound_copy = copy.ok() && HashBytes(copy->data(), copy->size()) == image.blob_id;
     if (blob.ok() && sound_copy) return;
     const std::string name = image.agent + "/" + image.name;
@@ -113,14 +124,23 @@ class Repairer {
     repaired_.done.push_back("photo " + name + " is restored from its second copy");
   }
 
-  void RebuildLedger(const std::string& session_id) {
-    const std::vector<Fact> facts = KeepFacts(check_);
-    const fs::path fresh = paths_.Ledger().string() + ".new";
-    RemoveLedger(fresh);
-    Require(WriteLedger(fresh, session_id, facts, check_.ledger.notes));
-    for (const char* suffix : {"-wal", "-shm", ""}) SetAside(paths_.Ledger().string() + suffix);
+  // The file itself goes first: without it the rest is done anew by FinishInterrupted.
+  void PutInPlace(const fs::path& fresh) {
+    for (const char* suffix : {"", "-wal", "-shm"}) SetAside(paths_.Ledger().string() + suffix);
     fs::rename(fresh, paths_.Ledger());
     RemoveLedger(fresh);
+  }
+
+  void RebuildLedger(const std::string& session_id) {
+    const std::vector<Fact> facts = KeepFacts(check_);
+    const fs::path fresh = NewLedger(paths_);
+    RemoveLedger(fresh);
+    Require(WriteLedger(fresh, session_id, facts, check_.ledger.notes));
+    if (fs::exists(fresh.string() + "-wal")) {
+      throw std::runtime_error("cannot write " + fresh.string() + ": is the disk full?");
+    }
+    Require(SyncFileSystem(paths_.root));
+    PutInPlace(fresh);
     SetAside(paths_.Retrieval());  // it names positions in the ledger
     repaired_.done.push_back("the ledger is written anew, with " + std::to_string(facts.size()) +
                              " of the " + std::to_string(check_.facts.size()) +
@@ -140,7 +160,7 @@ class Repairer {
   }
 
   const SessionPaths& paths_;
-  const SessionCheck& check_;
+  const SessionCheck check_;
   BlobStore blobs_;
   Repaired repaired_;
 };
@@ -159,9 +179,9 @@ std::vector<Fact> KeepFacts(const SessionCheck& check) {
 Result<Repaired> RepairSession(const SessionPaths& paths, const Progress& progress) {
   const Result<LedgerLock> lock = LedgerLock::Take(paths.Ledger());
   if (!lock.ok()) return lock.status();
-  const SessionCheck check = CheckSession(paths, progress);
   try {
-    return Repairer(paths, check).Run();
+    Repairer(paths, {}).FinishInterrupted();
+    return Repairer(paths, CheckSession(paths, progress)).Run();
   } catch (const std::exception& error) {
     return Unavailable(error.what());
   }

@@ -13,7 +13,7 @@
 #include "clients/store/session_writer.h"
 #include "core/checksum_list.h"
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/fact_ids.h"
 #include "ledger/photo_file.h"

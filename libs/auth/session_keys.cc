@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "core/file.h"
+#include "core/folder.h"
 #include "core/hash.h"
 #include "core/log.h"
 
@@ -29,7 +31,10 @@ bool Exists(const std::string& path) {
 }
 
 Status MakeFolder(const std::string& dir) {
-  if (::mkdir(dir.c_str(), 0700) == 0 || errno == EEXIST) return Status::Ok();
+  if (::mkdir(dir.c_str(), 0700) == 0) {
+    return SyncFolder(std::filesystem::absolute(dir).parent_path());
+  }
+  if (errno == EEXIST) return Status::Ok();
   return Unavailable("cannot create " + dir + ": " + std::strerror(errno));
 }
 

@@ -1,32 +1,15 @@
 #include "blobs/blob_store.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <stdexcept>
 #include <system_error>
 
 #include "core/file.h"
+#include "core/folder.h"
 #include "core/hash.h"
 
 namespace skein {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-// A new folder's entry lies in its parent. The parent must be synced to survive power loss.
-Status CreateDurably(const fs::path& dir) {
-  std::error_code error;
-  if (!fs::create_directories(dir, error) && !error) return Status::Ok();
-  if (error) return Unavailable("cannot create " + dir.string() + ": " + error.message());
-  const int parent = open(dir.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = parent >= 0 && fsync(parent) == 0;
-  if (parent >= 0) close(parent);
-  return synced ? Status::Ok() : Unavailable("cannot sync " + dir.parent_path().string());
-}
-
-}  // namespace
 
 BlobStore::BlobStore(fs::path dir) : dir_(std::move(dir)) {}
 
@@ -34,7 +17,7 @@ Result<std::string> BlobStore::Put(const Bytes& bytes) {
   const std::string blob_id = HashBytes(bytes.data(), bytes.size());
   if (Get(blob_id).ok()) return blob_id;
   const fs::path path = Path(blob_id);
-  if (Status status = CreateDurably(path.parent_path()); !status.ok()) return status;
+  if (Status status = CreateFolders(path.parent_path()); !status.ok()) return status;
   if (Status status = WriteFileAtomic(path.string(), bytes); !status.ok()) return status;
   return blob_id;
 }

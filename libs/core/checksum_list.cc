@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "core/hash.h"
 
 namespace skein {

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/files_under.h"
+#include "core/folder.h"
 
 namespace skein {
 namespace {

@@ -1,5 +1,6 @@
 #include "core/folder.h"
 
+#include <algorithm>
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -37,5 +38,17 @@ Status CreateFolders(const fs::path& dir) {
 }
 
 Status SyncFileSystem(const fs::path& path) { return Synced(path, syncfs); }
+
+std::vector<fs::path> FilesUnder(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    std::error_code vanished;
+    if (entry->is_regular_file(vanished)) files.push_back(entry->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
 
 }  // namespace skein

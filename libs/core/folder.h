@@ -1,8 +1,9 @@
-// Folders that a power loss leaves as they are. An entry of a folder, as a new file's or a new
+// Folders: what is in them, and that a power loss leaves it so. An entry of a folder, as a new file's or a new
 // folder's, is only there after a power loss when the folder was synced.
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "core/result.h"
 
@@ -15,5 +16,9 @@ Status CreateFolders(const std::filesystem::path& dir);
 
 // Everything on the file system of `path`: after many files, before they are called done.
 Status SyncFileSystem(const std::filesystem::path& path);
+
+// The regular files below `folder`, at any depth, sorted. What vanishes meanwhile is left out; a
+// folder that is absent holds none.
+std::vector<std::filesystem::path> FilesUnder(const std::filesystem::path& folder);
 
 }  // namespace skein

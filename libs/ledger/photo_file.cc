@@ -1,27 +1,19 @@
 #include "ledger/photo_file.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <system_error>
 
 #include "blobs/blob_store.h"
 #include "core/file.h"
+#include "core/folder.h"
 
 namespace skein {
 namespace {
 
 namespace fs = std::filesystem;
-
-Status SyncFolder(const fs::path& dir) {
-  const int fd = open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = fd >= 0 && fsync(fd) == 0;
-  if (fd >= 0) close(fd);
-  return synced ? Status::Ok() : Unavailable("cannot sync " + dir.string());
-}
 
 // Renaming onto a link of the same file leaves both, hence the second unlink.
 Status LinkAs(const fs::path& blob, const fs::path& path, const Bytes& bytes) {
@@ -52,11 +44,7 @@ Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std
   const Result<std::string> blob_id = store.Put(bytes);
   if (!blob_id.ok()) return blob_id.status();
   const fs::path path = paths.Image(agent, name);
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  if (error) {
-    return Unavailable("cannot create " + path.parent_path().string() + ": " + error.message());
-  }
+  if (Status status = CreateFolders(path.parent_path()); !status.ok()) return status;
   return LinkAs(store.Path(*blob_id), path, bytes);
 }
 

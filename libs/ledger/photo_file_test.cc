@@ -4,7 +4,7 @@
 
 #include "blobs/blob_store.h"
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "testing/test_folder.h"
 
 namespace skein {

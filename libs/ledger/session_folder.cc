@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "core/file.h"
+#include "core/folder.h"
 
 namespace skein {
 namespace {
@@ -67,9 +68,8 @@ Result<Session> OpenSession(const std::filesystem::path& dir) {
 }
 
 Result<Session> OpenOrCreateSession(const std::filesystem::path& dir) {
+  if (Status status = CreateFolders(dir); !status.ok()) return status;
   std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  if (error) return Unavailable("cannot create " + dir.string() + ": " + error.message());
   const FolderLock lock(dir.string());
   const SessionPaths paths{dir};
   if (!std::filesystem::exists(paths.SessionFile(), error)) {

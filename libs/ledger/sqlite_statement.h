@@ -14,7 +14,7 @@ namespace skein {
 // Throws std::runtime_error if the SQL doesn't fit the schema.
 class Statement {
  public:
-  Statement(sqlite3* db, const std::string& sql) : db_(db) {
+  Statement(sqlite3* db, const std::string& sql) {
     if (sqlite3_prepare_v2(db, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) {
       throw std::runtime_error(std::string("ledger: ") + sqlite3_errmsg(db));
     }
@@ -50,7 +50,6 @@ class Statement {
     return static_cast<size_t>(sqlite3_column_bytes(statement_, column));
   }
 
-  sqlite3* db_;
   sqlite3_stmt* statement_ = nullptr;
 };
 

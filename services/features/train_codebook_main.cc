@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "features/sift.h"
 #include "features/train_codebook.h"
 #include "photo/image_view.h"

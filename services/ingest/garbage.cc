@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "core/hash.h"
 #include "core/log.h"
 #include "core/option_check.h"

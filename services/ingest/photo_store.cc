@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/file.h"
-#include "core/files_under.h"
+#include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/photo_file.h"
 #include "photo/photo_name.h"

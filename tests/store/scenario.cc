@@ -42,7 +42,7 @@ Function* Of(const char* name) {
 
 void Acknowledge(const std::string& what) {
   if (auto* note = Of<void(const char*)>("skein_note")) note(what.c_str());
-  const std::string line = what + "\n";
+  const std::string line = kAcknowledged + what + "\n";
   if (::write(STDOUT_FILENO, line.data(), line.size()) < 0) _exit(2);
 }
 

@@ -9,6 +9,9 @@ namespace skein::store_test {
 
 constexpr int kNumPhotos = 4;
 
+// Before each line that the scenario acknowledges something with: the log is printed, too.
+const std::string kAcknowledged = "acknowledged: ";
+
 inline std::string NameOf(int number) { return "folder/" + std::to_string(number) + ".jpg"; }
 
 // No photo: nothing here looks into it. Of several pages, so that it can be torn.
