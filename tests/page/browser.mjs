@@ -9,6 +9,8 @@ import { join } from 'node:path';
 
 const { chromium } = createRequire(join(process.env.SKEIN_WEB_MODULES, 'any.js'))('playwright-core');
 
+const kPatienceMs = 90000; // of a busy machine
+
 const kArguments = [
   '--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
   '--disable-background-networking', '--disable-component-update', '--disable-sync',
@@ -21,6 +23,7 @@ export async function openBrowser({ width = 1280, height = 800, theme = 'dark', 
     hasTouch: width < 760, isMobile: width < 760,
   });
   const page = context.pages()[0] ?? (await context.newPage());
+  page.setDefaultTimeout(kPatienceMs);
   const faults = [];
   const hosts = new Set();
   page.on('request', (r) => {
@@ -42,7 +45,7 @@ export async function openBrowser({ width = 1280, height = 800, theme = 'dark', 
     hosts,
     state: () => page.evaluate(() => window.skein.state()),
     // Polls the page's state until `holds` says so of it.
-    until: async (what, holds, deadlineS = 60) => {
+    until: async (what, holds, deadlineS = 120) => {
       const end = Date.now() + deadlineS * 1000;
       let state = null;
       while (Date.now() < end) {
@@ -53,7 +56,7 @@ export async function openBrowser({ width = 1280, height = 800, theme = 'dark', 
       return assert.fail(`not within ${deadlineS} s: ${what}; the page: ${JSON.stringify({ ...state, cameras: state?.cameras?.length })}`);
     },
     // The view has come to rest: nothing was drawn for half a second.
-    rest: async (deadlineS = 60) => {
+    rest: async (deadlineS = 120) => {
       const end = Date.now() + deadlineS * 1000;
       for (let last = -1, now = 0; last !== now; ) {
         assert.ok(Date.now() < end, `the page draws without end: ${now} frames`);

@@ -89,7 +89,7 @@ await picture('point');
 told('all_shown');
 
 await heard('stopped');
-await page.locator('#connection.lost').filter({ hasText: /Not connected: last heard/ }).waitFor({ timeout: 30000 });
+await page.locator('#connection.lost').filter({ hasText: /Not connected: last heard/ }).waitFor();
 expectClean(browser, url);
 await browser.close();
 console.log(`the page showed ${registered} of ${received} photos and ${state.points} points, as the ledger has them`);

@@ -6,15 +6,19 @@ import * as sim from './similarity.js';
 import { Shapes } from './shapes.js';
 import { Timeline } from './timeline.js';
 import { Compare } from './ui/compare.js';
-import { byId, h, iconButton, keyed, setText } from './ui/dom.js';
+import { byId, h, iconButton, setText } from './ui/dom.js';
 import { Header } from './ui/header.js';
+import { showHelp } from './ui/help.js';
 import { Inspect } from './ui/inspect.js';
+import { Labels } from './ui/labels.js';
 import { Maps } from './ui/maps.js';
+import { Measure } from './ui/measure.js';
 import { Overview } from './ui/overview.js';
+import { Tabs } from './ui/tabs.js';
 import { Timebar } from './ui/timebar.js';
 import { Unplaced } from './ui/unplaced.js';
 import { Viewer } from './view/viewer.js';
-import { length, plural, seconds } from './words.js';
+import { seconds } from './words.js';
 import { World } from './world.js';
 
 const kPhonePoints = 500_000;
@@ -34,8 +38,6 @@ export class App {
     this.numConnections = 0;
     this.selection = null;
     this.follow = false;
-    this.measuring = null; // points picked so far
-    this.measured = null;
     this.newest = 0;
     this.maxPoints = isPhone() ? kPhonePoints : kDefaultPoints;
     this.tintMaps = true;
@@ -183,12 +185,15 @@ export class App {
     this.viewer = new Viewer(byId('canvas'), {
       pick: (hit) => this.picked(hit),
       hover: (hit) => this.hovered(hit),
-      drawn: () => this.placeLabels(),
+      drawn: () => this.labels.place(),
       resized: () => this.resized(),
     }, { reducedMotion });
     this.viewer.setBudget(this.maxPoints);
     if (!this.viewer.renderer) this.notice('No 3D: this browser has no WebGL, or it is switched off. The panels work.');
     this.world = new World(this.viewer, this.timeline);
+    const { viewer, world } = this;
+    this.measure = new Measure({ viewer, world, notice: (text) => this.notice(text), changed: () => this.changed() });
+    this.labels = new Labels({ viewer, world, measure: this.measure });
   }
 
   // Everything follows in one go, soon, and at most eight times a second.
@@ -225,6 +230,8 @@ export class App {
     const nowS = performance.now() / 1000;
     for (const id of this.world.takeJoined(nowS)) this.shapes.drop(id);
     if (this.world.joining.size > 0) setTimeout(() => this.changed(), 300);
+    // Who takes the view into their hands follows no longer.
+    if (this.follow && this.viewer.controls.moved) this.setFollow(false);
     this.updateNewest(view);
     this.world.place();
     const selected = this.selection?.image ?? 0;
@@ -241,15 +248,15 @@ export class App {
     this.header.update(view);
     this.timebar.update(view);
     this.updatePanels(view);
-    this.updateLabels(view);
+    this.labels.update(view, this.hoveredImage);
     this.updateEmpty(view);
-    this.updateMeasure();
+    this.measure.update(kMark[this.theme]);
   }
 
   tick() {
     if (document.hidden) return;
     this.header.tellConnection(this.view());
-    if (this.timeline.isLive && this.currentTab === 'overview') this.overview.updateAgents(this.view());
+    if (this.timeline.isLive && this.tabs.current === 'overview') this.overview.updateAgents(this.view());
   }
 
   updateNewest({ state }) {
@@ -269,7 +276,7 @@ export class App {
     }
     card.hidden = false;
     setText(this.newestText, `placed ${seconds((photo.firstPlaced - photo.received) / 1e6)} after it came`);
-    if (fresh && this.follow && (!this.followedAgent || this.followedAgent === photo.agent)) this.wantFollow = photo.id;
+    if (fresh && this.follow) this.wantFollow = photo.id;
     if (this.wantFollow && this.viewer.placed?.has(this.wantFollow)) {
       this.viewer.followCamera(this.wantFollow);
       this.wantFollow = 0;
@@ -304,8 +311,8 @@ export class App {
   // ---- selecting
 
   picked(hit) {
-    if (this.measuring) {
-      this.measurePick(hit);
+    if (this.measure.active) {
+      this.measure.pick(hit);
       return;
     }
     if (!hit) this.select(null);
@@ -315,7 +322,7 @@ export class App {
 
   select(selection) {
     this.selection = selection;
-    if (selection) this.openTab('inspect');
+    if (selection) this.tabs.open('inspect');
     this.changed();
   }
 
@@ -341,82 +348,13 @@ export class App {
   hoverImage(image) {
     if (image === this.hoveredImage) return;
     this.hoveredImage = image;
-    this.updateLabels(this.view());
+    this.labels.update(this.view(), image);
     this.viewer.draw();
   }
 
   compare(a, b) {
     const { photos, edges } = this.timeline.live;
     this.compareDialog.show(photos.get(a), photos.get(b), edges.get(a)?.get(b) ?? 0);
-  }
-
-  // ---- labels over the picture: of maps, of what is hovered or selected, of a measurement
-
-  updateLabels({ state, selection }) {
-    const labels = [];
-    const live = liveSubmaps(this.timeline.live).filter((s) => this.world.measures.has(s.id));
-    if (live.length > 1) {
-      for (const submap of live) {
-        labels.push({ key: `m${submap.id}`, className: 'map_label', text: `Map ${submap.id} · ${plural(submap.numRegistered, 'photo')}`, map: submap.id });
-      }
-    }
-    for (const [key, image] of [['hover', this.hoveredImage], ['selected', selection?.image]]) {
-      const photo = state.photos.get(image);
-      if (!photo || (key === 'hover' && image === selection?.image)) continue;
-      labels.push({ key, className: `photo_label ${key}`, text: photoName(photo.agent, photo.name), image });
-    }
-    if (selection?.point) labels.push({ key: 'point', className: 'point_mark', text: '', point: this.pointNow(selection) });
-    const ends = this.measured ? this.measuredPoints() : [];
-    if (ends.length === 2 && ends.every(Boolean)) {
-      labels.push({ key: 'measure', className: 'measure_label', text: this.measureWords(), point: sim.scaled(sim.add(...ends), 0.5) });
-    }
-    this.labels = labels;
-    keyed(byId('labels'), labels, (l) => l.key, (l) => h('span', { className: l.className }), (element, l) => {
-      element.className = l.className;
-      setText(element, l.text);
-    });
-    this.placeLabels();
-  }
-
-  // A point stays with its submap.
-  pointNow({ submap, chunk, index, version, point }) {
-    const place = this.viewer.placeOf(submap);
-    const points = this.viewer.submaps.get(submap)?.chunks.get(chunk)?.chunk;
-    if (!place || !points || points.version !== version) return point;
-    return sim.apply(place, [0, 1, 2].map((k) => points.origin[k] + points.step * points.position[4 * index + k]));
-  }
-
-  placeLabels() {
-    const elements = byId('labels').children;
-    (this.labels ?? []).forEach((label, i) => {
-      const at = label.image ? this.viewer.projectCamera(label.image) : label.map ? this.mapTop(label.map) : this.viewer.project(label.point);
-      const element = elements[i];
-      if (!element) return;
-      element.hidden = !at;
-      if (at) element.style.transform = `translate(${Math.round(at.x)}px, ${Math.round(at.y)}px)`;
-    });
-    this.placeScale();
-  }
-
-  mapTop(id) {
-    const place = this.viewer.placeOf(id);
-    const measure = this.world.measures.get(id)?.measure;
-    if (!place || !measure) return null;
-    const middle = sim.apply(place, measure.middle);
-    return this.viewer.project([middle[0], middle[1] + 0.75 * measure.reach * place.s, middle[2]]);
-  }
-
-  // A bar of a round length at the distance of what is looked at.
-  placeScale() {
-    const { camera, controls, size } = this.viewer;
-    if (!size || this.world.measures.size === 0) return;
-    const perPx = (2 * controls.now.distance * Math.tan((camera.fov * Math.PI) / 360)) / size.height;
-    const geo = this.world.metresPerUnit();
-    const widest = 110 * perPx * (geo?.metres ?? 1);
-    const power = 10 ** Math.floor(Math.log10(widest));
-    const round = [5, 2, 1].map((f) => f * power).find((v) => v <= widest) ?? power;
-    byId('scale_bar').style.width = `${Math.round(round / (perPx * (geo?.metres ?? 1)))}px`;
-    setText(byId('scale_text'), length(round, Boolean(geo)));
   }
 
   updateEmpty({ summary, timeline, connection }) {
@@ -432,61 +370,6 @@ export class App {
     empty.replaceChildren(h('b', {}, text[0]), h('span', {}, text[1]));
   }
 
-  // ---- measuring
-
-  setMeasuring(on) {
-    this.measuring = on ? [] : null;
-    if (!on) {
-      this.measured = null;
-      this.viewer.setMeasure([], kMark[this.theme]);
-    }
-    byId('tool_measure').setAttribute('aria-pressed', String(on));
-    this.notice(on ? 'Measure: click the first point.' : '');
-    this.changed();
-  }
-
-  // A point is kept in its submap's frame: it stays on its map, wherever that goes.
-  measurePick(hit) {
-    if (!hit?.own) {
-      this.notice('No point there: zoom in and click one of the points.');
-      return;
-    }
-    if (this.measuring.length === 2) this.measuring = [];
-    const [first] = this.measuring;
-    if (first && first.submap !== hit.submap) {
-      this.notice('That is another map: there is no distance between maps that are not joined. Click a point of the first one.');
-      return;
-    }
-    this.measuring.push({ submap: hit.submap, own: hit.own });
-    this.measured = this.measuring.length === 2 ? [...this.measuring] : null;
-    this.notice(this.measured ? `${this.measureWords()}. Click again to measure anew.` : 'Click the second point.');
-    this.changed();
-  }
-
-  measureWords() {
-    const [a, b] = this.measured;
-    const own = sim.distance(a.own, b.own);
-    const geo = this.world.measures.get(a.submap)?.measure.geo;
-    if (geo) return `${length(own * geo.localFromSubmap.s, true)} (scale from GPS)`;
-    return length(own * (this.viewer.placeOf(a.submap)?.s ?? 1), false);
-  }
-
-  measuredPoints() {
-    return this.measuring.map(({ submap, own }) => this.viewer.placeOf(submap) && sim.apply(this.viewer.placeOf(submap), own));
-  }
-
-  updateMeasure() {
-    if (!this.measuring) return;
-    const points = this.measuredPoints();
-    // Their map was joined to another one.
-    if (!points.every(Boolean)) {
-      this.measuring = [];
-      this.measured = null;
-      this.notice('The map of these points has changed: click the first point again.');
-    }
-    this.viewer.setMeasure(points.every(Boolean) ? points : [], kMark[this.theme]);
-  }
-
   notice(text) {
     const element = byId('notice');
     element.hidden = !text;
@@ -499,88 +382,26 @@ export class App {
     const select = (image) => this.select({ image });
     const hover = (image) => this.hoverImage(image);
     const lookAt = (image) => this.viewer.lookAtCamera(image);
-    this.header = new Header({ openUnplaced: () => this.openTab('unplaced') });
+    this.header = new Header({ openUnplaced: () => this.tabs.open('unplaced') });
     this.overview = new Overview({ followAgent: (agent) => this.showAgent(agent) });
     this.maps = new Maps({ lookAt: (id) => this.lookAtMap(id) });
     this.unplaced = new Unplaced({ select });
     this.compareDialog = new Compare();
     this.inspect = new Inspect({ select, hover, lookAt, compare: (a, b) => this.compare(a, b), clear: () => this.select(null) });
     this.timebar = new Timebar(this.timeline, { show: (utime) => this.showTime(utime) });
-    this.tabs = new Map();
-    const add = (key, label, panel) => {
-      const badge = h('span', { className: 'badge' });
-      const tab = h('button', {
-        type: 'button', role: 'tab', id: `tab_${key}`, 'aria-controls': `panel_${key}`, onclick: () => this.openTab(key), onkeydown: (e) => this.tabKey(e),
-      }, label, badge);
-      const box = h('div', { role: 'tabpanel', id: `panel_${key}`, 'aria-labelledby': `tab_${key}`, tabIndex: 0 }, panel.element);
-      byId('tabs').append(tab);
-      byId('tab_panels').append(box);
-      this.tabs.set(key, { tab, box, badge, panel });
-    };
-    add('overview', 'Overview', this.overview);
-    add('maps', 'Maps', this.maps);
-    add('unplaced', 'Not placed', this.unplaced);
-    add('inspect', 'Photo', this.inspect);
-    this.openTab('overview', { keepSheet: true });
-    const handle = byId('sheet_handle');
-    handle.addEventListener('click', () => this.setSheet({ peek: 'half', half: 'full', full: 'peek' }[document.body.dataset.sheet]));
-    this.setSheet('peek');
-    this.dragSheet(handle);
-  }
-
-  setSheet(sheet) {
-    document.body.dataset.sheet = sheet;
-    const label = { peek: 'Open the panels', half: 'Make the panels larger', full: 'Close the panels' }[sheet];
-    byId('sheet_handle').setAttribute('aria-label', label);
-  }
-
-  dragSheet(handle) {
-    let from = null;
-    handle.addEventListener('pointerdown', (e) => {
-      from = e.clientY;
-      handle.setPointerCapture(e.pointerId);
-    });
-    handle.addEventListener('pointerup', (e) => {
-      const moved = from === null ? 0 : from - e.clientY;
-      from = null;
-      if (Math.abs(moved) < 24) return;
-      const steps = ['peek', 'half', 'full'];
-      const at = steps.indexOf(document.body.dataset.sheet);
-      this.setSheet(steps[Math.max(0, Math.min(2, at + Math.sign(moved)))]);
-      handle.addEventListener('click', (c) => c.stopImmediatePropagation(), { once: true, capture: true });
-    });
-  }
-
-  openTab(key, { keepSheet = false } = {}) {
-    this.currentTab = key;
-    for (const [k, { tab, box }] of this.tabs) {
-      tab.setAttribute('aria-selected', String(k === key));
-      tab.tabIndex = k === key ? 0 : -1;
-      box.hidden = k !== key;
-    }
-    if (!keepSheet && document.body.dataset.sheet === 'peek') this.setSheet('half');
-    this.changed();
-  }
-
-  tabKey(e) {
-    const keys = [...this.tabs.keys()];
-    const step = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
-    const to = e.key === 'Home' ? 0 : e.key === 'End' ? keys.length - 1 : step ? (keys.indexOf(this.currentTab) + step + keys.length) % keys.length : -1;
-    if (to < 0) return;
-    e.preventDefault();
-    this.openTab(keys[to]);
-    this.tabs.get(keys[to]).tab.focus();
+    this.tabs = new Tabs({ changed: () => this.changed() });
+    this.tabs.add('overview', 'Overview', this.overview);
+    this.tabs.add('maps', 'Maps', this.maps);
+    this.tabs.add('unplaced', 'Not placed', this.unplaced);
+    this.tabs.add('inspect', 'Photo', this.inspect);
+    this.tabs.open('overview', { keepSheet: true });
   }
 
   updatePanels(view) {
-    for (const [key, { panel, badge }] of this.tabs) {
-      if (key === this.currentTab) panel.update(view);
-      if (key === 'unplaced') setText(badge, view.summary.notPlaced ? String(view.summary.notPlaced) : '');
-      if (key === 'maps') {
-        const n = liveSubmaps(view.state).length;
-        setText(badge, n > 1 ? String(n) : '');
-      }
-    }
+    const numMaps = liveSubmaps(view.state).length;
+    this.tabs.setBadge('unplaced', view.summary.notPlaced ? String(view.summary.notPlaced) : '');
+    this.tabs.setBadge('maps', numMaps > 1 ? String(numMaps) : '');
+    this.tabs.update(view);
   }
 
   showAgent(agent) {
@@ -624,11 +445,16 @@ export class App {
         this.tintMaps = on;
         this.changed();
       }));
+    byId('newest').addEventListener('click', () => {
+      this.select({ image: this.newest });
+      this.viewer.controls.moved = true;
+      this.viewer.lookAtCamera(this.newest);
+    });
     byId('tools').append(
       tool('fit', 'fit', 'Show everything (F)', () => this.fit()),
       tool('follow', 'follow', 'Follow the newest photo (N)', () => this.setFollow(!this.follow), 'false'),
       tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!this.viewer.controls.flying), 'false'),
-      tool('measure', 'measure', 'Measure a distance (M)', () => this.setMeasuring(!this.measuring), 'false'),
+      tool('measure', 'measure', 'Measure a distance (M)', () => this.measure.setActive(!this.measure.active), 'false'),
       iconButton('layers', 'What is shown', () => this.toggleSettings(), { id: 'tool_layers', 'aria-expanded': 'false', 'aria-controls': 'settings' }),
       this.settings);
   }
@@ -649,7 +475,9 @@ export class App {
   setFollow(on) {
     this.follow = on;
     byId('tool_follow').setAttribute('aria-pressed', String(on));
-    if (on && this.newest) this.viewer.followCamera(this.newest);
+    if (!on) return;
+    this.viewer.controls.moved = false;
+    if (this.newest) this.viewer.followCamera(this.newest);
   }
 
   setFlying(on) {
@@ -664,7 +492,7 @@ export class App {
     byId('mark').append(h('img', { src: '/assets/icon.svg', alt: '', width: 24, height: 24 }));
     byId('actions').append(
       iconButton('theme', 'Dark or light', () => this.applyTheme(this.theme === 'dark' ? 'light' : 'dark', true), { id: 'theme_button' }),
-      iconButton('help', 'Keys and help (?)', () => this.showHelp()));
+      iconButton('help', 'Keys and help (?)', () => showHelp(this.session.version ?? '')));
   }
 
   applyTheme(theme, keep = false) {
@@ -676,22 +504,6 @@ export class App {
     this.changed();
   }
 
-  showHelp() {
-    const keys = [
-      ['Drag', 'turn'], ['Right or shift drag, two fingers', 'move'], ['Wheel, pinch, + −', 'zoom'], ['Double click', 'look at that'],
-      ['Arrow keys', 'turn'], ['W A S D, Q E', 'move, up and down; with shift faster'], ['F', 'show everything'], ['N', 'follow the newest photo'],
-      ['V', 'fly'], ['M', 'measure'], ['Space', 'replay or pause'], ['Esc', 'deselect'], ['?', 'this help'],
-    ];
-    const dialog = byId('dialog');
-    dialog.className = 'narrow';
-    dialog.replaceChildren(
-      h('div', { className: 'head_row' }, h('h2', { id: 'dialog_title' }, 'Keys and help'), iconButton('close', 'Close', () => dialog.close())),
-      h('dl', { className: 'keys' }, keys.map(([k, what]) => h('div', {}, h('dt', {}, k), h('dd', {}, what)))),
-      h('p', { className: 'muted' }, 'Each pyramid is a photo where it was taken; its colour is its agent’s. Maps that do not overlap yet stand side by side, each with a scale of its own, until photos join them.'),
-      h('p', { className: 'muted' }, `Skein ${this.session.version ?? ''}`));
-    dialog.showModal();
-  }
-
   shortcut(e) {
     if (e.ctrlKey || e.metaKey || e.altKey || byId('dialog').open) return;
     const typing = e.target.closest?.('input, select, textarea');
@@ -699,8 +511,8 @@ export class App {
     if (typing) return;
     const actions = {
       f: () => this.fit(), n: () => this.setFollow(!this.follow), v: () => this.setFlying(!this.viewer.controls.flying),
-      m: () => this.setMeasuring(!this.measuring), '?': () => this.showHelp(),
-      Escape: () => (this.measuring ? this.setMeasuring(false) : this.select(null)),
+      m: () => this.measure.setActive(!this.measure.active), '?': () => showHelp(this.session.version ?? ''),
+      Escape: () => (this.measure.active ? this.measure.setActive(false) : this.select(null)),
       ...(onButton ? {} : { ' ': () => this.timebar.toggle() }),
     };
     const action = actions[e.key.length === 1 ? e.key.toLowerCase() : e.key];

@@ -71,10 +71,10 @@ export function bytes(n) {
   return `${(n / 1e9).toFixed(1)} GB`;
 }
 
-// A length in three digits. `perMetre`: whether lengths are metres.
+// A length in three digits.
 export function length(value, inMetres) {
   if (!Number.isFinite(value)) return '–';
-  if (!inMetres) return `${Number(value.toPrecision(3))} units`;
+  if (!inMetres) return `${Number(value.toPrecision(3))} ${Number(value.toPrecision(3)) === 1 ? 'unit' : 'units'}`;
   if (value < 0.01) return `${Number((value * 1000).toPrecision(2))} mm`;
   if (value < 1) return `${Number((value * 100).toPrecision(3))} cm`;
   if (value < 1000) return `${Number(value.toPrecision(3))} m`;

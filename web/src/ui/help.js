@@ -1,0 +1,23 @@
+// The dialog with keys and what is seen.
+import { byId, h, iconButton } from './dom.js';
+
+const kKeys = [
+  ['Drag', 'turn'], ['Right or shift drag, two fingers', 'move'], ['Wheel, pinch, + −', 'zoom'], ['Double click', 'look at that'],
+  ['Arrow keys', 'turn'], ['W A S D, Q E', 'move, up and down; with shift faster'], ['F', 'show everything'], ['N', 'follow the newest photo'],
+  ['V', 'fly'], ['M', 'measure'], ['Space', 'replay or pause'], ['Esc', 'deselect'], ['?', 'this help'],
+];
+const kNotes = [
+  'Each pyramid is a photo where it was taken; its colour is its agent’s. Maps that do not overlap yet stand side by side, each with a scale of its own, until photos join them.',
+  'In a replay a point appears once two placed cameras have it in view: an estimate, as nothing tells when it came.',
+];
+
+export function showHelp(version) {
+  const dialog = byId('dialog');
+  dialog.className = 'narrow';
+  dialog.replaceChildren(
+    h('div', { className: 'head_row' }, h('h2', { id: 'dialog_title' }, 'Keys and help'), iconButton('close', 'Close', () => dialog.close())),
+    h('dl', { className: 'keys' }, kKeys.map(([k, what]) => h('div', {}, h('dt', {}, k), h('dd', {}, what)))),
+    kNotes.map((note) => h('p', { className: 'muted' }, note)),
+    h('p', { className: 'muted' }, `Skein ${version}`));
+  dialog.showModal();
+}
