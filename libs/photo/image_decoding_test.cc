@@ -83,5 +83,26 @@ TEST(ShrinkTo, NeverEnlarges) {
   EXPECT_EQ(ShrinkTo(cv::Mat(3000, 4000, CV_8UC3), 1600).size(), cv::Size(1600, 1200));
 }
 
+// Of a picture whose left half is dark; upright, the dark half is where the orientation says.
+TEST(MakeThumbnail, IsUprightAndSmall) {
+  cv::Mat image(600, 1000, CV_8UC3, cv::Scalar(200, 200, 200));
+  image.colRange(0, 500).setTo(cv::Scalar(20, 20, 20));
+  const Bytes photo = JpegWithOrientation(image, 6);
+  const Result<Bytes> jpeg = MakeThumbnail(photo, 1000, 600, 6, 100);
+  ASSERT_TRUE(jpeg.ok()) << jpeg.error();
+  const cv::Mat thumbnail = cv::imdecode(*jpeg, cv::IMREAD_COLOR);
+  ASSERT_EQ(thumbnail.size(), cv::Size(60, 100)) << "turned by 90 degrees, clockwise";
+  EXPECT_LT(thumbnail.at<cv::Vec3b>(10, 30)[0], 60);
+  EXPECT_GT(thumbnail.at<cv::Vec3b>(90, 30)[0], 160);
+}
+
+TEST(MakeThumbnail, NeverEnlarges) {
+  const Result<Bytes> jpeg =
+      MakeThumbnail(Encode(".png", cv::Mat(9, 7, CV_8UC1, cv::Scalar(77))), 7, 9, 1, 320);
+  ASSERT_TRUE(jpeg.ok()) << jpeg.error();
+  EXPECT_EQ(cv::imdecode(*jpeg, cv::IMREAD_COLOR).size(), cv::Size(7, 9));
+  EXPECT_FALSE(MakeThumbnail({1, 2, 3}, 100, 100, 1, 320).ok());
+}
+
 }  // namespace
 }  // namespace skein

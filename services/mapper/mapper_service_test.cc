@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/shape.h"
 #include "ledger/fact_ids.h"
 #include "mapping/checkpoint.h"
 #include "session/submap_facts.h"
@@ -271,6 +272,25 @@ class MapperServiceTest : public testing::Test {
     ingest_.Commit(merge);
   }
 
+  // Somebody looks at the maps.
+  void WantShapes() {
+    shape_wanted_t wanted{};
+    wanted.author = "ingest";
+    ingest_node_.Publish(kShapeWantedChannel, wanted);
+  }
+  // A blob of the mapper's shape.
+  Bytes FetchShape(const std::string& blob_id) {
+    Bytes fetched;
+    bool done = false;
+    ingest_node_.blobs().Fetch(blob_id, kMapper, [&](Result<Bytes> bytes) {
+      EXPECT_TRUE(bytes.ok()) << bytes.error();
+      if (bytes.ok()) fetched = std::move(*bytes);
+      done = true;
+    });
+    Await([&] { return done; }, "a blob of the shape");
+    return fetched;
+  }
+
   const Fact* Find(const std::function<bool(const Fact&)>& matches) const {
     const auto& facts = ingest_.facts();
     const auto found = std::find_if(facts.rbegin(), facts.rend(), matches);
@@ -315,6 +335,47 @@ TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
   Give(8);
   Await([&] { return Registered().size() == 8; }, "all photos registered");
   EXPECT_TRUE(holds_submap_);
+}
+
+TEST_F(MapperServiceTest, TellsTheShapeOfItsMapWhileSomebodyLooks) {
+  submap_shape_t told{};
+  int num_told = 0;
+  bus_.Subscribe<submap_shape_t>(kSubmapShapeChannel, [&](const submap_shape_t& shape) {
+    told = shape;
+    ++num_told;
+  });
+  Give(6);
+  Await([&] { return Registered().size() == 6; }, "all photos registered");
+  EXPECT_FALSE(loop_.RunUntil([&] { return num_told > 0; }, 1.5)) << "nobody looks";
+  WantShapes();
+  Await([&] { return num_told > 0; }, "a shape");
+  EXPECT_EQ(told.submap_id, kSubmap);
+  EXPECT_EQ(told.epoch, 1);
+  EXPECT_EQ(told.owner, kMapper);
+  EXPECT_EQ(told.num_images, 6);
+  const Result<ShapeManifest> manifest = DecodeShapeManifest(FetchShape(told.manifest_blob));
+  ASSERT_TRUE(manifest.ok()) << manifest.error();
+  EXPECT_EQ(manifest->photos.size(), 6u);
+  EXPECT_EQ(static_cast<int64_t>(manifest->version), told.version);
+  int64_t num_points = 0;
+  for (const ShapeManifest::Chunk& chunk : manifest->chunks) {
+    const Result<ShapeChunk> points = DecodeShapeChunk(FetchShape(chunk.points_blob));
+    const Result<PointTracks> tracks = DecodePointTracks(FetchShape(chunk.tracks_blob));
+    ASSERT_TRUE(points.ok() && tracks.ok());
+    EXPECT_EQ(points->points.size(), tracks->ends.size());
+    num_points += static_cast<int64_t>(points->points.size());
+  }
+  EXPECT_GT(num_points, 100);
+  EXPECT_EQ(num_points, told.num_points);
+
+  // It is told again, and anew when the map grows.
+  const int64_t version = told.version;
+  const int before = num_told;
+  Await([&] { return num_told > before; }, "the shape once more");
+  WantShapes();
+  Match(7, 8);
+  Await([&] { return told.num_images == 8; }, "a shape with the new photos");
+  EXPECT_GT(told.version, version);
 }
 
 // It is loaded for a comparison, and its matches contradict a map without it.
