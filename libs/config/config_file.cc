@@ -11,8 +11,8 @@ namespace skein {
 namespace {
 
 // Every section that some process reads.
-constexpr std::array<const char*, 8> kSections = {"ingest",   "cameras", "features", "retrieval",
-                                                  "matching", "mapper",  "merger",   "relay"};
+constexpr std::array<const char*, 9> kSections = {
+    "ingest", "cameras", "features", "retrieval", "matching", "mapper", "merger", "relay", "web"};
 constexpr char kSectionBegin[] = "++";  // as CLI11 marks them
 constexpr char kSectionEnd[] = "--";
 

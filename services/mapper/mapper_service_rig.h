@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/shape.h"
 #include "ledger/fact_ids.h"
 #include "mapper/mapper_service.h"
 #include "mapping/checkpoint.h"
@@ -270,6 +271,25 @@ class MapperServiceTest : public testing::Test {
     merge.state = merge_t::FROZEN;
     merge.model_blob = MakeModel(first, last);
     ingest_.Commit(merge);
+  }
+
+  // Somebody looks at the maps.
+  void WantShapes() {
+    shape_wanted_t wanted{};
+    wanted.author = "ingest";
+    ingest_node_.Publish(kShapeWantedChannel, wanted);
+  }
+  // A blob of the mapper's shape.
+  Bytes FetchShape(const std::string& blob_id) {
+    Bytes fetched;
+    bool done = false;
+    ingest_node_.blobs().Fetch(blob_id, kMapper, [&](Result<Bytes> bytes) {
+      EXPECT_TRUE(bytes.ok()) << bytes.error();
+      if (bytes.ok()) fetched = std::move(*bytes);
+      done = true;
+    });
+    Await([&] { return done; }, "a blob of the shape");
+    return fetched;
   }
 
   const Fact* Find(const std::function<bool(const Fact&)>& matches) const {

@@ -9,6 +9,47 @@ TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
   EXPECT_TRUE(holds_submap_);
 }
 
+TEST_F(MapperServiceTest, TellsTheShapeOfItsMapWhileSomebodyLooks) {
+  submap_shape_t told{};
+  int num_told = 0;
+  bus_.Subscribe<submap_shape_t>(kSubmapShapeChannel, [&](const submap_shape_t& shape) {
+    told = shape;
+    ++num_told;
+  });
+  Give(6);
+  Await([&] { return Registered().size() == 6; }, "all photos registered");
+  EXPECT_FALSE(loop_.RunUntil([&] { return num_told > 0; }, 1.5)) << "nobody looks";
+  WantShapes();
+  Await([&] { return num_told > 0; }, "a shape");
+  EXPECT_EQ(told.submap_id, kSubmap);
+  EXPECT_EQ(told.epoch, 1);
+  EXPECT_EQ(told.owner, kMapper);
+  EXPECT_EQ(told.num_images, 6);
+  const Result<ShapeManifest> manifest = DecodeShapeManifest(FetchShape(told.manifest_blob));
+  ASSERT_TRUE(manifest.ok()) << manifest.error();
+  EXPECT_EQ(manifest->photos.size(), 6u);
+  EXPECT_EQ(static_cast<int64_t>(manifest->version), told.version);
+  int64_t num_points = 0;
+  for (const ShapeManifest::Chunk& chunk : manifest->chunks) {
+    const Result<ShapeChunk> points = DecodeShapeChunk(FetchShape(chunk.points_blob));
+    const Result<PointTracks> tracks = DecodePointTracks(FetchShape(chunk.tracks_blob));
+    ASSERT_TRUE(points.ok() && tracks.ok());
+    EXPECT_EQ(points->points.size(), tracks->ends.size());
+    num_points += static_cast<int64_t>(points->points.size());
+  }
+  EXPECT_GT(num_points, 100);
+  EXPECT_EQ(num_points, told.num_points);
+
+  // It is told again, and anew when the map grows.
+  const int64_t version = told.version;
+  const int before = num_told;
+  Await([&] { return num_told > before; }, "the shape once more");
+  WantShapes();
+  Match(7, 8);
+  Await([&] { return told.num_images == 8; }, "a shape with the new photos");
+  EXPECT_GT(told.version, version);
+}
+
 // It is loaded for a comparison, and its matches contradict a map without it.
 TEST_F(MapperServiceTest, AFinishLeavesAPhotoToTheSubmapThatHoldsIt) {
   Give(7);

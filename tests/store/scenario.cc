@@ -27,6 +27,7 @@
 #include "ingest/ledger_writer.h"
 #include "ingest/photo_store.h"
 #include "ledger/fact_ids.h"
+#include "ledger/photo_file.h"
 #include "ledger/session_folder.h"
 
 namespace {
