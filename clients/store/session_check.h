@@ -49,8 +49,8 @@ struct SessionCheck {
   bool MustRebuildLedger() const { return !ledger.IsWhole() || !lost_blobs.empty(); }
 };
 
-// Throws std::runtime_error if a file could not be read because this process has no descriptors left:
-// that says nothing of the file.
+// Throws std::runtime_error if a file could not be read because this process has no descriptors
+// left: that says nothing of the file.
 template <class T>
 Result<T> RequireDescriptors(Result<T> read) {
   if (read.code() == StatusCode::kResourceExhausted) throw std::runtime_error(read.error());

@@ -88,8 +88,10 @@ Result<std::unique_ptr<Ledger>> Ledger::Open(const std::filesystem::path& path) 
   Result<LedgerLock> lock = LedgerLock::Take(path);
   if (!lock.ok()) return lock.status();
   std::error_code error;
-  if (!std::filesystem::exists(path, error) && std::filesystem::exists(path.string() + ".new", error)) {
-    return FailedPrecondition(path.string() + ": a repair was interrupted; run `skein repair` again");
+  if (!std::filesystem::exists(path, error) &&
+      std::filesystem::exists(path.string() + ".new", error)) {
+    return FailedPrecondition(path.string() +
+                              ": a repair was interrupted; run `skein repair` again");
   }
   ledger->lock_ = *std::move(lock);
   Status status = ledger->Connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
