@@ -26,7 +26,8 @@ constexpr char kSchema[] = R"(
   PRAGMA user_version = 2;
   COMMIT;
 )";
-// Lookups in a row that find nothing, after which a ledger whose last record cannot be read ends.
+// Lookups in a row that find nothing, after which a ledger whose last record cannot be read ends,
+// and the others go on at the next record that is there: the last one's number may be damaged.
 constexpr int kMaxMissing = 10'000;
 
 std::string ChecksumOf(const LedgerRecord& record) {
@@ -271,6 +272,13 @@ Result<std::unique_ptr<Ledger>> Ledger::OpenDamaged(const std::filesystem::path&
   return ledger;
 }
 
+// 0 if there is none, or if it cannot be read.
+int64_t Ledger::NextSeq(int64_t after_seq) const {
+  Statement statement(db_, "SELECT COALESCE(MIN(seq), 0) FROM facts WHERE seq > ?");
+  statement.Bind(1, after_seq);
+  return statement.Step() == SQLITE_ROW ? statement.Integer(0) : 0;
+}
+
 // One lookup a record, so that a damaged page costs the records on it alone.
 void Ledger::SurveyFacts(LedgerSurvey* survey) const {
   Statement statement(db_, "SELECT * FROM facts WHERE seq = ?");
@@ -292,6 +300,11 @@ void Ledger::SurveyFacts(LedgerSurvey* survey) const {
       ++num_missing;
     }
     statement.Reset();
+    if (head_seq_ > 0 && num_missing == kMaxMissing) {
+      seq = NextSeq(seq) - 1;
+      num_missing = 0;
+      if (seq < 0) break;
+    }
   }
   if (head_seq_ == 0) damage.resize(num_before_gap);
   survey->damage.insert(survey->damage.end(), damage.begin(), damage.end());

@@ -101,6 +101,7 @@ class Ledger {
   Status ReadError() const;
   static Result<std::unique_ptr<Ledger>> OpenDamaged(const std::filesystem::path& path);
   void SurveyFacts(LedgerSurvey* survey) const;
+  int64_t NextSeq(int64_t after_seq) const;
   void SurveyNotes(LedgerSurvey* survey) const;
   void SurveyPages(LedgerSurvey* survey) const;
 

@@ -87,6 +87,21 @@ TEST(Ledger, RefusesForeignAndNewerFiles) {
   EXPECT_NE(newer.error().find("schema version"), std::string::npos);
 }
 
+// As a flipped bit in it would.
+TEST(Ledger, ADamagedNumberOfTheLastRecordIsFoundWithoutLookingUpAllBefore) {
+  TestFolder folder;
+  ASSERT_TRUE(
+      (*Ledger::Open(folder / "ledger.db"))->Append({Record(1), Record(2), Record(3)}).ok());
+  sqlite3* db = nullptr;
+  sqlite3_open((folder / "ledger.db").c_str(), &db);
+  sqlite3_exec(db, "UPDATE facts SET seq = 4611686018427387904 WHERE seq = 3", nullptr, nullptr,
+               nullptr);
+  sqlite3_close(db);
+  const LedgerSurvey survey = Ledger::Survey(folder / "ledger.db");
+  EXPECT_EQ(survey.records.size(), 2u);
+  EXPECT_FALSE(survey.IsWhole());
+}
+
 TEST(Ledger, WhatWasAppendedSurvivesAKillInTheMiddleOfWriting) {
   TestFolder folder;
   int pipe_fds[2];

@@ -10,6 +10,9 @@
 namespace skein {
 namespace {
 
+// A link has some 250. The stack that matching it takes grows with the text.
+constexpr size_t kMaxLinkBytes = 2000;
+
 Status NoInvitation(const std::string& why) {
   return InvalidArgument("the invitation " + why + "; `skein invite` prints one, give it whole");
 }
@@ -60,6 +63,7 @@ Result<Invitation> ReadInvitation(const std::string& link) {
       "([A-Za-z0-9_-]+)");
   const Result<std::string> text = TextOf(link);
   if (!text.ok()) return text.status();
+  if (text->size() > kMaxLinkBytes) return NoInvitation("is too long");
   std::smatch parts;
   if (!std::regex_match(*text, parts, kForm)) return NoInvitation("is not of the form skein://...");
   Result<LcmUrl> url = UrlOf(parts[1], parts[2], parts[3]);
