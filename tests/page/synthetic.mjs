@@ -22,6 +22,7 @@ const cases = {
     await page.goto(url);
     const state = await browser.until('the map is there', (s) => s.synced && s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
     assert.deepEqual(state.counts, { received: 49, described: 47, matched: 47, placed: 45, waiting: 0, unplaced: 2, failed: 2 });
+    await page.locator('#counts dd').filter({ hasText: /^45$/ }).waitFor();
     const shown = await page.locator('#counts dd').allInnerTexts();
     assert.deepEqual(shown.map(Number).sort((a, b) => a - b), [0, 4, 45, 49]);
     const pixels = await page.evaluate(() => window.skein.pixels());
@@ -50,8 +51,7 @@ const cases = {
     assert.match(await page.locator('.inspect').innerText(), /Placed in map 1/);
     // Compare with its best match.
     await page.locator('.matches li button').first().click();
-    await page.locator('.match_line').first().waitFor({ state: 'attached' });
-    assert.ok((await page.locator('.match_line').count()) > 10);
+    await page.locator('.match_line').nth(10).waitFor({ state: 'attached' });
     await page.keyboard.press('Escape');
     const point = await page.evaluate(() => {
       for (let y = 200; y < 600; y += 5) {
@@ -64,7 +64,7 @@ const cases = {
     });
     await page.mouse.click(box.x + point.x, box.y + point.y);
     await browser.until('the photos that see the point are told', (s) => s.selection?.seen?.photos?.length >= 2);
-    assert.ok((await page.locator('.sightings li').count()) >= 2);
+    await page.locator('.sightings li').nth(1).waitFor();
   },
 
   async 'what is not placed says why; names are text'({ browser, url }) {
