@@ -37,7 +37,8 @@ cpu_s() {
 }
 mappers() { (cd "$session/run" && ls mapper-*.pid | sed 's/\.pid$//'); }
 newest() { sqlite3 "file:$session/ledger.db?mode=ro" ".timeout 5000" "SELECT COALESCE(MAX(seq), 0) FROM facts WHERE kind = '$1'"; }
-is_at_rest() { (($(newest submap_model) > $(newest registration))); }
+in_flight() { "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" | jq .images.in_flight; }
+is_at_rest() { [[ $(in_flight) == 0 ]] && (($(newest submap_model) > $(newest registration))); }
 
 print_machine
 for run in $viewers; do
@@ -50,7 +51,7 @@ for run in $viewers; do
   done
   publish "$session" --rate "$rate"
   await_agents
-  wait_until 300 "every photo is worked in" is_at_rest
+  wait_until 900 "every photo is worked in" is_at_rest
   web=$(cpu_s web) mapper=$(cpu_s $(mappers)) wall=$(ps -o etimes= -p "$(<"$session/run/ingest.pid")")
   ((!${#pages[@]})) || { kill -TERM "${pages[@]}"; wait "${pages[@]}" 2>/dev/null || true; }
   finish "$session"

@@ -14,6 +14,7 @@ constexpr double kTellS = 1;        // period of what is said to the mappers
 constexpr double kLookS = 10;       // a request counts as somebody who looks for so long
 constexpr double kFirstShapeS = 5;  // a mapper has so long for the first shape
 constexpr double kSilentS = 10;     // then its shapes count as given up
+constexpr double kStalledS = 10;    // a pull of which nothing comes is given up
 constexpr int64_t kMaxManifestBytes = 64 << 20;
 
 }  // namespace
@@ -52,6 +53,7 @@ bool ShapeFollower::MayUseModel(int64_t submap_id) const {
 }
 
 void ShapeFollower::Tick() {
+  WatchPulls();
   const bool looking = IsLooking();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -63,6 +65,24 @@ void ShapeFollower::Tick() {
   wanted.author = node_.instance();
   node_.Publish(kShapeWantedChannel, wanted);
   TellModels();
+}
+
+// Who owns a blob may never answer: it died, or told another size than that of its blob.
+void ShapeFollower::WatchPulls() {
+  const double now_s = node_.loop().now_s();
+  std::vector<std::shared_ptr<Pull>> stalled;
+  for (const auto& [id, pull] : pulls_) {
+    int64_t progress = -static_cast<int64_t>(pull->num_missing);
+    for (const auto fetch : pull->fetches) progress += node_.blobs().ReceivedBytes(fetch);
+    if (progress != std::exchange(pull->progress, progress)) pull->progress_s = now_s;
+    if (now_s - pull->progress_s > kStalledS) stalled.push_back(pull);
+  }
+  for (const std::shared_ptr<Pull>& pull : stalled) {
+    LogDebug("submap {}: shape: nothing comes of it", pull->told.submap_id);
+    for (const auto fetch : pull->fetches) node_.blobs().Cancel(fetch);
+    pull->failed = true;
+    OnPulled(pull);
+  }
 }
 
 // Where no mapper tells a shape, the newest model is one.
@@ -117,15 +137,16 @@ void ShapeFollower::PullNext(int64_t submap_id) {
   if (newest == newest_.end() || pulls_.count(submap_id) > 0) return;
   const auto pull = std::make_shared<Pull>();
   pull->told = newest->second;
+  pull->progress_s = node_.loop().now_s();
   newest_.erase(newest);
   pulls_[submap_id] = pull;
   BlobClient::FetchOptions options;
   options.max_bytes = kMaxManifestBytes;
   options.size_bytes = pull->told.manifest_bytes;
-  node_.blobs().Fetch(
+  pull->fetches.push_back(node_.blobs().Fetch(
       pull->told.manifest_blob, pull->told.owner,
       alive_.Guarded([this, pull](const Result<Bytes>& bytes) { OnManifest(pull, bytes); }),
-      options);
+      options));
 }
 
 void ShapeFollower::OnManifest(const std::shared_ptr<Pull>& pull, const Result<Bytes>& bytes) {
@@ -170,11 +191,11 @@ void ShapeFollower::OnManifest(const std::shared_ptr<Pull>& pull, const Result<B
     options.size_bytes = static_cast<int64_t>(kShapeChunkHeaderBytes +
                                               kShapePointBytes * shape.chunks[index].num_points);
     options.max_bytes = options.size_bytes;
-    node_.blobs().Fetch(blob, shape.owner,
-                        alive_.Guarded([this, pull, index = index](Result<Bytes> points) {
-                          OnPoints(pull, index, std::move(points));
-                        }),
-                        options);
+    pull->fetches.push_back(node_.blobs().Fetch(
+        blob, shape.owner, alive_.Guarded([this, pull, index = index](Result<Bytes> points) {
+          OnPoints(pull, index, std::move(points));
+        }),
+        options));
   }
 }
 

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "event_loop/alive.h"
 #include "node/node.h"
@@ -18,8 +19,9 @@
 namespace skein {
 
 // While somebody looks, asks the mappers for shapes, and keeps the newest of each submap in
-// `store`. One pull a submap at a time; a blob that its owner no longer has ends it, and the next
-// shape begins another. Loop's thread only, but for NoteLook and MayUseModel.
+// `store`. One pull a submap at a time. A blob that its owner no longer has ends it, and so do 10 s
+// without a byte; the next shape begins another. Loop's thread only, but for NoteLook and
+// MayUseModel.
 class ShapeFollower {
  public:
   // on_shape: of that submap there is a new one. num_viewers: pages that are open.
@@ -43,6 +45,9 @@ class ShapeFollower {
     std::shared_ptr<Shape> shape;
     size_t num_missing = 0;
     bool failed = false;
+    std::vector<BlobClient::FetchId> fetches;
+    int64_t progress = 0;  // bytes and blobs that came
+    double progress_s = 0;
   };
 
   void Tick();
@@ -53,6 +58,7 @@ class ShapeFollower {
   void OnManifest(const std::shared_ptr<Pull>& pull, const Result<Bytes>& bytes);
   void OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes);
   void OnPulled(const std::shared_ptr<Pull>& pull);
+  void WatchPulls();
   void TellModels();
 
   Node& node_;
