@@ -177,8 +177,8 @@ const cases = {
     const box = await page.locator('#canvas').boundingBox();
     const points = await page.evaluate(() => {
       const found = [];
-      for (let x = 150; x < 850; x += 9) {
-        for (let y = 250; y < 600; y += 9) {
+      for (let x = 150; x < 850; x += 37) {
+        for (let y = 250; y < 600; y += 37) {
           const hit = window.skein.pickAt(x, y);
           if (hit?.chunk) found.push({ x, y });
         }
