@@ -200,7 +200,7 @@ const cases = {
     await browser.page.locator('#notice').filter({ hasText: 'No 3D' }).waitFor();
     await browser.page.locator('#tab_unplaced').click();
     await browser.page.locator('.unplaced_list li').nth(3).waitFor();
-    expectClean({ hosts: browser.hosts, faults: browser.faults.filter((f) => !/WebGL context could not be created/.test(f)) }, url);
+    expectClean({ hosts: browser.hosts, faults: browser.faults.filter((f) => !/WebGLRenderer: /.test(f)) }, url);
     await browser.close();
   },
 
