@@ -165,6 +165,13 @@ class Repairer {
   Repaired repaired_;
 };
 
+// What cannot be read for another reason than damage is to be lost to nobody.
+bool AreSame(const std::vector<Finding>& a, const std::vector<Finding>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Finding& x, const Finding& y) {
+    return x.what == y.what && x.problem == y.problem;
+  });
+}
+
 }  // namespace
 
 std::vector<Fact> KeepFacts(const SessionCheck& check) {
@@ -181,7 +188,13 @@ Result<Repaired> RepairSession(const SessionPaths& paths, const Progress& progre
   if (!lock.ok()) return lock.status();
   try {
     Repairer(paths, {}).FinishInterrupted();
-    return Repairer(paths, CheckSession(paths, progress)).Run();
+    SessionCheck check = CheckSession(paths, progress);
+    if (!check.IsWhole() && !AreSame(check.findings, CheckSession(paths, progress).findings)) {
+      return Unavailable(
+          "reading the folder twice gave two results: is the disk or the memory "
+          "failing? Nothing was changed");
+    }
+    return Repairer(paths, std::move(check)).Run();
   } catch (const std::exception& error) {
     return Unavailable(error.what());
   }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <limits>
+#include <new>
 #include <stdexcept>
 
 #include "core/hash.h"
@@ -262,6 +263,7 @@ LedgerSurvey Ledger::Survey(const std::filesystem::path& path) {
   } catch (const std::runtime_error& error) {
     survey.damage.push_back(error.what());
   }
+  (*ledger)->RequireMemory();
   return survey;
 }
 
@@ -270,6 +272,10 @@ Result<std::unique_ptr<Ledger>> Ledger::OpenDamaged(const std::filesystem::path&
   const Status status = ledger->Connect(path, SQLITE_OPEN_READONLY);
   if (!status.ok()) return status;
   return ledger;
+}
+
+void Ledger::RequireMemory() const {
+  if ((sqlite3_errcode(db_) & 0xff) == SQLITE_NOMEM) throw std::bad_alloc();
 }
 
 // 0 if there is none, or if it cannot be read.
@@ -288,10 +294,12 @@ void Ledger::SurveyFacts(LedgerSurvey* survey) const {
   for (int64_t seq = 1; head_seq_ > 0 ? seq <= head_seq_ : num_missing < kMaxMissing; ++seq) {
     statement.Bind(1, seq);
     const int code = statement.Step();
+    RequireMemory();
     if (code == SQLITE_ROW) {
       Result<LedgerRecord> record = RecordOf(statement);
       record.ok() ? survey->records.push_back(*std::move(record))
                   : damage.push_back(record.error());
+      RequireMemory();
       num_before_gap = damage.size();
       num_missing = 0;
     } else {

@@ -68,8 +68,7 @@ class Ledger {
   static Result<std::unique_ptr<Ledger>> Open(const std::filesystem::path& path);
   // For readers; the file must exist.
   static Result<std::unique_ptr<Ledger>> OpenReadOnly(const std::filesystem::path& path);
-  // Reads a ledger that may be damaged, record by record. Never fails: what cannot be opened holds
-  // nothing.
+  // Reads a ledger that may be damaged, record by record. What cannot be opened holds nothing.
   static LedgerSurvey Survey(const std::filesystem::path& path);
   ~Ledger();
   Ledger(const Ledger&) = delete;
@@ -102,6 +101,8 @@ class Ledger {
   static Result<std::unique_ptr<Ledger>> OpenDamaged(const std::filesystem::path& path);
   void SurveyFacts(LedgerSurvey* survey) const;
   int64_t NextSeq(int64_t after_seq) const;
+  // Throws std::bad_alloc if SQLite had none: what it did not read is not damaged.
+  void RequireMemory() const;
   void SurveyNotes(LedgerSurvey* survey) const;
   void SurveyPages(LedgerSurvey* survey) const;
 

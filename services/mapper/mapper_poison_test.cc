@@ -1,7 +1,7 @@
 #include <cmath>
 #include <ostream>
 
-#include "mapper/mapper_service_rig.h"
+#include "mapper/mapper_service_rig_test.h"
 
 namespace skein {
 namespace {

@@ -1,4 +1,4 @@
-#include "mapper/mapper_service_rig.h"
+#include "mapper/mapper_service_rig_test.h"
 
 namespace skein {
 namespace {
