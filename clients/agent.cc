@@ -89,6 +89,10 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
   app.add_option("--max-size", options->publisher.max_size_px,
                  "Shrink photos to this longest side in pixels before sending (default: as is)")
       ->check(CLI::Range(64, 100000));
+  app.add_option(
+         "--focal", options->publisher.focal_px,
+         "Focal length in pixels at full resolution, where EXIF tells none (a video's frames)")
+      ->check(CLI::NonNegativeNumber);
   app.add_flag("--watch", options->watch, "Go on with photos that appear, until Ctrl-C");
   app.footer(
       "Exit codes: 0 every photo is stored or a duplicate, 1 error or interrupted,\n"

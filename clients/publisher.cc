@@ -71,7 +71,7 @@ void Publisher::OnRead(const std::string& name, Result<Bytes> bytes) {
   offer.blob_id = node_.blobs().Offer(*std::move(bytes));
   offer.owner = node_.instance();
   offer.capture_utime_us = 0;  // EXIF has it
-  offer.focal_px = 0;
+  offer.focal_px = options_.focal_px;
   offer.has_gps = false;
   offer.latitude_deg = offer.longitude_deg = offer.altitude_m = 0;
   offered.interval_s = kFirstRepeatS;

@@ -82,10 +82,12 @@ void VideoPhotos::Keep(const VideoFrame& frame, Batch* batch) {
 
 std::string VideoPhotos::NameOf(const VideoFrame& frame) const {
   if (is_live_) return UtcName(frame.utime_us);
+  // Of a series of images, what stands before the number.
   std::string stem = std::filesystem::path(source_name_).stem().string();
-  stem.erase(std::remove(stem.begin(), stem.end(), '%'), stem.end());
-  char index[16];
-  std::snprintf(index, sizeof index, "-%06lld.jpg", static_cast<long long>(frame.index));
+  stem = stem.substr(0, stem.find('%'));
+  char index[24];
+  std::snprintf(index, sizeof index, "%s%06lld.jpg", stem.empty() ? "frame-" : "-",
+                static_cast<long long>(frame.index));
   return stem + index;
 }
 

@@ -10,24 +10,22 @@ use_place 1 60 --scenario video --size 640x480 --seed 11
 session=$workspace/session
 frames=$workspace/frames
 
-film() {
-  exec "$SKEIN_BUILD/bin/skein" agent --session "$session" --lcm-url "$url" --name drone \
-    --video "$place/images/agent-1/%04d.jpg" --images "$frames" --rate "$1"
-}
+film=("$SKEIN_BUILD/bin/skein" agent --session "$session" --lcm-url "$url" --name drone
+  --video "$place/images/agent-1/%04d.jpg" --images "$frames" --focal 550)
 has_frames() { (($(find "$frames" -name '*.jpg' 2>/dev/null | wc -l) >= $1)); }
 
 "$SKEIN_BUILD/bin/skein" agent --session "$workspace" --lcm-url "$url" --name drone --video /nowhere.mp4 \
   --images "$frames" >"$workspace/absent.log" 2>&1 && fail "a video that is absent was taken"
 
 start_services "$session" "$url"
-film 2 >"$workspace/killed.log" 2>&1 &
+"${film[@]}" --rate 2 >"$workspace/killed.log" 2>&1 &
 agent=$!
 wait_until 60 "the agent has taken five frames" has_frames 5
 wait_until 60 "a photo is stored" has_facts "$session" image 1
 kill -KILL "$agent"
 wait "$agent" 2>/dev/null || true
 
-film 10 >"$workspace/agent.log" 2>&1 || { cat "$workspace/agent.log"; fail "the agent failed"; }
+"${film[@]}" --rate 10 >"$workspace/agent.log" 2>&1 || { cat "$workspace/agent.log"; fail "the agent failed"; }
 cat "$workspace/agent.log"
 taken=$(find "$frames" -name '*.jpg' | wc -l)
 ((taken >= 8 && taken < 60)) || fail "$taken of 60 frames were taken"
