@@ -47,6 +47,7 @@ std::string ToBase64Url(const Bytes& bytes) {
 }
 
 std::optional<Bytes> FromBase64Url(const std::string& text) {
+  if (text.empty()) return Bytes();  // libsodium wants memory
   Bytes bytes(text.size());
   size_t size = 0;
   const char* end = nullptr;

@@ -79,7 +79,7 @@ failed=0
 printf '%-20s %12s %8s %8s %9s\n' target executions edges 'CPU min' findings
 for target in "${targets[@]}"; do
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$logs/$target.log")
-  edges=$(grep -oE 'cov: [0-9]+' "$logs/$target.log" | tail -n 1 | cut -d' ' -f2)
+  edges=$(grep -oE 'cov: [0-9]+' "$logs/$target.log" | tail -n 1 | cut -d' ' -f2) || true
   minutes=$(awk '/^cpu/ { printf "%.2f", ($2 + $3) / 60 }' "$logs/$target.time")
   found=$(find "$findings" -name "$target-*" | wc -l)
   printf '%-20s %12s %8s %8s %9s\n' "$target" "${executions:--}" "${edges:--}" "$minutes" "$found"
