@@ -122,3 +122,20 @@ kill_everything() {
   wait "$launch_pid" "${agent_pids[@]}" 2>/dev/null || true
   launch_pid='' agent_pids=()
 }
+
+# add_other_host SECONDS: a second host, within SECONDS: a network namespace that a sleeping process holds
+# open (`other_host`). A cable joins it, 10.77.0.2, with this one, 10.77.0.1.
+add_other_host() {
+  setpriv --pdeathsig KILL -- unshare --net sleep infinity &
+  other_host=$!
+  wait_until "$1" "the second host exists" has_own_network "$other_host"
+  ip link add cable type veth peer name cable_end netns "$other_host"
+  ip addr add 10.77.0.1/24 dev cable
+  ip link set cable up
+  nsenter --net -t "$other_host" ip addr add 10.77.0.2/24 dev cable_end
+  nsenter --net -t "$other_host" ip link set cable_end up
+}
+has_own_network() { # while it starts a program, a process does not tell
+  local there
+  there=$(readlink "/proc/$1/ns/net") && [[ -n $there && $there != "$(readlink /proc/$$/ns/net)" ]]
+}

@@ -9,12 +9,10 @@
 #include <openssl/x509.h>
 #include <sys/stat.h>
 
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <memory>
 #include <new>
 
+#include "auth/session_keys.h"
 #include "auth/signing_key.h"
 #include "core/file.h"
 
@@ -127,9 +125,7 @@ bool IsCertificatePin(const std::string& text) {
 }
 
 Result<RelayCertificate> OpenRelayCertificate(const std::string& dir) {
-  if (::mkdir(dir.c_str(), 0700) != 0 && errno != EEXIST) {
-    return Unavailable("cannot create " + dir + ": " + std::strerror(errno));
-  }
+  if (Status status = MakeKeysFolder(dir); !status) return status;
   const FolderLock lock(dir);
   return HasCertificate(dir) ? Read(dir) : Create(dir);
 }

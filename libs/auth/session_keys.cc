@@ -30,14 +30,6 @@ bool Exists(const std::string& path) {
   return ::stat(path.c_str(), &info) == 0;
 }
 
-Status MakeFolder(const std::string& dir) {
-  if (::mkdir(dir.c_str(), 0700) == 0) {
-    return SyncFolder(std::filesystem::absolute(dir).parent_path());
-  }
-  if (errno == EEXIST) return Status::Ok();
-  return Unavailable("cannot create " + dir + ": " + std::strerror(errno));
-}
-
 Result<SigningKey> CreateRoot(const std::string& dir) {
   const SigningKey root = SigningKey::Generate();
   ByteWriter out;
@@ -115,9 +107,17 @@ SignerCounters ReadCounters(const std::string& dir) {
 
 }  // namespace
 
+Status MakeKeysFolder(const std::string& dir) {
+  if (::mkdir(dir.c_str(), 0700) == 0) {
+    return SyncFolder(std::filesystem::absolute(dir).parent_path());
+  }
+  if (errno == EEXIST) return Status::Ok();
+  return Unavailable("cannot create " + dir + ": " + std::strerror(errno));
+}
+
 Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name) {
-  if (Status status = MakeFolder(dir); !status) return status;
+  if (Status status = MakeKeysFolder(dir); !status) return status;
   const FolderLock lock(dir);
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) return root.status();
@@ -127,7 +127,7 @@ Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string&
 
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name, int64_t expires_s) {
-  if (Status status = MakeFolder(dir); !status) return status;
+  if (Status status = MakeKeysFolder(dir); !status) return status;
   const FolderLock lock(dir);
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) return root.status();

@@ -19,6 +19,9 @@ struct SessionAccess {
   SignerCounters used;
 };
 
+// Makes the folder keys/, for the user alone, where it is missing. It stays after a power loss.
+Status MakeKeysFolder(const std::string& dir);
+
 // Makes what is missing. `dir` is the folder keys/. An error says which file and what to do.
 Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name);

@@ -7,6 +7,7 @@
 #include "core/statistics.h"
 #include "session/finish_cut.h"
 #include "session/model_verdict.h"
+#include "session/state_names.h"
 
 namespace skein {
 namespace {
@@ -52,21 +53,6 @@ json SubmapsPart(const SessionState& state) {
                        {"epoch", submap->lease.epoch}});
   }
   return submaps;
-}
-
-const char* MergeStateName(int8_t state) {
-  switch (state) {
-    case merge_t::ORDERED:
-      return "ordered";
-    case merge_t::FROZEN:
-      return "frozen";
-    case merge_t::DONE:
-      return "done";
-    case merge_t::UNDONE:
-      return "undone";
-    default:
-      return "failed";
-  }
 }
 
 json MergesPart(const SessionState& state) {

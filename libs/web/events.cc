@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "session/state_names.h"
+
 namespace skein {
 namespace {
 
@@ -35,21 +37,6 @@ const char* StateOf(const registration_t& fact) {
       return "rejected";
     default:
       return "withdrawn";
-  }
-}
-
-const char* StateOf(const merge_t& fact) {
-  switch (fact.state) {
-    case merge_t::ORDERED:
-      return "ordered";
-    case merge_t::FROZEN:
-      return "frozen";
-    case merge_t::DONE:
-      return "done";
-    case merge_t::UNDONE:
-      return "undone";
-    default:
-      return "failed";
   }
 }
 
@@ -157,7 +144,7 @@ struct EventMaker {
     }
     json event = Begin(fact.header, "merge");
     event.update({{"merge", fact.merge_id},
-                  {"state", StateOf(fact)},
+                  {"state", MergeStateName(fact.state)},
                   {"source", fact.source_id},
                   {"target", fact.target_id},
                   {"reason", fact.reason},
@@ -188,23 +175,6 @@ struct EventMaker {
 };
 
 }  // namespace
-
-const char* FinishStateName(int8_t state) {
-  switch (state) {
-    case finish_t::REQUESTED:
-      return "requested";
-    case finish_t::DRAINED:
-      return "drained";
-    case finish_t::SETTLED:
-      return "settled";
-    case finish_t::DONE:
-      return "done";
-    case finish_t::DEADLINE:
-      return "deadline";
-    default:
-      return "cut";
-  }
-}
 
 double Rounded(double value, int digits) {
   if (!std::isfinite(value)) return 0;

@@ -12,9 +12,6 @@ namespace skein {
 // needs: positions and rotations to 7 digits, the rest to 4.
 std::string EventOf(const Fact& fact);
 
-// "requested", "drained", ...: finish_t's states.
-const char* FinishStateName(int8_t state);
-
 // The value with that many significant digits.
 double Rounded(double value, int digits);
 

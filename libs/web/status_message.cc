@@ -6,6 +6,7 @@
 
 #include "core/statistics.h"
 #include "session/report.h"
+#include "session/state_names.h"
 #include "web/events.h"
 
 namespace skein {

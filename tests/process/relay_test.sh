@@ -15,19 +15,7 @@ use_place 2 8 --seed 1
 session=$workspace/session
 skein=$SKEIN_BUILD/bin/skein
 
-# A second network namespace, held open by a sleeping process.
-setpriv --pdeathsig KILL -- unshare --net sleep infinity &
-other_host=$!
-has_own_network() { # while it starts a program, a process does not tell
-  local there
-  there=$(readlink "/proc/$1/ns/net") && [[ -n $there && $there != "$(readlink /proc/$$/ns/net)" ]]
-}
-wait_until 30 "the second host exists" has_own_network "$other_host"
-ip link add cable type veth peer name cable_end netns "$other_host"
-ip addr add 10.77.0.1/24 dev cable
-ip link set cable up
-nsenter --net -t "$other_host" ip addr add 10.77.0.2/24 dev cable_end
-nsenter --net -t "$other_host" ip link set cable_end up
+add_other_host 30
 nsenter --net -t "$other_host" ip link set lo up
 there() { nsenter --net -t "$other_host" "$@"; }
 

@@ -4,8 +4,7 @@
 //
 //   SKEIN_FAIL_CALL    write (also pwrite, ftruncate), sync (fsync, fdatasync), rename (also link,
 //                      mkdir), open, or malloc (also calloc, realloc)
-//   SKEIN_FAIL_AT      the number of the call that fails, from 1; open fails from then on (a
-//   process
+//   SKEIN_FAIL_AT      the number of the call that fails, from 1; open fails from then on (as
 //                      without descriptors), the others once
 //   SKEIN_FAIL_ERRNO   the error, a number; malloc returns NULL
 //   SKEIN_FAIL_UNDER   only files under this folder
@@ -22,6 +21,8 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "shim.h"
 
 static atomic_int armed;
 static atomic_long counted;
@@ -81,19 +82,6 @@ static int path_fails(const char* kind, const char* path) {
   return atomic_load(&armed) && is_under(path) && fails_now(kind);
 }
 
-#define NEXT(type, name) \
-  static type next;      \
-  if (!next) next = (type)dlsym(RTLD_NEXT, name)
-
-typedef ssize_t (*write_fn)(int, const void*, size_t);
-typedef ssize_t (*pwrite_fn)(int, const void*, size_t, off_t);
-typedef int (*truncate_fn)(int, off_t);
-typedef int (*fd_fn)(int);
-typedef int (*paths_fn)(const char*, const char*);
-typedef int (*mkdir_fn)(const char*, mode_t);
-typedef int (*open_fn)(const char*, int, ...);
-typedef int (*openat_fn)(int, const char*, int, ...);
-
 // Of a failing write half arrives: what a full disk does.
 ssize_t write(int fd, const void* data, size_t size) {
   NEXT(write_fn, "write");
@@ -148,9 +136,6 @@ int mkdir(const char* path, mode_t mode) {
   return path_fails("rename", path) ? -1 : next(path, mode);
 }
 
-static mode_t mode_of(int flags, va_list arguments) {
-  return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
-}
 #define OPEN(name)                                                  \
   int name(const char* path, int flags, ...) {                      \
     NEXT(open_fn, #name);                                           \

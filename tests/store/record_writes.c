@@ -25,6 +25,8 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "shim.h"
+
 enum { MOST_FDS = 1024 };
 static char tracked[MOST_FDS];
 static int log_fd = -1;
@@ -68,20 +70,6 @@ static int opened(int fd, const char* path, int flags) {
   if (tracked[fd]) record('o', fd, (flags & O_TRUNC) != 0, path, (int64_t)strlen(path), "", 0);
   return fd;
 }
-
-#define NEXT(type, name) \
-  static type next;      \
-  if (!next) next = (type)dlsym(RTLD_NEXT, name)
-
-typedef ssize_t (*write_fn)(int, const void*, size_t);
-typedef ssize_t (*pwrite_fn)(int, const void*, size_t, off_t);
-typedef int (*truncate_fn)(int, off_t);
-typedef int (*fd_fn)(int);
-typedef int (*path_fn)(const char*);
-typedef int (*paths_fn)(const char*, const char*);
-typedef int (*mkdir_fn)(const char*, mode_t);
-typedef int (*open_fn)(const char*, int, ...);
-typedef int (*openat_fn)(int, const char*, int, ...);
 
 ssize_t write(int fd, const void* data, size_t size) {
   NEXT(write_fn, "write");
@@ -167,9 +155,6 @@ int mkdir(const char* path, mode_t mode) {
   return changed('m', next(path, mode), path);
 }
 
-static mode_t mode_of(int flags, va_list arguments) {
-  return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
-}
 #define OPEN(name)                                       \
   int name(const char* path, int flags, ...) {           \
     NEXT(open_fn, #name);                                \

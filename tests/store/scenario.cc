@@ -1,9 +1,8 @@
 // store_scenario KIND DIR: what the store's tests run under a shim that fails calls or records
 // writes.
 //
-//   write   takes photos into the session DIR, as ingest does: each file is stored, then its fact
-//   is
-//           committed, then it is acknowledged. Goes on where it stopped.
+//   write   takes photos into the session DIR, as ingest does: each file is stored, then its
+//           fact is committed, then it is acknowledged. Goes on where it stopped.
 //   clone   DIR/session to DIR/clone
 //   repair  DIR/session
 //

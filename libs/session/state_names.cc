@@ -1,0 +1,39 @@
+#include "session/state_names.h"
+
+#include "ledger/facts.h"
+
+namespace skein {
+
+const char* MergeStateName(int8_t state) {
+  switch (state) {
+    case merge_t::ORDERED:
+      return "ordered";
+    case merge_t::FROZEN:
+      return "frozen";
+    case merge_t::DONE:
+      return "done";
+    case merge_t::UNDONE:
+      return "undone";
+    default:
+      return "failed";
+  }
+}
+
+const char* FinishStateName(int8_t state) {
+  switch (state) {
+    case finish_t::REQUESTED:
+      return "requested";
+    case finish_t::DRAINED:
+      return "drained";
+    case finish_t::SETTLED:
+      return "settled";
+    case finish_t::DONE:
+      return "done";
+    case finish_t::DEADLINE:
+      return "deadline";
+    default:
+      return "cut";
+  }
+}
+
+}  // namespace skein
