@@ -34,7 +34,7 @@ Status AddItem(const CLI::ConfigItem& item, ConfigFile* file) {
     return InvalidArgument("\"" + item.name +
                            "\" stands outside all sections; write [SERVICE] above");
   }
-  if (file->sections.back().name != section) {
+  if (file->sections.empty() || file->sections.back().name != section) {
     return InvalidArgument("\"" + item.fullname() + "\": write keys without dots");
   }
   file->sections.back().entries.push_back({item.name, item.inputs});

@@ -101,6 +101,7 @@ TEST_F(Config, SaysWhatIsWrongWithTheFile) {
   EXPECT_NE(Apply("[maper]\nratio = 1\n").find("there is no section [maper]"), std::string::npos);
   EXPECT_NE(Apply("ratio = 1\n").find("outside all sections"), std::string::npos);
   EXPECT_NE(Apply("[mapper]\na.ratio = 1\n").find("without dots"), std::string::npos);
+  EXPECT_NE(Apply("mapper.ratio = 1\n").find("without dots"), std::string::npos);
   EXPECT_NE(ReadConfigFile("/no/such/file.toml").error().find("/no/such/file.toml"),
             std::string::npos);
 }

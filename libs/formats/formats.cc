@@ -172,7 +172,8 @@ Result<ModelArchive> DecodeModelArchive(const Bytes& bytes) {
       std::string name;
       Bytes content;
       if (!reader->GetString(&name) || !reader->GetBytes(&content)) return false;
-      if (!value->emplace(std::move(name), std::move(content)).second) return false;
+      if (!value->empty() && name <= value->rbegin()->first) return false;
+      value->emplace_hint(value->end(), std::move(name), std::move(content));
     }
     return true;
   });

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 namespace skein {
@@ -92,6 +93,16 @@ TEST(Formats, ModelArchiveSurvivesTheRoundTrip) {
   const auto decoded = DecodeModelArchive(EncodeModelArchive(archive));
   ASSERT_TRUE(decoded.ok()) << decoded.error();
   EXPECT_EQ(*decoded, archive);
+}
+
+TEST(Formats, ModelArchiveHasOneOrderOfItsFiles) {
+  Bytes bytes = EncodeModelArchive({{"a", {1}}, {"b", {1}}});
+  ASSERT_TRUE(DecodeModelArchive(bytes).ok());
+  const auto at = std::find(bytes.begin(), bytes.end(), 'a');
+  for (const char first : {'b', 'c'}) {
+    *at = first;
+    EXPECT_FALSE(DecodeModelArchive(bytes).ok()) << first;
+  }
 }
 
 TEST(Formats, SharedImagesSurviveTheRoundTrip) {

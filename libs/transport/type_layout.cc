@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <iterator>
 #include <regex>
 #include <stdexcept>
@@ -42,7 +43,9 @@ class TypeLayout::Reader {
     int64_t length = 0;  // with the zero at its end
     if (!Read(4, &length) || length < 1) return false;
     const auto* text = reinterpret_cast<const char*>(data_ + at_);
-    if (!Skip(static_cast<size_t>(length)) || data_[at_ - 1] != 0) return false;
+    if (!Skip(static_cast<size_t>(length))) return false;
+    // lcm-gen's code writes a text up to its first zero, so one inside is nothing that LCM sends.
+    if (std::memchr(text, 0, static_cast<size_t>(length)) != text + length - 1) return false;
     has_valid_texts_ &= IsUtf8({text, static_cast<size_t>(length) - 1});
     return true;
   }

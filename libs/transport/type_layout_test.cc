@@ -127,5 +127,18 @@ TEST(TypeLayout, RefusesAStringWithoutItsZero) {
   EXPECT_FALSE(TypeLayout::Of("command_t").Measure(bytes.data() + 8, bytes.size() - 8));
 }
 
+// lcm-gen's encoder writes such a text shorter than its length says.
+TEST(TypeLayout, RefusesAStringWithAZeroInside) {
+  command_t command = Command();
+  command.session_id = "ab";
+  Bytes bytes = Encode(command);
+  const auto measured = [&] {
+    return TypeLayout::Of("command_t").Measure(bytes.data() + 8, bytes.size() - 8);
+  };
+  ASSERT_TRUE(measured());
+  bytes[8 + 4] = 0;
+  EXPECT_FALSE(measured());
+}
+
 }  // namespace
 }  // namespace skein
