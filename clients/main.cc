@@ -12,6 +12,7 @@
 #include "clients/finish.h"
 #include "clients/invite.h"
 #include "clients/probe.h"
+#include "clients/revoke.h"
 #include "clients/sim/sim.h"
 #include "clients/status.h"
 #include "clients/store/commands.h"
@@ -31,6 +32,7 @@ const std::vector<Subcommand> kSubcommands = {
     {"finish", "finishes a session: final models and report", skein::RunFinish},
     {"invite", "a link and a QR code with which another host or person takes part",
      skein::RunInvite},
+    {"revoke", "takes an invitation back", skein::RunRevoke},
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
     {"export", "models, features and matches for other programs; pictures", skein::RunExport},

@@ -49,6 +49,7 @@ find_missing() {
   command -v node >/dev/null || missing+=(nodejs)
   command -v npm >/dev/null || missing+=(npm)
   ((!tests)) || command -v chromium >/dev/null || missing+=(chromium)
+  ((!tests)) || is_installed libfaketime || missing+=(libfaketime)
 }
 
 # Names every package that the configured sources don't have.

@@ -61,7 +61,7 @@ wait_until() {
 }
 
 # enter_network_namespace "$@": runs the rest of the calling test in a network namespace of its own,
-# loopback with multicast. Where that isn't permitted the test goes on outside, over tcpq.
+# loopback with multicast, and with mounts of its own. Where that isn't permitted the test goes on outside, over tcpq.
 # Sets IN_NAMESPACE (empty outside).
 enter_network_namespace() {
   IN_NAMESPACE=${IN_NAMESPACE:-}
@@ -70,7 +70,7 @@ enter_network_namespace() {
     ip route add 224.0.0.0/4 dev lo
     return
   fi
-  local unshare=(unshare --net)
+  local unshare=(unshare --net --mount)
   ((EUID == 0)) || unshare+=(--map-root-user)
   if "${unshare[@]}" true 2>/dev/null; then
     IN_NAMESPACE=1 exec "${unshare[@]}" bash "$0" "$@"

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "auth/session_keys.h"
 #include "blobs/blob_store.h"
 #include "core/checksum_list.h"
 #include "core/file.h"
@@ -41,6 +42,7 @@ class Checker {
     CheckPhotos();
     CheckRetrieval();
     CheckResults();
+    CheckKeys();
     return std::move(check_);
   }
 
@@ -210,6 +212,15 @@ class Checker {
     }
   }
 
+  // Without a session's id no credential can be held against it, and the folder is told as it is.
+  void CheckKeys() {
+    check_.damaged_keys = CheckSessionKeys(paths_.Keys().string(), check_.session_id);
+    for (const KeysDamage& damage : check_.damaged_keys) {
+      Add("keys/" + damage.file, "is damaged",
+          damage.is_made_anew ? Remedy::kNone : Remedy::kNewKeys);
+    }
+  }
+
   const SessionPaths& paths_;
   const Progress& progress_;
   const BlobStore store_;
@@ -227,6 +238,8 @@ const char* TextOf(Finding::Remedy remedy) {
       return "`skein repair` makes it whole";
     case Remedy::kMakeAnew:
       return "`skein repair` takes it out, the services make it anew";
+    case Remedy::kNewKeys:
+      return "`skein repair` takes it out, the next start makes new ones: invite anew";
     case Remedy::kSendAgain:
       return "send the photo again";
   }

@@ -1,5 +1,5 @@
 // What of a session folder is damaged. Reads everything once: the ledger's records, photos and
-// blobs by their hash, results by their list of checksums.
+// blobs by their hash, results by their list of checksums, and keys.
 #pragma once
 
 #include <functional>
@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "auth/session_keys.h"
 #include "core/result.h"
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
@@ -21,6 +22,7 @@ struct Finding {
     kNone,       // nothing is lost: it is made anew by itself, or was not needed
     kRepair,     // `skein repair` makes it whole
     kMakeAnew,   // `skein repair` takes it out, and the services make it anew
+    kNewKeys,    // `skein repair` takes it out, and invitations that hang on it end
     kSendAgain,  // a photo that is nowhere else: its agent must send it again
   };
   std::string what;
@@ -40,6 +42,8 @@ struct SessionCheck {
   std::set<std::string> damaged_blobs;       // files in blobs/ that are not what their name says
   std::set<std::string> lost_blobs;          // damaged or missing, needed, no photo
   std::vector<std::string> damaged_results;  // and the list itself
+
+  std::vector<KeysDamage> damaged_keys;
 
   size_t num_blobs = 0;
   size_t num_photos = 0;

@@ -77,6 +77,7 @@ class Repairer {
     if (check_.MustRebuildLedger()) RebuildLedger(id);
     if (!check_.damaged_results.empty()) SetResultsAside();
     if (!check_.has_sound_session_file) WriteSession(id);
+    for (const KeysDamage& damage : check_.damaged_keys) RepairKeys(damage);
     Require(SyncFileSystem(paths_.root));
     return repaired_;
   }
@@ -152,6 +153,13 @@ class Repairer {
     for (const fs::path& path : {paths_.Sparse(), paths_.Report(), paths_.Results()})
       SetAside(path);
     repaired_.services_must_run = true;
+  }
+
+  void RepairKeys(const KeysDamage& damage) {
+    SetAside(damage.ends_all_keys ? paths_.Keys() : paths_.Keys() / damage.file);
+    if (damage.is_made_anew) return;
+    repaired_.done.push_back("invitations that hang on keys/" + damage.file +
+                             " have ended: invite anew");
   }
 
   void WriteSession(const std::string& id) {

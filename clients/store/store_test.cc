@@ -6,6 +6,9 @@
 #include <fstream>
 #include <random>
 
+#include "auth/relay_certificate.h"
+#include "auth/revocations.h"
+#include "auth/session_keys.h"
 #include "blobs/blob_store.h"
 #include "clients/store/session_check.h"
 #include "clients/store/session_clone.h"
@@ -50,6 +53,7 @@ class SessionMaker {
     EXPECT_TRUE(WriteSessionFile(paths_, kId).ok());
     AddRetrieval();
     AddResults();
+    AddKeys();
   }
 
  private:
@@ -120,6 +124,15 @@ class SessionMaker {
     Write(paths_.Sparse() / "0" / "points3D.bin", Content("points"));
     Write(paths_.Report(), Content("report"));
     EXPECT_TRUE(WriteChecksumList(paths_.root, "results.sha256", {"sparse", "report.json"}).ok());
+  }
+
+  void AddKeys() {
+    const std::string keys = paths_.Keys().string();
+    const auto ingest = OpenSessionKeys(keys, kId, Role::kIngest, "ingest");
+    ASSERT_TRUE(ingest.ok()) << ingest.error();
+    EXPECT_TRUE(SaveCounters(keys, {{ingest->credential.key.public_key(), 7}}).ok());
+    EXPECT_TRUE(RevokeName(keys, "lost-phone").ok());
+    EXPECT_TRUE(OpenRelayCertificate(keys).ok());
   }
 
   const SessionPaths paths_;
@@ -310,6 +323,15 @@ TEST_F(StoreTest, ACloneIsTheSameUnderAnotherId) {
   EXPECT_FALSE(CloneSession(paths_, clone.root).ok()) << "it exists";
   FlipFeatures(paths_, 4);
   EXPECT_FALSE(CloneSession(paths_, folder_ / "another").ok()) << "it is damaged";
+}
+
+TEST_F(StoreTest, WithoutTheListOfRevokedNamesAllKeysEnd) {
+  Flip(paths_.Keys() / "revoked", 10, 3);
+  const Result<Repaired> repaired = RepairSession(paths_);
+  ASSERT_TRUE(repaired.ok()) << repaired.error();
+  EXPECT_FALSE(fs::exists(paths_.Keys()));
+  EXPECT_TRUE(fs::exists(paths_.root / "damaged" / "keys" / "root.key"));
+  EXPECT_EQ(repaired->done.back(), "invitations that hang on keys/revoked have ended: invite anew");
 }
 
 // Bits of every file, seeded. Each is told, or changes nothing that is read.

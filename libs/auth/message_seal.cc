@@ -94,6 +94,10 @@ MessageSeal::MessageSeal(SessionTrust trust, Credential credential, SignerCounte
   if (own != used_.end()) counter_ = own->second + RandomU64() % 1'000'000;
 }
 
+void MessageSeal::SetRevoked(std::function<bool(const std::string& name)> is_revoked) {
+  is_revoked_ = std::move(is_revoked);
+}
+
 Bytes MessageSeal::Seal(const std::string& channel, const Bytes& message) {
   counter_ = std::max(counter_ + 1, static_cast<uint64_t>(now_us_()) * 1000);
   ByteWriter out;
@@ -138,6 +142,8 @@ MessageSeal::Signer* MessageSeal::FindSigner(const Certificate& certificate, con
                                              const char** reason) {
   *reason = "its certificate has expired";
   if (IsExpired(certificate, now_us_() / 1'000'000)) return nullptr;
+  *reason = "its invitation was revoked";
+  if (is_revoked_ && is_revoked_(certificate.name)) return nullptr;
   const auto known = signers_.find(certificate.public_key);
   if (known != signers_.end() && known->second.certificate_bytes == bytes) return &known->second;
   *reason = "its certificate is not of this session's root key";

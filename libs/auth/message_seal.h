@@ -58,6 +58,9 @@ class MessageSeal {
   // a session's id that is not 16 hexadecimal digits.
   MessageSeal(SessionTrust trust, Credential credential, SignerCounters used, ClockUs now_us);
 
+  // Whose messages are refused from now on, by the name in their certificate.
+  void SetRevoked(std::function<bool(const std::string& name)> is_revoked);
+
   // The message with this signer's trailer.
   Bytes Seal(const std::string& channel, const Bytes& message);
   // A message that came before is refused, and so is one older than a ReplayWindow. The channels of
@@ -82,6 +85,7 @@ class MessageSeal {
   SignerCounters used_;
   const ClockUs now_us_;
   uint64_t counter_;
+  std::function<bool(const std::string&)> is_revoked_;
   std::map<PublicKey, Signer> signers_;  // at most kMaxSigners
 };
 

@@ -120,6 +120,16 @@ TEST_F(MessageSealTest, RefusesAnExpiredCertificate) {
                 "its certificate has expired");
 }
 
+TEST_F(MessageSealTest, RefusesARevokedName) {
+  std::string revoked;
+  receiver_.SetRevoked([&revoked](const std::string& name) { return name == revoked; });
+  MessageSeal alice = Make(Role::kAgent, "alice");
+  EXPECT_EQ(receiver_.Open(kChannel, alice.Seal(kChannel, message_)).kind, Kind::kSigned);
+  revoked = "alice";
+  ExpectRefused(receiver_.Open(kChannel, alice.Seal(kChannel, message_)),
+                "its invitation was revoked");
+}
+
 TEST_F(MessageSealTest, RefusesAForeignRoot) {
   const SigningKey foreign = SigningKey::Generate();
   MessageSeal mallory = MakeWith(IssueCredential(foreign, kSession, Role::kIngest, "ingest", 0));

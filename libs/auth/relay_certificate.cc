@@ -89,6 +89,13 @@ Result<RelayCertificate> Create(const std::string& dir) {
   return made;
 }
 
+// The private key belongs to the public one beside it.
+bool IsPair(EVP_PKEY* key) {
+  const std::unique_ptr<EVP_PKEY_CTX, decltype(&::EVP_PKEY_CTX_free)> context(
+      ::EVP_PKEY_CTX_new(key, nullptr), &::EVP_PKEY_CTX_free);
+  return context && ::EVP_PKEY_pairwise_check(context.get()) == 1;
+}
+
 Result<RelayCertificate> Read(const std::string& dir) {
   const Result<Bytes> bytes = ReadFile(PemPath(dir));
   if (!bytes.ok()) return bytes.status();
@@ -98,7 +105,8 @@ Result<RelayCertificate> Read(const std::string& dir) {
   const CertificatePtr certificate(::PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr));
   const KeyPtr key(certificate ? ::PEM_read_bio_PrivateKey(in.get(), nullptr, nullptr, nullptr)
                                : nullptr);
-  if (!key || ::X509_check_private_key(certificate.get(), key.get()) != 1) {
+  if (!key || !IsPair(key.get()) || ::X509_check_private_key(certificate.get(), key.get()) != 1 ||
+      ::X509_verify(certificate.get(), key.get()) != 1) {
     return DataLoss(PemPath(dir) +
                     " is damaged; restore it, or delete it for a new one: invitations with the old "
                     "one's fingerprint end then");

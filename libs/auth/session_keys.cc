@@ -7,6 +7,9 @@
 #include <cstring>
 #include <filesystem>
 
+#include "auth/keys_file.h"
+#include "auth/relay_certificate.h"
+#include "auth/revocations.h"
 #include "core/file.h"
 #include "core/folder.h"
 #include "core/hash.h"
@@ -16,13 +19,14 @@ namespace skein {
 namespace {
 
 constexpr char kRootIdentifier[8] = {'s', 'k', 'r', 'o', 'o', 't', '0', '1'};
-constexpr char kCountersIdentifier[8] = {'s', 'k', 'c', 'o', 'u', 'n', '0', '1'};
+constexpr char kCountersIdentifier[] = "skcoun02";
+constexpr char kCredentialSuffix[] = ".credential";
 
 std::string RootPath(const std::string& dir) { return dir + "/root.key"; }
 std::string CountersPath(const std::string& dir) { return dir + "/counters"; }
 std::string CredentialPath(const std::string& dir, Role role, const std::string& name) {
   return dir + "/" + RoleName(role) + "-" + HashBytes(name.data(), name.size()).substr(0, 16) +
-         ".credential";
+         kCredentialSuffix;
 }
 
 bool Exists(const std::string& path) {
@@ -87,22 +91,30 @@ Credential OpenCredential(const std::string& dir, const SigningKey& root, const 
   return credential;
 }
 
-// None for a file that is not there or damaged: what it guards against is then open until the
-// next is written.
-SignerCounters ReadCounters(const std::string& dir) {
+Result<SignerCounters> ReadCounters(const std::string& dir) {
+  const Result<Bytes> bytes = ReadKeysFile(CountersPath(dir), kCountersIdentifier);
+  if (bytes.code() == StatusCode::kNotFound) return SignerCounters{};
+  if (!bytes.ok()) return bytes.status();
   SignerCounters counters;
-  const Result<Bytes> bytes = ReadFile(CountersPath(dir));
-  if (!bytes.ok()) return counters;
   ByteReader in(*bytes);
-  char identifier[sizeof(kCountersIdentifier)];
-  if (!in.GetRaw(identifier, sizeof(identifier)) ||
-      !std::equal(identifier, std::end(identifier), kCountersIdentifier)) {
-    return counters;
-  }
   PublicKey key;
   uint64_t counter = 0;
   while (in.GetRaw(key.data(), key.size()) && in.Get(&counter)) counters[key] = counter;
   return counters;
+}
+
+// Without the file, what it guards against is open until the next is written.
+SignerCounters CountersOrNone(const std::string& dir) {
+  const Result<SignerCounters> counters = ReadCounters(dir);
+  if (counters.ok()) return *counters;
+  LogWarn("a message may be taken twice: {}", counters.error());
+  return {};
+}
+
+bool IsSoundCredential(const std::string& path, const SessionTrust& trust) {
+  const Result<Bytes> bytes = ReadFile(path);
+  const Result<Credential> credential = bytes.ok() ? DecodeCredential(*bytes) : bytes.status();
+  return credential.ok() && IsGenuine(credential->certificate, trust);
 }
 
 }  // namespace
@@ -115,14 +127,22 @@ Status MakeKeysFolder(const std::string& dir) {
   return Unavailable("cannot create " + dir + ": " + std::strerror(errno));
 }
 
+bool HasCredentialOf(const std::string& dir, const std::string& name) {
+  constexpr Role kRoles[] = {Role::kIngest, Role::kWorker, Role::kAgent, Role::kOperator,
+                             Role::kViewer};
+  return std::any_of(std::begin(kRoles), std::end(kRoles),
+                     [&](Role role) { return Exists(CredentialPath(dir, role, name)); });
+}
+
 Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name) {
   if (Status status = MakeKeysFolder(dir); !status) return status;
   const FolderLock lock(dir);
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) return root.status();
+  if (const auto revoked = ReadRevokedNames(dir); !revoked.ok()) return revoked.status();
   const SessionTrust trust{session_id, root->public_key()};
-  return SessionAccess{trust, OpenCredential(dir, *root, trust, role, name), ReadCounters(dir)};
+  return SessionAccess{trust, OpenCredential(dir, *root, trust, role, name), CountersOrNone(dir)};
 }
 
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
@@ -131,6 +151,11 @@ Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string&
   const FolderLock lock(dir);
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) return root.status();
+  const Result<RevokedNames> revoked = ReadRevokedNames(dir);
+  if (!revoked.ok()) return revoked.status();
+  if (revoked->count(name) > 0) {
+    return InvalidArgument("\"" + name + "\" was revoked: give the next one another name");
+  }
   return SessionAccess{{session_id, root->public_key()},
                        IssueCredential(*root, session_id, role, name, expires_s),
                        {}};
@@ -138,12 +163,29 @@ Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string&
 
 Status SaveCounters(const std::string& dir, const SignerCounters& counters) {
   ByteWriter out;
-  out.PutRaw(kCountersIdentifier, sizeof(kCountersIdentifier));
   for (const auto& [key, counter] : counters) {
     out.PutRaw(key.data(), key.size());
     out.Put(counter);
   }
-  return WriteSecretFile(CountersPath(dir), out.bytes().data(), out.size());
+  return WriteKeysFile(CountersPath(dir), kCountersIdentifier, out.Take());
+}
+
+std::vector<KeysDamage> CheckSessionKeys(const std::string& dir, const std::string& session_id) {
+  std::vector<KeysDamage> damage;
+  if (!Exists(RootPath(dir))) return damage;
+  const FolderLock lock(dir);
+  const Result<SigningKey> root = OpenRoot(dir);
+  if (!root.ok()) damage.push_back({"root.key", true, false});
+  if (!ReadRevokedNames(dir).ok()) damage.push_back({"revoked", true, false});
+  if (!ReadCounters(dir).ok()) damage.push_back({"counters", false, true});
+  if (ReadRelayPin(dir).code() == StatusCode::kDataLoss) damage.push_back({"relay.pem"});
+  for (const std::filesystem::path& file : FilesUnder(dir)) {
+    if (file.extension() != kCredentialSuffix || !root.ok()) continue;
+    if (!IsSoundCredential(file, {session_id, root->public_key()})) {
+      damage.push_back({file.filename().string(), false, true});
+    }
+  }
+  return damage;
 }
 
 Bytes EncodeCredential(const Credential& credential) {

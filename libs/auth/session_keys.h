@@ -4,9 +4,12 @@
 //   keys/root.key               the root's seed
 //   keys/ROLE-HASH.credential   one for each role and name that a process of this host has had
 //   keys/counters               the highest counter of each signer that ingest has seen
+//   keys/revoked                auth/revocations.h
+//   keys/relay.pem              auth/relay_certificate.h
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "auth/message_seal.h"
 #include "core/result.h"
@@ -22,15 +25,29 @@ struct SessionAccess {
 // Makes the folder keys/, for the user alone, where it is missing. It stays after a power loss.
 Status MakeKeysFolder(const std::string& dir);
 
+// Whether a process of this host has had a credential of this name, in any role.
+bool HasCredentialOf(const std::string& dir, const std::string& name);
+
 // Makes what is missing. `dir` is the folder keys/. An error says which file and what to do.
 Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name);
 
-// A new credential that is kept nowhere, for an invitation.
+// A new credential that is kept nowhere, for an invitation. Fails for a name that is revoked.
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name, int64_t expires_s);
 
 Status SaveCounters(const std::string& dir, const SignerCounters& counters);
+
+// A damaged file of the folder keys/, named by its path in there.
+struct KeysDamage {
+  std::string file;
+  // Without it nobody can tell who may do what: new keys must be made, and all invitations anew.
+  bool ends_all_keys = false;
+  // The next start makes another of its kind, and nothing is lost.
+  bool is_made_anew = false;
+};
+// Reads all of them; an empty folder, or none, is whole.
+std::vector<KeysDamage> CheckSessionKeys(const std::string& dir, const std::string& session_id);
 
 // A credential as bytes: seed, then certificate. The key must be the certificate's.
 Bytes EncodeCredential(const Credential& credential);

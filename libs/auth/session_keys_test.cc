@@ -5,7 +5,10 @@
 
 #include <filesystem>
 
+#include "auth/relay_certificate.h"
+#include "auth/revocations.h"
 #include "core/file.h"
+#include "core/folder.h"
 #include "testing/test_folder.h"
 
 namespace skein {
@@ -56,6 +59,27 @@ TEST_F(SessionKeysTest, NobodyElseMayReadThem) {
     ++num_files;
   }
   EXPECT_EQ(num_files, 3);
+}
+
+TEST_F(SessionKeysTest, EveryFlippedBitIsFound) {
+  const SignerCounters counters = {{Open(Role::kIngest, "ingest").credential.key.public_key(), 7}};
+  ASSERT_TRUE(SaveCounters(dir_, counters).ok());
+  ASSERT_TRUE(RevokeName(dir_, "alice").ok());
+  ASSERT_TRUE(OpenRelayCertificate(dir_).ok());
+  const std::string pin = *ReadRelayPin(dir_);
+  ASSERT_TRUE(CheckSessionKeys(dir_, kSession).empty());
+  for (const std::filesystem::path& file : FilesUnder(dir_)) {
+    const Bytes whole = *ReadFile(file.string());
+    for (size_t i = 0; i < whole.size(); ++i) {
+      Bytes damaged = whole;
+      damaged[i] ^= static_cast<uint8_t>(1 << i % 8);
+      ASSERT_TRUE(WriteSecretFile(file.string(), damaged.data(), damaged.size()).ok());
+      if (!CheckSessionKeys(dir_, kSession).empty()) continue;
+      EXPECT_TRUE(file.filename() == "relay.pem" && *ReadRelayPin(dir_) == pin)
+          << file << " at " << i;
+    }
+    ASSERT_TRUE(WriteSecretFile(file.string(), whole.data(), whole.size()).ok());
+  }
 }
 
 TEST_F(SessionKeysTest, ADamagedRootIsAnErrorThatSaysWhatToDo) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "auth/relay_certificate.h"
+#include "auth/revocations.h"
 #include "auth/session_keys.h"
 #include "core/clock.h"
 #include "core/log.h"
@@ -194,9 +195,9 @@ void Node::SealBus() {
   const auto access =
       FindAccess(options_, KeysDirOf(options_), session_id_, auth == Auth::kRequire);
   if (!access) return;
-  bus_.SetSeal(
-      std::make_unique<MessageSeal>(access->trust, access->credential, access->used, NowUs),
-      auth == Auth::kWarn);
+  auto seal = std::make_unique<MessageSeal>(access->trust, access->credential, access->used, NowUs);
+  if (!KeysDirOf(options_).empty()) seal->SetRevoked(Revocations(KeysDirOf(options_)));
+  bus_.SetSeal(std::move(seal), auth == Auth::kWarn);
   if (options_.role != Role::kIngest) return;
   counters_timer_ = loop_.AddTimer(kKeepCountersS, [this] { KeepCounters(); });
 }

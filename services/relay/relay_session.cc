@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "auth/revocations.h"
 #include "core/clock.h"
 #include "core/log.h"
 #include "core/process.h"
@@ -37,13 +38,14 @@ RelaySession::RelaySession(const RelayProgramOptions& options)
     : instance_(options.instance),
       url_(ParseLcmUrl(options.lcm_url)),
       auth_(AuthOf(options.auth, url_)),
+      keys_dir_(SessionPaths{options.session_dir}.Keys().string()),
       access_(OpenAccess(options)) {
   if (!url_.goes_over_relay()) {
     throw std::invalid_argument("--lcm-url " + url_.ToString() +
                                 ": give the session's URL, tcpq://HOST:PORT or tcpqs://HOST:PORT");
   }
   if (url_.provider != "tcpqs") return;
-  certificate_ = Need(OpenRelayCertificate(SessionPaths{options.session_dir}.Keys().string()));
+  certificate_ = Need(OpenRelayCertificate(keys_dir_));
   url_.pin = certificate_->pin;
   LogInfo("fingerprint of its certificate: {}", url_.pin);
 }
@@ -54,7 +56,9 @@ std::optional<TlsContext> RelaySession::Tls() const {
 }
 
 MessageSeal RelaySession::MakeSeal() const {
-  return {access_.trust, access_.credential, access_.used, NowUs};
+  MessageSeal seal(access_.trust, access_.credential, access_.used, NowUs);
+  seal.SetRevoked(Revocations(keys_dir_));
+  return seal;
 }
 
 std::unique_ptr<RelayGuard> RelaySession::MakeGuard() const {

@@ -38,6 +38,7 @@ class RelaySession {
   const std::string instance_;
   LcmUrl url_;
   Auth auth_;
+  const std::string keys_dir_;
   SessionAccess access_;
   std::optional<RelayCertificate> certificate_;  // of a tcpqs URL
   std::unique_ptr<Bus> bus_;

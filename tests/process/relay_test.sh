@@ -79,6 +79,15 @@ publish_agent "$session" "$place/images/agent-1/"
 nsenter --net -t "$other_host" "$skein" agent --invite "$agent" --images "$place/images/agent-2" >>"$workspace/agents.log" 2>&1 &
 agent_pids+=($!)
 await_agents
+
+# An invitation that is taken back: the relay forwards nothing from it, and nothing to it.
+lost=$(invite viewer --name lost-phone)
+timeout 40 "$skein" status --once --invite "$lost" >/dev/null || fail "an invitation does not work"
+"$skein" revoke --session "$session" --name lost-phone >"$workspace/said" || fail "skein revoke"
+grep -qx lost-phone "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
+is_shut_out() { ! timeout 40 "$skein" status --once --invite "$lost" >"$workspace/said" 2>&1; }
+wait_until 60 "a revoked invitation is refused" is_shut_out
+
 "$skein" status --once --json --session "$session" --lcm-url "$url" >"$workspace/status.json" || fail "skein status"
 finish "$session"
 kill -TERM "$remote_pid"

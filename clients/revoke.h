@@ -1,0 +1,8 @@
+// `skein revoke`: takes an invitation back.
+#pragma once
+
+namespace skein {
+
+int RunRevoke(int argc, char** argv);
+
+}  // namespace skein

@@ -1,0 +1,39 @@
+#include "auth/keys_file.h"
+
+#include <filesystem>
+
+#include "core/file.h"
+#include "core/hash.h"
+
+namespace skein {
+namespace {
+
+constexpr size_t kHashSize = 64;  // hexadecimal
+
+}  // namespace
+
+Status WriteKeysFile(const std::string& path, const std::string& identifier, const Bytes& content) {
+  ByteWriter out;
+  out.PutRaw(identifier.data(), identifier.size());
+  out.PutRaw(content.data(), content.size());
+  const std::string hash = HashBytes(out.bytes().data(), out.size());
+  out.PutRaw(hash.data(), hash.size());
+  return WriteSecretFile(path, out.bytes().data(), out.size());
+}
+
+Result<Bytes> ReadKeysFile(const std::string& path, const std::string& identifier) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error) && !error) return NotFound(path + " is missing");
+  const Result<Bytes> bytes = ReadFile(path);
+  if (!bytes.ok()) return bytes.status();
+  const std::string text(bytes->begin(), bytes->end());
+  const bool is_whole =
+      text.size() >= identifier.size() + kHashSize &&
+      text.compare(0, identifier.size(), identifier) == 0 &&
+      HashBytes(text.data(), text.size() - kHashSize) == text.substr(text.size() - kHashSize);
+  if (!is_whole) return DataLoss(path + " is damaged");
+  return Bytes(text.begin() + static_cast<std::ptrdiff_t>(identifier.size()),
+               text.end() - static_cast<std::ptrdiff_t>(kHashSize));
+}
+
+}  // namespace skein

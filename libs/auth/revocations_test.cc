@@ -1,0 +1,71 @@
+#include "auth/revocations.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "auth/session_keys.h"
+#include "core/file.h"
+#include "testing/test_folder.h"
+
+namespace skein {
+namespace {
+
+constexpr char kSession[] = "0123456789abcdef";
+
+class RevocationsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(OpenSessionKeys(dir_, kSession, Role::kWorker, "mapper-1").ok());
+  }
+  Status Invite(const std::string& name) {
+    return IssueInvitation(dir_, kSession, Role::kAgent, name, 0).status();
+  }
+  void Damage(const std::string& file) {
+    Bytes bytes = *ReadFile(dir_ + "/" + file);
+    bytes[bytes.size() / 2] ^= 1;
+    ASSERT_TRUE(WriteFileAtomic(dir_ + "/" + file, bytes).ok());
+  }
+
+  TestFolder folder_;
+  const std::string dir_ = (folder_ / "keys").string();
+};
+
+TEST_F(RevocationsTest, ARevokedNameStaysRevoked) {
+  EXPECT_TRUE(ReadRevokedNames(dir_)->empty());
+  ASSERT_TRUE(RevokeName(dir_, "alice").ok());
+  ASSERT_TRUE(RevokeName(dir_, "bob").ok());
+  EXPECT_EQ(*ReadRevokedNames(dir_), (RevokedNames{"alice", "bob"}));
+  EXPECT_TRUE(Invite("carol").ok());
+  EXPECT_NE(Invite("alice").error().find("was revoked"), std::string::npos);
+}
+
+TEST_F(RevocationsTest, OfThisHostsProcessesNoneCanBeRevoked) {
+  EXPECT_NE(RevokeName(dir_, "mapper-1").error().find("process of this host"), std::string::npos);
+}
+
+TEST_F(RevocationsTest, ARunningProcessHearsOfThemWithinASecond) {
+  double now_s = 100;
+  Revocations revocations(dir_, [&now_s] { return now_s; });
+  EXPECT_FALSE(revocations("alice"));
+  ASSERT_TRUE(RevokeName(dir_, "alice").ok());
+  now_s += 1;
+  EXPECT_TRUE(revocations("alice"));
+  EXPECT_FALSE(revocations("bob"));
+}
+
+TEST_F(RevocationsTest, ADamagedListRevokesNobodyLessAndInvitesNobody) {
+  ASSERT_TRUE(RevokeName(dir_, "alice").ok());
+  double now_s = 100;
+  Revocations revocations(dir_, [&now_s] { return now_s; });
+  ASSERT_TRUE(revocations("alice"));
+  Damage("revoked");
+  now_s += 1;
+  EXPECT_TRUE(revocations("alice"));
+  EXPECT_NE(Invite("carol").error().find("damaged"), std::string::npos);
+  EXPECT_FALSE(OpenSessionKeys(dir_, kSession, Role::kWorker, "mapper-1").ok());
+  EXPECT_FALSE(RevokeName(dir_, "bob").ok());
+}
+
+}  // namespace
+}  // namespace skein
