@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string images, model;
+  std::string images, model, only;
   int photos = 12, neighbours = 3, repetitions = 3, max_features = 8192;
 };
 
@@ -156,6 +156,28 @@ void Print(const Method& method, const std::vector<Photo>& photos, int neighbour
               Quantile(near, 0.5), Quantile(method.cpu_s, 0.5));
 }
 
+std::vector<Method> MethodsOf(const Arguments& arguments) {
+  const auto is_wanted = [&](const std::string& name) {
+    return arguments.only.empty() || arguments.only == name;
+  };
+  std::vector<Method> methods;
+  skein::SiftOptions options;
+  options.selection.max_features = arguments.max_features;
+  options.method = "opencv";
+  if (is_wanted("opencv")) {
+    methods.push_back({"OpenCV", std::make_unique<skein::SiftExtractor>(options), {}, {}});
+  }
+  options.method = "skein";
+  for (const auto version : {skein::SiftKernelVersion::kPortable, skein::SiftKernelVersion::kAvx2,
+                             skein::SiftKernelVersion::kAvx512}) {
+    const std::string name = skein::SiftKernelName(version);
+    if (!skein::IsSiftKernelSupported(version) || !is_wanted(name)) continue;
+    methods.push_back(
+        {"Skein, " + name, std::make_unique<skein::SiftExtractor>(options, version), {}, {}});
+  }
+  return methods;
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("Skein's SIFT beside OpenCV's, by use.");
   Arguments arguments;
@@ -165,6 +187,7 @@ int Main(int argc, char** argv) {
   app.add_option("--neighbours", arguments.neighbours, "Photos each is matched with");
   app.add_option("--repetitions", arguments.repetitions, "The least CPU time of these counts");
   app.add_option("--max-features", arguments.max_features, "Most keypoints a photo");
+  app.add_option("--only", arguments.only, "opencv, portable, avx2 or avx512 alone");
   CLI11_PARSE(app, argc, argv);
   cv::setNumThreads(1);
   colmap::Reconstruction model;
@@ -172,20 +195,7 @@ int Main(int argc, char** argv) {
   const auto photos = PhotosOf(model, arguments);
   if (photos.empty()) throw std::runtime_error("no photo of the model in " + arguments.images);
 
-  std::vector<Method> methods;
-  skein::SiftOptions options;
-  options.selection.max_features = arguments.max_features;
-  options.method = "opencv";
-  methods.push_back({"OpenCV", std::make_unique<skein::SiftExtractor>(options), {}, {}});
-  options.method = "skein";
-  for (const auto version : {skein::SiftKernelVersion::kPortable, skein::SiftKernelVersion::kAvx2,
-                             skein::SiftKernelVersion::kAvx512}) {
-    if (!skein::IsSiftKernelSupported(version)) continue;
-    methods.push_back({"Skein, " + skein::SiftKernelName(version),
-                       std::make_unique<skein::SiftExtractor>(options, version),
-                       {},
-                       {}});
-  }
+  std::vector<Method> methods = MethodsOf(arguments);
   for (const Photo& photo : photos) Describe(photo, arguments.repetitions, &methods);
   std::printf("commit %s, %s\n", SKEIN_COMMIT, arguments.images.c_str());
   std::printf(
