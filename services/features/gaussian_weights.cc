@@ -10,7 +10,7 @@ constexpr double kDeviations = 3;
 // Blur that a photo is taken to have, its pixels (Lowe 2004, section 3.3).
 constexpr double kPhotoSigma = 0.5;
 // OpenCV's doubling blurs by 1/4 pixel^2 more than ours; kept, so that as many features are found.
-constexpr double kMoreVariance = 0.25;
+constexpr double kMoreVariance = 0.5;
 
 std::vector<double> Sampled(double sigma, int radius) {
   std::vector<double> weights;

