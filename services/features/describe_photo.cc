@@ -14,8 +14,8 @@ std::string SizeText(int width, int height) {
 }  // namespace
 
 Result<PhotoDescription> DescribePhoto(PhotoDecoder* decoder, const Bytes& photo, int width_px,
-                                       int height_px, int exif_orientation, const SiftOptions& sift,
-                                       GlobalDescriptorModel* model) {
+                                       int height_px, int exif_orientation, SiftExtractor* sift,
+                                       int threads, GlobalDescriptorModel* model) {
   const double start_s = MonotonicS();
   const auto image = decoder->Decode(photo);
   if (!image) return image.status();
@@ -24,7 +24,7 @@ Result<PhotoDescription> DescribePhoto(PhotoDecoder* decoder, const Bytes& photo
                     " pixels, its header says " + SizeText(width_px, height_px));
   }
   PhotoDescription result;
-  result.local = ExtractSift(*image, sift);
+  result.local = sift->Extract(*image, threads);
   const double local_end_s = MonotonicS();
   result.global.model = model->id();
   result.global.values = model->Describe({*image, exif_orientation, &result.local});

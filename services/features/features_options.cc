@@ -8,7 +8,10 @@ namespace skein {
 
 Status FeaturesOptions::Check() const {
   const SelectionOptions& selection = sift.selection;
-  return FirstError({InRange("max_size", sift.max_image_px, 64, 16384),
+  return FirstError({sift.method == "skein" || sift.method == "opencv"
+                         ? Status::Ok()
+                         : InvalidArgument("sift is " + sift.method + ": give skein or opencv"),
+                     InRange("max_size", sift.max_image_px, 64, 16384),
                      InRange("max_features", selection.max_features, 1, 65536),
                      InRange("spread", selection.spread, 0.0, 1.0),
                      InRange("cell_px", selection.cell_px, 1, 16384),
@@ -19,6 +22,7 @@ Status FeaturesOptions::Check() const {
 void AddOptions(CLI::App& app, FeaturesOptions* options) {
   SiftOptions& sift = options->sift;
   ModelChoice& model = options->model;
+  app.add_option("--sift", sift.method, "SIFT of Skein's (skein) or of OpenCV (opencv)");
   app.add_option("--max-size", sift.max_image_px, "Longest side of the searched photo, pixels");
   app.add_option("--max-features", sift.selection.max_features, "Most keypoints a photo");
   app.add_option("--spread", sift.selection.spread,

@@ -4,13 +4,15 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "features/idle_cores.h"
 
 namespace skein {
 
-FeaturesService::FeaturesService(Node& node, const SiftOptions& sift,
+FeaturesService::FeaturesService(Node& node, const SiftOptions& sift, int max_threads,
                                  std::shared_ptr<GlobalDescriptorModel> model,
                                  std::unique_ptr<PhotoDecoder> decoder)
     : node_(node),
+      max_threads_(max_threads),
       sift_(sift),
       model_(std::move(model)),
       decoder_(std::move(decoder)),
@@ -65,8 +67,9 @@ void FeaturesService::Compute(const image_t& image, Bytes photo) {
 Result<FeaturesService::Described> FeaturesService::Describe(const image_t& image,
                                                              const Bytes& photo) {
   const Timer timer;
-  auto result = DescribePhoto(decoder_.get(), photo, image.width_px, image.height_px,
-                              image.orientation, sift_, model_.get());
+  auto result =
+      DescribePhoto(decoder_.get(), photo, image.width_px, image.height_px, image.orientation,
+                    &sift_, ThreadsForIdleCores(max_threads_), model_.get());
   if (!result.ok()) return result.status();
   Described described;
   described.photo = std::move(*result);

@@ -17,10 +17,12 @@
 namespace skein {
 
 // Holds three items: one is computed on a worker thread, the photo of one is fetched, the result of
-// one is being committed. Loop's thread only.
+// one is being committed. A photo is computed on as many threads as cores are idle, at most
+// `max_threads`. Loop's thread only.
 class FeaturesService {
  public:
-  FeaturesService(Node& node, const SiftOptions& sift, std::shared_ptr<GlobalDescriptorModel> model,
+  FeaturesService(Node& node, const SiftOptions& sift, int max_threads,
+                  std::shared_ptr<GlobalDescriptorModel> model,
                   std::unique_ptr<PhotoDecoder> decoder);
 
  private:
@@ -45,7 +47,8 @@ class FeaturesService {
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
-  const SiftOptions sift_;
+  const int max_threads_;
+  SiftExtractor sift_;                                  // used by worker_ only
   const std::shared_ptr<GlobalDescriptorModel> model_;  // id and dim aside, used by worker_ only
   const std::unique_ptr<PhotoDecoder> decoder_;         // used by worker_ only
   std::map<int64_t, image_t> images_;                   // those without features

@@ -29,7 +29,7 @@ class OneVectorForAll : public GlobalDescriptorModel {
 class FeaturesServiceTest : public testing::Test {
  protected:
   explicit FeaturesServiceTest(const DecoderOptions& decoder = DecoderOptions())
-      : service_(node_, SiftOptions(), std::make_shared<OneVectorForAll>(),
+      : service_(node_, SiftOptions(), 1, std::make_shared<OneVectorForAll>(),
                  *PhotoDecoder::Start(decoder)) {
     bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
       held_ = std::set<int64_t>(request.held.begin(), request.held.end());

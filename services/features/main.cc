@@ -29,7 +29,8 @@ int main(int argc, char** argv) {
   return skein::RunService(node_options, [&](skein::Node& node) {
     auto decoder = skein::PhotoDecoder::Start(options.decoder);
     if (!decoder.ok()) throw std::runtime_error(decoder.error());
-    skein::FeaturesService service(node, options.sift, model, *std::move(decoder));
+    skein::FeaturesService service(node, options.sift, node_options.threads, model,
+                                   *std::move(decoder));
     node.Run();
   });
 }

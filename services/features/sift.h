@@ -1,17 +1,20 @@
 #pragma once
 
+#include <memory>
 #include <opencv2/core.hpp>
+#include <string>
 
 #include "features/keypoint_selection.h"
+#include "features/sift_kernels.h"
 #include "formats/formats.h"
 
 namespace skein {
 
 struct SiftOptions {
+  std::string method = "skein";      // or "opencv"
   int max_image_px = 1600;           // longest side searched; larger photos are shrunk by area
-  double contrast_threshold = 0.02;  // as COLMAP's peak threshold 0.02 / octave_layers
+  double contrast_threshold = 0.02;  // as COLMAP's peak threshold 0.02 / kOctaveLayers
   double edge_threshold = 10;
-  int octave_layers = 3;
   double sigma = 1.6;
   SelectionOptions selection;
 };
@@ -21,13 +24,31 @@ struct LocalFeatures {
   Descriptors descriptors;  // RootSIFT; row i describes keypoint i
 };
 
-// SIFT (Lowe 2004) with OpenCV's detector, RootSIFT (Arandjelovic and Zisserman 2012) as uint8.
-// `photo` is 8-bit BGR with its pixels as stored. A photo without texture has no keypoints.
-// Deterministic; runs on OpenCV's threads (cv::setNumThreads).
+// SIFT (Lowe 2004) by Skein's code or OpenCV's, RootSIFT (Arandjelovic and Zisserman 2012) as
+// uint8. Keeps its memory from photo to photo (own_sift.h). One thread's; what it calls runs on up
+// to `threads` of OpenCV's threads (cv::setNumThreads). The result is independent of their number.
+class SiftExtractor {
+ public:
+  explicit SiftExtractor(const SiftOptions& options,
+                         SiftKernelVersion version = FastestSiftKernel());
+  ~SiftExtractor();
+
+  // `photo` is 8-bit BGR with its pixels as stored. A photo without texture has no keypoints.
+  LocalFeatures Extract(const cv::Mat& photo, int threads = 1);
+
+ private:
+  const SiftOptions options_;
+  std::unique_ptr<class OwnSift> own_;  // null: OpenCV's
+};
+
+// Of one photo alone.
 LocalFeatures ExtractSift(const cv::Mat& photo, const SiftOptions& options);
 
 // Rows of OpenCV's float SIFT -> L1-normalised, square root, times 512, rounded, at most 255: the
 // quantisation of COLMAP.
 Descriptors RootSift(const cv::Mat& sift);
+
+// The same of one row, whose sum is known.
+void RootSift(const float* sift, float sum, uint8_t* out);
 
 }  // namespace skein

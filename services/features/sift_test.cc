@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace skein {
 namespace {
@@ -40,23 +45,317 @@ cv::Mat Texture(cv::Size size) {
   return noise;
 }
 
-TEST(Sift, FindsBlobsAtTheirCentresAtAnySubpixelPhaseAndScale) {
-  for (const double sigma : {1.5, 2.0, 3.0, 6.0, 12.0}) {
-    cv::Point2d sum(0, 0);
-    int count = 0;
-    for (const double fx : {0.0, 0.2, 0.5, 0.7}) {
-      for (const double fy : {0.1, 0.4, 0.9}) {
-        const cv::Point2d centre(150 + fx, 120 + fy);
-        const auto features = ExtractSift(Blob({303, 241}, centre, sigma), {});
-        const cv::Point2d offset = OffsetOfNearest(features.keypoints, centre);
-        if (cv::norm(offset) > 1) continue;
-        sum += offset;
-        ++count;
+// Structure at every scale, as in a photo.
+cv::Mat Scene(cv::Size size, uint64_t seed = 11) {
+  cv::Mat sum = cv::Mat::zeros(size, CV_32FC3);
+  cv::RNG rng(seed);
+  for (int cell = 4; cell < size.width; cell *= 2) {
+    cv::Mat noise(size.height / cell + 2, size.width / cell + 2, CV_32FC3), layer;
+    rng.fill(noise, cv::RNG::NORMAL, 0, 12 * std::sqrt(std::log2(cell)));
+    cv::resize(noise, layer, size, 0, 0, cv::INTER_CUBIC);
+    sum += layer;
+  }
+  cv::Mat scene;
+  cv::Mat(sum + cv::Scalar::all(120)).convertTo(scene, CV_8UC3);
+  return scene;
+}
+
+// Keypoints by place, to find those near another.
+class KeypointGrid {
+ public:
+  explicit KeypointGrid(const Keypoints& keypoints) : keypoints_(keypoints) {
+    for (size_t i = 0; i < keypoints.size(); ++i) {
+      cells_[Cell(keypoints[i].x, keypoints[i].y)].push_back(i);
+    }
+  }
+
+  // The one that is most like `k`, at most `distance_px` away, of a scale within `ratio`; -1: none.
+  int Find(const Keypoint& k, double distance_px, double ratio) const {
+    int best = -1;
+    double best_angle = CV_PI;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const auto cell = cells_.find(Cell(k.x + dx * kCellPx, k.y + dy * kCellPx));
+        if (cell == cells_.end()) continue;
+        for (const size_t i : cell->second) {
+          const Keypoint& other = keypoints_[i];
+          const double angle = std::abs(std::remainder(other.angle_rad - k.angle_rad, 2 * CV_PI));
+          if (std::hypot(other.x - k.x, other.y - k.y) > distance_px || angle >= best_angle ||
+              std::abs(std::log(other.scale_px / k.scale_px)) > std::log(ratio)) {
+            continue;
+          }
+          best = static_cast<int>(i);
+          best_angle = angle;
+        }
       }
     }
-    ASSERT_GE(count, 6) << "sigma " << sigma;
-    EXPECT_NEAR(sum.x / count, 0, 0.03) << "sigma " << sigma;
-    EXPECT_NEAR(sum.y / count, 0, 0.03) << "sigma " << sigma;
+    return best;
+  }
+
+ private:
+  static constexpr float kCellPx = 8;
+  static std::pair<int, int> Cell(float x, float y) {
+    return {static_cast<int>(std::floor(x / kCellPx)), static_cast<int>(std::floor(y / kCellPx))};
+  }
+  const Keypoints& keypoints_;
+  std::map<std::pair<int, int>, std::vector<size_t>> cells_;
+};
+
+double DescriptorDistance(const uint8_t* a, const uint8_t* b) {
+  double sum = 0;
+  for (size_t d = 0; d < Descriptors::kDim; ++d) sum += (a[d] - b[d]) * (a[d] - b[d]);
+  return std::sqrt(sum);
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+SiftOptions OpenCv() {
+  SiftOptions options;
+  options.method = "opencv";
+  return options;
+}
+
+std::vector<SiftKernelVersion> SupportedVersions() {
+  std::vector<SiftKernelVersion> versions;
+  for (const auto version :
+       {SiftKernelVersion::kPortable, SiftKernelVersion::kAvx2, SiftKernelVersion::kAvx512}) {
+    if (IsSiftKernelSupported(version)) versions.push_back(version);
+  }
+  return versions;
+}
+
+// Largest and mean distance of blobs from where they are found, pixels of their octave (of the
+// photo, where these are smaller).
+struct BlobErrors {
+  double most = 0;
+  cv::Point2d mean;
+};
+
+BlobErrors FindBlobs(SiftExtractor* extractor, double sigma) {
+  // A keypoint's sigma is 2^(1/6) to 2^(7/6) times 1.6 of its octave's pixels, a blob's is found as
+  // 0.88 of its own. A quadratic through three of these pixels is exact to a part of them.
+  const double octave_px =
+      std::max(1.0, std::exp2(std::floor(std::log2(0.88 * sigma / 1.6) - 1.0 / 6)));
+  BlobErrors errors;
+  int count = 0;
+  for (const double fx : {0.0, 0.2, 0.45, 0.7}) {
+    for (const double fy : {0.1, 0.4, 0.9}) {
+      const cv::Point2d centre(150 + fx, 120 + fy);
+      const auto features = extractor->Extract(Blob({303, 241}, centre, sigma));
+      const cv::Point2d offset = OffsetOfNearest(features.keypoints, centre);
+      if (cv::norm(offset) > 1) continue;
+      errors.mean += offset;
+      errors.most = std::max(errors.most, cv::norm(offset) / octave_px);
+      ++count;
+    }
+  }
+  EXPECT_EQ(count, 12) << "sigma " << sigma;
+  errors.mean /= octave_px * std::max(1, count);
+  return errors;
+}
+
+TEST(Sift, FindsBlobsAtTheirCentresAtAnySubpixelPhaseAndScale) {
+  for (const auto version : SupportedVersions()) {
+    SiftExtractor extractor({}, version);
+    for (const double sigma : {1.5, 2.0, 3.0, 6.0, 12.0}) {
+      const BlobErrors errors = FindBlobs(&extractor, sigma);
+      const std::string where = SiftKernelName(version) + ", sigma " + std::to_string(sigma);
+      EXPECT_LT(errors.most, 0.02) << where;
+      EXPECT_LT(cv::norm(errors.mean), 0.012) << where;
+    }
+  }
+}
+
+TEST(Sift, OpenCvsFindsBlobsAtTheirCentresOnAverage) {
+  SiftExtractor extractor(OpenCv());
+  for (const double sigma : {1.5, 2.0, 3.0, 6.0, 12.0}) {
+    const BlobErrors errors = FindBlobs(&extractor, sigma);
+    EXPECT_NEAR(errors.mean.x, 0, 0.03) << "sigma " << sigma;
+    EXPECT_NEAR(errors.mean.y, 0, 0.03) << "sigma " << sigma;
+  }
+}
+
+TEST(Sift, EveryVersionFindsTheSameWithinRounding) {
+  const cv::Mat photo = Scene({800, 600});
+  const auto portable = SiftExtractor({}, SiftKernelVersion::kPortable).Extract(photo);
+  ASSERT_GT(portable.keypoints.size(), 2000u);
+  const KeypointGrid grid(portable.keypoints);
+  for (const auto version : SupportedVersions()) {
+    const auto features = SiftExtractor({}, version).Extract(photo);
+    size_t same = 0;
+    for (size_t i = 0; i < features.keypoints.size(); ++i) {
+      const Keypoint& k = features.keypoints[i];
+      const int other = grid.Find(k, 0.01, 1.002);
+      if (other < 0) continue;
+      same += std::abs(std::remainder(k.angle_rad - portable.keypoints[other].angle_rad,
+                                      2 * CV_PI)) < 0.01 &&
+              DescriptorDistance(features.descriptors.row(i), portable.descriptors.row(other)) < 10;
+    }
+    EXPECT_NEAR(features.keypoints.size(), portable.keypoints.size(), 5);
+    EXPECT_GT(same, 0.998 * portable.keypoints.size()) << SiftKernelName(version);
+  }
+}
+
+// Angles, scales and the order of a descriptor's values: codebooks and stored features keep their
+// meaning.
+TEST(Sift, DescribesAsOpenCvDoes) {
+  const cv::Mat photo = Scene({800, 600});
+  const auto theirs = ExtractSift(photo, OpenCv());
+  const auto ours = ExtractSift(photo, {});
+  const KeypointGrid grid(theirs.keypoints);
+  std::vector<double> angles, distances;
+  for (size_t i = 0; i < ours.keypoints.size(); ++i) {
+    const int other = grid.Find(ours.keypoints[i], 0.5, 1.05);
+    if (other < 0) continue;
+    angles.push_back(std::abs(std::remainder(
+        ours.keypoints[i].angle_rad - theirs.keypoints[other].angle_rad, 2 * CV_PI)));
+    distances.push_back(DescriptorDistance(ours.descriptors.row(i), theirs.descriptors.row(other)));
+  }
+  EXPECT_GT(angles.size(), 0.85 * ours.keypoints.size());
+  EXPECT_NEAR(ours.keypoints.size(), theirs.keypoints.size(), 0.1 * theirs.keypoints.size());
+  EXPECT_LT(Median(angles), 0.02);
+  EXPECT_LT(Median(distances), 60);  // of vectors of length 512
+}
+
+TEST(Sift, IsTheSameOnAnyNumberOfThreads) {
+  const cv::Mat photo = Scene({1600, 900});
+  SiftExtractor extractor{SiftOptions()};
+  const int before = cv::getNumThreads();
+  cv::setNumThreads(4);
+  const auto alone = extractor.Extract(photo, 1);
+  for (const int threads : {2, 3, 4}) {
+    const auto together = extractor.Extract(photo, threads);
+    EXPECT_EQ(EncodeKeypoints(together.keypoints), EncodeKeypoints(alone.keypoints));
+    EXPECT_EQ(together.descriptors.data, alone.descriptors.data);
+  }
+  cv::setNumThreads(before);
+}
+
+TEST(Sift, KeepsNothingOfEarlierPhotos) {
+  SiftExtractor extractor{SiftOptions()};
+  for (const cv::Size size :
+       {cv::Size(640, 480), cv::Size(333, 517), cv::Size(97, 40), cv::Size(701, 301)}) {
+    const cv::Mat photo = Scene(size);
+    const auto again = extractor.Extract(photo);
+    const auto fresh = ExtractSift(photo, {});
+    EXPECT_EQ(EncodeKeypoints(again.keypoints), EncodeKeypoints(fresh.keypoints));
+    EXPECT_EQ(again.descriptors.data, fresh.descriptors.data);
+  }
+}
+
+// A change of the photo, and what it does to its pixels.
+struct Change {
+  std::string name;
+  double angle_rad, scale;
+  double gain, offset;
+};
+
+// to_first: places of the changed photo in the first, pixel centres at 0.5.
+cv::Mat Changed(const cv::Mat& photo, const Change& change, cv::Matx23d* to_first) {
+  const double cosine = std::cos(change.angle_rad) / change.scale;
+  const double sine = std::sin(change.angle_rad) / change.scale;
+  const cv::Size size(cvRound(photo.cols * change.scale), cvRound(photo.rows * change.scale));
+  const double cx = size.width / 2.0, cy = size.height / 2.0;
+  *to_first = cv::Matx23d(cosine, -sine, photo.cols / 2.0 - cosine * cx + sine * cy, sine, cosine,
+                          photo.rows / 2.0 - sine * cx - cosine * cy);
+  cv::Matx23d centres = *to_first;  // pixel centres at 0
+  centres(0, 2) += 0.5 * (cosine - sine) - 0.5;
+  centres(1, 2) += 0.5 * (sine + cosine) - 0.5;
+  cv::Mat source = photo, changed;
+  if (change.scale < 1) cv::GaussianBlur(photo, source, {}, 0.5 / change.scale);
+  cv::warpAffine(source, changed, centres, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REFLECT_101);
+  changed.convertTo(changed, -1, change.gain, change.offset);
+  return changed;
+}
+
+// Keypoints of a changed photo that lie inside the first, those of them that the first has, and
+// those of these whose descriptor is nearer than 200.
+struct Counts {
+  double inside = 0, found = 0, matched = 0;
+
+  void operator+=(const Counts& other) {
+    inside += other.inside;
+    found += other.found;
+    matched += other.matched;
+  }
+  double FoundShare() const { return found / inside; }
+  double MatchedShare() const { return matched / found; }
+};
+
+Counts Repeat(SiftExtractor* extractor, const cv::Mat& photo, const LocalFeatures& first,
+              const Change& change) {
+  cv::Matx23d to_first;
+  const auto changed = extractor->Extract(Changed(photo, change, &to_first));
+  const KeypointGrid grid(first.keypoints);
+  Counts counts;
+  for (size_t i = 0; i < changed.keypoints.size(); ++i) {
+    Keypoint k = changed.keypoints[i];
+    const cv::Matx21d at = to_first * cv::Matx31d(k.x, k.y, 1);
+    k.x = static_cast<float>(at(0));
+    k.y = static_cast<float>(at(1));
+    k.scale_px = static_cast<float>(k.scale_px / change.scale);
+    k.angle_rad = static_cast<float>(k.angle_rad + change.angle_rad);
+    const float margin = 6 * k.scale_px;
+    if (k.x < margin || k.y < margin || k.x > photo.cols - margin || k.y > photo.rows - margin ||
+        k.scale_px < 1.5 * 1.6) {
+      continue;
+    }
+    ++counts.inside;
+    const int other = grid.Find(k, std::max(1.f, 0.3f * k.scale_px), 1.2);
+    if (other < 0) continue;
+    ++counts.found;
+    counts.matched +=
+        DescriptorDistance(changed.descriptors.row(i), first.descriptors.row(other)) < 200;
+  }
+  return counts;
+}
+
+TEST(Sift, FindsTheSameInAChangedPhotoAsOftenAsOpenCvs) {
+  SiftExtractor own{SiftOptions()}, opencv(OpenCv());
+  const std::vector<Change> changes = {
+      {"turned by 30 degrees", CV_PI / 6, 1, 1, 0},
+      {"on its side", CV_PI / 2, 1, 1, 0},
+      {"half as large", 0, 0.5, 1, 0},
+      {"turned and larger", 0.3, 1.4, 1, 0},
+      {"twice as large", 0, 2, 1, 0},
+      {"darker", 0, 1, 0.5, 10},
+      {"brighter", 0, 1, 1.2, 15},
+  };
+  std::vector<Counts> ours(changes.size()), theirs(changes.size());
+  for (const uint64_t seed : {1, 2, 3}) {
+    const cv::Mat photo = Scene({640, 480}, seed);
+    const auto own_first = own.Extract(photo), opencv_first = opencv.Extract(photo);
+    for (size_t i = 0; i < changes.size(); ++i) {
+      ours[i] += Repeat(&own, photo, own_first, changes[i]);
+      theirs[i] += Repeat(&opencv, photo, opencv_first, changes[i]);
+    }
+  }
+  for (size_t i = 0; i < changes.size(); ++i) {
+    const Counts &o = ours[i], &t = theirs[i];
+    SCOPED_TRACE(changes[i].name);
+    std::printf("%-20s of %5.0f found %.3f matched %.3f; OpenCV's of %5.0f %.3f %.3f\n",
+                changes[i].name.c_str(), o.inside, o.FoundShare(), o.MatchedShare(), t.inside,
+                t.FoundShare(), t.MatchedShare());
+    EXPECT_GT(o.inside, 300);
+    EXPECT_GT(o.FoundShare(), t.FoundShare() - 0.02);
+    EXPECT_GT(o.MatchedShare(), t.MatchedShare() - 0.02);
+    EXPECT_GT(o.FoundShare(), 0.6);
+    EXPECT_GT(o.MatchedShare(), 0.7);
+  }
+}
+
+TEST(Sift, PhotosOfAnySizeAreSearched) {
+  SiftExtractor extractor{SiftOptions()};
+  const cv::Mat scene = Scene({160, 120});
+  for (const cv::Size size : {cv::Size(7, 9), {8, 8}, {9, 30}, {31, 17}, {160, 12}, {11, 120}}) {
+    for (const Keypoint& k : extractor.Extract(scene(cv::Rect({0, 0}, size)).clone()).keypoints) {
+      EXPECT_TRUE(k.x > 0 && k.y > 0 && k.x < size.width && k.y < size.height);
+    }
   }
 }
 
