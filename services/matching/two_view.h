@@ -58,6 +58,21 @@ colmap::TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                                         const colmap::FeatureMatches& matches, uint32_t seed,
                                         const TwoViewOptions& options);
 
+// As EstimateTwoView, but `start` (of the same photos, verified) takes the place of the searches:
+// its E, F and H are refined by local optimisation over `matches`, then decided between. Draws no
+// random numbers.
+colmap::TwoViewGeometry RefineTwoView(const colmap::Camera& camera1,
+                                      const std::vector<Eigen::Vector2d>& points1,
+                                      const colmap::Camera& camera2,
+                                      const std::vector<Eigen::Vector2d>& points2,
+                                      const colmap::FeatureMatches& matches,
+                                      const colmap::TwoViewGeometry& start,
+                                      const TwoViewOptions& options);
+
+// F between pixels of the model that explains the pair: from E where E does.
+Eigen::Matrix3d EpipolarModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                              const colmap::TwoViewGeometry& geometry);
+
 // Whether the pair shows one scene from a geometry that can be used.
 bool IsVerified(const colmap::TwoViewGeometry& geometry);
 
