@@ -10,6 +10,10 @@ namespace {
 // Epipoles farther away count as at this distance: over a photo the lines turn by less than 1e-3
 // px.
 constexpr double kMaxEpipolePx = 1e10;
+
+// From a far epipole the direction of a line counts by where the line passes the photo's middle: by
+// its slope it would be lost in rounding, or lead to where the epipole was before it was limited.
+constexpr double kFarEpipolePx = 1e5;
 constexpr double kFirstRingPx = 16;
 constexpr int kMaxRings = 32;
 
@@ -34,13 +38,21 @@ double EpipolarFan::DirectionOf(double dx, double dy) const {
   return direction;
 }
 
+double EpipolarFan::DirectionOf(const Eigen::Vector3d& line) const {
+  if ((middle_ - epipole_).norm() < kFarEpipolePx) return DirectionOf(line.y(), -line.x());
+  const Eigen::Vector2d normal = line.head<2>();
+  const Eigen::Vector2d foot =
+      middle_ - normal * (line.dot(middle_.homogeneous()) / normal.squaredNorm());
+  return DirectionOf(foot.x() - epipole_.x(), foot.y() - epipole_.y());
+}
+
 void EpipolarFan::Build(const std::vector<Eigen::Vector2d>& points2, const Eigen::Matrix3d& F) {
   F_ = F / F.norm();
   epipole_ = LeftEpipole(F_);
   // The fan's middle lies in the middle of 0 to pi, so that it seldom wraps around.
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const auto& point : points2) mean += point / static_cast<double>(points2.size());
-  first_direction_ = std::atan2(mean.y() - epipole_.y(), mean.x() - epipole_.x()) - M_PI / 2;
+  middle_.setZero();
+  for (const auto& point : points2) middle_ += point / static_cast<double>(points2.size());
+  first_direction_ = std::atan2(middle_.y() - epipole_.y(), middle_.x() - epipole_.x()) - M_PI / 2;
 
   struct Entry {
     int ring;
@@ -115,7 +127,7 @@ void EpipolarFan::Find(const Eigen::Vector2d& x1, double max_error_px,
   const Eigen::Vector3d line = F_ * x1.homogeneous();
   const double gradient_sq = line.head<2>().squaredNorm();
   if (!(gradient_sq > 0)) return;
-  const double direction = DirectionOf(line.y(), -line.x());
+  const double direction = DirectionOf(line);
   const auto max_error_sq = static_cast<float>(max_error_px * max_error_px);
   for (const Ring& ring : rings_) {
     const double distance_px =

@@ -28,12 +28,14 @@ class EpipolarFan {
     double max_back_gradient_sq = 0;  // of |F^T x2|^2, the first two coordinates
   };
 
-  double DirectionOf(double dx, double dy) const;  // 0 to pi, from before the fan's middle
+  // 0 to pi, of what is seen from the epipole; the fan's middle is at pi / 2.
+  double DirectionOf(double dx, double dy) const;
+  double DirectionOf(const Eigen::Vector3d& line) const;
   void FindInRange(const Ring& ring, double low, double high, const Eigen::Vector3f& line,
                    float max_error_sq, std::vector<uint32_t>* features) const;
 
   Eigen::Matrix3d F_;
-  Eigen::Vector2d epipole_;
+  Eigen::Vector2d epipole_, middle_;  // middle_: the mean of the features
   double first_direction_ = 0;
   std::vector<Ring> rings_;
   std::vector<double> directions_;

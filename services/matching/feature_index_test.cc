@@ -49,8 +49,10 @@ TEST(FeatureIndex, TakesAScaleThatIsNoNumberForTheFinest) {
 TEST(FeatureIndex, IsEmptyWithoutFeatures) { EXPECT_TRUE(IndexOf({}).coarsest.empty()); }
 
 TEST(FeatureIndex, RefusesCountsThatDiffer) {
-  EXPECT_THROW(MakeFeatureIndex(Points(2), {1}, DescriptorsOf(2)), std::invalid_argument);
-  EXPECT_THROW(MakeFeatureIndex(Points(2), {1, 1}, DescriptorsOf(1)), std::invalid_argument);
+  EXPECT_THROW(MakeFeatureIndex(Points(2, Eigen::Vector2d::Zero()), {1}, DescriptorsOf(2)),
+               std::invalid_argument);
+  EXPECT_THROW(MakeFeatureIndex(Points(2, Eigen::Vector2d::Zero()), {1, 1}, DescriptorsOf(1)),
+               std::invalid_argument);
 }
 
 }  // namespace

@@ -267,7 +267,9 @@ TEST_F(TwoView, RefinesAGeometryByMoreMatches) {
     EXPECT_EQ(refined.config, start.config);
     EXPECT_GE(refined.inlier_matches.size(), 398u);
     EXPECT_LE(refined.inlier_matches.size(), 412u);
-    if (prior) EXPECT_GT(refined.tvec.dot(scene.t.normalized()), 0.9995);
+    if (prior) {
+      EXPECT_GT(refined.tvec.dot(scene.t.normalized()), 0.9995);
+    }
   }
 }
 
