@@ -62,7 +62,9 @@ class Truth {
     if (!poses) throw std::invalid_argument(poses.error());
     std::map<std::string, CameraPose> by_name;
     for (const NamedPose& named : poses->poses) {
-      const std::string name = std::filesystem::path(named.name).filename();
+      std::string name = named.name;
+      by_name[std::filesystem::path(name).filename()] = named.pose;
+      std::replace(name.begin(), name.end(), '/', '_');
       by_name[name] = named.pose;
     }
     for (size_t i = 0; i < photos.size(); ++i) {
@@ -190,6 +192,7 @@ std::vector<Pair> PairsOf(const StudySet& set, const Options& options) {
 
 struct Score {
   size_t pairs = 0, verified = 0, true_pairs = 0, false_pairs = 0;
+  size_t false_30 = 0, false_100 = 0;  // false pairs with so many inliers or more
   size_t inliers = 0, on_lines = 0, told = 0, wrong = 0;
   double cpu_ms = 0, product = 0, guided = 0, geometry = 0;  // the last three: shares of the time
 };
@@ -228,7 +231,10 @@ void AddTruth(const Pair& pair, const Outcome& outcome, const Truth& truth, cons
     }
   }
   score->on_lines += on_lines;
-  ++(2 * on_lines >= outcome.inliers() ? score->true_pairs : score->false_pairs);
+  const bool is_true = 2 * on_lines >= outcome.inliers();
+  ++(is_true ? score->true_pairs : score->false_pairs);
+  score->false_30 += !is_true && outcome.inliers() >= 30;
+  score->false_100 += !is_true && outcome.inliers() >= 100;
 }
 
 void Print(const char* name, const Score& s) {
@@ -236,8 +242,9 @@ void Print(const char* name, const Score& s) {
   const double parts = std::max(1e-12, s.product + s.guided + s.geometry);
   const double ms = s.cpu_ms / n;
   std::printf(
-      "  %-16s %5zu %5zu %5zu %5zu  %8.1f %6.3f %7zu %6.4f  %6.2f = %5.2f + %5.2f + %5.2f\n", name,
-      s.pairs, s.verified, s.true_pairs, s.false_pairs,
+      "  %-16s %5zu %5zu %5zu %5zu %4zu %4zu  %8.1f %6.3f %7zu %6.4f  %6.2f = %5.2f + %5.2f + "
+      "%5.2f\n",
+      name, s.pairs, s.verified, s.true_pairs, s.false_pairs, s.false_30, s.false_100,
       static_cast<double>(s.inliers) / std::max<size_t>(1, s.verified), s.on_lines / in, s.told,
       static_cast<double>(s.wrong) / std::max<size_t>(1, s.told), ms, ms * s.product / parts,
       ms * s.geometry / parts, ms * s.guided / parts);
@@ -306,8 +313,9 @@ void Run(const Options& options) {
     }
   }
   std::printf("%s: %zu photos, %zu pairs\n", set->name.c_str(), photos.size(), pairs.size());
-  std::printf("  %-16s %5s %5s %5s %5s  %8s %6s %7s %6s  CPU ms = product + geometry + guided\n",
-              "", "pairs", "verif", "true", "false", "inliers", "lines", "told", "wrong");
+  std::printf(
+      "  %-16s %5s %5s %5s %5s %4s %4s  %8s %6s %7s %6s  CPU ms = product + geometry + guided\n",
+      "", "pairs", "verif", "true", "false", ">=30", ">100", "inliers", "lines", "told", "wrong");
   const Truth truth(options, *set, photos);
   PrintTable(ways, pairs, truth, photos.size());
   for (size_t p = 0; options.list && p < pairs.size(); ++p) {
@@ -330,7 +338,9 @@ int main(int argc, char** argv) {
   CLI::App app("Ways to match a pair of photos, on the pairs that retrieval names.");
   app.add_option("--set", options.set, "NAME=FOLDER of photos")->required();
   app.add_option("--cache", options.cache, "Folder for features")->required();
-  app.add_option("--poses", options.poses, "True poses, as `skein evaluate` takes them");
+  app.add_option(
+      "--poses", options.poses,
+      "True poses, as `skein evaluate` takes them; a photo AGENT_NAME is AGENT/NAME, too");
   app.add_option("--camera", options.camera, "The camera of the true poses: f cx cy k")
       ->expected(4);
   app.add_option("--codebook", options.codebook, "VLAD codebook")->capture_default_str();
