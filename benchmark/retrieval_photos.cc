@@ -62,16 +62,6 @@ Result<StudyPhoto> LoadPhoto(const std::string& path, const std::string& folder)
   return photo;
 }
 
-PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id) {
-  auto features = std::make_shared<PhotoFeatures>();
-  features->image_id = id;
-  features->camera =
-      PriorCamera(photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif);
-  for (const auto& k : photo.features.keypoints) features->points.emplace_back(k.x, k.y);
-  features->descriptors = photo.features.descriptors.data;
-  return features;
-}
-
 std::vector<int32_t> MatchWithEarlier(const std::vector<PhotoFeaturesPtr>& photos, size_t i,
                                       PhotoMatcher* matcher) {
   std::vector<int32_t> inliers(i, 0);
@@ -114,6 +104,21 @@ Result<StudySet> LoadStudySet(const std::string& argument, const std::string& ca
     progress(set.photos.size(), paths.size());
   }
   return set;
+}
+
+PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id) {
+  auto features = std::make_shared<PhotoFeatures>();
+  features->image_id = id;
+  features->camera =
+      PriorCamera(photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif);
+  std::vector<float> scales_px;
+  for (const auto& k : photo.features.keypoints) {
+    features->points.emplace_back(k.x, k.y);
+    scales_px.push_back(k.scale_px);
+  }
+  features->descriptors = photo.features.descriptors.data;
+  features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors);
+  return features;
 }
 
 Result<InlierCounts> MatchExhaustively(const StudySet& set, const std::string& cache_folder,

@@ -136,6 +136,23 @@ KernelVersion FastestKernel() {
   return KernelVersion::kPortable;
 }
 
+void DotProducts(KernelVersion version, const uint8_t* a, const uint8_t* descriptors,
+                 const std::vector<uint32_t>& indices, std::vector<int32_t>* dots) {
+  dots->resize(indices.size());
+  const DotTask task{a, descriptors, indices.data(), static_cast<int>(indices.size()),
+                     dots->data()};
+  switch (version) {
+#if defined(__x86_64__)
+    case KernelVersion::kAvx512Vnni:
+      return ProcessDotsAvx512Vnni(task);
+    case KernelVersion::kAvx2:
+      return ProcessDotsAvx2(task);
+#endif
+    default:
+      return ProcessDotsPortable(task);
+  }
+}
+
 Status MatchOptions::Check() const {
   if (!IsKernelSupported(kernel)) {
     return InvalidArgument("this processor does not run kernel " + KernelName(kernel));

@@ -50,6 +50,11 @@ bool IsKernelSupported(KernelVersion version);
 // The fastest one supported here.
 KernelVersion FastestKernel();
 
+// dots[k] = product of descriptor a (128 values) with row indices[k] of `descriptors`. Exact: the
+// same for all versions. The version must be supported here.
+void DotProducts(KernelVersion version, const uint8_t* a, const uint8_t* descriptors,
+                 const std::vector<uint32_t>& indices, std::vector<int32_t>* dots);
+
 struct MatchOptions {
   // Lowe's ratio of Euclidean distances; its square is held to 1e-6. 0 turns the test off.
   double max_ratio = 0.8;

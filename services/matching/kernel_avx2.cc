@@ -78,4 +78,24 @@ void ProcessBlockAvx2(const BlockTask& task) {
   }
 }
 
+void ProcessDotsAvx2(const DotTask& task) {
+  __m256i a[8];
+  for (int k = 0; k < 8; ++k) {
+    a[k] = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(task.a + 16 * k)));
+  }
+  for (int i = 0; i < task.count; ++i) {
+    const uint8_t* b = task.descriptors + 128 * static_cast<uint64_t>(task.indices[i]);
+    __m256i sum = _mm256_setzero_si256();
+    for (int k = 0; k < 8; ++k) {
+      const __m256i wide =
+          _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(b + 16 * k)));
+      sum = _mm256_add_epi32(sum, _mm256_madd_epi16(a[k], wide));
+    }
+    __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sum), _mm256_extracti128_si256(sum, 1));
+    half = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4e));
+    half = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0xb1));
+    task.dots[i] = _mm_cvtsi128_si32(half);
+  }
+}
+
 }  // namespace skein

@@ -78,4 +78,19 @@ void ProcessBlockAvx512Vnni(const BlockTask& task) {
   }
 }
 
+// uint8 a times int8 (b - 128) lacks 128 times the sum of a.
+void ProcessDotsAvx512Vnni(const DotTask& task) {
+  const __m512i low = _mm512_loadu_si512(task.a), high = _mm512_loadu_si512(task.a + 64);
+  const __m512i sign = _mm512_set1_epi8(static_cast<char>(0x80));
+  const __m512i zero = _mm512_setzero_si512();
+  const __m512i sums = _mm512_add_epi64(_mm512_sad_epu8(low, zero), _mm512_sad_epu8(high, zero));
+  const int32_t lacking = 128 * static_cast<int32_t>(_mm512_reduce_add_epi64(sums));
+  for (int i = 0; i < task.count; ++i) {
+    const uint8_t* b = task.descriptors + 128 * static_cast<uint64_t>(task.indices[i]);
+    __m512i sum = _mm512_dpbusd_epi32(zero, low, _mm512_xor_si512(_mm512_loadu_si512(b), sign));
+    sum = _mm512_dpbusd_epi32(sum, high, _mm512_xor_si512(_mm512_loadu_si512(b + 64), sign));
+    task.dots[i] = _mm512_reduce_add_epi32(sum) + lacking;
+  }
+}
+
 }  // namespace skein

@@ -44,14 +44,26 @@ struct KernelFormat {
   void (*process)(const BlockTask& task);
 };
 
+// One descriptor a against some rows of `descriptors`: dots[k] = a . row indices[k], all uint8.
+struct DotTask {
+  const uint8_t* a;            // 128
+  const uint8_t* descriptors;  // rows of 128
+  const uint32_t* indices;     // count
+  int count;
+  int32_t* dots;  // count
+};
+
 constexpr int kPortablePanelColumns = 1;
 void ProcessBlockPortable(const BlockTask& task);
+void ProcessDotsPortable(const DotTask& task);
 
 // x86-64 only.
 constexpr int kAvx2PanelColumns = 16;
 void ProcessBlockAvx2(const BlockTask& task);
+void ProcessDotsAvx2(const DotTask& task);
 
 constexpr int kAvx512PanelColumns = 64;
 void ProcessBlockAvx512Vnni(const BlockTask& task);
+void ProcessDotsAvx512Vnni(const DotTask& task);
 
 }  // namespace skein

@@ -38,4 +38,13 @@ void ProcessBlockPortable(const BlockTask& task) {
   }
 }
 
+void ProcessDotsPortable(const DotTask& task) {
+  for (int i = 0; i < task.count; ++i) {
+    const uint8_t* b = task.descriptors + 128 * static_cast<uint64_t>(task.indices[i]);
+    int32_t sum = 0;
+    for (int k = 0; k < 128; ++k) sum += static_cast<int32_t>(task.a[k]) * b[k];
+    task.dots[i] = sum;
+  }
+}
+
 }  // namespace skein

@@ -210,6 +210,29 @@ TEST_P(Kernel, OneMatcherServesPairsOfAnySize) {
   }
 }
 
+TEST_P(Kernel, DotProductsAreExact) {
+  for (const auto& a : {Constant(1, 255), Constant(1, 0), FullRange(1, &rng_)}) {
+    Descriptors b = FullRange(40, &rng_);
+    for (const uint8_t extreme : {0, 255}) {
+      const Descriptors more = Constant(1, extreme);
+      b.insert(b.end(), more.begin(), more.end());
+    }
+    const std::vector<uint32_t> indices{41, 3, 3, 40, 0, 17};
+    std::vector<int32_t> dots;
+    DotProducts(GetParam(), a.data(), b.data(), indices, &dots);
+    ASSERT_EQ(dots.size(), indices.size());
+    for (size_t i = 0; i < indices.size(); ++i) {
+      int32_t expected = 0;
+      for (int k = 0; k < kDescriptorDim; ++k) {
+        expected += a[k] * b[indices[i] * kDescriptorDim + k];
+      }
+      EXPECT_EQ(dots[i], expected);
+    }
+    DotProducts(GetParam(), a.data(), b.data(), {}, &dots);
+    EXPECT_TRUE(dots.empty());
+  }
+}
+
 TEST_P(Kernel, RefusesBrokenInput) {
   DescriptorMatcher matcher({0.8, kNoLimit, GetParam()});
   EXPECT_THROW(matcher.Match({nullptr, 1}, {nullptr, 0}), std::invalid_argument);

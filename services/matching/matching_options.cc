@@ -31,12 +31,15 @@ Status MatchingServiceOptions::Check() const {
 }
 
 void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
-  MatchOptions& matching = options->matcher.matching;
-  TwoViewOptions& two_view = options->matcher.two_view;
+  MatchOptions& matching = options->matcher.pair.matching;
+  TwoViewOptions& two_view = options->matcher.pair.two_view;
   app.add_option("--cache-mib", options->cache_mib, "Memory for features of recent photos, MiB");
   AddSwitch(app, "second-look", &options->second_look.enabled,
             "Order a photo's candidates by what their neighbours matched, and add some; off: all "
             "candidates in the order of retrieval, and no others");
+  AddSwitch(app, "cascade", &options->matcher.pair.cascade,
+            "Look at a pair's coarsest features first, then match the others along their geometry; "
+            "off: all features with all");
   AddChoice(
       app, "kernel", {kFastest, "portable", "avx2", "avx512vnni"},
       [&matching] { return NameOf(matching.kernel); },

@@ -14,7 +14,8 @@ bool IsInside(const Keypoint& keypoint, const colmap::Camera& camera) {
 }  // namespace
 
 size_t PhotoFeatures::MemoryBytes() const {
-  return sizeof(*this) + points.size() * sizeof(points[0]) + descriptors.size();
+  return sizeof(*this) + points.size() * sizeof(points[0]) + descriptors.size() +
+         index.MemoryBytes();
 }
 
 Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
@@ -32,11 +33,14 @@ Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Cam
   features->image_id = image_id;
   features->camera = camera;
   features->points.reserve(points->size());
+  std::vector<float> scales_px;
   for (const Keypoint& keypoint : *points) {
     if (!IsInside(keypoint, camera)) return DataLoss(photo + ": keypoint outside the image");
     features->points.emplace_back(keypoint.x, keypoint.y);
+    scales_px.push_back(keypoint.scale_px);
   }
   features->descriptors = std::move(rows->data);
+  features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors);
   return PhotoFeaturesPtr(std::move(features));
 }
 

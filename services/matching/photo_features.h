@@ -11,6 +11,7 @@
 #include "base/camera.h"
 #include "core/bytes.h"
 #include "core/result.h"
+#include "matching/feature_index.h"
 
 namespace skein {
 
@@ -19,6 +20,7 @@ struct PhotoFeatures {
   colmap::Camera camera;
   std::vector<Eigen::Vector2d> points;  // full-resolution pixels
   std::vector<uint8_t> descriptors;     // points.size() x 128, row major
+  FeatureIndex index;                   // of these; without one the photo is matched in full
 
   size_t MemoryBytes() const;
 };

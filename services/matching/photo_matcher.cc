@@ -12,32 +12,6 @@
 namespace skein {
 namespace {
 
-struct PairResult {
-  colmap::TwoViewGeometry geometry;
-  double match_s = 0;
-  double verify_s = 0;
-};
-
-DescriptorView DescriptorsOf(const PhotoFeatures& photo) {
-  return {photo.descriptors.data(), static_cast<int>(photo.points.size())};
-}
-
-PairResult MatchPair(const PhotoFeatures& photo, const PhotoFeatures& other,
-                     DescriptorMatcher* matcher, const TwoViewOptions& options) {
-  PairResult result;
-  Timer timer;
-  colmap::FeatureMatches matches;
-  for (const IndexPair& pair : matcher->Match(DescriptorsOf(photo), DescriptorsOf(other))) {
-    matches.emplace_back(pair.first, pair.second);
-  }
-  result.match_s = timer.ElapsedS();
-  timer.Restart();
-  result.geometry = EstimateTwoView(photo.camera, photo.points, other.camera, other.points, matches,
-                                    PairSeed(photo.image_id, other.image_id), options);
-  result.verify_s = timer.ElapsedS();
-  return result;
-}
-
 std::array<double, 9> RowMajor(const Eigen::Matrix3d& matrix) {
   std::array<double, 9> out;
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(out.data()) = matrix;
@@ -100,35 +74,26 @@ void Append(PhotoMatches more, PhotoMatches* matches) {
   SortByInliers(&matches->pairs);
 }
 
-uint32_t PairSeed(int64_t image_id, int64_t other_id) {
-  // The finaliser of SplitMix64.
-  uint64_t x = static_cast<uint64_t>(image_id) << 32 ^ static_cast<uint64_t>(other_id);
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return static_cast<uint32_t>(x ^ (x >> 31));
-}
-
 Status PhotoMatcherOptions::Check() const {
-  return FirstError({matching.Check(), two_view.Check(), InRange("threads", num_threads, 1, 1024)});
+  return FirstError({pair.Check(), InRange("threads", num_threads, 1, 1024)});
 }
 
 PhotoMatcher::PhotoMatcher(const PhotoMatcherOptions& options) : options_(options) {
   ThrowUnlessSound(options.Check());
-  for (int i = 0; i < options.num_threads; ++i) matchers_.emplace_back(options.matching);
+  for (int i = 0; i < options.num_threads; ++i) matchers_.emplace_back(options.pair);
 }
 
 PhotoMatches PhotoMatcher::Match(const PhotoFeatures& photo,
                                  const std::vector<PhotoFeaturesPtr>& others) {
   const Timer timer;
   std::vector<PairResult> results(others.size());
-  ParallelFor(options_.num_threads, static_cast<int>(others.size()), [&](int thread, int i) {
-    results[i] = MatchPair(photo, *others[i], &matchers_[thread], options_.two_view);
-  });
+  ParallelFor(options_.num_threads, static_cast<int>(others.size()),
+              [&](int thread, int i) { results[i] = matchers_[thread].Match(photo, *others[i]); });
   PhotoMatches matches;
   matches.num_tried = static_cast<int>(others.size());
   for (size_t i = 0; i < others.size(); ++i) {
-    matches.match_s += results[i].match_s;
-    matches.verify_s += results[i].verify_s;
+    matches.match_s += results[i].product_s + results[i].guided_s;
+    matches.verify_s += results[i].geometry_s;
     if (!IsVerified(results[i].geometry)) continue;
     matches.pairs.push_back(ToTwoViewPair(others[i]->image_id, results[i].geometry));
   }

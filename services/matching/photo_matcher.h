@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "formats/formats.h"
-#include "matching/kernel.h"
+#include "matching/pair_matcher.h"
 #include "matching/photo_features.h"
-#include "matching/two_view.h"
 
 namespace skein {
 
@@ -23,15 +22,11 @@ struct PhotoMatches {
 void Append(PhotoMatches more, PhotoMatches* matches);
 
 struct PhotoMatcherOptions {
-  MatchOptions matching;
-  TwoViewOptions two_view;
+  PairMatcherOptions pair;
   int num_threads = 1;
 
   Status Check() const;
 };
-
-// Seed of a pair's robust estimation.
-uint32_t PairSeed(int64_t image_id, int64_t other_id);
 
 class PhotoMatcher {
  public:
@@ -44,7 +39,7 @@ class PhotoMatcher {
 
  private:
   PhotoMatcherOptions options_;
-  std::vector<DescriptorMatcher> matchers_;  // one a thread
+  std::vector<PairMatcher> matchers_;  // one a thread
 };
 
 }  // namespace skein

@@ -34,6 +34,7 @@ using HomographyRansac =
 struct Model {
   bool found = false;
   double num_inliers = 0;
+  double cost = 0;  // of Refine: truncated sum of squared errors
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
   std::vector<char> inlier_mask;
 };
@@ -91,28 +92,156 @@ struct Models {
   Model E, F, H;
 };
 
-// In COLMAP's order, as each draws random numbers; E only with focal priors.
-Models SearchModels(const colmap::Camera& camera1, const colmap::Camera& camera2,
-                    const Correspondences& c, const TwoViewOptions& options) {
+bool HavePriors(const colmap::Camera& camera1, const colmap::Camera& camera2) {
+  return camera1.HasPriorFocalLength() && camera2.HasPriorFocalLength();
+}
+
+double NormalizedError(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                       double error_px) {
+  return (camera1.ImageToWorldThreshold(error_px) + camera2.ImageToWorldThreshold(error_px)) / 2;
+}
+
+TwoViewGeometry Degenerate() {
+  TwoViewGeometry geometry;
+  geometry.config = TwoViewGeometry::DEGENERATE;
+  return geometry;
+}
+
+Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& E, const colmap::Camera& camera1,
+                                         const colmap::Camera& camera2) {
+  return camera2.CalibrationMatrix().inverse().transpose() * E *
+         camera1.CalibrationMatrix().inverse();
+}
+
+template <typename Estimator>
+Model Support(const Eigen::Matrix3d& matrix, const std::vector<Eigen::Vector2d>& points1,
+              const std::vector<Eigen::Vector2d>& points2, double max_error) {
+  std::vector<double> residuals;
+  Estimator::Residuals(points1, points2, matrix, &residuals);
+  Model model;
+  model.found = true;
+  model.matrix = matrix;
+  model.inlier_mask.resize(residuals.size());
+  const double max_residual = max_error * max_error;
+  for (size_t i = 0; i < residuals.size(); ++i) {
+    const bool is_inlier = residuals[i] <= max_residual;  // also false for NaN
+    model.inlier_mask[i] = is_inlier;
+    model.num_inliers += is_inlier;
+    model.cost += is_inlier ? residuals[i] : max_residual;
+  }
+  return model;
+}
+
+// Local optimisation as in LO-RANSAC: a fit to the inliers as long as it lowers the truncated sum
+// of squared errors (MSAC; Torr and Zisserman 2000). The number of inliers would not do: of guided
+// matches all are inliers of their guide. Some hundred inliers, spread evenly over the list,
+// determine a model as well as all.
+template <typename Estimator>
+Model Refine(const Eigen::Matrix3d& start, const std::vector<Eigen::Vector2d>& points1,
+             const std::vector<Eigen::Vector2d>& points2, double max_error) {
+  constexpr double kMaxFitted = 300;
+  constexpr int kMaxRounds = 3;
+  Model best = Support<Estimator>(start, points1, points2, max_error);
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const double step = std::max(1.0, best.num_inliers / kMaxFitted);
+    std::vector<Eigen::Vector2d> inliers1, inliers2;
+    double seen = 0;
+    for (size_t i = 0; i < points1.size(); ++i) {
+      if (!best.inlier_mask[i] || seen++ < step * inliers1.size()) continue;
+      inliers1.push_back(points1[i]);
+      inliers2.push_back(points2[i]);
+    }
+    if (inliers1.size() < Estimator::kMinNumSamples) break;
+    const double before = best.cost;
+    for (const Eigen::Matrix3d& matrix : Estimator::Estimate(inliers1, inliers2)) {
+      Model model = Support<Estimator>(matrix, points1, points2, max_error);
+      if (model.cost < best.cost) best = std::move(model);
+    }
+    if (best.cost == before) break;
+  }
+  return best;
+}
+
+Models RefineModels(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                    const Correspondences& c, const TwoViewGeometry& start,
+                    const TwoViewOptions& options) {
+  Models models;
+  if (HavePriors(camera1, camera2)) {
+    models.E = Refine<colmap::EssentialMatrixFivePointEstimator>(
+        start.E, c.normalized1, c.normalized2,
+        NormalizedError(camera1, camera2, options.max_error_px));
+  }
+  models.F = Refine<colmap::FundamentalMatrixEightPointEstimator>(start.F, c.points1, c.points2,
+                                                                  options.max_error_px);
+  models.H = Refine<colmap::HomographyMatrixEstimator>(start.H, c.points1, c.points2,
+                                                       options.max_error_px);
+  return models;
+}
+
+// As COLMAP: a search of its own for each model, in COLMAP's order, as each draws random numbers.
+Models SearchEachModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                       const Correspondences& c, const TwoViewOptions& options) {
   const size_t n = c.points1.size();
-  const double min_inliers = options.min_num_inliers;
   const double max_error_px = options.max_error_px;
   Models models;
-  if (camera1.HasPriorFocalLength() && camera2.HasPriorFocalLength()) {
-    const double max_error = (camera1.ImageToWorldThreshold(max_error_px) +
-                              camera2.ImageToWorldThreshold(max_error_px)) /
-                             2;
+  if (HavePriors(camera1, camera2)) {
+    const double max_error = NormalizedError(camera1, camera2, max_error_px);
+    models.E = Search(EssentialRansac(RansacOptions(options, max_error, 0, n)), c.normalized1,
+                      c.normalized2);
+  }
+  models.F =
+      Search(FundamentalRansac(RansacOptions(options, max_error_px, 0, n)), c.points1, c.points2);
+  models.H =
+      Search(HomographyRansac(RansacOptions(options, max_error_px, 0, n)), c.points1, c.points2);
+  return models;
+}
+
+// Samples of the epipolar model's inliers: H matters if it explains 0.8 of them.
+Model SearchHomographyWithin(const Model& epipolar, const Correspondences& c,
+                             const TwoViewOptions& options) {
+  std::vector<Eigen::Vector2d> inliers1, inliers2;
+  for (size_t i = 0; i < c.points1.size(); ++i) {
+    if (!epipolar.inlier_mask[i]) continue;
+    inliers1.push_back(c.points1[i]);
+    inliers2.push_back(c.points2[i]);
+  }
+  const Model H =
+      Search(HomographyRansac(RansacOptions(options, options.max_error_px,
+                                            kMaxHInlierRatio * inliers1.size(), inliers1.size())),
+             inliers1, inliers2);
+  if (!H.found) return H;
+  return Refine<colmap::HomographyMatrixEstimator>(H.matrix, c.points1, c.points2,
+                                                   options.max_error_px);
+}
+
+// One search, for the model that explains most: E with focal priors, else F. The others start from
+// what it found.
+Models SearchModels(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                    const Correspondences& c, const TwoViewOptions& options) {
+  if (!options.limit_trials_by_outcome) return SearchEachModel(camera1, camera2, c, options);
+  const size_t n = c.points1.size();
+  const double min_inliers = options.min_num_inliers, max_error_px = options.max_error_px;
+  Models models;
+  if (HavePriors(camera1, camera2)) {
+    const double max_error = NormalizedError(camera1, camera2, max_error_px);
     models.E = Search(EssentialRansac(RansacOptions(options, max_error, min_inliers, n)),
                       c.normalized1, c.normalized2);
+    if (models.E.found) {
+      models.F = Refine<colmap::FundamentalMatrixEightPointEstimator>(
+          FundamentalFromEssential(models.E.matrix, camera1, camera2), c.points1, c.points2,
+          max_error_px);
+    }
+  } else {
+    models.F = Search(FundamentalRansac(RansacOptions(options, max_error_px, min_inliers, n)),
+                      c.points1, c.points2);
   }
-  const double useful_F = std::max(min_inliers, models.E.num_inliers);
-  models.F = Search(FundamentalRansac(RansacOptions(options, max_error_px, useful_F, n)), c.points1,
-                    c.points2);
-  const double epipolar = std::max(models.E.num_inliers, models.F.num_inliers);
-  const double useful_H =
-      std::max(min_inliers, epipolar < min_inliers ? 0.0 : kMaxHInlierRatio * epipolar);
-  models.H = Search(HomographyRansac(RansacOptions(options, max_error_px, useful_H, n)), c.points1,
-                    c.points2);
+  const Model& epipolar = models.F.num_inliers > models.E.num_inliers ? models.F : models.E;
+  if (epipolar.num_inliers >= min_inliers) {
+    models.H = SearchHomographyWithin(epipolar, c, options);
+  } else {
+    models.H = Search(HomographyRansac(RansacOptions(options, max_error_px, min_inliers, n)),
+                      c.points1, c.points2);
+  }
   return models;
 }
 
@@ -165,6 +294,47 @@ void ResetPoseUnlessFinite(TwoViewGeometry* geometry) {
   geometry->tri_angle = 0;
 }
 
+// The pose of a pair whose model and inliers are known. Some hundred inliers, spread evenly, tell
+// its sign and the median angle.
+void EstimatePose(const colmap::Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
+                  const colmap::Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
+                  TwoViewGeometry* geometry) {
+  constexpr size_t kMaxPoints = 100;
+  colmap::FeatureMatches all = std::move(geometry->inlier_matches);
+  const size_t count = std::min(all.size(), kMaxPoints);
+  geometry->inlier_matches.clear();
+  for (size_t i = 0; i < count; ++i) {
+    geometry->inlier_matches.push_back(all[i * all.size() / count]);
+  }
+  geometry->EstimateRelativePose(camera1, points1, camera2, points2);
+  geometry->inlier_matches = std::move(all);
+  ResetPoseUnlessFinite(geometry);
+}
+
+TwoViewGeometry Conclude(const colmap::Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
+                         const colmap::Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
+                         const colmap::FeatureMatches& matches, const Correspondences& c,
+                         const Models& models, const TwoViewOptions& options) {
+  const Decision decision = Decide(models, options.min_num_inliers);
+  TwoViewGeometry geometry = Degenerate();
+  if (!decision.inliers_of) return geometry;
+  geometry.config = decision.config;
+  geometry.F = models.F.matrix;
+  geometry.H = models.H.matrix;
+  geometry.E = models.E.num_inliers >= options.min_num_inliers
+                   ? models.E.matrix
+                   : EssentialFromFundamental(models.F.matrix, camera1, camera2);
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (decision.inliers_of->inlier_mask[i]) geometry.inlier_matches.push_back(matches[i]);
+  }
+  if (IsWatermark(camera1, camera2, c, *decision.inliers_of, options)) {
+    geometry.config = TwoViewGeometry::WATERMARK;
+    return geometry;
+  }
+  EstimatePose(camera1, points1, camera2, points2, &geometry);
+  return geometry;
+}
+
 }  // namespace
 
 Status TwoViewOptions::Check() const {
@@ -192,31 +362,31 @@ TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                                 const colmap::FeatureMatches& matches, uint32_t seed,
                                 const TwoViewOptions& options) {
   ThrowUnlessSound(options.Check());
-  TwoViewGeometry geometry;
-  geometry.config = TwoViewGeometry::DEGENERATE;
   const Correspondences c = Gather(camera1, points1, camera2, points2, matches);
-  if (matches.size() < static_cast<size_t>(options.min_num_inliers)) return geometry;
-
+  if (matches.size() < static_cast<size_t>(options.min_num_inliers)) return Degenerate();
   colmap::SetPRNGSeed(seed);
-  const Models models = SearchModels(camera1, camera2, c, options);
-  const Decision decision = Decide(models, options.min_num_inliers);
-  if (!decision.inliers_of) return geometry;
-  geometry.config = decision.config;
-  geometry.F = models.F.matrix;
-  geometry.H = models.H.matrix;
-  geometry.E = models.E.num_inliers >= options.min_num_inliers
-                   ? models.E.matrix
-                   : EssentialFromFundamental(models.F.matrix, camera1, camera2);
-  for (size_t i = 0; i < matches.size(); ++i) {
-    if (decision.inliers_of->inlier_mask[i]) geometry.inlier_matches.push_back(matches[i]);
+  return Conclude(camera1, points1, camera2, points2, matches, c,
+                  SearchModels(camera1, camera2, c, options), options);
+}
+
+TwoViewGeometry RefineTwoView(const colmap::Camera& camera1,
+                              const std::vector<Eigen::Vector2d>& points1,
+                              const colmap::Camera& camera2,
+                              const std::vector<Eigen::Vector2d>& points2,
+                              const colmap::FeatureMatches& matches, const TwoViewGeometry& start,
+                              const TwoViewOptions& options) {
+  ThrowUnlessSound(options.Check());
+  const Correspondences c = Gather(camera1, points1, camera2, points2, matches);
+  return Conclude(camera1, points1, camera2, points2, matches, c,
+                  RefineModels(camera1, camera2, c, start, options), options);
+}
+
+Eigen::Matrix3d EpipolarModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                              const TwoViewGeometry& geometry) {
+  if (!HavePriors(camera1, camera2) || geometry.config == TwoViewGeometry::UNCALIBRATED) {
+    return geometry.F;
   }
-  if (IsWatermark(camera1, camera2, c, *decision.inliers_of, options)) {
-    geometry.config = TwoViewGeometry::WATERMARK;
-    return geometry;
-  }
-  geometry.EstimateRelativePose(camera1, points1, camera2, points2);
-  ResetPoseUnlessFinite(&geometry);
-  return geometry;
+  return FundamentalFromEssential(geometry.E, camera1, camera2);
 }
 
 bool IsVerified(const TwoViewGeometry& geometry) {

@@ -1,15 +1,15 @@
 #pragma once
 
-// Geometric verification of putative matches: COLMAP's two-view estimation (E, F and H by
-// LO-RANSAC, then a decision between them) with tighter limits on its trials.
+// Geometric verification of putative matches: COLMAP's decision between E, F and H, from one search.
 //
-// COLMAP searches each model until one with an inlier ratio of 0.25 would have been found. Here a
-// search ends, with the same confidence, once a model that could change the outcome would have been
-// found:
-//  - The pair needs 15 inliers, so with 30 matches the ratio is 0.5.
-//  - F must reach E's support, H 0.8 of it.
-// Random numbers are drawn in COLMAP's order. So where no limit binds, the result is COLMAP's to
-// the bit.
+// COLMAP searches E, F and H by a LO-RANSAC each, until a model with an inlier ratio of 0.25 would
+// have been found. Here E is searched where both cameras have focal priors, else F:
+//  - The pair needs 15 inliers, so with 30 matches the ratio is 0.5. The search ends, with the same
+//    confidence, once such a model would have been found.
+//  - With priors F is fitted to E's inliers and grows from there, so it is F where the priors are
+//    wrong.
+//  - H matters if it explains 0.8 of the inliers of E and F. It is searched among these. Without E
+//    and F it is searched among all matches.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -31,7 +31,8 @@ struct TwoViewOptions {
   int max_num_trials = 10000;
   int min_num_inliers = 15;
 
-  // Off: COLMAP's own limits (for comparison).
+  // Off: COLMAP's three searches with its own limits; the result is COLMAP's to the bit (for
+  // comparison).
   bool limit_trials_by_outcome = true;
 
   Status Check() const;
@@ -57,6 +58,21 @@ colmap::TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                                         const std::vector<Eigen::Vector2d>& points2,
                                         const colmap::FeatureMatches& matches, uint32_t seed,
                                         const TwoViewOptions& options);
+
+// As EstimateTwoView, but `start` (of the same photos, verified) takes the place of the searches:
+// its E, F and H are refined by local optimisation over `matches`, then decided between. Draws no
+// random numbers.
+colmap::TwoViewGeometry RefineTwoView(const colmap::Camera& camera1,
+                                      const std::vector<Eigen::Vector2d>& points1,
+                                      const colmap::Camera& camera2,
+                                      const std::vector<Eigen::Vector2d>& points2,
+                                      const colmap::FeatureMatches& matches,
+                                      const colmap::TwoViewGeometry& start,
+                                      const TwoViewOptions& options);
+
+// F between pixels of the model that explains the pair: from E where E does.
+Eigen::Matrix3d EpipolarModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                              const colmap::TwoViewGeometry& geometry);
 
 // Whether the pair shows one scene from a geometry that can be used.
 bool IsVerified(const colmap::TwoViewGeometry& geometry);

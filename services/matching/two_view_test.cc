@@ -206,22 +206,79 @@ void ExpectSameInliers(const TwoViewGeometry& a, const TwoViewGeometry& b) {
 }
 
 TEST_F(TwoView, EqualsColmap) {
-  for (const bool limit : {false, true}) {
-    options_.limit_trials_by_outcome = limit;
-    for (const bool prior : {true, false}) {
-      for (const bool planar : {true, false}) {
-        for (const int num_false : {0, 30, 150}) {
-          const Scene scene = MakeScene(100, num_false, Eigen::Vector3d(-1, 0.1, 0.1), planar);
-          const TwoViewGeometry ours = Estimate(scene, prior);
-          const TwoViewGeometry expected = EstimateByColmap(scene, prior);
-          ExpectSameInliers(ours, expected);
-          if (prior) {
-            EXPECT_LT((ours.tvec - expected.tvec).norm(), 1e-6);
-          }
+  options_.limit_trials_by_outcome = false;
+  for (const bool prior : {true, false}) {
+    for (const bool planar : {true, false}) {
+      for (const int num_false : {0, 30, 150}) {
+        const Scene scene = MakeScene(100, num_false, Eigen::Vector3d(-1, 0.1, 0.1), planar);
+        const TwoViewGeometry ours = Estimate(scene, prior);
+        const TwoViewGeometry expected = EstimateByColmap(scene, prior);
+        ExpectSameInliers(ours, expected);
+        if (prior) {
+          EXPECT_LT((ours.tvec - expected.tvec).norm(), 1e-6);
         }
       }
     }
   }
+}
+
+// A random match may be an inlier of one model and not of the other.
+TEST_F(TwoView, OneSearchDecidesAsColmap) {
+  for (const bool prior : {true, false}) {
+    for (const bool planar : {true, false}) {
+      for (const int num_false : {0, 30, 150}) {
+        const Scene scene = MakeScene(100, num_false, Eigen::Vector3d(-1, 0.1, 0.1), planar);
+        const TwoViewGeometry ours = Estimate(scene, prior);
+        const TwoViewGeometry expected = EstimateByColmap(scene, prior);
+        EXPECT_EQ(ours.config, expected.config) << prior << planar << num_false;
+        EXPECT_GE(ours.inlier_matches.size(), 98u);
+        EXPECT_NEAR(ours.inlier_matches.size(), expected.inlier_matches.size(), 6);
+        if (prior && !planar) {
+          EXPECT_LT((ours.tvec - expected.tvec).norm(), 0.02);
+          EXPECT_NEAR(ours.tri_angle, expected.tri_angle, 0.2 * expected.tri_angle);
+        }
+      }
+    }
+  }
+}
+
+// Without the true focal length E explains less than F, which the search for E has to lead to.
+TEST_F(TwoView, FindsFundamentalMatrixWhereThePriorIsWrong) {
+  const Scene scene = MakeScene(300, 30, Eigen::Vector3d(-1, 0.4, 0.6), false);
+  const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, 1.6 * kFocalPx, true);
+  const TwoViewGeometry geometry =
+      EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_);
+  EXPECT_TRUE(IsVerified(geometry));
+  EXPECT_GE(geometry.inlier_matches.size(), 290u);
+}
+
+// From the geometry of a tenth of the matches.
+TEST_F(TwoView, RefinesAGeometryByMoreMatches) {
+  for (const bool prior : {true, false}) {
+    const Scene scene = MakeScene(400, 40, Eigen::Vector3d(-1, 0.1, 0.1), false);
+    Scene some = scene;
+    some.matches.clear();
+    for (size_t i = 0; i < 400; i += 10) some.matches.push_back(scene.matches[i]);
+    const TwoViewGeometry start = Estimate(some, prior);
+    ASSERT_TRUE(IsVerified(start));
+    const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
+    const TwoViewGeometry refined =
+        RefineTwoView(camera, scene.points1, camera, scene.points2, scene.matches, start, options_);
+    EXPECT_EQ(refined.config, start.config);
+    EXPECT_GE(refined.inlier_matches.size(), 398u);
+    EXPECT_LE(refined.inlier_matches.size(), 412u);
+    if (prior) {
+      EXPECT_GT(refined.tvec.dot(scene.t.normalized()), 0.9995);
+    }
+  }
+}
+
+TEST_F(TwoView, RefiningRefusesWhatTheMatchesDoNotSupport) {
+  const Scene scene = MakeScene(100, 0, Eigen::Vector3d(-1, 0.1, 0.1), false);
+  const TwoViewGeometry start = Estimate(scene);
+  const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, true);
+  EXPECT_FALSE(
+      IsVerified(RefineTwoView(camera, scene.points1, camera, scene.points2, {}, start, options_)));
 }
 
 }  // namespace

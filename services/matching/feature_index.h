@@ -1,0 +1,28 @@
+#pragma once
+
+// What the cascade (pair_matcher.h) needs of a photo's features, made once for all its pairs.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace skein {
+
+constexpr int kMaxCoarse = 2048;
+
+struct FeatureIndex {
+  std::vector<uint32_t> coarsest;           // at most kMaxCoarse features, by falling scale
+  std::vector<uint8_t> coarse_descriptors;  // of these, coarsest.size() x 128
+  std::vector<int32_t> norm_sq;             // of each descriptor
+
+  size_t MemoryBytes() const;
+};
+
+// descriptors: points.size() x 128; scales_px: one a point. Of equal scales the first counts as
+// the coarser.
+FeatureIndex MakeFeatureIndex(const std::vector<Eigen::Vector2d>& points,
+                              const std::vector<float>& scales_px,
+                              const std::vector<uint8_t>& descriptors);
+
+}  // namespace skein

@@ -1,0 +1,165 @@
+#include "matching/pair_matcher.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/option_check.h"
+
+namespace skein {
+namespace {
+
+constexpr int kFirstLook = 1024, kSecondLook = kMaxCoarse;  // coarsest features
+
+// Pairs with fewer matches are taken for pairs without overlap. Of the pairs of south-building that
+// the poses confirm 2 of 312 have fewer, both with 15 to 29 inliers.
+constexpr size_t kMinFirstLookMatches = 2, kMinSecondLookMatches = 5;
+
+// Below this the full product costs little more than the looks.
+constexpr size_t kMinFeatures = 2 * kMaxCoarse;
+
+// Guided matches of a false geometry, or of a small part that looks alike, stay below this.
+constexpr size_t kMinGuidedInliers = 100;
+
+// The band of guided matching, of the largest error of an inlier: a wider one finds no more
+// matches, as the ratio test has more neighbours to compare with.
+constexpr double kGuidedErrorShare = 0.75;
+
+DescriptorView DescriptorsOf(const PhotoFeatures& photo) {
+  return {photo.descriptors.data(), static_cast<int>(photo.points.size())};
+}
+
+DescriptorView CoarsestOf(const PhotoFeatures& photo, int count) {
+  return {photo.index.coarse_descriptors.data(),
+          std::min(count, static_cast<int>(photo.index.coarsest.size()))};
+}
+
+bool CanCascade(const PhotoFeatures& photo) {
+  return photo.points.size() >= kMinFeatures && photo.index.coarsest.size() == kMaxCoarse;
+}
+
+colmap::FeatureMatches ToColmap(const std::vector<IndexPair>& pairs) {
+  colmap::FeatureMatches matches;
+  matches.reserve(pairs.size());
+  for (const IndexPair& pair : pairs) matches.emplace_back(pair.first, pair.second);
+  return matches;
+}
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(double* seconds) : seconds_(seconds) {}
+  ~Stopwatch() { *seconds_ += timer_.ElapsedS(); }
+
+ private:
+  double* seconds_;
+  Timer timer_;
+};
+
+GuidedOptions GuidedOptionsOf(const PairMatcherOptions& options) {
+  GuidedOptions guided;
+  guided.max_error_px = kGuidedErrorShare * options.two_view.max_error_px;
+  guided.max_distance_sq = options.matching.max_distance_sq;
+  guided.kernel = options.matching.kernel;
+  return guided;
+}
+
+}  // namespace
+
+uint32_t PairSeed(int64_t image_id, int64_t other_id) {
+  // The finaliser of SplitMix64.
+  uint64_t x = static_cast<uint64_t>(image_id) << 32 ^ static_cast<uint64_t>(other_id);
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return static_cast<uint32_t>(x ^ (x >> 31));
+}
+
+Status PairMatcherOptions::Check() const {
+  return FirstError({matching.Check(), two_view.Check()});
+}
+
+PairMatcher::PairMatcher(const PairMatcherOptions& options)
+    : options_(options), matcher_(options.matching), guided_(GuidedOptionsOf(options)) {
+  ThrowUnlessSound(options.Check());
+}
+
+PairResult PairMatcher::MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second) {
+  PairResult result;
+  colmap::FeatureMatches matches;
+  {
+    const Stopwatch watch(&result.product_s);
+    matches = ToColmap(matcher_.Match(DescriptorsOf(first), DescriptorsOf(second)));
+  }
+  const Stopwatch watch(&result.geometry_s);
+  result.geometry =
+      EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
+                      PairSeed(first.image_id, second.image_id), options_.two_view);
+  return result;
+}
+
+colmap::FeatureMatches PairMatcher::LookAtCoarsest(const PhotoFeatures& first,
+                                                   const PhotoFeatures& second, int count) {
+  colmap::FeatureMatches matches =
+      ToColmap(matcher_.Match(CoarsestOf(first, count), CoarsestOf(second, count)));
+  for (colmap::FeatureMatch& match : matches) {
+    match.point2D_idx1 = first.index.coarsest[match.point2D_idx1];
+    match.point2D_idx2 = second.index.coarsest[match.point2D_idx2];
+  }
+  return matches;
+}
+
+// Until one of the looks gives a geometry that counts, or tells that there is no overlap.
+PairMatcher::Look PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& second,
+                                         PairResult* result) {
+  const auto min_inliers = static_cast<size_t>(options_.two_view.min_num_inliers);
+  for (const auto& [count, min_matches] : {std::pair(kFirstLook, kMinFirstLookMatches),
+                                           std::pair(kSecondLook, kMinSecondLookMatches)}) {
+    colmap::FeatureMatches matches;
+    {
+      const Stopwatch watch(&result->product_s);
+      matches = LookAtCoarsest(first, second, count);
+    }
+    if (matches.size() < min_matches) return Look::kApart;
+    if (matches.size() < min_inliers) continue;
+    const Stopwatch watch(&result->geometry_s);
+    result->geometry =
+        EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
+                        PairSeed(first.image_id, second.image_id), options_.two_view);
+    if (IsVerified(result->geometry)) return Look::kOverlap;
+  }
+  return Look::kUndecided;
+}
+
+void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second,
+                              PairResult* result) {
+  colmap::FeatureMatches matches;
+  {
+    const Stopwatch watch(&result->guided_s);
+    matches = ToColmap(
+        guided_.Match(first, second, EpipolarModel(first.camera, second.camera, result->geometry)));
+  }
+  const Stopwatch watch(&result->geometry_s);
+  result->geometry = RefineTwoView(first.camera, first.points, second.camera, second.points,
+                                   matches, result->geometry, options_.two_view);
+}
+
+PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& second) {
+  if (!options_.cascade || !CanCascade(first) || !CanCascade(second)) {
+    return MatchInFull(first, second);
+  }
+  PairResult result;
+  const Look look = LookFirst(first, second, &result);
+  if (look == Look::kApart) return result;
+  if (look == Look::kOverlap) {
+    MatchGuided(first, second, &result);
+    if (IsVerified(result.geometry) && result.geometry.inlier_matches.size() >= kMinGuidedInliers) {
+      return result;
+    }
+  }
+  PairResult full = MatchInFull(first, second);
+  full.product_s += result.product_s;
+  full.guided_s += result.guided_s;
+  full.geometry_s += result.geometry_s;
+  return full;
+}
+
+}  // namespace skein

@@ -1,0 +1,64 @@
+#pragma once
+
+// Two photos: putative matches and the geometry that verifies them, by a cascade that stops early.
+//
+//  1. A look at the 1,024 coarsest features of both photos, a sixty-fourth of the full product
+//     (preemptive matching, Wu 2013), then at the 2,048 coarsest. Fewer than 2 matches in the first
+//     or than 5 in the second: no overlap.
+//  2. A look whose matches verify the pair gives its geometry.
+//  3. Guided matching (guided.h) of all features by that geometry, which is then refined.
+//
+// A pair without such a geometry, or with fewer than 100 inliers after step 3, is undecided: it is
+// matched by the full product. So what weak pairs are depends on the ratio test among all features,
+// never on guided matching, which finds some support for false geometries, too.
+//
+// Photos with few features, or without an index, are matched in full.
+
+#include "estimators/two_view_geometry.h"
+#include "matching/guided.h"
+#include "matching/kernel.h"
+#include "matching/photo_features.h"
+#include "matching/two_view.h"
+
+namespace skein {
+
+struct PairMatcherOptions {
+  MatchOptions matching;
+  TwoViewOptions two_view;
+  bool cascade = true;  // off: the full product of each pair
+
+  Status Check() const;
+};
+
+struct PairResult {
+  colmap::TwoViewGeometry geometry;  // as of EstimateTwoView, from the first photo to the second
+  double product_s = 0;              // times on the clock, s: products of descriptors
+  double guided_s = 0;
+  double geometry_s = 0;
+};
+
+// Keeps working memory, so keep one a thread.
+class PairMatcher {
+ public:
+  explicit PairMatcher(const PairMatcherOptions& options);  // throws std::invalid_argument
+
+  // Deterministic by the photos' ids.
+  PairResult Match(const PhotoFeatures& first, const PhotoFeatures& second);
+
+ private:
+  PairResult MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second);
+  colmap::FeatureMatches LookAtCoarsest(const PhotoFeatures& first, const PhotoFeatures& second,
+                                        int count);
+  enum class Look { kApart, kUndecided, kOverlap };
+  Look LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
+  void MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
+
+  PairMatcherOptions options_;
+  DescriptorMatcher matcher_;
+  GuidedMatcher guided_;
+};
+
+// Seed of a pair's robust estimation.
+uint32_t PairSeed(int64_t image_id, int64_t other_id);
+
+}  // namespace skein
