@@ -307,7 +307,7 @@ class Run {
       if (!arguments_.verbose) return;
       const char* names[] = {"registered", "deferred", "rejected", "withdrawn"};
       std::cout << "  " << event.image_id << " " << names[static_cast<int>(event.state)] << " "
-                << event.reason << " visible " << event.num_visible << " inliers "
+                << event.refusal.text << " visible " << event.num_visible << " inliers "
                 << event.num_inliers << " error " << event.mean_error_px << " register "
                 << event.register_s << " triangulate " << event.triangulate_s << " ba "
                 << event.ba_s << " (" << event.num_ba_images << ") total " << event.total_s

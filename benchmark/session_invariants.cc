@@ -19,6 +19,7 @@
 #include "core/folder.h"
 #include "core/hash.h"
 #include "geometry/model_poses.h"
+#include "session/diagnosis.h"
 #include "session/session_history.h"
 
 namespace skein {
@@ -84,7 +85,7 @@ class Invariants {
     }
     for (const auto& [id, photo] : session.state.photos()) {
       if (session.state.IsRegistered(id) || photo.failed()) continue;
-      if (session.state.WhyUnregistered(photo).empty()) {
+      if (Diagnose(session.state, photo).what.empty()) {
         Breach("photo " + session.state.NameOf(id) + " has no reason");
       }
     }

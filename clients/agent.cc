@@ -100,6 +100,40 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
   return ParseCommandLine(app, argc, argv);
 }
 
+// Says of this agent's photos, as soon as the session knows, that they are in no map, and what to
+// do.
+class Advice {
+ public:
+  Advice(Node& node, const std::string& agent)
+      : bus_(node.bus()),
+        subscription_(bus_.Subscribe<photo_diagnosis_t>(
+            kPhotoDiagnosisChannel, [this, agent, session = node.session_id()](const auto& told) {
+              if (told.session_id == session && told.agent == agent) Tell(told);
+            })) {}
+  ~Advice() { bus_.Unsubscribe(subscription_); }
+  Advice(const Advice&) = delete;
+  Advice& operator=(const Advice&) = delete;
+
+ private:
+  void Tell(const photo_diagnosis_t& told) {
+    const auto [known, is_new] = causes_.try_emplace(told.image_id, told.cause);
+    if (!is_new && known->second == told.cause) return;
+    known->second = told.cause;
+    const std::string name = Printable(told.name);
+    if (told.cause == photo_diagnosis_t::PLACED) {
+      std::cout << name << " is in the map now" << std::endl;
+      return;
+    }
+    std::cout << name << " is not in the map: " << Printable(told.what);
+    if (!told.remedy.empty()) std::cout << "; " << Printable(told.remedy);
+    std::cout << std::endl;
+  }
+
+  Bus& bus_;
+  Bus::SubscriptionId subscription_;
+  std::map<int64_t, int8_t> causes_;
+};
+
 Status ProvideFolder(const AgentOptions& options) {
   std::error_code error;
   if (!options.video.empty()) std::filesystem::create_directories(options.images, error);
@@ -131,6 +165,7 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
   FolderWatch watch(options.images, order);
   watch.Skip(photos);
   Summary summary;
+  const Advice advice(*node, options.publisher.agent);
   Publisher publisher(*node, options.publisher, [&](const PublishedPhoto& photo) {
     summary.Add(photo);
     if (!may_grow) bar.Add();

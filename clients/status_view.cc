@@ -6,6 +6,7 @@
 
 #include "core/statistics.h"
 #include "photo/photo_name.h"
+#include "session/diagnosis.h"
 #include "session/model_verdict.h"
 #include "session/report.h"
 
@@ -134,15 +135,19 @@ json FailuresOf(const SessionHistory& history) {
   return failures;
 }
 
-// Photos in no submap. Those that are still in flight are only counted.
-json DeferredOf(const SessionState& state) {
-  json deferred = json::array();
-  if (state.num_in_flight() > 0) return deferred;
+// Photos in no submap, without those whose turn comes.
+json UnplacedOf(const SessionState& state) {
+  json unplaced = json::array();
   for (const json& photo : DeferredPart(state)) {
-    deferred.push_back({{"image", Printable(photo["image"].get<std::string>())},
-                        {"reason", Printable(photo["reason"].get<std::string>(), 200)}});
+    if (photo["cause"] == CauseName(Diagnosis::Cause::kWaiting)) continue;
+    const std::string remedy = photo["remedy"];
+    const std::string reason = photo["reason"];
+    unplaced.push_back({{"image", Printable(photo["image"].get<std::string>())},
+                        {"cause", photo["cause"]},
+                        {"reason", Printable(reason, 200)},
+                        {"remedy", Printable(remedy, 200)}});
   }
-  return deferred;
+  return unplaced;
 }
 
 template <class... T>
@@ -203,6 +208,8 @@ std::string FormatPhotos(const json& photos) {
     text += "  " + photo["image"].get<std::string>();
     if (photo.contains("stage")) text += " (" + photo["stage"].get<std::string>() + ")";
     text += ": " + photo["reason"].get<std::string>() + "\n";
+    const std::string remedy = photo.value("remedy", "");
+    if (!remedy.empty()) text += "      " + remedy + "\n";
   }
   if (hidden > 0) text += Line("  and %zu earlier", hidden);
   return text;
@@ -226,7 +233,7 @@ json MakeStatus(const StatusInput& input) {
           {"submaps", SubmapsOf(input)},
           {"ended_submaps", EndedOf(state)},
           {"merges", MergesOf(state)},
-          {"deferred", DeferredOf(state)},
+          {"deferred", UnplacedOf(state)},
           {"failures", FailuresOf(input.session.history)}};
 }
 

@@ -16,6 +16,7 @@ class CovisibilityGraph {
     int64_t seq = 0;           // ledger position of the first fact that tells of the pair
     float tri_angle_rad = 0;   // median triangulation angle
     float forward_motion = 0;  // |z| of the unit relative translation, 0..1
+    int8_t geometry = 0;       // two_view_t's
   };
 
   // A pair that is known already stays as it is. Costs the smaller number of edges of the two.

@@ -16,7 +16,7 @@ namespace skein {
 namespace {
 
 constexpr int64_t kApplicationId = 0x534b4c47;  // "SKLG"
-constexpr int64_t kSchemaVersion = 2;
+constexpr int64_t kSchemaVersion = 3;
 constexpr char kSchema[] = R"(
   BEGIN IMMEDIATE;
   CREATE TABLE facts(seq INTEGER PRIMARY KEY, fact_id TEXT NOT NULL UNIQUE, kind TEXT NOT NULL,
@@ -24,7 +24,7 @@ constexpr char kSchema[] = R"(
   CREATE TABLE notes(kind TEXT NOT NULL, key TEXT NOT NULL, value TEXT NOT NULL,
                      checksum TEXT NOT NULL, PRIMARY KEY(kind, key)) WITHOUT ROWID;
   PRAGMA application_id = 1397443655;
-  PRAGMA user_version = 2;
+  PRAGMA user_version = 3;
   COMMIT;
 )";
 // Lookups in a row that find nothing, after which a ledger whose last record cannot be read ends,

@@ -28,10 +28,11 @@ Consistency::Contradiction Consistency::FindContradiction(ImageId id) const {
 Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   Withdrawal found;
   found.photos = FindMisplaced(options_.misplaced, map_);
-  found.reason = "in a part of the map that most matches contradict";
+  found.refusal = {Refusal::Cause::kContradicted,
+                   "in a part of the map that most matches contradict"};
   if (!found.photos.empty()) return found;
   found.of_similar_place = true;
-  found.reason = "of another, visually similar place";
+  found.refusal = {Refusal::Cause::kSimilarPlace, "of another, visually similar place"};
   found.photos = FindPhotosOfAnotherPlace(options_.registration.similar_structures, map_, first);
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;

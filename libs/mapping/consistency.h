@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "mapping/refusal.h"
 #include "mapping/submap_options.h"
 #include "mapping/waiting_photos.h"
 
@@ -12,7 +13,7 @@ namespace skein {
 // Photos that should leave the map, and why.
 struct Withdrawal {
   std::vector<ImageId> photos;
-  std::string reason;
+  Refusal refusal;
   bool of_similar_place = false;  // they are of a visually similar place
 };
 

@@ -3,7 +3,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <string>
+
+#include "mapping/refusal.h"
 
 namespace skein {
 
@@ -12,7 +13,7 @@ struct PhotoEvent {
   enum class State { kRegistered, kDeferred, kRejected, kWithdrawn };
   int64_t image_id = 0;
   State state = State::kDeferred;
-  std::string reason;  // of all but kRegistered
+  Refusal refusal;  // of all but kRegistered
   int num_visible = 0;
   int num_inliers = 0;
   Eigen::Vector4d qvec{1, 0, 0, 0};  // cam_from_world, wxyz

@@ -1,6 +1,7 @@
 #include "mapping/photo_trial.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/clock.h"
 #include "mapping/misplaced.h"
@@ -8,7 +9,7 @@
 namespace skein {
 namespace {
 
-Verdict Undoing(const std::string& reason) { return {Verdict::Decision::kUndo, reason, {}}; }
+Verdict Undoing(Refusal refusal) { return {Verdict::Decision::kUndo, std::move(refusal), {}}; }
 
 }  // namespace
 
@@ -33,7 +34,7 @@ void PhotoTrial::Place() {
 
 Verdict PhotoTrial::Judge() const {
   if (!IsDetermined(options_.registration, placement_->sigmas())) {
-    return Undoing("pose badly determined by its inliers");
+    return Undoing({Refusal::Cause::kTooFewCommonPoints, "pose badly determined by its inliers"});
   }
   if (!placement_->AgreesWithMatches(options_.registration)) return JudgeAgainstNeighbours();
   return {};
@@ -45,9 +46,9 @@ Verdict PhotoTrial::JudgeAgainstNeighbours() const {
   std::vector<ImageId> misplaced = FindMisplacedAround(options_.misplaced, map_, id_);
   const bool is_misplaced = std::count(misplaced.begin(), misplaced.end(), id_) > 0;
   if (misplaced.empty() || is_misplaced) {
-    return Undoing("pose disagrees with the verified matches");
+    return Undoing({Refusal::Cause::kContradicted, "pose disagrees with the verified matches"});
   }
-  return {Verdict::Decision::kKeepAfterWithdrawing, "", std::move(misplaced)};
+  return {Verdict::Decision::kKeepAfterWithdrawing, {}, std::move(misplaced)};
 }
 
 void PhotoTrial::Undo() {

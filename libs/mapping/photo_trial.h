@@ -13,7 +13,7 @@ namespace skein {
 struct Verdict {
   enum class Decision { kKeep, kUndo, kKeepAfterWithdrawing };
   Decision decision = Decision::kKeep;
-  std::string reason;             // of kUndo
+  Refusal refusal;                // of kUndo
   std::vector<ImageId> withdraw;  // of kKeepAfterWithdrawing: photos that stand in the wrong place
 };
 
@@ -25,7 +25,7 @@ class PhotoTrial {
   PhotoTrial(const SubmapOptions& options, const TrialContext& context, ImageId id, SceneMap* map);
 
   // 2D-3D correspondences and an absolute pose from them. Changes nothing in the map. False if
-  // there is none; estimate().reason says why.
+  // there is none; estimate().refusal says why.
   bool FindPose();
   // Registers the photo, triangulates its matches, refines its pose with its points.
   void Place();

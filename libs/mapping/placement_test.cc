@@ -17,7 +17,7 @@ class PlacementTest : public testing::Test {
     RegisterAtTruth(scene_, {1, 2, 3, 4, 5, 6, 7}, Eigen::Vector3d::Zero(), &map_);
     visible_ = FindVisiblePoints(map_, kNewPhoto);
     estimate_ = EstimatePose(map_, kNewPhoto, visible_, options_);
-    ASSERT_TRUE(estimate_.ok) << estimate_.reason;
+    ASSERT_TRUE(estimate_.ok) << estimate_.refusal.text;
   }
 
   double CenterError() const {

@@ -70,9 +70,9 @@ struct CameraUse {
   bool refine = false;          // focal length and distortion
 };
 
-PoseEstimate Refuse(PoseEstimate estimate, const std::string& reason) {
+PoseEstimate Refuse(PoseEstimate estimate, Refusal::Cause cause, const std::string& text) {
   estimate.ok = false;
-  estimate.reason = reason;
+  estimate.refusal = {cause, text};
   return estimate;
 }
 
@@ -379,38 +379,45 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   estimate.pose.image_id = image_id;
   estimate.num_visible = static_cast<int>(visible.size());
   if (estimate.num_visible < options.min_num_inliers) {
-    return Refuse(estimate, "too few visible points");
+    return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few visible points");
   }
   colmap::SetPRNGSeed(SeedFromIds(image_id, visible.size()));
   const CameraUse use{estimate_camera && !state.focal_from_exif, estimate_camera};
   const Candidate found = FindPose(map, options, use, visible, {estimate, camera});
-  if (found.cost == HUGE_VAL) return Refuse(estimate, "too few inliers");
+  if (found.cost == HUGE_VAL)
+    return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few inliers");
   estimate = found.estimate;
   camera = found.camera;
   estimate.camera_params = camera.Params();
-  if (estimate.num_inliers < options.min_num_inliers) return Refuse(estimate, "too few inliers");
+  if (estimate.num_inliers < options.min_num_inliers)
+    return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few inliers");
   if (estimate.num_inliers < options.min_inlier_ratio * estimate.num_visible) {
-    return Refuse(estimate, "too small a part of the visible points fits");
+    return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints,
+                  "too small a part of the visible points fits");
   }
-  if (!HasPossibleIntrinsics(camera)) return Refuse(estimate, "camera parameters out of range");
+  if (!HasPossibleIntrinsics(camera))
+    return Refuse(estimate, Refusal::Cause::kCamera, "camera parameters out of range");
   if (!IsDetermined(options, estimate.sigmas, kSigmasOfAStart)) {
-    return Refuse(estimate, "pose badly determined by its inliers");
+    return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints,
+                  "pose badly determined by its inliers");
   }
   if (!context.takes_ambiguous && HasRival(options, visible, camera, estimate)) {
     estimate.is_ambiguous = true;
-    return Refuse(estimate, "ambiguous: its points agree on two poses");
+    return Refuse(estimate, Refusal::Cause::kSimilarPlace,
+                  "ambiguous: its points agree on two poses");
   }
   const CellVotes votes =
       CompareWithNeighbours(options.similar_structures, map, image_id, camera,
                             colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
   estimate.has_too_many_missing_cells = HasTooManyMissingCells(options.similar_structures, votes);
   if (estimate.has_too_many_missing_cells && context.matches_similar_place) {
-    return Refuse(estimate,
+    return Refuse(estimate, Refusal::Cause::kSimilarPlace,
                   "another, visually similar place: " + std::to_string(votes.num_missing) + " of " +
                       std::to_string(votes.num_cells()) + " cells that it should show are missing");
   }
   if (context.needs_min_cells && votes.num_cells() < options.similar_structures.min_cells) {
-    return Refuse(estimate, "perhaps of another, visually similar place: too few cells to tell");
+    return Refuse(estimate, Refusal::Cause::kSimilarPlace,
+                  "perhaps of another, visually similar place: too few cells to tell");
   }
   estimate.ok = true;
   return estimate;

@@ -10,6 +10,7 @@
 #include "disambiguation/similar_structures.h"
 #include "map/scene_map.h"
 #include "mapping/pose_sigmas.h"
+#include "mapping/refusal.h"
 #include "mapping/trial_context.h"
 
 namespace skein {
@@ -61,7 +62,7 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id);
 
 struct PoseEstimate {
   bool ok = false;
-  std::string reason;  // why not
+  Refusal refusal;  // why not
   bool is_ambiguous = false;
   bool has_too_many_missing_cells = false;  // similar_structures.h
   int num_visible = 0;

@@ -68,7 +68,7 @@ TEST_F(TwoPoses, TheOneWithTheSmallerErrorsIsTakenNotTheOneWithMoreInliers) {
   only_wide.ransac_limits_px = {only_wide.max_error_px};
   ASSERT_GT(RotationErrorDeg(EstimatePose(map_, 1, visible_, only_wide)), 60) << "no trap";
   const PoseEstimate estimate = EstimatePose(map_, 1, visible_, {});
-  ASSERT_TRUE(estimate.ok) << estimate.reason;
+  ASSERT_TRUE(estimate.ok) << estimate.refusal.text;
   EXPECT_LT(RotationErrorDeg(estimate), 1);
   EXPECT_EQ(estimate.num_inliers, 100);
 }
@@ -133,7 +133,7 @@ TEST(EstimatePose, AFocalLengthFromExifThatDoesNotFitIsSearched) {
   FillMap(scene, &map);
   map.Deregister(8);
   const PoseEstimate estimate = EstimatePose(map, 8, FindVisiblePoints(map, 8), {});
-  ASSERT_TRUE(estimate.ok) << estimate.reason;
+  ASSERT_TRUE(estimate.ok) << estimate.refusal.text;
   EXPECT_NEAR(estimate.camera_params[0], 1000, 10);
 }
 

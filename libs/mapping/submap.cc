@@ -117,17 +117,19 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const bool has_pose = trial.FindPose();
   NoteTried(trial);
   if (!has_pose) {
-    Defer(trial, trial.estimate().reason, sink);
+    Defer(trial, trial.estimate().refusal, sink);
     return false;
   }
   trial.Place();
   const Verdict verdict = trial.Judge();
   if (verdict.decision == Verdict::Decision::kUndo) {
     trial.Undo();
-    Defer(trial, verdict.reason, sink);
+    Defer(trial, verdict.refusal, sink);
     return false;
   }
-  WithdrawForRetry(verdict.withdraw, "contradicted by a photo with more agreeing matches", sink);
+  WithdrawForRetry(
+      verdict.withdraw,
+      {Refusal::Cause::kContradicted, "contradicted by a photo with more agreeing matches"}, sink);
   Keep(trial, sink);
   return map_->IsRegistered(id);
 }
@@ -139,12 +141,12 @@ void Submap::NoteTried(const PhotoTrial& trial) {
   if (estimate.is_ambiguous) waiting_.OnAmbiguous(trial.id());
 }
 
-void Submap::Defer(const PhotoTrial& trial, const std::string& reason, const EventSink& sink) {
+void Submap::Defer(const PhotoTrial& trial, const Refusal& refusal, const EventSink& sink) {
   if (!waiting_.OnDeferred(trial.id())) return;
   PhotoEvent event;
   event.image_id = trial.id();
   event.state = PhotoEvent::State::kDeferred;
-  event.reason = reason;
+  event.refusal = refusal;
   event.num_visible = trial.estimate().num_visible;
   event.num_inliers = trial.estimate().num_inliers;
   event.register_s = trial.register_s();
@@ -215,7 +217,10 @@ bool Submap::Maintain(bool at_rest, const EventSink& sink) {
 void Submap::WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink) {
   for (const ImageId id : images) {
     if (!map_->IsRegistered(id) || !consistency_.IsWeak(id)) continue;
-    Withdraw(id, "too few observations left after bundle adjustment", sink);
+    Withdraw(
+        id,
+        {Refusal::Cause::kTooFewCommonPoints, "too few observations left after bundle adjustment"},
+        sink);
   }
 }
 
@@ -226,15 +231,18 @@ void Submap::WithdrawContradicted(const std::vector<ImageId>& images, const Even
     if (!map_->IsRegistered(id)) continue;
     const Consistency::Contradiction contradiction = consistency_.FindContradiction(id);
     if (!contradiction.exists) continue;
-    Withdraw(id, "contradicted by most of its matches after bundle adjustment", sink);
+    Withdraw(id,
+             {Refusal::Cause::kContradicted,
+              "contradicted by most of its matches after bundle adjustment"},
+             sink);
     if (contradiction.fits_elsewhere) waiting_.Enqueue(id);
   }
 }
 
 // Tried again at once: what contradicts them says where they are.
-void Submap::WithdrawForRetry(const std::vector<ImageId>& ids, const std::string& reason,
+void Submap::WithdrawForRetry(const std::vector<ImageId>& ids, const Refusal& refusal,
                               const EventSink& sink) {
-  for (const ImageId id : ids) Withdraw(id, reason, sink);
+  for (const ImageId id : ids) Withdraw(id, refusal, sink);
   for (const ImageId id : ids) waiting_.Enqueue(id);
 }
 
@@ -246,7 +254,7 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
     for (const ImageId id : consistency_.FindPhotosWithTooManyMissingCells())
       found.photos.push_back(id);
   }
-  WithdrawForRetry(found.photos, found.reason, sink);
+  WithdrawForRetry(found.photos, found.refusal, sink);
   if (!found.photos.empty()) {
     waiting_.ForgetAmbiguous();
     waiting_.RetryDeferred();
@@ -255,10 +263,10 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
   return !found.photos.empty();
 }
 
-bool Submap::TakeBack(int64_t image_id, const std::string& reason, const EventSink& sink) {
+bool Submap::TakeBack(int64_t image_id, const Refusal& refusal, const EventSink& sink) {
   if (!map_->IsRegistered(image_id)) return true;
   const ImageId id = static_cast<ImageId>(image_id);
-  if (!Withdraw(id, reason, sink)) return false;
+  if (!Withdraw(id, refusal, sink)) return false;
   waiting_.ForgetVisible(id);
   return true;
 }
@@ -269,17 +277,20 @@ void Submap::YieldPhotosTo(const colmap::Reconstruction& other, const EventSink&
     if (!IsRegisteredIn(other, id)) continue;
     const double there = other.Image(id).NumPoints3D();
     if (there < options_.min_yield_ratio * map_->reconstruction().Image(id).NumPoints3D()) continue;
-    if (Withdraw(id, "of a visually similar place that another submap holds", sink)) {
+    if (Withdraw(id,
+                 {Refusal::Cause::kSimilarPlace,
+                  "of a visually similar place that another submap holds"},
+                 sink)) {
       waiting_.MarkOfSimilarPlace(id);
     }
   }
 }
 
-bool Submap::Withdraw(ImageId id, const std::string& reason, const EventSink& sink) {
+bool Submap::Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink) {
   if (map_->reconstruction().NumRegImages() <= 2) return false;
   PhotoEvent event;
   event.image_id = id;
-  event.reason = reason;
+  event.refusal = refusal;
   event.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
   map_->Deregister(id);
   settled_ = {};
@@ -427,17 +438,18 @@ void Submap::ReplaceByRebuilt(const Submap& anew, const EventSink& sink) {
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteSize();
   settled_ = anew.settled_;
-  TellNewAndGone(before, "contradicted by the submap mapped anew", sink);
+  TellNewAndGone(before, {Refusal::Cause::kContradicted, "contradicted by the submap mapped anew"},
+                 sink);
 }
 
-void Submap::TellNewAndGone(const std::vector<ImageId>& before, const std::string& reason,
+void Submap::TellNewAndGone(const std::vector<ImageId>& before, const Refusal& refusal,
                             const EventSink& sink) {
   for (const ImageId id : before) {
     if (map_->IsRegistered(id)) continue;
     PhotoEvent event;
     event.image_id = id;
     event.state = PhotoEvent::State::kWithdrawn;
-    event.reason = reason;
+    event.refusal = refusal;
     waiting_.OnDeferred(id);
     sink(event);
   }

@@ -90,7 +90,7 @@ class Submap {
   // Withdraws a photo for a reason from outside. It is tried again when a neighbour registers, as
   // often as other withdrawn photos. False, and nothing has changed, if no map would be left. No
   // effect on a photo that is not registered.
-  bool TakeBack(int64_t image_id, const std::string& reason, const EventSink& sink);
+  bool TakeBack(int64_t image_id, const Refusal& refusal, const EventSink& sink);
 
   // Withdraws the photos of which another submap, of a visually similar place, sees far more
   // points. They come back only if they show enough of this place to be told from the other.
@@ -120,7 +120,7 @@ class Submap {
 
   // Tells of photos that are registered and were not, and the reverse, with that reason. `before`:
   // those that were, ascending.
-  void TellNewAndGone(const std::vector<ImageId>& before, const std::string& reason,
+  void TellNewAndGone(const std::vector<ImageId>& before, const Refusal& refusal,
                       const EventSink& sink);
 
   // The registered photos as events, by id.
@@ -144,7 +144,7 @@ class Submap {
   // Registration of one photo.
   bool TryPhoto(ImageId id, const EventSink& sink);
   void NoteTried(const PhotoTrial& trial);
-  void Defer(const PhotoTrial& trial, const std::string& reason, const EventSink& sink);
+  void Defer(const PhotoTrial& trial, const Refusal& refusal, const EventSink& sink);
   void Keep(const PhotoTrial& trial, const EventSink& sink);
   Adjustment AdjustAfter(ImageId new_image);
   int AdjustNewImage(ImageId new_image);
@@ -155,9 +155,9 @@ class Submap {
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
   bool WithdrawMisplaced(const EventSink& sink);
-  void WithdrawForRetry(const std::vector<ImageId>& ids, const std::string& reason,
+  void WithdrawForRetry(const std::vector<ImageId>& ids, const Refusal& refusal,
                         const EventSink& sink);
-  bool Withdraw(ImageId id, const std::string& reason, const EventSink& sink);
+  bool Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink);
 
   void Rebuild(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);

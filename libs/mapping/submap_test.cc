@@ -405,7 +405,7 @@ TEST(Submap, DefersAPhotoWhosePointsLieInOneCorner) {
   run.scene.pairs[3] = pairs;
   run.Feed(3);
   EXPECT_FALSE(run.map.map().IsRegistered(4));
-  EXPECT_EQ(run.events.back().reason, "pose badly determined by its inliers")
+  EXPECT_EQ(run.events.back().refusal.text, "pose badly determined by its inliers")
       << run.events.back().num_visible << " points";
 }
 
@@ -453,7 +453,7 @@ TEST(Submap, DefersAPhotoWhoseMatchesAgreeOnTwoPlaces) {
   run.Feed(3);
   EXPECT_EQ(run.events.back().image_id, 4);
   EXPECT_EQ(run.events.back().state, PhotoEvent::State::kDeferred);
-  EXPECT_EQ(run.events.back().reason, "ambiguous: its points agree on two poses");
+  EXPECT_EQ(run.events.back().refusal.text, "ambiguous: its points agree on two poses");
   // What comes later knows the place.
   for (const size_t i : {4, 5, 6, 7}) run.Feed(i);
   EXPECT_TRUE(run.map.map().IsRegistered(4));
@@ -485,7 +485,7 @@ TEST(Submap, WithdrawsAPhotoThatLaterOnesContradictAndTakesItBackOnNewEvidence) 
     return event.image_id == 4 && event.state == PhotoEvent::State::kWithdrawn;
   });
   ASSERT_NE(withdrawn, run.events.end());
-  EXPECT_FALSE(withdrawn->reason.empty());
+  EXPECT_FALSE(withdrawn->refusal.text.empty());
   EXPECT_EQ(run.NumRegistered(), 16);
   EXPECT_LT(run.PositionErrorPercent(), 0.3);
 }
@@ -546,7 +546,7 @@ TEST(Submap, DefersAPhotoWithLowOverlapForGood) {
   run.Feed(1);
   run.Feed(3);
   EXPECT_EQ(run.events.back().state, PhotoEvent::State::kDeferred);
-  EXPECT_EQ(run.events.back().reason, "too few visible points");
+  EXPECT_EQ(run.events.back().refusal.text, "too few visible points");
   const size_t num_events = run.events.size();
   run.map.RetryDeferred();
   while (run.map.Step(run.Sink())) continue;

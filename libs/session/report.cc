@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/statistics.h"
+#include "session/diagnosis.h"
 #include "session/finish_cut.h"
 #include "session/model_verdict.h"
 #include "session/state_names.h"
@@ -129,8 +130,11 @@ json DeferredPart(const SessionState& state) {
   json deferred = json::array();
   for (const auto& [id, photo] : state.photos()) {
     if (photo.failed() || state.IsRegistered(id)) continue;
+    const Diagnosis diagnosis = Diagnose(state, photo);
     deferred.push_back({{"image", PhotoName(photo.image.agent, photo.image.name)},
-                        {"reason", state.WhyUnregistered(photo)}});
+                        {"cause", CauseName(diagnosis.cause)},
+                        {"reason", diagnosis.what},
+                        {"remedy", diagnosis.remedy}});
   }
   return deferred;
 }

@@ -82,34 +82,13 @@ std::vector<int64_t> SessionState::RegisteredIn(int64_t submap_id) const {
   return ids;
 }
 
-std::string SessionState::WhyUnregistered(const PhotoState& photo) const {
-  if (photo.failed()) return photo.failed_reason;
-  if (photo.features_seq == 0) return "waits for its features";
-  if (photo.features.num_keypoints == 0) return "no features";
-  if (photo.candidates_seq == 0) return "waits for its candidates";
-  if (photo.matches_seq == 0) return "waits for its matches";
+const SubmapLife::Photo* SessionState::FindTrial(int64_t image_id) const {
   for (auto submap = submaps_.rbegin(); submap != submaps_.rend(); ++submap) {
     if (submap->second.ended) continue;
-    const auto in = submap->second.photos.find(photo.image.image_id);
-    if (in != submap->second.photos.end() && !in->second.reason.empty()) {
-      return in->second.reason + BestLinkOf(photo);
-    }
+    const auto photo = submap->second.photos.find(image_id);
+    if (photo != submap->second.photos.end()) return &photo->second;
   }
-  const std::string best_link = BestLinkOf(photo);
-  if (best_link.empty()) return "no photo overlaps it";
-  return (finish_.is_cut() ? "not tried in time" : "no submap could take it") + best_link;
-}
-
-// "; best link: 34 inliers with alice/0031.jpg", or "" without verified pairs.
-std::string SessionState::BestLinkOf(const PhotoState& photo) const {
-  const auto& edges = covisibility_.EdgesOf(photo.image.image_id);
-  const auto best = std::max_element(edges.begin(), edges.end(), [](const auto& a, const auto& b) {
-    return a.num_inliers < b.num_inliers;
-  });
-  const PhotoState* other = best == edges.end() ? nullptr : FindPhoto(best->other_id);
-  if (other == nullptr) return "";
-  return "; best link: " + std::to_string(best->num_inliers) + " inliers with " +
-         PhotoName(other->image.agent, other->image.name);
+  return nullptr;
 }
 
 // Counts the photo once when the change brings it through matching.
@@ -148,9 +127,9 @@ void SessionState::ApplyFact(const matches_t& fact) {
     photo->pairs_blob = fact.pairs_blob;
   });
   for (const two_view_t& pair : fact.pairs) {
-    covisibility_.Add(fact.image_id,
-                      {pair.other_id, pair.num_inliers, fact.header.seq,
-                       FiniteOrZero(pair.tri_angle_rad), FiniteOrZero(pair.forward_motion)});
+    covisibility_.Add(fact.image_id, {pair.other_id, pair.num_inliers, fact.header.seq,
+                                      FiniteOrZero(pair.tri_angle_rad),
+                                      FiniteOrZero(pair.forward_motion), pair.geometry});
   }
 }
 
@@ -170,7 +149,7 @@ void SessionState::ApplyFact(const submap_lease_t& fact) {
 void SessionState::ApplyFact(const registration_t& fact) {
   SubmapLife& submap = submaps_[fact.submap_id];
   const bool before = submap.IsRegistered(fact.image_id);
-  submap.photos[fact.image_id] = {fact.state, fact.reason};
+  submap.photos[fact.image_id] = {fact.state, fact.cause, fact.num_inliers, fact.reason};
   submap.num_registered += (fact.state == registration_t::REGISTERED) - before;
 }
 

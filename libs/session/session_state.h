@@ -40,6 +40,8 @@ struct SubmapLife {
   // The latest word on a photo.
   struct Photo {
     int8_t state = 0;  // registration_t's
+    int8_t cause = 0;  // registration_t's
+    int32_t num_inliers = 0;
     std::string reason;
   };
 
@@ -119,8 +121,8 @@ class SessionState {
   const CovisibilityGraph& covisibility() const { return covisibility_; }
   // Registered in at least one submap that lives.
   bool IsRegistered(int64_t image_id) const;
-  // Why it is not registered, for a person; with the verified pair that has most inliers.
-  std::string WhyUnregistered(const PhotoState& photo) const;
+  // What the youngest submap that lives and tried the photo says of it; null if none tried.
+  const SubmapLife::Photo* FindTrial(int64_t image_id) const;
 
   const std::map<int64_t, SubmapLife>& submaps() const { return submaps_; }
   const SubmapLife* FindSubmap(int64_t submap_id) const;  // null if unknown
@@ -155,7 +157,6 @@ class SessionState {
   void ApplyFact(const configuration_t&) {}
   void CloseMerge(int64_t merge_id);
   void EndSubmap(int64_t submap_id, const std::string& reason, int64_t merged_into);
-  std::string BestLinkOf(const PhotoState& photo) const;
   template <class Change>
   void ChangePhoto(int64_t image_id, Change change);
 

@@ -49,6 +49,27 @@ class TestLedger {
     return pair;
   }
 
+  // Features, of a sharp photo full of details where nothing else is said, and candidates.
+  void Describe(int64_t image_id, int num_candidates, features_t features = SharpPhoto()) {
+    if (state().FindPhoto(image_id) == nullptr) Photo(image_id);
+    features.image_id = image_id;
+    Commit(features);
+    candidates_t candidates{};
+    candidates.image_id = image_id;
+    candidates.num_candidates = num_candidates;
+    candidates.other_ids.resize(num_candidates);
+    candidates.distances.resize(num_candidates);
+    Commit(candidates);
+  }
+  static features_t SharpPhoto() {
+    features_t features{};
+    features.num_keypoints = 5000;
+    features.blur = 0.2F;
+    features.brightness = 0.5F;
+    features.coverage = 1;
+    return features;
+  }
+
   int64_t Seed(int64_t submap_id, int64_t image_id1, int64_t image_id2) {
     seed_t seed{};
     seed.submap_id = submap_id;

@@ -22,6 +22,7 @@
 #include "skein/ledger_request_t.hpp"
 #include "skein/matches_t.hpp"
 #include "skein/merge_t.hpp"
+#include "skein/photo_diagnosis_t.hpp"
 #include "skein/registration_t.hpp"
 #include "skein/seed_t.hpp"
 #include "skein/shape_wanted_t.hpp"
@@ -78,6 +79,7 @@ inline constexpr Channel<submit_reply_t> kSubmitReplyChannel{"SKEIN_SUBMIT_REPLY
 
 inline constexpr Channel<image_offer_t> kImageOfferChannel{"SKEIN_IMAGE_OFFER"};
 inline constexpr Channel<image_ack_t> kImageAckChannel{"SKEIN_IMAGE_ACK"};
+inline constexpr Channel<photo_diagnosis_t> kPhotoDiagnosisChannel{"SKEIN_PHOTO_DIAGNOSIS"};
 
 inline constexpr Channel<ledger_head_t> kLedgerHeadChannel{"SKEIN_LEDGER_HEAD"};
 inline constexpr Channel<ledger_request_t> kLedgerRequestChannel{"SKEIN_LEDGER_REQUEST"};

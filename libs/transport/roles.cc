@@ -51,6 +51,7 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kSubmitReplyChannel.name, kIngest},
     {kImageOfferChannel.name, kAgent | kUnsigned},
     {kImageAckChannel.name, kIngest},
+    {kPhotoDiagnosisChannel.name, kIngest},
     {kLedgerHeadChannel.name, kIngest},
     {kLedgerRequestChannel.name, kReader},
     {kLedgerRangeChannel.name, kIngest},

@@ -33,6 +33,7 @@ TEST(Roles, EachRoleTriesEachChannel) {
   std::map<std::string, std::string> expected = {{"SKEIN_SUBMIT_REPLY", "i"},
                                                  {"SKEIN_IMAGE_OFFER", "uao"},
                                                  {"SKEIN_IMAGE_ACK", "i"},
+                                                 {"SKEIN_PHOTO_DIAGNOSIS", "i"},
                                                  {"SKEIN_LEDGER_HEAD", "i"},
                                                  {"SKEIN_LEDGER_REQUEST", "uiwaov"},
                                                  {"SKEIN_LEDGER_RANGE", "i"},

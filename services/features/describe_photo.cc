@@ -25,6 +25,7 @@ Result<PhotoDescription> DescribePhoto(PhotoDecoder* decoder, const Bytes& photo
   }
   PhotoDescription result;
   result.local = sift->Extract(*image, threads);
+  result.quality = MeasureQuality(*image, result.local.keypoints);
   const double local_end_s = MonotonicS();
   result.global.model = model->id();
   result.global.values = model->Describe({*image, exif_orientation, &result.local});

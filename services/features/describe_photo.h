@@ -3,6 +3,7 @@
 #include "core/bytes.h"
 #include "core/result.h"
 #include "features/global_descriptor.h"
+#include "features/photo_quality.h"
 #include "features/sift.h"
 #include "photo/photo_decoder.h"
 
@@ -11,6 +12,7 @@ namespace skein {
 struct PhotoDescription {
   LocalFeatures local;
   GlobalDescriptor global;  // no values: nothing to describe
+  PhotoQuality quality;
   double local_s = 0;       // decoding and SIFT
   double global_s = 0;
 };

@@ -15,6 +15,9 @@ features_t ToMessage(int64_t image_id, int64_t computed_at_seq, const PhotoDescr
   message.descriptors_blob = blobs.descriptors;
   message.global_blob = blobs.global;
   message.global_model = photo.global.model;
+  message.blur = photo.quality.blur;
+  message.brightness = photo.quality.brightness;
+  message.coverage = photo.quality.coverage;
   message.local_s = static_cast<float>(photo.local_s);
   message.global_s = static_cast<float>(photo.global_s);
   return message;

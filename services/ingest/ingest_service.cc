@@ -36,7 +36,10 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
           node, writer_, PathsOf(node), options.finish,
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
            [this] { return work_.HasIdleMapper(node_.loop().now_s()); }}),
-      garbage_(node, writer_, PathsOf(node), options.garbage) {
+      garbage_(node, writer_, PathsOf(node), options.garbage),
+      diagnoses_(writer_.state(), node.session_id(), [&node](const photo_diagnosis_t& message) {
+        node.bus().Publish(kPhotoDiagnosisChannel, message);
+      }) {
   LogInfo("session {}: {} facts, {} photos", writer_.session_id(), writer_.durable_head(),
           writer_.state().num_images());
   writer_.AddObserver([this](const Fact& fact) {
@@ -101,6 +104,7 @@ void IngestService::Tick() {
   work_.Tick();
   finish_.Step(now_s);
   garbage_.Tick(now_s);
+  diagnoses_.Tick(now_s);
   TellActivity();
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "event_loop/alive.h"
+#include "ingest/diagnosis_teller.h"
 #include "ingest/finish_driver.h"
 #include "ingest/garbage.h"
 #include "ingest/ingest_options.h"
@@ -50,6 +51,7 @@ class IngestService {
   WorkDesk work_;
   FinishDriver finish_;
   GarbageCollector garbage_;
+  DiagnosisTeller diagnoses_;
   std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;
   Alive alive_;  // of posted functions

@@ -143,9 +143,10 @@ Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* s
   const Status status = submap->ReplaceModel(comparison.merged);
   if (!status.ok()) return status;
   const std::set<ImageId> before = RegisteredIn(*target);
-  submap->TellNewAndGone({before.begin(), before.end()},
-                         "its camera's intrinsics went astray; they are estimated anew",
-                         [&](const PhotoEvent& event) { absorption->events.push_back(event); });
+  submap->TellNewAndGone(
+      {before.begin(), before.end()},
+      {Refusal::Cause::kCamera, "its camera's intrinsics went astray; they are estimated anew"},
+      [&](const PhotoEvent& event) { absorption->events.push_back(event); });
   for (const ImageId id : comparison.left_out) submap->Enqueue(id);
   return Status::Ok();
 }

@@ -52,7 +52,8 @@ registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epo
       message.state = registration_t::WITHDRAWN;
       break;
   }
-  message.reason = event.reason;
+  message.cause = static_cast<int8_t>(event.refusal.cause);
+  message.reason = event.refusal.text;
   message.num_visible = event.num_visible;
   message.num_inliers = event.num_inliers;
   const Eigen::Vector4d qvec = colmap::NormalizeQuaternion(event.qvec);

@@ -68,9 +68,10 @@ TEST(MapperMessages, TellsEachStateApartWithItsReason) {
   for (const auto& [state, expected] : states) {
     PhotoEvent event = SomeEvent();
     event.state = state;
-    event.reason = "12 inliers";
+    event.refusal = {Refusal::Cause::kTooFewCommonPoints, "12 inliers"};
     EXPECT_EQ(SentAndReceived(event).state, expected);
     EXPECT_EQ(SentAndReceived(event).reason, "12 inliers");
+    EXPECT_EQ(SentAndReceived(event).cause, +registration_t::FEW_COMMON_POINTS);
   }
 }
 

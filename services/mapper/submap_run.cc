@@ -43,7 +43,8 @@ Status TakeBack(const std::map<int64_t, std::string>& refused, Submap* submap,
                 const Submap::EventSink& sink) {
   Status last;
   for (const auto& [id, reason] : refused) {
-    if (!submap->TakeBack(id, reason, sink)) last = FailedPrecondition(reason);
+    if (!submap->TakeBack(id, {Refusal::Cause::kOther, reason}, sink))
+      last = FailedPrecondition(reason);
   }
   return last;
 }

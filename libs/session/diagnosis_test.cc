@@ -1,0 +1,129 @@
+#include "session/diagnosis.h"
+
+#include <gtest/gtest.h>
+
+#include "testing/test_ledger.h"
+
+namespace skein {
+namespace {
+
+using Cause = Diagnosis::Cause;
+
+// Photo 1 is in submap 1; photo 2 is the one in question.
+class DiagnosisTest : public testing::Test {
+ protected:
+  DiagnosisTest() {
+    ledger_.Describe(1, 0);
+    ledger_.Matches(1, {});
+    ledger_.Seed(1, 1, 1);
+    ledger_.Lease(1, 1);
+    ledger_.Register(1, 1);
+  }
+  static features_t Photo(void (*change)(features_t*)) {
+    features_t features = TestLedger::SharpPhoto();
+    change(&features);
+    return features;
+  }
+  static two_view_t Pair(int num_inliers, int8_t geometry, float tri_angle_rad) {
+    two_view_t pair = TestLedger::Pair(1, num_inliers, tri_angle_rad);
+    pair.geometry = geometry;
+    return pair;
+  }
+  void Try(int8_t cause, const std::string& reason) {
+    registration_t trial{};
+    trial.image_id = 2;
+    trial.submap_id = 1;
+    trial.state = registration_t::DEFERRED;
+    trial.cause = cause;
+    trial.reason = reason;
+    ledger_.Commit(trial);
+  }
+  Diagnosis Get() const { return Diagnose(ledger_.state(), *ledger_.state().FindPhoto(2)); }
+  Cause OfPhoto(void (*change)(features_t*)) {
+    TestLedger ledger;
+    ledger.Describe(2, 1, Photo(change));
+    ledger.Matches(2, {});
+    return Diagnose(ledger.state(), *ledger.state().FindPhoto(2)).cause;
+  }
+
+  TestLedger ledger_;
+  static constexpr int8_t kCalibrated = 2, kPlanar = 4, kPanoramic = 5;
+};
+
+TEST_F(DiagnosisTest, APhotoInWorkWaits) {
+  ledger_.Photo(2);
+  EXPECT_EQ(Get().cause, Cause::kWaiting);
+  EXPECT_EQ(Get().remedy, "");
+  ledger_.Describe(2, 1);
+  EXPECT_EQ(Get().what, "waits for its matches");
+}
+
+TEST_F(DiagnosisTest, TheFirstPhotoWaitsForOthers) {
+  ledger_.Describe(2, 0);
+  ledger_.Matches(2, {});
+  EXPECT_EQ(Get().cause, Cause::kWaiting);
+}
+
+TEST_F(DiagnosisTest, TheFaultOfAPhotoIsToldBeforeItsOverlap) {
+  EXPECT_EQ(OfPhoto([](features_t* f) { f->brightness = 0.01F; }), Cause::kTooDark);
+  EXPECT_EQ(OfPhoto([](features_t* f) { f->brightness = 0.99F; }), Cause::kTooBright);
+  EXPECT_EQ(OfPhoto([](features_t* f) { f->blur = 0.6F; }), Cause::kBlurred);
+  EXPECT_EQ(OfPhoto([](features_t* f) { f->num_keypoints = 20; }), Cause::kBare);
+  EXPECT_EQ(OfPhoto([](features_t* f) { f->coverage = 0.2F; }), Cause::kBare);
+  EXPECT_EQ(OfPhoto([](features_t*) {}), Cause::kNoOverlap);
+}
+
+TEST_F(DiagnosisTest, AWeakOverlapTellsHowMuchIsLackingAndWhere) {
+  ledger_.Describe(2, 1);
+  ledger_.Matches(2, {Pair(17, kCalibrated, 0.1F)});
+  EXPECT_EQ(Get().cause, Cause::kWeakOverlap);
+  EXPECT_EQ(Get().what.find("17 of 30 inliers with "), 0u) << Get().what;
+  EXPECT_EQ(Get().num_inliers, 17);
+  EXPECT_EQ(Get().best_other_id, 1);
+}
+
+TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
+  ledger_.Describe(2, 1);
+  ledger_.Matches(2, {Pair(400, kPanoramic, 0)});
+  EXPECT_EQ(Get().cause, Cause::kRotationOnly);
+  ledger_.Describe(3, 1);
+  ledger_.Matches(3, {Pair(400, kPlanar, 0.1F)});
+  EXPECT_EQ(Diagnose(ledger_.state(), *ledger_.state().FindPhoto(3)).cause, Cause::kPlanarOnly);
+}
+
+TEST_F(DiagnosisTest, WhatTheMapSaysOfItComesWithItsReason) {
+  ledger_.Describe(2, 1);
+  ledger_.Matches(2, {Pair(200, kCalibrated, 0.1F)});
+  Try(registration_t::SIMILAR_PLACE, "of another, visually similar place");
+  EXPECT_EQ(Get().cause, Cause::kSimilarPlace);
+  EXPECT_EQ(Get().what, "of another, visually similar place");
+  Try(registration_t::CONTRADICTED, "its matches disagree");
+  EXPECT_EQ(Get().cause, Cause::kContradicted);
+  Try(registration_t::CAMERA, "camera parameters out of range");
+  EXPECT_EQ(Get().cause, Cause::kCamera);
+  Try(registration_t::FEW_COMMON_POINTS, "too few visible points");
+  EXPECT_EQ(Get().cause, Cause::kWeakOverlap);
+  EXPECT_EQ(Get().what.find("too few visible points; best link: 200 inliers"), 0u) << Get().what;
+}
+
+TEST_F(DiagnosisTest, WhatAStageSaysOfItStands) {
+  failure_t failure{};
+  failure.image_id = 2;
+  failure.stage = "features";
+  failure.reason = "cannot decode";
+  failure.parked = true;
+  ledger_.Photo(2);
+  ledger_.Commit(failure);
+  EXPECT_EQ(Get().cause, Cause::kFailed);
+  EXPECT_EQ(Get().what, "cannot decode");
+}
+
+// A message's constants are this enum's.
+TEST_F(DiagnosisTest, EachCauseHasAName) {
+  for (int cause = 0; cause <= static_cast<int>(Cause::kNotInTime); ++cause) {
+    EXPECT_STRNE(CauseName(static_cast<Cause>(cause)), "") << cause;
+  }
+}
+
+}  // namespace
+}  // namespace skein

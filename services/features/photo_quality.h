@@ -1,0 +1,23 @@
+// What a photo's pixels say of its worth for a map, whatever it shows.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "formats/formats.h"
+
+namespace skein {
+
+struct PhotoQuality {
+  // How little of the change from pixel to pixel is lost when the photo is blurred once more: 0
+  // sharp, 1 blurred. The greater of both axes, so that the motion of a camera counts. Crete et
+  // al., The Blur Effect, 2007, at a longest side of 800 pixels.
+  float blur = 0;
+  float brightness = 0;  // mean grey level, 0 to 1
+  float coverage = 0;    // share of 8 x 8 fields of the photo that hold a keypoint
+};
+
+// `bgr`: 8 bits, as decoded; keypoints in its pixels. About 5 ms.
+PhotoQuality MeasureQuality(const cv::Mat& bgr, const std::vector<Keypoint>& keypoints);
+
+}  // namespace skein

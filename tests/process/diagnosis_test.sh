@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Thirty photos spoiled on purpose are sent with good ones: the report tells of nearly each why it is in no
+# map, and what to do; ingest tells its agent while it sends.
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+use_place 2 14 --seed 1
+session=$workspace/session
+good=$place/images
+
+# Places that see nothing of each other: the first photo of agents who begin far apart.
+"$SKEIN_BUILD/bin/skein" sim --output "$workspace/elsewhere" --scenario disjoint --agents 6 --photos 2 --seed 7 \
+  >/dev/null 2>&1 || fail "skein sim"
+mkdir -p "$workspace/first"
+for folder in "$workspace"/elsewhere/images/*/; do
+  cp "$folder$(ls "$folder" | head -n 1)" "$workspace/first/$(basename "$folder").jpg"
+done
+"$SKEIN_BUILD/bin/spoil_photos" "$good" "$workspace/first" "$workspace/spoiled" || fail "spoil_photos"
+[[ $(ls "$workspace/spoiled" | wc -l) == 30 ]] || fail "not thirty spoiled photos"
+
+start_services "$session" "$url"
+publish "$session"
+await_agents
+# It goes on until it has heard of its photos.
+"$SKEIN_BUILD/bin/skein" agent --session "$session" --lcm-url "$url" --name carol --images "$workspace/spoiled" --watch \
+  >"$workspace/carol.log" 2>&1 &
+carol=$!
+heard_of() { (($(grep -c 'is not in the map: ' "$workspace/carol.log") >= $1)); }
+wait_until 200 "the agent hears of its spoiled photos" heard_of 25
+kill -INT "$carol"
+wait "$carol" || true
+finish "$session"
+
+report=$session/report.json
+declare -A expected=([blur]=blurred [motion]=blurred [dark]='too dark' [cap]='too dark' [thumb]='few details'
+  [other]='no overlap' [turn]='rotation only')
+right=0
+for file in "$workspace"/spoiled/*; do
+  photo=carol/$(basename "$file")
+  cause=$(jq -r --arg photo "$photo" '[.deferred[] | select(.image == $photo) | .cause][0] // "placed"' "$report")
+  remedy=$(jq -r --arg photo "$photo" '[.deferred[] | select(.image == $photo) | "\(.reason); \(.remedy)"][0] // ""' "$report")
+  kind=$(basename "${file%-*}")
+  [[ $cause == "${expected[$kind]}" ]] && right=$((right + 1))
+  printf '%-18s %-14s %s\n' "$(basename "$file")" "$cause" "$remedy"
+done
+echo "$right of 30 causes are right"
+((right >= 27)) || fail "$right of 30 causes are right"
+[[ $(jq '[.deferred[] | select(.image | startswith("carol/") | not)] | length' "$report") == 0 ]] ||
+  fail "good photos are in no map: $(jq -c .deferred "$report")"
