@@ -142,6 +142,17 @@ std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& orde
   return photos;
 }
 
+std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px) {
+  std::vector<PhotoToOffer> offers;
+  for (const PhotoFile& photo : photos) {
+    PhotoToOffer offer;
+    offer.name = photo.name;
+    offer.read = [path = photo.path, max_size_px] { return ReadPhoto(path, max_size_px); };
+    offers.push_back(std::move(offer));
+  }
+  return offers;
+}
+
 Result<Bytes> ReadPhoto(const fs::path& path, int max_size_px) {
   Result<Bytes> bytes = ReadFile(path.string());
   if (!bytes.ok() || max_size_px <= 0) return bytes;
