@@ -114,10 +114,13 @@ void HttpConnection::OnRequest() {
     return keep_alive_ ? Answer(HttpError(access.status, access.reason))
                        : AnswerAndClose(access.status, access.reason);
   }
+  const bool takes_body = parsed->method == "PATCH" || parsed->method == "POST";
+  if (!takes_body && (parsed->body_bytes > 0 || parser_->chunked())) {
+    return AnswerAndClose(413, "a request has no body here");
+  }
   if (parser_->chunked()) return AnswerAndClose(411, "say the body's size: Content-Length");
   if (parsed->method == "PATCH") return BeginUpload(*parsed);
   if (parsed->method == "POST") return ReadSmallBody(*parsed);
-  if (parsed->body_bytes > 0) return AnswerAndClose(413, "a request has no body here");
   if (!is_websocket) return host_.Handle(id_, *parsed);
   if (parsed->path != "/ws") return AnswerAndClose(404, "the WebSocket is at /ws");
   closed_ = true;  // what goes on is no longer this
