@@ -66,7 +66,7 @@ void HttpConnection::Start() {
 void HttpConnection::ReadRequest() {
   waiting_since_s_ = MonotonicS();
   parser_.emplace();
-  parser_->body_limit(boost::none);  // bodies have limits of their own
+  parser_->body_limit(UINT64_MAX);  // bodies have limits of their own; Boost 1.74 takes none for 0
   parser_->header_limit(static_cast<uint32_t>(host_.options().max_header_bytes));
   stream_.lowest().expires_after(Milliseconds(host_.options().idle_s));
   http::async_read_header(stream_, buffer_, *parser_,
