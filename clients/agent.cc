@@ -11,10 +11,10 @@
 #include "clients/folder_watch.h"
 #include "clients/photo_folder.h"
 #include "clients/progress_bar.h"
-#include "clients/publisher.h"
 #include "clients/subcommand.h"
 #include "clients/video/video_photos.h"
 #include "core/clock.h"
+#include "node/publisher.h"
 #include "photo/photo_name.h"
 
 namespace skein {
@@ -26,6 +26,7 @@ constexpr double kRescanS = 1;
 struct AgentOptions {
   ClientOptions client;
   PublisherOptions publisher;
+  int max_size_px = 0;  // longest side sent; 0: as they are
   std::string images;
   std::string order = "name";
   bool watch = false;
@@ -86,7 +87,7 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
                  "Photos a second (default: as fast as they are taken)")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--order", options->order, "name, time or shuffle:SEED")->capture_default_str();
-  app.add_option("--max-size", options->publisher.max_size_px,
+  app.add_option("--max-size", options->max_size_px,
                  "Shrink photos to this longest side in pixels before sending (default: as is)")
       ->check(CLI::Range(64, 100000));
   app.add_option(
@@ -150,7 +151,9 @@ std::unique_ptr<VideoPhotos> OpenVideo(const AgentOptions& options, PollLoop& lo
   for (const PhotoFile& photo : photos) known.insert(photo.name);
   return std::make_unique<VideoPhotos>(
       loop, options.video, options.images, options.frames, std::move(known),
-      [publisher](std::vector<PhotoFile> taken) { publisher->Add(std::move(taken)); });
+      [publisher, max_size_px = options.max_size_px](const std::vector<PhotoFile>& taken) {
+        publisher->Add(ToOffer(taken, max_size_px));
+      });
 }
 
 int Publish(AgentOptions options, const PhotoOrder& order) {
@@ -170,8 +173,10 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
     summary.Add(photo);
     if (!may_grow) bar.Add();
   });
-  publisher.Add(photos);
-  if (options.watch) node->loop().AddTimer(kRescanS, [&] { publisher.Add(watch.Scan()); });
+  publisher.Add(ToOffer(photos, options.max_size_px));
+  if (options.watch) node->loop().AddTimer(kRescanS, [&] {
+      publisher.Add(ToOffer(watch.Scan(), options.max_size_px));
+    });
   const auto video = OpenVideo(options, node->loop(), photos, &publisher);
   const auto done = [&] { return !options.watch && publisher.done() && (!video || video->done()); };
   while (!done() && !node->loop().interrupted()) node->loop().RunUntil(done, kRescanS);

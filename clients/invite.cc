@@ -6,18 +6,23 @@
 #include <charconv>
 #include <cstdlib>
 #include <iostream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "auth/relay_certificate.h"
 #include "auth/session_keys.h"
-#include "clients/qr_code.h"
+#include "auth/web_pass.h"
+#include "web/qr_code.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "core/file.h"
 #include "core/process.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
+#include "web/browser_link.h"
+#include "web/qr_code.h"
 
 namespace skein {
 namespace {
@@ -29,12 +34,15 @@ struct InviteOptions {
   std::string expires;
   std::string lcm_url;
   bool qr = false;
+  bool browser = false;
 };
 
 std::optional<int> ParseInviteOptions(int argc, char** argv, InviteOptions* options) {
   CLI::App app(
       "Prints a link that lets another host or person take part in a session, and a QR code of it\n"
-      "on a terminal. Whoever has the link has the role: send it as you would send a password.",
+      "on a terminal. Whoever has the link has the role: send it as you would send a password.\n"
+      "Where the session lets browsers in (launch.sh --web-public), the QR code is of a link that\n"
+      "a phone opens; --browser prints that one alone.",
       "skein invite");
   app.add_option("--session", options->session_dir, "Session folder, on its host")->required();
   app.add_option("--role", options->role,
@@ -50,6 +58,8 @@ std::optional<int> ParseInviteOptions(int argc, char** argv, InviteOptions* opti
   app.add_option("--lcm-url", options->lcm_url,
                  "Where the session is heard (default: where launch.sh runs it)");
   app.add_flag("--qr", options->qr, "The QR code also where the output is no terminal");
+  app.add_flag("--browser", options->browser,
+               "Only links for a browser: https, and http where the session has such a port");
   return ParseOptions(&app, argc, argv);
 }
 
@@ -92,13 +102,50 @@ LcmUrl UrlOf(const InviteOptions& options) {
   return url;
 }
 
-Invitation MakeInvitation(const InviteOptions& options) {
-  LcmUrl url = UrlOf(options);
+// What both kinds of link say.
+struct Invited {
+  Session session;
+  Role role;
+  std::string name;
+  int64_t expires_s;
+};
+
+Invited InvitedBy(const InviteOptions& options) {
   const Result<Session> session = OpenSession(options.session_dir);
   if (!session.ok()) throw std::runtime_error(session.error());
+  return {*session, *RoleFromName(options.role), NameOf(options), ExpiryOf(options.expires)};
+}
+
+// Where the session lets browsers in: an address a line, https first. None where it does not.
+std::vector<std::string> BrowserAddresses(const InviteOptions& options) {
+  std::vector<std::string> addresses;
+  if (options.role == "worker") return addresses;
+  const Result<Bytes> file = ReadFile(options.session_dir + "/run/web_public");
+  if (!file.ok()) return addresses;
+  std::istringstream lines(std::string(file->begin(), file->end()));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty()) addresses.push_back(line);
+  }
+  return addresses;
+}
+
+std::vector<std::string> BrowserLinks(const InviteOptions& options, const Invited& invited) {
+  std::vector<std::string> links = BrowserAddresses(options);
+  if (links.empty()) return links;
+  const Result<std::string> pass =
+      IssueWebPass(invited.session.paths.Keys().string(), invited.session.session_id,
+                   {invited.role, invited.name, invited.expires_s});
+  if (!pass.ok()) throw std::runtime_error(pass.error());
+  for (std::string& link : links) link = BrowserLink(link, invited.role, *pass);
+  return links;
+}
+
+Invitation MakeInvitation(const InviteOptions& options, const Invited& invited) {
+  LcmUrl url = UrlOf(options);
+  const Session* session = &invited.session;
   const Result<SessionAccess> access =
       IssueInvitation(session->paths.Keys().string(), session->session_id,
-                      *RoleFromName(options.role), NameOf(options), ExpiryOf(options.expires));
+                      invited.role, invited.name, invited.expires_s);
   if (!access.ok()) throw std::runtime_error(access.error());
   if (url.provider == "tcpqs" && url.pin.empty()) {
     const Result<std::string> pin = ReadRelayPin(session->paths.Keys().string());
@@ -114,9 +161,26 @@ int RunInvite(int argc, char** argv) {
   InviteOptions options;
   if (const auto exit_code = ParseInviteOptions(argc, argv, &options)) return *exit_code;
   try {
-    const std::string link = ToLink(MakeInvitation(options));
-    std::cout << link << std::endl;
-    if (options.qr || isatty(STDOUT_FILENO) != 0) std::cout << QrCode(link);
+    const Invited invited = InvitedBy(options);
+    const std::vector<std::string> browser_links = BrowserLinks(options, invited);
+    if (options.browser && browser_links.empty()) {
+      throw std::invalid_argument(
+          options.role == "worker"
+              ? "--browser: a worker has no page; agents, operators and viewers have one"
+              : "--browser: no browser is let in; start the session with launch.sh --web-public "
+                "HOST");
+    }
+    const bool on_terminal = isatty(STDOUT_FILENO) != 0;
+    std::string shown;
+    if (!options.browser) {
+      shown = ToLink(MakeInvitation(options, invited));
+      std::cout << shown << std::endl;
+    }
+    if (options.browser || on_terminal) {
+      for (const std::string& link : browser_links) std::cout << link << std::endl;
+      if (!browser_links.empty()) shown = browser_links.back();  // the plain one, where there is one
+    }
+    if (options.qr || on_terminal) std::cout << QrCode(shown);
     return kExitOk;
   } catch (const std::invalid_argument& error) {
     std::cerr << "skein invite: " << error.what() << std::endl;

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array<const char*, 5> kExtensions = {".jpg", ".jpeg", ".png", ".tif", ".tiff"};
-constexpr int kJpegQuality = 95;
+constexpr int kShrunkJpegQuality = 95;
 
 bool IsPhotoName(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -105,7 +105,7 @@ Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
                       std::max(1, cvRound(image.rows * scale)));
   cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
   Bytes jpeg;
-  cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, kShrunkJpegQuality});
   const Bytes exif = ExifSegment(bytes, header.format);
   jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
   return jpeg;
@@ -140,6 +140,17 @@ std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& orde
   if (order.kind == PhotoOrder::Kind::kTime) SortByTime(&photos);
   if (order.kind == PhotoOrder::Kind::kShuffle) Shuffle(&photos, order.seed);
   return photos;
+}
+
+std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px) {
+  std::vector<PhotoToOffer> offers;
+  for (const PhotoFile& photo : photos) {
+    PhotoToOffer offer;
+    offer.name = photo.name;
+    offer.read = [path = photo.path, max_size_px] { return ReadPhoto(path, max_size_px); };
+    offers.push_back(std::move(offer));
+  }
+  return offers;
 }
 
 Result<Bytes> ReadPhoto(const fs::path& path, int max_size_px) {

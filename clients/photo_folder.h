@@ -8,6 +8,7 @@
 
 #include "core/bytes.h"
 #include "core/result.h"
+#include "node/publisher.h"
 
 namespace skein {
 
@@ -30,6 +31,9 @@ Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
 // time: EXIF's capture time, else the file's, then by name. Throws
 // std::filesystem::filesystem_error when a part of the folder cannot be read.
 std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
+
+// For a Publisher: each is read with ReadPhoto.
+std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px);
 
 // The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side. It becomes
 // a JPEG of quality 95 with the original's EXIF block, pixels as stored. An undecodable file is

@@ -1,4 +1,4 @@
-#include "clients/qr_code.h"
+#include "web/qr_code.h"
 
 #include <gtest/gtest.h>
 

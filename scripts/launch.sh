@@ -29,6 +29,12 @@
 #   --max-size PX   longest side at which features are found (default 1600)
 #   --web PORT      the live view, in a browser of this host (default 8470; the next free one where it is
 #                   taken; 0: none)
+#   --web-public HOST  the live view and the phone's page for others, too, over TLS: HOST is this host's
+#                   address or name, as they reach it. Who comes needs an invitation (skein invite)
+#   --web-public-port PORT  of these (default 8471; the next free one where it is taken)
+#   --web-plain PORT  for them also without encryption, on a network that is yours alone: phones then
+#                   need no certificate, but have no camera view. Everyone who hears the network can
+#                   take over their invitations
 #   --hang-after S  kill and restart a process whose event loop shows no sign of life for S seconds
 #                   (default 10; 0: never, for a debugger)
 #   --build DIR     build folder (default: build/release)
@@ -48,9 +54,10 @@ cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url='' watch_url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
-retrieval_options=() matching_options=() web_port=8470
+retrieval_options=() matching_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
+need_port() { need_count "$1" "$2"; ((10#$2 > 0 && 10#$2 < 65536)) || usage_error "$1 $2: a port is 1 to 65535"; }
 # need_range OPTION MIN:MAX|N: sets min_mappers and max_mappers
 need_range() {
   [[ $2 =~ ^([0-9]+)(:([0-9]+))?$ ]] || usage_error "$1 needs MIN:MAX or a number, not '$2'"
@@ -59,7 +66,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --web)
+    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --web | --web-public | --web-public-port | --web-plain)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
@@ -75,6 +82,9 @@ while (($#)); do
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
     --web) need_count "$1" "$2"; web_port=$((10#$2)); ((web_port < 65536)) || usage_error "--web $2: a port is at most 65535"; shift ;;
+    --web-public) web_host=$2; [[ $web_host =~ ^[A-Za-z0-9.:-]+$ ]] || usage_error "--web-public: give this host's address or name, not '$2'"; shift ;;
+    --web-public-port) need_port "$1" "$2"; web_public_port=$((10#$2)); shift ;;
+    --web-plain) need_port "$1" "$2"; web_plain_port=$((10#$2)); shift ;;
     --top-n) need_count "$1" "$2"; retrieval_options+=(--top-n "$2"); shift ;;
     --no-second-look) matching_options+=(--no-second-look) ;;
     --no-merge) merger_options+=(--no-merge) ;;
@@ -87,6 +97,13 @@ while (($#)); do
   shift
 done
 [[ -n $session ]] || usage_error "--session is needed"
+if [[ -n $web_host ]]; then
+  [[ -z $join ]] || usage_error "--web-public is for the session's host, not for one that joins it"
+  ((web_port)) || usage_error "--web-public and --web 0 exclude each other"
+  [[ ${auth_options[1]:-} != off ]] || usage_error "--web-public lets in who has an invitation, and with --auth off there are none"
+elif ((web_plain_port)); then
+  usage_error "--web-plain is for others: give --web-public HOST, too"
+fi
 bin=$SKEIN_BUILD/bin
 [[ -x $bin/skein-ingest ]] || die "no services in $bin: build first (scripts/test.sh or scripts/demo.sh does)"
 mkdir -p "$session/log" "$session/run" || die "cannot write to $session"
@@ -201,7 +218,19 @@ add_web() {
     ((++web_port < 65536)) || die "--web $wanted: no port from there on is free"
   done
   ((web_port == wanted)) || say "port $wanted is taken: the live view is on $web_port"
-  add_service web web --port "$web_port"
+  rm -f "$session/run/web_public"
+  [[ -n $web_host ]] || { add_service web web --port "$web_port"; return; }
+  wanted=$web_public_port
+  while ((web_public_port == web_port || web_public_port == web_plain_port)) || port_is_open "$web_host" "$web_public_port"; do
+    ((++web_public_port < 65536)) || die "--web-public-port $wanted: no port from there on is free"
+  done
+  local shown=$web_host
+  [[ $web_host != *:* ]] || shown="[$web_host]"
+  {
+    echo "https://$shown:$web_public_port"
+    ((!web_plain_port)) || echo "http://$shown:$web_plain_port"
+  } >"$session/run/web_public" # for `skein invite`
+  add_service web web --port "$web_port" --public-host "$web_host" --public-port "$web_public_port" --plain-port "$web_plain_port"
 }
 
 start_instance() {
@@ -402,6 +431,7 @@ await_ready "${instances[@]}"
 say "${#instances[@]} processes are ready on $url"
 [[ -n $join ]] || say "session $(jq -r .session_id "$session/session.json" 2>/dev/null || echo "$session")"
 ((!web_port)) || say "view: http://127.0.0.1:$web_port/"
+[[ -z $web_host ]] || say "for phones and others: $SKEIN_BUILD/bin/skein invite --session '$session' --role agent --browser --qr   (or viewer, operator)"
 [[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $SKEIN_BUILD/bin/skein invite --session '$session' --role agent   (or worker, operator, viewer)"
 watched="--session '$session' --lcm-url '$url'"
 [[ $join != skein://* ]] || watched="--invite '@$session/run/invitation'"

@@ -6,7 +6,7 @@
 namespace skein {
 namespace {
 
-constexpr const char* kRoleNames[] = {"ingest", "worker", "agent", "operator", "viewer"};
+constexpr const char* kRoleNames[] = {"ingest", "worker", "agent", "operator", "viewer", "web"};
 constexpr char kCertificateDomain[] = "skein-certificate-1";
 
 bool IsRole(uint8_t number) { return number >= 1 && number <= std::size(kRoleNames); }

@@ -19,6 +19,8 @@ enum class Role : uint8_t {
   kAgent,       // offers photos, and reads
   kOperator,    // commands; also what an agent may
   kViewer,      // reads
+  kWeb,         // lets browsers in: a viewer that offers the photos of its agents, and passes on
+                // its operators' commands; of the session's host alone
 };
 
 const char* RoleName(Role role);

@@ -36,7 +36,7 @@ TEST_F(CertificateTest, IsNotReadWhereItIsCutOrHasNoRole) {
     Certificate read;
     EXPECT_FALSE(ReadCertificate(&in, &read)) << size;
   }
-  for (const uint8_t role : {0, 6, 255}) {
+  for (const uint8_t role : {0, 7, 255}) {
     Bytes bytes = out.bytes();
     bytes[0] = role;
     ByteReader in(bytes);

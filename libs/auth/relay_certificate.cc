@@ -9,9 +9,7 @@
 #include <openssl/x509.h>
 #include <sys/stat.h>
 
-#include <memory>
-#include <new>
-
+#include "auth/openssl_handles.h"
 #include "auth/session_keys.h"
 #include "auth/signing_key.h"
 #include "core/file.h"
@@ -19,41 +17,13 @@
 namespace skein {
 namespace {
 
-struct Free {
-  void operator()(EVP_PKEY* key) const { ::EVP_PKEY_free(key); }
-  void operator()(X509* certificate) const { ::X509_free(certificate); }
-  void operator()(BIO* bio) const { ::BIO_free(bio); }
-};
-using KeyPtr = std::unique_ptr<EVP_PKEY, Free>;
-using CertificatePtr = std::unique_ptr<X509, Free>;
-using BioPtr = std::unique_ptr<BIO, Free>;
-
-// What fails here lacks memory or random numbers.
-void Need(bool done) {
-  if (!done) throw std::bad_alloc();
-}
-
 std::string PemPath(const std::string& dir) { return dir + "/relay.pem"; }
-
-Bytes DerOf(X509* certificate) {
-  const int size = ::i2d_X509(certificate, nullptr);
-  Need(size > 0);
-  Bytes der(static_cast<size_t>(size));
-  uint8_t* at = der.data();
-  ::i2d_X509(certificate, &at);
-  return der;
-}
 
 // Clients look at its fingerprint alone: it needs no name, and ends with its file.
 CertificatePtr MakeCertificate(EVP_PKEY* key) {
   CertificatePtr certificate(::X509_new());
   Need(certificate != nullptr);
-  uint8_t serial[16];
-  Need(::RAND_bytes(serial, sizeof(serial)) == 1);
-  serial[0] &= 0x7f;
-  BIGNUM* number = ::BN_bin2bn(serial, sizeof(serial), nullptr);
-  ::BN_to_ASN1_INTEGER(number, ::X509_get_serialNumber(certificate.get()));
-  ::BN_free(number);
+  SetSerialNumber(certificate.get());
   Need(::X509_set_version(certificate.get(), 2) == 1);  // v3
   Need(::ASN1_TIME_set_string_X509(::X509_getm_notBefore(certificate.get()), "20200101000000Z") ==
        1);
@@ -66,12 +36,6 @@ CertificatePtr MakeCertificate(EVP_PKEY* key) {
   Need(::X509_set_pubkey(certificate.get(), key) == 1);
   Need(::X509_sign(certificate.get(), key, ::EVP_sha256()) > 0);
   return certificate;
-}
-
-std::string TextOf(BIO* bio) {
-  char* data = nullptr;
-  const long size = BIO_get_mem_data(bio, &data);
-  return {data, static_cast<size_t>(size)};
 }
 
 Result<RelayCertificate> Create(const std::string& dir) {
@@ -120,6 +84,30 @@ bool HasCertificate(const std::string& dir) {
 }
 
 }  // namespace
+
+void SetSerialNumber(X509* certificate) {
+  uint8_t serial[16];
+  Need(::RAND_bytes(serial, sizeof(serial)) == 1);
+  serial[0] &= 0x7f;
+  BIGNUM* number = ::BN_bin2bn(serial, sizeof(serial), nullptr);
+  ::BN_to_ASN1_INTEGER(number, ::X509_get_serialNumber(certificate));
+  ::BN_free(number);
+}
+
+std::string TextOf(BIO* bio) {
+  char* data = nullptr;
+  const long size = BIO_get_mem_data(bio, &data);
+  return {data, static_cast<size_t>(size)};
+}
+
+Bytes DerOf(X509* certificate) {
+  const int size = ::i2d_X509(certificate, nullptr);
+  Need(size > 0);
+  Bytes der(static_cast<size_t>(size));
+  uint8_t* at = der.data();
+  ::i2d_X509(certificate, &at);
+  return der;
+}
 
 std::string CertificatePin(const Bytes& der) {
   uint8_t hash[SHA256_DIGEST_LENGTH];

@@ -161,6 +161,14 @@ Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string&
                        {}};
 }
 
+Result<Signature> SignAsRoot(const std::string& dir, const Bytes& bytes) {
+  if (Status status = MakeKeysFolder(dir); !status) return status;
+  const FolderLock lock(dir);
+  const Result<SigningKey> root = OpenRoot(dir);
+  if (!root.ok()) return root.status();
+  return root->Sign(bytes);
+}
+
 Status SaveCounters(const std::string& dir, const SignerCounters& counters) {
   ByteWriter out;
   for (const auto& [key, counter] : counters) {

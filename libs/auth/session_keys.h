@@ -36,6 +36,10 @@ Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string&
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name, int64_t expires_s);
 
+// The root's signature of these bytes, which say what they are for. Makes the root where it is
+// missing.
+Result<Signature> SignAsRoot(const std::string& dir, const Bytes& bytes);
+
 Status SaveCounters(const std::string& dir, const SignerCounters& counters);
 
 // A damaged file of the folder keys/, named by its path in there.

@@ -24,6 +24,7 @@ struct SessionPaths {
     return root / "submaps" / std::to_string(submap_id);
   }
   std::filesystem::path Sparse() const { return root / "sparse"; }
+  std::filesystem::path Uploads() const { return root / "uploads"; }
   std::filesystem::path Keys() const { return root / "keys"; }
   std::filesystem::path Report() const { return root / "report.json"; }
   // Checksums of sparse/ and report.json.

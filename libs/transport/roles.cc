@@ -15,11 +15,13 @@ constexpr RoleSet kIngest = Bit(Role::kIngest);
 constexpr RoleSet kWorker = Bit(Role::kWorker);
 constexpr RoleSet kOperator = Bit(Role::kOperator);
 constexpr RoleSet kAgent = Bit(Role::kAgent) | kOperator;
-constexpr RoleSet kSigned = kIngest | kWorker | kAgent | Bit(Role::kViewer);
+constexpr RoleSet kWeb = Bit(Role::kWeb);
+constexpr RoleSet kViewer = Bit(Role::kViewer) | kWeb;
+constexpr RoleSet kSigned = kIngest | kWorker | kAgent | kViewer;
 constexpr RoleSet kReader = kSigned | kUnsigned;
 
 constexpr std::string_view kChunkPrefix = "SKEIN_BLOB_CHUNK_";
-constexpr RoleSet kMayServeBlobs = kIngest | kWorker | kAgent | kUnsigned;
+constexpr RoleSet kMayServeBlobs = kIngest | kWorker | kAgent | kWeb | kUnsigned;
 
 const std::map<std::string_view, RoleSet> kMayPublish = {
     {kImageChannel.name, kIngest},
@@ -49,7 +51,7 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kSubmitFinishChannel.name, kWorker},
     {kSubmitConfigurationChannel.name, kWorker},
     {kSubmitReplyChannel.name, kIngest},
-    {kImageOfferChannel.name, kAgent | kUnsigned},
+    {kImageOfferChannel.name, kAgent | kWeb | kUnsigned},
     {kImageAckChannel.name, kIngest},
     {kPhotoDiagnosisChannel.name, kIngest},
     {kLedgerHeadChannel.name, kIngest},
@@ -61,11 +63,11 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kDemandChannel.name, kIngest | kWorker},
     {kSubmapStatusChannel.name, kWorker},
     {kSubmapShapeChannel.name, kWorker},
-    {kShapeWantedChannel.name, kWorker | Bit(Role::kViewer)},
+    {kShapeWantedChannel.name, kWorker | kViewer},
     {kSharedRequestChannel.name, kWorker},
     {kSharedReplyChannel.name, kWorker},
     {kHeartbeatChannel.name, kSigned},
-    {kCommandChannel.name, kOperator},
+    {kCommandChannel.name, kOperator | kWeb},
     {kCommandReplyChannel.name, kIngest},
     {kBlobRequestChannel.name, kReader},
 };

@@ -24,14 +24,16 @@ bool MayBe(const Sender& sender, const std::string& instance);
 // Whether the channel is for the chunks of an instance that the sender may be.
 bool MayReceiveOn(const Sender& sender, const std::string& chunk_channel);
 
-// Whether the sender speaks in its own name. Ingest answers others by their names.
+// Whether the sender speaks in its own name. Ingest answers others by their names, and the web
+// server offers the photos of the agents that it has let in.
 template <class T>
 bool SpeaksForItself(const Sender& sender, const T& message) {
   if constexpr (decode_internal::HasHeader<T>::value) return MayBe(sender, message.header.author);
   return true;
 }
 inline bool SpeaksForItself(const Sender& sender, const image_offer_t& offer) {
-  return (!sender || sender->name == offer.agent) && MayBe(sender, offer.owner);
+  const bool is_own = !sender || sender->name == offer.agent || sender->role == Role::kWeb;
+  return is_own && MayBe(sender, offer.owner);
 }
 inline bool SpeaksForItself(const Sender& sender, const work_request_t& request) {
   return MayBe(sender, request.worker);

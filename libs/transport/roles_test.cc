@@ -16,12 +16,13 @@ const std::vector<Sender> kSenders = {std::nullopt,
                                       Speaker{Role::kWorker, "mapper-1"},
                                       Speaker{Role::kAgent, "alice"},
                                       Speaker{Role::kOperator, "chief"},
-                                      Speaker{Role::kViewer, "status"}};
+                                      Speaker{Role::kViewer, "status"},
+                                      Speaker{Role::kWeb, "web"}};
 
 // Who may publish on a channel, a letter each, in the order of kSenders: unsigned, ingest, worker,
-// agent, operator, viewer.
+// agent, operator, viewer, web server (b: browsers).
 std::string WhoMay(const std::string& channel) {
-  constexpr char kLetters[] = "uiwaov";
+  constexpr char kLetters[] = "uiwaovb";
   std::string who;
   for (size_t i = 0; i < kSenders.size(); ++i) {
     if (MayPublish(kSenders[i], channel)) who += kLetters[i];
@@ -31,11 +32,11 @@ std::string WhoMay(const std::string& channel) {
 
 TEST(Roles, EachRoleTriesEachChannel) {
   std::map<std::string, std::string> expected = {{"SKEIN_SUBMIT_REPLY", "i"},
-                                                 {"SKEIN_IMAGE_OFFER", "uao"},
+                                                 {"SKEIN_IMAGE_OFFER", "uaob"},
                                                  {"SKEIN_IMAGE_ACK", "i"},
                                                  {"SKEIN_PHOTO_DIAGNOSIS", "i"},
                                                  {"SKEIN_LEDGER_HEAD", "i"},
-                                                 {"SKEIN_LEDGER_REQUEST", "uiwaov"},
+                                                 {"SKEIN_LEDGER_REQUEST", "uiwaovb"},
                                                  {"SKEIN_LEDGER_RANGE", "i"},
                                                  {"SKEIN_WORK_REQUEST", "w"},
                                                  {"SKEIN_WORK", "i"},
@@ -43,14 +44,14 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"SKEIN_DEMAND", "iw"},
                                                  {"SKEIN_SUBMAP_STATUS", "w"},
                                                  {"SKEIN_SUBMAP_SHAPE", "w"},
-                                                 {"SKEIN_SHAPE_WANTED", "wv"},
+                                                 {"SKEIN_SHAPE_WANTED", "wvb"},
                                                  {"SKEIN_SHARED_REQUEST", "w"},
                                                  {"SKEIN_SHARED_REPLY", "w"},
-                                                 {"SKEIN_HEARTBEAT", "iwaov"},
-                                                 {"SKEIN_COMMAND", "o"},
+                                                 {"SKEIN_HEARTBEAT", "iwaovb"},
+                                                 {"SKEIN_COMMAND", "ob"},
                                                  {"SKEIN_COMMAND_REPLY", "i"},
-                                                 {"SKEIN_BLOB_REQUEST", "uiwaov"},
-                                                 {"SKEIN_BLOB_CHUNK_INGEST", "uiwao"},
+                                                 {"SKEIN_BLOB_REQUEST", "uiwaovb"},
+                                                 {"SKEIN_BLOB_CHUNK_INGEST", "uiwaob"},
                                                  {"SKEIN_NO_SUCH_CHANNEL", ""},
                                                  {"", ""}};
   ForEachCommittedChannel([&](const auto& channel) { expected[channel.name] = "i"; });
@@ -78,6 +79,17 @@ TEST(Roles, AnAgentIsItsOwnInstanceAlone) {
   EXPECT_TRUE(MayBe(chief, AgentInstance("chief")));
   EXPECT_TRUE(MayBe(chief, "chief.finish.12"));
   EXPECT_FALSE(MayBe(Speaker{Role::kWorker, "alice"}, AgentInstance("alice")));
+}
+
+TEST(Roles, TheWebServerOffersPhotosOfItsAgentsFromItself) {
+  const Sender web = Speaker{Role::kWeb, "web"};
+  image_offer_t offer{};
+  offer.agent = "anna-phone";
+  offer.owner = "web";
+  EXPECT_EQ(WhyRefused(web, kImageOfferChannel.name, offer), nullptr);
+  EXPECT_NE(WhyRefused(Speaker{Role::kViewer, "web"}, kImageOfferChannel.name, offer), nullptr);
+  offer.owner = AgentInstance("anna-phone");
+  EXPECT_NE(WhyRefused(web, kImageOfferChannel.name, offer), nullptr);
 }
 
 TEST(Roles, WithoutASignatureOneMayBeAnAgent) {

@@ -1,16 +1,10 @@
 #include "web/access.h"
 
 #include <algorithm>
+#include <charconv>
 
 namespace skein {
 namespace {
-
-std::string LowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return text;
-}
 
 // "127.0.0.1:8470" -> "127.0.0.1", "[::1]:8470" -> "::1".
 std::string WithoutPort(const std::string& host) {
@@ -25,27 +19,120 @@ bool IsLoopback(const std::string& address) {
   return address.compare(0, 4, "127.") == 0 || address == "::1";
 }
 
-bool NamesServer(const std::string& host, const std::string& local_address) {
-  const std::string name = LowerCase(WithoutPort(host));
-  if (name == local_address) return true;
-  return IsLoopback(local_address) && name == "localhost";
+bool NamesServer(const AccessRequest& request) {
+  const std::string name = LowerCase(WithoutPort(*request.host));
+  if (name == request.local_address) return true;
+  if (!request.public_host.empty() && name == LowerCase(request.public_host)) return true;
+  return IsLoopback(request.local_address) && name == "localhost";
+}
+
+enum class Right {
+  kPage,      // the page's files; says nothing of the session
+  kEnter,     // shows a pass
+  kKnow,      // which session it is
+  kRead,      // everything
+  kOnePhoto,  // a photo
+  kSend,      // photos, and what became of the sender's own
+  kInvite,
+  kFinish,
+};
+
+bool BeginsWith(const std::string& text, const std::string& beginning) {
+  return text.compare(0, beginning.size(), beginning) == 0;
+}
+
+constexpr char kPhotoPath[] = "/api/photos/";
+constexpr char kUploadPath[] = "/api/uploads/";
+
+// The photo of /api/photos/ID and /api/photos/ID/thumbnail.
+std::optional<int64_t> PhotoOf(const std::string& path) {
+  if (!BeginsWith(path, kPhotoPath)) return std::nullopt;
+  const char* begin = path.data() + sizeof(kPhotoPath) - 1;
+  const char* end = path.data() + path.size();
+  int64_t id = 0;
+  const auto read = std::from_chars(begin, end, id);
+  const std::string rest(read.ptr, end);
+  if (read.ec != std::errc() || (!rest.empty() && rest != "/thumbnail")) return std::nullopt;
+  return id;
+}
+
+// None: nothing answers that method there.
+std::optional<Right> RightFor(const std::string& method, const std::string& path) {
+  const bool reads = method == "GET" || method == "HEAD";
+  if (BeginsWith(path, kUploadPath)) {
+    const bool sends = method == "PATCH" || method == "POST" || method == "HEAD";
+    return sends ? std::optional<Right>(Right::kSend) : std::nullopt;
+  }
+  if (method == "POST") {
+    if (path == "/api/enter") return Right::kEnter;
+    if (path == "/api/invitations") return Right::kInvite;
+    if (path == "/api/finish") return Right::kFinish;
+  }
+  if (!reads) return std::nullopt;
+  if (path == "/api/session") return Right::kKnow;
+  if (PhotoOf(path)) return Right::kOnePhoto;
+  if (BeginsWith(path, "/api/") || BeginsWith(path, "/download/") || path == "/api" ||
+      path == "/ws") {
+    return Right::kRead;
+  }
+  return Right::kPage;
+}
+
+AccessDecision Denied(const char* what) {
+  return {403, std::string("this invitation is not for that: ") + what};
+}
+
+AccessDecision DecideRight(Right right, const AccessRequest& request) {
+  const Visitor& visitor = request.visitor;
+  if (right == Right::kPage || right == Right::kEnter) return {};
+  if (visitor.is_local) {
+    const bool reads = right == Right::kKnow || right == Right::kRead || right == Right::kOnePhoto;
+    const bool invites = right == Right::kInvite && IsLoopback(request.local_address);
+    if (reads || invites) return {};
+    return Denied("photos and commands come with an invitation, or from the skein command");
+  }
+  if (!visitor.role) {
+    return {401, "open the link of your invitation; who runs the session makes one with `skein "
+                 "invite`"};
+  }
+  switch (*visitor.role) {
+    case Role::kOperator:
+      return {};
+    case Role::kViewer:
+      if (right == Right::kSend) return Denied("it is for looking; ask for one for an agent");
+      if (right == Right::kInvite || right == Right::kFinish) return Denied("it is for looking");
+      return {};
+    case Role::kAgent:
+      if (right == Right::kKnow || right == Right::kSend) return {};
+      if (right == Right::kOnePhoto && request.agent_of &&
+          request.agent_of(*PhotoOf(request.path)) == visitor.name) {
+        return {};
+      }
+      return Denied("it is for sending photos and seeing one's own");
+    default:
+      return Denied("its role has no page");
+  }
 }
 
 }  // namespace
 
 AccessDecision DecideAccess(const AccessRequest& request) {
-  if (request.method != "GET" && request.method != "HEAD") {
-    return {405, "only GET and HEAD are answered"};
-  }
-  if (!request.host || !NamesServer(*request.host, request.local_address)) {
-    return {403, "open the view by the server's address, http://" + request.local_address +
+  const std::optional<Right> right = RightFor(request.method, request.path);
+  if (!right) return {405, request.method + " is not answered there; GET and HEAD are"};
+  const std::string scheme = request.is_encrypted ? "https://" : "http://";
+  if (!request.host || !NamesServer(request)) {
+    const std::string& name =
+        request.public_host.empty() ? request.local_address : request.public_host;
+    return {403, "open the view by the server's address, " + scheme + name +
                      "/ and its port; other host names are refused"};
   }
-  const std::string own_origin = "http://" + LowerCase(*request.host);
-  if (request.is_websocket && request.origin && LowerCase(*request.origin) != own_origin) {
-    return {403, "the WebSocket is for pages of " + own_origin};
+  const std::string own_origin = scheme + LowerCase(*request.host);
+  const bool reads = request.method == "GET" || request.method == "HEAD";
+  if ((request.is_websocket || !reads) && request.origin &&
+      LowerCase(*request.origin) != own_origin) {
+    return {403, "this is for pages of " + own_origin + " alone"};
   }
-  return {};
+  return DecideRight(*right, request);
 }
 
 }  // namespace skein

@@ -1,18 +1,27 @@
 // The one place that decides what a request may have.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+
+#include "web/http.h"
 
 namespace skein {
 
 // What is known of a request before it is looked at.
 struct AccessRequest {
   std::string method;                 // "GET"
+  std::string path;                   // decoded
   std::optional<std::string> host;    // the Host header
   std::optional<std::string> origin;  // the Origin header
   std::string local_address;          // of the server, that the connection came to: "127.0.0.1"
+  std::string public_host;            // a name or address by which others know the server; ""
   bool is_websocket = false;
+  bool is_encrypted = false;
+  Visitor visitor;
+  // Name of the agent of a photo, "" if there is none.
+  std::function<std::string(int64_t image_id)> agent_of;
 };
 
 struct AccessDecision {
@@ -22,10 +31,15 @@ struct AccessDecision {
   bool allowed() const { return status == 0; }
 };
 
-// Everyone who reaches the server may read everything. Nobody may write. A request has to name the
-// server by the address that it came to, or as localhost: a page of another site that lets its own
-// name resolve to this host (DNS rebinding) is refused. A WebSocket is for the server's own page:
-// browsers tell a page's origin, other programs tell none.
+// By the server's own port everyone who reaches it may read everything; a visitor of this host may
+// also make invitations. By a public port a pass is needed for all but the page itself: a viewer
+// reads, an agent sends photos and sees its own, an operator does all of that, finishes and
+// invites.
+//
+// A request has to name the server by the address that it came to, by public_host, or as localhost:
+// a page of another site that lets its own name resolve to this host (DNS rebinding) is refused. A
+// WebSocket, and what changes something, is for the server's own page: browsers tell a page's
+// origin, other programs tell none.
 AccessDecision DecideAccess(const AccessRequest& request);
 
 }  // namespace skein

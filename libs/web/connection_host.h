@@ -2,21 +2,39 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "web/asio.h"
 #include "web/http.h"
 #include "web/web_server.h"
+#include "web/web_stream.h"
 
 namespace skein {
+
+class HttpConnection;
+
+// The port that a connection came to.
+struct Door {
+  bool is_public = false;
+  asio::ssl::context* tls = nullptr;  // null: in the clear
+};
 
 // The server's thread only.
 class ConnectionHost {
  public:
   virtual const WebServerOptions& options() const = 0;
+  // Who shows these cookies.
+  virtual Visitor FindVisitor(const std::string& cookies) const = 0;
+  virtual std::string AgentOfPhoto(int64_t image_id) const = 0;
   // Has the request answered by HttpConnection::Answer of that connection.
   virtual void Handle(int64_t connection_id, const HttpRequest& request) = 0;
+  // Null: nothing may be uploaded there.
+  virtual std::shared_ptr<BodySink> MakeSink(const HttpRequest& request) = 0;
+  // A function for a sink: `then` runs on the server's thread while the connection lives.
+  using OnNext = std::function<void(HttpConnection&, std::optional<HttpResponse>)>;
+  virtual BodySink::Next OnServer(int64_t connection_id, OnNext then) = 0;
   // The connection goes on as a WebSocket.
-  virtual void Upgrade(int64_t connection_id, beast::tcp_stream stream, UpgradeRequest request) = 0;
+  virtual void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) = 0;
   virtual void OnClosed(int64_t connection_id) = 0;
   // Of the last event that was sent to the pages.
   virtual int64_t sent_seq() const = 0;

@@ -61,6 +61,7 @@ struct EventMaker {
                   {"camera", fact.camera_id},
                   {"width", fact.width_px},
                   {"height", fact.height_px},
+                  {"orientation", fact.orientation},
                   {"bytes", fact.size_bytes},
                   {"focal", Figure(fact.focal_px)},
                   {"captured", fact.capture_utime_us},

@@ -47,6 +47,7 @@ TEST(Events, APhotoTellsItsSizeAndWhereItWasTaken) {
   image.name = "a.jpg";
   image.width_px = 640;
   image.height_px = 480;
+  image.orientation = 6;
   image.size_bytes = 12345;
   image.focal_px = 512.3456;
   image.capture_utime_us = 5;
@@ -63,6 +64,7 @@ TEST(Events, APhotoTellsItsSizeAndWhereItWasTaken) {
   EXPECT_EQ(event["name"], "a.jpg");
   EXPECT_EQ(event["width"], 640);
   EXPECT_EQ(event["height"], 480);
+  EXPECT_EQ(event["orientation"], 6);
   EXPECT_EQ(event["bytes"], 12345);
   EXPECT_EQ(event["captured"], 5);
   EXPECT_EQ(event["received"], 6);

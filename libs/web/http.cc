@@ -1,5 +1,6 @@
 #include "web/http.h"
 
+#include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 
@@ -79,6 +80,13 @@ std::optional<HttpRequest> ParseTarget(std::string_view target) {
   return request;
 }
 
+std::string LowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return text;
+}
+
 std::string ContentTypeOf(const std::string& name) {
   static const std::map<std::string, std::string> types = {
       {".html", "text/html; charset=utf-8"},
@@ -95,6 +103,7 @@ std::string ContentTypeOf(const std::string& name) {
       {".tif", "image/tiff"},
       {".tiff", "image/tiff"},
       {".webp", "image/webp"},
+      {".crt", "application/x-x509-ca-cert"},
       {".ico", "image/x-icon"},
       {".woff2", "font/woff2"},
       {".wasm", "application/wasm"},

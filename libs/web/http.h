@@ -12,13 +12,29 @@
 #include <utility>
 #include <vector>
 
+#include "auth/certificate.h"
 #include "core/bytes.h"
 
 namespace skein {
 
+// Who asks, as access.h takes it.
+struct Visitor {
+  bool is_local = false;     // a process of this host, by the server's own port
+  std::optional<Role> role;  // of its pass; none without a pass that holds
+  std::string name;          // of its pass
+};
+
 struct HttpRequest {
+  std::string method = "GET";
   std::string path;                          // percent-decoded, begins with '/'
   std::map<std::string, std::string> query;  // percent-decoded; the last of equal keys
+  std::map<std::string, std::string> fields;  // upload-*, in small letters
+  uint64_t body_bytes = 0;                    // as the header says
+  std::string body;                           // of a POST
+  Visitor visitor;
+  bool is_public = false;     // came by a public port
+  bool is_encrypted = false;  // by TLS
+  bool takes_gzip = false;
 };
 
 // Its body is text, bytes or a file.
@@ -32,11 +48,29 @@ struct HttpResponse {
   bool ranges = false;                 // of bytes: a part may be asked for
   std::shared_ptr<const void> keep;    // lives until it was sent
   std::string download_name;           // what a browser saves it as; "": it shows it
+  bool gzipped = false;                // the file is compressed
+  std::vector<std::pair<std::string, std::string>> fields;  // more of the header
 };
 
 // Of the status, with a line that says what to do.
 HttpResponse HttpError(int status, const std::string& line);
 HttpResponse JsonResponse(std::string text);
+
+// Where the body of a PATCH goes, part by part. A part is given once the one before was taken. Ends
+// with End, or is destroyed where the connection is lost.
+class BodySink {
+ public:
+  // Called once, from any thread: none to go on, or the answer, which ends the request.
+  using Next = std::function<void(std::optional<HttpResponse>)>;
+
+  virtual ~BodySink() = default;
+  virtual void Begin(Next next) = 0;
+  virtual void Take(Bytes part, Next next) = 0;
+  // All of the body was taken: the answer is due.
+  virtual void End(Next next) = 0;
+};
+// Null: nothing may be uploaded there. On the server's thread.
+using SinkMaker = std::function<std::shared_ptr<BodySink>(const HttpRequest&)>;
 
 // Answers a request, once, from any thread.
 using Respond = std::function<void(HttpResponse)>;
@@ -47,6 +81,9 @@ using HttpHandler = std::function<void(const HttpRequest&, Respond)>;
 // The target of a request line, e.g. "/api/events?from=3". None where it is malformed: not
 // absolute, a bad escape, a zero byte.
 std::optional<HttpRequest> ParseTarget(std::string_view target);
+
+// Of its ASCII letters.
+std::string LowerCase(std::string text);
 
 // By a file's name; "application/octet-stream" for what is not known.
 std::string ContentTypeOf(const std::string& name);

@@ -3,16 +3,32 @@
 #include <utility>
 
 #include "core/clock.h"
+#include "core/log.h"
 #include "web/access.h"
 
 namespace skein {
 namespace {
 
 constexpr char kPolicy[] =
-    "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'";
+    "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'; "
+    "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+// The page asks the phone for these itself, and no frame of another site may.
+constexpr char kPermissions[] =
+    "camera=(self), geolocation=(self), gyroscope=(self), magnetometer=(self), "
+    "accelerometer=(self), screen-wake-lock=(self), microphone=()";
+
+constexpr double kHandshakeS = 10;
+constexpr double kSmallBodyS = 10;
+constexpr double kPaceWindowS = 60;
 
 constexpr double kLingerS = 2;
 constexpr size_t kMaxLingerBytes = 1 << 20;
+
+WebStream StreamOf(tcp::socket socket, const Door& door) {
+  if (door.tls != nullptr) return WebStream(std::move(socket), *door.tls);
+  return WebStream(std::move(socket));
+}
 
 std::optional<std::string> Header(const UpgradeRequest& request, http::field field) {
   const auto found = request.find(field);
@@ -30,17 +46,29 @@ struct Outgoing {
 
 }  // namespace
 
-HttpConnection::HttpConnection(ConnectionHost& host, int64_t id, tcp::socket socket)
+HttpConnection::HttpConnection(ConnectionHost& host, int64_t id, tcp::socket socket,
+                               const Door& door)
     : host_(host),
       id_(id),
-      stream_(std::move(socket)),
+      door_(door),
+      stream_(StreamOf(std::move(socket), door)),
       buffer_(static_cast<size_t>(host.options().max_header_bytes) * 2) {}
+
+void HttpConnection::Start() {
+  if (!stream_.is_encrypted()) return ReadRequest();
+  waiting_since_s_ = MonotonicS();
+  stream_.lowest().expires_after(Milliseconds(kHandshakeS));
+  stream_.async_handshake([self = shared_from_this()](ErrorCode error) {
+    error ? self->Close() : self->ReadRequest();
+  });
+}
 
 void HttpConnection::ReadRequest() {
   waiting_since_s_ = MonotonicS();
   parser_.emplace();
+  parser_->body_limit(UINT64_MAX);  // bodies have limits of their own; Boost 1.74 takes none for 0
   parser_->header_limit(static_cast<uint32_t>(host_.options().max_header_bytes));
-  stream_.expires_after(Milliseconds(host_.options().idle_s));
+  stream_.lowest().expires_after(Milliseconds(host_.options().idle_s));
   http::async_read_header(stream_, buffer_, *parser_,
                           [self = shared_from_this()](ErrorCode error, size_t) {
                             error ? self->OnBadRequest(error) : self->OnRequest();
@@ -65,23 +93,175 @@ void HttpConnection::OnRequest() {
   is_head_ = request.method() == http::verb::head;
   keep_alive_ = request.keep_alive();
   range_ = Header(request, http::field::range).value_or("");
+  const std::optional<HttpRequest> parsed = ParsedRequest(request);
+  if (!parsed) return AnswerAndClose(400, "the request's target is malformed");
   const bool is_websocket = websocket::is_upgrade(request);
   ErrorCode error;
-  const AccessDecision access =
-      DecideAccess({std::string(request.method_string()), Header(request, http::field::host),
-                    Header(request, http::field::origin),
-                    stream_.socket().local_endpoint(error).address().to_string(), is_websocket});
-  if (!access.allowed()) return AnswerAndClose(access.status, access.reason);
-  if (parser_->content_length().value_or(0) > 0 || parser_->chunked()) {
+  AccessRequest asked;
+  asked.method = parsed->method;
+  asked.path = parsed->path;
+  asked.host = Header(request, http::field::host);
+  asked.origin = Header(request, http::field::origin);
+  asked.local_address = stream_.lowest().socket().local_endpoint(error).address().to_string();
+  asked.public_host = door_.is_public ? host_.options().public_host : "";
+  asked.is_websocket = is_websocket;
+  asked.is_encrypted = stream_.is_encrypted();
+  asked.visitor = parsed->visitor;
+  asked.agent_of = [this](int64_t image_id) { return host_.AgentOfPhoto(image_id); };
+  const AccessDecision access = DecideAccess(asked);
+  if (!access.allowed()) {
+    if (parsed->body_bytes > 0 || parser_->chunked()) keep_alive_ = false;
+    return keep_alive_ ? Answer(HttpError(access.status, access.reason))
+                       : AnswerAndClose(access.status, access.reason);
+  }
+  const bool takes_body = parsed->method == "PATCH" || parsed->method == "POST";
+  if (!takes_body && (parsed->body_bytes > 0 || parser_->chunked())) {
     return AnswerAndClose(413, "a request has no body here");
   }
-  const std::optional<HttpRequest> target =
-      ParseTarget({request.target().data(), request.target().size()});
-  if (!target) return AnswerAndClose(400, "the request's target is malformed");
-  if (!is_websocket) return host_.Handle(id_, *target);
-  if (target->path != "/ws") return AnswerAndClose(404, "the WebSocket is at /ws");
+  if (parser_->chunked()) return AnswerAndClose(411, "say the body's size: Content-Length");
+  if (parsed->method == "PATCH") return BeginUpload(*parsed);
+  if (parsed->method == "POST") return ReadSmallBody(*parsed);
+  if (!is_websocket) return host_.Handle(id_, *parsed);
+  if (parsed->path != "/ws") return AnswerAndClose(404, "the WebSocket is at /ws");
   closed_ = true;  // what goes on is no longer this
   host_.Upgrade(id_, std::move(stream_), parser_->release());
+}
+
+std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& request) const {
+  std::optional<HttpRequest> parsed =
+      ParseTarget({request.target().data(), request.target().size()});
+  if (!parsed) return std::nullopt;
+  parsed->method = std::string(request.method_string());
+  parsed->body_bytes = parser_->content_length().value_or(0);
+  parsed->is_public = door_.is_public;
+  parsed->is_encrypted = stream_.is_encrypted();
+  const std::string encodings = Header(request, http::field::accept_encoding).value_or("");
+  parsed->takes_gzip = encodings.find("gzip") != std::string::npos;
+  for (const auto& field : request) {
+    const std::string name = LowerCase(std::string(field.name_string()));
+    if (name.compare(0, 7, "upload-") == 0) parsed->fields[name] = std::string(field.value());
+  }
+  if (door_.is_public) {
+    parsed->visitor = host_.FindVisitor(Header(request, http::field::cookie).value_or(""));
+  } else {
+    parsed->visitor.is_local = true;
+  }
+  return parsed;
+}
+
+// Until it has come, another connection may take this one's place.
+void HttpConnection::ReadSmallBody(HttpRequest request) {
+  const auto limit = static_cast<uint64_t>(host_.options().max_body_bytes);
+  if (request.body_bytes > limit) {
+    return AnswerAndClose(413, "the body is too large: at most " + std::to_string(limit) +
+                                   " bytes");
+  }
+  waiting_since_s_ = MonotonicS();
+  const auto parser =
+      std::make_shared<http::request_parser<http::string_body>>(std::move(*parser_));
+  parser_.reset();
+  parser->body_limit(limit);
+  stream_.lowest().expires_after(Milliseconds(kSmallBodyS));
+  http::async_read(stream_, buffer_, *parser,
+                   [self = shared_from_this(), parser, request = std::move(request)](
+                       ErrorCode error, size_t) mutable {
+                     if (error) return self->Close();
+                     self->waiting_since_s_.reset();
+                     request.body = std::move(parser->get().body());
+                     self->host_.Handle(self->id_, request);
+                   });
+}
+
+void HttpConnection::BeginUpload(const HttpRequest& request) {
+  sink_ = host_.MakeSink(request);
+  if (sink_ == nullptr) return AnswerAndClose(404, "nothing is uploaded there");
+  const bool is_waited_for = Header(parser_->get(), http::field::expect).has_value();
+  upload_parser_.emplace(std::move(*parser_));
+  parser_.reset();
+  part_.resize(static_cast<size_t>(host_.options().max_part_bytes));
+  part_bytes_ = 0;
+  pace_since_s_ = MonotonicS();
+  pace_bytes_ = 0;
+  sink_->Begin(host_.OnServer(id_, [is_waited_for](HttpConnection& self,
+                                                   std::optional<HttpResponse> answer) {
+    if (answer) {
+      self.sink_.reset();
+      self.keep_alive_ = false;
+      return self.Answer(std::move(*answer));
+    }
+    if (!is_waited_for || self.upload_parser_->is_done()) return self.ReadUpload();
+    // curl and others wait for a word before they send much.
+    static const std::string kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
+    asio::async_write(self.stream_, asio::buffer(kGoOn),
+                      [kept = self.shared_from_this()](ErrorCode error, size_t) {
+                        error ? kept->Close() : kept->ReadUpload();
+                      });
+  }));
+}
+
+void HttpConnection::ReadUpload() {
+  if (closed_) return;
+  if (upload_parser_->is_done()) return GivePart(false);
+  auto& body = upload_parser_->get().body();
+  body.data = part_.data() + part_bytes_;
+  body.size = part_.size() - part_bytes_;
+  body.more = false;
+  stream_.lowest().expires_after(Milliseconds(host_.options().upload_idle_s));
+  http::async_read_some(
+      stream_, buffer_, *upload_parser_,
+      [self = shared_from_this()](ErrorCode error, size_t) { self->OnUploadRead(error); });
+}
+
+void HttpConnection::OnUploadRead(ErrorCode error) {
+  if (closed_) return;
+  if (error == http::error::need_buffer) error = {};
+  const size_t filled = part_.size() - upload_parser_->get().body().size;
+  pace_bytes_ += filled - part_bytes_;
+  part_bytes_ = filled;
+  // What came before the connection was lost counts.
+  if (error) return GivePart(true);
+  if (IsTooSlow()) {
+    LogWarn("an upload was too slow and was closed; it goes on where it stopped");
+    return GivePart(true);
+  }
+  if (part_bytes_ == part_.size() || upload_parser_->is_done()) return GivePart(false);
+  ReadUpload();
+}
+
+// One that never ends would keep its place for ever.
+bool HttpConnection::IsTooSlow() {
+  const double now_s = MonotonicS();
+  if (now_s - pace_since_s_ < kPaceWindowS) return false;
+  const bool is_slow = static_cast<double>(pace_bytes_) <
+                       host_.options().min_upload_bytes_per_s * (now_s - pace_since_s_);
+  pace_since_s_ = now_s;
+  pace_bytes_ = 0;
+  return is_slow;
+}
+
+void HttpConnection::GivePart(bool and_close) {
+  if (part_bytes_ == 0) return and_close ? Close() : EndUpload();
+  stream_.lowest().expires_never();
+  Bytes part(part_.begin(), part_.begin() + static_cast<std::ptrdiff_t>(part_bytes_));
+  part_bytes_ = 0;
+  sink_->Take(std::move(part),
+              host_.OnServer(id_, [and_close](HttpConnection& self,
+                                              std::optional<HttpResponse> answer) {
+                if (and_close) return self.Close();
+                if (!answer) return self.ReadUpload();
+                self.sink_.reset();
+                self.keep_alive_ = false;
+                self.Answer(std::move(*answer));
+              }));
+}
+
+void HttpConnection::EndUpload() {
+  sink_->End(host_.OnServer(id_, [](HttpConnection& self, std::optional<HttpResponse> answer) {
+    self.sink_.reset();
+    self.part_ = Bytes();
+    self.upload_parser_.reset();
+    self.Answer(answer ? std::move(*answer) : HttpError(500, "the upload was not answered"));
+  }));
 }
 
 void HttpConnection::AnswerAndClose(int status, const std::string& line) {
@@ -92,6 +272,7 @@ void HttpConnection::AnswerAndClose(int status, const std::string& line) {
 }
 
 void HttpConnection::Refuse() {
+  if (stream_.is_encrypted()) return Close();  // no word before the handshake
   AnswerAndClose(503, "too many connections: close other tabs of this view");
 }
 
@@ -113,6 +294,10 @@ void HttpConnection::SetFields(const HttpResponse& response, http::response<Body
   message->set("Content-Security-Policy", kPolicy);
   message->set("X-Content-Type-Options", "nosniff");
   message->set("Referrer-Policy", "no-referrer");
+  message->set("Permissions-Policy", kPermissions);
+  if (response.gzipped) message->set(http::field::content_encoding, "gzip");
+  if (response.gzipped) message->set(http::field::vary, "Accept-Encoding");
+  for (const auto& [name, value] : response.fields) message->set(name, value);
   if (response.status == 405) message->set(http::field::allow, "GET, HEAD");
   if (response.ranges) message->set(http::field::accept_ranges, "bytes");
   if (!response.download_name.empty()) {
@@ -189,7 +374,7 @@ void HttpConnection::Write(std::shared_ptr<Outgoing> outgoing) {
 // Part by part: who takes nothing for as long as a connection may be idle is closed.
 template <class Outgoing>
 void HttpConnection::WriteSome(std::shared_ptr<Outgoing> outgoing) {
-  stream_.expires_after(Milliseconds(host_.options().idle_s));
+  stream_.lowest().expires_after(Milliseconds(host_.options().idle_s));
   http::async_write_some(stream_, *outgoing->serializer,
                          [self = shared_from_this(), outgoing](ErrorCode error, size_t) mutable {
                            if (error && error != http::error::end_of_stream) return self->Close();
@@ -202,9 +387,9 @@ void HttpConnection::OnWritten() {
   if (closed_) return;
   if (keep_alive_) return ReadRequest();
   ErrorCode ignored;
-  stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  stream_.lowest().socket().shutdown(tcp::socket::shutdown_send, ignored);
   waiting_since_s_ = MonotonicS();
-  stream_.expires_after(Milliseconds(kLingerS));
+  stream_.lowest().expires_after(Milliseconds(kLingerS));
   Linger(kMaxLingerBytes);
 }
 
@@ -221,7 +406,8 @@ void HttpConnection::Linger(size_t max_bytes) {
 void HttpConnection::Close() {
   if (closed_) return;
   closed_ = true;
-  stream_.close();
+  sink_.reset();
+  stream_.lowest().close();
   host_.OnClosed(id_);
 }
 

@@ -11,12 +11,13 @@
 
 namespace skein {
 
-// One connection of a browser, request by request. The server's thread only; the host outlives it.
+// One connection of a browser, request by request. The body of a POST is kept in memory, that of a
+// PATCH goes to a sink, part by part. The server's thread only; the host outlives it.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(ConnectionHost& host, int64_t id, tcp::socket socket);
+  HttpConnection(ConnectionHost& host, int64_t id, tcp::socket socket, const Door& door);
 
-  void Start() { ReadRequest(); }
+  void Start();
   // The answer to the last request that was handed to the host.
   void Answer(HttpResponse response);
   void Close();
@@ -29,6 +30,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  private:
   void ReadRequest();
   void OnRequest();
+  std::optional<HttpRequest> ParsedRequest(const UpgradeRequest& request) const;
+  void ReadSmallBody(HttpRequest request);
+  void BeginUpload(const HttpRequest& request);
+  void ReadUpload();
+  void OnUploadRead(ErrorCode error);
+  bool IsTooSlow();
+  void GivePart(bool and_close);
+  void EndUpload();
   void OnBadRequest(ErrorCode error);
   void AnswerAndClose(int status, const std::string& line);
   void AnswerFile(const HttpResponse& response);
@@ -45,13 +54,21 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   ConnectionHost& host_;
   const int64_t id_;
-  beast::tcp_stream stream_;
+  const Door door_;
+  WebStream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
   std::optional<double> waiting_since_s_;
   bool is_head_ = false;
   bool keep_alive_ = false;
   std::string range_;
+  // Of an upload.
+  std::optional<http::request_parser<http::buffer_body>> upload_parser_;
+  std::shared_ptr<BodySink> sink_;
+  Bytes part_;             // what was read and is not taken yet: the first part_bytes_
+  size_t part_bytes_ = 0;
+  double pace_since_s_ = 0;
+  uint64_t pace_bytes_ = 0;
   std::array<char, 4096> lingering_;  // what is read to be dropped
   bool closed_ = false;
 };

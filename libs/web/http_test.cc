@@ -53,7 +53,21 @@ TEST(Http, RangesThatAreNoneGiveTheWhole) {
   }
 }
 
-AccessRequest FromHost(const std::string& host) { return {"GET", host, std::nullopt, "127.0.0.1"}; }
+AccessRequest Asked(const std::string& method, const std::string& path,
+                    std::optional<std::string> host = "127.0.0.1:8470") {
+  AccessRequest request;
+  request.method = method;
+  request.path = path;
+  request.host = std::move(host);
+  request.local_address = "127.0.0.1";
+  request.visitor.is_local = true;
+  return request;
+}
+AccessRequest FromHost(std::optional<std::string> host, const std::string& local = "127.0.0.1") {
+  AccessRequest request = Asked("GET", "/api/events", std::move(host));
+  request.local_address = local;
+  return request;
+}
 
 TEST(Access, RequestsNameTheServerAsItIsReached) {
   EXPECT_TRUE(DecideAccess(FromHost("127.0.0.1:8470")).allowed());
@@ -63,28 +77,93 @@ TEST(Access, RequestsNameTheServerAsItIsReached) {
                            "localhost.evil.example", "192.168.0.1"}) {
     EXPECT_EQ(DecideAccess(FromHost(host)).status, 403) << host;
   }
-  EXPECT_EQ(DecideAccess({"GET", std::nullopt, std::nullopt, "127.0.0.1"}).status, 403);
-  EXPECT_EQ(DecideAccess({"GET", "localhost", std::nullopt, "192.168.0.1"}).status, 403);
-  EXPECT_TRUE(DecideAccess({"GET", "192.168.0.1:80", std::nullopt, "192.168.0.1"}).allowed());
-  EXPECT_TRUE(DecideAccess({"GET", "[::1]:80", std::nullopt, "::1"}).allowed());
+  EXPECT_EQ(DecideAccess(FromHost(std::nullopt)).status, 403);
+  EXPECT_EQ(DecideAccess(FromHost("localhost", "192.168.0.1")).status, 403);
+  EXPECT_TRUE(DecideAccess(FromHost("192.168.0.1:80", "192.168.0.1")).allowed());
+  EXPECT_TRUE(DecideAccess(FromHost("[::1]:80", "::1")).allowed());
+  AccessRequest named = FromHost("Laptop.local:8471", "192.168.0.1");
+  EXPECT_EQ(DecideAccess(named).status, 403);
+  named.public_host = "laptop.local";
+  EXPECT_TRUE(DecideAccess(named).allowed());
 }
 
-TEST(Access, NobodyWrites) {
-  EXPECT_TRUE(DecideAccess({"HEAD", "localhost", std::nullopt, "127.0.0.1"}).allowed());
+TEST(Access, ByItsOwnPortOneReadsAndInvitesFromThisHost) {
+  EXPECT_TRUE(DecideAccess(Asked("HEAD", "/api/report")).allowed());
+  EXPECT_TRUE(DecideAccess(Asked("GET", "/api/photos/3")).allowed());
+  EXPECT_TRUE(DecideAccess(Asked("POST", "/api/invitations")).allowed());
+  EXPECT_EQ(DecideAccess(Asked("POST", "/api/finish")).status, 403);
+  EXPECT_EQ(DecideAccess(Asked("PATCH", "/api/uploads/0")).status, 403);
+  AccessRequest elsewhere = Asked("POST", "/api/invitations", "192.168.0.1");
+  elsewhere.local_address = "192.168.0.1";
+  EXPECT_EQ(DecideAccess(elsewhere).status, 403);
   for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "CONNECT", ""}) {
-    EXPECT_EQ(DecideAccess({method, "localhost", std::nullopt, "127.0.0.1"}).status, 405);
+    EXPECT_EQ(DecideAccess(Asked(method, "/api/events")).status, 405) << method;
   }
 }
 
-TEST(Access, WebSocketsAreForTheServersOwnPages) {
+// Each role on each kind of path, a letter where it is let in: nobody, agent, viewer, operator.
+TEST(Access, EachRoleTriesEachPath) {
+  const auto who_may = [](const std::string& method, const std::string& path) {
+    std::string who;
+    const std::pair<char, std::optional<Role>> roles[] = {{'n', std::nullopt},
+                                                          {'a', Role::kAgent},
+                                                          {'v', Role::kViewer},
+                                                          {'o', Role::kOperator}};
+    for (const auto& [letter, role] : roles) {
+      AccessRequest request = Asked(method, path);
+      request.visitor = Visitor{false, role, role ? "anna" : ""};
+      request.agent_of = [](int64_t image_id) { return image_id == 1 ? "anna" : "bert"; };
+      if (DecideAccess(request).allowed()) who += letter;
+    }
+    return who;
+  };
+  for (const char* path : {"/", "/phone", "/assets/page.js", "/skein.crt"}) {
+    EXPECT_EQ(who_may("GET", path), "navo") << path;
+  }
+  EXPECT_EQ(who_may("POST", "/api/enter"), "navo");
+  EXPECT_EQ(who_may("GET", "/api/session"), "avo");
+  for (const char* path :
+       {"/api/events", "/api/report", "/api/submaps/1", "/api/photos", "/api/photos/1/matches",
+        "/api/photos/1/matches/2", "/api/photos/x", "/api/photos/1/thumbnail/x", "/api/",
+        "/download/model.zip", "/ws", "/api", "/api/enter"}) {
+    EXPECT_EQ(who_may("GET", path), "vo") << path;
+  }
+  EXPECT_EQ(who_may("GET", "/api/photos/1"), "avo") << "its own";
+  EXPECT_EQ(who_may("GET", "/api/photos/1/thumbnail"), "avo");
+  EXPECT_EQ(who_may("GET", "/api/photos/2"), "vo");
+  EXPECT_EQ(who_may("GET", "/api/photos/2/thumbnail"), "vo");
+  EXPECT_EQ(who_may("PATCH", "/api/uploads/00"), "ao");
+  EXPECT_EQ(who_may("HEAD", "/api/uploads/00"), "ao");
+  EXPECT_EQ(who_may("POST", "/api/uploads/states"), "ao");
+  EXPECT_EQ(who_may("POST", "/api/finish"), "o");
+  EXPECT_EQ(who_may("POST", "/api/invitations"), "o");
+  for (const char* method : {"PUT", "DELETE", "TRACE", "PATCH", "POST"}) {
+    EXPECT_EQ(who_may(method, "/api/photos/1"), "") << method;
+  }
+}
+
+TEST(Access, WebSocketsAndChangesAreForTheServersOwnPages) {
   const auto socket = [](std::optional<std::string> origin) {
-    return DecideAccess({"GET", "localhost:8470", std::move(origin), "127.0.0.1", true}).status;
+    AccessRequest request = Asked("GET", "/ws", "localhost:8470");
+    request.origin = std::move(origin);
+    request.is_websocket = true;
+    return DecideAccess(request).status;
+  };
+  const auto change = [](std::optional<std::string> origin, bool is_encrypted) {
+    AccessRequest request = Asked("POST", "/api/invitations", "localhost:8470");
+    request.origin = std::move(origin);
+    request.is_encrypted = is_encrypted;
+    return DecideAccess(request).status;
   };
   EXPECT_EQ(socket("http://localhost:8470"), 0);
   EXPECT_EQ(socket(std::nullopt), 0) << "no browser";
+  EXPECT_EQ(change("http://localhost:8470", false), 0);
+  EXPECT_EQ(change("https://localhost:8470", true), 0);
+  EXPECT_EQ(change("http://localhost:8470", true), 403);
   for (const char* origin : {"http://evil.example", "http://localhost", "https://localhost:8470",
                              "null", "http://localhost:8471", ""}) {
     EXPECT_EQ(socket(origin), 403) << origin;
+    EXPECT_EQ(change(origin, false), 403) << origin;
   }
 }
 
@@ -117,6 +196,18 @@ TEST_F(StaticFilesTest, GivesTheFilesOfItsFolder) {
   EXPECT_EQ(Get("/").content_type, "text/html; charset=utf-8");
   EXPECT_EQ(Get("/assets/app.js").content_type, "text/javascript; charset=utf-8");
   EXPECT_EQ(Get("/assets/app.js").status, 200);
+}
+
+TEST_F(StaticFilesTest, GivesTheCompressedOneToWhoTakesIt) {
+  Write("page/assets/app.js.gz");
+  Write("page/phone.html");
+  const StaticFiles files(folder_.path() / "page");
+  EXPECT_EQ(files.Get("/assets/app.js", true).file.filename(), "app.js.gz");
+  EXPECT_TRUE(files.Get("/assets/app.js", true).gzipped);
+  EXPECT_EQ(files.Get("/assets/app.js", true).content_type, "text/javascript; charset=utf-8");
+  EXPECT_FALSE(files.Get("/assets/app.js", false).gzipped);
+  EXPECT_FALSE(files.Get("/index.html", true).gzipped) << "there is none";
+  EXPECT_EQ(files.Get("/phone", true).file.filename(), "phone.html");
 }
 
 TEST_F(StaticFilesTest, GivesNothingElse) {

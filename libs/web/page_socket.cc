@@ -17,7 +17,7 @@ SharedText Text(const nlohmann::json& message) {
 
 }  // namespace
 
-PageSocket::PageSocket(ConnectionHost& host, int64_t id, beast::tcp_stream stream)
+PageSocket::PageSocket(ConnectionHost& host, int64_t id, WebStream stream)
     : host_(host),
       id_(id),
       stream_(std::move(stream)),
@@ -28,9 +28,9 @@ void PageSocket::Start(UpgradeRequest request, std::map<std::string, SharedText>
   request_ = std::move(request);
   topics_ = std::move(latest);
   const WebServerOptions& options = host_.options();
-  beast::get_lowest_layer(stream_).expires_never();
+  stream_.next_layer().lowest().expires_never();
   ErrorCode ignored;
-  beast::get_lowest_layer(stream_).socket().set_option(
+  stream_.next_layer().lowest().socket().set_option(
       asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   websocket::stream_base::timeout timeout{};
   timeout.handshake_timeout = Milliseconds(options.stalled_s);
@@ -132,7 +132,7 @@ void PageSocket::Close() {
   if (closed_) return;
   closed_ = true;
   stalled_.cancel();
-  beast::get_lowest_layer(stream_).close();
+  stream_.next_layer().lowest().close();
   host_.OnClosed(id_);
 }
 

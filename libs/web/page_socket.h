@@ -17,7 +17,7 @@ using SharedText = std::shared_ptr<const std::string>;
 // rest by one message a topic. The server's thread only; the host outlives it.
 class PageSocket : public std::enable_shared_from_this<PageSocket> {
  public:
-  PageSocket(ConnectionHost& host, int64_t id, beast::tcp_stream stream);
+  PageSocket(ConnectionHost& host, int64_t id, WebStream stream);
 
   // `latest`: what it is told first, by topic.
   void Start(UpgradeRequest request, std::map<std::string, SharedText> latest);
@@ -37,7 +37,7 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
 
   ConnectionHost& host_;
   const int64_t id_;
-  websocket::stream<beast::tcp_stream> stream_;
+  websocket::stream<WebStream> stream_;
   asio::steady_timer stalled_;
   UpgradeRequest request_;
   beast::flat_buffer buffer_;

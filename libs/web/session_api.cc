@@ -14,7 +14,11 @@
 #include "export/models_zip.h"
 #include "export/temporary_folder.h"
 #include "formats/formats.h"
+#include "ledger/fact_ids.h"
+#include "transport/invitation.h"
 #include "web/events.h"
+#include "web/qr_code.h"
+#include "web/upload_sink.h"
 
 namespace skein {
 namespace {
@@ -22,6 +26,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+constexpr size_t kMaxStates = 500;
 constexpr int kPixelDigits = 6, kPointDigits = 9;
 
 std::optional<int64_t> ParseId(const std::string& text) {
@@ -87,6 +92,51 @@ json PointJson(const Keypoint& keypoint) {
   return {Rounded(keypoint.x, kPixelDigits), Rounded(keypoint.y, kPixelDigits)};
 }
 
+// A phone installs it, and tells by its ending what it is.
+void GetCertificate(const PublicAddresses& addresses, const Respond& respond) {
+  if (addresses.certificate_der.empty()) return respond(NoSuch("certificate"));
+  HttpResponse response = BytesResponse(std::make_shared<const Bytes>(addresses.certificate_der),
+                                        "application/x-x509-ca-cert");
+  response.download_name = "skein.crt";
+  respond(std::move(response));
+}
+
+// Why a photo that was matched is in no map; "" while its turn is still to come.
+std::string WhyNotPlaced(const SessionState& state, const PhotoState& photo) {
+  if (photo.features_seq > 0 && photo.features.num_keypoints == 0) return "no features";
+  if (photo.matches_seq == 0) return "";
+  const int64_t image_id = photo.image.image_id;
+  for (const auto& [id, submap] : state.submaps()) {
+    const auto trial = submap.ended ? submap.photos.end() : submap.photos.find(image_id);
+    if (trial != submap.photos.end() && !submap.IsRegistered(image_id)) return trial->second.reason;
+  }
+  return state.covisibility().EdgesOf(image_id).empty() ? "no photo overlaps it" : "";
+}
+
+// What the ledger says of a photo that an agent sent; null: nothing.
+json LedgerState(const SessionRecord& session, const std::string& agent, const std::string& name,
+                 const std::string& blob_id) {
+  const PhotoState* photo = session.state.FindPhoto(session.history.FindImageByBlob(blob_id));
+  if (photo == nullptr) {
+    const failure_t* refused =
+        session.history.FindFailure(RefusedOfferFactId(agent, name, blob_id));
+    if (refused == nullptr) return nullptr;
+    return {{"state", "refused"}, {"reason", refused->reason}};
+  }
+  const int64_t image_id = photo->image.image_id;
+  const bool is_own = photo->image.agent == agent;
+  json state = {{"state", "waiting"}, {"reason", ""}};
+  if (is_own) state["image"] = image_id;
+  if (session.state.IsRegistered(image_id)) {
+    state["state"] = "placed";
+  } else if (photo->failed()) {
+    state.update({{"state", "failed"}, {"reason", photo->failed_reason}});
+  } else if (const std::string why = WhyNotPlaced(session.state, *photo); !why.empty()) {
+    state.update({{"state", "unplaced"}, {"reason", why}});
+  }
+  return state;
+}
+
 }  // namespace
 
 SessionApi::SessionApi(const SessionView& view, SessionSource source, int num_threads)
@@ -104,7 +154,10 @@ void SessionApi::Handle(const HttpRequest& request, Respond respond) {
   Parts parts = SplitPath(request.path);
   const std::string first = parts.empty() ? "" : parts.front();
   if (first != "api" && first != "download") {
-    pool_.Run([this, path = request.path, respond] { respond(page_.Get(path)); });
+    if (request.path == "/skein.crt") return GetCertificate(source_.addresses, respond);
+    pool_.Run([this, path = request.path, takes_gzip = request.takes_gzip, respond] {
+      respond(page_.Get(path, takes_gzip));
+    });
     return;
   }
   parts.erase(parts.begin());
@@ -114,7 +167,10 @@ void SessionApi::Handle(const HttpRequest& request, Respond respond) {
 void SessionApi::HandleApi(const Parts& parts, const HttpRequest& request, Respond respond) {
   const std::string what = parts.empty() ? "" : parts.front();
   const bool alone = parts.size() == 1;
-  if (what == "session" && alone) return GetSession(respond);
+  if (what == "session" && alone) return GetSession(request, respond);
+  if (what == "uploads" && parts.size() == 2) return Uploads(parts, request, respond);
+  if (what == "invitations" && alone) return Invite(request, respond);
+  if (what == "finish" && alone) return AskToFinish(respond);
   if (what == "events" && alone) return GetEvents(request, respond);
   if (what == "report" && alone) return GetReport(respond);
   if (what == "submaps" && parts.size() >= 2) return Submaps(parts, request, respond);
@@ -122,16 +178,124 @@ void SessionApi::HandleApi(const Parts& parts, const HttpRequest& request, Respo
   respond(HttpError(404, "there is no such path; /api/session is one"));
 }
 
-void SessionApi::GetSession(Respond respond) const {
+void SessionApi::GetSession(const HttpRequest& request, Respond respond) const {
   const std::string folder =
       source_.session_dir.empty() ? "" : fs::absolute(source_.session_dir).filename().string();
-  respond(JsonResponse(json({{"session_id", source_.session_id},
-                             {"folder", folder},
-                             {"live", source_.live},
-                             {"version", SKEIN_VERSION},
-                             {"head", view_.events().head()},
-                             {"page_limits", {{"points", kPagePoints}}}})
-                           .dump(-1, ' ', false, json::error_handler_t::replace)));
+  json answer = {{"session_id", source_.session_id},
+                 {"folder", folder},
+                 {"live", source_.live},
+                 {"version", SKEIN_VERSION},
+                 {"head", view_.events().head()},
+                 {"page_limits", {{"points", kPagePoints}}},
+                 {"visitor", nullptr},
+                 {"invites", source_.invite != nullptr}};
+  if (request.visitor.role) {
+    answer["visitor"] = {{"role", RoleName(*request.visitor.role)}, {"name", request.visitor.name}};
+  }
+  if (!source_.addresses.secure.empty()) {
+    answer["addresses"] = {{"secure", source_.addresses.secure},
+                           {"plain", source_.addresses.plain},
+                           {"fingerprint", source_.addresses.fingerprint}};
+  }
+  respond(JsonResponse(answer.dump(-1, ' ', false, json::error_handler_t::replace)));
+}
+
+std::shared_ptr<BodySink> SessionApi::MakeSink(const HttpRequest& request) {
+  const Parts parts = SplitPath(request.path);
+  const bool is_upload = parts.size() == 3 && parts[0] == "api" && parts[1] == "uploads";
+  if (!is_upload || source_.uploads == nullptr) return nullptr;
+  return MakeUploadSink(*source_.uploads, uploading_, request, parts[2]);
+}
+
+std::string SessionApi::AgentOfPhoto(int64_t image_id) const {
+  return view_.With([&](const SessionRecord& session) {
+    const PhotoState* photo = session.state.FindPhoto(image_id);
+    return photo == nullptr ? std::string() : photo->image.agent;
+  });
+}
+
+void SessionApi::Uploads(const Parts& parts, const HttpRequest& request, Respond respond) {
+  if (source_.uploads == nullptr) return respond(HttpError(404, "nothing is uploaded here"));
+  if (request.method == "POST" && parts[1] == "states") {
+    return uploading_.Run([this, request, respond] { GetUploadStates(request, respond); });
+  }
+  if (request.method != "HEAD") return respond(HttpError(404, "there is no such path"));
+  uploading_.Run([this, agent = request.visitor.name, blob_id = parts[1], respond] {
+    const bool is_in_ledger = view_.With([&](const SessionRecord& session) {
+      return session.history.FindImageByBlob(blob_id) != 0;
+    });
+    respond(UploadHead(*source_.uploads, agent, blob_id, is_in_ledger));
+  });
+}
+
+// {"photos": [[SHA256, name], ...]} -> {"states": [...]}, in the same order.
+void SessionApi::GetUploadStates(const HttpRequest& request, const Respond& respond) const {
+  const json asked = json::parse(request.body, nullptr, false);
+  if (!asked.is_object() || !asked.contains("photos") || !asked["photos"].is_array() ||
+      asked["photos"].size() > kMaxStates) {
+    return respond(HttpError(400, "give {\"photos\": [[SHA256, name], ...]}, at most " +
+                                      std::to_string(kMaxStates)));
+  }
+  const std::string& agent = request.visitor.name;
+  std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
+  const std::string wait_reason = source_.uploads->WaitReason(agent);
+  json states = json::array();
+  for (const json& photo : asked["photos"]) {
+    const bool is_pair = photo.is_array() && photo.size() == 2 && photo[0].is_string() &&
+                         photo[1].is_string();
+    if (!is_pair) return respond(HttpError(400, "a photo is [SHA256, name]"));
+    const std::string blob_id = photo[0], name = photo[1];
+    json state = view_.With([&](const SessionRecord& session) {
+      return LedgerState(session, agent, name, blob_id);
+    });
+    const auto progress = here.find(blob_id);
+    if (state.is_null() && progress != here.end()) {
+      state = progress->second.is_stored
+                  ? json({{"state", "received"}, {"reason", wait_reason}})
+                  : json({{"state", "receiving"}, {"offset", progress->second.received_bytes}});
+    }
+    states.push_back(state.is_null() ? json({{"state", "unknown"}}) : std::move(state));
+  }
+  respond(JsonResponse(
+      json({{"states", std::move(states)}}).dump(-1, ' ', false, json::error_handler_t::replace)));
+}
+
+void SessionApi::Invite(const HttpRequest& request, Respond respond) {
+  if (!source_.invite) {
+    return respond(HttpError(404, "nobody is let in from elsewhere: start the session with "
+                                  "launch.sh --web-public HOST"));
+  }
+  const json asked = json::parse(request.body, nullptr, false);
+  const bool is_sound = asked.is_object() && asked.value("role", json()).is_string() &&
+                        asked.value("name", json("")).is_string();
+  const std::string role = is_sound ? asked["role"].get<std::string>() : "";
+  const std::string name = is_sound ? asked.value("name", std::string()) : "";
+  if (role != "agent" && role != "viewer") {
+    return respond(HttpError(400, "role: give agent or viewer; `skein invite` makes the others"));
+  }
+  if (!name.empty() && !IsInvitedName(name)) {
+    return respond(HttpError(400, "name: give 1 to 24 letters, digits, '-' or '_'"));
+  }
+  pool_.Run([this, role, name, respond] {
+    const Result<WebInvitation> made = source_.invite(*RoleFromName(role), name);
+    if (!made.ok()) return AnswerError(respond, made.status());
+    const std::string& link = made->plain_link.empty() ? made->secure_link : made->plain_link;
+    json answer = {{"name", made->name},
+                   {"secure", {{"link", made->secure_link}, {"qr", QrModules(made->secure_link)}}},
+                   {"plain", nullptr}};
+    if (!made->plain_link.empty()) answer["plain"] = {{"link", link}, {"qr", QrModules(link)}};
+    respond(JsonResponse(answer.dump()));
+  });
+}
+
+void SessionApi::AskToFinish(const Respond& respond) {
+  if (!source_.finish) return respond(HttpError(404, "the session is not finished from here"));
+  source_.finish([respond](const Status& status) {
+    if (!status.ok()) return AnswerError(respond, status);
+    HttpResponse response = JsonResponse("{\"finish\":\"requested\"}");
+    response.status = 202;
+    respond(std::move(response));
+  });
 }
 
 void SessionApi::GetEvents(const HttpRequest& request, Respond respond) const {

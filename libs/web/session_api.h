@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "auth/certificate.h"
 #include "core/result.h"
 #include "web/http.h"
 #include "web/job_pool.h"
@@ -18,12 +19,28 @@
 #include "web/shape_store.h"
 #include "web/static_files.h"
 #include "web/thumbnails.h"
+#include "web/upload_store.h"
 
 namespace skein {
 
 // Points that a page should show at most: what an integrated GPU draws fluently.
 constexpr int64_t kPagePoints = 4'000'000;
 constexpr int kThumbnailSidePx = 320;
+
+// A browser is let in by any of these links.
+struct WebInvitation {
+  std::string name;
+  std::string secure_link;  // https
+  std::string plain_link;   // http; "": there is no such port
+};
+
+// How others than this host reach the server. Empty where they do not.
+struct PublicAddresses {
+  std::string secure;       // "https://10.77.0.1:8471"
+  std::string plain;        // "http://10.77.0.1:8472"
+  std::string fingerprint;  // of the certificate that a phone may install
+  Bytes certificate_der;
+};
 
 // Where the API's answers come from. The functions are called on the API's threads and the
 // server's.
@@ -42,6 +59,13 @@ struct SessionSource {
   std::function<bool(int64_t submap_id)> may_use_model;
   // Somebody asks for shapes.
   std::function<void()> on_look;
+
+  PublicAddresses addresses;
+  UploadStore* uploads = nullptr;  // null: nothing is uploaded
+  // Null: nobody is invited here. May block.
+  std::function<Result<WebInvitation>(Role role, const std::string& name)> invite;
+  // Asks ingest to finish the session; null: it is not asked from here. Answers once it has begun.
+  std::function<void(std::function<void(Status)> done)> finish;
 };
 
 class SessionApi {
@@ -53,6 +77,9 @@ class SessionApi {
 
   // For a WebServer.
   void Handle(const HttpRequest& request, Respond respond);
+  std::shared_ptr<BodySink> MakeSink(const HttpRequest& request);
+  // "" if there is no such photo.
+  std::string AgentOfPhoto(int64_t image_id) const;
 
   // The message that tells all pages the version of a shape.
   static std::string ShapeMessage(int64_t submap_id, uint64_t version);
@@ -66,7 +93,11 @@ class SessionApi {
   void HandleApi(const Parts& parts, const HttpRequest& request, Respond respond);
   void Submaps(const Parts& parts, const HttpRequest& request, Respond respond);
   void Photos(const Parts& parts, Respond respond);
-  void GetSession(Respond respond) const;
+  void Uploads(const Parts& parts, const HttpRequest& request, Respond respond);
+  void GetUploadStates(const HttpRequest& request, const Respond& respond) const;
+  void Invite(const HttpRequest& request, Respond respond);
+  void AskToFinish(const Respond& respond);
+  void GetSession(const HttpRequest& request, Respond respond) const;
   void GetEvents(const HttpRequest& request, Respond respond) const;
   void GetReport(Respond respond) const;
   void WithShape(int64_t submap_id, const Respond& respond, std::function<void(ShapePtr)> then);
@@ -96,6 +127,7 @@ class SessionApi {
   ThumbnailMaker thumbnail_maker_;  // of decoding_'s thread
   // Last: their jobs use the rest.
   JobPool decoding_{1};
+  JobPool uploading_{2};
   JobPool pool_;
 };
 

@@ -26,8 +26,8 @@ bool IsBelow(const fs::path& file, const fs::path& folder) {
 
 }  // namespace
 
-HttpResponse StaticFiles::Get(const std::string& path) const {
-  const std::string name = path == "/" ? "/index.html" : path;
+HttpResponse StaticFiles::Get(const std::string& path, bool takes_gzip) const {
+  const std::string name = path == "/" ? "/index.html" : path == "/phone" ? "/phone.html" : path;
   if (name.empty() || name.front() != '/' || !IsPlainPath(name)) {
     return HttpError(404, "there is no such page");
   }
@@ -45,6 +45,9 @@ HttpResponse StaticFiles::Get(const std::string& path) const {
   HttpResponse response;
   response.content_type = ContentTypeOf(file.filename().string());
   response.file = file;
+  const fs::path packed = file.string() + ".gz";
+  response.gzipped = takes_gzip && fs::is_regular_file(fs::symlink_status(packed, error));
+  if (response.gzipped) response.file = packed;
   return response;
 }
 

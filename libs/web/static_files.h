@@ -7,13 +7,14 @@
 
 namespace skein {
 
-// The files of a folder: "/" is index.html. Nothing outside of the folder is given, by whatever
+// The files of a folder: "/" is index.html, and "/phone" is phone.html. Where NAME.gz lies beside
+// a file, it is given to who takes it. Nothing outside of the folder is given, by whatever
 // path or symbolic link; nor is a file or folder whose name begins with a dot. Any thread.
 class StaticFiles {
  public:
   explicit StaticFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  HttpResponse Get(const std::string& path) const;
+  HttpResponse Get(const std::string& path, bool takes_gzip = false) const;
 
  private:
   const std::filesystem::path folder_;

@@ -1,7 +1,9 @@
 #include "web/web_server.h"
 
 #include <atomic>
+#include <csignal>
 #include <map>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -10,6 +12,7 @@
 #include "core/option_check.h"
 #include "web/asio.h"
 #include "web/connection_host.h"
+#include "web/guests.h"
 #include "web/http_connection.h"
 #include "web/page_socket.h"
 
@@ -17,6 +20,18 @@ namespace skein {
 namespace {
 
 constexpr double kAcceptPauseS = 0.1;  // where the process has no descriptor left
+
+asio::ssl::context TlsOf(const WebCertificate& certificate) {
+  asio::ssl::context context(asio::ssl::context::tls_server);
+  context.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 |
+                      asio::ssl::context::no_tlsv1_1);
+  const std::string& chain = certificate.chain_pem;
+  const std::string& key = certificate.key_pem;
+  context.use_certificate_chain(asio::buffer(chain.data(), chain.size()));
+  context.use_private_key(asio::buffer(key.data(), key.size()), asio::ssl::context::pem);
+  SSL_CTX_set_mode(context.native_handle(), SSL_MODE_RELEASE_BUFFERS);
+  return context;
+}
 
 }  // namespace
 
@@ -30,13 +45,20 @@ Status WebServerOptions::Check() const {
 
 class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_this<Impl> {
  public:
-  Impl(const WebServerOptions& options, const EventLog& log, HttpHandler handler)
-      : options_(options), log_(log), handler_(std::move(handler)) {}
+  Impl(const WebServerOptions& options, const EventLog& log, HttpHandler handler, Uploads uploads)
+      : options_(options), log_(log), handler_(std::move(handler)), uploads_(std::move(uploads)) {
+    if (options_.trust) guests_.emplace(*options_.trust);
+  }
 
   Status Listen();
   void Start();
   void Stop();
-  int port() const { return port_; }
+  int port() const { return listeners_.front()->port; }
+  std::vector<int> door_ports() const {
+    std::vector<int> ports;
+    for (size_t i = 1; i < listeners_.size(); ++i) ports.push_back(listeners_[i]->port);
+    return ports;
+  }
 
   void NoteEvents();
   void TellLatest(const std::string& topic, std::string text);
@@ -44,8 +66,12 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   int num_connections() const { return num_connections_; }
 
   const WebServerOptions& options() const override { return options_; }
+  Visitor FindVisitor(const std::string& cookies) const override;
+  std::string AgentOfPhoto(int64_t image_id) const override;
   void Handle(int64_t connection_id, const HttpRequest& request) override;
-  void Upgrade(int64_t connection_id, beast::tcp_stream stream, UpgradeRequest request) override;
+  std::shared_ptr<BodySink> MakeSink(const HttpRequest& request) override;
+  BodySink::Next OnServer(int64_t connection_id, OnNext then) override;
+  void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) override;
   void OnClosed(int64_t connection_id) override;
   int64_t sent_seq() const override { return sent_seq_; }
 
@@ -53,9 +79,20 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   // Answers once; a handler that forgets to answer has failed.
   class Reply;
 
+  // A port that is listened on.
+  struct Listener {
+    explicit Listener(asio::io_context& context) : acceptor(context), pause(context) {}
+    tcp::acceptor acceptor;
+    asio::steady_timer pause;
+    std::optional<asio::ssl::context> tls;
+    Door door;
+    int port = 0;
+  };
+
+  Status Open(const std::string& address, int port, const std::string& option);
   void Run();
-  void Accept();
-  void OnAccepted(tcp::socket socket);
+  void Accept(Listener& listener);
+  void OnAccepted(tcp::socket socket, const Door& door);
   bool MakeRoom();
   void Count();
   void OnNote();
@@ -64,11 +101,11 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   const WebServerOptions options_;
   const EventLog& log_;
   const HttpHandler handler_;
+  const Uploads uploads_;
+  std::optional<Guests> guests_;
   asio::io_context context_{1};  // before what waits in it
-  tcp::acceptor acceptor_{context_};
-  asio::steady_timer pause_{context_};
+  std::vector<std::unique_ptr<Listener>> listeners_;  // the server's own port first
   asio::steady_timer gather_{context_};
-  int port_ = 0;
 
   int64_t next_id_ = 1;
   std::map<int64_t, std::shared_ptr<HttpConnection>> connections_;
@@ -109,26 +146,48 @@ class WebServer::Impl::Reply {
 };
 
 Status WebServer::Impl::Listen() {
+  if (const Status opened = Open(options_.address, options_.port, "--port"); !opened.ok()) {
+    return opened;
+  }
+  for (const PublicDoor& door : options_.doors) {
+    const char* option = door.certificate ? "--public-port" : "--plain-port";
+    if (const Status opened = Open(door.address, door.port, option); !opened.ok()) return opened;
+    Listener& listener = *listeners_.back();
+    listener.door.is_public = true;
+    if (!door.certificate) continue;
+    try {
+      listener.tls = TlsOf(*door.certificate);
+    } catch (const boost::system::system_error& error) {
+      return DataLoss(std::string("the certificate for browsers is of no use: ") + error.what());
+    }
+    listener.door.tls = &*listener.tls;
+  }
+  return Status::Ok();
+}
+
+Status WebServer::Impl::Open(const std::string& ip, int port, const std::string& option) {
   ErrorCode error;
-  const asio::ip::address address = asio::ip::make_address(options_.address, error);
-  if (error) return InvalidArgument("--address " + options_.address + ": give an IP address");
-  const tcp::endpoint endpoint(address, static_cast<uint16_t>(options_.port));
-  acceptor_.open(endpoint.protocol(), error);
-  if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
-  if (!error) acceptor_.bind(endpoint, error);
-  if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-  const std::string where = options_.address + " port " + std::to_string(options_.port);
+  const asio::ip::address address = asio::ip::make_address(ip, error);
+  if (error) return InvalidArgument("--address " + ip + ": give an IP address");
+  const tcp::endpoint endpoint(address, static_cast<uint16_t>(port));
+  listeners_.push_back(std::make_unique<Listener>(context_));
+  tcp::acceptor& acceptor = listeners_.back()->acceptor;
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  const std::string where = ip + " port " + std::to_string(port);
   if (error == asio::error::address_in_use) {
-    return AlreadyExists(where + " is taken: give another one with --port");
+    return AlreadyExists(where + " is taken: give another one with " + option);
   }
   if (error) return Unavailable("cannot listen on " + where + ": " + error.message());
-  port_ = acceptor_.local_endpoint().port();
+  listeners_.back()->port = acceptor.local_endpoint().port();
   return Status::Ok();
 }
 
 void WebServer::Impl::Start() {
   sent_seq_ = log_.head();
-  Accept();
+  for (const auto& listener : listeners_) Accept(*listener);
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -148,26 +207,26 @@ void WebServer::Impl::Stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void WebServer::Impl::Accept() {
-  acceptor_.async_accept([this](ErrorCode error, tcp::socket socket) {
+void WebServer::Impl::Accept(Listener& listener) {
+  listener.acceptor.async_accept([this, &listener](ErrorCode error, tcp::socket socket) {
     if (!error) {
-      OnAccepted(std::move(socket));
-      return Accept();
+      OnAccepted(std::move(socket), listener.door);
+      return Accept(listener);
     }
     if (error == asio::error::operation_aborted) return;
-    pause_.expires_after(Milliseconds(kAcceptPauseS));
-    pause_.async_wait([this](ErrorCode cancelled) {
-      if (!cancelled) Accept();
+    listener.pause.expires_after(Milliseconds(kAcceptPauseS));
+    listener.pause.async_wait([this, &listener](ErrorCode cancelled) {
+      if (!cancelled) Accept(listener);
     });
   });
 }
 
-void WebServer::Impl::OnAccepted(tcp::socket socket) {
+void WebServer::Impl::OnAccepted(tcp::socket socket, const Door& door) {
   ErrorCode ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   const bool has_room = MakeRoom();
   const int64_t id = next_id_++;
-  const auto connection = std::make_shared<HttpConnection>(*this, id, std::move(socket));
+  const auto connection = std::make_shared<HttpConnection>(*this, id, std::move(socket), door);
   connections_[id] = connection;
   Count();
   has_room ? connection->Start() : connection->Refuse();
@@ -193,13 +252,46 @@ void WebServer::Impl::Count() {
   num_connections_ = static_cast<int>(connections_.size() + pages_.size());
 }
 
+Visitor WebServer::Impl::FindVisitor(const std::string& cookies) const {
+  return guests_ ? guests_->Find(cookies, NowUs() / 1'000'000) : Visitor();
+}
+
+std::string WebServer::Impl::AgentOfPhoto(int64_t image_id) const {
+  return uploads_.agent_of_photo ? uploads_.agent_of_photo(image_id) : "";
+}
+
+std::shared_ptr<BodySink> WebServer::Impl::MakeSink(const HttpRequest& request) {
+  return uploads_.make_sink ? uploads_.make_sink(request) : nullptr;
+}
+
+BodySink::Next WebServer::Impl::OnServer(int64_t connection_id, OnNext then) {
+  return [weak = weak_from_this(), connection_id,
+          then = std::move(then)](std::optional<HttpResponse> answer) {
+    const std::shared_ptr<Impl> impl = weak.lock();
+    if (impl == nullptr) return;
+    asio::post(impl->context_, [impl = impl.get(), connection_id, then,
+                                answer = std::move(answer)]() mutable {
+      const auto connection = impl->connections_.find(connection_id);
+      if (connection == impl->connections_.end()) return;
+      const std::shared_ptr<HttpConnection> kept = connection->second;
+      then(*kept, std::move(answer));
+    });
+  };
+}
+
 void WebServer::Impl::Handle(int64_t connection_id, const HttpRequest& request) {
+  if (request.path == "/api/enter" && request.method == "POST") {
+    const auto connection = connections_.find(connection_id);
+    if (connection == connections_.end()) return;
+    return connection->second->Answer(
+        guests_ ? guests_->Enter(request.body, request.is_encrypted, NowUs() / 1'000'000)
+                : HttpError(404, "no invitation is needed here"));
+  }
   const auto reply = std::make_shared<Reply>(weak_from_this(), connection_id);
   handler_(request, [reply](HttpResponse response) { reply->Send(std::move(response)); });
 }
 
-void WebServer::Impl::Upgrade(int64_t connection_id, beast::tcp_stream stream,
-                              UpgradeRequest request) {
+void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) {
   connections_.erase(connection_id);
   const auto page = std::make_shared<PageSocket>(*this, connection_id, std::move(stream));
   pages_[connection_id] = page;
@@ -244,7 +336,10 @@ void WebServer::Impl::Flush() {
   const SharedText message = page.next <= head
                                  ? nullptr
                                  : std::make_shared<const std::string>(
-                                       "{\"type\":\"events\",\"events\":[" + page.events + "]}");
+                                       "{\"type\":\"events\",\"after\":" +
+                                       std::to_string(from_seq - 1) + ",\"head\":" +
+                                       std::to_string(head) + ",\"events\":[" + page.events +
+                                       "]}");
   const auto pages = pages_;  // one that fails leaves
   for (const auto& [id, socket] : pages) socket->SendEvents(message);
 }
@@ -260,8 +355,10 @@ void WebServer::Impl::TellLatest(const std::string& topic, std::string text) {
 WebServer::WebServer(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Result<std::unique_ptr<WebServer>> WebServer::Start(const WebServerOptions& options,
-                                                    const EventLog& log, HttpHandler handler) {
-  const auto impl = std::make_shared<Impl>(options, log, std::move(handler));
+                                                    const EventLog& log, HttpHandler handler,
+                                                    Uploads uploads) {
+  const auto impl =
+      std::make_shared<Impl>(options, log, std::move(handler), std::move(uploads));
   if (const Status listening = impl->Listen(); !listening.ok()) return listening;
   impl->Start();
   return std::unique_ptr<WebServer>(new WebServer(impl));
@@ -270,6 +367,7 @@ Result<std::unique_ptr<WebServer>> WebServer::Start(const WebServerOptions& opti
 WebServer::~WebServer() { impl_->Stop(); }
 
 int WebServer::port() const { return impl_->port(); }
+std::vector<int> WebServer::door_ports() const { return impl_->door_ports(); }
 void WebServer::NoteEvents() { impl_->NoteEvents(); }
 void WebServer::TellLatest(const std::string& topic, std::string text) {
   impl_->TellLatest(topic, std::move(text));

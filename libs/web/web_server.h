@@ -2,22 +2,41 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "auth/certificate.h"
+#include "auth/web_certificate.h"
 #include "core/result.h"
 #include "web/event_log.h"
 #include "web/http.h"
 
 namespace skein {
 
+// A port for visitors with a pass.
+struct PublicDoor {
+  std::string address;  // to listen on
+  int port = 0;
+  std::optional<WebCertificate> certificate;  // none: in the clear
+};
+
 struct WebServerOptions {
   std::string address = "127.0.0.1";
   int port = 8470;  // 0: a free one
   std::string session_id;
+  std::vector<PublicDoor> doors;
+  std::string public_host;          // by which visitors know the server
+  std::optional<SessionTrust> trust;  // of the passes; set where there are doors
 
   int max_connections = 64;        // of HTTP and WebSockets together
   int max_header_bytes = 8 << 10;  // of a request
+  int max_body_bytes = 64 << 10;   // of a POST
+  int max_part_bytes = 256 << 10;  // of an upload that are in memory at a time
+  double upload_idle_s = 30;       // an upload of which nothing comes for so long is closed
+  double min_upload_bytes_per_s = 1 << 10;  // one that is slower for a minute, too
   double idle_s = 60;              // of a connection: without a request, or without taking a byte
 
   int max_frame_bytes = 1 << 10;    // of a message that a page sends
@@ -27,6 +46,12 @@ struct WebServerOptions {
   double gather_s = 0.05;           // events are sent at most so often
 
   Status Check() const;
+};
+
+struct Uploads {
+  SinkMaker make_sink;  // null: nothing is uploaded
+  // Name of the agent of a photo; "" where there is none. On the server's thread.
+  std::function<std::string(int64_t image_id)> agent_of_photo;
 };
 
 // Runs on a thread of its own: a slow or stopped browser holds up nothing else. Every answer comes
@@ -42,13 +67,16 @@ class WebServer {
   // `log` outlives the server. Fails where the address cannot be had, with a line for the user;
   // kAlreadyExists: the port is taken.
   static Result<std::unique_ptr<WebServer>> Start(const WebServerOptions& options,
-                                                  const EventLog& log, HttpHandler handler);
+                                                  const EventLog& log, HttpHandler handler,
+                                                  Uploads uploads = {});
   // Closes all connections. Handlers that answer later answer nobody.
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
   int port() const;
+  // Of options.doors, in their order.
+  std::vector<int> door_ports() const;
 
   // Any thread.
   // The log has grown.

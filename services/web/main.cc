@@ -1,4 +1,7 @@
+#include <cstdio>
+
 #include "node/service_options.h"
+#include "web/visitors.h"
 #include "web/web_options.h"
 #include "web/web_service.h"
 
@@ -11,6 +14,14 @@ int main(int argc, char** argv) {
   if (const auto code =
           skein::ParseServiceOptions(description, argc, argv, &node_options, &options)) {
     return *code;
+  }
+  if (options.is_public()) {
+    const skein::Status admits = skein::CheckVisitors(node_options);
+    if (!admits.ok()) {
+      std::fprintf(stderr, "skein-web: %s\n", admits.error().c_str());
+      return 2;
+    }
+    node_options.role = skein::Role::kWeb;
   }
   return skein::RunService(node_options, [&](skein::Node& node) {
     skein::WebService service(node, options);

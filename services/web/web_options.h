@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/result.h"
+#include "web/upload_store.h"
 #include "web/web_server.h"
 
 namespace CLI {
@@ -15,7 +16,14 @@ struct WebOptions {
   WebServerOptions server;
   std::string page_dir;  // "": ../web beside the program
 
-  Status Check() const { return server.Check(); }
+  // For visitors from elsewhere, with a pass.
+  std::string public_host;  // "": nobody
+  int public_port = 8471;   // TLS
+  int plain_port = 0;       // in the clear; 0: none
+  UploadLimits uploads;
+
+  bool is_public() const { return !public_host.empty(); }
+  Status Check() const;
 };
 
 // [web] of a config file.

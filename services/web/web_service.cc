@@ -21,11 +21,6 @@ fs::path PageDir(const std::string& given) {
                        : fs::path(given);
 }
 
-WebServerOptions ServerOptions(WebServerOptions options, const std::string& session_id) {
-  options.session_id = session_id;
-  return options;
-}
-
 // A fetch that ends, with an error where its owner is silent.
 struct Fetching {
   BlobClient::FetchId id = 0;
@@ -49,31 +44,38 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
 
 }  // namespace
 
-WebService::WebService(Node& node, const WebOptions& options)
-    : node_(node), api_(std::make_unique<SessionApi>(view_, Source(options), kNumPoolThreads)) {
+WebService::WebService(Node& node, const WebOptions& options) : node_(node), options_(options) {
+  if (options.is_public()) {
+    visitors_ = OpenVisitors(node, options);
+    uploads_ = std::make_unique<UploadStore>(
+        SessionPaths{node.options().session_dir}.Uploads(), options.uploads);
+    finish_asker_ = std::make_unique<FinishAsker>(node, [this](int64_t command_id) {
+      return view_.With([&](const SessionRecord& session) {
+        return session.history.finish_of_command().count(command_id) > 0;
+      });
+    });
+  }
+  api_ = std::make_unique<SessionApi>(view_, Source(), kNumPoolThreads);
   shapes_ = std::make_unique<ShapeFollower>(
       node, view_, api_->shapes(), [this] { return server_->num_viewers(); },
       [this](int64_t submap_id, uint64_t version) {
         server_->TellLatest("shape/" + std::to_string(submap_id),
                             SessionApi::ShapeMessage(submap_id, version));
       });
-  Result<std::unique_ptr<WebServer>> server =
-      WebServer::Start(ServerOptions(options.server, node.session_id()), view_.events(),
-                       [this](const HttpRequest& request, Respond respond) {
-                         api_->Handle(request, std::move(respond));
-                       });
-  if (!server.ok()) throw std::runtime_error(server.error());
-  server_ = std::move(*server);
+  StartServer();
   subscriptions_ = {
       node.bus().Subscribe(kHeartbeatChannel, [this](const heartbeat_t& m) { OnHeartbeat(m); })};
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
-  timer_ = node.loop().AddTimer(kStatusS, [this] { TellStatus(); });
-  node.OnHeartbeat([this](heartbeat_t* heartbeat) {
+  if (uploads_) desk_ = std::make_unique<UploadDesk>(node, *uploads_);
+  timer_ = node_.loop().AddTimer(kStatusS, [this] { TellStatus(); });
+  node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
     heartbeat->ledger_seq = follower_->processed_seq();
     heartbeat->state = std::to_string(server_->num_viewers()) + " viewers, port " +
                        std::to_string(server_->port());
+    if (desk_ && desk_->num_offered() > 0) {
+      heartbeat->state += ", " + std::to_string(desk_->num_offered()) + " uploaded photos offered";
+    }
   });
-  LogInfo("view: http://{}:{}/", options.server.address, server_->port());
 }
 
 WebService::~WebService() {
@@ -83,17 +85,52 @@ WebService::~WebService() {
   api_.reset();     // nor is one under way, before what they ask goes
 }
 
-SessionSource WebService::Source(const WebOptions& options) {
+void WebService::StartServer() {
+  WebServerOptions server = options_.server;
+  server.session_id = node_.session_id();
+  if (visitors_) visitors_->AddDoors(&server);
+  Uploads uploads;
+  uploads.make_sink = [this](const HttpRequest& request) { return api_->MakeSink(request); };
+  uploads.agent_of_photo = [this](int64_t image_id) { return api_->AgentOfPhoto(image_id); };
+  Result<std::unique_ptr<WebServer>> started = WebServer::Start(
+      server, view_.events(),
+      [this](const HttpRequest& request, Respond respond) {
+        api_->Handle(request, std::move(respond));
+      },
+      uploads);
+  if (!started.ok()) throw std::runtime_error(started.error());
+  server_ = std::move(*started);
+  LogInfo("view: http://{}:{}/", options_.server.address, server_->port());
+  if (visitors_) {
+    LogInfo("visitors with an invitation: {} {}; fingerprint of the certificate: {}",
+            visitors_->addresses().secure, visitors_->addresses().plain,
+            visitors_->addresses().fingerprint);
+  }
+}
+
+SessionSource WebService::Source() {
   SessionSource source;
   source.session_id = node_.session_id();
   source.live = true;
   source.session_dir = node_.options().session_dir;
-  source.page_dir = PageDir(options.page_dir);
+  source.page_dir = PageDir(options_.page_dir);
   source.fetch = [this](const std::string& blob_id, const std::string& owner,
                         SessionSource::Done done) { Fetch(blob_id, owner, std::move(done)); };
   source.may_use_model = [this](int64_t submap_id) { return shapes_->MayUseModel(submap_id); };
   source.on_look = [this] { shapes_->NoteLook(); };
+  if (visitors_) AddVisitors(&source);
   return source;
+}
+
+void WebService::AddVisitors(SessionSource* source) {
+  source->addresses = visitors_->addresses();
+  source->uploads = uploads_.get();
+  source->invite = [this](Role role, const std::string& name) {
+    return visitors_->Invite(role, name, 0);
+  };
+  source->finish = [this](std::function<void(Status)> done) {
+    node_.loop().Post([this, done = std::move(done)] { finish_asker_->Ask(done); });
+  };
 }
 
 void WebService::Fetch(const std::string& blob_id, const std::string& owner,

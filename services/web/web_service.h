@@ -2,22 +2,26 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "event_loop/alive.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
+#include "web/finish_asker.h"
 #include "web/session_api.h"
 #include "web/session_view.h"
 #include "web/shape_follower.h"
 #include "web/status_message.h"
+#include "web/upload_desk.h"
+#include "web/visitors.h"
 #include "web/web_options.h"
 #include "web/web_server.h"
 
 namespace skein {
 
-// Only reads. What it holds comes from the ledger, so it may die and return at any time.
+// What it holds comes from the ledger and the folder uploads/, so it may die and return at any time.
 class WebService {
  public:
   // Throws std::runtime_error where it cannot listen.
@@ -29,18 +33,25 @@ class WebService {
   int port() const { return server_->port(); }
 
  private:
-  SessionSource Source(const WebOptions& options);
+  SessionSource Source();
+  void AddVisitors(SessionSource* source);
+  void StartServer();
   void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   void OnFact(const Fact& fact);
   void OnHeartbeat(const heartbeat_t& heartbeat);
   void TellStatus();
 
   Node& node_;
+  const WebOptions options_;
   SessionView view_;
+  std::optional<Visitors> visitors_;  // of other hosts; none: they are not let in
+  std::unique_ptr<UploadStore> uploads_;
   std::unique_ptr<SessionApi> api_;
   std::unique_ptr<ShapeFollower> shapes_;
   std::unique_ptr<WebServer> server_;
   std::unique_ptr<LedgerFollower> follower_;
+  std::unique_ptr<UploadDesk> desk_;
+  std::unique_ptr<FinishAsker> finish_asker_;
   HeardProcesses processes_;
   std::string told_status_;
   std::vector<Bus::SubscriptionId> subscriptions_;

@@ -9,6 +9,7 @@ import { Compare } from './ui/compare.js';
 import { byId, h, iconButton, setText } from './ui/dom.js';
 import { Header } from './ui/header.js';
 import { showHelp } from './ui/help.js';
+import { showInvite } from './ui/invite.js';
 import { Inspect } from './ui/inspect.js';
 import { Labels } from './ui/labels.js';
 import { Maps } from './ui/maps.js';
@@ -122,6 +123,7 @@ export class App {
     try {
       const answer = await fetch('/api/session', { cache: 'no-store' });
       if (answer.ok) this.session = await answer.json();
+      byId('invite_button').hidden = !this.session.invites || this.session.visitor?.role === 'viewer';
       const limit = this.session.page_limits?.points;
       if (limit > 0 && !isPhone()) this.setMaxPoints(limit);
       this.changed();
@@ -491,6 +493,7 @@ export class App {
   makeActions() {
     byId('mark').append(h('img', { src: '/assets/icon.svg', alt: '', width: 24, height: 24 }));
     byId('actions').append(
+      iconButton('invite', 'Invite a phone or a person', showInvite, { id: 'invite_button', hidden: true }),
       iconButton('theme', 'Dark or light', () => this.applyTheme(this.theme === 'dark' ? 'light' : 'dark', true), { id: 'theme_button' }),
       iconButton('help', 'Keys and help (?)', () => showHelp(this.session.version ?? '')));
   }

@@ -1,5 +1,5 @@
 // A publisher on an in-process bus, against an ingest played by the test.
-#include "clients/publisher.h"
+#include "node/publisher.h"
 
 #include <gtest/gtest.h>
 
@@ -28,12 +28,18 @@ class PublisherTest : public testing::Test {
     publisher_ = std::make_unique<Publisher>(
         agent_, options_, [this](const PublishedPhoto& photo) { published_.push_back(photo); });
   }
-  PhotoFile Photo(const std::string& name) {
+  PhotoToOffer Photo(const std::string& name) {
     EXPECT_TRUE(WriteFileAtomic((folder_ / name).string(), BytesOf(name)).ok());
-    return {folder_ / name, name};
+    return Existing(name);
   }
-  std::vector<PhotoFile> Photos(int count) {
-    std::vector<PhotoFile> photos;
+  PhotoToOffer Existing(const std::string& name) {
+    PhotoToOffer photo;
+    photo.name = name;
+    photo.read = [path = (folder_ / name).string()] { return ReadFile(path); };
+    return photo;
+  }
+  std::vector<PhotoToOffer> Photos(int count) {
+    std::vector<PhotoToOffer> photos;
     for (int i = 0; i < count; ++i) photos.push_back(Photo(std::to_string(i) + ".jpg"));
     return photos;
   }
@@ -92,6 +98,26 @@ TEST_F(PublisherTest, OffersEachPhotoWithItsSizeAndHashAndServesItsBytes) {
   EXPECT_EQ(pulled, bytes);
   ASSERT_EQ(published_.size(), 1u);
   EXPECT_EQ(published_[0].status, +image_ack_t::STORED);
+}
+
+TEST_F(PublisherTest, OffersWhatExifMayLack) {
+  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::STORED); };
+  Start();
+  PhotoToOffer photo = Photo("a.jpg");
+  photo.capture_utime_us = 1'800'000'000'000'000;
+  photo.has_gps = true;
+  photo.latitude_deg = 47.5;
+  photo.longitude_deg = -8.25;
+  photo.altitude_m = 430;
+  publisher_->Add({photo, Photo("b.jpg")});
+  ASSERT_TRUE(RunUntilDone());
+  ASSERT_EQ(offers_.size(), 2u);
+  EXPECT_EQ(offers_[0].capture_utime_us, photo.capture_utime_us);
+  EXPECT_TRUE(offers_[0].has_gps);
+  EXPECT_EQ(offers_[0].latitude_deg, 47.5);
+  EXPECT_EQ(offers_[0].longitude_deg, -8.25);
+  EXPECT_EQ(offers_[0].altitude_m, 430);
+  EXPECT_FALSE(offers_[1].has_gps);
 }
 
 TEST_F(PublisherTest, TellsWhatBecameOfEachPhoto) {
@@ -173,7 +199,7 @@ TEST_F(PublisherTest, KeepsItsRate) {
 TEST_F(PublisherTest, TellsOfAFileThatCannotBeReadAndGoesOn) {
   on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::STORED); };
   Start();
-  publisher_->Add({{folder_ / "gone.jpg", "gone.jpg"}, Photo("a.jpg")});
+  publisher_->Add({Existing("gone.jpg"), Photo("a.jpg")});
   ASSERT_TRUE(RunUntilDone());
   ASSERT_EQ(published_.size(), 2u);
   EXPECT_EQ(published_[0].name, "gone.jpg");

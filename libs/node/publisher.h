@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/photo_folder.h"
+#include "core/result.h"
 #include "event_loop/worker_thread.h"
 #include "node/node.h"
 
@@ -18,17 +18,33 @@ namespace skein {
 struct PublisherOptions {
   std::string agent;
   double rate_hz = 0;    // photos a second; 0: as fast as ingest takes them
-  int max_size_px = 0;   // longest side sent; 0: as they are
   double focal_px = 0;   // at full resolution, where EXIF tells none; 0: not known
   int window = 4;        // photos offered at a time without a rate
   int rate_window = 32;  // the same with a rate: a backlog is limited, too
 };
 
+struct PhotoToOffer {
+  std::string name;  // valid or not: ingest decides
+  // Its bytes. Called once, on another thread.
+  std::function<Result<Bytes>()> read;
+  // What its EXIF may lack.
+  int64_t capture_utime_us = 0;  // 0: not known
+  bool has_gps = false;          // whether the next three are set: WGS84, degrees, metres
+  double latitude_deg = 0, longitude_deg = 0, altitude_m = 0;
+};
+
 // What became of one photo.
 struct PublishedPhoto {
   std::string name;
-  int8_t status = 0;  // image_ack_t's STORED, DUPLICATE or REFUSED
+  std::string blob_id;  // "": it could not be read
+  int8_t status = 0;    // image_ack_t's STORED, DUPLICATE or REFUSED
   std::string reason;
+};
+
+// A photo's bytes and their hash.
+struct LoadedPhoto {
+  std::string blob_id;
+  BlobPtr bytes;
 };
 
 // Reads each photo on another thread, serves its bytes, and repeats its offer until ingest has
@@ -43,7 +59,7 @@ class Publisher {
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  void Add(std::vector<PhotoFile> photos);
+  void Add(std::vector<PhotoToOffer> photos);
   bool done() const { return waiting_.empty() && offered_.empty(); }
   // Last reason to wait that ingest gave, "" if none.
   const std::string& wait_reason() const { return wait_reason_; }
@@ -59,14 +75,14 @@ class Publisher {
   void Tick();
   bool MayStart(double now_s) const;
   void Start(double now_s);
-  void OnRead(const std::string& name, Result<Bytes> bytes);
+  void OnRead(const std::string& name, const Result<LoadedPhoto>& loaded);
   void OnAck(const image_ack_t& ack);
   void Finish(const std::string& name, int8_t status, const std::string& reason);
 
   Node& node_;
   const PublisherOptions options_;
   const OnPublished on_published_;
-  std::deque<PhotoFile> waiting_;
+  std::deque<PhotoToOffer> waiting_;
   std::map<std::string, Offered> offered_;  // by name
   double next_start_s_ = 0;
   std::string wait_reason_;

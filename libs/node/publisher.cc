@@ -1,14 +1,22 @@
-#include "clients/publisher.h"
+#include "node/publisher.h"
 
 #include <algorithm>
 #include <utility>
 
+#include "core/hash.h"
+
 namespace skein {
 namespace {
 
-constexpr double kTickS = 0.02;
-constexpr double kFirstRepeatS = 0.3;
-constexpr double kLastRepeatS = 2;
+constexpr double kOfferTickS = 0.02;
+constexpr double kFirstOfferRepeatS = 0.3;
+constexpr double kLastOfferRepeatS = 2;
+
+Result<LoadedPhoto> Loaded(Result<Bytes> bytes) {
+  if (!bytes.ok()) return bytes.status();
+  const std::string blob_id = HashBytes(bytes->data(), bytes->size());
+  return LoadedPhoto{blob_id, std::make_shared<const Bytes>(*std::move(bytes))};
+}
 
 }  // namespace
 
@@ -19,7 +27,7 @@ Publisher::Publisher(Node& node, PublisherOptions options, OnPublished on_publis
       worker_(node.loop()) {
   ack_subscription_ = node_.bus().Subscribe<image_ack_t>(
       kImageAckChannel, [this](const image_ack_t& ack) { OnAck(ack); });
-  timer_ = node_.loop().AddTimer(kTickS, [this] { Tick(); });
+  timer_ = node_.loop().AddTimer(kOfferTickS, [this] { Tick(); });
 }
 
 Publisher::~Publisher() {
@@ -27,8 +35,8 @@ Publisher::~Publisher() {
   node_.loop().CancelTimer(timer_);
 }
 
-void Publisher::Add(std::vector<PhotoFile> photos) {
-  for (PhotoFile& photo : photos) waiting_.push_back(std::move(photo));
+void Publisher::Add(std::vector<PhotoToOffer> photos) {
+  for (PhotoToOffer& photo : photos) waiting_.push_back(std::move(photo));
   Tick();
 }
 
@@ -45,36 +53,40 @@ void Publisher::Tick() {
     if (!offered.ready || offered.due_s > now_s) continue;
     node_.Publish(kImageOfferChannel, offered.offer);
     offered.due_s = now_s + offered.interval_s;
-    offered.interval_s = std::min(kLastRepeatS, 1.5 * offered.interval_s);
+    offered.interval_s = std::min(kLastOfferRepeatS, 1.5 * offered.interval_s);
   }
 }
 
 void Publisher::Start(double now_s) {
-  const PhotoFile photo = std::move(waiting_.front());
+  const PhotoToOffer photo = std::move(waiting_.front());
   waiting_.pop_front();
-  offered_[photo.name] = {};
+  image_offer_t& offer = offered_[photo.name].offer;
+  offer.agent = options_.agent;
+  offer.name = photo.name;
+  offer.owner = node_.instance();
+  offer.capture_utime_us = photo.capture_utime_us;
+  offer.focal_px = options_.focal_px;
+  offer.has_gps = photo.has_gps;
+  offer.latitude_deg = photo.latitude_deg;
+  offer.longitude_deg = photo.longitude_deg;
+  offer.altitude_m = photo.altitude_m;
   if (options_.rate_hz > 0) {
     next_start_s_ = std::max(next_start_s_, now_s - 1 / options_.rate_hz) + 1 / options_.rate_hz;
   }
-  worker_.Run(
-      [path = photo.path, max_size = options_.max_size_px] { return ReadPhoto(path, max_size); },
-      [this, name = photo.name](Result<Bytes> bytes) { OnRead(name, std::move(bytes)); });
+  worker_.Run([read = photo.read] { return Loaded(read()); },
+              [this, name = photo.name](const Result<LoadedPhoto>& loaded) {
+                OnRead(name, loaded);
+              });
 }
 
-void Publisher::OnRead(const std::string& name, Result<Bytes> bytes) {
-  if (!bytes.ok()) return Finish(name, image_ack_t::REFUSED, bytes.error());
+// Held in memory also where the session folder is shared: ingest clears blobs of no fact away.
+void Publisher::OnRead(const std::string& name, const Result<LoadedPhoto>& loaded) {
+  if (!loaded.ok()) return Finish(name, image_ack_t::REFUSED, loaded.error());
   Offered& offered = offered_.at(name);
-  image_offer_t& offer = offered.offer;
-  offer.agent = options_.agent;
-  offer.name = name;
-  offer.size_bytes = static_cast<int64_t>(bytes->size());
-  offer.blob_id = node_.blobs().Offer(*std::move(bytes));
-  offer.owner = node_.instance();
-  offer.capture_utime_us = 0;  // EXIF has it
-  offer.focal_px = options_.focal_px;
-  offer.has_gps = false;
-  offer.latitude_deg = offer.longitude_deg = offer.altitude_m = 0;
-  offered.interval_s = kFirstRepeatS;
+  offered.offer.size_bytes = static_cast<int64_t>(loaded->bytes->size());
+  offered.offer.blob_id = loaded->blob_id;
+  node_.blobs().Keep(loaded->blob_id, loaded->bytes);
+  offered.interval_s = kFirstOfferRepeatS;
   offered.ready = true;
   Tick();
 }
@@ -93,8 +105,9 @@ void Publisher::OnAck(const image_ack_t& ack) {
 }
 
 void Publisher::Finish(const std::string& name, int8_t status, const std::string& reason) {
+  const std::string blob_id = offered_.at(name).offer.blob_id;
   offered_.erase(name);
-  on_published_({name, status, reason});
+  on_published_({name, blob_id, status, reason});
   Tick();
 }
 

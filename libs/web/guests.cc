@@ -1,0 +1,62 @@
+#include "web/guests.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "auth/web_pass.h"
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+// What a browser keeps a cookie for at most: 400 days.
+constexpr int64_t kLongestCookieS = 400 * 86'400;
+
+// "a=1; b=2", "b" -> "2".
+std::string CookieOf(const std::string& cookies, const std::string& name) {
+  size_t begin = 0;
+  while (begin < cookies.size()) {
+    const size_t end = std::min(cookies.find(';', begin), cookies.size());
+    const size_t first = cookies.find_first_not_of(' ', begin);
+    if (first != std::string::npos && cookies.compare(first, name.size() + 1, name + "=") == 0) {
+      return cookies.substr(first + name.size() + 1, end - first - name.size() - 1);
+    }
+    begin = end + 1;
+  }
+  return "";
+}
+
+}  // namespace
+
+Visitor Guests::Find(const std::string& cookies, int64_t now_s) const {
+  Visitor visitor;
+  const std::string text = CookieOf(cookies, CookieName());
+  if (text.empty()) return visitor;
+  const Result<WebPass> pass = OpenWebPass(text, trust_, now_s);
+  if (!pass.ok()) return visitor;
+  visitor.role = pass->role;
+  visitor.name = pass->name;
+  return visitor;
+}
+
+HttpResponse Guests::Enter(const std::string& body, bool is_encrypted, int64_t now_s) const {
+  const json said = json::parse(body, nullptr, false);
+  if (!said.is_object() || !said.contains("pass") || !said["pass"].is_string()) {
+    return HttpError(400, "give {\"pass\": \"...\"}");
+  }
+  const std::string text = said["pass"];
+  const Result<WebPass> pass = OpenWebPass(text, trust_, now_s);
+  if (!pass.ok()) return HttpError(401, pass.error());
+  const int64_t left_s = pass->expires_s == 0 ? kLongestCookieS : pass->expires_s - now_s;
+  HttpResponse response =
+      JsonResponse(json({{"role", RoleName(pass->role)}, {"name", pass->name}})
+                       .dump(-1, ' ', false, json::error_handler_t::replace));
+  response.fields.emplace_back(
+      "Set-Cookie", CookieName() + "=" + text + "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
+                        std::to_string(std::min(left_s, kLongestCookieS)) +
+                        (is_encrypted ? "; Secure" : ""));
+  return response;
+}
+
+}  // namespace skein

@@ -1,0 +1,140 @@
+// Photos on their way from a browser to ingest, in the session folder.
+//
+//   uploads/AGENT/SHA256.json   what is known of the photo, from its first byte on
+//   uploads/AGENT/SHA256.part   the bytes that have come
+//   uploads/AGENT/SHA256.photo  all of them, with that hash: durable, to be offered to ingest
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/bytes.h"
+#include "core/clock.h"
+#include "core/result.h"
+
+namespace skein {
+
+struct UploadLimits {
+  int64_t max_photo_bytes = int64_t{256} << 20;  // as ingest has it
+  int64_t max_bytes = int64_t{8} << 30;          // of all that lies here
+  int64_t min_free_bytes = 512'000'000;          // on the disk
+  int max_unfinished = 16;                       // of an agent; the one that rests longest goes
+  int max_receiving = 4;                         // of an agent at a time
+  int max_agents = 256;
+  double forget_after_s = 86'400;  // an unfinished one that rests for so long goes
+};
+
+// What a browser says of a photo.
+struct UploadInfo {
+  std::string name;
+  int64_t size_bytes = 0;
+  int64_t capture_utime_us = 0;  // 0: not known
+  bool has_gps = false;          // whether the next three are set: WGS84
+  double latitude_deg = 0, longitude_deg = 0, altitude_m = 0;
+};
+
+struct WaitingUpload {
+  std::string agent;
+  std::string blob_id;
+  UploadInfo info;
+  std::filesystem::path path;
+};
+
+// Any thread; what writes may block. A photo has one receiver at a time: the latest, so that a
+// connection which was lost, and does not know it, holds up nobody.
+class UploadStore {
+ public:
+  // Where a photo's bytes go: of one connection.
+  struct Receiver {
+    std::string agent;
+    std::string blob_id;
+    int64_t ticket = 0;
+  };
+  struct Progress {
+    int64_t received_bytes = 0;
+    int64_t size_bytes = 0;
+    bool is_stored = false;  // checked and durable
+  };
+
+  // Finds what an earlier process left. Throws std::runtime_error, with a line for the user, where
+  // the folder cannot be read or made.
+  UploadStore(std::filesystem::path folder, UploadLimits limits, Clock clock = MonotonicS);
+
+  // How much of it is here; none if nothing is. Its receiver, if there is one, is not heard any
+  // more: what is told stays true.
+  std::optional<Progress> Look(const std::string& agent, const std::string& blob_id);
+
+  // A receiver for the bytes from `offset` on, which must be what is here. kAlreadyExists: the
+  // offset is another, as `Look` tells. kInvalidArgument: it never will be taken, for that reason.
+  // kResourceExhausted: too large. kUnavailable: not now.
+  Result<Receiver> Begin(const std::string& agent, const std::string& blob_id,
+                         const UploadInfo& info, int64_t offset);
+  Result<Progress> Take(const Receiver& receiver, const Bytes& part);
+  // After all bytes: durable when this returns Ok. kDataLoss: they are not of that hash; they are
+  // forgotten.
+  Status Finish(const Receiver& receiver);
+  void Leave(const Receiver& receiver);
+
+  // Of all photos of an agent that are here, by blob.
+  std::map<std::string, Progress> ProgressOf(const std::string& agent) const;
+  // Whole photos, in the order in which they came.
+  std::vector<WaitingUpload> Waiting() const;
+  // The ledger has it, or never will.
+  void Remove(const std::string& agent, const std::string& blob_id);
+
+  // Forgets what rests too long.
+  void Tick();
+  // A photo is whole. From any thread, without the store's lock.
+  void OnWhole(std::function<void()> on_whole);
+
+  // Why nobody takes an agent's photos in now; "" if it goes on.
+  void SetWaitReason(const std::string& agent, const std::string& reason);
+  std::string WaitReason(const std::string& agent) const;
+
+  int64_t bytes() const;
+
+ private:
+  struct Upload {
+    UploadInfo info;
+    int64_t received_bytes = 0;
+    bool is_whole = false;
+    int64_t ticket = 0;       // of its receiver
+    bool receiving = false;
+    bool finishing = false;   // is being synced and hashed
+    double moved_s = 0;
+    int64_t order = 0;
+  };
+  using Key = std::pair<std::string, std::string>;  // agent, blob
+
+  std::filesystem::path PathOf(const Key& key, const char* ending) const;
+  void FindLeft();
+  Status CheckBegin(const Key& key, const UploadInfo& info) const;
+  Status MakeRoom(const Key& key, int64_t more_bytes);
+  Status Create(const Key& key, const UploadInfo& info);
+  Upload* FindReceiving(const Receiver& receiver);
+  void Forget(const Key& key);
+  int Count(const std::string& agent, bool Upload::*what) const;
+
+  const std::filesystem::path folder_;
+  const UploadLimits limits_;
+  const Clock clock_;
+  mutable std::mutex mutex_;
+  std::map<Key, Upload> uploads_;                     // guarded by mutex_
+  std::map<std::string, std::string> wait_reasons_;   // guarded by mutex_
+  int64_t next_ticket_ = 1;                           // guarded by mutex_
+  int64_t next_order_ = 1;                            // guarded by mutex_
+  std::function<void()> on_whole_;                    // guarded by mutex_
+};
+
+// What a browser's agent may be called here: what stands in an invitation.
+bool IsUploadAgent(const std::string& agent);
+
+}  // namespace skein

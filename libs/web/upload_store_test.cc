@@ -1,0 +1,186 @@
+#include "web/upload_store.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/file.h"
+#include "core/folder.h"
+#include "core/hash.h"
+#include "testing/test_folder.h"
+
+namespace skein {
+namespace {
+
+class UploadStoreTest : public testing::Test {
+ protected:
+  static Bytes BytesOf(const std::string& text) { return Bytes(text.begin(), text.end()); }
+  static std::string IdOf(const std::string& text) { return HashBytes(text.data(), text.size()); }
+  static UploadInfo InfoOf(const std::string& text, const std::string& name = "a.jpg") {
+    UploadInfo info;
+    info.name = name;
+    info.size_bytes = static_cast<int64_t>(text.size());
+    return info;
+  }
+
+  void Open() {
+    store_.reset();
+    store_ = std::make_unique<UploadStore>(dir_, limits_, [this] { return now_s_; });
+  }
+  // Sends `text` from the offset on.
+  Status Send(const std::string& agent, const std::string& whole, int64_t offset,
+              const std::string& text) {
+    const auto receiver = store_->Begin(agent, IdOf(whole), InfoOf(whole), offset);
+    if (!receiver.ok()) return receiver.status();
+    const auto taken = store_->Take(*receiver, BytesOf(text));
+    if (!taken.ok()) return taken.status();
+    if (taken->received_bytes == taken->size_bytes) return store_->Finish(*receiver);
+    store_->Leave(*receiver);
+    return Status::Ok();
+  }
+  size_t NumFiles() const { return FilesUnder(dir_).size(); }
+
+  TestFolder folder_;
+  const std::filesystem::path dir_ = folder_ / "uploads";
+  double now_s_ = 100;
+  UploadLimits limits_;
+  std::unique_ptr<UploadStore> store_ = std::make_unique<UploadStore>(dir_, limits_);
+};
+
+TEST_F(UploadStoreTest, GoesOnWhereItStopped) {
+  const std::string photo = "0123456789";
+  EXPECT_FALSE(store_->Look("anna", IdOf(photo)));
+  EXPECT_TRUE(Send("anna", photo, 0, "0123").ok());
+  EXPECT_EQ(store_->Look("anna", IdOf(photo))->received_bytes, 4);
+  EXPECT_FALSE(store_->Look("bert", IdOf(photo))) << "another's";
+  EXPECT_EQ(Send("anna", photo, 0, "0123").code, StatusCode::kAlreadyExists);
+  EXPECT_EQ(Send("anna", photo, 5, "56789").code, StatusCode::kAlreadyExists);
+  Open();
+  EXPECT_EQ(store_->Look("anna", IdOf(photo))->received_bytes, 4) << "after a restart";
+  EXPECT_TRUE(store_->Waiting().empty());
+  EXPECT_TRUE(Send("anna", photo, 4, "456789").ok());
+  EXPECT_TRUE(store_->Look("anna", IdOf(photo))->is_stored);
+  ASSERT_EQ(store_->Waiting().size(), 1u);
+  EXPECT_EQ(*ReadFile(store_->Waiting()[0].path.string()), BytesOf(photo));
+}
+
+TEST_F(UploadStoreTest, KeepsWholePhotosOverARestartUntilTheyAreRemoved) {
+  ASSERT_TRUE(Send("anna", "first", 0, "first").ok());
+  ASSERT_TRUE(Send("anna", "second", 0, "second").ok());
+  Open();
+  ASSERT_EQ(store_->Waiting().size(), 2u);
+  EXPECT_EQ(store_->Waiting()[0].info.name, "a.jpg");
+  EXPECT_EQ(Send("anna", "first", 0, "first").code, StatusCode::kAlreadyExists);
+  store_->Remove("anna", IdOf("first"));
+  store_->Remove("anna", IdOf("second"));
+  EXPECT_EQ(NumFiles(), 0u);
+  EXPECT_FALSE(store_->Look("anna", IdOf("first")));
+}
+
+TEST_F(UploadStoreTest, RefusesBytesOfAnotherHash) {
+  const auto receiver = store_->Begin("anna", IdOf("abc"), InfoOf("abc"), 0);
+  ASSERT_TRUE(receiver.ok());
+  ASSERT_TRUE(store_->Take(*receiver, BytesOf("abd")).ok());
+  EXPECT_EQ(store_->Finish(*receiver).code, StatusCode::kDataLoss);
+  EXPECT_FALSE(store_->Look("anna", IdOf("abc")));
+  EXPECT_EQ(NumFiles(), 0u);
+}
+
+TEST_F(UploadStoreTest, RefusesWhatNeverWillBeTaken) {
+  const std::string id = IdOf("abc");
+  EXPECT_EQ(store_->Begin("../anna", id, InfoOf("abc"), 0).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(store_->Begin("anna", "../x", InfoOf("abc"), 0).code(), StatusCode::kInvalidArgument);
+  for (const char* name : {"", "../a.jpg", "/a.jpg", "a/../../b.jpg", "a\n.jpg", "\xff.jpg"}) {
+    EXPECT_EQ(store_->Begin("anna", id, InfoOf("abc", name), 0).code(),
+              StatusCode::kInvalidArgument)
+        << name;
+  }
+  UploadInfo large = InfoOf("abc");
+  large.size_bytes = limits_.max_photo_bytes + 1;
+  EXPECT_EQ(store_->Begin("anna", id, large, 0).code(), StatusCode::kResourceExhausted);
+  large.size_bytes = 0;
+  EXPECT_FALSE(store_->Begin("anna", id, large, 0).ok());
+  EXPECT_EQ(NumFiles(), 0u);
+}
+
+TEST_F(UploadStoreTest, TakesNoMoreBytesThanWereTold) {
+  const auto receiver = store_->Begin("anna", IdOf("abc"), InfoOf("abc"), 0);
+  EXPECT_TRUE(store_->Take(*receiver, BytesOf("ab")).ok());
+  EXPECT_EQ(store_->Take(*receiver, BytesOf("cd")).code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(store_->Begin("anna", IdOf("abc"), InfoOf("abcd"), 2).code(),
+            StatusCode::kInvalidArgument)
+      << "another size";
+}
+
+TEST_F(UploadStoreTest, TheLatestConnectionOfAPhotoCounts) {
+  const auto first = store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 0);
+  ASSERT_TRUE(store_->Take(*first, BytesOf("a")).ok());
+  const auto second = store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 1);
+  ASSERT_TRUE(second.ok()) << second.error();
+  EXPECT_FALSE(store_->Take(*first, BytesOf("b")).ok()) << "it was lost, and does not know it";
+  store_->Leave(*first);
+  EXPECT_TRUE(store_->Take(*second, BytesOf("b")).ok());
+  EXPECT_EQ(store_->Look("anna", IdOf("abcd"))->received_bytes, 2);
+  EXPECT_FALSE(store_->Take(*second, BytesOf("c")).ok()) << "what was told stays true";
+}
+
+TEST_F(UploadStoreTest, IsBoundedForEachAgent) {
+  limits_.max_unfinished = 3;
+  limits_.max_receiving = 2;
+  Open();
+  std::vector<UploadStore::Receiver> receivers;
+  for (const std::string photo : {"photo 1", "photo 2"}) {
+    receivers.push_back(*store_->Begin("anna", IdOf(photo), InfoOf(photo), 0));
+  }
+  EXPECT_EQ(store_->Begin("anna", IdOf("x"), InfoOf("x"), 0).code(), StatusCode::kUnavailable);
+  EXPECT_TRUE(store_->Begin("bert", IdOf("x"), InfoOf("x"), 0).ok()) << "others go on";
+  for (const auto& receiver : receivers) store_->Leave(receiver);
+  for (const std::string photo : {"photo 3", "photo 4"}) {
+    now_s_ += 1;
+    EXPECT_TRUE(Send("anna", photo, 0, "p").ok());
+  }
+  EXPECT_EQ(store_->ProgressOf("anna").size(), 3u) << "the one that rested longest went";
+  EXPECT_TRUE(store_->Look("anna", IdOf("photo 4")));
+}
+
+TEST_F(UploadStoreTest, IsBoundedInAllAndForgetsWhatRests) {
+  limits_.max_bytes = 10;
+  limits_.forget_after_s = 60;
+  Open();
+  ASSERT_TRUE(Send("anna", "12345678", 0, "1234").ok());
+  EXPECT_EQ(Send("bert", "abc", 0, "abc").code, StatusCode::kUnavailable) << "told bytes count";
+  now_s_ += 61;
+  store_->Tick();
+  EXPECT_FALSE(store_->Look("anna", IdOf("12345678")));
+  EXPECT_TRUE(Send("bert", "abc", 0, "abc").ok());
+  now_s_ += 61;
+  store_->Tick();
+  EXPECT_EQ(store_->Waiting().size(), 1u) << "what was received stays";
+}
+
+TEST_F(UploadStoreTest, WaitsWhileTheDiskIsFull) {
+  limits_.min_free_bytes = int64_t{1} << 60;
+  Open();
+  const Status status = Send("anna", "abc", 0, "abc");
+  EXPECT_EQ(status.code, StatusCode::kUnavailable);
+  EXPECT_NE(status.error().find("disk is full"), std::string::npos);
+}
+
+TEST_F(UploadStoreTest, ClearsAwayWhatACrashLeft) {
+  ASSERT_TRUE(Send("anna", "whole", 0, "whole").ok());
+  ASSERT_TRUE(Send("anna", "0123", 0, "01").ok());
+  const std::string lonely = IdOf("lonely");
+  for (const std::string& name : {"anna/" + lonely + ".part", std::string("anna/readme"),
+                                  std::string("stray"), "anna/" + lonely + "x.json"}) {
+    std::ofstream(dir_ / name) << "x";
+  }
+  std::ofstream(dir_ / "anna" / (IdOf("damaged") + ".json")) << "{\"name\":";
+  std::ofstream(dir_ / "anna" / (IdOf("0123") + ".part")) << "more bytes than it has";
+  Open();
+  EXPECT_EQ(store_->Waiting().size(), 1u);
+  EXPECT_FALSE(store_->Look("anna", IdOf("0123")));
+  EXPECT_EQ(NumFiles(), 2u) << "the whole photo and what is known of it";
+}
+
+}  // namespace
+}  // namespace skein

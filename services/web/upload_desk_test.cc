@@ -1,0 +1,106 @@
+// Uploads of phones on an in-process bus, against an ingest played by the test.
+#include "web/upload_desk.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <vector>
+
+#include "core/hash.h"
+#include "testing/test_folder.h"
+#include "testing/test_node.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDeadlineS = 20;
+
+class UploadDeskTest : public testing::Test {
+ protected:
+  UploadDeskTest() {
+    bus_.Subscribe<image_offer_t>(kImageOfferChannel, [this](const image_offer_t& offer) {
+      offers_.push_back(offer);
+      if (on_offer_) on_offer_(offer);
+    });
+  }
+
+  std::string Upload(const std::string& agent, const std::string& name, const std::string& text) {
+    const Bytes bytes(text.begin(), text.end());
+    const std::string blob_id = HashBytes(bytes.data(), bytes.size());
+    UploadInfo info;
+    info.name = name;
+    info.size_bytes = static_cast<int64_t>(bytes.size());
+    info.has_gps = true;
+    info.latitude_deg = 47.5;
+    const auto receiver = store_->Begin(agent, blob_id, info, 0);
+    EXPECT_TRUE(receiver.ok()) << receiver.error();
+    EXPECT_TRUE(store_->Take(*receiver, bytes).ok());
+    EXPECT_TRUE(store_->Finish(*receiver).ok());
+    return blob_id;
+  }
+  void Ack(const image_offer_t& offer, int8_t status, const std::string& reason = "") {
+    image_ack_t ack{};
+    ack.agent = offer.agent;
+    ack.name = offer.name;
+    ack.blob_id = offer.blob_id;
+    ack.status = status;
+    ack.reason = reason;
+    ingest_.Publish(kImageAckChannel, ack);
+  }
+  bool RunUntil(const std::function<bool()>& done) { return loop_.RunUntil(done, kDeadlineS); }
+  void OpenStore() { store_ = std::make_unique<UploadStore>(folder_ / "uploads", UploadLimits()); }
+
+  TestFolder folder_;
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node ingest_{TestOptions("ingest"), loop_, bus_};
+  Node web_{TestOptions("web"), loop_, bus_};
+  std::unique_ptr<UploadStore> store_ =
+      std::make_unique<UploadStore>(folder_ / "uploads", UploadLimits());
+  std::vector<image_offer_t> offers_;
+  std::function<void(const image_offer_t&)> on_offer_;
+};
+
+TEST_F(UploadDeskTest, OffersEachAgentsPhotosAndForgetsWhatIsStored) {
+  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::STORED); };
+  UploadDesk desk(web_, *store_);
+  const std::string first = Upload("anna", "a.jpg", "one");
+  const std::string second = Upload("bert", "a.jpg", "two");
+  ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
+  ASSERT_EQ(offers_.size(), 2u);
+  for (const image_offer_t& offer : offers_) {
+    EXPECT_EQ(offer.blob_id, offer.agent == "anna" ? first : second);
+    EXPECT_EQ(offer.name, "a.jpg");
+    EXPECT_EQ(offer.owner, "web");
+    EXPECT_TRUE(offer.has_gps);
+    EXPECT_EQ(offer.latitude_deg, 47.5);
+  }
+  EXPECT_EQ(store_->bytes(), 0);
+}
+
+TEST_F(UploadDeskTest, OffersAgainWhatNobodyDecidedBeforeItDied) {
+  {
+    UploadDesk desk(web_, *store_);
+    Upload("anna", "a.jpg", "one");
+    ASSERT_TRUE(RunUntil([&] { return !offers_.empty(); }));
+  }
+  OpenStore();
+  offers_.clear();
+  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::DUPLICATE); };
+  UploadDesk desk(web_, *store_);
+  ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
+  EXPECT_EQ(offers_.front().name, "a.jpg");
+}
+
+TEST_F(UploadDeskTest, TellsWhyPhotosWaitAndDropsThoseThatAreRefused) {
+  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::WAIT, "disk is full"); };
+  UploadDesk desk(web_, *store_);
+  Upload("anna", "a.jpg", "one");
+  ASSERT_TRUE(RunUntil([&] { return store_->WaitReason("anna") == "disk is full"; }));
+  EXPECT_EQ(store_->Waiting().size(), 1u);
+  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::REFUSED, "no JPEG"); };
+  ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
+}
+
+}  // namespace
+}  // namespace skein

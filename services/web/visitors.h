@@ -1,0 +1,40 @@
+// Visitors of other hosts: the ports for their browsers, and their invitations.
+#pragma once
+
+#include <string>
+
+#include "auth/web_certificate.h"
+#include "node/node.h"
+#include "web/session_api.h"
+#include "web/web_options.h"
+#include "web/web_server.h"
+
+namespace skein {
+
+// Whether a process that runs so can tell who has an invitation. An error says what to do.
+Status CheckVisitors(const NodeOptions& options);
+
+// Any thread.
+class Visitors {
+ public:
+  Visitors(std::string keys_dir, SessionTrust trust, WebCertificate certificate,
+           const WebOptions& options);
+
+  const PublicAddresses& addresses() const { return addresses_; }
+  void AddDoors(WebServerOptions* server) const;
+  // A new pass as links. `name` "": the role with a number. expires_s: since 1970 UTC; 0: never.
+  Result<WebInvitation> Invite(Role role, const std::string& name, int64_t expires_s) const;
+
+ private:
+  std::string keys_dir_;
+  SessionTrust trust_;
+  WebCertificate certificate_;
+  std::string host_;
+  int public_port_, plain_port_;
+  PublicAddresses addresses_;
+};
+
+// Throws std::runtime_error, with a line for the user, without keys or certificate.
+Visitors OpenVisitors(const Node& node, const WebOptions& options);
+
+}  // namespace skein

@@ -1,0 +1,136 @@
+// The phone's side of tests/process/phone_test.sh: node phone.mjs LINKS STEPS PHOTOS, where LINKS holds a line NAME LINK for
+// each invitation, and PHOTOS is a folder of an agent's photos.
+import assert from 'node:assert/strict';
+import { existsSync, readdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
+
+const [linksFile, steps, photosDir, film] = process.argv.slice(2);
+const links = Object.fromEntries(readFileSync(linksFile, 'utf8').trim().split('\n').map((line) => line.split(' ')));
+const photos = readdirSync(photosDir).sort().map((name) => join(photosDir, name));
+const told = (name) => writeFileSync(join(steps, name), '');
+async function heard(name, deadlineS = 120) {
+  for (const end = Date.now() + deadlineS * 1000; !existsSync(join(steps, name));) {
+    assert.ok(Date.now() < end, `not within ${deadlineS} s: ${name}`);
+    await new Promise((r) => setTimeout(r, 100));
+  }
+}
+const stateOf = (s, name) => s.photos.find((p) => p.name === name)?.state;
+const phone = { width: 390, height: 844 };
+
+// Without TLS: the file input, at full resolution.
+const plain = await openBrowser({ ...phone, theme: 'light' });
+const { page } = plain;
+const picture = async (name, from = page) => process.env.PAGE_PICTURES && from.screenshot({ path: join(process.env.PAGE_PICTURES, `${name}.png`) });
+let bytes = 0;
+const session = await page.context().newCDPSession(page);
+await session.send('Network.enable');
+session.on('Network.loadingFinished', (e) => { bytes += e.encodedDataLength; });
+const began = Date.now();
+await page.goto(links.plain);
+await page.locator('#take').waitFor({ state: 'attached' });
+await plain.until('the phone is let in', (s) => s.photos.length === 0);
+const firstLoad = { bytes, ms: Date.now() - began };
+assert.equal(new URL(page.url()).hash, '', 'the pass stays in the address bar');
+assert.equal(await page.evaluate(() => isSecureContext), false, 'the page is not tried without TLS');
+assert.equal(await page.evaluate(() => document.cookie), '', 'a script can read the pass');
+assert.equal(await page.locator('#open_camera').isVisible(), false, 'there is no camera without TLS');
+
+await page.locator('#take').setInputFiles(photos[0]);
+await plain.until('one photo is received', (s) => s.counts.taken === 1 && s.counts.received === 1);
+await page.locator('#choose').setInputFiles(photos.slice(1, 4));
+await plain.until('four photos are placed', (s) => s.counts.placed === 4);
+told('placed');
+
+// What is no photo is told with what to do; its name is text.
+await page.locator('#choose').setInputFiles({ name: '<img src=x onerror=alert(1)>.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no photo') });
+await plain.until('what is no photo is refused', (s) => s.photos.some((p) => p.state === 'refused'));
+await page.locator('.photo.refused small').filter({ hasText: 'Send it again as JPEG, PNG or TIFF' }).waitFor();
+assert.equal(await page.locator('img[src="x"]').count(), 0);
+
+// Offline and back.
+await page.context().setOffline(true);
+await page.locator('#choose').setInputFiles(photos[4]);
+await plain.until('a photo waits on the phone', (s) => s.counts.taken === 6 && !s.connection.ok);
+await page.locator('#note').filter({ hasText: /wait/ }).waitFor();
+await page.context().setOffline(false);
+await plain.until('it was sent once the network was back', (s) => s.counts.received === 5);
+
+// A reload in the middle of an upload.
+await session.send('Network.emulateNetworkConditions', { offline: false, latency: 20, downloadThroughput: -1, uploadThroughput: 20000 });
+await page.locator('#choose').setInputFiles(photos[5]);
+await plain.until('it is being sent', (s) => s.photos.some((p) => p.state === 'sending'));
+await new Promise((r) => setTimeout(r, 1000));
+await session.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: -1 });
+await page.reload();
+await plain.until('the photos are there after a reload', (s) => s.counts.taken === 7);
+await plain.until('the rest was sent', (s) => s.counts.received === 6);
+
+// A dead server.
+told('kill');
+await heard('dead');
+await page.locator('#choose').setInputFiles(photos[6]);
+await plain.until('a photo waits for the server', (s) => s.counts.taken === 8 && !s.connection.ok);
+told('revive');
+await plain.until('it was sent to the new server', (s) => s.counts.received === 7, 180);
+await page.locator('#choose').setInputFiles(photos[7]);
+await plain.until('all photos are placed', (s) => s.counts.placed === 8, 180);
+await page.locator('#choose').setInputFiles(photos[7]);
+await plain.until('the same photo is told', (s) => /is here already/.test(s.problem));
+assert.equal((await plain.state()).counts.taken, 9);
+
+assert.deepEqual(await contrastFaults(page), {});
+assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page is wider than a phone');
+await page.setViewportSize({ width: 360, height: 740 });
+assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page is wider than 360 px');
+await page.setViewportSize(phone);
+await page.evaluate(() => scrollTo(0, 0));
+await picture('phone');
+expectClean(plain, links.plain);
+await plain.close();
+
+// Over TLS: the camera view, the position, and the page without a network.
+const secure = await openBrowser({
+  ...phone,
+  more: ['--ignore-certificate-errors', '--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream', `--use-file-for-fake-video-capture=${film}`],
+});
+const taken = secure.page;
+await taken.context().grantPermissions(['geolocation', 'camera'], { origin: new URL(links.secure).origin });
+await taken.context().setGeolocation({ latitude: 47.5, longitude: 8.25, accuracy: 4 });
+await taken.goto(links.secure);
+await secure.until('the phone is let in', (s) => s.photos.length === 0);
+await taken.locator('#position').check();
+await taken.waitForFunction(() => window.skein.page.place.position !== null);
+await taken.locator('#open_camera').click();
+await secure.until('the camera is open', (s) => s.camera);
+await taken.waitForFunction(() => document.getElementById('video').videoWidth > 0);
+await taken.locator('#shutter').click();
+let s = await secure.until('a photo of the camera is received', (now) => now.counts.received === 1);
+assert.deepEqual(s.photos[0].gps.slice(0, 2), [47.5, 8.25]);
+await taken.locator('#burst').click();
+s = await secure.until('a series takes photos by itself', (now) => now.counts.taken >= 3);
+await taken.locator('#burst').click();
+await picture('phone_camera', taken);
+await taken.locator('#close_camera').click();
+await secure.until('all of them are received', (now) => now.counts.received === now.counts.taken && now.adding === 0);
+told(`camera-${s.photos[0].sha}`);
+const hasWorker = await taken.evaluate(() => navigator.serviceWorker.ready.then(() => true));
+assert.ok(hasWorker);
+await taken.reload(); // the worker has the page from here on
+await secure.until('the page is back', (now) => now.photos.length >= 3);
+await taken.context().setOffline(true);
+await taken.reload();
+s = await secure.until('the page opens without a network', (now) => now.photos.length >= 3);
+await taken.context().setOffline(false);
+expectClean(secure, links.secure);
+await secure.close();
+
+// Somebody who looks.
+const viewer = await openBrowser({ more: ['--ignore-certificate-errors'] });
+await viewer.page.goto(links.viewer);
+s = await viewer.until("the phone's photos are cameras in the view", (now) => now.connected && now.cameras.length >= 8);
+await viewer.page.goto(links.expired);
+await viewer.page.locator('#empty').filter({ hasText: 'has expired' }).waitFor();
+expectClean(viewer, links.viewer);
+await viewer.close();
+console.log(`8 photos by the file input, ${photos.length} asked; first load ${firstLoad.bytes} bytes, ${firstLoad.ms} ms until the phone is let in; ${s.cameras.length} cameras in the view`);

@@ -1,0 +1,312 @@
+// The phone's page: takes photos, keeps them, sends them, and tells of each what became of it.
+import { enter } from '../enter.js';
+import { byId, h, keyed, setText } from '../ui/dom.js';
+import { bytes as size, explain, groups, plural } from '../words.js';
+import { Camera } from './camera.js';
+import { gpsOf, Place } from './place.js';
+import { Queue } from './queue.js';
+import { hashOf } from './sha256.js';
+import { hasArrived, Uploader } from './uploader.js';
+
+const kShown = 120;
+const kThumbnailPx = 240;
+const kNewestMs = 60000; // a photo of the file input that was made within this time was made here
+const kRetryMs = 3000;
+
+const kWords = {
+  queued: ['On this phone', 'waits to be sent'],
+  sending: ['Sending', ''],
+  received: ['Received', 'waits to be taken in'],
+  waiting: ['Received', 'its place is being looked for'],
+  placed: ['Placed', 'in the map'],
+};
+
+class PhonePage {
+  constructor() {
+    this.place = new Place();
+    this.camera = new Camera({
+      place: this.place,
+      take: (blob, name, time) => this.add(blob, name, time, this.place.at(time)),
+      said: () => this.show(),
+    });
+    this.urls = new Map(); // sha -> object URL of its thumbnail
+    this.connection = { ok: false, why: '' };
+    this.adding = 0;
+    this.problem = '';
+    this.wakeLock = null;
+  }
+
+  async start() {
+    if ('serviceWorker' in navigator && isSecureContext) navigator.serviceWorker.register('/phone_worker.js').catch(() => {});
+    this.wire();
+    await this.join();
+  }
+
+  // The server may be away: the photos of the last session are here, and may be added to.
+  async join() {
+    try {
+      const refusal = await enter();
+      const answer = await fetch('/api/session', { cache: 'no-store' });
+      if (answer.status === 401 || answer.status === 403 || refusal) {
+        const told = refusal || (await answer.json()).error;
+        this.showDoor(told);
+        if (!this.queue) return;
+      }
+      if (!answer.ok) throw new Error(String(answer.status));
+      const session = await answer.json();
+      remember({ id: session.session_id, folder: session.folder, name: session.visitor?.name ?? '', addresses: session.addresses ?? null });
+    } catch {
+      if (!remembered()) {
+        this.showDoor('The server cannot be reached. Is this phone in its network?');
+        setTimeout(() => this.join(), kRetryMs);
+        return;
+      }
+    }
+    await this.open(remembered());
+  }
+
+  async open(session) {
+    byId('door').hidden = true;
+    byId('page').hidden = false;
+    this.session = session;
+    setText(byId('folder'), session.folder);
+    setText(byId('agent'), session.name);
+    this.showSecure();
+    try {
+      this.queue = await Queue.open(session.id);
+    } catch (error) {
+      this.problem = `This browser keeps nothing (${error.message}): leave its private mode.`;
+      this.show();
+      return;
+    }
+    globalThis.navigator.storage?.persist?.();
+    this.uploader = new Uploader({
+      queue: this.queue,
+      on: { changed: () => this.soon(), connection: (c) => this.setConnection(c) },
+    });
+    this.show();
+    this.uploader.start();
+  }
+
+  wire() {
+    for (const id of ['take', 'choose']) {
+      byId(id).addEventListener('change', async (e) => {
+        const files = [...e.target.files];
+        e.target.value = '';
+        await this.addFiles(files);
+      });
+    }
+    byId('open_camera').addEventListener('click', async () => {
+      try {
+        await this.camera.start();
+        this.keepAwake();
+      } catch (error) {
+        this.problem = error.name === 'NotAllowedError' ? 'The browser may not use the camera: allow it for this page.' : `No camera: ${error.message}`;
+      }
+      this.show();
+    });
+    byId('close_camera').addEventListener('click', () => this.camera.stop());
+    byId('shutter').addEventListener('click', () => this.camera.shoot());
+    byId('burst').addEventListener('click', () => this.camera.setBurst(!this.camera.burst));
+    byId('position').addEventListener('change', (e) => {
+      if (e.target.checked) this.place.start((why) => setText(byId('position_note'), why));
+      else this.place.stop();
+    });
+    byId('retry').addEventListener('click', () => this.uploader?.retryNow());
+    addEventListener('online', () => this.uploader?.retryNow());
+    addEventListener('hashchange', () => location.reload());
+    document.addEventListener('visibilitychange', () => {
+      if (document.hidden) return;
+      this.keepAwake();
+      if (!this.connection.ok) this.uploader?.retryNow();
+    });
+    addEventListener('beforeunload', (e) => {
+      if (this.adding > 0) e.preventDefault();
+    });
+  }
+
+  async addFiles(files) {
+    this.adding += files.length;
+    this.show();
+    for (const file of files) {
+      const taken = file.lastModified || Date.now();
+      const place = Math.abs(Date.now() - taken) < kNewestMs ? this.place.at(Date.now()) : null;
+      // iOS calls each photo of its camera image.jpg.
+      const name = /^image\.jpe?g$/i.test(file.name) ? `image-${taken}.jpg` : file.name;
+      await this.add(file, name, taken, place);
+      this.adding--;
+      this.show();
+    }
+  }
+
+  // Kept on this phone when it ends.
+  async add(blob, name, time, place) {
+    try {
+      if (blob.size === 0) throw new Error('it is empty');
+      const sha = await hashOf(blob);
+      const known = this.queue.photos.get(sha);
+      if (known) {
+        this.problem = `${known.name} is here already.`;
+        return;
+      }
+      const thumbnail = await thumbnailOf(blob).catch(() => null);
+      // Bytes of their own: a file may change or vanish.
+      const bytes = new Blob([await blob.arrayBuffer()], { type: blob.type });
+      await this.queue.add({
+        sha, name: name.slice(0, 200), size: blob.size, taken: Math.round(time * 1000), gps: gpsOf(place), added: Date.now() + this.queue.photos.size / 1e6,
+        state: 'queued', reason: '', image: 0, offset: 0, thumbnail,
+      }, bytes);
+      this.problem = '';
+    } catch (error) {
+      this.problem = error.name === 'QuotaExceededError'
+        ? 'This phone is full: the photo was not kept. Let those that wait be sent first.'
+        : `${name} was not kept: ${error.message}`;
+    }
+    this.show();
+    this.uploader.pump();
+    this.keepAwake();
+  }
+
+  // The screen stays on while photos are taken or sent.
+  async keepAwake() {
+    const wanted = !document.hidden && (this.camera.open || this.numUnsent() > 0);
+    if (!wanted || this.wakeLock || !navigator.wakeLock) return;
+    try {
+      this.wakeLock = await navigator.wakeLock.request('screen');
+      this.wakeLock.addEventListener('release', () => { this.wakeLock = null; });
+    } catch {
+      this.wakeLock = null;
+    }
+  }
+
+  numUnsent() {
+    return this.queue ? [...this.queue.photos.values()].filter((p) => p.state === 'queued' || p.state === 'sending').length : 0;
+  }
+
+  setConnection(connection) {
+    this.connection = connection;
+    if (connection.stopped) this.showDoor(connection.why);
+    this.soon();
+  }
+
+  soon() {
+    this.frame ??= setTimeout(() => {
+      this.frame = null;
+      this.show();
+    }, 60);
+  }
+
+  counts() {
+    const photos = this.queue ? [...this.queue.photos.values()] : [];
+    return {
+      taken: photos.length, received: photos.filter(hasArrived).length, placed: photos.filter((p) => p.state === 'placed').length,
+    };
+  }
+
+  show() {
+    const counts = this.counts();
+    for (const [key, n] of Object.entries(counts)) setText(byId(`count_${key}`), groups(n));
+    const unsent = this.numUnsent();
+    if (unsent === 0 && !this.camera.open) this.wakeLock?.release();
+    const words = this.problem || (this.adding > 0 ? `${plural(this.adding, 'photo')} being kept…` : this.connectionWords(unsent));
+    setText(byId('note'), words);
+    byId('note').classList.toggle('bad', Boolean(this.problem) || (!this.connection.ok && unsent > 0));
+    byId('retry').hidden = this.connection.ok || unsent === 0;
+    byId('open_camera').hidden = !Camera.possible || this.camera.open;
+    const photos = this.queue ? [...this.queue.photos.values()].reverse() : [];
+    byId('none').hidden = photos.length > 0;
+    keyed(byId('photos'), photos.slice(0, kShown), (p) => p.sha, (p) => this.makeTile(p), (tile, p) => this.updateTile(tile, p));
+    setText(byId('more'), photos.length > kShown ? `And ${groups(photos.length - kShown)} earlier ones.` : '');
+  }
+
+  connectionWords(unsent) {
+    if (this.connection.ok) return unsent > 0 ? `Sending: ${plural(unsent, 'photo')} to go.` : 'Everything is sent.';
+    if (this.connection.why) return `Waiting: ${this.connection.why}.`;
+    return unsent > 0 ? `No connection: ${plural(unsent, 'photo')} wait on this phone and go on by themselves.` : 'No connection.';
+  }
+
+  makeTile(photo) {
+    const picture = photo.thumbnail
+      ? h('img', { src: this.urlOf(photo), alt: '', width: 120, height: 120, decoding: 'async' })
+      : h('span', { className: 'no_picture', 'aria-hidden': 'true' }, 'no picture');
+    return h('li', {}, h('div', { className: 'tile' }, picture, h('span', { className: 'mark', 'aria-hidden': 'true' })),
+      h('b'), h('span', { className: 'what' }), h('small'));
+  }
+
+  updateTile(tile, photo) {
+    const [word, what, help] = wordsOf(photo);
+    tile.className = `photo ${photo.state}`;
+    tile.title = `${photo.name}, ${size(photo.size)}`;
+    const [, name, whatLine, helpLine] = tile.children;
+    setText(name, word);
+    setText(whatLine, what);
+    setText(helpLine, help);
+  }
+
+  urlOf(photo) {
+    if (!this.urls.has(photo.sha)) this.urls.set(photo.sha, URL.createObjectURL(photo.thumbnail));
+    return this.urls.get(photo.sha);
+  }
+
+  showDoor(why) {
+    byId('door').hidden = false;
+    byId('page').hidden = !this.queue;
+    setText(byId('door_note'), why[0].toUpperCase() + why.slice(1) + (/[.!?]$/.test(why) ? '' : '.'));
+  }
+
+  // What a page without TLS lacks, and how to get it.
+  showSecure() {
+    const { addresses } = this.session;
+    byId('position_part').hidden = !this.place.possible;
+    byId('secure').hidden = !addresses || (isSecureContext && location.protocol === 'https:' && Camera.possible);
+    if (!addresses) return;
+    byId('secure_link').href = `${addresses.secure}/phone`;
+    setText(byId('secure_link'), addresses.secure);
+    setText(byId('fingerprint'), addresses.fingerprint);
+    byId('certificate').href = '/skein.crt';
+  }
+
+  describe() {
+    return {
+      counts: this.counts(), connection: this.connection, adding: this.adding, problem: this.problem, camera: this.camera.open, awake: Boolean(this.wakeLock),
+      photos: this.queue ? [...this.queue.photos.values()].map(({ sha, name, state, reason, image, gps, size: n, offset }) => ({ sha, name, state, reason, image, gps, size: n, offset })) : [],
+    };
+  }
+}
+
+// [word, what, what to do]
+function wordsOf(photo) {
+  if (photo.state === 'sending' && photo.offset > 0) return ['Sending', `${Math.floor((100 * photo.offset) / photo.size)} %`, ''];
+  if (photo.state === 'received' && photo.reason) return ['Received', photo.reason, ''];
+  const known = kWords[photo.state];
+  if (known) return [...known, ''];
+  const { what, help } = explain(photo.reason);
+  return [{ refused: 'Refused', lost: 'Lost', failed: 'Failed' }[photo.state] ?? 'Not placed', what, help];
+}
+
+async function thumbnailOf(blob) {
+  const picture = await createImageBitmap(blob, { imageOrientation: 'from-image' });
+  const side = Math.min(picture.width, picture.height);
+  const canvas = h('canvas', { width: kThumbnailPx, height: kThumbnailPx });
+  canvas.getContext('2d').drawImage(picture, (picture.width - side) / 2, (picture.height - side) / 2, side, side, 0, 0, kThumbnailPx, kThumbnailPx);
+  picture.close();
+  return new Promise((resolve) => canvas.toBlob(resolve, 'image/jpeg', 0.7));
+}
+
+const kRemembered = 'skein.phone';
+function remember(session) {
+  localStorage.setItem(kRemembered, JSON.stringify(session));
+}
+function remembered() {
+  return JSON.parse(localStorage.getItem(kRemembered) ?? 'null');
+}
+
+const dark = matchMedia('(prefers-color-scheme: dark)');
+const applyTheme = () => { document.documentElement.dataset.theme = dark.matches ? 'dark' : 'light'; };
+dark.addEventListener('change', applyTheme);
+applyTheme();
+const page = new PhonePage();
+page.start();
+
+// For tests and the browser's console.
+window.skein = { state: () => page.describe(), page };

@@ -1,0 +1,42 @@
+// The dialog that lets a phone or another person in: a QR code and its link.
+import { byId, h, iconButton, svg } from './dom.js';
+
+const kQuiet = 4; // modules, as the standard has it
+
+function qrCode(rows) {
+  const size = rows.length + 2 * kQuiet;
+  const path = rows.flatMap((row, y) => [...row].flatMap((c, x) => (c === '1' ? [`M${x + kQuiet} ${y + kQuiet}h1v1h-1z`] : []))).join('');
+  return svg('svg', { viewBox: `0 0 ${size} ${size}`, class: 'qr', role: 'img', 'aria-label': 'QR code of the link' },
+    svg('rect', { width: size, height: size, fill: '#fff' }), svg('path', { d: path, fill: '#000' }));
+}
+
+const kRoles = {
+  agent: ['A phone that takes photos', 'It opens a page that takes photos and sends them to this session.'],
+  viewer: ['Somebody who looks', 'This view, on another screen.'],
+};
+
+export function showInvite() {
+  const dialog = byId('dialog');
+  dialog.className = 'narrow';
+  const result = h('div', { className: 'invitation', role: 'status' });
+  const make = async (role) => {
+    result.replaceChildren(h('p', { className: 'muted' }, 'Making an invitation…'));
+    try {
+      const answer = await fetch('/api/invitations', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ role }) });
+      const made = await answer.json();
+      if (!answer.ok) throw new Error(made.error);
+      const shown = made.plain ?? made.secure;
+      result.replaceChildren(
+        h('p', {}, `For ${made.name}. ${kRoles[role][1]} Whoever has the link has the role: give each phone one of its own.`),
+        qrCode(shown.qr), h('p', {}, h('code', {}, shown.link)),
+        made.plain && h('p', { className: 'muted' }, 'Encrypted, with a warning of the browser to pass once: ', h('code', {}, made.secure.link)));
+    } catch (error) {
+      result.replaceChildren(h('p', {}, `No invitation was made: ${error.message}.`));
+    }
+  };
+  dialog.replaceChildren(
+    h('div', { className: 'head_row' }, h('h2', { id: 'dialog_title' }, 'Invite'), iconButton('close', 'Close', () => dialog.close())),
+    h('div', { className: 'invite_roles' }, Object.entries(kRoles).map(([role, [label]]) => h('button', { type: 'button', className: 'download', onclick: () => make(role) }, label))),
+    result);
+  dialog.showModal();
+}
