@@ -32,6 +32,9 @@ inline void Need(bool done) {
 // A random serial number, of 127 bits.
 void SetSerialNumber(X509* certificate);
 
+// The private key belongs to the public one beside it.
+bool IsKeyPair(EVP_PKEY* key);
+
 // As PEM or DER.
 std::string TextOf(BIO* bio);
 Bytes DerOf(X509* certificate);

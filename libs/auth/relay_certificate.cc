@@ -53,13 +53,6 @@ Result<RelayCertificate> Create(const std::string& dir) {
   return made;
 }
 
-// The private key belongs to the public one beside it.
-bool IsPair(EVP_PKEY* key) {
-  const std::unique_ptr<EVP_PKEY_CTX, decltype(&::EVP_PKEY_CTX_free)> context(
-      ::EVP_PKEY_CTX_new(key, nullptr), &::EVP_PKEY_CTX_free);
-  return context && ::EVP_PKEY_pairwise_check(context.get()) == 1;
-}
-
 Result<RelayCertificate> Read(const std::string& dir) {
   const Result<Bytes> bytes = ReadFile(PemPath(dir));
   if (!bytes.ok()) return bytes.status();
@@ -69,7 +62,8 @@ Result<RelayCertificate> Read(const std::string& dir) {
   const CertificatePtr certificate(::PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr));
   const KeyPtr key(certificate ? ::PEM_read_bio_PrivateKey(in.get(), nullptr, nullptr, nullptr)
                                : nullptr);
-  if (!key || !IsPair(key.get()) || ::X509_check_private_key(certificate.get(), key.get()) != 1 ||
+  if (!key || !IsKeyPair(key.get()) ||
+      ::X509_check_private_key(certificate.get(), key.get()) != 1 ||
       ::X509_verify(certificate.get(), key.get()) != 1) {
     return DataLoss(PemPath(dir) +
                     " is damaged; restore it, or delete it for a new one: invitations with the old "
@@ -107,6 +101,12 @@ Bytes DerOf(X509* certificate) {
   uint8_t* at = der.data();
   ::i2d_X509(certificate, &at);
   return der;
+}
+
+bool IsKeyPair(EVP_PKEY* key) {
+  const std::unique_ptr<EVP_PKEY_CTX, decltype(&::EVP_PKEY_CTX_free)> context(
+      ::EVP_PKEY_CTX_new(key, nullptr), &::EVP_PKEY_CTX_free);
+  return context && ::EVP_PKEY_pairwise_check(context.get()) == 1;
 }
 
 std::string CertificatePin(const Bytes& der) {

@@ -48,6 +48,13 @@ Result<RevokedNames> ReadRevokedNames(const std::string& dir) {
   return names;
 }
 
+Status RequireUnrevoked(const std::string& dir, const std::string& name) {
+  const Result<RevokedNames> revoked = ReadRevokedNames(dir);
+  if (!revoked.ok()) return revoked.status();
+  if (revoked->count(name) == 0) return Status::Ok();
+  return InvalidArgument("\"" + name + "\" was revoked: give the next one another name");
+}
+
 Status RevokeName(const std::string& dir, const std::string& name) {
   if (HasCredentialOf(dir, name)) {
     return InvalidArgument("\"" + name + "\" is a process of this host, no invitation");

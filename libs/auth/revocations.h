@@ -18,6 +18,9 @@ using RevokedNames = std::set<std::string>;
 // `dir` is the folder keys/. Empty where nothing was revoked.
 Result<RevokedNames> ReadRevokedNames(const std::string& dir);
 
+// OK for a name that may be invited. An error says why not, also where nobody can know.
+Status RequireUnrevoked(const std::string& dir, const std::string& name);
+
 // From now on. Fails for the name of a process of this host, whose credential is in the folder.
 Status RevokeName(const std::string& dir, const std::string& name);
 

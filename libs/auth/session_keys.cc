@@ -10,6 +10,7 @@
 #include "auth/keys_file.h"
 #include "auth/relay_certificate.h"
 #include "auth/revocations.h"
+#include "auth/web_certificate.h"
 #include "core/file.h"
 #include "core/folder.h"
 #include "core/hash.h"
@@ -128,8 +129,8 @@ Status MakeKeysFolder(const std::string& dir) {
 }
 
 bool HasCredentialOf(const std::string& dir, const std::string& name) {
-  constexpr Role kRoles[] = {Role::kIngest, Role::kWorker, Role::kAgent, Role::kOperator,
-                             Role::kViewer};
+  constexpr Role kRoles[] = {Role::kIngest,   Role::kWorker, Role::kAgent,
+                             Role::kOperator, Role::kViewer, Role::kWeb};
   return std::any_of(std::begin(kRoles), std::end(kRoles),
                      [&](Role role) { return Exists(CredentialPath(dir, role, name)); });
 }
@@ -151,11 +152,7 @@ Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string&
   const FolderLock lock(dir);
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) return root.status();
-  const Result<RevokedNames> revoked = ReadRevokedNames(dir);
-  if (!revoked.ok()) return revoked.status();
-  if (revoked->count(name) > 0) {
-    return InvalidArgument("\"" + name + "\" was revoked: give the next one another name");
-  }
+  if (Status status = RequireUnrevoked(dir, name); !status) return status;
   return SessionAccess{{session_id, root->public_key()},
                        IssueCredential(*root, session_id, role, name, expires_s),
                        {}};
@@ -187,6 +184,7 @@ std::vector<KeysDamage> CheckSessionKeys(const std::string& dir, const std::stri
   if (!ReadRevokedNames(dir).ok()) damage.push_back({"revoked", true, false});
   if (!ReadCounters(dir).ok()) damage.push_back({"counters", false, true});
   if (ReadRelayPin(dir).code() == StatusCode::kDataLoss) damage.push_back({"relay.pem"});
+  if (CheckWebCertificate(dir).code == StatusCode::kDataLoss) damage.push_back({"web.pem"});
   for (const std::filesystem::path& file : FilesUnder(dir)) {
     if (file.extension() != kCredentialSuffix || !root.ok()) continue;
     if (!IsSoundCredential(file, {session_id, root->public_key()})) {

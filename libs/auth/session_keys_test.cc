@@ -7,6 +7,7 @@
 
 #include "auth/relay_certificate.h"
 #include "auth/revocations.h"
+#include "auth/web_certificate.h"
 #include "core/file.h"
 #include "core/folder.h"
 #include "testing/test_folder.h"
@@ -15,6 +16,7 @@ namespace skein {
 namespace {
 
 constexpr char kSession[] = "0123456789abcdef";
+constexpr int64_t kNowS = 1'800'000'000;
 
 class SessionKeysTest : public testing::Test {
  protected:
@@ -66,6 +68,7 @@ TEST_F(SessionKeysTest, EveryFlippedBitIsFound) {
   ASSERT_TRUE(SaveCounters(dir_, counters).ok());
   ASSERT_TRUE(RevokeName(dir_, "alice").ok());
   ASSERT_TRUE(OpenRelayCertificate(dir_).ok());
+  const std::string fingerprint = OpenWebCertificate(dir_, {"laptop"}, kNowS)->fingerprint;
   const std::string pin = *ReadRelayPin(dir_);
   ASSERT_TRUE(CheckSessionKeys(dir_, kSession).empty());
   for (const std::filesystem::path& file : FilesUnder(dir_)) {
@@ -75,7 +78,9 @@ TEST_F(SessionKeysTest, EveryFlippedBitIsFound) {
       damaged[i] ^= static_cast<uint8_t>(1 << i % 8);
       ASSERT_TRUE(WriteSecretFile(file.string(), damaged.data(), damaged.size()).ok());
       if (!CheckSessionKeys(dir_, kSession).empty()) continue;
-      EXPECT_TRUE(file.filename() == "relay.pem" && *ReadRelayPin(dir_) == pin)
+      EXPECT_EQ(file.extension(), ".pem") << file << " at " << i;
+      EXPECT_EQ(*ReadRelayPin(dir_), pin) << file << " at " << i;
+      EXPECT_EQ(OpenWebCertificate(dir_, {"laptop"}, kNowS)->fingerprint, fingerprint)
           << file << " at " << i;
     }
     ASSERT_TRUE(WriteSecretFile(file.string(), whole.data(), whole.size()).ok());

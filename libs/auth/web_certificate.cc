@@ -138,6 +138,38 @@ bool HoldsFor(X509* certificate, const std::vector<std::string>& names, int64_t 
   });
 }
 
+struct StoredWebCertificate {
+  CertificatePtr certificate;
+  KeyPtr key;
+  CertificatePtr issuer;
+};
+
+// Each of its parts belongs to the next, so that a changed letter is found.
+Result<StoredWebCertificate> ReadWebCertificate(const std::string& dir) {
+  struct stat info {};
+  if (::stat(WebPemPath(dir).c_str(), &info) != 0) return NotFound(WebPemPath(dir) + " is missing");
+  const Result<Bytes> bytes = ReadFile(WebPemPath(dir));
+  if (!bytes.ok()) return bytes.status();
+  const BioPtr in(::BIO_new_mem_buf(bytes->data(), static_cast<int>(bytes->size())));
+  Need(in != nullptr);
+  StoredWebCertificate stored;
+  stored.certificate.reset(::PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr));
+  if (stored.certificate) {
+    stored.key.reset(::PEM_read_bio_PrivateKey(in.get(), nullptr, nullptr, nullptr));
+  }
+  if (stored.key) stored.issuer.reset(::PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr));
+  X509* issuer = stored.issuer.get();
+  if (issuer == nullptr || !IsKeyPair(stored.key.get()) ||
+      ::X509_check_private_key(stored.certificate.get(), stored.key.get()) != 1 ||
+      ::X509_verify(stored.certificate.get(), ::X509_get0_pubkey(issuer)) != 1 ||
+      ::X509_verify(issuer, ::X509_get0_pubkey(issuer)) != 1) {
+    return DataLoss(WebPemPath(dir) +
+                    " is damaged; restore it, or delete it for a new one: phones that installed "
+                    "the old one install the new one then");
+  }
+  return stored;
+}
+
 }  // namespace
 
 Result<WebCertificate> OpenWebCertificate(const std::string& dir,
@@ -145,25 +177,14 @@ Result<WebCertificate> OpenWebCertificate(const std::string& dir,
   if (names.empty()) throw std::invalid_argument("a certificate is for one name or more");
   if (Status status = MakeKeysFolder(dir); !status) return status;
   const FolderLock lock(dir);
-  struct stat info {};
-  if (::stat(WebPemPath(dir).c_str(), &info) != 0) return CreateWebCertificate(dir, names, now_s);
-  const Result<Bytes> bytes = ReadFile(WebPemPath(dir));
-  if (!bytes.ok()) return bytes.status();
-  const BioPtr in(::BIO_new_mem_buf(bytes->data(), static_cast<int>(bytes->size())));
-  Need(in != nullptr);
-  const CertificatePtr certificate(::PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr));
-  const KeyPtr key(certificate ? ::PEM_read_bio_PrivateKey(in.get(), nullptr, nullptr, nullptr)
-                               : nullptr);
-  const CertificatePtr issuer(key ? ::PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr)
-                                  : nullptr);
-  if (!issuer || ::X509_check_private_key(certificate.get(), key.get()) != 1 ||
-      ::X509_verify(certificate.get(), ::X509_get0_pubkey(issuer.get())) != 1) {
-    return DataLoss(WebPemPath(dir) +
-                    " is damaged; restore it, or delete it for a new one: phones that installed "
-                    "the old one install the new one then");
+  const Result<StoredWebCertificate> stored = ReadWebCertificate(dir);
+  if (!stored.ok() && stored.code() != StatusCode::kNotFound) return stored.status();
+  if (!stored.ok() || !HoldsFor(stored->certificate.get(), names, now_s)) {
+    return CreateWebCertificate(dir, names, now_s);
   }
-  if (!HoldsFor(certificate.get(), names, now_s)) return CreateWebCertificate(dir, names, now_s);
-  return Assembled(certificate.get(), key.get(), issuer.get());
+  return Assembled(stored->certificate.get(), stored->key.get(), stored->issuer.get());
 }
+
+Status CheckWebCertificate(const std::string& dir) { return ReadWebCertificate(dir).status(); }
 
 }  // namespace skein

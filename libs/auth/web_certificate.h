@@ -31,4 +31,7 @@ inline constexpr int kWebCertificateDays = 397;
 Result<WebCertificate> OpenWebCertificate(const std::string& dir,
                                           const std::vector<std::string>& names, int64_t now_s);
 
+// DataLoss: keys/web.pem is damaged. NotFound: there is none.
+Status CheckWebCertificate(const std::string& dir);
+
 }  // namespace skein

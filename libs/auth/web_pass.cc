@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "auth/revocations.h"
 #include "auth/session_keys.h"
 
 namespace skein {
@@ -55,6 +56,7 @@ Result<std::string> IssueWebPass(const std::string& keys_dir, const std::string&
   if (pass.name.empty() || pass.name.size() > kMaxCertifiedName || !IsBrowserRole(pass.role)) {
     throw std::invalid_argument("a pass is for an agent, operator or viewer with a name");
   }
+  if (Status status = RequireUnrevoked(keys_dir, pass.name); !status) return status;
   const Result<Signature> signature = SignAsRoot(keys_dir, SignedPass(pass, session_id));
   if (!signature.ok()) return signature.status();
   Bytes bytes = PassClaims(pass);

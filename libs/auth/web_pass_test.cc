@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "auth/revocations.h"
 #include "auth/session_keys.h"
 #include "testing/test_folder.h"
 
@@ -37,6 +38,12 @@ TEST_F(WebPassTest, EndsWhenItExpires) {
   const auto expired = OpenWebPass(text, trust_, kNowS + 60);
   EXPECT_FALSE(expired.ok());
   EXPECT_NE(expired.error().find("ask for another"), std::string::npos);
+}
+
+TEST_F(WebPassTest, IsIssuedToNobodyWhoWasRevoked) {
+  ASSERT_TRUE(RevokeName(dir_, "anna").ok());
+  EXPECT_NE(IssueWebPass(dir_, kSession, {Role::kAgent, "anna", 0}).error().find("was revoked"),
+            std::string::npos);
 }
 
 TEST_F(WebPassTest, IsOfOneSession) {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "auth/web_pass.h"
-
 namespace skein {
 namespace {
 
@@ -29,11 +27,19 @@ std::string CookieOf(const std::string& cookies, const std::string& name) {
 
 }  // namespace
 
+Result<WebPass> Guests::Open(const std::string& text, int64_t now_s) const {
+  Result<WebPass> pass = OpenWebPass(text, trust_, now_s);
+  if (!pass.ok() || !is_revoked_) return pass;
+  const std::lock_guard lock(mutex_);
+  if (is_revoked_(pass->name)) return InvalidArgument("this invitation was revoked");
+  return pass;
+}
+
 Visitor Guests::Find(const std::string& cookies, int64_t now_s) const {
   Visitor visitor;
   const std::string text = CookieOf(cookies, CookieName());
   if (text.empty()) return visitor;
-  const Result<WebPass> pass = OpenWebPass(text, trust_, now_s);
+  const Result<WebPass> pass = Open(text, now_s);
   if (!pass.ok()) return visitor;
   visitor.role = pass->role;
   visitor.name = pass->name;
@@ -46,16 +52,15 @@ HttpResponse Guests::Enter(const std::string& body, bool is_encrypted, int64_t n
     return HttpError(400, "give {\"pass\": \"...\"}");
   }
   const std::string text = said["pass"];
-  const Result<WebPass> pass = OpenWebPass(text, trust_, now_s);
+  const Result<WebPass> pass = Open(text, now_s);
   if (!pass.ok()) return HttpError(401, pass.error());
   const int64_t left_s = pass->expires_s == 0 ? kLongestCookieS : pass->expires_s - now_s;
-  HttpResponse response =
-      JsonResponse(json({{"role", RoleName(pass->role)}, {"name", pass->name}})
-                       .dump(-1, ' ', false, json::error_handler_t::replace));
-  response.fields.emplace_back(
-      "Set-Cookie", CookieName() + "=" + text + "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
-                        std::to_string(std::min(left_s, kLongestCookieS)) +
-                        (is_encrypted ? "; Secure" : ""));
+  HttpResponse response = JsonResponse(json({{"role", RoleName(pass->role)}, {"name", pass->name}})
+                                           .dump(-1, ' ', false, json::error_handler_t::replace));
+  response.fields.emplace_back("Set-Cookie", CookieName() + "=" + text +
+                                                 "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
+                                                 std::to_string(std::min(left_s, kLongestCookieS)) +
+                                                 (is_encrypted ? "; Secure" : ""));
   return response;
 }
 

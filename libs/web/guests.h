@@ -1,18 +1,25 @@
 // Who comes by a public port: a pass (auth/web_pass.h) in a cookie that scripts cannot read.
 #pragma once
 
+#include <functional>
+#include <mutex>
 #include <string>
 
 #include "auth/certificate.h"
+#include "auth/web_pass.h"
 #include "core/result.h"
 #include "web/http.h"
 
 namespace skein {
 
+using IsRevoked = std::function<bool(const std::string& name)>;
+
 // Keeps nothing: the cookie is the pass. Any thread.
 class Guests {
  public:
-  explicit Guests(SessionTrust trust) : trust_(std::move(trust)) {}
+  // `is_revoked`: whose pass counts no more, by its name; called by one thread at a time.
+  Guests(SessionTrust trust, IsRevoked is_revoked)
+      : trust_(std::move(trust)), is_revoked_(std::move(is_revoked)) {}
 
   // By the Cookie header, "" if there is none.
   Visitor Find(const std::string& cookies, int64_t now_s) const;
@@ -23,7 +30,11 @@ class Guests {
  private:
   std::string CookieName() const { return "skein_" + trust_.session_id; }
 
+  Result<WebPass> Open(const std::string& text, int64_t now_s) const;
+
   const SessionTrust trust_;
+  mutable std::mutex mutex_;
+  const IsRevoked is_revoked_;  // under mutex_
 };
 
 }  // namespace skein

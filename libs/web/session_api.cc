@@ -15,6 +15,7 @@
 #include "export/temporary_folder.h"
 #include "formats/formats.h"
 #include "ledger/fact_ids.h"
+#include "session/diagnosis.h"
 #include "transport/invitation.h"
 #include "web/events.h"
 #include "web/qr_code.h"
@@ -101,18 +102,6 @@ void GetCertificate(const PublicAddresses& addresses, const Respond& respond) {
   respond(std::move(response));
 }
 
-// Why a photo that was matched is in no map; "" while its turn is still to come.
-std::string WhyNotPlaced(const SessionState& state, const PhotoState& photo) {
-  if (photo.features_seq > 0 && photo.features.num_keypoints == 0) return "no features";
-  if (photo.matches_seq == 0) return "";
-  const int64_t image_id = photo.image.image_id;
-  for (const auto& [id, submap] : state.submaps()) {
-    const auto trial = submap.ended ? submap.photos.end() : submap.photos.find(image_id);
-    if (trial != submap.photos.end() && !submap.IsRegistered(image_id)) return trial->second.reason;
-  }
-  return state.covisibility().EdgesOf(image_id).empty() ? "no photo overlaps it" : "";
-}
-
 // What the ledger says of a photo that an agent sent; null: nothing.
 json LedgerState(const SessionRecord& session, const std::string& agent, const std::string& name,
                  const std::string& blob_id) {
@@ -129,11 +118,14 @@ json LedgerState(const SessionRecord& session, const std::string& agent, const s
   if (is_own) state["image"] = image_id;
   if (session.state.IsRegistered(image_id)) {
     state["state"] = "placed";
-  } else if (photo->failed()) {
-    state.update({{"state", "failed"}, {"reason", photo->failed_reason}});
-  } else if (const std::string why = WhyNotPlaced(session.state, *photo); !why.empty()) {
-    state.update({{"state", "unplaced"}, {"reason", why}});
+    return state;
   }
+  const Diagnosis diagnosis = Diagnose(session.state, *photo);
+  if (diagnosis.cause == Diagnosis::Cause::kWaiting) return state;
+  const bool has_failed = diagnosis.cause == Diagnosis::Cause::kFailed;
+  state.update({{"state", has_failed ? "failed" : "unplaced"},
+                {"reason", diagnosis.what},
+                {"remedy", diagnosis.remedy}});
   return state;
 }
 
@@ -233,21 +225,20 @@ void SessionApi::GetUploadStates(const HttpRequest& request, const Respond& resp
   const json asked = json::parse(request.body, nullptr, false);
   if (!asked.is_object() || !asked.contains("photos") || !asked["photos"].is_array() ||
       asked["photos"].size() > kMaxStates) {
-    return respond(HttpError(400, "give {\"photos\": [[SHA256, name], ...]}, at most " +
-                                      std::to_string(kMaxStates)));
+    return respond(HttpError(
+        400, "give {\"photos\": [[SHA256, name], ...]}, at most " + std::to_string(kMaxStates)));
   }
   const std::string& agent = request.visitor.name;
   std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
   const std::string wait_reason = source_.uploads->WaitReason(agent);
   json states = json::array();
   for (const json& photo : asked["photos"]) {
-    const bool is_pair = photo.is_array() && photo.size() == 2 && photo[0].is_string() &&
-                         photo[1].is_string();
+    const bool is_pair =
+        photo.is_array() && photo.size() == 2 && photo[0].is_string() && photo[1].is_string();
     if (!is_pair) return respond(HttpError(400, "a photo is [SHA256, name]"));
     const std::string blob_id = photo[0], name = photo[1];
-    json state = view_.With([&](const SessionRecord& session) {
-      return LedgerState(session, agent, name, blob_id);
-    });
+    json state = view_.With(
+        [&](const SessionRecord& session) { return LedgerState(session, agent, name, blob_id); });
     const auto progress = here.find(blob_id);
     if (state.is_null() && progress != here.end()) {
       state = progress->second.is_stored
@@ -262,8 +253,9 @@ void SessionApi::GetUploadStates(const HttpRequest& request, const Respond& resp
 
 void SessionApi::Invite(const HttpRequest& request, Respond respond) {
   if (!source_.invite) {
-    return respond(HttpError(404, "nobody is let in from elsewhere: start the session with "
-                                  "launch.sh --web-public HOST"));
+    return respond(HttpError(404,
+                             "nobody is let in from elsewhere: start the session with "
+                             "launch.sh --web-public HOST"));
   }
   const json asked = json::parse(request.body, nullptr, false);
   const bool is_sound = asked.is_object() && asked.value("role", json()).is_string() &&

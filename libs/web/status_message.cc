@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/statistics.h"
+#include "session/diagnosis.h"
 #include "session/report.h"
 #include "session/state_names.h"
 #include "web/events.h"
@@ -36,6 +37,25 @@ json ProcessesPart(const HeardProcesses& processes, double now_s) {
                     {"backlog", process.heartbeat.backlog},
                     {"memory", process.heartbeat.memory_bytes},
                     {"seen_s", std::round(now_s - process.heard_s)}});
+  }
+  return part;
+}
+
+// Of the newest photos that are in no map, at most.
+constexpr size_t kMaxDiagnoses = 200;
+
+// Not those whose turn comes.
+json DiagnosesPart(const SessionState& state) {
+  json part = json::array();
+  for (auto photo = state.photos().rbegin(); photo != state.photos().rend(); ++photo) {
+    if (part.size() == kMaxDiagnoses) break;
+    if (state.IsRegistered(photo->first)) continue;
+    const Diagnosis diagnosis = Diagnose(state, photo->second);
+    if (diagnosis.cause == Diagnosis::Cause::kWaiting) continue;
+    part.push_back({{"image", photo->first},
+                    {"cause", CauseName(diagnosis.cause)},
+                    {"what", diagnosis.what},
+                    {"remedy", diagnosis.remedy}});
   }
   return part;
 }
@@ -91,6 +111,7 @@ std::string StatusMessage(const SessionRecord& session, const HeardProcesses& pr
                  {"retrieval", for_retrieval},
                  {"matching", for_matching},
                  {"mapper", for_mapper}}},
+               {"diagnoses", DiagnosesPart(state)},
                {"latency", LatencyPart(session)},
                {"agents", std::move(agents_part)},
                {"processes", ProcessesPart(processes, now_s)},

@@ -47,7 +47,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
  public:
   Impl(const WebServerOptions& options, const EventLog& log, HttpHandler handler, Uploads uploads)
       : options_(options), log_(log), handler_(std::move(handler)), uploads_(std::move(uploads)) {
-    if (options_.trust) guests_.emplace(*options_.trust);
+    if (options_.trust) guests_.emplace(*options_.trust, options_.is_revoked);
   }
 
   Status Listen();

@@ -3,10 +3,10 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
-
 #include <stdexcept>
 #include <utility>
 
+#include "auth/revocations.h"
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
 #include "core/clock.h"
@@ -24,8 +24,8 @@ constexpr int kMaxPublicConnections = 256;
 std::string AddressToListenOn(const std::string& host) {
   in_addr v4{};
   in6_addr v6{};
-  const bool is_address = ::inet_pton(AF_INET, host.c_str(), &v4) == 1 ||
-                          ::inet_pton(AF_INET6, host.c_str(), &v6) == 1;
+  const bool is_address =
+      ::inet_pton(AF_INET, host.c_str(), &v4) == 1 || ::inet_pton(AF_INET6, host.c_str(), &v6) == 1;
   return is_address ? host : "0.0.0.0";
 }
 
@@ -67,6 +67,7 @@ void Visitors::AddDoors(WebServerOptions* server) const {
   if (plain_port_ != 0) server->doors.push_back({address, plain_port_, std::nullopt});
   server->public_host = host_;
   server->trust = trust_;
+  server->is_revoked = Revocations(keys_dir_);
   server->max_connections = std::max(server->max_connections, kMaxPublicConnections);
 }
 

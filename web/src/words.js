@@ -43,8 +43,15 @@ export function explain(reason) {
   for (const [pattern, what, help] of kReasons) {
     if (pattern.test(reason)) return { what, help };
   }
-  const what = reason ? reason[0].toUpperCase() + reason.slice(1) + (/[.!?]$/.test(reason) ? '' : '.') : 'No reason was given.';
+  const what = sentence(reason) || 'No reason was given.';
   return { what, help: 'The log of the service has more.' };
+}
+
+const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.') : '');
+
+// The same, as the session tells it of a photo ({what, remedy} of a status' diagnoses) while one looks at the present.
+export function advise(diagnosis, reason) {
+  return diagnosis?.remedy ? { what: sentence(diagnosis.what), help: sentence(diagnosis.remedy) } : explain(reason);
 }
 
 export const plural = (n, one, many = one + 's') => `${groups(n)} ${n === 1 ? one : many}`;

@@ -3,7 +3,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import test from 'node:test';
 import { emptyState, fold, summarize } from '../src/fold.js';
 import { uprightFromStored, uprightSize } from '../src/orientation.js';
-import { bytes, explain, groups, length, plural, seconds, whatHappens } from '../src/words.js';
+import { advise, bytes, explain, groups, length, plural, seconds, whatHappens } from '../src/words.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
 const root = new URL('../../', import.meta.url);
@@ -13,20 +13,22 @@ const unknown = explain('something new').help;
 
 test('Each reason that the mapping library gives is explained', () => {
   const text = sources('libs/mapping').join('\n');
-  const reasons = [
-    ...text.matchAll(/Refuse\(estimate,\s*"([^"]+)"/g), ...text.matchAll(/Undoing\("([^"]+)"/g),
-    ...text.matchAll(/Withdraw(?:ForRetry)?\([^,;]+,\s*"([^"]+)"/g), ...text.matchAll(/reason = "([^"]+)"/g),
-    ...text.matchAll(/TellNewAndGone\([^,;]+,\s*"([^"]+)"/g),
-  ].map((m) => m[1]);
+  const reasons = [...text.matchAll(/Refusal::Cause::\w+,\s*"([^"]+)"/g)].map((m) => m[1]);
   assert.ok(reasons.length >= 12, `only ${reasons.length} reasons were found`);
   for (const reason of reasons) assert.notEqual(explain(reason).help, unknown, reason);
 });
 
-test('Each reason that the session gives for a photo is explained', () => {
-  const text = sources('libs/session').join('\n');
-  const reasons = ['no features', 'no photo overlaps it', 'no submap could take it', 'not tried in time'];
+test('What the session knows of a photo goes before what its last trial said', () => {
+  const told = { what: '17 of 30 inliers with alice/1.jpg', remedy: 'go nearer' };
+  assert.deepEqual(advise(told, 'too few inliers'), { what: '17 of 30 inliers with alice/1.jpg.', help: 'Go nearer.' });
+  assert.deepEqual(advise(undefined, 'too few inliers'), explain('too few inliers'));
+});
+
+test('Each reason that the page itself finds is explained', () => {
+  const text = readFileSync(new URL('web/src/fold.js', root), 'utf8');
+  const reasons = ['no features', 'no photo overlaps it', 'no submap could take it'];
   for (const reason of reasons) {
-    assert.ok(text.includes(`"${reason}"`), `libs/session no longer says "${reason}"`);
+    assert.ok(text.includes(`'${reason}'`), `fold.js no longer says "${reason}"`);
     assert.notEqual(explain(reason).help, unknown);
     assert.equal(explain(`${reason}; best link: 34 inliers with a/1.jpg`).what === undefined, false);
   }

@@ -1,7 +1,7 @@
 // The phone's page: takes photos, keeps them, sends them, and tells of each what became of it.
 import { enter } from '../enter.js';
 import { byId, h, keyed, setText } from '../ui/dom.js';
-import { bytes as size, explain, groups, plural } from '../words.js';
+import { advise, bytes as size, groups, plural } from '../words.js';
 import { Camera } from './camera.js';
 import { gpsOf, Place } from './place.js';
 import { Queue } from './queue.js';
@@ -280,7 +280,7 @@ function wordsOf(photo) {
   if (photo.state === 'received' && photo.reason) return ['Received', photo.reason, ''];
   const known = kWords[photo.state];
   if (known) return [...known, ''];
-  const { what, help } = explain(photo.reason);
+  const { what, help } = advise({ what: photo.reason, remedy: photo.remedy }, photo.reason);
   return [{ refused: 'Refused', lost: 'Lost', failed: 'Failed' }[photo.state] ?? 'Not placed', what, help];
 }
 

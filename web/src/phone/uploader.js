@@ -179,10 +179,10 @@ export class Uploader {
       throw new NotNow(String(answer.status));
     }
     const { states } = await answer.json();
-    for (const [i, { state, reason = '', image = 0 }] of states.entries()) await this.learn(photos[i], state, reason, image);
+    for (const [i, told] of states.entries()) await this.learn(photos[i], told);
   }
 
-  async learn(photo, state, reason, image) {
+  async learn(photo, { state, reason = '', remedy = '', image = 0 }) {
     if (state === 'unknown' || state === 'receiving') {
       // It was received, and the server's folder has lost it since.
       const bytes = await this.queue.bytesOf(photo.sha);
@@ -191,6 +191,6 @@ export class Uploader {
       return;
     }
     if (kInLedger.has(state) && !kInLedger.has(photo.state)) await this.queue.dropBytes(photo.sha);
-    await this.change(photo.sha, { state, reason, image });
+    await this.change(photo.sha, { state, reason, remedy, image });
   }
 }

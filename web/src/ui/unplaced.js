@@ -1,6 +1,6 @@
 // Photos that are not placed: what is wrong with each and what would help.
 import { photoName, standingOf } from '../fold.js';
-import { explain, groups, linkWords } from '../words.js';
+import { advise, groups, linkWords } from '../words.js';
 import { h, keyed, setText } from './dom.js';
 
 const kShown = 200;
@@ -16,6 +16,7 @@ export class Unplaced {
 
   update(view) {
     const { state } = view;
+    const diagnoses = new Map(view.timeline.isLive ? view.status?.diagnoses?.map((d) => [d.image, d]) : []);
     const photos = [];
     for (const photo of state.photos.values()) {
       const standing = standingOf(state, photo);
@@ -29,7 +30,7 @@ export class Unplaced {
     setText(this.more, `And ${groups(photos.length - kShown)} more.`);
     this.more.hidden = photos.length <= kShown;
     keyed(this.list, shown, (p) => p.key, (p) => this.make(p), (row, { photo, refused, standing }) => {
-      const { what, help } = explain(standing.reason);
+      const { what, help } = advise(diagnoses.get(photo?.id), standing.reason);
       const [text] = row.getElementsByClassName('text');
       const [name, whatLine, helpLine, link] = text.children;
       setText(name, photo ? photoName(photo.agent, photo.name) : photoName(refused.agent, refused.name));
