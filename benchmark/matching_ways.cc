@@ -3,9 +3,9 @@
 // confirm, and the CPU time.
 //
 // A pair is true if at least half of its inliers lie within 4 px of the true epipolar lines, in
-// both photos. A false match along a line is not seen so. Hence "wrong by a third photo": the
-// feature of the first photo has a match in a third one, too, by the full product; both triangulate
-// with at least 3 degrees; and the point is more than 8 px from where the way matched it.
+// both photos. A false match along a line is not seen so. Hence "wrong" by a third photo, in which
+// the feature of the first photo has a match by the full product. The two triangulate with at least
+// 3 degrees, and their point is more than 8 px from where the way matched the feature.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -1,7 +1,6 @@
 #include "matching/pair_matcher.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/clock.h"
 #include "core/option_check.h"
@@ -11,9 +10,8 @@ namespace {
 
 constexpr int kFirstLook = 1024, kSecondLook = kMaxCoarse;  // coarsest features
 
-// Pairs with fewer matches are taken for pairs without overlap. Of the pairs of south-building that
-// the poses confirm 2 of 312 have fewer, both with 15 to 29 inliers.
-constexpr size_t kMinFirstLookMatches = 2, kMinSecondLookMatches = 5;
+// With fewer matches in the first look the second hardly ever gives a geometry.
+constexpr size_t kMinFirstLookMatches = 5;
 
 // Below this the full product costs little more than the looks.
 constexpr size_t kMinFeatures = 2 * kMaxCoarse;
@@ -107,26 +105,22 @@ colmap::FeatureMatches PairMatcher::LookAtCoarsest(const PhotoFeatures& first,
   return matches;
 }
 
-// Until one of the looks gives a geometry that counts, or tells that there is no overlap.
-PairMatcher::Look PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& second,
-                                         PairResult* result) {
-  const auto min_inliers = static_cast<size_t>(options_.two_view.min_num_inliers);
-  for (const auto& [count, min_matches] : {std::pair(kFirstLook, kMinFirstLookMatches),
-                                           std::pair(kSecondLook, kMinSecondLookMatches)}) {
+bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& second,
+                            PairResult* result) {
+  for (const int count : {kFirstLook, kSecondLook}) {
     colmap::FeatureMatches matches;
     {
       const Stopwatch watch(&result->product_s);
       matches = LookAtCoarsest(first, second, count);
     }
-    if (matches.size() < min_matches) return Look::kApart;
-    if (matches.size() < min_inliers) continue;
+    if (matches.size() < kMinFirstLookMatches) return false;
     const Stopwatch watch(&result->geometry_s);
     result->geometry =
         EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
                         PairSeed(first.image_id, second.image_id), options_.two_view);
-    if (IsVerified(result->geometry)) return Look::kOverlap;
+    if (IsVerified(result->geometry)) return true;
   }
-  return Look::kUndecided;
+  return false;
 }
 
 void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second,
@@ -147,9 +141,7 @@ PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& s
     return MatchInFull(first, second);
   }
   PairResult result;
-  const Look look = LookFirst(first, second, &result);
-  if (look == Look::kApart) return result;
-  if (look == Look::kOverlap) {
+  if (LookFirst(first, second, &result)) {
     MatchGuided(first, second, &result);
     if (IsVerified(result.geometry) && result.geometry.inlier_matches.size() >= kMinGuidedInliers) {
       return result;

@@ -2,15 +2,16 @@
 
 // Two photos: putative matches and the geometry that verifies them, by a cascade that stops early.
 //
-//  1. A look at the 1,024 coarsest features of both photos, a sixty-fourth of the full product
-//     (preemptive matching, Wu 2013), then at the 2,048 coarsest. Fewer than 2 matches in the first
-//     or than 5 in the second: no overlap.
+//  1. A look at the 1,024 coarsest features of both photos, a sixty-fourth of the full product,
+//  then
+//     at the 2,048 coarsest (preemptive matching, Wu 2013).
 //  2. A look whose matches verify the pair gives its geometry.
 //  3. Guided matching (guided.h) of all features by that geometry, which is then refined.
 //
-// A pair without such a geometry, or with fewer than 100 inliers after step 3, is undecided: it is
-// matched by the full product. So what weak pairs are depends on the ratio test among all features,
-// never on guided matching, which finds some support for false geometries, too.
+// A pair without such a geometry, or with few inliers after step 3, is undecided: it is matched by
+// the full product. Guided matching finds some support for a false geometry, too; the full product
+// does so less. A pair with few coarse matches is no pair without overlap: of 312 true pairs of
+// south-building 11 have fewer than 8 matches in the second look (docs/experiments/cascade.md).
 //
 // Photos with few features, or without an index, are matched in full.
 
@@ -49,8 +50,8 @@ class PairMatcher {
   PairResult MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second);
   colmap::FeatureMatches LookAtCoarsest(const PhotoFeatures& first, const PhotoFeatures& second,
                                         int count);
-  enum class Look { kApart, kUndecided, kOverlap };
-  Look LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
+  // Whether a look verifies the pair. If so result->geometry is of the coarse features.
+  bool LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
   void MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
 
   PairMatcherOptions options_;

@@ -1,6 +1,7 @@
 #pragma once
 
-// Geometric verification of putative matches: COLMAP's decision between E, F and H, from one search.
+// Geometric verification of putative matches: COLMAP's decision between E, F and H, from one
+// search.
 //
 // COLMAP searches E, F and H by a LO-RANSAC each, until a model with an inlier ratio of 0.25 would
 // have been found. Here E is searched where both cameras have focal priors, else F:
