@@ -49,13 +49,12 @@ HttpResponse Guests::Enter(const std::string& body, bool is_encrypted, int64_t n
   const Result<WebPass> pass = OpenWebPass(text, trust_, now_s);
   if (!pass.ok()) return HttpError(401, pass.error());
   const int64_t left_s = pass->expires_s == 0 ? kLongestCookieS : pass->expires_s - now_s;
-  HttpResponse response =
-      JsonResponse(json({{"role", RoleName(pass->role)}, {"name", pass->name}})
-                       .dump(-1, ' ', false, json::error_handler_t::replace));
-  response.fields.emplace_back(
-      "Set-Cookie", CookieName() + "=" + text + "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
-                        std::to_string(std::min(left_s, kLongestCookieS)) +
-                        (is_encrypted ? "; Secure" : ""));
+  HttpResponse response = JsonResponse(json({{"role", RoleName(pass->role)}, {"name", pass->name}})
+                                           .dump(-1, ' ', false, json::error_handler_t::replace));
+  response.fields.emplace_back("Set-Cookie", CookieName() + "=" + text +
+                                                 "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
+                                                 std::to_string(std::min(left_s, kLongestCookieS)) +
+                                                 (is_encrypted ? "; Secure" : ""));
   return response;
 }
 

@@ -233,21 +233,20 @@ void SessionApi::GetUploadStates(const HttpRequest& request, const Respond& resp
   const json asked = json::parse(request.body, nullptr, false);
   if (!asked.is_object() || !asked.contains("photos") || !asked["photos"].is_array() ||
       asked["photos"].size() > kMaxStates) {
-    return respond(HttpError(400, "give {\"photos\": [[SHA256, name], ...]}, at most " +
-                                      std::to_string(kMaxStates)));
+    return respond(HttpError(
+        400, "give {\"photos\": [[SHA256, name], ...]}, at most " + std::to_string(kMaxStates)));
   }
   const std::string& agent = request.visitor.name;
   std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
   const std::string wait_reason = source_.uploads->WaitReason(agent);
   json states = json::array();
   for (const json& photo : asked["photos"]) {
-    const bool is_pair = photo.is_array() && photo.size() == 2 && photo[0].is_string() &&
-                         photo[1].is_string();
+    const bool is_pair =
+        photo.is_array() && photo.size() == 2 && photo[0].is_string() && photo[1].is_string();
     if (!is_pair) return respond(HttpError(400, "a photo is [SHA256, name]"));
     const std::string blob_id = photo[0], name = photo[1];
-    json state = view_.With([&](const SessionRecord& session) {
-      return LedgerState(session, agent, name, blob_id);
-    });
+    json state = view_.With(
+        [&](const SessionRecord& session) { return LedgerState(session, agent, name, blob_id); });
     const auto progress = here.find(blob_id);
     if (state.is_null() && progress != here.end()) {
       state = progress->second.is_stored
@@ -262,8 +261,9 @@ void SessionApi::GetUploadStates(const HttpRequest& request, const Respond& resp
 
 void SessionApi::Invite(const HttpRequest& request, Respond respond) {
   if (!source_.invite) {
-    return respond(HttpError(404, "nobody is let in from elsewhere: start the session with "
-                                  "launch.sh --web-public HOST"));
+    return respond(HttpError(404,
+                             "nobody is let in from elsewhere: start the session with "
+                             "launch.sh --web-public HOST"));
   }
   const json asked = json::parse(request.body, nullptr, false);
   const bool is_sound = asked.is_object() && asked.value("role", json()).is_string() &&

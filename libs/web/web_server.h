@@ -28,7 +28,7 @@ struct WebServerOptions {
   int port = 8470;  // 0: a free one
   std::string session_id;
   std::vector<PublicDoor> doors;
-  std::string public_host;          // by which visitors know the server
+  std::string public_host;            // by which visitors know the server
   std::optional<SessionTrust> trust;  // of the passes; set where there are doors
 
   int max_connections = 64;        // of HTTP and WebSockets together
@@ -37,7 +37,7 @@ struct WebServerOptions {
   int max_part_bytes = 256 << 10;  // of an upload that are in memory at a time
   double upload_idle_s = 30;       // an upload of which nothing comes for so long is closed
   double min_upload_bytes_per_s = 1 << 10;  // one that is slower for a minute, too
-  double idle_s = 60;              // of a connection: without a request, or without taking a byte
+  double idle_s = 60;  // of a connection: without a request, or without taking a byte
 
   int max_frame_bytes = 1 << 10;    // of a message that a page sends
   int max_frames_per_s = 20;        // the same

@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
-
 #include <stdexcept>
 #include <utility>
 
@@ -24,8 +23,8 @@ constexpr int kMaxPublicConnections = 256;
 std::string AddressToListenOn(const std::string& host) {
   in_addr v4{};
   in6_addr v6{};
-  const bool is_address = ::inet_pton(AF_INET, host.c_str(), &v4) == 1 ||
-                          ::inet_pton(AF_INET6, host.c_str(), &v6) == 1;
+  const bool is_address =
+      ::inet_pton(AF_INET, host.c_str(), &v4) == 1 || ::inet_pton(AF_INET6, host.c_str(), &v6) == 1;
   return is_address ? host : "0.0.0.0";
 }
 
