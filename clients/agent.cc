@@ -174,9 +174,9 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
     if (!may_grow) bar.Add();
   });
   publisher.Add(ToOffer(photos, options.max_size_px));
-  if (options.watch) node->loop().AddTimer(kRescanS, [&] {
-      publisher.Add(ToOffer(watch.Scan(), options.max_size_px));
-    });
+  if (options.watch)
+    node->loop().AddTimer(kRescanS,
+                          [&] { publisher.Add(ToOffer(watch.Scan(), options.max_size_px)); });
   const auto video = OpenVideo(options, node->loop(), photos, &publisher);
   const auto done = [&] { return !options.watch && publisher.done() && (!video || video->done()); };
   while (!done() && !node->loop().interrupted()) node->loop().RunUntil(done, kRescanS);

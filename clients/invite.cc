@@ -14,7 +14,6 @@
 #include "auth/relay_certificate.h"
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
-#include "web/qr_code.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "core/file.h"
@@ -144,8 +143,8 @@ Invitation MakeInvitation(const InviteOptions& options, const Invited& invited) 
   LcmUrl url = UrlOf(options);
   const Session* session = &invited.session;
   const Result<SessionAccess> access =
-      IssueInvitation(session->paths.Keys().string(), session->session_id,
-                      invited.role, invited.name, invited.expires_s);
+      IssueInvitation(session->paths.Keys().string(), session->session_id, invited.role,
+                      invited.name, invited.expires_s);
   if (!access.ok()) throw std::runtime_error(access.error());
   if (url.provider == "tcpqs" && url.pin.empty()) {
     const Result<std::string> pin = ReadRelayPin(session->paths.Keys().string());
@@ -178,7 +177,8 @@ int RunInvite(int argc, char** argv) {
     }
     if (options.browser || on_terminal) {
       for (const std::string& link : browser_links) std::cout << link << std::endl;
-      if (!browser_links.empty()) shown = browser_links.back();  // the plain one, where there is one
+      if (!browser_links.empty())
+        shown = browser_links.back();  // the plain one, where there is one
     }
     if (options.qr || on_terminal) std::cout << QrCode(shown);
     return kExitOk;

@@ -73,13 +73,19 @@ void Publisher::Start(double now_s) {
   if (options_.rate_hz > 0) {
     next_start_s_ = std::max(next_start_s_, now_s - 1 / options_.rate_hz) + 1 / options_.rate_hz;
   }
-  worker_.Run([read = photo.read] { return Loaded(read()); },
-              [this, name = photo.name](const Result<LoadedPhoto>& loaded) {
-                OnRead(name, loaded);
-              });
+  worker_.Run(
+      [this, read = photo.read] { return Load(read); },
+      [this, name = photo.name](const Result<LoadedPhoto>& loaded) { OnRead(name, loaded); });
 }
 
-// Held in memory also where the session folder is shared: ingest clears blobs of no fact away.
+// Where the session folder is shared ingest finds the blob there, and nothing moves. It is held in
+// memory, too: ingest clears blobs away that wait long for their fact.
+Result<LoadedPhoto> Publisher::Load(const std::function<Result<Bytes>()>& read) const {
+  Result<LoadedPhoto> loaded = Loaded(read());
+  if (loaded.ok() && node_.shares_folder()) node_.blobs().Offer(*loaded->bytes);
+  return loaded;
+}
+
 void Publisher::OnRead(const std::string& name, const Result<LoadedPhoto>& loaded) {
   if (!loaded.ok()) return Finish(name, image_ack_t::REFUSED, loaded.error());
   Offered& offered = offered_.at(name);
@@ -100,6 +106,7 @@ void Publisher::OnAck(const image_ack_t& ack) {
     return;
   }
   node_.blobs().Release(ack.blob_id);
+  if (node_.shares_folder()) node_.blobs().Release(ack.blob_id);  // held twice on a full disk
   wait_reason_.clear();
   Finish(ack.name, ack.status, ack.reason);
 }

@@ -75,6 +75,7 @@ class Publisher {
   void Tick();
   bool MayStart(double now_s) const;
   void Start(double now_s);
+  Result<LoadedPhoto> Load(const std::function<Result<Bytes>()>& read) const;
   void OnRead(const std::string& name, const Result<LoadedPhoto>& loaded);
   void OnAck(const image_ack_t& ack);
   void Finish(const std::string& name, int8_t status, const std::string& reason);

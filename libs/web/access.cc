@@ -92,8 +92,9 @@ AccessDecision DecideRight(Right right, const AccessRequest& request) {
     return Denied("photos and commands come with an invitation, or from the skein command");
   }
   if (!visitor.role) {
-    return {401, "open the link of your invitation; who runs the session makes one with `skein "
-                 "invite`"};
+    return {401,
+            "open the link of your invitation; who runs the session makes one with `skein "
+            "invite`"};
   }
   switch (*visitor.role) {
     case Role::kOperator:

@@ -26,8 +26,8 @@ struct Visitor {
 
 struct HttpRequest {
   std::string method = "GET";
-  std::string path;                          // percent-decoded, begins with '/'
-  std::map<std::string, std::string> query;  // percent-decoded; the last of equal keys
+  std::string path;                           // percent-decoded, begins with '/'
+  std::map<std::string, std::string> query;   // percent-decoded; the last of equal keys
   std::map<std::string, std::string> fields;  // upload-*, in small letters
   uint64_t body_bytes = 0;                    // as the header says
   std::string body;                           // of a POST

@@ -153,8 +153,8 @@ std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& r
 void HttpConnection::ReadSmallBody(HttpRequest request) {
   const auto limit = static_cast<uint64_t>(host_.options().max_body_bytes);
   if (request.body_bytes > limit) {
-    return AnswerAndClose(413, "the body is too large: at most " + std::to_string(limit) +
-                                   " bytes");
+    return AnswerAndClose(413,
+                          "the body is too large: at most " + std::to_string(limit) + " bytes");
   }
   waiting_since_s_ = MonotonicS();
   const auto parser =
@@ -182,21 +182,21 @@ void HttpConnection::BeginUpload(const HttpRequest& request) {
   part_bytes_ = 0;
   pace_since_s_ = MonotonicS();
   pace_bytes_ = 0;
-  sink_->Begin(host_.OnServer(id_, [is_waited_for](HttpConnection& self,
-                                                   std::optional<HttpResponse> answer) {
-    if (answer) {
-      self.sink_.reset();
-      self.keep_alive_ = false;
-      return self.Answer(std::move(*answer));
-    }
-    if (!is_waited_for || self.upload_parser_->is_done()) return self.ReadUpload();
-    // curl and others wait for a word before they send much.
-    static const std::string kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
-    asio::async_write(self.stream_, asio::buffer(kGoOn),
-                      [kept = self.shared_from_this()](ErrorCode error, size_t) {
-                        error ? kept->Close() : kept->ReadUpload();
-                      });
-  }));
+  sink_->Begin(host_.OnServer(
+      id_, [is_waited_for](HttpConnection& self, std::optional<HttpResponse> answer) {
+        if (answer) {
+          self.sink_.reset();
+          self.keep_alive_ = false;
+          return self.Answer(std::move(*answer));
+        }
+        if (!is_waited_for || self.upload_parser_->is_done()) return self.ReadUpload();
+        // curl and others wait for a word before they send much.
+        static const std::string kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
+        asio::async_write(self.stream_, asio::buffer(kGoOn),
+                          [kept = self.shared_from_this()](ErrorCode error, size_t) {
+                            error ? kept->Close() : kept->ReadUpload();
+                          });
+      }));
 }
 
 void HttpConnection::ReadUpload() {
@@ -244,15 +244,14 @@ void HttpConnection::GivePart(bool and_close) {
   stream_.lowest().expires_never();
   Bytes part(part_.begin(), part_.begin() + static_cast<std::ptrdiff_t>(part_bytes_));
   part_bytes_ = 0;
-  sink_->Take(std::move(part),
-              host_.OnServer(id_, [and_close](HttpConnection& self,
-                                              std::optional<HttpResponse> answer) {
-                if (and_close) return self.Close();
-                if (!answer) return self.ReadUpload();
-                self.sink_.reset();
-                self.keep_alive_ = false;
-                self.Answer(std::move(*answer));
-              }));
+  sink_->Take(std::move(part), host_.OnServer(id_, [and_close](HttpConnection& self,
+                                                               std::optional<HttpResponse> answer) {
+    if (and_close) return self.Close();
+    if (!answer) return self.ReadUpload();
+    self.sink_.reset();
+    self.keep_alive_ = false;
+    self.Answer(std::move(*answer));
+  }));
 }
 
 void HttpConnection::EndUpload() {

@@ -65,7 +65,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   // Of an upload.
   std::optional<http::request_parser<http::buffer_body>> upload_parser_;
   std::shared_ptr<BodySink> sink_;
-  Bytes part_;             // what was read and is not taken yet: the first part_bytes_
+  Bytes part_;  // what was read and is not taken yet: the first part_bytes_
   size_t part_bytes_ = 0;
   double pace_since_s_ = 0;
   uint64_t pace_bytes_ = 0;

@@ -105,10 +105,8 @@ TEST(Access, ByItsOwnPortOneReadsAndInvitesFromThisHost) {
 TEST(Access, EachRoleTriesEachPath) {
   const auto who_may = [](const std::string& method, const std::string& path) {
     std::string who;
-    const std::pair<char, std::optional<Role>> roles[] = {{'n', std::nullopt},
-                                                          {'a', Role::kAgent},
-                                                          {'v', Role::kViewer},
-                                                          {'o', Role::kOperator}};
+    const std::pair<char, std::optional<Role>> roles[] = {
+        {'n', std::nullopt}, {'a', Role::kAgent}, {'v', Role::kViewer}, {'o', Role::kOperator}};
     for (const auto& [letter, role] : roles) {
       AccessRequest request = Asked(method, path);
       request.visitor = Visitor{false, role, role ? "anna" : ""};

@@ -36,8 +36,8 @@ bool ReadGps(const std::string& text, UploadInfo* info) {
     at = end;
     if (*at == ',') ++at;
   }
-  const bool is_place = std::abs(values[0]) <= 90 && std::abs(values[1]) <= 180 &&
-                        std::abs(values[2]) <= kHighestM;
+  const bool is_place =
+      std::abs(values[0]) <= 90 && std::abs(values[1]) <= 180 && std::abs(values[2]) <= kHighestM;
   if (*at != '\0' || count < 2 || !is_place) return false;
   info->has_gps = true;
   info->latitude_deg = values[0];

@@ -44,8 +44,8 @@ class OpenedFile {
 
 Status DiskStatus(const fs::path& path, const char* what) {
   const int error = errno;
-  const std::string line = "cannot " + std::string(what) + " " + path.string() + ": " +
-                           std::strerror(error);
+  const std::string line =
+      "cannot " + std::string(what) + " " + path.string() + ": " + std::strerror(error);
   LogWarn("{}", line);
   if (error == ENOSPC || error == EDQUOT) return Unavailable("the server's disk is full");
   return Unavailable("the server cannot store photos now; its log says why");
@@ -165,8 +165,8 @@ void UploadStore::FindLeft() {
 
 int UploadStore::Count(const std::string& agent, bool Upload::*what) const {
   int count = 0;
-  for (auto at = uploads_.lower_bound({agent, ""}); at != uploads_.end() && at->first.first == agent;
-       ++at) {
+  for (auto at = uploads_.lower_bound({agent, ""});
+       at != uploads_.end() && at->first.first == agent; ++at) {
     count += at->second.*what;
   }
   return count;
@@ -186,7 +186,8 @@ std::optional<UploadStore::Progress> UploadStore::Look(const std::string& agent,
 }
 
 Status UploadStore::CheckBegin(const Key& key, const UploadInfo& info) const {
-  if (!IsUploadAgent(key.first)) return InvalidArgument("this invitation's name cannot send photos");
+  if (!IsUploadAgent(key.first))
+    return InvalidArgument("this invitation's name cannot send photos");
   if (!IsBlobId(key.second)) {
     return InvalidArgument("name the photo by its SHA-256, 64 lower-case hexadecimal digits");
   }
@@ -252,14 +253,15 @@ Status UploadStore::Create(const Key& key, const UploadInfo& info) {
 }
 
 Result<UploadStore::Receiver> UploadStore::Begin(const std::string& agent,
-                                                 const std::string& blob_id,
-                                                 const UploadInfo& info, int64_t offset) {
+                                                 const std::string& blob_id, const UploadInfo& info,
+                                                 int64_t offset) {
   const Key key{agent, blob_id};
   if (Status fit = CheckBegin(key, info); !fit.ok()) return fit;
   const std::lock_guard<std::mutex> lock(mutex_);
   auto found = uploads_.find(key);
   const int64_t known = found == uploads_.end() ? 0 : found->second.received_bytes;
-  const bool is_over = found != uploads_.end() && (found->second.is_whole || found->second.finishing);
+  const bool is_over =
+      found != uploads_.end() && (found->second.is_whole || found->second.finishing);
   const bool is_same = found == uploads_.end() || found->second.info.size_bytes == info.size_bytes;
   if (!is_same) {
     return InvalidArgument("the photo of that SHA-256 has " +
@@ -356,8 +358,8 @@ std::map<std::string, UploadStore::Progress> UploadStore::ProgressOf(
     const std::string& agent) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::map<std::string, Progress> progress;
-  for (auto at = uploads_.lower_bound({agent, ""}); at != uploads_.end() && at->first.first == agent;
-       ++at) {
+  for (auto at = uploads_.lower_bound({agent, ""});
+       at != uploads_.end() && at->first.first == agent; ++at) {
     const Upload& upload = at->second;
     progress[at->first.second] = {upload.received_bytes, upload.info.size_bytes, upload.is_whole};
   }

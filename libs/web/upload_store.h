@@ -106,9 +106,9 @@ class UploadStore {
     UploadInfo info;
     int64_t received_bytes = 0;
     bool is_whole = false;
-    int64_t ticket = 0;       // of its receiver
+    int64_t ticket = 0;  // of its receiver
     bool receiving = false;
-    bool finishing = false;   // is being synced and hashed
+    bool finishing = false;  // is being synced and hashed
     double moved_s = 0;
     int64_t order = 0;
   };
@@ -127,11 +127,11 @@ class UploadStore {
   const UploadLimits limits_;
   const Clock clock_;
   mutable std::mutex mutex_;
-  std::map<Key, Upload> uploads_;                     // guarded by mutex_
-  std::map<std::string, std::string> wait_reasons_;   // guarded by mutex_
-  int64_t next_ticket_ = 1;                           // guarded by mutex_
-  int64_t next_order_ = 1;                            // guarded by mutex_
-  std::function<void()> on_whole_;                    // guarded by mutex_
+  std::map<Key, Upload> uploads_;                    // guarded by mutex_
+  std::map<std::string, std::string> wait_reasons_;  // guarded by mutex_
+  int64_t next_ticket_ = 1;                          // guarded by mutex_
+  int64_t next_order_ = 1;                           // guarded by mutex_
+  std::function<void()> on_whole_;                   // guarded by mutex_
 };
 
 // What a browser's agent may be called here: what stands in an invitation.

@@ -103,7 +103,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   const HttpHandler handler_;
   const Uploads uploads_;
   std::optional<Guests> guests_;
-  asio::io_context context_{1};  // before what waits in it
+  asio::io_context context_{1};                       // before what waits in it
   std::vector<std::unique_ptr<Listener>> listeners_;  // the server's own port first
   asio::steady_timer gather_{context_};
 
@@ -269,13 +269,13 @@ BodySink::Next WebServer::Impl::OnServer(int64_t connection_id, OnNext then) {
           then = std::move(then)](std::optional<HttpResponse> answer) {
     const std::shared_ptr<Impl> impl = weak.lock();
     if (impl == nullptr) return;
-    asio::post(impl->context_, [impl = impl.get(), connection_id, then,
-                                answer = std::move(answer)]() mutable {
-      const auto connection = impl->connections_.find(connection_id);
-      if (connection == impl->connections_.end()) return;
-      const std::shared_ptr<HttpConnection> kept = connection->second;
-      then(*kept, std::move(answer));
-    });
+    asio::post(impl->context_,
+               [impl = impl.get(), connection_id, then, answer = std::move(answer)]() mutable {
+                 const auto connection = impl->connections_.find(connection_id);
+                 if (connection == impl->connections_.end()) return;
+                 const std::shared_ptr<HttpConnection> kept = connection->second;
+                 then(*kept, std::move(answer));
+               });
   };
 }
 
@@ -333,13 +333,12 @@ void WebServer::Impl::Flush() {
   const EventLog::Page page = log_.Get(from_seq, EventLog::kMaxEvents, head);
   if (page.events.empty()) return;
   // Where they are more than a page is sent at once, it pulls them.
-  const SharedText message = page.next <= head
-                                 ? nullptr
-                                 : std::make_shared<const std::string>(
-                                       "{\"type\":\"events\",\"after\":" +
-                                       std::to_string(from_seq - 1) + ",\"head\":" +
-                                       std::to_string(head) + ",\"events\":[" + page.events +
-                                       "]}");
+  const SharedText message =
+      page.next <= head
+          ? nullptr
+          : std::make_shared<const std::string>(
+                "{\"type\":\"events\",\"after\":" + std::to_string(from_seq - 1) +
+                ",\"head\":" + std::to_string(head) + ",\"events\":[" + page.events + "]}");
   const auto pages = pages_;  // one that fails leaves
   for (const auto& [id, socket] : pages) socket->SendEvents(message);
 }
@@ -357,8 +356,7 @@ WebServer::WebServer(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Result<std::unique_ptr<WebServer>> WebServer::Start(const WebServerOptions& options,
                                                     const EventLog& log, HttpHandler handler,
                                                     Uploads uploads) {
-  const auto impl =
-      std::make_shared<Impl>(options, log, std::move(handler), std::move(uploads));
+  const auto impl = std::make_shared<Impl>(options, log, std::move(handler), std::move(uploads));
   if (const Status listening = impl->Listen(); !listening.ok()) return listening;
   impl->Start();
   return std::unique_ptr<WebServer>(new WebServer(impl));

@@ -30,9 +30,8 @@ PhotoToOffer OfferOf(const WaitingUpload& upload) {
 
 UploadDesk::UploadDesk(Node& node, UploadStore& store) : node_(node), store_(store) {
   timer_ = node_.loop().AddTimer(kLookForUploadsS, [this] { Look(); });
-  store_.OnWhole([&loop = node_.loop(), look = alive_.Guarded([this] { OfferNew(); })] {
-    loop.Post(look);
-  });
+  store_.OnWhole(
+      [&loop = node_.loop(), look = alive_.Guarded([this] { OfferNew(); })] { loop.Post(look); });
   OfferNew();
 }
 
@@ -67,9 +66,8 @@ void UploadDesk::OfferNew() {
       PublisherOptions options;
       options.agent = upload.agent;
       agent.publisher = std::make_unique<Publisher>(
-          node_, options, [this, name = upload.agent](const PublishedPhoto& photo) {
-            OnPublished(name, photo);
-          });
+          node_, options,
+          [this, name = upload.agent](const PublishedPhoto& photo) { OnPublished(name, photo); });
     }
     if (!agent.offered.insert(upload.blob_id).second) continue;
     agent.publisher->Add({OfferOf(upload)});

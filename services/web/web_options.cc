@@ -36,11 +36,10 @@ Status WebOptions::Check() const {
     return value > 0 ? Status::Ok()
                      : InvalidArgument("--" + std::string(name) + ": give a number above 0");
   };
-  const Status status =
-      FirstError({server.Check(), InRange("public_port", public_port, 0, 65535),
-                  InRange("plain_port", plain_port, 0, 65535),
-                  positive("max-photo-bytes", uploads.max_photo_bytes),
-                  positive("max-upload-bytes", uploads.max_bytes)});
+  const Status status = FirstError({server.Check(), InRange("public_port", public_port, 0, 65535),
+                                    InRange("plain_port", plain_port, 0, 65535),
+                                    positive("max-photo-bytes", uploads.max_photo_bytes),
+                                    positive("max-upload-bytes", uploads.max_bytes)});
   if (!status.ok()) return status;
   if (plain_port != 0 && !is_public()) {
     return InvalidArgument("--plain-port is for visitors of other hosts: give --public-host, too");

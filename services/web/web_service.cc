@@ -47,8 +47,8 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
 WebService::WebService(Node& node, const WebOptions& options) : node_(node), options_(options) {
   if (options.is_public()) {
     visitors_ = OpenVisitors(node, options);
-    uploads_ = std::make_unique<UploadStore>(
-        SessionPaths{node.options().session_dir}.Uploads(), options.uploads);
+    uploads_ = std::make_unique<UploadStore>(SessionPaths{node.options().session_dir}.Uploads(),
+                                             options.uploads);
     finish_asker_ = std::make_unique<FinishAsker>(node, [this](int64_t command_id) {
       return view_.With([&](const SessionRecord& session) {
         return session.history.finish_of_command().count(command_id) > 0;
