@@ -5,7 +5,7 @@
 //   GOOD   folder of photos of the place, at least 18
 //   OTHER  folder of photos of places that overlap neither each other nor the place, at least 6
 //
-// blur, motion, dark, cap (a covered lens), thumb (a finger over three quarters of the photo): of
+// blur, motion, dark, cap (a covered lens), thumb (a finger over nine tenths of the photo): of
 // GOOD. other: of OTHER. turn: a camera that only turns, of one photo of OTHER.
 #include <cmath>
 #include <cstdio>
@@ -42,13 +42,13 @@ void AddNoise(cv::Mat* photo, double sigma, int seed) {
 
 cv::Mat Blur(const cv::Mat& photo, int n) {
   cv::Mat blurred;
-  cv::GaussianBlur(photo, blurred, {}, photo.cols * (0.004 + 0.001 * n));
+  cv::GaussianBlur(photo, blurred, {}, photo.cols * (0.016 + 0.002 * n));
   AddNoise(&blurred, 1.5, n);
   return blurred;
 }
 
 cv::Mat Motion(const cv::Mat& photo, int n) {
-  const int length = photo.cols / 40 + n * photo.cols / 80;
+  const int length = photo.cols / 8 + n * photo.cols / 40;
   cv::Mat blurred;
   cv::blur(photo, blurred, n % 2 == 0 ? cv::Size(length, 1) : cv::Size(length / 4, length));
   AddNoise(&blurred, 1.5, n);
@@ -70,7 +70,7 @@ cv::Mat Cap(const cv::Mat& photo, int n) {
 cv::Mat Thumb(const cv::Mat& photo, int n) {
   cv::Mat1f cover(photo.size(), 0.F);
   const cv::Point corner(n % 2 == 0 ? 0 : photo.cols, n < 2 ? 0 : photo.rows);
-  cv::ellipse(cover, corner, {photo.cols * 95 / 100, photo.rows * 105 / 100}, 0, 0, 360, 1, -1);
+  cv::ellipse(cover, corner, {photo.cols * 115 / 100, photo.rows * 130 / 100}, 0, 0, 360, 1, -1);
   cv::GaussianBlur(cover, cover, {}, photo.cols / 40.0);
   cv::Mat covered = photo.clone();
   covered.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int at[]) {

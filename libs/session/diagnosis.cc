@@ -43,6 +43,7 @@ std::optional<Diagnosis> InWork(const PhotoState& photo) {
     return Of(Cause::kFailed, photo.failed_reason, "shoot it again, or send it again as a JPEG");
   }
   if (photo.features_seq == 0) return Waiting("waits for its features");
+  if (photo.features.num_keypoints == 0) return std::nullopt;  // it is compared with nothing
   if (photo.candidates_seq == 0) return Waiting("waits for its candidates");
   if (photo.matches_seq == 0) return Waiting("waits for its matches");
   return std::nullopt;
@@ -176,11 +177,14 @@ Diagnosis Diagnose(const SessionState& state, const PhotoState& photo) {
   });
   if (best == edges.end()) return WithoutOverlap(photo);
   const SubmapLife::Photo* trial = state.FindTrial(id);
+  const bool is_linked = std::any_of(edges.begin(), edges.end(), [&](const Edge& edge) {
+    return edge.num_inliers >= kNeededInliers && state.IsRegistered(edge.other_id);
+  });
   const std::string other = state.NameOf(best->other_id);
   std::optional<Diagnosis> diagnosis;
   if (trial == nullptr && state.finish().is_cut()) {
     diagnosis = Of(Cause::kNotInTime, "not tried in time", "finish again, with more time");
-  } else if (trial == nullptr && best->num_inliers >= kNeededInliers) {
+  } else if (!is_linked && best->num_inliers >= kNeededInliers) {
     diagnosis = InItsPairs(edges, other);
   }
   if (!diagnosis) diagnosis = InTheMap(trial, best->num_inliers, other);

@@ -83,12 +83,33 @@ TEST_F(DiagnosisTest, AWeakOverlapTellsHowMuchIsLackingAndWhere) {
 }
 
 TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
+  const auto of_three_with = [this](const two_view_t& pair) {
+    TestLedger ledger;
+    for (const int64_t id : {2, 3}) ledger.Describe(id, 1);
+    ledger.Matches(2, {});
+    two_view_t with_two = pair;
+    with_two.other_id = 2;
+    ledger.Matches(3, {with_two});
+    return Diagnose(ledger.state(), *ledger.state().FindPhoto(3)).cause;
+  };
+  EXPECT_EQ(of_three_with(Pair(400, kPanoramic, 0)), Cause::kRotationOnly);
+  EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0.1F)), Cause::kPlanarOnly);
+  EXPECT_EQ(of_three_with(Pair(400, kCalibrated, 0.1F)), Cause::kWeakOverlap);
+}
+
+// The map knows the depth of what it sees from the same spot.
+TEST_F(DiagnosisTest, APairWithTheMapIsNotRotationOnly) {
   ledger_.Describe(2, 1);
   ledger_.Matches(2, {Pair(400, kPanoramic, 0)});
-  EXPECT_EQ(Get().cause, Cause::kRotationOnly);
-  ledger_.Describe(3, 1);
-  ledger_.Matches(3, {Pair(400, kPlanar, 0.1F)});
-  EXPECT_EQ(Diagnose(ledger_.state(), *ledger_.state().FindPhoto(3)).cause, Cause::kPlanarOnly);
+  EXPECT_NE(Get().cause, Cause::kRotationOnly);
+}
+
+TEST_F(DiagnosisTest, APhotoWithoutFeaturesIsComparedWithNothingAndDoesNotWait) {
+  features_t black{};
+  black.image_id = 2;
+  ledger_.Photo(2);
+  ledger_.Commit(black);
+  EXPECT_EQ(Get().cause, Cause::kTooDark);
 }
 
 TEST_F(DiagnosisTest, WhatTheMapSaysOfItComesWithItsReason) {

@@ -10,14 +10,15 @@ use_place 2 14 --seed 1
 session=$workspace/session
 good=$place/images
 
-# Places that see nothing of each other: the first photo of agents who begin far apart.
-"$SKEIN_BUILD/bin/skein" sim --output "$workspace/elsewhere" --scenario disjoint --agents 6 --photos 2 --seed 7 \
-  >/dev/null 2>&1 || fail "skein sim"
-mkdir -p "$workspace/first"
-for folder in "$workspace"/elsewhere/images/*/; do
-  cp "$folder$(ls "$folder" | head -n 1)" "$workspace/first/$(basename "$folder").jpg"
+# Photos of other places, one of each.
+mkdir -p "$workspace/other"
+for seed in 11 12 13 14 15 16; do
+  "$SKEIN_BUILD/bin/skein" sim --output "$workspace/elsewhere" --scenario disjoint --agents 1 --photos 2 --seed "$seed" \
+    >/dev/null 2>&1 || fail "skein sim"
+  cp "$(find "$workspace/elsewhere/images" -name '*.jpg' | sort | head -n 1)" "$workspace/other/$seed.jpg"
+  rm -r "$workspace/elsewhere"
 done
-"$SKEIN_BUILD/bin/spoil_photos" "$good" "$workspace/first" "$workspace/spoiled" || fail "spoil_photos"
+"$SKEIN_BUILD/bin/spoil_photos" "$good" "$workspace/other" "$workspace/spoiled" || fail "spoil_photos"
 [[ $(ls "$workspace/spoiled" | wc -l) == 30 ]] || fail "not thirty spoiled photos"
 
 start_services "$session" "$url"
