@@ -113,11 +113,13 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-SiftOptions OpenCv() {
+SiftOptions With(const std::string& method) {
   SiftOptions options;
-  options.method = "opencv";
+  options.method = method;
   return options;
 }
+SiftOptions Own() { return With("skein"); }
+SiftOptions OpenCv() { return With("opencv"); }
 
 std::vector<SiftKernelVersion> SupportedVersions() {
   std::vector<SiftKernelVersion> versions;
@@ -160,7 +162,7 @@ BlobErrors FindBlobs(SiftExtractor* extractor, double sigma) {
 
 TEST(Sift, FindsBlobsAtTheirCentresAtAnySubpixelPhaseAndScale) {
   for (const auto version : SupportedVersions()) {
-    SiftExtractor extractor({}, version);
+    SiftExtractor extractor(Own(), version);
     for (const double sigma : {1.5, 2.0, 3.0, 6.0, 12.0}) {
       const BlobErrors errors = FindBlobs(&extractor, sigma);
       const std::string where = SiftKernelName(version) + ", sigma " + std::to_string(sigma);
@@ -181,11 +183,11 @@ TEST(Sift, OpenCvsFindsBlobsAtTheirCentresOnAverage) {
 
 TEST(Sift, EveryVersionFindsTheSameWithinRounding) {
   const cv::Mat photo = Scene({800, 600});
-  const auto portable = SiftExtractor({}, SiftKernelVersion::kPortable).Extract(photo);
+  const auto portable = SiftExtractor(Own(), SiftKernelVersion::kPortable).Extract(photo);
   ASSERT_GT(portable.keypoints.size(), 2000u);
   const KeypointGrid grid(portable.keypoints);
   for (const auto version : SupportedVersions()) {
-    const auto features = SiftExtractor({}, version).Extract(photo);
+    const auto features = SiftExtractor(Own(), version).Extract(photo);
     size_t same = 0;
     for (size_t i = 0; i < features.keypoints.size(); ++i) {
       const Keypoint& k = features.keypoints[i];
@@ -205,7 +207,7 @@ TEST(Sift, EveryVersionFindsTheSameWithinRounding) {
 TEST(Sift, DescribesAsOpenCvDoes) {
   const cv::Mat photo = Scene({800, 600});
   const auto theirs = ExtractSift(photo, OpenCv());
-  const auto ours = ExtractSift(photo, {});
+  const auto ours = ExtractSift(photo, Own());
   const KeypointGrid grid(theirs.keypoints);
   std::vector<double> angles, distances;
   for (size_t i = 0; i < ours.keypoints.size(); ++i) {
@@ -223,7 +225,7 @@ TEST(Sift, DescribesAsOpenCvDoes) {
 
 TEST(Sift, IsTheSameOnAnyNumberOfThreads) {
   const cv::Mat photo = Scene({1600, 900});
-  SiftExtractor extractor{SiftOptions()};
+  SiftExtractor extractor(Own());
   const int before = cv::getNumThreads();
   cv::setNumThreads(4);
   const auto alone = extractor.Extract(photo, 1);
@@ -236,12 +238,12 @@ TEST(Sift, IsTheSameOnAnyNumberOfThreads) {
 }
 
 TEST(Sift, KeepsNothingOfEarlierPhotos) {
-  SiftExtractor extractor{SiftOptions()};
+  SiftExtractor extractor(Own());
   for (const cv::Size size :
        {cv::Size(640, 480), cv::Size(333, 517), cv::Size(97, 40), cv::Size(701, 301)}) {
     const cv::Mat photo = Scene(size);
     const auto again = extractor.Extract(photo);
-    const auto fresh = ExtractSift(photo, {});
+    const auto fresh = ExtractSift(photo, Own());
     EXPECT_EQ(EncodeKeypoints(again.keypoints), EncodeKeypoints(fresh.keypoints));
     EXPECT_EQ(again.descriptors.data, fresh.descriptors.data);
   }
@@ -316,7 +318,7 @@ Counts Repeat(SiftExtractor* extractor, const cv::Mat& photo, const LocalFeature
 }
 
 TEST(Sift, FindsTheSameInAChangedPhotoAsOftenAsOpenCvs) {
-  SiftExtractor own{SiftOptions()}, opencv(OpenCv());
+  SiftExtractor own(Own()), opencv(OpenCv());
   const std::vector<Change> changes = {
       {"turned by 30 degrees", CV_PI / 6, 1, 1, 0},
       {"on its side", CV_PI / 2, 1, 1, 0},
@@ -350,7 +352,7 @@ TEST(Sift, FindsTheSameInAChangedPhotoAsOftenAsOpenCvs) {
 }
 
 TEST(Sift, PhotosOfAnySizeAreSearched) {
-  SiftExtractor extractor{SiftOptions()};
+  SiftExtractor extractor(Own());
   const cv::Mat scene = Scene({160, 120});
   for (const cv::Size size : {cv::Size(7, 9), {8, 8}, {9, 30}, {31, 17}, {160, 12}, {11, 120}}) {
     for (const Keypoint& k : extractor.Extract(scene(cv::Rect({0, 0}, size)).clone()).keypoints) {
@@ -359,9 +361,11 @@ TEST(Sift, PhotosOfAnySizeAreSearched) {
   }
 }
 
-TEST(Sift, MapsKeypointsOfAShrunkPhotoToItsFullResolution) {
+class EitherSift : public testing::TestWithParam<std::string> {};
+
+TEST_P(EitherSift, MapsKeypointsOfAShrunkPhotoToItsFullResolution) {
   const cv::Point2d centre(1203.3, 850.8);
-  SiftOptions options;
+  SiftOptions options = With(GetParam());
   options.max_image_px = 800;
   const auto features = ExtractSift(Blob({2400, 1700}, centre, 18), options);
   const cv::Point2d offset = OffsetOfNearest(features.keypoints, centre);
@@ -369,22 +373,23 @@ TEST(Sift, MapsKeypointsOfAShrunkPhotoToItsFullResolution) {
   EXPECT_NEAR(offset.y, 0, 0.15);
 }
 
-TEST(Sift, PhotoWithoutTextureHasNoKeypoints) {
-  const auto features = ExtractSift(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(90)), {});
+TEST_P(EitherSift, PhotoWithoutTextureHasNoKeypoints) {
+  const auto features =
+      ExtractSift(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(90)), With(GetParam()));
   EXPECT_TRUE(features.keypoints.empty());
   EXPECT_EQ(features.descriptors.rows(), 0u);
 }
 
-TEST(Sift, TinyPhotosHaveNoKeypoints) {
+TEST_P(EitherSift, TinyPhotosHaveNoKeypoints) {
   for (const int side : {1, 2, 5}) {
-    EXPECT_TRUE(
-        ExtractSift(cv::Mat(side, side, CV_8UC3, cv::Scalar::all(9)), {}).keypoints.empty());
+    EXPECT_TRUE(ExtractSift(cv::Mat(side, side, CV_8UC3, cv::Scalar::all(9)), With(GetParam()))
+                    .keypoints.empty());
   }
 }
 
-TEST(Sift, KeepsAtMostTheLimitAndIsDeterministic) {
+TEST_P(EitherSift, KeepsAtMostTheLimitAndIsDeterministic) {
   const cv::Mat photo = Texture({640, 480});
-  SiftOptions options;
+  SiftOptions options = With(GetParam());
   options.selection.max_features = 500;
   const auto first = ExtractSift(photo, options);
   const auto second = ExtractSift(photo, options);
@@ -397,19 +402,22 @@ TEST(Sift, KeepsAtMostTheLimitAndIsDeterministic) {
   }
 }
 
-TEST(Sift, TakesTheColourUnderTheKeypoint) {
+TEST_P(EitherSift, TakesTheColourUnderTheKeypoint) {
   cv::Mat photo = Blob({200, 200}, {100, 100}, 5);
   std::vector<cv::Mat> bgr;
   cv::split(photo, bgr);
   bgr[0] /= 4;
   bgr[1] /= 2;
   cv::merge(bgr, photo);
-  const auto features = ExtractSift(photo, {});
+  const auto features = ExtractSift(photo, With(GetParam()));
   ASSERT_FALSE(features.keypoints.empty());
   const Keypoint& k = features.keypoints[0];
   EXPECT_GT(k.r, k.g);
   EXPECT_GT(k.g, k.b);
 }
+
+INSTANTIATE_TEST_SUITE_P(Methods, EitherSift, testing::Values("skein", "opencv"),
+                         [](const auto& info) { return info.param; });
 
 TEST(RootSift, HasTheSquareRootOfEachShareTimes512) {
   cv::Mat sift = cv::Mat::zeros(3, 128, CV_32F);
