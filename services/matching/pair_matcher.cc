@@ -16,7 +16,7 @@ constexpr size_t kMinFirstLookMatches = 5;
 // Below this the full product costs little more than the looks.
 constexpr size_t kMinFeatures = 2 * kMaxCoarse;
 
-// Guided matches of a false geometry, or of a small part that looks alike, stay below this.
+// Pairs with fewer guided inliers are matched in full: more of these matches are false.
 constexpr size_t kMinGuidedInliers = 100;
 
 // The band of guided matching, of the largest error of an inlier: a wider one finds no more
