@@ -139,8 +139,8 @@ TEST_F(LedgerTest, SubmitterRepeatsUntilCommittedUnderLoss) {
 TEST_F(LedgerTest, SubmitterTellsARefusalWithItsReason) {
   ingest_.Refuse([](const Fact& fact) {
     const bool stale = Header(fact).fact_id == "stale";
-    return stale ? Refusal{submit_reply_t::NOT_LEASED, "older epoch"}
-                 : Refusal{submit_reply_t::REFUSED, "no such photo"};
+    return stale ? RefusedFact{submit_reply_t::NOT_LEASED, "older epoch"}
+                 : RefusedFact{submit_reply_t::REFUSED, "no such photo"};
   });
   std::map<std::string, Submission> told;
   for (const std::string id : {"stale", "other"}) {

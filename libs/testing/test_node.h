@@ -41,7 +41,7 @@ inline registration_t TestFact(const std::string& fact_id) {
 }
 
 // status: submit_reply_t's REFUSED or NOT_LEASED.
-struct Refusal {
+struct RefusedFact {
   int8_t status;
   std::string reason;
 };
@@ -80,7 +80,7 @@ class MemoryIngest {
     return header.seq;
   }
   // Asked for each fact that is not in the ledger yet.
-  void Refuse(std::function<std::optional<Refusal>(const Fact&)> judge) {
+  void Refuse(std::function<std::optional<RefusedFact>(const Fact&)> judge) {
     judge_ = std::move(judge);
   }
 
@@ -97,7 +97,7 @@ class MemoryIngest {
     reply.fact_id = header.fact_id;
     reply.status = submit_reply_t::COMMITTED;
     const auto known = seq_of_.find(header.fact_id);
-    const std::optional<Refusal> refusal =
+    const std::optional<RefusedFact> refusal =
         known == seq_of_.end() && judge_ ? judge_(fact) : std::nullopt;
     if (refusal) {
       reply.status = refusal->status;
@@ -111,7 +111,7 @@ class MemoryIngest {
   Node& node_;
   std::vector<Fact> facts_;
   std::map<std::string, int64_t> seq_of_;
-  std::function<std::optional<Refusal>(const Fact&)> judge_;
+  std::function<std::optional<RefusedFact>(const Fact&)> judge_;
   int num_submissions_ = 0;
   LedgerServer server_;
   std::vector<Bus::SubscriptionId> subscriptions_;

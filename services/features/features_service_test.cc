@@ -94,9 +94,9 @@ TEST_F(FeaturesServiceTest, DescribesAPhotoAndOffersTheResult) {
 }
 
 TEST_F(FeaturesServiceTest, ServesItsBlobsUntilTheyAreCommitted) {
-  ingest_.Refuse([](const Fact& fact) -> std::optional<Refusal> {
+  ingest_.Refuse([](const Fact& fact) -> std::optional<RefusedFact> {
     // Never decided: as long as ingest pulls.
-    if (std::holds_alternative<features_t>(fact)) return Refusal{submit_reply_t::PULLING, ""};
+    if (std::holds_alternative<features_t>(fact)) return RefusedFact{submit_reply_t::PULLING, ""};
     return std::nullopt;
   });
   std::optional<features_t> submitted;
@@ -158,9 +158,9 @@ TEST_F(FeaturesWithoutDecoderTest, ACrashOfTheDecoderFailsThePhoto) {
 }
 
 TEST_F(FeaturesServiceTest, TellsThatARefusedResultIsForGood) {
-  ingest_.Refuse([](const Fact& fact) -> std::optional<Refusal> {
+  ingest_.Refuse([](const Fact& fact) -> std::optional<RefusedFact> {
     if (!std::holds_alternative<features_t>(fact)) return std::nullopt;
-    return Refusal{submit_reply_t::REFUSED, "bad keypoint count"};
+    return RefusedFact{submit_reply_t::REFUSED, "bad keypoint count"};
   });
   AddPhoto(1, SmallJpeg(), 96, 80);
   Give(1);

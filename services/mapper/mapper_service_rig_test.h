@@ -207,10 +207,10 @@ class MapperServiceTest : public testing::Test {
   void RefuseFirst(int count, int8_t status, const std::string& reason,
                    std::function<bool(const Fact&)> matches) {
     auto left = std::make_shared<int>(count);
-    ingest_.Refuse([=](const Fact& fact) -> std::optional<Refusal> {
+    ingest_.Refuse([=](const Fact& fact) -> std::optional<RefusedFact> {
       if (*left == 0 || !matches(fact)) return std::nullopt;
       --*left;
-      return Refusal{status, reason};
+      return RefusedFact{status, reason};
     });
   }
 

@@ -157,12 +157,12 @@ TEST_F(MapperServiceTest, EndsWhenTheLedgerTellsOfANewerEpoch) {
 TEST_F(MapperServiceTest, SubmitsRefusedModelsAgain) {
   int num_refused = 0;
   std::map<int8_t, int> left{{submap_model_t::CHECKPOINT, 2}, {submap_model_t::FINAL, 2}};
-  ingest_.Refuse([&](const Fact& fact) -> std::optional<Refusal> {
+  ingest_.Refuse([&](const Fact& fact) -> std::optional<RefusedFact> {
     const auto* submap = std::get_if<submap_model_t>(&fact);
     if (submap == nullptr || left[submap->kind] == 0) return std::nullopt;
     --left[submap->kind];
     ++num_refused;
-    return Refusal{submit_reply_t::REFUSED, "no"};
+    return RefusedFact{submit_reply_t::REFUSED, "no"};
   });
   Give(6);
   const auto committed = [&](int8_t state) {

@@ -77,7 +77,7 @@ TEST_F(SharedMapperTest, EachSubmapOfAMapperGetsItsFinalModel) {
 
 TEST_F(SharedMapperTest, MergesTwoOfItsOwnSubmaps) {
   // Ingest holds the blobs of a fact before it commits it.
-  ingest_.Refuse([this](const Fact& fact) -> std::optional<Refusal> {
+  ingest_.Refuse([this](const Fact& fact) -> std::optional<RefusedFact> {
     if (IsMerge(fact, merge_t::FROZEN)) {
       const auto blob = node_.blobs().GetLocal(std::get<merge_t>(fact).model_blob);
       if (blob.ok()) ingest_node_.blobs().Offer(*blob);

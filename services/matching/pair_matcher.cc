@@ -17,7 +17,7 @@ constexpr size_t kMinFirstLookMatches = 5;
 constexpr size_t kMinFeatures = 2 * kMaxCoarse;
 
 // Pairs with fewer guided inliers are matched in full: more of these matches are false.
-constexpr size_t kMinGuidedInliers = 100;
+constexpr size_t kMinGuidedInliers = 200;
 
 // The band of guided matching, of the largest error of an inlier: a wider one finds no more
 // matches, as the ratio test has more neighbours to compare with.
