@@ -69,8 +69,8 @@ using TwoViewPairs = std::vector<TwoViewPair>;
 Bytes EncodeTwoViewPairs(const TwoViewPairs& pairs);
 Result<TwoViewPairs> DecodeTwoViewPairs(const Bytes& bytes);
 
-// The files of a model by name: cameras.bin, images.bin, points3D.bin, state.bin. A blob holds them in
-// the order of their names.
+// The files of a model by name: cameras.bin, images.bin, points3D.bin, state.bin. A blob holds them
+// in the order of their names.
 using ModelArchive = std::map<std::string, Bytes>;
 
 Bytes EncodeModelArchive(const ModelArchive& archive);

@@ -22,7 +22,8 @@ PhotoCounts CountPhotos(const SessionRecord& session, int64_t num_duplicates);
 // registration, in the order of photos.
 std::vector<double> PhotoToPoseSeconds(const SessionRecord& session);
 
-// [{image, cause, reason, remedy}] of the photos that are in no submap, those on their way included.
+// [{image, cause, reason, remedy}] of the photos that are in no submap, those on their way
+// included.
 nlohmann::json DeferredPart(const SessionState& state);
 
 // Candidates named and hit, pairs matched and verified, mean seconds a photo in the index.

@@ -56,7 +56,7 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"", ""}};
   ForEachCommittedChannel([&](const auto& channel) { expected[channel.name] = "i"; });
   ForEachSubmitChannel([&](const auto& channel) { expected[channel.name] = "w"; });
-  EXPECT_EQ(expected.size(), 22u + 2u * kNumFactKinds);
+  EXPECT_EQ(expected.size(), 23u + 2u * kNumFactKinds);
   for (const auto& [channel, who] : expected) EXPECT_EQ(WhoMay(channel), who) << channel;
 }
 

@@ -13,7 +13,7 @@ struct PhotoDescription {
   LocalFeatures local;
   GlobalDescriptor global;  // no values: nothing to describe
   PhotoQuality quality;
-  double local_s = 0;       // decoding and SIFT
+  double local_s = 0;  // decoding and SIFT
   double global_s = 0;
 };
 

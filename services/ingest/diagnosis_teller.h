@@ -1,5 +1,5 @@
-// Tells everyone why photos are in no map, as photo_diagnosis_t: at once when it changes, then every
-// 10 s, since datagrams are lost.
+// Tells everyone why photos are in no map, as photo_diagnosis_t: at once when it changes, then
+// every 10 s, since datagrams are lost.
 #pragma once
 
 #include <functional>
