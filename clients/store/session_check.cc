@@ -43,6 +43,7 @@ class Checker {
     CheckRetrieval();
     CheckResults();
     CheckKeys();
+    CheckUploads();
     return std::move(check_);
   }
 
@@ -218,6 +219,15 @@ class Checker {
     for (const KeysDamage& damage : check_.damaged_keys) {
       Add("keys/" + damage.file, "is damaged",
           damage.is_made_anew ? Remedy::kNone : Remedy::kNewKeys);
+    }
+  }
+
+  // Photos of browsers that ingest has not taken yet, by their hash.
+  void CheckUploads() {
+    for (const fs::path& file : FilesUnder(paths_.Uploads())) {
+      if (file.extension() != ".photo" || HashOfFile(file) == file.stem()) continue;
+      check_.damaged_uploads.push_back(Relative(file));
+      Add(Relative(file), "is damaged", Remedy::kSendAgain);
     }
   }
 

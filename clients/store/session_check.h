@@ -44,6 +44,7 @@ struct SessionCheck {
   std::vector<std::string> damaged_results;  // and the list itself
 
   std::vector<KeysDamage> damaged_keys;
+  std::vector<std::string> damaged_uploads;  // paths in the folder
 
   size_t num_blobs = 0;
   size_t num_photos = 0;

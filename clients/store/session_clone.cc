@@ -57,6 +57,9 @@ class Cloner {
       if (const auto* image = std::get_if<image_t>(&fact)) Copy(*image);
     }
     CopyResults();
+    if (fs::exists(from_.Uploads())) {
+      fs::copy(from_.Uploads(), to_.Uploads(), fs::copy_options::recursive);
+    }
     Require(WriteLedger(to_.Ledger(), session.session_id, contents.facts, contents.notes));
     Require(SyncFileSystem(to_.root));
     // Last: without it the folder is no session.

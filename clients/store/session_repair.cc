@@ -78,6 +78,10 @@ class Repairer {
     if (!check_.damaged_results.empty()) SetResultsAside();
     if (!check_.has_sound_session_file) WriteSession(id);
     for (const KeysDamage& damage : check_.damaged_keys) RepairKeys(damage);
+    for (const std::string& upload : check_.damaged_uploads) {
+      SetAside(paths_.root / upload);
+      repaired_.photos_to_send.push_back(upload);
+    }
     Require(SyncFileSystem(paths_.root));
     return repaired_;
   }

@@ -54,6 +54,7 @@ class SessionMaker {
     AddRetrieval();
     AddResults();
     AddKeys();
+    AddUpload();
   }
 
  private:
@@ -124,6 +125,12 @@ class SessionMaker {
     Write(paths_.Sparse() / "0" / "points3D.bin", Content("points"));
     Write(paths_.Report(), Content("report"));
     EXPECT_TRUE(WriteChecksumList(paths_.root, "results.sha256", {"sparse", "report.json"}).ok());
+  }
+
+  void AddUpload() {
+    const Bytes photo = Content("photo of a phone");
+    const std::string hash = HashBytes(photo.data(), photo.size());
+    Write(paths_.Uploads() / "carol" / (hash + ".photo"), photo);
   }
 
   void AddKeys() {
@@ -323,6 +330,18 @@ TEST_F(StoreTest, ACloneIsTheSameUnderAnotherId) {
   EXPECT_FALSE(CloneSession(paths_, clone.root).ok()) << "it exists";
   FlipFeatures(paths_, 4);
   EXPECT_FALSE(CloneSession(paths_, folder_ / "another").ok()) << "it is damaged";
+}
+
+TEST_F(StoreTest, APhotoThatWaitsForIngestIsCheckedAndCloned) {
+  ASSERT_TRUE(CloneSession(paths_, folder_ / "clone").ok());
+  const std::vector<fs::path> uploads = FilesIn(SessionPaths{folder_ / "clone"}.Uploads());
+  ASSERT_EQ(uploads.size(), 1u);
+  Flip(FilesIn(paths_.Uploads()).front(), 3, 1);
+  EXPECT_EQ(CountOf(CheckSession(paths_), Remedy::kSendAgain), 1u);
+  const Result<Repaired> repaired = RepairSession(paths_);
+  ASSERT_TRUE(repaired.ok()) << repaired.error();
+  EXPECT_EQ(repaired->photos_to_send.size(), 1u);
+  EXPECT_TRUE(CheckSession(paths_).IsWhole());
 }
 
 TEST_F(StoreTest, WithoutTheListOfRevokedNamesAllKeysEnd) {
