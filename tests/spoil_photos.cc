@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "codecs/photo_encoding.h"
+#include "core/file.h"
 #include "core/folder.h"
 
 namespace fs = std::filesystem;
@@ -31,6 +33,8 @@ std::vector<fs::path> PhotosIn(const fs::path& folder, size_t at_least) {
   throw std::runtime_error(folder.string() + ": give " + std::to_string(at_least) + " photos");
 }
 
+double FocalPx(const cv::Mat& photo) { return 0.86 * photo.cols; }  // of skein sim's photos
+
 void AddNoise(cv::Mat* photo, double sigma, int seed) {
   cv::Mat noise(photo->size(), CV_16SC3), sum;
   cv::RNG random(static_cast<uint64_t>(seed) + 1);
@@ -42,7 +46,7 @@ void AddNoise(cv::Mat* photo, double sigma, int seed) {
 
 cv::Mat Blur(const cv::Mat& photo, int n) {
   cv::Mat blurred;
-  cv::GaussianBlur(photo, blurred, {}, photo.cols * (0.016 + 0.002 * n));
+  cv::GaussianBlur(photo, blurred, {}, photo.cols * (0.012 + 0.002 * n));
   AddNoise(&blurred, 1.5, n);
   return blurred;
 }
@@ -85,7 +89,7 @@ cv::Mat Thumb(const cv::Mat& photo, int n) {
 
 // Homography of a turn about the vertical: K R K^-1, of a lens without distortion.
 cv::Mat Turn(const cv::Mat& photo, int n) {
-  const double focal = 0.86 * photo.cols, angle = 0.07 * (n - 2);
+  const double focal = FocalPx(photo), angle = 0.07 * (n - 2);
   const cv::Matx33d K(focal, 0, photo.cols / 2.0, 0, focal, photo.rows / 2.0, 0, 0, 1);
   const cv::Matx33d R(std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0,
                       std::cos(angle));
@@ -96,10 +100,16 @@ cv::Mat Turn(const cv::Mat& photo, int n) {
   return turned(middle).clone();
 }
 
-void Write(const fs::path& file, const cv::Mat& photo) {
-  if (!cv::imwrite(file.string(), photo, {cv::IMWRITE_JPEG_QUALITY, 92})) {
-    throw std::runtime_error("cannot write " + file.string());
-  }
+void Write(const fs::path& file, const cv::Mat& photo, double focal_px) {
+  skein::ExifInfo info;
+  info.make = "Skein";
+  info.model = file.filename().string().substr(0, file.filename().string().find('-'));
+  info.width = photo.cols;
+  info.height = photo.rows;
+  info.focal_35mm = static_cast<int>(std::lround(focal_px * 36 / photo.cols));
+  const auto bytes = skein::EncodePhoto(photo, &info, 92);
+  const skein::Status status = skein::WriteFileAtomic(file.string(), bytes.data(), bytes.size());
+  if (!status.ok()) throw std::runtime_error(status.error());
 }
 
 struct Kind {
@@ -127,15 +137,17 @@ int main(int argc, char** argv) {
                                               {"thumb", 4, Thumb}}) {
       for (int n = 0; n < kind.count; ++n) {
         const cv::Mat photo = cv::imread(good[next++ % good.size()].string());
-        Write(out / (kind.name + ("-" + std::to_string(n)) + ".jpg"), kind.spoil(photo, n));
+        Write(out / (kind.name + ("-" + std::to_string(n)) + ".jpg"), kind.spoil(photo, n),
+              FocalPx(photo));
       }
     }
     for (int n = 0; n < 5; ++n) {
-      Write(out / ("other-" + std::to_string(n) + ".jpg"), cv::imread(other[n].string()));
+      const cv::Mat photo = cv::imread(other[n].string());
+      Write(out / ("other-" + std::to_string(n) + ".jpg"), photo, FocalPx(photo));
     }
     const cv::Mat still = cv::imread(other[5].string());
     for (int n = 0; n < 4; ++n) {
-      Write(out / ("turn-" + std::to_string(n) + ".jpg"), Turn(still, n));
+      Write(out / ("turn-" + std::to_string(n) + ".jpg"), Turn(still, n), FocalPx(still));
     }
     return 0;
   } catch (const std::exception& error) {

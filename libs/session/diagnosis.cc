@@ -13,9 +13,10 @@ using Edge = CovisibilityGraph::Edge;
 
 // Mean grey levels. At 5 % the noise of a phone's sensor is as large as most texture.
 constexpr float kDark = 0.05F, kBright = 0.95F;
-// Sharp photos of five real sets: 0.17 to 0.29. Blurred by a Gaussian of 4 pixels at a longest side
-// of 1,600: 0.52 to 0.62; by 15 pixels of motion: 0.43 to 0.59.
-constexpr float kBlurred = 0.5F;
+// Sharp photos of five real sets: 0.16 to 0.21. Blurred by a Gaussian of 4 pixels at a longest side
+// of 1,600, which most maps still take: 0.31 to 0.40; of 8 pixels: 0.58 to 0.68; by 31 pixels of
+// motion: 0.53 to 0.63. With noise.
+constexpr float kBlurred = 0.45F;
 // Of a photo that shows a thing in front of nothing; the same sets have 0.6 and more.
 constexpr float kBareCoverage = 0.35F;
 constexpr int kBareKeypoints = 300;
@@ -60,7 +61,8 @@ std::optional<Diagnosis> InThePhoto(const features_t& features) {
               "expose shorter, and shoot again");
   }
   if (features.blur > kBlurred) {
-    return Of(Cause::kBlurred, "blurred: " + Percent(features.blur) + ", sharp is below 40 %",
+    return Of(Cause::kBlurred,
+              "blurred: " + Percent(features.blur) + ", where sharp photos have 20 %",
               "hold the camera still, wait for its focus, and shoot again");
   }
   if (features.num_keypoints < kBareKeypoints || features.coverage < kBareCoverage) {
@@ -90,14 +92,14 @@ bool AllStrong(const std::vector<Edge>& edges, Predicate predicate) {
 
 // Of its pairs, which no map could begin with.
 std::optional<Diagnosis> InItsPairs(const std::vector<Edge>& edges, const std::string& best) {
-  if (AllStrong(edges, [](const Edge& e) { return e.geometry == kPlanar; })) {
-    return Of(Cause::kPlanarOnly, "it and what overlaps it show one flat surface alone",
-              "shoot again with something in view that stands out of the surface");
-  }
   if (AllStrong(edges, [](const Edge& e) { return e.tri_angle_rad < kParallaxRad; })) {
     return Of(Cause::kRotationOnly, "taken from the same spot as all photos that overlap it",
               "take a step sideways, a tenth of the distance to what " + best +
                   " shows, and shoot again");
+  }
+  if (AllStrong(edges, [](const Edge& e) { return e.geometry == kPlanar; })) {
+    return Of(Cause::kPlanarOnly, "it and what overlaps it show one flat surface alone",
+              "shoot again with something in view that stands out of the surface");
   }
   return std::nullopt;
 }

@@ -94,6 +94,7 @@ TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
   };
   EXPECT_EQ(of_three_with(Pair(400, kPanoramic, 0)), Cause::kRotationOnly);
   EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0.1F)), Cause::kPlanarOnly);
+  EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0)), Cause::kRotationOnly);
   EXPECT_EQ(of_three_with(Pair(400, kCalibrated, 0.1F)), Cause::kWeakOverlap);
 }
 

@@ -7,8 +7,9 @@
 namespace skein {
 namespace {
 
-constexpr int kLongestSidePx = 800;
-constexpr int kBlurPx = 9;  // of the second blur, as in the paper
+constexpr int kLongestSidePx = 400;  // the noise of a sensor is averaged out
+constexpr int kBlurPx = 9;           // of the second blur, as in the paper
+constexpr float kNoise = 3.F / 255;  // less change than this is noise, not an edge
 constexpr int kFields = 8;
 
 cv::Mat1f SmallGrey(const cv::Mat& bgr) {
@@ -31,10 +32,11 @@ float BlurAlong(const cv::Mat1f& grey, cv::Size step) {
   const cv::Rect first({0, 0}, grey.size() - step), second({step.width, step.height}, first.size());
   const cv::Mat change = cv::abs(grey(second) - grey(first));
   const cv::Mat change_left = cv::abs(blurred(second) - blurred(first));
+  const cv::Mat is_edge = change > kNoise;
   cv::Mat lost = change - change_left;
   cv::max(lost, 0, lost);
-  const double whole = cv::sum(change)[0];
-  return whole > 0 ? static_cast<float>(1 - cv::sum(lost)[0] / whole) : 1;
+  const double whole = cv::mean(change, is_edge)[0];
+  return whole > 0 ? static_cast<float>(1 - cv::mean(lost, is_edge)[0] / whole) : 0;
 }
 
 float Coverage(cv::Size size, const std::vector<Keypoint>& keypoints) {
