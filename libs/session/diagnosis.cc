@@ -22,8 +22,8 @@ constexpr float kBareCoverage = 0.35F;
 constexpr int kBareKeypoints = 300;
 // skein-mapper registers a photo from as many inliers on (--min-inliers).
 constexpr int kNeededInliers = 30;
-// Less is no parallax: a step of a hundredth of the distance.
-constexpr float kParallaxRad = 0.01F;
+// COLMAP triangulates no point below 1.5 degrees: a step of a fortieth of the distance.
+constexpr float kParallaxRad = 0.026F;
 // COLMAP's TwoViewGeometry::ConfigurationType.
 constexpr int8_t kPlanar = 4;
 
