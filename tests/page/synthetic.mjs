@@ -48,7 +48,7 @@ const cases = {
     const at = await page.evaluate((image) => window.skein.project(image), hits[0]);
     await page.mouse.click(box.x + at.x, box.y + at.y);
     await browser.until('the clicked camera is selected', (s) => s.selection?.image === hits[0]);
-    assert.match(await page.locator('.inspect').innerText(), /Placed in map 1/);
+    await page.locator('.inspect', { hasText: 'Placed in map 1' }).waitFor();
     // Compare with its best match.
     await page.locator('.matches li button').first().click();
     await page.locator('.match_line').nth(10).waitFor({ state: 'attached' });

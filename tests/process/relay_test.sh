@@ -80,6 +80,10 @@ nsenter --net -t "$other_host" "$skein" agent --invite "$agent" --images "$place
 agent_pids+=($!)
 await_agents
 
+# What the relays refused of the hostile peer, before anything else is refused: ingest hears of a revoked invitation when
+# it likes, so it may refuse a message that a relay still forwarded.
+"$skein" status --once --json --session "$session" --lcm-url "$url" >"$workspace/status.json" || fail "skein status"
+
 # An invitation that is taken back: the relay forwards nothing from it, and nothing to it.
 lost=$(invite viewer --name lost-phone)
 timeout 40 "$skein" status --once --invite "$lost" >/dev/null || fail "an invitation does not work"
@@ -88,7 +92,6 @@ grep -qx lost-phone "$workspace/said" || fail "unclear: $(cat "$workspace/said")
 is_shut_out() { ! timeout 40 "$skein" status --once --invite "$lost" >"$workspace/said" 2>&1; }
 wait_until 60 "a revoked invitation is refused" is_shut_out
 
-"$skein" status --once --json --session "$session" --lcm-url "$url" >"$workspace/status.json" || fail "skein status"
 finish "$session"
 kill -TERM "$remote_pid"
 wait "$remote_pid" || true
