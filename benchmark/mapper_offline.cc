@@ -21,6 +21,7 @@
 #include "geometry/model_poses.h"
 #include "geometry/pose_evaluation.h"
 #include "mapping/experiments/tree_window.h"
+#include "mapping/rebuild.h"
 #include "mapping/submap.h"
 #include "matching/two_view.h"
 #include "merger/seed_policy.h"
@@ -33,7 +34,7 @@ struct Arguments {
   std::string database, order = "name", truth, output;
   std::string camera_model = "SIMPLE_RADIAL";
   LocalBaOptions local_ba;
-  std::string output_before, photo_table;
+  std::string output_before, photo_table, model;
   size_t max_pairs = 30;
   bool global_ba = true;
   double focal_factor = 1.0;
@@ -233,14 +234,16 @@ class Run {
       const TwoViewPairs pairs =
           ReadPairs(database, image.ImageId(), before_, arguments_.max_pairs);
       before_.push_back(image.ImageId());
-      if (!IsStarted()) seeds_.OnMatches(photo, pairs);
+      if (arguments_.model.empty() && !IsStarted()) seeds_.OnMatches(photo, pairs);
       const double start = CpuSeconds();
       Feed(photo, pairs);
       if (!IsStarted()) TryToStart(false);
       mapper_s += CpuSeconds() - start;
     }
     if (!IsStarted()) TryToStart(true);
+    if (!arguments_.model.empty()) TakeModel();
     Print("before finish", images.size(), mapper_s);
+    PrintAgreement();
     if (!arguments_.output_before.empty()) Write(arguments_.output_before);
     double start = CpuSeconds();
     while (arguments_.background && submap_.Maintain(true, Sink())) {
@@ -250,6 +253,7 @@ class Run {
     start = CpuSeconds();
     submap_.Finish(Sink());
     Print("after finish", images.size(), CpuSeconds() - start);
+    PrintAgreement();
     if (!arguments_.output.empty()) Write(arguments_.output);
     return 0;
   }
@@ -276,6 +280,23 @@ class Run {
     if (!IsStarted()) return;
     submap_.Enqueue(photo.image_id);
     while (submap_.Step(Sink())) continue;
+  }
+
+  // Goes on from a model that an earlier run wrote.
+  void TakeModel() {
+    colmap::Reconstruction model;
+    model.Read(arguments_.model);
+    SubmapState state = submap_.State();
+    state.first = model.RegImageIds().front();
+    const Status status = submap_.Restore(model, state);
+    if (!status.ok()) throw std::runtime_error(arguments_.model + ": " + status.error());
+  }
+
+  void PrintAgreement() const {
+    const MatchAgreement agreement =
+        CountMatches(submap_.options(), submap_.map(), submap_.waiting());
+    std::cout << "  matches that agree " << agreement.agreeing << ", to win " << agreement.to_win
+              << "\n";
   }
 
   bool IsStarted() const { return submap_.map().reconstruction().NumRegImages() > 0; }
@@ -375,6 +396,9 @@ int main(int argc, char** argv) {
   app.add_option("--output-before", arguments.output_before, "folder for the model before finish");
   app.add_option("--photo-table", arguments.photo_table,
                  "file for a line of CSV a registered photo: its local BA");
+  app.add_option("--model", arguments.model,
+                 "goes on from this COLMAP model of all the photos, instead of mapping them")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--local-ba", arguments.local_ba.form, "local bundle adjustment")
       ->check(CLI::IsMember(skein::LocalBaForms()))
       ->capture_default_str();

@@ -358,22 +358,26 @@ void Submap::TryAllWaiting(const EventSink& sink) {
 
 // From the photo that it began with, so that maps of two visually similar places do not change
 // places; then, as a map can be bent by how it began, from others.
-void Submap::Rebuild(const EventSink& sink) {
+bool Submap::Rebuild(const EventSink& sink) {
   // A few more pairs than at the last time change nothing.
-  if (!map_->HasPhoto(first_) || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_) return;
-  if (settled_.consistent || options_.IsStopped()) return;
+  if (!map_->HasPhoto(first_) || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_) {
+    return false;
+  }
+  if (settled_.consistent || options_.IsStopped()) return false;
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
-  if (options_.IsStopped()) return;
+  if (options_.IsStopped()) return false;
   settled_.consistent = !MayWin(now);
-  if (settled_.consistent) return;
+  bool rebuilt = false;
   for (const ImageId start : StartsAnew()) {
+    if (!MayWin(now)) break;
     const std::unique_ptr<Submap> anew = MapAnew(*this, start);
-    if (options_.IsStopped()) return;  // it may not be complete
+    if (options_.IsStopped()) break;  // it may not be complete
     num_pairs_rebuilt_ = map_->pairs().size();
     if (anew == nullptr || !TakeIfBetter(anew.get(), now, sink)) continue;
+    rebuilt = true;
     now = CountMatches(options_, *map_, waiting_);
-    if (!MayWin(now)) return;
   }
+  return rebuilt;
 }
 
 // The first photo; then the best connected ones that share no pair with one before.
@@ -461,6 +465,12 @@ void Submap::TellNewAndGone(const std::vector<ImageId>& before, const Refusal& r
 
 void Submap::Finish(const EventSink& sink) {
   Consolidate(sink);
+  AdjustWithPointsAnew(sink);
+  settled_.consistent = false;
+  if (Rebuild(sink)) AdjustWithPointsAnew(sink);
+}
+
+void Submap::AdjustWithPointsAnew(const EventSink& sink) {
   if (map_->reconstruction().NumRegImages() < 2 || options_.IsStopped()) return;
   Timer timer;
   if (!TriangulateAnew(options_.triangulation, map_.get(), options_.stop)) return;

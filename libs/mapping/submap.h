@@ -80,8 +80,9 @@ class Submap {
   void RefineUntilStable(const EventSink& sink);
 
   // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much.
-  // The finished model hardly depends on the order of the photos. Where the options say stop, the
-  // parts that are left are left out, here and in what is above.
+  // The finished model hardly depends on the order of the photos. Points anew show what points that
+  // grew with the map hide: if the map is inconsistent with them, it is mapped anew as well. Where
+  // the options say stop, the parts that are left are left out, here and in what is above.
   void Finish(const EventSink& sink);
   // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
   double EstimateConsolidateS() const;
@@ -159,7 +160,9 @@ class Submap {
                         const EventSink& sink);
   bool Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink);
 
-  void Rebuild(const EventSink& sink);
+  void AdjustWithPointsAnew(const EventSink& sink);
+  // True if the map is another one now.
+  bool Rebuild(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   // Whether the matches that another map may win are enough for it to stay; whether it stayed.
   std::vector<ImageId> StartsAnew() const;
