@@ -1,0 +1,41 @@
+// A submap as guidance reads it: cameras, photos and points, without keypoints.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/sim3_similarity.h"
+
+namespace skein {
+
+// A pinhole camera; distortion is left out.
+struct GuidedCamera {
+  int width_px = 0, height_px = 0;
+  double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
+
+  // Of a point in the camera's frame. False: behind it, or outside the photo.
+  bool Project(const Eigen::Vector3d& in_camera, Eigen::Vector2d* pixel) const;
+  double FocalPx() const { return 0.5 * (fx_px + fy_px); }
+};
+
+struct GuidedPhoto {
+  int64_t image_id = 0;
+  int32_t camera = 0;  // index into GuidedMap::cameras
+  int32_t agent = 0;   // any number that tells agents apart
+  CameraPose cam_from_world;
+};
+
+struct GuidedPoint {
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
+  std::vector<uint32_t> photos;  // that observe it: indices into GuidedMap::photos
+};
+
+// Lengths are in the submap's own unit.
+struct GuidedMap {
+  std::vector<GuidedCamera> cameras;
+  std::vector<GuidedPhoto> photos;  // in the order they came
+  std::vector<GuidedPoint> points;
+};
+
+}  // namespace skein

@@ -1,0 +1,74 @@
+// How well dense matching can reconstruct a piece of surface from the photos that see it.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/result.h"
+#include "guidance/guided_map.h"
+#include "guidance/surface.h"
+
+namespace skein {
+
+struct QualityOptions {
+  // Ground sampling distance that is wanted, submap units a pixel; 0: twice that of the median
+  // point.
+  double target_gsd = 0;
+  // A surfel is good when all of these hold. Reconstructability 0.9: three photos 20 degrees apart
+  // that look straight at it from the distance of the target.
+  int min_photos = 3;
+  double min_reconstructability = 0.9;
+  double max_sigma_gsd = 2;  // standard deviation of its depth, in target_gsd, at 1 px of noise
+  // The part of the surface that counts: seen at up to this many times target_gsd.
+  double max_gsd_ratio = 3;
+  // A place is complete when at least this part of it is good, and at most that part of its surfels
+  // has an open border.
+  double min_good_share = 0.9;
+  double max_open_share = 0.05;
+
+  Status Check() const;
+};
+
+// A photo as one surfel sees it.
+struct ViewOfSurfel {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // unit, from the surfel to the camera
+  double gsd = 0;                                       // submap units a pixel
+};
+
+struct SurfelQuality {
+  int num_photos = 0;
+  double best_gsd = 0;  // of the second best photo, as depth takes two
+  // Smith et al. 2018, "Aerial path planning for urban scene reconstruction", equation 3 (pairs of
+  // photos weighted by parallax, distance, matchability and incidence), with the distance in
+  // ground sampling distance.
+  double reconstructability = 0;
+  // Along the normal: sqrt(n' (sum J'J)^-1 n) for 1 px, over the photos that match another one,
+  // submap units. Infinite where no two do.
+  double sigma = 0;
+  bool counts = false;  // is within the part that counts
+  bool good = false;
+};
+
+SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
+                           const std::vector<ViewOfSurfel>& views);
+
+// How complete a place is. Shares are of the area that counts.
+struct Completeness {
+  double area = 0;  // that counts, submap units squared
+  double good_share = 0;
+  double open_share = 0;    // surfels with an open border
+  double median_sigma = 0;  // submap units at 1 px of noise; of what counts
+  double target_gsd = 0;
+  bool complete = false;
+};
+
+struct PlaceQuality {
+  Surface surface;
+  std::vector<SurfelQuality> surfels;  // in the order of surface.surfels
+  Completeness completeness;
+};
+
+PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
+                         const QualityOptions& quality_options, const GuidedMap& map);
+
+}  // namespace skein

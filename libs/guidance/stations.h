@@ -1,0 +1,74 @@
+// What to photograph next.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/result.h"
+#include "guidance/guided_map.h"
+#include "guidance/quality.h"
+
+namespace skein {
+
+// Where an agent can stand.
+struct Reach {
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();  // unit; zero: as the photos tell (UpOf)
+  // Heights along `up`, submap units; min > max: as high as the agent's own photos, give or take a
+  // third of the working distance.
+  double min_height = 1, max_height = 0;
+  // Horizontal polygons to stay out of, in submap units: points of the map's frame, their heights
+  // do not matter.
+  std::vector<std::vector<Eigen::Vector3d>> no_go;
+};
+
+struct StationOptions {
+  int num_stations = 5;            // of each agent
+  double min_common_points = 100;  // predicted, with the map
+  // Of the map's points in view, from where they were seen by less than 30 degrees: as many are
+  // matched.
+  double match_rate = 0.3;
+  // A station this many working distances from where the agent is counts half.
+  double half_distance = 3;
+  int max_candidates = 2000;  // that are looked at for an agent
+
+  Status Check() const;
+};
+
+// A photo to take.
+struct Station {
+  CameraPose cam_from_world;
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();  // what it is for: a weak place
+  double gain = 0;             // area that becomes good or comes nearer to it, submap units squared
+  double common_points = 0;    // predicted, with the map
+  uint32_t nearest_photo = 0;  // index: start from where this was taken
+  enum class Why : int8_t {
+    kFewPhotos = 1,   // fewer than three photos see the place
+    kNoParallax = 2,  // they are too close together
+    kTooSlanted = 3,  // they look at it too flatly, or in too different directions to match
+    kTooFar = 4,      // too coarse for the target
+    kOpenBorder = 5,  // the surface goes on where nobody has looked
+  };
+  Why why = Why::kFewPhotos;
+};
+
+// Who asks for stations.
+struct StationSeeker {
+  int32_t agent = 0;        // its number in GuidedPhoto
+  uint32_t last_photo = 0;  // where it is: index into GuidedMap::photos; its camera is used
+  Reach reach;
+};
+
+// Upwards as the photos tell: their own upper sides where these agree (photos held level), else
+// against where they look (straight down). Unit.
+Eigen::Vector3d UpOf(const GuidedMap& map);
+
+// For each agent its stations, best first. A station is chosen as if those before it had been
+// photographed, and agents take turns, so no two get the same. Empty where nothing is weak within
+// reach. Deterministic.
+std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,
+                                                 const QualityOptions& quality_options,
+                                                 const GuidedMap& map, const PlaceQuality& place,
+                                                 const std::vector<StationSeeker>& seekers);
+
+}  // namespace skein

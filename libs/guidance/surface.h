@@ -1,0 +1,53 @@
+// A coarse surface from a map's points: oriented surfels, and which photos see each.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/result.h"
+#include "guidance/guided_map.h"
+
+namespace skein {
+
+struct SurfaceOptions {
+  // A cell is as wide as makes this many points in it, were a photo's points spread evenly; of the
+  // median photo. So weakly textured places have wide cells.
+  double points_per_cell = 4;
+  double min_cell_px = 24;        // as wide at least in the median photo,
+  double max_cell_share = 0.1;    // and at most this part of the photo's width
+  double max_incidence_deg = 75;  // a photo sees no surfel beyond it
+  // A surfel is hidden where another one is in front of it by more than this part of its distance.
+  double depth_tolerance = 0.1;
+
+  Status Check() const;
+};
+
+// A piece of surface, as large as a cell.
+struct Surfel {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // mean of its points
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // unit, towards the photos that see it
+  double area = 0;                                     // submap units squared
+  uint32_t num_points = 0;
+  // That see it, ascending indices into GuidedMap::photos: those that observe a point of it, and
+  // those that have it in view with nothing in front.
+  std::vector<uint32_t> photos;
+  // Where the surface ends here and less than two photos show what lies beyond, the place there;
+  // else the surfel's own position. A surface that was never photographed has no points: all that
+  // tells of it is such an open border.
+  Eigen::Vector3d beyond = Eigen::Vector3d::Zero();
+  bool open_border = false;
+};
+
+struct Surface {
+  double cell = 0;              // width, submap units; 0: no surface
+  double median_gsd = 0;        // submap units a pixel, of the median point in its nearest photo
+  double working_distance = 0;  // median distance of a photo to the points that it observes
+  std::vector<Surfel> surfels;
+};
+
+// Empty for a map without points. Costs the number of observations, and of surfels times the photos
+// that look towards them.
+Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map);
+
+}  // namespace skein
