@@ -136,21 +136,45 @@ Place WithSurfaces(const Place& place, const std::vector<Surface>& more) {
 
 }  // namespace
 
+namespace {
+
+std::string FileName(int index) {
+  char file[32];
+  std::snprintf(file, sizeof file, "%04d.jpg", index + 1);
+  return file;
+}
+
+// Of an agent's photo: lens, light and clock.
+Random RandomOf(const SimOptions& options, int agent, int index) {
+  return Random(Random(options.scenario.seed ^ 0x70686f74ULL).Fork(agent * 100000 + index).Next());
+}
+
+}  // namespace
+
+Capture CaptureAt(const SimOptions& options, const std::vector<Camera>& cameras, int agent,
+                  const std::string& name, int index, const Pose& pose) {
+  Capture capture;
+  capture.agent = name;
+  capture.file = FileName(index);
+  capture.shot.pose = pose;
+  capture.shot.capture_s = index * options.scenario.IntervalS();
+  Random random = RandomOf(options, agent, index);
+  TakeStill(options, agent, cameras[agent], &random, &capture);
+  return capture;
+}
+
 CapturePlan PlanCaptures(const SimOptions& options, const Place& place) {
   const Scenario scenario = options.scenario.scenario;
   const std::vector<Walk> walks = PlanWalks(options.scenario);
-  const Random seeds(options.scenario.seed ^ 0x70686f74ULL);
   CapturePlan plan;
   if (scenario != Scenario::kCrowd) plan.cameras = BodyOfEachAgent(options);
   for (int i = 0; i < options.scenario.photos; ++i) {
     for (int agent = 0; agent < static_cast<int>(walks.size()); ++agent) {
-      char file[32];
-      std::snprintf(file, sizeof file, "%04d.jpg", i + 1);
       Capture capture;
       capture.agent = walks[agent].agent;
-      capture.file = file;
+      capture.file = FileName(i);
       capture.shot = walks[agent].shots[i];
-      Random random(seeds.Fork(agent * 100000 + i).Next());
+      Random random = RandomOf(options, agent, i);
       if (scenario == Scenario::kCrowd) {
         TakeTouristPhoto(options, place, &random, &plan, &capture);
       } else {

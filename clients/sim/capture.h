@@ -43,6 +43,11 @@ struct CapturePlan {
 // A function of the options. `place`: BuildPlace's, for the automatic exposure of videos.
 CapturePlan PlanCaptures(const SimOptions& options, const Place& place);
 
+// The next photo of an agent that stands where nobody planned it: number `index` from 0, with the
+// agent's own camera (index `agent` into `cameras`, as PlanCaptures makes them; not for kCrowd).
+Capture CaptureAt(const SimOptions& options, const std::vector<Camera>& cameras, int agent,
+                  const std::string& name, int index, const Pose& pose);
+
 // The photo as its camera stores it, before compression.
 cv::Mat3b RenderCapture(const Place& place, const Camera& camera, const Capture& capture);
 

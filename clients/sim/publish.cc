@@ -1,5 +1,6 @@
 #include "clients/sim/publish.h"
 
+#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
@@ -31,6 +32,13 @@ int Wait(pid_t pid) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
+std::vector<std::string> AgentCommand(const RenderedAgent& agent, const PublishOptions& options) {
+  std::vector<std::string> arguments = {"skein",    "agent",    "--name",
+                                        agent.name, "--images", agent.folder};
+  arguments.insert(arguments.end(), options.session.begin(), options.session.end());
+  return arguments;
+}
+
 }  // namespace
 
 int PublishSession(const std::string& program, const std::vector<RenderedAgent>& agents,
@@ -38,10 +46,7 @@ int PublishSession(const std::string& program, const std::vector<RenderedAgent>&
   int worst = 0;
   std::vector<pid_t> running;
   for (const RenderedAgent& agent : agents) {
-    std::vector<std::string> arguments = {"skein",    "agent",    "--name",
-                                          agent.name, "--images", agent.folder};
-    arguments.insert(arguments.end(), options.session.begin(), options.session.end());
-    running.push_back(Start(program, arguments));
+    running.push_back(Start(program, AgentCommand(agent, options)));
     if (options.one_after_the_other) {
       worst = std::max(worst, Wait(running.back()));
       running.clear();
@@ -49,6 +54,20 @@ int PublishSession(const std::string& program, const std::vector<RenderedAgent>&
   }
   for (const pid_t pid : running) worst = std::max(worst, Wait(pid));
   return worst;
+}
+
+WatchingAgents::WatchingAgents(const std::string& program, const std::vector<RenderedAgent>& agents,
+                               const PublishOptions& options) {
+  for (const RenderedAgent& agent : agents) {
+    std::vector<std::string> arguments = AgentCommand(agent, options);
+    arguments.push_back("--watch");
+    running_.push_back(Start(program, arguments));
+  }
+}
+
+WatchingAgents::~WatchingAgents() {
+  for (const pid_t pid : running_) kill(pid, SIGTERM);
+  for (const pid_t pid : running_) Wait(pid);
 }
 
 }  // namespace skein::sim

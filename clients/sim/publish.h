@@ -1,6 +1,8 @@
 // Publishes rendered photos as their agents would: one `skein agent` process each.
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
 #include <vector>
 
@@ -17,5 +19,19 @@ struct PublishOptions {
 // exit code (1 for an agent that a signal ended). Throws when a process cannot be started.
 int PublishSession(const std::string& program, const std::vector<RenderedAgent>& agents,
                    const PublishOptions& options);
+
+// An agent for each folder that publishes what appears there (`skein agent --watch`), until this
+// ends.
+class WatchingAgents {
+ public:
+  WatchingAgents(const std::string& program, const std::vector<RenderedAgent>& agents,
+                 const PublishOptions& options);
+  ~WatchingAgents();
+  WatchingAgents(const WatchingAgents&) = delete;
+  WatchingAgents& operator=(const WatchingAgents&) = delete;
+
+ private:
+  std::vector<pid_t> running_;
+};
 
 }  // namespace skein::sim

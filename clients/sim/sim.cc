@@ -7,11 +7,14 @@
 #include <stdexcept>
 #include <thread>
 
+#include "clients/client_node.h"
 #include "clients/progress_bar.h"
 #include "clients/sim/parallel.h"
 #include "clients/sim/publish.h"
+#include "clients/sim/robots.h"
 #include "clients/sim/truth.h"
 #include "clients/subcommand.h"
+#include "event_loop/worker_thread.h"
 
 namespace skein::sim {
 namespace {
@@ -36,21 +39,22 @@ void RenderToFile(const SimOptions& options, const Place& place, const Camera& c
              EncodePhoto(image, exif, capture.quality));
 }
 
-void WriteWholeTruth(const SimOptions& options, const Place& place, const CapturePlan& plan) {
+void WriteWholeTruth(const SimOptions& options, const Place& place,
+                     const std::vector<Camera>& cameras, const std::vector<Capture>& captures) {
   std::vector<TruePhoto> photos;
-  for (const Capture& capture : plan.captures) {
+  for (const Capture& capture : captures) {
     photos.push_back({capture.agent + "/" + capture.file, capture.camera, capture.shot.pose,
                       capture.moving.empty() ? Scene() : Scene(capture.moving)});
   }
   const fs::path truth = fs::path(options.out) / "truth";
-  WriteTruth(truth.string(), place, plan.cameras, photos, options.scenario.seed, options.threads);
+  WriteTruth(truth.string(), place, cameras, photos, options.scenario.seed, options.threads);
   WriteSurfaces((truth / "surfaces.ply").string(), place.scene);
 }
 
-std::vector<RenderedAgent> MakeFolders(const SimOptions& options, const CapturePlan& plan) {
+std::vector<RenderedAgent> MakeFolders(const SimOptions& options) {
   std::vector<RenderedAgent> agents;
-  for (int i = 0; i < options.scenario.agents; ++i) {
-    const std::string& name = plan.captures[i].agent;
+  for (const Walk& walk : PlanWalks(options.scenario)) {
+    const std::string& name = walk.agent;
     agents.push_back({name, (fs::path(options.out) / "images" / name).string()});
     fs::create_directories(agents.back().folder);
   }
@@ -62,8 +66,8 @@ std::vector<RenderedAgent> MakeFolders(const SimOptions& options, const CaptureP
 std::vector<RenderedAgent> RenderSession(const SimOptions& options) {
   const Place place = BuildPlace(options.scenario, options.threads);
   const CapturePlan plan = PlanCaptures(options, place);
-  std::vector<RenderedAgent> agents = MakeFolders(options, plan);
-  WriteWholeTruth(options, place, plan);
+  std::vector<RenderedAgent> agents = MakeFolders(options);
+  WriteWholeTruth(options, place, plan.cameras, plan.captures);
   ProgressBar progress("rendering", static_cast<int64_t>(plan.captures.size()));
   ParallelFor(static_cast<int>(plan.captures.size()), options.threads, [&](int i) {
     const Capture& capture = plan.captures[i];
@@ -82,6 +86,8 @@ struct SimCommand {
   sim::SimOptions sim;
   std::string scenario = "together", size = "1280x960";
   std::string session, session_id, lcm_url, auth, rate;
+  bool follow_advice = false;
+  sim::RobotOptions robots;
 
   bool publishes() const { return !session.empty() || !session_id.empty(); }
 };
@@ -128,6 +134,21 @@ void AddPublishOptions(CLI::App* app, SimCommand* command) {
   app->add_option("--rate", command->rate, "Photos a second of each agent")->group(group);
 }
 
+void AddRobotOptions(CLI::App* app, SimCommand* command) {
+  const std::string group = "Robots (with a session whose guide runs)";
+  app->add_flag("--follow-advice", command->follow_advice,
+                "Each agent takes a few photos of its walk, then those that it is advised to take")
+      ->group(group);
+  app->add_option("--first-photos", command->robots.first_photos, "Of its walk")
+      ->check(CLI::Range(2, 5000))
+      ->capture_default_str()
+      ->group(group);
+  app->add_option("--max-photos", command->robots.max_photos, "Of each agent, in all")
+      ->check(CLI::Range(2, 5000))
+      ->capture_default_str()
+      ->group(group);
+}
+
 sim::PublishOptions MakePublishOptions(const SimCommand& command) {
   sim::PublishOptions options;
   const auto pass = [&](const std::string& name, const std::string& value) {
@@ -142,6 +163,39 @@ sim::PublishOptions MakePublishOptions(const SimCommand& command) {
   pass("--rate", command.rate);
   options.one_after_the_other = command.sim.scenario.scenario == sim::Scenario::kRelay;
   return options;
+}
+
+ClientOptions MakeClientOptions(const SimCommand& command) {
+  ClientOptions options;
+  options.session_dir = command.session;
+  options.node.session_id = command.session_id;
+  options.node.lcm_url = command.lcm_url;
+  options.node.auth = command.auth;
+  return options;
+}
+
+int FollowAdvice(const SimCommand& command) {
+  constexpr double kLookS = 1;
+  const sim::Place place = sim::BuildPlace(command.sim.scenario, command.sim.threads);
+  const std::vector<sim::RenderedAgent> folders = sim::MakeFolders(command.sim);
+  const auto node = MakeClientNode("sim", Role::kViewer, MakeClientOptions(command));
+  WorkerThread renderer(node->loop());
+  sim::Robots robots(
+      *node, command.sim, command.robots, place,
+      [&](const sim::Capture& capture, const sim::Camera& camera) {
+        renderer.Run(
+            [&, capture, camera] { sim::RenderToFile(command.sim, place, camera, capture); },
+            [] {});
+      });
+  {
+    const sim::WatchingAgents agents("/proc/self/exe", folders, MakePublishOptions(command));
+    while (!robots.done() && !node->loop().interrupted()) {
+      node->loop().RunUntil([&] { return robots.done(); }, kLookS);
+    }
+  }
+  sim::WriteWholeTruth(command.sim, place, robots.cameras(), robots.taken());
+  std::cout << robots.Summary();
+  return robots.done() ? kExitOk : kExitError;
 }
 
 bool ParseSize(const std::string& text, int* width, int* height) {
@@ -161,12 +215,21 @@ int RunSim(int argc, char** argv) {
       "skein sim");
   AddRenderOptions(&app, &command);
   AddPublishOptions(&app, &command);
+  AddRobotOptions(&app, &command);
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;
   if (!ParseSize(command.size, &command.sim.width, &command.sim.height)) {
     std::cerr << "skein sim: --size takes WIDTHxHEIGHT between 64x64 and 8192x8192\n";
     return kExitUsage;
   }
   command.sim.scenario.scenario = *sim::ParseScenario(command.scenario);
+  if (command.follow_advice) {
+    if (!command.publishes() || command.scenario == "video" || command.scenario == "crowd") {
+      std::cerr << "skein sim: --follow-advice takes --session or --session-id, and no scenario of "
+                   "videos or tourists\n";
+      return kExitUsage;
+    }
+    return FollowAdvice(command);
+  }
   const std::vector<sim::RenderedAgent> agents = sim::RenderSession(command.sim);
   for (const sim::RenderedAgent& agent : agents) {
     std::cout << agent.name << " " << agent.folder << std::endl;

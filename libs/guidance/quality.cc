@@ -50,19 +50,20 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place)
   result.target_gsd = options.target_gsd;
   std::vector<double> sigmas;
   double good = 0;
-  int counting = 0, open = 0;
+  int counting = 0, ends = 0, open = 0;
   for (size_t i = 0; i < place.surfels.size(); ++i) {
     if (!place.surfels[i].counts) continue;
     const Surfel& surfel = place.surface.surfels[i];
     ++counting;
     result.area += surfel.area;
     if (place.surfels[i].good) good += surfel.area;
+    ends += surfel.at_end;
     open += surfel.open_border;
     sigmas.push_back(place.surfels[i].sigma);
   }
   if (counting == 0) return result;
   result.good_share = good / result.area;
-  result.open_share = static_cast<double>(open) / counting;
+  result.open_share = static_cast<double>(open) / std::max(1, ends);
   std::nth_element(sigmas.begin(), sigmas.begin() + counting / 2, sigmas.end());
   result.median_sigma = sigmas[counting / 2];
   result.complete =

@@ -21,10 +21,10 @@ struct QualityOptions {
   double max_sigma_gsd = 3;  // standard deviation of its depth, in target_gsd, at 1 px of noise
   // The part of the surface that counts: seen at up to this many times target_gsd.
   double max_gsd_ratio = 3;
-  // A place is complete when at least this part of it is good, and at most that part of its surfels
-  // has an open border.
+  // A place is complete when at least this part of it is good, and at most that part of where it
+  // ends has an open border.
   double min_good_share = 0.9;
-  double max_open_share = 0.05;
+  double max_open_share = 0.1;
 
   Status Check() const;
 };
@@ -56,7 +56,7 @@ SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d&
 struct Completeness {
   double area = 0;  // that counts, submap units squared
   double good_share = 0;
-  double open_share = 0;    // surfels with an open border
+  double open_share = 0;    // of the surfels at an end of the surface: with an open border
   double median_sigma = 0;  // submap units at 1 px of noise; of what counts
   double target_gsd = 0;
   bool complete = false;

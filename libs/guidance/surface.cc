@@ -266,7 +266,8 @@ void FindBorders(const SurfaceOptions& options, const std::vector<Eigen::Vector3
       around.back().position = other.position;
     });
     Eigen::Vector3d direction;
-    if (!FindEnd(surfel, around, &direction)) continue;
+    surfel.at_end = FindEnd(surfel, around, &direction);
+    if (!surfel.at_end) continue;
     surfel.beyond = surfel.position + kRadius * surface->cell * direction;
     surfel.open_border = CountPhotosTowards(grids, centres, surfel, min_cos) < 2;
     if (!surfel.open_border) surfel.beyond = surfel.position;

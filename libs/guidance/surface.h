@@ -36,7 +36,8 @@ struct Surfel {
   // else the surfel's own position. A surface that was never photographed has no points: all that
   // tells of it is such an open border.
   Eigen::Vector3d beyond = Eigen::Vector3d::Zero();
-  bool open_border = false;
+  bool at_end = false;       // the surface ends here
+  bool open_border = false;  // it does, and what lies beyond was not photographed
 };
 
 struct Surface {
