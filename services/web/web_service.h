@@ -41,6 +41,8 @@ class WebService {
   void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   void OnFact(const Fact& fact);
   void OnHeartbeat(const heartbeat_t& heartbeat);
+  void OnGuidance(const guidance_t& guidance);
+  void OnAdvice(const advice_t& advice);
   void TellStatus();
 
   Node& node_;
@@ -55,6 +57,7 @@ class WebService {
   std::unique_ptr<UploadDesk> desk_;
   std::unique_ptr<FinishAsker> finish_asker_;
   HeardProcesses processes_;
+  HeardGuidance guidance_;
   std::string told_status_;
   std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;
