@@ -11,6 +11,7 @@ namespace {
 
 constexpr size_t kMinPhotos = 5, kMinSurfels = 20;  // below it is too early to say
 constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr size_t kMaxParts = 2;  // of an offset: the longest
 constexpr double kMinTurnDeg = 7.5;
 constexpr double kMinPart = 0.06;  // of the distance to the object: less is not spoken of
 
@@ -25,7 +26,7 @@ const char* WhyText(Station::Why why) {
     case Station::Why::kTooFar:
       return "the photos of this place were taken from too far away";
     case Station::Why::kOpenBorder:
-      return "the surface goes on here, and nobody has photographed it yet";
+      return "the surface goes on here, and no photo shows it yet";
   }
   return "";
 }
@@ -111,9 +112,10 @@ std::string OffsetText(const Wording& wording, const CameraPose& near, const Cam
   }
   std::sort(parts.begin(), parts.end(),
             [](const Part& a, const Part& b) { return a.length > b.length; });
+  if (parts.size() > kMaxParts) parts.resize(kMaxParts);
   std::string text;
   for (size_t i = 0; i < parts.size(); ++i) {
-    text += i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ";
+    text += i == 0 ? "" : " and ";
     text += LengthText(wording, parts[i].length, i == 0) + " " + parts[i].where;
   }
   return text;

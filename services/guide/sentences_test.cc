@@ -56,7 +56,7 @@ TEST(StationSentence, IsInPartsOfTheDistanceElse) {
 TEST(StationSentence, NamesTheDistanceOnce) {
   const Wording wording{Eigen::Vector3d::UnitZ(), 0, 4};
   EXPECT_EQ(Say(wording, Pose({0, 0, 0}), Pose({1.4, -1, 0.4})),
-            "a third of the distance to the object to the right, a quarter back and a tenth higher "
+            "a third of the distance to the object to the right and a quarter back "
             "from where alice/0031.jpg was taken: too few photos see this place");
 }
 
