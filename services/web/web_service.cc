@@ -128,6 +128,7 @@ SessionSource WebService::Source() {
   source.fetch = [this](const std::string& blob_id, const std::string& owner,
                         SessionSource::Done done) { Fetch(blob_id, owner, std::move(done)); };
   source.may_use_model = [this](int64_t submap_id) { return shapes_->MayUseModel(submap_id); };
+  source.advice = [this](const std::string& agent) { return AdviceFor(agent); };
   source.on_look = [this] { shapes_->NoteLook(); };
   if (visitors_) AddVisitors(&source);
   return source;
@@ -160,6 +161,7 @@ void WebService::OnFact(const Fact& fact) {
   server_->NoteEvents();
   if (const auto* end = std::get_if<submap_end_t>(&fact)) {
     api_->shapes().Drop(end->submap_id);
+    const std::lock_guard<std::mutex> lock(guidance_mutex_);
     guidance_.places.erase(end->submap_id);
     server_->TellLatest("shape/" + std::to_string(end->submap_id),
                         SessionApi::GoneMessage(end->submap_id));
@@ -178,7 +180,9 @@ void WebService::OnHeartbeat(const heartbeat_t& heartbeat) {
 void WebService::OnGuidance(const guidance_t& guidance) {
   const bool is_live = view_.With(
       [&](const SessionRecord& session) { return session.state.IsLive(guidance.submap_id); });
-  if (is_live) guidance_.places[guidance.submap_id] = guidance;
+  if (!is_live) return;
+  const std::lock_guard<std::mutex> lock(guidance_mutex_);
+  guidance_.places[guidance.submap_id] = guidance;
 }
 
 void WebService::OnAdvice(const advice_t& advice) {
@@ -186,7 +190,23 @@ void WebService::OnAdvice(const advice_t& advice) {
     const PhotoState* photo = session.state.FindPhoto(advice.last_image_id);
     return photo != nullptr && photo->image.agent == advice.agent;
   });
-  if (is_known) guidance_.advice[advice.agent] = advice;
+  if (!is_known) return;
+  const std::lock_guard<std::mutex> lock(guidance_mutex_);
+  guidance_.advice[advice.agent] = advice;
+}
+
+// On threads of the API.
+std::optional<advice_t> WebService::AdviceFor(const std::string& agent) const {
+  std::optional<advice_t> advice;
+  {
+    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    const auto found = guidance_.advice.find(agent);
+    if (found != guidance_.advice.end()) advice = found->second;
+  }
+  const bool is_live = advice && view_.With([&](const SessionRecord& session) {
+    return session.state.IsLive(advice->submap_id);
+  });
+  return is_live ? advice : std::nullopt;
 }
 
 void WebService::TellStatus() {
@@ -196,8 +216,12 @@ void WebService::TellStatus() {
     process = gone ? processes_.erase(process) : std::next(process);
   }
   if (server_->num_viewers() == 0 && !told_status_.empty()) return;
+  const HeardGuidance guidance = [this] {
+    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    return guidance_;
+  }();
   std::string status = view_.With([&](const SessionRecord& session) {
-    return StatusMessage(session, processes_, now_s, guidance_);
+    return StatusMessage(session, processes_, now_s, guidance);
   });
   if (status == told_status_) return;
   told_status_ = status;

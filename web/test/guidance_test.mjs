@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { guidanceOf, stationCameras } from '../src/guidance.js';
+import { adviceWords } from '../src/phone/advice.js';
 
 const timelineWith = (ended, isLive = true) => ({ isLive, live: { submaps: new Map([[1, { ended: false }], [2, { ended }]]) } });
 const place = (submap) => ({ submap, good_share: 0.5, verdict: 'weak' });
@@ -32,4 +33,14 @@ test('stations become cameras with what the last photo was taken with', () => {
   assert.equal(cameras[0].from, 4);
   assert.deepEqual(cameras[0].aspect, [0.6, 0.45]);
   assert.deepEqual(stationCameras(advice, () => null), [], 'no camera is known');
+});
+
+test('a phone is told by an arrow, steps where the scale is known, and the sentence', () => {
+  const advice = (offset, metres = 0) => ({ working_distance: 4, metres_per_unit: metres, stations: [{ offset, sentence: 'half a metre' }] });
+  assert.deepEqual(adviceWords(advice([-2, 0, 0], 0.7)), { arrow: '←', steps: '2 steps to the left', text: 'Half a metre.' });
+  assert.deepEqual(adviceWords(advice([1, 0, 1])), { arrow: '↗', steps: 'Next photo', text: 'Half a metre.' });
+  assert.equal(adviceWords(advice([0, 0, -1], 0.7)).steps, '1 step back');
+  assert.equal(adviceWords(advice([0.1, -3, 0.1])).arrow, '', 'straight up');
+  assert.equal(adviceWords(advice(null)).steps, 'Next photo');
+  for (const none of [null, undefined, {}, { stations: [] }, { stations: [{}] }]) assert.equal(adviceWords(none), null);
 });
