@@ -20,14 +20,16 @@ STAGES = [
 
 # Column and row of each room, from the top.
 ROOMS = {
-    'export': (1, -1, 'models for other programs'),
-    'web': (2, -1, 'the live view: server, events, shapes'),
+    'export': (0, -1, 'models for other programs'),
+    'web': (1, -1, 'the live view: server, events'),
+    'shapes': (2, -1, 'maps, as their mappers tell them'),
     'node': (0, 0, 'what every process has'),
     'ledger': (0, 1, 'ordered facts, SQLite'),
     'blobs': (0, 2, 'stored and pulled by hash'),
     'transport': (0, 3, 'LCM links, bus, channels, roles'),
     'event_loop': (0, 4, 'poll loop, worker thread'),
     'session': (1, 0, 'the ledger, folded'),
+    'guidance': (1.5, 2, 'how good a surface is, what to add'),
     'geometry': (1, 3, 'similarities, GPS, errors'),
     'auth': (1, 4, 'keys, signatures of messages'),
     'config': (3, 5, 'the options, in one TOML file'),
@@ -72,8 +74,9 @@ def processes():
         parts += [arrow(x + 40, 200, x + 40, 110), label(x + 40, 146, taken),
                   arrow(x + 96, 110, x + 96, 200), label(x + 96, 174, given)]
     parts += box(20, 204, 922, 56, 'skein-ingest', 'the one writer: checks photos, orders facts, leases work, serves blobs, writes final models', '#dff0dc')
-    parts += [arrow(250, 262, 250, 306), arrow(710, 262, 710, 306), arrow(730, 306, 730, 264)]
-    parts += box(20, 310, 520, 56, 'session folder', 'ledger.db  images/  blobs/  retrieval/  sparse/  report.json  keys/', '#f0f0f0')
+    parts += [arrow(195, 262, 195, 306), arrow(475, 262, 475, 306), arrow(710, 262, 710, 306), arrow(730, 306, 730, 264)]
+    parts += box(20, 310, 350, 56, 'session folder', 'ledger.db  images/  blobs/  sparse/  report.json  keys/', '#f0f0f0')
+    parts += box(390, 310, 170, 56, 'skein-guide', 'tells what to photograph next', '#dbe9f9')
     parts += box(580, 310, 362, 56, 'skein-web, skein status, view, finish, export', 'read the ledger; ask for the finish', '#fbe7cf')
     return parts
 

@@ -62,6 +62,7 @@ class Forger {
       RefuseSubmissions(author);
     }
     SubmitNonsense();
+    Misguide();
     command_t command{};
     command.command_id = photo_;
     command.sender = "finish.1";
@@ -129,6 +130,24 @@ class Forger {
     end.epoch = 1;
     end.reason = "forged";
     bus_.Publish(kSubmitSubmapEndChannel, end);
+  }
+
+  // As the guide: of the first submap, and for the agents of a place.
+  void Misguide() {
+    guidance_t guidance{};
+    guidance.author = "guide";
+    guidance.submap_id = 1;
+    guidance.verdict = guidance_t::COMPLETE;
+    guidance.sentence = "forged";
+    bus_.Publish(kGuidanceChannel, guidance);
+    advice_t advice{};
+    advice.author = "guide";
+    advice.agent = "agent-1";
+    advice.submap_id = 1;
+    advice.num_stations = 1;
+    advice.stations.resize(1);
+    advice.stations[0].sentence = "forged";
+    bus_.Publish(kAdviceChannel, advice);
   }
 
   void RefusePhoto(const image_offer_t& offer) {

@@ -16,6 +16,7 @@
 #include "formats/formats.h"
 #include "ledger/fact_ids.h"
 #include "session/diagnosis.h"
+#include "session/guidance_json.h"
 #include "transport/invitation.h"
 #include "web/events.h"
 #include "web/page_shape.h"
@@ -221,7 +222,8 @@ void SessionApi::Uploads(const Parts& parts, const HttpRequest& request, Respond
   });
 }
 
-// {"photos": [[SHA256, name], ...]} -> {"states": [...]}, in the same order.
+// {"photos": [[SHA256, name], ...]} -> {"states": [...], in the same order, "advice": AdviceJson or
+// null}.
 void SessionApi::GetUploadStates(const HttpRequest& request, const Respond& respond) const {
   const json asked = json::parse(request.body, nullptr, false);
   if (!asked.is_object() || !asked.contains("photos") || !asked["photos"].is_array() ||
@@ -248,8 +250,10 @@ void SessionApi::GetUploadStates(const HttpRequest& request, const Respond& resp
     }
     states.push_back(state.is_null() ? json({{"state", "unknown"}}) : std::move(state));
   }
-  respond(JsonResponse(
-      json({{"states", std::move(states)}}).dump(-1, ' ', false, json::error_handler_t::replace)));
+  const std::optional<advice_t> advice = source_.advice ? source_.advice(agent) : std::nullopt;
+  const json next = advice ? AdviceJson(*advice) : json(nullptr);
+  respond(JsonResponse(json({{"states", std::move(states)}, {"advice", next}})
+                           .dump(-1, ' ', false, json::error_handler_t::replace)));
 }
 
 void SessionApi::Invite(const HttpRequest& request, Respond respond) {

@@ -8,12 +8,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "auth/certificate.h"
 #include "core/result.h"
 #include "shapes/shape_store.h"
+#include "skein/advice_t.hpp"
 #include "web/http.h"
 #include "web/job_pool.h"
 #include "web/session_view.h"
@@ -59,6 +61,10 @@ struct SessionSource {
   std::function<bool(int64_t submap_id)> may_use_model;
   // Somebody asks for shapes.
   std::function<void()> on_look;
+
+  // What the guide last advised an agent, in a submap that lives; null: nothing is known of a
+  // guide.
+  std::function<std::optional<advice_t>(const std::string& agent)> advice;
 
   PublicAddresses addresses;
   UploadStore* uploads = nullptr;  // null: nothing is uploaded

@@ -6,6 +6,7 @@
 
 #include "core/statistics.h"
 #include "session/diagnosis.h"
+#include "session/guidance_json.h"
 #include "session/report.h"
 #include "session/state_names.h"
 #include "web/events.h"
@@ -60,10 +61,26 @@ json DiagnosesPart(const SessionState& state) {
   return part;
 }
 
+json GuidancePart(const SessionState& state, const HeardGuidance& guidance) {
+  json part = json::array();
+  for (const auto& [submap_id, place] : guidance.places) {
+    if (state.IsLive(submap_id)) part.push_back(GuidanceJson(place));
+  }
+  return part;
+}
+
+json AdvicePart(const SessionState& state, const HeardGuidance& guidance) {
+  json part = json::array();
+  for (const auto& [agent, advice] : guidance.advice) {
+    if (state.IsLive(advice.submap_id)) part.push_back(AdviceJson(advice));
+  }
+  return part;
+}
+
 }  // namespace
 
 std::string StatusMessage(const SessionRecord& session, const HeardProcesses& processes,
-                          double now_s) {
+                          double now_s, const HeardGuidance& guidance) {
   const SessionState& state = session.state;
   int64_t described = 0, registered = 0;
   int64_t for_features = 0, for_retrieval = 0, for_matching = 0, for_mapper = 0;
@@ -112,6 +129,8 @@ std::string StatusMessage(const SessionRecord& session, const HeardProcesses& pr
                  {"matching", for_matching},
                  {"mapper", for_mapper}}},
                {"diagnoses", DiagnosesPart(state)},
+               {"guidance", GuidancePart(state, guidance)},
+               {"advice", AdvicePart(state, guidance)},
                {"latency", LatencyPart(session)},
                {"agents", std::move(agents_part)},
                {"processes", ProcessesPart(processes, now_s)},

@@ -16,8 +16,14 @@ struct HeardProcess {
 };
 using HeardProcesses = std::map<std::string, HeardProcess>;  // by instance
 
+// What the guide last told; of submaps that have ended, too.
+struct HeardGuidance {
+  std::map<int64_t, guidance_t> places;    // by submap
+  std::map<std::string, advice_t> advice;  // by agent
+};
+
 // {"type":"status", ...}, see services/web/README.md. Costs the number of photos.
 std::string StatusMessage(const SessionRecord& session, const HeardProcesses& processes,
-                          double now_s);
+                          double now_s, const HeardGuidance& guidance = {});
 
 }  // namespace skein

@@ -98,14 +98,14 @@ TEST(GuideMessages, AdviceRoundTrips) {
 }
 
 TEST(GuideMessages, ConstantsOfTheMessagesAreThoseOfTheCode) {
-  EXPECT_EQ(static_cast<int>(Station::Why::kFewPhotos), station_t::FEW_PHOTOS);
-  EXPECT_EQ(static_cast<int>(Station::Why::kNoParallax), station_t::NO_PARALLAX);
-  EXPECT_EQ(static_cast<int>(Station::Why::kTooSlanted), station_t::TOO_SLANTED);
-  EXPECT_EQ(static_cast<int>(Station::Why::kTooFar), station_t::TOO_FAR);
-  EXPECT_EQ(static_cast<int>(Station::Why::kOpenBorder), station_t::OPEN_BORDER);
-  EXPECT_EQ(static_cast<int>(PlaceVerdict::kGrowing), guidance_t::GROWING);
-  EXPECT_EQ(static_cast<int>(PlaceVerdict::kNearly), guidance_t::NEARLY);
-  EXPECT_EQ(static_cast<int>(PlaceVerdict::kComplete), guidance_t::COMPLETE);
+  EXPECT_EQ(static_cast<int>(Station::Why::kFewPhotos), +station_t::FEW_PHOTOS);
+  EXPECT_EQ(static_cast<int>(Station::Why::kNoParallax), +station_t::NO_PARALLAX);
+  EXPECT_EQ(static_cast<int>(Station::Why::kTooSlanted), +station_t::TOO_SLANTED);
+  EXPECT_EQ(static_cast<int>(Station::Why::kTooFar), +station_t::TOO_FAR);
+  EXPECT_EQ(static_cast<int>(Station::Why::kOpenBorder), +station_t::OPEN_BORDER);
+  EXPECT_EQ(static_cast<int>(PlaceVerdict::kGrowing), +guidance_t::GROWING);
+  EXPECT_EQ(static_cast<int>(PlaceVerdict::kNearly), +guidance_t::NEARLY);
+  EXPECT_EQ(static_cast<int>(PlaceVerdict::kComplete), +guidance_t::COMPLETE);
 }
 
 TEST(GuideMessages, AnAdviceFitsOneFrameWithTheBestStations) {

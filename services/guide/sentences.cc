@@ -11,6 +11,7 @@ namespace {
 
 constexpr size_t kMinPhotos = 5, kMinSurfels = 20;  // below it is too early to say
 constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr size_t kMaxParts = 2;  // of an offset: the longest
 constexpr double kMinTurnDeg = 7.5;
 constexpr double kMinPart = 0.06;  // of the distance to the object: less is not spoken of
 
@@ -25,7 +26,7 @@ const char* WhyText(Station::Why why) {
     case Station::Why::kTooFar:
       return "the photos of this place were taken from too far away";
     case Station::Why::kOpenBorder:
-      return "the surface goes on here, and nobody has photographed it yet";
+      return "the surface goes on here, and no photo shows it yet";
   }
   return "";
 }
@@ -36,32 +37,35 @@ std::string Number(const char* format, double value) {
   return text;
 }
 
-// As a part of the distance to the object.
-std::string PartText(double part) {
+// As a part of the distance to the object, which the first part of a sentence names.
+std::string PartText(double part, bool is_first) {
   struct Word {
     double part;
     const char* text;
+    const char* first;
   };
-  static constexpr std::array<Word, 9> kWords = {{{0.1, "a tenth of the distance"},
-                                                  {0.25, "a quarter of the distance"},
-                                                  {1.0 / 3, "a third of the distance"},
-                                                  {0.5, "half the distance"},
-                                                  {2.0 / 3, "two thirds of the distance"},
-                                                  {0.75, "three quarters of the distance"},
-                                                  {1, "the distance"},
-                                                  {1.5, "one and a half times the distance"},
-                                                  {2, "twice the distance"}}};
-  std::string text = Number("%.0f", part) + " times the distance";
-  if (part < 2.5) {
-    text = std::min_element(kWords.begin(), kWords.end(), [part](const Word& a, const Word& b) {
-             return std::abs(std::log(a.part / part)) < std::abs(std::log(b.part / part));
-           })->text;
-  }
+  static constexpr std::array<Word, 9> kWords = {
+      {{0.1, "a tenth", "a tenth of the distance"},
+       {0.25, "a quarter", "a quarter of the distance"},
+       {1.0 / 3, "a third", "a third of the distance"},
+       {0.5, "half of it", "half the distance"},
+       {2.0 / 3, "two thirds", "two thirds of the distance"},
+       {0.75, "three quarters", "three quarters of the distance"},
+       {1, "as far", "the distance"},
+       {1.5, "one and a half times as far", "one and a half times the distance"},
+       {2, "twice as far", "twice the distance"}}};
+  const Word* word =
+      std::min_element(kWords.begin(), kWords.end(), [part](const Word& a, const Word& b) {
+        return std::abs(std::log(a.part / part)) < std::abs(std::log(b.part / part));
+      });
+  const bool is_many = part >= 2.5;
+  if (!is_first) return is_many ? Number("%.0f times as far", part) : word->text;
+  const std::string text = is_many ? Number("%.0f times the distance", part) : word->first;
   return text + " to the object";
 }
 
-std::string LengthText(const Wording& wording, double length) {
-  if (wording.metres_per_unit <= 0) return PartText(length / wording.working_distance);
+std::string LengthText(const Wording& wording, double length, bool is_first) {
+  if (wording.metres_per_unit <= 0) return PartText(length / wording.working_distance, is_first);
   const double metres = length * wording.metres_per_unit;
   if (metres < 1) return Number("%.0f cm", 100 * metres);
   return Number(metres < 10 ? "%.1f m" : "%.0f m", metres);
@@ -86,7 +90,7 @@ double PitchDeg(const CameraPose& pose, const Eigen::Vector3d& up) {
 
 struct Part {
   double length;
-  std::string text;
+  const char* where;
 };
 
 // "2.1 m to the left and 40 cm higher", "" where it is the same place.
@@ -104,13 +108,15 @@ std::string OffsetText(const Wording& wording, const CameraPose& near, const Cam
   for (size_t axis = 0; axis < along.size(); ++axis) {
     const double length = std::abs(along[axis]);
     if (length < kMinPart * wording.working_distance || length < 0.2 * longest) continue;
-    parts.push_back({length, LengthText(wording, length) + " " + kWords[axis][along[axis] > 0]});
+    parts.push_back({length, kWords[axis][along[axis] > 0]});
   }
   std::sort(parts.begin(), parts.end(),
             [](const Part& a, const Part& b) { return a.length > b.length; });
+  if (parts.size() > kMaxParts) parts.resize(kMaxParts);
   std::string text;
   for (size_t i = 0; i < parts.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i].text;
+    text += i == 0 ? "" : " and ";
+    text += LengthText(wording, parts[i].length, i == 0) + " " + parts[i].where;
   }
   return text;
 }

@@ -53,6 +53,13 @@ TEST(StationSentence, IsInPartsOfTheDistanceElse) {
   EXPECT_EQ(Say(wording, Pose({0, 0, 0}), Pose({8, 0, 0})).find("twice the distance to the"), 0u);
 }
 
+TEST(StationSentence, NamesTheDistanceOnce) {
+  const Wording wording{Eigen::Vector3d::UnitZ(), 0, 4};
+  EXPECT_EQ(Say(wording, Pose({0, 0, 0}), Pose({1.4, -1, 0.4})),
+            "a third of the distance to the object to the right and a quarter back "
+            "from where alice/0031.jpg was taken: too few photos see this place");
+}
+
 TEST(StationSentence, GoesByWhereThePhotographerFaced) {
   const Wording wording{Eigen::Vector3d::UnitZ(), 1, 5};
   // Facing +x: +y is to the left.

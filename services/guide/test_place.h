@@ -19,7 +19,8 @@ class TestPlace {
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> unit(0, 1);
     for (int i = 0; i < num_points; ++i) {
-      points_.push_back({i, {width * unit(random), 0.02 * unit(random), height * unit(random)}});
+      points_.push_back(
+          {i, {width * unit(random), 0.02 * unit(random), height * unit(random)}, {}});
     }
   }
 

@@ -59,7 +59,9 @@ WebService::WebService(Node& node, const WebOptions& options) : node_(node), opt
   shapes_ = std::make_unique<ShapeFollower>(node, api_->shapes(), FollowShapes());
   StartServer();
   subscriptions_ = {
-      node.bus().Subscribe(kHeartbeatChannel, [this](const heartbeat_t& m) { OnHeartbeat(m); })};
+      node.bus().Subscribe(kHeartbeatChannel, [this](const heartbeat_t& m) { OnHeartbeat(m); }),
+      node.bus().Subscribe(kGuidanceChannel, [this](const guidance_t& m) { OnGuidance(m); }),
+      node.bus().Subscribe(kAdviceChannel, [this](const advice_t& m) { OnAdvice(m); })};
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   if (uploads_) desk_ = std::make_unique<UploadDesk>(node, *uploads_);
   timer_ = node_.loop().AddTimer(kStatusS, [this] { TellStatus(); });
@@ -126,6 +128,7 @@ SessionSource WebService::Source() {
   source.fetch = [this](const std::string& blob_id, const std::string& owner,
                         SessionSource::Done done) { Fetch(blob_id, owner, std::move(done)); };
   source.may_use_model = [this](int64_t submap_id) { return shapes_->MayUseModel(submap_id); };
+  source.advice = [this](const std::string& agent) { return AdviceFor(agent); };
   source.on_look = [this] { shapes_->NoteLook(); };
   if (visitors_) AddVisitors(&source);
   return source;
@@ -158,6 +161,8 @@ void WebService::OnFact(const Fact& fact) {
   server_->NoteEvents();
   if (const auto* end = std::get_if<submap_end_t>(&fact)) {
     api_->shapes().Drop(end->submap_id);
+    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    guidance_.places.erase(end->submap_id);
     server_->TellLatest("shape/" + std::to_string(end->submap_id),
                         SessionApi::GoneMessage(end->submap_id));
   }
@@ -171,6 +176,39 @@ void WebService::OnHeartbeat(const heartbeat_t& heartbeat) {
   }
 }
 
+// Of submaps and agents that the ledger does not know nothing is kept.
+void WebService::OnGuidance(const guidance_t& guidance) {
+  const bool is_live = view_.With(
+      [&](const SessionRecord& session) { return session.state.IsLive(guidance.submap_id); });
+  if (!is_live) return;
+  const std::lock_guard<std::mutex> lock(guidance_mutex_);
+  guidance_.places[guidance.submap_id] = guidance;
+}
+
+void WebService::OnAdvice(const advice_t& advice) {
+  const bool is_known = view_.With([&](const SessionRecord& session) {
+    const PhotoState* photo = session.state.FindPhoto(advice.last_image_id);
+    return photo != nullptr && photo->image.agent == advice.agent;
+  });
+  if (!is_known) return;
+  const std::lock_guard<std::mutex> lock(guidance_mutex_);
+  guidance_.advice[advice.agent] = advice;
+}
+
+// On threads of the API.
+std::optional<advice_t> WebService::AdviceFor(const std::string& agent) const {
+  std::optional<advice_t> advice;
+  {
+    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    const auto found = guidance_.advice.find(agent);
+    if (found != guidance_.advice.end()) advice = found->second;
+  }
+  const bool is_live = advice && view_.With([&](const SessionRecord& session) {
+    return session.state.IsLive(advice->submap_id);
+  });
+  return is_live ? advice : std::nullopt;
+}
+
 void WebService::TellStatus() {
   const double now_s = node_.loop().now_s();
   for (auto process = processes_.begin(); process != processes_.end();) {
@@ -178,8 +216,13 @@ void WebService::TellStatus() {
     process = gone ? processes_.erase(process) : std::next(process);
   }
   if (server_->num_viewers() == 0 && !told_status_.empty()) return;
-  std::string status = view_.With(
-      [&](const SessionRecord& session) { return StatusMessage(session, processes_, now_s); });
+  const HeardGuidance guidance = [this] {
+    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    return guidance_;
+  }();
+  std::string status = view_.With([&](const SessionRecord& session) {
+    return StatusMessage(session, processes_, now_s, guidance);
+  });
   if (status == told_status_) return;
   told_status_ = status;
   server_->TellLatest("status", std::move(status));

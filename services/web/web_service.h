@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,9 @@ class WebService {
   void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   void OnFact(const Fact& fact);
   void OnHeartbeat(const heartbeat_t& heartbeat);
+  void OnGuidance(const guidance_t& guidance);
+  void OnAdvice(const advice_t& advice);
+  std::optional<advice_t> AdviceFor(const std::string& agent) const;
   void TellStatus();
 
   Node& node_;
@@ -55,6 +59,8 @@ class WebService {
   std::unique_ptr<UploadDesk> desk_;
   std::unique_ptr<FinishAsker> finish_asker_;
   HeardProcesses processes_;
+  mutable std::mutex guidance_mutex_;
+  HeardGuidance guidance_;  // guarded by guidance_mutex_
   std::string told_status_;
   std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;

@@ -34,6 +34,24 @@ const cases = {
     assert.ok((await browser.state()).framesDrawn - before <= 3, 'it draws although nothing changes');
   },
 
+  async 'what to photograph next is told and shown'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    const state = await browser.until('the stations are there', (s) => s.points > 5000 && s.loading === 0 && s.stations.length > 0);
+    const agents = new Set(state.stations.map((s) => s.agent));
+    assert.equal(state.stations.length, 2 * agents.size);
+    assert.ok(agents.size >= 2, 'of one agent only');
+    assert.ok(state.stations.every((s) => state.cameras.includes(s.from)), 'a way that begins nowhere');
+    await page.locator('.places .place', { hasText: '82 % good' }).first().waitFor();
+    await page.locator('.places .light.nearly').waitFor();
+    await page.locator('.advice .place', { hasText: '0.5 m to the right' }).first().waitFor();
+    // Stations are no photos: they are not picked.
+    assert.ok(state.cameras.length === 45);
+    await page.locator('#tool_layers').click();
+    await page.locator('#settings label', { hasText: 'Photos to take' }).locator('input').uncheck();
+    await browser.until('the stations are gone', (s) => s.stations.length === 0);
+  },
+
   async 'cameras and points are picked where they are seen'({ browser, url }) {
     const { page } = browser;
     await page.goto(url);

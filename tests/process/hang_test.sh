@@ -35,8 +35,9 @@ hang matching-1
 hang merger
 wait_until 60 "photos are registered" has_facts "$session" registration 3
 hang mapper-1
+hang guide
 await_agents
 finish "$session"
 stop_services
 expect_model "$session" 1
-echo "$((SECONDS - started)) s with eight hung processes"
+echo "$((SECONDS - started)) s with nine hung processes"

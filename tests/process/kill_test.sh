@@ -21,6 +21,7 @@ kill_service "$session" matching-1
 kill_service "$session" merger
 wait_until 60 "photos are registered" has_facts "$session" registration 3
 kill_service "$session" mapper-1
+kill_service "$session" guide
 await_agents
 finish "$session"
 stop_services

@@ -2,6 +2,7 @@
 import { kGrid, kMark, kPaper, rgb } from './colours.js';
 import { Feed } from './feed.js';
 import { heirOf, liveSubmaps, photoName, placeOf, standingOf, summarize } from './fold.js';
+import { guidanceOf } from './guidance.js';
 import * as sim from './similarity.js';
 import { Shapes } from './shapes.js';
 import { Timeline } from './timeline.js';
@@ -42,6 +43,7 @@ export class App {
     this.newest = 0;
     this.maxPoints = isPhone() ? kPhonePoints : kDefaultPoints;
     this.tintMaps = true;
+    this.showsStations = true;
     this.theme = 'dark';
     this.updatedAt = -Infinity;
     this.clockOffset = null; // utime of the server less performance.now(), in microseconds
@@ -238,6 +240,7 @@ export class App {
     this.world.place();
     const selected = this.selection?.image ?? 0;
     const cameras = this.world.showCameras({ theme: this.theme, selected, newest: this.newest });
+    this.stations = this.world.showStations({ theme: this.theme, advice: this.showsStations ? guidanceOf(view).advice : [] });
     this.viewer.setCameraBase(this.world.cameraBase());
     this.world.showTints(this.theme, this.tintMaps);
     const ranking = this.world.showRanks();
@@ -442,6 +445,10 @@ export class App {
       range('Camera size', { min: 0, max: 3, step: 0.1, value: 1 }, (v) => this.viewer.setCameraScale(v)),
       check('Points', true, (on) => this.viewer.show('points', on)),
       check('Cameras', true, (on) => this.viewer.show('cameras', on)),
+      check('Photos to take', true, (on) => {
+        this.showsStations = on;
+        this.changed();
+      }),
       check('Floor grid', true, (on) => this.viewer.show('grid', on)),
       check('Tell maps apart by colour', true, (on) => {
         this.tintMaps = on;
@@ -539,6 +546,7 @@ export class App {
       unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p).standing)).map((p) => p.id),
       points: this.viewer.numPoints ?? 0, pointsShown: this.viewer.numPointsShown ?? 0, loading: this.loading ?? 0,
       cameras: [...(this.viewer.placed?.keys() ?? [])], shapes: [...this.world.shapes.keys()], selection: this.selection,
+      stations: (this.stations ?? []).map(({ agent, number, from }) => ({ agent, number, from })),
       framesDrawn: this.viewer.framesDrawn, finish: shown.finish,
     };
   }

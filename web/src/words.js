@@ -47,7 +47,7 @@ export function explain(reason) {
   return { what, help: 'The log of the service has more.' };
 }
 
-const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.') : '');
+export const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.') : '');
 
 // The same, as the session tells it of a photo ({what, remedy} of a status' diagnoses) while one looks at the present.
 export function advise(diagnosis, reason) {

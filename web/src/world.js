@@ -3,6 +3,7 @@
 import { agentColour, mapColour, rgb } from './colours.js';
 import { heirOf, liveSubmaps, placeOf } from './fold.js';
 import { joined, measureSubmap, sideBySide } from './frames.js';
+import { stationCameras } from './guidance.js';
 import { prepareCameras, ranksOf } from './reveal.js';
 import * as sim from './similarity.js';
 
@@ -184,6 +185,17 @@ export class World {
     }
     this.viewer.setCameras(cameras);
     return cameras;
+  }
+
+  // Photos that the guide advises, each with the way from the photo to start from.
+  showStations({ theme, advice }) {
+    const { shown } = this.timeline;
+    const aspect = (submap, image) => this.shapes.get(submap)?.cameras.get(image)?.aspect ?? null;
+    const stations = stationCameras(advice, aspect).map((station) => ({
+      ...station, colour: rgb(agentColour(theme, shown.agents.get(station.agent)?.index ?? 0)), alpha: station.number === 1 ? 1 : 0.5,
+    }));
+    this.viewer.setStations(stations);
+    return stations;
   }
 
   // The points of an earlier time. Ranks are computed a chunk at a time; returns whether some are still to come.

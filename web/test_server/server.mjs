@@ -12,7 +12,7 @@ import { dirname, extname, join, normalize, resolve } from 'node:path';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
-import { chunkBytes, drawing, makeSession, shapeAt } from './synthetic.mjs';
+import { chunkBytes, drawing, guidanceAt, makeSession, shapeAt } from './synthetic.mjs';
 
 const { values: options } = parseArgs({
   options: {
@@ -165,7 +165,7 @@ function tellStatus() {
   const now = events[told - 1]?.t ?? 0;
   const waiting = session.photos.filter((p) => p.received <= now && p.placedAt > now).length;
   tell({
-    type: 'status', backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
+    type: 'status', ...guidanceAt(session, now), backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
     processes: ['ingest', 'features-1', 'retrieval', 'matching-1', 'mapper-1', 'mapper-2', 'merger'].map((instance, i) => ({
       instance, state: instance.startsWith('mapper') ? `submap ${i - 3}` : 'idle', backlog: i % 3, memory: 40e6 + 30e6 * i, seen_s: 0.4 })),
   });

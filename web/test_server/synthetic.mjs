@@ -247,6 +247,28 @@ export function shapeAt(session, submap, utime) {
   };
 }
 
+// What the guide would say: of each agent's newest photo, half a metre to its right.
+export function guidanceAt(session, utime) {
+  const placed = session.photos.filter((p) => p.placedAt <= utime);
+  const mapOf = (p) => (utime >= session.mergedAt ? 1 : p.placedIn);
+  const newest = new Map(placed.map((p) => [p.agent, p]));
+  const guidance = [...new Set(placed.map(mapOf))].map((submap) => ({
+    submap, verdict: utime >= session.mergedAt ? 'nearly' : 'weak', good_share: 0.829, open: 12, photos: placed.length,
+    sentence: '82 % of the surface is good, 12 open borders: keep going',
+  }));
+  const advice = [...newest.values()].map((p) => {
+    const [qw, qx, qy, qz, x, y, z] = poseIn(session.frames[mapOf(p)], p);
+    return {
+      agent: p.agent, submap: mapOf(p), last_photo: p.id,
+      stations: [0.5, 1].map((right) => ({
+        pose: [qw, qx, qy, qz, x - right, y, z], nearest: p.id, why: 'few_photos',
+        sentence: `${right.toFixed(1)} m to the right from where ${p.agent}/${p.id}.jpg was taken: too few photos see this place`,
+      })),
+    };
+  });
+  return { guidance, advice };
+}
+
 export function chunkBytes(session, { frame }, { part, version }) {
   const xyz = part.map(([i]) => sim.apply(frame, session.points[i].xyz));
   const low = [0, 1, 2].map((k) => Math.min(...xyz.map((p) => p[k])));

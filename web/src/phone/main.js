@@ -2,6 +2,7 @@
 import { enter } from '../enter.js';
 import { byId, h, keyed, setText } from '../ui/dom.js';
 import { advise, bytes as size, groups, plural } from '../words.js';
+import { adviceWords } from './advice.js';
 import { Camera } from './camera.js';
 import { gpsOf, Place } from './place.js';
 import { Queue } from './queue.js';
@@ -82,7 +83,11 @@ class PhonePage {
     globalThis.navigator.storage?.persist?.();
     this.uploader = new Uploader({
       queue: this.queue,
-      on: { changed: () => this.soon(), connection: (c) => this.setConnection(c) },
+      on: {
+        advice: (advice) => this.showAdvice(advice),
+        changed: () => this.soon(),
+        connection: (c) => this.setConnection(c),
+      },
     });
     this.show();
     this.uploader.start();
@@ -217,6 +222,16 @@ class PhonePage {
     byId('none').hidden = photos.length > 0;
     keyed(byId('photos'), photos.slice(0, kShown), (p) => p.sha, (p) => this.makeTile(p), (tile, p) => this.updateTile(tile, p));
     setText(byId('more'), photos.length > kShown ? `And ${groups(photos.length - kShown)} earlier ones.` : '');
+  }
+
+  // What the guide would have this phone photograph next.
+  showAdvice(advice) {
+    const words = adviceWords(advice);
+    byId('advice').hidden = !words;
+    if (!words) return;
+    setText(byId('advice_arrow'), words.arrow);
+    setText(byId('advice_steps'), words.steps);
+    setText(byId('advice_text'), words.text);
   }
 
   connectionWords(unsent) {

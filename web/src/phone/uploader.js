@@ -178,7 +178,8 @@ export class Uploader {
       if (answer.status === 401 || answer.status === 403) await this.refuse(answer).catch(() => {});
       throw new NotNow(String(answer.status));
     }
-    const { states } = await answer.json();
+    const { states, advice } = await answer.json();
+    this.on.advice?.(advice ?? null);
     for (const [i, told] of states.entries()) await this.learn(photos[i], told);
   }
 

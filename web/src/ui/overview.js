@@ -1,7 +1,8 @@
 // Agents, pace, backlog, processes, downloads.
 import { agentColour } from '../colours.js';
 import { percentile } from '../fold.js';
-import { ago, bytes, clock, groups, plural, seconds } from '../words.js';
+import { guidanceOf } from '../guidance.js';
+import { ago, bytes, clock, groups, plural, seconds, sentence } from '../words.js';
 import { h, icon, keyed, setText } from './dom.js';
 import { Plot, runningMedian } from './plots.js';
 
@@ -18,11 +19,15 @@ const kStages = [
 ];
 const kBacklogKept = 600;
 const kSilentS = 3;
+const kVerdicts = new Set(['growing', 'weak', 'nearly', 'complete']);
 
 export class Overview {
   constructor({ followAgent }) {
     this.followAgent = followAgent;
     this.agents = h('ul', { className: 'rows agents' });
+    this.places = h('ul', { className: 'rows places' });
+    this.advice = h('ul', { className: 'rows advice' });
+    this.placesPart = h('section', { className: 'places_part', hidden: true }, h('h2', {}, 'How complete it is'), this.places, this.advice);
     this.latency = new Plot('Seconds from photo to pose', { format: seconds });
     this.latencyWords = h('p', { className: 'figures' });
     this.latencyTop = h('span', { className: 'plot_top' });
@@ -40,6 +45,7 @@ export class Overview {
     this.element = h(
       'div', {},
       h('section', {}, h('h2', {}, 'Agents'), this.agents),
+      this.placesPart,
       h('section', {}, h('h2', {}, 'Photo to pose'), this.latencyWords, h('div', { className: 'plot_box' }, this.latency.element, this.latencyTop)),
       h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages),
       h('section', {}, h('h2', {}, 'Downloads'), this.downloads),
@@ -58,6 +64,7 @@ export class Overview {
 
   update(view) {
     this.updateAgents(view);
+    this.updatePlaces(view);
     this.updateLatency(view);
     this.updateBacklog(view);
     this.updateProcesses(view);
@@ -86,6 +93,31 @@ export class Overview {
       this.agents.append(h('li', { className: 'muted' }, 'No agent has sent a photo yet.'));
       this.agents.keyed = new Map([['', this.agents.firstChild]]);
     }
+  }
+
+  // What the guide says: of the present alone.
+  updatePlaces(view) {
+    const { guidance, advice } = guidanceOf(view);
+    this.placesPart.hidden = guidance.length === 0;
+    keyed(this.places, guidance, (g) => g.submap,
+      () => h('li', { className: 'place' }, h('span', { className: 'light', 'aria-hidden': 'true' }), h('span', { className: 'name' }), h('span', { className: 'value' }), h('small')),
+      (row, g) => {
+        const [light, name, value, what] = row.children;
+        light.className = `light ${kVerdicts.has(g.verdict) ? g.verdict : 'growing'}`;
+        setText(name, `Map ${g.submap}`);
+        setText(value, g.verdict === 'growing' ? 'too early to say' : `${Math.floor(100 * g.good_share)} % good`);
+        setText(what, sentence(g.sentence));
+      });
+    keyed(this.advice, advice.filter((a) => a.stations.length > 0), (a) => a.agent,
+      () => h('li', { className: 'place' }, h('span', { className: 'swatch', 'aria-hidden': 'true' }), h('span', { className: 'name' }), h('span', { className: 'value' }), h('small')),
+      (row, a) => {
+        const [swatch, name, value, what] = row.children;
+        swatch.style.background = agentColour(view.theme, view.state.agents.get(a.agent)?.index ?? 0);
+        setText(name, a.agent || 'no name');
+        setText(value, `${plural(a.stations.length, 'photo')} to take`);
+        setText(what, sentence(a.stations[0].sentence));
+        row.title = a.stations.map((s, i) => `${i + 1}. ${s.sentence}`).join('\n');
+      });
   }
 
   updateLatency(view) {

@@ -36,13 +36,16 @@ export class Viewer {
     this.submaps = new Map(); // id -> {group, material, chunks: Map, place, move}
     this.frusta = new Frusta();
     this.links = new Segments({ width: 1.6 });
+    this.stationFrusta = new Frusta(); // their faces are not drawn: they are not picked
+    this.ways = new Segments({ width: 1.6 });
     this.measure = new Segments({ width: 2, depthTest: false });
     this.measure.renderOrder = 5;
     this.grid = new Segments({ width: 1 });
     this.grid.renderOrder = -1;
-    this.scene.add(this.grid, this.frusta.lines, this.frusta.fill, this.links, this.measure);
+    this.scene.add(this.grid, this.frusta.lines, this.frusta.fill, this.links, this.stationFrusta.lines, this.ways, this.measure);
     this.pictures = new Map(); // role -> {image, mesh}
     this.cameras = []; // as set, with places in the submaps' frames
+    this.stations = []; // the same
     this.pointPx = 0; // 0: by how many there are
     this.cameraScale = 1;
     this.cameraBase = 0.42;
@@ -67,7 +70,7 @@ export class Viewer {
     this.renderer?.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.size = { width, height, ratio };
-    for (const lines of [this.frusta, this.links, this.measure, this.grid]) lines.resize(width, height, ratio);
+    for (const lines of [this.frusta, this.stationFrusta, this.ways, this.links, this.measure, this.grid]) lines.resize(width, height, ratio);
     this.on.resized();
     this.draw();
   }
@@ -90,7 +93,7 @@ export class Viewer {
     this.shared.uReference.value = this.controls.now.distance;
     this.shared.uPixels.value = this.autoPointPx * this.size.ratio;
     this.shared.uSmallest.value = this.size.ratio;
-    this.frusta.uniforms.uScale.value = this.cameraScale;
+    for (const { uniforms } of [this.frusta, this.stationFrusta]) uniforms.uScale.value = this.cameraScale;
     this.renderer?.render(this.scene, this.camera);
     this.framesDrawn++;
     this.on.drawn();
@@ -340,8 +343,34 @@ export class Viewer {
       shown.push(entry);
     }
     this.frusta.set(this.hideCameras ? [] : shown);
+    this.placeStations();
     this.placeLinks();
     for (const picture of this.pictures.values()) this.placePicture(picture);
+  }
+
+  // Photos to take: as cameras, and `from` the image that an arrow leads from.
+  setStations(stations) {
+    if (JSON.stringify(stations) === JSON.stringify(this.stations)) return;
+    this.stations = stations;
+    this.camerasChanged = true;
+    this.draw();
+  }
+
+  placeStations() {
+    const shown = [];
+    const arrows = [];
+    const depth = 1.2 * this.cameraBase;
+    for (const station of this.stations) {
+      const place = this.placeOf(station.submap);
+      if (!place) continue;
+      const centre = sim.apply(place, station.centre);
+      const colour = [...station.colour, station.alpha];
+      shown.push({ centre, q: sim.multiply(place.q, station.worldFromCam), size: [station.aspect[0] * depth, station.aspect[1] * depth, depth], colour });
+      const from = this.placed.get(station.from)?.centre;
+      if (from) arrows.push(...arrow(from, centre, colour));
+    }
+    this.stationFrusta.set(shown);
+    this.ways.set(arrows);
   }
 
   // Lines between cameras: [{from, to: image ids, colour: [r, g, b, a]}]
@@ -575,7 +604,7 @@ export class Viewer {
     const hidden = [];
     const restore = [];
     let base = this.frusta.cameras.length + 1;
-    for (const object of [this.grid, this.links, this.measure, this.frusta.lines, ...[...this.pictures.values()].map((p) => p.mesh)]) {
+    for (const object of [this.grid, this.links, this.ways, this.stationFrusta.lines, this.measure, this.frusta.lines, ...[...this.pictures.values()].map((p) => p.mesh)]) {
       hidden.push([object, object.visible]);
       object.visible = false;
     }
@@ -684,6 +713,21 @@ function makeRenderer(canvas) {
   } catch {
     return null;
   }
+}
+
+// A line with a head.
+function arrow(from, to, colour) {
+  const [a, b] = [new Vector3(...from), new Vector3(...to)];
+  const along = b.clone().sub(a);
+  const length = along.length();
+  if (length < 1e-6) return [];
+  const across = new Vector3(0, 1, 0).cross(along);
+  if (across.length() < 1e-6 * length) across.set(length, 0, 0);
+  const head = Math.min(0.3, 0.3 * length);
+  along.setLength(head);
+  across.setLength(0.5 * head);
+  const side = (sign) => b.clone().sub(along).addScaledVector(across, sign).toArray();
+  return [{ from, to, colour }, { from: to, to: side(1), colour }, { from: to, to: side(-1), colour }];
 }
 
 const equal = (a, b) => a === b || a.every((v, k) => v === b[k]);
