@@ -31,6 +31,8 @@ struct GuidedPoint {
   std::vector<uint32_t> photos;  // that observe it: indices into GuidedMap::photos
 };
 
+constexpr double kRadian = 0.017453292519943295;  // a degree
+
 // Lengths are in the submap's own unit.
 struct GuidedMap {
   std::vector<GuidedCamera> cameras;

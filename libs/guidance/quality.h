@@ -14,11 +14,11 @@ struct QualityOptions {
   // Ground sampling distance that is wanted, submap units a pixel; 0: twice that of the median
   // point.
   double target_gsd = 0;
-  // A surfel is good when all of these hold. Reconstructability 0.9: three photos 20 degrees apart
+  // A surfel is good when all of these hold. Reconstructability 1.2: three photos 10 degrees apart
   // that look straight at it from the distance of the target.
   int min_photos = 3;
-  double min_reconstructability = 0.9;
-  double max_sigma_gsd = 2;  // standard deviation of its depth, in target_gsd, at 1 px of noise
+  double min_reconstructability = 1.2;
+  double max_sigma_gsd = 3;  // standard deviation of its depth, in target_gsd, at 1 px of noise
   // The part of the surface that counts: seen at up to this many times target_gsd.
   double max_gsd_ratio = 3;
   // A place is complete when at least this part of it is good, and at most that part of its surfels

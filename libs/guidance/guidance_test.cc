@@ -1,0 +1,324 @@
+// Guidance on walls of which everything is known. World: metres, z up.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "guidance/pair_weight.h"
+#include "guidance/quality.h"
+#include "guidance/stations.h"
+#include "guidance/surface.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+// A rectangle of points; `normal`: right x down, towards who looks at it.
+struct Wall {
+  Eigen::Vector3d corner, right, down;  // upper left, edges
+  Eigen::Vector3d Normal() const { return down.cross(right).normalized(); }
+};
+// Faces -y.
+Wall FrontWall(double left, double width, double height = 4, double y = 0) {
+  return {{left, y, height}, {width, 0, 0}, {0, 0, -height}};
+}
+
+CameraPose LookingAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target) {
+  const Eigen::Vector3d z = (target - centre).normalized();
+  const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
+  Eigen::Matrix3d rotation;
+  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+  CameraPose pose;
+  pose.rotation = Eigen::Quaterniond(rotation);
+  pose.translation = -(pose.rotation * centre);
+  return pose;
+}
+
+// Photos see each point of a wall that they look at from the front and have in their frame. Nothing
+// hides anything here.
+class Site {
+ public:
+  explicit Site(std::vector<Wall> walls, double points_per_m2 = 60) : random_(7) {
+    map_.cameras = {{1200, 900, 1000, 1000, 600, 450}};
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (const Wall& wall : walls) {
+      const int count = static_cast<int>(points_per_m2 * wall.right.norm() * wall.down.norm());
+      for (int i = 0; i < count; ++i) {
+        all_.push_back({wall.corner + unit(random_) * wall.right + unit(random_) * wall.down, {}});
+        normals_.push_back(wall.Normal());
+      }
+    }
+  }
+
+  void Photograph(const Eigen::Vector3d& centre, const Eigen::Vector3d& target, int agent = 0) {
+    Photograph(LookingAt(centre, target), agent);
+  }
+  void Photograph(const CameraPose& pose, int agent = 0) {
+    const auto photo = static_cast<uint32_t>(map_.photos.size());
+    map_.photos.push_back({photo + 1, 0, agent, pose});
+    for (size_t i = 0; i < all_.size(); ++i) {
+      const Eigen::Vector3d ray = pose.Centre() - all_[i].xyz;
+      Eigen::Vector2d pixel;
+      if (ray.dot(normals_[i]) < 0.25 * ray.norm()) continue;
+      if (map_.cameras[0].Project(pose.Apply(all_[i].xyz), &pixel)) all_[i].photos.push_back(photo);
+    }
+  }
+
+  // Points that at least two photos observe, as a map has them.
+  GuidedMap Map() const {
+    GuidedMap map = map_;
+    for (const GuidedPoint& point : all_) {
+      if (point.photos.size() >= 2) map.points.push_back(point);
+    }
+    return map;
+  }
+
+ private:
+  std::mt19937 random_;
+  GuidedMap map_;
+  std::vector<GuidedPoint> all_;
+  std::vector<Eigen::Vector3d> normals_;
+};
+
+// Five photos 1 m apart, 8 m from a wall.
+Site SiteOfARow(const Wall& wall, double from_x, double to_x) {
+  Site site({wall});
+  for (double x = from_x; x <= to_x + 1e-9; x += 1) site.Photograph({x, -8, 2}, {x, 0, 2});
+  return site;
+}
+
+PlaceQuality Assess(const GuidedMap& map) { return AssessPlace({}, {}, map); }
+
+StationSeeker SeekerAt(const GuidedMap& map, int agent = 0) {
+  StationSeeker seeker;
+  seeker.agent = agent;
+  for (uint32_t i = 0; i < map.photos.size(); ++i) {
+    if (map.photos[i].agent == agent) seeker.last_photo = i;
+  }
+  return seeker;
+}
+
+TEST(Guidance, SurfelsLieOnTheSurfaceAndFaceThePhotos) {
+  const GuidedMap map = SiteOfARow(FrontWall(-4, 8), -2, 2).Map();
+  const Surface surface = MakeSurface({}, map);
+  ASSERT_GT(surface.surfels.size(), 100u);
+  double area = 0;
+  for (const Surfel& surfel : surface.surfels) {
+    EXPECT_NEAR(surfel.position.y(), 0, 1e-9);
+    EXPECT_GT(surfel.normal.dot(Eigen::Vector3d(0, -1, 0)), 0.99);
+    area += surfel.area;
+  }
+  EXPECT_NEAR(area, 8 * 4, 0.25 * 8 * 4);
+  EXPECT_NEAR(surface.working_distance, 8.2, 0.5);
+  EXPECT_NEAR(surface.median_gsd, 0.008, 0.0005);
+}
+
+TEST(Guidance, APhotoWithoutAnObservationSeesASurfelUnlessItIsHidden) {
+  Site site({FrontWall(-4, 8), FrontWall(-1, 2, 4, -4)});  // the second one stands in front
+  for (const double x : {-6.0, -5.0, 5.0, 6.0}) site.Photograph({x, -8, 2}, {0, -2, 2});
+  for (const double x : {-6.0, -5.0, 5.0, 6.0}) site.Photograph({x, -8, 2}, {0.5 * x, 0, 2});
+  GuidedMap map = site.Map();
+  const auto last = static_cast<uint32_t>(map.photos.size());
+  map.photos.push_back({100, 0, 0, LookingAt({0, -12, 2}, {0, 0, 2})});
+  int num_seen = 0, num_hidden = 0;
+  for (const Surfel& surfel : MakeSurface({}, map).surfels) {
+    if (std::abs(surfel.position.z() - 2) > 1) continue;
+    const bool seen = std::count(surfel.photos.begin(), surfel.photos.end(), last) > 0;
+    const bool behind = surfel.position.y() > -0.1 && std::abs(surfel.position.x()) < 0.7;
+    const bool free = surfel.position.y() < -3.9 || std::abs(surfel.position.x()) > 2.5;
+    if (behind) {
+      ++num_hidden;
+      EXPECT_FALSE(seen) << surfel.position.transpose();
+    }
+    if (free) {
+      ++num_seen;
+      EXPECT_TRUE(seen) << surfel.position.transpose();
+    }
+  }
+  EXPECT_GT(num_seen, 10);
+  EXPECT_GT(num_hidden, 3);
+}
+
+TEST(Guidance, ABorderIsOpenWhereNobodyLookedAndClosedWhereNothingIs) {
+  // 3 m of a wall of 20 m are in frame; then all of it, and 2 m of nothing around it.
+  for (const double wall_width : {20.0, 3.0}) {
+    Site site({FrontWall(-wall_width / 2, wall_width, 3)});
+    for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) site.Photograph({x, -6, 1.5}, {x, 0, 1.5});
+    const Surface surface = MakeSurface({}, site.Map());
+    int at_sides = 0, open_at_sides = 0, open_elsewhere = 0;
+    double outermost = 0;
+    for (const Surfel& s : surface.surfels)
+      outermost = std::max(outermost, std::abs(s.position.x()));
+    for (const Surfel& surfel : surface.surfels) {
+      const bool at_side = std::abs(surfel.position.x()) > outermost - surface.cell;
+      at_sides += at_side;
+      (at_side ? open_at_sides : open_elsewhere) += surfel.open_border;
+    }
+    ASSERT_GT(at_sides, 5);
+    EXPECT_LE(open_elsewhere, 2) << wall_width;
+    if (wall_width > 4) {
+      EXPECT_GT(open_at_sides, 0.5 * at_sides) << at_sides;
+    } else {
+      EXPECT_EQ(open_at_sides, 0);
+    }
+  }
+}
+
+TEST(Guidance, SigmaOfTwoPhotosIsThatOfTriangulation) {
+  // Both a degrees from the normal: the depth's variance is gsd^2 / (2 sin^2 a).
+  const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  const double a = 10 * kDegree;
+  const std::vector<ViewOfSurfel> views = {{{std::sin(a), 0, std::cos(a)}, 0.01},
+                                           {{-std::sin(a), 0, std::cos(a)}, 0.01}};
+  QualityOptions options;
+  options.target_gsd = 0.01;
+  const SurfelQuality quality = AssessSurfel(options, normal, views);
+  EXPECT_NEAR(quality.sigma, 0.01 / (std::sqrt(2.0) * std::sin(a)), 1e-9);
+  EXPECT_DOUBLE_EQ(quality.best_gsd, 0.01);
+  EXPECT_FALSE(quality.good) << "two photos";
+}
+
+TEST(Guidance, WhatMakesASurfelGood) {
+  const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  QualityOptions options;
+  options.target_gsd = 0.01;
+  const auto views = [](std::vector<double> angles_deg, double gsd) {
+    std::vector<ViewOfSurfel> result;
+    for (const double angle : angles_deg) {
+      result.push_back({{std::sin(angle * kDegree), 0, std::cos(angle * kDegree)}, gsd});
+    }
+    return result;
+  };
+  const auto is_good = [&](const std::vector<double>& angles_deg, double gsd) {
+    return AssessSurfel(options, normal, views(angles_deg, gsd)).good;
+  };
+  EXPECT_TRUE(is_good({-20, 0, 20}, 0.01));
+  EXPECT_FALSE(is_good({-20, 20}, 0.01)) << "two photos";
+  EXPECT_FALSE(is_good({-1, 0, 1}, 0.01)) << "no parallax";
+  EXPECT_FALSE(is_good({-70, 0, 70}, 0.01)) << "too different to match";
+  EXPECT_FALSE(is_good({55, 65, 75}, 0.01)) << "too slanted";
+  EXPECT_FALSE(is_good({-20, 0, 20}, 0.05)) << "too far";
+}
+
+TEST(Guidance, AFewPhotosOfTheWholeWallMakeItComplete) {
+  Site site({FrontWall(-4, 8)});
+  for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
+  const PlaceQuality place = Assess(site.Map());
+  EXPECT_GT(place.completeness.good_share, 0.95);
+  EXPECT_LT(place.completeness.open_share, 0.05);
+  EXPECT_TRUE(place.completeness.complete);
+}
+
+TEST(Guidance, AStationLooksAtTheWeakPart) {
+  Site site({FrontWall(-8, 16)});
+  for (const double x : {-7.0, -6.0, -5.0, -4.0, -3.0, -2.0}) {
+    site.Photograph({x, -8, 2}, {x, 0, 2});
+  }
+  site.Photograph({2, -8, 2}, {2, 0, 2});
+  site.Photograph({2.2, -8, 2}, {2.2, 0, 2});
+  const GuidedMap map = site.Map();
+  const PlaceQuality place = Assess(map);
+  EXPECT_FALSE(place.completeness.complete);
+  const auto stations = ChooseStations({}, {}, map, place, {SeekerAt(map)});
+  ASSERT_EQ(stations.size(), 1u);
+  ASSERT_FALSE(stations[0].empty());
+  const Station& first = stations[0].front();
+  EXPECT_GT(first.target.x(), 0);
+  EXPECT_GT(first.common_points, 100);
+  EXPECT_GT(first.gain, 1);
+  const Eigen::Vector3d centre = first.cam_from_world.Centre();
+  EXPECT_LT(centre.y(), -4);
+  EXPECT_NEAR(centre.z(), 2, 3);
+  // Upright, and towards its target.
+  EXPECT_GT((first.cam_from_world.rotation.conjugate() * -Eigen::Vector3d::UnitY()).z(), 0.5);
+  const Eigen::Vector3d seen = first.cam_from_world.Apply(first.target);
+  EXPECT_NEAR(seen.x() / seen.z(), 0, 1e-9);
+  EXPECT_NEAR(seen.y() / seen.z(), 0, 1e-9);
+}
+
+TEST(Guidance, AgentsGetDifferentStations) {
+  Site site({FrontWall(-8, 16)});
+  for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+    site.Photograph({x, -8, 2}, {x, 0, 2}, 0);
+    site.Photograph({x, -7.5, 2.5}, {x, 0, 2}, 1);
+  }
+  const GuidedMap map = site.Map();
+  const auto stations =
+      ChooseStations({}, {}, map, Assess(map), {SeekerAt(map, 0), SeekerAt(map, 1)});
+  ASSERT_FALSE(stations[0].empty());
+  ASSERT_FALSE(stations[1].empty());
+  for (const Station& a : stations[0]) {
+    for (const Station& b : stations[1]) {
+      EXPECT_GT((a.cam_from_world.Centre() - b.cam_from_world.Centre()).norm(), 0.3);
+    }
+  }
+}
+
+TEST(Guidance, NobodyIsSentWhereNobodyMayStand) {
+  Site site = SiteOfARow(FrontWall(-8, 16), -2, 2);
+  const GuidedMap map = site.Map();
+  const PlaceQuality place = Assess(map);
+  StationSeeker seeker = SeekerAt(map);
+  seeker.reach.up = Eigen::Vector3d::UnitZ();
+  seeker.reach.min_height = 1.9;
+  seeker.reach.max_height = 2.1;
+  seeker.reach.no_go = {{{0.5, -20, 0}, {20, -20, 0}, {20, 20, 0}, {0.5, 20, 0}}};
+  const auto stations = ChooseStations({}, {}, map, place, {seeker});
+  ASSERT_FALSE(stations[0].empty());
+  for (const Station& station : stations[0]) {
+    const Eigen::Vector3d centre = station.cam_from_world.Centre();
+    EXPECT_LT(centre.x(), 0.5);
+    EXPECT_LE(std::abs(centre.z() - 2), 0.1 + 1e-9);
+    EXPECT_LT(centre.y(), -1) << "in the wall";
+  }
+}
+
+// From five photos of its middle, an agent that does what it is told sees all of a wall.
+TEST(Guidance, WhoFollowsTheStationsCompletesThePlace) {
+  Site site({FrontWall(-8, 16)});
+  for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) site.Photograph({x, -8, 2}, {x, 0, 2});
+  StationOptions options;
+  options.num_stations = 1;
+  int num_photos = 5;
+  PlaceQuality place = Assess(site.Map());
+  EXPECT_FALSE(place.completeness.complete);
+  const double target_gsd = place.completeness.target_gsd;
+  QualityOptions quality;
+  quality.target_gsd = target_gsd;
+  while (!place.completeness.complete && num_photos < 30) {
+    const GuidedMap map = site.Map();
+    const auto stations = ChooseStations(options, quality, map, place, {SeekerAt(map)});
+    ASSERT_FALSE(stations[0].empty()) << num_photos << " photos";
+    site.Photograph(stations[0].front().cam_from_world);
+    ++num_photos;
+    place = AssessPlace({}, quality, site.Map());
+  }
+  EXPECT_TRUE(place.completeness.complete);
+  EXPECT_GT(place.completeness.area, 0.75 * 16 * 4) << "the whole wall";
+  EXPECT_LT(num_photos, 25);
+}
+
+TEST(Guidance, AnEmptyMapIsNoPlace) {
+  const PlaceQuality place = Assess(GuidedMap{});
+  EXPECT_TRUE(place.surface.surfels.empty());
+  EXPECT_FALSE(place.completeness.complete);
+  EXPECT_TRUE(ChooseStations({}, {}, {}, place, {}).empty());
+}
+
+TEST(Guidance, RefusesOptionsWithoutSense) {
+  SurfaceOptions surface;
+  surface.points_per_cell = 0;
+  EXPECT_FALSE(surface.Check().ok());
+  QualityOptions quality;
+  quality.min_photos = 1;
+  EXPECT_FALSE(quality.Check().ok());
+  StationOptions stations;
+  stations.num_stations = 0;
+  EXPECT_FALSE(stations.Check().ok());
+  EXPECT_TRUE(SurfaceOptions{}.Check().ok() && QualityOptions{}.Check().ok() &&
+              StationOptions{}.Check().ok());
+}
+
+}  // namespace
+}  // namespace skein

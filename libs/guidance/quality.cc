@@ -1,0 +1,175 @@
+#include "guidance/quality.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/option_check.h"
+#include "guidance/pair_weight.h"
+
+namespace skein {
+namespace {
+
+// More photos of a surfel say little; the cost of pairs is quadratic.
+constexpr size_t kMaxViews = 16;
+
+std::vector<ViewOfSurfel> BestViews(const Eigen::Vector3d& normal,
+                                    std::vector<ViewOfSurfel> views) {
+  if (views.size() <= kMaxViews) return views;
+  const auto rank = [&](const ViewOfSurfel& view) {
+    return view.gsd / std::max(0.05, view.direction.dot(normal));
+  };
+  std::nth_element(views.begin(), views.begin() + kMaxViews, views.end(),
+                   [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  views.resize(kMaxViews);
+  return views;
+}
+
+double SecondBestGsd(const std::vector<ViewOfSurfel>& views) {
+  double best = std::numeric_limits<double>::infinity(), second = best;
+  for (const ViewOfSurfel& view : views) {
+    second = std::min(second, std::max(best, view.gsd));
+    best = std::min(best, view.gsd);
+  }
+  return views.size() < 2 ? best : second;
+}
+
+bool Counts(const QualityOptions& options, const SurfelQuality& quality) {
+  return quality.best_gsd <= options.max_gsd_ratio * options.target_gsd;
+}
+
+bool IsGood(const QualityOptions& options, const SurfelQuality& quality) {
+  return quality.num_photos >= options.min_photos &&
+         quality.reconstructability >= options.min_reconstructability &&
+         quality.sigma <= options.max_sigma_gsd * options.target_gsd;
+}
+
+Completeness Summarise(const QualityOptions& options, const PlaceQuality& place) {
+  Completeness result;
+  result.target_gsd = options.target_gsd;
+  std::vector<double> sigmas;
+  double good = 0;
+  int counting = 0, open = 0;
+  for (size_t i = 0; i < place.surfels.size(); ++i) {
+    if (!place.surfels[i].counts) continue;
+    const Surfel& surfel = place.surface.surfels[i];
+    ++counting;
+    result.area += surfel.area;
+    if (place.surfels[i].good) good += surfel.area;
+    open += surfel.open_border;
+    sigmas.push_back(place.surfels[i].sigma);
+  }
+  if (counting == 0) return result;
+  result.good_share = good / result.area;
+  result.open_share = static_cast<double>(open) / counting;
+  std::nth_element(sigmas.begin(), sigmas.begin() + counting / 2, sigmas.end());
+  result.median_sigma = sigmas[counting / 2];
+  result.complete =
+      result.good_share >= options.min_good_share && result.open_share <= options.max_open_share;
+  return result;
+}
+
+}  // namespace
+
+std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel) {
+  std::vector<ViewOfSurfel> views;
+  for (const uint32_t index : surfel.photos) {
+    const GuidedPhoto& photo = map.photos[index];
+    views.push_back(ViewFrom(photo.cam_from_world.Centre(), map.cameras[photo.camera].FocalPx(),
+                             surfel.position));
+  }
+  return views;
+}
+
+ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
+                      const Eigen::Vector3d& position) {
+  const Eigen::Vector3d ray = centre - position;
+  const double distance = ray.norm();
+  return {ray / distance, distance / focal_px};
+}
+
+double PairWeight(const Eigen::Vector3d& normal, const ViewOfSurfel& a, const ViewOfSurfel& b,
+                  double max_gsd) {
+  constexpr double kPi = 3.14159265358979323846;
+  constexpr double kMaxParallax = kPi / 3, kMinCosIncidence = 0.7071067811865476;  // 45 degrees
+  const double cos_incidence = std::min(a.direction.dot(normal), b.direction.dot(normal));
+  if (cos_incidence < kMinCosIncidence) return 0;
+  const double parallax = std::acos(std::clamp(a.direction.dot(b.direction), -1.0, 1.0));
+  if (parallax > kMaxParallax) return 0;
+  const double triangulation = 1 / (1 + std::exp(-32 * (parallax - kPi / 16)));
+  const double matchability = 1 - 1 / (1 + std::exp(-8 * (parallax - kPi / 4)));
+  const double resolution = 1 - std::min(std::max(a.gsd, b.gsd) / max_gsd, 1.0);
+  return triangulation * resolution * matchability * cos_incidence;
+}
+
+bool CanMatch(const Eigen::Vector3d& normal, const ViewOfSurfel& a, const ViewOfSurfel& b) {
+  constexpr double kMinCosParallax = 0.5;       // 60 degrees
+  constexpr double kMaxCosParallax = 0.99966;   // 1.5 degrees: none at all
+  constexpr double kMinCosIncidence = 0.34202;  // 70 degrees
+  const double cos_parallax = a.direction.dot(b.direction);
+  return cos_parallax >= kMinCosParallax && cos_parallax <= kMaxCosParallax &&
+         std::min(a.direction.dot(normal), b.direction.dot(normal)) >= kMinCosIncidence;
+}
+
+Eigen::Matrix3d InformationOf(const ViewOfSurfel& view) {
+  return (Eigen::Matrix3d::Identity() - view.direction * view.direction.transpose()) /
+         (view.gsd * view.gsd);
+}
+
+double SigmaAlong(const Eigen::Vector3d& normal, const Eigen::Matrix3d& information) {
+  const double scale = information.trace();
+  if (!(scale > 0)) return std::numeric_limits<double>::infinity();
+  const Eigen::LDLT<Eigen::Matrix3d> solver(information / scale);
+  if (solver.vectorD().minCoeff() < 1e-9) return std::numeric_limits<double>::infinity();
+  return std::sqrt(normal.dot(solver.solve(normal)) / scale);
+}
+
+Status QualityOptions::Check() const {
+  return FirstError({InRange("target_gsd", target_gsd, 0.0, 1e12),
+                     InRange("min_photos", min_photos, 2, 100),
+                     InRange("min_reconstructability", min_reconstructability, 0.0, 100.0),
+                     InRange("max_sigma_gsd", max_sigma_gsd, 0.01, 1000.0),
+                     InRange("max_gsd_ratio", max_gsd_ratio, 0.1, 1000.0),
+                     InRange("min_good_share", min_good_share, 0.0, 1.0),
+                     InRange("max_open_share", max_open_share, 0.0, 1.0)});
+}
+
+SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
+                           const std::vector<ViewOfSurfel>& all_views) {
+  SurfelQuality quality;
+  quality.num_photos = static_cast<int>(all_views.size());
+  quality.best_gsd = SecondBestGsd(all_views);
+  quality.sigma = std::numeric_limits<double>::infinity();
+  const std::vector<ViewOfSurfel> views = BestViews(normal, all_views);
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (size_t i = 0; i < views.size(); ++i) {
+    bool matches = false;
+    for (size_t j = 0; j < views.size(); ++j) {
+      if (j > i) {
+        quality.reconstructability += PairWeight(normal, views[i], views[j], MaxGsd(options));
+      }
+      matches |= j != i && CanMatch(normal, views[i], views[j]);
+    }
+    if (matches) information += InformationOf(views[i]);
+  }
+  quality.sigma = SigmaAlong(normal, information);
+  quality.counts = Counts(options, quality);
+  quality.good = IsGood(options, quality);
+  return quality;
+}
+
+PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
+                         const QualityOptions& quality_options, const GuidedMap& map) {
+  PlaceQuality place;
+  place.surface = MakeSurface(surface_options, map);
+  QualityOptions options = quality_options;
+  if (options.target_gsd == 0) options.target_gsd = 2 * place.surface.median_gsd;
+  for (const Surfel& surfel : place.surface.surfels) {
+    place.surfels.push_back(AssessSurfel(options, surfel.normal, ViewsOf(map, surfel)));
+  }
+  place.completeness = Summarise(options, place);
+  return place;
+}
+
+}  // namespace skein

@@ -1,0 +1,432 @@
+#include "guidance/stations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "core/option_check.h"
+#include "guidance/depth_grid.h"
+#include "guidance/pair_weight.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDepthTolerance = 0.1;
+
+// A piece of surface that photos may make better: a surfel that counts, or what lies beyond an open
+// border.
+struct Weak {
+  Eigen::Vector3d position, normal;
+  double area = 0;
+  bool is_beyond = false;
+  std::vector<ViewOfSurfel> views;
+  double utility = 0;  // with these
+};
+
+// 0 without photos, 1 where it is good. The first photos count a little: without them no further
+// one makes it good.
+double Utility(const QualityOptions& options, const Eigen::Vector3d& normal,
+               const std::vector<ViewOfSurfel>& views) {
+  constexpr double kOfFirstTwo = 0.2;
+  const SurfelQuality quality = AssessSurfel(options, normal, views);
+  if (quality.good) return 1;
+  const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
+                       std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma);
+  return kOfFirstTwo * std::min(quality.num_photos, 2) / 2 + (1 - kOfFirstTwo) * 0.95 * pairs;
+}
+
+std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
+                           const PlaceQuality& place) {
+  std::vector<Weak> weak;
+  for (size_t i = 0; i < place.surfels.size(); ++i) {
+    const SurfelQuality& quality = place.surfels[i];
+    const Surfel& surfel = place.surface.surfels[i];
+    if (!quality.counts) continue;
+    if (!quality.good) {
+      weak.push_back({surfel.position, surfel.normal, surfel.area, false, ViewsOf(map, surfel), 0});
+      weak.back().utility = Utility(options, surfel.normal, weak.back().views);
+    }
+    if (surfel.open_border) {
+      // What lies beyond is as wide as the gap to it.
+      weak.push_back({surfel.beyond, surfel.normal, 2 * surfel.area, true, {}, 0});
+    }
+  }
+  return weak;
+}
+
+// Weak places near each other and facing one way, as one place to look at.
+struct Cluster {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  double weight = 0;
+  size_t example = 0;   // index of its weakest member
+  double missing = -1;  // of the example
+};
+
+std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width, size_t max_num) {
+  std::map<std::tuple<long, long, long, int>, Cluster> clusters;
+  for (size_t i = 0; i < weak.size(); ++i) {
+    const Eigen::Vector3d cell = weak[i].position / width;
+    Eigen::Index axis = 0;
+    weak[i].normal.cwiseAbs().maxCoeff(&axis);
+    const int side = static_cast<int>(axis) * 2 + (weak[i].normal[axis] > 0);
+    Cluster& cluster =
+        clusters[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}];
+    const double missing = weak[i].area * (1 - weak[i].utility);
+    cluster.position += missing * weak[i].position;
+    cluster.normal += missing * weak[i].normal;
+    cluster.weight += missing;
+    if (missing > cluster.missing) {
+      cluster.missing = missing;
+      cluster.example = i;
+    }
+  }
+  std::vector<Cluster> sorted;
+  for (auto& [key, cluster] : clusters) {
+    if (cluster.weight <= 0) continue;
+    cluster.position /= cluster.weight;
+    cluster.normal.normalize();
+    sorted.push_back(cluster);
+  }
+  std::sort(sorted.begin(), sorted.end(),
+            [](const Cluster& a, const Cluster& b) { return a.weight > b.weight; });
+  if (sorted.size() > max_num) sorted.resize(max_num);
+  return sorted;
+}
+
+// As a person holds a camera. `right`: of the photo where it looks straight up or down.
+CameraPose LookAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target,
+                  const Eigen::Vector3d& up, const Eigen::Vector3d& right) {
+  constexpr double kMaxCos = 0.95;
+  const Eigen::Vector3d z = (target - centre).normalized();
+  Eigen::Vector3d x = std::abs(z.dot(up)) > kMaxCos ? Eigen::Vector3d(right - right.dot(z) * z)
+                                                    : Eigen::Vector3d(z.cross(up));
+  if (x.norm() < 1e-6) x = z.unitOrthogonal();
+  x.normalize();
+  Eigen::Matrix3d rotation;
+  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+  CameraPose pose;
+  pose.rotation = Eigen::Quaterniond(rotation).normalized();
+  pose.translation = -(pose.rotation * centre);
+  return pose;
+}
+
+Eigen::Vector3d Ahead(const CameraPose& pose) {
+  return pose.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+}
+Eigen::Vector3d RightOf(const CameraPose& pose) {
+  return pose.rotation.conjugate() * Eigen::Vector3d::UnitX();
+}
+
+// Even-odd rule, seen along `up`.
+bool IsInside(const std::vector<Eigen::Vector3d>& polygon, const Eigen::Vector3d& up,
+              const Eigen::Vector3d& position) {
+  const Eigen::Vector3d x_axis = up.unitOrthogonal(), y_axis = up.cross(x_axis);
+  const double x = position.dot(x_axis), y = position.dot(y_axis);
+  bool inside = false;
+  for (size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
+    const double xi = polygon[i].dot(x_axis), yi = polygon[i].dot(y_axis);
+    const double xj = polygon[j].dot(x_axis), yj = polygon[j].dot(y_axis);
+    if ((yi > y) != (yj > y) && x < (xj - xi) * (y - yi) / (yj - yi) + xi) inside = !inside;
+  }
+  return inside;
+}
+
+// Chooses for one map; weak places become better as stations are chosen.
+class Chooser {
+ public:
+  Chooser(const StationOptions& options, const QualityOptions& quality, const GuidedMap& map,
+          const PlaceQuality& place)
+      : options_(options), quality_(quality), map_(map), place_(place) {
+    if (quality_.target_gsd == 0) quality_.target_gsd = place.completeness.target_gsd;
+    weak_ = FindWeak(quality_, map, place);
+    up_ = UpOf(map);
+    for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
+  }
+
+  // False: nothing is left to gain within reach.
+  bool ChooseNext(const StationSeeker& seeker, std::vector<Station>* stations);
+
+ private:
+  struct Ground {
+    Eigen::Vector3d up;
+    double min_height, max_height;
+  };
+  // A pose that may become a station.
+  struct Candidate {
+    CameraPose pose;
+    Eigen::Vector3d centre;
+    Eigen::Vector3d target;
+    size_t example;
+    double hope;  // what it may gain at most, for the order in which candidates are looked at
+  };
+
+  Ground GroundOf(const StationSeeker& seeker) const;
+  std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground) const;
+  bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
+                  const Eigen::Vector3d& centre) const;
+  double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
+  double GainOf(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px) const;
+  double CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centre) const;
+  void Take(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px);
+  Station::Why WhyOf(const Weak& weak) const;
+  uint32_t NearestPhoto(const Candidate& candidate) const;
+  const GuidedCamera& CameraOf(const StationSeeker& seeker) const {
+    return map_.cameras[map_.photos[seeker.last_photo].camera];
+  }
+  DepthGrid ViewFromPose(const StationSeeker& seeker, const CameraPose& pose) const {
+    DepthGrid view(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance);
+    view.Draw(place_.surface.surfels);
+    return view;
+  }
+
+  const StationOptions& options_;
+  QualityOptions quality_;
+  const GuidedMap& map_;
+  const PlaceQuality& place_;
+  std::vector<Weak> weak_;
+  std::vector<Eigen::Vector3d> centres_;
+  Eigen::Vector3d up_;
+};
+
+Chooser::Ground Chooser::GroundOf(const StationSeeker& seeker) const {
+  Ground ground{seeker.reach.up.isZero() ? up_ : seeker.reach.up, seeker.reach.min_height,
+                seeker.reach.max_height};
+  if (ground.min_height <= ground.max_height) return ground;
+  ground.min_height = std::numeric_limits<double>::infinity();
+  ground.max_height = -ground.min_height;
+  for (size_t i = 0; i < centres_.size(); ++i) {
+    if (map_.photos[i].agent != seeker.agent) continue;
+    ground.min_height = std::min(ground.min_height, centres_[i].dot(ground.up));
+    ground.max_height = std::max(ground.max_height, centres_[i].dot(ground.up));
+  }
+  const double slack = place_.surface.working_distance / 3;
+  ground.min_height -= slack;
+  ground.max_height += slack;
+  return ground;
+}
+
+// Straight in front of each weak place and around it, so that parallax comes with any photo that is
+// there.
+std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& seeker,
+                                                        const Ground& ground) const {
+  constexpr int kDirections = 8, kMaxClusters = 120;
+  constexpr double kTiltsDeg[] = {0, 20, 40};
+  const Surface& surface = place_.surface;
+  const double focal_px = CameraOf(seeker).FocalPx();
+  const double distance = std::min(surface.working_distance, 0.9 * quality_.target_gsd * focal_px);
+  const Eigen::Vector3d right = RightOf(map_.photos[seeker.last_photo].cam_from_world);
+  std::vector<Candidate> candidates;
+  for (const Cluster& cluster : ClusterWeak(weak_, 0.4 * distance, kMaxClusters)) {
+    const Eigen::Vector3d side = cluster.normal.unitOrthogonal();
+    for (const double tilt_deg : kTiltsDeg) {
+      for (int i = 0; i < (tilt_deg == 0 ? 1 : kDirections); ++i) {
+        const Eigen::Vector3d axis =
+            Eigen::AngleAxisd(i * 360 * kRadian / kDirections, cluster.normal) * side;
+        const Eigen::Vector3d ray = Eigen::AngleAxisd(tilt_deg * kRadian, axis) * cluster.normal;
+        Eigen::Vector3d centre = cluster.position + distance * ray;
+        const double height = centre.dot(ground.up);
+        centre += (std::clamp(height, ground.min_height, ground.max_height) - height) * ground.up;
+        if ((centre - cluster.position).norm() > 2 * distance) continue;
+        candidates.push_back({LookAt(centre, cluster.position, ground.up, right), centre,
+                              cluster.position, cluster.example,
+                              cluster.weight * Nearness(seeker, centre)});
+      }
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.hope > b.hope; });
+  if (static_cast<int>(candidates.size()) > options_.max_candidates) {
+    candidates.resize(static_cast<size_t>(options_.max_candidates));
+  }
+  return candidates;
+}
+
+// Not in a surface or close to it, and within the reach of some photo, whose view of it is free.
+bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
+                         const Eigen::Vector3d& centre) const {
+  const double clearance = 0.25 * place_.surface.working_distance;
+  const double step = 1.5 * place_.surface.working_distance;
+  for (const Surfel& surfel : place_.surface.surfels) {
+    if ((surfel.position - centre).squaredNorm() < clearance * clearance) return false;
+  }
+  for (const auto& polygon : seeker.reach.no_go) {
+    if (IsInside(polygon, ground.up, centre)) return false;
+  }
+  // A surface between the two lies close to the straight line between them.
+  const auto is_free = [&](const Eigen::Vector3d& from) {
+    const Eigen::Vector3d way = centre - from;
+    const double length = way.norm();
+    if (length > step) return false;
+    const Eigen::Vector3d direction = way / std::max(length, 1e-12);
+    return std::none_of(place_.surface.surfels.begin(), place_.surface.surfels.end(),
+                        [&](const Surfel& surfel) {
+                          const Eigen::Vector3d offset = surfel.position - from;
+                          const double along = offset.dot(direction);
+                          if (along <= 0 || along >= length) return false;
+                          const double width = place_.surface.cell;
+                          return (offset - along * direction).squaredNorm() < width * width;
+                        });
+  };
+  return std::any_of(centres_.begin(), centres_.end(), is_free);
+}
+
+double Chooser::Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const {
+  const double half = options_.half_distance * place_.surface.working_distance;
+  return half / (half + (centre - centres_[seeker.last_photo]).norm());
+}
+
+double Chooser::GainOf(const DepthGrid& view, const Eigen::Vector3d& centre,
+                       double focal_px) const {
+  double gain = 0;
+  std::vector<ViewOfSurfel> views;
+  for (const Weak& weak : weak_) {
+    if (weak.utility >= 1 || (centre - weak.position).dot(weak.normal) <= 0) continue;
+    if (view.Look(weak.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+    views = weak.views;
+    views.push_back(ViewFrom(centre, focal_px, weak.position));
+    gain += weak.area * std::max(0.0, Utility(quality_, weak.normal, views) - weak.utility);
+  }
+  return gain;
+}
+
+// Points look alike from directions less than 30 degrees apart, at up to twice the size.
+double Chooser::CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centre) const {
+  constexpr double kMinCos = 0.8660254037844387, kMaxRatio = 2;
+  double points = 0;
+  for (const Surfel& surfel : place_.surface.surfels) {
+    const Eigen::Vector3d ray = centre - surfel.position;
+    const double distance = ray.norm();
+    if (ray.dot(surfel.normal) <= 0) continue;
+    if (view.Look(surfel.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+    const bool known = std::any_of(surfel.photos.begin(), surfel.photos.end(), [&](uint32_t photo) {
+      const Eigen::Vector3d other = centres_[photo] - surfel.position;
+      const double other_distance = other.norm();
+      return ray.dot(other) >= kMinCos * distance * other_distance &&
+             other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
+    });
+    if (known) points += surfel.num_points;
+  }
+  return options_.match_rate * points;
+}
+
+void Chooser::Take(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px) {
+  for (Weak& weak : weak_) {
+    if ((centre - weak.position).dot(weak.normal) <= 0) continue;
+    if (view.Look(weak.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+    weak.views.push_back(ViewFrom(centre, focal_px, weak.position));
+    weak.utility = Utility(quality_, weak.normal, weak.views);
+  }
+}
+
+Station::Why Chooser::WhyOf(const Weak& weak) const {
+  constexpr double kMinCosIncidence = 0.7071067811865476;  // 45 degrees
+  if (weak.is_beyond) return Station::Why::kOpenBorder;
+  if (static_cast<int>(weak.views.size()) < quality_.min_photos) return Station::Why::kFewPhotos;
+  std::vector<ViewOfSurfel> fine, straight;
+  for (const ViewOfSurfel& view : weak.views) {
+    if (view.gsd > 2 * quality_.target_gsd) continue;
+    fine.push_back(view);
+    if (view.direction.dot(weak.normal) >= kMinCosIncidence) straight.push_back(view);
+  }
+  if (static_cast<int>(fine.size()) < quality_.min_photos) return Station::Why::kTooFar;
+  if (static_cast<int>(straight.size()) < quality_.min_photos) return Station::Why::kTooSlanted;
+  return Station::Why::kNoParallax;
+}
+
+uint32_t Chooser::NearestPhoto(const Candidate& candidate) const {
+  uint32_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (uint32_t i = 0; i < centres_.size(); ++i) {
+    // A turn by a radian is as far as a working distance.
+    const double turn = std::acos(
+        std::clamp(Ahead(map_.photos[i].cam_from_world).dot(Ahead(candidate.pose)), -1.0, 1.0));
+    const double away = (centres_[i] - candidate.centre).norm() / place_.surface.working_distance;
+    if (away + turn < least) {
+      least = away + turn;
+      nearest = i;
+    }
+  }
+  return nearest;
+}
+
+// Candidates are looked at in the order of what they may gain. As a photo gains most where it
+// aims, the best one is among the first; each view that is tried costs the number of surfels.
+bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stations) {
+  constexpr int kTried = 60;  // that may be stood at
+  const Ground ground = GroundOf(seeker);
+  const double focal_px = CameraOf(seeker).FocalPx();
+  const Candidate* best = nullptr;
+  Station station;
+  double best_score = 0;
+  int num_tried = 0;
+  const std::vector<Candidate> candidates = MakeCandidates(seeker, ground);
+  for (const Candidate& candidate : candidates) {
+    if (num_tried >= kTried) break;
+    if (!MayStandAt(seeker, ground, candidate.centre)) continue;
+    ++num_tried;
+    const DepthGrid view = ViewFromPose(seeker, candidate.pose);
+    const double common = CommonPoints(view, candidate.centre);
+    if (common < options_.min_common_points) continue;
+    const double gain = GainOf(view, candidate.centre, focal_px);
+    const double score = gain * Nearness(seeker, candidate.centre);
+    if (score <= best_score) continue;
+    best_score = score;
+    best = &candidate;
+    station.gain = gain;
+    station.common_points = common;
+  }
+  // A photo that makes less than a hundredth of its own view better is not worth a walk.
+  const double least = 10 * place_.surface.cell * place_.surface.cell;
+  if (best == nullptr || station.gain < least) return false;
+  station.cam_from_world = best->pose;
+  station.target = best->target;
+  station.why = WhyOf(weak_[best->example]);
+  station.nearest_photo = NearestPhoto(*best);
+  stations->push_back(station);
+  Take(ViewFromPose(seeker, best->pose), best->centre, focal_px);
+  return true;
+}
+
+}  // namespace
+
+Status StationOptions::Check() const {
+  return FirstError({InRange("num_stations", num_stations, 1, 100),
+                     InRange("min_common_points", min_common_points, 0.0, 1e6),
+                     InRange("match_rate", match_rate, 0.001, 1.0),
+                     InRange("half_distance", half_distance, 0.01, 1e6),
+                     InRange("max_candidates", max_candidates, 1, 1'000'000)});
+}
+
+Eigen::Vector3d UpOf(const GuidedMap& map) {
+  constexpr double kAgreement = 0.7;  // length of a mean of unit vectors
+  Eigen::Vector3d upper_side = Eigen::Vector3d::Zero(), back = Eigen::Vector3d::Zero();
+  for (const GuidedPhoto& photo : map.photos) {
+    upper_side -= photo.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitY();
+    back -= Ahead(photo.cam_from_world);
+  }
+  const double count = static_cast<double>(std::max<size_t>(1, map.photos.size()));
+  const bool level = upper_side.norm() >= kAgreement * count || upper_side.norm() >= back.norm();
+  const Eigen::Vector3d up = level ? upper_side : back;
+  return up.norm() < 1e-9 ? Eigen::Vector3d(0, 0, 1) : up.normalized();
+}
+
+std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,
+                                                 const QualityOptions& quality_options,
+                                                 const GuidedMap& map, const PlaceQuality& place,
+                                                 const std::vector<StationSeeker>& seekers) {
+  std::vector<std::vector<Station>> stations(seekers.size());
+  if (place.surface.surfels.empty()) return stations;
+  Chooser chooser(options, quality_options, map, place);
+  std::vector<bool> done(seekers.size(), false);
+  for (int round = 0; round < options.num_stations; ++round) {
+    for (size_t i = 0; i < seekers.size(); ++i) {
+      if (!done[i]) done[i] = !chooser.ChooseNext(seekers[i], &stations[i]);
+    }
+  }
+  return stations;
+}
+
+}  // namespace skein

@@ -1,0 +1,301 @@
+#include "guidance/surface.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/option_check.h"
+#include "guidance/cells.h"
+#include "guidance/depth_grid.h"
+
+namespace skein {
+namespace {
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Lengths that everything else is measured by.
+struct Scale {
+  double median_gsd = 0;        // of a point in its nearest photo
+  double observed_gsd = 0;      // of an observation
+  double working_distance = 0;  // of an observation
+  double points_per_photo = 0;
+};
+
+std::vector<Eigen::Vector3d> CentresOf(const GuidedMap& map) {
+  std::vector<Eigen::Vector3d> centres;
+  for (const GuidedPhoto& photo : map.photos) centres.push_back(photo.cam_from_world.Centre());
+  return centres;
+}
+
+Scale MeasureScale(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres) {
+  std::vector<double> nearest, observed, distances, counts(map.photos.size(), 0.0);
+  for (const GuidedPoint& point : map.points) {
+    double best = std::numeric_limits<double>::infinity();
+    for (const uint32_t photo : point.photos) {
+      const double distance = (point.xyz - centres[photo]).norm();
+      const double gsd = distance / map.cameras[map.photos[photo].camera].FocalPx();
+      best = std::min(best, gsd);
+      observed.push_back(gsd);
+      distances.push_back(distance);
+      ++counts[photo];
+    }
+    if (!point.photos.empty()) nearest.push_back(best);
+  }
+  return {Median(std::move(nearest)), Median(std::move(observed)), Median(std::move(distances)),
+          Median(std::move(counts))};
+}
+
+double CellWidth(const SurfaceOptions& options, const GuidedMap& map, const Scale& scale) {
+  std::vector<double> widths, areas;
+  for (const GuidedPhoto& photo : map.photos) {
+    const GuidedCamera& camera = map.cameras[photo.camera];
+    widths.push_back(camera.width_px);
+    areas.push_back(static_cast<double>(camera.width_px) * camera.height_px);
+  }
+  const double wanted_px = std::sqrt(Median(std::move(areas)) * options.points_per_cell /
+                                     std::max(1.0, scale.points_per_photo));
+  const double max_px =
+      std::max(options.min_cell_px, options.max_cell_share * Median(std::move(widths)));
+  return std::clamp(wanted_px, options.min_cell_px, max_px) * scale.observed_gsd;
+}
+
+// The points of a map by the cell that they lie in.
+struct PointCells {
+  explicit PointCells(double width) : cells(width) {}
+
+  Cells cells;
+  std::vector<Cells::Cell> cell_of;            // by index
+  std::vector<std::vector<uint32_t>> members;  // by index: points
+};
+
+PointCells PutIntoCells(const GuidedMap& map, double width) {
+  PointCells result(width);
+  for (size_t i = 0; i < map.points.size(); ++i) {
+    const auto cell = result.cells.CellOf(map.points[i].xyz);
+    if (!cell) continue;
+    const uint32_t index = result.cells.Occupy(*cell);
+    if (index == result.members.size()) {
+      result.cell_of.push_back(*cell);
+      result.members.emplace_back();
+    }
+    result.members[index].push_back(static_cast<uint32_t>(i));
+  }
+  return result;
+}
+
+// Photos that observe one of the points, ascending.
+std::vector<uint32_t> ObserversOf(const GuidedMap& map, const std::vector<uint32_t>& points) {
+  std::vector<uint32_t> photos;
+  for (const uint32_t point : points) {
+    photos.insert(photos.end(), map.points[point].photos.begin(), map.points[point].photos.end());
+  }
+  std::sort(photos.begin(), photos.end());
+  photos.erase(std::unique(photos.begin(), photos.end()), photos.end());
+  return photos;
+}
+
+// Least-squares plane of the points in and around a cell, towards where they were seen from; that
+// direction itself where the points are no surface.
+Eigen::Vector3d NormalOf(const GuidedMap& map, const std::vector<uint32_t>& around,
+                         const Eigen::Vector3d& towards) {
+  constexpr size_t kMinPoints = 6;
+  constexpr double kMaxThickness = 0.5;  // standard deviation across, over that along
+  if (around.size() < kMinPoints) return towards;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const uint32_t point : around) mean += map.points[point].xyz;
+  mean /= static_cast<double>(around.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const uint32_t point : around) {
+    const Eigen::Vector3d offset = map.points[point].xyz - mean;
+    scatter += offset * offset.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+  const Eigen::Vector3d& values = solver.eigenvalues();
+  if (values[0] > kMaxThickness * kMaxThickness * values[1]) return towards;
+  const Eigen::Vector3d normal = solver.eigenvectors().col(0);
+  return normal.dot(towards) < 0 ? Eigen::Vector3d(-normal) : normal;
+}
+
+// A plane across cubes meets |nx| + |ny| + |nz| of them for each face's area.
+double AreaOf(double width, const Eigen::Vector3d& normal) {
+  return width * width / normal.lpNorm<1>();
+}
+
+Surfel MakeSurfel(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres,
+                  const PointCells& points, uint32_t index, const std::vector<uint32_t>& around) {
+  const std::vector<uint32_t>& members = points.members[index];
+  Surfel surfel;
+  for (const uint32_t point : members) surfel.position += map.points[point].xyz;
+  surfel.position /= static_cast<double>(members.size());
+  surfel.num_points = static_cast<uint32_t>(members.size());
+  surfel.photos = ObserversOf(map, members);
+  Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+  for (const uint32_t photo : surfel.photos) {
+    towards += (centres[photo] - surfel.position).normalized();
+  }
+  if (towards.norm() < 1e-9) towards = Eigen::Vector3d::UnitZ();
+  surfel.normal = NormalOf(map, around, towards.normalized());
+  surfel.area = AreaOf(points.cells.width(), surfel.normal);
+  surfel.beyond = surfel.position;
+  return surfel;
+}
+
+// A point alone among empty cells is more often wrong than not.
+std::vector<Surfel> MakeSurfels(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres,
+                                const PointCells& points) {
+  constexpr size_t kMinAround = 3;
+  std::vector<Surfel> surfels;
+  std::vector<uint32_t> around;
+  for (uint32_t index = 0; index < points.members.size(); ++index) {
+    around.clear();
+    points.cells.VisitAround(points.cell_of[index], 1, [&](uint32_t other) {
+      around.insert(around.end(), points.members[other].begin(), points.members[other].end());
+    });
+    if (around.size() >= kMinAround) {
+      surfels.push_back(MakeSurfel(map, centres, points, index, around));
+    }
+  }
+  return surfels;
+}
+
+std::vector<DepthGrid> DrawAll(const GuidedMap& map, const Surface& surface) {
+  std::vector<DepthGrid> grids;
+  for (const GuidedPhoto& photo : map.photos) {
+    grids.emplace_back(map.cameras[photo.camera], photo.cam_from_world, surface.cell,
+                       surface.working_distance);
+    grids.back().Draw(surface.surfels);
+  }
+  return grids;
+}
+
+bool LooksAt(const Eigen::Vector3d& centre, const Surfel& surfel, double min_cos) {
+  const Eigen::Vector3d ray = centre - surfel.position;
+  return ray.dot(surfel.normal) >= min_cos * ray.norm();
+}
+
+void AddPhotosInView(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
+                     const std::vector<DepthGrid>& grids, Surfel* surfel) {
+  const double min_cos = std::cos(options.max_incidence_deg * kRadian);
+  std::vector<uint32_t> photos;
+  auto observer = surfel->photos.begin();
+  for (uint32_t photo = 0; photo < grids.size(); ++photo) {
+    if (observer != surfel->photos.end() && *observer == photo) {
+      ++observer;
+      photos.push_back(photo);
+    } else if (LooksAt(centres[photo], *surfel, min_cos) &&
+               grids[photo].Look(surfel->position, options.depth_tolerance) ==
+                   DepthGrid::Sight::kSeen) {
+      photos.push_back(photo);
+    }
+  }
+  surfel->photos = std::move(photos);
+}
+
+// Directions in the surfel's plane, as angles, of those around it.
+std::vector<double> AnglesAround(const Surfel& surfel, const std::vector<Surfel>& around,
+                                 const Eigen::Vector3d& x_axis, const Eigen::Vector3d& y_axis) {
+  std::vector<double> angles;
+  for (const Surfel& other : around) {
+    const Eigen::Vector3d offset = other.position - surfel.position;
+    const double x = offset.dot(x_axis), y = offset.dot(y_axis);
+    if (std::hypot(x, y) > 1e-9 * offset.norm()) angles.push_back(std::atan2(y, x));
+  }
+  std::sort(angles.begin(), angles.end());
+  return angles;
+}
+
+// Where nothing is around a surfel: the middle of the widest gap between its neighbours, if that is
+// wide enough for an end of the surface.
+bool FindEnd(const Surfel& surfel, const std::vector<Surfel>& around, Eigen::Vector3d* direction) {
+  constexpr double kMinGap = 135 * kRadian;
+  const Eigen::Vector3d x_axis = surfel.normal.unitOrthogonal();
+  const Eigen::Vector3d y_axis = surfel.normal.cross(x_axis);
+  const std::vector<double> angles = AnglesAround(surfel, around, x_axis, y_axis);
+  if (angles.size() < 2) return false;
+  double widest = 0, middle = 0;
+  for (size_t i = 0; i < angles.size(); ++i) {
+    const double next = i + 1 < angles.size() ? angles[i + 1] : angles[0] + 360 * kRadian;
+    if (next - angles[i] > widest) {
+      widest = next - angles[i];
+      middle = 0.5 * (next + angles[i]);
+    }
+  }
+  *direction = std::cos(middle) * x_axis + std::sin(middle) * y_axis;
+  return widest >= kMinGap;
+}
+
+// How many photos have the place within their frame. One that is hidden lies behind another
+// surface, as where a wall meets the ground.
+int CountPhotosTowards(const std::vector<DepthGrid>& grids,
+                       const std::vector<Eigen::Vector3d>& centres, const Surfel& surfel,
+                       double min_cos) {
+  constexpr int kEnough = 2;
+  int count = 0;
+  for (size_t photo = 0; photo < grids.size() && count < kEnough; ++photo) {
+    const Eigen::Vector3d ray = centres[photo] - surfel.beyond;
+    if (ray.dot(surfel.normal) < min_cos * ray.norm()) continue;
+    count += grids[photo].Look(surfel.beyond, 0) != DepthGrid::Sight::kOutside;
+  }
+  return count;
+}
+
+void FindBorders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
+                 const std::vector<DepthGrid>& grids, Surface* surface) {
+  constexpr int kRadius = 2;  // cells
+  const double min_cos = std::cos(options.max_incidence_deg * kRadian);
+  Cells cells(surface->cell);
+  std::vector<uint32_t> surfel_of;
+  for (uint32_t i = 0; i < surface->surfels.size(); ++i) {
+    const auto cell = cells.CellOf(surface->surfels[i].position);
+    if (cell && cells.Occupy(*cell) == surfel_of.size()) surfel_of.push_back(i);
+  }
+  std::vector<Surfel> around;
+  for (Surfel& surfel : surface->surfels) {
+    const auto cell = cells.CellOf(surfel.position);
+    if (!cell) continue;
+    around.clear();
+    cells.VisitAround(*cell, kRadius, [&](uint32_t index) {
+      const Surfel& other = surface->surfels[surfel_of[index]];
+      around.emplace_back();
+      around.back().position = other.position;
+    });
+    Eigen::Vector3d direction;
+    if (!FindEnd(surfel, around, &direction)) continue;
+    surfel.beyond = surfel.position + kRadius * surface->cell * direction;
+    surfel.open_border = CountPhotosTowards(grids, centres, surfel, min_cos) < 2;
+    if (!surfel.open_border) surfel.beyond = surfel.position;
+  }
+}
+
+}  // namespace
+
+Status SurfaceOptions::Check() const {
+  return FirstError({InRange("points_per_cell", points_per_cell, 0.1, 1000.0),
+                     InRange("min_cell_px", min_cell_px, 1.0, 1000.0),
+                     InRange("max_cell_share", max_cell_share, 0.001, 1.0),
+                     InRange("max_incidence_deg", max_incidence_deg, 1.0, 90.0),
+                     InRange("depth_tolerance", depth_tolerance, 0.0, 1.0)});
+}
+
+Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map) {
+  Surface surface;
+  const std::vector<Eigen::Vector3d> centres = CentresOf(map);
+  const Scale scale = MeasureScale(map, centres);
+  if (scale.median_gsd <= 0) return surface;
+  surface.median_gsd = scale.median_gsd;
+  surface.working_distance = scale.working_distance;
+  surface.cell = CellWidth(options, map, scale);
+  surface.surfels = MakeSurfels(map, centres, PutIntoCells(map, surface.cell));
+  const std::vector<DepthGrid> grids = DrawAll(map, surface);
+  for (Surfel& surfel : surface.surfels) AddPhotosInView(options, centres, grids, &surfel);
+  FindBorders(options, centres, grids, &surface);
+  return surface;
+}
+
+}  // namespace skein
