@@ -133,7 +133,9 @@ void PhotoPool::PlanPhotos(const PoolOptions& options) {
       for (const sim::Shot& shot : walk.shots) {
         const sim::Pose pose = Vary(place_.scene, shot.pose, variant);
         poses_.push_back(pose);
-        photos_.push_back({static_cast<int64_t>(photos_.size()) + 1, 0, walk_number,
+        photos_.push_back({static_cast<int64_t>(photos_.size()) + 1,
+                           0,
+                           walk_number,
                            {pose.cam_from_world, pose.Translation()}});
       }
       ++walk_number;
@@ -166,8 +168,8 @@ std::vector<PhotoPool::Observations> PhotoPool::ObserveCorners(int photo) const 
   std::vector<Observations> points;
   for (size_t c = 0; c < corners.size(); ++c) {
     const sim::Pose& pose = poses_[photo];
-    const Eigen::Vector3d ray = RayOf(camera_, photos_[photo].cam_from_world,
-                                      {corners[c].x + 0.5, corners[c].y + 0.5});
+    const Eigen::Vector3d ray =
+        RayOf(camera_, photos_[photo].cam_from_world, {corners[c].x + 0.5, corners[c].y + 0.5});
     const sim::Hit hit = place_.scene.Trace(pose.center.cast<float>(), ray.cast<float>());
     if (hit.surface < 0) continue;
     const Eigen::Vector3d xyz = pose.center + hit.t * ray;
