@@ -147,7 +147,8 @@ void PhotoPool::RenderPhotos(const PoolOptions& options) {
   greys_.resize(photos_.size());
   sim::ParallelFor(size(), options.threads, [&](int i) {
     const std::string file = CachedPhoto(options, i);
-    cv::Mat1b grey = cv::imread(file, cv::IMREAD_GRAYSCALE);
+    cv::Mat1b grey;
+    if (std::filesystem::exists(file)) grey = cv::imread(file, cv::IMREAD_GRAYSCALE);
     if (grey.empty()) {
       sim::Exposure exposure;
       exposure.seed = i;

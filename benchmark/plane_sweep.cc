@@ -13,8 +13,9 @@
 namespace skein {
 namespace {
 
-constexpr float kOutside = -1;  // what a warped photo has where it shows nothing
-constexpr float kNoScore = -1;  // ZNCC's least
+constexpr float kMiddleGrey = 128;
+constexpr float kOutside = -kMiddleGrey - 1;  // what a warped photo has where it shows nothing
+constexpr float kNoScore = -1;                // ZNCC's least
 
 // OpenCV has the centre of the upper left pixel at (0, 0).
 Eigen::Matrix3d OpenCvCalibration(const SweepPhoto& photo) {
@@ -70,58 +71,139 @@ int NumPlanes(const SweepOptions& options, const std::vector<SweepPhoto>& photos
   return std::clamp(static_cast<int>(longest / options.plane_step_px) + 2, 8, options.max_planes);
 }
 
-// A photo with the means and deviations of its windows.
+// A photo with the means and deviations of its windows. Grey levels are taken from the middle one,
+// so that sums of squares stay exact.
 struct Windows {
   cv::Mat1f grey, mean, deviation;
 };
 
-Windows MakeWindows(const cv::Mat1f& grey, const cv::Size& window) {
-  Windows windows{grey, {}, {}};
+Windows MakeWindows(const cv::Mat1f& photo, int window_px) {
+  const cv::Size window(window_px, window_px);
+  Windows windows{photo - kMiddleGrey, {}, {}};
   cv::Mat1f mean_of_squares;
-  cv::boxFilter(grey, windows.mean, CV_32F, window);
-  cv::sqrBoxFilter(grey, mean_of_squares, CV_32F, window);
-  windows.deviation.create(grey.size());
-  for (int y = 0; y < grey.rows; ++y) {
-    const float *mean = windows.mean[y], *squares = mean_of_squares[y];
-    float* deviation = windows.deviation[y];
-    for (int x = 0; x < grey.cols; ++x) {
-      deviation[x] = std::sqrt(std::max(squares[x] - mean[x] * mean[x], 0.0f));
-    }
-  }
+  cv::boxFilter(windows.grey, windows.mean, CV_32F, window);
+  cv::sqrBoxFilter(windows.grey, mean_of_squares, CV_32F, window);
+  const cv::Mat1f variance = mean_of_squares - windows.mean.mul(windows.mean);
+  cv::sqrt(cv::max(variance, 0.0f), windows.deviation);
   return windows;
 }
 
-// ZNCC of each window; kNoScore where the other photo shows nothing.
-cv::Mat1f Correlate(const Windows& reference, const Windows& other, const cv::Size& window) {
-  cv::Mat1f product, score(reference.grey.size());
-  cv::boxFilter(reference.grey.mul(other.grey), product, CV_32F, window);
-  for (int y = 0; y < score.rows; ++y) {
-    const float *p = product[y], *m0 = reference.mean[y], *m1 = other.mean[y],
-                *d0 = reference.deviation[y], *d1 = other.deviation[y], *grey = other.grey[y];
-    float* s = score[y];
-    for (int x = 0; x < score.cols; ++x) {
-      const float zncc = (p[x] - m0[x] * m1[x]) / std::max(d0[x] * d1[x], 1e-3f);
-      s[x] = grey[x] < 0 ? kNoScore : zncc;
+// The photo as the reference sees it by the plane of `h`, from the middle grey; kOutside where it
+// shows nothing. Bilinear; cv::warpPerspective rounds to a 32nd of a pixel.
+void Warp(const cv::Mat1f& photo, const Eigen::Matrix3d& h, cv::Mat1f* warped) {
+  for (int y = 0; y < warped->rows; ++y) {
+    const Eigen::Vector3f row = (h.col(1) * y + h.col(2)).cast<float>();
+    const Eigen::Vector3f step = h.col(0).cast<float>();
+    float* out = (*warped)[y];
+    for (int x = 0; x < warped->cols; ++x) {
+      const float w = row.z() + static_cast<float>(x) * step.z();
+      const float inverse = w > 0 ? 1 / w : 0;
+      const float u = (row.x() + static_cast<float>(x) * step.x()) * inverse;
+      const float v = (row.y() + static_cast<float>(x) * step.y()) * inverse;
+      const bool inside = w > 0 && u >= 0 && v >= 0 && u < static_cast<float>(photo.cols - 1) &&
+                          v < static_cast<float>(photo.rows - 1);
+      if (!inside) {
+        out[x] = kOutside;
+        continue;
+      }
+      const int left = static_cast<int>(u), top = static_cast<int>(v);
+      const float a = u - static_cast<float>(left), b = v - static_cast<float>(top);
+      const float *upper = photo[top] + left, *lower = photo[top + 1] + left;
+      const float above = upper[0] + a * (upper[1] - upper[0]);
+      const float below = lower[0] + a * (lower[1] - lower[0]);
+      out[x] = above + b * (below - above) - kMiddleGrey;
     }
   }
-  return score;
+}
+
+// Sums over windows, row by row: those of the columns are kept.
+class WindowSums {
+ public:
+  WindowSums(const cv::Mat1f& reference, const cv::Mat1f& other, int window_px)
+      : reference_(reference), other_(other), window_px_(window_px) {
+    for (auto* sums : {&sum_, &squares_, &products_}) sums->assign(other.cols, 0.0f);
+    for (auto* sums : {&in_row_, &squares_in_row_, &products_in_row_}) {
+      sums->assign(other.cols, 0.0f);
+    }
+    for (int y = 0; y < window_px; ++y) AddRow(y, 1);
+  }
+
+  // To the windows whose upper row is `y`, one below the last ones.
+  void MoveDown(int y) {
+    AddRow(y + window_px_ - 1, 1);
+    AddRow(y - 1, -1);
+  }
+
+  // Of the windows whose left column is the index.
+  void SumRow() {
+    SumAlong(sum_, &in_row_);
+    SumAlong(squares_, &squares_in_row_);
+    SumAlong(products_, &products_in_row_);
+  }
+  float Sum(int left) const { return in_row_[left]; }
+  float Squares(int left) const { return squares_in_row_[left]; }
+  float Products(int left) const { return products_in_row_[left]; }
+
+ private:
+  void AddRow(int y, float sign) {
+    const float *a = reference_[y], *b = other_[y];
+    for (int x = 0; x < other_.cols; ++x) {
+      sum_[x] += sign * b[x];
+      squares_[x] += sign * b[x] * b[x];
+      products_[x] += sign * a[x] * b[x];
+    }
+  }
+
+  void SumAlong(const std::vector<float>& columns, std::vector<float>* sums) const {
+    const int count = other_.cols - window_px_ + 1;
+    float* out = sums->data();
+    for (int x = 0; x < count; ++x) out[x] = columns[x];
+    for (int k = 1; k < window_px_; ++k) {
+      const float* in = columns.data() + k;
+      for (int x = 0; x < count; ++x) out[x] += in[x];
+    }
+  }
+
+  const cv::Mat1f &reference_, &other_;
+  const int window_px_;
+  std::vector<float> sum_, squares_, products_;  // of columns
+  std::vector<float> in_row_, squares_in_row_, products_in_row_;
+};
+
+// ZNCC of each window; kNoScore where the other photo shows nothing, and along the edges.
+void Correlate(const Windows& reference, const cv::Mat1f& other, int window_px, cv::Mat1f* score) {
+  score->setTo(kNoScore);
+  if (other.rows < window_px || other.cols < window_px) return;
+  const int radius = window_px / 2;
+  const float count = static_cast<float>(window_px * window_px);
+  WindowSums sums(reference.grey, other, window_px);
+  for (int top = 0; top + window_px <= other.rows; ++top) {
+    if (top > 0) sums.MoveDown(top);
+    sums.SumRow();
+    const int y = top + radius;
+    const float *seen = other[y] + radius, *mean = reference.mean[y] + radius,
+                *deviation = reference.deviation[y] + radius;
+    float* out = (*score)[y] + radius;
+    for (int left = 0; left + window_px <= other.cols; ++left) {
+      const float other_mean = sums.Sum(left) / count;
+      const float variance = std::max(sums.Squares(left) / count - other_mean * other_mean, 1e-3f);
+      const float covariance = sums.Products(left) / count - mean[left] * other_mean;
+      const float zncc = covariance / (std::sqrt(variance) * std::max(deviation[left], 0.03f));
+      out[left] = seen[left] <= kOutside ? kNoScore : zncc;
+    }
+  }
 }
 
 // Mean over the better half of the neighbours.
 cv::Mat1f ScorePlane(const SweepOptions& options, const std::vector<SweepPhoto>& photos,
                      int reference, const Windows& windows, double inverse_depth) {
   const SweepPhoto& photo = photos[reference];
-  const cv::Size window(options.window_px, options.window_px);
   std::vector<cv::Mat1f> best((photo.neighbours.size() + 1) / 2);  // descending at each pixel
   for (cv::Mat1f& b : best) b = cv::Mat1f(photo.grey.size(), kNoScore);
+  cv::Mat1f warped(photo.grey.size()), score(photo.grey.size());
   for (const int other : photo.neighbours) {
-    const Eigen::Matrix3d h = HomographyOfPlane(photo, photos[other], inverse_depth);
-    const cv::Matx33d warp(h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2), h(2, 0), h(2, 1),
-                           h(2, 2));
-    cv::Mat1f warped;
-    cv::warpPerspective(photos[other].grey, warped, warp, photo.grey.size(),
-                        cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT, kOutside);
-    cv::Mat1f score = Correlate(windows, MakeWindows(warped, window), window);
+    Warp(photos[other].grey, HomographyOfPlane(photo, photos[other], inverse_depth), &warped);
+    Correlate(windows, warped, options.window_px, &score);
     for (cv::Mat1f& b : best) {
       const cv::Mat1f higher = cv::max(b, score);
       score = cv::min(b, score);
@@ -225,8 +307,7 @@ cv::Mat1f SweepDepth(const SweepOptions& options, const std::vector<SweepPhoto>&
   if (!(photo.near > 0 && photo.near < photo.far)) {
     throw std::invalid_argument("plane sweep: give depths 0 < near < far");
   }
-  const cv::Size window(options.window_px, options.window_px);
-  const Windows windows = MakeWindows(photo.grey, window);
+  const Windows windows = MakeWindows(photo.grey, options.window_px);
   const int num_planes = NumPlanes(options, photos, reference);
   const double step = (1 / photo.near - 1 / photo.far) / (num_planes - 1);
   const auto inverse_depth = [&](double plane) { return 1 / photo.far + plane * step; };

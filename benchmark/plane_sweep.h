@@ -18,7 +18,7 @@ namespace skein {
 struct SweepOptions {
   int window_px = 7;         // odd
   double plane_step_px = 1;  // between planes, in the neighbour where it is largest
-  int max_planes = 160;
+  int max_planes = 120;
   double min_zncc = 0.6;
   double min_contrast = 1.5;  // standard deviation of the reference's window, grey levels
   // A point stays where this many depth maps of other photos agree with it.
