@@ -13,6 +13,7 @@
 #include <numeric>
 
 #include "benchmark/dense_cloud.h"
+#include "benchmark/feedback_quality.h"
 #include "benchmark/photo_pool.h"
 #include "benchmark/point_grid.h"
 #include "benchmark/rank_correlation.h"
@@ -35,7 +36,6 @@ struct Arguments {
   double share = 0.25;  // of the pool that is taken
 };
 
-constexpr double kRadius = 0.75;           // of what is a surfel's, in cells
 constexpr size_t kMaxErrors = 80;          // dense points of a surfel that are measured
 constexpr size_t kMinPoints = 5;           // dense points that an error needs
 constexpr size_t kMinSamples = 5;          // true samples that a completeness needs
@@ -75,8 +75,8 @@ struct Row {
   double error = 0;  // metres, median of the dense points; NaN: too few
   double completeness = 0;
   SurfelQuality quality;
-  double track_length = 0, gsd = 0, error_px = 0;  // means of the map's points around it
-  double feedback = 0;                             // Q
+  double track_length = 0;  // mean of the map's points around it
+  double feedback = 0;      // Q
 };
 
 class Comparison {
@@ -91,7 +91,6 @@ class Comparison {
 
   void Execute() {
     CompareSurfels();
-    AddFeedback();
     if (!arguments_.table.empty()) WriteTable();
     std::cout << Summarise().dump() << std::endl;
   }
@@ -105,16 +104,15 @@ class Comparison {
   }
 
   void CompareSurfels() {
-    const double radius = kRadius * place_.surface.cell;
+    const double radius = RadiusOfSurfel(place_.surface);
+    const std::vector<TrackFigures> tracks = TracksAround(map_, place_.surface);
+    const std::vector<double> feedback = FeedbackQuality(tracks);
     const std::vector<Eigen::Vector3d> dense = DenseCloud(arguments_.dense, pool_).Make(map_);
     num_dense_ = dense.size();
-    PointGrid grid(2 * target_gsd_), sample_grid(radius), map_grid(radius);
+    PointGrid grid(2 * target_gsd_), sample_grid(radius);
     for (uint32_t i = 0; i < dense.size(); ++i) grid.Add(dense[i], i);
     for (uint32_t i = 0; i < pool_.samples().size(); ++i) {
       sample_grid.Add(pool_.samples()[i].xyz, i);
-    }
-    for (uint32_t i = 0; i < map_.map.points.size(); ++i) {
-      map_grid.Add(map_.map.points[i].xyz, i);
     }
     for (size_t i = 0; i < place_.surfels.size(); ++i) {
       const Surfel& surfel = place_.surface.surfels[i];
@@ -124,7 +122,8 @@ class Comparison {
       row.completeness = CompletenessOf(surfel, sample_grid, grid, radius);
       if (std::isnan(row.completeness)) continue;
       row.error = ErrorOf(surfel, grid, radius);
-      AddPoints(surfel, map_grid, radius, &row);
+      row.track_length = tracks[i].length;
+      row.feedback = feedback[i];
       rows_.push_back(row);
     }
   }
@@ -154,44 +153,6 @@ class Comparison {
     const size_t step = (near.size() + kMaxErrors - 1) / kMaxErrors;
     for (size_t i = 0; i < near.size(); i += step) errors.push_back(distance_(near[i]));
     return percentile(errors, 50);
-  }
-
-  void AddPoints(const Surfel& surfel, const PointGrid& points, double radius, Row* row) const {
-    double count = 0;
-    points.ForNear(surfel.position, radius, [&](uint32_t i, const Eigen::Vector3d& xyz) {
-      const GuidedPoint& point = map_.map.points[i];
-      double nearest = std::numeric_limits<double>::infinity();
-      for (const uint32_t photo : point.photos) {
-        const Eigen::Vector3d centre = map_.map.photos[photo].cam_from_world.Centre();
-        nearest = std::min(nearest, (centre - xyz).norm() / pool_.camera().FocalPx());
-      }
-      row->track_length += static_cast<double>(point.photos.size());
-      row->gsd += nearest;
-      row->error_px += map_.error_px[i];
-      ++count;
-      return true;
-    });
-    row->track_length /= std::max(1.0, count);
-    row->gsd /= std::max(1.0, count);
-    row->error_px /= std::max(1.0, count);
-  }
-
-  // The weights of On-the-fly Feedback SfM (arXiv 2512.02375), each part relative to the map's
-  // range.
-  void AddFeedback() {
-    const auto relative = [&](double Row::*member, const Row& row) {
-      double low = std::numeric_limits<double>::infinity(), high = -low;
-      for (const Row& r : rows_) {
-        low = std::min(low, r.*member);
-        high = std::max(high, r.*member);
-      }
-      return high > low ? (row.*member - low) / (high - low) : 0;
-    };
-    for (Row& row : rows_) {
-      row.feedback = 0.1 * (1 - relative(&Row::gsd, row)) +
-                     0.8 * relative(&Row::track_length, row) +
-                     0.1 * (1 - relative(&Row::error_px, row));
-    }
   }
 
   struct Predictor {
