@@ -169,7 +169,11 @@ class Comparison {
     };
     add("sigma", [](const Row& r) { return -r.quality.sigma; });
     add("reconstructability", [](const Row& r) { return r.quality.reconstructability; });
-    add("product", [](const Row& r) { return r.quality.reconstructability / r.quality.sigma; });
+    // More pairs of photos than a few make matching no surer, while the depth still gains.
+    add("combined", [](const Row& r) {
+      return (1 + std::min(r.quality.reconstructability, 2.0)) / r.quality.sigma;
+    });
+    add("GSD", [](const Row& r) { return -r.quality.best_gsd; });
     add("photos", [](const Row& r) { return static_cast<double>(r.quality.num_photos); });
     add("track length", [](const Row& r) { return r.track_length; });
     add("Q", [](const Row& r) { return r.feedback; });

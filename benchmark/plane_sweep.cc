@@ -91,23 +91,26 @@ Windows MakeWindows(const cv::Mat1f& photo, int window_px) {
 // The photo as the reference sees it by the plane of `h`, from the middle grey; kOutside where it
 // shows nothing. Bilinear; cv::warpPerspective rounds to a 32nd of a pixel.
 void Warp(const cv::Mat1f& photo, const Eigen::Matrix3d& h, cv::Mat1f* warped) {
+  const Eigen::Vector3f step = h.col(0).cast<float>();
+  const float right = static_cast<float>(photo.cols - 1),
+              bottom = static_cast<float>(photo.rows - 1);
+  std::vector<float> u(warped->cols), v(warped->cols);
   for (int y = 0; y < warped->rows; ++y) {
     const Eigen::Vector3f row = (h.col(1) * y + h.col(2)).cast<float>();
-    const Eigen::Vector3f step = h.col(0).cast<float>();
-    float* out = (*warped)[y];
     for (int x = 0; x < warped->cols; ++x) {
       const float w = row.z() + static_cast<float>(x) * step.z();
-      const float inverse = w > 0 ? 1 / w : 0;
-      const float u = (row.x() + static_cast<float>(x) * step.x()) * inverse;
-      const float v = (row.y() + static_cast<float>(x) * step.y()) * inverse;
-      const bool inside = w > 0 && u >= 0 && v >= 0 && u < static_cast<float>(photo.cols - 1) &&
-                          v < static_cast<float>(photo.rows - 1);
-      if (!inside) {
+      const float inverse = w > 0 ? 1 / w : -1;  // behind the camera: outside
+      u[x] = (row.x() + static_cast<float>(x) * step.x()) * inverse;
+      v[x] = w > 0 ? (row.y() + static_cast<float>(x) * step.y()) * inverse : -1;
+    }
+    float* out = (*warped)[y];
+    for (int x = 0; x < warped->cols; ++x) {
+      if (!(u[x] >= 0 && v[x] >= 0 && u[x] < right && v[x] < bottom)) {
         out[x] = kOutside;
         continue;
       }
-      const int left = static_cast<int>(u), top = static_cast<int>(v);
-      const float a = u - static_cast<float>(left), b = v - static_cast<float>(top);
+      const int left = static_cast<int>(u[x]), top = static_cast<int>(v[x]);
+      const float a = u[x] - static_cast<float>(left), b = v[x] - static_cast<float>(top);
       const float *upper = photo[top] + left, *lower = photo[top + 1] + left;
       const float above = upper[0] + a * (upper[1] - upper[0]);
       const float below = lower[0] + a * (lower[1] - lower[0]);
@@ -140,17 +143,20 @@ class WindowSums {
     SumAlong(squares_, &squares_in_row_);
     SumAlong(products_, &products_in_row_);
   }
-  float Sum(int left) const { return in_row_[left]; }
-  float Squares(int left) const { return squares_in_row_[left]; }
-  float Products(int left) const { return products_in_row_[left]; }
+  const float* Sum() const { return in_row_.data(); }
+  const float* Squares() const { return squares_in_row_.data(); }
+  const float* Products() const { return products_in_row_.data(); }
 
  private:
   void AddRow(int y, float sign) {
     const float *a = reference_[y], *b = other_[y];
-    for (int x = 0; x < other_.cols; ++x) {
-      sum_[x] += sign * b[x];
-      squares_[x] += sign * b[x] * b[x];
-      products_[x] += sign * a[x] * b[x];
+    float *sum = sum_.data(), *squares = squares_.data(), *products = products_.data();
+    const int cols = other_.cols;
+    for (int x = 0; x < cols; ++x) {
+      const float signed_b = sign * b[x];
+      sum[x] += signed_b;
+      squares[x] += signed_b * b[x];
+      products[x] += signed_b * a[x];
     }
   }
 
@@ -175,7 +181,7 @@ void Correlate(const Windows& reference, const cv::Mat1f& other, int window_px, 
   score->setTo(kNoScore);
   if (other.rows < window_px || other.cols < window_px) return;
   const int radius = window_px / 2;
-  const float count = static_cast<float>(window_px * window_px);
+  const float share = 1 / static_cast<float>(window_px * window_px);
   WindowSums sums(reference.grey, other, window_px);
   for (int top = 0; top + window_px <= other.rows; ++top) {
     if (top > 0) sums.MoveDown(top);
@@ -184,10 +190,12 @@ void Correlate(const Windows& reference, const cv::Mat1f& other, int window_px, 
     const float *seen = other[y] + radius, *mean = reference.mean[y] + radius,
                 *deviation = reference.deviation[y] + radius;
     float* out = (*score)[y] + radius;
-    for (int left = 0; left + window_px <= other.cols; ++left) {
-      const float other_mean = sums.Sum(left) / count;
-      const float variance = std::max(sums.Squares(left) / count - other_mean * other_mean, 1e-3f);
-      const float covariance = sums.Products(left) / count - mean[left] * other_mean;
+    const float *sum = sums.Sum(), *squares = sums.Squares(), *products = sums.Products();
+    const int num_windows = other.cols - window_px + 1;
+    for (int left = 0; left < num_windows; ++left) {
+      const float other_mean = share * sum[left];
+      const float variance = std::max(share * squares[left] - other_mean * other_mean, 1e-3f);
+      const float covariance = share * products[left] - mean[left] * other_mean;
       const float zncc = covariance / (std::sqrt(variance) * std::max(deviation[left], 0.03f));
       out[left] = seen[left] <= kOutside ? kNoScore : zncc;
     }
