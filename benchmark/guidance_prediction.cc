@@ -32,7 +32,7 @@ using nlohmann::json;
 struct Arguments {
   PoolOptions pool;
   DenseOptions dense;
-  std::string scenario = "together", table;
+  std::string scenario = "together", table, calibration;
   double share = 0.25;  // of the pool that is taken
 };
 
@@ -75,9 +75,17 @@ struct Row {
   double error = 0;  // metres, median of the dense points; NaN: too few
   double completeness = 0;
   SurfelQuality quality;
+  double density = 0;       // points of the map on it, a cell
   double track_length = 0;  // mean of the map's points around it
   double feedback = 0;      // Q
 };
+
+// More pairs of photos than a few make matching no surer, while the depth still gains. Density
+// stands for texture.
+double CombinedQuality(const Row& row) {
+  return (1 + std::min(row.quality.reconstructability, 2.0)) * std::pow(row.density, 0.25) /
+         row.quality.sigma;
+}
 
 class Comparison {
  public:
@@ -92,6 +100,7 @@ class Comparison {
   void Execute() {
     CompareSurfels();
     if (!arguments_.table.empty()) WriteTable();
+    if (!arguments_.calibration.empty()) WriteCalibration();
     std::cout << Summarise().dump() << std::endl;
   }
 
@@ -122,6 +131,7 @@ class Comparison {
       row.completeness = CompletenessOf(surfel, sample_grid, grid, radius);
       if (std::isnan(row.completeness)) continue;
       row.error = ErrorOf(surfel, grid, radius);
+      row.density = surfel.num_points * place_.surface.cell * place_.surface.cell / surfel.area;
       row.track_length = tracks[i].length;
       row.feedback = feedback[i];
       rows_.push_back(row);
@@ -169,10 +179,8 @@ class Comparison {
     };
     add("sigma", [](const Row& r) { return -r.quality.sigma; });
     add("reconstructability", [](const Row& r) { return r.quality.reconstructability; });
-    // More pairs of photos than a few make matching no surer, while the depth still gains.
-    add("combined", [](const Row& r) {
-      return (1 + std::min(r.quality.reconstructability, 2.0)) / r.quality.sigma;
-    });
+    add("combined", CombinedQuality);
+    add("density", [](const Row& r) { return r.density; });
     add("GSD", [](const Row& r) { return -r.quality.best_gsd; });
     add("photos", [](const Row& r) { return static_cast<double>(r.quality.num_photos); });
     add("track length", [](const Row& r) { return r.track_length; });
@@ -235,17 +243,44 @@ class Comparison {
 
   void WriteTable() const {
     std::ofstream out(arguments_.table);
-    out << "scenario,seed,sigma_gsd,reconstructability,photos,track_length,Q,gsd,error_gsd,"
+    out << "scenario,seed,sigma_gsd,reconstructability,photos,density,track_length,Q,gsd,error_gsd,"
            "completeness,good\n";
     for (const Row& row : rows_) {
       out << arguments_.scenario << "," << arguments_.pool.scenario.seed << ","
           << row.quality.sigma / target_gsd_ << "," << row.quality.reconstructability << ","
-          << row.quality.num_photos << "," << row.track_length << "," << row.feedback << ","
-          << row.quality.best_gsd / target_gsd_ << "," << row.error / target_gsd_ << ","
-          << row.completeness << "," << row.quality.good << "\n";
+          << row.quality.num_photos << "," << row.density << "," << row.track_length << ","
+          << row.feedback << "," << row.quality.best_gsd / target_gsd_ << ","
+          << row.error / target_gsd_ << "," << row.completeness << "," << row.quality.good << "\n";
     }
     out.close();
     if (!out) throw std::runtime_error("cannot write " + arguments_.table);
+  }
+
+  // Surfels by tenths, from the worst predicted one: median error, mean completeness, share said to
+  // be good.
+  void WriteCalibration() const {
+    constexpr size_t kBins = 10;
+    std::vector<const Row*> sorted;
+    for (const Row& row : rows_) sorted.push_back(&row);
+    std::stable_sort(sorted.begin(), sorted.end(), [](const Row* a, const Row* b) {
+      return CombinedQuality(*a) < CombinedQuality(*b);
+    });
+    std::ofstream out(arguments_.calibration);
+    out << "scenario,seed,bin,error_gsd,completeness,said_good\n";
+    for (size_t bin = 0; bin < kBins; ++bin) {
+      std::vector<double> errors, completeness, said;
+      for (size_t i = bin * sorted.size() / kBins; i < (bin + 1) * sorted.size() / kBins; ++i) {
+        const Row& row = *sorted[i];
+        if (!std::isnan(row.error)) errors.push_back(row.error / target_gsd_);
+        completeness.push_back(row.completeness);
+        said.push_back(row.quality.good);
+      }
+      out << arguments_.scenario << "," << arguments_.pool.scenario.seed << "," << bin + 1 << ",";
+      if (!errors.empty()) out << percentile(errors, 50);
+      out << "," << mean(completeness) << "," << mean(said) << "\n";
+    }
+    out.close();
+    if (!out) throw std::runtime_error("cannot write " + arguments_.calibration);
   }
 
   const Arguments arguments_;
@@ -283,6 +318,8 @@ int main(int argc, char** argv) {
   app.add_option("--cache", arguments.pool.cache, "folder for rendered photos")
       ->capture_default_str();
   app.add_option("--table", arguments.table, "file for a line of CSV a surfel");
+  app.add_option("--calibration", arguments.calibration,
+                 "file for a line of CSV a tenth of the surfels");
   app.add_option("--threads", arguments.pool.threads)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

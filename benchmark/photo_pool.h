@@ -14,7 +14,7 @@ namespace skein {
 
 struct PoolOptions {
   sim::ScenarioOptions scenario;  // its walks, of which each station is taken in four ways
-  int width = 480, height = 360;
+  int width = 320, height = 240;
   std::string cache;  // folder for rendered photos
   int threads = 1;
 };
