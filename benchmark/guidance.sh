@@ -25,7 +25,7 @@ source "$(dirname "$0")/../scripts/lib.sh"
 keep='' parts="prediction policy" threads=1 max_photos=60
 prediction="together-1 disjoint-1 blank-1 furniture-1 together-2 disjoint-2 blank-2 furniture-2"
 policy="together-1 disjoint-1 blank-1"
-policies="advice gain Q order random farthest farthest-overlapping"
+policies="advice gain gain-diminishing Q order random farthest farthest-overlapping"
 while (($#)); do
   case $1 in
     -h | --help) print_help; exit 0 ;;

@@ -111,15 +111,28 @@ class Scorer {
   const Capture& capture_;
 };
 
+using Utility =
+    std::function<double(const QualityOptions&, const Surfel&, const std::vector<ViewOfSurfel>&)>;
+
 // How near to good a surfel is with these photos, 0 to 1. The first two count a little, as no
 // third one helps without them.
-double Utility(const QualityOptions& options, const Surfel& surfel,
-               const std::vector<ViewOfSurfel>& views) {
+double UpToGood(const QualityOptions& options, const Surfel& surfel,
+                const std::vector<ViewOfSurfel>& views) {
   const SurfelQuality quality = AssessSurfel(options, surfel.normal, views);
   if (quality.good) return 1;
   const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
                        std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma);
   return 0.1 * std::min(quality.num_photos, 2) + 0.76 * pairs;
+}
+
+// Each photo adds less than the one before, and more where it makes the depth surer; good is not
+// the end.
+double Diminishing(const QualityOptions& options, const Surfel& surfel,
+                   const std::vector<ViewOfSurfel>& views) {
+  const SurfelQuality quality = AssessSurfel(options, surfel.normal, views);
+  return 0.1 * std::min(quality.num_photos, 2) +
+         0.8 * (1 - std::exp(-quality.reconstructability / 2)) *
+             std::min(1.0, options.target_gsd / quality.sigma);
 }
 
 ViewOfSurfel ViewFrom(const PhotoPool& pool, const CameraPose& pose, const Surfel& surfel) {
@@ -128,7 +141,7 @@ ViewOfSurfel ViewFrom(const PhotoPool& pool, const CameraPose& pose, const Surfe
 }
 
 // Area that becomes good or comes nearer to it, and what open borders promise.
-int TakeByGain(const PhotoPool& pool, const Capture& capture) {
+int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& utility_of) {
   QualityOptions options;
   options.target_gsd = capture.place.completeness.target_gsd;
   const std::vector<Surfel>& surfels = capture.place.surface.surfels;
@@ -138,7 +151,7 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture) {
     for (const uint32_t photo : surfels[i].photos) {
       views[i].push_back(ViewFrom(pool, capture.map.map.photos[photo].cam_from_world, surfels[i]));
     }
-    if (capture.place.surfels[i].counts) utility[i] = Utility(options, surfels[i], views[i]);
+    if (capture.place.surfels[i].counts) utility[i] = utility_of(options, surfels[i], views[i]);
   }
   return Scorer(pool, capture).Best([&](int photo, const DepthGrid& view) {
     const CameraPose& pose = pool.photo(photo).cam_from_world;
@@ -153,7 +166,7 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture) {
       if (utility[i] >= 1 || !Sees(view, centre, surfels[i])) continue;
       std::vector<ViewOfSurfel> with = views[i];
       with.push_back(ViewFrom(pool, pose, surfels[i]));
-      gain += surfels[i].area * std::max(0.0, Utility(options, surfels[i], with) - utility[i]);
+      gain += surfels[i].area * std::max(0.0, utility_of(options, surfels[i], with) - utility[i]);
     }
     return gain;
   });
@@ -218,7 +231,12 @@ using Policy = std::function<int(const PhotoPool&, const Capture&)>;
 
 Policy PolicyNamed(const std::string& name, uint64_t seed) {
   if (name == "advice") return TakeAdvised;
-  if (name == "gain") return TakeByGain;
+  if (name == "gain" || name == "gain-diminishing") {
+    const Utility utility = name == "gain" ? UpToGood : Diminishing;
+    return [utility](const PhotoPool& pool, const Capture& capture) {
+      return TakeByGain(pool, capture, utility);
+    };
+  }
   if (name == "Q") return TakeByFeedback;
   if (name == "farthest") return TakeFarthest;
   if (name == "farthest-overlapping") return TakeFarthestOverlapping;
@@ -233,7 +251,8 @@ Policy PolicyNamed(const std::string& name, uint64_t seed) {
 
 const std::vector<std::string>& PolicyNames() {
   static const std::vector<std::string> names = {
-      "advice", "gain", "Q", "order", "random", "farthest", "farthest-overlapping"};
+      "advice", "gain",   "gain-diminishing", "Q",
+      "order",  "random", "farthest",         "farthest-overlapping"};
   return names;
 }
 
