@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kServices[] = {"ingest", "features", "retrieval", "matching",
-                                     "mapper", "merger",   "relay",     "web"};
+constexpr const char* kServices[] = {"ingest", "features", "retrieval", "matching", "mapper",
+                                     "merger", "guide",    "relay",     "web"};
 
 // A service knows its options itself. Its output is ours.
 int Run(std::vector<std::string> words) {

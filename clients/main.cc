@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/advise.h"
 #include "clients/agent.h"
 #include "clients/config.h"
 #include "clients/demand.h"
@@ -27,6 +28,7 @@ using skein::Subcommand;
 const std::vector<Subcommand> kSubcommands = {
     {"agent", "publishes the photos of a folder to a session", skein::RunAgent},
     {"status", "stages, photos, submaps and failures of a session, live", skein::RunStatus},
+    {"advise", "how complete each place is, and what to photograph next, live", skein::RunAdvise},
     {"demand", "how many more mappers a session could use (for launch.sh)", skein::RunDemand},
     {"view", "a session folder in a browser, without services", skein::RunView},
     {"finish", "finishes a session: final models and report", skein::RunFinish},

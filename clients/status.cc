@@ -53,13 +53,15 @@ class StatusWatch {
     node.bus().Subscribe<submap_status_t>(
         kSubmapStatusChannel,
         [this](const submap_status_t& status) { submaps_[status.submap_id] = status; });
+    node.bus().Subscribe<guidance_t>(
+        kGuidanceChannel, [this](const guidance_t& told) { guidance_[told.submap_id] = told; });
   }
 
   bool caught_up() const { return follower_.caught_up(); }
 
   void Print(bool as_json) const {
     const nlohmann::json status =
-        MakeStatus({node_.session_id(), session_, instances_, submaps_, MonotonicS()});
+        MakeStatus({node_.session_id(), session_, instances_, submaps_, MonotonicS(), guidance_});
     if (as_json) {
       std::cout << status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                 << std::endl;
@@ -74,6 +76,7 @@ class StatusWatch {
   SessionRecord session_;
   std::map<std::string, HeardInstance> instances_;
   std::map<int64_t, submap_status_t> submaps_;
+  std::map<int64_t, guidance_t> guidance_;
   LedgerFollower follower_;
 };
 

@@ -7,6 +7,7 @@
 #include "core/statistics.h"
 #include "photo/photo_name.h"
 #include "session/diagnosis.h"
+#include "session/guidance_json.h"
 #include "session/model_verdict.h"
 #include "session/report.h"
 
@@ -89,6 +90,9 @@ json SubmapsOf(const StatusInput& input) {
                   {"epoch", submap.lease.epoch},
                   {"state", SubmapStage(input.session.state, submap, status)},
                   {"verdict", Printable(VerdictOf(input.session.state, submap), 400)}};
+    const auto guidance = input.guidance.find(id);
+    shown["guidance"] =
+        guidance == input.guidance.end() ? json(nullptr) : GuidanceJson(guidance->second);
     if (status != nullptr) {
       SetFigures(*status, &shown);
     } else {
@@ -184,6 +188,14 @@ std::string FormatVerdict(const json& s) {
   return Line("  submap %lld %s", s["id"].get<long long>(), verdict.c_str());
 }
 
+// How complete its place is.
+std::string FormatGuidance(const json& s) {
+  const json& guidance = s["guidance"];
+  if (guidance.is_null()) return "";
+  return Line("  submap %lld: %s", s["id"].get<long long>(),
+              Printable(guidance["sentence"].get<std::string>(), 200).c_str());
+}
+
 // Which submaps have gone where, and what was refused.
 std::string FormatMerges(const json& merges, const json& ended) {
   if (ended.empty() && merges["done"] == 0 && merges["undone"] == 0 && merges["open"] == 0)
@@ -264,6 +276,7 @@ std::string FormatStatus(const json& status) {
                  "images", "deferred", "points", "error px");
     for (const json& submap : status["submaps"]) text += FormatSubmap(submap);
     for (const json& submap : status["submaps"]) text += FormatVerdict(submap);
+    for (const json& submap : status["submaps"]) text += FormatGuidance(submap);
   }
   text += FormatMerges(status["merges"], status["ended_submaps"]);
   if (!status["deferred"].empty())

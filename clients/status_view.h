@@ -23,6 +23,7 @@ struct StatusInput {
   const std::map<std::string, HeardInstance>& instances;      // by instance
   const std::map<int64_t, submap_status_t>& submap_statuses;  // latest of SKEIN_SUBMAP_STATUS
   double now_s = 0;
+  std::map<int64_t, guidance_t> guidance = {};  // by submap, the latest
 };
 
 // Keys:
@@ -30,7 +31,8 @@ struct StatusInput {
 //   {session_id, ledger, images{received, in_flight, registered, deferred, failed},
 //    latency_s{p50, p95, p99}, finishing,
 //    instances[{instance, service, host, pid, state, backlog, done, mean_s, memory_bytes, ...}],
-//    submaps[{id, owner, epoch, state, images, deferred, points, mean_reprojection_error_px}],
+//    submaps[{id, owner, epoch, state, images, deferred, points, mean_reprojection_error_px,
+//             guidance (GuidanceJson; null: not heard)}],
 //    ended_submaps[{id, reason}], merges{done, undone, open, last_undone},
 //    deferred[{image, reason}] (when nothing is in flight), failures[{image, stage, reason}]}
 nlohmann::json MakeStatus(const StatusInput& input);

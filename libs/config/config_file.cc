@@ -11,8 +11,9 @@ namespace skein {
 namespace {
 
 // Every section that some process reads.
-constexpr std::array<const char*, 9> kSections = {
-    "ingest", "cameras", "features", "retrieval", "matching", "mapper", "merger", "relay", "web"};
+constexpr std::array<const char*, 10> kSections = {"ingest",   "cameras", "features", "retrieval",
+                                                   "matching", "mapper",  "merger",   "guide",
+                                                   "relay",    "web"};
 constexpr char kSectionBegin[] = "++";  // as CLI11 marks them
 constexpr char kSectionEnd[] = "--";
 

@@ -378,8 +378,8 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
     station.gain = gain;
     station.common_points = common;
   }
-  // A photo that makes less than a hundredth of its own view better is not worth a walk.
-  const double least = 10 * place_.surface.cell * place_.surface.cell;
+  // A photo that makes less than two cells better is not worth a walk.
+  const double least = 2 * place_.surface.cell * place_.surface.cell;
   if (best == nullptr || station.gain < least) return false;
   station.cam_from_world = best->pose;
   station.target = best->target;

@@ -19,6 +19,10 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
+// With fewer points in and around a cell nothing can be said of its surface: these are more often
+// wrong than not.
+constexpr size_t kMinPointsOfNormal = 6;
+
 // Lengths that everything else is measured by.
 struct Scale {
   double median_gsd = 0;        // of a point in its nearest photo
@@ -104,9 +108,7 @@ std::vector<uint32_t> ObserversOf(const GuidedMap& map, const std::vector<uint32
 // direction itself where the points are no surface.
 Eigen::Vector3d NormalOf(const GuidedMap& map, const std::vector<uint32_t>& around,
                          const Eigen::Vector3d& towards) {
-  constexpr size_t kMinPoints = 6;
   constexpr double kMaxThickness = 0.5;  // standard deviation across, over that along
-  if (around.size() < kMinPoints) return towards;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const uint32_t point : around) mean += map.points[point].xyz;
   mean /= static_cast<double>(around.size());
@@ -146,10 +148,8 @@ Surfel MakeSurfel(const GuidedMap& map, const std::vector<Eigen::Vector3d>& cent
   return surfel;
 }
 
-// A point alone among empty cells is more often wrong than not.
 std::vector<Surfel> MakeSurfels(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres,
                                 const PointCells& points) {
-  constexpr size_t kMinAround = 3;
   std::vector<Surfel> surfels;
   std::vector<uint32_t> around;
   for (uint32_t index = 0; index < points.members.size(); ++index) {
@@ -157,7 +157,7 @@ std::vector<Surfel> MakeSurfels(const GuidedMap& map, const std::vector<Eigen::V
     points.cells.VisitAround(points.cell_of[index], 1, [&](uint32_t other) {
       around.insert(around.end(), points.members[other].begin(), points.members[other].end());
     });
-    if (around.size() >= kMinAround) {
+    if (around.size() >= kMinPointsOfNormal) {
       surfels.push_back(MakeSurfel(map, centres, points, index, around));
     }
   }

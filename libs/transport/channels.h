@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "skein/advice_t.hpp"
 #include "skein/blob_chunk_t.hpp"
 #include "skein/blob_request_t.hpp"
 #include "skein/candidates_t.hpp"
@@ -13,6 +14,7 @@
 #include "skein/failure_t.hpp"
 #include "skein/features_t.hpp"
 #include "skein/finish_t.hpp"
+#include "skein/guidance_t.hpp"
 #include "skein/heartbeat_t.hpp"
 #include "skein/image_ack_t.hpp"
 #include "skein/image_offer_t.hpp"
@@ -93,6 +95,8 @@ inline constexpr Channel<demand_t> kDemandChannel{"SKEIN_DEMAND"};
 inline constexpr Channel<submap_status_t> kSubmapStatusChannel{"SKEIN_SUBMAP_STATUS"};
 inline constexpr Channel<submap_shape_t> kSubmapShapeChannel{"SKEIN_SUBMAP_SHAPE"};
 inline constexpr Channel<shape_wanted_t> kShapeWantedChannel{"SKEIN_SHAPE_WANTED"};
+inline constexpr Channel<guidance_t> kGuidanceChannel{"SKEIN_GUIDANCE"};
+inline constexpr Channel<advice_t> kAdviceChannel{"SKEIN_ADVICE"};
 inline constexpr Channel<shared_request_t> kSharedRequestChannel{"SKEIN_SHARED_REQUEST"};
 inline constexpr Channel<shared_reply_t> kSharedReplyChannel{"SKEIN_SHARED_REPLY"};
 

@@ -64,6 +64,8 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kSubmapStatusChannel.name, kWorker},
     {kSubmapShapeChannel.name, kWorker},
     {kShapeWantedChannel.name, kWorker | kViewer},
+    {kGuidanceChannel.name, kWorker},
+    {kAdviceChannel.name, kWorker},
     {kSharedRequestChannel.name, kWorker},
     {kSharedReplyChannel.name, kWorker},
     {kHeartbeatChannel.name, kSigned},

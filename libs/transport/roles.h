@@ -53,6 +53,12 @@ inline bool SpeaksForItself(const Sender& sender, const submap_shape_t& shape) {
 inline bool SpeaksForItself(const Sender& sender, const shape_wanted_t& wanted) {
   return MayBe(sender, wanted.author);
 }
+inline bool SpeaksForItself(const Sender& sender, const guidance_t& guidance) {
+  return MayBe(sender, guidance.author);
+}
+inline bool SpeaksForItself(const Sender& sender, const advice_t& advice) {
+  return MayBe(sender, advice.author);
+}
 inline bool SpeaksForItself(const Sender& sender, const shared_reply_t& reply) {
   return MayBe(sender, reply.owner);
 }

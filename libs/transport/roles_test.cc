@@ -45,6 +45,8 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"SKEIN_SUBMAP_STATUS", "w"},
                                                  {"SKEIN_SUBMAP_SHAPE", "w"},
                                                  {"SKEIN_SHAPE_WANTED", "wvb"},
+                                                 {"SKEIN_GUIDANCE", "w"},
+                                                 {"SKEIN_ADVICE", "w"},
                                                  {"SKEIN_SHARED_REQUEST", "w"},
                                                  {"SKEIN_SHARED_REPLY", "w"},
                                                  {"SKEIN_HEARTBEAT", "iwaovb"},
@@ -56,7 +58,7 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"", ""}};
   ForEachCommittedChannel([&](const auto& channel) { expected[channel.name] = "i"; });
   ForEachSubmitChannel([&](const auto& channel) { expected[channel.name] = "w"; });
-  EXPECT_EQ(expected.size(), 23u + 2u * kNumFactKinds);
+  EXPECT_EQ(expected.size(), 25u + 2u * kNumFactKinds);
   for (const auto& [channel, who] : expected) EXPECT_EQ(WhoMay(channel), who) << channel;
 }
 
@@ -149,6 +151,12 @@ TEST(Roles, NobodySpeaksInAnothersName) {
   shape_wanted_t wanted{};
   wanted.author = name;
   ExpectBound(kShapeWantedChannel, Role::kViewer, name, wanted);
+  guidance_t guidance{};
+  guidance.author = name;
+  ExpectBound(kGuidanceChannel, Role::kWorker, name, guidance);
+  advice_t advice{};
+  advice.author = name;
+  ExpectBound(kAdviceChannel, Role::kWorker, name, advice);
   shared_reply_t reply{};
   reply.owner = name;
   ExpectBound(kSharedReplyChannel, Role::kWorker, name, reply);

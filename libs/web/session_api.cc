@@ -18,6 +18,7 @@
 #include "session/diagnosis.h"
 #include "transport/invitation.h"
 #include "web/events.h"
+#include "web/page_shape.h"
 #include "web/qr_code.h"
 #include "web/upload_sink.h"
 

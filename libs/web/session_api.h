@@ -13,10 +13,10 @@
 
 #include "auth/certificate.h"
 #include "core/result.h"
+#include "shapes/shape_store.h"
 #include "web/http.h"
 #include "web/job_pool.h"
 #include "web/session_view.h"
-#include "web/shape_store.h"
 #include "web/static_files.h"
 #include "web/thumbnails.h"
 #include "web/upload_store.h"

@@ -11,7 +11,7 @@
 namespace skein {
 
 struct SiftOptions {
-  std::string method = "opencv";     // or "skein"
+  std::string method = "skein";      // or "opencv"
   int max_image_px = 1600;           // longest side searched; larger photos are shrunk by area
   double contrast_threshold = 0.02;  // as COLMAP's peak threshold 0.02 / kOctaveLayers
   double edge_threshold = 10;

@@ -56,12 +56,7 @@ WebService::WebService(Node& node, const WebOptions& options) : node_(node), opt
     });
   }
   api_ = std::make_unique<SessionApi>(view_, Source(), kNumPoolThreads);
-  shapes_ = std::make_unique<ShapeFollower>(
-      node, view_, api_->shapes(), [this] { return server_->num_viewers(); },
-      [this](int64_t submap_id, uint64_t version) {
-        server_->TellLatest("shape/" + std::to_string(submap_id),
-                            SessionApi::ShapeMessage(submap_id, version));
-      });
+  shapes_ = std::make_unique<ShapeFollower>(node, api_->shapes(), FollowShapes());
   StartServer();
   subscriptions_ = {
       node.bus().Subscribe(kHeartbeatChannel, [this](const heartbeat_t& m) { OnHeartbeat(m); })};
@@ -83,6 +78,20 @@ WebService::~WebService() {
   node_.loop().CancelTimer(timer_);
   server_.reset();  // no request comes any more
   api_.reset();     // nor is one under way, before what they ask goes
+}
+
+ShapeFollowerOptions WebService::FollowShapes() {
+  ShapeFollowerOptions options;
+  options.read_session = [this](const std::function<void(const SessionState&)>& read) {
+    view_.With([&](const SessionRecord& session) { read(session.state); });
+  };
+  options.is_wanted = [this] { return server_->num_viewers() > 0; };
+  options.on_shape = [this](int64_t submap_id, uint64_t version) {
+    server_->TellLatest("shape/" + std::to_string(submap_id),
+                        SessionApi::ShapeMessage(submap_id, version));
+  };
+  options.on_model = options.on_shape;
+  return options;
 }
 
 void WebService::StartServer() {

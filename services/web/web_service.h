@@ -9,10 +9,10 @@
 #include "event_loop/alive.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
+#include "shapes/shape_follower.h"
 #include "web/finish_asker.h"
 #include "web/session_api.h"
 #include "web/session_view.h"
-#include "web/shape_follower.h"
 #include "web/status_message.h"
 #include "web/upload_desk.h"
 #include "web/visitors.h"
@@ -36,6 +36,7 @@ class WebService {
  private:
   SessionSource Source();
   void AddVisitors(SessionSource* source);
+  ShapeFollowerOptions FollowShapes();
   void StartServer();
   void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   void OnFact(const Fact& fact);

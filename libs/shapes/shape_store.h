@@ -1,3 +1,4 @@
+// The newest shape of each submap.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +9,11 @@
 #include <vector>
 
 #include "core/bytes.h"
-#include "core/result.h"
 #include "formats/shape.h"
 
 namespace skein {
 
-// The shape of a submap as the page gets it.
+// The shape of a submap.
 struct Shape {
   struct Chunk {
     uint64_t id = 0;
@@ -53,12 +53,5 @@ class ShapeStore {
   mutable std::mutex mutex_;
   std::map<int64_t, ShapePtr> shapes_;
 };
-
-// Of the newest model of a submap. `version`: of the shape.
-Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob,
-                              const Bytes& archive, int64_t version);
-
-// /api/submaps/ID.
-std::string ShapeJson(const Shape& shape);
 
 }  // namespace skein

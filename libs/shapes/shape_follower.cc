@@ -1,7 +1,6 @@
-#include "web/shape_follower.h"
+#include "shapes/shape_follower.h"
 
 #include <cmath>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -19,15 +18,8 @@ constexpr int64_t kMaxManifestBytes = 64 << 20;
 
 }  // namespace
 
-ShapeFollower::ShapeFollower(Node& node, const SessionView& view, ShapeStore& store,
-                             std::function<int()> num_viewers,
-                             std::function<void(int64_t, uint64_t)> on_shape)
-    : node_(node),
-      view_(view),
-      store_(store),
-      num_viewers_(std::move(num_viewers)),
-      on_shape_(std::move(on_shape)),
-      looked_s_(-HUGE_VAL) {
+ShapeFollower::ShapeFollower(Node& node, ShapeStore& store, ShapeFollowerOptions options)
+    : node_(node), store_(store), options_(std::move(options)), looked_s_(-HUGE_VAL) {
   subscription_ = node_.bus().Subscribe(kSubmapShapeChannel,
                                         [this](const submap_shape_t& told) { OnShape(told); });
   timer_ = node_.loop().AddTimer(kTellS, [this] { Tick(); });
@@ -40,31 +32,31 @@ ShapeFollower::~ShapeFollower() {
 
 void ShapeFollower::NoteLook() { looked_s_ = node_.loop().now_s(); }
 
-bool ShapeFollower::IsLooking() const {
-  return num_viewers_() > 0 || node_.loop().now_s() - looked_s_ < kLookS;
+bool ShapeFollower::IsWanted() const {
+  return options_.is_wanted() || node_.loop().now_s() - looked_s_ < kLookS;
 }
 
 bool ShapeFollower::MayUseModel(int64_t submap_id) const {
   const double now_s = node_.loop().now_s();
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (looking_since_s_ == 0 || now_s - looking_since_s_ < kFirstShapeS) return false;
+  if (wanted_since_s_ == 0 || now_s - wanted_since_s_ < kFirstShapeS) return false;
   const auto heard = heard_s_.find(submap_id);
   return heard == heard_s_.end() || now_s - heard->second > kSilentS;
 }
 
 void ShapeFollower::Tick() {
   WatchPulls();
-  const bool looking = IsLooking();
+  const bool wanted = IsWanted();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!looking) looking_since_s_ = 0;
-    if (looking && looking_since_s_ == 0) looking_since_s_ = node_.loop().now_s();
+    if (!wanted) wanted_since_s_ = 0;
+    if (wanted && wanted_since_s_ == 0) wanted_since_s_ = node_.loop().now_s();
   }
-  if (!looking) return;
-  shape_wanted_t wanted{};
-  wanted.author = node_.instance();
-  node_.Publish(kShapeWantedChannel, wanted);
-  TellModels();
+  if (!wanted) return;
+  shape_wanted_t message{};
+  message.author = node_.instance();
+  node_.Publish(kShapeWantedChannel, message);
+  if (options_.on_model) TellModels();
 }
 
 // Who owns a blob may never answer: it died, or told another size than that of its blob.
@@ -92,14 +84,13 @@ void ShapeFollower::TellModels() {
     std::string blob;
     int64_t utime_us;
   };
-  const std::vector<Model> models = view_.With([](const SessionRecord& session) {
-    std::vector<Model> found;
-    for (const auto& [id, submap] : session.state.submaps()) {
+  std::vector<Model> models;
+  options_.read_session([&](const SessionState& state) {
+    for (const auto& [id, submap] : state.submaps()) {
       if (submap.ended || !submap.latest_model) continue;
       const submap_model_t& model = *submap.latest_model;
-      found.push_back({id, model.model_blob, model.header.utime_us});
+      models.push_back({id, model.model_blob, model.header.utime_us});
     }
-    return found;
   });
   for (const Model& model : models) {
     if (told_models_[model.submap_id] == model.blob || !MayUseModel(model.submap_id)) continue;
@@ -107,17 +98,19 @@ void ShapeFollower::TellModels() {
     const auto version = static_cast<uint64_t>(model.utime_us);
     if (shape != nullptr && shape->version >= version) continue;
     told_models_[model.submap_id] = model.blob;
-    on_shape_(model.submap_id, version);
+    options_.on_model(model.submap_id, version);
   }
 }
 
 // The lease tells whose word on a submap holds.
 bool ShapeFollower::IsCurrent(const submap_shape_t& told) const {
-  return view_.With([&](const SessionRecord& session) {
-    const SubmapLife* submap = session.state.FindSubmap(told.submap_id);
-    return submap != nullptr && !submap->ended && submap->lease.epoch == told.epoch &&
-           submap->lease.owner == told.owner;
+  bool is_current = false;
+  options_.read_session([&](const SessionState& state) {
+    const SubmapLife* submap = state.FindSubmap(told.submap_id);
+    is_current = submap != nullptr && !submap->ended && submap->lease.epoch == told.epoch &&
+                 submap->lease.owner == told.owner;
   });
+  return is_current;
 }
 
 void ShapeFollower::OnShape(const submap_shape_t& told) {
@@ -165,38 +158,62 @@ void ShapeFollower::OnManifest(const std::shared_ptr<Pull>& pull, const Result<B
   shape.photos = manifest->photos;
   shape.cameras = manifest->cameras;
   const ShapePtr known = store_.Find(shape.submap_id);
-  std::vector<std::pair<size_t, std::string>> wanted;
+  struct Wanted {
+    size_t index;
+    std::string blob;
+    int64_t size_bytes;
+    bool is_tracks;
+  };
+  std::vector<Wanted> wanted;
   int64_t wanted_bytes = 0;
   for (const ShapeManifest::Chunk& chunk : manifest->chunks) {
+    const size_t index = shape.chunks.size();
+    shape.chunks.push_back({chunk.id, chunk.version, chunk.num_points, nullptr, nullptr,
+                            chunk.tracks_blob, chunk.tracks_bytes});
     const Shape::Chunk* old = known == nullptr ? nullptr : known->Find(chunk.id);
-    const bool is_here = old != nullptr && old->version == chunk.version;
-    shape.chunks.push_back({chunk.id, chunk.version, chunk.num_points,
-                            is_here ? old->points : nullptr, nullptr, chunk.tracks_blob,
-                            chunk.tracks_bytes});
-    if (is_here) continue;
-    wanted.push_back({shape.chunks.size() - 1, chunk.points_blob});
-    wanted_bytes += static_cast<int64_t>(kShapeChunkHeaderBytes) +
-                    static_cast<int64_t>(kShapePointBytes) * chunk.num_points;
-    pull->failed |= chunk.num_points > ShapeChunk::kMaxPoints;
+    if (old != nullptr && old->version == chunk.version) {
+      shape.chunks.back().points = old->points;
+      shape.chunks.back().tracks = old->tracks;
+    }
+    pull->failed |= chunk.num_points > ShapeChunk::kMaxPoints ||
+                    chunk.tracks_bytes > static_cast<uint64_t>(ShapeStore::kMaxBytes);
+    if (shape.chunks.back().points == nullptr) {
+      const auto size_bytes =
+          static_cast<int64_t>(kShapeChunkHeaderBytes + kShapePointBytes * chunk.num_points);
+      wanted.push_back({index, chunk.points_blob, size_bytes, false});
+    }
+    if (options_.with_tracks && shape.chunks.back().tracks == nullptr) {
+      wanted.push_back({index, chunk.tracks_blob, static_cast<int64_t>(chunk.tracks_bytes), true});
+    }
+    if (pull->failed) break;
   }
-  if (pull->failed || wanted_bytes > ShapeStore::kMaxBytes) {
+  for (const Wanted& blob : wanted) {
+    wanted_bytes += blob.size_bytes;
+    pull->failed |= wanted_bytes > ShapeStore::kMaxBytes;
+    if (pull->failed) break;
+  }
+  if (pull->failed) {
     LogWarn("submap {}: a shape that is too large is left out", shape.submap_id);
-    pull->failed = true;
     return OnPulled(pull);
   }
   pull->num_missing = wanted.size();
   if (wanted.empty()) return OnPulled(pull);
-  for (const auto& [index, blob] : wanted) {
-    BlobClient::FetchOptions options;
-    options.size_bytes = static_cast<int64_t>(kShapeChunkHeaderBytes +
-                                              kShapePointBytes * shape.chunks[index].num_points);
-    options.max_bytes = options.size_bytes;
-    pull->fetches.push_back(node_.blobs().Fetch(
-        blob, shape.owner, alive_.Guarded([this, pull, index = index](Result<Bytes> points) {
-          OnPoints(pull, index, std::move(points));
-        }),
-        options));
+  for (const Wanted& blob : wanted) {
+    FetchOfChunk(pull, blob.index, blob.blob, blob.size_bytes, blob.is_tracks);
   }
+}
+
+void ShapeFollower::FetchOfChunk(const std::shared_ptr<Pull>& pull, size_t index,
+                                 const std::string& blob, int64_t size_bytes, bool is_tracks) {
+  BlobClient::FetchOptions options;
+  options.size_bytes = size_bytes;
+  options.max_bytes = size_bytes;
+  const auto on_bytes = [this, pull, index, is_tracks](Result<Bytes> bytes) {
+    is_tracks ? OnTracks(pull, index, std::move(bytes)) : OnPoints(pull, index, std::move(bytes));
+    if (--pull->num_missing == 0) OnPulled(pull);
+  };
+  pull->fetches.push_back(
+      node_.blobs().Fetch(blob, pull->told.owner, alive_.Guarded(on_bytes), options));
 }
 
 void ShapeFollower::OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes) {
@@ -209,7 +226,18 @@ void ShapeFollower::OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Re
     LogDebug("submap {}: chunk {}: {}", pull->told.submap_id, chunk.id, decoded.error());
     pull->failed = true;
   }
-  if (--pull->num_missing == 0) OnPulled(pull);
+}
+
+void ShapeFollower::OnTracks(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes) {
+  Shape::Chunk& chunk = pull->shape->chunks[index];
+  const Result<PointTracks> decoded =
+      bytes.ok() ? DecodePointTracks(*bytes) : Result<PointTracks>(bytes.status());
+  if (decoded.ok() && decoded->ends.size() == chunk.num_points) {
+    chunk.tracks = std::make_shared<const Bytes>(std::move(*bytes));
+  } else {
+    LogDebug("submap {}: tracks of chunk {}: {}", pull->told.submap_id, chunk.id, decoded.error());
+    pull->failed = true;
+  }
 }
 
 void ShapeFollower::OnPulled(const std::shared_ptr<Pull>& pull) {
@@ -217,7 +245,7 @@ void ShapeFollower::OnPulled(const std::shared_ptr<Pull>& pull) {
   pulls_.erase(submap_id);
   if (!pull->failed && IsCurrent(pull->told)) {
     if (store_.Set(pull->shape)) {
-      on_shape_(submap_id, pull->shape->version);
+      options_.on_shape(submap_id, pull->shape->version);
     } else {
       LogWarn("submap {}: no room for its shape", submap_id);
     }

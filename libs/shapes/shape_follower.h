@@ -13,21 +13,32 @@
 
 #include "event_loop/alive.h"
 #include "node/node.h"
-#include "web/session_view.h"
-#include "web/shape_store.h"
+#include "session/session_state.h"
+#include "shapes/shape_store.h"
 
 namespace skein {
 
-// While somebody looks, asks the mappers for shapes, and keeps the newest of each submap in
+struct ShapeFollowerOptions {
+  // Lends the session's state to its argument. Loop's thread.
+  std::function<void(const std::function<void(const SessionState&)>&)> read_session;
+  // Whether shapes are wanted, besides by NoteLook. Loop's thread.
+  std::function<bool()> is_wanted;
+  // Pulls who sees the points, too (Shape::Chunk::tracks); else these stay with the mapper.
+  bool with_tracks = false;
+  // Of that submap there is a new one in the store.
+  std::function<void(int64_t submap_id, uint64_t version)> on_shape;
+  // Its mapper tells none, and it has a model that is newer than what is in the store; that shape's
+  // version. Null: models are not looked at.
+  std::function<void(int64_t submap_id, uint64_t version)> on_model;
+};
+
+// While they are wanted, asks the mappers for shapes, and keeps the newest of each submap in
 // `store`. One pull a submap at a time. A blob that its owner no longer has ends it, and so do 10 s
 // without a byte; the next shape begins another. Loop's thread only, but for NoteLook and
 // MayUseModel.
 class ShapeFollower {
  public:
-  // on_shape: of that submap there is a new one. num_viewers: pages that are open.
-  ShapeFollower(Node& node, const SessionView& view, ShapeStore& store,
-                std::function<int()> num_viewers,
-                std::function<void(int64_t submap_id, uint64_t version)> on_shape);
+  ShapeFollower(Node& node, ShapeStore& store, ShapeFollowerOptions options);
   ~ShapeFollower();
   ShapeFollower(const ShapeFollower&) = delete;
   ShapeFollower& operator=(const ShapeFollower&) = delete;
@@ -51,21 +62,22 @@ class ShapeFollower {
   };
 
   void Tick();
-  bool IsLooking() const;
+  bool IsWanted() const;
   void OnShape(const submap_shape_t& told);
   bool IsCurrent(const submap_shape_t& told) const;
   void PullNext(int64_t submap_id);
   void OnManifest(const std::shared_ptr<Pull>& pull, const Result<Bytes>& bytes);
+  void FetchOfChunk(const std::shared_ptr<Pull>& pull, size_t index, const std::string& blob,
+                    int64_t size_bytes, bool is_tracks);
   void OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes);
+  void OnTracks(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes);
   void OnPulled(const std::shared_ptr<Pull>& pull);
   void WatchPulls();
   void TellModels();
 
   Node& node_;
-  const SessionView& view_;
   ShapeStore& store_;
-  const std::function<int()> num_viewers_;
-  const std::function<void(int64_t, uint64_t)> on_shape_;
+  const ShapeFollowerOptions options_;
   std::map<int64_t, submap_shape_t> newest_;        // by submap; not pulled yet
   std::map<int64_t, std::shared_ptr<Pull>> pulls_;  // by submap
   std::map<int64_t, std::string> told_models_;      // by submap: blob
@@ -73,7 +85,7 @@ class ShapeFollower {
 
   mutable std::mutex mutex_;
   std::map<int64_t, double> heard_s_;  // by submap; guarded by mutex_
-  double looking_since_s_ = 0;         // 0: nobody looks; guarded by mutex_
+  double wanted_since_s_ = 0;          // 0: they are not wanted; guarded by mutex_
 
   Bus::SubscriptionId subscription_ = 0;
   PollLoop::TimerId timer_ = 0;

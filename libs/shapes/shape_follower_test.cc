@@ -1,4 +1,4 @@
-#include "web/shape_follower.h"
+#include "shapes/shape_follower.h"
 
 #include <gtest/gtest.h>
 
@@ -27,10 +27,10 @@ class ShapeFollowerTest : public testing::Test {
 
   template <class T>
   void Apply(T fact) {
-    fact.header.seq = view_.events().head() + 1;
+    fact.header.seq = state_.head() + 1;
     fact.header.utime_us = fact.header.seq;
     fact.header.fact_id = std::to_string(fact.header.seq);
-    view_.Apply(Fact(fact));
+    state_.Apply(Fact(fact));
   }
   void Lease(int64_t epoch, const std::string& owner) {
     submap_lease_t lease{};
@@ -69,6 +69,16 @@ class ShapeFollowerTest : public testing::Test {
     return told;
   }
   void Tell(const submap_shape_t& told) { mapper_.Publish(kSubmapShapeChannel, told); }
+  ShapeFollowerOptions Options() {
+    ShapeFollowerOptions options;
+    options.read_session = [this](const std::function<void(const SessionState&)>& read) {
+      read(state_);
+    };
+    options.is_wanted = [this] { return num_viewers_ > 0; };
+    options.on_shape = [this](int64_t, uint64_t version) { told_.push_back(version); };
+    options.on_model = options.on_shape;
+    return options;
+  }
   uint64_t Version() const {
     const ShapePtr shape = store_.Find(kSubmap);
     return shape == nullptr ? 0 : shape->version;
@@ -80,12 +90,11 @@ class ShapeFollowerTest : public testing::Test {
   Bus bus_{"memq://", loop_};
   Node node_{TestOptions("web"), loop_, bus_};
   Node mapper_{TestOptions(kMapper), loop_, bus_};
-  SessionView view_;
+  SessionState state_;
   ShapeStore store_;
   int num_wanted_ = 0, num_viewers_ = 0;
   std::vector<uint64_t> told_;
-  ShapeFollower follower_{node_, view_, store_, [this] { return num_viewers_; },
-                          [this](int64_t, uint64_t version) { told_.push_back(version); }};
+  ShapeFollower follower_{node_, store_, Options()};
 };
 
 TEST_F(ShapeFollowerTest, AsksForShapesWhileSomebodyLooks) {
@@ -113,6 +122,41 @@ TEST_F(ShapeFollowerTest, PullsWhatIsNew) {
   EXPECT_EQ(second->Find(1), nullptr);
   EXPECT_EQ(second->Find(2)->points, first->Find(2)->points) << "the same bytes, not pulled again";
   EXPECT_EQ(told_, (std::vector<uint64_t>{10, 20}));
+}
+
+TEST_F(ShapeFollowerTest, PullsWhoSeesThePointsWhereThatIsWanted) {
+  ShapeStore store;
+  std::vector<uint64_t> told;
+  ShapeFollowerOptions options = Options();
+  options.with_tracks = true;
+  options.on_shape = [&told](int64_t, uint64_t version) { told.push_back(version); };
+  const ShapeFollower with_tracks(node_, store, options);
+  PointTracks tracks;
+  for (uint32_t i = 0; i < 10; ++i) {
+    tracks.ends.push_back(2 * (i + 1));
+    tracks.observations.insert(tracks.observations.end(), {{1, i}, {2, i}});
+  }
+  const Bytes bytes = EncodePointTracks(tracks);
+  ShapeManifest manifest;
+  manifest.version = 10;
+  manifest.chunks = {{1, 10, 10, mapper_.blobs().Serve(Points(10, 10)),
+                      mapper_.blobs().Serve(bytes), bytes.size()}};
+  Tell(Told(manifest));
+  ASSERT_TRUE(WaitFor([&] { return told.size() == 1; }));
+  ASSERT_NE(store.Find(kSubmap)->chunks[0].tracks, nullptr);
+  EXPECT_EQ(*store.Find(kSubmap)->chunks[0].tracks, bytes);
+  tracks.ends.pop_back();  // of nine points
+  const Bytes fewer = EncodePointTracks(tracks);
+  manifest.version = 20;
+  manifest.chunks.push_back({2, 20, 10, mapper_.blobs().Serve(Points(10, 20)),
+                             mapper_.blobs().Serve(fewer), fewer.size()});
+  Tell(Told(manifest));
+  EXPECT_FALSE(loop_.RunUntil([&] { return told.size() == 2; }, 1.5));
+  manifest.version = 30;
+  manifest.chunks.pop_back();
+  Tell(Told(manifest));
+  ASSERT_TRUE(WaitFor([&] { return told.size() == 2; }));
+  EXPECT_EQ(store.Find(kSubmap)->version, 30u);
 }
 
 TEST_F(ShapeFollowerTest, ABlobThatIsGoneEndsAPullAndTheNextShapeComes) {

@@ -1,0 +1,64 @@
+#include "session/guidance_json.h"
+
+#include <array>
+#include <string>
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<const char*, 4> kVerdicts = {"growing", "weak", "nearly", "complete"};
+constexpr std::array<const char*, 6> kWhys = {"unknown",     "few_photos", "no_parallax",
+                                              "too_slanted", "too_far",    "open_border"};
+
+template <size_t kCount>
+const char* NameOf(const std::array<const char*, kCount>& names, int8_t value) {
+  return value >= 0 && value < static_cast<int>(kCount) ? names[value] : names[0];
+}
+
+json StationJson(const station_t& station) {
+  json pose = json::array();
+  for (const float value : station.qvec) pose.push_back(value);
+  for (const float value : station.tvec) pose.push_back(value);
+  return {{"pose", std::move(pose)},
+          {"target", {station.target[0], station.target[1], station.target[2]}},
+          {"gain", station.gain},
+          {"common_points", station.common_points},
+          {"why", NameOf(kWhys, station.why)},
+          {"nearest", station.nearest_image_id},
+          {"offset", {station.right, station.down, station.forward}},
+          {"sentence", station.sentence}};
+}
+
+}  // namespace
+
+json GuidanceJson(const guidance_t& guidance) {
+  return {{"submap", guidance.submap_id},
+          {"version", guidance.version},
+          {"photos", guidance.num_photos},
+          {"surfels", guidance.num_surfels},
+          {"open", guidance.num_open},
+          {"area", guidance.area},
+          {"good_share", guidance.good_share},
+          {"open_share", guidance.open_share},
+          {"median_sigma", guidance.median_sigma},
+          {"target_gsd", guidance.target_gsd},
+          {"metres_per_unit", guidance.metres_per_unit},
+          {"verdict", NameOf(kVerdicts, guidance.verdict)},
+          {"sentence", guidance.sentence}};
+}
+
+json AdviceJson(const advice_t& advice) {
+  json stations = json::array();
+  for (const station_t& station : advice.stations) stations.push_back(StationJson(station));
+  return {{"agent", advice.agent},
+          {"submap", advice.submap_id},
+          {"version", advice.version},
+          {"last_photo", advice.last_image_id},
+          {"working_distance", advice.working_distance},
+          {"metres_per_unit", advice.metres_per_unit},
+          {"stations", std::move(stations)}};
+}
+
+}  // namespace skein

@@ -1,0 +1,185 @@
+#include "guide/guide_service.h"
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/log.h"
+#include "guide/messages.h"
+
+namespace skein {
+namespace {
+
+constexpr double kAgainS = 5;
+constexpr size_t kMaxAgents = 64;  // of a submap that are told what to photograph
+
+NoGoAreas NoGoOf(const GuideOptions& options) {
+  if (options.no_go.empty()) return {};
+  Result<NoGoAreas> areas = ReadNoGo(options.no_go);
+  if (!areas.ok()) throw std::invalid_argument(areas.error());
+  return std::move(*areas);
+}
+
+// By agent, the submap of its newest registered photo, and that photo.
+struct Home {
+  int64_t image_id = 0;
+  int64_t submap_id = 0;
+};
+std::map<std::string, Home> HomesOf(const SessionState& state) {
+  std::map<std::string, Home> homes;
+  for (const auto& [submap_id, submap] : state.submaps()) {
+    if (submap.ended) continue;
+    for (const auto& [image_id, word] : submap.photos) {
+      const PhotoState* photo = state.FindPhoto(image_id);
+      if (photo == nullptr || !submap.IsRegistered(image_id)) continue;
+      Home& home = homes[photo->image.agent];
+      if (image_id > home.image_id) home = {image_id, submap_id};
+    }
+  }
+  return homes;
+}
+
+// Of those at home there the ones with the newest photos.
+std::set<std::string> AgentsAt(const SessionState& state, int64_t submap_id) {
+  std::vector<std::pair<int64_t, std::string>> found;
+  for (const auto& [agent, home] : HomesOf(state)) {
+    if (home.submap_id == submap_id) found.emplace_back(home.image_id, agent);
+  }
+  std::sort(found.rbegin(), found.rend());
+  if (found.size() > kMaxAgents) found.resize(kMaxAgents);
+  std::set<std::string> agents;
+  for (const auto& [image_id, agent] : found) agents.insert(agent);
+  return agents;
+}
+
+}  // namespace
+
+GuideService::GuideService(Node& node, const GuideOptions& options)
+    : node_(node), options_(options), no_go_(NoGoOf(options)), share_(options.work_share) {
+  worker_ = std::make_unique<WorkerThread>(node.loop());
+  shapes_ = std::make_unique<ShapeFollower>(node, store_, FollowShapes());
+  follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
+  timer_ = node.loop().AddTimer(kAgainS, [this] { TellAgain(); });
+  node.OnHeartbeat([this](heartbeat_t* heartbeat) {
+    heartbeat->ledger_seq = follower_->processed_seq();
+    heartbeat->backlog = static_cast<int32_t>(changed_.size());
+    heartbeat->num_done = num_done_;
+    heartbeat->mean_s = num_done_ == 0 ? 0.F : static_cast<float>(sum_s_ / num_done_);
+    heartbeat->state = std::to_string(guidance_.size()) + " places, advice for " +
+                       std::to_string(advice_.size()) + " agents";
+  });
+}
+
+GuideService::~GuideService() { node_.loop().CancelTimer(timer_); }
+
+ShapeFollowerOptions GuideService::FollowShapes() {
+  ShapeFollowerOptions options;
+  options.read_session = [this](const std::function<void(const SessionState&)>& read) {
+    read(state_);
+  };
+  options.is_wanted = [this] {
+    const auto& submaps = state_.submaps();
+    return std::any_of(submaps.begin(), submaps.end(),
+                       [](const auto& submap) { return !submap.second.ended; });
+  };
+  options.with_tracks = true;
+  options.on_shape = [this](int64_t submap_id, uint64_t) { OnShape(submap_id); };
+  return options;
+}
+
+void GuideService::OnFact(const Fact& fact) {
+  state_.Apply(fact);
+  const auto* end = std::get_if<submap_end_t>(&fact);
+  if (end == nullptr) return;
+  store_.Drop(end->submap_id);
+  guidance_.erase(end->submap_id);
+  for (auto advice = advice_.begin(); advice != advice_.end();) {
+    const bool is_of_it = advice->second.submap_id == end->submap_id;
+    advice = is_of_it ? advice_.erase(advice) : std::next(advice);
+  }
+}
+
+void GuideService::OnShape(int64_t submap_id) {
+  if (std::find(changed_.begin(), changed_.end(), submap_id) == changed_.end()) {
+    changed_.push_back(submap_id);
+  }
+  StartIfDue();
+}
+
+void GuideService::StartIfDue() {
+  if (working_ || waiting_ || changed_.empty()) return;
+  const double wait_s = share_.due_s() - node_.loop().now_s();
+  if (wait_s <= 0) {
+    const int64_t submap_id = changed_.front();
+    changed_.pop_front();
+    return Start(submap_id);
+  }
+  waiting_ = true;
+  node_.loop().AddOneShot(wait_s, alive_.Guarded([this] {
+    waiting_ = false;
+    StartIfDue();
+  }));
+}
+
+void GuideService::Start(int64_t submap_id) {
+  const ShapePtr shape = store_.Find(submap_id);
+  if (shape == nullptr || !state_.IsLive(submap_id)) return StartIfDue();
+  working_ = true;
+  worker_->Run(
+      [&options = options_, &no_go = no_go_, input = InputOf(shape)] {
+        const Timer timer;
+        Result<PlaceGuidance> guidance = GuidePlace(options, no_go, input);
+        return Job{std::move(guidance), timer.ElapsedS()};
+      },
+      [this, submap_id](const Job& job) { OnDone(submap_id, job); });
+}
+
+PlaceInput GuideService::InputOf(const ShapePtr& shape) const {
+  PlaceInput input;
+  input.shape = shape;
+  for (const ShapePhoto& photo : shape->photos) {
+    const PhotoState* known = state_.FindPhoto(photo.image_id);
+    if (known == nullptr) continue;
+    const image_t& image = known->image;
+    input.photos[photo.image_id] = {image.agent,
+                                    image.name,
+                                    image.has_gps != 0,
+                                    {image.latitude_deg, image.longitude_deg, image.altitude_m}};
+  }
+  input.agents = AgentsAt(state_, shape->submap_id);
+  return input;
+}
+
+void GuideService::OnDone(int64_t submap_id, const Job& job) {
+  working_ = false;
+  ++num_done_;
+  sum_s_ += job.seconds;
+  share_.NoteWork(job.seconds, node_.loop().now_s());
+  if (!job.guidance.ok()) {
+    LogWarn("submap {}: no guidance: {}", submap_id, job.guidance.error());
+  } else if (state_.IsLive(submap_id)) {
+    const PlaceGuidance& guidance = *job.guidance;
+    guidance_t told = ToMessage(guidance);
+    told.author = node_.instance();
+    node_.Publish(kGuidanceChannel, told);
+    guidance_[submap_id] = told;
+    for (const AgentAdvice& advice : guidance.advice) {
+      advice_t message = ToMessage(guidance, advice);
+      message.author = node_.instance();
+      node_.Publish(kAdviceChannel, message);
+      advice_[advice.agent] = std::move(message);
+    }
+    LogDebug("submap {}: {} photos, {}; {:.3f} s", submap_id, guidance.num_photos,
+             guidance.sentence, job.seconds);
+  }
+  StartIfDue();
+}
+
+void GuideService::TellAgain() {
+  for (const auto& [submap_id, guidance] : guidance_) node_.Publish(kGuidanceChannel, guidance);
+  for (const auto& [agent, advice] : advice_) node_.Publish(kAdviceChannel, advice);
+}
+
+}  // namespace skein

@@ -1,0 +1,188 @@
+#include "guide/guide_service.h"
+
+#include <gtest/gtest.h>
+
+#include "guide/test_place.h"
+#include "testing/test_node.h"
+
+namespace skein {
+namespace {
+
+constexpr char kMapper[] = "mapper-1";
+constexpr int64_t kSubmap = 3;
+constexpr double kDeadlineS = 20;
+
+// The guide, an ingest, and a mapper that tells the shape of a place whenever one is wanted.
+class GuideServiceTest : public testing::Test {
+ protected:
+  GuideServiceTest() {
+    bus_.Subscribe(kGuidanceChannel, [this](const guidance_t& told) { guidance_.push_back(told); });
+    bus_.Subscribe(kAdviceChannel, [this](const advice_t& told) {
+      advice_[told.agent] = told;
+      ++num_advice_;
+    });
+    bus_.Subscribe(kShapeWantedChannel, [this](const shape_wanted_t&) {
+      if (is_telling_) mapper_.Publish(kSubmapShapeChannel, told_);
+    });
+    seed_t seed{};
+    seed.submap_id = kSubmap;
+    Commit(seed);
+    submap_lease_t lease{};
+    lease.submap_id = kSubmap;
+    lease.epoch = 1;
+    lease.owner = kMapper;
+    Commit(lease);
+  }
+
+  template <class T>
+  void Commit(T fact) {
+    fact.header.fact_id = std::to_string(++num_facts_);
+    ingest_.Commit(Fact(fact));
+  }
+  // The photos of the place become registered ones of the submap, as far as they are not.
+  void Register(const TestPlace& place) {
+    for (const auto& [id, photo] : place.photos()) {
+      if (id <= num_registered_) continue;
+      image_t image{};
+      image.image_id = id;
+      image.agent = photo.agent;
+      image.name = photo.name;
+      Commit(image);
+      registration_t registration{};
+      registration.image_id = id;
+      registration.submap_id = kSubmap;
+      registration.epoch = 1;
+      registration.state = registration_t::REGISTERED;
+      Commit(registration);
+      num_registered_ = id;
+    }
+  }
+  void Show(const TestPlace& place, uint64_t version) {
+    const auto shape = place.MakeShape(kSubmap, version);
+    ShapeManifest manifest;
+    manifest.version = version;
+    manifest.photos = shape->photos;
+    manifest.cameras = shape->cameras;
+    for (const Shape::Chunk& chunk : shape->chunks) {
+      manifest.chunks.push_back({chunk.id, chunk.version, chunk.num_points,
+                                 mapper_.blobs().Serve(*chunk.points),
+                                 mapper_.blobs().Serve(*chunk.tracks), chunk.tracks->size()});
+    }
+    const Bytes bytes = EncodeShapeManifest(manifest);
+    told_.submap_id = kSubmap;
+    told_.epoch = 1;
+    told_.owner = kMapper;
+    told_.version = static_cast<int64_t>(version);
+    told_.manifest_bytes = static_cast<int64_t>(bytes.size());
+    told_.manifest_blob = mapper_.blobs().Serve(bytes);
+    is_telling_ = true;
+  }
+  static GuideOptions Options() {
+    GuideOptions options;
+    options.work_share = 1;
+    return options;
+  }
+  bool WaitFor(const std::function<bool()>& done) { return loop_.RunUntil(done, kDeadlineS); }
+  int64_t Version() const { return guidance_.empty() ? 0 : guidance_.back().version; }
+
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node ingest_node_{TestOptions("ingest"), loop_, bus_};
+  Node mapper_{TestOptions(kMapper), loop_, bus_};
+  Node node_{TestOptions("guide"), loop_, bus_};
+  MemoryIngest ingest_{ingest_node_};
+  int num_facts_ = 0;
+  int64_t num_registered_ = 0;
+  submap_shape_t told_{};
+  bool is_telling_ = false;
+  std::vector<guidance_t> guidance_;
+  std::map<std::string, advice_t> advice_;
+  int num_advice_ = 0;
+};
+
+TEST_F(GuideServiceTest, TellsOfAPlaceAndAdvisesItsAgents) {
+  TestPlace place(20, 4, 6000);
+  place.Walk("alice", 4, 8, 6);
+  place.Walk("bob", 9, 13, 6);
+  Register(place);
+  Show(place, 10);
+  const GuideService guide(node_, Options());
+  ASSERT_TRUE(WaitFor([&] { return Version() == 10 && advice_.size() == 2; }));
+  EXPECT_EQ(guidance_.back().submap_id, kSubmap);
+  EXPECT_EQ(guidance_.back().author, "guide");
+  EXPECT_EQ(guidance_.back().num_photos, 12);
+  EXPECT_GT(guidance_.back().good_share, 0);
+  EXPECT_NE(guidance_.back().sentence, "");
+  EXPECT_EQ(advice_["alice"].author, "guide");
+  EXPECT_EQ(advice_["alice"].last_image_id, 6);
+  EXPECT_GT(advice_["alice"].num_stations, 0);
+  EXPECT_GT(advice_["bob"].num_stations, 0);
+  EXPECT_NE(advice_["alice"].stations[0].tvec[0], advice_["bob"].stations[0].tvec[0]);
+
+  place.Walk("bob", 13, 16, 3);
+  Register(place);
+  Show(place, 20);
+  ASSERT_TRUE(WaitFor([&] { return Version() == 20; })) << "the place has grown";
+  ASSERT_TRUE(WaitFor([&] { return advice_["bob"].last_image_id == 15; }));
+  const size_t before = guidance_.size();
+  const int advice_before = num_advice_;
+  ASSERT_TRUE(WaitFor([&] { return guidance_.size() > before && num_advice_ > advice_before; }))
+      << "it is told again";
+  EXPECT_EQ(Version(), 20);
+}
+
+TEST_F(GuideServiceTest, APlaceThatHasEndedIsNotSpokenOf) {
+  TestPlace place;
+  place.Walk("alice", 2, 8, 6);
+  Register(place);
+  Show(place, 10);
+  const GuideService guide(node_, Options());
+  ASSERT_TRUE(WaitFor([&] { return advice_.size() == 1; }));
+  submap_end_t end{};
+  end.submap_id = kSubmap;
+  Commit(end);
+  loop_.RunUntil([] { return false; }, 0.5);
+  const size_t before = guidance_.size();
+  const int advice_before = num_advice_;
+  loop_.RunUntil([] { return false; }, 6);  // above the period of what is told again
+  EXPECT_EQ(guidance_.size(), before);
+  EXPECT_EQ(num_advice_, advice_before);
+}
+
+TEST_F(GuideServiceTest, AnAgentIsAdvisedWhereItsNewestPhotoIs) {
+  TestPlace place;
+  place.Walk("alice", 2, 5, 4);
+  place.Walk("bob", 5, 8, 4);
+  Register(place);
+  seed_t seed{};
+  seed.submap_id = 4;
+  Commit(seed);
+  image_t image{};
+  image.image_id = 9;
+  image.agent = "bob";
+  Commit(image);
+  registration_t registration{};
+  registration.image_id = 9;
+  registration.submap_id = 4;
+  registration.state = registration_t::REGISTERED;
+  Commit(registration);
+  Show(place, 10);
+  const GuideService guide(node_, Options());
+  ASSERT_TRUE(WaitFor([&] { return Version() == 10 && advice_.count("alice") > 0; }));
+  EXPECT_EQ(advice_.count("bob"), 0u);
+}
+
+TEST_F(GuideServiceTest, ShapesThatCannotBeReadHoldUpNobody) {
+  TestPlace place;
+  place.Walk("alice", 2, 8, 6);
+  Register(place);
+  Show(place, 10);
+  told_.manifest_blob = mapper_.blobs().Serve(Bytes(told_.manifest_bytes, 7));
+  const GuideService guide(node_, Options());
+  EXPECT_FALSE(loop_.RunUntil([&] { return Version() > 0; }, 2.5));
+  Show(place, 20);
+  EXPECT_TRUE(WaitFor([&] { return Version() == 20; }));
+}
+
+}  // namespace
+}  // namespace skein

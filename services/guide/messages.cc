@@ -1,0 +1,78 @@
+#include "guide/messages.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ledger/facts.h"
+
+namespace skein {
+namespace {
+
+constexpr size_t kSentenceBytes = 240;
+
+double FiniteOr0(double value) { return std::isfinite(value) ? value : 0; }
+
+station_t ToMessage(const AdvisedStation& advised) {
+  const Station& station = advised.station;
+  const Eigen::Quaterniond& rotation = station.cam_from_world.rotation;
+  station_t message{};
+  message.qvec[0] = static_cast<float>(rotation.w());
+  message.qvec[1] = static_cast<float>(rotation.x());
+  message.qvec[2] = static_cast<float>(rotation.y());
+  message.qvec[3] = static_cast<float>(rotation.z());
+  for (int i = 0; i < 3; ++i) {
+    message.tvec[i] = static_cast<float>(station.cam_from_world.translation[i]);
+    message.target[i] = static_cast<float>(station.target[i]);
+  }
+  message.gain = static_cast<float>(station.gain);
+  message.common_points = static_cast<float>(station.common_points);
+  message.why = static_cast<int8_t>(station.why);
+  message.nearest_image_id = advised.nearest_image_id;
+  message.right = static_cast<float>(advised.offset.x());
+  message.down = static_cast<float>(advised.offset.y());
+  message.forward = static_cast<float>(advised.offset.z());
+  message.sentence = ClampText(advised.sentence, kSentenceBytes);
+  return message;
+}
+
+}  // namespace
+
+guidance_t ToMessage(const PlaceGuidance& guidance) {
+  const Completeness& completeness = guidance.completeness;
+  guidance_t message{};
+  message.submap_id = guidance.submap_id;
+  message.version = static_cast<int64_t>(guidance.version);
+  message.num_photos = static_cast<int32_t>(guidance.num_photos);
+  message.num_surfels = static_cast<int32_t>(guidance.num_surfels);
+  message.num_open = static_cast<int32_t>(guidance.num_open);
+  message.area = FiniteOr0(completeness.area);
+  message.good_share = static_cast<float>(FiniteOr0(completeness.good_share));
+  message.open_share = static_cast<float>(FiniteOr0(completeness.open_share));
+  message.median_sigma = FiniteOr0(completeness.median_sigma);
+  message.target_gsd = FiniteOr0(completeness.target_gsd);
+  message.metres_per_unit = FiniteOr0(guidance.metres_per_unit);
+  message.verdict = static_cast<int8_t>(guidance.verdict);
+  message.sentence = ClampText(guidance.sentence);
+  return message;
+}
+
+advice_t ToMessage(const PlaceGuidance& guidance, const AgentAdvice& advice) {
+  advice_t message{};
+  message.agent = advice.agent;
+  message.submap_id = guidance.submap_id;
+  message.version = static_cast<int64_t>(guidance.version);
+  message.last_image_id = advice.last_image_id;
+  message.working_distance = FiniteOr0(guidance.working_distance);
+  message.metres_per_unit = FiniteOr0(guidance.metres_per_unit);
+  for (const AdvisedStation& station : advice.stations) {
+    message.stations.push_back(ToMessage(station));
+    message.num_stations = static_cast<int32_t>(message.stations.size());
+    if (message.getEncodedSize() <= kMaxAdviceBytes) continue;
+    message.stations.pop_back();
+    message.num_stations = static_cast<int32_t>(message.stations.size());
+    break;
+  }
+  return message;
+}
+
+}  // namespace skein

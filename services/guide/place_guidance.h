@@ -1,0 +1,63 @@
+// All that is said of one submap: how complete the place is, and what each agent can photograph
+// next.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "geometry/georeference.h"
+#include "guide/guide_options.h"
+#include "guide/sentences.h"
+#include "shapes/shape_store.h"
+
+namespace skein {
+
+// What the ledger says of a photo.
+struct GuidePhoto {
+  std::string agent, name;
+  bool has_position = false;
+  GeodeticPosition position;
+};
+
+struct PlaceInput {
+  ShapePtr shape;                        // with tracks
+  std::map<int64_t, GuidePhoto> photos;  // of the shape, by image_id
+  std::set<std::string> agents;          // that are told what to photograph
+};
+
+struct AdvisedStation {
+  Station station;
+  int64_t nearest_image_id = 0;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // in the camera frame of that photo
+  std::string sentence;
+};
+
+struct AgentAdvice {
+  std::string agent;
+  int64_t last_image_id = 0;  // its newest photo in the shape
+  std::vector<AdvisedStation> stations;
+};
+
+struct PlaceGuidance {
+  int64_t submap_id = 0;
+  uint64_t version = 0;  // of the shape
+  size_t num_photos = 0, num_surfels = 0, num_open = 0;
+  Completeness completeness;
+  double working_distance = 0;  // submap units
+  double metres_per_unit = 0;   // 0: not known
+  PlaceVerdict verdict = PlaceVerdict::kGrowing;
+  std::string sentence;
+  std::vector<AgentAdvice> advice;  // of the agents that have a photo in the shape
+};
+
+// Deterministic. no_go: of options.no_go. Where it or options.altitude is given and the place has
+// no position on the earth, no stations are chosen: they might lie where nobody may be.
+Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& no_go,
+                                 const PlaceInput& input);
+
+}  // namespace skein
