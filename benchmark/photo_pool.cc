@@ -1,0 +1,359 @@
+#include "benchmark/photo_pool.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <stdexcept>
+
+#include "clients/sim/parallel.h"
+#include "clients/sim/random.h"
+#include "clients/sim/render.h"
+
+namespace skein {
+namespace {
+
+using sim::kDegree;
+
+// How a station of a walk is taken anew: turned, moved towards what it looks at, lifted.
+struct Variant {
+  double turn_deg, forward_share, lift_m;
+};
+constexpr Variant kVariants[] = {{0, 0, 0}, {-25, 0.3, 0}, {25, 0, 1.5}, {0, 0.45, 0}};
+constexpr double kClearanceM = 0.8;
+
+constexpr int kCornersPerPhoto = 220;
+constexpr double kDetected = 0.6, kNoisePx = 0.5;
+constexpr double kMaxIncidenceDeg = 72, kMaxMatchDeg = 30, kMaxScaleRatio = 2;
+constexpr double kMinParallaxDeg = 1.5;
+constexpr int kMinCommon = 30, kMinFromMap = 2;
+
+constexpr int kSamplesPerPhoto = 500;
+constexpr double kSampleSpacingPx = 6;  // between samples, of the median one
+
+double FreeWay(const sim::Scene& scene, const Eigen::Vector3d& from, const Eigen::Vector3d& dir,
+               double wanted) {
+  const sim::Hit hit = scene.Trace(from.cast<float>(), dir.cast<float>());
+  return hit.surface < 0 ? wanted : std::min(wanted, std::max(0.0, hit.t - kClearanceM));
+}
+
+sim::Pose Vary(const sim::Scene& scene, const sim::Pose& pose, const Variant& variant) {
+  const Eigen::Vector3d forward = pose.cam_from_world.conjugate() * Eigen::Vector3d::UnitZ();
+  const sim::Hit hit = scene.Trace(pose.center.cast<float>(), forward.cast<float>());
+  const double distance = hit.surface < 0 ? 10 : hit.t;
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d center = pose.center;
+  center += FreeWay(scene, center, forward, variant.forward_share * distance) * forward;
+  center += FreeWay(scene, center, up, variant.lift_m) * up;
+  const Eigen::Vector3d target = pose.center + distance * forward;
+  const Eigen::AngleAxisd turn(variant.turn_deg * kDegree, up);
+  return sim::LookAt(center, center + turn * (target - center), 0);
+}
+
+std::string CachedPhoto(const PoolOptions& options, int i) {
+  const sim::ScenarioOptions& s = options.scenario;
+  std::string scenario;
+  for (const std::string& name : sim::ScenarioNames()) {
+    if (sim::ParseScenario(name) == s.scenario) scenario = name;
+  }
+  const std::string folder = options.cache + "/" + scenario + "-" + std::to_string(s.seed) + "-" +
+                             std::to_string(s.agents) + "x" + std::to_string(s.photos) + "-" +
+                             std::to_string(options.width) + "x" + std::to_string(options.height);
+  std::filesystem::create_directories(folder);
+  return folder + "/" + std::to_string(i) + ".png";
+}
+
+Eigen::Vector3d RayOf(const GuidedCamera& camera, const CameraPose& pose,
+                      const Eigen::Vector2d& pixel) {
+  const Eigen::Vector3d in_camera((pixel.x() - camera.cx_px) / camera.fx_px,
+                                  (pixel.y() - camera.cy_px) / camera.fy_px, 1);
+  return pose.rotation.conjugate() * in_camera;
+}
+
+bool InPhoto(const GuidedCamera& camera, const CameraPose& pose, const Eigen::Vector3d& xyz,
+             Eigen::Vector2d* pixel) {
+  const Eigen::Vector3d in_camera = pose.Apply(xyz);
+  if (in_camera.z() <= 0) return false;
+  *pixel = {camera.fx_px * in_camera.x() / in_camera.z() + camera.cx_px,
+            camera.fy_px * in_camera.y() / in_camera.z() + camera.cy_px};
+  return pixel->x() > 0 && pixel->y() > 0 && pixel->x() < camera.width_px &&
+         pixel->y() < camera.height_px;
+}
+
+struct Ray {
+  Eigen::Vector3d from, direction;  // direction of unit length
+};
+
+// Least squares of the distances to the rays, each weighted by its length, so that errors are
+// those in the photos. nullopt: the rays are parallel.
+std::optional<Eigen::Vector3d> Intersect(const std::vector<Ray>& rays) {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  for (int round = 0; round < 2; ++round) {
+    Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (const Ray& ray : rays) {
+      const double distance = round == 0 ? 1 : (point - ray.from).norm();
+      const Eigen::Matrix3d across =
+          (Eigen::Matrix3d::Identity() - ray.direction * ray.direction.transpose()) /
+          (distance * distance);
+      a += across;
+      b += across * ray.from;
+    }
+    Eigen::FullPivLU<Eigen::Matrix3d> solver(a);
+    solver.setThreshold(1e-7);
+    if (!solver.isInvertible()) return std::nullopt;
+    point = solver.solve(b);
+  }
+  return point;
+}
+
+}  // namespace
+
+PhotoPool::PhotoPool(const PoolOptions& options)
+    : place_(sim::BuildPlace(options.scenario, options.threads)) {
+  PlanPhotos(options);
+  RenderPhotos(options);
+  FindPoints(options.threads);
+  TakeSamples();
+}
+
+void PhotoPool::PlanPhotos(const PoolOptions& options) {
+  sim_camera_ = {options.width, options.height, 0.86 * options.width, 0};
+  const Eigen::Vector2d middle = sim_camera_.PrincipalPoint();
+  camera_ = {options.width,        options.height, sim_camera_.focal_px,
+             sim_camera_.focal_px, middle.x(),     middle.y()};
+  int walk_number = 0;
+  for (const Variant& variant : kVariants) {
+    for (const sim::Walk& walk : sim::PlanWalks(options.scenario)) {
+      for (const sim::Shot& shot : walk.shots) {
+        const sim::Pose pose = Vary(place_.scene, shot.pose, variant);
+        poses_.push_back(pose);
+        photos_.push_back({static_cast<int64_t>(photos_.size()) + 1,
+                           0,
+                           walk_number,
+                           {pose.cam_from_world, pose.Translation()}});
+      }
+      ++walk_number;
+    }
+  }
+}
+
+void PhotoPool::RenderPhotos(const PoolOptions& options) {
+  greys_.resize(photos_.size());
+  sim::ParallelFor(size(), options.threads, [&](int i) {
+    const std::string file = CachedPhoto(options, i);
+    cv::Mat1b grey;
+    if (std::filesystem::exists(file)) grey = cv::imread(file, cv::IMREAD_GRAYSCALE);
+    if (grey.empty()) {
+      sim::Exposure exposure;
+      exposure.seed = i;
+      cv::cvtColor(sim::RenderPhoto(place_, sim_camera_, poses_[i], exposure), grey,
+                   cv::COLOR_BGR2GRAY);
+      if (!cv::imwrite(file + ".part.png", grey)) throw std::runtime_error("cannot write " + file);
+      std::filesystem::rename(file + ".part.png", file);
+    }
+    grey.convertTo(greys_[i], CV_32F);
+  });
+}
+
+std::vector<PhotoPool::Observations> PhotoPool::ObserveCorners(int photo) const {
+  cv::Mat1b grey;
+  greys_[photo].convertTo(grey, CV_8U);
+  std::vector<cv::Point2f> corners;
+  cv::goodFeaturesToTrack(grey, corners, kCornersPerPhoto, 0.01, 5);
+  std::vector<Observations> points;
+  for (size_t c = 0; c < corners.size(); ++c) {
+    const sim::Pose& pose = poses_[photo];
+    const Eigen::Vector3d ray =
+        RayOf(camera_, photos_[photo].cam_from_world, {corners[c].x + 0.5, corners[c].y + 0.5});
+    const sim::Hit hit = place_.scene.Trace(pose.center.cast<float>(), ray.cast<float>());
+    if (hit.surface < 0) continue;
+    const Eigen::Vector3d xyz = pose.center + hit.t * ray;
+    const Eigen::Vector3d normal = place_.scene.surface(hit.surface).normal.cast<double>();
+    sim::Random random = sim::Random(0x706f6f6cULL + photo).Fork(c);
+    Observations observations;
+    for (int k = 0; k < size(); ++k) {
+      Eigen::Vector2d pixel;
+      if (!InPhoto(camera_, photos_[k].cam_from_world, xyz, &pixel)) continue;
+      const Eigen::Vector3d to = poses_[k].center - xyz;
+      const double cosine = std::abs(normal.dot(to)) / to.norm();
+      if (cosine < std::cos(kMaxIncidenceDeg * kDegree)) continue;
+      const Eigen::Vector3f from = poses_[k].center.cast<float>();
+      if (place_.scene.Occluded(from, (-to).cast<float>(), 1 - 1e-3f)) continue;
+      if (!random.Chance(kDetected)) continue;
+      pixel += kNoisePx * Eigen::Vector2d(random.Gaussian(), random.Gaussian());
+      observations.push_back({k, pixel, to.normalized(), to.norm()});
+    }
+    if (observations.size() >= 2) points.push_back(std::move(observations));
+  }
+  return points;
+}
+
+void PhotoPool::FindPoints(int threads) {
+  std::vector<std::vector<Observations>> found(photos_.size());
+  sim::ParallelFor(size(), threads, [&](int i) { found[i] = ObserveCorners(i); });
+  points_of_photo_.resize(photos_.size());
+  for (auto& of_photo : found) {
+    for (Observations& observations : of_photo) {
+      for (const Observation& o : observations) {
+        points_of_photo_[o.photo].push_back(static_cast<int>(points_.size()));
+      }
+      points_.push_back(std::move(observations));
+    }
+  }
+}
+
+// As many a square metre everywhere: the first one in each cube.
+void PhotoPool::TakeSamples() {
+  std::vector<TrueSample> all;
+  std::vector<double> gsd;
+  for (int i = 0; i < size(); ++i) {
+    sim::Random random = sim::Random(0x73616d70ULL).Fork(i);
+    for (int k = 0; k < kSamplesPerPhoto; ++k) {
+      const Eigen::Vector2d pixel(random.Uniform(0, camera_.width_px),
+                                  random.Uniform(0, camera_.height_px));
+      const Eigen::Vector3d ray = RayOf(camera_, photos_[i].cam_from_world, pixel);
+      const sim::Hit hit = place_.scene.Trace(poses_[i].center.cast<float>(), ray.cast<float>());
+      if (hit.surface < 0) continue;
+      const Eigen::Vector3d normal = place_.scene.surface(hit.surface).normal.cast<double>();
+      all.push_back({poses_[i].center + hit.t * ray, normal.dot(ray) < 0 ? normal : -normal});
+      gsd.push_back(hit.t / camera_.fx_px);
+    }
+  }
+  if (all.empty()) throw std::runtime_error("the photos of this scenario show nothing");
+  std::nth_element(gsd.begin(), gsd.begin() + gsd.size() / 2, gsd.end());
+  const double spacing = kSampleSpacingPx * gsd[gsd.size() / 2];
+  std::vector<std::pair<std::array<int64_t, 3>, size_t>> cubes;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const Eigen::Array3d cube = (all[i].xyz / spacing).array().floor();
+    cubes.push_back({{static_cast<int64_t>(cube.x()), static_cast<int64_t>(cube.y()),
+                      static_cast<int64_t>(cube.z())},
+                     i});
+  }
+  std::sort(cubes.begin(), cubes.end());
+  for (size_t i = 0; i < cubes.size(); ++i) {
+    if (i == 0 || cubes[i].first != cubes[i - 1].first) samples_.push_back(all[cubes[i].second]);
+  }
+}
+
+bool PhotoPool::Matched(const Observation& a, const Observation& b) const {
+  const double ratio = a.distance / b.distance;
+  return a.direction.dot(b.direction) > std::cos(kMaxMatchDeg * kDegree) &&
+         ratio < kMaxScaleRatio && ratio > 1 / kMaxScaleRatio;
+}
+
+// Connected components of the matches.
+std::vector<PhotoPool::Observations> PhotoPool::TracksOf(
+    const Observations& all, const std::vector<int>& place_of_photo) const {
+  Observations open;
+  for (const Observation& o : all) {
+    if (place_of_photo[o.photo] >= 0) open.push_back(o);
+  }
+  std::vector<Observations> tracks;
+  while (!open.empty()) {
+    Observations track = {open.back()};
+    open.pop_back();
+    for (size_t i = 0; i < track.size(); ++i) {
+      const Observation from = track[i];
+      const auto rest = std::stable_partition(
+          open.begin(), open.end(), [&](const Observation& o) { return !Matched(from, o); });
+      track.insert(track.end(), rest, open.end());
+      open.erase(rest, open.end());
+    }
+    if (track.size() >= 2) tracks.push_back(std::move(track));
+  }
+  return tracks;
+}
+
+void PhotoPool::AddPoint(const Observations& track, const std::vector<int>& place_of_photo,
+                         PoolMap* map) const {
+  double parallax_cosine = 1;
+  std::vector<Ray> rays;
+  for (const Observation& o : track) {
+    const CameraPose& pose = photos_[o.photo].cam_from_world;
+    rays.push_back({pose.Centre(), RayOf(camera_, pose, o.pixel).normalized()});
+    for (const Observation& other : track) {
+      parallax_cosine = std::min(parallax_cosine, o.direction.dot(other.direction));
+    }
+  }
+  if (parallax_cosine > std::cos(kMinParallaxDeg * kDegree)) return;
+  const std::optional<Eigen::Vector3d> xyz = Intersect(rays);
+  if (!xyz) return;
+  GuidedPoint point;
+  point.xyz = *xyz;
+  double error_px = 0;
+  for (const Observation& o : track) {
+    Eigen::Vector2d pixel;
+    if (!InPhoto(camera_, photos_[o.photo].cam_from_world, *xyz, &pixel)) return;
+    error_px += (pixel - o.pixel).norm() / static_cast<double>(track.size());
+    point.photos.push_back(place_of_photo[o.photo]);
+  }
+  std::sort(point.photos.begin(), point.photos.end());
+  map->map.points.push_back(std::move(point));
+  map->error_px.push_back(error_px);
+}
+
+PoolMap PhotoPool::MapOf(const std::vector<int>& taken) const {
+  PoolMap map;
+  map.taken = taken;
+  map.map.cameras = {camera_};
+  std::vector<int> place_of_photo(photos_.size(), -1);
+  for (size_t i = 0; i < taken.size(); ++i) {
+    place_of_photo[taken[i]] = static_cast<int>(i);
+    map.map.photos.push_back(photos_[taken[i]]);
+  }
+  for (const Observations& point : points_) {
+    for (const Observations& track : TracksOf(point, place_of_photo)) {
+      AddPoint(track, place_of_photo, &map);
+    }
+  }
+  return map;
+}
+
+int PhotoPool::CommonPoints(int photo, const std::vector<int>& taken) const {
+  std::vector<bool> is_taken(photos_.size(), false);
+  for (const int i : taken) is_taken[i] = true;
+  int common = 0;
+  for (const int p : points_of_photo_[photo]) {
+    const Observations& all = points_[p];
+    const auto own = std::find_if(all.begin(), all.end(),
+                                  [&](const Observation& o) { return o.photo == photo; });
+    int observers = 0;
+    bool matched = false;
+    for (const Observation& o : all) {
+      if (!is_taken[o.photo] || o.photo == photo) continue;
+      ++observers;
+      matched = matched || Matched(*own, o);
+    }
+    common += matched && observers >= kMinFromMap;
+  }
+  return common;
+}
+
+std::vector<int> PhotoPool::Registered(const std::vector<int>& taken) const {
+  std::vector<int> registered, waiting;
+  const auto try_photo = [&](int photo) {
+    const bool given = registered.size() < 2;
+    if (given || CommonPoints(photo, registered) >= kMinCommon) registered.push_back(photo);
+    return !registered.empty() && registered.back() == photo;
+  };
+  for (const int photo : taken) {
+    if (!try_photo(photo)) {
+      waiting.push_back(photo);
+      continue;
+    }
+    for (bool more = true; more;) {
+      const size_t before = waiting.size();
+      waiting.erase(std::remove_if(waiting.begin(), waiting.end(), try_photo), waiting.end());
+      more = waiting.size() < before;
+    }
+  }
+  return registered;
+}
+
+}  // namespace skein
