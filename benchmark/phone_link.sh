@@ -32,7 +32,9 @@ for i in range(count):
     open(os.path.join(target, f'{i:04}.jpg'), 'wb').write(base[:2] + comments + base[2:])
 PY
 total=$(cat "$workspace"/photos/* | wc -c)
-start_services "$session" "$url" --features 0 --matching 0 --mappers 0 --web 8600 --web-public 10.77.0.1 --web-public-port 8700 --web-plain 8701 >"$workspace/launch.log"
+# Nothing works the photos off here, so ingest is to take all of them.
+printf '[ingest]\nmax_pending = %d\nmax_pending_agent = %d\n' $((photos + 1)) $((photos + 1)) >"$workspace/config.toml"
+start_services "$session" "$url" --config "$workspace/config.toml" --features 0 --matching 0 --mappers 0 --web 8600 --web-public 10.77.0.1 --web-public-port 8700 --web-plain 8701 >"$workspace/launch.log"
 link=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role agent --name phone --browser | sed -n 2p)
 came() { awk '/ cable:|^cable:/ { sub(/.*:/, ""); print $1 }' /proc/net/dev; }
 before=$(came)
