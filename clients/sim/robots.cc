@@ -120,7 +120,10 @@ void Robots::Move(Robot* robot) {
   if (guidance != guidance_.end() && guidance->second.verdict == guidance_t::COMPLETE) {
     return end("the place is complete: " + guidance->second.sentence);
   }
-  if (!FollowAdvice(robot)) end("nothing is left that it can reach");
+  // Advice on the same photo may still change: the map is adjusted.
+  if (!FollowAdvice(robot) && waited_s > options_.patience_s) {
+    end("nothing is left that it can reach");
+  }
 }
 
 // Its last photo is in the map, and in the advice; or it will not come into the map.

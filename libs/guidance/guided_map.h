@@ -40,4 +40,8 @@ struct GuidedMap {
   std::vector<GuidedPoint> points;
 };
 
+// Upwards as the photos tell: their own upper sides where these agree (photos held level), else
+// against where they look (straight down). Unit.
+Eigen::Vector3d UpOf(const GuidedMap& map);
+
 }  // namespace skein

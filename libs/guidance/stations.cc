@@ -22,20 +22,28 @@ struct Weak {
   Eigen::Vector3d position, normal;
   double area = 0;
   bool is_beyond = false;
+  double min_cos = 0;  // a photo shows it if its direction's cosine with the normal is larger
   std::vector<ViewOfSurfel> views;
   double utility = 0;  // with these
 };
 
 // 0 without photos, 1 where it is good. The first photos count a little: without them no further
 // one makes it good.
-double Utility(const QualityOptions& options, const Eigen::Vector3d& normal,
+// An open border closes with the second photo.
+double Utility(const QualityOptions& options, const Weak& weak,
                const std::vector<ViewOfSurfel>& views) {
   constexpr double kOfFirstTwo = 0.2;
-  const SurfelQuality quality = AssessSurfel(options, normal, views);
+  if (weak.is_beyond) return 0.5 * static_cast<double>(std::min<size_t>(views.size(), 2));
+  const SurfelQuality quality = AssessSurfel(options, weak.normal, views);
   if (quality.good) return 1;
   const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
                        std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma);
   return kOfFirstTwo * std::min(quality.num_photos, 2) / 2 + (1 - kOfFirstTwo) * 0.95 * pairs;
+}
+
+bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {
+  const Eigen::Vector3d ray = centre - weak.position;
+  return ray.dot(weak.normal) > weak.min_cos * ray.norm();
 }
 
 std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
@@ -46,12 +54,19 @@ std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
     const Surfel& surfel = place.surface.surfels[i];
     if (!quality.counts) continue;
     if (!quality.good) {
-      weak.push_back({surfel.position, surfel.normal, surfel.area, false, ViewsOf(map, surfel), 0});
-      weak.back().utility = Utility(options, surfel.normal, weak.back().views);
+      weak.push_back(
+          {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0});
+      weak.back().utility = Utility(options, weak.back(), weak.back().views);
     }
     if (surfel.open_border) {
       // What lies beyond is as wide as the gap to it.
-      weak.push_back({surfel.beyond, surfel.normal, 2 * surfel.area, true, {}, 0});
+      weak.push_back({surfel.beyond,
+                      surfel.beyond_normal,
+                      2 * surfel.area,
+                      true,
+                      std::cos(surfel.beyond_max_deg * kRadian),
+                      {},
+                      0});
     }
   }
   return weak;
@@ -202,7 +217,7 @@ Chooser::Ground Chooser::GroundOf(const StationSeeker& seeker) const {
     ground.min_height = std::min(ground.min_height, centres_[i].dot(ground.up));
     ground.max_height = std::max(ground.max_height, centres_[i].dot(ground.up));
   }
-  const double slack = place_.surface.working_distance / 3;
+  const double slack = place_.surface.working_distance / 10;
   ground.min_height -= slack;
   ground.max_height += slack;
   return ground;
@@ -283,11 +298,11 @@ double Chooser::GainOf(const DepthGrid& view, const Eigen::Vector3d& centre,
   double gain = 0;
   std::vector<ViewOfSurfel> views;
   for (const Weak& weak : weak_) {
-    if (weak.utility >= 1 || (centre - weak.position).dot(weak.normal) <= 0) continue;
+    if (weak.utility >= 1 || !Shows(centre, weak)) continue;
     if (view.Look(weak.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
     views = weak.views;
     views.push_back(ViewFrom(centre, focal_px, weak.position));
-    gain += weak.area * std::max(0.0, Utility(quality_, weak.normal, views) - weak.utility);
+    gain += weak.area * std::max(0.0, Utility(quality_, weak, views) - weak.utility);
   }
   return gain;
 }
@@ -314,10 +329,10 @@ double Chooser::CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centr
 
 void Chooser::Take(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px) {
   for (Weak& weak : weak_) {
-    if ((centre - weak.position).dot(weak.normal) <= 0) continue;
+    if (!Shows(centre, weak)) continue;
     if (view.Look(weak.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
     weak.views.push_back(ViewFrom(centre, focal_px, weak.position));
-    weak.utility = Utility(quality_, weak.normal, weak.views);
+    weak.utility = Utility(quality_, weak, weak.views);
   }
 }
 
@@ -398,19 +413,6 @@ Status StationOptions::Check() const {
                      InRange("match_rate", match_rate, 0.001, 1.0),
                      InRange("half_distance", half_distance, 0.01, 1e6),
                      InRange("max_candidates", max_candidates, 1, 1'000'000)});
-}
-
-Eigen::Vector3d UpOf(const GuidedMap& map) {
-  constexpr double kAgreement = 0.7;  // length of a mean of unit vectors
-  Eigen::Vector3d upper_side = Eigen::Vector3d::Zero(), back = Eigen::Vector3d::Zero();
-  for (const GuidedPhoto& photo : map.photos) {
-    upper_side -= photo.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitY();
-    back -= Ahead(photo.cam_from_world);
-  }
-  const double count = static_cast<double>(std::max<size_t>(1, map.photos.size()));
-  const bool level = upper_side.norm() >= kAgreement * count || upper_side.norm() >= back.norm();
-  const Eigen::Vector3d up = level ? upper_side : back;
-  return up.norm() < 1e-9 ? Eigen::Vector3d(0, 0, 1) : up.normalized();
 }
 
 std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,

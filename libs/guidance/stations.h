@@ -15,7 +15,7 @@ namespace skein {
 struct Reach {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();  // unit; zero: as the photos tell (UpOf)
   // Heights along `up`, submap units; min > max: as high as the agent's own photos, give or take a
-  // third of the working distance.
+  // tenth of the working distance.
   double min_height = 1, max_height = 0;
   // Horizontal polygons to stay out of, in submap units: points of the map's frame, their heights
   // do not matter.
@@ -58,10 +58,6 @@ struct StationSeeker {
   uint32_t last_photo = 0;  // where it is: index into GuidedMap::photos; its camera is used
   Reach reach;
 };
-
-// Upwards as the photos tell: their own upper sides where these agree (photos held level), else
-// against where they look (straight down). Unit.
-Eigen::Vector3d UpOf(const GuidedMap& map);
 
 // For each agent its stations, best first. A station is chosen as if those before it had been
 // photographed, and agents take turns, so no two get the same. Empty where nothing is weak within

@@ -145,6 +145,7 @@ Surfel MakeSurfel(const GuidedMap& map, const std::vector<Eigen::Vector3d>& cent
   surfel.normal = NormalOf(map, around, towards.normalized());
   surfel.area = AreaOf(points.cells.width(), surfel.normal);
   surfel.beyond = surfel.position;
+  surfel.beyond_normal = surfel.normal;
   return surfel;
 }
 
@@ -245,10 +246,55 @@ int CountPhotosTowards(const std::vector<DepthGrid>& grids,
   return count;
 }
 
-void FindBorders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
-                 const std::vector<DepthGrid>& grids, Surface* surface) {
+// Whether another face joins it here, as at the corner of a house or at the foot of a wall.
+bool Turns(const Surfel& surfel, const std::vector<Surfel>& around) {
+  constexpr double kMinCos = 0.7;
+  return std::any_of(around.begin(), around.end(), [&](const Surfel& other) {
+    return other.normal.dot(surfel.normal) < kMinCos;
+  });
+}
+
+// How many photos look past the end at what lies behind it. Straight in front of the end none does;
+// one that stands 30 degrees to its side does.
+int CountPhotosAround(const std::vector<DepthGrid>& grids, const Surfel& surfel, double cell) {
+  constexpr double kCellsBehind = 3;
+  const Eigen::Vector3d behind = surfel.position - kCellsBehind * cell * surfel.normal;
+  return static_cast<int>(std::count_if(grids.begin(), grids.end(), [&](const DepthGrid& grid) {
+    return grid.Look(behind, 0) == DepthGrid::Sight::kSeen;
+  }));
+}
+
+// Of what may lie beyond an end, around is left to a walk: what lies above a wall or below an edge
+// is out of many photographers' reach, and would keep every place open.
+void FindBorder(const std::vector<Eigen::Vector3d>& centres, const std::vector<DepthGrid>& grids,
+                const std::vector<Surfel>& around, const Eigen::Vector3d& up,
+                double max_incidence_deg, double cell, Surfel* surfel) {
+  constexpr int kCellsBeyond = 2;
+  constexpr double kSide = 45 * kRadian, kMaxUpright = 0.5, kMaxOffSideDeg = 25;
+  Eigen::Vector3d direction;
+  surfel->at_end = FindEnd(*surfel, around, &direction);
+  if (!surfel->at_end) return;
+  surfel->beyond = surfel->position + kCellsBeyond * cell * direction;
+  surfel->beyond_max_deg = max_incidence_deg;
+  surfel->open_border =
+      CountPhotosTowards(grids, centres, *surfel, std::cos(max_incidence_deg * kRadian)) < 2;
+  if (surfel->open_border) return;
+  surfel->beyond = surfel->position;
+  const bool may_walk_around =
+      std::abs(direction.dot(up)) < kMaxUpright && std::abs(surfel->normal.dot(up)) < kMaxUpright;
+  if (!may_walk_around || Turns(*surfel, around)) return;
+  surfel->open_border = CountPhotosAround(grids, *surfel, cell) < 2;
+  if (surfel->open_border) {
+    surfel->beyond_normal = std::cos(kSide) * surfel->normal + std::sin(kSide) * direction;
+    surfel->beyond_max_deg = kMaxOffSideDeg;
+  }
+}
+
+void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
+                 const std::vector<Eigen::Vector3d>& centres, const std::vector<DepthGrid>& grids,
+                 Surface* surface) {
   constexpr int kRadius = 2;  // cells
-  const double min_cos = std::cos(options.max_incidence_deg * kRadian);
+  const Eigen::Vector3d up = UpOf(map);
   Cells cells(surface->cell);
   std::vector<uint32_t> surfel_of;
   for (uint32_t i = 0; i < surface->surfels.size(); ++i) {
@@ -264,13 +310,9 @@ void FindBorders(const SurfaceOptions& options, const std::vector<Eigen::Vector3
       const Surfel& other = surface->surfels[surfel_of[index]];
       around.emplace_back();
       around.back().position = other.position;
+      around.back().normal = other.normal;
     });
-    Eigen::Vector3d direction;
-    surfel.at_end = FindEnd(surfel, around, &direction);
-    if (!surfel.at_end) continue;
-    surfel.beyond = surfel.position + kRadius * surface->cell * direction;
-    surfel.open_border = CountPhotosTowards(grids, centres, surfel, min_cos) < 2;
-    if (!surfel.open_border) surfel.beyond = surfel.position;
+    FindBorder(centres, grids, around, up, options.max_incidence_deg, surface->cell, &surfel);
   }
 }
 
@@ -295,7 +337,7 @@ Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map) {
   surface.surfels = MakeSurfels(map, centres, PutIntoCells(map, surface.cell));
   const std::vector<DepthGrid> grids = DrawAll(map, surface);
   for (Surfel& surfel : surface.surfels) AddPhotosInView(options, centres, grids, &surfel);
-  FindBorders(options, centres, grids, &surface);
+  FindBorders(options, map, centres, grids, &surface);
   return surface;
 }
 

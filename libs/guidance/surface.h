@@ -32,12 +32,15 @@ struct Surfel {
   // That see it, ascending indices into GuidedMap::photos: those that observe a point of it, and
   // those that have it in view with nothing in front.
   std::vector<uint32_t> photos;
-  // Where the surface ends here and less than two photos show what lies beyond, the place there;
-  // else the surfel's own position. A surface that was never photographed has no points: all that
-  // tells of it is such an open border.
+  // Where the surface ends here and less than two photos show what lies beyond, the place to look
+  // at and the direction to look from; else the surfel's own. A surface that was never photographed
+  // has no points: all that tells of it is such an open border. Beyond lies either more of the same
+  // surface, or another one around the corner.
   Eigen::Vector3d beyond = Eigen::Vector3d::Zero();
-  bool at_end = false;       // the surface ends here
-  bool open_border = false;  // it does, and what lies beyond was not photographed
+  Eigen::Vector3d beyond_normal = Eigen::Vector3d::Zero();
+  double beyond_max_deg = 0;  // a photo from further off that direction does not show it
+  bool at_end = false;        // the surface ends here
+  bool open_border = false;   // it does, and what lies beyond was not photographed
 };
 
 struct Surface {
