@@ -46,6 +46,7 @@ struct Score {
   double matched = 0, verified = 0, inliers = 0, overlapping = 0;
   double strongest = 0, strongest_wanted = 0;
   int num_apart = 0;  // photos outside the largest connected component
+  int num_weak = 0;   // photos that lost their strongest pairs
 };
 
 Session Arrange(const StudySet& set, const VladModel& model, const InlierCounts& inliers,
@@ -168,6 +169,14 @@ void AddStrongest(const std::vector<int32_t>& inliers, const std::vector<int64_t
   }
 }
 
+// Whether the strongest matched pair has less than half of the strongest's inliers.
+bool IsWeak(const std::vector<int32_t>& inliers, const std::vector<int64_t>& matched) {
+  int32_t most = 0;
+  for (const int64_t other : matched) most = std::max(most, inliers[other]);
+  const auto strongest = std::max_element(inliers.begin(), inliers.end());
+  return strongest != inliers.end() && *strongest > std::max(kOverlapping, 2 * most);
+}
+
 // Of each photo, as the service answers.
 std::vector<std::vector<int64_t>> Retrieve(const Session& session, const Options& options) {
   HnswIndex index(session.vectors[0].size(), {});
@@ -198,16 +207,18 @@ Score Replay(const Session& session, const Options& options) {
       score.overlapping += inliers > kOverlapping;
     }
     AddStrongest(session.inliers[i], matched[i], &score);
+    score.num_weak += IsWeak(session.inliers[i], matched[i]);
   }
   score.num_apart = CountApart(verified);
   return score;
 }
 
 void Print(const char* method, const Score& score, const Score& plain) {
-  std::printf("  %-12s %7.0f %6.3f  %7.0f %6.3f  %6.3f  %6.3f  %6.3f  %5d\n", method, score.matched,
-              score.matched / plain.matched, score.verified, score.verified / plain.verified,
-              score.overlapping / plain.overlapping, score.inliers / plain.inliers,
-              score.strongest / score.strongest_wanted, score.num_apart);
+  std::printf("  %-12s %7.0f %6.3f  %7.0f %6.3f  %6.3f  %6.3f  %6.3f  %5d  %4d\n", method,
+              score.matched, score.matched / plain.matched, score.verified,
+              score.verified / plain.verified, score.overlapping / plain.overlapping,
+              score.inliers / plain.inliers, score.strongest / score.strongest_wanted,
+              score.num_apart, score.num_weak);
 }
 
 void Study(const StudySet& set, const VladModel& model, const InlierCounts& inliers,
@@ -234,8 +245,8 @@ void Run(const Options& options) {
   auto codebook = LoadCodebook(options.codebook);
   if (!codebook) throw std::invalid_argument(codebook.error());
   const VladModel model(std::move(*codebook));
-  std::printf("  %-12s %7s %6s  %7s %6s  %6s  %6s  %6s  %5s\n", "pairs:", "matched", "share",
-              "verif.", "share", "> 50", "inlrs", "best10", "apart");
+  std::printf("  %-12s %7s %6s  %7s %6s  %6s  %6s  %6s  %5s  %4s\n", "pairs:", "matched", "share",
+              "verif.", "share", "> 50", "inlrs", "best10", "apart", "weak");
   for (const auto& argument : options.sets) {
     const auto set = LoadStudySet(argument, options.cache, [](int64_t, int64_t) {});
     if (!set) throw std::runtime_error(set.error());

@@ -28,7 +28,8 @@ drop_shim=$SKEIN_BUILD/tests/libdrop_datagrams.so
 stop_shim=$SKEIN_BUILD/tests/libstop_at_datagram.so
 
 # new_workspace: a scratch folder; services stop and the folder goes when the test ends, logs are
-# shown when it failed, wherever the output went that the test was then writing.
+# shown when it failed, wherever the output went that the test was then writing. With SKEIN_KEEP_FAILED=DIR
+# the folder of a failed test is moved there.
 new_workspace() {
   workspace=$(mktemp -d "${TMPDIR:-/tmp}/skein_test.XXXXXX")
   exec {test_output}>&1
@@ -45,6 +46,7 @@ end_test() {
     for log in "$workspace"/*/log/*.log "$workspace"/*.log; do
       [[ -s $log ]] && { echo "--- ${log##*/}"; tail -n 15 "$log"; }
     done
+    [[ -z ${SKEIN_KEEP_FAILED:-} ]] || { mkdir -p "$SKEIN_KEEP_FAILED" && mv "$workspace" "$SKEIN_KEEP_FAILED/"; }
   fi
   rm -rf "$workspace"
   return "$status"

@@ -109,6 +109,14 @@ void SecondLook::Advance(int64_t seq) {
   for (const Outcome& outcome : told_) Learn(outcome, before);
 }
 
+double SecondLook::WeightOf(const CovisibilityGraph::Edge& edge) const {
+  int32_t most = 1;
+  for (const CovisibilityGraph::Edge& of_c : graph_.EdgesOf(edge.other_id)) {
+    if (of_c.seq <= seq_) most = std::max(most, of_c.num_inliers);
+  }
+  return Strength(edge.num_inliers) * edge.num_inliers / most;
+}
+
 void SecondLook::Learn(const Outcome& outcome, int64_t after_seq) {
   if (!options_.enabled) return;
   const int32_t num_inliers = outcome.num_inliers;
@@ -121,7 +129,7 @@ void SecondLook::Learn(const Outcome& outcome, int64_t after_seq) {
       order_.push_back(edge.other_id);
     }
     Candidate& candidate = found->second;
-    const double weight = Strength(edge.num_inliers);
+    const double weight = WeightOf(edge);
     candidate.bottleneck = std::max(candidate.bottleneck, std::min(edge.num_inliers, num_inliers));
     candidate.weight += weight;
     candidate.weighted += weight * Strength(num_inliers);

@@ -7,9 +7,13 @@
 //
 //   strength(n) = n / (n + 50), 0 if not verified; 50 inliers are overlap in the paper.
 //
+// v speaks for the part of c that it shows, of c's best known pair:
+//
+//   weight(v, c) = strength(v, c) inliers(v, c) / max_u inliers(u, c).
+//
 // Over all tried v and a small prior by c's rank in retrieval
 //
-//   expected(c) = weighted mean of strength(photo, v), weights strength(v, c),
+//   expected(c) = weighted mean of strength(photo, v), weights weight(v, c),
 //   carried(c)  = max_v min(inliers(photo, v), inliers(v, c)),
 //
 // where a chain photo - v - c can carry that many points. Candidates come by falling expected(c) *
@@ -20,7 +24,7 @@
 // least min_evidence:
 //  - It would fail: expected(c) < min_expected.
 //  - It is implied: the photo has min_strong overlapping pairs, and
-//     1 - prod_v (1 - strength(photo, v) strength(v, c)) >= max_implied.
+//     1 - prod_v (1 - strength(photo, v) weight(v, c)) >= max_implied.
 //
 // So candidates that the tried photos know nothing about, such as those of another walk, are always
 // tried. Candidates after num_sure are tried while the photo has fewer than few_strong overlapping
@@ -43,7 +47,7 @@ struct SecondLookOptions {
   double prior_weight = 0.5;
   size_t num_sure = 20;
   size_t few_strong = 6;             // pairs of at least 50 inliers
-  double min_evidence = 0.5;         // as one tried photo of 50 common inliers gives
+  double min_evidence = 0.5;         // as a tried photo that shows half of it gives
   double min_expected = 0.23;        // of the 15 inliers that keep a pair
   double min_expected_joined = 0.5;  // of 50 inliers
   size_t min_strong = 12;            // pairs of at least 50 inliers
@@ -84,9 +88,9 @@ class SecondLook {
     bool named = false;  // by retrieval
     size_t rank = 0;     // in retrieval, if named
     bool tried = false;
-    double weight = 0;       // sum of strength(v, c)
+    double weight = 0;       // sum of weight(v, c)
     int32_t bottleneck = 0;  // max of min(inliers(photo, v), inliers(v, c))
-    double weighted = 0;     // sum of strength(v, c) strength(photo, v)
+    double weighted = 0;     // sum of weight(v, c) strength(photo, v)
     double not_implied = 1;  // product of 1 - the same
   };
 
@@ -97,6 +101,8 @@ class SecondLook {
 
   // Adds the evidence of a tried photo's edges after `after_seq` to their other photos.
   void Learn(const Outcome& outcome, int64_t after_seq);
+  // weight(v, c) of v's `edge` to c.
+  double WeightOf(const CovisibilityGraph::Edge& edge) const;
   bool IsInformed(const Candidate& c) const { return c.weight >= options_.min_evidence; }
   double Expected(const Candidate& candidate) const;
   double ExpectedInliers(const Candidate& candidate) const;

@@ -70,6 +70,18 @@ TEST(SecondLook, OneFailureSpeaksForTheRestOfItsPlace) {
   EXPECT_EQ(tried, Range(1, 1));
 }
 
+// The next photo of a walk: it overlaps with the last ones. Those before show little of these.
+TEST(SecondLook, AFailureSaysLittleOfAPhotoThatSharesLittle) {
+  CovisibilityGraph graph;
+  graph.Add(10, 11, 3000, 1);
+  graph.Add(11, 12, 2300, 1);
+  graph.Add(7, 10, 550, 1);
+  for (const int64_t id : {7, 18}) graph.Add(id, 12, 27, 1);  // false matches, as such few are
+  const std::map<int64_t, int32_t> inliers{{10, 270}, {11, 760}, {12, 1300}};
+  const auto tried = Tried(SecondLook({7, 18, 10, 11, 12}, graph, kNow, IsEarlier, {}), inliers);
+  for (const int64_t id : {10, 11, 12}) EXPECT_TRUE(Has(tried, id)) << id;
+}
+
 TEST(SecondLook, EveryPlaceIsTriedHoweverWellAnotherOneFits) {
   CovisibilityGraph graph;
   AddPlace(1, 18, 300, &graph);
