@@ -88,7 +88,7 @@ void Compare(const char* what, pid_t process, int repetitions, const std::functi
     times_child.Add(of_child);
   }
   const Times a = times_here.Get(), b = times_child.Get();
-  std::printf("  %-7s processor %7.2f ms here, %7.2f in the child (%+.2f %%); wall %7.2f, %7.2f\n",
+  std::printf("  %-19s processor %7.2f ms here, %7.2f in the child (%+.2f %%); wall %7.2f, %7.2f\n",
               what, a.cpu_ms, b.cpu_ms, 100 * (b.cpu_ms / a.cpu_ms - 1), a.wall_ms, b.wall_ms);
 }
 
@@ -139,6 +139,9 @@ int main(int argc, char** argv) {
     Compare(
         "decode", Child(), repetitions, [&] { return skein::DecodePhoto(jpeg).ok(); },
         [&] { return (*decoder)->Decode(jpeg).ok(); });
+    Compare(
+        "decode for 1,600 px", Child(), repetitions, [&] { return skein::DecodePhoto(jpeg).ok(); },
+        [&] { return (*decoder)->Decode(jpeg, 1600).ok(); });
   }
   return 0;
 }

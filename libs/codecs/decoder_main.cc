@@ -63,7 +63,7 @@ class Decoder {
     try {
       const ByteView photo(input_.Map(request.photo_bytes), request.photo_bytes);
       if (request.kind == DecoderRequest::Kind::kDecode) {
-        answer.status = Decode(photo, request.header);
+        answer.status = Decode(photo, request);
       } else {
         answer.status = CheckDecodes(photo, request.header);
         if (answer.status.ok()) answer.exif = ReadExif(photo, request.header);
@@ -77,8 +77,9 @@ class Decoder {
   }
 
  private:
-  Status Decode(ByteView photo, const PhotoHeader& header) {
-    return DecodePhotoInto(header, photo, output_.Map(3 * NumPixels(header)));
+  Status Decode(ByteView photo, const DecoderRequest& request) {
+    return DecodePhotoInto(request.header, photo, request.reduction,
+                           output_.Map(DecodedBytes(request)));
   }
 
   Mapping input_{kDecoderInput, PROT_READ};

@@ -1,6 +1,7 @@
 #include "codecs/image_decoding.h"
 
 #include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -11,8 +12,7 @@ namespace {
 // parameter for this, but with it tells nobody that it failed.
 class PixelAllocator : public cv::MatAllocator {
  public:
-  PixelAllocator(const PhotoHeader& header, uint8_t* pixels)
-      : width_(header.width_px), height_(header.height_px), pixels_(pixels) {
+  PixelAllocator(cv::Size size, uint8_t* pixels) : size_(size), pixels_(pixels) {
     cv::Mat::setDefaultAllocator(this);
   }
   ~PixelAllocator() override { cv::Mat::setDefaultAllocator(before_); }
@@ -20,11 +20,11 @@ class PixelAllocator : public cv::MatAllocator {
   cv::UMatData* allocate(int num_dims, const int* sizes, int type, void* data, size_t* steps,
                          cv::AccessFlag flags, cv::UMatUsageFlags usage) const override {
     const bool fits = pixels_ != nullptr && data == nullptr && steps != nullptr && num_dims == 2 &&
-                      type == CV_8UC3 && sizes[0] == height_ && sizes[1] == width_;
+                      type == CV_8UC3 && sizes[0] == size_.height && sizes[1] == size_.width;
     if (fits) {
       data = std::exchange(pixels_, nullptr);
       steps[1] = 3;
-      steps[0] = 3 * static_cast<size_t>(width_);
+      steps[0] = 3 * static_cast<size_t>(size_.width);
     }
     return standard_->allocate(num_dims, sizes, type, data, steps, flags, usage);
   }
@@ -36,9 +36,29 @@ class PixelAllocator : public cv::MatAllocator {
  private:
   cv::MatAllocator* const before_ = cv::Mat::getDefaultAllocator();
   cv::MatAllocator* const standard_ = cv::Mat::getStdAllocator();
-  const int64_t width_, height_;
+  const cv::Size size_;
   mutable uint8_t* pixels_;  // null: taken
 };
+
+cv::Size SizeOf(const PhotoHeader& header, int reduction) {
+  return {static_cast<int>(ReducedSide(header.width_px, reduction)),
+          static_cast<int>(ReducedSide(header.height_px, reduction))};
+}
+
+int FlagsOf(int reduction) {
+  switch (reduction) {
+    case 1:
+      return cv::IMREAD_COLOR;
+    case 2:
+      return cv::IMREAD_REDUCED_COLOR_2;
+    case 4:
+      return cv::IMREAD_REDUCED_COLOR_4;
+    case 8:
+      return cv::IMREAD_REDUCED_COLOR_8;
+    default:
+      throw std::invalid_argument("a photo is reduced by 2, 4 or 8");
+  }
+}
 
 }  // namespace
 
@@ -51,26 +71,26 @@ Result<cv::Mat> DecodePhoto(ByteView bytes, int64_t max_pixels) {
   return DecodePhotoOf(*header, bytes);
 }
 
-Result<cv::Mat> DecodePhotoOf(const PhotoHeader& header, ByteView bytes) {
+Result<cv::Mat> DecodePhotoOf(const PhotoHeader& header, ByteView bytes, int reduction) {
   const std::string name = FormatName(header.format);
   const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U,
                         const_cast<uint8_t*>(bytes.data()));
   cv::Mat image;
   try {
-    image = cv::imdecode(encoded, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    image = cv::imdecode(encoded, FlagsOf(reduction) | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& error) {
     return DataLoss(name + " cannot be decoded: " + error.err);
   }
   if (image.empty() || image.type() != CV_8UC3) return DataLoss(name + " cannot be decoded");
-  if (image.cols != header.width_px || image.rows != header.height_px) {
+  if (image.size() != SizeOf(header, reduction)) {
     return DataLoss(name + " decodes to another size than its header claims");
   }
   return image;
 }
 
-Status DecodePhotoInto(const PhotoHeader& header, ByteView bytes, uint8_t* pixels) {
-  const PixelAllocator allocator(header, pixels);
-  const Result<cv::Mat> image = DecodePhotoOf(header, bytes);
+Status DecodePhotoInto(const PhotoHeader& header, ByteView bytes, int reduction, uint8_t* pixels) {
+  const PixelAllocator allocator(SizeOf(header, reduction), pixels);
+  const Result<cv::Mat> image = DecodePhotoOf(header, bytes, reduction);
   if (!image.ok()) return image.status();
   return image->data == pixels ? Status::Ok() : Status::Error("pixels are not where they belong");
 }

@@ -14,11 +14,12 @@ namespace skein {
 // `max_pixels` by its header.
 Result<cv::Mat> DecodePhoto(ByteView bytes, int64_t max_pixels = 400'000'000);
 
-// Of a photo with that header. Error: another size comes out.
-Result<cv::Mat> DecodePhotoOf(const PhotoHeader& header, ByteView bytes);
+// Of a photo with that header; both sides are divided by `reduction` (ReductionFor). Error: another
+// size comes out.
+Result<cv::Mat> DecodePhotoOf(const PhotoHeader& header, ByteView bytes, int reduction = 1);
 
 // The same into `pixels`, room for 3 bytes a pixel: BGR, row major, without padding. No other
 // thread of the process may use OpenCV meanwhile.
-Status DecodePhotoInto(const PhotoHeader& header, ByteView bytes, uint8_t* pixels);
+Status DecodePhotoInto(const PhotoHeader& header, ByteView bytes, int reduction, uint8_t* pixels);
 
 }  // namespace skein

@@ -7,7 +7,7 @@ namespace skein {
 namespace {
 
 // Changes with the messages: a decoder of another build is told at its start.
-constexpr uint32_t kProtocol = 0x534b4401;  // "SKD", 1
+constexpr uint32_t kProtocol = 0x534b4402;  // "SKD", 2
 constexpr size_t kMaxReason = 400;
 constexpr size_t kMaxExifText = 256;
 
@@ -22,6 +22,8 @@ bool IsSane(const Exif& exif) {
          (!exif.focal_px || (std::isfinite(*exif.focal_px) && *exif.focal_px > 0)) &&
          (!exif.gps || IsSane(*exif.gps));
 }
+
+bool IsReduction(int value) { return value == 1 || value == 2 || value == 4 || value == 8; }
 
 void PutExif(const Exif& exif, ByteWriter* writer) {
   writer->Put(static_cast<uint8_t>(exif.orientation));
@@ -69,6 +71,7 @@ Bytes EncodeDecoderRequest(const DecoderRequest& request) {
   writer.Put(request.header.format);
   writer.Put(request.header.width_px);
   writer.Put(request.header.height_px);
+  writer.Put(request.reduction);
   return writer.Take();
 }
 
@@ -78,8 +81,9 @@ Result<DecoderRequest> ParseDecoderRequest(const void* data, size_t size) {
   PhotoHeader& header = request.header;
   const bool read = GetProtocol(&reader) && reader.Get(&request.kind) &&
                     reader.Get(&request.photo_bytes) && reader.Get(&header.format) &&
-                    reader.Get(&header.width_px) && reader.Get(&header.height_px);
-  if (!read || reader.remaining() > 0) return Nonsense();
+                    reader.Get(&header.width_px) && reader.Get(&header.height_px) &&
+                    reader.Get(&request.reduction);
+  if (!read || reader.remaining() > 0 || !IsReduction(request.reduction)) return Nonsense();
   return request;
 }
 

@@ -23,8 +23,15 @@ struct DecoderRequest {
   enum class Kind : uint8_t { kCheck, kDecode };
   Kind kind = Kind::kCheck;
   uint64_t photo_bytes = 0;
-  PhotoHeader header;  // as the parent reads it
+  PhotoHeader header;     // as the parent reads it
+  uint8_t reduction = 1;  // of kDecode: both sides are divided by 1, 2, 4 or 8
 };
+
+// Of the pixels, of kDecode.
+inline size_t DecodedBytes(const DecoderRequest& request) {
+  return 3 * static_cast<size_t>(ReducedSide(request.header.width_px, request.reduction)) *
+         static_cast<size_t>(ReducedSide(request.header.height_px, request.reduction));
+}
 
 struct DecoderAnswer {
   Status status;                     // why the photo cannot be decoded

@@ -26,7 +26,7 @@ Result<DecoderAnswer> Parse(const Bytes& bytes) {
 
 TEST(DecoderWire, RequestsComeAsTheyWent) {
   const DecoderRequest request{
-      DecoderRequest::Kind::kDecode, 123, {PhotoFormat::kTiff, 4000, 3000, 0, 0}};
+      DecoderRequest::Kind::kDecode, 123, {PhotoFormat::kTiff, 4000, 3000, 0, 0}, 4};
   const Bytes bytes = EncodeDecoderRequest(request);
   const auto parsed = ParseDecoderRequest(bytes.data(), bytes.size());
   ASSERT_TRUE(parsed.ok());
@@ -35,6 +35,16 @@ TEST(DecoderWire, RequestsComeAsTheyWent) {
   EXPECT_EQ(parsed->header.format, PhotoFormat::kTiff);
   EXPECT_EQ(parsed->header.width_px, 4000);
   EXPECT_EQ(parsed->header.height_px, 3000);
+  EXPECT_EQ(parsed->reduction, 4);
+}
+
+TEST(DecoderWire, RefusesAReductionThatThereIsNot) {
+  for (const uint8_t reduction : {0, 3, 16}) {
+    DecoderRequest request;
+    request.reduction = reduction;
+    const Bytes bytes = EncodeDecoderRequest(request);
+    EXPECT_FALSE(ParseDecoderRequest(bytes.data(), bytes.size()).ok());
+  }
 }
 
 TEST(DecoderWire, AnswersComeAsTheyWent) {

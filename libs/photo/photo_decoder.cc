@@ -283,35 +283,43 @@ Status PhotoDecoder::StartChild() {
 Result<CheckedPhoto> PhotoDecoder::Check(const Bytes& photo, const PhotoLimits& limits) {
   const Result<PhotoHeader> header = CheckHeader(photo, limits);
   if (!header.ok()) return header.status();
-  const Result<DecoderAnswer> answer = Ask(DecoderRequest::Kind::kCheck, *header, photo, 0);
+  const Result<DecoderAnswer> answer =
+      Ask({DecoderRequest::Kind::kCheck, photo.size(), *header}, photo);
   if (!answer.ok()) return answer.status();
   return CheckedPhoto{*header, answer->exif};
 }
 
-Result<cv::Mat> PhotoDecoder::Decode(const Bytes& photo, int64_t max_pixels) {
+Result<DecodedPhoto> PhotoDecoder::Decode(const Bytes& photo, int64_t min_side_px,
+                                          int64_t max_pixels) {
   PhotoLimits limits;
   limits.max_bytes = kMaxPhotoBytes;
   limits.max_pixels = max_pixels;
   limits.min_side_px = 1;
   const Result<PhotoHeader> header = CheckHeader(photo, limits);
   if (!header.ok()) return header.status();
-  const auto width = static_cast<int>(header->width_px),
-             height = static_cast<int>(header->height_px);
+  const int reduction = min_side_px > 0 ? ReductionFor(*header, min_side_px) : 1;
   const Result<DecoderAnswer> answer =
-      Ask(DecoderRequest::Kind::kDecode, *header, photo, 3 * NumPixels(*header));
+      Ask({DecoderRequest::Kind::kDecode, photo.size(), *header, static_cast<uint8_t>(reduction)},
+          photo);
   if (!answer.ok()) return answer.status();
-  return cv::Mat(height, width, CV_8UC3, output_.data());
+  const auto side = [reduction](int64_t px) {
+    return static_cast<int>(ReducedSide(px, reduction));
+  };
+  return DecodedPhoto{
+      cv::Mat(side(header->height_px), side(header->width_px), CV_8UC3, output_.data()), *header,
+      reduction};
 }
 
 // An error of the answer's status is an error here.
-Result<DecoderAnswer> PhotoDecoder::Ask(DecoderRequest::Kind kind, const PhotoHeader& header,
-                                        const Bytes& photo, size_t output_bytes) {
+Result<DecoderAnswer> PhotoDecoder::Ask(const DecoderRequest& request, const Bytes& photo) {
+  const bool decodes = request.kind == DecoderRequest::Kind::kDecode;
   input_.Release(kKeptBytes);
   output_.Release(kKeptBytes);
   if (Status status = input_.Reserve(photo.size()); !status.ok()) return status;
-  if (Status status = output_.Reserve(output_bytes); !status.ok()) return status;
+  if (Status status = output_.Reserve(decodes ? DecodedBytes(request) : 0); !status.ok())
+    return status;
   std::memcpy(input_.data(), photo.data(), photo.size());
-  if (Status status = Give({kind, photo.size(), header}); !status.ok()) return status;
+  if (Status status = Give(request); !status.ok()) return status;
   Result<DecoderAnswer> answer = child_->Receive(options_.max_still_s);
   if (!answer.ok()) {
     LogWarn("{}; a new one starts for the next photo", answer.error());

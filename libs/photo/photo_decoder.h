@@ -13,6 +13,14 @@
 
 namespace skein {
 
+struct DecodedPhoto {
+  // 8-bit BGR, pixels as stored (codecs/image_decoding.h). It lies in memory that is used again: it
+  // is valid until the next call.
+  cv::Mat image;
+  PhotoHeader header;
+  int reduction = 1;  // the image's sides are 1 / reduction of the header's, rounded up
+};
+
 struct DecoderOptions {
   std::string program;   // "": skein-decoder beside this program
   int max_cpu_s = 20;    // of one photo; and as much again for each 20 megapixels
@@ -39,17 +47,16 @@ class PhotoDecoder {
   // that is not kUnavailable is the reason that the agent gets.
   Result<CheckedPhoto> Check(const Bytes& photo, const PhotoLimits& limits);
 
-  // 8-bit BGR, pixels as stored (codecs/image_decoding.h). The image lies in memory that is used
-  // again: it is valid until the next call.
-  Result<cv::Mat> Decode(const Bytes& photo, int64_t max_pixels = 400'000'000);
+  // No more of it than it takes for an image whose longest side is `min_side_px` or more; 0: all.
+  Result<DecodedPhoto> Decode(const Bytes& photo, int64_t min_side_px = 0,
+                              int64_t max_pixels = 400'000'000);
 
  private:
   class Child;
 
   PhotoDecoder(DecoderOptions options, SharedMemory input, SharedMemory output);
   Status StartChild();
-  Result<DecoderAnswer> Ask(DecoderRequest::Kind kind, const PhotoHeader& header,
-                            const Bytes& photo, size_t output_bytes);
+  Result<DecoderAnswer> Ask(const DecoderRequest& request, const Bytes& photo);
   Status Give(const DecoderRequest& request);
 
   const DecoderOptions options_;

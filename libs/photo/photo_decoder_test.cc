@@ -8,6 +8,8 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <opencv2/imgproc.hpp>
 #include <thread>
 
 #include "testing/test_decoder.h"
@@ -115,22 +117,47 @@ TEST(PhotoDecoder, DecodesPhotosOfOneSizeAfterAnother) {
       const cv::Mat image = Noise(size.width, size.height, CV_8UC3, size.width);
       const auto decoded = decoder->Decode(Encode(image, extension));
       ASSERT_TRUE(decoded.ok()) << decoded.error();
-      ASSERT_EQ(decoded->size(), image.size());
-      EXPECT_EQ(cv::norm(*decoded, image, cv::NORM_INF), 0) << extension << image.size();
+      ASSERT_EQ(decoded->image.size(), image.size());
+      EXPECT_EQ(cv::norm(decoded->image, image, cv::NORM_INF), 0) << extension << image.size();
     }
   }
+}
+
+TEST(PhotoDecoder, DecodesNoMoreOfAJpegThanIsWanted) {
+  const auto decoder = StartDecoder();
+  const cv::Size size(1001, 600);
+  cv::Mat image = Noise(size.width / 50, size.height / 50);
+  cv::resize(image, image, size, 0, 0, cv::INTER_CUBIC);
+  const std::map<int64_t, int> reductions = {{0, 1},   {502, 1}, {501, 2}, {252, 2},
+                                             {251, 4}, {127, 4}, {126, 8}, {1, 8}};
+  for (const auto& [min_side_px, reduction] : reductions) {
+    const auto decoded = decoder->Decode(Encode(image, ".jpg"), min_side_px);
+    ASSERT_TRUE(decoded.ok()) << decoded.error();
+    EXPECT_EQ(decoded->reduction, reduction) << min_side_px;
+    EXPECT_EQ(decoded->header.width_px, size.width);
+    const cv::Size reduced((size.width + reduction - 1) / reduction, size.height / reduction);
+    ASSERT_EQ(decoded->image.size(), reduced);
+    cv::Mat whole, wanted;  // blocks at the edge are filled up
+    cv::copyMakeBorder(image, whole, 0, 0, 0, reduction * reduced.width - size.width,
+                       cv::BORDER_REPLICATE);
+    cv::resize(whole, wanted, reduced, 0, 0, cv::INTER_AREA);
+    EXPECT_LT(cv::norm(decoded->image, wanted, cv::NORM_L1) / (3.0 * reduced.area()), 2);
+  }
+  const auto png = decoder->Decode(Encode(image, ".png"), 1);
+  ASSERT_TRUE(png.ok()) << png.error();
+  EXPECT_EQ(png->image.size(), size);
 }
 
 TEST(PhotoDecoder, ConvertsGreyAnd16Bit) {
   const auto decoder = StartDecoder();
   const auto grey = decoder->Decode(Encode(cv::Mat(9, 7, CV_8UC1, cv::Scalar(77)), ".png"));
   ASSERT_TRUE(grey.ok());
-  EXPECT_EQ(grey->at<cv::Vec3b>(3, 3), cv::Vec3b(77, 77, 77));
+  EXPECT_EQ(grey->image.at<cv::Vec3b>(3, 3), cv::Vec3b(77, 77, 77));
   for (const std::string extension : {".png", ".tiff"}) {
     const auto deep =
         decoder->Decode(Encode(cv::Mat(9, 7, CV_16UC3, cv::Scalar::all(256 * 50)), extension));
     ASSERT_TRUE(deep.ok()) << deep.error();
-    EXPECT_NEAR(deep->at<cv::Vec3b>(3, 3)[0], 50, 1);
+    EXPECT_NEAR(deep->image.at<cv::Vec3b>(3, 3)[0], 50, 1);
   }
 }
 
@@ -141,7 +168,7 @@ TEST(PhotoDecoder, DecodesAPhotoAtTheLimit) {
   EXPECT_TRUE(checked.ok()) << checked.error();
   const auto image = decoder->Decode(photo);
   ASSERT_TRUE(image.ok()) << image.error();
-  EXPECT_EQ(image->at<cv::Vec3b>(9999, 9999), cv::Vec3b(3, 3, 3));
+  EXPECT_EQ(image->image.at<cv::Vec3b>(9999, 9999), cv::Vec3b(3, 3, 3));
 }
 
 TEST(PhotoDecoder, RefusesByTheHeaderWithoutDecoding) {

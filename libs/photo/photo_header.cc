@@ -1,5 +1,6 @@
 #include "photo/photo_header.h"
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 
@@ -132,6 +133,14 @@ const char* FormatName(PhotoFormat format) {
       return "TIFF";
   }
   return "";
+}
+
+int ReductionFor(const PhotoHeader& header, int64_t min_side_px) {
+  if (header.format != PhotoFormat::kJpeg) return 1;
+  const int64_t longest_px = std::max(header.width_px, header.height_px);
+  int reduction = 8;
+  while (reduction > 1 && ReducedSide(longest_px, reduction) < min_side_px) reduction /= 2;
+  return reduction;
 }
 
 }  // namespace skein

@@ -23,6 +23,16 @@ inline uint64_t NumPixels(const PhotoHeader& header) {
   return static_cast<uint64_t>(header.width_px) * static_cast<uint64_t>(header.height_px);
 }
 
+// The largest of 1, 2, 4 and 8 by which both sides can be divided while decoding, so that the
+// longest is `min_side_px` or more: JPEG alone has this, as fewer frequencies of each block are
+// transformed.
+int ReductionFor(const PhotoHeader& header, int64_t min_side_px);
+
+// A side of the reduced photo.
+inline int64_t ReducedSide(int64_t side_px, int reduction) {
+  return (side_px + reduction - 1) / reduction;
+}
+
 // An error says what the bytes are instead: too short, not a JPEG, PNG or TIFF, or without size.
 Result<PhotoHeader> ReadPhotoHeader(ByteView bytes);
 

@@ -17,9 +17,9 @@ Result<Bytes> ThumbnailMaker::Make(const Bytes& photo, int exif_orientation, int
     if (!decoder.ok()) return decoder.status();
     decoder_ = *std::move(decoder);
   }
-  const Result<cv::Mat> decoded = decoder_->Decode(photo);
+  const Result<DecodedPhoto> decoded = decoder_->Decode(photo, max_side_px);
   if (!decoded.ok()) return decoded.status();
-  const cv::Mat thumbnail = UprightView(ShrinkTo(*decoded, max_side_px), exif_orientation);
+  const cv::Mat thumbnail = UprightView(ShrinkTo(decoded->image, max_side_px), exif_orientation);
   Bytes jpeg;
   if (!cv::imencode(".jpg", thumbnail, jpeg, {cv::IMWRITE_JPEG_QUALITY, kThumbnailQuality})) {
     return Unavailable("OpenCV could not encode a JPEG");

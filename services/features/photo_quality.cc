@@ -52,12 +52,13 @@ float Coverage(cv::Size size, const std::vector<Keypoint>& keypoints) {
 
 }  // namespace
 
-PhotoQuality MeasureQuality(const cv::Mat& bgr, const std::vector<Keypoint>& keypoints) {
+PhotoQuality MeasureQuality(const cv::Mat& bgr, const std::vector<Keypoint>& keypoints,
+                            int reduction) {
   const cv::Mat1f grey = SmallGrey(bgr);
   PhotoQuality quality;
   quality.blur = std::max(BlurAlong(grey, {1, 0}), BlurAlong(grey, {0, 1}));
   quality.brightness = static_cast<float>(cv::mean(grey)[0]);
-  quality.coverage = Coverage(bgr.size(), keypoints);
+  quality.coverage = Coverage(bgr.size() * reduction, keypoints);
   return quality;
 }
 

@@ -18,7 +18,9 @@ struct PhotoQuality {
   float coverage = 0;    // share of 8 x 8 fields of the photo that hold a keypoint
 };
 
-// `bgr`: 8 bits, as decoded; keypoints in its pixels. About 5 ms.
-PhotoQuality MeasureQuality(const cv::Mat& bgr, const std::vector<Keypoint>& keypoints);
+// `bgr`: 8 bits, as decoded, both sides divided by `reduction`; keypoints in pixels of the full
+// resolution. About 5 ms.
+PhotoQuality MeasureQuality(const cv::Mat& bgr, const std::vector<Keypoint>& keypoints,
+                            int reduction = 1);
 
 }  // namespace skein

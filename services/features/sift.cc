@@ -53,13 +53,13 @@ SiftExtractor::SiftExtractor(const SiftOptions& options, SiftKernelVersion versi
 
 SiftExtractor::~SiftExtractor() = default;
 
-LocalFeatures SiftExtractor::Extract(const cv::Mat& photo, int threads) {
+LocalFeatures SiftExtractor::Extract(const cv::Mat& photo, int threads, int reduction) {
   const cv::Mat image = ShrinkTo(photo, options_.max_image_px);
   cv::Mat grey;
   cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
   LocalFeatures features = own_ ? own_->Extract(grey, threads) : OpenCvSift(grey, options_);
-  const double scale_x = static_cast<double>(photo.cols) / image.cols;
-  const double scale_y = static_cast<double>(photo.rows) / image.rows;
+  const double scale_x = static_cast<double>(reduction) * photo.cols / image.cols;
+  const double scale_y = static_cast<double>(reduction) * photo.rows / image.rows;
   for (Keypoint& k : features.keypoints) FinishKeypoint(image, scale_x, scale_y, &k);
   return features;
 }

@@ -20,7 +20,7 @@ struct SiftOptions {
 };
 
 struct LocalFeatures {
-  Keypoints keypoints;      // full-resolution pixels of `photo`, pixel centres at 0.5
+  Keypoints keypoints;      // pixels of the photo in full resolution, centres at 0.5
   Descriptors descriptors;  // RootSIFT; row i describes keypoint i
 };
 
@@ -33,8 +33,11 @@ class SiftExtractor {
                          SiftKernelVersion version = FastestSiftKernel());
   ~SiftExtractor();
 
-  // `photo` is 8-bit BGR with its pixels as stored. A photo without texture has no keypoints.
-  LocalFeatures Extract(const cv::Mat& photo, int threads = 1);
+  // `photo` is 8-bit BGR with its pixels as stored, both sides divided by `reduction`. A photo
+  // without texture has no keypoints.
+  LocalFeatures Extract(const cv::Mat& photo, int threads = 1, int reduction = 1);
+
+  const SiftOptions& options() const { return options_; }
 
  private:
   const SiftOptions options_;

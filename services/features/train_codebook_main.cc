@@ -35,8 +35,8 @@ void Describe(skein::PhotoDecoder* decoder, const std::string& path, int num_vie
     std::fprintf(stderr, "skipped %s: %s\n", path.c_str(), photo.error().c_str());
     return;
   }
-  features->push_back(skein::ExtractSift(*photo, sift));
-  const cv::Mat small = skein::ShrinkTo(*photo, sift.max_image_px);
+  features->push_back(skein::ExtractSift(photo->image, sift));
+  const cv::Mat small = skein::ShrinkTo(photo->image, sift.max_image_px);
   for (int view = 0; view < num_views; ++view) {
     features->push_back(skein::ExtractSift(skein::AugmentPhoto(small, seed + view), sift));
   }
