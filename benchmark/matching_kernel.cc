@@ -86,8 +86,7 @@ int main(int argc, char** argv) {
                 type == CV_8U ? "OpenCV BFMatcher uint8" : "OpenCV BFMatcher float", ms);
     opencv_ms = std::min(opencv_ms, ms);
   }
-  for (const auto version : {skein::KernelVersion::kPortable, skein::KernelVersion::kAvx2,
-                             skein::KernelVersion::kAvx512Vnni}) {
+  for (const skein::KernelVersion version : skein::kKernelVersions) {
     if (!skein::IsKernelSupported(version)) continue;
     skein::MatchOptions options;
     options.kernel = version;

@@ -158,8 +158,7 @@ TEST_F(Guided, EqualsReferenceWithEachKernel) {
   const auto expected = Reference(a, b, F, options);
   EXPECT_GE(expected.size(), 180u);
   EXPECT_LE(expected.size(), 260u);
-  for (const auto kernel :
-       {KernelVersion::kPortable, KernelVersion::kAvx2, KernelVersion::kAvx512Vnni}) {
+  for (const KernelVersion kernel : kKernelVersions) {
     if (!IsKernelSupported(kernel)) continue;
     options.kernel = kernel;
     EXPECT_EQ(GuidedMatcher(options).Match(a, b, F), expected) << KernelName(kernel);

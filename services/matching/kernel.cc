@@ -1,5 +1,11 @@
 #include "matching/kernel.h"
 
+#if defined(__x86_64__)
+#include <cpuid.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -19,18 +25,22 @@ constexpr int32_t kMaxDistanceSq = kDescriptorDim * 255 * 255;
 constexpr int32_t kNoDistance = std::numeric_limits<int32_t>::max();
 constexpr double kRatioUnit = 1e6;
 
+using Element = KernelFormat::Element;
+
 int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
 
 KernelFormat FormatOf(KernelVersion version) {
   switch (version) {
 #if defined(__x86_64__)
     case KernelVersion::kAvx512Vnni:
-      return {16, kAvx512PanelColumns, 4, true, ProcessBlockAvx512Vnni};
+      return {16, kAvx512PanelColumns, 4, Element::kSigned8, ProcessBlockAvx512Vnni};
+    case KernelVersion::kAmx:
+      return {16, kAvx512PanelColumns, 4, Element::kUnsigned8, ProcessBlockAmx};
     case KernelVersion::kAvx2:
-      return {8, kAvx2PanelColumns, 2, false, ProcessBlockAvx2};
+      return {8, kAvx2PanelColumns, 2, Element::kInt16, ProcessBlockAvx2};
 #endif
     default:
-      return {1, kPortablePanelColumns, kDescriptorDim, false, ProcessBlockPortable};
+      return {1, kPortablePanelColumns, kDescriptorDim, Element::kInt16, ProcessBlockPortable};
   }
 }
 
@@ -104,6 +114,23 @@ class NearestTest {
   int32_t max_distance_sq_;
 };
 
+#if defined(__x86_64__)
+// By CPUID, leaf 7, EDX: bit 24 AMX-TILE, 25 AMX-INT8.
+bool HasAmx() {
+  unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
+  constexpr unsigned kTileAndInt8 = 3U << 24;
+  return __get_cpuid_count(7, 0, &eax, &ebx, &ecx, &edx) != 0 &&
+         (edx & kTileAndInt8) == kTileAndInt8;
+}
+
+// Linux lets a process use tiles only after it has asked (Documentation/arch/x86/xstate.rst).
+bool MayUseTiles() {
+  constexpr int kRequestPermission = 0x1023;  // ARCH_REQ_XCOMP_PERM
+  constexpr int kTileData = 18;               // XFEATURE_XTILEDATA
+  return syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+}
+#endif
+
 }  // namespace
 
 std::string KernelName(KernelVersion version) {
@@ -114,12 +141,18 @@ std::string KernelName(KernelVersion version) {
       return "avx2";
     case KernelVersion::kAvx512Vnni:
       return "avx512vnni";
+    case KernelVersion::kAmx:
+      return "amx";
   }
   throw std::invalid_argument("unknown kernel version");
 }
 
 bool IsKernelSupported(KernelVersion version) {
 #if defined(__x86_64__)
+  if (version == KernelVersion::kAmx) {
+    static const bool is_permitted = HasAmx() && MayUseTiles();
+    return is_permitted && IsKernelSupported(KernelVersion::kAvx512Vnni);
+  }
   if (version == KernelVersion::kAvx512Vnni) {
     return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
            __builtin_cpu_supports("avx512vnni");
@@ -130,10 +163,7 @@ bool IsKernelSupported(KernelVersion version) {
 }
 
 KernelVersion FastestKernel() {
-  for (const KernelVersion version : {KernelVersion::kAvx512Vnni, KernelVersion::kAvx2}) {
-    if (IsKernelSupported(version)) return version;
-  }
-  return KernelVersion::kPortable;
+  return *std::find_if(kKernelVersions.rbegin(), kKernelVersions.rend(), IsKernelSupported);
 }
 
 void DotProducts(KernelVersion version, const uint8_t* a, const uint8_t* descriptors,
@@ -143,6 +173,7 @@ void DotProducts(KernelVersion version, const uint8_t* a, const uint8_t* descrip
                      dots->data()};
   switch (version) {
 #if defined(__x86_64__)
+    case KernelVersion::kAmx:
     case KernelVersion::kAvx512Vnni:
       return ProcessDotsAvx512Vnni(task);
     case KernelVersion::kAvx2:
@@ -185,12 +216,16 @@ class DescriptorMatcher::Workspace {
   const std::vector<Nearest>& columns() const { return columns_; }
 
  private:
-  size_t ElementBytes() const { return format_.rows_signed8 ? 1 : 2; }
+  size_t ElementBytes() const { return format_.element == Element::kInt16 ? 2 : 1; }
 
   void PackRows(const DescriptorView& view) {
     const size_t size = static_cast<size_t>(view.count) * kDescriptorDim;
-    packed_rows_.Resize(size * ElementBytes());
-    if (format_.rows_signed8) {
+    const size_t padded = static_cast<size_t>(RoundUp(view.count, kAmxTileRows)) * kDescriptorDim;
+    packed_rows_.Resize(padded * ElementBytes());
+    if (format_.element == Element::kUnsigned8) {
+      std::copy(view.data, view.data + size, packed_rows_.data());
+      std::fill(packed_rows_.data() + size, packed_rows_.data() + padded, 0);
+    } else if (format_.element == Element::kSigned8) {
       for (size_t i = 0; i < size; ++i) packed_rows_.data()[i] = view.data[i] ^ 0x80;
     } else {
       int16_t* wide = reinterpret_cast<int16_t*>(packed_rows_.data());
@@ -212,12 +247,13 @@ class DescriptorMatcher::Workspace {
       const uint8_t* descriptor = j < view.count ? view.data + kDescriptorDim * size_t(j) : nullptr;
       const int32_t norm_sq = descriptor ? NormSq(descriptor) : kPaddingNormSq;
       column_keys_.data()[j] = norm_sq * 256 + j / format_.lanes % kBlockVectors;
-      column_offset_.data()[j] = descriptor && format_.rows_signed8 ? 128 * Sum(descriptor) : 0;
+      column_offset_.data()[j] =
+          descriptor && format_.element == Element::kSigned8 ? 128 * Sum(descriptor) : 0;
       if (!descriptor) continue;
-      if (format_.rows_signed8) {
-        PackColumn(descriptor, j, packed_columns_.data());
-      } else {
+      if (format_.element == Element::kInt16) {
         PackColumn(descriptor, j, reinterpret_cast<int16_t*>(packed_columns_.data()));
+      } else {
+        PackColumn(descriptor, j, packed_columns_.data());
       }
     }
   }

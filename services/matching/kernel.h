@@ -13,6 +13,7 @@
 //    has one descriptor) passes.
 //  - distance^2 <= max_distance_sq.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -39,12 +40,16 @@ struct IndexPair {
   }
 };
 
-enum class KernelVersion { kPortable, kAvx2, kAvx512Vnni };
+enum class KernelVersion { kPortable, kAvx2, kAvx512Vnni, kAmx };
+constexpr std::array<KernelVersion, 4> kKernelVersions = {
+    KernelVersion::kPortable, KernelVersion::kAvx2, KernelVersion::kAvx512Vnni,
+    KernelVersion::kAmx};  // the slowest first
 
-// "portable", "avx2", "avx512vnni".
+// "portable", "avx2", "avx512vnni", "amx".
 std::string KernelName(KernelVersion version);
 
-// Whether this processor and operating system run it.
+// Whether this processor and operating system run it. Of AMX the kernel is asked for permission
+// once, for the whole process.
 bool IsKernelSupported(KernelVersion version);
 
 // The fastest one supported here.

@@ -40,7 +40,8 @@ struct KernelFormat {
   int lanes;          // columns in a vector
   int panel_columns;  // columns in a panel, a multiple of lanes
   int group;          // dimensions of one column that lie together in a panel
-  bool rows_signed8;  // rows int8 (a - 128) and columns uint8; else both int16
+  // What rows and columns consist of. kSigned8: rows int8 (a - 128), columns uint8.
+  enum class Element { kInt16, kSigned8, kUnsigned8 } element;
   void (*process)(const BlockTask& task);
 };
 
@@ -65,5 +66,8 @@ void ProcessDotsAvx2(const DotTask& task);
 constexpr int kAvx512PanelColumns = 64;
 void ProcessBlockAvx512Vnni(const BlockTask& task);
 void ProcessDotsAvx512Vnni(const DotTask& task);
+
+constexpr int kAmxTileRows = 16;  // rows are read in such groups: the last one is filled up
+void ProcessBlockAmx(const BlockTask& task);
 
 }  // namespace skein

@@ -239,9 +239,7 @@ TEST_P(Kernel, RefusesBrokenInput) {
   EXPECT_THROW(matcher.Match({nullptr, 0}, {nullptr, -1}), std::invalid_argument);
 }
 
-INSTANTIATE_TEST_SUITE_P(Versions, Kernel,
-                         testing::Values(KernelVersion::kPortable, KernelVersion::kAvx2,
-                                         KernelVersion::kAvx512Vnni),
+INSTANTIATE_TEST_SUITE_P(Versions, Kernel, testing::ValuesIn(kKernelVersions),
                          [](const auto& info) { return KernelName(info.param); });
 
 TEST(MatchOptions, RefusesNonsense) {

@@ -16,8 +16,7 @@ std::string NameOf(KernelVersion kernel) {
 }
 
 KernelVersion KernelOf(const std::string& name) {
-  for (const auto kernel :
-       {KernelVersion::kPortable, KernelVersion::kAvx2, KernelVersion::kAvx512Vnni}) {
+  for (const KernelVersion kernel : kKernelVersions) {
     if (KernelName(kernel) == name) return kernel;
   }
   return FastestKernel();
@@ -41,10 +40,10 @@ void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
             "Look at a pair's coarsest features first, then match the others along their geometry; "
             "off: all features with all");
   AddChoice(
-      app, "kernel", {kFastest, "portable", "avx2", "avx512vnni"},
+      app, "kernel", {kFastest, "portable", "avx2", "avx512vnni", "amx"},
       [&matching] { return NameOf(matching.kernel); },
       [&matching](const std::string& name) { matching.kernel = KernelOf(name); },
-      "Matching kernel: the fastest that the processor has, portable, avx2 or avx512vnni");
+      "Matching kernel: the fastest that the processor has, portable, avx2, avx512vnni or amx");
   app.add_option("--max-ratio", matching.max_ratio,
                  "Lowe's, of the distances to the nearest and the second descriptor; 0: no test");
   app.add_option("--max-error", two_view.max_error_px,
