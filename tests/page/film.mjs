@@ -1,0 +1,19 @@
+// A picture of the live view every few seconds, until its standard input ends: node film.mjs URL FOLDER PERIOD_S
+import { join } from 'node:path';
+import { openBrowser } from './browser.mjs';
+
+const [url, folder, periodS] = process.argv.slice(2);
+let goesOn = true;
+process.stdin.on('end', () => (goesOn = false)).resume();
+
+const browser = await openBrowser({ width: 960, height: 600 });
+await browser.page.goto(url);
+await browser.until('the page is connected', (s) => s.connected && s.synced);
+for (let n = 0; goesOn; ++n) {
+  const next = Date.now() + periodS * 1000;
+  await browser.page.screenshot({ path: join(folder, `${String(n).padStart(5, '0')}.png`) });
+  while (goesOn && Date.now() < next) await new Promise((r) => setTimeout(r, 50));
+}
+await browser.rest();
+await browser.page.screenshot({ path: join(folder, '99999.png') });
+await browser.close();
