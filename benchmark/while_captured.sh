@@ -2,7 +2,7 @@
 # How far the map is while it is photographed: latency of photos that come at a camera's pace, and the
 # position error of the models before finish beside that after it.
 #
-#   benchmark/while_captured.sh [--datasets DIR] [--places "LIST"] [--rate HZ] [--background "LIST"] [--keep DIR]
+#   benchmark/while_captured.sh [--datasets DIR] [--places "LIST"] [--rate HZ] [--background "LIST"] [--keep DIR] [--picture FILE]
 #
 #   --datasets DIR   holds fountain-P11 and south-building (default: ../shared/datasets beside the
 #                    tree; a set that is absent is left out)
@@ -11,6 +11,8 @@
 #   --background "LIST"  with global BA in the background (on), without it (off), or "on off": then the
 #                    latencies' ratio is printed, too (default on)
 #   --keep DIR       keeps the sessions there
+#   --picture FILE.png  draws where the time from photo to pose went: of each run the median of each
+#                    stage, its work dark, waiting, transfer and commit pale (needs gnuplot)
 #
 # Latency: from ingest's receipt of a photo to ingest's commit of its registration, of the photos
 # that are registered in the end (initial pairs included).
@@ -20,8 +22,8 @@
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
-datasets=$SKEIN_ROOT/../shared/datasets places="synthetic fountain south-building" rate=0.33 background=on keep=''
-take_options "datasets places rate background keep" "$@"
+datasets=$SKEIN_ROOT/../shared/datasets places="synthetic fountain south-building" rate=0.33 background=on keep='' picture=''
+take_options "datasets places rate background keep picture" "$@"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
@@ -78,6 +80,9 @@ report() {
     | "| \($name) | \($background) | \($n.registered)/\($n.received) | \($in_time * 1000 | round / 10) % | \($latency | "\(at(.5)) / \(at(.95)) / \(at(.99))") | \($before) | \($after) |",
       ($in_time >= 0.9 and $before <= 2 * $after), ($latency | at(.95))' "$session/report.json" >"$session.row"
   head -n 1 "$session.row"
+  # name, then of each stage what was not work and what was
+  jq -r --arg name "$name, background $2" '[$name, (.latency_s.stages[] | (.work_p50 // 0) as $work | ([.p50 - $work, 0] | max), $work)] | @csv' \
+    "$session/report.json" >>"$workspace/stages.csv"
   echo "  memory: $(<"$session.memory")" >&2
   [[ $(sed -n 2p "$session.row") == true ]] || { broken=1; warn "$name, background $2, is beyond a limit"; }
 }
@@ -90,6 +95,28 @@ compare() {
   jq -en "$ratio <= 1.2" >/dev/null || { broken=1; warn "$1: background BA delays poses"; }
 }
 
+draw_stages() {
+  command -v gnuplot >/dev/null || { warn "no gnuplot: no picture"; return; }
+  gnuplot <<PLOT
+set datafile separator ','
+set terminal pngcairo size 900,420
+set output '$picture'
+set style data histograms
+set style histogram rowstacked
+set style fill solid noborder
+set boxwidth 0.6
+set ylabel 's, median of each stage'
+set yrange [0:]
+set grid ytics
+set key outside right reverse Left
+plot '$workspace/stages.csv' using 2:xtic(1) title 'ingest' lc rgb '#9e9e9e', \
+  '' using 4 title 'to features' lc rgb '#bbdefb', '' using 5 title 'features, work' lc rgb '#1976d2', \
+  '' using 6 title 'to retrieval' lc rgb '#d1c4e9', '' using 7 title 'retrieval, work' lc rgb '#512da8', \
+  '' using 8 title 'to matching' lc rgb '#c8e6c9', '' using 9 title 'matching, work' lc rgb '#388e3c', \
+  '' using 10 title 'to mapper' lc rgb '#ffe0b2', '' using 11 title 'mapper, work' lc rgb '#f57c00'
+PLOT
+}
+
 echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD), $rate photos a second"
 echo '| photos | background BA | registered | pose within 3 s | latency p50 / p95 / p99, s | position RMSE before finish, % of extent | after |'
 echo '|---|---|---|---|---|---|---|'
@@ -98,4 +125,5 @@ for name in $places; do
   for mode in $background; do row "$name" "$mode"; done
   [[ $background != "on off" ]] || compare "$name"
 done
+[[ -z $picture ]] || draw_stages
 exit "$broken"

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <vector>
 
-#include "core/statistics.h"
 #include "photo/photo_name.h"
 #include "session/diagnosis.h"
 #include "session/guidance_json.h"
@@ -212,6 +211,21 @@ std::string FormatMerges(const json& merges, const json& ended) {
 }
 
 // The last of a list of photos, each with what went wrong.
+// "  median by stage   ingest 0.10   features 0.42 (work 0.36)   ..."
+std::string FormatStages(const json& stages) {
+  std::string text = "  median by stage";
+  for (const json& stage : stages) {
+    char part[80];
+    std::snprintf(part, sizeof(part), "   %s %.2f", stage["stage"].get<std::string>().c_str(),
+                  stage["p50"].get<double>());
+    text += part;
+    if (stage["work_p50"].is_null()) continue;
+    std::snprintf(part, sizeof(part), " (work %.2f)", stage["work_p50"].get<double>());
+    text += part;
+  }
+  return text + "\n";
+}
+
 std::string FormatPhotos(const json& photos) {
   std::string text;
   const size_t hidden = photos.size() > kMaxPhotosShown ? photos.size() - kMaxPhotosShown : 0;
@@ -231,14 +245,10 @@ std::string FormatPhotos(const json& photos) {
 
 json MakeStatus(const StatusInput& input) {
   const SessionState& state = input.session.state;
-  const std::vector<double> latency = PhotoToPoseSeconds(input.session);
   return {{"session_id", input.session_id},
           {"ledger", state.head()},
           {"images", ImagesOf(input.session)},
-          {"latency_s",
-           {{"p50", percentile(latency, 50)},
-            {"p95", percentile(latency, 95)},
-            {"p99", percentile(latency, 99)}}},
+          {"latency_s", LatencyPart(input.session)},
           {"retrieval", RetrievalPart(input.session.history)},
           {"finishing", state.finishing()},
           {"instances", InstancesOf(input)},
@@ -261,6 +271,7 @@ std::string FormatStatus(const json& status) {
                images["failed"].get<long long>());
   text += Line("photo to pose  p50 %.2f s   p95 %.2f s   p99 %.2f s", latency["p50"].get<double>(),
                latency["p95"].get<double>(), latency["p99"].get<double>());
+  text += FormatStages(latency["stages"]);
   const json& retrieval = status["retrieval"];
   text += Line(
       "retrieval  %.2f ms a photo   %lld candidates, %lld verified   pairs: %lld matched, "

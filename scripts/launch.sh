@@ -28,6 +28,8 @@
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
 #   --guide on|off  tells how complete each place is and what to photograph next (default on)
+#   --target-gsd MM  millimetres of the surface that a pixel may cover, for what is told of completeness
+#                   where GPS gives the scale (default: twice that of the median point)
 #   --web PORT      the live view, in a browser of this host (default 8470; the next free one where it is
 #                   taken; 0: none)
 #   --web-public HOST  the live view and the phone's page for others, too, over TLS: HOST is this host's
@@ -55,7 +57,7 @@ cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url='' watch_url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
-retrieval_options=() matching_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0 guide=on
+retrieval_options=() matching_options=() ingest_options=() guide_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0 guide=on
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
 need_port() { need_count "$1" "$2"; ((10#$2 > 0 && 10#$2 < 65536)) || usage_error "$1 $2: a port is 1 to 65535"; }
@@ -67,7 +69,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --guide | --web | --web-public | --web-public-port | --web-plain)
+    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --guide | --target-gsd | --web | --web-public | --web-public-port | --web-plain)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --join) join=$2; shift ;;
@@ -83,6 +85,7 @@ while (($#)); do
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
     --guide) guide=$2; [[ $guide == on || $guide == off ]] || usage_error "--guide needs on or off, not '$guide'"; shift ;;
+    --target-gsd) [[ $2 =~ ^[0-9]+(\.[0-9]+)?$ ]] || usage_error "$1 needs millimetres, not '$2'"; ingest_options+=(--target-gsd "$2"); guide_options+=(--target-gsd "$2"); shift ;;
     --web) need_count "$1" "$2"; web_port=$((10#$2)); ((web_port < 65536)) || usage_error "--web $2: a port is at most 65535"; shift ;;
     --web-public) web_host=$2; [[ $web_host =~ ^[A-Za-z0-9.:-]+$ ]] || usage_error "--web-public: give this host's address or name, not '$2'"; shift ;;
     --web-public-port) need_port "$1" "$2"; web_public_port=$((10#$2)); shift ;;
@@ -419,10 +422,10 @@ stop_leftovers
 add_relays
 await_ready "${instances[@]}"
 if [[ -z $join ]]; then
-  add_service ingest ingest
+  add_service ingest ingest "${ingest_options[@]}"
   add_service retrieval retrieval "${retrieval_options[@]}"
   add_service merger merger "${merger_options[@]}"
-  [[ $guide == off ]] || add_service guide guide
+  [[ $guide == off ]] || add_service guide guide "${guide_options[@]}"
   add_web
 fi
 add_workers features "$features" "${features_options[@]}"

@@ -29,6 +29,11 @@ struct QualityOptions {
   Status Check() const;
 };
 
+// QualityOptions::target_gsd of so many millimetres a pixel.
+inline double TargetGsd(double target_gsd_mm, double metres_per_unit) {
+  return target_gsd_mm / 1000 / metres_per_unit;
+}
+
 // A photo as one surfel sees it.
 struct ViewOfSurfel {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // unit, from the surfel to the camera

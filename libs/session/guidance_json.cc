@@ -3,6 +3,9 @@
 #include <array>
 #include <string>
 
+#include "core/finite.h"
+#include "ledger/facts.h"
+
 namespace skein {
 namespace {
 
@@ -33,10 +36,25 @@ json StationJson(const station_t& station) {
 
 }  // namespace
 
-json GuidanceJson(const guidance_t& guidance) {
-  return {{"submap", guidance.submap_id},
-          {"version", guidance.version},
-          {"photos", guidance.num_photos},
+guidance_t ToMessage(const PlaceSummary& place, double metres_per_unit) {
+  const Completeness& completeness = place.completeness;
+  guidance_t message{};
+  message.num_photos = static_cast<int32_t>(place.num_photos);
+  message.num_surfels = static_cast<int32_t>(place.num_surfels);
+  message.num_open = static_cast<int32_t>(place.num_open);
+  message.area = FiniteOrZero(completeness.area);
+  message.good_share = static_cast<float>(FiniteOrZero(completeness.good_share));
+  message.open_share = static_cast<float>(FiniteOrZero(completeness.open_share));
+  message.median_sigma = FiniteOrZero(completeness.median_sigma);
+  message.target_gsd = FiniteOrZero(completeness.target_gsd);
+  message.metres_per_unit = FiniteOrZero(metres_per_unit);
+  message.verdict = static_cast<int8_t>(place.verdict);
+  message.sentence = ClampText(place.sentence);
+  return message;
+}
+
+json PlaceJson(const guidance_t& guidance) {
+  return {{"photos", guidance.num_photos},
           {"surfels", guidance.num_surfels},
           {"open", guidance.num_open},
           {"area", guidance.area},
@@ -47,6 +65,13 @@ json GuidanceJson(const guidance_t& guidance) {
           {"metres_per_unit", guidance.metres_per_unit},
           {"verdict", NameOf(kVerdicts, guidance.verdict)},
           {"sentence", guidance.sentence}};
+}
+
+json GuidanceJson(const guidance_t& guidance) {
+  json told = PlaceJson(guidance);
+  told["submap"] = guidance.submap_id;
+  told["version"] = guidance.version;
+  return told;
 }
 
 json AdviceJson(const advice_t& advice) {

@@ -1,15 +1,22 @@
-// What the guide tells, as JSON for commands and the page.
+// What is said of a place and what the guide tells, as messages and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
 
+#include "guidance/place_summary.h"
 #include "skein/advice_t.hpp"
 #include "skein/guidance_t.hpp"
 
 namespace skein {
 
-// {submap, version, photos, surfels, open, area, good_share, open_share, median_sigma, target_gsd,
-//  metres_per_unit, verdict: growing|weak|nearly|complete, sentence}
+// The submap, its version and the author are the caller's to fill in. metres_per_unit: 0, not
+// known.
+guidance_t ToMessage(const PlaceSummary& place, double metres_per_unit);
+
+// {photos, surfels, open, area, good_share, open_share, median_sigma, target_gsd, metres_per_unit,
+//  verdict: growing|weak|nearly|complete, sentence}; of a guidance with its submap and version,
+//  too.
+nlohmann::json PlaceJson(const guidance_t& guidance);
 nlohmann::json GuidanceJson(const guidance_t& guidance);
 
 // {agent, submap, version, last_photo, working_distance, metres_per_unit,

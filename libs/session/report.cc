@@ -1,6 +1,7 @@
 #include "session/report.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -166,6 +167,38 @@ std::vector<double> PhotoToPoseSeconds(const SessionRecord& session) {
   return seconds;
 }
 
+json LatencyPart(const SessionRecord& session) {
+  std::array<std::vector<double>, kPhotoStages.size()> spans, works;
+  for (const auto& [id, path] : session.history.paths()) {
+    const bool is_whole = std::all_of(path.end_utime_us.begin(), path.end_utime_us.end(),
+                                      [](int64_t utime_us) { return utime_us != 0; });
+    if (!is_whole) continue;
+    int64_t from_us = path.received_utime_us;
+    for (size_t i = 0; i < kPhotoStages.size(); ++i) {
+      spans[i].push_back(SecondsBetween(from_us, path.end_utime_us[i]));
+      works[i].push_back(path.work_s[i]);
+      from_us = path.end_utime_us[i];
+    }
+  }
+  json stages = json::array();
+  for (size_t i = 0; i < kPhotoStages.size(); ++i) {
+    const bool tells_work = i != static_cast<size_t>(PhotoStage::kIngest);
+    const auto work = [&](double percent) {
+      return tells_work ? json(percentile(works[i], percent)) : json(nullptr);
+    };
+    stages.push_back({{"stage", kPhotoStages[i]},
+                      {"p50", percentile(spans[i], 50)},
+                      {"p95", percentile(spans[i], 95)},
+                      {"work_p50", work(50)},
+                      {"work_p95", work(95)}});
+  }
+  const std::vector<double> latency = PhotoToPoseSeconds(session);
+  return {{"p50", percentile(latency, 50)},
+          {"p95", percentile(latency, 95)},
+          {"p99", percentile(latency, 99)},
+          {"stages", std::move(stages)}};
+}
+
 json RetrievalPart(const SessionHistory& history) {
   const RetrievalCounts& counts = history.retrieval();
   const auto found = history.times().by_stage.find("retrieval");
@@ -180,7 +213,6 @@ json RetrievalPart(const SessionHistory& history) {
 
 json MakeReport(const SessionRecord& session, int64_t num_duplicates, int64_t done_utime_us) {
   const SessionState& state = session.state;
-  const std::vector<double> latency = PhotoToPoseSeconds(session);
   const int64_t start = FirstReceived(state);
   json report = {{"format", "skein-report"},
                  {"version", 1},
@@ -188,10 +220,7 @@ json MakeReport(const SessionRecord& session, int64_t num_duplicates, int64_t do
                                        session.history.num_placements())},
                  {"submaps", SubmapsPart(state)},
                  {"merges", MergesPart(state)},
-                 {"latency_s",
-                  {{"p50", percentile(latency, 50)},
-                   {"p95", percentile(latency, 95)},
-                   {"p99", percentile(latency, 99)}}},
+                 {"latency_s", LatencyPart(session)},
                  {"wall_s", start == 0 ? 0.0 : SecondsBetween(start, done_utime_us)},
                  {"finish_s", SecondsBetween(state.finish().requested_utime_us, done_utime_us)},
                  {"retrieval", RetrievalPart(session.history)},

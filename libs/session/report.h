@@ -22,6 +22,13 @@ PhotoCounts CountPhotos(const SessionRecord& session, int64_t num_duplicates);
 // registration, in the order of photos.
 std::vector<double> PhotoToPoseSeconds(const SessionRecord& session);
 
+// {p50, p95, p99, stages: [{stage, p50, p95, work_p50, work_p95}]}
+//
+// Seconds of the photos that are registered: from ingest's receipt to the commit of the first
+// registration. A stage (PhotoStage) begins when the one before has ended. What of it is not work
+// is waiting for a free worker, transfer and commit. work: null where no fact tells it.
+nlohmann::json LatencyPart(const SessionRecord& session);
+
 // [{image, cause, reason, remedy}] of the photos that are in no submap, those on their way
 // included.
 nlohmann::json DeferredPart(const SessionState& state);

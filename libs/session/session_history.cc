@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/finite.h"
 #include "ledger/fact_ids.h"
 
 namespace skein {
@@ -52,7 +53,18 @@ const failure_t* SessionHistory::FindFailure(const std::string& fact_id) const {
   return found == failure_by_id_.end() ? nullptr : &failures_.at(found->second);
 }
 
+// A stage that is done again, after a crash, ended the first time.
+void SessionHistory::EndStage(int64_t image_id, PhotoStage stage, int64_t utime_us, float work_s) {
+  PhotoPath& path = paths_[image_id];
+  const auto index = static_cast<size_t>(stage);
+  if (path.end_utime_us[index] != 0) return;
+  path.end_utime_us[index] = utime_us;
+  path.work_s[index] = FiniteOrZero(work_s);
+}
+
 void SessionHistory::ApplyFact(const image_t& fact) {
+  paths_[fact.image_id].received_utime_us = fact.received_utime_us;
+  EndStage(fact.image_id, PhotoStage::kIngest, fact.header.utime_us, 0);
   image_by_blob_[fact.blob_id] = fact.image_id;
   AddTime("ingest", static_cast<float>(fact.header.utime_us - fact.received_utime_us) * 1e-6f);
   ForgetVanished(fact.blob_id);
@@ -70,12 +82,16 @@ void SessionHistory::ForgetVanished(const std::string& blob_id) {
 }
 
 void SessionHistory::ApplyFact(const features_t& fact) {
+  EndStage(fact.image_id, PhotoStage::kFeatures, fact.header.utime_us,
+           fact.local_s + fact.global_s);
   AddTime("features", fact.local_s + fact.global_s);
   AddTime("features.local", fact.local_s);
   AddTime("features.global", fact.global_s);
 }
 
 void SessionHistory::ApplyFact(const candidates_t& fact) {
+  EndStage(fact.image_id, PhotoStage::kRetrieval, fact.header.utime_us,
+           fact.insert_s + fact.query_s);
   unmatched_candidates_[fact.image_id] = fact.other_ids;
   AddTime("retrieval", fact.insert_s + fact.query_s);
   AddTime("retrieval.insert", fact.insert_s);
@@ -97,6 +113,8 @@ void SessionHistory::CountHits(const matches_t& fact) {
 
 void SessionHistory::ApplyFact(const matches_t& fact) {
   CountHits(fact);
+  EndStage(fact.image_id, PhotoStage::kMatching, fact.header.utime_us,
+           fact.match_s + fact.verify_s);
   AddTime("matching", fact.match_s + fact.verify_s);
   AddTime("matching.match", fact.match_s);
   AddTime("matching.verify", fact.verify_s);
@@ -104,6 +122,7 @@ void SessionHistory::ApplyFact(const matches_t& fact) {
 
 void SessionHistory::ApplyFact(const registration_t& fact) {
   if (fact.state != registration_t::REGISTERED) return;
+  EndStage(fact.image_id, PhotoStage::kMapper, fact.header.utime_us, std::max(fact.total_s, 0.F));
   first_registrations_.try_emplace(fact.image_id,
                                    FirstRegistration{fact.header.utime_us, fact.submap_id});
   if (fact.total_s <= 0) return;  // it came with a merged submap

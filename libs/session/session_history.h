@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -27,6 +28,19 @@ struct StageTimes {
   std::map<std::string, std::vector<float>> by_stage;
 };
 
+// What happens to each photo, in this order. Each stage ends when ingest commits its fact.
+enum class PhotoStage { kIngest, kFeatures, kRetrieval, kMatching, kMapper };
+constexpr std::array<const char*, 5> kPhotoStages = {"ingest", "features", "retrieval", "matching",
+                                                     "mapper"};
+
+// When one photo was through each stage, and for how long somebody worked at it there.
+struct PhotoPath {
+  int64_t received_utime_us = 0;
+  std::array<int64_t, kPhotoStages.size()>
+      end_utime_us{};                               // 0: not yet. Mapper: first registration
+  std::array<float, kPhotoStages.size()> work_s{};  // 0: not known
+};
+
 // What a service ran with: instances with one text and version together.
 struct Configuration {
   std::string service;
@@ -52,6 +66,8 @@ class SessionHistory {
   // seq of the fact with that id, 0 if there is none.
   int64_t FindFact(const std::string& fact_id) const;
   int64_t FindImageByBlob(const std::string& blob_id) const;  // 0 if none
+  // By photo.
+  const std::unordered_map<int64_t, PhotoPath>& paths() const { return paths_; }
   // Null if it was never registered.
   const FirstRegistration* FindFirstRegistration(int64_t image_id) const;
 
@@ -88,6 +104,7 @@ class SessionHistory {
   void ApplyFact(const T&) {}
   void CountHits(const matches_t& fact);
   void ForgetVanished(const std::string& blob_id);
+  void EndStage(int64_t image_id, PhotoStage stage, int64_t utime_us, float work_s);
   void AddTime(const std::string& stage, float seconds) {
     times_.by_stage[stage].push_back(seconds);
   }
@@ -95,8 +112,9 @@ class SessionHistory {
   std::unordered_map<std::string, int64_t> fact_ids_;
   std::unordered_map<std::string, int64_t> image_by_blob_;
   std::unordered_map<int64_t, FirstRegistration> first_registrations_;  // by photo
-  std::set<std::pair<int64_t, int64_t>> placements_;                    // photo, submap
-  std::map<int64_t, failure_t> failures_;                               // by seq
+  std::unordered_map<int64_t, PhotoPath> paths_;
+  std::set<std::pair<int64_t, int64_t>> placements_;  // photo, submap
+  std::map<int64_t, failure_t> failures_;             // by seq
   std::unordered_map<std::string, int64_t> failure_by_id_;
   // Of agents that vanished: fact ids by the content that they were sending.
   std::unordered_map<std::string, std::vector<std::string>> vanished_;

@@ -1,16 +1,11 @@
 #include "session/session_state.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
+#include "core/finite.h"
+
 namespace skein {
-namespace {
-
-// For what pairs are sorted by: no order holds with a value that is none.
-float FiniteOrZero(float value) { return std::isfinite(value) ? value : 0; }
-
-}  // namespace
 
 std::string MergedReason(int64_t target_id) {
   return "merged into submap " + std::to_string(target_id);

@@ -22,7 +22,7 @@ struct Agent {
   int64_t sent = 0, placed = 0, last_utime_us = 0;
 };
 
-json LatencyPart(const SessionRecord& session) {
+json RoundedLatency(const SessionRecord& session) {
   const std::vector<double> seconds = PhotoToPoseSeconds(session);
   if (seconds.empty()) return {{"p50", nullptr}, {"p95", nullptr}, {"last", nullptr}};
   return {{"p50", Rounded(percentile(seconds, 50), kSecondsDigits)},
@@ -131,7 +131,7 @@ std::string StatusMessage(const SessionRecord& session, const HeardProcesses& pr
                {"diagnoses", DiagnosesPart(state)},
                {"guidance", GuidancePart(state, guidance)},
                {"advice", AdvicePart(state, guidance)},
-               {"latency", LatencyPart(session)},
+               {"latency", RoundedLatency(session)},
                {"agents", std::move(agents_part)},
                {"processes", ProcessesPart(processes, now_s)},
                {"finish", std::move(finish)}})

@@ -171,8 +171,8 @@ void GuideService::OnDone(int64_t submap_id, const Job& job) {
       node_.Publish(kAdviceChannel, message);
       advice_[advice.agent] = std::move(message);
     }
-    LogDebug("submap {}: {} photos, {}; {:.3f} s", submap_id, guidance.num_photos,
-             guidance.sentence, job.seconds);
+    LogDebug("submap {}: {} photos, {}; {:.3f} s", submap_id, guidance.place.num_photos,
+             guidance.place.sentence, job.seconds);
   }
   StartIfDue();
 }

@@ -1,16 +1,13 @@
 #include "guide/messages.h"
 
-#include <algorithm>
-#include <cmath>
-
+#include "core/finite.h"
 #include "ledger/facts.h"
+#include "session/guidance_json.h"
 
 namespace skein {
 namespace {
 
 constexpr size_t kSentenceBytes = 240;
-
-double FiniteOr0(double value) { return std::isfinite(value) ? value : 0; }
 
 station_t ToMessage(const AdvisedStation& advised) {
   const Station& station = advised.station;
@@ -38,21 +35,9 @@ station_t ToMessage(const AdvisedStation& advised) {
 }  // namespace
 
 guidance_t ToMessage(const PlaceGuidance& guidance) {
-  const Completeness& completeness = guidance.completeness;
-  guidance_t message{};
+  guidance_t message = ToMessage(guidance.place, guidance.metres_per_unit);
   message.submap_id = guidance.submap_id;
   message.version = static_cast<int64_t>(guidance.version);
-  message.num_photos = static_cast<int32_t>(guidance.num_photos);
-  message.num_surfels = static_cast<int32_t>(guidance.num_surfels);
-  message.num_open = static_cast<int32_t>(guidance.num_open);
-  message.area = FiniteOr0(completeness.area);
-  message.good_share = static_cast<float>(FiniteOr0(completeness.good_share));
-  message.open_share = static_cast<float>(FiniteOr0(completeness.open_share));
-  message.median_sigma = FiniteOr0(completeness.median_sigma);
-  message.target_gsd = FiniteOr0(completeness.target_gsd);
-  message.metres_per_unit = FiniteOr0(guidance.metres_per_unit);
-  message.verdict = static_cast<int8_t>(guidance.verdict);
-  message.sentence = ClampText(guidance.sentence);
   return message;
 }
 
@@ -62,8 +47,8 @@ advice_t ToMessage(const PlaceGuidance& guidance, const AgentAdvice& advice) {
   message.submap_id = guidance.submap_id;
   message.version = static_cast<int64_t>(guidance.version);
   message.last_image_id = advice.last_image_id;
-  message.working_distance = FiniteOr0(guidance.working_distance);
-  message.metres_per_unit = FiniteOr0(guidance.metres_per_unit);
+  message.working_distance = FiniteOrZero(guidance.working_distance);
+  message.metres_per_unit = FiniteOrZero(guidance.metres_per_unit);
   for (const AdvisedStation& station : advice.stations) {
     message.stations.push_back(ToMessage(station));
     message.num_stations = static_cast<int32_t>(message.stations.size());

@@ -39,18 +39,18 @@ PlaceGuidance MakeGuidance() {
   PlaceGuidance guidance;
   guidance.submap_id = 3;
   guidance.version = 1'700'000'000'000'000;
-  guidance.num_photos = 40;
-  guidance.num_surfels = 800;
-  guidance.num_open = 12;
-  guidance.completeness.area = 55.5;
-  guidance.completeness.good_share = 0.75;
-  guidance.completeness.open_share = 0.125;
-  guidance.completeness.median_sigma = std::numeric_limits<double>::infinity();
-  guidance.completeness.target_gsd = 0.01;
+  guidance.place.num_photos = 40;
+  guidance.place.num_surfels = 800;
+  guidance.place.num_open = 12;
+  guidance.place.completeness.area = 55.5;
+  guidance.place.completeness.good_share = 0.75;
+  guidance.place.completeness.open_share = 0.125;
+  guidance.place.completeness.median_sigma = std::numeric_limits<double>::infinity();
+  guidance.place.completeness.target_gsd = 0.01;
   guidance.working_distance = 5;
   guidance.metres_per_unit = 2.5;
-  guidance.verdict = PlaceVerdict::kWeak;
-  guidance.sentence = "75 % of the surface is good, 12 open borders: keep going";
+  guidance.place.verdict = PlaceVerdict::kWeak;
+  guidance.place.sentence = "75 % of the surface is good, 12 open borders: keep going";
   return guidance;
 }
 
@@ -68,7 +68,7 @@ TEST(GuideMessages, GuidanceRoundTrips) {
   EXPECT_EQ(read.target_gsd, 0.01);
   EXPECT_EQ(read.metres_per_unit, 2.5);
   EXPECT_EQ(read.verdict, +guidance_t::WEAK);
-  EXPECT_EQ(read.sentence, MakeGuidance().sentence);
+  EXPECT_EQ(read.sentence, MakeGuidance().place.sentence);
   EXPECT_EQ(GuidanceJson(read)["verdict"], "weak");
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "guide/sentences.h"
 #include "guide/shape_map.h"
 #include "session/session_state.h"
 
@@ -111,24 +112,15 @@ Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& n
   PlaceGuidance guidance;
   guidance.submap_id = input.shape->submap_id;
   guidance.version = input.shape->version;
-  guidance.num_photos = map.photos.size();
   guidance.metres_per_unit = earth ? earth->enu_from_model.scale : 0;
 
   QualityOptions quality = options.quality;
   if (earth && options.target_gsd_mm > 0) {
-    quality.target_gsd = options.target_gsd_mm / 1000 / guidance.metres_per_unit;
+    quality.target_gsd = TargetGsd(options.target_gsd_mm, guidance.metres_per_unit);
   }
   const PlaceQuality place = AssessPlace(options.surface, quality, map);
-  guidance.completeness = place.completeness;
-  guidance.num_surfels = place.surfels.size();
-  for (size_t i = 0; i < place.surfels.size(); ++i) {
-    guidance.num_open += place.surfels[i].counts && place.surface.surfels[i].open_border ? 1 : 0;
-  }
+  guidance.place = SummarisePlace(quality, place, map.photos.size());
   guidance.working_distance = place.surface.working_distance;
-  guidance.verdict =
-      VerdictOfPlace(quality, place.completeness, guidance.num_photos, guidance.num_surfels);
-  guidance.sentence =
-      PlaceSentence(guidance.verdict, place.completeness, guidance.num_photos, guidance.num_open);
 
   const std::optional<Reach> reach = ReachOf(options, no_go, earth);
   const std::vector<StationSeeker> seekers = SeekersOf(input, agents, map, reach.value_or(Reach()));

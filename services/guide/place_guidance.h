@@ -11,8 +11,8 @@
 
 #include "core/result.h"
 #include "geometry/georeference.h"
+#include "guidance/place_summary.h"
 #include "guide/guide_options.h"
-#include "guide/sentences.h"
 #include "shapes/shape_store.h"
 
 namespace skein {
@@ -46,12 +46,9 @@ struct AgentAdvice {
 struct PlaceGuidance {
   int64_t submap_id = 0;
   uint64_t version = 0;  // of the shape
-  size_t num_photos = 0, num_surfels = 0, num_open = 0;
-  Completeness completeness;
-  double working_distance = 0;  // submap units
-  double metres_per_unit = 0;   // 0: not known
-  PlaceVerdict verdict = PlaceVerdict::kGrowing;
-  std::string sentence;
+  PlaceSummary place;
+  double working_distance = 0;      // submap units
+  double metres_per_unit = 0;       // 0: not known
   std::vector<AgentAdvice> advice;  // of the agents that have a photo in the shape
 };
 

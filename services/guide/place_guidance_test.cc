@@ -31,8 +31,8 @@ TEST(PlaceGuidance, AdvisesEachAgentSomethingElse) {
   const PlaceGuidance guidance = Guide(place);
   EXPECT_EQ(guidance.submap_id, 3);
   EXPECT_EQ(guidance.version, 10u);
-  EXPECT_EQ(guidance.num_photos, 12u);
-  EXPECT_GT(guidance.num_surfels, 50u);
+  EXPECT_EQ(guidance.place.num_photos, 12u);
+  EXPECT_GT(guidance.place.num_surfels, 50u);
   EXPECT_EQ(guidance.metres_per_unit, 0);
   ASSERT_EQ(guidance.advice.size(), 2u);
   EXPECT_EQ(guidance.advice[0].agent, "alice");
@@ -88,10 +88,10 @@ TEST(PlaceGuidance, GpsGivesTheScaleAndTheTarget) {
   options.target_gsd_mm = 30;
   const PlaceGuidance guidance = Guide(Located(3), options);
   EXPECT_NEAR(guidance.metres_per_unit, 3, 0.03);
-  EXPECT_NEAR(guidance.completeness.target_gsd, 0.01, 1e-4);
+  EXPECT_NEAR(guidance.place.completeness.target_gsd, 0.01, 1e-4);
   const PlaceGuidance unknown = Guide(TwoWalks(), options);
   EXPECT_EQ(unknown.metres_per_unit, 0);
-  EXPECT_NE(unknown.completeness.target_gsd, 0.01);
+  EXPECT_NE(unknown.place.completeness.target_gsd, 0.01);
 }
 
 TEST(PlaceGuidance, StationsKeepTheAltitude) {
@@ -131,14 +131,14 @@ TEST(PlaceGuidance, WithoutAPositionLimitsAdviseNothing) {
   const PlaceGuidance guidance = Guide(TwoWalks(), options);
   ASSERT_EQ(guidance.advice.size(), 2u);
   EXPECT_TRUE(guidance.advice[0].stations.empty());
-  EXPECT_GT(guidance.num_surfels, 50u) << "how complete it is is told all the same";
+  EXPECT_GT(guidance.place.num_surfels, 50u) << "how complete it is is told all the same";
 }
 
 TEST(PlaceGuidance, OfNothingSaysSo) {
   TestPlace place;
   place.Photograph("alice", 2);
   const PlaceGuidance guidance = Guide(place);
-  EXPECT_EQ(guidance.verdict, PlaceVerdict::kGrowing);
+  EXPECT_EQ(guidance.place.verdict, PlaceVerdict::kGrowing);
   ASSERT_EQ(guidance.advice.size(), 1u);
   EXPECT_TRUE(guidance.advice[0].stations.empty());
 }

@@ -9,7 +9,6 @@
 namespace skein {
 namespace {
 
-constexpr size_t kMinPhotos = 5, kMinSurfels = 20;  // below it is too early to say
 constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr size_t kMaxParts = 2;  // of an offset: the longest
 constexpr double kMinTurnDeg = 7.5;
@@ -143,31 +142,6 @@ std::string TurnText(const Wording& wording, const CameraPose& near, const Camer
 }
 
 }  // namespace
-
-PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& completeness,
-                            size_t num_photos, size_t num_surfels) {
-  constexpr double kNearlyGood = 0.8, kNearlyClosed = 3;  // of what completeness asks for
-  if (num_photos < kMinPhotos || num_surfels < kMinSurfels) return PlaceVerdict::kGrowing;
-  if (completeness.complete) return PlaceVerdict::kComplete;
-  const bool nearly = completeness.good_share >= kNearlyGood * options.min_good_share &&
-                      completeness.open_share <= kNearlyClosed * options.max_open_share;
-  return nearly ? PlaceVerdict::kNearly : PlaceVerdict::kWeak;
-}
-
-std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness, size_t num_photos,
-                          size_t num_open) {
-  if (verdict == PlaceVerdict::kGrowing) {
-    return "too little to say yet, with " + std::to_string(num_photos) + " photos: keep going";
-  }
-  // Not 100 % where something is missing.
-  const double percent = std::floor(100 * completeness.good_share);
-  std::string text = Number("%.0f", percent) + " % of the surface is good";
-  if (num_open > 0) {
-    text += ", " + std::to_string(num_open) + (num_open == 1 ? " open border" : " open borders");
-  }
-  if (verdict == PlaceVerdict::kComplete) return text + ": complete";
-  return text + (verdict == PlaceVerdict::kNearly ? ": nearly complete" : ": keep going");
-}
 
 std::string StationSentence(const Wording& wording, const std::string& near_name,
                             const CameraPose& near, const Station& station) {

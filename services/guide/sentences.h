@@ -5,20 +5,9 @@
 #include <string>
 
 #include "geometry/sim3_similarity.h"
-#include "guidance/quality.h"
 #include "guidance/stations.h"
 
 namespace skein {
-
-// How complete a place is, in one word. Numbers as guidance_t has them.
-enum class PlaceVerdict : int8_t { kGrowing = 0, kWeak = 1, kNearly = 2, kComplete = 3 };
-
-PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& completeness,
-                            size_t num_photos, size_t num_surfels);
-
-// "82 % of the surface is good, 12 open borders: keep going"
-std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness, size_t num_photos,
-                          size_t num_open);
 
 // How to say where something is.
 struct Wording {

@@ -9,7 +9,6 @@
 #include "core/checksum_list.h"
 #include "core/file.h"
 #include "core/log.h"
-#include "ingest/model_places.h"
 #include "ledger/fact_ids.h"
 #include "session/finish_cut.h"
 #include "session/model_verdict.h"
@@ -42,24 +41,6 @@ Result<double> ParseWithin(const std::string& argument) {
 }
 
 int64_t Microseconds(double seconds) { return std::llround(seconds * 1e6); }
-
-WrittenModels WriteModelsAndReport(const SessionPaths& paths,
-                                   const std::vector<submap_model_t>& models,
-                                   const PhotoPositions& positions, nlohmann::json report) {
-  std::vector<std::string> blobs;
-  for (const submap_model_t& model : models) blobs.push_back(model.model_blob);
-  WrittenModels written = WriteModels(paths, blobs);
-  if (!written.ok()) return written;
-  AddGeoreferences(paths, positions, &report);
-  const std::string text =
-      report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  written.status = WriteFileAtomic(paths.Report().string(), text.data(), text.size());
-  if (!written.status.ok()) return written;
-  const auto name = [](const std::filesystem::path& path) { return path.filename().string(); };
-  written.status = WriteChecksumList(paths.root, name(paths.Results()),
-                                     {name(paths.Sparse()), name(paths.Report())});
-  return written;
-}
 
 }  // namespace
 
@@ -240,6 +221,29 @@ std::vector<const SubmapLife*> FinishDriver::Models() const {
   return live;
 }
 
+FinishDriver::WrittenResults FinishDriver::WriteModelsAndReport(
+    const SessionPaths& paths, double target_gsd_mm, const std::vector<submap_model_t>& models,
+    const PhotoPositions& positions, nlohmann::json report) {
+  std::vector<std::string> blobs;
+  for (const submap_model_t& model : models) blobs.push_back(model.model_blob);
+  WrittenResults written{WriteModels(paths, blobs), {}};
+  Status& status = written.models.status;
+  if (!written.models.ok()) return written;
+  AddPlaces(paths, positions, target_gsd_mm, &report);
+  for (const nlohmann::json& submap : report["submaps"]) {
+    const std::string sentence = submap["completeness"].value("sentence", "");
+    if (!sentence.empty()) written.places[submap["id"]] = sentence;
+  }
+  const std::string text =
+      report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  status = WriteFileAtomic(paths.Report().string(), text.data(), text.size());
+  if (!status.ok()) return written;
+  const auto name = [](const std::filesystem::path& path) { return path.filename().string(); };
+  status = WriteChecksumList(paths.root, name(paths.Results()),
+                             {name(paths.Sparse()), name(paths.Report())});
+  return written;
+}
+
 nlohmann::json FinishDriver::MakeReportNow() const {
   nlohmann::json report =
       MakeReport(writer_.session(), environment_.num_duplicates(), writer_.now_us());
@@ -252,14 +256,17 @@ void FinishDriver::WriteResults() {
   for (const SubmapLife* submap : Models()) models.push_back(*submap->latest_model);
   const nlohmann::json report = MakeReportNow();
   writing_ = true;
-  worker_.Run([paths = paths_, models, positions = PositionsOf(writer_.state()),
-               report] { return WriteModelsAndReport(paths, models, positions, report); },
-              [this, models](const WrittenModels& written) { OnWritten(models, written); });
+  worker_.Run(
+      [paths = paths_, target_gsd_mm = options_.target_gsd_mm, models,
+       positions = PositionsOf(writer_.state()),
+       report] { return WriteModelsAndReport(paths, target_gsd_mm, models, positions, report); },
+      [this, models](const WrittenResults& results) { OnWritten(models, results); });
 }
 
 // Without the submaps whose models are damaged the results are written at the next step.
 void FinishDriver::OnWritten(const std::vector<submap_model_t>& models,
-                             const WrittenModels& written) {
+                             const WrittenResults& results) {
+  const WrittenModels& written = results.models;
   writing_ = false;
   if (!written.status.ok()) {
     problem_ = "cannot write the models: " + written.status.error();
@@ -274,10 +281,10 @@ void FinishDriver::OnWritten(const std::vector<submap_model_t>& models,
     if (!submap.ended) EndSubmap(models[place].submap_id, submap.lease.epoch, reason);
   }
   if (!written.damaged.empty()) return;
-  Stage(finish_t::DONE, Summary());
+  Stage(finish_t::DONE, Summary(results.places));
 }
 
-std::string FinishDriver::Summary() const {
+std::string FinishDriver::Summary(const std::map<int64_t, std::string>& places) const {
   const PhotoCounts counts = CountPhotos(writer_.session(), environment_.num_duplicates());
   const size_t num_models = Models().size();
   std::string text = std::to_string(counts.registered) + " of " + std::to_string(counts.received) +
@@ -294,6 +301,9 @@ std::string FinishDriver::Summary() const {
   for (const auto& [id, submap] : state.submaps()) {
     const std::string verdict = submap.ended ? "" : VerdictOf(state, submap);
     if (!verdict.empty()) text += "\nsubmap " + std::to_string(id) + " " + verdict;
+  }
+  for (const auto& [id, sentence] : places) {
+    text += "\nsubmap " + std::to_string(id) + ": " + sentence;
   }
   return ClampText(text, kMaxSummaryBytes);
 }

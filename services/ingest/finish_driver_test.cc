@@ -7,7 +7,9 @@
 
 #include "core/file.h"
 #include "core/hash.h"
+#include "map/model_io.h"
 #include "node/work_client.h"
+#include "testing/synthetic_scene.h"
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
@@ -87,6 +89,7 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   EXPECT_EQ(report["failures"][0]["image"], "alice/bad.jpg");
   EXPECT_EQ(report["images_in_time"].size(), 2u);
   EXPECT_EQ(report["submaps"][0]["images"], 2);
+  EXPECT_NE(report["submaps"][0]["completeness"]["reason"], "") << "not a real model";
   // A lost reply is told again; the session takes photos again.
   AskToFinish(77);
   Await([&] { return replies.size() == 2; }, "the reply again");
@@ -114,6 +117,36 @@ TEST_F(FinishDriverTest, APairOfPhotosIsNoModelWhereThereAreMore) {
   EXPECT_EQ(report["images"]["deferred"], 3);
   EXPECT_TRUE(report["submaps"].empty());
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0"));
+}
+
+TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
+  SyntheticOptions options;
+  options.shape = SyntheticOptions::Shape::kWall;
+  options.num_photos = 12;
+  options.num_points = 4000;
+  SceneMap map;
+  FillMap(MakeScene(options), &map);
+  AddSubmap();
+  AskToFinish(77);
+  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
+  finish_t settled{};
+  settled.header.fact_id = "finish/settled";
+  settled.state = finish_t::SETTLED;
+  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
+  EXPECT_EQ(Submit(settled), "");
+  submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
+  model.model_blob = peer_->blobs().Offer(EncodeModelArchive(EncodeModel(map.reconstruction())));
+  EXPECT_EQ(Submit(model), "");
+  AwaitReplyTo(77);
+  const nlohmann::json place = Report()["submaps"][0]["completeness"];
+  EXPECT_EQ(place["photos"], 12);
+  EXPECT_GT(place["surfels"], 20);
+  EXPECT_GT(place["area"], 0.0);
+  EXPECT_EQ(place["metres_per_unit"], 0);
+  const std::string sentence = place["sentence"];
+  EXPECT_NE(sentence.find("of the surface is good"), std::string::npos) << sentence;
+  EXPECT_EQ(ReplyTo(77)->text,
+            "2 of 2 photos registered, 1 model in sparse/\nsubmap 1: " + sentence);
 }
 
 TEST_F(FinishDriverTest, EndsASubmapWhoseModelCannotBeReadAndIsDoneWithoutIt) {

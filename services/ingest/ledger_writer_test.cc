@@ -171,6 +171,27 @@ TEST_F(LedgerWriterTest, TakesLatencyFromTheFirstRegistration) {
   EXPECT_GT(latency[0], 0);
 }
 
+TEST_F(LedgerWriterTest, TellsWhereTheTimeToThePoseWent) {
+  AddMatchedPhoto();
+  AddMatchedPhoto();
+  const int64_t submap = AddSubmap("mapper-1");
+  Register(1, submap);
+  const auto latency = LatencyPart(session());
+  ASSERT_EQ(latency["stages"].size(), 5u);
+  double sum = 0;
+  for (const auto& stage : latency["stages"]) {
+    EXPECT_GE(stage["p50"], 0.0);
+    sum += stage["p50"].get<double>();
+  }
+  EXPECT_NEAR(sum, PhotoToPoseSeconds(session())[0], 1e-6) << "of the one photo that is placed";
+  EXPECT_EQ(latency["stages"][0]["stage"], "ingest");
+  EXPECT_TRUE(latency["stages"][0]["work_p50"].is_null());
+  EXPECT_EQ(latency["stages"][4]["stage"], "mapper");
+  Register(1, submap, registration_t::WITHDRAWN);
+  Register(1, submap);
+  EXPECT_EQ(LatencyPart(session()), latency) << "the first one counts";
+}
+
 TEST_F(LedgerWriterTest, ForgetsAVanishedAgentWhosePhotoCame) {
   failure_t vanished{};
   vanished.stage = "ingest";

@@ -3,13 +3,23 @@
 #include <filesystem>
 #include <vector>
 
+#include "core/file.h"
 #include "geometry/georeference_json.h"
 #include "geometry/model_poses.h"
+#include "guidance/model_map.h"
+#include "guidance/place_summary.h"
+#include "ingest/model_writer.h"
+#include "map/model_io.h"
+#include "session/guidance_json.h"
 
 namespace skein {
 namespace {
 
-Georeference PlaceModel(const std::filesystem::path& folder, const GeodeticPosition& origin,
+namespace fs = std::filesystem;
+
+constexpr size_t kMaxPoints = 300'000;  // that completeness looks at
+
+Georeference PlaceModel(const fs::path& folder, const GeodeticPosition& origin,
                         const PhotoPositions& positions) {
   const Result<ModelPoses> model = ReadColmapPoses(folder);
   if (!model) {
@@ -26,17 +36,42 @@ Georeference PlaceModel(const std::filesystem::path& folder, const GeodeticPosit
   return EstimateGeoreference(origin, photos);
 }
 
+Result<colmap::Reconstruction> ReadWhole(const fs::path& folder) {
+  ModelArchive archive;
+  for (const char* name : kModelFiles) {
+    Result<Bytes> bytes = ReadFile((folder / name).string());
+    if (!bytes.ok()) return bytes.status();
+    archive[name] = std::move(*bytes);
+  }
+  return DecodeModel(archive);
+}
+
+nlohmann::json CompletenessOf(const fs::path& folder, const Georeference& earth,
+                              double target_gsd_mm) {
+  const Result<colmap::Reconstruction> model = ReadWhole(folder);
+  if (!model.ok()) return {{"reason", model.error()}};
+  const double metres_per_unit = earth.ok ? earth.enu_from_model.scale : 0;
+  QualityOptions options;
+  if (earth.ok && target_gsd_mm > 0) options.target_gsd = TargetGsd(target_gsd_mm, metres_per_unit);
+  const GuidedMap map = MapOfModel(*model, kMaxPoints);
+  const PlaceSummary place =
+      SummarisePlace(options, AssessPlace({}, options, map), map.photos.size());
+  return PlaceJson(ToMessage(place, metres_per_unit));
+}
+
 }  // namespace
 
-void AddGeoreferences(const SessionPaths& paths, const PhotoPositions& positions,
-                      nlohmann::json* report) {
+void AddPlaces(const SessionPaths& paths, const PhotoPositions& positions, double target_gsd_mm,
+               nlohmann::json* report) {
   std::vector<GeodeticPosition> all;
   for (const auto& [name, position] : positions) all.push_back(position);
   const GeodeticPosition origin = EnuOrigin(all);
   nlohmann::json& submaps = (*report)["submaps"];
   for (size_t i = 0; i < submaps.size(); ++i) {
-    submaps[i]["georeference"] =
-        GeoreferenceToJson(PlaceModel(paths.Sparse() / std::to_string(i), origin, positions));
+    const fs::path folder = paths.Sparse() / std::to_string(i);
+    const Georeference earth = PlaceModel(folder, origin, positions);
+    submaps[i]["georeference"] = GeoreferenceToJson(earth);
+    submaps[i]["completeness"] = CompletenessOf(folder, earth, target_gsd_mm);
   }
 }
 

@@ -12,10 +12,12 @@ namespace skein {
 // By the name that the photo has in models, AGENT/NAME.
 using PhotoPositions = std::map<std::string, GeodeticPosition>;
 
-// Adds to each element of report["submaps"] the georeference of its model in sparse/
-// (GeoreferenceToJson), all in ENU at one origin: that of all positions. A model that cannot be
-// read or placed has its reason.
-void AddGeoreferences(const SessionPaths& paths, const PhotoPositions& positions,
-                      nlohmann::json* report);
+// Adds to each element of report["submaps"], of its model in sparse/:
+//  - "georeference" (GeoreferenceToJson), all in ENU at one origin: that of all positions;
+//  - "completeness" (PlaceJson): how much of the surface dense matching can reconstruct, with
+//    target_gsd_mm millimetres a pixel where the scale is known, else twice the median point's.
+// A model that cannot be read or placed has its reason. Reads each model whole.
+void AddPlaces(const SessionPaths& paths, const PhotoPositions& positions, double target_gsd_mm,
+               nlohmann::json* report);
 
 }  // namespace skein

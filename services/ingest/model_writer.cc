@@ -17,8 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kModelFiles[] = {"cameras.bin", "images.bin", "points3D.bin"};
-
 // An error: it lacks a file, or cannot be read at all.
 Result<ModelArchive> ReadModel(const BlobStore& store, const std::string& blob_id) {
   const Result<Bytes> bytes = store.Get(blob_id);

@@ -10,6 +10,8 @@
 
 namespace skein {
 
+constexpr const char* kModelFiles[] = {"cameras.bin", "images.bin", "points3D.bin"};
+
 // What became of writing models.
 struct WrittenModels {
   Status status;  // of the disk; unless ok, another try may succeed

@@ -80,4 +80,6 @@ wait "$listener" || true
 
 finish "$session"
 stop_services
+jq -e --argjson photos "$num_photos" '.submaps | length == 1 and all(.completeness | .photos == $photos and .surfels > 0 and .good_share <= 1 and .sentence != "")' \
+  "$session/report.json" >/dev/null || fail "report.json: $(jq -c '[.submaps[].completeness]' "$session/report.json")"
 expect_model "$session" 1

@@ -1,0 +1,52 @@
+#include "guidance/place_summary.h"
+
+#include <cmath>
+
+namespace skein {
+namespace {
+
+constexpr size_t kMinPhotos = 5, kMinSurfels = 20;  // below it is too early to say
+
+}  // namespace
+
+PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& place,
+                            size_t num_photos) {
+  PlaceSummary summary;
+  summary.num_photos = num_photos;
+  summary.num_surfels = place.surfels.size();
+  for (size_t i = 0; i < place.surfels.size(); ++i) {
+    summary.num_open += place.surfels[i].counts && place.surface.surfels[i].open_border ? 1 : 0;
+  }
+  summary.completeness = place.completeness;
+  summary.verdict = VerdictOfPlace(options, place.completeness, num_photos, summary.num_surfels);
+  summary.sentence =
+      PlaceSentence(summary.verdict, place.completeness, num_photos, summary.num_open);
+  return summary;
+}
+
+PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& completeness,
+                            size_t num_photos, size_t num_surfels) {
+  constexpr double kNearlyGood = 0.8, kNearlyClosed = 3;  // of what completeness asks for
+  if (num_photos < kMinPhotos || num_surfels < kMinSurfels) return PlaceVerdict::kGrowing;
+  if (completeness.complete) return PlaceVerdict::kComplete;
+  const bool nearly = completeness.good_share >= kNearlyGood * options.min_good_share &&
+                      completeness.open_share <= kNearlyClosed * options.max_open_share;
+  return nearly ? PlaceVerdict::kNearly : PlaceVerdict::kWeak;
+}
+
+std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness, size_t num_photos,
+                          size_t num_open) {
+  if (verdict == PlaceVerdict::kGrowing) {
+    return "too little to say yet, with " + std::to_string(num_photos) + " photos: keep going";
+  }
+  // Not 100 % where something is missing.
+  const int percent = static_cast<int>(std::floor(100 * completeness.good_share));
+  std::string text = std::to_string(percent) + " % of the surface is good";
+  if (num_open > 0) {
+    text += ", " + std::to_string(num_open) + (num_open == 1 ? " open border" : " open borders");
+  }
+  if (verdict == PlaceVerdict::kComplete) return text + ": complete";
+  return text + (verdict == PlaceVerdict::kNearly ? ": nearly complete" : ": keep going");
+}
+
+}  // namespace skein
