@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Sets up, builds and runs every test. Ends with one line: N passed, N failed, N skipped.
+# Sets up, builds and runs every test. Ends with one line: N passed, N failed, N skipped. Before it, after a run of all
+# tests of the release build: each stage's speed beside that of docs/speed.json.
 #
 #   scripts/test.sh [--preset release|asan|tsan] [--filter REGEX] [--label unit|process|static] [--no-setup]
 #
@@ -38,6 +39,12 @@ status=0
 ctest --test-dir "$SKEIN_ROOT/build/$preset" -j "$(nproc)" --output-on-failure --no-tests=error \
   --output-junit "$report" "${selection[@]}" || status=1
 [[ -s $report ]] || die "ctest wrote no report"
+
+# Told, never tested: machines are noisy.
+if [[ $preset == release ]] && ((${#selection[@]} == 0)); then
+  say "measuring speed"
+  timeout 900 "$SKEIN_ROOT/benchmark/speed.sh" --compare "$SKEIN_ROOT/docs/speed.json" || warn "benchmark/speed.sh failed"
+fi
 
 failed=$(count failures "$report")
 skipped=$(($(count skipped "$report") + $(count disabled "$report")))
