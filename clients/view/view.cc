@@ -8,10 +8,12 @@
 
 #include "blobs/blob_store.h"
 #include "clients/subcommand.h"
+#include "core/file.h"
 #include "core/log.h"
 #include "event_loop/poll_loop.h"
 #include "ledger/ledger_store.h"
 #include "ledger/session_folder.h"
+#include "session/guidance_json.h"
 #include "web/session_api.h"
 #include "web/status_message.h"
 #include "web/web_server.h"
@@ -64,10 +66,19 @@ void ReadFacts(const SessionPaths& paths, SessionView* view) {
   if (!read.ok()) throw std::runtime_error(read.error());
 }
 
+// As the last finish found it; nothing where there was none.
+HeardGuidance ReadGuidance(const SessionPaths& paths) {
+  HeardGuidance guidance;
+  const Result<Bytes> report = ReadFile(paths.Report().string());
+  if (!report.ok()) return guidance;
+  guidance.places = PlacesOfReport(nlohmann::json::parse(*report, nullptr, false));
+  return guidance;
+}
+
 // What a page is told when it comes: how the session went, and the submaps' models.
-void TellState(const SessionView& view, WebServer* server) {
+void TellState(const SessionView& view, const HeardGuidance& guidance, WebServer* server) {
   view.With([&](const SessionRecord& session) {
-    server->TellLatest("status", StatusMessage(session, {}, 0));
+    server->TellLatest("status", StatusMessage(session, {}, 0, guidance));
     for (const auto& [id, submap] : session.state.submaps()) {
       if (submap.ended || !submap.latest_model) continue;
       const auto version = static_cast<uint64_t>(submap.latest_model->header.utime_us);
@@ -106,7 +117,7 @@ int RunView(int argc, char** argv) {
         api.Handle(request, std::move(respond));
       });
   if (!server.ok()) throw std::runtime_error(server.error());
-  TellState(view, server->get());
+  TellState(view, ReadGuidance(session->paths), server->get());
   std::cout << "view: http://" << options.server.address << ":" << (*server)->port()
             << "/   (Ctrl-C ends it)" << std::endl;
   loop.Run();

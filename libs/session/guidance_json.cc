@@ -1,5 +1,6 @@
 #include "session/guidance_json.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -18,6 +19,36 @@ constexpr std::array<const char*, 6> kWhys = {"unknown",     "few_photos", "no_p
 template <size_t kCount>
 const char* NameOf(const std::array<const char*, kCount>& names, int8_t value) {
   return value >= 0 && value < static_cast<int>(kCount) ? names[value] : names[0];
+}
+
+// The reverse of PlaceJson.
+guidance_t PlaceOf(const json& place) {
+  const auto number = [&place](const char* name) {
+    const auto found = place.find(name);
+    return found != place.end() && found->is_number() ? found->get<double>() : 0.0;
+  };
+  const auto text = [&place](const char* name) {
+    const auto found = place.find(name);
+    return found != place.end() && found->is_string() ? found->get<std::string>() : std::string();
+  };
+  const auto count = [&number](const char* name) {
+    return static_cast<int32_t>(std::clamp(number(name), 0.0, 1e9));
+  };
+  guidance_t guidance{};
+  guidance.num_photos = count("photos");
+  guidance.num_surfels = count("surfels");
+  guidance.num_open = count("open");
+  guidance.area = number("area");
+  guidance.good_share = static_cast<float>(number("good_share"));
+  guidance.open_share = static_cast<float>(number("open_share"));
+  guidance.median_sigma = number("median_sigma");
+  guidance.target_gsd = number("target_gsd");
+  guidance.metres_per_unit = number("metres_per_unit");
+  const auto verdict = std::find(kVerdicts.begin(), kVerdicts.end(), text("verdict"));
+  guidance.verdict =
+      verdict == kVerdicts.end() ? 0 : static_cast<int8_t>(verdict - kVerdicts.begin());
+  guidance.sentence = ClampText(text("sentence"));
+  return guidance;
 }
 
 json StationJson(const station_t& station) {
@@ -72,6 +103,21 @@ json GuidanceJson(const guidance_t& guidance) {
   told["submap"] = guidance.submap_id;
   told["version"] = guidance.version;
   return told;
+}
+
+std::map<int64_t, guidance_t> PlacesOfReport(const json& report) {
+  std::map<int64_t, guidance_t> places;
+  const json submaps = report.is_object() ? report.value("submaps", json::array()) : json::array();
+  for (const json& submap : submaps) {
+    if (!submap.is_object() || !submap.contains("id") || !submap["id"].is_number_integer())
+      continue;
+    const json place = submap.value("completeness", json());
+    if (!place.is_object() || !place.contains("verdict")) continue;
+    guidance_t guidance = PlaceOf(place);
+    guidance.submap_id = submap["id"];
+    places[guidance.submap_id] = guidance;
+  }
+  return places;
 }
 
 json AdviceJson(const advice_t& advice) {

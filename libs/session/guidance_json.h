@@ -1,6 +1,8 @@
 // What is said of a place and what the guide tells, as messages and as JSON.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "guidance/place_summary.h"
@@ -18,6 +20,10 @@ guidance_t ToMessage(const PlaceSummary& place, double metres_per_unit);
 //  too.
 nlohmann::json PlaceJson(const guidance_t& guidance);
 nlohmann::json GuidanceJson(const guidance_t& guidance);
+
+// The places of a report.json, by submap: those with a completeness. What is missing or of another
+// type in a place is 0.
+std::map<int64_t, guidance_t> PlacesOfReport(const nlohmann::json& report);
 
 // {agent, submap, version, last_photo, working_distance, metres_per_unit,
 //  stations[{pose[7], target[3], gain, common_points, why, nearest, offset[3], sentence}]}

@@ -72,6 +72,24 @@ TEST(GuideMessages, GuidanceRoundTrips) {
   EXPECT_EQ(GuidanceJson(read)["verdict"], "weak");
 }
 
+TEST(GuideMessages, AReportTellsThePlacesAgain) {
+  const guidance_t place = ToMessage(MakeGuidance());
+  nlohmann::json report = {{"submaps",
+                            {{{"id", 3}, {"completeness", PlaceJson(place)}},
+                             {{"id", 4}, {"completeness", {{"reason", "no model"}}}},
+                             {{"id", "5"}},
+                             7}}};
+  const auto places = PlacesOfReport(report);
+  ASSERT_EQ(places.size(), 1u);
+  nlohmann::json expected = GuidanceJson(place);
+  expected["version"] = 0;
+  EXPECT_EQ(GuidanceJson(places.at(3)), expected);
+  report["submaps"][0]["completeness"] = {{"verdict", 3}, {"photos", "many"}};
+  EXPECT_EQ(PlacesOfReport(report).at(3).num_photos, 0);
+  EXPECT_TRUE(PlacesOfReport(nullptr).empty());
+  EXPECT_TRUE(PlacesOfReport({{"submaps", nullptr}}).empty());
+}
+
 TEST(GuideMessages, AdviceRoundTrips) {
   AgentAdvice advice{"alice", 39, {MakeStation("to the left"), MakeStation("to the right")}};
   const advice_t read = RoundTrip(ToMessage(MakeGuidance(), advice));
