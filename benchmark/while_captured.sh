@@ -81,7 +81,7 @@ report() {
       ($in_time >= 0.9 and $before <= 2 * $after), ($latency | at(.95))' "$session/report.json" >"$session.row"
   head -n 1 "$session.row"
   # name, then of each stage what was not work and what was
-  jq -r --arg name "$name, background $2" '[$name, (.latency_s.stages[] | (.work_p50 // 0) as $work | ([.p50 - $work, 0] | max), $work)] | @csv' \
+  jq -r --arg name "$name$([[ $2 == on ]] || echo ', no background BA')" '[$name, (.latency_s.stages[] | (.work_p50 // 0) as $work | ([.p50 - $work, 0] | max), $work)] | @csv' \
     "$session/report.json" >>"$workspace/stages.csv"
   echo "  memory: $(<"$session.memory")" >&2
   [[ $(sed -n 2p "$session.row") == true ]] || { broken=1; warn "$name, background $2, is beyond a limit"; }

@@ -175,8 +175,9 @@ json LatencyPart(const SessionRecord& session) {
     if (!is_whole) continue;
     int64_t from_us = path.received_utime_us;
     for (size_t i = 0; i < kPhotoStages.size(); ++i) {
-      spans[i].push_back(SecondsBetween(from_us, path.end_utime_us[i]));
-      works[i].push_back(path.work_s[i]);
+      const double span_s = SecondsBetween(from_us, path.end_utime_us[i]);
+      spans[i].push_back(span_s);
+      works[i].push_back(std::min<double>(path.work_s[i], span_s));
       from_us = path.end_utime_us[i];
     }
   }

@@ -26,7 +26,8 @@ std::vector<double> PhotoToPoseSeconds(const SessionRecord& session);
 //
 // Seconds of the photos that are registered: from ingest's receipt to the commit of the first
 // registration. A stage (PhotoStage) begins when the one before has ended. What of it is not work
-// is waiting for a free worker, transfer and commit. work: null where no fact tells it.
+// is waiting for a free worker, transfer and commit. Matching tells sums over its threads, so work
+// is cut to its stage. It is null where no fact tells it.
 nlohmann::json LatencyPart(const SessionRecord& session);
 
 // [{image, cause, reason, remedy}] of the photos that are in no submap, those on their way
