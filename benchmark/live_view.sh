@@ -29,7 +29,8 @@ esac
 cpu_s() {
   local instance ticks=0 fields
   for instance in "$@"; do
-    fields=$(cat "/proc/$(cat "$session/run/$instance.pid" 2>/dev/null)/stat" 2>/dev/null) || continue
+    [[ -e $session/run/$instance.pid ]] || continue
+    fields=$(cat "/proc/$(<"$session/run/$instance.pid")/stat" 2>/dev/null) || continue
     fields=(${fields##*) })
     ticks=$((ticks + fields[11] + fields[12]))
   done

@@ -22,6 +22,8 @@ constexpr float kBareCoverage = 0.35F;
 constexpr int kBareKeypoints = 300;
 // skein-mapper registers a photo from as many inliers on (--min-inliers).
 constexpr int kNeededInliers = 30;
+// skein-merger begins a map with as many (--min-inliers).
+constexpr int kSeedInliers = 100;
 // COLMAP triangulates no point below 1.5 degrees: a step of a fortieth of the distance.
 constexpr float kParallaxRad = 0.026F;
 // COLMAP's TwoViewGeometry::ConfigurationType.
@@ -101,6 +103,15 @@ std::optional<Diagnosis> InItsPairs(const std::vector<Edge>& edges, const std::s
     return Of(Cause::kPlanarOnly, "it and what overlaps it show one flat surface alone",
               "shoot again with something in view that stands out of the surface");
   }
+  return std::nullopt;
+}
+
+// Of a photo that no map has tried and no finish has seen: its turn comes without anybody's doing.
+std::optional<Diagnosis> BeforeItsTurn(const SessionState& state, const PhotoState& photo,
+                                       int num_inliers, bool is_linked) {
+  if (photo.matches_seq <= state.finish().settled_seq) return std::nullopt;
+  if (is_linked) return Waiting("waits for its map to try it");
+  if (num_inliers >= kSeedInliers) return Waiting("waits for a map to begin with it");
   return std::nullopt;
 }
 
@@ -188,6 +199,9 @@ Diagnosis Diagnose(const SessionState& state, const PhotoState& photo) {
     diagnosis = Of(Cause::kNotInTime, "not tried in time", "finish again, with more time");
   } else if (!is_linked && best->num_inliers >= kNeededInliers) {
     diagnosis = InItsPairs(edges, other);
+  }
+  if (!diagnosis && trial == nullptr) {
+    diagnosis = BeforeItsTurn(state, photo, best->num_inliers, is_linked);
   }
   if (!diagnosis) diagnosis = InTheMap(trial, best->num_inliers, other);
   diagnosis->num_inliers = best->num_inliers;

@@ -95,7 +95,22 @@ TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
   EXPECT_EQ(of_three_with(Pair(400, kPanoramic, 0)), Cause::kRotationOnly);
   EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0.1F)), Cause::kPlanarOnly);
   EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0)), Cause::kRotationOnly);
-  EXPECT_EQ(of_three_with(Pair(400, kCalibrated, 0.1F)), Cause::kWeakOverlap);
+  EXPECT_EQ(of_three_with(Pair(400, kCalibrated, 0.1F)), Cause::kWaiting) << "one can begin";
+  EXPECT_EQ(of_three_with(Pair(60, kCalibrated, 0.1F)), Cause::kWeakOverlap);
+}
+
+// Who stands at the site is not sent back for a photo that its map will take in a moment.
+TEST_F(DiagnosisTest, APhotoThatNobodyTriedYetWaits) {
+  ledger_.Describe(2, 1);
+  ledger_.Matches(2, {Pair(200, kCalibrated, 0.1F)});
+  EXPECT_EQ(Get().cause, Cause::kWaiting);
+  EXPECT_EQ(Get().remedy, "");
+  finish_t settled{};
+  settled.state = finish_t::REQUESTED;
+  ledger_.Commit(settled);
+  settled.state = finish_t::SETTLED;
+  ledger_.Commit(settled);
+  EXPECT_EQ(Get().cause, Cause::kWeakOverlap) << "the finish left it out";
 }
 
 // The map knows the depth of what it sees from the same spot.
