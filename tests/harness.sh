@@ -69,7 +69,7 @@ enter_network_namespace() {
   IN_NAMESPACE=${IN_NAMESPACE:-}
   if [[ -n $IN_NAMESPACE ]]; then
     ip link set lo up multicast on
-    ip route add 224.0.0.0/4 dev lo
+    ip route add 224.0.0.0/4 dev lo src 127.0.0.1 # with an address of a further link the kernel drops it
     return
   fi
   local unshare=(unshare --net --mount)
