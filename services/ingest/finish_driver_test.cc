@@ -32,6 +32,19 @@ class FinishDriverTest : public IngestServiceTest {
     Await([&] { return leased; }, "the submap");
     for (const int64_t id : {1, 2}) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
   }
+  // In the merger's place, of a finish that is DRAINED.
+  void Settle() {
+    finish_t settled{};
+    settled.header.fact_id = "finish/settled";
+    settled.state = finish_t::SETTLED;
+    settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
+    EXPECT_EQ(Submit(settled), "");
+  }
+  void FinishUpToSettled(int64_t command_id) {
+    AskToFinish(command_id);
+    Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
+    Settle();
+  }
   nlohmann::json Report() const { return nlohmann::json::parse(std::ifstream(Paths().Report())); }
   const command_reply_t* ReplyTo(int64_t command_id) const {
     for (const command_reply_t& reply : replies_) {
@@ -69,11 +82,7 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   AskToFinish(77);
   Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
   Restart();
-  finish_t settled{};
-  settled.header.fact_id = "finish/settled";
-  settled.state = finish_t::SETTLED;
-  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
-  EXPECT_EQ(Submit(settled), "");
+  Settle();
   EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq() - 1)), "") << "too old, waits on";
   EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq())), "");
   Await([&] { return !replies.empty(); }, "the reply");
@@ -103,13 +112,7 @@ TEST_F(FinishDriverTest, APairOfPhotosIsNoModelWhereThereAreMore) {
   WorkClient mapper(*peer_, "submap", 1, [&](const work_t&) { leased = true; });
   Await([&] { return leased; }, "the submap");
   for (const int64_t id : {1, 2}) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
-  AskToFinish(77);
-  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
-  finish_t settled{};
-  settled.header.fact_id = "finish/settled";
-  settled.state = finish_t::SETTLED;
-  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
-  EXPECT_EQ(Submit(settled), "");
+  FinishUpToSettled(77);
   EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq())), "");
   Await([&] { return Finished(finish_t::DONE) != nullptr; }, "DONE");
   const auto report = nlohmann::json::parse(std::ifstream(Paths().Report()));
@@ -127,13 +130,7 @@ TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
   SceneMap map;
   FillMap(MakeScene(options), &map);
   AddSubmap();
-  AskToFinish(77);
-  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
-  finish_t settled{};
-  settled.header.fact_id = "finish/settled";
-  settled.state = finish_t::SETTLED;
-  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
-  EXPECT_EQ(Submit(settled), "");
+  FinishUpToSettled(77);
   submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
   model.model_blob = peer_->blobs().Offer(EncodeModelArchive(EncodeModel(map.reconstruction())));
   EXPECT_EQ(Submit(model), "");
@@ -151,13 +148,7 @@ TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
 
 TEST_F(FinishDriverTest, EndsASubmapWhoseModelCannotBeReadAndIsDoneWithoutIt) {
   AddSubmap();
-  AskToFinish(77);
-  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
-  finish_t settled{};
-  settled.header.fact_id = "finish/settled";
-  settled.state = finish_t::SETTLED;
-  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
-  EXPECT_EQ(Submit(settled), "");
+  FinishUpToSettled(77);
   submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
   model.model_blob = peer_->blobs().Offer({'r', 'u', 'b', 'b', 'i', 's', 'h'});
   EXPECT_EQ(Submit(model), "");
@@ -221,11 +212,7 @@ TEST_F(FinishDriverTest, AFinishThatIsReadyInTimeIsNotCut) {
   AddMatchedPhoto(1);
   AskToFinish(77, "1000");
   Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
-  finish_t settled{};
-  settled.header.fact_id = "finish/settled";
-  settled.state = finish_t::SETTLED;
-  settled.finish_id = Finished(finish_t::DRAINED)->finish_id;
-  EXPECT_EQ(Submit(settled), "");
+  Settle();
   AwaitReplyTo(77);
   EXPECT_EQ(Finished(finish_t::CUT), nullptr);
   EXPECT_FALSE(Report().contains("cut"));

@@ -20,9 +20,9 @@ expect_reasons() {
     fail "a merge is open or undone without a reason: $(jq -c .merges "$report")"
 }
 
-# reconstruct [launch.sh's options...]: all agents at once
+# All agents at once.
 reconstruct() {
-  start_services "$session" "$url" "$@"
+  start_services "$session" "$url"
   publish "$session"
   await_agents
   finish "$session"
@@ -42,12 +42,15 @@ run_relay() {
 }
 
 # A room for each agent, mapped at the same time by mappers that the pool starts, and one map once
-# they have walked through the doors.
+# they have walked through the doors. Before that no photo shows two rooms.
 run_rooms() {
   use_place 3 20 --scenario rooms --seed 1 --size 800x600
-  reconstruct --mappers 1:4
-  (($(count_facts "$session" seed) >= 2)) || fail "no submaps that could grow side by side"
-  [[ -e $session/log/mapper-2.log ]] || fail "the pool has not grown"
+  start_services "$session" "$url" --mappers 1:4
+  publish_part "$session" 1 8
+  wait_until 120 "two rooms are mapped side by side" has_facts "$session" seed 2
+  wait_until 60 "the pool grows" test -e "$session/log/mapper-2.log"
+  publish_part "$session" 9 20
+  finish "$session"
   expect_one_map
 }
 
