@@ -65,11 +65,14 @@ class HungJobTest : public testing::Test {
 
 TEST_F(HungJobTest, AJobWithoutProgressHangs) {
   WorkerThread worker(loop_, kMaxQuietS, [this] { ++num_hangs_; });
+  std::atomic<bool> is_begun{false};
   worker.Run(
-      [this] {
+      [this, &is_begun] {
+        is_begun = true;
         while (!go_on_) std::this_thread::yield();
       },
       [] {});
+  while (!is_begun) std::this_thread::yield();
   PassSeconds(kMaxQuietS - 1);
   EXPECT_EQ(num_hangs_, 0);
   PassSeconds(3);

@@ -20,7 +20,7 @@ else
 fi
 session=$workspace/session
 
-add_other_host 5
+add_other_host 30
 
 start_services "$session" "$url" --features 0 --matching 0 --mappers 0
 invitation=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role worker --name other-host) || fail "skein invite"

@@ -89,7 +89,7 @@ sleep 2 # four rounds of launch.sh's loop
 old=$(pid_of ingest)
 kill -STOP "$old"
 wait_until 20 "what hangs is killed and started again" is_restarted ingest "$old"
-grep -q 'died of 9' "$session/log/ingest.log" || fail "the new ingest does not know of the signal"
+wait_until 10 "the new ingest knows of the signal" grep -q 'died of 9' "$session/log/ingest.log"
 stop_services
 wait_until 10 "all stop" none_runs
 

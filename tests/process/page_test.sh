@@ -37,15 +37,15 @@ wait_until 120 "each walk has its submap" two_submaps_have "$session" 5
 publish_agent "$session" "$workspace/odd"
 await_agents
 touch "$steps/two_maps"
-wait_until 120 "the page shows both maps" page_has both_shown
+wait_until 300 "the page shows both maps" page_has both_shown
 kill_service "$session" web
 touch "$steps/killed"
-wait_until 60 "the page is connected again" page_has back
+wait_until 150 "the page is connected again" page_has back
 publish_part "$session" 7 12
 finish "$session"
 "$SKEIN_BUILD/bin/skein" status --session "$session" --lcm-url "$url" --once --json >"$steps/status.json"
 touch "$steps/finished"
-wait_until 120 "the page shows the finished session" page_has all_shown
+wait_until 300 "the page shows the finished session" page_has all_shown
 stop_services
 touch "$steps/stopped"
 wait "$page_pid" || { cat "$workspace/page.log"; fail "the page's side failed"; }

@@ -9,7 +9,7 @@ new_workspace
 url=$(test_lcm_url)
 use_place 2 8 --seed 1
 session=$workspace/session
-readonly num_vanishing=64 stored_within_s=20
+readonly num_vanishing=64 stored_within_s=60
 
 # vanishing_agent NUMBER: stops right before its first chunk
 vanishing_agent() {

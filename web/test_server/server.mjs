@@ -1,10 +1,12 @@
 // Serves the page with a synthetic session, by the same protocol as skein-web, without any of Skein's processes:
 //
 //   node test_server/server.mjs [--port 8471] [--page dist] [--speed 8] [--photos 24] [--points 30000] [--gps] [--at end]
+//                               [--hold S]
 //
 // For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
 //   refuse    answers no request              obey      behaves again
+//   go        time goes on: with --hold it stands still after S seconds of the session
 import { createHash } from 'node:crypto';
 import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
@@ -18,16 +20,19 @@ const { values: options } = parseArgs({
   options: {
     port: { type: 'string', default: '8471' }, page: { type: 'string', default: join(dirname(fileURLToPath(import.meta.url)), '../dist') },
     speed: { type: 'string', default: '8' }, photos: { type: 'string', default: '24' }, points: { type: 'string', default: '30000' },
-    gps: { type: 'boolean', default: false }, at: { type: 'string', default: 'start' },
+    gps: { type: 'boolean', default: false }, at: { type: 'string', default: 'start' }, hold: { type: 'string', default: 'Infinity' },
   },
 });
 const session = makeSession({
   photosEach: Number(options.photos), numPoints: Number(options.points), gps: options.gps, startUtime: Date.now() * 1000 - 1e6,
 });
 const { events } = session;
-const began = Date.now();
 const first = events[0].t;
-const utimeNow = () => (options.at === 'end' ? Infinity : first + (Date.now() - began) * 1000 * Number(options.speed));
+const speed = Number(options.speed);
+let began = Date.now();
+let held = first + Number(options.hold) * 1e6;
+const running = () => first + (Date.now() - began) * 1000 * speed;
+const utimeNow = () => (options.at === 'end' ? Infinity : Math.min(held, running()));
 let told = 0; // events so far
 let refusing = false;
 let silent = false;
@@ -180,6 +185,10 @@ createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'drop') for (const socket of sockets) socket.destroy();
   if (line === 'refuse') refusing = true;
   if (line === 'silence') silent = true;
+  if (line === 'go') {
+    began += Math.max(0, running() - held) / (1000 * speed);
+    held = Infinity;
+  }
   if (line === 'obey') {
     refusing = silent = false;
     if (toldHead !== head()) tell({ type: 'head', head: head() });
