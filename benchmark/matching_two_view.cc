@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "matching/kernel.h"
+#include "matching/pair_matcher.h"
 #include "matching/photo_features.h"
-#include "matching/photo_matcher.h"
 #include "matching/two_view.h"
 
 namespace {

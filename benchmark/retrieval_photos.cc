@@ -7,7 +7,7 @@
 #include "codecs/image_decoding.h"
 #include "core/file.h"
 #include "formats/formats.h"
-#include "matching/photo_matcher.h"
+#include "matching/pair_matcher.h"
 #include "util/bitmap.h"
 
 namespace skein::benchmark {
@@ -63,11 +63,11 @@ Result<StudyPhoto> LoadPhoto(const std::string& path, const std::string& folder)
 }
 
 std::vector<int32_t> MatchWithEarlier(const std::vector<PhotoFeaturesPtr>& photos, size_t i,
-                                      PhotoMatcher* matcher) {
+                                      PairMatcher* matcher) {
   std::vector<int32_t> inliers(i, 0);
-  const std::vector<PhotoFeaturesPtr> earlier(photos.begin(), photos.begin() + i);
-  for (const auto& pair : matcher->Match(*photos[i], earlier).pairs) {
-    inliers[pair.other_id - 1] = static_cast<int32_t>(pair.inliers.size());
+  for (size_t j = 0; j < i; ++j) {
+    const auto geometry = matcher->Match(*photos[i], *photos[j]).geometry;
+    if (IsVerified(geometry)) inliers[j] = static_cast<int32_t>(geometry.inlier_matches.size());
   }
   return inliers;
 }
@@ -129,9 +129,7 @@ Result<InlierCounts> MatchExhaustively(const StudySet& set, const std::string& c
   }
   const std::string path = cache_folder + "/" + set.name + "/inliers.bin";
   std::vector<int32_t> known = ReadCounts(path);
-  PhotoMatcherOptions options;
-  options.num_threads = 1;
-  PhotoMatcher matcher(options);
+  PairMatcher matcher{PairMatcherOptions()};
   InlierCounts counts;
   size_t first = 0;
   for (size_t i = 0; i < photos.size(); first += i, ++i) {

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <deque>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -91,6 +92,7 @@ class Workers {
     int64_t now = 0;
     int64_t photo = 0;
     std::optional<SecondLook> look;  // while it works on a photo
+    std::deque<int64_t> in_work;
   };
 
   // Whose turn it is; null when all is done.
@@ -114,13 +116,15 @@ class Workers {
 
   void Step(Worker* worker) {
     worker->look->Advance(worker->now);
-    const auto batch = worker->look->Next();
-    for (const int64_t other : batch) {
-      worker->look->Tell(other, session_.inliers[worker->photo][other]);
-      matched_[worker->photo].push_back(other);
+    while (const auto other = worker->look->Take()) {
+      worker->in_work.push_back(*other);
+      matched_[worker->photo].push_back(*other);
     }
-    worker->now += static_cast<int64_t>(batch.size());
-    if (batch.empty()) Finish(worker);
+    if (worker->in_work.empty()) return Finish(worker);
+    const int64_t other = worker->in_work.front();
+    worker->in_work.pop_front();
+    worker->look->Tell(other, session_.inliers[worker->photo][other]);
+    ++worker->now;
   }
 
   void Finish(Worker* worker) {
@@ -275,7 +279,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--expand", options.num_expanding, "Photos that a query is expanded by")
       ->capture_default_str();
-  app.add_option("--batch", look.batch)->capture_default_str();
+  app.add_option("--in-work", look.max_in_work)->capture_default_str();
   app.add_option("--min-evidence", look.min_evidence)->capture_default_str();
   app.add_option("--min-expected", look.min_expected)->capture_default_str();
   app.add_option("--num-sure", look.num_sure)->capture_default_str();

@@ -25,18 +25,18 @@ KernelVersion KernelOf(const std::string& name) {
 }  // namespace
 
 Status MatchingServiceOptions::Check() const {
-  return FirstError(
-      {InRange("cache_mib", cache_mib, 1, 1 << 20), matcher.Check(), second_look.Check()});
+  return FirstError({InRange("cache_mib", cache_mib, 1, 1 << 20),
+                     InRange("threads", num_threads, 1, 1024), pair.Check(), second_look.Check()});
 }
 
 void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
-  MatchOptions& matching = options->matcher.pair.matching;
-  TwoViewOptions& two_view = options->matcher.pair.two_view;
+  MatchOptions& matching = options->pair.matching;
+  TwoViewOptions& two_view = options->pair.two_view;
   app.add_option("--cache-mib", options->cache_mib, "Memory for features of recent photos, MiB");
   AddSwitch(app, "second-look", &options->second_look.enabled,
             "Order a photo's candidates by what their neighbours matched, and add some; off: all "
             "candidates in the order of retrieval, and no others");
-  AddSwitch(app, "cascade", &options->matcher.pair.cascade,
+  AddSwitch(app, "cascade", &options->pair.cascade,
             "Look at a pair's coarsest features first, then match the others along their geometry; "
             "off: all features with all");
   AddChoice(

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/result.h"
-#include "matching/photo_matcher.h"
+#include "matching/pair_matcher.h"
 #include "matching/second_look.h"
 
 namespace CLI {
@@ -11,7 +11,8 @@ class App;
 namespace skein {
 
 struct MatchingServiceOptions {
-  PhotoMatcherOptions matcher;
+  PairMatcherOptions pair;
+  int num_threads = 1;  // over which the pairs of a photo are spread
   SecondLookOptions second_look;
   int cache_mib = 512;  // features of recently used photos, decoded
 

@@ -8,18 +8,17 @@
 namespace skein {
 namespace {
 
-constexpr size_t kPrefetchedBatches = 4;
+constexpr size_t kPrefetched = 8;
 
 }  // namespace
 
 MatchingService::MatchingService(Node& node, const MatchingServiceOptions& options)
     : node_(node),
       second_look_(options.second_look),
-      matcher_(options.matcher),
       loader_(node.loop(), node.blobs(), static_cast<size_t>(options.cache_mib) << 20),
-      worker_(node.loop()),
       work_(node, "matching", 2, [this](const work_t& work) { OnWork(work); }),
       follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
+  for (int i = 0; i < options.num_threads; ++i) workers_.emplace_back(node.loop(), options.pair);
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
 }
 
@@ -71,42 +70,36 @@ void MatchingService::StartNext() {
   if (!active_) {
     active_ = waiting_.front();
     waiting_.pop_front();
-    LoadBatch();
+    jobs_.at(*active_).since_begun = Timer();
+    TakePairs();
   }
   Prefetch();
 }
 
-void MatchingService::LoadBatch() {
-  Job& job = jobs_.at(*active_);
-  job.look->Advance(follower_.processed_seq());
-  job.batch = job.look->Next();
-  if (job.batch.empty()) return Submit();
-  job.others.assign(job.batch.size(), nullptr);
-  job.num_missing = job.batch.size();
-  for (size_t i = 0; i < job.others.size(); ++i) LoadOther(i);
+void MatchingService::TakePairs() {
+  SecondLook& look = *jobs_.at(*active_).look;
+  look.Advance(follower_.processed_seq());
+  while (const std::optional<int64_t> other_id = look.Take()) LoadOther(*other_id);
+  if (look.num_in_work() == 0) return Submit();
   Prefetch();
 }
 
-void MatchingService::LoadOther(size_t index) {
-  const int64_t other_id = jobs_.at(*active_).batch[index];
+void MatchingService::LoadOther(int64_t other_id) {
   loader_.Load(other_id, *index_.FindFeatures(other_id),
-               [this, index, other_id](const Result<PhotoFeaturesPtr>& features) {
-                 Job& job = jobs_.at(*active_);
-                 if (features.ok()) {
-                   job.others[index] = *features;
-                 } else {
+               [this, other_id](const Result<PhotoFeaturesPtr>& features) {
+                 if (!features.ok()) {
                    LogWarn("image {} is not matched with {}: {}", *active_, other_id,
                            features.error());
                  }
-                 if (--job.num_missing == 0) MatchBatch();
+                 ready_.push_back({other_id, features.ok() ? *features : nullptr});
+                 MatchReadyPairs();
                });
 }
 
-// Photos that are likely to be matched after the current batch.
+// Photos that are likely to be matched after those in work.
 void MatchingService::Prefetch() {
   const auto prefetch = [this](int64_t image_id) {
-    for (const int64_t id :
-         jobs_.at(image_id).look->Best(kPrefetchedBatches * second_look_.batch)) {
+    for (const int64_t id : jobs_.at(image_id).look->Best(kPrefetched)) {
       loader_.Load(id, *index_.FindFeatures(id), [](const Result<PhotoFeaturesPtr>&) {});
     }
   };
@@ -114,34 +107,41 @@ void MatchingService::Prefetch() {
   if (!waiting_.empty()) prefetch(waiting_.front());
 }
 
-void MatchingService::MatchBatch() {
-  const Job& job = jobs_.at(*active_);
-  std::vector<PhotoFeaturesPtr> others;
-  for (const PhotoFeaturesPtr& other : job.others) {
-    if (other) others.push_back(other);
+void MatchingService::MatchReadyPairs() {
+  for (Worker& worker : workers_) {
+    if (ready_.empty()) return;
+    if (worker.thread.num_pending() > 0) continue;
+    const ReadyPair pair = std::move(ready_.front());
+    ready_.pop_front();
+    worker.thread.Run(
+        [&worker, photo = jobs_.at(*active_).photo, other = pair.other] {
+          std::optional<PairResult> result;
+          if (other) result = worker.matcher.Match(*photo, *other);
+          return result;
+        },
+        [this, other_id = pair.other_id](const std::optional<PairResult>& result) {
+          OnPairMatched(other_id, result);
+        });
   }
-  worker_.Run([this, photo = job.photo,
-               others = std::move(others)] { return matcher_.Match(*photo, others); },
-              [this](PhotoMatches matches) { OnBatchMatched(std::move(matches)); });
 }
 
-void MatchingService::OnBatchMatched(PhotoMatches matches) {
+void MatchingService::OnPairMatched(int64_t other_id, const std::optional<PairResult>& result) {
   Job& job = jobs_.at(*active_);
-  std::map<int64_t, int32_t> inliers;
-  for (const TwoViewPair& pair : matches.pairs) {
-    inliers[pair.other_id] = static_cast<int32_t>(pair.inliers.size());
-  }
-  for (const int64_t other_id : job.batch) job.look->Tell(other_id, inliers[other_id]);
-  Append(std::move(matches), &job.matches);
-  LoadBatch();
+  const bool is_verified = result && IsVerified(result->geometry);
+  if (result) job.matches.Add(other_id, *result);
+  job.look->Tell(other_id,
+                 is_verified ? static_cast<int32_t>(result->geometry.inlier_matches.size()) : 0);
+  MatchReadyPairs();
+  TakePairs();
 }
 
 void MatchingService::Submit() {
   const int64_t image_id = *active_;
   Job& job = jobs_.at(image_id);
   ++num_done_;
+  job.matches.elapsed_s = job.since_begun.ElapsedS();
   sum_elapsed_s_ += job.matches.elapsed_s;
-  worker_.Run(
+  workers_.front().thread.Run(
       [this, image_id, seq = job.look->seq(), matches = std::move(job.matches)] {
         const std::string blob =
             matches.pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches.pairs));

@@ -8,13 +8,13 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "core/clock.h"
 #include "event_loop/worker_thread.h"
 #include "matching/feature_loader.h"
 #include "matching/matching_options.h"
 #include "matching/photo_index.h"
-#include "matching/photo_matcher.h"
+#include "matching/photo_matches.h"
 #include "matching/second_look.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
@@ -22,10 +22,10 @@
 
 namespace skein {
 
-// Holds two items: one is matched on a worker thread (and matcher.num_threads - 1 more), the
-// features of the other are fetched. The result depends on the photo's candidates and the ledger up
-// to computed_at_seq. That grows with every batch, so pairs verified by other workers count at
-// once. Loop's thread only.
+// Holds two items: the pairs of one are matched on num_threads worker threads, the features of the
+// other are fetched. The result depends on the photo's candidates and the ledger up to
+// computed_at_seq. That grows with every pair, so pairs verified by other workers count at once.
+// Loop's thread only.
 class MatchingService {
  public:
   MatchingService(Node& node, const MatchingServiceOptions& options);
@@ -35,10 +35,21 @@ class MatchingService {
   struct Job {
     std::optional<SecondLook> look;  // once the candidates are known
     PhotoFeaturesPtr photo;
-    std::vector<int64_t> batch;            // the pairs that are matched now
-    std::vector<PhotoFeaturesPtr> others;  // of the batch, null until loaded or if damaged
-    size_t num_missing = 0;                // of the batch
-    PhotoMatches matches;                  // of the batches before
+    PhotoMatches matches;  // so far
+    Timer since_begun;     // from when it is the active one
+  };
+
+  // Of the active job, taken and loaded, for the next free worker.
+  struct ReadyPair {
+    int64_t other_id = 0;
+    PhotoFeaturesPtr other;  // null if it is damaged
+  };
+
+  struct Worker {
+    Worker(PollLoop& loop, const PairMatcherOptions& options) : matcher(options), thread(loop) {}
+
+    PairMatcher matcher;  // used by `thread` only
+    WorkerThread thread;
   };
 
   void OnFact(const Fact& fact);
@@ -47,11 +58,12 @@ class MatchingService {
   void LoadPhoto(int64_t image_id);
   void OnPhotoLoaded(int64_t image_id, const Result<PhotoFeaturesPtr>& features);
   void StartNext();
-  void LoadBatch();
-  void LoadOther(size_t index);
+  void TakePairs();
+  void LoadOther(int64_t other_id);
   void Prefetch();
-  void MatchBatch();
-  void OnBatchMatched(PhotoMatches matches);
+  void MatchReadyPairs();
+  // No result: the other photo is damaged.
+  void OnPairMatched(int64_t other_id, const std::optional<PairResult>& result);
   void Submit();
   void SubmitFact(int64_t image_id, matches_t fact);
   // By value: the reason may belong to the job that ends here.
@@ -65,12 +77,12 @@ class MatchingService {
   std::map<int64_t, Job> jobs_;
   std::deque<int64_t> waiting_;    // jobs whose photo is loaded
   std::optional<int64_t> active_;  // the job that is matched
+  std::deque<ReadyPair> ready_;
   int64_t num_done_ = 0;
   double sum_elapsed_s_ = 0;
 
-  PhotoMatcher matcher_;  // used by worker_ only
   FeatureLoader loader_;
-  WorkerThread worker_;
+  std::deque<Worker> workers_;
   WorkClient work_;
   LedgerFollower follower_;
 };

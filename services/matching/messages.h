@@ -7,7 +7,7 @@
 
 #include "base/camera.h"
 #include "core/result.h"
-#include "matching/photo_matcher.h"
+#include "matching/photo_matches.h"
 #include "skein/image_t.hpp"
 #include "skein/matches_t.hpp"
 

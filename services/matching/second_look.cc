@@ -21,7 +21,7 @@ double Strength(int32_t num_inliers) {
 }  // namespace
 
 Status SecondLookOptions::Check() const {
-  return FirstError({InRange<size_t>("batch", batch, 1, 10'000),
+  return FirstError({InRange<size_t>("max_in_work", max_in_work, 1, 10'000),
                      InRange("prior_weight", prior_weight, 1e-9, 1e9),
                      InRange("min_evidence", min_evidence, 0.0, 1e9),
                      InRange("min_expected", min_expected, 0.0, 1.0),
@@ -55,7 +55,7 @@ double SecondLook::ExpectedInliers(const Candidate& candidate) const {
 }
 
 bool SecondLook::IsWorthwhile(const Candidate& candidate) const {
-  if (candidate.tried) return false;
+  if (candidate.taken) return false;
   if (!options_.enabled) return candidate.named;
   if (!candidate.named && num_joined_ >= options_.max_joined) return false;
   const bool is_sure =
@@ -81,26 +81,52 @@ std::vector<int64_t> SecondLook::WorthwhileBestFirst() const {
 
 std::vector<int64_t> SecondLook::Best(size_t count) const {
   std::vector<int64_t> best;
-  std::unordered_set<int64_t> waiting;  // those that one of the best will speak for
+  // Those that one in work or one of the best will speak for.
+  std::unordered_set<int64_t> waiting;
+  const auto will_speak = [this, &waiting](int64_t id) {
+    if (!options_.enabled) return;
+    for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(id)) {
+      if (edge.seq <= seq_) waiting.insert(edge.other_id);
+    }
+  };
+  for (const InWork& pair : in_work_) will_speak(pair.other_id);
   for (const int64_t id : WorthwhileBestFirst()) {
     if (best.size() == count) break;
     if (waiting.count(id) > 0 && !IsInformed(candidates_.at(id))) continue;
     best.push_back(id);
-    if (!options_.enabled) continue;
-    for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(id)) {
-      if (edge.seq <= seq_) waiting.insert(edge.other_id);
-    }
+    will_speak(id);
   }
   return best;
 }
 
-void SecondLook::Tell(int64_t other_id, int32_t num_inliers) {
-  Candidate& told = candidates_.at(other_id);
-  if (std::exchange(told.tried, true)) throw std::invalid_argument("told twice of one pair");
-  told_.push_back({other_id, num_inliers});
-  num_joined_ += !told.named;
-  num_strong_ += num_inliers >= kOverlapping;
+std::optional<int64_t> SecondLook::Take() {
+  while (true) {
+    const auto best = in_work_.size() < options_.max_in_work ? Best(1) : std::vector<int64_t>();
+    if (!best.empty()) {
+      Candidate& taken = candidates_.at(best.front());
+      taken.taken = true;
+      num_joined_ += !taken.named;
+      in_work_.push_back({best.front(), std::nullopt});
+      return best.front();
+    }
+    if (in_work_.empty() || !in_work_.front().num_inliers) return std::nullopt;
+    LearnFirstInWork();
+  }
+}
+
+void SecondLook::LearnFirstInWork() {
+  told_.push_back({in_work_.front().other_id, *in_work_.front().num_inliers});
+  in_work_.pop_front();
+  num_strong_ += told_.back().num_inliers >= kOverlapping;
   Learn(told_.back(), kFromTheStart);
+}
+
+void SecondLook::Tell(int64_t other_id, int32_t num_inliers) {
+  const auto told = std::find_if(in_work_.begin(), in_work_.end(), [other_id](const InWork& pair) {
+    return pair.other_id == other_id && !pair.num_inliers;
+  });
+  if (told == in_work_.end()) throw std::invalid_argument("told of a pair that is not in work");
+  told->num_inliers = num_inliers;
 }
 
 void SecondLook::Advance(int64_t seq) {

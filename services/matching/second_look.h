@@ -32,7 +32,9 @@
 // the order of retrieval.
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -42,8 +44,8 @@
 namespace skein {
 
 struct SecondLookOptions {
-  bool enabled = true;  // off: all candidates, in their order
-  size_t batch = 2;     // pairs matched before the next decision
+  bool enabled = true;     // off: all candidates, in their order
+  size_t max_in_work = 3;  // pairs at once
   double prior_weight = 0.5;
   size_t num_sure = 20;
   size_t few_strong = 6;             // pairs of at least 50 inliers
@@ -58,7 +60,9 @@ struct SecondLookOptions {
 };
 
 // The order for one photo. It is a function of the candidates, the outcomes, and the graph up to
-// `seq` or Advance's seq. The graph must outlive it.
+// `seq` or Advance's seq. Which pair in work ends first does not matter: a choice rests on the
+// outcomes of all but the last max_in_work - 1, or of more if these leave none. The graph must
+// outlive it.
 class SecondLook {
  public:
   // `candidates`: best first, each once, without the photo. `may_join`: whether a photo outside of
@@ -68,12 +72,14 @@ class SecondLook {
   SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph, int64_t seq,
              MayJoin may_join, const SecondLookOptions& options);
 
-  // The next photos to match; empty when it is enough. Call Tell for each before the next call.
-  std::vector<int64_t> Next() const { return Best(options_.batch); }
-  // The first `count` in order as known now. One of whom nothing is known waits for those before it
-  // that will speak for it.
+  // The next photo to match, which is in work from then on. None: Tell of one in work first; it is
+  // enough if none is.
+  std::optional<int64_t> Take();
+  // The first `count` to take in order as known now. One of whom nothing is known waits for those
+  // before it that will speak for it.
   std::vector<int64_t> Best(size_t count) const;
-  // 0 inliers: not verified, or cannot be matched.
+  // The outcome of one in work, 0 inliers: not verified, or cannot be matched. Throws
+  // std::invalid_argument if it is not in work.
   void Tell(int64_t other_id, int32_t num_inliers);
   // Reads the graph up to `seq` from now on, with pairs that other workers verified meanwhile. A
   // lower seq changes nothing.
@@ -81,13 +87,14 @@ class SecondLook {
 
   int64_t seq() const { return seq_; }
   size_t num_tried() const { return told_.size(); }
+  size_t num_in_work() const { return in_work_.size(); }
 
  private:
   struct Candidate {
     double prior = 0;
     bool named = false;  // by retrieval
     size_t rank = 0;     // in retrieval, if named
-    bool tried = false;
+    bool taken = false;
     double weight = 0;       // sum of weight(v, c)
     int32_t bottleneck = 0;  // max of min(inliers(photo, v), inliers(v, c))
     double weighted = 0;     // sum of weight(v, c) strength(photo, v)
@@ -98,7 +105,13 @@ class SecondLook {
     int64_t other_id = 0;
     int32_t num_inliers = 0;
   };
+  struct InWork {
+    int64_t other_id = 0;
+    std::optional<int32_t> num_inliers;  // once it is told
+  };
 
+  // Of those in work the first, whose outcome is told.
+  void LearnFirstInWork();
   // Adds the evidence of a tried photo's edges after `after_seq` to their other photos.
   void Learn(const Outcome& outcome, int64_t after_seq);
   // weight(v, c) of v's `edge` to c.
@@ -115,9 +128,10 @@ class SecondLook {
   SecondLookOptions options_;
   std::unordered_map<int64_t, Candidate> candidates_;
   std::vector<int64_t> order_;  // ids of candidates_, as they came up
+  std::deque<InWork> in_work_;  // as they were taken, told or not, but not learned from
   std::vector<Outcome> told_;
   size_t num_strong_ = 0;
-  size_t num_joined_ = 0;  // tried ones that retrieval did not name
+  size_t num_joined_ = 0;  // taken ones that retrieval did not name
 };
 
 }  // namespace skein

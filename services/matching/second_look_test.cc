@@ -29,16 +29,31 @@ void AddPlace(int64_t first, int64_t count, int32_t inliers, CovisibilityGraph* 
   }
 }
 
-// Works to the end with the outcomes given, 0 where none is.
-std::vector<int64_t> Tried(SecondLook look, const std::map<int64_t, int32_t>& inliers) {
-  std::vector<int64_t> tried;
-  for (auto batch = look.Next(); !batch.empty(); batch = look.Next()) {
-    for (const int64_t id : batch) {
-      const auto found = inliers.find(id);
-      look.Tell(id, found == inliers.end() ? 0 : found->second);
+// All that may be in work now.
+std::vector<int64_t> TakeAll(SecondLook* look) {
+  std::vector<int64_t> taken;
+  while (const auto id = look->Take()) taken.push_back(*id);
+  return taken;
+}
+
+// Works to the end with the outcomes given, 0 where none is. Of those in work the last one taken
+// ends first, if `last_first`.
+std::vector<int64_t> Tried(SecondLook look, const std::map<int64_t, int32_t>& inliers,
+                           bool last_first = false) {
+  std::vector<int64_t> tried, in_work;
+  while (true) {
+    for (const int64_t id : TakeAll(&look)) {
       tried.push_back(id);
+      in_work.push_back(id);
     }
+    if (in_work.empty()) break;
+    const auto ends = last_first ? in_work.end() - 1 : in_work.begin();
+    const auto found = inliers.find(*ends);
+    look.Tell(*ends, found == inliers.end() ? 0 : found->second);
+    in_work.erase(ends);
   }
+  EXPECT_EQ(look.num_in_work(), 0u);
+  EXPECT_EQ(look.num_tried(), tried.size());
   return tried;
 }
 
@@ -127,7 +142,7 @@ TEST(SecondLook, StopsWhenTheRestIsImplied) {
   const SecondLookOptions options;
   const auto tried = Tried(SecondLook(Range(1, 30), graph, kNow, IsEarlier, options), inliers);
   EXPECT_GE(tried.size(), options.min_strong);
-  EXPECT_LT(tried.size(), options.min_strong + options.batch);
+  EXPECT_LT(tried.size(), options.min_strong + options.max_in_work);
 }
 
 TEST(SecondLook, PhotosThatRetrievalMissedJoinThroughVerifiedNeighbours) {
@@ -148,7 +163,7 @@ TEST(SecondLook, JoinsAreBounded) {
   for (const int64_t id : Range(100, 50)) graph.Add(1, id, 400, 1);
   const SecondLookOptions options;
   const auto tried = Tried(SecondLook({1}, graph, kNow, IsEarlier, options), {{1, 500}});
-  EXPECT_LE(tried.size(), 1 + options.max_joined + options.batch);
+  EXPECT_LE(tried.size(), 1 + options.max_joined);
   EXPECT_GT(tried.size(), 1u);
 }
 
@@ -162,10 +177,10 @@ TEST(SecondLook, SeesWhatBecomesKnownMeanwhile) {
   CovisibilityGraph graph;
   AddPlace(1, 10, 300, &graph, kNow + 1);
   SecondLook look(Range(1, 10), graph, kNow, IsEarlier, {});
-  for (const int64_t id : look.Next()) look.Tell(id, 0);
-  EXPECT_FALSE(look.Next().empty());
+  for (const int64_t id : TakeAll(&look)) look.Tell(id, 0);
+  EXPECT_FALSE(look.Best(1).empty());
   look.Advance(kNow + 1);
-  EXPECT_TRUE(look.Next().empty()) << "the two that failed are of the same place";
+  EXPECT_FALSE(look.Take()) << "those that failed are of the same place";
   look.Advance(kNow);
   EXPECT_EQ(look.seq(), kNow + 1);
 }
@@ -173,16 +188,19 @@ TEST(SecondLook, SeesWhatBecomesKnownMeanwhile) {
 TEST(SecondLook, EveryEdgeCountsOnceHoweverOftenItAdvances) {
   CovisibilityGraph graph;
   graph.Add(1, 2, 40, kNow + 1);  // one such failure is too little evidence, two would not be
-  SecondLook look({1, 2}, graph, kNow, IsEarlier, {});
-  look.Tell(1, 0);
+  SecondLookOptions options;
+  options.max_in_work = 1;
+  SecondLook look({1, 2}, graph, kNow, IsEarlier, options);
+  for (const int64_t id : TakeAll(&look)) look.Tell(id, 0);
   for (int64_t seq = kNow; seq <= kNow + 3; ++seq) look.Advance(seq);
-  EXPECT_EQ(look.Next(), std::vector<int64_t>{2});
+  EXPECT_EQ(look.Take(), 2);
   graph.Add(3, 2, 40, kNow + 4);
-  SecondLook both({1, 3, 2}, graph, kNow, IsEarlier, {});
-  both.Tell(1, 0);
-  both.Tell(3, 0);
+  SecondLook both({1, 3, 2}, graph, kNow, IsEarlier, options);
+  for (int i = 0; i < 2; ++i) {
+    for (const int64_t id : TakeAll(&both)) both.Tell(id, 0);
+  }
   both.Advance(kNow + 4);
-  EXPECT_TRUE(both.Next().empty());
+  EXPECT_FALSE(both.Take());
 }
 
 TEST(SecondLook, ExpectsMostOfThoseWhoShareMostWithGoodPairs) {
@@ -190,20 +208,49 @@ TEST(SecondLook, ExpectsMostOfThoseWhoShareMostWithGoodPairs) {
   graph.Add(1, 30, 60, 1);
   graph.Add(1, 31, 500, 1);
   SecondLookOptions options;
-  options.batch = 1;
+  options.max_in_work = 1;
   SecondLook look({1, 30, 31}, graph, kNow, IsEarlier, options);
-  ASSERT_EQ(look.Next(), std::vector<int64_t>{1});
+  ASSERT_EQ(look.Take(), 1);
+  EXPECT_FALSE(look.Take()) << "one at once";
   look.Tell(1, 400);
-  EXPECT_EQ(look.Next(), std::vector<int64_t>{31});
+  EXPECT_EQ(look.Take(), 31);
 }
 
-TEST(SecondLook, RefusesToBeToldTwiceAndBadOptions) {
+// One that is slow holds up what is known, so that the choice is the same on any machine.
+TEST(SecondLook, WhichOfThoseInWorkEndsFirstDoesNotMatter) {
+  CovisibilityGraph graph;
+  AddPlace(1, 12, 300, &graph);
+  AddPlace(21, 12, 60, &graph);
+  graph.Add(3, 50, 400, 1);
+  const std::vector<int64_t> candidates{1, 21, 70, 2, 22, 3, 23, 4, 71, 5, 24, 6};
+  std::map<int64_t, int32_t> inliers;
+  for (const int64_t id : Range(1, 12)) inliers[id] = static_cast<int32_t>(40 * id);
+  const auto tried = Tried(SecondLook(candidates, graph, kNow, IsEarlier, {}), inliers);
+  EXPECT_GE(tried.size(), 5u);
+  EXPECT_EQ(Tried(SecondLook(candidates, graph, kNow, IsEarlier, {}), inliers, true), tried);
+}
+
+// Nothing is known of 2 but what 1 will say, so the third goes first.
+TEST(SecondLook, WhatOneInWorkWillSpeakForWaits) {
+  CovisibilityGraph graph;
+  AddPlace(1, 2, 300, &graph);
+  SecondLook look({1, 2, 9}, graph, kNow, IsEarlier, {});
+  EXPECT_EQ(TakeAll(&look), (std::vector<int64_t>{1, 9}));
+  look.Tell(9, 100);
+  EXPECT_FALSE(look.Take()) << "9 counts when 1 is told";
+  look.Tell(1, 100);
+  EXPECT_EQ(look.Take(), 2);
+}
+
+TEST(SecondLook, RefusesToBeToldTwiceOrOfWhatItDidNotGiveAndBadOptions) {
   const CovisibilityGraph nothing;
-  SecondLook look({1}, nothing, kNow, IsEarlier, {});
-  look.Tell(1, 20);
+  SecondLook look({1, 2}, nothing, kNow, IsEarlier, {});
   EXPECT_THROW(look.Tell(1, 20), std::invalid_argument);
+  TakeAll(&look);
+  look.Tell(2, 20);
+  EXPECT_THROW(look.Tell(2, 20), std::invalid_argument);
   SecondLookOptions options;
-  options.batch = 0;
+  options.max_in_work = 0;
   EXPECT_THROW(SecondLook({1}, nothing, kNow, IsEarlier, options), std::invalid_argument);
 }
 

@@ -1,7 +1,8 @@
-#include "matching/photo_matcher.h"
+#include "matching/photo_matches.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "matching/feature_cache.h"
@@ -10,13 +11,22 @@
 namespace skein {
 namespace {
 
-TEST(PhotoMatcher, KeepsVerifiedPairsMostInliersFirst) {
+PhotoMatches Match(const PhotoFeatures& photo, const std::vector<PhotoFeaturesPtr>& others) {
+  PairMatcher matcher{PairMatcherOptions()};
+  PhotoMatches matches;
+  for (const auto& other : others) matches.Add(other->image_id, matcher.Match(photo, *other));
+  return matches;
+}
+
+TEST(PhotoMatches, KeepVerifiedPairsMostInliersFirst) {
   SyntheticFeatures world;
   const auto photo = world.Photo(9, 0, 400);
   const std::vector<PhotoFeaturesPtr> others{world.Photo(2, 0.5, 100), world.Photo(5, 1, 0),
                                              world.Photo(3, 1.0, 300)};
-  const PhotoMatches matches = PhotoMatcher({}).Match(*photo, others);
+  const PhotoMatches matches = Match(*photo, others);
   EXPECT_EQ(matches.num_tried, 3);
+  EXPECT_GT(matches.match_s, 0);
+  EXPECT_GT(matches.verify_s, 0);
   ASSERT_EQ(matches.pairs.size(), 2u);
   EXPECT_EQ(matches.pairs[0].other_id, 3);
   EXPECT_EQ(matches.pairs[1].other_id, 2);
@@ -27,10 +37,10 @@ TEST(PhotoMatcher, KeepsVerifiedPairsMostInliersFirst) {
   for (const auto& [in_photo, in_other] : matches.pairs[0].inliers) EXPECT_EQ(in_photo, in_other);
 }
 
-TEST(PhotoMatcher, FundamentalMatrixMapsPhotoToOther) {
+TEST(PhotoMatches, FundamentalMatrixMapsPhotoToOther) {
   SyntheticFeatures world;
   const auto photo = world.Photo(9, 0, 400), other = world.Photo(2, 0.5, 300);
-  const PhotoMatches matches = PhotoMatcher({}).Match(*photo, {other});
+  const PhotoMatches matches = Match(*photo, {other});
   ASSERT_EQ(matches.pairs.size(), 1u);
   const Eigen::Matrix3d F =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matches.pairs[0].F.data());
@@ -40,33 +50,24 @@ TEST(PhotoMatcher, FundamentalMatrixMapsPhotoToOther) {
   }
 }
 
-TEST(PhotoMatcher, ResultDoesNotDependOnThreads) {
+TEST(PhotoMatches, DoNotDependOnTheOrderOfTheirPairs) {
   SyntheticFeatures world;
   const auto photo = world.Photo(9, 0, 400);
   std::vector<PhotoFeaturesPtr> others;
-  for (int i = 1; i < 8; ++i) others.push_back(world.Photo(i, 0.2 * i, 30 * i));
-  PhotoMatcherOptions options;
-  const PhotoMatches one = PhotoMatcher(options).Match(*photo, others);
-  options.num_threads = 3;
-  const PhotoMatches three = PhotoMatcher(options).Match(*photo, others);
-  EXPECT_EQ(EncodeTwoViewPairs(one.pairs), EncodeTwoViewPairs(three.pairs));
+  for (int i = 1; i < 8; ++i) others.push_back(world.Photo(i, 0.2 * i, 30 * (1 + i / 2)));
+  const PhotoMatches forwards = Match(*photo, others);
+  std::reverse(others.begin(), others.end());
+  EXPECT_EQ(EncodeTwoViewPairs(forwards.pairs), EncodeTwoViewPairs(Match(*photo, others).pairs));
 }
 
-TEST(PhotoMatcher, WithoutCandidatesOrFeaturesThereAreNoPairs) {
+TEST(PhotoMatches, WithoutCandidatesOrFeaturesThereAreNoPairs) {
   SyntheticFeatures world;
   auto empty = std::make_shared<PhotoFeatures>();
   empty->camera = PriorCamera(SyntheticFeatures::kSizePx, SyntheticFeatures::kSizePx,
                               SyntheticFeatures::kFocalPx, true);
-  PhotoMatcher matcher({});
-  EXPECT_EQ(matcher.Match(*world.Photo(1, 0, 400), {}).num_tried, 0);
-  EXPECT_TRUE(matcher.Match(*world.Photo(1, 0, 400), {empty}).pairs.empty());
-  EXPECT_TRUE(matcher.Match(*empty, {world.Photo(1, 0, 400)}).pairs.empty());
-}
-
-TEST(PhotoMatcher, RefusesZeroThreads) {
-  PhotoMatcherOptions options;
-  options.num_threads = 0;
-  EXPECT_THROW(PhotoMatcher{options}, std::invalid_argument);
+  EXPECT_EQ(Match(*world.Photo(1, 0, 400), {}).num_tried, 0);
+  EXPECT_TRUE(Match(*world.Photo(1, 0, 400), {empty}).pairs.empty());
+  EXPECT_TRUE(Match(*empty, {world.Photo(1, 0, 400)}).pairs.empty());
 }
 
 class PhotoFeaturesBlobs : public testing::Test {

@@ -1,0 +1,49 @@
+#include "matching/photo_matches.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace skein {
+namespace {
+
+std::array<double, 9> RowMajor(const Eigen::Matrix3d& matrix) {
+  std::array<double, 9> out;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(out.data()) = matrix;
+  return out;
+}
+
+TwoViewPair ToTwoViewPair(int64_t other_id, const colmap::TwoViewGeometry& geometry) {
+  TwoViewPair pair;
+  pair.other_id = other_id;
+  pair.geometry = static_cast<int8_t>(geometry.config);
+  pair.E = RowMajor(geometry.E);
+  pair.F = RowMajor(geometry.F);
+  pair.H = RowMajor(geometry.H);
+  Eigen::Map<Eigen::Vector4d>(pair.qvec.data()) = geometry.qvec;
+  Eigen::Map<Eigen::Vector3d>(pair.tvec.data()) = geometry.tvec;
+  pair.tri_angle_rad = static_cast<float>(geometry.tri_angle);
+  pair.forward_motion = static_cast<float>(ForwardMotion(geometry));
+  for (const colmap::FeatureMatch& match : geometry.inlier_matches) {
+    pair.inliers.emplace_back(match.point2D_idx1, match.point2D_idx2);
+  }
+  return pair;
+}
+
+bool ComesBefore(const TwoViewPair& a, const TwoViewPair& b) {
+  if (a.inliers.size() != b.inliers.size()) return a.inliers.size() > b.inliers.size();
+  return a.other_id < b.other_id;
+}
+
+}  // namespace
+
+void PhotoMatches::Add(int64_t other_id, const PairResult& result) {
+  ++num_tried;
+  match_s += result.product_s + result.guided_s;
+  verify_s += result.geometry_s;
+  if (!IsVerified(result.geometry)) return;
+  TwoViewPair pair = ToTwoViewPair(other_id, result.geometry);
+  const auto at = std::upper_bound(pairs.begin(), pairs.end(), pair, ComesBefore);
+  pairs.insert(at, std::move(pair));
+}
+
+}  // namespace skein
