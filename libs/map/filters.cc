@@ -53,6 +53,23 @@ int FilterPoint(const FilterOptions& options, Point3DId id,
   return static_cast<int>(bad.size());
 }
 
+double SquaredError(const colmap::Reconstruction& reconstruction, const colmap::Point3D& point,
+                    const colmap::TrackElement& element) {
+  const colmap::Image& image = reconstruction.Image(element.image_id);
+  return colmap::CalculateSquaredReprojectionError(image.Point2D(element.point2D_idx).XY(),
+                                                   point.XYZ(), image.Qvec(), image.Tvec(),
+                                                   reconstruction.Camera(image.CameraId()));
+}
+
+double SumOfSquaredErrors(const colmap::Reconstruction& reconstruction,
+                          const colmap::Point3D& point) {
+  double sum = 0;
+  for (const colmap::TrackElement& element : point.Track().Elements()) {
+    sum += SquaredError(reconstruction, point, element);
+  }
+  return sum;
+}
+
 }  // namespace
 
 std::vector<Point3DId> AllPoints(const SceneMap& map) {
@@ -111,15 +128,37 @@ int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& poi
     const colmap::Point3D& point = reconstruction.Point3D(id);
     errors.clear();
     for (const colmap::TrackElement& element : point.Track().Elements()) {
-      const colmap::Image& image = reconstruction.Image(element.image_id);
-      const double squared = colmap::CalculateSquaredReprojectionError(
-          image.Point2D(element.point2D_idx).XY(), point.XYZ(), image.Qvec(), image.Tvec(),
-          reconstruction.Camera(image.CameraId()));
-      errors.emplace_back(element, std::sqrt(squared));
+      errors.emplace_back(element, std::sqrt(SquaredError(reconstruction, point, element)));
     }
     num_filtered += FilterPoint(options, id, errors, &reconstruction);
   }
   return num_filtered;
+}
+
+int FilterPointsOfTwoPhotos(SceneMap* map) {
+  constexpr double kChiSquared99 = 6.635;  // 1 degree of freedom
+  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
+  double sum = 0, freedom = 0;
+  std::vector<std::pair<Point3DId, double>> of_two;  // with the sum of squared errors
+  for (const Point3DId id : AllPoints(*map)) {
+    const colmap::Point3D& point = reconstruction.Point3D(id);
+    const double squared = SumOfSquaredErrors(reconstruction, point);
+    const double length = static_cast<double>(point.Track().Length());
+    if (length <= 2) {
+      of_two.emplace_back(id, squared);
+    } else {
+      sum += squared;
+      freedom += 2 * length - 3;
+    }
+  }
+  if (freedom == 0) return 0;
+  int num_removed = 0;
+  for (const auto& [id, squared] : of_two) {
+    if (squared <= kChiSquared99 * sum / freedom) continue;
+    reconstruction.DeletePoint3D(id);
+    ++num_removed;
+  }
+  return num_removed;
 }
 
 }  // namespace skein

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "map/map_access.h"
 #include "testing/synthetic_scene.h"
 
@@ -61,6 +63,44 @@ TEST_F(FiltersTest, APointUnderTooSmallAnAngleGoes) {
   options.min_triangulation_angle_deg = 170;
   EXPECT_GT(FilterPoints(options, {id}, &map_), 1);
   EXPECT_FALSE(map_.reconstruction().ExistsPoint3D(id));
+}
+
+// A false match lies up to the limit beside the epipolar line; without a third photo nothing else
+// would tell.
+TEST_F(FiltersTest, APointOfTwoPhotosHasToFitAsWellAsThoseOfMore) {
+  FilterPoints({}, AllPoints(map_), &map_);  // sets the errors
+  colmap::Reconstruction& model = MapAccess::Model(&map_);
+  const std::vector<Point3DId> ids = AllPoints(map_);
+  const Point3DId good = *std::find_if(ids.begin(), ids.end(), [this](Point3DId id) {
+    return Point(id).Track().Length() >= 4 && Point(id).Error() < 0.25;
+  });
+  while (Point(good).Track().Length() > 2) {
+    const colmap::TrackElement last = Point(good).Track().Elements().back();
+    model.DeleteObservation(last.image_id, last.point2D_idx);
+  }
+  FilterPointsOfTwoPhotos(&map_);
+  ASSERT_TRUE(map_.reconstruction().ExistsPoint3D(good));
+  const auto move = [&](Point3DId id) {
+    const colmap::TrackElement element = Point(id).Track().Element(0);
+    colmap::Point2D& point = model.Image(element.image_id).Point2D(element.point2D_idx);
+    point.SetXY(point.XY() + Eigen::Vector2d(2.5, 0));
+  };
+  const Point3DId of_three = FindPoint(3);
+  move(of_three);
+  move(good);
+  EXPECT_EQ(FilterPoints({}, AllPoints(map_), &map_), 0) << "within the limit";
+  EXPECT_EQ(FilterPointsOfTwoPhotos(&map_), 1);
+  EXPECT_FALSE(map_.reconstruction().ExistsPoint3D(good));
+  EXPECT_TRUE(map_.reconstruction().ExistsPoint3D(of_three));
+}
+
+TEST_F(FiltersTest, AMapOfTwoPhotosKeepsItsPoints) {
+  SceneMap two;
+  AddToMap(scene_, scene_.pairs, &two);
+  const std::vector<ImageId> photos = two.photos();
+  RegisterAtTruth(scene_, {photos[0], photos[1]}, Eigen::Vector3d::Zero(), &two);
+  ASSERT_GT(two.reconstruction().NumPoints3D(), 0u);
+  EXPECT_EQ(FilterPointsOfTwoPhotos(&two), 0);
 }
 
 TEST_F(FiltersTest, APointThatIsGoneIsPassedOver) {

@@ -479,10 +479,11 @@ void Submap::AdjustWithPointsAnew(const EventSink& sink) {
   timer.Restart();
   AdjustGlobally(5, true, true);
   WithdrawWeak(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
+  const int num_unconfirmed = FilterPointsOfTwoPhotos(map_.get());
   if (!options_.IsStopped()) adjuster_.Check(settled_.shape_known);
   const GlobalBaCost cost = adjuster_.TakeCost();
-  LogInfo("final model: points anew {:.2f} s, {} ({:.2f} s)", triangulate_s, ToString(cost),
-          timer.ElapsedS());
+  LogInfo("final model: points anew {:.2f} s, {} ({:.2f} s), {} points of two photos removed",
+          triangulate_s, ToString(cost), timer.ElapsedS(), num_unconfirmed);
 }
 
 }  // namespace skein
