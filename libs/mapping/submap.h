@@ -81,8 +81,9 @@ class Submap {
 
   // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much.
   // The finished model hardly depends on the order of the photos. Points anew show what points that
-  // grew with the map hide: if the map is inconsistent with them, it is mapped anew as well. Where
-  // the options say stop, the parts that are left are left out, here and in what is above.
+  // grew with the map hide: if the map is inconsistent with them, it is mapped anew as well. Points
+  // of two photos that do not fit are removed (FilterPointsOfTwoPhotos). Where the options say
+  // stop, the parts that are left are left out, here and in what is above.
   void Finish(const EventSink& sink);
   // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
   double EstimateConsolidateS() const;
