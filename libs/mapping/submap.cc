@@ -478,8 +478,8 @@ void Submap::AdjustWithPointsAnew(const EventSink& sink) {
   const double triangulate_s = timer.ElapsedS();
   timer.Restart();
   AdjustGlobally(5, true, true);
-  WithdrawWeak(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
   const int num_unconfirmed = FilterPointsOfTwoPhotos(map_.get());
+  WithdrawWeak(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
   if (!options_.IsStopped()) adjuster_.Check(settled_.shape_known);
   const GlobalBaCost cost = adjuster_.TakeCost();
   LogInfo("final model: points anew {:.2f} s, {} ({:.2f} s), {} points of two photos removed",

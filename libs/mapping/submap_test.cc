@@ -249,6 +249,18 @@ TEST(Submap, AFinishThatIsToStopTriesNoPhotoAndTheNextOneDoes) {
   EXPECT_TRUE(rig->map.map().IsRegistered(2));
 }
 
+TEST(Submap, AFinishedMapHasNoPointOfTwoPhotosThatDoesNotFit) {
+  SyntheticOptions options = NoisyArc();
+  options.num_points = 2500;
+  options.num_photos = 8;
+  options.detection_rate = 0.3;
+  Rig rig(options);
+  rig.FeedAll();
+  EXPECT_GT(FilterPointsOfTwoPhotos(&rig.map.map()), 0) << "while photos come they stay";
+  rig.map.Finish(rig.Sink());
+  EXPECT_EQ(FilterPointsOfTwoPhotos(&rig.map.map()), 0);
+}
+
 TEST(Submap, TriangulatesAnewWithWhatThePosesSay) {
   Rig rig(NoisyArc());
   rig.FeedAll();

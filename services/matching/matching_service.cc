@@ -149,7 +149,10 @@ void MatchingService::Submit() {
         fact.header.computed_at_seq = seq;
         return fact;
       },
-      [this, image_id](matches_t fact) { SubmitFact(image_id, std::move(fact)); });
+      [this, image_id](matches_t fact) {
+        SubmitFact(image_id, std::move(fact));
+        MatchReadyPairs();  // the next photo's, for which this worker was not free
+      });
   active_.reset();
   StartNext();
 }

@@ -228,6 +228,20 @@ TEST_F(Matching, SubmitsVerifiedPairsAndAnEmptyFactWithoutCandidates) {
   EXPECT_EQ(pairs[0].inliers.size(), static_cast<size_t>(matches.pairs[0].num_inliers));
 }
 
+// With one thread, the worker encodes the first photo's pairs when the second one's are ready.
+TEST_F(Matching, APhotoFollowsAnotherWithTheSameCandidates) {
+  for (const int64_t id : {1, 2, 3}) ingest_.AddPhoto(*world_.Photo(id, 0.3 * id, 300));
+  for (const int64_t id : {5, 6}) {
+    ingest_.AddPhoto(*world_.Photo(id, 0.1 * id, 350));
+    ingest_.AddWork(id);
+  }
+  StartService();
+  EXPECT_FALSE(loop_.RunUntil([&] { return !ingest_.matches().empty(); }, 0.5)) << "holds both";
+  for (const int64_t id : {5, 6}) ingest_.AddCandidates(id, {1, 2, 3});
+  ASSERT_TRUE(RunUntilMatched(2));
+  for (const int64_t id : {5, 6}) EXPECT_GE(ingest_.matches().at(id).num_pairs, 3) << id;
+}
+
 TEST_F(Matching, WaitsForCandidatesThatTheLedgerBringsLater) {
   ingest_.AddPhoto(*world_.Photo(1, 0, 400));
   ingest_.AddWork(2);

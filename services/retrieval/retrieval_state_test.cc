@@ -423,7 +423,8 @@ TEST_F(Checkpoint, KilledWhileItIsWrittenTheOldOneOrTheNewOneIsThere) {
       }
     }
     ASSERT_GT(writer, 0);
-    while (round == 0 && *ReadFile(path) == bytes_) ::usleep(1000);  // one gets to a write's end
+    // The first writer gets to the end of a write.
+    for (int ms = 0; round == 0 && ms < 60'000 && *ReadFile(path) == bytes_; ++ms) ::usleep(1000);
     ::usleep(random() % 20000);
     ASSERT_EQ(::kill(writer, SIGKILL), 0);
     ASSERT_EQ(::waitpid(writer, nullptr, 0), writer);
