@@ -118,7 +118,12 @@ session=$(cd "$session" && pwd)
 instances=()
 declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal first_sign last_sign quiet_ms
 watched_ms=0
-now_ms() { echo $((${EPOCHREALTIME/[.,]/} / 1000)); }
+# On a clock that nobody sets: what is due in a second would wait an hour after the time is put back by one.
+now_ms() {
+  local up
+  read -r up _ </proc/uptime
+  echo $((10#${up/./} * 10))
+}
 
 add_instance() {
   local instance=$1
@@ -315,7 +320,7 @@ kill_hung() {
   local -A signs=()
   now=$(now_ms)
   round_ms=$((now - watched_ms)) watched_ms=$now
-  ((hang_after_s > 0 && round_ms >= 0 && round_ms <= longest_round_ms)) || return 0
+  ((hang_after_s > 0 && round_ms <= longest_round_ms)) || return 0
   while read -r name sign; do
     [[ -z $name ]] || signs[$name]=$sign
   done <<<"$(cd "$session/run" && stat -c '%n %.9Y' -- *.alive 2>/dev/null)"

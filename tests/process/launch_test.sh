@@ -93,6 +93,30 @@ wait_until 10 "the new ingest knows of the signal" grep -q 'died of 9' "$session
 stop_services
 wait_until 10 "all stop" none_runs
 
+# The clock is set back by an hour while a service waits to be started again.
+clock_shim=$(find /usr/lib -name libfaketimeMT.so.1 -print -quit)
+if [[ -n $clock_shim ]]; then
+  echo '+0' >"$workspace/clock"
+  (
+    export LD_PRELOAD=$clock_shim FAKETIME_TIMESTAMP_FILE=$workspace/clock FAKETIME_CACHE_DURATION=1 DONT_FAKE_MONOTONIC=1 NO_FAKE_STAT=1
+    exec "$SKEIN_ROOT/scripts/launch.sh" --session "$session" --lcm-url udpm://239.255.76.67:7667?ttl=0 --build "$workspace"
+  ) >"$workspace/clock.log" 2>&1 &
+  launch_pid=$!
+  waits_long() { grep -q 'merger ended .* in 3200 ms' "$workspace/clock.log"; }
+  for ((i = 0; i < 5; i++)); do
+    wait_until 20 "the merger runs" is_restarted merger "${old:-}"
+    old=$(pid_of merger)
+    kill -9 "$old"
+  done
+  wait_until 10 "the merger waits three seconds" waits_long
+  echo '-3600' >"$workspace/clock"
+  wait_until 20 "the merger is started although the clock was set back" is_restarted merger "$old"
+  stop_services
+  wait_until 10 "all stop" none_runs
+else
+  echo "no libfaketime: the clock is not set back"
+fi
+
 # The elastic pool: told by name which mappers are heard, it starts what is missing, no more than MAX.
 mappers() { (cd "$session/run" && ls mapper-*.pid 2>/dev/null | tr '\n' ' '); }
 mappers_are() { [[ $(mappers) == "$1" ]]; }
