@@ -6,8 +6,8 @@
 #   benchmark/chaos.sh [--seeds "LIST"] [--seconds S] [--agents N] [--photos N] [--keep DIR]
 #
 #   --seeds "LIST"  a session each (default "1 2 3")
-#   --seconds S     the photos are sent over S seconds (default 60); the faults go on until the finish
-#                   is over
+#   --seconds S     the photos are sent over S seconds (default 60), and agents are killed for as long; the
+#                   other faults go on until the finish is over
 #   --agents N --photos N   of the synthetic place (default 3 and 12)
 #   --keep DIR      keeps the sessions there
 #
@@ -62,7 +62,7 @@ cut_links() {
   ip link set lo down
   sleep $((1 + drawn))
   ip link set lo up multicast on
-  ip route replace 224.0.0.0/4 dev lo
+  ip route replace 224.0.0.0/4 dev lo src 127.0.0.1
 }
 
 fill_disk() {
@@ -93,7 +93,9 @@ start_agent() {
     --rate "$rate" >>"$workspace/agents.log" 2>&1 &
   agent_of[$1]=$!
 }
+# One that begins anew again and again would never come to its last photo.
 kill_agent() {
+  ((SECONDS - session_started < seconds)) || return 0
   local folders=("$place"/images/*/)
   below ${#folders[@]}
   local folder=${folders[drawn]}
@@ -136,6 +138,7 @@ disturb() {
 run_session() {
   num_kills=0 num_stops=0 num_agents_killed=0 num_cuts=0 num_full=0 num_jumps=0 RANDOM=$seed
   declare -gA agent_of=()
+  session_started=$SECONDS
   url='udpm://239.255.76.67:7667?ttl=0'
   ((seed % 2)) || url=tcpq://127.0.0.1:7700
   unset LD_PRELOAD

@@ -5,6 +5,22 @@
 #include <vector>
 
 namespace skein {
+namespace {
+
+// The older of equals.
+bool IsLarger(const SessionState& session, int64_t submap_id, int64_t other_id) {
+  const int64_t num_ours = session.FindSubmap(submap_id)->num_registered;
+  const int64_t num_theirs = session.FindSubmap(other_id)->num_registered;
+  return num_ours > num_theirs || (num_ours == num_theirs && submap_id < other_id);
+}
+
+bool HoldsAllOf(const SubmapLife& holder, const SubmapLife& submap) {
+  return std::all_of(submap.photos.begin(), submap.photos.end(), [&](const auto& photo) {
+    return !submap.IsRegistered(photo.first) || holder.IsRegistered(photo.first);
+  });
+}
+
+}  // namespace
 
 std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_id) {
   std::map<int64_t, int64_t> support;
@@ -26,10 +42,7 @@ bool MayTakeFrom(const SessionState& session, int64_t submap_id, int64_t other_i
     return merge.header.seq > session.finish().drained_seq &&
            std::minmax(merge.source_id, merge.target_id) == std::minmax(submap_id, other_id);
   });
-  if (!in_vain) return false;
-  const int64_t num_ours = session.FindSubmap(submap_id)->num_registered;
-  const int64_t num_theirs = session.FindSubmap(other_id)->num_registered;
-  return num_ours > num_theirs || (num_ours == num_theirs && submap_id < other_id);
+  return in_vain && IsLarger(session, submap_id, other_id);
 }
 
 int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id) {
@@ -37,6 +50,15 @@ int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t sub
     if (other_id == submap_id || other.ended || other.num_registered < kMinHolder) continue;
     if (!other.IsRegistered(image_id)) continue;
     if (submap_id == 0 || !MayTakeFrom(session, submap_id, other_id)) return other_id;
+  }
+  return 0;
+}
+
+int64_t HolderOfAll(const SessionState& session, int64_t submap_id) {
+  const SubmapLife& submap = *session.FindSubmap(submap_id);
+  for (const auto& [other_id, other] : session.submaps()) {
+    if (other_id == submap_id || other.ended || !IsLarger(session, other_id, submap_id)) continue;
+    if (HoldsAllOf(other, submap)) return other_id;
   }
   return 0;
 }

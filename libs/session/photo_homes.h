@@ -6,7 +6,8 @@
 // must not keep its photos from a map that could take them.
 //
 // In a finish nothing more can come that links two submaps. Where a comparison of two finds no
-// similarity then, the larger one may take the smaller one's photos, too, as one map would.
+// similarity then, the larger one may take the smaller one's photos, too, as one map would. With
+// the last of them the smaller one has no photo of its own left.
 //
 // Pure functions of the ledger: mappers that have read as far agree.
 #pragma once
@@ -24,12 +25,16 @@ std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_
 
 constexpr int64_t kMinHolder = 3;  // photos
 
-// Whether the finish under way has compared the two in vain, and `submap_id` is the larger one, the
-// older of equals.
+// Whether the finish under way has compared the two in vain, and `submap_id` is the larger one, or
+// the older of equals.
 bool MayTakeFrom(const SessionState& session, int64_t submap_id, int64_t other_id);
 
 // A live submap other than `submap_id` that holds the photo against it; 0 if there is none.
 int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id);
+
+// A live submap that holds every photo of `submap_id`, and is larger, or the older of equals; 0 if
+// there is none. Costs the submaps' photos.
+int64_t HolderOfAll(const SessionState& session, int64_t submap_id);
 
 // The submap that tries the photo next: of those that support it and have not turned it down, the
 // one with most support, the older of equals. 0 if a submap holds it, or none is left.

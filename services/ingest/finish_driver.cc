@@ -12,6 +12,7 @@
 #include "ledger/fact_ids.h"
 #include "session/finish_cut.h"
 #include "session/model_verdict.h"
+#include "session/photo_homes.h"
 #include "session/read_session.h"
 #include "session/report.h"
 #include "session/submap_facts.h"
@@ -120,7 +121,7 @@ void FinishDriver::Step(double now_s) {
 void FinishDriver::Advance(double now_s) {
   const FinishState& finish = writer_.state().finish();
   if (finish.state == finish_t::SETTLED && (AllFinal() || IsGraceOver())) {
-    if (now_s >= retry_at_s_ && !EndSmallSubmaps()) WriteResults();
+    if (now_s >= retry_at_s_ && !EndNeedlessSubmaps()) WriteResults();
   } else if (IsTimeUp()) {
     Stage(finish_t::CUT, "");
   } else if (finish.state == finish_t::REQUESTED) {
@@ -178,17 +179,26 @@ void FinishDriver::EndSeedsWithoutMapper(double now_s) {
   }
 }
 
-// A pair of photos says little of a place, and nothing checks it. True if there were any.
-bool FinishDriver::EndSmallSubmaps() {
-  const int64_t needed = std::min<int64_t>(options_.min_model_size, writer_.state().num_images());
-  std::vector<std::pair<int64_t, int64_t>> small;  // submap, epoch
-  for (const auto& [id, submap] : writer_.state().submaps()) {
-    if (!submap.ended && submap.num_registered < needed) small.emplace_back(id, submap.lease.epoch);
+// A pair of photos says little of a place, and nothing checks it. A map whose photos are all in a
+// larger one shows the place twice; where the finish is cut, the larger one's model may be older
+// than these photos. True if there were any.
+bool FinishDriver::EndNeedlessSubmaps() {
+  const SessionState& state = writer_.state();
+  const int64_t needed = std::min<int64_t>(options_.min_model_size, state.num_images());
+  std::map<int64_t, std::string> needless;  // submap -> reason
+  for (const auto& [id, submap] : state.submaps()) {
+    if (submap.ended) continue;
+    const int64_t holder = state.finish().is_cut() ? 0 : HolderOfAll(state, id);
+    if (submap.num_registered < needed) {
+      needless[id] = "a model needs " + std::to_string(needed) + " photos (--min-model-size)";
+    } else if (holder != 0) {
+      needless[id] = "submap " + std::to_string(holder) + " holds all its photos";
+    }
   }
-  for (const auto& [id, epoch] : small) {
-    EndSubmap(id, epoch, "a model needs " + std::to_string(needed) + " photos (--min-model-size)");
+  for (const auto& [id, reason] : needless) {
+    EndSubmap(id, state.FindSubmap(id)->lease.epoch, reason);
   }
-  return !small.empty();
+  return !needless.empty();
 }
 
 void FinishDriver::EndSubmap(int64_t submap_id, int64_t epoch, const std::string& reason) {

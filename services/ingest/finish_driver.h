@@ -25,7 +25,8 @@ struct FinishOptions {
 // Takes a session from the `finish` command to its models and report.
 //  - REQUESTED: on the command.
 //  - DRAINED: all photos are through matching.
-//  - SETTLED: comes from the merger. Submaps that are too small to be a model end.
+//  - SETTLED: comes from the merger. Submaps that are too small to be a model end, and those whose
+//    photos are all in a larger one.
 //  - DONE: the final model of every living submap is written. A submap whose model cannot be read
 //    ends, with the reason; its photos may be seeded anew.
 // A command may give seconds. When they are over the finish is CUT: it is DRAINED and SETTLED at
@@ -69,7 +70,7 @@ class FinishDriver {
   void Drain();
   void Settle();
   void EndSeedsWithoutMapper(double now_s);
-  bool EndSmallSubmaps();
+  bool EndNeedlessSubmaps();
   void EndSubmap(int64_t submap_id, int64_t epoch, const std::string& reason);
   bool AllFinal() const;
   bool IsGraceOver() const;

@@ -22,14 +22,18 @@ class FinishDriverTest : public IngestServiceTest {
     bus_.Subscribe<command_reply_t>(
         kCommandReplyChannel, [this](const command_reply_t& reply) { replies_.push_back(reply); });
   }
+  // Leases as many submaps as are given to `mapper_`.
+  void LeaseSubmaps(int num_submaps) {
+    int num_leased = 0;
+    mapper_ = std::make_unique<WorkClient>(*peer_, "submap", num_submaps,
+                                           [&num_leased](const work_t&) { ++num_leased; });
+    Await([&] { return num_leased == num_submaps; }, "the submaps");
+  }
   // The submap of photos 1 and 2, leased to `mapper_`.
   void AddSubmap() {
     for (const uint8_t id : {1, 2}) AddMatchedPhoto(id);
     EXPECT_EQ(Submit(Seed(1, 2)), "");
-    bool leased = false;
-    mapper_ = std::make_unique<WorkClient>(*peer_, "submap", 1,
-                                           [&leased](const work_t&) { leased = true; });
-    Await([&] { return leased; }, "the submap");
+    LeaseSubmaps(1);
     for (const int64_t id : {1, 2}) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
   }
   // In the merger's place, of a finish that is DRAINED.
@@ -120,6 +124,30 @@ TEST_F(FinishDriverTest, APairOfPhotosIsNoModelWhereThereAreMore) {
   EXPECT_EQ(report["images"]["deferred"], 3);
   EXPECT_TRUE(report["submaps"].empty());
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0"));
+}
+
+// A bent map of a video could not merge with a fragment of four photos. Mapped anew in the finish,
+// it took these photos, and the fragment was delivered beside it.
+TEST_F(FinishDriverTest, AMapWhosePhotosAreAllInALargerOneIsNoModelOfItsOwn) {
+  for (const uint8_t id : {1, 2, 3, 4, 5, 6, 7}) AddMatchedPhoto(id);
+  EXPECT_EQ(Submit(Seed(1, 2)), "");
+  EXPECT_EQ(Submit(Seed(3, 4)), "");
+  EXPECT_EQ(Submit(Seed(5, 6)), "");
+  LeaseSubmaps(3);
+  for (const int64_t id : {1, 2, 3, 4, 5}) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
+  for (const int64_t id : {3, 4, 5}) EXPECT_EQ(Submit(Registration(id, 2, 1)), "");
+  for (const int64_t id : {5, 6, 7}) EXPECT_EQ(Submit(Registration(id, 3, 1)), "");
+  FinishUpToSettled(77);
+  for (const int64_t submap_id : {1, 2, 3}) {
+    EXPECT_EQ(Submit(FinalModel(submap_id, 1, follower_->processed_seq())), "");
+  }
+  AwaitReplyTo(77);
+  const auto* end = Find<submap_end_t>([](const submap_end_t&) { return true; });
+  ASSERT_NE(end, nullptr);
+  EXPECT_EQ(end->submap_id, 2);
+  EXPECT_EQ(end->reason, "submap 1 holds all its photos");
+  EXPECT_EQ(ReplyTo(77)->text, "7 of 7 photos registered, 2 models in sparse/");
+  EXPECT_EQ(Report()["submaps"].size(), 2u);
 }
 
 TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
