@@ -258,7 +258,14 @@ start_instance() {
   pid_of[$instance]=$!
   started_ms[$instance]=$(now_ms)
   due_ms[$instance]=0
-  echo "${pid_of[$instance]}" >"$session/run/$instance.pid"
+  note_pid "$instance"
+}
+
+# Where the disk is full, supervise does so once there is room.
+note_pid() {
+  local noted=''
+  { read -r noted <"$session/run/$1.pid"; } 2>/dev/null || true
+  [[ $noted == "${pid_of[$1]}" ]] || { echo "${pid_of[$1]}" >"$session/run/$1.pid"; } 2>/dev/null || true
 }
 
 is_ready() {
@@ -372,6 +379,20 @@ fatal() {
   exit 1
 }
 
+# Until a signal comes. What cannot be written, on a full disk, ends nobody: `set +e`.
+supervise() {
+  local instance
+  set +e
+  while ((!interrupted)); do
+    kill_hung
+    reap_dead
+    grow_pool
+    start_due
+    for instance in "${!pid_of[@]}"; do note_pid "$instance"; done
+    pause 0.5
+  done
+}
+
 # Processes of an earlier launch on this session that outlived it. Each knows the folder it was started
 # for: in a copy of a folder, the process ids are those of the original's processes.
 stop_leftovers() {
@@ -451,12 +472,6 @@ spied="   or   scripts/spy.sh --lcm-url '${watch_url:-$url}'"
 say "watch:  $SKEIN_BUILD/bin/skein status $watched$spied"
 [[ -z $ready_file ]] || echo "$url" >"$ready_file"
 
-while ((!interrupted)); do
-  kill_hung
-  reap_dead
-  grow_pool
-  start_due
-  pause 0.5
-done
+supervise
 say "stopping"
 stop_all

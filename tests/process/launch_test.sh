@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # launch.sh itself, with stand-ins for the services that only say that they are ready: restarts
-# what dies or hangs, tells it how it died, grows and shrinks the mappers, refuses a second launch, takes over
+# what dies or hangs, on a full disk, too, tells it how it died, grows and shrinks the mappers, refuses a second launch, takes over
 # from a killed one, waits for the relays of a host it joins, stops all.
 source "$(dirname "$0")/../harness.sh"
+enter_network_namespace "$@" # for a small disk
 new_workspace
 relay=$SKEIN_BUILD/bin/skein-relay
 
@@ -115,6 +116,37 @@ if [[ -n $clock_shim ]]; then
   wait_until 10 "all stop" none_runs
 else
   echo "no libfaketime: the clock is not set back"
+fi
+
+if [[ -n $IN_NAMESPACE ]]; then
+  mkdir "$workspace/disk"
+  mount -t tmpfs -o size=1m none "$workspace/disk"
+  full_session=$workspace/disk/session
+  start_services "$full_session" udpm://239.255.76.67:7667?ttl=0
+  old=$(<"$full_session/run/merger.pid")
+  keep_full() { # a file that is removed makes room
+    while [[ ! -e $workspace/room ]]; do
+      dd if=/dev/zero bs=4k >>"$workspace/disk/ballast" 2>/dev/null || sleep 0.01
+    done
+    rm "$workspace/disk/ballast"
+  }
+  keep_full &
+  filler_pid=$!
+  is_full() { ! head -c 8k /dev/zero >"$workspace/disk/more" 2>/dev/null; }
+  wait_until 10 "the disk is full" is_full
+  kill -9 "$old"
+  has_new_merger() { pgrep -f "$workspace/bin/skein-merger" | grep -vx "$old" >/dev/null; }
+  wait_until 20 "the merger is started again on a full disk" has_new_merger
+  [[ ! -s $full_session/run/merger.pid ]] || fail "the disk is not full"
+  touch "$workspace/room"
+  wait "$filler_pid"
+  is_noted() { [[ -s $full_session/run/merger.pid && $(<"$full_session/run/merger.pid") != "$old" ]]; }
+  wait_until 20 "its process id is written once there is room" is_noted
+  stop_services
+  wait_until 10 "all stop" none_runs
+  umount "$workspace/disk"
+else
+  echo "no mounts may be made here: no disk is filled"
 fi
 
 # The elastic pool: told by name which mappers are heard, it starts what is missing, no more than MAX.
