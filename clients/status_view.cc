@@ -117,7 +117,7 @@ json MergesOf(const SessionState& state) {
     const int8_t last = merge.latest().state;
     done += last == merge_t::DONE;
     undone += last == merge_t::UNDONE;
-    open += last == merge_t::ORDERED || last == merge_t::FROZEN;
+    open += merge.is_open();
     if (last != merge_t::UNDONE) continue;
     last_undone = std::to_string(merge.ordered().source_id) + " into " +
                   std::to_string(merge.ordered().target_id) + ": " + merge.latest().reason;

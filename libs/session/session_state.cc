@@ -163,7 +163,9 @@ void SessionState::EndSubmap(int64_t submap_id, const std::string& reason, int64
   submap.ended = true;
   submap.end_reason = reason;
   submap.merged_into = merged_into;
-  if (submap.open_merge_id != 0) CloseMerge(submap.open_merge_id);
+  if (submap.open_merge_id == 0) return;
+  merges_.at(submap.open_merge_id).abandoned = true;
+  CloseMerge(submap.open_merge_id);
 }
 
 // Either submap may be in a later merge by now, when the first one was closed by an end.

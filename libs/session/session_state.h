@@ -64,11 +64,13 @@ struct SubmapLife {
 // The facts of a merge that was ordered, in order, from ORDERED on.
 struct MergeState {
   std::vector<merge_t> facts;
+  bool abandoned = false;  // one of its submaps ended before it was done or undone
 
   const merge_t& ordered() const { return facts.front(); }
   const merge_t& latest() const { return facts.back(); }
   bool is_open() const {
-    return latest().state == merge_t::ORDERED || latest().state == merge_t::FROZEN;
+    return !abandoned &&
+           (latest().state == merge_t::ORDERED || latest().state == merge_t::FROZEN);
   }
 };
 

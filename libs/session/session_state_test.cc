@@ -202,6 +202,8 @@ TEST_F(SessionStateTest, TheEndOfASubmapEndsItsMergeForTheOtherToo) {
   const int64_t first = ledger_.Order(2, 1);
   ledger_.End(2, "no mapper");
   EXPECT_EQ(state().FindSubmap(1)->open_merge_id, 0);
+  EXPECT_TRUE(state().FindMerge(first)->abandoned);
+  EXPECT_FALSE(state().FindMerge(first)->is_open());
   ledger_.Seed(3, 30, 31);
   const int64_t second = ledger_.Order(3, 1);
   ledger_.MergeStep(first, merge_t::UNDONE);

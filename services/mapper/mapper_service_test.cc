@@ -250,6 +250,38 @@ TEST_F(MapperServiceTest, SourceFreezesAgainWhenRefusedAndGoesOnWhenUndone) {
   Await([&] { return IsRegistered(7); }, "a photo registered after the merge");
 }
 
+// The target's mapper may have crashed again and again over this merge.
+TEST_F(MapperServiceTest, SourceGoesOnWhenTheTargetEnds) {
+  Give(6);
+  Await([&] { return Registered().size() == 6; }, "all photos registered");
+  Order(kSubmap, 2);
+  Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::FROZEN); }); }, "FROZEN");
+  ingest_.Commit(MakeSubmapEnd(2, 1, "its mapper crashed"));
+  Match(7, 7);
+  Await([&] { return IsRegistered(7); }, "a photo registered after the merge");
+}
+
+TEST_F(MapperServiceTest, TargetGoesOnWhenTheSourceEndsBeforeItIsFrozen) {
+  Give(6);
+  Await([&] { return Registered().size() == 6; }, "all photos registered");
+  Order(2, kSubmap);
+  ingest_.Commit(MakeSubmapEnd(2, 1, "its mapper crashed"));
+  Match(7, 7);
+  Await([&] { return IsRegistered(7); }, "a photo registered after the merge");
+}
+
+TEST_F(MapperServiceTest, TargetGoesOnWhenTheSourceEndsWhileItIsAbsorbed) {
+  ingest_.Refuse([](const Fact& fact) -> std::optional<RefusedFact> {
+    if (!IsMerge(fact, merge_t::DONE) && !IsMerge(fact, merge_t::UNDONE)) return std::nullopt;
+    return RefusedFact{submit_reply_t::REFUSED, "merge is over"};
+  });
+  FreezeForATargetOfEight(5, 12);
+  ingest_.Commit(MakeSubmapEnd(2, 1, "its mapper crashed"));
+  Match(13, 13);
+  Await([&] { return IsRegistered(13); }, "a photo registered after the merge");
+  EXPECT_EQ(Registered().count(12), 0u) << "the source's photo";
+}
+
 TEST_F(MapperServiceTest, TargetAbsorbsAModel) {
   FreezeForATargetOfEight(5, 12);
   Await([&] { return Find([](const Fact& f) { return IsMerge(f, merge_t::DONE); }); }, "DONE");

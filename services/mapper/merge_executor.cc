@@ -45,6 +45,11 @@ void MergeExecutor::OnMergeFact(const merge_t& merge) {
   if (merge.state == merge_t::UNDONE) Close();
 }
 
+// What is being absorbed is taken back when it is there: the ledger refuses its end.
+void MergeExecutor::OnSubmapEnd() {
+  if (open_ && !open_->absorbing && IsAbandoned()) Close();
+}
+
 void MergeExecutor::Close() {
   open_.reset();
   run_.OnMergeOver();
@@ -128,7 +133,7 @@ void MergeExecutor::Fail(const std::string& reason) {
 // The run rests until the end is in the ledger. No checkpoint may hold the merged model before: a
 // successor would start from it, behind the order, and nobody would carry the order out.
 void MergeExecutor::Conclude(int8_t state, const std::string& reason) {
-  if (open_->replay) return Close();
+  if (open_->replay || (state == merge_t::UNDONE && IsAbandoned())) return Close();
   merge_t fact = MakeFact(state);
   fact.reason = ClampText(reason);
   fact.duration_s = static_cast<float>(node_.loop().now_s() - open_->start_s);

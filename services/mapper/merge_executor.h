@@ -19,7 +19,8 @@ class SubmapRun;
 // The part of a run's submap in merges, by the ledger. The source freezes and submits its model.
 // The target absorbs a copy of it (merging/absorb.h verifies). If that passes, the result replaces
 // its model, and it says DONE. Else it stays as it was, and says UNDONE with the reason. A target
-// that replays an order which ended DONE absorbs again and says nothing. At most two trips to the
+// that replays an order which ended DONE absorbs again and says nothing. Where the other submap ends
+// before, the order is abandoned: this one goes on as it was. At most two trips to the
 // worker: to decode the source, which names the photos to fetch, and to absorb it. Loop's thread
 // only; a part of the run.
 class MergeExecutor {
@@ -32,6 +33,7 @@ class MergeExecutor {
   void OnOrdered(const merge_t& ordered);
   // A further fact of a merge.
   void OnMergeFact(const merge_t& merge);
+  void OnSubmapEnd();
 
   // The finish is cut: a target that has not begun to absorb stays as it is.
   void GiveUp();
@@ -50,6 +52,7 @@ class MergeExecutor {
   };
 
   bool IsOpen(int64_t merge_id) const { return open_ && open_->ordered.merge_id == merge_id; }
+  bool IsAbandoned() const { return session_.FindMerge(open_->ordered.merge_id)->abandoned; }
   void Freeze();
   void SubmitFrozen(const std::string& model_blob);
   void Absorb(const merge_t& frozen);

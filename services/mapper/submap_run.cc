@@ -107,6 +107,7 @@ void SubmapRun::OnFact(const Fact& fact) {
   offered_.OnFact(fact);
   const auto* merge = std::get_if<merge_t>(&fact);
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
+  if (std::holds_alternative<submap_end_t>(fact)) merges_.OnSubmapEnd();
   if (IsCut()) merges_.GiveUp();
   consolidate_due_ |= merge != nullptr && merge->state == merge_t::FAILED && is_drained_ &&
                       (merge->source_id == submap_id() || merge->target_id == submap_id());
@@ -327,7 +328,7 @@ void SubmapRun::DoMerge(int64_t merge_id) {
   const MergeState& merge = *ledger_.session.FindMerge(merge_id);
   const merge_t& ordered = merge.ordered();
   const bool ours = ordered.source_id == submap_id() || ordered.target_id == submap_id();
-  if (!ours || merge.latest().state == merge_t::UNDONE) return;
+  if (!ours || merge.abandoned || merge.latest().state == merge_t::UNDONE) return;
   state_.Become(Activity::kMerging);
   merges_.OnOrdered(ordered);
   PublishStatus();
