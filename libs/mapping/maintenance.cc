@@ -29,8 +29,8 @@ std::vector<T> TakeLast(size_t count, std::vector<T>* from) {
 }  // namespace
 
 Maintenance::ToCheck Maintenance::DoPart(bool at_rest) {
-  if (const auto refined = background_.TakeIfDone()) {
-    FoldBackRefined(*refined);
+  if (auto refined = background_.TakeIfDone()) {
+    FoldBackRefined(&*refined);
     BeginPhases();
     return {adjuster_.TakeAdjusted(), {}, false, false, true};
   }
@@ -63,8 +63,11 @@ void Maintenance::StartGlobalBa() {
   BundleOptions solve = adjuster_.GlobalBaOptions(false);
   solve.num_threads = 1;
   solve.stop = nullptr;  // what is folded back is refined to the end
+  withdrawn_.clear();
   background_.Start(BuildGlobalBundle(map_, true), solve);
 }
+
+void Maintenance::OnWithdrawn(ImageId id) { withdrawn_.insert(id); }
 
 void Maintenance::OnLocalBa() { rounds_at_rest_ = options_.background ? kRoundsAtRest : 0; }
 
@@ -82,12 +85,16 @@ void Maintenance::Drop() {
   phase_ = Phase::kNone;
 }
 
-// The photos that came while the bundle was refined get a bundle adjustment of their own.
-void Maintenance::FoldBackRefined(const RefinedBundle& refined) {
-  const std::vector<ImageId> new_images = FoldBack(refined, &map_);
+// The photos that came while the bundle was refined get a bundle adjustment of their own. The
+// refined pose of one that was withdrawn meanwhile is of a place where it was not left.
+void Maintenance::FoldBackRefined(RefinedBundle* refined) {
+  for (BundlePose& pose : refined->after.poses) {
+    if (withdrawn_.count(pose.image_id) > 0) pose.constant = true;
+  }
+  const std::vector<ImageId> new_images = FoldBack(*refined, &map_);
   adjuster_.MarkCamerasRefined();
-  adjuster_.NoteGlobalBa(refined.factor, refined.seconds);
-  adjuster_.NoteShape(refined.shape);
+  adjuster_.NoteGlobalBa(refined->factor, refined->seconds);
+  adjuster_.NoteShape(refined->shape);
   if (!new_images.empty()) adjuster_.AdjustImages(new_images);
 }
 

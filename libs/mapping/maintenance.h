@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -37,11 +38,13 @@ class Maintenance {
   void OnLocalBa();
   // A global BA was done in turn: its images are still to be looked at.
   void OnGlobalBa();
+  // A photo left the map. Where it comes back, it is new to the BA that runs.
+  void OnWithdrawn(ImageId id);
   // Drops the BA and what follows it.
   void Drop();
 
  private:
-  void FoldBackRefined(const RefinedBundle& refined);
+  void FoldBackRefined(RefinedBundle* refined);
   void BeginPhases();
   ToCheck DoPoints();
   void DoPairs();
@@ -51,7 +54,8 @@ class Maintenance {
   Adjuster& adjuster_;
   SceneMap& map_;
   BackgroundBa background_;
-  int rounds_at_rest_ = 0;  // global BAs that a map at rest is still due
+  std::set<ImageId> withdrawn_;  // since it began
+  int rounds_at_rest_ = 0;       // global BAs that a map at rest is still due
   Phase phase_ = Phase::kNone;
   // What is left of each phase.
   std::vector<Point3DId> points_;

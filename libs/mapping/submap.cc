@@ -293,6 +293,7 @@ bool Submap::Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink)
   event.refusal = refusal;
   event.num_inliers = static_cast<int>(map_->reconstruction().Image(id).NumPoints3D());
   map_->Deregister(id);
+  maintenance_.OnWithdrawn(id);
   settled_ = {};
   may_be_misplaced_ = true;
   const bool is_rejected = waiting_.OnWithdrawn(id);

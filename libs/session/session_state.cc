@@ -61,6 +61,14 @@ bool SessionState::WasSeeded(int64_t image_id1, int64_t image_id2) const {
   return seeded_.count(std::minmax(image_id1, image_id2)) > 0;
 }
 
+bool SessionState::IsInLiveSeed(int64_t image_id) const {
+  return std::any_of(submaps_.begin(), submaps_.end(), [&](const auto& entry) {
+    const SubmapLife& submap = entry.second;
+    return !submap.ended &&
+           (submap.seed.image_id1 == image_id || submap.seed.image_id2 == image_id);
+  });
+}
+
 bool SessionState::IsRegistered(int64_t image_id) const {
   return std::any_of(submaps_.begin(), submaps_.end(), [&](const auto& entry) {
     return !entry.second.ended && entry.second.IsRegistered(image_id);

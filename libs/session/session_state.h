@@ -69,8 +69,7 @@ struct MergeState {
   const merge_t& ordered() const { return facts.front(); }
   const merge_t& latest() const { return facts.back(); }
   bool is_open() const {
-    return !abandoned &&
-           (latest().state == merge_t::ORDERED || latest().state == merge_t::FROZEN);
+    return !abandoned && (latest().state == merge_t::ORDERED || latest().state == merge_t::FROZEN);
   }
 };
 
@@ -131,6 +130,9 @@ class SessionState {
   bool IsLive(int64_t submap_id) const;
   // Of all living and ended ones.
   bool WasSeeded(int64_t image_id1, int64_t image_id2) const;
+  // In the initial pair of a submap that has not ended, if it was withdrawn from it, too. Costs the
+  // submaps.
+  bool IsInLiveSeed(int64_t image_id) const;
   // Photos that the submap holds, by id.
   std::vector<int64_t> RegisteredIn(int64_t submap_id) const;
 

@@ -115,7 +115,7 @@ class Rules {
     for (const int64_t image_id : {f.image_id1, f.image_id2}) {
       if (state_.FindPhoto(image_id) == nullptr) return Refuse("no such photo");
       if (state_.IsRegistered(image_id)) return Refuse("photo is registered already");
-      if (IsSeeding(image_id)) return Refuse("photo is in a seed already");
+      if (state_.IsInLiveSeed(image_id)) return Refuse("photo is in a seed already");
     }
     return Status::Ok();
   }
@@ -174,16 +174,6 @@ class Rules {
         return Refuse("no such other photo");
     }
     return Status::Ok();
-  }
-
-  // A pair of its own that waits for a mapper or was given to one, and isn't given up.
-  bool IsSeeding(int64_t image_id) const {
-    const auto& submaps = state_.submaps();
-    return std::any_of(submaps.begin(), submaps.end(), [&](const auto& entry) {
-      const SubmapLife& submap = entry.second;
-      return !submap.ended &&
-             (submap.seed.image_id1 == image_id || submap.seed.image_id2 == image_id);
-    });
   }
 
   Status CheckOrder(const merge_t& f) const {

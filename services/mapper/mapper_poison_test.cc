@@ -126,6 +126,7 @@ TEST_P(PoisonedPhotoTest, TheOthersAreRegisteredAlsoByTheNextMapper) {
     return ids.size() == 7;
   };
   Await([&] { return others_are_in(kSubmap); }, "the other photos registered");
+  Await([&] { return !States(5).empty(); }, "a word on the poisoned photo");
   Finish();
   CommitFinish(finish_t::DONE);
   // One that starts with this ledger.

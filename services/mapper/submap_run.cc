@@ -49,6 +49,15 @@ Status TakeBack(const std::map<int64_t, std::string>& refused, Submap* submap,
   return last;
 }
 
+PhotoEvent Unreadable(int64_t image_id, const Status& status) {
+  PhotoEvent event;
+  event.image_id = image_id;
+  event.state = PhotoEvent::State::kRejected;
+  event.refusal.text =
+      "its keypoints or matches cannot be read" + (status.ok() ? "" : ": " + status.error());
+  return event;
+}
+
 // ", about 12 s"; "" for less than half a second.
 std::string About(double seconds) {
   return seconds < 0.5 ? "" : ", about " + std::to_string(std::lround(seconds)) + " s";
@@ -109,7 +118,7 @@ void SubmapRun::OnFact(const Fact& fact) {
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
   if (std::holds_alternative<submap_end_t>(fact)) merges_.OnSubmapEnd();
   if (IsCut()) merges_.GiveUp();
-  consolidate_due_ |= merge != nullptr && merge->state == merge_t::FAILED && is_drained_ &&
+  consolidate_due_ |= merge != nullptr && merge->state == merge_t::FAILED && IsDrained() &&
                       (merge->source_id == submap_id() || merge->target_id == submap_id());
   Pump();
 }
@@ -146,6 +155,12 @@ bool SubmapRun::IsTurnOfMerge(std::optional<int64_t> merge_id) const {
 bool SubmapRun::IsFinal() const {
   const FinishState& finish = ledger_.session.finish();
   return finish.state == finish_t::SETTLED && cursor_.seq() >= finish.settled_seq;
+}
+
+// All photos' matches are in the map, and the finish is not settled.
+bool SubmapRun::IsDrained() const {
+  const FinishState& finish = ledger_.session.finish();
+  return finish.state == finish_t::DRAINED && cursor_.seq() >= finish.drained_seq;
 }
 
 // The finish was cut, and did without this submap.
@@ -266,8 +281,12 @@ void SubmapRun::TryNext() {
     RunJob(
         [photos, ids, refused = reports_.TakeRefused()](Submap& submap, Outcome* outcome) {
           const Status added = AddToSubmap(photos, &submap);
-          if (!added.ok()) LogWarn("a photo that cannot be tried: {}", added.error());
-          for (const int64_t id : ids) submap.Enqueue(id);
+          for (const int64_t id : ids) {
+            submap.Enqueue(id);
+            if (!submap.map().HasPhoto(static_cast<ImageId>(id))) {
+              outcome->events.push_back(Unreadable(id, added));
+            }
+          }
           outcome->status = TakeBack(refused, &submap, outcome->Sink());
           if (outcome->status.ok()) outcome->more = submap.Step(outcome->Sink());
         },
@@ -284,7 +303,6 @@ void SubmapRun::DoItem(const Item& item) {
       return DoMatches(item.id);
     case Item::Kind::kDrained:
       if (IsOver(item)) return;
-      is_drained_ = true;
       return Consolidate();
     case Item::Kind::kSettled:
       return DoSettled(item);
@@ -310,7 +328,6 @@ void SubmapRun::DoMatches(int64_t image_id) {
 }
 
 void SubmapRun::DoSettled(const Item& item) {
-  is_drained_ = false;
   if (IsOver(item)) return;
   if (ledger_.session.FindSubmap(submap_id())->final_ledger_seq >= item.seq) return;
   doing_ = "final adjustment" + About(finish_s_);
@@ -338,7 +355,7 @@ void SubmapRun::OnMergeOver() {
   if (!state_.Is(Life::kRunning)) return;
   state_.Become(Activity::kNone);
   more_ = true;
-  if (is_drained_) return Consolidate();
+  if (IsDrained()) return Consolidate();
   Pump();
 }
 
@@ -514,9 +531,11 @@ bool SubmapRun::MayAnswer(const std::vector<int64_t>& image_ids) const {
          });
 }
 
-// Guests take seconds, and the merger asks again meanwhile.
+// Guests take seconds, and more where the worker is busy. The merger asks again meanwhile, for
+// something else when it has given this up: one at a time.
 void SubmapRun::Answer(const shared_request_t& request) {
-  if (!MayAnswer(request.image_ids) || !answering_.insert(request.request_id).second) return;
+  if (answering_ || !MayAnswer(request.image_ids)) return;
+  answering_ = true;
   photos_.Load(request.image_ids, [this, ids = request.image_ids,
                                    request_id = request.request_id](const FetchedPhotos& photos) {
     RunOnWorker(
@@ -530,7 +549,7 @@ void SubmapRun::Answer(const shared_request_t& request) {
 }
 
 void SubmapRun::Reply(int64_t request_id, Bytes shared) {
-  answering_.erase(request_id);
+  answering_ = false;
   shared_reply_t reply{};
   reply.request_id = request_id;
   reply.submap_id = submap_id();

@@ -5,7 +5,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -124,6 +123,7 @@ class SubmapRun {
   bool GoOn();
   bool IsTurnOfMerge(std::optional<int64_t> merge_id) const;
   bool IsFinal() const;
+  bool IsDrained() const;
   bool IsOver(const Item& step_of_finish) const;
   bool IsCut() const { return ledger_.session.finish().is_cut(); }
   bool WriteDueModel();
@@ -171,15 +171,14 @@ class SubmapRun {
   Submissions submissions_;
   PhotoReports reports_;
   OfferedPhotos offered_;
-  std::set<int64_t> answering_;  // requests for shared photos that the worker is at
+  bool answering_ = false;  // a request for shared photos
   PhotoLoader photos_;
   ModelLoader models_;
   ModelWriter writer_;
   ShapeTeller shape_;
   MergeExecutor merges_;
 
-  bool more_ = false;        // the submap's queue is not empty
-  bool is_drained_ = false;  // a finish has all photos' matches, and is not settled
+  bool more_ = false;  // the submap's queue is not empty
   // A comparison has failed since: photos may have come from the other submap.
   bool consolidate_due_ = false;
   bool maintaining_ = false;  // see Submap::Maintain

@@ -135,6 +135,7 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
   std::optional<SeedChoice> best;
   const auto consider = [&](int64_t image_id, const CovisibilityGraph::Edge& pair) {
     if (!is_orphan.count(pair.other_id) || session.WasSeeded(image_id, pair.other_id)) return;
+    if (session.IsInLiveSeed(image_id) || session.IsInLiveSeed(pair.other_id)) return;
     if (refused_.count(std::minmax(image_id, pair.other_id))) return;
     const double angle_rad = pair.tri_angle_rad;
     if (pair.num_inliers < min_inliers || angle_rad < min_angle_rad ||

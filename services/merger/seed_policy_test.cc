@@ -191,6 +191,17 @@ TEST_F(SeedPolicyTest, ARefusedSeedIsNotTriedAgain) {
   EXPECT_FALSE(Finishing());
 }
 
+// It may have been withdrawn from that submap. Ingest would refuse the pair.
+TEST_F(SeedPolicyTest, APhotoOfALiveSubmapsInitialPairWaitsForItsEnd) {
+  TwoOrphans();
+  ledger_.Seed(1, 1, 50);
+  ledger_.Lease(1, 1);
+  Tell(1, 1);
+  EXPECT_FALSE(Finishing());
+  ledger_.End(1);
+  EXPECT_TRUE(Finishing());
+}
+
 TEST_F(SeedPolicyTest, AFailedSeedIsNotTriedAgain) {
   TwoOrphans();
   ledger_.Seed(1, 1, 2);
