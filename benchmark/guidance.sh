@@ -6,10 +6,10 @@
 #                         [--policies "LIST"] [--max-photos N] [--threads N]
 #
 #   --keep DIR           rendered photos, tables and pictures; a run that is there is not repeated
-#   --parts "LIST"       of: prediction policy (default: both)
+#   --parts "LIST"       of: prediction policy gaps (default: all)
 #   --prediction "LIST"  places as SCENARIO-SEED (default "together-1 disjoint-1 blank-1 furniture-1
 #                        together-2 disjoint-2 blank-2 furniture-2")
-#   --policy "LIST"      the same for the policies (default "together-1 disjoint-1 blank-1")
+#   --policy "LIST"      the same for the policies, gaps included (default "together-1 disjoint-1 blank-1")
 #   --policies "LIST"    who chooses (default: all; see guidance_policy --help)
 #   --max-photos N       that a policy takes (default 60)
 #   --threads N          default 1
@@ -18,11 +18,13 @@
 # a surfel with the median distance of dense points there to the true surface (error; as it should be:
 # negative) and with the share of the true surface there that they cover (completeness). "Good" against
 # an error of at most 2 target GSD and a completeness of at least 0.8.
-# Policy: the share of what the whole pool's dense points cover, over the number of photos taken.
+# Policy: the share of what the whole pool's dense points cover, over the number of photos taken. `advice` is
+# followed to the station; the others choose from the pool.
+# Gaps: the same from the scenario's walks without the middle third of each; `order` fills these as planned.
 # docs/experiments/guidance.md has the figures. Pictures need gnuplot.
 source "$(dirname "$0")/../scripts/lib.sh"
 
-keep='' parts="prediction policy" threads=1 max_photos=60
+keep='' parts="prediction policy gaps" threads=1 max_photos=60
 prediction="together-1 disjoint-1 blank-1 furniture-1 together-2 disjoint-2 blank-2 furniture-2"
 policy="together-1 disjoint-1 blank-1"
 policies="advice gain gain-diminishing Q order random farthest farthest-overlapping"
@@ -42,8 +44,8 @@ while (($#)); do
 done
 [[ -n $keep ]] || usage_error "--keep is needed"
 for part in $parts; do
-  [[ $part == prediction || $part == policy ]] || usage_error "--parts: there is no $part"
-  [[ -x $SKEIN_BUILD/bin/guidance_$part ]] || die "no $SKEIN_BUILD/bin/guidance_$part: build first"
+  [[ $part == prediction || $part == policy || $part == gaps ]] || usage_error "--parts: there is no $part"
+  [[ -x $SKEIN_BUILD/bin/guidance_${part/gaps/policy} ]] || die "no $SKEIN_BUILD/bin/guidance_${part/gaps/policy}: build first"
 done
 mkdir -p "$keep"
 
@@ -52,7 +54,7 @@ run() {
   local out=$keep/$1-$2.json part=$1 place=$2
   [[ ! -e $out ]] || return 0
   shift 2
-  "$SKEIN_BUILD/bin/guidance_$part" --scenario "${place%-*}" --seed "${place##*-}" --cache "$keep/photos" \
+  "$SKEIN_BUILD/bin/guidance_${part/gaps/policy}" --scenario "${place%-*}" --seed "${place##*-}" --cache "$keep/photos" \
     --threads "$threads" --table "$keep/$part-$place.csv" "$@" >"$out.part" || die "$part of $place failed"
   mv "$out.part" "$out"
 }
@@ -105,9 +107,10 @@ draw_prediction() {
   say "$keep/guidance_prediction.png"
 }
 
+# policy_table PART
 policy_table() {
   local files
-  mapfile -t files < <(files_of policy "$policy")
+  mapfile -t files < <(files_of "$1" "$policy")
   echo
   echo '| place | policy | photos to 70 % | to 90 % | mean share | share at the end | did not register at once |'
   echo '|---|---|---|---|---|---|---|'
@@ -116,20 +119,21 @@ policy_table() {
     "${files[@]}"
 }
 
+# draw_policy PART
 draw_policy() {
   command -v gnuplot >/dev/null || return 0
   local place name plots='' lines
   for place in $policy; do
     lines=()
     for name in $policies; do
-      lines+=("'< grep \",$name,\" $keep/policy-$place.csv' using 4:7 with linespoints pointtype 7 pointsize 0.4 title '$name'")
+      lines+=("'< grep \",$name,\" $keep/$1-$place.csv' using 4:7 with linespoints pointtype 7 pointsize 0.4 title '$name'")
     done
     plots+="set title '${place/-/ }'; plot $(IFS=,; echo "${lines[*]}"); "
   done
   gnuplot -e "set datafile separator ','; set terminal pngcairo size $((430 * $(wc -w <<<"$policy"))),430;
-    set output '$keep/guidance_policy.png'; set multiplot layout 1,$(wc -w <<<"$policy"); set grid; set yrange [0:1];
+    set output '$keep/guidance_$1.png'; set multiplot layout 1,$(wc -w <<<"$policy"); set grid; set yrange [0:1];
     set key right bottom font ',9'; set xlabel 'photos'; set ylabel 'share of what the whole pool covers'; $plots"
-  say "$keep/guidance_policy.png"
+  say "$keep/guidance_$1.png"
 }
 
 echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD)"
@@ -139,8 +143,10 @@ for part in $parts; do
     prediction_tables
     draw_prediction
   else
-    for place in $policy; do run policy "$place" --max-photos "$max_photos" --policies $policies; done
-    policy_table
-    draw_policy
+    from=()
+    [[ $part == policy ]] || from=(--gaps)
+    for place in $policy; do run "$part" "$place" --max-photos "$max_photos" "${from[@]}" --policies $policies; done
+    policy_table "$part"
+    draw_policy "$part"
   fi
 done

@@ -26,7 +26,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kDepthTolerance = 0.1;
-constexpr int kFirstPhotos = 3;  // which every policy begins with
+constexpr int kFirstPhotos = 3;  // which every policy begins with, but for gaps
 constexpr double kWantedShare = 0.9;
 
 struct Arguments {
@@ -34,6 +34,7 @@ struct Arguments {
   DenseOptions dense;
   std::string scenario = "together", table;
   std::vector<std::string> policies;
+  bool gaps = false;  // begin with the walks, less the middle third of each
   int max_photos = 72;
   int every = 6;  // photos between two dense matchings
 };
@@ -208,9 +209,9 @@ int TakeFarthestOverlapping(const PhotoPool& pool, const Capture& capture) {
   });
 }
 
-// What the pool has that is nearest to the best station; where guidance has none to give, the
-// farthest one that overlaps.
-int TakeAdvised(const PhotoPool& pool, const Capture& capture) {
+// A new photo from the best station; where guidance has none to give, the farthest one of the pool
+// that overlaps.
+int TakeAdvised(const Capture& capture, PhotoPool* pool) {
   StationOptions options;
   options.num_stations = 1;
   StationSeeker seeker;
@@ -218,19 +219,14 @@ int TakeAdvised(const PhotoPool& pool, const Capture& capture) {
   seeker.agent = capture.map.map.photos.back().agent;
   const auto stations =
       ChooseStations(options, QualityOptions(), capture.map.map, capture.place, {seeker});
-  if (stations[0].empty()) return TakeFarthestOverlapping(pool, capture);
-  const auto distance = [&](int photo) {
-    return Distance(pool.photo(photo).cam_from_world, stations[0][0].cam_from_world,
-                    capture.place.surface.working_distance);
-  };
-  return *std::min_element(capture.left.begin(), capture.left.end(),
-                           [&](int a, int b) { return distance(a) < distance(b); });
+  if (stations[0].empty()) return TakeFarthestOverlapping(*pool, capture);
+  return pool->Add(stations[0][0].cam_from_world, seeker.agent);
 }
 
 using Policy = std::function<int(const PhotoPool&, const Capture&)>;
 
+// Of those that take a photo of the pool.
 Policy PolicyNamed(const std::string& name, uint64_t seed) {
-  if (name == "advice") return TakeAdvised;
   if (name == "gain" || name == "gain-diminishing") {
     const Utility utility = name == "gain" ? UpToGood : Diminishing;
     return [utility](const PhotoPool& pool, const Capture& capture) {
@@ -258,8 +254,7 @@ const std::vector<std::string>& PolicyNames() {
 
 class Contest {
  public:
-  explicit Contest(const Arguments& arguments)
-      : arguments_(arguments), pool_(arguments.pool), dense_(arguments.dense, pool_) {
+  explicit Contest(const Arguments& arguments) : arguments_(arguments), pool_(arguments.pool) {
     std::vector<int> all;
     for (int i = 0; i < pool_.size(); ++i) all.push_back(i);
     const PoolMap map = pool_.MapOf(pool_.Registered(all));
@@ -299,39 +294,58 @@ class Contest {
     return covered;
   }
 
-  void Take(int photo, Capture* capture, int* failed) const {
+  // What every policy begins with.
+  std::vector<int> FirstPhotos() const {
+    std::vector<int> first;
+    const int num_stations = arguments_.pool.scenario.agents * arguments_.pool.scenario.photos;
+    for (int i = 0; i < (arguments_.gaps ? num_stations : kFirstPhotos); ++i) {
+      const int third = 3 * (i % arguments_.pool.scenario.photos) / arguments_.pool.scenario.photos;
+      if (!arguments_.gaps || third != 1) first.push_back(i);
+    }
+    return first;
+  }
+
+  static void Take(const PhotoPool& pool, int photo, Capture* capture, int* failed) {
     capture->taken.push_back(photo);
-    capture->left.erase(std::find(capture->left.begin(), capture->left.end(), photo));
+    auto& left = capture->left;
+    left.erase(std::remove(left.begin(), left.end(), photo), left.end());
     // In the order in which they register, so that the last one is where the camera is.
-    capture->registered = pool_.Registered(capture->taken);
+    capture->registered = pool.Registered(capture->taken);
     const auto& registered = capture->registered;
     *failed += std::find(registered.begin(), registered.end(), photo) == registered.end();
   }
 
-  double ShareCovered(const PoolMap& map) {
-    const std::vector<bool> covered = Covered(dense_.Make(map), covered_by_all_);
+  double ShareCovered(const PoolMap& map, DenseCloud* dense) const {
+    const std::vector<bool> covered = Covered(dense->Make(map), covered_by_all_);
     return static_cast<double>(std::count(covered.begin(), covered.end(), true)) /
            static_cast<double>(num_covered_by_all_);
   }
 
   void Run(const std::string& name) {
+    PhotoPool pool = pool_;
+    DenseCloud dense(arguments_.dense, pool);
     Policy policy = PolicyNamed(name, arguments_.pool.scenario.seed);
+    if (name == "advice") {
+      policy = [&pool](const PhotoPool&, const Capture& capture) {
+        return TakeAdvised(capture, &pool);
+      };
+    }
     Capture capture;
-    for (int i = 0; i < pool_.size(); ++i) capture.left.push_back(i);
+    for (int i = 0; i < pool.size(); ++i) capture.left.push_back(i);
     int failed = 0;
-    for (int i = 0; i < kFirstPhotos; ++i) Take(i, &capture, &failed);
+    for (const int photo : FirstPhotos()) Take(pool, photo, &capture, &failed);
     std::vector<std::pair<int, double>> curve;
     const int last = std::min(arguments_.max_photos, pool_.size());
     while (true) {
-      capture.map = pool_.MapOf(capture.registered);
+      capture.map = pool.MapOf(capture.registered);
       const int count = static_cast<int>(capture.taken.size());
       if (count % arguments_.every == 0 || count == last) {
-        curve.emplace_back(count, ShareCovered(capture.map));
+        curve.emplace_back(count, ShareCovered(capture.map, &dense));
         Tell(name, capture, failed, curve.back().second);
       }
       if (count >= last) break;
       capture.place = AssessPlace({}, {}, capture.map.map);
-      Take(policy(pool_, capture), &capture, &failed);
+      Take(pool, policy(pool, capture), &capture, &failed);
     }
     Summarise(name, curve, failed);
   }
@@ -374,7 +388,6 @@ class Contest {
 
   const Arguments arguments_;
   const PhotoPool pool_;
-  DenseCloud dense_;
   double tolerance_ = 0;
   std::vector<bool> covered_by_all_;
   int64_t num_covered_by_all_ = 0;
@@ -409,6 +422,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--cache", arguments.pool.cache, "folder for rendered photos")
       ->capture_default_str();
+  app.add_flag("--gaps", arguments.gaps, "Begin with the walks, less the middle third of each");
   app.add_option("--table", arguments.table, "file for a line of CSV a dense matching");
   app.add_option("--threads", arguments.pool.threads)->capture_default_str();
   CLI11_PARSE(app, argc, argv);

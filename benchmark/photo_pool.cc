@@ -12,7 +12,6 @@
 #include <stdexcept>
 
 #include "clients/sim/parallel.h"
-#include "clients/sim/random.h"
 #include "clients/sim/render.h"
 
 namespace skein {
@@ -150,10 +149,7 @@ void PhotoPool::RenderPhotos(const PoolOptions& options) {
     cv::Mat1b grey;
     if (std::filesystem::exists(file)) grey = cv::imread(file, cv::IMREAD_GRAYSCALE);
     if (grey.empty()) {
-      sim::Exposure exposure;
-      exposure.seed = i;
-      cv::cvtColor(sim::RenderPhoto(place_, sim_camera_, poses_[i], exposure), grey,
-                   cv::COLOR_BGR2GRAY);
+      grey = Render(i);
       if (!cv::imwrite(file + ".part.png", grey)) throw std::runtime_error("cannot write " + file);
       std::filesystem::rename(file + ".part.png", file);
     }
@@ -161,50 +157,82 @@ void PhotoPool::RenderPhotos(const PoolOptions& options) {
   });
 }
 
-std::vector<PhotoPool::Observations> PhotoPool::ObserveCorners(int photo) const {
+cv::Mat1b PhotoPool::Render(int photo) const {
+  sim::Exposure exposure;
+  exposure.seed = photo;
+  cv::Mat1b grey;
+  cv::cvtColor(sim::RenderPhoto(place_, sim_camera_, poses_[photo], exposure), grey,
+               cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+int PhotoPool::Add(const CameraPose& cam_from_world, int agent) {
+  const int added = size();
+  photos_.push_back({added + 1, 0, agent, cam_from_world});
+  poses_.push_back({cam_from_world.rotation, cam_from_world.Centre()});
+  greys_.emplace_back();
+  Render(added).convertTo(greys_.back(), CV_32F);
+  points_of_photo_.emplace_back();
+  const sim::Random random(0x61646465ULL + added);
+  for (size_t p = 0; p < points_.size(); ++p) {
+    sim::Random of_point = random.Fork(p);
+    if (Observe(added, &of_point, &points_[p])) {
+      points_of_photo_[added].push_back(static_cast<int>(p));
+    }
+  }
+  AddPoints(PointsAtCorners(added));
+  return added;
+}
+
+bool PhotoPool::Observe(int photo, sim::Random* random, TruePoint* point) const {
+  Eigen::Vector2d pixel;
+  if (!InPhoto(camera_, photos_[photo].cam_from_world, point->xyz, &pixel)) return false;
+  const Eigen::Vector3d to = poses_[photo].center - point->xyz;
+  const double cosine = std::abs(point->normal.dot(to)) / to.norm();
+  if (cosine < std::cos(kMaxIncidenceDeg * kDegree)) return false;
+  const Eigen::Vector3f from = poses_[photo].center.cast<float>();
+  if (place_.scene.Occluded(from, (-to).cast<float>(), 1 - 1e-3f)) return false;
+  if (!random->Chance(kDetected)) return false;
+  pixel += kNoisePx * Eigen::Vector2d(random->Gaussian(), random->Gaussian());
+  point->observations.push_back({photo, pixel, to.normalized(), to.norm()});
+  return true;
+}
+
+std::vector<PhotoPool::TruePoint> PhotoPool::PointsAtCorners(int photo) const {
   cv::Mat1b grey;
   greys_[photo].convertTo(grey, CV_8U);
   std::vector<cv::Point2f> corners;
   cv::goodFeaturesToTrack(grey, corners, kCornersPerPhoto, 0.01, 5);
-  std::vector<Observations> points;
+  std::vector<TruePoint> points;
   for (size_t c = 0; c < corners.size(); ++c) {
     const sim::Pose& pose = poses_[photo];
     const Eigen::Vector3d ray =
         RayOf(camera_, photos_[photo].cam_from_world, {corners[c].x + 0.5, corners[c].y + 0.5});
     const sim::Hit hit = place_.scene.Trace(pose.center.cast<float>(), ray.cast<float>());
     if (hit.surface < 0) continue;
-    const Eigen::Vector3d xyz = pose.center + hit.t * ray;
-    const Eigen::Vector3d normal = place_.scene.surface(hit.surface).normal.cast<double>();
+    TruePoint point;
+    point.xyz = pose.center + hit.t * ray;
+    point.normal = place_.scene.surface(hit.surface).normal.cast<double>();
     sim::Random random = sim::Random(0x706f6f6cULL + photo).Fork(c);
-    Observations observations;
-    for (int k = 0; k < size(); ++k) {
-      Eigen::Vector2d pixel;
-      if (!InPhoto(camera_, photos_[k].cam_from_world, xyz, &pixel)) continue;
-      const Eigen::Vector3d to = poses_[k].center - xyz;
-      const double cosine = std::abs(normal.dot(to)) / to.norm();
-      if (cosine < std::cos(kMaxIncidenceDeg * kDegree)) continue;
-      const Eigen::Vector3f from = poses_[k].center.cast<float>();
-      if (place_.scene.Occluded(from, (-to).cast<float>(), 1 - 1e-3f)) continue;
-      if (!random.Chance(kDetected)) continue;
-      pixel += kNoisePx * Eigen::Vector2d(random.Gaussian(), random.Gaussian());
-      observations.push_back({k, pixel, to.normalized(), to.norm()});
-    }
-    if (observations.size() >= 2) points.push_back(std::move(observations));
+    for (int k = 0; k < size(); ++k) Observe(k, &random, &point);
+    if (point.observations.size() >= 2) points.push_back(std::move(point));
   }
   return points;
 }
 
 void PhotoPool::FindPoints(int threads) {
-  std::vector<std::vector<Observations>> found(photos_.size());
-  sim::ParallelFor(size(), threads, [&](int i) { found[i] = ObserveCorners(i); });
+  std::vector<std::vector<TruePoint>> found(photos_.size());
+  sim::ParallelFor(size(), threads, [&](int i) { found[i] = PointsAtCorners(i); });
   points_of_photo_.resize(photos_.size());
-  for (auto& of_photo : found) {
-    for (Observations& observations : of_photo) {
-      for (const Observation& o : observations) {
-        points_of_photo_[o.photo].push_back(static_cast<int>(points_.size()));
-      }
-      points_.push_back(std::move(observations));
+  for (auto& of_photo : found) AddPoints(std::move(of_photo));
+}
+
+void PhotoPool::AddPoints(std::vector<TruePoint> points) {
+  for (TruePoint& point : points) {
+    for (const Observation& o : point.observations) {
+      points_of_photo_[o.photo].push_back(static_cast<int>(points_.size()));
     }
+    points_.push_back(std::move(point));
   }
 }
 
@@ -307,8 +335,8 @@ PoolMap PhotoPool::MapOf(const std::vector<int>& taken) const {
     place_of_photo[taken[i]] = static_cast<int>(i);
     map.map.photos.push_back(photos_[taken[i]]);
   }
-  for (const Observations& point : points_) {
-    for (const Observations& track : TracksOf(point, place_of_photo)) {
+  for (const TruePoint& point : points_) {
+    for (const Observations& track : TracksOf(point.observations, place_of_photo)) {
       AddPoint(track, place_of_photo, &map);
     }
   }
@@ -320,7 +348,7 @@ int PhotoPool::CommonPoints(int photo, const std::vector<int>& taken) const {
   for (const int i : taken) is_taken[i] = true;
   int common = 0;
   for (const int p : points_of_photo_[photo]) {
-    const Observations& all = points_[p];
+    const Observations& all = points_[p].observations;
     const auto own = std::find_if(all.begin(), all.end(),
                                   [&](const Observation& o) { return o.photo == photo; });
     int observers = 0;

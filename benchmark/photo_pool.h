@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/sim/random.h"
 #include "clients/sim/scenario.h"
 #include "guidance/guided_map.h"
 
@@ -37,6 +38,9 @@ class PhotoPool {
   // Renders what the cache does not have. Throws std::runtime_error where it cannot be written.
   explicit PhotoPool(const PoolOptions& options);
 
+  // One more photo of the place, from anywhere: its index. Not kept in the cache.
+  int Add(const CameraPose& cam_from_world, int agent);
+
   int size() const { return static_cast<int>(photos_.size()); }
   const GuidedCamera& camera() const { return camera_; }
   // In the order in which a person takes them: walk after walk. `agent` is the walk.
@@ -64,12 +68,20 @@ class PhotoPool {
     double distance;
   };
   using Observations = std::vector<Observation>;  // of one true point, ascending photos
+  struct TruePoint {
+    Eigen::Vector3d xyz, normal;
+    Observations observations;
+  };
 
   void PlanPhotos(const PoolOptions& options);
   void RenderPhotos(const PoolOptions& options);
+  cv::Mat1b Render(int photo) const;
   void FindPoints(int threads);
   void TakeSamples();
-  std::vector<Observations> ObserveCorners(int photo) const;
+  std::vector<TruePoint> PointsAtCorners(int photo) const;
+  // False where the photo does not see or find the point.
+  bool Observe(int photo, sim::Random* random, TruePoint* point) const;
+  void AddPoints(std::vector<TruePoint> points);
   bool Matched(const Observation& a, const Observation& b) const;
   // Tracks of a point: sets of observations among the taken photos.
   std::vector<Observations> TracksOf(const Observations& all,
@@ -83,7 +95,7 @@ class PhotoPool {
   std::vector<GuidedPhoto> photos_;
   std::vector<sim::Pose> poses_;
   std::vector<cv::Mat1f> greys_;
-  std::vector<Observations> points_;
+  std::vector<TruePoint> points_;
   std::vector<std::vector<int>> points_of_photo_;
   std::vector<TrueSample> samples_;
 };

@@ -79,6 +79,20 @@ TEST(PhotoPool, APhotoRegistersWhenThoseBetweenHave) {
   EXPECT_GT(pool.CommonPoints(2, {0, 1}), pool.CommonPoints(7, {0, 1}));
 }
 
+TEST(PhotoPool, AnAddedPhotoIsAsOneThatWasPlanned) {
+  const TestFolder cache;
+  PhotoPool pool(SmallPool(cache));
+  const int planned = pool.CommonPoints(2, {0, 1});
+  const int added = pool.Add(pool.photo(2).cam_from_world, 5);
+  EXPECT_EQ(added, 32);
+  EXPECT_EQ(pool.photo(added).agent, 5);
+  EXPECT_NEAR(cv::mean(cv::abs(pool.grey(added) - pool.grey(2)))[0], 0, 5) << "but for noise";
+  // Corners of the added one are points, too.
+  EXPECT_GT(pool.CommonPoints(added, {0, 1}), 0.7 * planned);
+  EXPECT_LT(pool.CommonPoints(added, {0, 1}), 2.0 * planned);
+  EXPECT_EQ(pool.Registered({0, 1, added}), (std::vector<int>{0, 1, added}));
+}
+
 TEST(PointGrid, FindsWhatIsWithinTheRadius) {
   sim::Random random(5);
   const auto drawn = [&] {

@@ -12,7 +12,7 @@ namespace skein {
 struct BundleRequest {
   std::vector<ImageId> free;             // poses to refine
   std::vector<PoseStiffness> stiffness;  // of `free`; empty: plain least squares
-  std::vector<ImageId> held;      // constant poses, whose observations count; but those of `free`
+  std::vector<ImageId> held;      // constant poses, whose observations count; `free` comes first
   std::vector<Point3DId> points;  // to refine; those with < 2 observations in it are left out
   // Of `points`, those that images other than `free` and `held` see are constant, as in COLMAP's
   // local BA.

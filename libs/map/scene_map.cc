@@ -292,22 +292,6 @@ std::vector<Point3DId> SceneMap::ModifiedPoints() {
 
 void SceneMap::ForgetModifiedPoints() { triangulator_->ClearModifiedPoints3D(); }
 
-colmap::Reconstruction SceneMap::CopyRegistered() const {
-  colmap::Reconstruction copy;
-  for (const auto& [id, camera] : reconstruction_->Cameras()) copy.AddCamera(camera);
-  std::vector<ImageId> images = reconstruction_->RegImageIds();
-  std::sort(images.begin(), images.end());
-  for (const ImageId id : images) {
-    colmap::Image image = reconstruction_->Image(id);
-    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) image.ResetPoint3DForPoint2D(i);
-    image.SetRegistered(false);
-    copy.AddImage(std::move(image));
-    copy.RegisterImage(id);
-  }
-  AddPoints(*reconstruction_, &copy);
-  return copy;
-}
-
 void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
   const std::vector<ImageId> old_ids = reconstruction_->RegImageIds();
   for (const ImageId id : old_ids) Deregister(id);

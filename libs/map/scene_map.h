@@ -119,9 +119,6 @@ class SceneMap {
   // they share fewer than three.
   void AlignTo(const colmap::Reconstruction& model);
 
-  // The registered photos, their cameras and points, as a model of its own.
-  colmap::Reconstruction CopyRegistered() const;
-
   // Drops all poses and points; cameras get their priors back.
   void Clear();
 

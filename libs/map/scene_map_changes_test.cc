@@ -45,7 +45,7 @@ class SceneMapChanges : public testing::Test {
 };
 
 TEST_F(SceneMapChanges, CopyIsWhatAModelFileHolds) {
-  const colmap::Reconstruction copy = map_.CopyRegistered();
+  const colmap::Reconstruction copy = CopyRegistered(model());
   const Result<colmap::Reconstruction> read = DecodeModel(EncodeModel(model()));
   ASSERT_TRUE(read.ok());
   EXPECT_FALSE(copy.ExistsImage(6));  // waits
@@ -63,7 +63,7 @@ TEST_F(SceneMapChanges, CopyIsWhatAModelFileHolds) {
 }
 
 TEST_F(SceneMapChanges, AlignsToAModelInAnotherFrame) {
-  colmap::Reconstruction other = map_.CopyRegistered();
+  colmap::Reconstruction other = CopyRegistered(model());
   colmap::SimilarityTransform3 transform(2.0, {1, 0, 0, 0}, {3, -1, 2});
   other.Transform(transform);
   map_.AlignTo(other);

@@ -167,7 +167,7 @@ Status Verify(const colmap::Reconstruction& target, const colmap::Reconstruction
   return Status::Ok();
 }
 
-// Filters what the adjustment left outside of the limits, and photos that see nothing any more.
+// Filters points that the adjustment left outside of the limits.
 void CleanUp(const AbsorbOptions& options, AbsorbResult* result) {
   const std::unordered_set<image_t> seam(result->seam.begin(), result->seam.end());
   result->merged.FilterPoints3DInImages(options.max_reprojection_error_px,

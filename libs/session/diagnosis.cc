@@ -20,10 +20,9 @@ constexpr float kBlurred = 0.45F;
 // Of a photo that shows a thing in front of nothing; the same sets have 0.6 and more.
 constexpr float kBareCoverage = 0.35F;
 constexpr int kBareKeypoints = 300;
-// skein-mapper registers a photo from as many inliers on (--min-inliers).
-constexpr int kNeededInliers = 30;
-// skein-merger begins a map with as many (--min-inliers).
-constexpr int kSeedInliers = 100;
+// Defaults of RegistrationOptions and SeedOptions: a photo is registered from the first
+// number of inliers on, a map begins with the second.
+constexpr int kNeededInliers = 30, kSeedInliers = 100;
 // COLMAP triangulates no point below 1.5 degrees: a step of a fortieth of the distance.
 constexpr float kParallaxRad = 0.026F;
 // COLMAP's TwoViewGeometry::ConfigurationType.

@@ -41,11 +41,10 @@ class PhotoLoader {
 
   PhotoLoader(BlobClient& blobs, const SessionState& session) : blobs_(blobs), session_(session) {}
 
-  bool WasLoaded(int64_t image_id) const { return loaded_.count(image_id) > 0; }
-
   // Gives those of the photos that were not loaded before, in the order of `image_ids`; within the
   // call if there are none and no load is under way. A photo must have features in the ledger;
-  // without matches it has no pairs. One that could not be fetched is fetched anew the next time.
+  // without matches it has no pairs. One that could not be fetched is fetched anew where it is
+  // asked for again.
   void Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded);
 
  private:
