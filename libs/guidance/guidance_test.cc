@@ -297,13 +297,24 @@ TEST(Guidance, WhoFollowsTheStationsCompletesThePlace) {
     const GuidedMap map = site.Map();
     const auto stations = ChooseStations(options, quality, map, place, {SeekerAt(map)});
     ASSERT_FALSE(stations[0].empty()) << num_photos << " photos";
-    site.Photograph(stations[0].front().cam_from_world);
+    const CameraPose& advised = stations[0].front().cam_from_world;
+    ASSERT_NEAR(advised.Centre().z(), 2, 0.1) << "a person's camera stays as high as it was";
+    site.Photograph(advised);
     ++num_photos;
     place = AssessPlace({}, quality, site.Map());
   }
   EXPECT_TRUE(place.completeness.complete);
   EXPECT_GT(place.completeness.area, 0.75 * 16 * 4) << "the whole wall";
   EXPECT_LT(num_photos, 25);
+}
+
+TEST(Guidance, PhotosThatLookUpALittleDoNotTiltWhatIsUp) {
+  Site site({});
+  for (const double angle : {0.0, 30.0, 60.0, 90.0}) {
+    const double x = std::cos(angle * kDegree), y = std::sin(angle * kDegree);
+    site.Photograph({0, 0, 2}, {10 * x, 10 * y, 5});
+  }
+  EXPECT_GT(UpOf(site.Map()).z(), std::cos(2 * kDegree));
 }
 
 TEST(Guidance, AnEmptyMapIsNoPlace) {

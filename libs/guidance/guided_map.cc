@@ -1,5 +1,6 @@
 #include "guidance/guided_map.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 namespace skein {
@@ -11,17 +12,36 @@ bool GuidedCamera::Project(const Eigen::Vector3d& in_camera, Eigen::Vector2d* pi
   return pixel->x() >= 0 && pixel->y() >= 0 && pixel->x() < width_px && pixel->y() < height_px;
 }
 
+namespace {
+
+// Of the photos' frames, in the map's: x to the right, y down, z ahead.
+Eigen::Vector3d AxisOf(const GuidedPhoto& photo, const Eigen::Vector3d& axis) {
+  return photo.cam_from_world.rotation.conjugate() * axis;
+}
+
+}  // namespace
+
 Eigen::Vector3d UpOf(const GuidedMap& map) {
-  constexpr double kAgreement = 0.7;  // length of a mean of unit vectors
+  constexpr double kAgreement = 0.7;  // length of a mean of unit vectors, cosine of one with it
+  constexpr double kLevel = 0.01;     // (0.1 rad)^2: how level photos are held
+  const Eigen::Vector3d upwards = -Eigen::Vector3d::UnitY(), backwards = -Eigen::Vector3d::UnitZ();
   Eigen::Vector3d upper_side = Eigen::Vector3d::Zero(), back = Eigen::Vector3d::Zero();
   for (const GuidedPhoto& photo : map.photos) {
-    upper_side -= photo.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitY();
-    back -= photo.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+    upper_side += AxisOf(photo, upwards);
+    back += AxisOf(photo, backwards);
   }
   const double count = static_cast<double>(std::max<size_t>(1, map.photos.size()));
   const bool level = upper_side.norm() >= kAgreement * count || upper_side.norm() >= back.norm();
-  const Eigen::Vector3d up = level ? upper_side : back;
-  return up.norm() < 1e-9 ? Eigen::Vector3d(0, 0, 1) : up.normalized();
+  const Eigen::Vector3d mean = level ? upper_side : back;
+  if (mean.norm() < 1e-9) return {0, 0, 1};
+  const Eigen::Vector3d direction = mean.normalized();
+  Eigen::Matrix3d across = count * kLevel * Eigen::Matrix3d::Identity();
+  for (const GuidedPhoto& photo : map.photos) {
+    if (AxisOf(photo, level ? upwards : backwards).dot(direction) < kAgreement) continue;
+    const Eigen::Vector3d right = AxisOf(photo, Eigen::Vector3d::UnitX());
+    across += right * right.transpose();
+  }
+  return across.ldlt().solve(direction).normalized();
 }
 
 }  // namespace skein

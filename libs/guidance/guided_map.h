@@ -41,7 +41,9 @@ struct GuidedMap {
 };
 
 // Upwards as the photos tell: their own upper sides where these agree (photos held level), else
-// against where they look (straight down). Unit.
+// against where they look (straight down). Across their horizontal sides, as in Brown and Lowe 2007
+// (section 5): photos that all look up a little do not tilt it, once they look in several
+// directions. Unit.
 Eigen::Vector3d UpOf(const GuidedMap& map);
 
 }  // namespace skein

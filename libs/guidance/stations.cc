@@ -217,9 +217,6 @@ Chooser::Ground Chooser::GroundOf(const StationSeeker& seeker) const {
     ground.min_height = std::min(ground.min_height, centres_[i].dot(ground.up));
     ground.max_height = std::max(ground.max_height, centres_[i].dot(ground.up));
   }
-  const double slack = place_.surface.working_distance / 10;
-  ground.min_height -= slack;
-  ground.max_height += slack;
   return ground;
 }
 

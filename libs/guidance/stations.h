@@ -14,8 +14,7 @@ namespace skein {
 // Where an agent can stand.
 struct Reach {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();  // unit; zero: as the photos tell (UpOf)
-  // Heights along `up`, submap units; min > max: as high as the agent's own photos, give or take a
-  // tenth of the working distance.
+  // Heights along `up`, submap units; min > max: between those of the agent's own photos.
   double min_height = 1, max_height = 0;
   // Horizontal polygons to stay out of, in submap units: points of the map's frame, their heights
   // do not matter.
