@@ -13,7 +13,7 @@ namespace {
 // The bulk bus stays joined for a while after its last subscription, because pulls come in groups.
 // (A relay sends nothing without subscriptions.)
 constexpr double kBulkIdleS = 5.0;
-// Its relay lets who has not signed for a minute hear nothing more.
+// Its relay lets who has said no hello for a minute hear nothing more.
 constexpr double kHelloS = 15.0;
 
 // Each of the first, then each power of two: who sends nonsense repeats itself.
@@ -117,8 +117,9 @@ void Bus::SetSeal(std::unique_ptr<MessageSeal> seal, bool takes_unsigned) {
 }
 
 void Bus::Hello(bool bulk) {
-  if (!seal_) return;
-  const Bytes sealed = seal_->Seal(tcpq::kHelloChannel, {});
+  const std::optional<Bytes> binding = OpenLink(bulk).Binding();
+  if (!seal_ || !binding) return;
+  const Bytes sealed = seal_->Seal(tcpq::kHelloChannel, *binding);
   OpenLink(bulk).Publish(tcpq::kHelloChannel, sealed.data(), sealed.size());
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/bytes.h"
@@ -27,7 +28,9 @@ class Link {
   virtual void Unsubscribe(const std::string& channel) = 0;
   // False if it was dropped here: not connected, or too much is waiting to be sent.
   virtual bool Publish(const std::string& channel, const void* data, size_t size) = 0;
-  // Called whenever a relay is reached, before anything else is sent to it.
+  // Of the connection to the relay (transport/stream.h); none while it is not reached.
+  virtual std::optional<Bytes> Binding() const { return std::nullopt; }
+  // Called whenever a relay is reached: over TLS once both have shaken hands.
   virtual void SetOnConnected(std::function<void()> /*on_connected*/) {}
 };
 

@@ -3,7 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+
+#include "core/bytes.h"
 
 namespace skein {
 
@@ -29,6 +32,10 @@ class Stream {
   // Whether to go on once the descriptor can be written. TLS also sends where nothing is left to
   // send, and waits for the other side before it sends.
   virtual bool WaitsForRoom(bool has_output) const { return has_output; }
+
+  // Over TLS: bytes of this connection alone, the same at both ends (RFC 9266); none before they
+  // have shaken hands. In the clear: empty.
+  virtual std::optional<Bytes> Binding() const { return Bytes(); }
 
   int fd() const { return fd_; }
   const std::string& error() const { return error_; }

@@ -108,6 +108,7 @@ void TcpqLink::Connect() {
   if (fd < 0) return Disconnect(error);
   stream_ = tls_ ? tls_->Wrap(fd) : std::make_unique<Stream>(fd);
   state_ = State::kConnecting;
+  is_reached_ = false;
   watches_writable_ = false;
   parser_ = tcpq::FrameParser(tcpq::kServerMagic);
   loop_.AddFd(fd, [this] { Receive(); });
@@ -119,8 +120,6 @@ void TcpqLink::OnConnected() {
   out_.clear();
   sent_ = 0;
   tcpq::AppendGreeting(tcpq::kClientMagic, &out_);
-  if (on_connected_) on_connected_();
-  if (state_ != State::kConnected) return;  // it could not be sent
   for (const std::string& channel : channels_) {
     tcpq::AppendSubscription(tcpq::FrameType::kSubscribe, channel, &out_);
   }
@@ -170,6 +169,17 @@ void TcpqLink::Send() {
     sent_ = 0;
   }
   WatchWritable(stream_->WaitsForRoom(!out_.empty()));
+  TellReached();
+}
+
+std::optional<Bytes> TcpqLink::Binding() const {
+  return state_ == State::kConnected ? stream_->Binding() : std::nullopt;
+}
+
+void TcpqLink::TellReached() {
+  if (is_reached_ || !Binding()) return;
+  is_reached_ = true;
+  if (on_connected_) on_connected_();
 }
 
 void TcpqLink::WatchWritable(bool watch) {

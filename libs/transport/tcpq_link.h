@@ -34,6 +34,7 @@ class TcpqLink : public Link {
   void Subscribe(const std::string& channel) override;
   void Unsubscribe(const std::string& channel) override;
   bool Publish(const std::string& channel, const void* data, size_t size) override;
+  std::optional<Bytes> Binding() const override;
   void SetOnConnected(std::function<void()> on_connected) override {
     on_connected_ = std::move(on_connected);
   }
@@ -47,6 +48,7 @@ class TcpqLink : public Link {
   void Receive();
   void DeliverFrames();
   void Send();
+  void TellReached();
   void WatchWritable(bool watch);
 
   const LcmUrl url_;
@@ -58,6 +60,7 @@ class TcpqLink : public Link {
 
   State state_ = State::kDisconnected;
   std::unique_ptr<Stream> stream_;  // null while disconnected
+  bool is_reached_ = false;         // on_connected_ has been called for this connection
   int num_attempts_ = 0;
   bool watches_writable_ = false;
   bool complained_ = false;  // about this outage

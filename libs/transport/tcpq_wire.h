@@ -26,8 +26,8 @@ enum class FrameType : uint32_t { kPublish = 1, kSubscribe = 2, kUnsubscribe = 3
 inline constexpr uint32_t kMaxChannelBytes = 1024;
 inline constexpr uint32_t kMaxMessageBytes = 4 << 20;
 
-// Over TLS, by which a client shows the relay that it belongs to the session: an empty message,
-// signed. The relay keeps it to itself.
+// Over TLS, by which a client shows the relay that it belongs to the session: the connection's
+// binding (transport/stream.h), signed. It counts on that connection alone, and goes no further.
 inline constexpr char kHelloChannel[] = "SKEIN_HELLO";
 
 struct Frame {

@@ -19,6 +19,10 @@ constexpr char kNoTls[] =
     "it does not speak TLS 1.3; a relay of a tcpqs:// URL and its clients do, those of tcpq:// do "
     "not";
 
+// "tls-exporter" of RFC 9266.
+constexpr char kBindingLabel[] = "EXPORTER-Channel-Binding";
+constexpr size_t kBindingBytes = 32;
+
 class TlsStream : public Stream {
  public:
   TlsStream(int fd, SSL_CTX* context, std::string pin)
@@ -48,6 +52,16 @@ class TlsStream : public Stream {
 
   bool WaitsForRoom(bool has_output) const override {
     return receiving_waits_for_room_ || (has_output && sending_waits_for_room_);
+  }
+
+  std::optional<Bytes> Binding() const override {
+    if (!::SSL_is_init_finished(ssl_.get())) return std::nullopt;
+    Bytes binding(kBindingBytes);
+    if (::SSL_export_keying_material(ssl_.get(), binding.data(), binding.size(), kBindingLabel,
+                                     sizeof(kBindingLabel) - 1, nullptr, 0, 0) != 1) {
+      return std::nullopt;
+    }
+    return binding;
   }
 
   // OpenSSL's callback in place of its own verification.

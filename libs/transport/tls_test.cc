@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "testing/test_folder.h"
 
@@ -60,6 +61,22 @@ TEST_F(TlsTest, CarriesBytesBothWaysWithoutShowingThem) {
   seen.resize(static_cast<size_t>(::recv(relay_end, seen.data(), seen.size(), MSG_PEEK)));
   EXPECT_GE(seen.size(), secret.size());
   EXPECT_EQ(seen.find(secret), std::string::npos);
+}
+
+TEST_F(TlsTest, BothEndsKnowBytesOfTheirConnectionAlone) {
+  std::vector<Bytes> bindings;
+  for (int i = 0; i < 2; ++i) {
+    const auto [relay_end, client_end] = Connection();
+    const auto relay = TlsContext::ForRelay(certificate_).Wrap(relay_end);
+    const auto client = TlsContext::ForClient(certificate_.pin).Wrap(client_end);
+    EXPECT_FALSE(relay->Binding() || client->Binding());
+    Pass(*client, *relay, "a photo's name");
+    ASSERT_TRUE(relay->Binding() && client->Binding());
+    EXPECT_EQ(*relay->Binding(), *client->Binding());
+    bindings.push_back(*client->Binding());
+  }
+  EXPECT_EQ(bindings[0].size(), 32u);
+  EXPECT_NE(bindings[0], bindings[1]);
 }
 
 TEST_F(TlsTest, AClientTakesTheCertificateOfItsPinAlone) {

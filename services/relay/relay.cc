@@ -33,7 +33,9 @@ constexpr double kDeadlineCheckS = 0.5;
 constexpr double kIdleS =
     5;  // who has said nothing for so long yields its place where it is wanted
 constexpr double kPauseS = 0.5;
-constexpr double kMemberS = 60;  // certificates expire: a signature counts for so long
+constexpr double kMemberS = 60;  // certificates expire: a hello counts for so long
+
+constexpr char kWatchPort[] = "this port is for listening; publish on the session's URL";
 
 // Each of the first, then each power of two.
 bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
@@ -289,22 +291,40 @@ void Relay::Handle(Client* client, const tcpq::Frame& frame) {
 void Relay::Publish(Client* from, const tcpq::Frame& frame) {
   ++counters_.num_messages;
   counters_.bytes += static_cast<int64_t>(frame.message.size());
-  const bool is_hello = frame.channel == tcpq::kHelloChannel;
-  if (!from->is_watcher && !is_hello && !IsWanted(frame.channel)) return;  // nothing is spent on it
+  if (frame.channel == tcpq::kHelloChannel) return HearHello(from, frame.message);
+  if (!from->is_watcher && !IsWanted(frame.channel)) return;  // nothing is spent on it
   const char* why = WhyRefused(from, frame);
-  if (is_hello && (HasSigned(*from) || !guard_)) return;
   if (why == nullptr) return Forward(*from, frame);
+  NoteRefused(*from, frame.channel, why);
+}
+
+// A hello alone shows who is at the other end: any other message may be another's, said again.
+void Relay::HearHello(Client* from, const Bytes& hello) {
+  if (!guard_) return;
+  const std::optional<Bytes> binding = from->stream->Binding();
+  const char* why = from->is_watcher ? kWatchPort
+                    : binding        ? guard_->WhyNoMember(hello, *binding)
+                                     : "TLS has no binding for it";
+  if (why != nullptr) return NoteRefused(*from, tcpq::kHelloChannel, why);
+  from->member_s = loop_.now_s();
+}
+
+void Relay::NoteRefused(const Client& from, const std::string& channel, const char* why) {
   if (!IsWorthALine(++counters_.num_refused)) return;
-  LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from->name, Shown(frame.channel),
-          why, counters_.num_refused);
+  LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from.name, Shown(channel), why,
+          counters_.num_refused);
+}
+
+bool Relay::IsMember(const Client& client) const {
+  return loop_.now_s() - client.member_s < kMemberS;
 }
 
 bool Relay::HasSigned(const Client& client) const {
-  return loop_.now_s() - client.signed_s < kMemberS;
+  return loop_.now_s() - std::max(client.member_s, client.signed_s) < kMemberS;
 }
 
 bool Relay::Hears(const Client& client, const std::string& channel) const {
-  const bool may_hear = !options_.members_only || client.is_watcher || HasSigned(client);
+  const bool may_hear = !options_.members_only || client.is_watcher || IsMember(client);
   return may_hear && client.channels.Matches(channel);
 }
 
@@ -315,7 +335,7 @@ bool Relay::IsWanted(const std::string& channel) const {
 
 // Null if it is not.
 const char* Relay::WhyRefused(Client* from, const tcpq::Frame& frame) {
-  if (from->is_watcher) return "this port is for listening; publish on the session's URL";
+  if (from->is_watcher) return kWatchPort;
   if (!guard_) return nullptr;
   const RelayGuard::Verdict verdict = guard_->Check(frame.channel, frame.message);
   if (verdict.is_signed) from->signed_s = loop_.now_s();

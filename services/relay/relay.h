@@ -36,7 +36,7 @@ struct RelayOptions {
   size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
   size_t max_held_bytes = 256 << 20;       // in all queues
   std::optional<TlsContext> tls = {};      // of the port; none: in the clear
-  // Who has signed nothing that holds for a minute hears nothing. Needs a guard.
+  // Who has said no hello that holds for a minute hears nothing. Needs a guard.
   bool members_only = false;
   // A second port, in the clear and for this host alone, for LCM's own tools: who connects there
   // hears everything, and is not heard. 0: any, see Relay::watch_port().
@@ -85,7 +85,8 @@ class Relay {
     uint32_t address = 0;  // IPv4
     std::string name;      // address:port
     bool is_watcher = false;
-    double signed_s = -1e9;  // when it last said something with a signature that holds
+    double member_s = -1e9;  // when it last said a hello that holds
+    double signed_s = -1e9;  // or something else with a signature that holds
     tcpq::FrameParser parser;
     ChannelSet channels;
     double heard_s = 0;    // when it came, then of its last frame
@@ -113,11 +114,14 @@ class Relay {
   bool ParseAndReceive(Client* client);
   void ServeLater(Client* client);
   void Handle(Client* client, const tcpq::Frame& frame);
+  bool IsMember(const Client& client) const;
   bool HasSigned(const Client& client) const;
   bool Hears(const Client& client, const std::string& channel) const;
   bool IsWanted(const std::string& channel) const;
   const char* WhyRefused(Client* from, const tcpq::Frame& frame);
   void Publish(Client* from, const tcpq::Frame& frame);
+  void HearHello(Client* from, const Bytes& hello);
+  void NoteRefused(const Client& from, const std::string& channel, const char* why);
   void Forward(const Client& from, const tcpq::Frame& frame);
   void KeepWithinMemory();
   void DropMostQueued();

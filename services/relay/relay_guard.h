@@ -21,6 +21,9 @@ class RelayGuard {
   };
   // A signed message costs the verification of its signature: 50 to 140 us (docs/measurements.md).
   Verdict Check(const std::string& channel, const Bytes& message);
+  // Null if the hello (transport/tcpq_wire.h) is of one who belongs to the session, signed for the
+  // connection of this binding; else why not.
+  const char* WhyNoMember(const Bytes& hello, const Bytes& binding);
 
  private:
   MessageSeal seal_;

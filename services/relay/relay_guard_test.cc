@@ -40,12 +40,23 @@ TEST_F(RelayGuardTest, ForwardsWhatARoleMaySay) {
   }
 }
 
-TEST_F(RelayGuardTest, KnowsAMemberByAnySignature) {
-  MessageSeal viewer = Seal(Role::kViewer);
-  EXPECT_TRUE(requires_.Check("SKEIN_HELLO", viewer.Seal("SKEIN_HELLO", {})).is_signed);
-  EXPECT_FALSE(requires_.Check("SKEIN_HELLO", {}).is_signed);
-  MessageSeal other = Seal(Role::kViewer, kOther);
-  EXPECT_FALSE(requires_.Check("SKEIN_HELLO", other.Seal("SKEIN_HELLO", {})).is_signed);
+TEST_F(RelayGuardTest, KnowsAMemberByAHelloOfItsConnectionAlone) {
+  const Bytes binding(32, 1), another(32, 2);
+  MessageSeal viewer = Seal(Role::kViewer), other = Seal(Role::kViewer, kOther);
+  const auto is_member = [&](const Bytes& hello) {
+    return requires_.WhyNoMember(hello, binding) == nullptr;
+  };
+  const Bytes hello = viewer.Seal("SKEIN_HELLO", binding);
+  EXPECT_TRUE(is_member(hello));
+  EXPECT_FALSE(is_member(hello));  // it came before
+  EXPECT_FALSE(is_member(viewer.Seal("SKEIN_HELLO", another)));
+  EXPECT_FALSE(is_member(viewer.Seal("SKEIN_HELLO", {})));
+  EXPECT_FALSE(is_member(viewer.Seal("SKEIN_HEARTBEAT", binding)));
+  EXPECT_FALSE(is_member(other.Seal("SKEIN_HELLO", binding)));
+  EXPECT_FALSE(is_member(binding));  // not signed
+  EXPECT_FALSE(is_member({}));
+  EXPECT_EQ(WhyRefused(requires_, "SKEIN_HELLO", viewer.Seal("SKEIN_HELLO", binding)),
+            "its role may not say so");
 }
 
 TEST_F(RelayGuardTest, RefusesForgeriesAndRepetitions) {

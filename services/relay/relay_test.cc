@@ -265,6 +265,54 @@ TEST_F(RelayTest, OverTlsWhoHasNoCredentialHearsNothing) {
   EXPECT_EQ(num_nobody, 0);
 }
 
+// One that signs nothing, but says again what a member has signed.
+TEST_F(RelayTest, OverTlsWhatAnotherSignedMakesNoMember) {
+  const std::string session = "0123456789abcdef";
+  const SigningKey root = SigningKey::Generate();
+  const auto seal = [&](const std::string& name) {
+    return MessageSeal({session, root.public_key()},
+                       IssueCredential(root, session, Role::kViewer, name, 0), {}, NowUs);
+  };
+  const TestFolder folder;
+  const auto certificate = OpenRelayCertificate((folder / "keys").string());
+  ASSERT_TRUE(certificate.ok()) << certificate.error();
+  PollLoop loop;
+  RelayOptions options{kPort, 8 << 20};
+  options.tls = TlsContext::ForRelay(*certificate);
+  options.members_only = true;
+  Relay relay(loop, options, std::make_unique<RelayGuard>(seal("relay"), false));
+  options.port = kPort + 1;
+  Relay other_relay(loop, options, std::make_unique<RelayGuard>(seal("relay"), false));
+  const auto connect = [&](const Relay& to, int* num_heard) {
+    const std::string url = "tcpqs://127.0.0.1:" + std::to_string(to.port());
+    auto link = MakeLink(ParseLcmUrl(url + "?pin=" + certificate->pin), loop,
+                         [num_heard](const std::string&, const Bytes&) { ++*num_heard; });
+    link->Subscribe(kHeartbeatChannel.name);
+    return link;
+  };
+  int num_member = 0, num_thief = 0;
+  const auto member = connect(relay, &num_member), thief = connect(relay, &num_thief);
+  const auto other_thief = connect(other_relay, &num_thief);
+  ASSERT_TRUE(loop.RunUntil(
+      [&] { return member->Binding() && thief->Binding() && other_thief->Binding(); }, 10));
+  MessageSeal seal_of_member = seal("member");
+  const auto say = [&](Link& link, const char* channel, const Bytes& message) {
+    link.Publish(channel, message.data(), message.size());
+  };
+  const auto timer = loop.AddTimer(0.01, [&] {
+    const Bytes hello = seal_of_member.Seal(tcpq::kHelloChannel, *member->Binding());
+    for (Link* link : {thief.get(), other_thief.get(), member.get()}) {
+      say(*link, tcpq::kHelloChannel, hello);
+      // The relays know nothing of each other: each takes what the other has heard.
+      say(*link, kHeartbeatChannel.name, seal_of_member.Seal(kHeartbeatChannel.name, {1}));
+    }
+  });
+  EXPECT_TRUE(loop.RunUntil(
+      [&] { return num_member >= 20 && other_relay.counters().num_messages >= 40; }, 10));
+  EXPECT_EQ(num_thief, 0);
+  loop.CancelTimer(timer);
+}
+
 // The relay's CPU time for 1,000 messages of 30 KB that go to one client. Prints, demands nothing.
 TEST_F(RelayTest, CostOfTlsAndSignaturesMeasured) {
   const std::string session = "0123456789abcdef";
