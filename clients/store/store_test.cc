@@ -138,6 +138,7 @@ class SessionMaker {
     const auto ingest = OpenSessionKeys(keys, kId, Role::kIngest, "ingest");
     ASSERT_TRUE(ingest.ok()) << ingest.error();
     EXPECT_TRUE(SaveCounters(keys, {{ingest->credential.key.public_key(), 7}}).ok());
+    EXPECT_TRUE(RecordInvitation(keys, "lost-phone").ok());
     EXPECT_TRUE(RevokeName(keys, "lost-phone").ok());
     EXPECT_TRUE(OpenRelayCertificate(keys).ok());
   }

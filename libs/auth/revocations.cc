@@ -13,9 +13,11 @@ namespace skein {
 namespace {
 
 constexpr char kRevokedIdentifier[] = "skrevo01";
+constexpr char kInvitedIdentifier[] = "skinvi01";
 constexpr double kLookS = 1.0;
 
-std::string PathIn(const std::string& dir) { return dir + "/revoked"; }
+std::string RevokedPath(const std::string& dir) { return dir + "/revoked"; }
+std::string InvitedPath(const std::string& dir) { return dir + "/invited"; }
 
 // "" where it is missing. A file that is written anew is another inode.
 std::string StampOf(const std::string& path) {
@@ -25,45 +27,72 @@ std::string StampOf(const std::string& path) {
          std::to_string(info.st_mtim.tv_nsec) + " " + std::to_string(info.st_size);
 }
 
-Status Write(const std::string& dir, const RevokedNames& names) {
-  ByteWriter out;
-  for (const std::string& name : names) out.PutString(name);
-  return WriteKeysFile(PathIn(dir), kRevokedIdentifier, out.Take());
-}
-
-}  // namespace
-
-Result<RevokedNames> ReadRevokedNames(const std::string& dir) {
-  const Result<Bytes> bytes = ReadKeysFile(PathIn(dir), kRevokedIdentifier);
-  if (bytes.code() == StatusCode::kNotFound) return RevokedNames{};
-  if (!bytes.ok()) {
-    return bytes.status().Within(
-        "who is revoked is not known; restore the file, or delete the folder " + dir +
-        " for new keys: all invitations end with the old ones");
-  }
-  RevokedNames names;
+Result<std::set<std::string>> ReadNames(const std::string& path, const std::string& identifier) {
+  const Result<Bytes> bytes = ReadKeysFile(path, identifier);
+  std::set<std::string> names;
+  if (bytes.code() == StatusCode::kNotFound) return names;
+  if (!bytes.ok()) return bytes.status();
   ByteReader in(*bytes);
   std::string name;
   while (in.GetString(&name)) names.insert(name);
   return names;
 }
 
-Status RequireUnrevoked(const std::string& dir, const std::string& name) {
+Status WriteNames(const std::string& path, const std::string& identifier,
+                  const std::set<std::string>& names) {
+  ByteWriter out;
+  for (const std::string& name : names) out.PutString(name);
+  return WriteKeysFile(path, identifier, out.Take());
+}
+
+// One that is damaged begins anew: without it a name is revoked all the same.
+InvitedNames InvitedOrNone(const std::string& dir) {
+  Result<InvitedNames> names = ReadInvitedNames(dir);
+  if (names.ok()) return *std::move(names);
+  LogWarn("who was invited before is not known: {}", names.error());
+  return {};
+}
+
+}  // namespace
+
+Result<RevokedNames> ReadRevokedNames(const std::string& dir) {
+  Result<RevokedNames> names = ReadNames(RevokedPath(dir), kRevokedIdentifier);
+  if (names.ok()) return names;
+  return names.status().Within(
+      "who is revoked is not known; restore the file, or delete the folder " + dir +
+      " for new keys: all invitations end with the old ones");
+}
+
+Result<InvitedNames> ReadInvitedNames(const std::string& dir) {
+  return ReadNames(InvitedPath(dir), kInvitedIdentifier);
+}
+
+Status RecordInvitation(const std::string& dir, const std::string& name) {
+  if (Status status = MakeKeysFolder(dir); !status) return status;
+  const FolderLock lock(dir);
   const Result<RevokedNames> revoked = ReadRevokedNames(dir);
   if (!revoked.ok()) return revoked.status();
-  if (revoked->count(name) == 0) return Status::Ok();
-  return InvalidArgument("\"" + name + "\" was revoked: give the next one another name");
+  if (revoked->count(name) > 0) {
+    return InvalidArgument("\"" + name + "\" was revoked: give the next one another name");
+  }
+  if (HasCredentialOf(dir, name)) {
+    return InvalidArgument("\"" + name +
+                           "\" is a process of this host: give who is invited another name");
+  }
+  InvitedNames invited = InvitedOrNone(dir);
+  if (!invited.insert(name).second) return Status::Ok();
+  return WriteNames(InvitedPath(dir), kInvitedIdentifier, invited);
 }
 
 Status RevokeName(const std::string& dir, const std::string& name) {
-  if (HasCredentialOf(dir, name)) {
+  const FolderLock lock(dir);
+  if (HasCredentialOf(dir, name) && InvitedOrNone(dir).count(name) == 0) {
     return InvalidArgument("\"" + name + "\" is a process of this host, no invitation");
   }
-  const FolderLock lock(dir);
   Result<RevokedNames> names = ReadRevokedNames(dir);
   if (!names.ok()) return names.status();
   names->insert(name);
-  return Write(dir, *names);
+  return WriteNames(RevokedPath(dir), kRevokedIdentifier, *names);
 }
 
 Revocations::Revocations(std::string dir, Clock clock)
@@ -79,7 +108,7 @@ bool Revocations::operator()(const std::string& name) {
 }
 
 void Revocations::Refresh() {
-  const std::string stamp = StampOf(PathIn(dir_));
+  const std::string stamp = StampOf(RevokedPath(dir_));
   if (stamp == read_as_) return;
   Result<RevokedNames> names = ReadRevokedNames(dir_);
   if (names.ok()) {

@@ -1,8 +1,10 @@
-// Invitations that were taken back, by their name, in the session's folder: keys/revoked.
+// Invitations by their name, in the session's folder: who was invited (keys/invited), and who no
+// more is (keys/revoked).
 //
-// A name stays revoked: whoever gets another invitation gets another name. Processes with the
-// session's folder hold to it: ingest, which alone writes what counts, and the relays, behind which
-// the others are. Elsewhere nobody knows of it, nor needs to.
+// A name stays revoked: whoever gets another invitation gets another name. The record of who was
+// invited decides nothing about messages: it tells a name that is to be revoked from a typo.
+// Processes with the session's folder hold to it: ingest, which alone writes what counts, and the
+// relays, behind which the others are. Elsewhere nobody knows of it, nor needs to.
 #pragma once
 
 #include <set>
@@ -13,15 +15,21 @@
 
 namespace skein {
 
+using InvitedNames = std::set<std::string>;
 using RevokedNames = std::set<std::string>;
 
 // `dir` is the folder keys/. Empty where nothing was revoked.
 Result<RevokedNames> ReadRevokedNames(const std::string& dir);
 
-// OK for a name that may be invited. An error says why not, also where nobody can know.
-Status RequireUnrevoked(const std::string& dir, const std::string& name);
+// The revoked among them. Not those that a version of Skein invited which kept no record.
+Result<InvitedNames> ReadInvitedNames(const std::string& dir);
 
-// From now on. Fails for the name of a process of this host, whose credential is in the folder.
+// Records that the name is invited. Makes the folder where it is missing. Fails for a name that is
+// revoked or of a process of this host, where nobody can know, and where it cannot be written.
+Status RecordInvitation(const std::string& dir, const std::string& name);
+
+// From now on, whether invited or not. Fails for the name of a process of this host, whose
+// credential is in the folder, unless it was invited before that process came.
 Status RevokeName(const std::string& dir, const std::string& name);
 
 // Follows the file while a process runs: looks at it at most once a second. Where it cannot be read

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "auth/session_keys.h"
+#include "auth/web_pass.h"
 #include "core/file.h"
 #include "testing/test_folder.h"
 
@@ -42,6 +43,41 @@ TEST_F(RevocationsTest, ARevokedNameStaysRevoked) {
 
 TEST_F(RevocationsTest, OfThisHostsProcessesNoneCanBeRevoked) {
   EXPECT_NE(RevokeName(dir_, "mapper-1").error().find("process of this host"), std::string::npos);
+}
+
+// Else two keys would have one name, and the invited one could not be revoked.
+TEST_F(RevocationsTest, NobodyIsInvitedByTheNameOfAProcessOfThisHost) {
+  EXPECT_NE(Invite("mapper-1").error().find("process of this host"), std::string::npos);
+  EXPECT_NE(IssueWebPass(dir_, kSession, {Role::kViewer, "mapper-1", 0})
+                .status()
+                .error()
+                .find("process of this host"),
+            std::string::npos);
+  EXPECT_EQ(ReadInvitedNames(dir_)->count("mapper-1"), 0u);
+}
+
+TEST_F(RevocationsTest, WhoWasInvitedCanBeRevokedAlsoWhereAProcessTookTheName) {
+  ASSERT_TRUE(Invite("alice").ok());
+  ASSERT_TRUE(OpenSessionKeys(dir_, kSession, Role::kAgent, "alice").ok());
+  EXPECT_TRUE(RevokeName(dir_, "alice").ok());
+  EXPECT_EQ(ReadRevokedNames(dir_)->count("alice"), 1u);
+}
+
+TEST_F(RevocationsTest, RecordsWhoWasInvited) {
+  EXPECT_TRUE(ReadInvitedNames(dir_)->empty());
+  ASSERT_TRUE(Invite("alice").ok());
+  ASSERT_TRUE(IssueWebPass(dir_, kSession, {Role::kViewer, "bob", 0}).ok());
+  ASSERT_TRUE(RevokeName(dir_, "alice").ok());
+  EXPECT_EQ(*ReadInvitedNames(dir_), (InvitedNames{"alice", "bob"}));
+}
+
+TEST_F(RevocationsTest, ADamagedRecordOfTheInvitedKeepsNobodyFromBeingInvitedOrRevoked) {
+  ASSERT_TRUE(Invite("alice").ok());
+  Damage("invited");
+  EXPECT_FALSE(ReadInvitedNames(dir_).ok());
+  EXPECT_TRUE(RevokeName(dir_, "alice").ok());
+  EXPECT_TRUE(Invite("bob").ok());
+  EXPECT_EQ(*ReadInvitedNames(dir_), InvitedNames{"bob"});
 }
 
 TEST_F(RevocationsTest, ARunningProcessHearsOfThemWithinASecond) {

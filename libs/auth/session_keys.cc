@@ -148,11 +148,10 @@ Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string&
 
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name, int64_t expires_s) {
-  if (Status status = MakeKeysFolder(dir); !status) return status;
+  if (Status status = RecordInvitation(dir, name); !status) return status;
   const FolderLock lock(dir);
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) return root.status();
-  if (Status status = RequireUnrevoked(dir, name); !status) return status;
   return SessionAccess{{session_id, root->public_key()},
                        IssueCredential(*root, session_id, role, name, expires_s),
                        {}};
@@ -182,6 +181,7 @@ std::vector<KeysDamage> CheckSessionKeys(const std::string& dir, const std::stri
   const Result<SigningKey> root = OpenRoot(dir);
   if (!root.ok()) damage.push_back({"root.key", true, false});
   if (!ReadRevokedNames(dir).ok()) damage.push_back({"revoked", true, false});
+  if (!ReadInvitedNames(dir).ok()) damage.push_back({"invited", false, true});
   if (!ReadCounters(dir).ok()) damage.push_back({"counters", false, true});
   if (ReadRelayPin(dir).code() == StatusCode::kDataLoss) damage.push_back({"relay.pem"});
   if (CheckWebCertificate(dir).code == StatusCode::kDataLoss) damage.push_back({"web.pem"});

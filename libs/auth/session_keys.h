@@ -4,7 +4,7 @@
 //   keys/root.key               the root's seed
 //   keys/ROLE-HASH.credential   one for each role and name that a process of this host has had
 //   keys/counters               the highest counter of each signer that ingest has seen
-//   keys/revoked                auth/revocations.h
+//   keys/invited, keys/revoked  auth/revocations.h
 //   keys/relay.pem              auth/relay_certificate.h
 #pragma once
 
@@ -32,7 +32,8 @@ bool HasCredentialOf(const std::string& dir, const std::string& name);
 Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name);
 
-// A new credential that is kept nowhere, for an invitation. Fails for a name that is revoked.
+// A new credential, for an invitation. It is kept nowhere; its name is recorded. Fails for a name
+// that may not be invited (auth/revocations.h).
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name, int64_t expires_s);
 

@@ -66,6 +66,7 @@ TEST_F(SessionKeysTest, NobodyElseMayReadThem) {
 TEST_F(SessionKeysTest, EveryFlippedBitIsFound) {
   const SignerCounters counters = {{Open(Role::kIngest, "ingest").credential.key.public_key(), 7}};
   ASSERT_TRUE(SaveCounters(dir_, counters).ok());
+  ASSERT_TRUE(RecordInvitation(dir_, "alice").ok());
   ASSERT_TRUE(RevokeName(dir_, "alice").ok());
   ASSERT_TRUE(OpenRelayCertificate(dir_).ok());
   const std::string fingerprint = OpenWebCertificate(dir_, {"laptop"}, kNowS)->fingerprint;

@@ -56,7 +56,7 @@ Result<std::string> IssueWebPass(const std::string& keys_dir, const std::string&
   if (pass.name.empty() || pass.name.size() > kMaxCertifiedName || !IsBrowserRole(pass.role)) {
     throw std::invalid_argument("a pass is for an agent, operator or viewer with a name");
   }
-  if (Status status = RequireUnrevoked(keys_dir, pass.name); !status) return status;
+  if (Status status = RecordInvitation(keys_dir, pass.name); !status) return status;
   const Result<Signature> signature = SignAsRoot(keys_dir, SignedPass(pass, session_id));
   if (!signature.ok()) return signature.status();
   Bytes bytes = PassClaims(pass);

@@ -21,7 +21,8 @@ struct WebPass {
 };
 
 // `keys_dir` is the folder keys/ of the session. Throws std::invalid_argument for a name without
-// bytes or with too many, and for a role that no browser has.
+// bytes or with too many, and for a role that no browser has. Fails for a name that may not be
+// invited (auth/revocations.h).
 Result<std::string> IssueWebPass(const std::string& keys_dir, const std::string& session_id,
                                  const WebPass& pass);
 

@@ -92,7 +92,11 @@ wait_until 60 "the relays have refused a hundred messages of a peer that signs n
 lost=$(invite viewer --name lost-phone)
 timeout 40 "$skein" status --once --invite "$lost" >/dev/null || fail "an invitation does not work"
 "$skein" revoke --session "$session" --name lost-phone >"$workspace/said" || fail "skein revoke"
-grep -qx lost-phone "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
+grep -qx 'revoked: lost-phone' "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
+! "$skein" revoke --session "$session" --name lost-fone >"$workspace/said" 2>&1 || fail "a name that nobody was invited by looks revoked"
+grep -q 'nobody is known to have been invited as "lost-fone" (invited: .*lost-phone' "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
+! "$skein" invite --session "$session" --role viewer --name ingest >"$workspace/said" 2>&1 || fail "somebody is invited as ingest"
+grep -q 'is a process of this host: give who is invited another name' "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
 is_shut_out() { ! timeout 40 "$skein" status --once --invite "$lost" >"$workspace/said" 2>&1; }
 wait_until 60 "a revoked invitation is refused" is_shut_out
 
