@@ -7,7 +7,30 @@
 namespace skein {
 namespace {
 
-bool IsControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+// Of the valid sequence at `at`, of `length` bytes.
+char32_t CodePoint(const std::string& text, size_t at, size_t length) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[at + i]); };
+  char32_t code = length == 1 ? byte(0) : byte(0) & (0x7fu >> length);
+  for (size_t i = 1; i < length; ++i) code = code << 6 | (byte(i) & 0x3fu);
+  return code;
+}
+
+// What a terminal acts on instead of showing it (Unicode's category Cc), and what makes the text
+// around it look like another: separators of lines, and the embeddings, overrides and isolates of
+// the bidirectional algorithm (UAX #9).
+bool IsControl(char32_t code) {
+  const auto in = [code](char32_t first, char32_t last) { return first <= code && code <= last; };
+  return code < 0x20 || in(0x7f, 0x9f) || in(0x2028, 0x202e) || in(0x2066, 0x2069);
+}
+
+bool HoldsControls(const std::string& text) {
+  for (size_t at = 0; at < text.size();) {
+    const size_t length = Utf8Length(text, at);
+    if (length > 0 && IsControl(CodePoint(text, at, length))) return true;
+    at += std::max<size_t>(length, 1);
+  }
+  return false;
+}
 
 Status CheckText(const std::string& text, const std::string& what, size_t max_bytes) {
   if (text.empty()) return InvalidArgument(what + " is empty");
@@ -15,9 +38,7 @@ Status CheckText(const std::string& text, const std::string& what, size_t max_by
     return InvalidArgument(what + " has " + std::to_string(text.size()) + " bytes, more than " +
                            std::to_string(max_bytes));
   }
-  if (std::any_of(text.begin(), text.end(), IsControl)) {
-    return InvalidArgument(what + " holds control characters");
-  }
+  if (HoldsControls(text)) return InvalidArgument(what + " holds control characters");
   if (!IsUtf8(text)) return InvalidArgument(what + " is not valid UTF-8");
   return Status::Ok();
 }
@@ -50,7 +71,7 @@ std::string Printable(const std::string& text, size_t max_bytes) {
   std::string printable;
   for (size_t at = 0; at < text.size();) {
     const size_t length = Utf8Length(text, at);
-    const bool shown = length > 0 && !IsControl(text[at]);
+    const bool shown = length > 0 && !IsControl(CodePoint(text, at, length));
     const std::string piece = shown ? text.substr(at, length) : "?";
     if (printable.size() + piece.size() > max_bytes) return printable + "...";
     printable += piece;

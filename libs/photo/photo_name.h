@@ -11,15 +11,16 @@ namespace skein {
 constexpr size_t kMaxAgentBytes = 64;
 constexpr size_t kMaxNameBytes = 255;
 
-// An agent's name is one path component: 1..64 bytes of UTF-8. It has no control characters, '/' or
-// '\', and no dot at the start.
+// An agent's name is one path component: 1..64 bytes of UTF-8. It has no '/' or '\', no dot at the
+// start and no control characters, to which those of bidirectional text belong.
 Status CheckAgentName(const std::string& agent);
 
 // A photo's name is a relative path: 1..255 bytes of UTF-8. It has no control characters and no
 // empty, "." or ".." component.
 Status CheckPhotoName(const std::string& name);
 
-// Text for a log or a terminal: unprintable bytes become '?', cut to max_bytes.
+// Text for a log or a terminal: bytes that are not UTF-8 and control characters become '?', cut to
+// max_bytes.
 std::string Printable(const std::string& text, size_t max_bytes = 100);
 
 // "a/b.jpg", 2 -> "a/b~2.jpg": the name of another photo that came under a name already taken.

@@ -29,6 +29,22 @@ TEST(PhotoName, RefusesEmptyLongAndUnprintable) {
   EXPECT_FALSE(CheckPhotoName(std::string("a\0b", 3)).ok());
 }
 
+// U+009B begins a terminal's command as ESC [ does; U+202E shows "gpj.exe" as "exe.jpg".
+constexpr const char* kControls[] = {"\xc2\x80",     "\xc2\x9b",     "\xc2\x9f",
+                                     "\xe2\x80\xa8", "\xe2\x80\xaa", "\xe2\x80\xae",
+                                     "\xe2\x81\xa6", "\xe2\x81\xa9"};
+// Their neighbours: no-break space, non-breaking hyphen and more.
+constexpr const char* kShown[] = {"\xc2\xa0",     "\xe2\x80\xa7", "\xe2\x80\xaf",
+                                  "\xe2\x81\xa5", "\xe2\x81\xaa", "\xf0\x9f\x93\xb7"};
+
+TEST(PhotoName, RefusesControlCharactersBeyondAscii) {
+  for (const std::string control : kControls) {
+    EXPECT_FALSE(CheckPhotoName("a" + control + "b").ok());
+    EXPECT_FALSE(CheckAgentName(control).ok());
+  }
+  for (const std::string shown : kShown) EXPECT_TRUE(CheckPhotoName("a" + shown + "b").ok());
+}
+
 TEST(PhotoName, RefusesInvalidUtf8) {
   for (const std::string name :
        {"\xff", "\xc3", "\xc0\xaf", "\xed\xa0\x80", "\xf5\x80\x80\x80", "\xe2\x82", "a\x80"}) {
@@ -50,6 +66,8 @@ TEST(AgentName, IsOnePathComponent) {
 TEST(Printable, ShowsWhatATerminalCanAndNoMore) {
   EXPECT_EQ(Printable("a\x1b[31mb\xff"), "a?[31mb?");
   EXPECT_EQ(Printable("\xc3\xa9"), "\xc3\xa9");
+  for (const std::string control : kControls) EXPECT_EQ(Printable(control + "31m"), "?31m");
+  for (const std::string shown : kShown) EXPECT_EQ(Printable(shown), shown);
   EXPECT_EQ(Printable(std::string(200, 'x'), 10), "xxxxxxxxxx...");
 }
 
