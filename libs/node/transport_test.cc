@@ -8,8 +8,11 @@
 #include <memory>
 #include <random>
 
+#include "auth/session_keys.h"
 #include "core/hash.h"
+#include "ledger/session_folder.h"
 #include "node/ledger_follower.h"
+#include "testing/test_folder.h"
 #include "testing/test_node.h"
 #include "testing/test_process.h"
 
@@ -70,6 +73,33 @@ class TransportTest : public testing::Test {
     std::printf("%.1f MB in %.3f s\n", 1e-6 * static_cast<double>(blob_bytes), timer.ElapsedS());
   }
 };
+
+// The worker says nothing to ingest but its heartbeats.
+TEST_F(TransportTest, IngestRemembersTheCountersOfAllThatAreAlive) {
+  const TestFolder folder;
+  NodeOptions options = TestOptions("ingest");
+  options.session_id = "";
+  options.session_dir = folder.path().string();
+  options.lcm_url = kUdpm;
+  options.auth = "require";
+  options.role = Role::kIngest;
+  NodeOptions worker = options;
+  worker.instance = "mapper-1";
+  worker.role = Role::kWorker;
+  const std::string keys = SessionPaths{options.session_dir}.Keys().string();
+  const auto open = [&](const std::string& session_id) {
+    return *OpenSessionKeys(keys, session_id, Role::kWorker, "mapper-1");
+  };
+  const std::string session_id = OpenOrCreateSession(options.session_dir)->session_id;
+  const PublicKey key = open(session_id).credential.key.public_key();
+  const Child worker_process([&] { Node(worker).Run(); });
+  {
+    Node ingest(options);
+    ASSERT_TRUE(
+        ingest.loop().RunUntil([&] { return ingest.bus().seal()->Counters().count(key) > 0; }, 30));
+  }
+  EXPECT_EQ(open(session_id).used.count(key), 1u);
+}
 
 TEST_F(TransportTest, UdpmLateJoinerReplaysAndPulls) {
   const Child ingest([] { ServeAsIngest(kUdpm, 3000, 20 << 20); });
