@@ -9,6 +9,7 @@
 
 #include "clients/client_node.h"
 #include "clients/folder_watch.h"
+#include "clients/ingest_watch.h"
 #include "clients/photo_folder.h"
 #include "clients/progress_bar.h"
 #include "clients/subcommand.h"
@@ -22,6 +23,7 @@ namespace {
 
 constexpr int kExitRefused = 3;
 constexpr double kRescanS = 1;
+constexpr double kLookForIngestS = 1;
 
 struct AgentOptions {
   ClientOptions client;
@@ -174,6 +176,8 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
     if (!may_grow) bar.Add();
   });
   publisher.Add(ToOffer(photos, options.max_size_px));
+  IngestWatch ingest(*node);
+  node->loop().AddTimer(kLookForIngestS, [&] { ingest.TellChange("skein agent", std::cerr); });
   if (options.watch)
     node->loop().AddTimer(kRescanS,
                           [&] { publisher.Add(ToOffer(watch.Scan(), options.max_size_px)); });

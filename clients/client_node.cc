@@ -3,10 +3,11 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <stdexcept>
 
+#include "core/file.h"
 #include "core/log.h"
-#include "ledger/session_folder.h"
 
 namespace skein {
 namespace {
@@ -22,6 +23,7 @@ NodeOptions NodeOf(const ClientOptions& options, const std::string& service, Rol
     if (!session.ok()) throw std::runtime_error(session.error());
     node.session_id = session->session_id;
     node.keys_dir = session->paths.Keys().string();
+    if (node.lcm_url.empty()) node.lcm_url = LaunchedUrl(session->paths);
   } else if (node.invite.empty() && node.session_id.empty()) {
     node.session_id = "auto";
   }
@@ -34,7 +36,18 @@ void AddClientOptions(CLI::App& app, ClientOptions* options) {
   app.add_option("--session", options->session_dir, "Session folder, on its host");
   AddPlaceOptions(app, &options->node);
   app.get_option("--session-id")->excludes("--session");
+  app.get_option("--lcm-url")
+      ->description(
+          "LCM's URL: udpm://239.255.76.67:7667?ttl=0, tcpq://HOST:7700, or tcpqs://HOST:7700 "
+          "(encrypted); else that of launch.sh on the session folder, the invitation's, or "
+          "LCM_DEFAULT_URL");
   app.add_flag("--verbose", options->node.verbose, "Log more");
+}
+
+std::string LaunchedUrl(const SessionPaths& paths) {
+  const Result<Bytes> launched = ReadFile(paths.LaunchedUrl().string());
+  if (!launched.ok()) return "";
+  return std::string(launched->begin(), std::find(launched->begin(), launched->end(), '\n'));
 }
 
 std::unique_ptr<Node> MakeClientNode(const std::string& service, Role role,

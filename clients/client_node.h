@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "ledger/session_folder.h"
 #include "node/node.h"
 
 namespace CLI {
@@ -13,12 +14,15 @@ class App;
 namespace skein {
 
 struct ClientOptions {
-  std::string session_dir;  // --session: read for the session's id and keys only
+  std::string session_dir;  // --session: read for the session's id, keys and URL only
   NodeOptions node;         // --session-id, --invite, --lcm-url, --auth, --verbose
 };
 
 // --session, --session-id, --invite, --lcm-url, --auth, --verbose.
 void AddClientOptions(CLI::App& app, ClientOptions* options);
+
+// The URL on which launch.sh runs, or last ran, the session of that folder; "" if it never did.
+std::string LaunchedUrl(const SessionPaths& paths);
 
 // A command that signs as `role`. Its instance is `service`, a dot and the process's number.
 // Throws std::runtime_error, with a line for the user, without a session, credential or bus.

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "clients/client_node.h"
+#include "clients/ingest_watch.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "core/process.h"
@@ -15,7 +16,6 @@ namespace skein {
 namespace {
 
 constexpr double kRepeatS = 1;
-constexpr double kIngestSilentS = 5;
 
 struct FinishOptions {
   ClientOptions client;
@@ -45,19 +45,17 @@ std::optional<int> ParseFinishOptions(int argc, char** argv, FinishOptions* opti
 // is silent.
 class ProgressTeller {
  public:
-  explicit ProgressTeller(std::ostream& out) : out_(out) {}
+  ProgressTeller(Node& node, std::ostream& out) : node_(node), out_(out), ingest_(node) {}
 
   void OnHeartbeat(const heartbeat_t& heartbeat) {
     if (heartbeat.service != "ingest") return;
-    heard_s_ = MonotonicS();
     Tell(heartbeat.state + Submaps());
   }
   void OnSubmap(const submap_status_t& status) {
     submaps_[status.submap_id] = {MonotonicS(), status.num_images, status.detail};
   }
   void Tick() {
-    if (MonotonicS() - heard_s_ > kIngestSilentS)
-      Tell("no sign of ingest; waiting for it (is it running?)");
+    if (ingest_.is_silent()) Tell(NoSignOfIngest(node_) + " Waiting for it");
   }
 
  private:
@@ -85,10 +83,11 @@ class ProgressTeller {
     return text;
   }
 
+  Node& node_;
   std::ostream& out_;
+  IngestWatch ingest_;
   std::map<int64_t, Submap> submaps_;
   const double start_s_ = MonotonicS();
-  double heard_s_ = MonotonicS();
   std::string told_;
 };
 
@@ -102,7 +101,7 @@ std::optional<command_reply_t> AskToFinish(Node& node, double timeout_s, std::os
   command.verb = "finish";
   if (within_s > 0) command.argument = std::to_string(within_s);
   std::optional<command_reply_t> answer;
-  ProgressTeller progress(progress_to);
+  ProgressTeller progress(node, progress_to);
   const auto replies = node.bus().Subscribe<command_reply_t>(
       kCommandReplyChannel, [&](const command_reply_t& reply) {
         if (reply.command_id == command.command_id) answer = reply;

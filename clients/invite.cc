@@ -14,6 +14,7 @@
 #include "auth/relay_certificate.h"
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
+#include "clients/client_node.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "core/file.h"
@@ -86,11 +87,7 @@ int64_t ExpiryOf(const std::string& duration) {
 
 LcmUrl UrlOf(const InviteOptions& options) {
   std::string text = options.lcm_url;
-  if (text.empty()) {
-    const Result<Bytes> launched = ReadFile(options.session_dir + "/run/lcm_url");
-    if (launched.ok()) text.assign(launched->begin(), launched->end());
-    text = text.substr(0, text.find('\n'));
-  }
+  if (text.empty()) text = LaunchedUrl(SessionPaths{options.session_dir});
   if (text.empty()) throw std::invalid_argument("launch.sh has not run here: give --lcm-url");
   LcmUrl url = ParseLcmUrl(text);
   if (!url.leaves_host()) {

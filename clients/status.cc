@@ -8,6 +8,7 @@
 #include <string>
 
 #include "clients/client_node.h"
+#include "clients/ingest_watch.h"
 #include "clients/status_view.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
@@ -41,7 +42,9 @@ std::optional<int> ParseStatusOptions(int argc, char** argv, StatusOptions* opti
 class StatusWatch {
  public:
   explicit StatusWatch(Node& node)
-      : node_(node), follower_(node, 1, [this](const Fact& fact) { session_.Apply(fact); }) {
+      : node_(node),
+        ingest_(node),
+        follower_(node, 1, [this](const Fact& fact) { session_.Apply(fact); }) {
     node.bus().Subscribe<heartbeat_t>(kHeartbeatChannel, [this](const heartbeat_t& heartbeat) {
       if (heartbeat.instance == node_.instance()) return;
       if (heartbeat.state == kEndedState) {
@@ -58,6 +61,7 @@ class StatusWatch {
   }
 
   bool caught_up() const { return follower_.caught_up(); }
+  IngestWatch& ingest() { return ingest_; }
 
   void Print(bool as_json) const {
     const nlohmann::json status =
@@ -69,10 +73,12 @@ class StatusWatch {
     }
     if (isatty(STDOUT_FILENO) != 0) std::cout << "\x1b[H\x1b[2J";
     std::cout << FormatStatus(status) << std::endl;
+    if (ingest_.is_silent()) std::cout << NoSignOfIngest(node_) << std::endl;
   }
 
  private:
   Node& node_;
+  IngestWatch ingest_;
   SessionRecord session_;
   std::map<std::string, HeardInstance> instances_;
   std::map<int64_t, submap_status_t> submaps_;
@@ -88,15 +94,20 @@ int RunStatus(int argc, char** argv) {
   const auto node = MakeClientNode("status", Role::kViewer, options.client);
   StatusWatch watch(*node);
   const double start_s = MonotonicS();
+  const auto tell_silence = [&] { watch.ingest().TellChange("skein status", std::cerr); };
+  const PollLoop::TimerId timer = options.once ? 0 : node->loop().AddTimer(kRefreshS, tell_silence);
   const bool heard = node->loop().RunUntil(
       [&] { return watch.caught_up() && MonotonicS() - start_s > kListenS; }, kOnceTimeoutS);
   if (!heard && options.once) {
-    std::cerr << "skein status: nothing heard of skein-ingest; is the session running?"
+    std::cerr << "skein status: "
+              << (watch.ingest().is_silent() ? NoSignOfIngest(*node)
+                                             : "the ledger is not read yet; try again")
               << std::endl;
     return kExitError;
   }
   watch.Print(options.json);
   if (options.once) return kExitOk;
+  if (!options.json) node->loop().CancelTimer(timer);  // the table tells it
   node->loop().AddTimer(kRefreshS, [&] { watch.Print(options.json); });
   node->loop().Run();
   return kExitOk;

@@ -225,8 +225,10 @@ std::string Node::HearSession() {
   bus_.Unsubscribe(subscription);
   if (loop_.interrupted()) throw Interrupted();
   if (heard.empty()) {
-    throw std::runtime_error("no session heard at " + bus_.url().ToString() +
-                             "; start skein-ingest there, or give --session-id");
+    throw std::runtime_error(
+        "no session heard at " + bus_.url().ToString() +
+        "; is scripts/launch.sh running, and with this URL? Give --session DIR on "
+        "its host, --invite LINK elsewhere");
   }
   return heard;
 }

@@ -71,3 +71,12 @@ grep -qF flat.jpg "$workspace/status.out" || { cat "$workspace/status.out"; fail
 jq -e '.images | .received == 30 and .registered == 21 and .failed == 8 and .duplicates == 1' "$report" >/dev/null ||
   fail "expected 16 good, 4 odd, one more of a name, one without texture, 8 refused: $(jq -c '{images, deferred, failures}' "$report")"
 echo "$(jq -c .images "$report")"
+
+# Nobody runs the session any more: an agent says so, and where it listens, and goes on waiting.
+"$skein" agent --session "$session" --name late --images "$place/images/agent-1" >"$workspace/late.out" 2>&1 &
+agent=$!
+wait_until 30 "the agent says that nobody answers" grep -qF "no sign of ingest on $url" "$workspace/late.out"
+start_services "$session" "$url"
+wait "$agent" || { cat "$workspace/late.out"; fail "the agent did not go on"; }
+grep -qF 'late: ' "$workspace/late.out" || { cat "$workspace/late.out"; fail "the agent does not tell its photos"; }
+stop_services
