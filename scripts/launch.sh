@@ -111,18 +111,20 @@ elif ((web_plain_port)); then
 fi
 bin=$SKEIN_BUILD/bin
 [[ -x $bin/skein-ingest ]] || die "no services in $bin: build first (scripts/test.sh or scripts/demo.sh does)"
-mkdir -p "$session/log" "$session/run" || die "cannot write to $session"
+why=$({ mkdir -p "$session/log" "$session/run" && : >>"$session/run/launch.lock"; } 2>&1) ||
+  die "cannot write to $session: ${why##*: }"
 session=$(cd "$session" && pwd)
 
 # What runs, by instance. A command is its words, one a line; due_ms is when to start it (again).
 instances=()
 declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal first_sign last_sign quiet_ms
-watched_ms=0
-# On a clock that nobody sets: what is due in a second would wait an hour after the time is put back by one.
-now_ms() {
+watched_ms=0 clock_ms=0
+# Sets clock_ms, by a clock that nobody sets: what is due in a second would wait an hour after the time is put
+# back by one. Without a subshell, which a signal to the process group ends before it has told the time.
+read_clock() {
   local up
   read -r up _ </proc/uptime
-  echo $((10#${up/./} * 10))
+  clock_ms=$((10#${up/./} * 10))
 }
 
 add_instance() {
@@ -185,11 +187,14 @@ port_is_open() { timeout 2 bash -c 'exec 3<>"/dev/tcp/$1/$2"' - "$1" "$2" 2>/dev
 
 # await_relay HOST PORT: one that another launch.sh runs
 await_relay() {
-  local deadline=$(($(now_ms) + ready_deadline_s * 1000))
+  local deadline
+  read_clock
+  deadline=$((clock_ms + ready_deadline_s * 1000))
   port_is_open "$1" "$2" || say "waiting for the relay on $1:$2"
   until port_is_open "$1" "$2"; do
     ((!interrupted)) || exit 0
-    (($(now_ms) < deadline)) ||
+    read_clock
+    ((clock_ms < deadline)) ||
       die "no relay answers on $1:$2: does launch.sh run there with this URL, and does its firewall let the port through?"
     pause 0.2
   done
@@ -250,13 +255,14 @@ start_instance() {
   touch "$session/run/$instance.alive" 2>/dev/null || true
   first_sign[$instance]=$(stat -c %.9Y "$session/run/$instance.alive" 2>/dev/null) || true
   last_sign[$instance]='' quiet_ms[$instance]=0
-  log_offset[$instance]=$(stat -c %s "$log")
+  log_offset[$instance]=$(stat -c %s "$log") || log_offset[$instance]=0
   # The child dies with this script, however that ends.
   OMP_NUM_THREADS=$threads OPENBLAS_NUM_THREADS=1 SKEIN_PREVIOUS_EXIT_SIGNAL=${2:-} SKEIN_RUN_FOLDER=$session/run \
     SKEIN_ALIVE_FILE=$session/run/$instance.alive \
     setpriv --pdeathsig TERM -- "${words[@]}" >>"$log" 2>&1 9>&- &
   pid_of[$instance]=$!
-  started_ms[$instance]=$(now_ms)
+  read_clock
+  started_ms[$instance]=$clock_ms
   due_ms[$instance]=0
   note_pid "$instance"
 }
@@ -276,34 +282,45 @@ is_ready() {
   esac
 }
 
+# last_words INSTANCE [LINES]: what it logged last since it was started. Options of skein-web have launch.sh's names.
+last_words() {
+  local names=()
+  [[ $1 != web ]] || names=(-e 's/--public-host\b/--web-public/g' -e 's/--public-port\b/--web-public-port/g'
+    -e 's/--plain-port\b/--web-plain/g' -e 's/--port\b/--web/g')
+  tail -c "+$((${log_offset[$1]} + 1))" "$session/log/$1.log" | tail -n "${2:-1}" | sed "${names[@]}" -e ''
+}
+
 # A child that died: note how, and when to start it again.
 note_death() {
-  local instance=$1 status=0 uptime_ms cause
+  local instance=$1 status=0 uptime_ms cause words=''
   wait "${pid_of[$instance]}" || status=$?
-  uptime_ms=$(($(now_ms) - ${started_ms[$instance]}))
+  read_clock
+  uptime_ms=$((clock_ms - ${started_ms[$instance]}))
   unset "pid_of[$instance]"
-  rm -f "$session/run/$instance.pid"
+  rm -f "$session/run/$instance.pid" || true
   ((!stopping && !interrupted)) || return 0
   if ((status == 0)) && is_elastic "$instance"; then
     say "$instance leaves: no submap needs it"
     remove_instance "$instance"
     return 0
   fi
-  ((status != 2)) || fatal "$instance refused its options: $(tail -n 1 "$session/log/$instance.log")"
+  ((status != 2)) || fatal "$instance refused its options: $(last_words "$instance")"
   ((uptime_ms < healthy_s * 1000)) || backoff_ms[$instance]=$first_backoff_ms
   cause="exit code $status"
   ((status <= 128)) || { exit_signal[$instance]=$((status - 128)); cause="signal $((status - 128))"; }
   warn "$instance ended ($cause); starting it again in ${backoff_ms[$instance]} ms (log: $session/log/$instance.log)"
-  due_ms[$instance]=$(($(now_ms) + ${backoff_ms[$instance]}))
+  ((status > 128)) || words=$(last_words "$instance") || true
+  [[ -z $words ]] || warn "$instance said last: $words"
+  due_ms[$instance]=$((clock_ms + ${backoff_ms[$instance]}))
   backoff_ms[$instance]=$((backoff_ms[$instance] * 2))
   ((${backoff_ms[$instance]} <= longest_backoff_ms)) || backoff_ms[$instance]=$longest_backoff_ms
 }
 
 start_due() {
-  local instance now
-  now=$(now_ms)
+  local instance
+  read_clock
   for instance in "${instances[@]}"; do
-    [[ -n ${pid_of[$instance]:-} ]] || ((${due_ms[$instance]} > now)) ||
+    [[ -n ${pid_of[$instance]:-} ]] || ((${due_ms[$instance]} > clock_ms)) ||
       { start_instance "$instance" "${exit_signal[$instance]:-}"; unset "exit_signal[$instance]"; }
   done
 }
@@ -323,10 +340,10 @@ shows_signs() { [[ $1 != relay-* || -x $bin/skein-relay ]]; }
 # counted in rounds of this script. A round in which this script itself was held up counts nothing: a
 # pause of the machine kills nobody.
 kill_hung() {
-  local instance now round_ms name sign limit_s
+  local instance round_ms name sign limit_s
   local -A signs=()
-  now=$(now_ms)
-  round_ms=$((now - watched_ms)) watched_ms=$now
+  read_clock
+  round_ms=$((clock_ms - watched_ms)) watched_ms=$clock_ms
   ((hang_after_s > 0 && round_ms <= longest_round_ms)) || return 0
   while read -r name sign; do
     [[ -z $name ]] || signs[$name]=$sign
@@ -358,11 +375,14 @@ signal_all() {
 }
 
 stop_all() {
-  local deadline=$(($(now_ms) + stop_deadline_s * 1000)) killed=0
+  local deadline killed=0
   stopping=1
+  read_clock
+  deadline=$((clock_ms + stop_deadline_s * 1000))
   signal_all TERM
   while is_any_alive; do
-    if ((!killed && $(now_ms) >= deadline)); then
+    read_clock
+    if ((!killed && clock_ms >= deadline)); then
       warn "killing what did not stop within $stop_deadline_s s: ${!pid_of[*]}"
       signal_all KILL
       killed=1
@@ -408,17 +428,22 @@ stop_leftovers() {
   ((${#leftovers[@]})) || return 0
   warn "stopping what an earlier launch left: ${leftovers[*]}"
   kill -TERM "${leftovers[@]}" 2>/dev/null || true
-  local deadline=$(($(now_ms) + stop_deadline_s * 1000)) pid
+  local deadline pid
+  read_clock
+  deadline=$((clock_ms + stop_deadline_s * 1000))
   for pid in "${leftovers[@]}"; do
     while kill -0 "$pid" 2>/dev/null; do
-      (($(now_ms) < deadline)) || { kill -KILL "$pid" 2>/dev/null || true; break; }
+      read_clock
+      ((clock_ms < deadline)) || { kill -KILL "$pid" 2>/dev/null || true; break; }
       sleep 0.1
     done
   done
 }
 
 await_ready() {
-  local deadline=$(($(now_ms) + ready_deadline_s * 1000)) instance waiting=("$@") still
+  local deadline instance waiting=("$@") still
+  read_clock
+  deadline=$((clock_ms + ready_deadline_s * 1000))
   while ((${#waiting[@]})); do
     reap_dead
     start_due
@@ -428,17 +453,18 @@ await_ready() {
     done
     waiting=("${still[@]}")
     ((${#waiting[@]})) || break
-    (($(now_ms) < deadline)) ||
-      fatal "not ready within $ready_deadline_s s: ${waiting[*]}; last words of ${waiting[0]}:
-$(tail -n 5 "$session/log/${waiting[0]}.log")"
     ((!interrupted)) || { stop_all; exit 0; }
+    read_clock
+    ((clock_ms < deadline)) ||
+      fatal "not ready within $ready_deadline_s s: ${waiting[*]}; last words of ${waiting[0]}:
+$(last_words "${waiting[0]}" 5)"
     pause 0.1
   done
 }
 
 exec 9>"$session/run/launch.lock"
 flock -n 9 || die "another launch.sh runs on $session"
-echo "$url" >"$session/run/lcm_url" # for `skein invite`
+echo "$url" >"$session/run/lcm_url" # for `skein`, which is given the folder
 [[ $join != skein://* ]] || (umask 077 && echo "$join" >"$session/run/invitation")
 exec {never}<> <(:) # a pipe into which nobody writes
 stopping=0 interrupted=0

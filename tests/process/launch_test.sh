@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # launch.sh itself, with stand-ins for the services that only say that they are ready: restarts
 # what dies or hangs, on a full disk, too, tells it how it died, grows and shrinks the mappers, refuses a second launch, takes over
-# from a killed one, waits for the relays of a host it joins, stops all.
+# from a killed one, waits for the relays of a host it joins, tells why a service does not come up, bears signals to its
+# group, stops all.
 source "$(dirname "$0")/../harness.sh"
 enter_network_namespace "$@" # for a small disk
 new_workspace
@@ -194,6 +195,58 @@ if (start_services "$workspace/other" udpm://239.255.76.67:7667?ttl=0) 2>"$works
 fi
 grep -q 'merger refused its options: no such option' "$workspace/refused" || fail "unclear: $(cat "$workspace/refused")"
 wait_until 10 "nothing is left behind" none_runs
+
+# Why a service does not come up is told at once, with launch.sh's names of its options.
+printf '#!/bin/sh\necho "--public-host, --public-port and --plain-port: the address is taken; --port is not"\nexit 1\n' >"$workspace/bin/failing"
+chmod +x "$workspace/bin/failing"
+ln -sf skein-ingest "$workspace/bin/skein-merger"
+ln -sf failing "$workspace/bin/skein-web"
+"$SKEIN_ROOT/scripts/launch.sh" --session "$workspace/fails" --lcm-url udpm://239.255.76.67:7667?ttl=0 --build "$workspace" \
+  >"$workspace/fails.out" 2>&1 &
+launch_pid=$!
+wait_until 20 "the reason is on the screen" \
+  grep -qF 'web said last: --web-public, --web-public-port and --web-plain: the address is taken; --web is not' "$workspace/fails.out"
+stop_services
+wait_until 10 "all stop" none_runs
+ln -sf skein-ingest "$workspace/bin/skein-web"
+
+# A signal to the whole process group, again and again while launch.sh waits for a service and while it stops.
+cat >"$workspace/bin/slow" <<'SERVICE'
+#!/usr/bin/env bash
+trap '' HUP
+trap 'stops=1' TERM
+for ((rounds = 0; rounds < 20;)); do
+  sleep 0.05
+  touch "$SKEIN_ALIVE_FILE"
+  [[ -z ${stops:-} ]] || ((++rounds))
+done
+SERVICE
+chmod +x "$workspace/bin/slow"
+ln -sf slow "$workspace/bin/skein-merger"
+setsid "$SKEIN_ROOT/scripts/launch.sh" --session "$workspace/group" --lcm-url udpm://239.255.76.67:7667?ttl=0 --build "$workspace" \
+  >"$workspace/group.out" 2>&1 &
+launch_pid=$!
+wait_until 20 "the merger is waited for" test -s "$workspace/group/run/merger.pid"
+while kill -0 "$launch_pid" 2>/dev/null; do
+  kill -HUP -- "-$launch_pid" 2>/dev/null || true
+done
+wait "$launch_pid" 2>/dev/null || true # at its very end, bash no longer traps a signal
+launch_pid=''
+# "Hangup" is bash's word for a tool that the signal ended.
+! grep -vx Hangup "$workspace/group.out" >/dev/null || fail "launch.sh complains of a signal to its group: $(cat "$workspace/group.out")"
+wait_until 10 "all stop" none_runs
+ln -sf skein-ingest "$workspace/bin/skein-merger"
+
+if [[ -n $IN_NAMESPACE ]]; then
+  mkdir -p "$workspace/fixed/session/log" "$workspace/fixed/session/run"
+  mount --bind "$workspace/fixed" "$workspace/fixed"
+  mount -o remount,bind,ro "$workspace/fixed"
+  "$SKEIN_ROOT/scripts/launch.sh" --session "$workspace/fixed/session" --build "$workspace" >"$workspace/fixed.out" 2>&1 &&
+    fail "started on a session folder that cannot be written"
+  [[ $(<"$workspace/fixed.out") == "launch.sh: cannot write to $workspace/fixed/session: Read-only file system" ]] ||
+    fail "unclear: $(cat "$workspace/fixed.out")"
+  umount "$workspace/fixed"
+fi
 
 # Workers wait for the relays of the host they join.
 port=$((20000 + 2 * ($$ % 5000)))
