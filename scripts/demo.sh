@@ -13,25 +13,27 @@
 source "$(dirname "$0")/lib.sh"
 
 agents=3 photos=20 session='' own_photos=0 options=()
+demo=$SKEIN_ROOT/build/demo
 while (($#)); do
   case $1 in
+    --session | --photos | --images) (($# > 1)) || usage_error "$1 needs a value" ;;&
     -h | --help) print_help; exit 0 ;;
-    --session) session=${2:?--session needs a value}; shift ;;
-    --photos) photos=${2:?--photos needs a value}; shift ;;
-    --images) own_photos=1; options+=("$1" "${2:?--images needs a value}"); shift ;;
+    --session) session=$2; shift ;;
+    --photos) photos=$2; shift ;;
+    --images) own_photos=1; options+=("$1" "$2"); shift ;;
     *) options+=("$1") ;;
   esac
   shift
 done
 
+[[ $photos =~ ^[0-9]+$ ]] && ((10#$photos > 1)) || usage_error "--photos needs a number above 1, not '$photos'"
+reconstruct=("$SKEIN_ROOT/scripts/reconstruct.sh" --session "${session:-$demo/session}")
+"${reconstruct[@]}" --check "${options[@]}" || exit
+
 "$SKEIN_ROOT/scripts/setup.sh"
 build_skein release reconstruction
 
-demo=$SKEIN_ROOT/build/demo
-if [[ -z $session ]]; then
-  session=$demo/session
-  rm -rf "$session"
-fi
+[[ -n $session ]] || rm -rf "$demo/session"
 if ((!own_photos)); then
   place=$demo/place-$agents-$photos
   say "$agents simulated agents photograph a synthetic place ($photos photos each)"
@@ -39,4 +41,4 @@ if ((!own_photos)); then
   for folder in "$place"/images/*/; do options+=(--images "$folder"); done
   options+=(--ground-truth "$place/truth")
 fi
-"$SKEIN_ROOT/scripts/reconstruct.sh" --session "$session" "${options[@]}"
+"${reconstruct[@]}" "${options[@]}"

@@ -19,12 +19,18 @@
 #   --no-background-ba     mappers refine the whole map in turn with registration, for comparison
 #   --local-ba FORM        of the mappers: colmap (default), consistent, paper or equal
 #   --keep                 leave the services running after the finish (until Ctrl-C)
+#   --check                only say what is wrong with the options; --images may be missing
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
 
-session='' url='' truth='' keep=0 launch_options=() agent_options=()
+session='' url='' truth='' keep=0 check=0 launch_options=() agent_options=()
 names=() folders=()
+
+# has_photos DIR: any that `skein agent` takes
+has_photos() {
+  [[ -n $(find -L "$1" -type f \( -iname '*.jpg' -o -iname '*.jpeg' -o -iname '*.png' -o -iname '*.tif' -o -iname '*.tiff' \) -print -quit) ]]
+}
 
 # add_images [NAME=]DIR
 add_images() {
@@ -34,6 +40,7 @@ add_images() {
   fi
   [[ -d $folder ]] || usage_error "--images $1: there is no folder '$folder'"
   folder=$(cd "$folder" && pwd)
+  has_photos "$folder" || usage_error "--images $1: no JPEG, PNG or TIFF in '$folder' (other photos: convert them; a video: skein agent --video)"
   [[ -n $name ]] || name=$(basename "$folder" | tr -c 'A-Za-z0-9._\n-' '-')
   [[ " ${names[*]} " != *" $name "* ]] || name=$name-$((${#names[@]} + 1))
   names+=("$name") folders+=("$folder")
@@ -42,11 +49,13 @@ add_images() {
 while (($#)); do
   case $1 in
     --keep) keep=1; shift; continue ;;
+    --check) check=1; shift; continue ;;
     --no-merge | --no-second-look | --no-background-ba) launch_options+=("$1"); shift; continue ;;
     -h | --help) print_help; exit 0 ;;
   esac
-  (($# > 1)) || usage_error "unknown option $1, or it needs a value"
   case $1 in
+    --session | --images | --rate | --order | --config | --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba | --ground-truth | --lcm-url | --build)
+      (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2 ;;
     --images) add_images "$2" ;;
     --rate | --order) agent_options+=("$1" "$2") ;;
@@ -60,6 +69,7 @@ while (($#)); do
   shift 2
 done
 [[ -n $session ]] || usage_error "--session is needed"
+((!check)) || exit 0
 ((${#folders[@]})) || usage_error "--images is needed"
 skein=$SKEIN_BUILD/bin/skein
 [[ -x $skein ]] || die "no $skein: build first (scripts/demo.sh or scripts/test.sh does)"
@@ -107,7 +117,8 @@ fi
 if [[ -d $session/sparse/0 ]]; then
   "$skein" export --model "$session/sparse/0" --picture "$session/model.png" || status=1
   say "picture: $session/model.png"
-  say "model: $session/sparse/0 (open it with: colmap gui --import_path '$session/sparse/0' --image_path '$session/images' --database_path '$session/database.db')"
+  say "model: $session/sparse/0 (\`skein export\` writes other formats)"
+  say "in COLMAP: $skein export --session '$session' --output '$session/export' --format database && colmap gui --import_path '$session/sparse/0' --image_path '$session/images' --database_path '$session/export/database.db'"
 else
   say "no model: no two photos overlap enough; $session/report.json tells of each photo"
 fi
