@@ -13,6 +13,7 @@
 #include "codecs/exif_reader.h"
 #include "core/file.h"
 #include "photo/photo_header.h"
+#include "photo/photo_name.h"
 
 namespace skein {
 namespace {
@@ -21,11 +22,28 @@ namespace fs = std::filesystem;
 
 constexpr std::array<const char*, 5> kExtensions = {".jpg", ".jpeg", ".png", ".tif", ".tiff"};
 constexpr int kShrunkJpegQuality = 95;
+constexpr size_t kMaxKindsTold = 6;
 
-bool IsPhotoName(const fs::path& path) {
+std::string LowerExtension(const fs::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+bool IsPhotoName(const fs::path& path) {
+  const std::string extension = LowerExtension(path);
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+// Regular files below the folder.
+template <class Visit>
+void ForEachFile(const fs::path& folder, const Visit& visit) {
+  const auto options = fs::directory_options::follow_directory_symlink |
+                       fs::directory_options::skip_permission_denied;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
+    std::error_code error;
+    if (entry.is_regular_file(error)) visit(entry.path());
+  }
 }
 
 int64_t CaptureTime(const fs::path& path) {
@@ -128,18 +146,38 @@ Result<PhotoOrder> ParsePhotoOrder(const std::string& text) {
 
 std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& order) {
   std::vector<PhotoFile> photos;
-  const auto options = fs::directory_options::follow_directory_symlink |
-                       fs::directory_options::skip_permission_denied;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
-    std::error_code error;
-    if (!entry.is_regular_file(error) || !IsPhotoName(entry.path())) continue;
-    photos.push_back({entry.path(), entry.path().lexically_relative(folder).string()});
-  }
+  ForEachFile(folder, [&](const fs::path& path) {
+    if (IsPhotoName(path)) photos.push_back({path, path.lexically_relative(folder).string()});
+  });
   std::sort(photos.begin(), photos.end(),
             [](const PhotoFile& a, const PhotoFile& b) { return a.name < b.name; });
   if (order.kind == PhotoOrder::Kind::kTime) SortByTime(&photos);
   if (order.kind == PhotoOrder::Kind::kShuffle) Shuffle(&photos, order.seed);
   return photos;
+}
+
+std::string DescribeOtherFiles(const fs::path& folder) {
+  std::map<std::string, int> counts;
+  ForEachFile(folder, [&](const fs::path& path) {
+    if (IsPhotoName(path) || path.filename().string().front() == '.') return;
+    ++counts[LowerExtension(path)];
+  });
+  std::vector<std::pair<std::string, int>> kinds(counts.begin(), counts.end());
+  std::stable_sort(kinds.begin(), kinds.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::string text;
+  int num_untold = 0;
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const auto& [extension, count] = kinds[i];
+    if (i >= kMaxKindsTold) {
+      num_untold += count;
+      continue;
+    }
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " +
+            (extension.empty() ? "without an extension" : Printable(extension));
+  }
+  if (num_untold > 0) text += ", " + std::to_string(num_untold) + " others";
+  return text;
 }
 
 std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px) {

@@ -35,6 +35,19 @@ class PhotoFolderTest : public testing::Test {
   TestFolder folder_;
 };
 
+TEST_F(PhotoFolderTest, TellsWhatIsNoPhoto) {
+  EXPECT_EQ(DescribeOtherFiles(folder_.path()), "");
+  Write("a.jpg", {1});
+  Write("b.TIF", {1});
+  Write(".DS_Store", {1});
+  EXPECT_EQ(DescribeOtherFiles(folder_.path()), "");
+  for (const char* name : {"c.HEIC", "deeper/d.heic", "walk.mp4", "README"}) Write(name, {1});
+  EXPECT_EQ(DescribeOtherFiles(folder_.path()), "2 .heic, 1 without an extension, 1 .mp4");
+  for (const char* name : {"1.a", "1.b", "1.c", "1.d", "1.e"}) Write(name, {1});
+  EXPECT_EQ(DescribeOtherFiles(folder_.path()),
+            "2 .heic, 1 without an extension, 1 .a, 1 .b, 1 .c, 1 .d, 2 others");
+}
+
 // A phone's photo: rotated, with position, time and focal length.
 ExifBuilder PhoneExif() {
   ExifBuilder exif;
