@@ -84,12 +84,14 @@ void Print(const Evaluated& e) {
               e.points.points, e.points.mean_reprojection_error_px, e.points.mean_track_length);
 }
 
-Evaluated Evaluate(const fs::path& model, const ModelPoses& truth) {
+// Fails for a model that has too little in common with the truth. Throws for one that cannot be
+// read.
+Result<Evaluated> Evaluate(const fs::path& model, const ModelPoses& truth) {
   const Result<ModelPoses> estimate = ReadPoses(model);
   if (!estimate) throw std::runtime_error(estimate.error());
   const Result<PoseEvaluation> poses = EvaluatePoses(*estimate, truth);
-  if (!poses) throw std::runtime_error(model.string() + ": " + poses.error());
-  return {model, estimate->points, *poses};
+  if (!poses) return poses.status().Within(model.string());
+  return Evaluated{model, estimate->points, *poses};
 }
 
 }  // namespace
@@ -109,16 +111,31 @@ int RunEvaluate(int argc, char** argv) {
                  "Folder of Strecha .camera files, COLMAP model, Middlebury *_par.txt, or file of\n"
                  "TUM lines (time or name, tx ty tz, qx qy qz qw)")
       ->required();
-  app.add_flag("--json", as_json, "Print JSON; the first model's figures on top");
+  app.add_flag("--json", as_json,
+               "Print JSON; the figures of the first model that was compared on top");
+  app.footer(
+      "Exit codes: 0 a model was compared (what could not be is told), 1 none could be or error,\n"
+      "2 bad usage.");
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;
 
   const Result<ModelPoses> truth = ReadPoses(truth_path);
   if (!truth) throw std::runtime_error(truth.error());
   std::vector<Evaluated> all;
-  for (const fs::path& path : FindModels(model)) all.push_back(Evaluate(path, *truth));
+  json not_compared = json::array();
+  for (const fs::path& path : FindModels(model)) {
+    Result<Evaluated> evaluated = Evaluate(path, *truth);
+    if (evaluated.ok()) {
+      all.push_back(*std::move(evaluated));
+    } else {
+      not_compared.push_back({{"model", path.string()}, {"reason", evaluated.error()}});
+      std::cerr << "skein evaluate: not compared: " << evaluated.error() << std::endl;
+    }
+  }
+  if (all.empty()) return kExitError;
   if (as_json) {
     json report = ToJson(all.front());
     for (const Evaluated& evaluated : all) report["models"].push_back(ToJson(evaluated));
+    report["not_compared"] = not_compared;
     std::cout << report.dump(2) << "\n";
   } else {
     for (const Evaluated& evaluated : all) Print(evaluated);

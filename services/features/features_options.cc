@@ -22,7 +22,7 @@ Status FeaturesOptions::Check() const {
 void AddOptions(CLI::App& app, FeaturesOptions* options) {
   SiftOptions& sift = options->sift;
   ModelChoice& model = options->model;
-  app.add_option("--sift", sift.method, "Whose SIFT: opencv (default) or skein");
+  app.add_option("--sift", sift.method, "Whose SIFT: skein or opencv, the latter for comparison");
   app.add_option("--max-size", sift.max_image_px, "Longest side of the searched photo, pixels");
   app.add_option("--max-features", sift.selection.max_features, "Most keypoints a photo");
   app.add_option("--spread", sift.selection.spread,

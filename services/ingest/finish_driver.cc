@@ -308,6 +308,9 @@ std::string FinishDriver::Summary(const std::map<int64_t, std::string>& places) 
       text += "; photos not received in time: " + std::to_string(num_receiving);
     }
   }
+  if (counts.registered < counts.received) {
+    text += "; `skein status` and report.json tell of the others";
+  }
   for (const auto& [id, submap] : state.submaps()) {
     const std::string verdict = submap.ended ? "" : VerdictOf(state, submap);
     if (!verdict.empty()) text += "\nsubmap " + std::to_string(id) + " " + verdict;

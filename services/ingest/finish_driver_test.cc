@@ -91,7 +91,10 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq())), "");
   Await([&] { return !replies.empty(); }, "the reply");
   EXPECT_EQ(replies[0].command_id, 77);
-  EXPECT_EQ(replies[0].text, "2 of 3 photos registered, 1 model in sparse/");
+  EXPECT_EQ(
+      replies[0].text,
+      "2 of 3 photos registered, 1 model in sparse/; `skein status` and report.json tell of the "
+      "others");
   EXPECT_EQ(*ReadFile((Paths().Sparse() / "0" / "images.bin").string()), (Bytes{2, 2}));
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0" / "side.bin"));
   const auto report = nlohmann::json::parse(std::ifstream(Paths().Report()));
@@ -181,7 +184,9 @@ TEST_F(FinishDriverTest, EndsASubmapWhoseModelCannotBeReadAndIsDoneWithoutIt) {
   model.model_blob = peer_->blobs().Offer({'r', 'u', 'b', 'b', 'i', 's', 'h'});
   EXPECT_EQ(Submit(model), "");
   AwaitReplyTo(77);
-  EXPECT_EQ(ReplyTo(77)->text, "0 of 2 photos registered, 0 models in sparse/");
+  EXPECT_EQ(ReplyTo(77)->text,
+            "0 of 2 photos registered, 0 models in sparse/; `skein status` and report.json tell of "
+            "the others");
   const auto* end = Find<submap_end_t>([](const submap_end_t&) { return true; });
   ASSERT_NE(end, nullptr);
   EXPECT_NE(end->reason.find("SKMA"), std::string::npos) << end->reason;
