@@ -37,7 +37,7 @@ std::optional<int> ParseAdviseOptions(int argc, char** argv, AdviseOptions* opti
   app.add_flag("--once", options->once, "Say it once and end");
   app.add_flag("--json", options->json, "One JSON object a line instead of sentences");
   app.footer("Exit codes: 0 said, 1 error or nothing heard of the guide, 2 bad usage.");
-  return ParseCommandLine(app, argc, argv);
+  return ParseOptions(&app, argc, argv);
 }
 
 // The latest word of the guide.

@@ -67,9 +67,10 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
       "skein agent");
   AddClientOptions(app, &options->client);
   app.add_option("--name", options->publisher.agent,
-                 "Name of the agent, e.g. alice; with --invite that of the invitation");
+                 "Name of the agent, e.g. alice; required, but with --invite (the invitation's)");
   app.add_option("--images", options->images,
-                 "Folder of JPEG, PNG or TIFF photos; with --video where its photos are kept")
+                 "Folder of JPEG, PNG or TIFF photos, with its subfolders; with --video where its "
+                 "photos are kept")
       ->required();
   app.add_option("--video", options->video,
                  "FILE (or a series of images, frame_%04d.jpg), URL of a stream, or /dev/videoN");
@@ -87,7 +88,7 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
       ->capture_default_str();
   app.add_option("--rate", options->publisher.rate_hz,
                  "Photos a second (default: as fast as they are taken)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(AtLeastZero());
   app.add_option("--order", options->order, "name, time or shuffle:SEED")->capture_default_str();
   app.add_option("--max-size", options->max_size_px,
                  "Shrink photos to this longest side in pixels before sending (default: as is)")
@@ -95,12 +96,12 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
   app.add_option(
          "--focal", options->publisher.focal_px,
          "Focal length in pixels at full resolution, where EXIF tells none (a video's frames)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(AtLeastZero());
   app.add_flag("--watch", options->watch, "Go on with photos that appear, until Ctrl-C");
   app.footer(
       "Exit codes: 0 every photo is stored or a duplicate, 1 error or interrupted,\n"
       "2 bad usage, 3 some were refused (each is told with its reason).");
-  return ParseCommandLine(app, argc, argv);
+  return ParseOptions(&app, argc, argv);
 }
 
 // Says of this agent's photos, as soon as the session knows, that they are in no map, and what to
@@ -162,9 +163,16 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
   const auto node = MakeAgentNode(options.client, &options.publisher.agent);
   const std::vector<PhotoFile> photos = ListPhotos(options.images, order);
   const bool may_grow = options.watch || !options.video.empty();
+  const std::string others = DescribeOtherFiles(options.images);
   if (photos.empty() && !may_grow) {
-    std::cerr << "skein agent: no photos in " << options.images << std::endl;
+    std::cerr << "skein agent: no photos in " << options.images << ": JPEG, PNG and TIFF are taken"
+              << (others.empty() ? "" : ", not " + others) << "; for a video give --video FILE"
+              << std::endl;
     return kExitError;
+  }
+  if (!others.empty()) {
+    std::cerr << "skein agent: not taken in " << options.images << ": " << others
+              << " (JPEG, PNG and TIFF are)" << std::endl;
   }
   ProgressBar bar(options.publisher.agent, static_cast<int64_t>(photos.size()));
   FolderWatch watch(options.images, order);
@@ -201,7 +209,9 @@ int RunAgent(int argc, char** argv) {
   if (const auto exit_code = ParseAgentOptions(argc, argv, &options)) return *exit_code;
   const Result<PhotoOrder> order = ParsePhotoOrder(options.order);
   const bool is_named = options.client.node.invite.empty() || !options.publisher.agent.empty();
-  const Status name = is_named ? CheckAgentName(options.publisher.agent) : Status::Ok();
+  const Status name = !is_named                         ? Status::Ok()
+                      : options.publisher.agent.empty() ? InvalidArgument("--name is required")
+                                                        : CheckAgentName(options.publisher.agent);
   for (const Status& status :
        {order.status(), name, options.frames.Check(), ProvideFolder(options)}) {
     if (status.ok()) continue;

@@ -31,14 +31,14 @@ std::optional<int> ParseFinishOptions(int argc, char** argv, FinishOptions* opti
       "skein finish");
   AddClientOptions(app, &options->client);
   app.add_option("--timeout", options->timeout_s, "Seconds to wait (default: as long as it takes)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(AtLeastZero());
   app.add_option(
          "--within", options->within_s,
          "Seconds after which photos in work, merges and adjustments are left out; only the "
          "models are written then. On a finish that runs: an earlier deadline")
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   app.footer("Exit codes: 0 finished, 1 error, timeout or interrupted, 2 bad usage.");
-  return ParseCommandLine(app, argc, argv);
+  return ParseOptions(&app, argc, argv);
 }
 
 // Says what ingest does and what the submaps do meanwhile, whenever that changes, and that ingest

@@ -44,11 +44,11 @@ LcmUrl UrlOf(const std::string& text, const std::string& session_dir) {
   return url;
 }
 
-bool Passes(const std::string& url, const std::string& session_dir, double timeout_s) {
+bool Passes(const LcmUrl& url, double timeout_s) {
   try {
-    return CarriesMessages(UrlOf(url, session_dir), timeout_s);
+    return CarriesMessages(url, timeout_s);
   } catch (const std::exception& problem) {
-    std::cerr << problem.what() << std::endl;
+    std::cerr << "skein probe: " << problem.what() << std::endl;
     return false;
   }
 }
@@ -66,10 +66,17 @@ int RunProbe(int argc, char** argv) {
   app.add_option("--timeout", timeout_s, "seconds to try")->capture_default_str();
   if (const auto exit_code = ParseOptions(&app, argc, argv)) return *exit_code;
 
-  const bool passes = Passes(url, session_dir, timeout_s);
+  LcmUrl parsed;
+  try {
+    parsed = UrlOf(url, session_dir);
+  } catch (const std::invalid_argument& error) {
+    std::cerr << "skein probe: " << error.what() << std::endl;
+    return kExitUsage;
+  }
+  const bool passes = Passes(parsed, timeout_s);
   std::cout << url << (passes ? " carries messages" : " carries no messages on this host");
   // The probe is not signed.
-  if (!passes && ParseLcmUrl(url).goes_over_relay()) {
+  if (!passes && parsed.goes_over_relay()) {
     std::cout << ", or its relay takes signed messages alone (--auth require)";
   }
   std::cout << std::endl;

@@ -35,7 +35,7 @@ std::optional<int> ParseStatusOptions(int argc, char** argv, StatusOptions* opti
   app.add_flag("--once", options->once, "Show it once and end");
   app.add_flag("--json", options->json, "One JSON object a line instead of a table");
   app.footer("Exit codes: 0 shown, 1 error or no session heard, 2 bad usage.");
-  return ParseCommandLine(app, argc, argv);
+  return ParseOptions(&app, argc, argv);
 }
 
 // Listens and remembers.

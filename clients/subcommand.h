@@ -2,7 +2,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <iostream>
 #include <optional>
+
+#include "config/usage.h"
 
 namespace skein {
 
@@ -19,14 +22,18 @@ struct Subcommand {
   int (*run)(int argc, char** argv);  // argv[0] is the subcommand's name; may throw std::exception
 };
 
-// Parses `argc`/`argv` with `app`. Empty: go on. Otherwise the code to exit with; help or the
-// reason has been printed.
+// Parses `argc`/`argv` with `app`. Empty: go on. Otherwise the code to exit with; help or one line
+// with the reason has been printed. A footer that the app lacks tells the exit codes above.
 inline std::optional<int> ParseOptions(CLI::App* app, int argc, char** argv) {
-  app->footer("Exit codes: 0 done, 1 error, 2 bad usage.");
+  if (app->get_footer().empty()) app->footer("Exit codes: 0 done, 1 error, 2 bad usage.");
   try {
     app->parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app->exit(e) == 0 ? kExitOk : kExitUsage;
+  } catch (const CLI::Success& success) {
+    return app->exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "skein " << argv[0] << ": " << UsageError(*app, error)
+              << " (--help tells the options)" << std::endl;
+    return kExitUsage;
   }
   return std::nullopt;
 }

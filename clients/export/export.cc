@@ -132,6 +132,10 @@ int RunExport(int argc, char** argv) {
                "Models in metres east, north and up of an origin, from the photos' GPS; how is in\n"
                "OUTPUT/N/georeference.json");
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;
+  if (!options.session.empty()) {
+    const Result<Session> session = OpenSession(options.session);
+    if (!session.ok()) throw std::runtime_error(session.error());
+  }
   const bool database = std::count(options.formats.begin(), options.formats.end(), "database") > 0;
   if (const std::string wrong = CheckOptions(options, database); !wrong.empty()) {
     std::cerr << "skein export: " << wrong << "\n";

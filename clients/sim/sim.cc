@@ -113,7 +113,7 @@ void AddRenderOptions(CLI::App* app, SimCommand* command) {
       ->capture_default_str();
   app->add_option("--size", command->size, "Of the photos, WIDTHxHEIGHT")->capture_default_str();
   app->add_option("--focal-px", options.focal_px, "Focal length (0: 0.86 of the width)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(AtLeastZero());
   app->add_option("--distortion", options.distortion, "k of COLMAP's SIMPLE_RADIAL")
       ->check(CLI::Range(-0.15, 0.15))
       ->capture_default_str();

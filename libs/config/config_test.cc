@@ -6,6 +6,7 @@
 #include "config/config_file.h"
 #include "config/option_section.h"
 #include "config/program_options.h"
+#include "config/usage.h"
 #include "core/option_check.h"
 #include "testing/test_folder.h"
 
@@ -180,6 +181,42 @@ TEST_F(ProgramOptions, PrintTheSectionAndEnd) {
   EXPECT_EQ(Parse({"--print-config"}), 0);
   EXPECT_NE(testing::internal::GetCapturedStdout().find("# Lowe's\nratio = 0.8\n"),
             std::string::npos);
+}
+
+// What a user is told of the arguments; "" if they are taken.
+std::string Refusal(std::vector<std::string> arguments) {
+  CLI::App app("A program");
+  std::string images, port;
+  double rate = 0, within = 0;
+  app.add_option("--images", images, "Folder")->required();
+  app.add_option("--lcm-url", port, "URL");
+  app.add_option("--rate", rate, "Photos a second")->check(AtLeastZero());
+  app.add_option("--within", within, "Seconds")->check(AboveZero());
+  std::reverse(arguments.begin(), arguments.end());
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    return UsageError(app, error);
+  }
+  return "";
+}
+
+TEST(Usage, NamesTheUnknownOptionRatherThanTheOneThatItStandsFor) {
+  EXPECT_EQ(Refusal({"--imges", "x"}), "there is no option --imges; do you mean --images?");
+  EXPECT_EQ(Refusal({"--imges=x"}), "there is no option --imges; do you mean --images?");
+  EXPECT_EQ(Refusal({"--images", "x", "--lcm", "y"}),
+            "there is no option --lcm; do you mean --lcm-url?");
+  EXPECT_EQ(Refusal({"--images", "x", "--port", "1"}), "there is no option --port");
+  EXPECT_EQ(Refusal({}), "--images is required");
+  EXPECT_EQ(Refusal({"--images", "x"}), "");
+}
+
+TEST(Usage, TellsOfANumberOnlyWhatMatters) {
+  EXPECT_EQ(Refusal({"--images", "x", "--rate", "-1"}), "--rate: give 0 or more, not '-1'");
+  EXPECT_EQ(Refusal({"--images", "x", "--rate", "fast"}), "--rate: give 0 or more, not 'fast'");
+  EXPECT_EQ(Refusal({"--images", "x", "--within", "0"}), "--within: give more than 0, not '0'");
+  EXPECT_EQ(Refusal({"--images", "x", "--within", "inf"}), "--within: give more than 0, not 'inf'");
+  EXPECT_EQ(Refusal({"--images", "x", "--rate", "0", "--within", "0.5"}), "");
 }
 
 }  // namespace

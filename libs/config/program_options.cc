@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "config/option_section.h"
+#include "config/usage.h"
 
 namespace skein {
 namespace {
@@ -54,7 +55,7 @@ std::optional<int> ParseProgramOptions(const Program& program, int argc, char** 
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    return Refuse(program, std::string(error.what()) + " (--help tells the options)");
+    return Refuse(program, UsageError(app, error) + " (--help tells the options)");
   }
   Status status = ReadFileInto(program, path, &app);
   if (status.ok()) status = Check(program);

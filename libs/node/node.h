@@ -164,10 +164,6 @@ enum class Auth { kOff, kWarn, kRequire };
 // Of --auth; "" goes by where the URL leads. Throws std::invalid_argument for anything else.
 Auth AuthOf(const std::string& text, const LcmUrl& url);
 
-// Parses the command line. Returns the exit code if the program ends now: 0 after --help, 2 for bad
-// usage, explained on stderr.
-std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv);
-
 // What an instance runs with, as a fact; the same id as long as that stays.
 configuration_t ConfigurationOf(const NodeOptions& options);
 

@@ -30,15 +30,6 @@ void AddCommonOptions(CLI::App& app, NodeOptions* options) {
   app.add_flag("--verbose", options->verbose, "Log more");
 }
 
-std::optional<int> ParseCommandLine(CLI::App& app, int argc, char** argv) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  return std::nullopt;
-}
-
 Program ServiceProgram(const char* description, NodeOptions* node) {
   Program program;
   program.section = node->service;
