@@ -35,6 +35,9 @@ assert.equal(new URL(page.url()).hash, '', 'the pass stays in the address bar');
 assert.equal(await page.evaluate(() => isSecureContext), false, 'the page is not tried without TLS');
 assert.equal(await page.evaluate(() => document.cookie), '', 'a script can read the pass');
 assert.equal(await page.locator('#open_camera').isVisible(), false, 'there is no camera without TLS');
+await plain.until('it is told before the first photo that the server answers', (s) => s.connection.ok);
+await page.locator('#note', { hasText: /^Connected\.$/ }).waitFor();
+await picture('phone_first');
 
 await page.locator('#take').setInputFiles(photos[0]);
 await plain.until('one photo is received', (s) => s.counts.taken === 1 && s.counts.received === 1);
@@ -46,6 +49,8 @@ told('placed');
 await page.locator('#choose').setInputFiles({ name: '<img src=x onerror=alert(1)>.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no photo') });
 await plain.until('what is no photo is refused', (s) => s.photos.some((p) => p.state === 'refused'));
 await page.locator('.photo.refused small').filter({ hasText: 'Send it again as JPEG, PNG or TIFF' }).waitFor();
+await page.locator('.photo.refused .name').filter({ hasText: '<img src=x onerror=alert(1)>.jpg' }).waitFor();
+await picture('phone_refused');
 assert.equal(await page.locator('img[src="x"]').count(), 0);
 
 // Offline and back.

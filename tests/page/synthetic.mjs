@@ -177,7 +177,8 @@ const cases = {
     await page.locator('#notice').filter({ hasText: 'click the first point' }).waitFor();
     await page.keyboard.press('Escape');
     await page.keyboard.press('?');
-    await page.locator('dialog[open]').waitFor();
+    await page.locator('dialog[open] p', { hasText: 'Each pyramid is a photo' }).waitFor();
+    assert.ok(!/\[object/.test(await page.locator('dialog[open]').innerText()));
     await page.keyboard.press('Escape');
     for (const theme of ['dark', 'light']) {
       if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').click();

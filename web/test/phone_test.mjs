@@ -130,6 +130,19 @@ test('a dead server is waited for; what it refuses is told', async () => {
   uploader.stopped = true;
 });
 
+test('without a photo the phone learns whether the server answers', async () => {
+  const server = new FakeServer();
+  const uploader = uploaderOf(new FakeQueue([]), server);
+  uploader.start();
+  await until('the connection is told', () => uploader.said.length > 0);
+  assert.ok(uploader.said.every((c) => c.ok), 'nothing failed');
+  server.down = true;
+  await until('it is lost', () => !uploader.said.at(-1).ok);
+  server.down = false;
+  await until('it is back', () => uploader.said.at(-1).ok);
+  uploader.stopped = true;
+});
+
 test('an invitation that ended stops it', async () => {
   const queue = new FakeQueue([randomBytes(1000)]), server = new FakeServer();
   server.refusal = [401, {}, { error: 'open the link of your invitation' }];

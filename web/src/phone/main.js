@@ -21,6 +21,8 @@ const kWords = {
   waiting: ['Received', 'its place is being looked for'],
   placed: ['Placed', 'in the map'],
 };
+// Of these photos one has to do something, so their names are shown; as where there is no picture.
+const kToFind = new Set(['refused', 'lost', 'failed']);
 
 class PhonePage {
   constructor() {
@@ -31,7 +33,7 @@ class PhonePage {
       said: () => this.show(),
     });
     this.urls = new Map(); // sha -> object URL of its thumbnail
-    this.connection = { ok: false, why: '' };
+    this.connection = { ok: null, why: '' }; // ok: null until the first request is answered or has failed
     this.adding = 0;
     this.problem = '';
     this.wakeLock = null;
@@ -123,7 +125,7 @@ class PhonePage {
     document.addEventListener('visibilitychange', () => {
       if (document.hidden) return;
       this.keepAwake();
-      if (!this.connection.ok) this.uploader?.retryNow();
+      if (this.connection.ok === false) this.uploader?.retryNow();
     });
     addEventListener('beforeunload', (e) => {
       if (this.adding > 0) e.preventDefault();
@@ -215,8 +217,8 @@ class PhonePage {
     if (unsent === 0 && !this.camera.open) this.wakeLock?.release();
     const words = this.problem || (this.adding > 0 ? `${plural(this.adding, 'photo')} being kept…` : this.connectionWords(unsent));
     setText(byId('note'), words);
-    byId('note').classList.toggle('bad', Boolean(this.problem) || (!this.connection.ok && unsent > 0));
-    byId('retry').hidden = this.connection.ok || unsent === 0;
+    byId('note').classList.toggle('bad', Boolean(this.problem) || (this.connection.ok === false && unsent > 0));
+    byId('retry').hidden = this.connection.ok !== false || unsent === 0;
     byId('open_camera').hidden = !Camera.possible || this.camera.open;
     const photos = this.queue ? [...this.queue.photos.values()].reverse() : [];
     byId('none').hidden = photos.length > 0;
@@ -235,7 +237,9 @@ class PhonePage {
   }
 
   connectionWords(unsent) {
-    if (this.connection.ok) return unsent > 0 ? `Sending: ${plural(unsent, 'photo')} to go.` : 'Everything is sent.';
+    if (this.connection.ok === null) return '';
+    if (this.connection.ok && unsent > 0) return `Sending: ${plural(unsent, 'photo')} to go.`;
+    if (this.connection.ok) return this.queue.photos.size > 0 ? 'Everything is sent.' : 'Connected.';
     if (this.connection.why) return `Waiting: ${this.connection.why}.`;
     return unsent > 0 ? `No connection: ${plural(unsent, 'photo')} wait on this phone and go on by themselves.` : 'No connection.';
   }
@@ -245,15 +249,16 @@ class PhonePage {
       ? h('img', { src: this.urlOf(photo), alt: '', width: 120, height: 120, decoding: 'async' })
       : h('span', { className: 'no_picture', 'aria-hidden': 'true' }, 'no picture');
     return h('li', {}, h('div', { className: 'tile' }, picture, h('span', { className: 'mark', 'aria-hidden': 'true' })),
-      h('b'), h('span', { className: 'what' }), h('small'));
+      h('b'), h('span', { className: 'name' }), h('span', { className: 'what' }), h('small'));
   }
 
   updateTile(tile, photo) {
     const [word, what, help] = wordsOf(photo);
     tile.className = `photo ${photo.state}`;
     tile.title = `${photo.name}, ${size(photo.size)}`;
-    const [, name, whatLine, helpLine] = tile.children;
-    setText(name, word);
+    const [, wordLine, name, whatLine, helpLine] = tile.children;
+    setText(wordLine, word);
+    setText(name, photo.thumbnail && !kToFind.has(photo.state) ? '' : photo.name);
     setText(whatLine, what);
     setText(helpLine, help);
   }

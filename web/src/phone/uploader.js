@@ -20,7 +20,7 @@ class Refused extends Error {}
 class NotNow extends Error {}
 
 export class Uploader {
-  // on: {changed(sha), connection({ok, why})}
+  // on: {changed(sha), connection({ok, why}), advice(of the guide or null)}
   constructor({ queue, on, fetch = globalThis.fetch.bind(globalThis), setTimeout = globalThis.setTimeout.bind(globalThis), clearTimeout = globalThis.clearTimeout.bind(globalThis) }) {
     Object.assign(this, { queue, on, fetch, setTimeout, clearTimeout });
     this.sending = new Set();
@@ -156,15 +156,18 @@ export class Uploader {
     this.askTimer = this.setTimeout(() => this.ask(), ms);
   }
 
+  // A round that asks of all photos asks also where there are none: whether the server answers.
   async ask() {
     const all = this.round++ % kAskAllEvery === 0;
     const asked = [...this.queue.photos.values()]
       .filter((p) => hasArrived(p) && (all || !kDecided.has(p.state)));
     try {
+      if (all && asked.length === 0) await this.askFor([]);
       for (let at = 0; at < asked.length && !this.stopped; at += kAskedAtOnce) await this.askFor(asked.slice(at, at + kAskedAtOnce));
-      if (asked.length > 0) this.on.connection({ ok: true, why: '' });
+      if ((all || asked.length > 0) && !this.stopped) this.on.connection({ ok: true, why: '' });
     } catch {
-      this.on.connection({ ok: false, why: '' });
+      this.round = 0;
+      if (!this.stopped) this.on.connection({ ok: false, why: '' });
     }
     if (!this.stopped) this.askSoon(kAskMs);
   }

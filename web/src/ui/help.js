@@ -17,7 +17,7 @@ export function showHelp(version) {
   dialog.replaceChildren(
     h('div', { className: 'head_row' }, h('h2', { id: 'dialog_title' }, 'Keys and help'), iconButton('close', 'Close', () => dialog.close())),
     h('dl', { className: 'keys' }, kKeys.map(([k, what]) => h('div', {}, h('dt', {}, k), h('dd', {}, what)))),
-    kNotes.map((note) => h('p', { className: 'muted' }, note)),
+    ...kNotes.map((note) => h('p', { className: 'muted' }, note)),
     h('p', { className: 'muted' }, `Skein ${version}`));
   dialog.showModal();
 }
