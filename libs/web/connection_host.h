@@ -33,8 +33,9 @@ class ConnectionHost {
   // A function for a sink: `then` runs on the server's thread while the connection lives.
   using OnNext = std::function<void(HttpConnection&, std::optional<HttpResponse>)>;
   virtual BodySink::Next OnServer(int64_t connection_id, OnNext then) = 0;
-  // The connection goes on as a WebSocket.
-  virtual void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) = 0;
+  // The connection goes on as a WebSocket; `needs_pass`: for as long as its pass holds.
+  virtual void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
+                       bool needs_pass) = 0;
   virtual void OnClosed(int64_t connection_id) = 0;
   // Of the last event that was sent to the pages.
   virtual int64_t sent_seq() const = 0;

@@ -46,6 +46,11 @@ Visitor Guests::Find(const std::string& cookies, int64_t now_s) const {
   return visitor;
 }
 
+Status Guests::Check(const std::string& cookies, int64_t now_s) const {
+  const Result<WebPass> pass = Open(CookieOf(cookies, CookieName()), now_s);
+  return pass.ok() ? Status::Ok() : pass.status();
+}
+
 HttpResponse Guests::Enter(const std::string& body, bool is_encrypted, int64_t now_s) const {
   const json said = json::parse(body, nullptr, false);
   if (!said.is_object() || !said.contains("pass") || !said["pass"].is_string()) {

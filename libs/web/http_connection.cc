@@ -124,7 +124,7 @@ void HttpConnection::OnRequest() {
   if (!is_websocket) return host_.Handle(id_, *parsed);
   if (parsed->path != "/ws") return AnswerAndClose(404, "the WebSocket is at /ws");
   closed_ = true;  // what goes on is no longer this
-  host_.Upgrade(id_, std::move(stream_), parser_->release());
+  host_.Upgrade(id_, std::move(stream_), parser_->release(), door_.is_public);
 }
 
 std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& request) const {
@@ -293,6 +293,7 @@ void HttpConnection::SetFields(const HttpResponse& response, http::response<Body
   message->set("Content-Security-Policy", kPolicy);
   message->set("X-Content-Type-Options", "nosniff");
   message->set("Referrer-Policy", "no-referrer");
+  message->set("Cross-Origin-Resource-Policy", "same-origin");
   message->set("Permissions-Policy", kPermissions);
   if (response.gzipped) message->set(http::field::content_encoding, "gzip");
   if (response.gzipped) message->set(http::field::vary, "Accept-Encoding");

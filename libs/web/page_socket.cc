@@ -8,6 +8,9 @@
 namespace skein {
 namespace {
 
+// A WebSocket's control frame has at most 125 bytes, two of them for the code (RFC 6455, 5.5).
+constexpr size_t kMaxReasonBytes = 123;
+
 // The kernel's share of what waits for a page.
 constexpr int kSendBufferBytes = 256 << 10;
 
@@ -72,7 +75,7 @@ bool PageSocket::CountFrame() {
 }
 
 void PageSocket::SendEvents(const SharedText& text) {
-  if (!open_ || closed_ || behind_) return;
+  if (!open_ || closed_ || refused_ || behind_) return;
   const auto limit = static_cast<size_t>(host_.options().max_queue_bytes);
   if (text == nullptr || queued_bytes_ + text->size() > limit) {
     behind_ = true;
@@ -108,7 +111,7 @@ SharedText PageSocket::NextMessage() {
 }
 
 void PageSocket::Pump() {
-  if (!open_ || closed_ || writing_ != nullptr) return;
+  if (!open_ || closed_ || refused_ || writing_ != nullptr) return;
   writing_ = NextMessage();
   if (writing_ == nullptr) return;
   WatchWrite();
@@ -118,6 +121,22 @@ void PageSocket::Pump() {
                         self->writing_ = nullptr;
                         error ? self->Close() : self->Pump();
                       });
+}
+
+std::string PageSocket::cookies() const {
+  const auto found = request_.find(http::field::cookie);
+  return found == request_.end() ? "" : std::string(found->value());
+}
+
+// What is being written ends first. A page that does not take it, or does not answer, is closed by
+// the WebSocket's own time limit.
+void PageSocket::Refuse(const std::string& reason) {
+  if (refused_ || closed_) return;
+  refused_ = true;
+  if (!open_) return Close();
+  const websocket::close_reason said(websocket::close_code::policy_error,
+                                     reason.substr(0, kMaxReasonBytes).c_str());
+  stream_.async_close(said, [self = shared_from_this()](ErrorCode) { self->Close(); });
 }
 
 void PageSocket::WatchWrite() {

@@ -25,6 +25,10 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
   void SendEvents(const SharedText& text);
   void SendLatest(const std::string& topic, const SharedText& text);
   void Close();
+  // Nothing more is sent but `reason`, of which the page gets the first 123 bytes.
+  void Refuse(const std::string& reason);
+  // The Cookie header that it came with; "" if there was none.
+  std::string cookies() const;
 
  private:
   void OnAccepted(ErrorCode error);
@@ -48,6 +52,7 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
   std::map<std::string, SharedText> topics_;  // not sent yet
   SharedText writing_;
   bool open_ = false;
+  bool refused_ = false;
   bool closed_ = false;
   int64_t second_ = 0;  // of num_frames_
   int num_frames_ = 0;

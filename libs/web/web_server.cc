@@ -4,6 +4,7 @@
 #include <csignal>
 #include <map>
 #include <optional>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -19,6 +20,7 @@
 namespace skein {
 namespace {
 
+constexpr double kCheckPassesS = 1;    // as often as a list of revoked names is read
 constexpr double kAcceptPauseS = 0.1;  // where the process has no descriptor left
 
 asio::ssl::context TlsOf(const WebCertificate& certificate) {
@@ -71,7 +73,8 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   void Handle(int64_t connection_id, const HttpRequest& request) override;
   std::shared_ptr<BodySink> MakeSink(const HttpRequest& request) override;
   BodySink::Next OnServer(int64_t connection_id, OnNext then) override;
-  void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) override;
+  void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
+               bool needs_pass) override;
   void OnClosed(int64_t connection_id) override;
   int64_t sent_seq() const override { return sent_seq_; }
 
@@ -97,6 +100,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   void Count();
   void OnNote();
   void Flush();
+  void CheckPasses();
 
   const WebServerOptions options_;
   const EventLog& log_;
@@ -106,10 +110,12 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   asio::io_context context_{1};                       // before what waits in it
   std::vector<std::unique_ptr<Listener>> listeners_;  // the server's own port first
   asio::steady_timer gather_{context_};
+  asio::steady_timer check_passes_{context_};
 
   int64_t next_id_ = 1;
   std::map<int64_t, std::shared_ptr<HttpConnection>> connections_;
   std::map<int64_t, std::shared_ptr<PageSocket>> pages_;
+  std::set<int64_t> guest_pages_;             // those of pages_ that came with a pass
   std::map<std::string, SharedText> latest_;  // by topic
   int64_t sent_seq_ = 0;
   double flushed_s_ = 0;
@@ -188,6 +194,7 @@ Status WebServer::Impl::Open(const std::string& ip, int port, const std::string&
 void WebServer::Impl::Start() {
   sent_seq_ = log_.head();
   for (const auto& listener : listeners_) Accept(*listener);
+  if (guests_) CheckPasses();
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -291,8 +298,10 @@ void WebServer::Impl::Handle(int64_t connection_id, const HttpRequest& request) 
   handler_(request, [reply](HttpResponse response) { reply->Send(std::move(response)); });
 }
 
-void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) {
+void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
+                              bool needs_pass) {
   connections_.erase(connection_id);
+  if (needs_pass) guest_pages_.insert(connection_id);
   const auto page = std::make_shared<PageSocket>(*this, connection_id, std::move(stream));
   pages_[connection_id] = page;
   Count();
@@ -302,7 +311,22 @@ void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRe
 void WebServer::Impl::OnClosed(int64_t connection_id) {
   connections_.erase(connection_id);
   pages_.erase(connection_id);
+  guest_pages_.erase(connection_id);
   Count();
+}
+
+// A WebSocket lives for as long as its page: its pass may end before.
+void WebServer::Impl::CheckPasses() {
+  const std::set<int64_t> ids = guest_pages_;  // one that is refused may leave
+  for (const int64_t id : ids) {
+    const std::shared_ptr<PageSocket> page = pages_.at(id);
+    const Status holds = guests_->Check(page->cookies(), NowUs() / 1'000'000);
+    if (!holds.ok()) page->Refuse(holds.error());
+  }
+  check_passes_.expires_after(Milliseconds(kCheckPassesS));
+  check_passes_.async_wait([this](ErrorCode error) {
+    if (!error) CheckPasses();
+  });
 }
 
 void WebServer::Impl::NoteEvents() {

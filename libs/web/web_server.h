@@ -62,6 +62,8 @@ struct Uploads {
 // A WebSocket gets hello, what TellLatest was last given of each topic, then events as they come. A
 // page that does not take its events as fast as they come is told the ledger's head instead, until
 // its queue is empty. It pulls what it lacks from /api/events.
+// One that came with a pass is closed with the reason (RFC 6455, code 1008) within two seconds
+// after the pass ends.
 //
 // Where all connections are taken, the one that has been without a request for longest makes room.
 class WebServer {

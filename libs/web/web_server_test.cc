@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "auth/session_keys.h"
+#include "auth/web_pass.h"
 #include "core/clock.h"
 #include "testing/test_folder.h"
 #include "web/asio.h"
@@ -141,7 +143,7 @@ TEST_F(WebServerTest, AnswersWithTheHeadersOfACarefulServer) {
        {"Content-Security-Policy: default-src 'self'; img-src 'self' blob: data:; "
         "style-src 'self'; script-src 'self'",
         "X-Content-Type-Options: nosniff", "Referrer-Policy: no-referrer",
-        "Content-Type: application/json"}) {
+        "Cross-Origin-Resource-Policy: same-origin", "Content-Type: application/json"}) {
     EXPECT_NE(answer.find(header), std::string::npos) << header;
   }
 }
@@ -276,15 +278,15 @@ TEST_F(WebServerTest, WhoTakesNoByteIsClosed) {
 // A page's WebSocket, read when it is asked to.
 class Page {
  public:
-  explicit Page(int port, const std::string& origin = "") : stream_(context_) {
+  explicit Page(int port, const std::string& origin = "", const std::string& cookie = "")
+      : stream_(context_) {
     beast::get_lowest_layer(stream_).connect(
         tcp::endpoint(asio::ip::make_address("127.0.0.1"), static_cast<uint16_t>(port)), error_);
-    if (!origin.empty()) {
-      stream_.set_option(
-          websocket::stream_base::decorator([origin](websocket::request_type& request) {
-            request.set(http::field::origin, origin);
-          }));
-    }
+    stream_.set_option(
+        websocket::stream_base::decorator([origin, cookie](websocket::request_type& request) {
+          if (!origin.empty()) request.set(http::field::origin, origin);
+          if (!cookie.empty()) request.set(http::field::cookie, cookie);
+        }));
     stream_.handshake("127.0.0.1:" + std::to_string(port), "/ws", error_);
   }
 
@@ -295,6 +297,11 @@ class Page {
     return error_ ? json() : json::parse(beast::buffers_to_string(buffer.data()));
   }
   void Say(const std::string& text) { stream_.write(asio::buffer(text), error_); }
+  // What the server said when it closed the WebSocket.
+  websocket::close_reason HearEnd() {
+    while (ok()) Hear();
+    return stream_.reason();
+  }
 
  private:
   asio::io_context context_;
@@ -346,6 +353,41 @@ TEST_F(WebServerTest, ForeignPagesGetNoWebSocket) {
   Start();
   EXPECT_TRUE(Page(port(), "http://" + Host()).ok());
   EXPECT_FALSE(Page(port(), "http://evil.example").ok());
+}
+
+TEST_F(WebServerTest, AWebSocketEndsWithItsPass) {
+  const std::string keys = (folder_ / "keys").string();
+  const auto access = OpenSessionKeys(keys, "0123", Role::kWeb, "web");
+  ASSERT_TRUE(access.ok()) << access.error();
+  options_.trust = access->trust;
+  options_.public_host = "127.0.0.1";
+  options_.doors.push_back({"127.0.0.1", 0, std::nullopt});
+  std::atomic<bool> is_anna_revoked{false};
+  options_.is_revoked = [&](const std::string& name) { return name == "anna" && is_anna_revoked; };
+  const auto cookie_of = [&](const std::string& name, int64_t expires_s) {
+    return "skein_0123=" + *IssueWebPass(keys, "0123", {Role::kViewer, name, expires_s});
+  };
+  Start();
+  const int door = server_->door_ports().front();
+  constexpr int64_t kLifeS = 2;
+  Page anna(door, "", cookie_of("anna", 0)), vera(door, "", cookie_of("vera", 0));
+  Page late(door, "", cookie_of("late", NowUs() / 1'000'000 + kLifeS)), own(port());
+  for (Page* page : {&anna, &vera, &late, &own}) ASSERT_EQ(page->Hear()["type"], "hello");
+  EXPECT_FALSE(Page(door).ok()) << "without a pass";
+
+  is_anna_revoked = true;
+  websocket::close_reason end = anna.HearEnd();
+  EXPECT_EQ(end.code, websocket::close_code::policy_error);
+  EXPECT_EQ(end.reason, "this invitation was revoked");
+  end = late.HearEnd();
+  EXPECT_EQ(end.code, websocket::close_code::policy_error);
+  EXPECT_NE(std::string(end.reason.c_str()).find("expired"), std::string::npos);
+
+  EXPECT_TRUE(WaitFor([this] { return server_->num_viewers() == 2; }));
+  log_.Append(1, Event(1));
+  server_->NoteEvents();
+  EXPECT_EQ(vera.Hear()["type"], "events") << "another's pass";
+  EXPECT_EQ(own.Hear()["type"], "events") << "none is needed on the session's own host";
 }
 
 // A page that reads nothing gets the head in place of the events that do not fit, and holds up

@@ -159,6 +159,17 @@ const cases = {
     return server.url;
   },
 
+  async 'an invitation that ends is told'({ browser, start }) {
+    const server = await start('--at', 'end');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('it is connected', (s) => s.connected);
+    server.tell('revoke');
+    await page.locator('#connection.lost').filter({ hasText: 'Not connected: this invitation was revoked' }).waitFor();
+    server.stop();
+    return server.url;
+  },
+
   async 'keyboard, focus and names for those who do not see it'({ browser, url }) {
     const { page } = browser;
     await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once

@@ -7,9 +7,11 @@ const kFirstPauseMs = 500;
 const kLongestPauseMs = 10000;
 const kProbeAfterMs = 10000; // of silence on an open connection
 const kAnswerMs = 8000;
+const kRefusedCode = 1008; // RFC 6455: against the server's policy
 
 export class Feed {
-  // on: {events(list), reset(sessionId), shape(message), status(message), connection({connected, heard}), synced()}
+  // on: {events(list), reset(sessionId), shape(message), status(message), connection({connected, heard, refused}), synced()}
+  // refused: '' or why the server lets this page in no more; the feed stops then.
   constructor(on, { fetch, WebSocket, url, now, setTimeout, clearTimeout, random } = {}) {
     this.on = on;
     this.fetch = fetch ?? globalThis.fetch.bind(globalThis);
@@ -31,6 +33,7 @@ export class Feed {
     this.timer = null;
     this.watchdog = null;
     this.stopped = false;
+    this.refused = '';
     this.synced = false;
   }
 
@@ -63,24 +66,35 @@ export class Feed {
     socket.onmessage = (m) => {
       if (this.socket === socket) this.receive(m.data);
     };
-    socket.onclose = () => {
-      if (this.socket === socket) this.lost();
+    socket.onclose = (e) => {
+      if (this.socket !== socket) return;
+      if (e?.code === kRefusedCode) this.refuse(e.reason);
+      else this.lost();
     };
     socket.onerror = () => {};
   }
 
+  // The invitation ended: there is nothing to wait for.
+  refuse(why) {
+    this.refused = why || 'the invitation does not hold any more';
+    this.stop();
+    this.lost();
+  }
+
   lost() {
+    const cameToNothing = !this.connected;
     this.socket = null;
     this.clearTimeout(this.watchdog);
     this.connected = false;
     this.tellConnection();
     if (this.stopped) return;
+    if (cameToNothing) this.get('/api/session').catch(() => {}); // a refused handshake gives no reason; this does
     this.timer = this.setTimeout(() => this.open(), this.pause * (0.75 + 0.5 * this.random()));
     this.pause = Math.min(2 * this.pause, kLongestPauseMs);
   }
 
   tellConnection() {
-    this.on.connection({ connected: this.connected, heard: this.heard });
+    this.on.connection({ connected: this.connected, heard: this.heard, refused: this.refused });
   }
 
   receive(text) {
@@ -211,6 +225,7 @@ export class Feed {
     const timer = this.setTimeout(() => control.abort(), kAnswerMs);
     try {
       const answer = await this.fetch(this.url.http + path, { signal: control.signal, cache: 'no-store' });
+      if (answer.status === 401 || answer.status === 403) this.refuse((await answer.json()).error);
       if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
       return await answer.json();
     } finally {

@@ -18,7 +18,10 @@ class World {
     const world = this;
     this.feed = new Feed({
       events: (list) => this.got.push(...list.map((e) => e.seq)), reset: (id) => this.resets.push(id), shape: () => {}, status: (s) => { this.status = s; },
-      connection: (c) => this.connections.push(c.connected), synced: () => this.synced++,
+      connection: (c) => {
+        this.connections.push(c.connected);
+        this.refused = c.refused;
+      }, synced: () => this.synced++,
     }, {
       url: { http: '', ws: 'ws://x' }, now: () => this.time, random: () => 0.5,
       WebSocket: class {
@@ -51,6 +54,7 @@ class World {
   async answer(path) {
     this.requests.push(path);
     if (!this.answering) throw new Error('no network');
+    if (this.refusal) return { ok: false, status: 401, json: async () => ({ error: this.refusal }) };
     const from = Number(/from=(\d+)/.exec(path)?.[1] ?? 0);
     return { ok: true, json: async () => ({ head: this.head, events: this.events.filter((s) => s >= from).slice(0, 3).map((seq) => ({ seq })) }) };
   }
@@ -132,6 +136,26 @@ test('It reconnects with a growing pause, and goes on where it was', async () =>
   assert.deepEqual(world.got, [1, 2, 3]);
   assert.deepEqual(world.resets, ['s']);
   assert.equal(world.connections.at(-1), true);
+});
+
+test('Where the invitation ended it is told why, and nothing is tried again', async () => {
+  const world = new World([1]);
+  world.hello();
+  await world.settle();
+  world.socket.onclose({ code: 1008, reason: 'this invitation was revoked' });
+  assert.equal(world.refused, 'this invitation was revoked');
+  await world.pass(60000);
+  assert.equal(world.sockets.length, 1);
+});
+
+test('A handshake that is refused tells no reason: the server is asked', async () => {
+  const world = new World([1]);
+  world.refusal = 'open the link of your invitation';
+  world.socket.onclose({ code: 1006, reason: '' });
+  await world.settle();
+  assert.equal(world.refused, 'open the link of your invitation');
+  await world.pass(60000);
+  assert.equal(world.sockets.length, 1);
 });
 
 test('Another session, or a ledger that is shorter, begins anew', async () => {

@@ -6,6 +6,7 @@
 // For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
 //   refuse    answers no request              obey      behaves again
+//   revoke    closes every WebSocket as that of an invitation that was revoked
 //   go        time goes on: with --hold it stands still after S seconds of the session
 import { createHash } from 'node:crypto';
 import { readFile } from 'node:fs/promises';
@@ -127,6 +128,7 @@ function frame(text) {
     : Buffer.concat([Buffer.from([0x81, 127, 0, 0, 0, 0]), Buffer.from([n >>> 24, (n >> 16) & 255, (n >> 8) & 255, n & 255])]);
   return Buffer.concat([header, payload]);
 }
+const closing = (code, reason) => Buffer.concat([Buffer.from([0x88, 2 + reason.length, code >> 8, code & 255]), Buffer.from(reason)]);
 const tell = (message) => {
   for (const socket of sockets) socket.write(frame(JSON.stringify(message)));
 };
@@ -184,6 +186,7 @@ setInterval(tellStatus, 1000);
 createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'drop') for (const socket of sockets) socket.destroy();
   if (line === 'refuse') refusing = true;
+  if (line === 'revoke') for (const socket of sockets) socket.end(closing(1008, 'this invitation was revoked'));
   if (line === 'silence') silent = true;
   if (line === 'go') {
     began += Math.max(0, running() - held) / (1000 * speed);

@@ -58,9 +58,8 @@ export class Header {
     let text = 'Live';
     if (!connection.connected) {
       kind = 'lost';
-      text = connection.heard === null
-        ? 'Not connected: no answer yet'
-        : `Not connected: last heard ${ago((now - connection.heard) / 1000)}`;
+      text = connection.refused ? `Not connected: ${connection.refused}`
+        : connection.heard === null ? 'Not connected: no answer yet' : `Not connected: last heard ${ago((now - connection.heard) / 1000)}`;
     } else if (!timeline.isLive) {
       kind = 'past';
       text = `Replay, ${clock(timeline.utime)}`;
