@@ -108,6 +108,10 @@ std::optional<UploadInfo> ReadInfo(const fs::path& path) {
   }
 }
 
+Status NotReceiving() {
+  return Unavailable("another connection sends this photo now, or it made way for other phones'");
+}
+
 int64_t FileBytes(const fs::path& path) {
   std::error_code error;
   const uintmax_t size = fs::file_size(path, error);
@@ -201,15 +205,12 @@ Status UploadStore::CheckBegin(const Key& key, const UploadInfo& info) const {
   return Status::Ok();
 }
 
-// The bytes that are still to come count, too.
 Status UploadStore::MakeRoom(const Key& key, int64_t more_bytes) {
   std::set<std::string> agents = {key.first};
-  int64_t bytes = more_bytes;
   std::map<double, Key> resting;
   int num_unfinished = 0;
   for (const auto& [other, upload] : uploads_) {
     agents.insert(other.first);
-    bytes += upload.info.size_bytes;
     if (other.first != key.first || upload.is_whole) continue;
     ++num_unfinished;
     if (!upload.receiving && !upload.finishing) resting.emplace(upload.moved_s, other);
@@ -220,7 +221,6 @@ Status UploadStore::MakeRoom(const Key& key, int64_t more_bytes) {
   if (num_unfinished >= limits_.max_unfinished) {
     if (resting.empty()) return Unavailable("too many photos at a time: send one after the other");
     const Key rested = resting.begin()->second;
-    bytes -= uploads_.at(rested).info.size_bytes;
     Forget(rested);
     uploads_.erase(rested);
   }
@@ -229,10 +229,63 @@ Status UploadStore::MakeRoom(const Key& key, int64_t more_bytes) {
   const bool is_full =
       !error && static_cast<int64_t>(space.available) < limits_.min_free_bytes + more_bytes;
   if (is_full) return Unavailable("the server's disk is full: photos wait on the phone");
-  if (bytes > limits_.max_bytes) {
-    return Unavailable("too many photos wait on the server: they go on once it has taken some in");
+  return MakeRoomInShare(key.first, more_bytes);
+}
+
+// The bytes that are still to come count, too.
+Status UploadStore::MakeRoomInShare(const std::string& agent, int64_t more_bytes) {
+  const double now_s = clock_();
+  std::map<std::string, int64_t> bytes_of = {{agent, more_bytes}};
+  int64_t bytes = more_bytes;
+  for (const auto& [key, upload] : uploads_) {
+    bytes_of[key.first] += upload.info.size_bytes;
+    bytes += upload.info.size_bytes;
   }
+  bool others_want = false;
+  for (auto at = wanted_s_.begin(); at != wanted_s_.end();) {
+    const bool wants = now_s - at->second <= limits_.want_s;
+    if (wants) bytes_of.try_emplace(at->first, 0);
+    others_want = others_want || (wants && at->first != agent);
+    at = wants ? std::next(at) : wanted_s_.erase(at);
+  }
+  const int64_t share = limits_.max_bytes / static_cast<int64_t>(bytes_of.size());
+  const Status full =
+      Unavailable("too many photos wait on the server: they go on once it has taken some in");
+  if (bytes_of[agent] > share)
+    return bytes > limits_.max_bytes || others_want ? full : Status::Ok();
+  while (bytes > limits_.max_bytes) {
+    std::set<std::string> beyond;
+    for (const auto& [other, sum] : bytes_of) {
+      if (sum > share) beyond.insert(other);
+    }
+    const std::optional<Key> silent = LongestSilent(beyond);
+    if (!silent) {
+      wanted_s_[agent] = now_s;
+      return full;
+    }
+    const int64_t freed = uploads_.at(*silent).info.size_bytes;
+    bytes_of[silent->first] -= freed;
+    bytes -= freed;
+    Forget(*silent);
+    uploads_.erase(*silent);
+  }
+  wanted_s_.erase(agent);
   return Status::Ok();
+}
+
+// Of the unfinished photos of these agents. One that is received counts, too: else a connection
+// that sends a byte now and then would keep its place.
+std::optional<UploadStore::Key> UploadStore::LongestSilent(
+    const std::set<std::string>& agents) const {
+  const Upload* longest = nullptr;
+  std::optional<Key> silent;
+  for (const auto& [key, upload] : uploads_) {
+    const bool may_go = !upload.is_whole && !upload.finishing && agents.count(key.first) > 0;
+    if (!may_go || (longest != nullptr && longest->moved_s <= upload.moved_s)) continue;
+    longest = &upload;
+    silent = key;
+  }
+  return silent;
 }
 
 Status UploadStore::Create(const Key& key, const UploadInfo& info) {
@@ -285,7 +338,7 @@ Result<UploadStore::Receiver> UploadStore::Begin(const std::string& agent,
   return Receiver{agent, blob_id, upload.ticket};
 }
 
-// Null: another one receives it now, or it was forgotten.
+// Null: another one receives it now, or it made way.
 UploadStore::Upload* UploadStore::FindReceiving(const Receiver& receiver) {
   const auto found = uploads_.find({receiver.agent, receiver.blob_id});
   if (found == uploads_.end() || found->second.ticket != receiver.ticket) return nullptr;
@@ -296,7 +349,7 @@ UploadStore::Upload* UploadStore::FindReceiving(const Receiver& receiver) {
 Result<UploadStore::Progress> UploadStore::Take(const Receiver& receiver, const Bytes& part) {
   const std::lock_guard<std::mutex> lock(mutex_);
   Upload* upload = FindReceiving(receiver);
-  if (upload == nullptr) return Unavailable("another connection sends this photo now");
+  if (upload == nullptr) return NotReceiving();
   const auto size = static_cast<int64_t>(part.size());
   if (upload->received_bytes + size > upload->info.size_bytes) {
     return ResourceExhausted("more bytes came than the photo has: " +
@@ -316,7 +369,7 @@ Status UploadStore::Finish(const Receiver& receiver) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     Upload* upload = FindReceiving(receiver);
-    if (upload == nullptr) return Unavailable("another connection sends this photo now");
+    if (upload == nullptr) return NotReceiving();
     if (upload->received_bytes != upload->info.size_bytes) {
       return InvalidArgument("the photo is not whole yet");
     }

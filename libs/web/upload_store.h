@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,12 +25,15 @@ namespace skein {
 
 struct UploadLimits {
   int64_t max_photo_bytes = int64_t{256} << 20;  // as ingest has it
-  int64_t max_bytes = int64_t{8} << 30;          // of all that lies here
+  int64_t max_bytes = int64_t{8} << 30;          // of all that lies here, told sizes included
   int64_t min_free_bytes = 512'000'000;          // on the disk
   int max_unfinished = 16;                       // of an agent; the one that rests longest goes
   int max_receiving = 4;                         // of an agent at a time
   int max_agents = 256;
   double forget_after_s = 86'400;  // an unfinished one that rests for so long goes
+  // An agent that was refused for lack of room wants some for so long: longer than a phone pauses
+  // between two attempts.
+  double want_s = 60;
 };
 
 // What a browser says of a photo.
@@ -50,6 +54,11 @@ struct WaitingUpload {
 
 // Any thread; what writes may block. A photo has one receiver at a time: the latest, so that a
 // connection which was lost, and does not know it, holds up nobody.
+//
+// Where max_bytes are taken, each agent that is here or wants room has an equal share of them. What
+// an agent within its share begins gets the place of unfinished photos of agents beyond theirs: the
+// one that was silent for longest goes first, and its phone begins it anew. Whole photos stay. An
+// agent beyond its share begins nothing while another one wants room.
 class UploadStore {
  public:
   // Where a photo's bytes go: of one connection.
@@ -118,6 +127,8 @@ class UploadStore {
   void FindLeft();
   Status CheckBegin(const Key& key, const UploadInfo& info) const;
   Status MakeRoom(const Key& key, int64_t more_bytes);
+  Status MakeRoomInShare(const std::string& agent, int64_t more_bytes);
+  std::optional<Key> LongestSilent(const std::set<std::string>& agents) const;
   Status Create(const Key& key, const UploadInfo& info);
   Upload* FindReceiving(const Receiver& receiver);
   void Forget(const Key& key);
@@ -128,6 +139,7 @@ class UploadStore {
   const Clock clock_;
   mutable std::mutex mutex_;
   std::map<Key, Upload> uploads_;                    // guarded by mutex_
+  std::map<std::string, double> wanted_s_;           // guarded by mutex_; room, by agent: when
   std::map<std::string, std::string> wait_reasons_;  // guarded by mutex_
   int64_t next_ticket_ = 1;                          // guarded by mutex_
   int64_t next_order_ = 1;                           // guarded by mutex_

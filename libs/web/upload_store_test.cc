@@ -148,14 +148,69 @@ TEST_F(UploadStoreTest, IsBoundedInAllAndForgetsWhatRests) {
   limits_.forget_after_s = 60;
   Open();
   ASSERT_TRUE(Send("anna", "12345678", 0, "1234").ok());
-  EXPECT_EQ(Send("bert", "abc", 0, "abc").code, StatusCode::kUnavailable) << "told bytes count";
+  EXPECT_EQ(Send("anna", "abc", 0, "abc").code, StatusCode::kUnavailable) << "told bytes count";
   now_s_ += 61;
   store_->Tick();
   EXPECT_FALSE(store_->Look("anna", IdOf("12345678")));
-  EXPECT_TRUE(Send("bert", "abc", 0, "abc").ok());
+  EXPECT_TRUE(Send("anna", "abc", 0, "abc").ok());
   now_s_ += 61;
   store_->Tick();
   EXPECT_EQ(store_->Waiting().size(), 1u) << "what was received stays";
+}
+
+TEST_F(UploadStoreTest, WhatIsBegunAndLeftKeepsNobodyOut) {
+  limits_.max_bytes = 80;
+  Open();
+  const std::string rest(19, '.');
+  for (const std::string photo : {"1", "2"}) {
+    for (const char* agent : {"mia", "max"}) {
+      now_s_ += 1;
+      ASSERT_TRUE(Send(agent, photo + rest, 0, photo).ok());
+    }
+  }
+  now_s_ += 1;
+  const std::string small = "three";
+  ASSERT_TRUE(Send("anna", small, 0, small).ok()) << "80 of 80 bytes were told";
+  EXPECT_FALSE(store_->Look("mia", IdOf("1" + rest))) << "it was silent for longest";
+  EXPECT_TRUE(store_->Look("max", IdOf("1" + rest)));
+  EXPECT_EQ(store_->Waiting().size(), 1u);
+  EXPECT_EQ(Send("max", "5" + rest, 0, "5").code, StatusCode::kUnavailable)
+      << "it is beyond its share";
+  EXPECT_EQ(store_->Waiting().size(), 1u);
+  EXPECT_TRUE(Send("mia", "1" + rest.substr(8), 0, "1").ok())
+      << "there is room, and nobody wants it";
+}
+
+TEST_F(UploadStoreTest, AConnectionThatCrawlsMakesWay) {
+  limits_.max_bytes = 20;
+  Open();
+  const auto crawling =
+      store_->Begin("mia", IdOf("0123456789abcdef"), InfoOf("0123456789abcdef"), 0);
+  ASSERT_TRUE(crawling.ok());
+  ASSERT_TRUE(store_->Take(*crawling, BytesOf("0")).ok());
+  EXPECT_TRUE(Send("anna", "01234567", 0, "01234567").ok());
+  EXPECT_EQ(store_->Take(*crawling, BytesOf("1")).code(), StatusCode::kUnavailable);
+  EXPECT_EQ(store_->Finish(*crawling).code, StatusCode::kUnavailable);
+  store_->Leave(*crawling);
+  EXPECT_FALSE(store_->Look("mia", IdOf("0123456789abcdef"))) << "its phone begins anew";
+}
+
+TEST_F(UploadStoreTest, WhoHasItsShareLeavesRoomToWhoWantsSome) {
+  limits_.max_bytes = 20;
+  Open();
+  ASSERT_TRUE(Send("mia", "0123456789", 0, "0123456789").ok());
+  ASSERT_TRUE(Send("mia", "abcdefghij", 0, "abcdefghij").ok());
+  EXPECT_EQ(Send("anna", "three", 0, "three").code, StatusCode::kUnavailable)
+      << "what was received stays";
+  store_->Remove("mia", IdOf("abcdefghij"));
+  EXPECT_EQ(Send("mia", "more", 0, "more").code, StatusCode::kUnavailable) << "anna wants room";
+  EXPECT_TRUE(Send("anna", "three", 0, "three").ok());
+  EXPECT_TRUE(Send("mia", "more", 0, "more").ok()) << "nobody wants any";
+  now_s_ += 1;
+  EXPECT_EQ(Send("anna", "fours", 0, "f").code, StatusCode::kUnavailable);
+  now_s_ += limits_.want_s + 1;
+  store_->Remove("mia", IdOf("more"));
+  EXPECT_TRUE(Send("mia", "more", 0, "more").ok()) << "anna has gone";
 }
 
 TEST_F(UploadStoreTest, WaitsWhileTheDiskIsFull) {
