@@ -190,6 +190,7 @@ class StaticFilesTest : public ::testing::Test {
 };
 
 TEST_F(StaticFilesTest, GivesTheFilesOfItsFolder) {
+  EXPECT_TRUE(StaticFiles(folder_.path() / "page").Check().ok());
   EXPECT_EQ(Get("/").file.filename(), "index.html");
   EXPECT_EQ(Get("/").content_type, "text/html; charset=utf-8");
   EXPECT_EQ(Get("/assets/app.js").content_type, "text/javascript; charset=utf-8");
@@ -220,7 +221,19 @@ TEST_F(StaticFilesTest, GivesNothingElse) {
 }
 
 TEST(StaticFiles, AFolderThatIsNotThereSaysSo) {
-  EXPECT_NE(StaticFiles("/no/such/folder").Get("/").text.find("--page"), std::string::npos);
+  const StaticFiles files("/no/such/folder");
+  EXPECT_FALSE(files.Check().ok());
+  const HttpResponse response = files.Get("/");
+  EXPECT_EQ(response.status, 404);
+  EXPECT_EQ(response.content_type, "text/html; charset=utf-8");
+  EXPECT_NE(response.text.find("scripts/setup.sh"), std::string::npos);
+}
+
+TEST(StaticFiles, AFolderWithoutAPageSaysSo) {
+  const TestFolder empty;
+  EXPECT_FALSE(StaticFiles(empty.path()).Check().ok());
+  EXPECT_NE(StaticFiles(empty.path()).Get("/phone").text.find("scripts/setup.sh"),
+            std::string::npos);
 }
 
 TEST(EventLog, GivesPagesInOrder) {

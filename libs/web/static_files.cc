@@ -24,7 +24,31 @@ bool IsBelow(const fs::path& file, const fs::path& folder) {
   return in_folder == folder.end() && in_file != file.end();
 }
 
+constexpr char kIndex[] = "index.html";
+constexpr char kNotBuilt[] =
+    "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\">"
+    "<meta name=\"viewport\" content=\"width=device-width\"><title>Skein</title>"
+    "<h1>The page of the live view is not built</h1>"
+    "<p>The session runs without it. On the host of the session, in Skein's folder, run "
+    "<code>scripts/setup.sh</code>, which gets what the page is made with, build again, and reload "
+    "this.</p><p>The data is under <a href=\"/api/session\">/api/</a>.</p></html>\n";
+
+HttpResponse NotBuilt() {
+  HttpResponse response;
+  response.status = 404;
+  response.content_type = "text/html; charset=utf-8";
+  response.text = kNotBuilt;
+  return response;
+}
+
 }  // namespace
+
+Status StaticFiles::Check() const {
+  std::error_code error;
+  if (fs::is_regular_file(folder_ / kIndex, error)) return Status::Ok();
+  return NotFound("there is no page in " + folder_.string() +
+                  ": run scripts/setup.sh and build again");
+}
 
 HttpResponse StaticFiles::Get(const std::string& path, bool takes_gzip) const {
   const std::string name = path == "/" ? "/index.html" : path == "/phone" ? "/phone.html" : path;
@@ -33,11 +57,7 @@ HttpResponse StaticFiles::Get(const std::string& path, bool takes_gzip) const {
   }
   std::error_code error;
   const fs::path folder = fs::canonical(folder_, error);
-  if (error) {
-    return HttpError(404, "there is no page in " + folder_.string() +
-                              ": build it (npm is needed) or say where it is with --page DIR; the "
-                              "data is under /api/");
-  }
+  if (error || !Check().ok()) return NotBuilt();
   const fs::path file = fs::canonical(folder / name.substr(1), error);
   if (error || !IsBelow(file, folder) || !fs::is_regular_file(file, error)) {
     return HttpError(404, "there is no such page");

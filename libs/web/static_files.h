@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "core/result.h"
 #include "web/http.h"
 
 namespace skein {
@@ -14,6 +15,10 @@ class StaticFiles {
  public:
   explicit StaticFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
+  // An error where the page was never built: a line for the log.
+  Status Check() const;
+
+  // Where it was never built: a text for people that says what to do.
   HttpResponse Get(const std::string& path, bool takes_gzip = false) const;
 
  private:

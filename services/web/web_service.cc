@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/log.h"
+#include "web/static_files.h"
 
 namespace skein {
 namespace {
@@ -111,6 +112,8 @@ void WebService::StartServer() {
       uploads);
   if (!started.ok()) throw std::runtime_error(started.error());
   server_ = std::move(*started);
+  const Status page = StaticFiles(PageDir(options_.page_dir)).Check();
+  if (!page.ok()) LogWarn("browsers are shown no map: {}", page.error());
   LogInfo("view: http://{}:{}/", options_.server.address, server_->port());
   if (visitors_) {
     LogInfo("visitors with an invitation: {} {}; fingerprint of the certificate: {}",

@@ -58,6 +58,14 @@ refused 404 "$view/api/photos/1"
 refused 403 -H 'Origin: http://evil.example' -H 'Connection: Upgrade' -H 'Upgrade: websocket' \
   -H 'Sec-WebSocket-Version: 13' -H 'Sec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==' "$view/ws"
 
+# A page that was never built.
+"$SKEIN_BUILD/bin/skein-web" --session "$session" --lcm-url "$url" --instance web-2 --port 8601 --page "$workspace/no_page" >"$workspace/no_page.log" 2>&1 &
+no_page=$!
+wait_until 20 "skein-web tells where it is" grep -q 'view: http' "$workspace/no_page.log"
+grep -q 'scripts/setup.sh' "$workspace/no_page.log" || fail "no warning: $(cat "$workspace/no_page.log")"
+curl -s --max-time 20 http://127.0.0.1:8601/ | grep '<code>scripts/setup.sh</code>' >/dev/null || fail "no text for people"
+kill "$no_page" && wait "$no_page" || fail "skein-web without a page ends with $?"
+
 publish_part "$session" 1 6
 wait_until 120 "each walk has its submap" two_submaps_have "$session" 5
 all_events "$workspace/early"
