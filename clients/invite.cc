@@ -13,6 +13,7 @@
 
 #include "auth/relay_certificate.h"
 #include "auth/session_keys.h"
+#include "auth/web_certificate.h"
 #include "auth/web_pass.h"
 #include "clients/client_node.h"
 #include "clients/subcommand.h"
@@ -42,7 +43,8 @@ std::optional<int> ParseInviteOptions(int argc, char** argv, InviteOptions* opti
       "Prints a link that lets another host or person take part in a session, and a QR code of it\n"
       "on a terminal. Whoever has the link has the role: send it as you would send a password.\n"
       "Where the session lets browsers in (launch.sh --web-public), the QR code is of a link that\n"
-      "a phone opens; --browser prints that one alone.",
+      "a phone opens; --browser prints such links alone, with the fingerprint (SHA-256) of the\n"
+      "certificate that the https page asks to compare.",
       "skein invite");
   app.add_option("--session", options->session_dir, "Session folder, on its host")->required();
   app.add_option("--role", options->role,
@@ -136,6 +138,19 @@ std::vector<std::string> BrowserLinks(const InviteOptions& options, const Invite
   return links;
 }
 
+// For the person who holds the code out. Links begin with skein://, https:// or http://.
+std::string WhatCodeIs(const std::string& link) {
+  if (link.rfind("https:", 0) == 0) return "The code is the https link:";
+  if (link.rfind("http:", 0) == 0) return "The code is the http link, which is not encrypted:";
+  return "The code is the skein link, for another host:";
+}
+
+void PrintBrowserLinks(const Invited& invited, const std::vector<std::string>& links) {
+  for (const std::string& link : links) std::cout << link << std::endl;
+  const Result<std::string> fingerprint = ReadWebFingerprint(invited.session.paths.Keys().string());
+  if (fingerprint.ok()) std::cout << "certificate, SHA-256: " << *fingerprint << std::endl;
+}
+
 Invitation MakeInvitation(const InviteOptions& options, const Invited& invited) {
   LcmUrl url = UrlOf(options);
   const Session* session = &invited.session;
@@ -173,11 +188,12 @@ int RunInvite(int argc, char** argv) {
       std::cout << shown << std::endl;
     }
     if (options.browser || on_terminal) {
-      for (const std::string& link : browser_links) std::cout << link << std::endl;
-      if (!browser_links.empty())
+      if (!browser_links.empty()) {
+        PrintBrowserLinks(invited, browser_links);
         shown = browser_links.back();  // the plain one, where there is one
+      }
     }
-    if (options.qr || on_terminal) std::cout << QrCode(shown);
+    if (options.qr || on_terminal) std::cout << WhatCodeIs(shown) << "\n" << QrCode(shown);
     return kExitOk;
   } catch (const std::invalid_argument& error) {
     std::cerr << "skein invite: " << error.what() << std::endl;

@@ -185,6 +185,12 @@ Result<WebCertificate> OpenWebCertificate(const std::string& dir,
   return Assembled(stored->certificate.get(), stored->key.get(), stored->issuer.get());
 }
 
+Result<std::string> ReadWebFingerprint(const std::string& dir) {
+  const Result<StoredWebCertificate> stored = ReadWebCertificate(dir);
+  if (!stored.ok()) return stored.status();
+  return Fingerprint(DerOf(stored->issuer.get()));
+}
+
 Status CheckWebCertificate(const std::string& dir) { return ReadWebCertificate(dir).status(); }
 
 }  // namespace skein

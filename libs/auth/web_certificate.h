@@ -31,6 +31,10 @@ inline constexpr int kWebCertificateDays = 397;
 Result<WebCertificate> OpenWebCertificate(const std::string& dir,
                                           const std::vector<std::string>& names, int64_t now_s);
 
+// WebCertificate::fingerprint of what OpenWebCertificate made last. DataLoss: keys/web.pem is
+// damaged. NotFound: there is none.
+Result<std::string> ReadWebFingerprint(const std::string& dir);
+
 // DataLoss: keys/web.pem is damaged. NotFound: there is none.
 Status CheckWebCertificate(const std::string& dir);
 

@@ -51,6 +51,7 @@ TEST_F(WebCertificateTest, HoldsForItsNamesUnderItsIssuer) {
 TEST_F(WebCertificateTest, StaysWhileItHolds) {
   const WebCertificate first = Open({"10.77.0.1", "laptop.local"});
   EXPECT_EQ(Open({"10.77.0.1"}).fingerprint, first.fingerprint);
+  EXPECT_EQ(*ReadWebFingerprint(dir_), first.fingerprint);
   EXPECT_EQ(Open({"laptop.local"}, kNowS + 300 * kDayS).key_pem, first.key_pem);
   struct stat info {};
   ASSERT_EQ(::stat((dir_ + "/web.pem").c_str(), &info), 0);

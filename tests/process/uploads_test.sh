@@ -60,6 +60,10 @@ sleep_until=$((SECONDS + 2))
 wait_until 10 "the invitation expires" eval '((SECONDS >= sleep_until))'
 enter 401 late "$pass" && says 'expired'
 enter 401 late "$(invite agent x | tr A-M B-N)"
+fingerprint=$(openssl x509 -in "$workspace/issuer.pem" -noout -fingerprint -sha256)
+"$skein" invite --session "$session" --role agent --name y --browser --qr >"$workspace/answer" || fail "no invitation"
+says "certificate, SHA-256: ${fingerprint#*=}"
+says 'The code is the http link, which is not encrypted'
 enter 400 late '"' && enter 401 late 'AAAA'
 "$skein" invite --session "$session" --role worker --browser 2>"$workspace/answer" && fail "a worker has a page"
 says 'worker has no page'
