@@ -234,6 +234,7 @@ TEST(StaticFiles, AFolderWithoutAPageSaysSo) {
   EXPECT_FALSE(StaticFiles(empty.path()).Check().ok());
   EXPECT_NE(StaticFiles(empty.path()).Get("/phone").text.find("scripts/setup.sh"),
             std::string::npos);
+  EXPECT_EQ(StaticFiles(empty.path()).Get("/other").content_type, "application/json");
 }
 
 TEST(EventLog, GivesPagesInOrder) {

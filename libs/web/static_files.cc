@@ -55,9 +55,11 @@ HttpResponse StaticFiles::Get(const std::string& path, bool takes_gzip) const {
   if (name.empty() || name.front() != '/' || !IsPlainPath(name)) {
     return HttpError(404, "there is no such page");
   }
+  const bool is_page = name == "/index.html" || name == "/phone.html";
+  if (is_page && !Check().ok()) return NotBuilt();
   std::error_code error;
   const fs::path folder = fs::canonical(folder_, error);
-  if (error || !Check().ok()) return NotBuilt();
+  if (error) return HttpError(404, "there is no such page");
   const fs::path file = fs::canonical(folder / name.substr(1), error);
   if (error || !IsBelow(file, folder) || !fs::is_regular_file(file, error)) {
     return HttpError(404, "there is no such page");

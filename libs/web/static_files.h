@@ -18,7 +18,7 @@ class StaticFiles {
   // An error where the page was never built: a line for the log.
   Status Check() const;
 
-  // Where it was never built: a text for people that says what to do.
+  // Where it was never built, in place of the pages: a text for people that says what to do.
   HttpResponse Get(const std::string& path, bool takes_gzip = false) const;
 
  private:
