@@ -18,7 +18,10 @@ constexpr int kSmallChunkBytes = 1000;
 constexpr int kMaxActivePulls = 4;
 constexpr double kTickS = 0.02;
 
-// Bytes that are not the blob's, whoever sent them.
+// Of parties whose round trip is remembered while they fetch nothing.
+constexpr size_t kMaxParties = 64;
+
+// Bytes that are not the blob's.
 constexpr int kMaxMismatches = 3;
 
 constexpr size_t kMaxWaitingRequests = 64;
@@ -88,33 +91,29 @@ Result<Bytes> BlobClient::GetLocal(const std::string& blob_id) {
 BlobClient::FetchId BlobClient::Fetch(const std::string& blob_id, const std::string& owner,
                                       OnFetched on_fetched, const FetchOptions& options) {
   const FetchId id = next_fetch_id_++;
-  const bool is_new = !fetching_.count(blob_id);
-  Fetching& fetching = fetching_[blob_id];
+  const std::string& party = options.party.empty() ? owner : options.party;
+  const PullKey key{party, blob_id, owner, options.size_bytes, options.takes_unsigned};
+  const auto [found, is_new] = fetching_.try_emplace(key);
+  Fetching& fetching = found->second;
   fetching.waiting[id] = std::move(on_fetched);
-  if (is_new) {
-    fetching.options = options;
-  } else {
-    Widen(options, &fetching);
-  }
-  if (std::find(fetching.owners.begin(), fetching.owners.end(), owner) == fetching.owners.end()) {
-    fetching.owners.push_back(owner);
-  }
-  if (is_new) LookLocally(blob_id);
+  fetching.max_bytes = std::max(fetching.max_bytes, options.max_bytes);
+  fetching.unknown_patience_s = std::max(fetching.unknown_patience_s, options.unknown_patience_s);
+  if (!is_new) return id;
+  fetching.party = PartyNamed(party);
+  LookLocally(key);
   return id;
 }
 
-void BlobClient::Widen(const FetchOptions& more, Fetching* fetching) const {
-  FetchOptions& options = fetching->options;
-  options.max_bytes = std::max(options.max_bytes, more.max_bytes);
-  options.unknown_patience_s = std::max(options.unknown_patience_s, more.unknown_patience_s);
-  options.takes_unsigned &= more.takes_unsigned;
-  if (options.size_bytes == more.size_bytes) return;
-  const bool was_known = std::exchange(options.size_bytes, kUnknownSize) != kUnknownSize;
-  if (was_known && fetching->pull && !fetching->hashing) fetching->pull.emplace(NewPull(options));
+BlobClient::Party* BlobClient::PartyNamed(const std::string& name) {
+  for (auto party = parties_.begin(); parties_.size() >= kMaxParties && party != parties_.end();) {
+    party = HasPulls(party->first) ? std::next(party) : parties_.erase(party);
+  }
+  return &parties_[name];
 }
 
-BlobPull BlobClient::NewPull(const FetchOptions& options) const {
-  return BlobPull(chunk_bytes_, options.max_bytes, options.size_bytes);
+bool BlobClient::HasPulls(const std::string& party) const {
+  const auto first = fetching_.lower_bound({party, "", "", kUnknownSize, false});
+  return first != fetching_.end() && first->first.party == party;
 }
 
 void BlobClient::Cancel(FetchId id) {
@@ -142,23 +141,23 @@ bool BlobClient::IsLate(FetchId id) const {
   return pull != nullptr && pull->late();
 }
 
-void BlobClient::LookLocally(const std::string& blob_id) {
-  if (!IsBlobId(blob_id)) {
+void BlobClient::LookLocally(const PullKey& key) {
+  if (!IsBlobId(key.blob_id)) {
     loop_.Post(alive_.Guarded(
-        [this, blob_id] { Finish(blob_id, InvalidArgument("not a blob's name: " + blob_id)); }));
+        [this, key] { Finish(key, InvalidArgument("not a blob's name: " + key.blob_id)); }));
     return;
   }
-  worker_->Run([this, blob_id] { return GetLocal(blob_id); },
-               [this, blob_id](const Result<Bytes>& bytes) {
-                 if (bytes) return Finish(blob_id, bytes);
-                 StartPull(blob_id);
+  worker_->Run([this, blob_id = key.blob_id] { return GetLocal(blob_id); },
+               [this, key](const Result<Bytes>& bytes) {
+                 if (bytes) return Finish(key, bytes);
+                 StartPull(key);
                });
 }
 
-void BlobClient::StartPull(const std::string& blob_id) {
-  const auto fetching = fetching_.find(blob_id);
+void BlobClient::StartPull(const PullKey& key) {
+  const auto fetching = fetching_.find(key);
   if (fetching == fetching_.end() || fetching->second.pull) return;
-  fetching->second.pull.emplace(NewPull(fetching->second.options));
+  fetching->second.pull.emplace(chunk_bytes_, fetching->second.max_bytes, key.size_bytes);
   WatchBus();
   Pump();
 }
@@ -179,60 +178,82 @@ void BlobClient::WatchBus() {
 
 void BlobClient::Tick() {
   const double now_s = loop_.now_s();
-  for (auto& [blob_id, fetching] : fetching_) {
-    if (!fetching.pull || fetching.hashing) continue;
-    if (fetching.pull->CheckTimeout(now_s, round_trip_, &window_) && fetching.pull->stalled()) {
-      ++fetching.owner;
-    }
+  for (auto& [key, fetching] : fetching_) {
+    if (fetching.asks()) fetching.pull->CheckTimeout(now_s, fetching.party->round_trip, &window_);
   }
   Pump();
 }
 
-int BlobClient::NumInFlight() const {
-  int count = 0;
-  for (const auto& [blob_id, fetching] : fetching_) {
-    if (fetching.pull && !fetching.pull->stalled()) count += fetching.pull->num_in_flight();
-  }
-  return count;
-}
-
 // What owners do not answer waits for what they do.
 void BlobClient::Pump() {
-  int num_active = 0;
-  AskMore(/*late=*/false, &num_active);
-  AskMore(/*late=*/true, &num_active);
+  CountParties();
+  AskMore(/*late=*/false);
+  AskMore(/*late=*/true);
 }
 
-void BlobClient::AskMore(bool late, int* num_active) {
-  const double now_s = loop_.now_s();
-  int free = window_.size() - NumInFlight();
-  // Asking in larger pieces costs fewer requests.
-  const int min_ask = std::max(1, window_.size() / 4);
-  for (auto& [blob_id, fetching] : fetching_) {
-    if (!fetching.pull || fetching.hashing || fetching.pull->late() != late) continue;
-    if (fetching.pull->stalled()) {  // one chunk, to see whether the owner is back
-      if (fetching.pull->num_in_flight() > 0) continue;
-      if (const auto ask = fetching.pull->NextAsk(1, now_s, &window_)) Ask(blob_id, fetching, *ask);
-      continue;
-    }
-    if (++*num_active > kMaxActivePulls) continue;
-    while (free >= min_ask || (free > 0 && fetching.pull->num_in_flight() == 0)) {
-      // An owner that has not answered yet may be away: it takes a part of the window only.
-      const int most = fetching.pull->received_bytes() == 0 ? std::min(free, min_ask) : free;
-      const auto ask = fetching.pull->NextAsk(most, now_s, &window_);
-      if (!ask) break;
-      Ask(blob_id, fetching, *ask);
-      free = window_.size() - NumInFlight();
-    }
+// What a party has in flight beyond its share, from when it was alone, takes nothing from others.
+void BlobClient::CountParties() {
+  for (auto& [name, party] : parties_) party = {party.round_trip, 0, 0, false};
+  for (auto& [key, fetching] : fetching_) {
+    if (!fetching.asks() || fetching.pull->stalled()) continue;
+    fetching.party->pulls = true;
+    fetching.party->num_in_flight += fetching.pull->num_in_flight();
+  }
+  const auto pulls = [](const auto& entry) { return entry.second.pulls; };
+  const auto num_parties = static_cast<int>(std::count_if(parties_.begin(), parties_.end(), pulls));
+  share_ = std::max(1, window_.size() / std::max(1, num_parties));
+  num_places_ = std::max(1, kMaxActivePulls / std::max(1, num_parties));
+  num_in_flight_ = 0;
+  for (const auto& [name, party] : parties_) {
+    num_in_flight_ += std::min(share_, party.num_in_flight);
   }
 }
 
-void BlobClient::Ask(const std::string& blob_id, const Fetching& fetching,
-                     const BlobPull::Ask& ask) {
+// From the party after the one that was asked last: with more parties than chunks in the window
+// each has its turn.
+void BlobClient::AskMore(bool late) {
+  auto next = fetching_.lower_bound({asked_last_ + '\0', "", "", kUnknownSize, false});
+  for (size_t i = 0; i < fetching_.size(); ++i, ++next) {
+    if (next == fetching_.end()) next = fetching_.begin();
+    auto& [key, fetching] = *next;
+    if (!fetching.asks() || fetching.pull->late() != late) continue;
+    fetching.pull->stalled() ? Probe(key, &fetching) : AskFor(key, &fetching);
+  }
+}
+
+// One chunk, to see whether the owner is back.
+void BlobClient::Probe(const PullKey& key, Fetching* fetching) {
+  if (fetching->pull->num_in_flight() > 0) return;
+  if (const auto ask = fetching->pull->NextAsk(1, loop_.now_s(), &window_)) Ask(key, *ask);
+}
+
+void BlobClient::AskFor(const PullKey& key, Fetching* fetching) {
+  Party& party = *fetching->party;
+  BlobPull& pull = *fetching->pull;
+  if (++party.num_active > num_places_) return;
+  // Asking in larger pieces costs fewer requests.
+  const int min_ask = std::max(1, share_ / 4);
+  while (true) {
+    const int free = std::min(share_ - party.num_in_flight, window_.size() - num_in_flight_);
+    if (free < min_ask && (free <= 0 || pull.num_in_flight() > 0)) return;
+    // An owner that has not answered yet may be away: it takes a part of the share only.
+    const int most = pull.received_bytes() == 0 ? std::min(free, min_ask) : free;
+    const int num_before = pull.num_in_flight();
+    const auto ask = pull.NextAsk(most, loop_.now_s(), &window_);
+    if (!ask) return;
+    const int num_asked = pull.num_in_flight() - num_before;
+    party.num_in_flight += num_asked;
+    num_in_flight_ += num_asked;
+    asked_last_ = key.party;
+    Ask(key, *ask);
+  }
+}
+
+void BlobClient::Ask(const PullKey& key, const BlobPull::Ask& ask) {
   blob_request_t request{};
   request.session_id = options_.session_id;
-  request.owner = fetching.owners[fetching.owner % fetching.owners.size()];
-  request.blob_id = blob_id;
+  request.owner = key.owner;
+  request.blob_id = key.blob_id;
   request.offset = ask.offset;
   request.length = ask.length;
   request.max_chunk_bytes = chunk_bytes_;
@@ -240,56 +261,80 @@ void BlobClient::Ask(const std::string& blob_id, const Fetching& fetching,
   bus_.Publish(kBlobRequestChannel, request);
 }
 
+std::vector<BlobClient::PullKey> BlobClient::PullsOf(const std::string& blob_id) const {
+  std::vector<PullKey> keys;
+  for (const auto& [party, state] : parties_) {
+    auto next = fetching_.lower_bound({party, blob_id, "", kUnknownSize, false});
+    for (; next != fetching_.end(); ++next) {
+      const PullKey& key = next->first;
+      if (key.party != party || key.blob_id != blob_id) break;
+      if (next->second.pull) keys.push_back(key);
+    }
+  }
+  return keys;
+}
+
 void BlobClient::OnChunk(const blob_chunk_t& chunk) {
-  const auto found = fetching_.find(chunk.blob_id);
-  if (found == fetching_.end()) return;
+  const std::vector<PullKey> keys = PullsOf(chunk.blob_id);
+  bool is_from_an_owner = keys.empty();
+  for (const PullKey& key : keys) {
+    if (!bus_.IsFrom(key.owner, key.takes_unsigned)) continue;
+    is_from_an_owner = true;
+    TakeChunk(key, chunk);
+  }
+  if (!is_from_an_owner) bus_.Refuse("blob chunks", "it is not from the blob's owner");
+}
+
+void BlobClient::TakeChunk(const PullKey& key, const blob_chunk_t& chunk) {
+  const auto found = fetching_.find(key);
+  if (found == fetching_.end() || !found->second.asks()) return;
   Fetching& fetching = found->second;
-  if (!fetching.pull || fetching.hashing) return;
-  if (!bus_.IsFrom(fetching.owners, fetching.options.takes_unsigned)) return;
-  if (chunk.status == blob_chunk_t::UNKNOWN) return OnUnknown(chunk.blob_id, &fetching);
+  if (chunk.status == blob_chunk_t::UNKNOWN) return OnUnknown(key, &fetching);
   fetching.first_unknown_s = 0;
   const auto outcome =
       fetching.pull->OnChunk(chunk.offset, chunk.total_bytes, chunk.data.data(), chunk.data.size(),
-                             loop_.now_s(), &window_, &round_trip_);
+                             loop_.now_s(), &window_, &fetching.party->round_trip);
   if (outcome == BlobPull::Outcome::kIgnored) return;
   if (outcome == BlobPull::Outcome::kTooLarge) {
-    return Finish(chunk.blob_id,
-                  ResourceExhausted("blob " + chunk.blob_id + " has " +
-                                    std::to_string(chunk.total_bytes) + " bytes, too many"));
+    return Finish(key, ResourceExhausted("blob " + chunk.blob_id + " has " +
+                                         std::to_string(chunk.total_bytes) + " bytes, too many"));
   }
   bytes_pulled_ += chunk.size;
-  if (outcome == BlobPull::Outcome::kComplete) CheckHash(chunk.blob_id, &fetching);
+  if (outcome == BlobPull::Outcome::kComplete) CheckHash(key, &fetching);
   Pump();
 }
 
-void BlobClient::OnUnknown(const std::string& blob_id, Fetching* fetching) {
+void BlobClient::OnUnknown(const PullKey& key, Fetching* fetching) {
   const double now_s = loop_.now_s();
   if (fetching->first_unknown_s == 0) fetching->first_unknown_s = now_s;
   // Until then the pull's timeout asks again, with back-off.
-  if (now_s < fetching->first_unknown_s + fetching->options.unknown_patience_s) return;
-  const std::string& owner = fetching->owners[fetching->owner % fetching->owners.size()];
-  Finish(blob_id, NotFound(owner + " has no blob " + blob_id));
+  if (now_s < fetching->first_unknown_s + fetching->unknown_patience_s) return;
+  Finish(key, NotFound(key.owner + " has no blob " + key.blob_id));
 }
 
-void BlobClient::CheckHash(const std::string& blob_id, Fetching* fetching) {
+void BlobClient::CheckHash(const PullKey& key, Fetching* fetching) {
   fetching->hashing = true;
   const auto blob = std::make_shared<const Bytes>(fetching->pull->Take());
-  worker_->Run([blob, blob_id] { return HashBytes(blob->data(), blob->size()) == blob_id; },
-               [this, blob, blob_id](bool matches) { OnHashed(blob_id, blob, matches); });
+  worker_->Run(
+      [blob, blob_id = key.blob_id] { return HashBytes(blob->data(), blob->size()) == blob_id; },
+      [this, blob, key](bool matches) { OnHashed(key, blob, matches); });
 }
 
-void BlobClient::OnHashed(const std::string& blob_id, BlobPtr blob, bool matches) {
-  const auto found = fetching_.find(blob_id);
-  if (matches) shelf_.Cache(blob_id, blob);
+void BlobClient::OnHashed(const PullKey& key, BlobPtr blob, bool matches) {
+  if (matches) {
+    shelf_.Cache(key.blob_id, blob);
+    for (const PullKey& each : PullsOf(key.blob_id)) Finish(each, *blob);
+    return;
+  }
+  const auto found = fetching_.find(key);
   if (found == fetching_.end()) return;
-  if (matches) return Finish(blob_id, *blob);
   found->second.hashing = false;
   if (++found->second.num_mismatches < kMaxMismatches) return Pump();  // from the start
-  Finish(blob_id, DataLoss("the bytes of blob " + blob_id + " do not match its name"));
+  Finish(key, DataLoss("the bytes of blob " + key.blob_id + " do not match its name"));
 }
 
-void BlobClient::Finish(const std::string& blob_id, const Result<Bytes>& result) {
-  const auto found = fetching_.find(blob_id);
+void BlobClient::Finish(const PullKey& key, const Result<Bytes>& result) {
+  const auto found = fetching_.find(key);
   if (found == fetching_.end()) return;
   const auto waiting = std::move(found->second.waiting);
   fetching_.erase(found);

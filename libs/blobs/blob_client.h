@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -47,6 +48,9 @@ class BlobClient {
     double unknown_patience_s = 3;
     // Whether the owner may serve it without a signature, as one that offered it so.
     bool takes_unsigned = false;
+    // Whom the pull is for: parties share chunks in flight and places of active pulls equally. "":
+    // the owner.
+    std::string party = {};
   };
 
   BlobClient(PollLoop& loop, Bus& bus, BlobClientOptions options);
@@ -58,8 +62,10 @@ class BlobClient {
   // in memory and in the session folder, then pulls from `owner`. The owner is the instance that
   // offered the blob, or "ingest", which holds every blob of a committed fact. A pull survives
   // restarts of the owner. It ends when the owner answers repeatedly that it has no such blob, when
-  // bytes came several times that are not the blob's, or at Cancel. Fetches of one blob share one
-  // pull, with the largest limits given; where they tell different sizes, none is known.
+  // bytes came several times that are not the blob's, or at Cancel. Fetches of one blob share a
+  // pull where owner, party, size_bytes and takes_unsigned are the same, with the largest limits
+  // given. Others have nothing in common: what one owner sends cannot spoil what another sends. The
+  // first bytes that match the name end all pulls of the blob.
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched) {
     return Fetch(blob_id, owner, std::move(on_fetched), FetchOptions());
   }
@@ -95,34 +101,58 @@ class BlobClient {
   int num_fetching() const { return static_cast<int>(fetching_.size()); }
 
  private:
-  // Everyone who waits for one blob.
+  struct Party {
+    RoundTrip round_trip;
+    int num_in_flight = 0;  // chunks, but of stalled pulls
+    int num_active = 0;     // pulls
+    bool pulls = false;     // one that is not stalled
+  };
+  // Fetches with one key share a pull. By party first.
+  struct PullKey {
+    std::string party, blob_id, owner;
+    int64_t size_bytes;
+    bool takes_unsigned;
+
+    bool operator<(const PullKey& other) const { return Tied() < other.Tied(); }
+    auto Tied() const -> std::tuple<const std::string&, const std::string&, const std::string&,
+                                    const int64_t&, const bool&> {
+      return std::tie(party, blob_id, owner, size_bytes, takes_unsigned);
+    }
+  };
+  // Everyone who waits for one pull.
   struct Fetching {
     std::map<FetchId, OnFetched> waiting;
-    std::vector<std::string> owners;  // asked in turn
-    size_t owner = 0;
-    FetchOptions options;
+    Party* party = nullptr;
+    int64_t max_bytes = 0;
+    double unknown_patience_s = 0;
     std::optional<BlobPull> pull;  // once it is not here
     bool hashing = false;
     double first_unknown_s = 0;  // 0: the owner did not say so
     int num_mismatches = 0;
+
+    bool asks() const { return pull && !hashing; }
   };
 
   // Receiving.
+  Party* PartyNamed(const std::string& name);
+  bool HasPulls(const std::string& party) const;
   const BlobPull* FindPull(FetchId id) const;
-  void LookLocally(const std::string& blob_id);
-  void Widen(const FetchOptions& more, Fetching* fetching) const;
-  void StartPull(const std::string& blob_id);
-  BlobPull NewPull(const FetchOptions& options) const;
+  void LookLocally(const PullKey& key);
+  void StartPull(const PullKey& key);
+  std::vector<PullKey> PullsOf(const std::string& blob_id) const;
   void OnChunk(const blob_chunk_t& chunk);
-  void OnUnknown(const std::string& blob_id, Fetching* fetching);
-  void CheckHash(const std::string& blob_id, Fetching* fetching);
-  void OnHashed(const std::string& blob_id, BlobPtr blob, bool matches);
-  void Finish(const std::string& blob_id, const Result<Bytes>& result);
+  void TakeChunk(const PullKey& key, const blob_chunk_t& chunk);
+  void OnUnknown(const PullKey& key, Fetching* fetching);
+  void CheckHash(const PullKey& key, Fetching* fetching);
+  void OnHashed(const PullKey& key, BlobPtr blob, bool matches);
+  void Finish(const PullKey& key, const Result<Bytes>& result);
   void Tick();
   void Pump();
-  void AskMore(bool late, int* num_active);
-  void Ask(const std::string& blob_id, const Fetching& fetching, const BlobPull::Ask& ask);
-  int NumInFlight() const;
+  void CountParties();
+  void AskMore(bool late);
+  void AskFor(const PullKey& key, Fetching* fetching);
+  void Probe(const PullKey& key, Fetching* fetching);
+  void Ask(const PullKey& key, const BlobPull::Ask& ask);
   void WatchBus();
 
   // Serving.
@@ -138,10 +168,14 @@ class BlobClient {
   std::unique_ptr<BlobStore> store_;  // null if the folder is not shared; any thread
   BlobShelf shelf_;
 
-  std::map<std::string, Fetching> fetching_;
+  std::map<std::string, Party> parties_;
+  std::map<PullKey, Fetching> fetching_;
   FetchId next_fetch_id_ = 1;
+  int share_ = 1;           // of each party, chunks in flight
+  int num_places_ = 1;      // the same, active pulls
+  int num_in_flight_ = 0;   // chunks, of no party more than its share
+  std::string asked_last_;  // party
   PullWindow window_;
-  RoundTrip round_trip_;
   Bus::SubscriptionId chunk_subscription_ = 0;
   PollLoop::TimerId tick_timer_ = 0;
   int64_t bytes_pulled_ = 0;

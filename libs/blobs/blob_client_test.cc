@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "core/clock.h"
 #include "core/hash.h"
 #include "testing/test_node.h"
 
@@ -206,6 +207,110 @@ TEST_F(BlobClientTest, ChunksThatLieHoldUpAPullAndEndNone) {
   ASSERT_TRUE(fetched.ok()) << fetched.error();
   EXPECT_EQ(*fetched, bytes);
   EXPECT_GT(num_lies, 5);
+}
+
+// Two agents with signatures: each answers requests for what it owns, one with bytes that are not
+// the blob's.
+TEST_F(BlobClientTest, WhatOneOwnerSendsSpoilsNoPullFromAnother) {
+  const std::string session = TestOptions("").session_id;
+  const SigningKey root = SigningKey::Generate();
+  const auto sign_as = [&](Role role, const std::string& name) {
+    bus_.SetSeal(std::make_unique<MessageSeal>(SessionTrust{session, root.public_key()},
+                                               IssueCredential(root, session, role, name, 0),
+                                               SignerCounters(), NowUs),
+                 false);
+  };
+  sign_as(Role::kWorker, "reader");
+  const Bytes bytes = RandomBytes(3000000, 12);
+  const std::string id = HashBytes(bytes.data(), bytes.size());
+  const auto answer = [&](const blob_request_t& request, const std::string& agent) {
+    blob_chunk_t chunk{};
+    chunk.session_id = session;
+    chunk.blob_id = id;
+    chunk.total_bytes = static_cast<int64_t>(bytes.size());
+    const int64_t end = std::min(chunk.total_bytes, request.offset + request.length);
+    sign_as(Role::kAgent, agent);
+    for (chunk.offset = request.offset; chunk.offset < end; chunk.offset += chunk.size) {
+      chunk.size =
+          static_cast<int32_t>(std::min<int64_t>(request.max_chunk_bytes, end - chunk.offset));
+      const auto first = bytes.begin() + chunk.offset;
+      chunk.data.assign(first, first + chunk.size);
+      if (agent == "mallory") chunk.data.assign(chunk.size, 7);
+      bus_.PublishBulk(request.reply_channel, chunk);
+    }
+    sign_as(Role::kWorker, "reader");
+  };
+  const auto agents = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
+    for (const std::string agent : {"mallory", "alice"}) {
+      if (request.owner == AgentInstance(agent)) answer(request, agent);
+    }
+  });
+  bool done = false;
+  const auto fetch = [&](const std::string& agent) {
+    const auto on_fetched = [&, agent](const Result<Bytes>& fetched) {
+      if (agent != "alice") return;
+      EXPECT_TRUE(fetched.ok() && *fetched == bytes) << fetched.error();
+      done = true;
+    };
+    reader_.blobs().Fetch(id, AgentInstance(agent), on_fetched,
+                          {BlobClient::kMaxBlobBytes, static_cast<int64_t>(bytes.size())});
+  };
+  fetch("mallory");
+  fetch("alice");
+  EXPECT_TRUE(loop_.RunUntil([&] { return done; }, 20));
+  bus_.Unsubscribe(agents);
+}
+
+// Sixteen blobs of one owner, whose names come first and each of whose chunks comes after 0.3 s.
+TEST_F(BlobClientTest, AnOwnerThatAnswersSlowlyHoldsUpOnlyItself) {
+  constexpr int64_t kSlowBytes = 64 << 20;
+  std::vector<std::pair<double, blob_request_t>> waiting;  // when it is answered
+  const auto requests = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
+    if (request.owner != "slow") return;
+    waiting.emplace_back(loop_.now_s() + 0.3, request);
+  });
+  const auto timer = loop_.AddTimer(0.01, [&] {
+    while (!waiting.empty() && waiting.front().first <= loop_.now_s()) {
+      const blob_request_t request = waiting.front().second;
+      waiting.erase(waiting.begin());
+      blob_chunk_t chunk{};
+      chunk.session_id = request.session_id;
+      chunk.blob_id = request.blob_id;
+      chunk.total_bytes = kSlowBytes;
+      chunk.size = request.max_chunk_bytes;
+      chunk.data.assign(chunk.size, 7);
+      for (int64_t at = 0; at < request.length; at += chunk.size) {
+        chunk.offset = request.offset + at;
+        bus_.PublishBulk(request.reply_channel, chunk);
+      }
+    }
+  });
+  std::vector<BlobClient::FetchId> slow;
+  for (int i = 0; i < 16; ++i) {
+    std::string id(64, '0');
+    id.back() = "0123456789abcdef"[i];
+    slow.push_back(reader_.blobs().Fetch(id, "slow", [](const Result<Bytes>&) { ADD_FAILURE(); }));
+  }
+  ASSERT_TRUE(loop_.RunUntil([&] { return reader_.blobs().bytes_pulled() > (8 << 20); }, 20));
+  for (uint64_t i = 0; i < 10; ++i) {
+    const Result<Bytes> fetched = Fetch(owner_.blobs().Offer(RandomBytes(1 << 20, 40 + i)), 5);
+    EXPECT_TRUE(fetched.ok()) << i << ": " << fetched.error();
+  }
+  bus_.Unsubscribe(requests);
+  loop_.CancelTimer(timer);
+  for (const auto id : slow) reader_.blobs().Cancel(id);
+}
+
+TEST_F(BlobClientTest, MorePartiesThanChunksInFlightHaveEachItsTurn) {
+  int num_done = 0;
+  for (uint64_t i = 0; i < 100; ++i) {
+    BlobClient::FetchOptions options;
+    options.party = "party " + std::to_string(i);
+    reader_.blobs().Fetch(
+        owner_.blobs().Offer(RandomBytes(100000, 100 + i)), "owner",
+        [&](const Result<Bytes>& fetched) { num_done += fetched.ok() ? 1 : 0; }, options);
+  }
+  EXPECT_TRUE(loop_.RunUntil([&] { return num_done == 100; }, 20));
 }
 
 TEST_F(BlobClientTest, FetchesThatTellDifferentSizesOfABlobBothEndWithIt) {

@@ -150,14 +150,9 @@ void Bus::Open(const std::string& channel, const Bytes& message,
   then(Bytes(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(opened.size)));
 }
 
-bool Bus::IsFrom(const std::vector<std::string>& instances, bool takes_unsigned) {
+bool Bus::IsFrom(const std::string& instance, bool takes_unsigned) const {
   if (sender_ == nullptr) return true;
-  const auto may_be = [this](const std::string& name) { return MayBe(*sender_, name); };
-  if ((IsSigned() || takes_unsigned) && std::any_of(instances.begin(), instances.end(), may_be)) {
-    return true;
-  }
-  Refuse("blob chunks", "it is not from the blob's owner");
-  return false;
+  return (IsSigned() || takes_unsigned) && MayBe(*sender_, instance);
 }
 
 void Bus::Refuse(const std::string& channel, const char* why) {

@@ -99,9 +99,10 @@ class Bus {
   const MessageSeal* seal() const { return seal_.get(); }
   // In a handler: whether the message is signed, as all are without a seal.
   bool IsSigned() const { return sender_ == nullptr || sender_->has_value(); }
-  // In a handler: whether the message's sender may be one of these instances. One that may not is
-  // counted as refused.
-  bool IsFrom(const std::vector<std::string>& instances, bool takes_unsigned);
+  // In a handler: whether the message's sender may be this instance. Without a seal anybody may.
+  bool IsFrom(const std::string& instance, bool takes_unsigned) const;
+  // In a handler: counts the message as refused; the log tells the reason.
+  void Refuse(const std::string& channel, const char* why);
 
   const LcmUrl& url() const { return url_; }
   const BusCounters& counters() const { return counters_; }
@@ -152,7 +153,6 @@ class Bus {
   void Deliver(bool bulk, const std::string& channel, const Bytes& message);
   void Open(const std::string& channel, const Bytes& message,
             const std::function<void(const Bytes&)>& then);
-  void Refuse(const std::string& channel, const char* why);
   void CountFailure(const std::string& channel, const Bytes& message);
   void CloseBulkWhenIdle();
   void Hello(bool bulk);

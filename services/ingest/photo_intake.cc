@@ -142,6 +142,7 @@ void PhotoIntake::Pull(const Key& key, Pending* pending) {
   BlobClient::FetchOptions options;
   options.max_bytes = options.size_bytes = pending->offer.size_bytes;
   options.takes_unsigned = !pending->is_signed;
+  options.party = AgentInstance(pending->offer.agent);
   pending->fetch_id = node_.blobs().Fetch(
       pending->offer.blob_id, pending->offer.owner,
       [this, key](Result<Bytes> bytes) { OnBytes(key, std::move(bytes)); }, options);
