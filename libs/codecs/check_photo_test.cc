@@ -38,6 +38,7 @@ TEST(PhotoCheck, TakesGreyAnd16Bit) {
 TEST(PhotoCheck, TakesProgressiveJpeg) {
   Bytes bytes;
   cv::imencode(".jpg", Noise(96, 80), bytes, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  EXPECT_EQ(CountJpegScans(bytes, 1000), 10);
   EXPECT_EQ(Reason(bytes), "");
   EXPECT_NE(Reason(Cut(bytes, 0.7)), "");
 }

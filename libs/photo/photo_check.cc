@@ -46,6 +46,10 @@ Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits) {
   Result<PhotoHeader> header = ReadPhotoHeader(bytes);
   if (!header.ok()) return header;
   if (Status status = CheckSize(*header, limits); !status.ok()) return status;
+  if (header->format == PhotoFormat::kJpeg &&
+      CountJpegScans(bytes, kMaxJpegScans + 1) > kMaxJpegScans) {
+    return ResourceExhausted("the JPEG has more than " + std::to_string(kMaxJpegScans) + " scans");
+  }
   return header;
 }
 

@@ -14,6 +14,11 @@ namespace skein {
 constexpr int64_t kMaxPhotoBytes = (int64_t{1} << 31) - 1;
 constexpr int64_t kMaxPhotoPixels = int64_t{1} << 30;
 
+// Time to decode grows with the number of scans, of which a few bytes make one ("Two Issues with
+// the JPEG Standard", libjpeg-turbo.org, which advises a limit). libtiff and GDAL have this one
+// (LIBTIFF_JPEG_MAX_ALLOWED_SCAN_NUMBER). libjpeg's own progression has 10 scans.
+constexpr int kMaxJpegScans = 100;
+
 struct PhotoLimits {
   int64_t max_bytes = int64_t{256} << 20;
   int64_t max_pixels = 100'000'000;  // checked before anything is decoded
@@ -28,8 +33,8 @@ struct CheckedPhoto {
   Exif exif;
 };
 
-// Checks the size of the file, what it is and the limits: all before anything is decoded. An error
-// is the reason that the agent gets.
+// Checks the size of the file, what it is, the limits and the number of scans: all before anything
+// is decoded. An error is the reason that the agent gets.
 Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits);
 
 struct FocalPrior {

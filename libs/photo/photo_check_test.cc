@@ -7,6 +7,38 @@
 namespace skein {
 namespace {
 
+// Without tables or data of any sense: what is to be known without decoding.
+Bytes JpegWithScans(int num_scans) {
+  Bytes jpeg = {0xff, 0xd8};
+  // A preview, as cameras store it, has scans of its own.
+  const Bytes preview = {0xff, 0xd8, 0xff, 0xda, 0, 2, 1, 0xff, 0xd9};
+  jpeg.insert(jpeg.end(), {0xff, 0xe1, 0, static_cast<uint8_t>(2 + preview.size())});
+  jpeg.insert(jpeg.end(), preview.begin(), preview.end());
+  jpeg.insert(jpeg.end(), {0xff, 0xc2, 0, 11, 8, 0, 100, 0, 100, 1, 1, 0x11, 0});
+  for (int i = 0; i < num_scans; ++i) {
+    jpeg.insert(jpeg.end(), {0xff, 0xff, 0xda, 0, 8, 1, 1, 0, 0, 0, 0});
+    jpeg.insert(jpeg.end(), {1, 0xff, 0, 0xda, 0xff, 0xd0, 2, 3});  // stuffing, a restart
+  }
+  jpeg.insert(jpeg.end(), {0xff, 0xd9, 0xff, 0xda, 0, 2});
+  return jpeg;
+}
+
+TEST(PhotoHeader, CountsTheScansOfAJpeg) {
+  EXPECT_EQ(CountJpegScans(JpegWithScans(0), 9), 0);
+  EXPECT_EQ(CountJpegScans(JpegWithScans(7), 9), 7);
+  EXPECT_EQ(CountJpegScans(JpegWithScans(12), 9), 9);
+  const Bytes whole = JpegWithScans(3);
+  for (size_t size = 0; size <= whole.size(); ++size) {
+    EXPECT_LE(CountJpegScans(ByteView(whole.data(), size), 9), 3) << size;
+  }
+}
+
+TEST(PhotoCheck, RefusesAJpegWithFarTooManyScans) {
+  EXPECT_TRUE(CheckHeader(JpegWithScans(kMaxJpegScans), PhotoLimits()).ok());
+  const auto header = CheckHeader(JpegWithScans(kMaxJpegScans + 1), PhotoLimits());
+  EXPECT_EQ(header.error(), "the JPEG has more than 100 scans");
+}
+
 TEST(FocalPrior, PrefersExifThenTheOfferThenTheSize) {
   CheckedPhoto photo;
   photo.header = {PhotoFormat::kJpeg, 1000, 500, 3, 8};

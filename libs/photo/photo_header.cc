@@ -35,6 +35,9 @@ bool IsStartOfFrame(uint32_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
 }
 
+constexpr uint8_t kEndOfImage = 0xd9;
+constexpr uint8_t kStartOfScan = 0xda;
+
 bool HasNoLength(uint32_t marker) { return marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8); }
 
 Result<PhotoHeader> ReadJpeg(ByteView bytes) {
@@ -47,7 +50,7 @@ Result<PhotoHeader> ReadJpeg(ByteView bytes) {
       continue;
     }
     const auto length = peek.Get(at + 2, 2);
-    if (marker == 0xd9 || marker == 0xda || !length || *length < 2) break;
+    if (marker == kEndOfImage || marker == kStartOfScan || !length || *length < 2) break;
     if (IsStartOfFrame(marker)) {
       const auto bits = peek.Get(at + 4, 1), height = peek.Get(at + 5, 2);
       const auto width = peek.Get(at + 7, 2), channels = peek.Get(at + 9, 1);
@@ -121,6 +124,25 @@ Result<PhotoHeader> ReadPhotoHeader(ByteView bytes) {
   if (StartsWith(bytes, "\x89PNG\r\n\x1a\n", 8)) return ReadPng(bytes);
   if (StartsWith(bytes, "II*\0", 4) || StartsWith(bytes, "MM\0*", 4)) return ReadTiff(bytes);
   return InvalidArgument("not a JPEG, PNG or TIFF photo");
+}
+
+// As libjpeg's next_marker: whatever lies between two markers, a scan's data with its stuffed zeros
+// or anything else, is passed over.
+int CountJpegScans(ByteView jpeg, int most) {
+  int count = 0;
+  const uint8_t* const end = jpeg.end();
+  const uint8_t* at = jpeg.begin();
+  while (count < most) {
+    at = std::find(at, end, 0xff);
+    at = std::find_if(at, end, [](uint8_t byte) { return byte != 0xff; });
+    if (at == end || *at == kEndOfImage) break;
+    const uint8_t marker = *at++;
+    if (marker == 0 || HasNoLength(marker)) continue;
+    if (marker == kStartOfScan) ++count;
+    if (end - at < 2) break;
+    at += std::min<ptrdiff_t>(end - at, std::max(2, at[0] << 8 | at[1]));
+  }
+  return count;
 }
 
 const char* FormatName(PhotoFormat format) {

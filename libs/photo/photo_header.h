@@ -36,6 +36,10 @@ inline int64_t ReducedSide(int64_t side_px, int reduction) {
 // An error says what the bytes are instead: too short, not a JPEG, PNG or TIFF, or without size.
 Result<PhotoHeader> ReadPhotoHeader(ByteView bytes);
 
+// Starts of scan in a JPEG up to its end of image, at most `most`. Decoding goes through all blocks
+// of a scan's components for each, whatever its bytes. Not fewer than libjpeg finds.
+int CountJpegScans(ByteView jpeg, int most);
+
 const char* FormatName(PhotoFormat format);
 
 }  // namespace skein
