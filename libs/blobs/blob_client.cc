@@ -323,6 +323,7 @@ void BlobClient::CheckHash(const PullKey& key, Fetching* fetching) {
 void BlobClient::OnHashed(const PullKey& key, BlobPtr blob, bool matches) {
   if (matches) {
     shelf_.Cache(key.blob_id, blob);
+    Finish(key, *blob);
     for (const PullKey& each : PullsOf(key.blob_id)) Finish(each, *blob);
     return;
   }
