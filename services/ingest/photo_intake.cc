@@ -14,6 +14,7 @@ namespace skein {
 namespace {
 
 constexpr double kLookAtDiskS = 1;
+constexpr char kStage[] = "ingest";
 constexpr char kCameraNote[] = "camera";
 constexpr char kRenamedNote[] = "renamed";
 constexpr char kDuplicateNote[] = "duplicate";
@@ -47,12 +48,32 @@ PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
       cameras_(writer.Notes(kCameraNote)),
       renamed_(writer.Notes(kRenamedNote)),
       duplicates_(writer.Notes(kDuplicateNote)),
+      kept_refusals_{options_.max_refusals_agent},
+      kept_duplicates_{options_.max_duplicates_agent},
       blobs_(paths_.Blobs()),
       room_(paths_.root, options_.min_free_bytes),
       store_(paths_, options_.limits, NamesIn(writer.state()), StartDecoder(options_.decoder)),
       left_(FindLeftPhotos(paths_, NamesIn(writer.state()))),
       worker_(node.loop()) {
+  CountKept();
   if (!left_.empty()) LogInfo("{} photos in images/ that no fact names", left_.size());
+}
+
+void PhotoIntake::Kept::Add(const std::string& agent) {
+  ++of_agent[agent];
+  ++of_all;
+}
+
+bool PhotoIntake::Kept::HasRoomFor(const std::string& agent) const {
+  const auto found = of_agent.find(agent);
+  return of_all < 10 * max_of_agent && (found == of_agent.end() || found->second < max_of_agent);
+}
+
+void PhotoIntake::CountKept() {
+  for (const auto& [seq, failure] : writer_.history().all_failures()) {
+    if (failure.stage == kStage && failure.parked) kept_refusals_.Add(failure.agent);
+  }
+  for (const auto& [key, agent] : duplicates_) kept_duplicates_.Add(agent);
 }
 
 void PhotoIntake::OnOffer(const image_offer_t& offer) {
@@ -65,7 +86,10 @@ void PhotoIntake::OnOffer(const image_offer_t& offer) {
                pending->second.rests ? "nothing comes of it; does ingest reach the agent?"
                                      : "being received");
   }
-  if (Status status = CheckOffer(offer); !status.ok()) return Refuse(key, offer, status.error());
+  if (Status status = CheckPullable(offer); !status.ok()) {
+    node_.bus().Refuse(kImageOfferChannel.name, status.error().c_str());
+    return Ack(offer, image_ack_t::REFUSED, 0, status.error());
+  }
   if (writer_.state().finishing()) {
     return Ack(offer, image_ack_t::WAIT, 0, "the session is finishing; offer again");
   }
@@ -86,7 +110,7 @@ bool PhotoIntake::AnswerDecided(const Key& key, const image_offer_t& offer) {
     return true;
   }
   const int64_t image_id = writer_.history().FindImageByBlob(offer.blob_id);
-  if (image_id == 0 || !CheckOffer(offer).ok()) return false;
+  if (image_id == 0 || !CheckPullable(offer).ok() || !CheckPhotoName(offer.name).ok()) return false;
   const image_t& image = writer_.state().FindPhoto(image_id)->image;
   if (image.header.seq > writer_.durable_head()) return true;
   if (!blobs_.Has(offer.blob_id)) return false;
@@ -94,9 +118,7 @@ bool PhotoIntake::AnswerDecided(const Key& key, const image_offer_t& offer) {
     Ack(offer, image_ack_t::STORED, image_id);
     return true;
   }
-  if (duplicates_.emplace(key, std::to_string(image_id)).second) {
-    writer_.StageNote({kDuplicateNote, key, std::to_string(image_id)});
-  }
+  NoteDuplicate(key, offer.agent);
   Ack(offer, image_ack_t::DUPLICATE, image_id, "same content as " + image.agent + "/" + image.name);
   return true;
 }
@@ -106,11 +128,17 @@ bool PhotoIntake::IsSamePhoto(const Key& key, const image_offer_t& offer,
   return (image.agent == offer.agent && image.name == offer.name) || renamed_.count(key) > 0;
 }
 
-Status PhotoIntake::CheckOffer(const image_offer_t& offer) const {
+void PhotoIntake::NoteDuplicate(const Key& key, const std::string& agent) {
+  if (duplicates_.count(key) > 0 || !kept_duplicates_.HasRoomFor(agent)) return;
+  kept_duplicates_.Add(agent);
+  duplicates_[key] = agent;
+  writer_.StageNote({kDuplicateNote, key, agent});
+}
+
+Status PhotoIntake::CheckPullable(const image_offer_t& offer) const {
   if (Status status = CheckAgentName(offer.agent); !status.ok()) return status;
-  if (Status status = CheckPhotoName(offer.name); !status.ok()) return status;
   if (!IsBlobId(offer.blob_id)) return InvalidArgument("hash is not 64 lower-case hex digits");
-  if (offer.size_bytes <= 0) return InvalidArgument("empty file");
+  if (offer.size_bytes < 0) return InvalidArgument("a negative size");
   if (offer.size_bytes > options_.limits.max_bytes) {
     return ResourceExhausted("file has " + std::to_string(offer.size_bytes) + " bytes, more than " +
                              std::to_string(options_.limits.max_bytes));
@@ -165,6 +193,11 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
   const auto found = pending_.find(key);
   if (found == pending_.end()) return;
   Pending& pending = found->second;
+  // Also what another agent sent ends a pull: the photo is that agent's.
+  if (HasCome(pending.offer.blob_id)) {
+    pending_.erase(found);
+    return;
+  }
   pending.fetch_id = 0;
   pending.progress_s = node_.loop().now_s();
   pending.rests = false;
@@ -175,6 +208,9 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
     return Abandon(key, "size does not match: offered " + std::to_string(pending.offer.size_bytes) +
                             " bytes, the photo has " + std::to_string(size));
   }
+  if (Status status = CheckPhotoName(pending.offer.name); !status.ok()) {
+    return Refuse(key, pending.offer, status.error());
+  }
   const int64_t image_id = writer_.history().FindImageByBlob(pending.offer.blob_id);
   if (image_id == 0) return Store(key, *std::move(bytes));
   const image_t& image = writer_.state().FindPhoto(image_id)->image;
@@ -182,22 +218,53 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
   pending_.erase(found);  // another offer was faster
 }
 
+// Of an offer that is being decided.
+bool PhotoIntake::HasCome(const std::string& blob_id) const {
+  return std::any_of(pending_.begin(), pending_.end(), [&](const auto& entry) {
+    return entry.second.fetch_id == 0 && entry.second.offer.blob_id == blob_id;
+  });
+}
+
+// As WorkerThread::Run, when it is the agent's turn.
+template <class Job, class Then>
+void PhotoIntake::RunInTurn(const std::string& agent, Job job, Then then) {
+  jobs_.Add(agent, [this, agent, job = std::move(job), then = std::move(then)]() mutable {
+    const double begin_s = node_.loop().now_s();
+    worker_.Run(std::move(job), [this, agent, begin_s, then](auto result) {
+      jobs_.NoteWork(agent, node_.loop().now_s() - begin_s);
+      then(std::move(result));
+      RunNext();
+    });
+  });
+  RunNext();
+}
+
+void PhotoIntake::RunNext() {
+  if (worker_.num_pending() > 0) return;
+  if (auto next = jobs_.Take()) next->job();
+}
+
 void PhotoIntake::Store(const Key& key, Bytes bytes) {
   const image_offer_t& offer = pending_.at(key).offer;
-  worker_.Run([this, agent = offer.agent, name = offer.name, blob_id = offer.blob_id,
-               content = std::move(bytes)] { return store_.Take(agent, name, blob_id, content); },
-              [this, key](const TakenPhoto& taken) { OnTaken(key, taken); });
+  RunInTurn(
+      offer.agent,
+      [this, agent = offer.agent, name = offer.name, blob_id = offer.blob_id,
+       content = std::move(bytes)] { return store_.Take(agent, name, blob_id, content); },
+      [this, key](const TakenPhoto& taken) { OnTaken(key, taken); });
 }
 
 // The agent's next offer is answered from the ledger.
 void PhotoIntake::Restore(const Key& key, const image_t& image, Bytes bytes) {
-  worker_.Run([paths = paths_, agent = image.agent, name = image.name,
-               content = std::move(bytes)] { return StorePhoto(paths, agent, name, content); },
-              [this, key, image](const Status& stored) {
-                if (!stored.ok()) return Abandon(key, stored.error());
-                LogInfo("photo {} is there again", PhotoName(image.agent, image.name));
-                pending_.erase(key);
-              });
+  RunInTurn(
+      pending_.at(key).offer.agent,
+      [paths = paths_, agent = image.agent, name = image.name, content = std::move(bytes)] {
+        return StorePhoto(paths, agent, name, content);
+      },
+      [this, key, image](const Status& stored) {
+        if (!stored.ok()) return Abandon(key, stored.error());
+        LogInfo("photo {} is there again", PhotoName(image.agent, image.name));
+        pending_.erase(key);
+      });
 }
 
 // One after the other, as a finish must not run.
@@ -205,8 +272,9 @@ void PhotoIntake::TakeInLeft() {
   if (left_.empty() || writer_.state().finishing() || !HasPlaceFor(left_.back().agent)) return;
   const PhotoFile file = left_.back();
   left_.pop_back();
-  worker_.Run([paths = paths_, file] { return ReadLeftPhoto(paths, file); },
-              [this](const LeftPhoto& photo) { OnLeft(photo); });
+  RunInTurn(
+      file.agent, [paths = paths_, file] { return ReadLeftPhoto(paths, file); },
+      [this](const LeftPhoto& photo) { OnLeft(photo); });
 }
 
 // The second file of a content that is known stays where it is.
@@ -220,7 +288,7 @@ void PhotoIntake::OnLeft(const LeftPhoto& photo) {
   const Key key = RefusedOfferFactId(offer.agent, offer.name, offer.blob_id);
   const bool known = writer_.history().FindImageByBlob(offer.blob_id) != 0 ||
                      writer_.history().FindFailure(key) != nullptr || pending_.count(key) > 0;
-  if (known || !CheckOffer(offer).ok()) return;
+  if (known || !CheckPullable(offer).ok()) return;
   Pending& pending = pending_[key];
   pending.offer = offer;
   pending.received_utime_us = writer_.now_us();
@@ -304,12 +372,17 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
 void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string& reason) {
   pending_.erase(key);
   LogWarn("refused {}/{}: {}", Printable(offer.agent), Printable(offer.name), reason);
+  if (!kept_refusals_.HasRoomFor(offer.agent)) {
+    ++num_not_kept_;
+    return Ack(offer, image_ack_t::REFUSED, 0, reason);
+  }
+  kept_refusals_.Add(offer.agent);
   failure_t failure{};
   failure.header.fact_id = key;
   failure.header.author = node_.instance();
-  failure.agent = Printable(offer.agent);
+  failure.agent = offer.agent;
   failure.name = Printable(offer.name);
-  failure.stage = "ingest";
+  failure.stage = kStage;
   failure.reason = ClampText(reason);
   failure.attempts = 1;
   failure.parked = true;
@@ -322,7 +395,7 @@ void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string&
 void PhotoIntake::Abandon(const Key& key, const std::string& reason) {
   const image_offer_t offer = pending_.at(key).offer;
   pending_.erase(key);
-  LogError("{}/{} must be offered again: {}", offer.agent, offer.name, reason);
+  LogError("{}/{} must be offered again: {}", offer.agent, Printable(offer.name), reason);
   Ack(offer, image_ack_t::WAIT, 0, reason);
 }
 
@@ -388,7 +461,7 @@ void PhotoIntake::GiveUp(const Key& key) {
   failure.header.author = node_.instance();
   failure.agent = pending.offer.agent;
   failure.name = Printable(pending.offer.name);
-  failure.stage = "ingest";
+  failure.stage = kStage;
   failure.reason = "agent vanished while sending (" + std::to_string(pending.received_bytes) +
                    " of " + std::to_string(pending.offer.size_bytes) + " bytes came)";
   failure.attempts = 1;
@@ -404,12 +477,15 @@ std::string PhotoIntake::Describe(double now_s) const {
            Printable(pending.offer.name) + ")";
     break;
   }
-  if (num_forgotten_ > 0)
+  if (num_forgotten_ > 0 && !pending_.empty())
     text += "; forgotten until offered again: " + std::to_string(num_forgotten_);
-  std::string room = room_.Describe();
-  if (pending_.empty()) return room;
-  if (!room.empty()) room += "; ";
-  return room + "receiving " + std::to_string(pending_.size()) + text;
+  if (!pending_.empty()) text = "receiving " + std::to_string(pending_.size()) + text;
+  if (num_not_kept_ > 0) {
+    text += (text.empty() ? "" : "; ") + std::to_string(num_not_kept_) +
+            " refused photos are not in the report: too many";
+  }
+  const std::string room = room_.Describe();
+  return room + (room.empty() || text.empty() ? "" : "; ") + text;
 }
 
 void PhotoIntake::Ack(const image_offer_t& offer, int8_t status, int64_t image_id,

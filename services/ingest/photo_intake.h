@@ -7,6 +7,7 @@
 
 #include "event_loop/worker_thread.h"
 #include "ingest/disk_room.h"
+#include "ingest/fair_queue.h"
 #include "ingest/known_cameras.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/photo_store.h"
@@ -25,16 +26,23 @@ struct IntakeOptions {
   double rests_after_s = 3;              // without an answer a photo yields its place to others
   double vanished_after_s = 10;          // the same: given up, once a finish was asked for
   int64_t min_free_bytes = 512'000'000;  // on the disk, for a photo to be taken in
+  // In the ledger, of one agent; ten times as many of all. They are kept for ever, a refusal goes
+  // to every process, and anybody can offer without end.
+  int max_refusals_agent = 1000;
+  int max_duplicates_agent = 10'000;
 };
 
 // From an offer to a committed photo:
-//  - the offered name and size are checked;
-//  - the bytes are pulled from the agent;
-//  - one job of another thread checks, names and stores the photo;
+//  - the offer is checked;
+//  - the bytes are pulled from the agent, the name is checked; the photo is whose bytes came first;
+//  - one job of another thread checks, names and stores the photo; agents have equal shares of that
+//    thread's time;
 //  - the fact is committed.
 // Every offer is answered, every time, from the ledger where it is decided. A photo is refused for
-// good only for what its agent stands for: its names, its announced size, and bytes of the right
-// hash that are no photo. Whatever else goes wrong, a later offer of it starts anew.
+// good only when its bytes have come and their hash is right: for its name, or as no photo. Offers
+// that cannot be pulled (CheckPullable) are answered, counted among the bus' refused messages, and
+// leave nothing behind. Whatever else goes wrong, a later offer of it starts anew. Refusals and
+// duplicates have a bound in the ledger; what is beyond is answered each time anew, and counted.
 //
 // A pull whose agent does not answer rests: it takes no place from others, keeps what has come and
 // goes on when its agent is back. Of those that rest the longest are forgotten beyond a bound.
@@ -54,7 +62,7 @@ class PhotoIntake {
 
   // Those that rest, too.
   int num_pending() const { return static_cast<int>(pending_.size()); }
-  int num_duplicates() const { return static_cast<int>(duplicates_.size()); }
+  int num_duplicates() const { return static_cast<int>(duplicates_.size()); }  // that are kept
   // Why photos are not taken in, what is being received and what hangs, for a person; "" if
   // nothing.
   std::string Describe(double now_s) const;
@@ -70,9 +78,19 @@ class PhotoIntake {
     bool rests = false;
   };
   using Key = std::string;  // RefusedOfferFactId of the offer
+  // What the ledger keeps of offers that give no photo.
+  struct Kept {
+    const int max_of_agent;
+    std::map<std::string, int> of_agent = {};
+    int of_all = 0;
+
+    void Add(const std::string& agent);
+    bool HasRoomFor(const std::string& agent) const;
+  };
 
   bool AnswerDecided(const Key& key, const image_offer_t& offer);
-  Status CheckOffer(const image_offer_t& offer) const;
+  Status CheckPullable(const image_offer_t& offer) const;
+  void CountKept();
   bool HasPlaceFor(const std::string& agent) const;
   void NoteProgress(double now_s);
   void ForgetWhatRestsLongest();
@@ -80,12 +98,17 @@ class PhotoIntake {
   void Pull(const Key& key, Pending* pending);
   void FollowOwner(const Key& key, const image_offer_t& offer);
   void OnBytes(const Key& key, Result<Bytes> bytes);
+  bool HasCome(const std::string& blob_id) const;
+  template <class Job, class Then>
+  void RunInTurn(const std::string& agent, Job job, Then then);
+  void RunNext();
   void Store(const Key& key, Bytes bytes);
   void Restore(const Key& key, const image_t& image, Bytes bytes);
   void TakeInLeft();
   void OnLeft(const LeftPhoto& photo);
   void OnTaken(const Key& key, const TakenPhoto& taken);
   void Commit(const Key& key, const CheckedPhoto& photo, const std::string& name);
+  void NoteDuplicate(const Key& key, const std::string& agent);
   void Refuse(const Key& key, image_offer_t offer, const std::string& reason);
   void Abandon(const Key& key, const std::string& reason);
   void GiveUp(const Key& key);
@@ -103,11 +126,14 @@ class PhotoIntake {
   std::map<Key, Pending> pending_;
   std::map<std::string, std::string> cameras_;     // key -> camera id
   std::map<std::string, std::string> renamed_;     // offer -> image id, of NAME~2
-  std::map<std::string, std::string> duplicates_;  // offer -> image id
+  std::map<std::string, std::string> duplicates_;  // offer -> agent
+  Kept kept_refusals_, kept_duplicates_;
   const BlobStore blobs_;
   DiskRoom room_;
   double looked_s_ = 0;          // at the disk
   int64_t num_forgotten_ = 0;    // of those that rested, the longest
+  int64_t num_not_kept_ = 0;     // refusals beyond the bound
+  FairQueue jobs_;               // by agent
   PhotoStore store_;             // the worker's
   std::vector<PhotoFile> left_;  // in images/, in no fact
   WorkerThread worker_;          // last: ends first
