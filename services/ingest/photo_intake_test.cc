@@ -76,7 +76,8 @@ TEST_F(PhotoIntakeTest, APhotoIsOfferedAgainWhenItsDecoderWasKilled) {
 }
 
 TEST_F(PhotoIntakeTest, SlowPhotosOfOneAgentDelayOnlyItsOwn) {
-  const FaultyDecoder faulty("spin");  // a second for each
+  FaultyDecoder faulty("sleep");
+  faulty.options.max_still_s = 1;
   options_.intake.decoder = faulty.options;
   Restart();
   for (int seed = 0; seed < 6; ++seed) {
@@ -142,7 +143,8 @@ TEST_F(PhotoIntakeTest, NamesAndContentsOfOffersThatComeAtOnceDoNotCollide) {
 }
 
 TEST_F(PhotoIntakeTest, APhotoIsTheAgentsWhoseBytesCame) {
-  const FaultyDecoder faulty("spin");  // a second for each
+  FaultyDecoder faulty("sleep");
+  faulty.options.max_still_s = 1;
   options_.intake.decoder = faulty.options;
   Restart();
   const image_offer_t first = MakeOffer("1.jpg", SmallJpeg(1));
