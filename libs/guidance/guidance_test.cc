@@ -308,6 +308,24 @@ TEST(Guidance, WhoFollowsTheStationsCompletesThePlace) {
   EXPECT_LT(num_photos, 25);
 }
 
+TEST(Guidance, TheGroundHasBordersForThoseAloneWhoLookDown) {
+  const Wall ground = {{-4, 0, 0}, {8, 0, 0}, {0, -8, 0}};
+  Site ahead({FrontWall(-4, 8), ground}), down({ground});
+  for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+    ahead.Photograph({x, -9, 2}, {x, 0, 1});
+    down.Photograph({x, -4, 6}, {x, -3.9, 0});
+  }
+  const auto count_open = [](const Site& site, const Eigen::Vector3d& normal) {
+    const Surface surface = MakeSurface({}, site.Map());
+    return std::count_if(surface.surfels.begin(), surface.surfels.end(), [&](const Surfel& s) {
+      return s.open_border && s.normal.dot(normal) > 0.9;
+    });
+  };
+  EXPECT_EQ(count_open(ahead, Eigen::Vector3d::UnitZ()), 0);
+  EXPECT_GT(count_open(ahead, -Eigen::Vector3d::UnitY()), 0);
+  EXPECT_GT(count_open(down, Eigen::Vector3d::UnitZ()), 0);
+}
+
 TEST(Guidance, PhotosThatLookUpALittleDoNotTiltWhatIsUp) {
   Site site({});
   for (const double angle : {0.0, 30.0, 60.0, 90.0}) {

@@ -264,6 +264,17 @@ int CountPhotosAround(const std::vector<DepthGrid>& grids, const Surfel& surfel,
   }));
 }
 
+// Photos that look ahead are of what stands upright; the ground goes on without end.
+bool LooksAhead(const GuidedMap& map, const Eigen::Vector3d& up) {
+  double down = 0;
+  for (const GuidedPhoto& photo : map.photos) {
+    const Eigen::Vector3d ahead =
+        photo.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+    down -= ahead.dot(up);
+  }
+  return down < 0.5 * static_cast<double>(map.photos.size());
+}
+
 // Of what may lie beyond an end, around is left to a walk: what lies above a wall or below an edge
 // is out of many photographers' reach, and would keep every place open.
 void FindBorder(const std::vector<Eigen::Vector3d>& centres, const std::vector<DepthGrid>& grids,
@@ -294,7 +305,9 @@ void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
                  const std::vector<Eigen::Vector3d>& centres, const std::vector<DepthGrid>& grids,
                  Surface* surface) {
   constexpr int kRadius = 2;  // cells
+  constexpr double kMinLevel = 0.7;
   const Eigen::Vector3d up = UpOf(map);
+  const bool looks_ahead = LooksAhead(map, up);
   Cells cells(surface->cell);
   std::vector<uint32_t> surfel_of;
   for (uint32_t i = 0; i < surface->surfels.size(); ++i) {
@@ -312,6 +325,7 @@ void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
       around.back().position = other.position;
       around.back().normal = other.normal;
     });
+    if (looks_ahead && surfel.normal.dot(up) > kMinLevel) continue;
     FindBorder(centres, grids, around, up, options.max_incidence_deg, surface->cell, &surfel);
   }
 }
