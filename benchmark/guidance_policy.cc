@@ -209,18 +209,23 @@ int TakeFarthestOverlapping(const PhotoPool& pool, const Capture& capture) {
   });
 }
 
-// A new photo from the best station; where guidance has none to give, the farthest one of the pool
-// that overlaps.
+// A new photo from the best station, but not where one was taken before, in vain: the next then.
+// Where guidance has none to give, the farthest one of the pool that overlaps.
 int TakeAdvised(const Capture& capture, PhotoPool* pool) {
-  StationOptions options;
-  options.num_stations = 1;
+  constexpr double kSame = 0.05;  // Distance
   StationSeeker seeker;
   seeker.last_photo = static_cast<uint32_t>(capture.registered.size()) - 1;
   seeker.agent = capture.map.map.photos.back().agent;
   const auto stations =
-      ChooseStations(options, QualityOptions(), capture.map.map, capture.place, {seeker});
-  if (stations[0].empty()) return TakeFarthestOverlapping(*pool, capture);
-  return pool->Add(stations[0][0].cam_from_world, seeker.agent);
+      ChooseStations({}, QualityOptions(), capture.map.map, capture.place, {seeker});
+  for (const Station& station : stations[0]) {
+    const bool was_there = std::any_of(capture.taken.begin(), capture.taken.end(), [&](int photo) {
+      return Distance(pool->photo(photo).cam_from_world, station.cam_from_world,
+                      capture.place.surface.working_distance) < kSame;
+    });
+    if (!was_there) return pool->Add(station.cam_from_world, seeker.agent);
+  }
+  return TakeFarthestOverlapping(*pool, capture);
 }
 
 using Policy = std::function<int(const PhotoPool&, const Capture&)>;
