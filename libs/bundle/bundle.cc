@@ -293,7 +293,8 @@ class Solver {
     }
   }
 
-  // The prior's information of each free pose: `rigidity` times its own block before the first step.
+  // The prior's information of each free pose: `rigidity` times its own block before the first
+  // step.
   void SetPosePriors(const ReducedSystem& system) {
     prior_information_.assign(bundle_.poses.size(), Eigen::Matrix<double, 6, 6>::Zero());
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
