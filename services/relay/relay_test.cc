@@ -233,73 +233,77 @@ TEST_F(RelayTest, ForwardsNothingUnsignedWhereSignaturesAreRequired) {
   loop.CancelTimer(timer);
 }
 
-TEST_F(RelayTest, OverTlsWhoHasNoCredentialHearsNothing) {
-  const std::string session = "0123456789abcdef";
-  const SigningKey root = SigningKey::Generate();
-  const auto seal = [&](const std::string& name) {
-    return MessageSeal({session, root.public_key()},
-                       IssueCredential(root, session, Role::kViewer, name, 0), {}, NowUs);
-  };
-  const TestFolder folder;
-  const auto certificate = OpenRelayCertificate((folder / "keys").string());
-  ASSERT_TRUE(certificate.ok()) << certificate.error();
-  PollLoop loop;
-  RelayOptions options{kPort, 8 << 20};
-  options.tls = TlsContext::ForRelay(*certificate);
-  options.members_only = true;
-  Relay relay(loop, options, std::make_unique<RelayGuard>(seal("relay"), false));
-  Relay bulk_relay(loop, {kPort + 1, 8 << 20});  // none of its clients has TLS
-  const std::string url = "tcpqs://127.0.0.1:7700?pin=" + certificate->pin;
-  Bus speaker(url, loop), member(url, loop), nobody(url, loop);
-  speaker.SetSeal(std::make_unique<MessageSeal>(seal("speaker")), false);
-  member.SetSeal(std::make_unique<MessageSeal>(seal("member")), false);
+// Relays over TLS that only members of the session hear.
+class MembersRelayTest : public RelayTest {
+ protected:
+  void SetUp() override {
+    RelayTest::SetUp();
+    if (IsSkipped()) return;
+    const auto certificate = OpenRelayCertificate((folder_ / "keys").string());
+    ASSERT_TRUE(certificate.ok()) << certificate.error();
+    pin_ = certificate->pin;
+    options_.tls = TlsContext::ForRelay(*certificate);
+    options_.members_only = true;
+  }
+  MessageSeal SealOf(const std::string& name) const {
+    return MessageSeal({kSession, root_.public_key()},
+                       IssueCredential(root_, kSession, Role::kViewer, name, 0), {}, NowUs);
+  }
+  std::unique_ptr<Relay> MakeRelay(int port) {
+    options_.port = port;
+    return std::make_unique<Relay>(loop_, options_,
+                                   std::make_unique<RelayGuard>(SealOf("relay"), false));
+  }
+  std::string UrlOf(int port) const {
+    return "tcpqs://127.0.0.1:" + std::to_string(port) + "?pin=" + pin_;
+  }
+
+  const std::string kSession = "0123456789abcdef";
+  const SigningKey root_ = SigningKey::Generate();
+  const TestFolder folder_;
+  PollLoop loop_;
+  RelayOptions options_{kPort, 8 << 20};
+  std::string pin_;
+};
+
+TEST_F(MembersRelayTest, WhoHasNoCredentialHearsNothing) {
+  const auto relay = MakeRelay(kPort);
+  Relay bulk_relay(loop_, {kPort + 1, 8 << 20});  // none of its clients has TLS
+  const std::string url = UrlOf(kPort);
+  Bus speaker(url, loop_), member(url, loop_), nobody(url, loop_);
+  speaker.SetSeal(std::make_unique<MessageSeal>(SealOf("speaker")), false);
+  member.SetSeal(std::make_unique<MessageSeal>(SealOf("member")), false);
   int num_member = 0, num_nobody = 0;
   member.Subscribe(kHeartbeatChannel, [&](const heartbeat_t&) { ++num_member; });
   nobody.Subscribe(kHeartbeatChannel, [&](const heartbeat_t&) { ++num_nobody; });
-  loop.AddTimer(0.01, [&] {
+  loop_.AddTimer(0.01, [&] {
     heartbeat_t beat{};
     beat.instance = "speaker";
     speaker.Publish(kHeartbeatChannel, beat);
   });
-  EXPECT_TRUE(loop.RunUntil([&] { return num_member >= 20; }, 10));
+  EXPECT_TRUE(loop_.RunUntil([&] { return num_member >= 20; }, 10));
   EXPECT_EQ(num_nobody, 0);
 }
 
 // One that signs nothing, but says again what a member has signed.
-TEST_F(RelayTest, OverTlsWhatAnotherSignedMakesNoMember) {
-  const std::string session = "0123456789abcdef";
-  const SigningKey root = SigningKey::Generate();
-  const auto seal = [&](const std::string& name) {
-    return MessageSeal({session, root.public_key()},
-                       IssueCredential(root, session, Role::kViewer, name, 0), {}, NowUs);
-  };
-  const TestFolder folder;
-  const auto certificate = OpenRelayCertificate((folder / "keys").string());
-  ASSERT_TRUE(certificate.ok()) << certificate.error();
-  PollLoop loop;
-  RelayOptions options{kPort, 8 << 20};
-  options.tls = TlsContext::ForRelay(*certificate);
-  options.members_only = true;
-  Relay relay(loop, options, std::make_unique<RelayGuard>(seal("relay"), false));
-  options.port = kPort + 1;
-  Relay other_relay(loop, options, std::make_unique<RelayGuard>(seal("relay"), false));
+TEST_F(MembersRelayTest, WhatAnotherSignedMakesNoMember) {
+  const auto relay = MakeRelay(kPort), other_relay = MakeRelay(kPort + 1);
   const auto connect = [&](const Relay& to, int* num_heard) {
-    const std::string url = "tcpqs://127.0.0.1:" + std::to_string(to.port());
-    auto link = MakeLink(ParseLcmUrl(url + "?pin=" + certificate->pin), loop,
+    auto link = MakeLink(ParseLcmUrl(UrlOf(to.port())), loop_,
                          [num_heard](const std::string&, const Bytes&) { ++*num_heard; });
     link->Subscribe(kHeartbeatChannel.name);
     return link;
   };
   int num_member = 0, num_thief = 0;
-  const auto member = connect(relay, &num_member), thief = connect(relay, &num_thief);
-  const auto other_thief = connect(other_relay, &num_thief);
-  ASSERT_TRUE(loop.RunUntil(
+  const auto member = connect(*relay, &num_member), thief = connect(*relay, &num_thief);
+  const auto other_thief = connect(*other_relay, &num_thief);
+  ASSERT_TRUE(loop_.RunUntil(
       [&] { return member->Binding() && thief->Binding() && other_thief->Binding(); }, 10));
-  MessageSeal seal_of_member = seal("member");
+  MessageSeal seal_of_member = SealOf("member");
   const auto say = [&](Link& link, const char* channel, const Bytes& message) {
     link.Publish(channel, message.data(), message.size());
   };
-  const auto timer = loop.AddTimer(0.01, [&] {
+  const auto timer = loop_.AddTimer(0.01, [&] {
     const Bytes hello = seal_of_member.Seal(tcpq::kHelloChannel, *member->Binding());
     for (Link* link : {thief.get(), other_thief.get(), member.get()}) {
       say(*link, tcpq::kHelloChannel, hello);
@@ -307,10 +311,10 @@ TEST_F(RelayTest, OverTlsWhatAnotherSignedMakesNoMember) {
       say(*link, kHeartbeatChannel.name, seal_of_member.Seal(kHeartbeatChannel.name, {1}));
     }
   });
-  EXPECT_TRUE(loop.RunUntil(
-      [&] { return num_member >= 20 && other_relay.counters().num_messages >= 40; }, 10));
+  EXPECT_TRUE(loop_.RunUntil(
+      [&] { return num_member >= 20 && other_relay->counters().num_messages >= 40; }, 10));
   EXPECT_EQ(num_thief, 0);
-  loop.CancelTimer(timer);
+  loop_.CancelTimer(timer);
 }
 
 // The relay's CPU time for 1,000 messages of 30 KB that go to one client. Prints, demands nothing.
