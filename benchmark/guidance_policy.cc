@@ -45,13 +45,9 @@ struct Capture {
   PlaceQuality place;  // of that map
 };
 
-Eigen::Vector3d Forward(const CameraPose& pose) {
-  return pose.rotation.conjugate() * Eigen::Vector3d::UnitZ();
-}
-
 // A turn by a radian is as far as a working distance.
 double Distance(const CameraPose& a, const CameraPose& b, double working_distance) {
-  const double turn = std::acos(std::clamp(Forward(a).dot(Forward(b)), -1.0, 1.0));
+  const double turn = std::acos(std::clamp(AheadOf(a).dot(AheadOf(b)), -1.0, 1.0));
   return (a.Centre() - b.Centre()).norm() / working_distance + turn;
 }
 

@@ -12,23 +12,23 @@ bool GuidedCamera::Project(const Eigen::Vector3d& in_camera, Eigen::Vector2d* pi
   return pixel->x() >= 0 && pixel->y() >= 0 && pixel->x() < width_px && pixel->y() < height_px;
 }
 
-namespace {
-
-// Of the photos' frames, in the map's: x to the right, y down, z ahead.
-Eigen::Vector3d AxisOf(const GuidedPhoto& photo, const Eigen::Vector3d& axis) {
-  return photo.cam_from_world.rotation.conjugate() * axis;
+Eigen::Vector3d AheadOf(const CameraPose& pose) {
+  return pose.rotation.conjugate() * Eigen::Vector3d::UnitZ();
 }
-
-}  // namespace
+Eigen::Vector3d RightOf(const CameraPose& pose) {
+  return pose.rotation.conjugate() * Eigen::Vector3d::UnitX();
+}
+Eigen::Vector3d UpperSideOf(const CameraPose& pose) {
+  return -(pose.rotation.conjugate() * Eigen::Vector3d::UnitY());
+}
 
 Eigen::Vector3d UpOf(const GuidedMap& map) {
   constexpr double kAgreement = 0.7;  // length of a mean of unit vectors, cosine of one with it
   constexpr double kLevel = 0.01;     // (0.1 rad)^2: how level photos are held
-  const Eigen::Vector3d upwards = -Eigen::Vector3d::UnitY(), backwards = -Eigen::Vector3d::UnitZ();
   Eigen::Vector3d upper_side = Eigen::Vector3d::Zero(), back = Eigen::Vector3d::Zero();
   for (const GuidedPhoto& photo : map.photos) {
-    upper_side += AxisOf(photo, upwards);
-    back += AxisOf(photo, backwards);
+    upper_side += UpperSideOf(photo.cam_from_world);
+    back -= AheadOf(photo.cam_from_world);
   }
   const double count = static_cast<double>(std::max<size_t>(1, map.photos.size()));
   const bool level = upper_side.norm() >= kAgreement * count || upper_side.norm() >= back.norm();
@@ -37,8 +37,10 @@ Eigen::Vector3d UpOf(const GuidedMap& map) {
   const Eigen::Vector3d direction = mean.normalized();
   Eigen::Matrix3d across = count * kLevel * Eigen::Matrix3d::Identity();
   for (const GuidedPhoto& photo : map.photos) {
-    if (AxisOf(photo, level ? upwards : backwards).dot(direction) < kAgreement) continue;
-    const Eigen::Vector3d right = AxisOf(photo, Eigen::Vector3d::UnitX());
+    const CameraPose& pose = photo.cam_from_world;
+    const Eigen::Vector3d upwards = level ? UpperSideOf(pose) : Eigen::Vector3d(-AheadOf(pose));
+    if (upwards.dot(direction) < kAgreement) continue;
+    const Eigen::Vector3d right = RightOf(pose);
     across += right * right.transpose();
   }
   return across.ldlt().solve(direction).normalized();

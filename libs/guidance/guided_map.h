@@ -40,6 +40,11 @@ struct GuidedMap {
   std::vector<GuidedPoint> points;
 };
 
+// Unit directions of a photo in the map's frame: where it looks, its right and its upper side.
+Eigen::Vector3d AheadOf(const CameraPose& pose);
+Eigen::Vector3d RightOf(const CameraPose& pose);
+Eigen::Vector3d UpperSideOf(const CameraPose& pose);
+
 // Upwards as the photos tell: their own upper sides where these agree (photos held level), else
 // against where they look (straight down). Across their horizontal sides, as in Brown and Lowe 2007
 // (section 5): photos that all look up a little do not tilt it, once they look in several

@@ -128,13 +128,6 @@ CameraPose LookAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target,
   return pose;
 }
 
-Eigen::Vector3d Ahead(const CameraPose& pose) {
-  return pose.rotation.conjugate() * Eigen::Vector3d::UnitZ();
-}
-Eigen::Vector3d RightOf(const CameraPose& pose) {
-  return pose.rotation.conjugate() * Eigen::Vector3d::UnitX();
-}
-
 // Even-odd rule, seen along `up`.
 bool IsInside(const std::vector<Eigen::Vector3d>& polygon, const Eigen::Vector3d& up,
               const Eigen::Vector3d& position) {
@@ -354,7 +347,7 @@ uint32_t Chooser::NearestPhoto(const Candidate& candidate) const {
   for (uint32_t i = 0; i < centres_.size(); ++i) {
     // A turn by a radian is as far as a working distance.
     const double turn = std::acos(
-        std::clamp(Ahead(map_.photos[i].cam_from_world).dot(Ahead(candidate.pose)), -1.0, 1.0));
+        std::clamp(AheadOf(map_.photos[i].cam_from_world).dot(AheadOf(candidate.pose)), -1.0, 1.0));
     const double away = (centres_[i] - candidate.centre).norm() / place_.surface.working_distance;
     if (away + turn < least) {
       least = away + turn;

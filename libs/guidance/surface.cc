@@ -268,9 +268,7 @@ int CountPhotosAround(const std::vector<DepthGrid>& grids, const Surfel& surfel,
 bool LooksAhead(const GuidedMap& map, const Eigen::Vector3d& up) {
   double down = 0;
   for (const GuidedPhoto& photo : map.photos) {
-    const Eigen::Vector3d ahead =
-        photo.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
-    down -= ahead.dot(up);
+    down -= AheadOf(photo.cam_from_world).dot(up);
   }
   return down < 0.5 * static_cast<double>(map.photos.size());
 }

@@ -74,8 +74,8 @@ std::string LengthText(const Wording& wording, double length, bool is_first) {
 // side of its photo is.
 Eigen::Vector3d Heading(const CameraPose& pose, const Eigen::Vector3d& up) {
   constexpr double kSteep = 0.9;
-  const Eigen::Vector3d ahead = pose.rotation.conjugate() * Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d top = pose.rotation.conjugate() * -Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d ahead = AheadOf(pose);
+  const Eigen::Vector3d top = UpperSideOf(pose);
   const Eigen::Vector3d& facing = std::abs(ahead.dot(up)) > kSteep ? top : ahead;
   const Eigen::Vector3d level = facing - facing.dot(up) * up;
   return level.norm() > 1e-6 ? level.normalized() : up.unitOrthogonal();
@@ -83,7 +83,7 @@ Eigen::Vector3d Heading(const CameraPose& pose, const Eigen::Vector3d& up) {
 
 // Of where the camera looks, above level.
 double PitchDeg(const CameraPose& pose, const Eigen::Vector3d& up) {
-  const Eigen::Vector3d ahead = pose.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d ahead = AheadOf(pose);
   return std::asin(std::clamp(ahead.dot(up), -1.0, 1.0)) / kDegree;
 }
 
