@@ -62,25 +62,6 @@ bool Create(const colmap::IncrementalTriangulator::Options& options, ImageId id1
   return true;
 }
 
-std::vector<colmap::Point3D> TakePoints(colmap::Reconstruction* reconstruction) {
-  std::vector<colmap::Point3D> points;
-  for (const Point3DId id : reconstruction->Point3DIds()) {
-    points.push_back(reconstruction->Point3D(id));
-    reconstruction->DeletePoint3D(id);
-  }
-  return points;
-}
-
-// In place of those that are there.
-void PutBackPoints(const std::vector<colmap::Point3D>& points,
-                   colmap::Reconstruction* reconstruction) {
-  for (const Point3DId id : reconstruction->Point3DIds()) reconstruction->DeletePoint3D(id);
-  for (const colmap::Point3D& point : points) {
-    const Point3DId id = reconstruction->AddPoint3D(point.XYZ(), point.Track(), point.Color());
-    reconstruction->Point3D(id).SetError(point.Error());
-  }
-}
-
 }  // namespace
 
 Status CheckTriangulation(const colmap::IncrementalTriangulator::Options& options) {
@@ -104,7 +85,7 @@ int Retriangulate(const RetriangulationOptions& options,
     const colmap::Image& image1 = reconstruction.Image(id1);
     const colmap::Image& image2 = reconstruction.Image(id2);
     if (!image1.IsRegistered() || !image2.IsRegistered()) continue;
-    const colmap::FeatureMatches matches = map->graph().FindCorrespondencesBetweenImages(id1, id2);
+    const colmap::FeatureMatches matches = map->MatchesOfPair(id1, id2);
     if (!IsUnderReconstructed(matches, image1, image2, options.min_ratio)) continue;
     for (const colmap::FeatureMatch& match : matches) {
       const Point2DIdx i1 = match.point2D_idx1, i2 = match.point2D_idx2;
@@ -121,25 +102,6 @@ int Retriangulate(const RetriangulationOptions& options,
     }
   }
   return num_added;
-}
-
-bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map,
-                     const std::function<bool()>& stop) {
-  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
-  const std::vector<colmap::Point3D> before = TakePoints(&reconstruction);
-  std::vector<ImageId> images = reconstruction.RegImageIds();
-  std::sort(images.begin(), images.end(), [&](ImageId a, ImageId b) {
-    return reconstruction.Image(a).Name() < reconstruction.Image(b).Name();
-  });
-  bool stopped = false;
-  for (const ImageId id : images) {
-    stopped = stop && stop();
-    if (stopped) break;
-    map->TriangulateImage(options, id);
-  }
-  if (stopped) PutBackPoints(before, &reconstruction);
-  map->ForgetModifiedPoints();
-  return !stopped;
 }
 
 }  // namespace skein

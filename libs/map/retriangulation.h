@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <utility>
 #include <vector>
 
@@ -24,12 +23,5 @@ Status CheckTriangulation(const colmap::IncrementalTriangulator::Options& option
 // added observations. Throws std::invalid_argument on nonsensical options.
 int Retriangulate(const RetriangulationOptions& options,
                   const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map);
-
-// Drops all points and triangulates the matches of the registered photos as they stand, photo by
-// photo by name, as COLMAP's point_triangulator does. Tracks that grew with the map depend on the
-// poses they were found with. Visits all matches; poses and cameras stay. Where there is a `stop`,
-// it is asked before each photo; at true the former points are back, and the result is false.
-bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, SceneMap* map,
-                     const std::function<bool()>& stop = nullptr);
 
 }  // namespace skein

@@ -20,6 +20,11 @@ constexpr int kMaxSize = 1 << 20;
 
 bool IsValidId(int64_t id) { return id >= 1 && id <= kMaxImageId; }
 
+void SortByKeypoint(colmap::FeatureMatches* matches) {
+  std::sort(matches->begin(), matches->end(),
+            [](const auto& a, const auto& b) { return a.point2D_idx1 < b.point2D_idx1; });
+}
+
 // With new ids, in the order of the old ones.
 void AddPoints(const colmap::Reconstruction& from, colmap::Reconstruction* to) {
   std::vector<Point3DId> points;
@@ -183,9 +188,22 @@ Status SceneMap::Connect(ImageId image_id1, ImageId image_id2,
     used2.insert(match.point2D_idx2);
     valid.push_back(match);
   }
+  SortByKeypoint(&valid);
   graph_->AddCorrespondences(image_id1, image_id2, valid);
   pairs_.emplace_back(image_id1, image_id2);
+  matches_[{image_id1, image_id2}] =
+      std::make_shared<const colmap::FeatureMatches>(std::move(valid));
   return Status::Ok();
+}
+
+colmap::FeatureMatches SceneMap::MatchesOfPair(ImageId id1, ImageId id2) const {
+  if (const auto it = matches_.find({id1, id2}); it != matches_.end()) return *it->second;
+  const auto it = matches_.find({id2, id1});
+  if (it == matches_.end()) return {};
+  colmap::FeatureMatches matches = *it->second;
+  for (colmap::FeatureMatch& match : matches) std::swap(match.point2D_idx1, match.point2D_idx2);
+  SortByKeypoint(&matches);
+  return matches;
 }
 
 bool SceneMap::HasPhoto(int64_t image_id) const {
@@ -351,6 +369,7 @@ std::unique_ptr<SceneMap> SceneMap::Clone() const {
   copy->waiting_ = waiting_;
   copy->colours_ = colours_;
   copy->pairs_ = pairs_;
+  copy->matches_ = matches_;
   copy->photos_ = photos_;
   return copy;
 }

@@ -132,6 +132,10 @@ class SceneMap {
   std::set<CameraId> FixedCameras() const;
   // Pairs of photos that are both there, in the order they came.
   const std::vector<std::pair<ImageId, ImageId>>& pairs() const { return pairs_; }
+  // The verified matches of a pair, keypoints of id1 first and ascending; empty if the two are no
+  // pair. COLMAP's graph has them by keypoint: to gather a pair's costs as much as all of a
+  // photo's.
+  colmap::FeatureMatches MatchesOfPair(ImageId id1, ImageId id2) const;
 
   // Mean colour of a track's observations.
   std::array<uint8_t, 3> MeanColour(const colmap::Track& track) const;
@@ -161,6 +165,8 @@ class SceneMap {
   std::unordered_map<ImageId, std::map<ImageId, colmap::FeatureMatches>> waiting_;
   std::unordered_map<ImageId, std::vector<std::array<uint8_t, 3>>> colours_;
   std::vector<std::pair<ImageId, ImageId>> pairs_;
+  // By pairs_. They never change, so clones share them.
+  std::map<std::pair<ImageId, ImageId>, std::shared_ptr<const colmap::FeatureMatches>> matches_;
   std::vector<ImageId> photos_;
 };
 

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <set>
+#include <utility>
 
 #include "testing/synthetic_scene.h"
 
@@ -50,6 +53,24 @@ TEST_F(SceneMapTest, APairWaitsForItsPhotoAndCountsOnce) {
   EXPECT_EQ(map_.pairs().size(), 1u);
   EXPECT_EQ(map_.graph().NumCorrespondencesBetweenImages(1, 2), pairs[0].inliers.size());
   EXPECT_EQ(map_.Neighbours(1).at(2), static_cast<int>(pairs[0].inliers.size()));
+}
+
+TEST_F(SceneMapTest, ThePairsMatchesAreThoseOfTheGraphBothWays) {
+  AddToMap(scene_, scene_.pairs, &map_);
+  const std::unique_ptr<SceneMap> clone = map_.Clone();
+  for (const auto& [id1, id2] : map_.pairs()) {
+    for (const auto& [from, to] : {std::pair(id1, id2), std::pair(id2, id1)}) {
+      std::set<std::pair<Point2DIdx, Point2DIdx>> of_pair, of_graph;
+      for (const auto& match : clone->MatchesOfPair(from, to)) {
+        of_pair.emplace(match.point2D_idx1, match.point2D_idx2);
+      }
+      for (const auto& match : map_.graph().FindCorrespondencesBetweenImages(from, to)) {
+        of_graph.emplace(match.point2D_idx1, match.point2D_idx2);
+      }
+      EXPECT_EQ(of_pair, of_graph);
+    }
+  }
+  EXPECT_TRUE(map_.MatchesOfPair(1, 1).empty());
 }
 
 TEST_F(SceneMapTest, DeregisteringTakesTheObservationsOut) {

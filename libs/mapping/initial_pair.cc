@@ -157,8 +157,7 @@ InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId
   const colmap::Image& image1 = reconstruction.Image(image_id1);
   const colmap::Image& image2 = reconstruction.Image(image_id2);
   Pair pair{reconstruction.Camera(image1.CameraId()), reconstruction.Camera(image2.CameraId()),
-            Points(image1), Points(image2),
-            map->graph().FindCorrespondencesBetweenImages(image_id1, image_id2)};
+            Points(image1), Points(image2), map->MatchesOfPair(image_id1, image_id2)};
   colmap::SetPRNGSeed(SeedFromIds(image_id1, image_id2));
   colmap::TwoViewGeometry geometry =
       EstimateWithFocal(options, IsFree(*map, pair.camera1), IsFree(*map, pair.camera2), &pair);

@@ -42,7 +42,7 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
   const colmap::Image& image1 = reconstruction.Image(id1);
   const colmap::Image& image2 = reconstruction.Image(id2);
   Votes votes;
-  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
+  for (const auto& match : map.MatchesOfPair(id1, id2)) {
     const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
     const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
     if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
@@ -61,7 +61,7 @@ Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2) {
   const colmap::Image& image1 = map.reconstruction().Image(id1);
   const colmap::Image& image2 = map.reconstruction().Image(id2);
   Votes votes;
-  for (const auto& match : map.graph().FindCorrespondencesBetweenImages(id1, id2)) {
+  for (const auto& match : map.MatchesOfPair(id1, id2)) {
     const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
     const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
     if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;

@@ -5,7 +5,7 @@
 #include "core/clock.h"
 #include "core/log.h"
 #include "map/image_pose.h"
-#include "map/retriangulation.h"
+#include "map/points_anew.h"
 #include "mapping/rebuild.h"
 
 namespace skein {
@@ -474,7 +474,8 @@ void Submap::Finish(const EventSink& sink) {
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {
   if (map_->reconstruction().NumRegImages() < 2 || options_.IsStopped()) return;
   Timer timer;
-  if (!TriangulateAnew(options_.triangulation, map_.get(), options_.stop)) return;
+  if (!TriangulateAnew(options_.triangulation, options_.num_threads, map_.get(), options_.stop))
+    return;
   FilterPoints(options_.filter, AllPoints(*map_), map_.get());
   const double triangulate_s = timer.ElapsedS();
   timer.Restart();

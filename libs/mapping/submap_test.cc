@@ -8,7 +8,7 @@
 #include "base/similarity_transform.h"
 #include "map/filters.h"
 #include "map/model_io.h"
-#include "map/retriangulation.h"
+#include "map/points_anew.h"
 #include "mapping/checkpoint.h"
 #include "testing/synthetic_scene.h"
 
@@ -222,20 +222,6 @@ TEST(Submap, AFinishMayStopAfterEachPartAndTheNextOneMakesUpForIt) {
   }
 }
 
-TEST(Submap, TriangulatingAnewThatIsToStopPutsThePointsBack) {
-  Rig rig(NoisyArc());
-  rig.FeedAll();
-  SceneMap& map = rig.map.map();
-  const std::set<Observations> before = TracksOf(map);
-  const double error_px = rig.map.Statistics().mean_reprojection_error_px;
-  int num_asked = 0;
-  EXPECT_FALSE(TriangulateAnew(rig.map.options().triangulation, &map,
-                               [&num_asked] { return ++num_asked == 5; }));
-  EXPECT_EQ(num_asked, 5);
-  EXPECT_EQ(TracksOf(map), before);
-  EXPECT_NEAR(rig.map.Statistics().mean_reprojection_error_px, error_px, 1e-9);
-}
-
 TEST(Submap, AFinishThatIsToStopTriesNoPhotoAndTheNextOneDoes) {
   StoppableRig rig;
   ASSERT_TRUE(rig->Start(0, 2));
@@ -272,7 +258,7 @@ TEST(Submap, TriangulatesAnewWithWhatThePosesSay) {
     if (id % 2 == 0) map.DeletePoint(id);
     if (id % 2 == 1) map.SetPoint(id, map.reconstruction().Point3D(id).XYZ() + shift);
   }
-  TriangulateAnew(rig.map.options().triangulation, &rig.map.map());
+  TriangulateAnew(rig.map.options().triangulation, 2, &rig.map.map());
   FilterPoints(rig.map.options().filter, AllPoints(rig.map.map()), &rig.map.map());
   const SubmapStatistics after = rig.map.Statistics();
   EXPECT_GT(after.num_points * after.mean_track_length,

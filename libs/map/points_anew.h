@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+
+#include "map/scene_map.h"
+
+namespace skein {
+
+// Drops all points and triangulates the matches of the registered photos as they stand, photo by
+// photo by name, as COLMAP's point_triangulator does. Tracks that grew with the map depend on the
+// poses they were found with. Visits all matches; poses and cameras stay.
+//
+// Keypoints that no chain of matches joins have no part in each other's points. So the threads
+// share out the connected components of keypoints, and the points are those of one thread. Each
+// thread has a copy of all keypoints.
+//
+// Where there is a `stop`, the calling thread asks it before each photo. At true the former points
+// are still there, and the result is false.
+bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, int num_threads,
+                     SceneMap* map, const std::function<bool()>& stop = nullptr);
+
+}  // namespace skein

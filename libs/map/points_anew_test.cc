@@ -1,0 +1,86 @@
+#include "map/points_anew.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "testing/synthetic_scene.h"
+
+namespace skein {
+namespace {
+
+using Observations = std::set<std::pair<ImageId, Point2DIdx>>;
+using Points = std::map<Observations, std::array<double, 3>>;
+
+Points PointsOf(const SceneMap& map) {
+  Points points;
+  for (const auto& [id, point] : map.reconstruction().Points3D()) {
+    Observations track;
+    for (const colmap::TrackElement& element : point.Track().Elements()) {
+      track.emplace(element.image_id, element.point2D_idx);
+    }
+    points[track] = {point.X(), point.Y(), point.Z()};
+  }
+  return points;
+}
+
+class PointsAnewTest : public testing::Test {
+ protected:
+  // Wrong matches join the keypoints of several points.
+  static SyntheticOptions Noisy() {
+    SyntheticOptions options;
+    options.num_photos = 10;
+    options.noise_px = 1;
+    options.outlier_ratio = 0.05;
+    options.detection_rate = 0.7;
+    return options;
+  }
+  // The last photo waits.
+  void Fill(SceneMap* map) const {
+    AddToMap(scene_, scene_.pairs, map);
+    RegisterAtTruth(scene_, {1, 2, 3, 4, 5, 6, 7, 8, 9}, Eigen::Vector3d::Zero(), map);
+  }
+
+  const SyntheticScene scene_ = MakeScene(Noisy());
+  const colmap::IncrementalTriangulator::Options options_;
+};
+
+// As COLMAP's triangulator does over the whole map, photo by photo.
+TEST_F(PointsAnewTest, AreTheSameWithAnyNumberOfThreads) {
+  SceneMap whole;
+  Fill(&whole);
+  for (const Point3DId id : whole.reconstruction().Point3DIds()) whole.DeletePoint(id);
+  std::vector<ImageId> images = whole.reconstruction().RegImageIds();
+  std::sort(images.begin(), images.end());  // their names are in this order, too
+  for (const ImageId id : images) whole.TriangulateImage(options_, id);
+  const Points expected = PointsOf(whole);
+  ASSERT_GT(expected.size(), 400u);
+  for (const int num_threads : {1, 2, 5}) {
+    SceneMap map;
+    Fill(&map);
+    ASSERT_TRUE(TriangulateAnew(options_, num_threads, &map));
+    EXPECT_EQ(PointsOf(map), expected) << num_threads;
+    EXPECT_TRUE(map.ModifiedPoints().empty());
+  }
+}
+
+TEST_F(PointsAnewTest, ThatAreToStopLeaveTheFormerPoints) {
+  for (const int num_threads : {1, 3}) {
+    SceneMap map;
+    Fill(&map);
+    const Points before = PointsOf(map);
+    int num_asked = 0;
+    EXPECT_FALSE(
+        TriangulateAnew(options_, num_threads, &map, [&num_asked] { return ++num_asked == 5; }));
+    EXPECT_EQ(num_asked, 5);
+    EXPECT_EQ(PointsOf(map), before);
+  }
+}
+
+}  // namespace
+}  // namespace skein
