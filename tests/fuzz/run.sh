@@ -9,8 +9,8 @@
 #
 # Builds build/fuzz with clang. Each target begins with seeds that write_seeds makes and with the corpus of
 # earlier runs, build/fuzz/corpus/TARGET. What makes it fail is left in build/fuzz/findings/TARGET-*; it is
-# run again by `build/fuzz/bin/fuzz_TARGET FILE`. Prints a table: executions of this run, edges covered, CPU
-# minutes, findings.
+# run again by `build/fuzz/bin/fuzz_TARGET FILE`. Prints a table: executions and CPU minutes of all runs that
+# build/fuzz has seen, of which of this one; edges covered; findings.
 # Exit codes: 0 nothing found, 1 something was found or a target did not run, 2 bad usage, 77 no clang.
 source "$(dirname "$0")/../../scripts/lib.sh"
 
@@ -66,7 +66,9 @@ run_target() {
       -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -use_value_profile=1 -print_final_stats=1 \
       -artifact_prefix="$findings/$target-" -reload=0 >"$logs/$target.log" 2>&1 || status=$?; } 2>"$logs/$target.time"
   echo "$status" >"$logs/$target.status"
+  echo "$(executions_of "$target") $(awk '/^cpu/ { print $2 + $3 }' "$logs/$target.time")" >>"$logs/$target.runs"
 }
+executions_of() { sed -n 's/^stat::number_of_executed_units: *//p' "$logs/$1.log"; }
 
 say "fuzzing ${#targets[@]} targets, $seconds s each, $jobs at a time"
 for target in "${targets[@]}"; do
@@ -76,13 +78,13 @@ done
 wait
 
 failed=0
-printf '%-20s %12s %8s %8s %9s\n' target executions edges 'CPU min' findings
+printf '%-20s %14s %8s %8s %10s %9s\n' target executions edges 'CPU min' 'this run' findings
 for target in "${targets[@]}"; do
-  executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$logs/$target.log")
   edges=$(grep -oE 'cov: [0-9]+' "$logs/$target.log" | tail -n 1 | cut -d' ' -f2) || true
-  minutes=$(awk '/^cpu/ { printf "%.2f", ($2 + $3) / 60 }' "$logs/$target.time")
+  # one that ended early tells no executions
+  read -r executions minutes now < <(awk '{ n += NF > 1 ? $1 : 0; s += $NF; last = $NF } END { printf "%d %.2f %.2f\n", n, s / 60, last / 60 }' "$logs/$target.runs")
   found=$(find "$findings" -name "$target-*" | wc -l)
-  printf '%-20s %12s %8s %8s %9s\n' "$target" "${executions:--}" "${edges:--}" "$minutes" "$found"
+  printf '%-20s %14s %8s %8s %10s %9s\n' "$target" "$executions" "${edges:--}" "$minutes" "$now" "$found"
   if (($(<"$logs/$target.status") != 0)); then
     failed=1
     warn "$target ended with $(<"$logs/$target.status"): $(grep -m 1 -E 'ERROR|runtime error|does not hold|libFuzzer' "$logs/$target.log" || tail -n 1 "$logs/$target.log")"
