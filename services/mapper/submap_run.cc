@@ -371,8 +371,16 @@ void SubmapRun::Maintain() {
       [this](const Outcome& outcome) {
         maintaining_ = outcome.maintaining;
         Apply(outcome);
-        node_.loop().AddOneShot(kMaintenancePeriodS, alive_.Guarded([this] { Maintain(); }));
+        MaintainSoon();
       });
+}
+
+void SubmapRun::MaintainSoon() {
+  if (std::exchange(maintenance_is_due_, true)) return;
+  node_.loop().AddOneShot(kMaintenancePeriodS, alive_.Guarded([this] {
+    maintenance_is_due_ = false;
+    Maintain();
+  }));
 }
 
 void SubmapRun::WriteModel(ModelWriter::Kind kind) {
@@ -516,7 +524,7 @@ void SubmapRun::Tick() {
   if (state_.Is(Life::kEnded)) return;
   PublishStatus();
   shape_.Tick();
-  Maintain();
+  MaintainSoon();
 }
 
 // A map that is behind its ledger gives no answer: after a restart it may yet have to place what

@@ -141,6 +141,7 @@ class SubmapRun {
   void DoSettled(const Item& item);
   void DoMerge(int64_t merge_id);
   void Maintain();
+  void MaintainSoon();
   void WriteModel(ModelWriter::Kind kind);
 
   void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
@@ -182,7 +183,8 @@ class SubmapRun {
   // A comparison has failed since: photos may have come from the other submap.
   bool consolidate_due_ = false;
   bool maintaining_ = false;  // see Submap::Maintain
-  bool status_due_ = false;   // an item was done since the last status
+  bool maintenance_is_due_ = false;
+  bool status_due_ = false;  // an item was done since the last status
   double last_event_s_ = 0;
   SubmapStatistics statistics_;  // of the last job that computed them
   double statistics_due_s_ = 0;
