@@ -31,7 +31,18 @@ class Page:
         first, size = self.read_exactly(2)
         if size == 126: size, = struct.unpack('>H', self.read_exactly(2))
         elif size == 127: size, = struct.unpack('>Q', self.read_exactly(8))
-        return first & 15, self.read_exactly(size)
+        return first & 15, first >= 128, self.read_exactly(size)
+
+    def read_message(self):
+        """The text of the next one. A long one comes in several frames, between which a ping may come (RFC 6455, 5.4)."""
+        text = b''
+        while True:
+            opcode, is_last, payload = self.read_frame()
+            if opcode == 8: raise EOFError
+            if opcode == 9: self.send_pong(payload)
+            if opcode >= 8: continue
+            text += payload
+            if is_last: return text
 
     def send_pong(self, payload):
         mask = os.urandom(4)
@@ -49,10 +60,8 @@ class Page:
     def listen(self):
         try:
             while True:
-                opcode, payload = self.read_frame()
-                if opcode == 9: self.send_pong(payload)
-                elif opcode == 8: return
-                elif opcode == 1: self.take(json.loads(payload), len(payload))
+                text = self.read_message()
+                self.take(json.loads(text), len(text))
         except (EOFError, OSError):
             return
 
