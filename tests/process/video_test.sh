@@ -6,7 +6,7 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 1 60 --scenario video --size 640x480 --seed 11
+use_place 1 60 --seed 1 --size 640x480
 session=$workspace/session
 frames=$workspace/frames
 
