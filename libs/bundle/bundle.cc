@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <thread>
 #include <utility>
 
 #include "bundle/bundle_factor.h"
@@ -13,6 +12,7 @@
 #include "bundle/point_terms.h"
 #include "bundle/reduced_system.h"
 #include "core/option_check.h"
+#include "core/threads.h"
 
 namespace skein {
 namespace {
@@ -100,10 +100,7 @@ class Solver {
 
   template <typename Function>
   void ForEachChunk(const Function& function) {
-    std::vector<std::thread> threads;
-    for (size_t i = 1; i < chunks_.size(); ++i) threads.emplace_back([&, i] { function(i); });
-    function(0);
-    for (std::thread& thread : threads) thread.join();
+    RunOnThreads(static_cast<int>(chunks_.size()), function);
   }
 
   double Cost() {

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
+#include <memory>
 #include <unordered_map>
 #include <utility>
 
 #include "core/option_check.h"
+#include "core/threads.h"
 #include "disambiguation/photo_groups.h"
 #include "disambiguation/shared_photos.h"
 #include "util/math.h"
@@ -49,14 +50,14 @@ std::vector<Point3DId> MatchedPoints(const colmap::CorrespondenceGraph* graph,
   return points;
 }
 
-// Projection centres, each computed once.
+// Projection centres, each computed once. Threads may ask at once for those that are known.
 class Centers {
  public:
   explicit Centers(const colmap::Reconstruction& model) : model_(model) {}
   const Eigen::Vector3d& Of(ImageId id) {
-    const auto [entry, is_new] = centers_.try_emplace(id);
-    if (is_new) entry->second = model_.Image(id).ProjectionCenter();
-    return entry->second;
+    const auto known = centers_.find(id);
+    if (known != centers_.end()) return known->second;
+    return centers_.emplace(id, model_.Image(id).ProjectionCenter()).first->second;
   }
 
  private:
@@ -190,7 +191,9 @@ class Views {
       : options_(options), graph_(graph), model_(model), centers_(model) {}
 
   // Of a photo that is not registered.
-  void Place(ImageId id, const Eigen::Matrix3x4d& cam_from_world) { Make(id, cam_from_world); }
+  void Place(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
+    views_[id] = Make(id, cam_from_world);
+  }
 
   CellVotes CompareBothWays(ImageId id1, ImageId id2) {
     CellVotes votes = Of(id1).Compare(id2);
@@ -198,26 +201,45 @@ class Views {
     return votes;
   }
 
- private:
-  const View& Of(ImageId id) {
-    const auto it = views_.find(id);
-    return it != views_.end() ? it->second : Make(id, model_.Image(id).ProjectionMatrix());
+  // The same of each pair of registered photos, by several threads.
+  std::vector<CellVotes> CompareAll(const std::vector<std::pair<ImageId, ImageId>>& pairs,
+                                    int num_threads) {
+    for (const ImageId id : model_.RegImageIds()) centers_.Of(id);
+    std::vector<std::pair<ImageId, std::unique_ptr<View>*>> missing;
+    for (const auto& [id1, id2] : pairs) {
+      for (const ImageId id : {id1, id2}) {
+        const auto [view, is_new] = views_.try_emplace(id);
+        if (is_new) missing.emplace_back(id, &view->second);
+      }
+    }
+    ForEachOnThreads(num_threads, missing.size(), [&](size_t i) {
+      const auto& [id, view] = missing[i];
+      *view = Make(id, model_.Image(id).ProjectionMatrix());
+    });
+    std::vector<CellVotes> votes(pairs.size());
+    ForEachOnThreads(num_threads, pairs.size(), [&](size_t i) {
+      votes[i] = CompareBothWays(pairs[i].first, pairs[i].second);
+    });
+    return votes;
   }
 
-  const View& Make(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
+ private:
+  const View& Of(ImageId id) {
+    const auto known = views_.find(id);
+    if (known != views_.end()) return *known->second;
+    return *views_.emplace(id, Make(id, model_.Image(id).ProjectionMatrix())).first->second;
+  }
+
+  std::unique_ptr<View> Make(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
     const colmap::Camera& camera = model_.Camera(model_.Image(id).CameraId());
-    return views_
-        .emplace(
-            std::piecewise_construct, std::forward_as_tuple(id),
-            std::forward_as_tuple(options_, graph_, model_, &centers_, id, camera, cam_from_world))
-        .first->second;
+    return std::make_unique<View>(options_, graph_, model_, &centers_, id, camera, cam_from_world);
   }
 
   const SimilarStructuresOptions& options_;
   const colmap::CorrespondenceGraph* const graph_;
   const colmap::Reconstruction& model_;
   Centers centers_;
-  std::map<ImageId, View> views_;
+  std::map<ImageId, std::unique_ptr<View>> views_;
 };
 
 // The registered photos with most matches with this one.
@@ -320,14 +342,17 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
 }
 
 std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,
-                                              const SceneMap& map, ImageId first) {
+                                              const SceneMap& map, ImageId first, int num_threads) {
   const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+  const auto to_compare = PairsToCompare(options, map, ids);
+  const std::vector<std::pair<ImageId, ImageId>> pairs(to_compare.begin(), to_compare.end());
+  const std::vector<CellVotes> votes =
+      Views(options, &map.graph(), map.reconstruction()).CompareAll(pairs, num_threads);
   std::vector<PhotoEdge> by_cells, by_matches;
-  Views views(options, &map.graph(), map.reconstruction());
-  for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
-    const CellVotes cells = views.CompareBothWays(id1, id2);
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    const auto& [id1, id2] = pairs[i];
     by_cells.push_back(
-        {id1, id2, Weigh(options.max_different_share, cells.num_seen, cells.num_different)});
+        {id1, id2, Weigh(options.max_different_share, votes[i].num_seen, votes[i].num_different)});
     by_matches.push_back(EdgeByMatches(map, id1, id2));
   }
   PhotoGroups groups(ids, by_cells);

@@ -71,9 +71,10 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
 // groups along their verified pairs, those with most seen cells first. Groups that show different
 // places are never joined. The group with the photo `first` stays if that is registered, else the
 // largest; the photos of the others are returned. So two maps never exchange their places. Visits
-// all photos.
+// all photos, with several threads.
 std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,
-                                              const SceneMap& map, ImageId first);
+                                              const SceneMap& map, ImageId first,
+                                              int num_threads = 1);
 
 // Photos that are judged by missing cells.
 struct SimilarPlaceCandidates {

@@ -71,8 +71,10 @@ class Street {
 TEST(SimilarStructures, OfTwoPlacesTheOneWithFewerPhotosIsFound) {
   Street street(kDistance);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindPhotosOfAnotherPlace({}, street.map(), 0),
-            (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
+  for (const int num_threads : {1, 3}) {
+    EXPECT_EQ(FindPhotosOfAnotherPlace({}, street.map(), 0, num_threads),
+              (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
+  }
 }
 
 TEST(SimilarStructures, ThePlaceThatTheMapBeganAtStays) {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <numeric>
-#include <thread>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "core/threads.h"
 #include "map/map_access.h"
 
 namespace skein {
@@ -124,15 +124,12 @@ bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, in
   std::vector<Part> parts = Divide(*map, std::max(1, num_threads));
   const std::vector<ImageId> order = RegisteredByName(map->reconstruction());
   std::atomic<bool> stopped = false;
-  std::vector<std::thread> threads;
-  for (size_t i = 1; i < parts.size(); ++i) {
-    threads.emplace_back(
-        [&, i] { parts[i].Triangulate(options, order, [&] { return stopped.load(); }); });
-  }
-  const bool done = parts[0].Triangulate(options, order, [&] { return stop && stop(); });
-  stopped = !done;
-  for (std::thread& thread : threads) thread.join();
-  if (!done) return false;
+  RunOnThreads(static_cast<int>(parts.size()), [&](int i) {
+    const bool asks = i == 0 && stop;
+    const auto is_stopped = [&] { return asks ? stop() : stopped.load(); };
+    if (!parts[i].Triangulate(options, order, is_stopped)) stopped = true;
+  });
+  if (stopped) return false;
   colmap::Reconstruction& model = MapAccess::Model(map);
   for (const Point3DId id : model.Point3DIds()) model.DeletePoint3D(id);
   for (const Part& part : parts) part.MovePointsTo(&model);

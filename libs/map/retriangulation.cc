@@ -23,41 +23,59 @@ bool IsUnderReconstructed(const colmap::FeatureMatches& matches, const colmap::I
   return static_cast<double>(num_common) < min_ratio * static_cast<double>(matches.size());
 }
 
+// A registered photo of a pair.
+class View {
+ public:
+  View(const colmap::Reconstruction& reconstruction, const colmap::Image& image)
+      : image_(image),
+        camera_(reconstruction.Camera(image.CameraId())),
+        cam_from_world_(image.ProjectionMatrix()),
+        center_(image.ProjectionCenter()) {}
+
+  const colmap::Point2D& At(Point2DIdx index) const { return image_.Point2D(index); }
+  colmap::TrackElement Element(Point2DIdx index) const { return {image_.ImageId(), index}; }
+  const Eigen::Matrix3x4d& cam_from_world() const { return cam_from_world_; }
+  const Eigen::Vector3d& center() const { return center_; }
+  Eigen::Vector2d Normalized(Point2DIdx index) const {
+    return camera_.ImageToWorld(At(index).XY());
+  }
+  double AngularError(Point2DIdx index, const Eigen::Vector3d& xyz) const {
+    return colmap::CalculateAngularError(At(index).XY(), xyz, cam_from_world_, camera_);
+  }
+
+ private:
+  const colmap::Image& image_;
+  const colmap::Camera& camera_;
+  const Eigen::Matrix3x4d cam_from_world_;
+  const Eigen::Vector3d center_;
+};
+
 // Adds the free keypoint of `to` to the track of the other if the point is seen there.
-bool Continue(double max_angle_error_rad, Point3DId point3D_id, ImageId to, Point2DIdx index,
+bool Continue(double max_angle_error_rad, Point3DId point3D_id, const View& to, Point2DIdx index,
               colmap::Reconstruction* reconstruction) {
-  const colmap::Image& image = reconstruction->Image(to);
-  const double error = colmap::CalculateAngularError(
-      image.Point2D(index).XY(), reconstruction->Point3D(point3D_id).XYZ(), image.Qvec(),
-      image.Tvec(), reconstruction->Camera(image.CameraId()));
+  const double error = to.AngularError(index, reconstruction->Point3D(point3D_id).XYZ());
   if (!(error <= max_angle_error_rad)) return false;
-  reconstruction->AddObservation(point3D_id, {to, index});
+  reconstruction->AddObservation(point3D_id, to.Element(index));
   return true;
 }
 
-bool Create(const colmap::IncrementalTriangulator::Options& options, ImageId id1, Point2DIdx index1,
-            ImageId id2, Point2DIdx index2, colmap::Reconstruction* reconstruction) {
-  const colmap::Image& image1 = reconstruction->Image(id1);
-  const colmap::Image& image2 = reconstruction->Image(id2);
-  const colmap::Camera& camera1 = reconstruction->Camera(image1.CameraId());
-  const colmap::Camera& camera2 = reconstruction->Camera(image2.CameraId());
-  const Eigen::Vector2d xy1 = image1.Point2D(index1).XY();
-  const Eigen::Vector2d xy2 = image2.Point2D(index2).XY();
-  const Eigen::Matrix3x4d P1 = image1.ProjectionMatrix();
-  const Eigen::Matrix3x4d P2 = image2.ProjectionMatrix();
+bool Create(const colmap::IncrementalTriangulator::Options& options, const View& view1,
+            Point2DIdx index1, const View& view2, Point2DIdx index2,
+            colmap::Reconstruction* reconstruction) {
   const Eigen::Vector3d xyz =
-      colmap::TriangulatePoint(P1, P2, camera1.ImageToWorld(xy1), camera2.ImageToWorld(xy2));
+      colmap::TriangulatePoint(view1.cam_from_world(), view2.cam_from_world(),
+                               view1.Normalized(index1), view2.Normalized(index2));
   const double max_error = colmap::DegToRad(options.create_max_angle_error);
-  if (!colmap::HasPointPositiveDepth(P1, xyz) || !colmap::HasPointPositiveDepth(P2, xyz) ||
-      colmap::CalculateTriangulationAngle(image1.ProjectionCenter(), image2.ProjectionCenter(),
-                                          xyz) < colmap::DegToRad(options.min_angle) ||
-      colmap::CalculateAngularError(xy1, xyz, P1, camera1) > max_error ||
-      colmap::CalculateAngularError(xy2, xyz, P2, camera2) > max_error) {
+  if (!colmap::HasPointPositiveDepth(view1.cam_from_world(), xyz) ||
+      !colmap::HasPointPositiveDepth(view2.cam_from_world(), xyz) ||
+      colmap::CalculateTriangulationAngle(view1.center(), view2.center(), xyz) <
+          colmap::DegToRad(options.min_angle) ||
+      view1.AngularError(index1, xyz) > max_error || view2.AngularError(index2, xyz) > max_error) {
     return false;
   }
   colmap::Track track;
-  track.AddElement(id1, index1);
-  track.AddElement(id2, index2);
+  track.AddElement(view1.Element(index1));
+  track.AddElement(view2.Element(index2));
   reconstruction->AddPoint3D(xyz, track);
   return true;
 }
@@ -87,17 +105,18 @@ int Retriangulate(const RetriangulationOptions& options,
     if (!image1.IsRegistered() || !image2.IsRegistered()) continue;
     const colmap::FeatureMatches matches = map->MatchesOfPair(id1, id2);
     if (!IsUnderReconstructed(matches, image1, image2, options.min_ratio)) continue;
+    const View view1(reconstruction, image1), view2(reconstruction, image2);
     for (const colmap::FeatureMatch& match : matches) {
       const Point2DIdx i1 = match.point2D_idx1, i2 = match.point2D_idx2;
-      const bool has1 = image1.Point2D(i1).HasPoint3D();
-      const bool has2 = image2.Point2D(i2).HasPoint3D();
+      const colmap::Point2D &point1 = view1.At(i1), &point2 = view2.At(i2);
+      const bool has1 = point1.HasPoint3D(), has2 = point2.HasPoint3D();
       if (has1 && !has2) {
-        num_added += Continue(max_angle, image1.Point2D(i1).Point3DId(), id2, i2, &reconstruction);
+        num_added += Continue(max_angle, point1.Point3DId(), view2, i2, &reconstruction);
       } else if (has2 && !has1) {
-        num_added += Continue(max_angle, image2.Point2D(i2).Point3DId(), id1, i1, &reconstruction);
+        num_added += Continue(max_angle, point2.Point3DId(), view1, i1, &reconstruction);
       } else if (!has1 && !(options.triangulation.ignore_two_view_tracks &&
                             map->graph().IsTwoViewObservation(id1, i1))) {
-        num_added += 2 * Create(options.triangulation, id1, i1, id2, i2, &reconstruction);
+        num_added += 2 * Create(options.triangulation, view1, i1, view2, i2, &reconstruction);
       }
     }
   }

@@ -283,17 +283,9 @@ size_t SceneMap::TriangulateImage(const TriangulatorOptions& options, ImageId id
   return triangulator_->TriangulateImage(options, id);
 }
 
-size_t SceneMap::CompleteTracks(const TriangulatorOptions& options) {
-  return triangulator_->CompleteAllTracks(options);
-}
-
 size_t SceneMap::CompleteTracks(const TriangulatorOptions& options,
                                 const std::unordered_set<Point3DId>& points) {
   return triangulator_->CompleteTracks(options, points);
-}
-
-size_t SceneMap::MergeTracks(const TriangulatorOptions& options) {
-  return triangulator_->MergeAllTracks(options);
 }
 
 size_t SceneMap::MergeTracks(const TriangulatorOptions& options,

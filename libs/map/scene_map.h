@@ -101,10 +101,8 @@ class SceneMap {
   // observations added or merged; tracks that change count as modified.
   using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
   size_t TriangulateImage(const TriangulatorOptions& options, ImageId id);
-  size_t CompleteTracks(const TriangulatorOptions& options);  // all
   size_t CompleteTracks(const TriangulatorOptions& options,
                         const std::unordered_set<Point3DId>& points);
-  size_t MergeTracks(const TriangulatorOptions& options);  // all
   size_t MergeTracks(const TriangulatorOptions& options,
                      const std::unordered_set<Point3DId>& points);
   // Ascending ids of the points whose tracks were modified since ForgetModifiedPoints.

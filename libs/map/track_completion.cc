@@ -4,6 +4,8 @@
 #include <unordered_set>
 
 #include "base/projection.h"
+#include "core/threads.h"
+#include "map/filters.h"
 #include "map/map_access.h"
 
 namespace skein {
@@ -27,9 +29,10 @@ bool IsSeenAt(const colmap::Reconstruction& reconstruction, const colmap::TrackE
              reconstruction.Camera(image.CameraId())) <= max_error_px * max_error_px;
 }
 
-// Between the two, nearer to the one with the longer track, if all their images see it there.
-bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
+// Whether the images of both see the point between the two, nearer to the one with the longer
+// track.
+bool AreOne(const colmap::Reconstruction& reconstruction, double max_error_px, Point3DId id1,
+            Point3DId id2) {
   const colmap::Point3D& point1 = reconstruction.Point3D(id1);
   const colmap::Point3D& point2 = reconstruction.Point3D(id2);
   const double length1 = static_cast<double>(point1.Track().Length());
@@ -41,6 +44,74 @@ bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
       if (!IsSeenAt(reconstruction, element, xyz, max_error_px)) return false;
     }
   }
+  return true;
+}
+
+// Whether Complete or Merge of COLMAP's would change the point. Only reads the map.
+class PointGain {
+ public:
+  PointGain(const TriangulatorOptions& options, const SceneMap& map)
+      : options_(options), map_(map), reconstruction_(map.reconstruction()) {}
+
+  bool HasFreeObservation(Point3DId id) const {
+    const Eigen::Vector3d& xyz = reconstruction_.Point3D(id).XYZ();
+    return AnyMatch(id, [&](const colmap::TrackElement& match, const colmap::Point2D& point2D) {
+      return !point2D.HasPoint3D() &&
+             IsSeenAt(reconstruction_, match, xyz, options_.complete_max_reproj_error);
+    });
+  }
+
+  // With one of a larger id: of two points one is found.
+  bool HasTwin(Point3DId id) const {
+    std::vector<Point3DId> tried;
+    return AnyMatch(id, [&](const colmap::TrackElement&, const colmap::Point2D& point2D) {
+      const Point3DId other = point2D.Point3DId();
+      if (!point2D.HasPoint3D() || other <= id) return false;
+      if (std::find(tried.begin(), tried.end(), other) != tried.end()) return false;
+      tried.push_back(other);
+      return AreOne(reconstruction_, options_.merge_max_reproj_error, id, other);
+    });
+  }
+
+ private:
+  // Of the point's observations, with registered photos.
+  template <typename Predicate>
+  bool AnyMatch(Point3DId id, const Predicate& predicate) const {
+    for (const colmap::TrackElement& element : reconstruction_.Point3D(id).Track().Elements()) {
+      for (const auto& match :
+           map_.graph().FindCorrespondences(element.image_id, element.point2D_idx)) {
+        const colmap::Image& image = reconstruction_.Image(match.image_id);
+        if (image.IsRegistered() &&
+            predicate(colmap::TrackElement(match.image_id, match.point2D_idx),
+                      image.Point2D(match.point2D_idx))) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  const TriangulatorOptions& options_;
+  const SceneMap& map_;
+  const colmap::Reconstruction& reconstruction_;
+};
+
+template <typename Predicate>
+std::unordered_set<Point3DId> PointsWith(int num_threads, const SceneMap& map,
+                                         const Predicate& predicate) {
+  const std::vector<Point3DId> ids = AllPoints(map);
+  std::vector<char> has(ids.size());
+  ForEachOnThreads(num_threads, ids.size(), [&](size_t i) { has[i] = predicate(ids[i]); });
+  std::unordered_set<Point3DId> found;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    if (has[i]) found.insert(ids[i]);
+  }
+  return found;
+}
+
+bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
+  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
+  if (!AreOne(reconstruction, max_error_px, id1, id2)) return false;
   MapAccess::Triangulator(map).AddModifiedPoint3D(reconstruction.MergePoints3D(id1, id2));
   return true;
 }
@@ -123,6 +194,16 @@ void CompleteLocally(const TriangulatorOptions& options, ImageId new_image, Scen
   TriangulatorOptions creating = options;
   creating.complete_max_transitivity = 0;  // the photo's tracks are complete
   triangulator.CompleteImage(creating, new_image);
+}
+
+size_t GrowAllTracks(const TriangulatorOptions& options, int num_threads, SceneMap* map) {
+  const PointGain gain(options, *map);
+  size_t num_changed = map->CompleteTracks(
+      options,
+      PointsWith(num_threads, *map, [&](Point3DId id) { return gain.HasFreeObservation(id); }));
+  num_changed += map->MergeTracks(
+      options, PointsWith(num_threads, *map, [&](Point3DId id) { return gain.HasTwin(id); }));
+  return num_changed;
 }
 
 }  // namespace skein

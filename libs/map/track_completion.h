@@ -17,4 +17,11 @@ namespace skein {
 void CompleteLocally(const colmap::IncrementalTriangulator::Options& options, ImageId new_image,
                      SceneMap* map);
 
+// The same of all points that several registered photos see: COLMAP's CompleteAllTracks and
+// MergeAllTracks. Threads look for the points that gain, which few do once a map is complete;
+// these alone are changed then, one after another. The result is that of one thread. Returns the
+// number of observations added or merged.
+size_t GrowAllTracks(const colmap::IncrementalTriangulator::Options& options, int num_threads,
+                     SceneMap* map);
+
 }  // namespace skein

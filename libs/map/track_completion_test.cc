@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
+#include "map/filters.h"
 #include "map/map_access.h"
 #include "testing/synthetic_scene.h"
 
@@ -125,6 +128,71 @@ TEST_F(TrackCompletionTest, MakesPointsOfTheNewPhotosKeypointsThatHaveNone) {
   map_.DeletePoint(PointAt(kNewPhoto, 7));
   Complete();
   EXPECT_EQ(Length(7), 20u);
+}
+
+// Noisy photos with wrong matches, of whose tracks every second observation is taken out, half of
+// these into points of their own.
+class GrowAllTracksTest : public testing::Test {
+ protected:
+  GrowAllTracksTest() {
+    SyntheticOptions options;
+    options.num_photos = 10;
+    options.noise_px = 1;
+    options.outlier_ratio = 0.05;
+    const SyntheticScene scene = MakeScene(options);
+    AddToMap(scene, scene.pairs, &map_);
+    RegisterAtTruth(scene, map_.photos(), Eigen::Vector3d::Zero(), &map_);
+    for (const Point3DId id : AllPoints(map_)) Divide(id);
+  }
+
+  void Divide(Point3DId id) {
+    const colmap::Point3D point = map_.reconstruction().Point3D(id);
+    const auto& elements = point.Track().Elements();
+    colmap::Track other;
+    for (size_t i = 1; i < elements.size(); i += 2) {
+      map_.DeleteObservation(elements[i].image_id, elements[i].point2D_idx);
+      if (id % 2 == 0) other.AddElement(elements[i]);
+    }
+    if (other.Length() >= 2) map_.AddPoint(point.XYZ(), other);
+  }
+
+  static std::set<std::set<std::pair<ImageId, Point2DIdx>>> TracksOf(const SceneMap& map) {
+    std::set<std::set<std::pair<ImageId, Point2DIdx>>> tracks;
+    for (const auto& [id, point] : map.reconstruction().Points3D()) {
+      std::set<std::pair<ImageId, Point2DIdx>> track;
+      for (const auto& element : point.Track().Elements()) {
+        track.emplace(element.image_id, element.point2D_idx);
+      }
+      tracks.insert(track);
+    }
+    return tracks;
+  }
+
+  const colmap::IncrementalTriangulator::Options options_;
+  SceneMap map_;
+};
+
+TEST_F(GrowAllTracksTest, DoesWhatColmapDoesToAllPoints) {
+  const auto map = map_.Clone(), colmaps = map_.Clone();
+  colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(colmaps.get());
+  const size_t num_changed = GrowAllTracks(options_, 1, map.get());
+  EXPECT_GT(num_changed, 1000u);
+  size_t expected = triangulator.CompleteAllTracks(options_);
+  expected += triangulator.MergeAllTracks(options_);
+  EXPECT_NEAR(num_changed, expected, 0.01 * expected);  // who is first takes what two points want
+  EXPECT_EQ(map->reconstruction().NumPoints3D(), colmaps->reconstruction().NumPoints3D());
+  EXPECT_EQ(MapAccess::Triangulator(map.get()).CompleteAllTracks(options_), 0u);
+  EXPECT_EQ(MapAccess::Triangulator(map.get()).MergeAllTracks(options_), 0u);
+}
+
+TEST_F(GrowAllTracksTest, IsTheSameWithAnyNumberOfThreads) {
+  const auto map = map_.Clone();
+  const size_t num_changed = GrowAllTracks(options_, 1, map.get());
+  for (const int num_threads : {2, 5}) {
+    const auto other = map_.Clone();
+    EXPECT_EQ(GrowAllTracks(options_, num_threads, other.get()), num_changed);
+    EXPECT_EQ(TracksOf(*other), TracksOf(*map)) << num_threads;
+  }
 }
 
 }  // namespace

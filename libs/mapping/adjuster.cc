@@ -106,8 +106,7 @@ double Adjuster::RunGlobalBa(bool converge) {
   timer.Restart();
   ApplyBundle(bundle, &map_);
   size_t num_changed = 0;
-  if (!converge) num_changed += map_.CompleteTracks(options_.triangulation);
-  if (!converge) num_changed += map_.MergeTracks(options_.triangulation);
+  if (!converge) num_changed += GrowAllTracks(options_.triangulation, options_.num_threads, &map_);
   num_changed += FilterPoints(options_.filter, AllPoints(map_), &map_);
   cost_.tracks_s += timer.ElapsedS();
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
@@ -122,8 +121,7 @@ void Adjuster::AdjustUntilStable(int max_rounds, double max_change, bool converg
 void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   if (retriangulate) {
     const Timer timer;
-    map_.CompleteTracks(options_.triangulation);
-    map_.MergeTracks(options_.triangulation);
+    GrowAllTracks(options_.triangulation, options_.num_threads, &map_);
     RetriangulationOptions options;
     options.triangulation = options_.triangulation;
     Retriangulate(options, map_.pairs(), &map_);

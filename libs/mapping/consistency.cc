@@ -33,7 +33,8 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   if (!found.photos.empty()) return found;
   found.of_similar_place = true;
   found.refusal = {Refusal::Cause::kSimilarPlace, "of another, visually similar place"};
-  found.photos = FindPhotosOfAnotherPlace(options_.registration.similar_structures, map_, first);
+  found.photos = FindPhotosOfAnotherPlace(options_.registration.similar_structures, map_, first,
+                                          options_.num_threads);
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;
 }
