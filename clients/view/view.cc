@@ -14,6 +14,7 @@
 #include "ledger/ledger_store.h"
 #include "ledger/session_folder.h"
 #include "session/guidance_json.h"
+#include "web/page_shape.h"
 #include "web/session_api.h"
 #include "web/status_message.h"
 #include "web/web_server.h"
@@ -82,7 +83,7 @@ void TellState(const SessionView& view, const HeardGuidance& guidance, WebServer
     for (const auto& [id, submap] : session.state.submaps()) {
       if (submap.ended || !submap.latest_model) continue;
       const auto version = static_cast<uint64_t>(submap.latest_model->header.utime_us);
-      server->TellLatest("shape/" + std::to_string(id), SessionApi::ShapeMessage(id, version));
+      server->TellLatest("shape/" + std::to_string(id), ShapeMessage(id, version));
     }
     return true;
   });

@@ -68,4 +68,12 @@ std::string ShapeJson(const Shape& shape) {
       .dump();
 }
 
+std::string ShapeMessage(int64_t submap_id, uint64_t version) {
+  return json({{"type", "shape"}, {"submap", submap_id}, {"version", version}}).dump();
+}
+
+std::string GoneMessage(int64_t submap_id) {
+  return json({{"type", "shape"}, {"submap", submap_id}, {"gone", true}}).dump();
+}
+
 }  // namespace skein

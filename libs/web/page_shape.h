@@ -1,4 +1,5 @@
-// A submap's shape for the page: of its newest model where no mapper tells one, and as JSON.
+// A submap's shape for the page: of its newest model where no mapper tells one, as JSON, and what
+// pages are told of it.
 #pragma once
 
 #include <cstdint>
@@ -16,5 +17,9 @@ Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob,
 
 // /api/submaps/ID.
 std::string ShapeJson(const Shape& shape);
+
+// The messages that tell all pages the version of a shape, or that a submap has none any more.
+std::string ShapeMessage(int64_t submap_id, uint64_t version);
+std::string GoneMessage(int64_t submap_id);
 
 }  // namespace skein

@@ -5,7 +5,7 @@
 
 #include "auth/web_certificate.h"
 #include "node/node.h"
-#include "web/session_api.h"
+#include "web/session_source.h"
 #include "web/web_options.h"
 #include "web/web_server.h"
 

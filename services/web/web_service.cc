@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/log.h"
+#include "web/page_shape.h"
 #include "web/static_files.h"
 
 namespace skein {
@@ -90,8 +91,7 @@ ShapeFollowerOptions WebService::FollowShapes() {
   };
   options.is_wanted = [this] { return server_->num_viewers() > 0; };
   options.on_shape = [this](int64_t submap_id, uint64_t version) {
-    server_->TellLatest("shape/" + std::to_string(submap_id),
-                        SessionApi::ShapeMessage(submap_id, version));
+    server_->TellLatest("shape/" + std::to_string(submap_id), ShapeMessage(submap_id, version));
   };
   options.on_model = options.on_shape;
   return options;
@@ -166,8 +166,7 @@ void WebService::OnFact(const Fact& fact) {
     api_->shapes().Drop(end->submap_id);
     const std::lock_guard<std::mutex> lock(guidance_mutex_);
     guidance_.places.erase(end->submap_id);
-    server_->TellLatest("shape/" + std::to_string(end->submap_id),
-                        SessionApi::GoneMessage(end->submap_id));
+    server_->TellLatest("shape/" + std::to_string(end->submap_id), GoneMessage(end->submap_id));
   }
 }
 

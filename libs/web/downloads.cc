@@ -1,0 +1,82 @@
+#include "web/downloads.h"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "export/model_writer.h"
+#include "export/models_zip.h"
+#include "export/session_models.h"
+#include "export/temporary_folder.h"
+
+namespace skein {
+namespace {
+
+// Of the one download that is being made: freed before it is answered, or when nobody can answer it
+// any more.
+class DownloadSlot {
+ public:
+  explicit DownloadSlot(std::atomic<bool>* taken) : taken_(taken) {}
+  ~DownloadSlot() { Free(); }
+  void Free() {
+    if (!freed_.exchange(true)) *taken_ = false;
+  }
+
+ private:
+  std::atomic<bool>* const taken_;
+  std::atomic<bool> freed_{false};
+};
+
+}  // namespace
+
+Downloads::Downloads(const SessionView& view, BlobFetcher& blobs) : view_(view), blobs_(blobs) {}
+
+void Downloads::Handle(const PathParts& parts, Respond respond) {
+  static const std::map<std::string, std::string> formats = {
+      {"model.zip", "bin"}, {"points.ply", "ply"}, {"nerfstudio.zip", "nerfstudio"}};
+  const auto format = parts.size() == 1 ? formats.find(parts.front()) : formats.end();
+  if (format == formats.end()) {
+    return respond(HttpError(404, "there are model.zip, points.ply and nerfstudio.zip"));
+  }
+  const std::vector<submap_model_t> models =
+      view_.With([](const SessionRecord& session) { return LatestModels(session.state); });
+  if (models.empty()) return respond(HttpError(404, "the session has no model yet"));
+  if (is_making_.exchange(true)) {
+    return respond(HttpError(503, "another download is being made: try again in a minute"));
+  }
+  const auto slot = std::make_shared<DownloadSlot>(&is_making_);
+  respond = [slot, answer = std::move(respond)](HttpResponse response) {
+    slot->Free();
+    answer(std::move(response));
+  };
+  std::vector<std::string> wanted;
+  for (const submap_model_t& model : models) wanted.push_back(model.model_blob);
+  if (format->second == "ply") wanted.resize(1);  // the largest model
+  blobs_.FetchAll(
+      wanted, "ingest", respond, [models, format, respond](const BlobFetcher::Blobs& blobs) {
+        std::vector<ExportModel> read;
+        for (const submap_model_t& model : models) {
+          const auto archive = blobs.find(model.model_blob);
+          if (archive == blobs.end()) continue;
+          Result<ExportModel> one = ReadModelArchive(model, archive->second);
+          if (!one.ok()) return AnswerError(respond, one.status());
+          read.push_back(std::move(*one));
+        }
+        HttpResponse response;
+        response.download_name = format->first;
+        response.content_type = ContentTypeOf(format->first);
+        auto folder = std::make_shared<const TemporaryFolder>();
+        response.file = folder->path() / format->first;
+        const Status made = format->second == "ply"
+                                ? WriteModel(*read.front().reconstruction, "ply", folder->path())
+                                : WriteModelsZip(read, format->second, response.file);
+        if (!made.ok()) return AnswerError(respond, made);
+        response.keep = std::move(folder);
+        respond(std::move(response));
+      });
+}
+
+}  // namespace skein

@@ -1,0 +1,41 @@
+// /api/photos: photos as stored, thumbnails, and verified matches.
+#pragma once
+
+#include <cstdint>
+
+#include "web/api_answers.h"
+#include "web/blob_fetcher.h"
+#include "web/http.h"
+#include "web/job_pool.h"
+#include "web/session_source.h"
+#include "web/session_view.h"
+#include "web/thumbnails.h"
+
+namespace skein {
+
+constexpr int kThumbnailSidePx = 320;
+
+// Any thread.
+class PhotosApi {
+ public:
+  // All outlive this.
+  PhotosApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs);
+
+  // `parts`: {"photos", ID, ...}.
+  void Handle(const PathParts& parts, Respond respond);
+
+ private:
+  void GetPhoto(int64_t image_id, Respond respond);
+  void GetThumbnail(int64_t image_id, Respond respond);
+  void GetMatches(int64_t image_id, Respond respond) const;
+  void GetMatch(int64_t image_id, int64_t other_id, Respond respond);
+
+  const SessionView& view_;
+  const SessionSource& source_;
+  BlobFetcher& blobs_;
+  ThumbnailCache thumbnails_;
+  ThumbnailMaker thumbnail_maker_;  // of decoding_'s thread
+  JobPool decoding_{1};             // last: its jobs use the rest
+};
+
+}  // namespace skein

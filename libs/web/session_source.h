@@ -1,0 +1,64 @@
+// What the process that serves a session gives to its API.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "auth/certificate.h"
+#include "core/bytes.h"
+#include "core/result.h"
+#include "skein/advice_t.hpp"
+#include "web/upload_store.h"
+
+namespace skein {
+
+// A browser is let in by any of these links.
+struct WebInvitation {
+  std::string name;
+  std::string secure_link;  // https
+  std::string plain_link;   // http; "": there is no such port
+};
+
+// How others than this host reach the server. Empty where they do not.
+struct PublicAddresses {
+  std::string secure;       // "https://10.77.0.1:8471"
+  std::string plain;        // "http://10.77.0.1:8472"
+  std::string fingerprint;  // of the certificate that a phone may install
+  Bytes certificate_der;
+};
+
+// Where the API's answers come from. The functions are called on the API's threads and the
+// server's.
+struct SessionSource {
+  std::string session_id;
+  bool live = false;
+  std::filesystem::path session_dir;  // "": this process does not share the session folder
+  std::filesystem::path page_dir;
+
+  // Gives a blob of a fact, or of a mapper's shape, within the call or later on any thread. Always
+  // ends. May block.
+  using Done = std::function<void(Result<Bytes>)>;
+  using Fetch = std::function<void(const std::string& blob_id, const std::string& owner, Done)>;
+  Fetch fetch;
+  // Whether a submap without a shape may be shown by its newest model: not while its mapper is
+  // about to tell its shape.
+  std::function<bool(int64_t submap_id)> may_use_model;
+  // Somebody asks for shapes.
+  std::function<void()> on_look;
+
+  // What the guide last advised an agent, in a submap that lives; null: nothing is known of a
+  // guide.
+  std::function<std::optional<advice_t>(const std::string& agent)> advice;
+
+  PublicAddresses addresses;
+  UploadStore* uploads = nullptr;  // null: nothing is uploaded
+  // Null: nobody is invited here. May block.
+  std::function<Result<WebInvitation>(Role role, const std::string& name)> invite;
+  // Asks ingest to finish the session; null: it is not asked from here. Answers once it has begun.
+  std::function<void(std::function<void(Status)> done)> finish;
+};
+
+}  // namespace skein

@@ -1,0 +1,178 @@
+#include "web/submaps_api.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/log.h"
+#include "formats/formats.h"
+#include "web/events.h"
+#include "web/page_shape.h"
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kPointDigits = 9;
+
+}  // namespace
+
+SubmapsApi::SubmapsApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs)
+    : view_(view), source_(source), blobs_(blobs) {}
+
+void SubmapsApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
+  const std::optional<int64_t> id = ParseId(parts[1]);
+  if (!id) return respond(HttpError(400, "a submap is a number"));
+  source_.on_look();
+  WithShape(*id, respond, [this, parts, request, respond](const ShapePtr& shape) {
+    if (parts.size() == 2) return respond(JsonResponse(ShapeJson(*shape)));
+    if (parts[2] == "chunks" && parts.size() >= 4) {
+      return GetChunk(*shape, parts, request, respond);
+    }
+    respond(HttpError(404, "there is no such path; /api/submaps/ID is one"));
+  });
+}
+
+// A mapper's shape, where there is one; else that of the newest model.
+void SubmapsApi::WithShape(int64_t submap_id, const Respond& respond,
+                           std::function<void(ShapePtr)> then) {
+  struct Model {
+    bool known = false, ended = false;
+    int64_t merged_into = 0;
+    std::string blob;
+    int64_t utime_us = 0;
+  };
+  const Model model = view_.With([&](const SessionRecord& session) {
+    const SubmapLife* submap = session.state.FindSubmap(submap_id);
+    if (submap == nullptr) return Model();
+    Model found{true, submap->ended, submap->merged_into, "", 0};
+    if (submap->latest_model) {
+      found.blob = submap->latest_model->model_blob;
+      found.utime_us = submap->latest_model->header.utime_us;
+    }
+    return found;
+  });
+  const std::string name = "submap " + std::to_string(submap_id);
+  if (!model.known) return respond(NoSuch(name));
+  if (model.ended) {
+    return respond(HttpError(
+        404, name + " has ended" +
+                 (model.merged_into == 0
+                      ? ""
+                      : "; submap " + std::to_string(model.merged_into) + " has its photos")));
+  }
+  const ShapePtr shape = shapes_.Find(submap_id);
+  const bool is_current =
+      shape != nullptr &&
+      (shape->model_blob == model.blob || shape->version >= static_cast<uint64_t>(model.utime_us) ||
+       !source_.may_use_model(submap_id));
+  if (is_current) return then(shape);
+  if (model.blob.empty() || !source_.may_use_model(submap_id)) {
+    return respond(HttpError(404, name + " has no shape yet: ask again"));
+  }
+  blobs_.FetchAll({model.blob}, "ingest", respond,
+                  [this, submap_id, model, respond, then](const BlobFetcher::Blobs& blobs) {
+                    const Result<ShapePtr> made =
+                        ShapeOfModel(submap_id, model.blob, blobs.at(model.blob), model.utime_us);
+                    if (!made.ok()) return AnswerError(respond, made.status());
+                    if (!shapes_.Set(*made)) LogWarn("submap {}: no room for its shape", submap_id);
+                    then(*made);
+                  });
+}
+
+void SubmapsApi::GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,
+                          Respond respond) {
+  const std::optional<int64_t> id = ParseId(parts[3]);
+  const Shape::Chunk* chunk = id ? shape.Find(static_cast<uint64_t>(*id)) : nullptr;
+  if (chunk == nullptr) return respond(NoSuch("such chunk in the newest shape"));
+  const auto version = request.query.find("v");
+  const std::optional<int64_t> wanted =
+      version == request.query.end() ? std::nullopt : ParseId(version->second);
+  if (!wanted) return respond(HttpError(400, "v: give the chunk's version"));
+  if (static_cast<uint64_t>(*wanted) != chunk->version) {
+    HttpResponse gone;
+    gone.status = 404;
+    gone.text =
+        json({{"error", "this version is gone: take the newest one"}, {"version", chunk->version}})
+            .dump();
+    return respond(std::move(gone));
+  }
+  if (parts.size() == 4) {
+    HttpResponse response = BytesResponse(chunk->points, "application/octet-stream");
+    response.immutable = true;
+    response.ranges = true;
+    return respond(std::move(response));
+  }
+  const std::optional<int64_t> index = parts.size() == 6 ? ParseId(parts[5]) : std::nullopt;
+  if (parts[4] != "points" || !index) {
+    return respond(HttpError(404, "there is no such path; points/INDEX of a chunk is one"));
+  }
+  GetPoint(*chunk, shape.owner, *index, respond);
+}
+
+void SubmapsApi::GetPoint(const Shape::Chunk& chunk, const std::string& owner, int64_t index,
+                          Respond respond) {
+  if (index >= static_cast<int64_t>(chunk.num_points)) {
+    return respond(NoSuch("point " + std::to_string(index) + " in this chunk"));
+  }
+  if (chunk.tracks != nullptr) return AnswerPoint(chunk, *chunk.tracks, index, respond);
+  blobs_.FetchAll({chunk.tracks_blob}, owner, respond,
+                  [this, chunk, index, respond](const BlobFetcher::Blobs& blobs) {
+                    AnswerPoint(chunk, blobs.begin()->second, index, respond);
+                  });
+}
+
+void SubmapsApi::AnswerPoint(const Shape::Chunk& chunk, const Bytes& tracks_bytes, int64_t index,
+                             Respond respond) {
+  const Result<ShapeChunk> points = DecodeShapeChunk(*chunk.points);
+  const Result<PointTracks> tracks = DecodePointTracks(tracks_bytes);
+  if (!points.ok()) return AnswerError(respond, points.status());
+  if (!tracks.ok()) return AnswerError(respond, tracks.status());
+  const auto at = static_cast<size_t>(index);
+  if (at >= points->points.size() || at >= tracks->ends.size()) {
+    return respond(HttpError(500, "the chunk's parts do not fit together"));
+  }
+  json xyz = json::array();
+  for (int i = 0; i < 3; ++i) {
+    xyz.push_back(
+        Rounded(points->origin[i] + points->step * points->points[at].xyz[i], kPointDigits));
+  }
+  const std::vector<PointObservation> seen(
+      tracks->observations.begin() + (at == 0 ? 0 : tracks->ends[at - 1]),
+      tracks->observations.begin() + tracks->ends[at]);
+  std::map<uint32_t, std::string> keypoint_blobs;
+  view_.With([&](const SessionRecord& session) {
+    for (const PointObservation& observation : seen) {
+      const PhotoState* photo = session.state.FindPhoto(observation.image_id);
+      if (photo != nullptr && photo->features_seq > 0) {
+        keypoint_blobs[observation.image_id] = photo->features.keypoints_blob;
+      }
+    }
+    return true;
+  });
+  std::vector<std::string> wanted;
+  for (const auto& [id, blob] : keypoint_blobs) wanted.push_back(blob);
+  if (wanted.empty()) {
+    return respond(JsonResponse(json({{"xyz", xyz}, {"photos", json::array()}}).dump()));
+  }
+  blobs_.FetchAll(wanted, "ingest", respond, [=](const BlobFetcher::Blobs& blobs) {
+    json photos = json::array();
+    for (const PointObservation& observation : seen) {
+      const auto blob = keypoint_blobs.find(observation.image_id);
+      if (blob == keypoint_blobs.end()) continue;
+      const Result<Keypoints> keypoints = DecodeKeypoints(blobs.at(blob->second));
+      if (!keypoints.ok()) return AnswerError(respond, keypoints.status());
+      if (observation.point2D_idx >= keypoints->size()) continue;
+      const Keypoint& keypoint = (*keypoints)[observation.point2D_idx];
+      photos.push_back({{"image", observation.image_id},
+                        {"x", Rounded(keypoint.x, kPixelDigits)},
+                        {"y", Rounded(keypoint.y, kPixelDigits)}});
+    }
+    respond(JsonResponse(json({{"xyz", xyz}, {"photos", std::move(photos)}}).dump()));
+  });
+}
+
+}  // namespace skein

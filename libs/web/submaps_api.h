@@ -1,0 +1,43 @@
+// /api/submaps: shapes, their chunks, and who sees a point.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "core/bytes.h"
+#include "shapes/shape_store.h"
+#include "web/api_answers.h"
+#include "web/blob_fetcher.h"
+#include "web/http.h"
+#include "web/session_source.h"
+#include "web/session_view.h"
+
+namespace skein {
+
+// Any thread.
+class SubmapsApi {
+ public:
+  // All outlive this.
+  SubmapsApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs);
+
+  ShapeStore& shapes() { return shapes_; }
+
+  // `parts`: {"submaps", ID, ...}.
+  void Handle(const PathParts& parts, const HttpRequest& request, Respond respond);
+
+ private:
+  void WithShape(int64_t submap_id, const Respond& respond, std::function<void(ShapePtr)> then);
+  void GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,
+                Respond respond);
+  void GetPoint(const Shape::Chunk& chunk, const std::string& owner, int64_t index,
+                Respond respond);
+  void AnswerPoint(const Shape::Chunk& chunk, const Bytes& tracks, int64_t index, Respond respond);
+
+  const SessionView& view_;
+  const SessionSource& source_;
+  BlobFetcher& blobs_;
+  ShapeStore shapes_;
+};
+
+}  // namespace skein

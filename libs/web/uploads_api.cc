@@ -1,0 +1,105 @@
+#include "web/uploads_api.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "ledger/fact_ids.h"
+#include "session/diagnosis.h"
+#include "session/guidance_json.h"
+#include "web/upload_sink.h"
+
+namespace skein {
+namespace {
+
+using nlohmann::json;
+
+constexpr size_t kMaxStates = 500;
+
+// What the ledger says of a photo that an agent sent; null: nothing.
+json LedgerState(const SessionRecord& session, const std::string& agent, const std::string& name,
+                 const std::string& blob_id) {
+  const PhotoState* photo = session.state.FindPhoto(session.history.FindImageByBlob(blob_id));
+  if (photo == nullptr) {
+    const failure_t* refused =
+        session.history.FindFailure(RefusedOfferFactId(agent, name, blob_id));
+    if (refused == nullptr) return nullptr;
+    return {{"state", "refused"}, {"reason", refused->reason}};
+  }
+  const int64_t image_id = photo->image.image_id;
+  const bool is_own = photo->image.agent == agent;
+  json state = {{"state", "waiting"}, {"reason", ""}};
+  if (is_own) state["image"] = image_id;
+  if (session.state.IsRegistered(image_id)) {
+    state["state"] = "placed";
+    return state;
+  }
+  const Diagnosis diagnosis = Diagnose(session.state, *photo);
+  if (diagnosis.cause == Diagnosis::Cause::kWaiting) return state;
+  const bool has_failed = diagnosis.cause == Diagnosis::Cause::kFailed;
+  state.update({{"state", has_failed ? "failed" : "unplaced"},
+                {"reason", diagnosis.what},
+                {"remedy", diagnosis.remedy}});
+  return state;
+}
+
+}  // namespace
+
+UploadsApi::UploadsApi(const SessionView& view, const SessionSource& source)
+    : view_(view), source_(source) {}
+
+std::shared_ptr<BodySink> UploadsApi::MakeSink(const PathParts& parts, const HttpRequest& request) {
+  if (source_.uploads == nullptr) return nullptr;
+  return MakeUploadSink(*source_.uploads, uploading_, request, parts[1]);
+}
+
+void UploadsApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
+  if (source_.uploads == nullptr) return respond(HttpError(404, "nothing is uploaded here"));
+  if (request.method == "POST" && parts[1] == "states") {
+    return uploading_.Run([this, request, respond] { GetStates(request, respond); });
+  }
+  if (request.method != "HEAD") return respond(HttpError(404, "there is no such path"));
+  uploading_.Run([this, agent = request.visitor.name, blob_id = parts[1], respond] {
+    const bool is_in_ledger = view_.With([&](const SessionRecord& session) {
+      return session.history.FindImageByBlob(blob_id) != 0;
+    });
+    respond(UploadHead(*source_.uploads, agent, blob_id, is_in_ledger));
+  });
+}
+
+// {"photos": [[SHA256, name], ...]} -> {"states": [...], in the same order, "advice": AdviceJson or
+// null}.
+void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) const {
+  const json asked = json::parse(request.body, nullptr, false);
+  if (!asked.is_object() || !asked.contains("photos") || !asked["photos"].is_array() ||
+      asked["photos"].size() > kMaxStates) {
+    return respond(HttpError(
+        400, "give {\"photos\": [[SHA256, name], ...]}, at most " + std::to_string(kMaxStates)));
+  }
+  const std::string& agent = request.visitor.name;
+  std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
+  const std::string wait_reason = source_.uploads->WaitReason(agent);
+  json states = json::array();
+  for (const json& photo : asked["photos"]) {
+    const bool is_pair =
+        photo.is_array() && photo.size() == 2 && photo[0].is_string() && photo[1].is_string();
+    if (!is_pair) return respond(HttpError(400, "a photo is [SHA256, name]"));
+    const std::string blob_id = photo[0], name = photo[1];
+    json state = view_.With(
+        [&](const SessionRecord& session) { return LedgerState(session, agent, name, blob_id); });
+    const auto progress = here.find(blob_id);
+    if (state.is_null() && progress != here.end()) {
+      state = progress->second.is_stored
+                  ? json({{"state", "received"}, {"reason", wait_reason}})
+                  : json({{"state", "receiving"}, {"offset", progress->second.received_bytes}});
+    }
+    states.push_back(state.is_null() ? json({{"state", "unknown"}}) : std::move(state));
+  }
+  const std::optional<advice_t> advice = source_.advice ? source_.advice(agent) : std::nullopt;
+  const json next = advice ? AdviceJson(*advice) : json(nullptr);
+  respond(JsonResponse(json({{"states", std::move(states)}, {"advice", next}})
+                           .dump(-1, ' ', false, json::error_handler_t::replace)));
+}
+
+}  // namespace skein
