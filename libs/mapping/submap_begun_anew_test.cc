@@ -1,0 +1,89 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "mapping/submap_rig_test.h"
+
+namespace skein {
+namespace {
+
+// Two photos in wrong places, without a point that another could be registered with.
+colmap::Reconstruction DeadEnd(const Submap& submap) {
+  colmap::Reconstruction model = submap.map().reconstruction();
+  for (const Point3DId id : model.Point3DIds()) model.DeletePoint3D(id);
+  const std::vector<ImageId> ids = model.RegImageIds();
+  for (const ImageId id : ids) {
+    if (id > 2) model.DeRegisterImage(id);
+  }
+  model.Image(2).SetTvec(model.Image(2).Tvec() + Eigen::Vector3d(3, 0, 1));
+  return model;
+}
+
+TEST(Submap, IsMappedAnewWhereNothingFitsAnyMore) {
+  SubmapRig run(SyntheticOptions{});
+  run.FeedAll();
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  ASSERT_EQ(run.NumRegistered(), 2);
+  run.events.clear();
+  run.map.Consolidate(run.Sink());
+  EXPECT_EQ(run.NumRegistered(), 8);
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+  std::set<int64_t> told;
+  for (const PhotoEvent& event : run.events) {
+    if (event.state == PhotoEvent::State::kRegistered) told.insert(event.image_id);
+  }
+  EXPECT_EQ(told, (std::set<int64_t>{3, 4, 5, 6, 7, 8}));
+}
+
+TEST(Submap, ThatBeganBadlyIsBegunAnewWhileItIsSmall) {
+  SubmapRig run(SyntheticOptions{});
+  ASSERT_TRUE(run.Start(0, 1, 1));
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  for (const size_t photo : {2, 3, 4, 5, 6, 7}) run.Feed(photo);
+  EXPECT_EQ(run.NumRegistered(), 8);
+  EXPECT_LT(run.PositionErrorPercent(), 0.3);
+}
+
+// Twice the photos show that the other map carries; the others must not be forgotten.
+TEST(Submap, ThatIsBegunAnewTriesAllPhotosThatWait) {
+  SubmapRig run(SyntheticOptions{});
+  ASSERT_TRUE(run.Start(0, 1, 1));
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  for (const size_t photo : {2, 3, 4, 5, 6}) run.Add(photo);
+  run.Feed(7);
+  EXPECT_EQ(run.NumRegistered(), 8);
+}
+
+TEST(Submap, ThatBeganBadlyStaysAsItIsWhenItIsLarge) {
+  SubmapOptions options;
+  options.max_images_begin_anew = 1;
+  SubmapRig run(SyntheticOptions{}, options);
+  ASSERT_TRUE(run.Start(0, 1, 1));
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  for (const size_t photo : {2, 3, 4, 5, 6, 7}) run.Feed(photo);
+  EXPECT_EQ(run.NumRegistered(), 2);
+}
+
+TEST(Submap, AMapAnewThatIsNotCompleteIsDropped) {
+  StoppableRig whole;
+  whole->FeedAll();
+  ASSERT_TRUE(whole->map.ReplaceModel(DeadEnd(whole->map)).ok());
+  whole.StopAt(0);
+  whole->map.RefineUntilStable(whole->Sink());
+  const int num_before_rebuild = whole.num_asked();
+  ASSERT_EQ(whole->NumRegistered(), 2);
+
+  StoppableRig rig;
+  rig->FeedAll();
+  ASSERT_TRUE(rig->map.ReplaceModel(DeadEnd(rig->map)).ok());
+  rig.StopAt(num_before_rebuild + 10);
+  rig->map.Consolidate(rig->Sink());
+  EXPECT_GE(rig.num_asked(), num_before_rebuild + 10) << "it was not to stop yet";
+  EXPECT_EQ(rig->NumRegistered(), 2);
+  rig.StopAt(0);
+  rig->map.Consolidate(rig->Sink());
+  EXPECT_EQ(rig->NumRegistered(), static_cast<int>(rig->scene.photos.size()));
+}
+
+}  // namespace
+}  // namespace skein

@@ -1,0 +1,75 @@
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "mapping/submap_rig_test.h"
+
+namespace skein {
+namespace {
+
+TEST(Submap, RecoversAFocalPriorThatIsWrongByAQuarterAndDistortion) {
+  for (const double factor : {0.75, 1.25}) {
+    for (const bool exif : {false, true}) {
+      SyntheticOptions options;
+      options.num_photos = 16;
+      options.prior_factor = factor;
+      options.focal_from_exif = exif;
+      options.distortion = -0.1;
+      SubmapRig run(options);
+      run.FeedAll();
+      run.map.Finish(run.Sink());
+      EXPECT_EQ(run.NumRegistered(), 16) << factor << exif;
+      EXPECT_NEAR(run.Focal(), 1000, 5) << factor << exif;
+    }
+  }
+}
+
+TEST(Submap, TakesOtherCameraModels) {
+  for (const char* model :
+       {"PINHOLE", "RADIAL", "OPENCV", "FULL_OPENCV", "SIMPLE_RADIAL_FISHEYE"}) {
+    SubmapOptions submap;
+    submap.camera_model = model;
+    SyntheticOptions options;
+    options.num_photos = 14;
+    options.prior_factor = 1.1;
+    SubmapRig run(options, submap);
+    run.FeedAll();
+    run.map.Finish(run.Sink());
+    EXPECT_EQ(run.NumRegistered(), 14) << model;
+    // A fisheye's projection is not the scene's: it must come close, though.
+    const bool fisheye = std::string(model).find("FISHEYE") != std::string::npos;
+    EXPECT_LT(run.PositionErrorPercent(), fisheye ? 5.0 : 0.5) << model;
+  }
+}
+
+TEST(Submap, FocalLengthWithstandsAFewZoomedPhotos) {
+  SyntheticOptions options;
+  options.num_photos = 16;
+  options.prior_factor = 1.1;
+  options.zoomed_photos = {5, 11};
+  SubmapRig run(options);
+  run.FeedAll();
+  run.map.Finish(run.Sink());
+  EXPECT_NEAR(run.Focal(), 1000, 10);
+  EXPECT_GE(run.NumRegistered(), 14);
+}
+
+TEST(Submap, LocalBundleAdjustmentsLeaveTheIntrinsics) {
+  SyntheticOptions options;
+  options.num_photos = 16;
+  SubmapOptions submap;
+  submap.global_growth = 100;
+  SubmapRig run(options, submap);
+  ASSERT_TRUE(run.Start(0, 2));
+  for (size_t i = 1; i < 13; ++i) {
+    if (i != 2) run.Feed(i);
+  }
+  const std::vector<double> params = run.map.map().reconstruction().Camera(1).Params();
+  for (size_t i = 13; i < 16; ++i) run.Feed(i);
+  EXPECT_EQ(run.NumRegistered(), 16);
+  EXPECT_EQ(run.map.map().reconstruction().Camera(1).Params(), params);
+}
+
+}  // namespace
+}  // namespace skein
