@@ -34,6 +34,18 @@ const cases = {
     assert.ok((await browser.state()).framesDrawn - before <= 3, 'it draws although nothing changes');
   },
 
+  async 'before the first photo it is said what is waited for'({ browser, start }) {
+    const server = await start('--hold=-1', '--speed', '20');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('it is connected', (s) => s.synced);
+    await page.locator('#empty').filter({ hasText: 'No photos yet' }).waitFor();
+    server.tell('go');
+    await browser.until('photos are placed', (s) => s.cameras.length >= 2);
+    await page.locator('#empty').waitFor({ state: 'hidden' });
+    return server.url;
+  },
+
   async 'what to photograph next is told and shown'({ browser, url }) {
     const { page } = browser;
     await page.goto(url);
@@ -138,7 +150,6 @@ const cases = {
     assert.equal(state.counts.received, 49);
     await page.locator('#tab_maps').click();
     await page.locator('.merge.done').filter({ hasText: 'Joined map 2 to map 1' }).waitFor();
-    server.stop();
     return server.url;
   },
 
@@ -155,7 +166,6 @@ const cases = {
     await browser.until('it is connected again', (s) => s.connected);
     const state = await browser.until('all is there', (s) => s.finish?.state === 'done' && s.cameras.length === 45);
     assert.equal(state.counts.received, 49);
-    server.stop();
     return server.url;
   },
 
@@ -166,7 +176,6 @@ const cases = {
     await browser.until('it is connected', (s) => s.connected);
     server.tell('revoke');
     await page.locator('#connection.lost').filter({ hasText: 'Not connected: this invitation was revoked' }).waitFor();
-    server.stop();
     return server.url;
   },
 
@@ -224,7 +233,6 @@ const cases = {
     await page.locator('.measure_label').filter({ hasText: /m \(scale from GPS\)/ }).waitFor();
     const metres = parseFloat(await page.locator('.measure_label').innerText());
     assert.ok(metres > 5 && metres < 60, `${metres} m`);
-    server.stop();
     return server.url;
   },
 
@@ -274,14 +282,20 @@ for (const [name, run] of Object.entries(cases)) {
   if (!name.includes(only)) continue;
   const browser = await openBrowser();
   const began = Date.now();
+  const servers = [];
+  const start = async (...more) => {
+    servers.push(await startServer(...more));
+    return servers.at(-1);
+  };
   try {
-    const url = (await run({ browser, url: still.url, start: startServer, openOther: openBrowser, openPhone: () => openBrowser({ width: 360, height: 740, theme: 'light' }) })) ?? still.url;
+    const url = (await run({ browser, url: still.url, start, openOther: openBrowser, openPhone: () => openBrowser({ width: 360, height: 740, theme: 'light' }) })) ?? still.url;
     if (browser.hosts.size > 0) expectClean(browser, url);
     console.log(`ok: ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
   } catch (error) {
     failed++;
     console.log(`FAILED: ${name}\n${error.stack}\n${browser.faults.join('\n')}`);
   }
+  for (const server of servers) server.stop(); // also of a case that failed: who waits for their output waits for them
   await browser.close();
 }
 still.stop();

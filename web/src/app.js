@@ -1,10 +1,11 @@
 // The page: what comes from the server goes into the timeline and the shapes; what is shown follows from them.
 import { kGrid, kMark, kPaper, rgb } from './colours.js';
 import { Feed } from './feed.js';
-import { heirOf, liveSubmaps, photoName, placeOf, standingOf, summarize } from './fold.js';
+import { heirOf, liveSubmaps, placeOf, standingOf, summarize } from './fold.js';
 import { guidanceOf } from './guidance.js';
 import * as sim from './similarity.js';
 import { Shapes } from './shapes.js';
+import { storedTheme, storeTheme } from './theme.js';
 import { Timeline } from './timeline.js';
 import { Compare } from './ui/compare.js';
 import { byId, h, iconButton, setText } from './ui/dom.js';
@@ -15,12 +16,13 @@ import { Inspect } from './ui/inspect.js';
 import { Labels } from './ui/labels.js';
 import { Maps } from './ui/maps.js';
 import { Measure } from './ui/measure.js';
+import { Newest } from './ui/newest.js';
 import { Overview } from './ui/overview.js';
+import { Settings } from './ui/settings.js';
 import { Tabs } from './ui/tabs.js';
 import { Timebar } from './ui/timebar.js';
 import { Unplaced } from './ui/unplaced.js';
 import { Viewer } from './view/viewer.js';
-import { seconds } from './words.js';
 import { World } from './world.js';
 
 const kPhonePoints = 500_000;
@@ -77,10 +79,10 @@ export class App {
         this.changed();
       },
       chunk: (id, chunkId, chunk) => {
-        this.viewer.setChunk(id, chunkId, chunk);
+        this.viewer.submaps.setChunk(id, chunkId, chunk);
         this.changed();
       },
-      chunkGone: (id, chunkId) => this.viewer.dropChunk(id, chunkId),
+      chunkGone: (id, chunkId) => this.viewer.submaps.dropChunk(id, chunkId),
       gone: (id) => {
         this.world.dropShape(id);
         this.changed();
@@ -117,6 +119,7 @@ export class App {
     this.world.reset();
     this.status = null;
     this.newest = 0;
+    this.newestCard.update();
     this.fitted = 0;
     this.select(null);
   }
@@ -137,7 +140,7 @@ export class App {
   setMaxPoints(points) {
     if (points === this.maxPoints) return;
     this.maxPoints = points;
-    this.viewer.setBudget(points);
+    this.viewer.submaps.setBudget(points);
     this.shapes.setBudget(points);
   }
 
@@ -192,7 +195,7 @@ export class App {
       drawn: () => this.labels.place(),
       resized: () => this.resized(),
     }, { reducedMotion });
-    this.viewer.setBudget(this.maxPoints);
+    this.viewer.submaps.setBudget(this.maxPoints);
     if (!this.viewer.renderer) this.notice('No 3D: this browser has no WebGL, or it is switched off. The panels work.');
     this.world = new World(this.viewer, this.timeline);
     const { viewer, world } = this;
@@ -241,13 +244,13 @@ export class App {
     const selected = this.selection?.image ?? 0;
     const cameras = this.world.showCameras({ theme: this.theme, selected, newest: this.newest });
     this.stations = this.world.showStations({ theme: this.theme, advice: this.showsStations ? guidanceOf(view).advice : [] });
-    this.viewer.setCameraBase(this.world.cameraBase());
+    this.viewer.cameras.setBase(this.world.cameraBase());
     this.world.showTints(this.theme, this.tintMaps);
     const ranking = this.world.showRanks();
     this.viewer.setFaded(ranking ? kFaded : 0);
     if (ranking) setTimeout(() => this.changed(), 0);
     if (selected) this.world.showLinks(selected, rgb(kMark[this.theme]));
-    else this.viewer.setLinks([]);
+    else this.viewer.cameras.setLinks([]);
     this.showPictures(view);
     this.autoFit(cameras.length);
     this.header.update(view);
@@ -265,24 +268,12 @@ export class App {
   }
 
   updateNewest({ state }) {
-    const card = byId('newest');
     const photo = state.photos.get(state.newestPlaced);
-    if (!photo) {
-      card.hidden = true;
-      this.newest = 0;
-      return;
-    }
-    const fresh = this.newest !== photo.id;
-    this.newest = photo.id;
-    if (fresh) {
-      const picture = h('img', { src: `/api/photos/${photo.id}/thumbnail`, alt: '', width: 88, height: 66 });
-      this.newestText = h('span');
-      card.replaceChildren(picture, h('span', { className: 'text' }, h('small', {}, 'Newest'), h('b', {}, photoName(photo.agent, photo.name)), this.newestText));
-    }
-    card.hidden = false;
-    setText(this.newestText, `placed ${seconds((photo.firstPlaced - photo.received) / 1e6)} after it came`);
+    const fresh = Boolean(photo) && this.newest !== photo.id;
+    this.newest = photo?.id ?? 0;
+    this.newestCard.update(photo);
     if (fresh && this.follow) this.wantFollow = photo.id;
-    if (this.wantFollow && this.viewer.placed?.has(this.wantFollow)) {
+    if (photo && this.wantFollow && this.viewer.cameras.placed.has(this.wantFollow)) {
       this.viewer.followCamera(this.wantFollow);
       this.wantFollow = 0;
     }
@@ -292,14 +283,14 @@ export class App {
     for (const [role, image] of [['newest', this.newest], ['selected', this.selection?.image ?? 0]]) {
       const twice = role === 'newest' && image === this.selection?.image;
       const photo = twice ? null : state.photos.get(image);
-      this.viewer.setPicture(role, photo?.id ?? 0, `/api/photos/${image}/thumbnail`, photo?.orientation);
+      this.viewer.cameras.pictures.set(role, photo?.id ?? 0, `/api/photos/${image}/thumbnail`, photo?.orientation);
     }
   }
 
   // Until somebody takes the view into their hands it shows everything.
   autoFit(cameras) {
     if (this.viewer.controls.moved || this.follow) return;
-    const points = this.viewer.numPoints ?? 0;
+    const points = this.viewer.submaps.numPoints;
     const grown = cameras > 1.25 * (this.fittedCameras ?? 0) || points > 1.6 * (this.fittedPoints ?? 0) ||
       this.world.measures.size !== this.fittedMaps;
     if (cameras < 2 || !grown) return;
@@ -364,7 +355,7 @@ export class App {
 
   updateEmpty({ summary, timeline, connection }) {
     const empty = byId('empty');
-    const nothing = summary.counts.placed === 0 && timeline.isLive && this.viewer.numPoints === undefined;
+    const nothing = summary.counts.placed === 0 && timeline.isLive && this.viewer.submaps.numPoints === 0;
     empty.hidden = !nothing;
     if (!nothing) return;
     const text = !connection.connected && connection.heard === null
@@ -393,6 +384,7 @@ export class App {
     this.unplaced = new Unplaced({ select });
     this.compareDialog = new Compare();
     this.inspect = new Inspect({ select, hover, lookAt, compare: (a, b) => this.compare(a, b), clear: () => this.select(null) });
+    this.newestCard = new Newest({ lookAt: () => this.lookAtNewest() });
     this.timebar = new Timebar(this.timeline, { show: (utime) => this.showTime(utime) });
     this.tabs = new Tabs({ changed: () => this.changed() });
     this.tabs.add('overview', 'Overview', this.overview);
@@ -421,7 +413,7 @@ export class App {
 
   lookAtMap(id) {
     const heir = heirOf(this.timeline.live, id) || id;
-    const place = this.viewer.placeOf(heir);
+    const place = this.viewer.submaps.placeOf(heir);
     const measure = this.world.measures.get(heir)?.measure;
     if (!place || !measure) return;
     this.viewer.controls.moved = true;
@@ -437,40 +429,33 @@ export class App {
   // ---- tools
 
   makeTools() {
-    const tool = (id, name, label, onclick, pressed) => iconButton(name, label, onclick, { id: `tool_${id}`, 'aria-pressed': pressed });
-    const range = (label, properties, oninput) => h('label', {}, h('span', {}, label), h('input', { type: 'range', oninput: (e) => oninput(Number(e.target.value)), ...properties }));
-    const check = (label, checked, onchange) => h('label', { className: 'check' }, h('input', { type: 'checkbox', checked, onchange: (e) => onchange(e.target.checked) }), label);
-    this.settings = h('div', { id: 'settings', hidden: true, role: 'group', 'aria-label': 'What is shown' },
-      range('Point size', { min: 1, max: 8, step: 0.5, value: 3 }, (v) => this.viewer.setPointPx(v)),
-      range('Camera size', { min: 0, max: 3, step: 0.1, value: 1 }, (v) => this.viewer.setCameraScale(v)),
-      check('Points', true, (on) => this.viewer.show('points', on)),
-      check('Cameras', true, (on) => this.viewer.show('cameras', on)),
-      check('Photos to take', true, (on) => {
+    const { viewer } = this;
+    const settings = new Settings({
+      pointPx: (px) => viewer.setPointPx(px),
+      cameraScale: (scale) => viewer.cameras.setScale(scale),
+      show: (what, on) => viewer.show(what, on),
+      stations: (on) => {
         this.showsStations = on;
         this.changed();
-      }),
-      check('Floor grid', true, (on) => this.viewer.show('grid', on)),
-      check('Tell maps apart by colour', true, (on) => {
+      },
+      tintMaps: (on) => {
         this.tintMaps = on;
         this.changed();
-      }));
-    byId('newest').addEventListener('click', () => {
-      this.select({ image: this.newest });
-      this.viewer.controls.moved = true;
-      this.viewer.lookAtCamera(this.newest);
+      },
     });
+    const tool = (id, name, label, onclick, pressed) => iconButton(name, label, onclick, { id: `tool_${id}`, 'aria-pressed': pressed });
     byId('tools').append(
       tool('fit', 'fit', 'Show everything (F)', () => this.fit()),
       tool('follow', 'follow', 'Follow the newest photo (N)', () => this.setFollow(!this.follow), 'false'),
-      tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!this.viewer.controls.flying), 'false'),
+      tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!viewer.controls.flying), 'false'),
       tool('measure', 'measure', 'Measure a distance (M)', () => this.measure.setActive(!this.measure.active), 'false'),
-      iconButton('layers', 'What is shown', () => this.toggleSettings(), { id: 'tool_layers', 'aria-expanded': 'false', 'aria-controls': 'settings' }),
-      this.settings);
+      settings.button, settings.element);
   }
 
-  toggleSettings() {
-    this.settings.hidden = !this.settings.hidden;
-    byId('tool_layers').setAttribute('aria-expanded', String(!this.settings.hidden));
+  lookAtNewest() {
+    this.select({ image: this.newest });
+    this.viewer.controls.moved = true;
+    this.viewer.lookAtCamera(this.newest);
   }
 
   fit() {
@@ -544,29 +529,10 @@ export class App {
       merges: [...shown.merges.values()].map(({ source, target, state }) => ({ source, target, state })),
       joining: [...this.world.joining.keys()],
       unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p).standing)).map((p) => p.id),
-      points: this.viewer.numPoints ?? 0, pointsShown: this.viewer.numPointsShown ?? 0, loading: this.loading ?? 0,
-      cameras: [...(this.viewer.placed?.keys() ?? [])], shapes: [...this.world.shapes.keys()], selection: this.selection,
+      points: this.viewer.submaps.numPoints, pointsShown: this.viewer.submaps.numPointsShown, loading: this.loading ?? 0,
+      cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,
       stations: (this.stations ?? []).map(({ agent, number, from }) => ({ agent, number, from })),
       framesDrawn: this.viewer.framesDrawn, finish: shown.finish,
     };
   }
 }
-
-function storedTheme() {
-  try {
-    const theme = localStorage.getItem('skein.theme');
-    return theme === 'dark' || theme === 'light' ? theme : null;
-  } catch {
-    return null; // storage may be forbidden
-  }
-}
-
-function storeTheme(theme) {
-  try {
-    if (theme) localStorage.setItem('skein.theme', theme);
-    else localStorage.removeItem('skein.theme');
-  } catch {
-    // Then it lasts as long as the page.
-  }
-}
-

@@ -19,7 +19,7 @@ export class World {
   }
 
   reset() {
-    for (const id of this.shapes?.keys() ?? []) this.viewer.dropSubmap(id);
+    for (const id of this.shapes?.keys() ?? []) this.viewer.submaps.drop(id);
     this.shapes = new Map(); // submap id -> {manifest, cameras: Map(image -> {centre, worldFromCam, aspect})}
     this.measures = new Map(); // submap id -> {measure, photos}
     this.joining = new Map(); // source id -> {target, photos, until}
@@ -40,7 +40,7 @@ export class World {
   // An adjustment may move a submap's whole frame. What is seen stays where it is.
   keepStill(id, cameras) {
     const old = this.shapes.get(id)?.cameras;
-    const place = this.viewer.submaps.get(id)?.goal;
+    const place = this.viewer.submaps.goalOf(id);
     if (!old || !place) return;
     const common = [...old.keys()].filter((image) => cameras.has(image));
     const oldFromNew = sim.fitSimilarity(
@@ -51,20 +51,20 @@ export class World {
       Math.hypot(...oldFromNew.t) > 0.05 * reach;
     if (!moved) return;
     this.measures.delete(id);
-    this.viewer.setPlace(id, sim.compose(place, oldFromNew), { animate: false });
+    this.viewer.submaps.setPlace(id, sim.compose(place, oldFromNew), { animate: false });
   }
 
   dropShape(id) {
     if (this.joining.has(id)) return; // it is still on its way into another one
     this.shapes.delete(id);
     this.measures.delete(id);
-    this.viewer.dropSubmap(id);
+    this.viewer.submaps.drop(id);
   }
 
   // The source's points and cameras move to where the target has them.
   join({ source, target, similarity }, now) {
     const targetFromSource = sim.fromArray(similarity);
-    if (!targetFromSource || !this.viewer.placeOf(source) || !this.viewer.placeOf(target)) return false;
+    if (!targetFromSource || !this.viewer.submaps.placeOf(source) || !this.viewer.submaps.placeOf(target)) return false;
     this.joining.set(source, {
       target, targetFromSource, photos: new Set(this.shapes.get(source)?.cameras.keys() ?? []),
       until: now + kJoinS, arrived: false,
@@ -76,7 +76,7 @@ export class World {
   takeJoined(now) {
     const over = [];
     for (const [source, join] of this.joining) {
-      if ((join.arrived && !this.viewer.isMoving(source)) || now > join.until) over.push(source);
+      if ((join.arrived && !this.viewer.submaps.isMoving(source)) || now > join.until) over.push(source);
     }
     for (const source of over) {
       this.joining.delete(source);
@@ -105,7 +105,7 @@ export class World {
     for (const submap of liveSubmaps(this.timeline.live)) {
       const known = this.measures.get(submap.id);
       const count = this.shapes.get(submap.id)?.cameras.size || submap.numRegistered;
-      const points = this.viewer.samplePoints(submap.id, 800);
+      const points = this.viewer.submaps.samplePoints(submap.id, 800);
       const again = !known || count >= kMeasureAgain * known.photos || (known.points < 20 && points.length >= 20);
       if (again && count >= 2) {
         const photos = this.photosOf(submap);
@@ -118,12 +118,12 @@ export class World {
       if (entry) standing.push({ id: submap.id, measure: entry.measure });
     }
     for (const [id, place] of sideBySide(standing)) {
-      this.viewer.setPlace(id, place, { pivot: this.measures.get(id).measure.middle });
+      this.viewer.submaps.setPlace(id, place, { pivot: this.measures.get(id).measure.middle });
     }
     for (const [source, { target, targetFromSource }] of this.joining) {
-      const goal = this.viewer.submaps.get(target)?.goal;
+      const goal = this.viewer.submaps.goalOf(target);
       const pivot = this.measures.get(source)?.measure.middle;
-      if (goal) this.viewer.setPlace(source, joined(goal, targetFromSource), { pivot });
+      if (goal) this.viewer.submaps.setPlace(source, joined(goal, targetFromSource), { pivot });
     }
   }
 
@@ -138,7 +138,7 @@ export class World {
   metresPerUnit() {
     let best = null;
     for (const [id, { measure, photos }] of this.measures) {
-      const place = this.viewer.submaps.get(id)?.goal;
+      const place = this.viewer.submaps.goalOf(id);
       if (!measure.geo || !place || (best && best.photos >= photos)) continue;
       best = { photos, metres: measure.geo.localFromSubmap.s / place.s, error: measure.geo.error };
     }
@@ -183,7 +183,7 @@ export class World {
       const colour = rgb(agentColour(theme, shown.agents.get(photo.agent)?.index ?? 0));
       cameras.push({ image: photo.id, ...camera, colour, emphasis, alpha: selected && !emphasis ? 0.55 : 0.9 });
     }
-    this.viewer.setCameras(cameras);
+    this.viewer.cameras.set(cameras);
     return cameras;
   }
 
@@ -194,7 +194,7 @@ export class World {
     const stations = stationCameras(advice, aspect).map((station) => ({
       ...station, colour: rgb(agentColour(theme, shown.agents.get(station.agent)?.index ?? 0)), alpha: station.number === 1 ? 1 : 0.5,
     }));
-    this.viewer.setStations(stations);
+    this.viewer.cameras.setStations(stations);
     return stations;
   }
 
@@ -204,30 +204,30 @@ export class World {
     let left = false;
     for (const [id, { manifest, cameras }] of this.shapes) {
       if (timeline.isLive) {
-        viewer.setRank(id, null);
+        viewer.submaps.setRank(id, null);
         continue;
       }
       const order = [...cameras.keys()]
         .map((image) => ({ image, t: timeline.live.photos.get(image)?.firstPlaced || Infinity }))
         .sort((a, b) => a.t - b.t);
-      const [points] = viewer.unranked(id);
+      const [points] = viewer.submaps.unranked(id);
       if (points) {
         if (this.prepared?.manifest !== manifest) {
           const inOrder = order.map(({ image }) => cameras.get(image));
-          this.prepared = { manifest, cameras: prepareCameras(inOrder, viewer.samplePoints(id, 4000)) };
+          this.prepared = { manifest, cameras: prepareCameras(inOrder, viewer.submaps.samplePoints(id, 4000)) };
         }
         points.setRanks(ranksOf(points.chunk, this.prepared.cameras, points.shown));
-        left ||= viewer.unranked(id).length > 0;
+        left ||= viewer.submaps.unranked(id).length > 0;
       }
-      viewer.setRank(id, order.filter(({ t }) => t <= timeline.utime).length);
+      viewer.submaps.setRank(id, order.filter(({ t }) => t <= timeline.utime).length);
     }
     return left;
   }
 
   showTints(theme, wanted) {
     const several = wanted && this.measures.size > 1;
-    for (const id of this.viewer.submaps.keys()) {
-      this.viewer.setTint(id, mapColour(theme, id), several ? kMapTint : 0);
+    for (const id of this.viewer.submaps.ids()) {
+      this.viewer.submaps.setTint(id, mapColour(theme, id), several ? kMapTint : 0);
     }
   }
 
@@ -235,7 +235,7 @@ export class World {
   showLinks(image, colourOf) {
     const edges = [...(this.timeline.shown.edges.get(image) ?? [])].sort((a, b) => b[1] - a[1]).slice(0, 40);
     const most = edges.length ? edges[0][1] : 1;
-    this.viewer.setLinks(edges.map(([other, inliers]) => ({
+    this.viewer.cameras.setLinks(edges.map(([other, inliers]) => ({
       from: image, to: other, colour: [...colourOf, 0.25 + 0.75 * (inliers / most)],
     })));
   }

@@ -37,8 +37,8 @@ export class Labels {
 
   // A point stays with its submap.
   pointNow({ submap, chunk, index, version, point }) {
-    const place = this.viewer.placeOf(submap);
-    const points = this.viewer.submaps.get(submap)?.chunks.get(chunk)?.chunk;
+    const place = this.viewer.submaps.placeOf(submap);
+    const points = this.viewer.submaps.chunk(submap, chunk);
     return place && points?.version === version ? sim.apply(place, pointOf(points, index)) : point;
   }
 
@@ -59,7 +59,7 @@ export class Labels {
   }
 
   mapTop(id) {
-    const place = this.viewer.placeOf(id);
+    const place = this.viewer.submaps.placeOf(id);
     const measure = this.world.measures.get(id)?.measure;
     if (!place || !measure) return null;
     const [x, y, z] = sim.apply(place, measure.middle);

@@ -39,13 +39,13 @@ export class Measure {
     const own = sim.distance(a.own, b.own);
     const geo = this.world.measures.get(a.submap)?.measure.geo;
     if (geo) return `${length(own * geo.localFromSubmap.s, true)} (scale from GPS)`;
-    return length(own * (this.viewer.placeOf(a.submap)?.s ?? 1), false);
+    return length(own * (this.viewer.submaps.placeOf(a.submap)?.s ?? 1), false);
   }
 
   // In the display's frame; null where the map of the points was joined to another one.
   points() {
     const points = this.picked.map(({ submap, own }) => {
-      const place = this.viewer.placeOf(submap);
+      const place = this.viewer.submaps.placeOf(submap);
       return place && sim.apply(place, own);
     });
     return points.every(Boolean) ? points : null;
