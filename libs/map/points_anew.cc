@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
@@ -24,9 +27,12 @@ class KeypointComponents {
     }
     parent_.resize(num_keypoints);
     std::iota(parent_.begin(), parent_.end(), size_t{0});
+    is_matched_.resize(num_keypoints);
     for (const auto& [id1, id2] : map.pairs()) {
       for (const colmap::FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
         parent_[Find(id1, match.point2D_idx1)] = Find(id2, match.point2D_idx2);
+        is_matched_[begin_.at(id1) + match.point2D_idx1] = true;
+        is_matched_[begin_.at(id2) + match.point2D_idx2] = true;
       }
     }
   }
@@ -36,79 +42,118 @@ class KeypointComponents {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
+  bool IsMatched(ImageId id, Point2DIdx index) const { return is_matched_[begin_.at(id) + index]; }
 
  private:
   std::unordered_map<ImageId, size_t> begin_;
   std::vector<size_t> parent_;
+  std::vector<bool> is_matched_;
 };
 
-// The photos and poses of a map without its points, and the matches of some components.
+// The photos and poses of a map without its points; the keypoints and matches of some components.
+// A photo's keypoints keep their order.
 class Part {
  public:
-  explicit Part(const SceneMap& map) {
-    const colmap::Reconstruction& model = map.reconstruction();
+  explicit Part(const colmap::Reconstruction& model) {
     for (const auto& [id, camera] : model.Cameras()) model_.AddCamera(camera);
-    for (const ImageId id : map.photos()) AddImage(model.Image(id));
   }
 
-  void AddMatches(ImageId id1, ImageId id2, const colmap::FeatureMatches& matches) {
-    if (!matches.empty()) graph_.AddCorrespondences(id1, id2, matches);
-  }
-
-  // False where `stop` said so.
-  bool Triangulate(const SceneMap::TriangulatorOptions& options, const std::vector<ImageId>& order,
-                   const std::function<bool()>& stop) {
-    colmap::IncrementalTriangulator triangulator(&graph_, &model_);
-    for (const ImageId id : order) {
-      if (stop()) return false;
-      triangulator.TriangulateImage(options, id);
-    }
-    return true;
-  }
-
-  void MovePointsTo(colmap::Reconstruction* model) const {
-    const auto ids = model_.Point3DIds();
-    std::vector<Point3DId> ascending(ids.begin(), ids.end());
-    std::sort(ascending.begin(), ascending.end());
-    for (const Point3DId id : ascending) {
-      const colmap::Point3D& point = model_.Point3D(id);
-      model->AddPoint3D(point.XYZ(), point.Track());
-    }
-  }
-
- private:
-  void AddImage(const colmap::Image& from) {
+  // Its keypoints in this part, ascending.
+  void AddImage(const colmap::Image& from, std::vector<Point2DIdx> keypoints) {
     colmap::Image image;
     image.SetImageId(from.ImageId());
     image.SetCameraId(from.CameraId());
     image.SetQvec(from.Qvec());
     image.SetTvec(from.Tvec());
-    std::vector<Eigen::Vector2d> keypoints;
-    for (const colmap::Point2D& keypoint : from.Points2D()) keypoints.push_back(keypoint.XY());
-    image.SetPoints2D(keypoints);
+    std::vector<Eigen::Vector2d> points;
+    for (const Point2DIdx i : keypoints) points.push_back(from.Point2D(i).XY());
+    image.SetPoints2D(points);
     model_.AddImage(std::move(image));
     if (from.IsRegistered()) model_.RegisterImage(from.ImageId());
-    graph_.AddImage(from.ImageId(), keypoints.size());
+    graph_.AddImage(from.ImageId(), points.size());
+    keypoints_[from.ImageId()] = std::move(keypoints);
   }
 
+  // By the keypoints of this part.
+  void AddMatches(ImageId id1, ImageId id2, const colmap::FeatureMatches& matches) {
+    if (!matches.empty()) graph_.AddCorrespondences(id1, id2, matches);
+  }
+
+  void Triangulate(const SceneMap::TriangulatorOptions& options, ImageId id) {
+    colmap::IncrementalTriangulator(&graph_, &model_).TriangulateImage(options, id);
+  }
+
+  void CopyPointsTo(colmap::Reconstruction* model) const {
+    const auto ids = model_.Point3DIds();
+    std::vector<Point3DId> ascending(ids.begin(), ids.end());
+    std::sort(ascending.begin(), ascending.end());
+    for (const Point3DId id : ascending) {
+      const colmap::Point3D& point = model_.Point3D(id);
+      colmap::Track track;
+      for (const colmap::TrackElement& element : point.Track().Elements()) {
+        track.AddElement(element.image_id, keypoints_.at(element.image_id)[element.point2D_idx]);
+      }
+      model->AddPoint3D(point.XYZ(), std::move(track));
+    }
+  }
+
+ private:
   colmap::Reconstruction model_;
   colmap::CorrespondenceGraph graph_;
+  std::unordered_map<ImageId, std::vector<Point2DIdx>> keypoints_;  // in the map
 };
 
 std::vector<Part> Divide(const SceneMap& map, int num_parts) {
   KeypointComponents components(map);
   std::vector<Part> parts;
-  for (int i = 0; i < num_parts; ++i) parts.emplace_back(map);
+  parts.reserve(num_parts);
+  for (int i = 0; i < num_parts; ++i) parts.emplace_back(map.reconstruction());
+  std::unordered_map<ImageId, std::vector<Point2DIdx>> index_in_part;
+  for (const ImageId id : map.photos()) {
+    const colmap::Image& image = map.reconstruction().Image(id);
+    std::vector<std::vector<Point2DIdx>> keypoints(num_parts);
+    std::vector<Point2DIdx>& index = index_in_part[id];
+    index.resize(image.NumPoints2D());
+    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+      if (!components.IsMatched(id, i)) continue;
+      std::vector<Point2DIdx>& of_part = keypoints[components.Find(id, i) % num_parts];
+      index[i] = static_cast<Point2DIdx>(of_part.size());
+      of_part.push_back(i);
+    }
+    for (int i = 0; i < num_parts; ++i) parts[i].AddImage(image, std::move(keypoints[i]));
+  }
   std::vector<colmap::FeatureMatches> shares(num_parts);
   for (const auto& [id1, id2] : map.pairs()) {
     for (colmap::FeatureMatches& share : shares) share.clear();
+    const std::vector<Point2DIdx>& index1 = index_in_part.at(id1);
+    const std::vector<Point2DIdx>& index2 = index_in_part.at(id2);
     for (const colmap::FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
-      shares[components.Find(id1, match.point2D_idx1) % num_parts].push_back(match);
+      shares[components.Find(id1, match.point2D_idx1) % num_parts].emplace_back(
+          index1[match.point2D_idx1], index2[match.point2D_idx2]);
     }
     for (int i = 0; i < num_parts; ++i) parts[i].AddMatches(id1, id2, shares[i]);
   }
   return parts;
 }
+
+// Photos that threads have done.
+class DoneCount {
+ public:
+  void Add() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++done_;
+    grown_.notify_one();
+  }
+  void WaitFor(size_t count) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    grown_.wait(lock, [&] { return done_ >= count; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable grown_;
+  size_t done_ = 0;  // guarded by mutex_
+};
 
 std::vector<ImageId> RegisteredByName(const colmap::Reconstruction& model) {
   std::vector<ImageId> images = model.RegImageIds();
@@ -124,15 +169,24 @@ bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, in
   std::vector<Part> parts = Divide(*map, std::max(1, num_threads));
   const std::vector<ImageId> order = RegisteredByName(map->reconstruction());
   std::atomic<bool> stopped = false;
+  DoneCount others;
   RunOnThreads(static_cast<int>(parts.size()), [&](int i) {
-    const bool asks = i == 0 && stop;
-    const auto is_stopped = [&] { return asks ? stop() : stopped.load(); };
-    if (!parts[i].Triangulate(options, order, is_stopped)) stopped = true;
+    for (const ImageId id : order) {
+      if (i == 0 && stop && stop()) stopped = true;
+      if (stopped) return;
+      parts[i].Triangulate(options, id);
+      if (i > 0) others.Add();
+    }
+    const size_t num_of_others = i == 0 && stop ? (parts.size() - 1) * order.size() : 0;
+    for (size_t n = 1; n <= num_of_others && !stopped; ++n) {
+      others.WaitFor(n);
+      stopped = stop();
+    }
   });
   if (stopped) return false;
   colmap::Reconstruction& model = MapAccess::Model(map);
   for (const Point3DId id : model.Point3DIds()) model.DeletePoint3D(id);
-  for (const Part& part : parts) part.MovePointsTo(&model);
+  for (const Part& part : parts) part.CopyPointsTo(&model);
   map->ForgetModifiedPoints();
   return true;
 }

@@ -11,11 +11,12 @@ namespace skein {
 // poses they were found with. Visits all matches; poses and cameras stay.
 //
 // Keypoints that no chain of matches joins have no part in each other's points. So the threads
-// share out the connected components of keypoints, and the points are those of one thread. Each
-// thread has a copy of all keypoints.
+// share out the connected components of keypoints, and the points are those of one thread. Together
+// the threads hold one copy of the matched keypoints and of the matches.
 //
-// Where there is a `stop`, the calling thread asks it before each photo. At true the former points
-// are still there, and the result is false.
+// Where there is a `stop`, the calling thread asks it before each photo of its own share, and then
+// after each photo that another thread has done: once a photo and thread, so it's asked until all
+// is done. At true the former points are still there, and the result is false.
 bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, int num_threads,
                      SceneMap* map, const std::function<bool()>& stop = nullptr);
 

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/process.h"
+#include "map/filters.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein {
@@ -80,6 +82,42 @@ TEST_F(PointsAnewTest, ThatAreToStopLeaveTheFormerPoints) {
     EXPECT_EQ(num_asked, 5);
     EXPECT_EQ(PointsOf(map), before);
   }
+}
+
+// A component may be nearly all that there is: then the calling thread is done long before another.
+TEST_F(PointsAnewTest, AreAskedWhetherToStopUntilAllThreadsAreDone) {
+  for (const int num_threads : {1, 3}) {
+    const int num_photos_done = 9 * num_threads;
+    for (const int stop_at : {0, num_photos_done}) {
+      SceneMap map;
+      Fill(&map);
+      map.DeletePoint(AllPoints(map).front());  // it is found again
+      const Points before = PointsOf(map);
+      int num_asked = 0;
+      const auto stop = [&] { return ++num_asked == stop_at; };
+      EXPECT_EQ(TriangulateAnew(options_, num_threads, &map, stop), stop_at == 0);
+      EXPECT_EQ(num_asked, num_photos_done);
+      EXPECT_EQ(PointsOf(map) == before, stop_at > 0);
+    }
+  }
+}
+
+// The highest mark of the process's memory only rises: what one thread needs has raised it before.
+TEST(PointsAnew, NeedNoMoreMemoryWithMoreThreads) {
+  SyntheticOptions large;
+  large.num_points = 15000;
+  const SyntheticScene scene = MakeScene(large);
+  SceneMap map;
+  AddToMap(scene, scene.pairs, &map);
+  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
+  int64_t keypoint_bytes = 0;
+  for (const ImageId id : map.photos()) {
+    keypoint_bytes += map.reconstruction().Image(id).NumPoints2D() * sizeof(colmap::Point2D);
+  }
+  ASSERT_TRUE(TriangulateAnew({}, 1, &map));
+  const int64_t before = PeakMemoryBytes();
+  ASSERT_TRUE(TriangulateAnew({}, 24, &map));
+  EXPECT_LT(PeakMemoryBytes() - before, 8 * keypoint_bytes);
 }
 
 }  // namespace
