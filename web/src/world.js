@@ -22,7 +22,7 @@ export class World {
     for (const id of this.shapes?.keys() ?? []) this.viewer.submaps.drop(id);
     this.shapes = new Map(); // submap id -> {manifest, cameras: Map(image -> {centre, worldFromCam, aspect})}
     this.measures = new Map(); // submap id -> {measure, photos}
-    this.joining = new Map(); // source id -> {target, photos, until}
+    this.joining = new Map(); // source id -> {target, targetFromSource, photos, until, arrived, sent}
   }
 
   setManifest(id, manifest) {
@@ -67,7 +67,7 @@ export class World {
     if (!targetFromSource || !this.viewer.submaps.placeOf(source) || !this.viewer.submaps.placeOf(target)) return false;
     this.joining.set(source, {
       target, targetFromSource, photos: new Set(this.shapes.get(source)?.cameras.keys() ?? []),
-      until: now + kJoinS, arrived: false,
+      until: now + kJoinS, arrived: false, sent: false,
     });
     return true;
   }
@@ -76,7 +76,7 @@ export class World {
   takeJoined(now) {
     const over = [];
     for (const [source, join] of this.joining) {
-      if ((join.arrived && !this.viewer.submaps.isMoving(source)) || now > join.until) over.push(source);
+      if ((join.arrived && join.sent && !this.viewer.submaps.isMoving(source)) || now > join.until) over.push(source);
     }
     for (const source of over) {
       this.joining.delete(source);
@@ -120,7 +120,9 @@ export class World {
     for (const [id, place] of sideBySide(standing)) {
       this.viewer.submaps.setPlace(id, place, { pivot: this.measures.get(id).measure.middle });
     }
-    for (const [source, { target, targetFromSource }] of this.joining) {
+    for (const [source, join] of this.joining) {
+      const { target, targetFromSource } = join;
+      join.sent = true;
       const goal = this.viewer.submaps.goalOf(target);
       const pivot = this.measures.get(source)?.measure.middle;
       if (goal) this.viewer.submaps.setPlace(source, joined(goal, targetFromSource), { pivot });
