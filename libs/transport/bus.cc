@@ -157,7 +157,8 @@ bool Bus::IsFrom(const std::string& instance, bool takes_unsigned) const {
 
 void Bus::Refuse(const std::string& channel, const char* why) {
   ++counters_.num_refused;
-  const int64_t count = ++counters_.refused[channel];
+  ++counters_.refused[channel];
+  const int64_t count = ++num_refused_for_[{channel, why}];
   if (!IsWorthALine(count)) return;
   const std::string by =
       sender_ == nullptr || !*sender_

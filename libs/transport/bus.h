@@ -169,6 +169,8 @@ class Bus {
   std::map<SubscriptionId, std::pair<bool, std::string>> subscriptions_;  // bulk?, channel
   SubscriptionId next_id_ = 1;
   BusCounters counters_;
+  // By channel and reason, so that no flood hides another.
+  std::map<std::pair<std::string, std::string>, int64_t> num_refused_for_;
   std::set<std::string> warned_of_size_;  // channels
   std::unique_ptr<MessageSeal> seal_;
   bool takes_unsigned_ = true;

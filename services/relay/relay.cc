@@ -310,9 +310,11 @@ void Relay::HearHello(Client* from, const Bytes& hello) {
 }
 
 void Relay::NoteRefused(const Client& from, const std::string& channel, const char* why) {
-  if (!IsWorthALine(++counters_.num_refused)) return;
+  ++counters_.num_refused;
+  const int64_t count = ++num_refused_for_[why];
+  if (!IsWorthALine(count)) return;
   LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from.name, Shown(channel), why,
-          counters_.num_refused);
+          count);
 }
 
 bool Relay::IsMember(const Client& client) const {

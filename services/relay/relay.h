@@ -152,6 +152,7 @@ class Relay {
   PollLoop::TimerId late_timer_ = 0;
   PollLoop::TimerId deadline_timer_ = 0;
   RelayCounters counters_;
+  std::map<std::string, int64_t> num_refused_for_;  // by reason, so that no flood hides another
 };
 
 }  // namespace skein
