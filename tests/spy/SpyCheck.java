@@ -44,7 +44,7 @@ public class SpyCheck {
         () -> {
           final ChannelData data = spy.channelMap.get(channel);
           spy.createViewer(data);
-          data.viewerFrame.setLocation(120, 300);
+          data.viewerFrame.setLocation(820, 20);
         });
     final long enough = spy.channelMap.get(channel).nreceived + 5;
     while (spy.channelMap.get(channel).nreceived < enough) Thread.sleep(100);
