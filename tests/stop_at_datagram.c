@@ -1,6 +1,7 @@
 // LD_PRELOAD shim: stops the process (SIGSTOP, all threads) that is the first to send a certain
 // datagram, right before or right after it is sent, so that a test can kill at a known point.
-// udpm only: LCM sends a small message with one sendmsg.
+// On udpm LCM sends a small message with one sendmsg. On tcpq, in the clear, a send may hold
+// several messages, and all of them count as sent with it.
 //
 //   SKEIN_STOP_AT    before|after
 //   SKEIN_STOP_TEXT  texts that the datagram holds, separated by blanks
@@ -31,9 +32,7 @@ static size_t flatten(const struct msghdr* message, char* bytes) {
   return size;
 }
 
-static int holds_all(const struct msghdr* message, const char* texts) {
-  static __thread char bytes[kMaxDatagram];
-  const size_t size = flatten(message, bytes);
+static int holds_all(const char* bytes, size_t size, const char* texts) {
   while (*texts) {
     const size_t length = strcspn(texts, " ");
     if (!memmem(bytes, size, texts, length)) return 0;
@@ -56,9 +55,26 @@ ssize_t sendmsg(int fd, const struct msghdr* message, int flags) {
   if (!next) next = dlsym(RTLD_NEXT, "sendmsg");
   const char* texts = getenv("SKEIN_STOP_TEXT");
   const char* at = getenv("SKEIN_STOP_AT");
-  if (!texts || !at || !holds_all(message, texts)) return next(fd, message, flags);
+  static __thread char bytes[kMaxDatagram];
+  if (!texts || !at || !holds_all(bytes, flatten(message, bytes), texts)) {
+    return next(fd, message, flags);
+  }
   if (strcmp(at, "before") == 0) stop_if_first();
   const ssize_t sent = next(fd, message, flags);
+  const int saved_errno = errno;
+  if (strcmp(at, "after") == 0) stop_if_first();
+  errno = saved_errno;
+  return sent;
+}
+
+ssize_t send(int fd, const void* data, size_t size, int flags) {
+  static ssize_t (*next)(int, const void*, size_t, int);
+  if (!next) next = dlsym(RTLD_NEXT, "send");
+  const char* texts = getenv("SKEIN_STOP_TEXT");
+  const char* at = getenv("SKEIN_STOP_AT");
+  if (!texts || !at || !holds_all(data, size, texts)) return next(fd, data, size, flags);
+  if (strcmp(at, "before") == 0) stop_if_first();
+  const ssize_t sent = next(fd, data, size, flags);
   const int saved_errno = errno;
   if (strcmp(at, "after") == 0) stop_if_first();
   errno = saved_errno;
