@@ -33,6 +33,9 @@ constexpr double kDeadlineCheckS = 0.5;
 constexpr double kIdleS =
     5;  // who has said nothing for so long yields its place where it is wanted
 constexpr double kPauseS = 0.5;
+// Who says nothing but what is refused takes a 60th of a core's time to check it, not all of it.
+constexpr int kMaxRefusedInRow = 100;
+constexpr double kHeldUpS = 1;
 constexpr double kMemberS = 60;  // certificates expire: a hello counts for so long
 
 constexpr char kWatchPort[] = "this port is for listening; publish on the session's URL";
@@ -213,7 +216,7 @@ void Relay::Join(const Listener& listener, int fd, uint32_t address, std::string
 // A client's turn.
 void Relay::Serve(int fd) {
   Client& client = clients_.at(fd);
-  if (client.is_late) return;  // its turn comes without its descriptor
+  if (client.is_late || client.held_until != 0) return;  // its turn comes without its descriptor
   const size_t before = client.parser.held_bytes();
   const bool stays = ParseAndReceive(&client);
   unfinished_bytes_ += client.parser.held_bytes();
@@ -224,8 +227,9 @@ void Relay::Serve(int fd) {
     } else {
       Expel(fd, client.parser.why_broken());
     }
-  } else if (!client.watches_writable) {
-    MarkDirty(fd, &client);  // TLS may have waited for what came
+  } else {
+    if (client.num_refused_in_row >= kMaxRefusedInRow) HoldUp(fd, &client);
+    if (!client.watches_writable) MarkDirty(fd, &client);  // TLS may have waited for what came
   }
   KeepWithinMemory();
   WriteDirty();
@@ -245,6 +249,7 @@ bool Relay::ParseAndReceive(Client* client) {
       completed = true;
       client->heard_s = loop_.now_s();
       Handle(client, frame);
+      if (client->num_refused_in_row >= kMaxRefusedInRow) return true;
       if (++num_frames < kTurnFrames && loop_.now_s() - start_s < kTurnS) continue;
       ServeLater(client);
       return true;
@@ -278,6 +283,22 @@ void Relay::ServeLater(Client* client) {
   });
 }
 
+// Reads nothing of it for a while. What it hears and has no room for waits as long.
+void Relay::HoldUp(int fd, Client* client) {
+  if (IsWorthALine(++counters_.num_held_up)) {
+    LogWarn("port {}: {} is not read for {} s: its last {} messages were refused ({} so far)",
+            port(), client->name, kHeldUpS, client->num_refused_in_row, counters_.num_held_up);
+  }
+  client->num_refused_in_row = 0;
+  WatchWritable(fd, client, false);
+  loop_.RemoveFd(fd);
+  client->held_until = loop_.AddOneShot(kHeldUpS, [this, fd] {
+    clients_.at(fd).held_until = 0;
+    loop_.AddFd(fd, [this, fd] { Serve(fd); });
+    Serve(fd);
+  });
+}
+
 void Relay::Handle(Client* client, const tcpq::Frame& frame) {
   if (frame.type == tcpq::FrameType::kPublish) return Publish(client, frame);
   if (frame.type == tcpq::FrameType::kUnsubscribe) return client->channels.Remove(frame.channel);
@@ -294,8 +315,9 @@ void Relay::Publish(Client* from, const tcpq::Frame& frame) {
   if (frame.channel == tcpq::kHelloChannel) return HearHello(from, frame.message);
   if (!from->is_watcher && !IsWanted(frame.channel)) return;  // nothing is spent on it
   const char* why = WhyRefused(from, frame);
-  if (why == nullptr) return Forward(*from, frame);
-  NoteRefused(*from, frame.channel, why);
+  if (why != nullptr) return NoteRefused(from, frame.channel, why);
+  from->num_refused_in_row = 0;
+  Forward(*from, frame);
 }
 
 // A hello alone shows who is at the other end: any other message may be another's, said again.
@@ -305,15 +327,17 @@ void Relay::HearHello(Client* from, const Bytes& hello) {
   const char* why = from->is_watcher ? kWatchPort
                     : binding        ? guard_->WhyNoMember(hello, *binding)
                                      : "TLS has no binding for it";
-  if (why != nullptr) return NoteRefused(*from, tcpq::kHelloChannel, why);
+  if (why != nullptr) return NoteRefused(from, tcpq::kHelloChannel, why);
+  from->num_refused_in_row = 0;
   from->member_s = loop_.now_s();
 }
 
-void Relay::NoteRefused(const Client& from, const std::string& channel, const char* why) {
+void Relay::NoteRefused(Client* from, const std::string& channel, const char* why) {
   ++counters_.num_refused;
+  ++from->num_refused_in_row;
   const int64_t count = ++num_refused_for_[why];
   if (!IsWorthALine(count)) return;
-  LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from.name, Shown(channel), why,
+  LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from->name, Shown(channel), why,
           count);
 }
 
@@ -445,7 +469,7 @@ void Relay::Refill(Client* client) {
 }
 
 void Relay::WatchWritable(int fd, Client* client, bool watch) {
-  if (watch == client->watches_writable) return;
+  if (watch == client->watches_writable || client->held_until != 0) return;
   client->watches_writable = watch;
   if (!watch) return loop_.SetOnWritable(fd, {});
   loop_.SetOnWritable(fd, [this, fd] {
@@ -459,7 +483,7 @@ void Relay::ExpelOverdue() {
   const double now_s = loop_.now_s();
   std::vector<std::pair<int, const char*>> overdue;
   for (const auto& [fd, client] : clients_) {
-    if (client.is_late) continue;
+    if (client.is_late || client.held_until != 0) continue;
     if (!client.parser.greeted()) {
       if (now_s - client.heard_s >= options_.greeting_s)
         overdue.emplace_back(fd, "it says nothing");
@@ -487,6 +511,7 @@ void Relay::HangUp(int fd, const std::string& why) {
   const auto client = clients_.find(fd);
   if (client == clients_.end()) return;
   LogDebug("{} leaves port {}: {}", client->second.name, port(), why);
+  loop_.CancelTimer(client->second.held_until);
   loop_.RemoveFd(fd);
   unfinished_bytes_ -= client->second.parser.held_bytes();
   const auto count = num_of_address_.find(client->second.address);

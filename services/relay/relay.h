@@ -50,6 +50,7 @@ struct RelayCounters {
   int64_t num_refused = 0;                // not forwarded: see RelayGuard; and from the watch port
   int64_t num_refused_subscriptions = 0;  // of a form that is not taken, or too many
   int64_t num_turned_away = 0;            // connections for which there was no room
+  int64_t num_held_up = 0;                // clients not read for a while, as all is refused
   int64_t num_expelled = 0;               // clients hung up on for what they did or did not do
 };
 
@@ -89,9 +90,11 @@ class Relay {
     double signed_s = -1e9;  // or something else with a signature that holds
     tcpq::FrameParser parser;
     ChannelSet channels;
-    double heard_s = 0;    // when it came, then of its last frame
-    double began_s = 0;    // when the message that is not whole began
-    bool is_late = false;  // it has had its turn, and more of its frames are here
+    double heard_s = 0;                // when it came, then of its last frame
+    double began_s = 0;                // when the message that is not whole began
+    bool is_late = false;              // it has had its turn, and more of its frames are here
+    int num_refused_in_row = 0;        // none was taken since
+    PollLoop::TimerId held_until = 0;  // it is not read meanwhile
     FairQueue queue;
     FairQueue::FramePtr frame;  // being sent
     size_t frame_at = 0;
@@ -113,6 +116,7 @@ class Relay {
   void Serve(int fd);
   bool ParseAndReceive(Client* client);
   void ServeLater(Client* client);
+  void HoldUp(int fd, Client* client);
   void Handle(Client* client, const tcpq::Frame& frame);
   bool IsMember(const Client& client) const;
   bool HasSigned(const Client& client) const;
@@ -121,7 +125,7 @@ class Relay {
   const char* WhyRefused(Client* from, const tcpq::Frame& frame);
   void Publish(Client* from, const tcpq::Frame& frame);
   void HearHello(Client* from, const Bytes& hello);
-  void NoteRefused(const Client& from, const std::string& channel, const char* why);
+  void NoteRefused(Client* from, const std::string& channel, const char* why);
   void Forward(const Client& from, const tcpq::Frame& frame);
   void KeepWithinMemory();
   void DropMostQueued();

@@ -73,6 +73,46 @@ TEST_F(RelayLimits, WhoSaysNothingIsHungUpOn) {
   EXPECT_EQ(relay_->counters().num_expelled, 1);
 }
 
+// Checking what it says would take all of the relay's time.
+TEST_F(RelayLimits, WhoIsRefusedThroughoutIsReadASecondLater) {
+  constexpr char kSession[] = "0123456789abcdef";
+  const SigningKey root = SigningKey::Generate();
+  const auto seal = [&](const std::string& name) {
+    return MessageSeal({kSession, root.public_key()},
+                       IssueCredential(root, kSession, Role::kViewer, name, 0), {},
+                       [this] { return static_cast<int64_t>(now_s_ * 1e6); });
+  };
+  relay_ = std::make_unique<Relay>(loop_, RelayOptions(),
+                                   std::make_unique<RelayGuard>(seal("relay"), false));
+  RawClient& listener = Connect();
+  listener.Greet();
+  listener.Subscribe("SKEIN_HEARTBEAT");
+  RawClient& hostile = Connect();
+  hostile.Greet();
+  hostile.Subscribe("SKEIN_HEARTBEAT");
+  for (int i = 0; i < 250; ++i) hostile.Publish("SKEIN_HEARTBEAT", 100);
+  const auto num_refused = [&] { return relay_->counters().num_refused; };
+  ASSERT_TRUE(Until([&] { return num_refused() == 100; }));
+  Settle();
+  EXPECT_EQ(num_refused(), 100);
+
+  RawClient& good = Connect();
+  good.Greet();
+  MessageSeal viewer = seal("viewer");
+  Bytes frame;
+  const Bytes message = viewer.Seal("SKEIN_HEARTBEAT", Bytes(100, 7));
+  tcpq::AppendPublish("SKEIN_HEARTBEAT", message.data(), message.size(), &frame);
+  good.Send(frame);
+  EXPECT_TRUE(Until([&] { return listener.NumHeard() == 1 && hostile.NumHeard() == 1; }));
+
+  now_s_ += 1.1;
+  EXPECT_TRUE(Until([&] { return num_refused() == 200; }));
+  now_s_ += 1.1;
+  EXPECT_TRUE(Until([&] { return num_refused() == 250; }));
+  EXPECT_EQ(relay_->counters().num_held_up, 2);
+  EXPECT_TRUE(hostile.IsOpen());
+}
+
 TEST_F(RelayLimits, AMessageThatDoesNotEndIsWaitedForNotLong) {
   Start();
   RawClient& good = Join();

@@ -87,6 +87,7 @@ heartbeat_t RelaySession::Heartbeat(const std::vector<std::unique_ptr<Relay>>& r
     sum.num_refused += counters.num_refused;
     sum.num_refused_subscriptions += counters.num_refused_subscriptions;
     sum.num_turned_away += counters.num_turned_away;
+    sum.num_held_up += counters.num_held_up;
     sum.num_expelled += counters.num_expelled;
   }
   heartbeat_t beat{};
@@ -98,6 +99,7 @@ heartbeat_t RelaySession::Heartbeat(const std::vector<std::unique_ptr<Relay>>& r
                CountOf(sum.num_dropped, "messages dropped for clients that do not keep up") +
                CountOf(sum.num_refused_subscriptions, "subscriptions refused") +
                CountOf(sum.num_turned_away, "connections turned away") +
+               CountOf(sum.num_held_up, "times a client was held up whose messages are refused") +
                CountOf(sum.num_expelled, "clients hung up on");
   beat.num_done = sum.num_messages;
   beat.memory_bytes = ResidentMemoryBytes();
