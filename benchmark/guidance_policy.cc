@@ -45,12 +45,6 @@ struct Capture {
   PlaceQuality place;  // of that map
 };
 
-// A turn by a radian is as far as a working distance.
-double Distance(const CameraPose& a, const CameraPose& b, double working_distance) {
-  const double turn = std::acos(std::clamp(AheadOf(a).dot(AheadOf(b)), -1.0, 1.0));
-  return (a.Centre() - b.Centre()).norm() / working_distance + turn;
-}
-
 DepthGrid ViewOf(const PhotoPool& pool, const Surface& surface, int photo) {
   DepthGrid view(pool.camera(), pool.photo(photo).cam_from_world, surface.cell,
                  surface.working_distance);
@@ -186,9 +180,9 @@ int TakeByFeedback(const PhotoPool& pool, const Capture& capture) {
 double FromTaken(const PhotoPool& pool, const Capture& capture, int photo) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const int other : capture.taken) {
-    nearest = std::min(nearest,
-                       Distance(pool.photo(photo).cam_from_world, pool.photo(other).cam_from_world,
-                                capture.place.surface.working_distance));
+    nearest =
+        std::min(nearest, HowFar(pool.photo(photo).cam_from_world, pool.photo(other).cam_from_world,
+                                 capture.place.surface.working_distance));
   }
   return nearest;
 }
@@ -205,24 +199,34 @@ int TakeFarthestOverlapping(const PhotoPool& pool, const Capture& capture) {
   });
 }
 
-// A new photo from the best station, but not where one was taken before, in vain: the next then.
-// Where guidance has none to give, the farthest one of the pool that overlaps.
-int TakeAdvised(const Capture& capture, PhotoPool* pool) {
-  constexpr double kSame = 0.05;  // Distance
-  StationSeeker seeker;
-  seeker.last_photo = static_cast<uint32_t>(capture.registered.size()) - 1;
-  seeker.agent = capture.map.map.photos.back().agent;
-  const auto stations =
-      ChooseStations({}, QualityOptions(), capture.map.map, capture.place, {seeker});
-  for (const Station& station : stations[0]) {
-    const bool was_there = std::any_of(capture.taken.begin(), capture.taken.end(), [&](int photo) {
-      return Distance(pool->photo(photo).cam_from_world, station.cam_from_world,
-                      capture.place.surface.working_distance) < kSame;
-    });
-    if (!was_there) return pool->Add(station.cam_from_world, seeker.agent);
+// Takes a new photo from the best station. Where guidance has none to give, the farthest one of the
+// pool that overlaps.
+class Follower {
+ public:
+  explicit Follower(PhotoPool* pool) : pool_(pool) {}
+
+  int Take(const Capture& capture) {
+    StationSeeker seeker;
+    seeker.last_photo = static_cast<uint32_t>(capture.registered.size()) - 1;
+    seeker.agent = capture.map.map.photos.back().agent;
+    for (const auto& [photo, advised] : advised_) {
+      const auto& registered = capture.registered;
+      if (std::find(registered.begin(), registered.end(), photo) != registered.end()) continue;
+      seeker.in_vain.push_back(advised);
+    }
+    const auto stations =
+        ChooseStations({}, QualityOptions(), capture.map.map, capture.place, {seeker});
+    if (stations[0].empty()) return TakeFarthestOverlapping(*pool_, capture);
+    const Station& station = stations[0].front();
+    const int photo = pool_->Add(station.cam_from_world, seeker.agent);
+    advised_.emplace_back(photo, VainPhoto{station.cam_from_world, station.common_points});
+    return photo;
   }
-  return TakeFarthestOverlapping(*pool, capture);
-}
+
+ private:
+  PhotoPool* const pool_;
+  std::vector<std::pair<int, VainPhoto>> advised_;  // photos of the pool
+};
 
 using Policy = std::function<int(const PhotoPool&, const Capture&)>;
 
@@ -327,8 +331,8 @@ class Contest {
     DenseCloud dense(arguments_.dense, pool);
     Policy policy = PolicyNamed(name, arguments_.pool.scenario.seed);
     if (name == "advice") {
-      policy = [&pool](const PhotoPool&, const Capture& capture) {
-        return TakeAdvised(capture, &pool);
+      policy = [follower = Follower(&pool)](const PhotoPool&, const Capture& capture) mutable {
+        return follower.Take(capture);
       };
     }
     Capture capture;

@@ -1,6 +1,7 @@
 // Guidance on walls of which everything is known. World: metres, z up.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -242,6 +243,25 @@ TEST(Guidance, AStationLooksAtTheWeakPart) {
   const Eigen::Vector3d seen = first.cam_from_world.Apply(first.target);
   EXPECT_NEAR(seen.x() / seen.z(), 0, 1e-9);
   EXPECT_NEAR(seen.y() / seen.z(), 0, 1e-9);
+}
+
+TEST(Guidance, WhereAPhotoWasInVainNoneIsAdvisedUntilMoreIsKnownThere) {
+  const GuidedMap map = SiteOfARow(FrontWall(-8, 16), -2, 2).Map();
+  const PlaceQuality place = Assess(map);
+  StationSeeker seeker = SeekerAt(map);
+  const Station best = ChooseStations({}, {}, map, place, {seeker})[0].at(0);
+  const auto is_advised = [&] {
+    const auto stations = ChooseStations({}, {}, map, place, {seeker});
+    EXPECT_FALSE(stations[0].empty()) << "others are left";
+    return std::any_of(stations[0].begin(), stations[0].end(), [&](const Station& station) {
+      return HowFar(station.cam_from_world, best.cam_from_world, place.surface.working_distance) <
+             0.2;
+    });
+  };
+  seeker.in_vain = {{best.cam_from_world, best.common_points}};
+  EXPECT_FALSE(is_advised());
+  seeker.in_vain = {{best.cam_from_world, best.common_points / 2}};
+  EXPECT_TRUE(is_advised());
 }
 
 TEST(Guidance, AgentsGetDifferentStations) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 namespace skein {
 
@@ -20,6 +21,11 @@ Eigen::Vector3d RightOf(const CameraPose& pose) {
 }
 Eigen::Vector3d UpperSideOf(const CameraPose& pose) {
   return -(pose.rotation.conjugate() * Eigen::Vector3d::UnitY());
+}
+
+double HowFar(const CameraPose& from, const CameraPose& to, double working_distance) {
+  const double turn = std::acos(std::clamp(AheadOf(from).dot(AheadOf(to)), -1.0, 1.0));
+  return (from.Centre() - to.Centre()).norm() / working_distance + turn;
 }
 
 Eigen::Vector3d UpOf(const GuidedMap& map) {

@@ -45,6 +45,9 @@ Eigen::Vector3d AheadOf(const CameraPose& pose);
 Eigen::Vector3d RightOf(const CameraPose& pose);
 Eigen::Vector3d UpperSideOf(const CameraPose& pose);
 
+// How far one photo is from another, in working distances; a turn by a radian is as far as one.
+double HowFar(const CameraPose& from, const CameraPose& to, double working_distance);
+
 // Upwards as the photos tell: their own upper sides where these agree (photos held level), else
 // against where they look (straight down). Across their horizontal sides, as in Brown and Lowe 2007
 // (section 5): photos that all look up a little do not tilt it, once they look in several

@@ -175,6 +175,7 @@ class Chooser {
   std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground) const;
   bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
                   const Eigen::Vector3d& centre) const;
+  bool WasInVain(const StationSeeker& seeker, const CameraPose& pose, double common_points) const;
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
   double GainOf(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px) const;
   double CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centre) const;
@@ -278,6 +279,17 @@ bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
   return std::any_of(centres_.begin(), centres_.end(), is_free);
 }
 
+// Nobody stands more exactly where it was told to. What was in vain may succeed with a map that has
+// grown there.
+bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
+                        double common_points) const {
+  constexpr double kSame = 0.2, kMoreIsKnown = 2;
+  return std::any_of(seeker.in_vain.begin(), seeker.in_vain.end(), [&](const VainPhoto& photo) {
+    return HowFar(photo.cam_from_world, pose, place_.surface.working_distance) < kSame &&
+           common_points < kMoreIsKnown * photo.common_points;
+  });
+}
+
 double Chooser::Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const {
   const double half = options_.half_distance * place_.surface.working_distance;
   return half / (half + (centre - centres_[seeker.last_photo]).norm());
@@ -345,12 +357,10 @@ uint32_t Chooser::NearestPhoto(const Candidate& candidate) const {
   uint32_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();
   for (uint32_t i = 0; i < centres_.size(); ++i) {
-    // A turn by a radian is as far as a working distance.
-    const double turn = std::acos(
-        std::clamp(AheadOf(map_.photos[i].cam_from_world).dot(AheadOf(candidate.pose)), -1.0, 1.0));
-    const double away = (centres_[i] - candidate.centre).norm() / place_.surface.working_distance;
-    if (away + turn < least) {
-      least = away + turn;
+    const double away =
+        HowFar(map_.photos[i].cam_from_world, candidate.pose, place_.surface.working_distance);
+    if (away < least) {
+      least = away;
       nearest = i;
     }
   }
@@ -375,6 +385,7 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
     const DepthGrid view = ViewFromPose(seeker, candidate.pose);
     const double common = CommonPoints(view, candidate.centre);
     if (common < options_.min_common_points) continue;
+    if (WasInVain(seeker, candidate.pose, common)) continue;
     const double gain = GainOf(view, candidate.centre, focal_px);
     const double score = gain * Nearness(seeker, candidate.centre);
     if (score <= best_score) continue;

@@ -51,11 +51,20 @@ struct Station {
   Why why = Why::kFewPhotos;
 };
 
+// An advised photo that was taken and did not get into the map.
+struct VainPhoto {
+  CameraPose cam_from_world;  // of its station
+  double common_points = 0;   // that were predicted
+};
+
 // Who asks for stations.
 struct StationSeeker {
   int32_t agent = 0;        // its number in GuidedPhoto
   uint32_t last_photo = 0;  // where it is: index into GuidedMap::photos; its camera is used
   Reach reach;
+  // No station is chosen within a fifth of a working distance (HowFar) of one of these, but where
+  // twice as many common points are predicted by now.
+  std::vector<VainPhoto> in_vain;
 };
 
 // For each agent its stations, best first. A station is chosen as if those before it had been

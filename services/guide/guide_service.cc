@@ -85,15 +85,19 @@ ShapeFollowerOptions GuideService::FollowShapes() {
                        [](const auto& submap) { return !submap.second.ended; });
   };
   options.with_tracks = true;
-  options.on_shape = [this](int64_t submap_id, uint64_t) { OnShape(submap_id); };
+  options.on_shape = [this](int64_t submap_id, uint64_t) { GuideAnew(submap_id); };
   return options;
 }
 
 void GuideService::OnFact(const Fact& fact) {
   state_.Apply(fact);
+  if (const auto* image = std::get_if<image_t>(&fact))
+    vain_.NotePhoto(image->agent, image->image_id);
+  NoteOutcome(fact);
   const auto* end = std::get_if<submap_end_t>(&fact);
   if (end == nullptr) return;
   store_.Drop(end->submap_id);
+  vain_.Drop(end->submap_id);
   guidance_.erase(end->submap_id);
   for (auto advice = advice_.begin(); advice != advice_.end();) {
     const bool is_of_it = advice->second.submap_id == end->submap_id;
@@ -101,7 +105,16 @@ void GuideService::OnFact(const Fact& fact) {
   }
 }
 
-void GuideService::OnShape(int64_t submap_id) {
+// Advice that turned out to be in vain is replaced at once: no new shape would come of it.
+void GuideService::NoteOutcome(const Fact& fact) {
+  int64_t image_id = 0;
+  if (const auto* tried = std::get_if<registration_t>(&fact)) image_id = tried->image_id;
+  if (const auto* matched = std::get_if<matches_t>(&fact)) image_id = matched->image_id;
+  const int64_t submap_id = image_id == 0 ? 0 : vain_.NoteOutcome(state_, image_id);
+  if (submap_id != 0) GuideAnew(submap_id);
+}
+
+void GuideService::GuideAnew(int64_t submap_id) {
   if (std::find(changed_.begin(), changed_.end(), submap_id) == changed_.end()) {
     changed_.push_back(submap_id);
   }
@@ -149,6 +162,9 @@ PlaceInput GuideService::InputOf(const ShapePtr& shape) const {
                                     {image.latitude_deg, image.longitude_deg, image.altitude_m}};
   }
   input.agents = AgentsAt(state_, shape->submap_id);
+  for (const std::string& agent : input.agents) {
+    input.in_vain[agent] = vain_.Of(agent, shape->submap_id);
+  }
   return input;
 }
 
@@ -166,6 +182,7 @@ void GuideService::OnDone(int64_t submap_id, const Job& job) {
     node_.Publish(kGuidanceChannel, told);
     guidance_[submap_id] = told;
     for (const AgentAdvice& advice : guidance.advice) {
+      vain_.NoteAdvice(submap_id, advice);
       advice_t message = ToMessage(guidance, advice);
       message.author = node_.instance();
       node_.Publish(kAdviceChannel, message);

@@ -13,6 +13,7 @@
 #include "event_loop/worker_thread.h"
 #include "guide/guide_options.h"
 #include "guide/place_guidance.h"
+#include "guide/vain_advice.h"
 #include "guide/work_share.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
@@ -22,8 +23,9 @@
 
 namespace skein {
 
-// What it knows comes from the ledger and the mappers, so it may die and return at any time. Loop's
-// thread; what is worked out is worked out on another.
+// What it knows comes from the ledger and the mappers, so it may die and return at any time; which
+// advice was in vain it has forgotten then. Loop's thread; what is worked out is worked out on
+// another.
 class GuideService {
  public:
   // Throws std::invalid_argument where options.no_go cannot be read.
@@ -40,7 +42,8 @@ class GuideService {
 
   ShapeFollowerOptions FollowShapes();
   void OnFact(const Fact& fact);
-  void OnShape(int64_t submap_id);
+  void NoteOutcome(const Fact& fact);
+  void GuideAnew(int64_t submap_id);
   void StartIfDue();
   void Start(int64_t submap_id);
   PlaceInput InputOf(const ShapePtr& shape) const;
@@ -55,6 +58,7 @@ class GuideService {
   std::deque<int64_t> changed_;  // submaps with a new shape, the longest waiting first
   bool working_ = false;
   bool waiting_ = false;  // for the time that work is due
+  VainAdvice vain_;
   WorkShare share_;
   int64_t num_done_ = 0;
   double sum_s_ = 0;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "guide/test_place.h"
 #include "testing/test_node.h"
 
@@ -170,6 +172,41 @@ TEST_F(GuideServiceTest, AnAgentIsAdvisedWhereItsNewestPhotoIs) {
   const GuideService guide(node_, Options());
   ASSERT_TRUE(WaitFor([&] { return Version() == 10 && advice_.count("alice") > 0; }));
   EXPECT_EQ(advice_.count("bob"), 0u);
+}
+
+TEST_F(GuideServiceTest, WhereAPhotoWasInVainNoneIsAdvisedAgain) {
+  TestPlace place(20, 4, 6000);
+  place.Walk("alice", 4, 8, 6);
+  Register(place);
+  Show(place, 10);
+  const GuideService guide(node_, Options());
+  ASSERT_TRUE(WaitFor([&] { return advice_.count("alice") > 0; }));
+  const station_t first = advice_["alice"].stations.at(0);
+  const auto is_advised = [&] {
+    const auto& stations = advice_["alice"].stations;
+    return std::any_of(stations.begin(), stations.end(), [&](const station_t& station) {
+      return std::equal(station.tvec, station.tvec + 3, first.tvec) &&
+             std::equal(station.qvec, station.qvec + 4, first.qvec);
+    });
+  };
+  image_t image{};
+  image.image_id = 7;
+  image.agent = "alice";
+  Commit(image);
+  registration_t registration{};
+  registration.image_id = 7;
+  registration.submap_id = kSubmap;
+  registration.epoch = 1;
+  registration.state = registration_t::DEFERRED;
+  Commit(registration);
+  ASSERT_TRUE(WaitFor([&] { return !is_advised(); })) << "without a new shape";
+  EXPECT_GT(advice_["alice"].num_stations, 0);
+  Show(place, 20);
+  ASSERT_TRUE(WaitFor([&] { return advice_["alice"].version == 20; }));
+  EXPECT_FALSE(is_advised()) << "nor with one";
+  registration.state = registration_t::REGISTERED;
+  Commit(registration);
+  EXPECT_TRUE(WaitFor(is_advised)) << "the shape does not have the photo yet";
 }
 
 TEST_F(GuideServiceTest, ShapesThatCannotBeReadHoldUpNobody) {

@@ -79,7 +79,10 @@ std::vector<StationSeeker> SeekersOf(const PlaceInput& input, const Agents& agen
   for (uint32_t i = 0; i < map.photos.size(); ++i) last_photos[map.photos[i].agent] = i;
   std::vector<StationSeeker> seekers;
   for (const auto& [agent, last_photo] : last_photos) {
-    if (input.agents.count(agents.names[agent]) > 0) seekers.push_back({agent, last_photo, reach});
+    if (input.agents.count(agents.names[agent]) == 0) continue;
+    const auto in_vain = input.in_vain.find(agents.names[agent]);
+    seekers.push_back({agent, last_photo, reach, {}});
+    if (in_vain != input.in_vain.end()) seekers.back().in_vain = in_vain->second;
   }
   return seekers;
 }

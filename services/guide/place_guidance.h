@@ -12,6 +12,7 @@
 #include "core/result.h"
 #include "geometry/georeference.h"
 #include "guidance/place_summary.h"
+#include "guidance/stations.h"
 #include "guide/guide_options.h"
 #include "shapes/shape_store.h"
 
@@ -25,9 +26,10 @@ struct GuidePhoto {
 };
 
 struct PlaceInput {
-  ShapePtr shape;                        // with tracks
-  std::map<int64_t, GuidePhoto> photos;  // of the shape, by image_id
-  std::set<std::string> agents;          // that are told what to photograph
+  ShapePtr shape;                                         // with tracks
+  std::map<int64_t, GuidePhoto> photos;                   // of the shape, by image_id
+  std::set<std::string> agents;                           // that are told what to photograph
+  std::map<std::string, std::vector<VainPhoto>> in_vain;  // by agent
 };
 
 struct AdvisedStation {

@@ -1,0 +1,47 @@
+// Which advised photos did not get into the map, as far as the ledger tells.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "guide/place_guidance.h"
+#include "session/session_state.h"
+
+namespace skein {
+
+// No photo says where it was taken. The first one of an agent after its advice is taken to be of
+// the first station, the next one of the second. So who takes photos elsewhere, which then do not
+// register, loses stations of its own advice, and of nobody else's.
+class VainAdvice {
+ public:
+  // What the agent is told from now on.
+  void NoteAdvice(int64_t submap_id, const AgentAdvice& advice);
+  void NotePhoto(const std::string& agent, int64_t image_id);
+  // After a fact of the photo: the submap in which advice has to be chosen anew, 0 if in none. In
+  // vain is a photo that a submap tried and does not hold, or that matches no other.
+  int64_t NoteOutcome(const SessionState& state, int64_t image_id);
+  void Drop(int64_t submap_id);
+
+  // Of the agent's photos, in the submap's frame.
+  std::vector<VainPhoto> Of(const std::string& agent, int64_t submap_id) const;
+
+ private:
+  struct Told {
+    int64_t submap_id = 0;
+    std::vector<VainPhoto> stations;
+    size_t num_taken = 0;  // photos since
+  };
+  struct Taken {
+    std::string agent;
+    int64_t submap_id = 0;
+    VainPhoto photo;
+    bool in_vain = false;
+  };
+
+  std::map<std::string, Told> told_;  // by agent
+  std::map<int64_t, Taken> taken_;    // by image_id; the newest
+};
+
+}  // namespace skein

@@ -1,0 +1,111 @@
+#include "guide/vain_advice.h"
+
+#include <gtest/gtest.h>
+
+namespace skein {
+namespace {
+
+constexpr int64_t kSubmap = 3;
+
+AgentAdvice AdviceOf(const std::string& agent, const std::vector<double>& common_points) {
+  AgentAdvice advice;
+  advice.agent = agent;
+  for (const double common : common_points) {
+    advice.stations.emplace_back();
+    advice.stations.back().station.common_points = common;
+  }
+  return advice;
+}
+
+class VainAdviceTest : public testing::Test {
+ protected:
+  VainAdviceTest() {
+    seed_t seed{};
+    seed.submap_id = kSubmap;
+    Apply(seed);
+  }
+
+  template <class T>
+  void Apply(T fact) {
+    fact.header.seq = ++seq_;
+    state_.Apply(Fact(fact));
+  }
+  int64_t Take(const std::string& agent) {
+    image_t image{};
+    image.image_id = ++num_images_;
+    image.agent = agent;
+    Apply(image);
+    vain_.NotePhoto(agent, image.image_id);
+    return image.image_id;
+  }
+  int64_t Try(int64_t image_id, int8_t outcome) {
+    registration_t registration{};
+    registration.image_id = image_id;
+    registration.submap_id = kSubmap;
+    registration.state = outcome;
+    Apply(registration);
+    return vain_.NoteOutcome(state_, image_id);
+  }
+  std::vector<double> CommonPointsOf(const std::string& agent) const {
+    std::vector<double> common;
+    for (const VainPhoto& photo : vain_.Of(agent, kSubmap)) common.push_back(photo.common_points);
+    return common;
+  }
+
+  SessionState state_;
+  VainAdvice vain_;
+  int64_t seq_ = 0, num_images_ = 0;
+};
+
+TEST_F(VainAdviceTest, APhotoThatIsNotRegisteredWasInVainUntilItIs) {
+  vain_.NoteAdvice(kSubmap, AdviceOf("alice", {100, 200}));
+  const int64_t photo = Take("alice");
+  EXPECT_TRUE(CommonPointsOf("alice").empty()) << "nobody has tried it yet";
+  EXPECT_EQ(Try(photo, registration_t::DEFERRED), kSubmap);
+  EXPECT_EQ(CommonPointsOf("alice"), std::vector<double>{100});
+  EXPECT_EQ(Try(photo, registration_t::REJECTED), 0) << "which is known";
+  EXPECT_EQ(Try(photo, registration_t::REGISTERED), kSubmap);
+  EXPECT_TRUE(CommonPointsOf("alice").empty());
+  EXPECT_EQ(Try(photo, registration_t::WITHDRAWN), kSubmap);
+  EXPECT_EQ(CommonPointsOf("alice").size(), 1u);
+}
+
+TEST_F(VainAdviceTest, PhotosAreOfTheStationsInTheirOrder) {
+  vain_.NoteAdvice(kSubmap, AdviceOf("alice", {100, 200}));
+  vain_.NoteAdvice(kSubmap, AdviceOf("bob", {300}));
+  const int64_t first = Take("alice"), bobs = Take("bob"), second = Take("alice"),
+                third = Take("alice");
+  EXPECT_EQ(Try(first, registration_t::REGISTERED), 0);
+  EXPECT_EQ(Try(second, registration_t::DEFERRED), kSubmap);
+  EXPECT_EQ(Try(third, registration_t::DEFERRED), 0) << "no station is left that it could be of";
+  EXPECT_EQ(CommonPointsOf("alice"), std::vector<double>{200});
+  EXPECT_TRUE(CommonPointsOf("bob").empty());
+  Try(bobs, registration_t::DEFERRED);
+  EXPECT_EQ(CommonPointsOf("bob"), std::vector<double>{300});
+  vain_.NoteAdvice(kSubmap, AdviceOf("alice", {400}));
+  Try(Take("alice"), registration_t::DEFERRED);
+  EXPECT_EQ(CommonPointsOf("alice"), (std::vector<double>{200, 400}));
+}
+
+TEST_F(VainAdviceTest, APhotoThatMatchesNoOtherWasInVain) {
+  vain_.NoteAdvice(kSubmap, AdviceOf("alice", {100}));
+  const int64_t photo = Take("alice");
+  matches_t matches{};
+  matches.image_id = photo;
+  Apply(matches);
+  EXPECT_EQ(vain_.NoteOutcome(state_, photo), kSubmap);
+  EXPECT_EQ(CommonPointsOf("alice").size(), 1u);
+}
+
+TEST_F(VainAdviceTest, WithoutAdviceNothingIsInVain) {
+  const int64_t photo = Take("alice");
+  EXPECT_EQ(Try(photo, registration_t::DEFERRED), 0);
+  vain_.NoteAdvice(kSubmap, AdviceOf("alice", {100}));
+  const int64_t advised = Take("alice");
+  Try(advised, registration_t::DEFERRED);
+  vain_.Drop(kSubmap);
+  EXPECT_TRUE(CommonPointsOf("alice").empty()) << "the submap has ended";
+}
+
+}  // namespace
+}  // namespace skein
