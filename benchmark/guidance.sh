@@ -85,6 +85,15 @@ prediction_tables() {
     .good as $g | .roc_area as $a | "| \(.scenario) \(.seed) | " + ([.median_error_gsd, .mean_completeness, $g.truly, $g.said,
     $g.false_share_of_said, $g.missed_share_of_truly, $a.combined, $a.sigma, $a.Q] | map(r | tostring) | join(" | ")) + " |"' \
     "${files[@]}"
+  echo
+  echo 'The place as it is said to be (good of what the photos show, verdict), and the surface that a photo shows:'
+  echo
+  echo '| place | good | holes | good of shown | open | verdict | true surface: with points | said good | truly covered | said good, not covered |'
+  echo '|---|---|---|---|---|---|---|---|---|---|'
+  jq -r "$rounding"'
+    .place as $p | "| \(.scenario) \(.seed) | " + ([$p.good_share, $p.hole_share, $p.good_of_shown, $p.open_share | r]
+    + [["growing", "weak", "nearly", "complete"][$p.verdict]] + [$p.with_points, $p.said_good, $p.covered, $p.said_falsely | r]
+    | map(tostring) | join(" | ")) + " |"' "${files[@]}"
 }
 
 # Lines of one column of each place's calibration

@@ -21,7 +21,7 @@
 #include "clients/sim/random.h"
 #include "clients/sim/truth.h"
 #include "core/statistics.h"
-#include "guidance/quality.h"
+#include "guidance/place_summary.h"
 #include "testing/test_folder.h"
 
 namespace skein {
@@ -33,7 +33,7 @@ struct Arguments {
   PoolOptions pool;
   DenseOptions dense;
   std::string scenario = "together", table, calibration;
-  double share = 0.25;  // of the pool that is taken
+  double share = 0.25;  // of the pool that is taken, about; 7: all of it
 };
 
 constexpr size_t kMaxErrors = 80;          // dense points of a surfel that are measured
@@ -94,6 +94,7 @@ class Comparison {
     const uint64_t seed = arguments.pool.scenario.seed;
     map_ = pool_.MapOf(LargestMap(pool_, TakeUnevenly(pool_, arguments.share, seed)));
     place_ = AssessPlace({}, {}, map_.map);
+    summary_ = SummarisePlace({}, place_, map_.map.photos.size());
     target_gsd_ = place_.completeness.target_gsd;
   }
 
@@ -135,6 +136,39 @@ class Comparison {
       row.track_length = tracks[i].length;
       row.feedback = feedback[i];
       rows_.push_back(row);
+    }
+    ComparePlace(grid);
+  }
+
+  // The true surface that a photo shows, sample by sample: what was said of it and what is so. What
+  // is said of a sample is what is said of the surfel nearest to it.
+  void ComparePlace(const PointGrid& dense) {
+    const double radius = RadiusOfSurfel(place_.surface);
+    PointGrid surfels(radius);
+    for (uint32_t i = 0; i < place_.surfels.size(); ++i) {
+      surfels.Add(place_.surface.surfels[i].position, i);
+    }
+    for (const TrueSample& sample : pool_.samples()) {
+      const bool is_shown = std::any_of(map_.taken.begin(), map_.taken.end(), [&](int photo) {
+        return pool_.Shows(photo, sample.xyz, sample.normal);
+      });
+      if (!is_shown) continue;
+      double nearest = std::numeric_limits<double>::infinity();
+      bool said = false;
+      surfels.ForNear(sample.xyz, radius, [&](uint32_t i, const Eigen::Vector3d& position) {
+        const double away = (position - sample.xyz).norm();
+        if (away >= nearest || place_.surface.surfels[i].normal.dot(sample.normal) < 0.5)
+          return true;
+        nearest = away;
+        said = place_.surfels[i].counts && place_.surfels[i].good;
+        return true;
+      });
+      const bool is_covered = dense.AnyNear(sample.xyz, 2 * target_gsd_);
+      shown_.all += 1;
+      shown_.with_points += std::isfinite(nearest);
+      shown_.said += said;
+      shown_.covered += is_covered;
+      shown_.said_falsely += said && !is_covered;
     }
   }
 
@@ -222,7 +256,23 @@ class Comparison {
       summary["roc_area"][p.name] = AreaUnderRoc(p.values, truly_good);
     }
     summary["good"] = CountGood();
+    summary["place"] = PlaceOf();
     return summary;
+  }
+
+  json PlaceOf() const {
+    const Completeness& said = place_.completeness;
+    const double all = std::max(1, shown_.all);
+    return {{"verdict", static_cast<int>(summary_.verdict)},
+            {"sentence", summary_.sentence},
+            {"good_share", said.good_share},
+            {"hole_share", said.hole_share},
+            {"good_of_shown", said.GoodOfShown()},
+            {"open_share", said.open_share},
+            {"with_points", shown_.with_points / all},
+            {"said_good", shown_.said / all},
+            {"covered", shown_.covered / all},
+            {"said_falsely", shown_.said_falsely / all}};
   }
 
   json CountGood() const {
@@ -288,9 +338,13 @@ class Comparison {
   const SurfaceDistance distance_;
   PoolMap map_;
   PlaceQuality place_;
+  PlaceSummary summary_;
   double target_gsd_ = 0;
   size_t num_dense_ = 0;
   std::vector<Row> rows_;
+  struct {
+    int all = 0, with_points = 0, said = 0, covered = 0, said_falsely = 0;
+  } shown_;  // samples of the true surface
 };
 
 }  // namespace
@@ -312,8 +366,8 @@ int main(int argc, char** argv) {
   app.add_option("--width", arguments.pool.width, "of a photo; 4:3")
       ->check(CLI::Range(160, 1600))
       ->capture_default_str();
-  app.add_option("--share", arguments.share, "of the pool that is taken")
-      ->check(CLI::Range(0.01, 0.4))
+  app.add_option("--share", arguments.share, "of the pool that is taken, about; 7: all of it")
+      ->check(CLI::Range(0.01, 7.0))
       ->capture_default_str();
   app.add_option("--cache", arguments.pool.cache, "folder for rendered photos")
       ->capture_default_str();

@@ -184,15 +184,22 @@ int PhotoPool::Add(const CameraPose& cam_from_world, int agent) {
   return added;
 }
 
-bool PhotoPool::Observe(int photo, sim::Random* random, TruePoint* point) const {
+bool PhotoPool::Shows(int photo, const Eigen::Vector3d& xyz, const Eigen::Vector3d& normal) const {
   Eigen::Vector2d pixel;
-  if (!InPhoto(camera_, photos_[photo].cam_from_world, point->xyz, &pixel)) return false;
-  const Eigen::Vector3d to = poses_[photo].center - point->xyz;
-  const double cosine = std::abs(point->normal.dot(to)) / to.norm();
+  if (!InPhoto(camera_, photos_[photo].cam_from_world, xyz, &pixel)) return false;
+  const Eigen::Vector3d to = poses_[photo].center - xyz;
+  const double cosine = std::abs(normal.dot(to)) / to.norm();
   if (cosine < std::cos(kMaxIncidenceDeg * kDegree)) return false;
   const Eigen::Vector3f from = poses_[photo].center.cast<float>();
-  if (place_.scene.Occluded(from, (-to).cast<float>(), 1 - 1e-3f)) return false;
+  return !place_.scene.Occluded(from, (-to).cast<float>(), 1 - 1e-3f);
+}
+
+bool PhotoPool::Observe(int photo, sim::Random* random, TruePoint* point) const {
+  if (!Shows(photo, point->xyz, point->normal)) return false;
   if (!random->Chance(kDetected)) return false;
+  Eigen::Vector2d pixel;
+  InPhoto(camera_, photos_[photo].cam_from_world, point->xyz, &pixel);
+  const Eigen::Vector3d to = poses_[photo].center - point->xyz;
   pixel += kNoisePx * Eigen::Vector2d(random->Gaussian(), random->Gaussian());
   point->observations.push_back({photo, pixel, to.normalized(), to.norm()});
   return true;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "guidance/holes.h"
 #include "guidance/pair_weight.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
@@ -206,6 +207,7 @@ TEST(Guidance, WhatMakesASurfelGood) {
   EXPECT_FALSE(is_good({-70, 0, 70}, 0.01)) << "too different to match";
   EXPECT_FALSE(is_good({55, 65, 75}, 0.01)) << "too slanted";
   EXPECT_FALSE(is_good({-20, 0, 20}, 0.05)) << "too far";
+  EXPECT_FALSE(is_good({-40, -20, 0, 20, 40}, 0.012)) << "not the resolution that is wanted";
 }
 
 TEST(Guidance, AFewPhotosOfTheWholeWallMakeItComplete) {
@@ -216,6 +218,44 @@ TEST(Guidance, AFewPhotosOfTheWholeWallMakeItComplete) {
   EXPECT_GT(place.completeness.good_share, 0.95);
   EXPECT_LT(place.completeness.open_share, 0.05);
   EXPECT_TRUE(place.completeness.complete);
+}
+
+// A wall with points all around a bare part of it. Photos from the front; nothing is to be seen
+// above and beside the wall.
+TEST(Guidance, WhatHasNoPointsAmidWhatHasThemKeepsAPlaceFromBeingComplete) {
+  const auto assess = [](double bare_height) {
+    const double rest = 0.5 * (4 - bare_height);
+    Site site({{{-4, 0, 4}, {8, 0, 0}, {0, 0, -rest}},
+               {{-4, 0, rest}, {8, 0, 0}, {0, 0, -rest}},
+               {{-4, 0, 4}, {1, 0, 0}, {0, 0, -4}},
+               {{3, 0, 4}, {1, 0, 0}, {0, 0, -4}}});
+    for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
+    for (const double x : {-9.0, -8.0, 8.0, 9.0}) site.Photograph({x, -6, 2}, {0, 0, 2});
+    return Assess(site.Map()).completeness;
+  };
+  const Completeness whole = assess(0), bare = assess(3);
+  EXPECT_LT(whole.hole_share, 0.01);
+  EXPECT_TRUE(whole.complete);
+  EXPECT_GT(bare.good_share, 0.9);
+  EXPECT_GT(bare.hole_share, 0.15);
+  EXPECT_FALSE(bare.complete);
+}
+
+TEST(Guidance, TheSkyBetweenTowersIsNoHoleHoweverAPhotoIsHeld) {
+  for (const double roll_deg : {0.0, 90.0, 180.0, 270.0}) {
+    Site site({FrontWall(-5, 2, 6), FrontWall(3, 2, 6), FrontWall(-3, 6, 1)});
+    for (int i = 0; i < 8; ++i) {
+      CameraPose pose = LookingAt({0.5 * i - 2, -8, 2}, {0, 0, 2});
+      const Eigen::Vector3d centre = pose.Centre();
+      if (i == 4) {
+        pose.rotation =
+            Eigen::AngleAxisd(roll_deg * kDegree, Eigen::Vector3d::UnitZ()) * pose.rotation;
+      }
+      pose.translation = -(pose.rotation * centre);
+      site.Photograph(pose);
+    }
+    EXPECT_EQ(ShareOfHoles(site.Map()), 0) << "rolled by " << roll_deg << " degrees";
+  }
 }
 
 TEST(Guidance, AStationLooksAtTheWeakPart) {

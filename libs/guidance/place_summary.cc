@@ -29,7 +29,7 @@ PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& c
   constexpr double kNearlyGood = 0.8, kNearlyClosed = 3;  // of what completeness asks for
   if (num_photos < kMinPhotos || num_surfels < kMinSurfels) return PlaceVerdict::kGrowing;
   if (completeness.complete) return PlaceVerdict::kComplete;
-  const bool nearly = completeness.good_share >= kNearlyGood * options.min_good_share &&
+  const bool nearly = completeness.GoodOfShown() >= kNearlyGood * options.min_good_share &&
                       completeness.open_share <= kNearlyClosed * options.max_open_share;
   return nearly ? PlaceVerdict::kNearly : PlaceVerdict::kWeak;
 }
@@ -42,6 +42,10 @@ std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness
   // Not 100 % where something is missing.
   const int percent = static_cast<int>(std::floor(100 * completeness.good_share));
   std::string text = std::to_string(percent) + " % of the surface is good";
+  const int holes_percent = static_cast<int>(std::ceil(100 * completeness.hole_share));
+  if (holes_percent > 1) {
+    text += ", " + std::to_string(holes_percent) + " % of what the photos show has no points";
+  }
   if (num_open > 0) {
     text += ", " + std::to_string(num_open) + (num_open == 1 ? " open border" : " open borders");
   }

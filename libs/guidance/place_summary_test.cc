@@ -25,6 +25,15 @@ TEST(PlaceSentence, SaysHowCompleteItIs) {
   verdict = VerdictOfPlace(options, place, 40, 300);
   EXPECT_EQ(verdict, PlaceVerdict::kComplete);
   EXPECT_EQ(PlaceSentence(verdict, place, 40, 0), "99 % of the surface is good: complete");
+  place.complete = false;
+  place.hole_share = 0.235;
+  verdict = VerdictOfPlace(options, place, 40, 300);
+  EXPECT_EQ(verdict, PlaceVerdict::kNearly);
+  EXPECT_EQ(PlaceSentence(verdict, place, 40, 0),
+            "99 % of the surface is good, 24 % of what the photos show has no points: nearly "
+            "complete");
+  place.hole_share = 0.5;
+  EXPECT_EQ(VerdictOfPlace(options, place, 40, 300), PlaceVerdict::kWeak);
   verdict = VerdictOfPlace(options, place, 3, 300);
   EXPECT_EQ(verdict, PlaceVerdict::kGrowing);
   EXPECT_EQ(PlaceSentence(verdict, place, 3, 0),

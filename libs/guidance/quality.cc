@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/option_check.h"
+#include "guidance/holes.h"
 #include "guidance/pair_weight.h"
 
 namespace skein {
@@ -40,13 +41,15 @@ bool Counts(const QualityOptions& options, const SurfelQuality& quality) {
 }
 
 bool IsGood(const QualityOptions& options, const SurfelQuality& quality) {
-  return quality.num_photos >= options.min_photos &&
+  return quality.num_photos >= options.min_photos && quality.best_gsd <= options.target_gsd &&
          quality.reconstructability >= options.min_reconstructability &&
          quality.sigma <= options.max_sigma_gsd * options.target_gsd;
 }
 
-Completeness Summarise(const QualityOptions& options, const PlaceQuality& place) {
+Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
+                       double hole_share) {
   Completeness result;
+  result.hole_share = hole_share;
   result.target_gsd = options.target_gsd;
   std::vector<double> sigmas;
   double good = 0;
@@ -67,7 +70,7 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place)
   std::nth_element(sigmas.begin(), sigmas.begin() + counting / 2, sigmas.end());
   result.median_sigma = sigmas[counting / 2];
   result.complete =
-      result.good_share >= options.min_good_share && result.open_share <= options.max_open_share;
+      result.GoodOfShown() >= options.min_good_share && result.open_share <= options.max_open_share;
   return result;
 }
 
@@ -169,7 +172,7 @@ PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
   for (const Surfel& surfel : place.surface.surfels) {
     place.surfels.push_back(AssessSurfel(options, surfel.normal, ViewsOf(map, surfel)));
   }
-  place.completeness = Summarise(options, place);
+  place.completeness = Summarise(options, place, ShareOfHoles(map));
   return place;
 }
 

@@ -14,15 +14,16 @@ struct QualityOptions {
   // Ground sampling distance that is wanted, submap units a pixel; 0: twice that of the median
   // point.
   double target_gsd = 0;
-  // A surfel is good when all of these hold. Reconstructability 1.2: three photos 10 degrees apart
-  // that look straight at it from the distance of the target.
+  // A surfel is good when two photos have it at target_gsd and all of these hold.
+  // Reconstructability 1.2: three photos 10 degrees apart that look straight at it from the
+  // distance of the target.
   int min_photos = 3;
   double min_reconstructability = 1.2;
   double max_sigma_gsd = 3;  // standard deviation of its depth, in target_gsd, at 1 px of noise
   // The part of the surface that counts: seen at up to this many times target_gsd.
   double max_gsd_ratio = 3;
-  // A place is complete when at least this part of it is good, and at most that part of where it
-  // ends has an open border.
+  // A place is complete when at least this part of what the photos show is good, and at most that
+  // part of where it ends has an open border.
   double min_good_share = 0.9;
   double max_open_share = 0.1;
 
@@ -62,9 +63,13 @@ struct Completeness {
   double area = 0;  // that counts, submap units squared
   double good_share = 0;
   double open_share = 0;    // of the surfels at an end of the surface: with an open border
+  double hole_share = 0;    // of what the photos show: without points (holes.h)
   double median_sigma = 0;  // submap units at 1 px of noise; of what counts
   double target_gsd = 0;
   bool complete = false;
+
+  // Of what the photos show, with and without points.
+  double GoodOfShown() const { return good_share * (1 - hole_share); }
 };
 
 struct PlaceQuality {

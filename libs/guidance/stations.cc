@@ -37,7 +37,8 @@ double Utility(const QualityOptions& options, const Weak& weak,
   const SurfelQuality quality = AssessSurfel(options, weak.normal, views);
   if (quality.good) return 1;
   const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
-                       std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma);
+                       std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma) *
+                       std::min(1.0, options.target_gsd / quality.best_gsd);
   return kOfFirstTwo * std::min(quality.num_photos, 2) / 2 + (1 - kOfFirstTwo) * 0.95 * pairs;
 }
 
@@ -344,7 +345,7 @@ Station::Why Chooser::WhyOf(const Weak& weak) const {
   if (static_cast<int>(weak.views.size()) < quality_.min_photos) return Station::Why::kFewPhotos;
   std::vector<ViewOfSurfel> fine, straight;
   for (const ViewOfSurfel& view : weak.views) {
-    if (view.gsd > 2 * quality_.target_gsd) continue;
+    if (view.gsd > quality_.target_gsd) continue;
     fine.push_back(view);
     if (view.direction.dot(weak.normal) >= kMinCosIncidence) straight.push_back(view);
   }
