@@ -15,6 +15,7 @@ namespace skein {
 namespace {
 
 constexpr double kDepthTolerance = 0.1;
+constexpr double kMoreIsKnown = 2;  // times as many common points: what was in vain may succeed
 
 // A piece of surface that photos may make better: a surfel that counts, or what lies beyond an open
 // border.
@@ -177,6 +178,7 @@ class Chooser {
   bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
                   const Eigen::Vector3d& centre) const;
   bool WasInVain(const StationSeeker& seeker, const CameraPose& pose, double common_points) const;
+  std::vector<Weak> TakeInVain(const StationSeeker& seeker);
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
   double GainOf(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px) const;
   double CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centre) const;
@@ -284,11 +286,24 @@ bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
 // grown there.
 bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
                         double common_points) const {
-  constexpr double kSame = 0.2, kMoreIsKnown = 2;
+  constexpr double kSame = 0.2;
   return std::any_of(seeker.in_vain.begin(), seeker.in_vain.end(), [&](const VainPhoto& photo) {
     return HowFar(photo.cam_from_world, pose, place_.surface.working_distance) < kSame &&
            common_points < kMoreIsKnown * photo.common_points;
   });
+}
+
+// As if what was in vain had been photographed, so that advice goes to other places: what hides one
+// from a station hides it from those beside it, too. Returns what is weak without that.
+std::vector<Weak> Chooser::TakeInVain(const StationSeeker& seeker) {
+  std::vector<Weak> before = weak_;
+  for (const VainPhoto& photo : seeker.in_vain) {
+    const DepthGrid view = ViewFromPose(seeker, photo.cam_from_world);
+    const Eigen::Vector3d centre = photo.cam_from_world.Centre();
+    if (CommonPoints(view, centre) >= kMoreIsKnown * photo.common_points) continue;
+    Take(view, centre, CameraOf(seeker).FocalPx());
+  }
+  return before;
 }
 
 double Chooser::Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const {
@@ -374,6 +389,7 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   constexpr int kTried = 60;  // that may be stood at
   const Ground ground = GroundOf(seeker);
   const double focal_px = CameraOf(seeker).FocalPx();
+  std::vector<Weak> weak_before = TakeInVain(seeker);
   const Candidate* best = nullptr;
   Station station;
   double best_score = 0;
@@ -397,7 +413,9 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   }
   // A photo that makes less than two cells better is not worth a walk.
   const double least = 2 * place_.surface.cell * place_.surface.cell;
-  if (best == nullptr || station.gain < least) return false;
+  const bool is_found = best != nullptr && station.gain >= least;
+  weak_ = std::move(weak_before);
+  if (!is_found) return false;
   station.cam_from_world = best->pose;
   station.target = best->target;
   station.why = WhyOf(weak_[best->example]);

@@ -62,8 +62,9 @@ struct StationSeeker {
   int32_t agent = 0;        // its number in GuidedPhoto
   uint32_t last_photo = 0;  // where it is: index into GuidedMap::photos; its camera is used
   Reach reach;
-  // No station is chosen within a fifth of a working distance (HowFar) of one of these, but where
-  // twice as many common points are predicted by now.
+  // Stations are chosen as if these had been photographed, and none within a fifth of a working
+  // distance (HowFar) of one. But one where twice as many common points are predicted by now counts
+  // no more.
   std::vector<VainPhoto> in_vain;
 };
 
