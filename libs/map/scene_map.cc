@@ -283,16 +283,6 @@ size_t SceneMap::TriangulateImage(const TriangulatorOptions& options, ImageId id
   return triangulator_->TriangulateImage(options, id);
 }
 
-size_t SceneMap::CompleteTracks(const TriangulatorOptions& options,
-                                const std::unordered_set<Point3DId>& points) {
-  return triangulator_->CompleteTracks(options, points);
-}
-
-size_t SceneMap::MergeTracks(const TriangulatorOptions& options,
-                             const std::unordered_set<Point3DId>& points) {
-  return triangulator_->MergeTracks(options, points);
-}
-
 std::vector<Point3DId> SceneMap::ModifiedPoints() {
   const auto& modified = triangulator_->GetModifiedPoints3D();
   std::vector<Point3DId> points(modified.begin(), modified.end());

@@ -7,7 +7,6 @@
 #include <set>
 #include <string>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -97,14 +96,10 @@ class SceneMap {
   // A point that fewer than two photos would see goes with it.
   void DeleteObservation(ImageId image_id, Point2DIdx index);
 
-  // COLMAP's IncrementalTriangulator along the verified matches. Each returns the number of
-  // observations added or merged; tracks that change count as modified.
+  // COLMAP's IncrementalTriangulator along the verified matches. Returns the number of observations
+  // added; tracks that change count as modified.
   using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
   size_t TriangulateImage(const TriangulatorOptions& options, ImageId id);
-  size_t CompleteTracks(const TriangulatorOptions& options,
-                        const std::unordered_set<Point3DId>& points);
-  size_t MergeTracks(const TriangulatorOptions& options,
-                     const std::unordered_set<Point3DId>& points);
   // Ascending ids of the points whose tracks were modified since ForgetModifiedPoints.
   std::vector<Point3DId> ModifiedPoints();
   void ForgetModifiedPoints();

@@ -5,7 +5,6 @@
 
 #include "base/projection.h"
 #include "core/threads.h"
-#include "map/filters.h"
 #include "map/map_access.h"
 
 namespace skein {
@@ -47,66 +46,42 @@ bool AreOne(const colmap::Reconstruction& reconstruction, double max_error_px, P
   return true;
 }
 
-// Whether Complete or Merge of COLMAP's would change the point. Only reads the map.
-class PointGain {
- public:
-  PointGain(const TriangulatorOptions& options, const SceneMap& map)
-      : options_(options), map_(map), reconstruction_(map.reconstruction()) {}
-
-  bool HasFreeObservation(Point3DId id) const {
-    const Eigen::Vector3d& xyz = reconstruction_.Point3D(id).XYZ();
-    return AnyMatch(id, [&](const colmap::TrackElement& match, const colmap::Point2D& point2D) {
-      return !point2D.HasPoint3D() &&
-             IsSeenAt(reconstruction_, match, xyz, options_.complete_max_reproj_error);
-    });
-  }
-
-  // With one of a larger id: of two points one is found.
-  bool HasTwin(Point3DId id) const {
-    std::vector<Point3DId> tried;
-    return AnyMatch(id, [&](const colmap::TrackElement&, const colmap::Point2D& point2D) {
-      const Point3DId other = point2D.Point3DId();
-      if (!point2D.HasPoint3D() || other <= id) return false;
-      if (std::find(tried.begin(), tried.end(), other) != tried.end()) return false;
-      tried.push_back(other);
-      return AreOne(reconstruction_, options_.merge_max_reproj_error, id, other);
-    });
-  }
-
- private:
-  // Of the point's observations, with registered photos.
-  template <typename Predicate>
-  bool AnyMatch(Point3DId id, const Predicate& predicate) const {
-    for (const colmap::TrackElement& element : reconstruction_.Point3D(id).Track().Elements()) {
-      for (const auto& match :
-           map_.graph().FindCorrespondences(element.image_id, element.point2D_idx)) {
-        const colmap::Image& image = reconstruction_.Image(match.image_id);
-        if (image.IsRegistered() &&
-            predicate(colmap::TrackElement(match.image_id, match.point2D_idx),
-                      image.Point2D(match.point2D_idx))) {
-          return true;
-        }
-      }
-    }
-    return false;
-  }
-
-  const TriangulatorOptions& options_;
-  const SceneMap& map_;
-  const colmap::Reconstruction& reconstruction_;
+// What COLMAP's Complete and Merge would change of a point.
+struct Gain {
+  bool completes = false;  // a match leads to a free keypoint that sees it
+  bool merges = false;     // a match leads to a point of a larger id that is the same one
 };
 
-template <typename Predicate>
-std::unordered_set<Point3DId> PointsWith(int num_threads, const SceneMap& map,
-                                         const Predicate& predicate) {
-  const std::vector<Point3DId> ids = AllPoints(map);
-  std::vector<char> has(ids.size());
-  ForEachOnThreads(num_threads, ids.size(), [&](size_t i) { has[i] = predicate(ids[i]); });
-  std::unordered_set<Point3DId> found;
-  for (size_t i = 0; i < ids.size(); ++i) {
-    if (has[i]) found.insert(ids[i]);
+// Only reads the map.
+Gain GainOf(const TriangulatorOptions& options, const SceneMap& map, Point3DId id) {
+  const colmap::Reconstruction& reconstruction = map.reconstruction();
+  Gain gain;
+  if (!reconstruction.ExistsPoint3D(id)) return gain;
+  const colmap::Point3D& point = reconstruction.Point3D(id);
+  std::vector<Point3DId> tried;
+  const auto is_twin = [&](Point3DId other) {
+    if (other <= id || std::find(tried.begin(), tried.end(), other) != tried.end()) return false;
+    tried.push_back(other);
+    return AreOne(reconstruction, options.merge_max_reproj_error, id, other);
+  };
+  for (const colmap::TrackElement& element : point.Track().Elements()) {
+    for (const auto& match :
+         map.graph().FindCorrespondences(element.image_id, element.point2D_idx)) {
+      const colmap::Image& image = reconstruction.Image(match.image_id);
+      if (!image.IsRegistered()) continue;
+      const colmap::Point2D& point2D = image.Point2D(match.point2D_idx);
+      if (point2D.HasPoint3D()) {
+        gain.merges = gain.merges || is_twin(point2D.Point3DId());
+      } else {
+        gain.completes =
+            gain.completes ||
+            IsSeenAt(reconstruction, colmap::TrackElement(match.image_id, match.point2D_idx),
+                     point.XYZ(), options.complete_max_reproj_error);
+      }
+      if (gain.completes && gain.merges) return gain;
+    }
   }
-  return found;
+  return gain;
 }
 
 bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
@@ -196,14 +171,20 @@ void CompleteLocally(const TriangulatorOptions& options, ImageId new_image, Scen
   triangulator.CompleteImage(creating, new_image);
 }
 
-size_t GrowAllTracks(const TriangulatorOptions& options, int num_threads, SceneMap* map) {
-  const PointGain gain(options, *map);
-  size_t num_changed = map->CompleteTracks(
-      options,
-      PointsWith(num_threads, *map, [&](Point3DId id) { return gain.HasFreeObservation(id); }));
-  num_changed += map->MergeTracks(
-      options, PointsWith(num_threads, *map, [&](Point3DId id) { return gain.HasTwin(id); }));
-  return num_changed;
+size_t GrowTracks(const TriangulatorOptions& options, int num_threads,
+                  const std::vector<Point3DId>& points, SceneMap* map) {
+  std::vector<Gain> gains(points.size());
+  ForEachOnThreads(num_threads, points.size(),
+                   [&](size_t i) { gains[i] = GainOf(options, *map, points[i]); });
+  std::unordered_set<Point3DId> completing, merging;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (gains[i].completes) completing.insert(points[i]);
+    // What a point gains may lead on to its twin.
+    if (gains[i].completes || gains[i].merges) merging.insert(points[i]);
+  }
+  colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(map);
+  const size_t num_completed = triangulator.CompleteTracks(options, completing);
+  return num_completed + triangulator.MergeTracks(options, merging);
 }
 
 }  // namespace skein

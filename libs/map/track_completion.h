@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "map/scene_map.h"
 
 namespace skein {
@@ -17,11 +19,11 @@ namespace skein {
 void CompleteLocally(const colmap::IncrementalTriangulator::Options& options, ImageId new_image,
                      SceneMap* map);
 
-// The same of all points that several registered photos see: COLMAP's CompleteAllTracks and
-// MergeAllTracks. Threads look for the points that gain, which few do once a map is complete;
-// these alone are changed then, one after another. The result is that of one thread. Returns the
-// number of observations added or merged.
-size_t GrowAllTracks(const colmap::IncrementalTriangulator::Options& options, int num_threads,
-                     SceneMap* map);
+// Completes the tracks of points, then merges those of one point, as COLMAP's CompleteTracks and
+// MergeTracks do; of two that are one it is enough to give that of the smaller id. Threads look for
+// what gains, which few points do once a map is complete. These alone are changed then, one after
+// another. The result is that of one thread. Returns the number of observations added or merged.
+size_t GrowTracks(const colmap::IncrementalTriangulator::Options& options, int num_threads,
+                  const std::vector<Point3DId>& points, SceneMap* map);
 
 }  // namespace skein

@@ -132,9 +132,9 @@ TEST_F(TrackCompletionTest, MakesPointsOfTheNewPhotosKeypointsThatHaveNone) {
 
 // Noisy photos with wrong matches, of whose tracks every second observation is taken out, half of
 // these into points of their own.
-class GrowAllTracksTest : public testing::Test {
+class GrowTracksTest : public testing::Test {
  protected:
-  GrowAllTracksTest() {
+  GrowTracksTest() {
     SyntheticOptions options;
     options.num_photos = 10;
     options.noise_px = 1;
@@ -172,10 +172,10 @@ class GrowAllTracksTest : public testing::Test {
   SceneMap map_;
 };
 
-TEST_F(GrowAllTracksTest, DoesWhatColmapDoesToAllPoints) {
+TEST_F(GrowTracksTest, DoesWhatColmapDoesToAllPoints) {
   const auto map = map_.Clone(), colmaps = map_.Clone();
   colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(colmaps.get());
-  const size_t num_changed = GrowAllTracks(options_, 1, map.get());
+  const size_t num_changed = GrowTracks(options_, 1, AllPoints(*map), map.get());
   EXPECT_GT(num_changed, 1000u);
   size_t expected = triangulator.CompleteAllTracks(options_);
   expected += triangulator.MergeAllTracks(options_);
@@ -185,12 +185,12 @@ TEST_F(GrowAllTracksTest, DoesWhatColmapDoesToAllPoints) {
   EXPECT_EQ(MapAccess::Triangulator(map.get()).MergeAllTracks(options_), 0u);
 }
 
-TEST_F(GrowAllTracksTest, IsTheSameWithAnyNumberOfThreads) {
+TEST_F(GrowTracksTest, IsTheSameWithAnyNumberOfThreads) {
   const auto map = map_.Clone();
-  const size_t num_changed = GrowAllTracks(options_, 1, map.get());
+  const size_t num_changed = GrowTracks(options_, 1, AllPoints(*map), map.get());
   for (const int num_threads : {2, 5}) {
     const auto other = map_.Clone();
-    EXPECT_EQ(GrowAllTracks(options_, num_threads, other.get()), num_changed);
+    EXPECT_EQ(GrowTracks(options_, num_threads, AllPoints(*other), other.get()), num_changed);
     EXPECT_EQ(TracksOf(*other), TracksOf(*map)) << num_threads;
   }
 }

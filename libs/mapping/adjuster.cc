@@ -106,7 +106,8 @@ double Adjuster::RunGlobalBa(bool converge) {
   timer.Restart();
   ApplyBundle(bundle, &map_);
   size_t num_changed = 0;
-  if (!converge) num_changed += GrowAllTracks(options_.triangulation, options_.num_threads, &map_);
+  if (!converge)
+    num_changed += GrowTracks(options_.triangulation, options_.num_threads, AllPoints(map_), &map_);
   num_changed += FilterPoints(options_.filter, AllPoints(map_), &map_);
   cost_.tracks_s += timer.ElapsedS();
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
@@ -121,7 +122,7 @@ void Adjuster::AdjustUntilStable(int max_rounds, double max_change, bool converg
 void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   if (retriangulate) {
     const Timer timer;
-    GrowAllTracks(options_.triangulation, options_.num_threads, &map_);
+    GrowTracks(options_.triangulation, options_.num_threads, AllPoints(map_), &map_);
     RetriangulationOptions options;
     options.triangulation = options_.triangulation;
     Retriangulate(options, map_.pairs(), &map_);

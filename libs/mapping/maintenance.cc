@@ -1,10 +1,10 @@
 #include "mapping/maintenance.h"
 
 #include <algorithm>
-#include <unordered_set>
 
 #include "map/filters.h"
 #include "map/retriangulation.h"
+#include "map/track_completion.h"
 #include "mapping/fold_back.h"
 
 namespace skein {
@@ -106,10 +106,8 @@ void Maintenance::BeginPhases() {
 
 Maintenance::ToCheck Maintenance::DoPoints() {
   const std::vector<Point3DId> part = TakeLast(kPointsAtOnce, &points_);
-  std::unordered_set<Point3DId> points(part.begin(), part.end());
   FilterPoints(options_.filter, part, &map_);
-  map_.CompleteTracks(options_.triangulation, points);
-  map_.MergeTracks(options_.triangulation, points);
+  GrowTracks(options_.triangulation, 1, part, &map_);
   if (!points_.empty()) return {};
   phase_ = Phase::kPairs;
   return {map_.reconstruction().RegImageIds(), {}, false, false};
