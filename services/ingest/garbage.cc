@@ -3,7 +3,9 @@
 #include <chrono>
 #include <set>
 #include <system_error>
+#include <variant>
 
+#include "blobs/blob_store.h"
 #include "core/file.h"
 #include "core/folder.h"
 #include "core/hash.h"
@@ -30,13 +32,18 @@ std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type
   return files;
 }
 
-GarbageCollector::GarbageCollector(Node& node, const LedgerWriter& writer, SessionPaths paths,
+GarbageCollector::GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths,
                                    const GarbageOptions& options)
     : writer_(writer),
       paths_(std::move(paths)),
       options_(options),
       next_s_(node.loop().now_s() + options.period_s),
-      worker_(node.loop()) {}
+      worker_(node.loop()) {
+  writer.AddObserver([this](const Fact& fact) {
+    const auto* model = std::get_if<submap_model_t>(&fact);
+    if (model != nullptr && IsBlobId(model->model_blob)) models_[model->model_blob] = false;
+  });
+}
 
 void GarbageCollector::Tick(double now_s) {
   if (now_s < next_s_) return;
@@ -50,13 +57,29 @@ void GarbageCollector::Tick(double now_s) {
       [this](const std::vector<fs::path>& old_files) { Remove(old_files); });
 }
 
+void GarbageCollector::AddSuperseded(const std::set<std::string>& needed,
+                                     std::vector<fs::path>* files) {
+  const BlobStore store(paths_.Blobs());
+  for (auto model = models_.begin(); model != models_.end();) {
+    const bool is_needed = needed.count(model->first) > 0;
+    if (!is_needed && model->second) {
+      files->push_back(store.Path(model->first));
+      model = models_.erase(model);
+    } else {
+      model->second = !is_needed;
+      ++model;
+    }
+  }
+}
+
 // On the loop's thread, where facts are committed: none comes in between.
-void GarbageCollector::Remove(const std::vector<fs::path>& old_files) {
+void GarbageCollector::Remove(std::vector<fs::path> files) {
   if (writer_.state().finishing() || writer_.has_staged()) return;
   const std::set<std::string> needed = NeededBlobs(writer_.state());
+  AddSuperseded(needed, &files);
   uintmax_t num_bytes = 0;
   int num_removed = 0;
-  for (const fs::path& file : old_files) {
+  for (const fs::path& file : files) {
     const std::string name = file.filename().string();
     const bool is_garbage = IsBlobId(name) ? needed.count(name) == 0 : IsTemporaryName(name);
     if (!is_garbage) continue;

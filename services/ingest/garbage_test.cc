@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "blobs/blob_store.h"
 #include "core/file.h"
+#include "node/work_client.h"
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
@@ -39,6 +42,26 @@ TEST_F(GarbageTest, GoesOnceItIsOld) {
   Await([&] { return !fs::exists(PathOf(orphan)) && !fs::exists(temporary); }, "they go");
   EXPECT_TRUE(fs::exists(PathOf(photo.blob_id)));
   EXPECT_TRUE(fs::exists(PathOf(young)));
+}
+
+TEST_F(GarbageTest, AModelGoesSoonAfterANewerOneWhateverItsAge) {
+  for (const uint8_t id : {1, 2}) AddMatchedPhoto(id);
+  ASSERT_EQ(Submit(Seed(1, 2)), "");
+  bool is_leased = false;
+  const WorkClient mapper(*peer_, "submap", 1, [&](const work_t&) { is_leased = true; });
+  Await([&] { return is_leased; }, "the submap");
+  for (const int64_t id : {1, 2}) ASSERT_EQ(Submit(Registration(id, 1, 1)), "");
+  std::vector<std::string> blobs;
+  for (const uint8_t number : {1, 2, 3}) {
+    submap_model_t checkpoint = FinalModel(1, 1, number);
+    checkpoint.kind = submap_model_t::CHECKPOINT;
+    checkpoint.model_blob = peer_->blobs().Offer({number});
+    ASSERT_EQ(Submit(checkpoint), "");
+    blobs.push_back(checkpoint.model_blob);
+  }
+  Await([&] { return !fs::exists(PathOf(blobs[0])) && !fs::exists(PathOf(blobs[1])); }, "they go");
+  loop_.RunUntil([] { return false; }, 0.5);
+  EXPECT_TRUE(fs::exists(PathOf(blobs[2])));
 }
 
 TEST_F(GarbageTest, IsNotCollectedDuringAFinish) {
