@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -195,7 +196,7 @@ class Run {
   }
 
   void Rest() {
-    while (arguments_.rest && submap_.Maintain(true, Ignore)) {
+    while (arguments_.rest && submap_.Maintain(std::numeric_limits<double>::infinity(), Ignore)) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }

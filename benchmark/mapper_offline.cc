@@ -246,7 +246,8 @@ class Run {
     PrintAgreement();
     if (!arguments_.output_before.empty()) Write(arguments_.output_before);
     double start = CpuSeconds();
-    while (arguments_.background && submap_.Maintain(true, Sink())) {
+    while (arguments_.background &&
+           submap_.Maintain(std::numeric_limits<double>::infinity(), Sink())) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     if (arguments_.background) Print("at rest", images.size(), CpuSeconds() - start);

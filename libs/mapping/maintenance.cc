@@ -12,6 +12,8 @@ namespace {
 
 // Global BAs, each followed by filtering and retriangulation, after the last photo.
 constexpr int kRoundsAtRest = 3;
+constexpr double kMinRestS = 4.0;
+constexpr double kRestPerGlobalBa = 10.0;
 // A part of each phase.
 constexpr size_t kPointsAtOnce = 3000;
 constexpr size_t kPairsAtOnce = 200;
@@ -28,7 +30,11 @@ std::vector<T> TakeLast(size_t count, std::vector<T>* from) {
 
 }  // namespace
 
-Maintenance::ToCheck Maintenance::DoPart(bool at_rest) {
+double RestS(double last_global_ba_s) {
+  return std::max(kMinRestS, kRestPerGlobalBa * last_global_ba_s);
+}
+
+Maintenance::ToCheck Maintenance::DoPart(double idle_s) {
   if (auto refined = background_.TakeIfDone()) {
     FoldBackRefined(&*refined);
     BeginPhases();
@@ -45,6 +51,7 @@ Maintenance::ToCheck Maintenance::DoPart(bool at_rest) {
     case Phase::kNone:
       break;
   }
+  const bool at_rest = idle_s >= RestS(adjuster_.last_global_ba_s());
   if (at_rest && rounds_at_rest_ > 0 && !background_.IsRunning()) {
     --rounds_at_rest_;
     StartGlobalBa();

@@ -9,6 +9,10 @@
 
 namespace skein {
 
+// A map is at rest after so many seconds without a photo: a tenfold of its last global BA, and four
+// at least. So photos that keep coming to a large map don't each call for adjustments of the whole.
+double RestS(double last_global_ba_s);
+
 // Work on the whole map beside registration, a bounded part at each call. First comes global BA in
 // a thread of its own. Then all points are completed, merged and filtered, all pairs
 // retriangulated, all images checked. The next BA may run during these phases.
@@ -28,8 +32,9 @@ class Maintenance {
     bool ba_began = false;              // a global BA of a map at rest
     bool ba_ended = false;              // a global BA is folded back
   };
-  // `at_rest`: no photo came for a while, so a map that has grown by less gets its global BA, too.
-  ToCheck DoPart(bool at_rest);
+  // `idle_s`: since the last photo came. After RestS a map that has grown by less gets its global
+  // BA, too.
+  ToCheck DoPart(double idle_s);
   bool HasWork() const;
 
   // A BA in the background, unless one runs or the points of the last one are not done.

@@ -99,7 +99,7 @@ InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image
 }
 
 bool Submap::Step(const EventSink& sink) {
-  Maintain(false, sink);
+  Maintain(0, sink);
   const std::optional<ImageId> id = waiting_.TakeNext();
   if (!id) return false;
   if (map_->IsRegistered(*id)) return true;
@@ -201,8 +201,8 @@ void Submap::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   maintenance_.OnGlobalBa();
 }
 
-bool Submap::Maintain(bool at_rest, const EventSink& sink) {
-  const Maintenance::ToCheck check = maintenance_.DoPart(at_rest);
+bool Submap::Maintain(double idle_s, const EventSink& sink) {
+  const Maintenance::ToCheck check = maintenance_.DoPart(idle_s);
   WithdrawWeak(check.weak, sink);
   WithdrawContradicted(check.contradicted, sink);
   if (check.all_checked && may_be_misplaced_) WithdrawMisplaced(sink);

@@ -67,9 +67,9 @@ class Submap {
   bool Step(const EventSink& sink);
 
   // Folds back a finished background BA and continues with what follows, a bounded part at each
-  // call (maintenance.h). Step does so, too. `at_rest`: no photo came for a while, so a map that
-  // has grown by less gets its global BA. True while something is left to do.
-  bool Maintain(bool at_rest, const EventSink& sink);
+  // call (maintenance.h). Step does so, too. `idle_s`: since the last photo came. True while
+  // something is left to do.
+  bool Maintain(double idle_s, const EventSink& sink);
 
   // RefineUntilStable. A map that is inconsistent even then is mapped anew (rebuild.h). Of the two
   // the one stays that more verified matches agree with.

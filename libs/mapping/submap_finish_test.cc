@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -143,6 +144,13 @@ TEST(Submap, ThatIsRightStaysAsItIsWhenConsolidated) {
   EXPECT_EQ(run.map.map().reconstruction().Image(5).ProjectionCenter(), center);
 }
 
+// Of 600 photos of one place each is followed by seconds of bundle adjustment otherwise.
+TEST(Maintenance, ALargeMapIsAtRestLater) {
+  EXPECT_EQ(RestS(0), 4);
+  EXPECT_EQ(RestS(0.4), 4);
+  EXPECT_EQ(RestS(1.5), 15);
+}
+
 TEST(Submap, BackgroundBundleAdjustmentKeepsPhotosInTheirPlace) {
   SyntheticOptions options;
   options.num_photos = 30;
@@ -151,7 +159,7 @@ TEST(Submap, BackgroundBundleAdjustmentKeepsPhotosInTheirPlace) {
   submap.background = true;
   SubmapRig run(options, submap);
   run.FeedAll();
-  while (run.map.Maintain(true, run.Sink())) continue;
+  while (run.map.Maintain(std::numeric_limits<double>::infinity(), run.Sink())) continue;
   EXPECT_EQ(run.NumRegistered(), 30);
   EXPECT_LT(run.PositionErrorPercent(), 0.5);
   // A finish finds nothing left to refine before it triangulates anew.

@@ -17,8 +17,6 @@ namespace skein {
 namespace {
 
 constexpr double kStatisticsPeriodS = 1.0;
-// After this long without a photo the map is at rest and converges.
-constexpr double kRestS = 4.0;
 constexpr double kMaintenancePeriodS = 0.1;
 
 // Being asked is a sign that the job goes on.
@@ -362,10 +360,10 @@ void SubmapRun::OnMergeOver() {
 // In small parts, so that a photo that comes does not wait.
 void SubmapRun::Maintain() {
   if (!IsFree() || !maintaining_ || writer_.AwaitsFinal() || IsCut()) return;
-  const bool at_rest = node_.loop().now_s() - last_event_s_ >= kRestS;
+  const double idle_s = node_.loop().now_s() - last_event_s_;
   RunJob(
-      [at_rest](Submap& submap, Outcome* outcome) {
-        outcome->maintaining = submap.Maintain(at_rest, outcome->Sink());
+      [idle_s](Submap& submap, Outcome* outcome) {
+        outcome->maintaining = submap.Maintain(idle_s, outcome->Sink());
         outcome->more = !outcome->events.empty();  // what was withdrawn may be tried anew
       },
       [this](const Outcome& outcome) {
