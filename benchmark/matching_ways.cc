@@ -18,10 +18,10 @@
 #include "base/triangulation.h"
 #include "benchmark/retrieval_photos.h"
 #include "core/clock.h"
-#include "features/codebook.h"
 #include "features/vlad.h"
 #include "geometry/model_poses.h"
 #include "matching/pair_matcher.h"
+#include "vocabulary/codebook.h"
 
 namespace skein::benchmark {
 namespace {
@@ -30,7 +30,7 @@ constexpr double kMaxLineErrorPx = 4, kMaxPointErrorPx = 8, kMinAngleRad = 3 * M
 
 struct Options {
   std::string set, cache, poses;
-  std::string codebook = SKEIN_DATA_DIR "/vlad_codebook.bin";
+  std::string codebook;
   std::vector<double> camera;  // of the truth: f, cx, cy, k
   size_t top_n = 20;
   size_t every = 1;
@@ -168,9 +168,7 @@ PairResult MatchAsColmap(const PhotoFeatures& a, const PhotoFeatures& b) {
 }
 
 std::vector<Pair> PairsOf(const StudySet& set, const Options& options) {
-  auto codebook = LoadCodebook(options.codebook);
-  if (!codebook) throw std::invalid_argument(codebook.error());
-  const VladModel model(std::move(*codebook));
+  const VladModel model(CodebookOf(options.codebook));
   std::vector<Eigen::VectorXf> vectors;
   for (const StudyPhoto& photo : set.photos) {
     const auto vector = model.DescribeFeatures(photo.features);
@@ -288,9 +286,10 @@ void PrintTable(const std::vector<Way>& ways, const std::vector<Pair>& pairs, co
 void Run(const Options& options) {
   const auto set = LoadStudySet(options.set, options.cache, [](int64_t, int64_t) {});
   if (!set) throw std::invalid_argument(set.error());
+  const DescriptorCells cells(CodebookOf(options.codebook));
   std::vector<PhotoFeaturesPtr> photos;
   for (const StudyPhoto& photo : set->photos) {
-    photos.push_back(ForMatching(photo, static_cast<int64_t>(photos.size()) + 1));
+    photos.push_back(ForMatching(photo, static_cast<int64_t>(photos.size()) + 1, &cells));
   }
   const std::vector<Pair> pairs = PairsOf(*set, options);
   std::vector<Way> ways;
@@ -343,7 +342,7 @@ int main(int argc, char** argv) {
       "True poses, as `skein evaluate` takes them; a photo AGENT_NAME is AGENT/NAME, too");
   app.add_option("--camera", options.camera, "The camera of the true poses: f cx cy k")
       ->expected(4);
-  app.add_option("--codebook", options.codebook, "VLAD codebook")->capture_default_str();
+  app.add_option("--codebook", options.codebook, "VLAD codebook; default: the shipped one");
   app.add_option("--top-n", options.top_n, "Earlier photos a photo")->capture_default_str();
   app.add_option("--every", options.every, "Take each N-th pair")
       ->check(CLI::PositiveNumber)

@@ -106,7 +106,7 @@ Result<StudySet> LoadStudySet(const std::string& argument, const std::string& ca
   return set;
 }
 
-PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id) {
+PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id, const DescriptorCells* cells) {
   auto features = std::make_shared<PhotoFeatures>();
   features->image_id = id;
   features->camera =
@@ -117,7 +117,7 @@ PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id) {
     scales_px.push_back(k.scale_px);
   }
   features->descriptors = photo.features.descriptors.data;
-  features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors);
+  features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors, cells);
   return features;
 }
 
@@ -125,7 +125,7 @@ Result<InlierCounts> MatchExhaustively(const StudySet& set, const std::string& c
                                        const OnProgress& progress) {
   std::vector<PhotoFeaturesPtr> photos;
   for (size_t i = 0; i < set.photos.size(); ++i) {
-    photos.push_back(ForMatching(set.photos[i], static_cast<int64_t>(i) + 1));
+    photos.push_back(ForMatching(set.photos[i], static_cast<int64_t>(i) + 1, nullptr));
   }
   const std::string path = cache_folder + "/" + set.name + "/inliers.bin";
   std::vector<int32_t> known = ReadCounts(path);

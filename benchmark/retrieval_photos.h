@@ -36,8 +36,8 @@ using OnProgress = std::function<void(int64_t, int64_t)>;
 Result<StudySet> LoadStudySet(const std::string& argument, const std::string& cache_folder,
                               const OnProgress& progress);
 
-// As the matching service has them.
-PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id);
+// As the matching service has them; for the cascade with cells.
+PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id, const DescriptorCells* cells);
 
 // inliers[i][j] for j < i: verified inliers of photos i and j, 0 if the pair was not verified.
 using InlierCounts = std::vector<std::vector<int32_t>>;

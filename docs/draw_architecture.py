@@ -42,6 +42,7 @@ ROOMS = {
     'formats': (2, 3, 'contents of blobs'),
     'bundle': (3, 3, 'bundle adjustment'),
     'covisibility': (3, 4, 'verified pairs as a graph'),
+    'vocabulary': (3, -1, 'trained cells of local descriptors'),
     'core': (0, 5, 'files, hashes, log, status; all but bundle and covisibility use it'),
 }
 COLUMN_PX, ROW_PX, ROOM_WIDTH, ROOM_HEIGHT, ROOMS_TOP, ROOMS_LEFT = 236, 74, 212, 46, 538, 20

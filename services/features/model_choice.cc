@@ -12,17 +12,6 @@ namespace skein {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr char kCodebookName[] = "vlad_codebook.bin";
-
-std::shared_ptr<GlobalDescriptorModel> LoadVlad(const std::string& path) {
-  auto codebook = LoadCodebook(path.empty() ? DefaultCodebookPath() : path);
-  if (!codebook) {
-    throw std::invalid_argument(codebook.error() +
-                                "; name a codebook with --codebook (scripts/train_codebook.sh)");
-  }
-  return std::make_shared<VladModel>(std::move(*codebook));
-}
-
 void TakeTriple(const std::vector<double>& values, std::array<double, 3>* triple) {
   if (!values.empty()) std::copy(values.begin(), values.end(), triple->begin());
 }
@@ -61,19 +50,13 @@ Status ModelChoice::Check() const {
                      CheckTriple("global_std", std)});
 }
 
-std::string DefaultCodebookPath() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path() / "../share/skein" / kCodebookName;
-  if (!error && fs::exists(installed)) return installed;
-  return std::string(SKEIN_DATA_DIR) + "/" + kCodebookName;
-}
-
 std::shared_ptr<GlobalDescriptorModel> LoadModel(const ModelChoice& choice) {
   if (const Status checked = choice.Check(); !checked.ok()) {
     throw std::invalid_argument(checked.error());
   }
-  if (choice.onnx_path.empty()) return LoadVlad(choice.codebook_path);
+  if (choice.onnx_path.empty()) {
+    return std::make_shared<VladModel>(CodebookOf(choice.codebook_path));
+  }
   auto model = OnnxModel::Load(choice.onnx_path, ReadOptions(choice));
   if (!model) throw std::invalid_argument("--global-model: " + model.error());
   return *model;

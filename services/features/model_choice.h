@@ -25,9 +25,6 @@ struct ModelChoice {
   Status Check() const;
 };
 
-// The shipped codebook: share/skein beside the folder of the program, else where it was built from.
-std::string DefaultCodebookPath();
-
 // Throws std::invalid_argument, saying why and what to do, if the model cannot be used.
 std::shared_ptr<GlobalDescriptorModel> LoadModel(const ModelChoice& choice);
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "features/codebook.h"
 #include "features/sift.h"
+#include "vocabulary/codebook.h"
 
 namespace skein {
 

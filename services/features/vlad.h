@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "features/codebook.h"
 #include "features/global_descriptor.h"
+#include "vocabulary/codebook.h"
 
 namespace skein {
 

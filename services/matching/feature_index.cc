@@ -18,12 +18,13 @@ size_t SizeOf(const std::vector<T>& values) {
 }  // namespace
 
 size_t FeatureIndex::MemoryBytes() const {
-  return SizeOf(coarsest) + SizeOf(coarse_descriptors) + SizeOf(norm_sq);
+  return SizeOf(coarsest) + SizeOf(coarse_descriptors) + SizeOf(norm_sq) + cells.MemoryBytes();
 }
 
 FeatureIndex MakeFeatureIndex(const std::vector<Eigen::Vector2d>& points,
                               const std::vector<float>& scales_px,
-                              const std::vector<uint8_t>& descriptors) {
+                              const std::vector<uint8_t>& descriptors,
+                              const DescriptorCells* cells) {
   if (scales_px.size() != points.size() || descriptors.size() != points.size() * kDescriptorDim) {
     throw std::invalid_argument("points, scales and descriptors differ in number");
   }
@@ -54,6 +55,7 @@ FeatureIndex MakeFeatureIndex(const std::vector<Eigen::Vector2d>& points,
     }
     index.norm_sq.push_back(sum);
   }
+  if (cells != nullptr) index.cells = cells->Assign(descriptors);
   return index;
 }
 

@@ -7,22 +7,26 @@
 #include <cstdint>
 #include <vector>
 
+#include "matching/descriptor_cells.h"
+
 namespace skein {
 
-constexpr int kMaxCoarse = 2048;
+constexpr int kMaxCoarse = 1024;
 
 struct FeatureIndex {
   std::vector<uint32_t> coarsest;           // at most kMaxCoarse features, by falling scale
   std::vector<uint8_t> coarse_descriptors;  // of these, coarsest.size() x 128
   std::vector<int32_t> norm_sq;             // of each descriptor
+  FeatureCells cells;
 
   size_t MemoryBytes() const;
 };
 
 // descriptors: points.size() x 128; scales_px: one a point. Of equal scales the first counts as
-// the coarser.
+// the coarser. Without `cells` the index has none.
 FeatureIndex MakeFeatureIndex(const std::vector<Eigen::Vector2d>& points,
                               const std::vector<float>& scales_px,
-                              const std::vector<uint8_t>& descriptors);
+                              const std::vector<uint8_t>& descriptors,
+                              const DescriptorCells* cells = nullptr);
 
 }  // namespace skein

@@ -4,8 +4,9 @@
 
 namespace skein {
 
-FeatureLoader::FeatureLoader(PollLoop& loop, BlobClient& blobs, size_t cache_bytes)
-    : blobs_(blobs), cache_(cache_bytes), decoder_(loop) {}
+FeatureLoader::FeatureLoader(PollLoop& loop, BlobClient& blobs,
+                             std::shared_ptr<const DescriptorCells> cells, size_t cache_bytes)
+    : blobs_(blobs), cells_(std::move(cells)), cache_(cache_bytes), decoder_(loop) {}
 
 void FeatureLoader::Load(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded) {
   if (PhotoFeaturesPtr cached = cache_.Find(image_id)) return on_loaded(std::move(cached));
@@ -32,9 +33,9 @@ void FeatureLoader::Fetch(int64_t image_id, const std::string& blob_id, Bytes Lo
 void FeatureLoader::Decode(int64_t image_id, Loading* loading) {
   if (!loading->status.ok()) return Finish(image_id, loading->status);
   decoder_.Run(
-      [image_id, camera = loading->camera, keypoints = std::move(loading->keypoints),
-       descriptors = std::move(loading->descriptors)] {
-        return DecodePhotoFeatures(image_id, camera, keypoints, descriptors);
+      [image_id, cells = cells_, camera = loading->camera,
+       keypoints = std::move(loading->keypoints), descriptors = std::move(loading->descriptors)] {
+        return DecodePhotoFeatures(image_id, camera, keypoints, descriptors, cells.get());
       },
       [this, image_id](const Result<PhotoFeaturesPtr>& features) {
         if (features.ok()) cache_.Insert(*features);

@@ -3,6 +3,7 @@
 // Features by image id: from the cache, else fetched and decoded. Loop's thread.
 
 #include <functional>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -17,7 +18,8 @@ class FeatureLoader {
  public:
   using OnLoaded = std::function<void(const Result<PhotoFeaturesPtr>&)>;
 
-  FeatureLoader(PollLoop& loop, BlobClient& blobs, size_t cache_bytes);
+  FeatureLoader(PollLoop& loop, BlobClient& blobs, std::shared_ptr<const DescriptorCells> cells,
+                size_t cache_bytes);
 
   // Calls on_loaded once, later, or within the call if the photo is cached. Loads of one photo
   // share their fetches.
@@ -38,6 +40,7 @@ class FeatureLoader {
   void Finish(int64_t image_id, const Result<PhotoFeaturesPtr>& features);
 
   BlobClient& blobs_;
+  const std::shared_ptr<const DescriptorCells> cells_;
   FeatureCache cache_;
   std::unordered_map<int64_t, Loading> loading_;
   WorkerThread decoder_;

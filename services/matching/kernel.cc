@@ -24,6 +24,7 @@ constexpr int kAlignment = 64;
 constexpr int32_t kMaxDistanceSq = kDescriptorDim * 255 * 255;
 constexpr int32_t kNoDistance = std::numeric_limits<int32_t>::max();
 constexpr double kRatioUnit = 1e6;
+constexpr uint8_t kNoDescriptor[kDescriptorDim] = {};  // of columns that fill up a panel
 
 using Element = KernelFormat::Element;
 
@@ -196,18 +197,26 @@ class DescriptorMatcher::Workspace {
  public:
   explicit Workspace(KernelVersion version) : format_(FormatOf(version)) {}
 
-  // Fills rows() and columns().
-  void Run(const DescriptorView& first, const DescriptorView& second) {
+  // Then rows() and columns() are of these sets, and of the parts since.
+  void Begin(const DescriptorView& first, const DescriptorView& second) {
+    first_ = first;
+    second_ = second;
     rows_.assign(first.count, Nearest());
     columns_.assign(second.count, Nearest());
-    if (first.count == 0 || second.count == 0) return;
-    PackRows(first);
-    PackColumns(second);
+    MeasureRows();
+    MeasureColumns();
+  }
+
+  void Run(const ProductPart& part) {
+    if (part.rows.count == 0 || part.columns.count == 0) return;
+    part_ = part;
+    PackRows();
+    PackColumns();
     const int block_columns = kBlockVectors * format_.lanes;
-    for (int column = 0; column < second.count; column += block_columns) {
-      const int num_columns = std::min(block_columns, second.count - column);
-      for (int row = 0; row < first.count; row += kBlockRows) {
-        ProcessBlock(row, std::min(kBlockRows, first.count - row), column, num_columns);
+    for (int column = 0; column < part.columns.count; column += block_columns) {
+      const int num_columns = std::min(block_columns, part.columns.count - column);
+      for (int row = 0; row < part.rows.count; row += kBlockRows) {
+        ProcessBlock(row, std::min(kBlockRows, part.rows.count - row), column, num_columns);
       }
     }
   }
@@ -218,55 +227,91 @@ class DescriptorMatcher::Workspace {
  private:
   size_t ElementBytes() const { return format_.element == Element::kInt16 ? 2 : 1; }
 
-  void PackRows(const DescriptorView& view) {
-    const size_t size = static_cast<size_t>(view.count) * kDescriptorDim;
-    const size_t padded = static_cast<size_t>(RoundUp(view.count, kAmxTileRows)) * kDescriptorDim;
-    packed_rows_.Resize(padded * ElementBytes());
-    if (format_.element == Element::kUnsigned8) {
-      std::copy(view.data, view.data + size, packed_rows_.data());
-      std::fill(packed_rows_.data() + size, packed_rows_.data() + padded, 0);
-    } else if (format_.element == Element::kSigned8) {
-      for (size_t i = 0; i < size; ++i) packed_rows_.data()[i] = view.data[i] ^ 0x80;
-    } else {
-      int16_t* wide = reinterpret_cast<int16_t*>(packed_rows_.data());
-      for (size_t i = 0; i < size; ++i) wide[i] = view.data[i];
-    }
-    row_keys_.Resize(view.count);
-    for (int i = 0; i < view.count; ++i) {
-      row_keys_.data()[i] = NormSq(view.data + kDescriptorDim * size_t(i)) * 256 + i % kBlockRows;
+  const uint8_t* Row(uint32_t i) const { return first_.data + size_t{kDescriptorDim} * i; }
+  const uint8_t* Column(uint32_t j) const { return second_.data + size_t{kDescriptorDim} * j; }
+
+  void MeasureRows() {
+    row_norm_sq_.resize(first_.count);
+    for (int i = 0; i < first_.count; ++i) row_norm_sq_[i] = NormSq(Row(i));
+  }
+
+  void MeasureColumns() {
+    column_norm_sq_.resize(second_.count);
+    column_lack_.assign(second_.count, 0);
+    for (int j = 0; j < second_.count; ++j) {
+      column_norm_sq_[j] = NormSq(Column(j));
+      if (format_.element == Element::kSigned8) column_lack_[j] = 128 * Sum(Column(j));
     }
   }
 
-  void PackColumns(const DescriptorView& view) {
-    const int padded = RoundUp(view.count, format_.panel_columns);
-    const size_t bytes = static_cast<size_t>(padded) * kDescriptorDim * ElementBytes();
-    std::memset(packed_columns_.Resize(bytes), 0, bytes);
+  void PackRows() {
+    const int count = part_.rows.count;
+    const size_t size = static_cast<size_t>(count) * kDescriptorDim;
+    const size_t padded = static_cast<size_t>(RoundUp(count, kAmxTileRows)) * kDescriptorDim;
+    packed_rows_.Resize(padded * ElementBytes());
+    row_keys_.Resize(count);
+    for (int i = 0; i < count; ++i) {
+      PackRow(Row(part_.rows.data[i]), i);
+      row_keys_.data()[i] = row_norm_sq_[part_.rows.data[i]] * 256 + i % kBlockRows;
+    }
+    if (format_.element == Element::kUnsigned8) {
+      std::fill(packed_rows_.data() + size, packed_rows_.data() + padded, 0);
+    }
+  }
+
+  void PackRow(const uint8_t* descriptor, int i) {
+    const size_t begin = static_cast<size_t>(i) * kDescriptorDim;
+    uint8_t* out = packed_rows_.data() + begin;
+    switch (format_.element) {
+      case Element::kUnsigned8:
+        std::copy(descriptor, descriptor + kDescriptorDim, out);
+        break;
+      case Element::kSigned8:
+        for (int k = 0; k < kDescriptorDim; ++k) out[k] = descriptor[k] ^ 0x80;
+        break;
+      case Element::kInt16:
+        int16_t* wide = reinterpret_cast<int16_t*>(packed_rows_.data()) + begin;
+        for (int k = 0; k < kDescriptorDim; ++k) wide[k] = descriptor[k];
+        break;
+    }
+  }
+
+  void PackColumns() {
+    const int count = part_.columns.count, padded = RoundUp(count, format_.panel_columns);
+    packed_columns_.Resize(static_cast<size_t>(padded) * kDescriptorDim * ElementBytes());
     column_keys_.Resize(padded);
     column_offset_.Resize(padded);
     for (int j = 0; j < padded; ++j) {
-      const uint8_t* descriptor = j < view.count ? view.data + kDescriptorDim * size_t(j) : nullptr;
-      const int32_t norm_sq = descriptor ? NormSq(descriptor) : kPaddingNormSq;
-      column_keys_.data()[j] = norm_sq * 256 + j / format_.lanes % kBlockVectors;
-      column_offset_.data()[j] =
-          descriptor && format_.element == Element::kSigned8 ? 128 * Sum(descriptor) : 0;
-      if (!descriptor) continue;
-      if (format_.element == Element::kInt16) {
-        PackColumn(descriptor, j, reinterpret_cast<int16_t*>(packed_columns_.data()));
-      } else {
-        PackColumn(descriptor, j, packed_columns_.data());
-      }
+      const int32_t vector = j / format_.lanes % kBlockVectors;
+      const uint32_t column = j < count ? part_.columns.data[j] : 0;
+      column_keys_.data()[j] =
+          (j < count ? column_norm_sq_[column] : kPaddingNormSq) * 256 + vector;
+      column_offset_.data()[j] = j < count ? column_lack_[column] : 0;
+      PackColumn(j < count ? Column(column) : kNoDescriptor, j);
+    }
+  }
+
+  void PackColumn(const uint8_t* descriptor, int j) {
+    switch (format_.group) {
+      case 4:
+        return PackColumn<4>(descriptor, j, packed_columns_.data());
+      case 2:
+        return PackColumn<2>(descriptor, j, reinterpret_cast<int16_t*>(packed_columns_.data()));
+      default:
+        static_assert(kPortablePanelColumns == 1);
+        return PackColumn<kDescriptorDim>(descriptor, j,
+                                          reinterpret_cast<int16_t*>(packed_columns_.data()));
     }
   }
 
   // A panel is 128 / group x panel_columns x group.
-  template <typename T>
+  template <int kGroup, typename T>
   void PackColumn(const uint8_t* descriptor, int j, T* packed) const {
-    const int group = format_.group;
     T* out = packed + static_cast<size_t>(j / format_.panel_columns) * format_.panel_columns *
                           kDescriptorDim;
-    out += j % format_.panel_columns * group;
-    for (int k = 0; k < kDescriptorDim; k += group, out += format_.panel_columns * group) {
-      for (int g = 0; g < group; ++g) out[g] = descriptor[k + g];
+    out += j % format_.panel_columns * kGroup;
+    for (int k = 0; k < kDescriptorDim; k += kGroup, out += format_.panel_columns * kGroup) {
+      for (int g = 0; g < kGroup; ++g) out[g] = descriptor[k + g];
     }
   }
 
@@ -293,30 +338,36 @@ class DescriptorMatcher::Workspace {
       std::fill(state, state + padded, kNoKey);
     }
     format_.process(task);
-    for (int i = 0; i < num_rows; ++i) TakeRow(task, i, column, &rows_[row + i]);
-    for (int j = 0; j < num_columns; ++j) TakeColumn(task, j, row, &columns_[column + j]);
+    const uint32_t* rows = part_.rows.data + row;
+    const uint32_t* columns = part_.columns.data + column;
+    for (int i = 0; i < num_rows; ++i) TakeRow(task, i, columns, &rows_[rows[i]]);
+    for (int j = 0; j < num_columns; ++j) TakeColumn(task, j, rows, &columns_[columns[j]]);
   }
 
-  void TakeRow(const BlockTask& task, int i, int column, Nearest* nearest) const {
+  void TakeRow(const BlockTask& task, int i, const uint32_t* columns, Nearest* nearest) const {
     const int32_t norm_sq = task.row_keys[i] >> 8;
     for (int lane = 0; lane < format_.lanes; ++lane) {
       const int32_t best = task.row_best[i * format_.lanes + lane];
       const int32_t second = task.row_second[i * format_.lanes + lane];
       if (best >> 8 == kPaddingNormSq) continue;
-      nearest->Insert((best >> 8) + norm_sq, column + (best & 255) * format_.lanes + lane);
+      nearest->Insert((best >> 8) + norm_sq, columns[(best & 255) * format_.lanes + lane]);
       if (second >> 8 != kPaddingNormSq) nearest->InsertSecond((second >> 8) + norm_sq);
     }
   }
 
-  void TakeColumn(const BlockTask& task, int j, int row, Nearest* nearest) const {
+  void TakeColumn(const BlockTask& task, int j, const uint32_t* rows, Nearest* nearest) const {
     const int32_t vector = task.column_keys[j] & 255;
     const int32_t best = task.column_best[j] - vector;
     const int32_t second = task.column_second[j] - vector;
-    nearest->Insert(best >> 8, row + (best & 255));
+    nearest->Insert(best >> 8, rows[best & 255]);
     if (second >> 8 <= kMaxDistanceSq) nearest->InsertSecond(second >> 8);
   }
 
   KernelFormat format_;
+  DescriptorView first_, second_;
+  ProductPart part_;
+  std::vector<int32_t> row_norm_sq_, column_norm_sq_;
+  std::vector<int32_t> column_lack_;  // of each column, what the product of the formats lacks
   AlignedBuffer<uint8_t> packed_rows_, packed_columns_;
   AlignedBuffer<int32_t> row_keys_, column_keys_, column_offset_;
   AlignedBuffer<int32_t> row_best_, row_second_, column_best_, column_second_;
@@ -334,12 +385,21 @@ DescriptorMatcher::DescriptorMatcher(DescriptorMatcher&& other) noexcept = defau
 
 std::vector<IndexPair> DescriptorMatcher::Match(const DescriptorView& first,
                                                 const DescriptorView& second) {
+  const int count = std::max({0, first.count, second.count});
+  for (int i = static_cast<int>(all_.size()); i < count; ++i) all_.push_back(i);
+  return MatchParts(first, second, {{{all_.data(), first.count}, {all_.data(), second.count}}});
+}
+
+std::vector<IndexPair> DescriptorMatcher::MatchParts(const DescriptorView& first,
+                                                     const DescriptorView& second,
+                                                     const std::vector<ProductPart>& parts) {
   for (const DescriptorView& view : {first, second}) {
     if (view.count < 0 || (view.count > 0 && !view.data)) {
       throw std::invalid_argument("descriptors without data or with a negative count");
     }
   }
-  workspace_->Run(first, second);
+  workspace_->Begin(first, second);
+  for (const ProductPart& part : parts) workspace_->Run(part);
   const NearestTest test(options_);
   std::vector<IndexPair> matches;
   for (int i = 0; i < first.count; ++i) {

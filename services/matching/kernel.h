@@ -73,6 +73,18 @@ struct MatchOptions {
   Status Check() const;
 };
 
+// Some descriptors of two sets, by index.
+struct IndexSpan {
+  const uint32_t* data = nullptr;  // not owned
+  int count = 0;
+};
+
+// A part of the product of two sets: each of `rows` with each of `columns`.
+struct ProductPart {
+  IndexSpan rows;     // of the first set
+  IndexSpan columns;  // of the second
+};
+
 // Holds the working memory (about 6 MB at 8,192 x 8,192), so keep one a thread.
 class DescriptorMatcher {
  public:
@@ -84,10 +96,16 @@ class DescriptorMatcher {
   // negative or data is null with a positive count.
   std::vector<IndexPair> Match(const DescriptorView& first, const DescriptorView& second);
 
+  // As if all that is in no part were farther than any. No two descriptors meet in two parts, and
+  // the columns of each part ascend.
+  std::vector<IndexPair> MatchParts(const DescriptorView& first, const DescriptorView& second,
+                                    const std::vector<ProductPart>& parts);
+
  private:
   class Workspace;
   MatchOptions options_;
   std::unique_ptr<Workspace> workspace_;
+  std::vector<uint32_t> all_;  // 0, 1, ...
 };
 
 }  // namespace skein

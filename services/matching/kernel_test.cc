@@ -154,6 +154,47 @@ TEST_P(Kernel, EqualsReferenceOnTwoViewsOfOneScene) {
   EXPECT_GT(ExpectEqualsReference(a, NoisyView(a, 12, &rng_)), 500u);
 }
 
+// Three parts, one of them larger than a block of rows.
+TEST_P(Kernel, ComparesOnlyWhatIsInTheSamePart) {
+  const Descriptors a = SiftLike(700, &rng_), b = NoisyView(a, 12, &rng_);
+  const auto part_of = [](uint32_t i) { return i % 7 < 4 ? 1u : i % 7 == 4 ? 0u : 2u; };
+  std::vector<uint32_t> rows[3], columns[3];
+  for (uint32_t i = 0; i < 700; ++i) rows[part_of(i)].push_back(i);
+  for (int j = 0; j < View(b).count; ++j) columns[part_of(j * 5)].push_back(j);
+  std::vector<ProductPart> parts;
+  std::vector<IndexPair> expected;
+  const MatchOptions options{0.8, kNoLimit, GetParam()};
+  for (int p = 0; p < 3; ++p) {
+    parts.push_back(
+        {{rows[p].data(), int(rows[p].size())}, {columns[p].data(), int(columns[p].size())}});
+    Descriptors part_a, part_b;
+    for (const uint32_t i : rows[p]) part_a.insert(part_a.end(), &a[128 * i], &a[128 * i] + 128);
+    for (const uint32_t j : columns[p]) part_b.insert(part_b.end(), &b[128 * j], &b[128 * j] + 128);
+    for (const IndexPair& pair : Reference(part_a, part_b).Match(options)) {
+      expected.push_back({rows[p][pair.first], columns[p][pair.second]});
+    }
+  }
+  std::sort(expected.begin(), expected.end(),
+            [](const IndexPair& x, const IndexPair& y) { return x.first < y.first; });
+  EXPECT_GT(expected.size(), 100u);
+  EXPECT_EQ(DescriptorMatcher(options).MatchParts(View(a), View(b), parts), expected);
+}
+
+// Each row once, columns in several parts: a column's nearest is that of all of them.
+TEST_P(Kernel, AColumnMayBeInSeveralParts) {
+  const Descriptors a = SiftLike(400, &rng_), b = NoisyView(a, 12, &rng_);
+  std::vector<uint32_t> rows, columns(View(b).count);
+  for (uint32_t i = 0; i < 400; ++i) rows.push_back(i);
+  for (size_t j = 0; j < columns.size(); ++j) columns[j] = static_cast<uint32_t>(j);
+  const IndexSpan all{columns.data(), int(columns.size())};
+  const MatchOptions options{0.8, kNoLimit, GetParam()};
+  DescriptorMatcher matcher(options);
+  EXPECT_EQ(
+      matcher.MatchParts(View(a), View(b), {{{&rows[0], 150}, all}, {{&rows[150], 250}, all}}),
+      Reference(a, b).Match(options));
+  EXPECT_TRUE(matcher.MatchParts(View(a), View(b), {}).empty());
+}
+
 TEST_P(Kernel, EqualsReferenceBeyondOneBlockOfColumns) {
   ExpectEqualsReference(SiftLike(70, &rng_), SiftLike(2 * 256 * 16 + 5, &rng_));
   ExpectEqualsReference(FullRange(2 * 256 * 16 + 5, &rng_), FullRange(70, &rng_));

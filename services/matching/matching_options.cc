@@ -39,6 +39,9 @@ void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
   AddSwitch(app, "cascade", &options->pair.cascade,
             "Look at a pair's coarsest features first, then match the others along their geometry; "
             "off: all features with all");
+  app.add_option("--codebook", options->codebook_path,
+                 "VLAD codebook, whose cells tell the cascade which descriptors may be near each "
+                 "other; default: the shipped one");
   AddChoice(
       app, "kernel", {kFastest, "portable", "avx2", "avx512vnni", "amx"},
       [&matching] { return NameOf(matching.kernel); },

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/result.h"
 #include "matching/pair_matcher.h"
 #include "matching/second_look.h"
@@ -14,7 +16,8 @@ struct MatchingServiceOptions {
   PairMatcherOptions pair;
   int num_threads = 1;  // over which the pairs of a photo are spread
   SecondLookOptions second_look;
-  int cache_mib = 512;  // features of recently used photos, decoded
+  int cache_mib = 512;        // features of recently used photos, decoded
+  std::string codebook_path;  // of the cascade's cells; "": the one shipped with Skein
 
   Status Check() const;
 };

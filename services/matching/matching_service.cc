@@ -10,12 +10,19 @@ namespace {
 
 constexpr size_t kPrefetched = 8;
 
+// Null without the cascade.
+std::shared_ptr<const DescriptorCells> CellsOf(const MatchingServiceOptions& options) {
+  if (!options.pair.cascade) return nullptr;
+  return std::make_shared<DescriptorCells>(CodebookOf(options.codebook_path));
+}
+
 }  // namespace
 
 MatchingService::MatchingService(Node& node, const MatchingServiceOptions& options)
     : node_(node),
       second_look_(options.second_look),
-      loader_(node.loop(), node.blobs(), static_cast<size_t>(options.cache_mib) << 20),
+      loader_(node.loop(), node.blobs(), CellsOf(options),
+              static_cast<size_t>(options.cache_mib) << 20),
       work_(node, "matching", 2, [this](const work_t& work) { OnWork(work); }),
       follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
   for (int i = 0; i < options.num_threads; ++i) workers_.emplace_back(node.loop(), options.pair);

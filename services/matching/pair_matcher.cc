@@ -8,15 +8,10 @@
 namespace skein {
 namespace {
 
-constexpr int kFirstLook = 1024, kSecondLook = kMaxCoarse;  // coarsest features
+// Below this the full product costs little more than what spares it.
+constexpr size_t kMinFeatures = 4 * kMaxCoarse;
 
-// With fewer matches in the first look the second hardly ever gives a geometry.
-constexpr size_t kMinFirstLookMatches = 5;
-
-// Below this the full product costs little more than the looks.
-constexpr size_t kMinFeatures = 2 * kMaxCoarse;
-
-// Pairs with fewer guided inliers are matched in full: more of these matches are false.
+// Pairs with fewer guided inliers are matched by cells: more of these matches are false.
 constexpr size_t kMinGuidedInliers = 200;
 
 // The band of guided matching, of the largest error of an inlier: a wider one finds no more
@@ -27,13 +22,13 @@ DescriptorView DescriptorsOf(const PhotoFeatures& photo) {
   return {photo.descriptors.data(), static_cast<int>(photo.points.size())};
 }
 
-DescriptorView CoarsestOf(const PhotoFeatures& photo, int count) {
-  return {photo.index.coarse_descriptors.data(),
-          std::min(count, static_cast<int>(photo.index.coarsest.size()))};
+DescriptorView CoarsestOf(const PhotoFeatures& photo) {
+  return {photo.index.coarse_descriptors.data(), static_cast<int>(photo.index.coarsest.size())};
 }
 
 bool CanCascade(const PhotoFeatures& photo) {
-  return photo.points.size() >= kMinFeatures && photo.index.coarsest.size() == kMaxCoarse;
+  return photo.points.size() >= kMinFeatures && photo.index.coarsest.size() == kMaxCoarse &&
+         !photo.index.cells.empty();
 }
 
 colmap::FeatureMatches ToColmap(const std::vector<IndexPair>& pairs) {
@@ -80,12 +75,16 @@ PairMatcher::PairMatcher(const PairMatcherOptions& options)
   ThrowUnlessSound(options.Check());
 }
 
-PairResult PairMatcher::MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second) {
+PairResult PairMatcher::MatchAll(const PhotoFeatures& first, const PhotoFeatures& second,
+                                 bool by_cells) {
   PairResult result;
   colmap::FeatureMatches matches;
   {
     const Stopwatch watch(&result.product_s);
-    matches = ToColmap(matcher_.Match(DescriptorsOf(first), DescriptorsOf(second)));
+    const DescriptorView a = DescriptorsOf(first), b = DescriptorsOf(second);
+    matches = ToColmap(
+        by_cells ? matcher_.MatchParts(a, b, PartsOf(first.index.cells, second.index.cells))
+                 : matcher_.Match(a, b));
   }
   const Stopwatch watch(&result.geometry_s);
   result.geometry =
@@ -94,10 +93,9 @@ PairResult PairMatcher::MatchInFull(const PhotoFeatures& first, const PhotoFeatu
   return result;
 }
 
-colmap::FeatureMatches PairMatcher::LookAtCoarsest(const PhotoFeatures& first,
-                                                   const PhotoFeatures& second, int count) {
-  colmap::FeatureMatches matches =
-      ToColmap(matcher_.Match(CoarsestOf(first, count), CoarsestOf(second, count)));
+colmap::FeatureMatches PairMatcher::MatchCoarsest(const PhotoFeatures& first,
+                                                  const PhotoFeatures& second) {
+  colmap::FeatureMatches matches = ToColmap(matcher_.Match(CoarsestOf(first), CoarsestOf(second)));
   for (colmap::FeatureMatch& match : matches) {
     match.point2D_idx1 = first.index.coarsest[match.point2D_idx1];
     match.point2D_idx2 = second.index.coarsest[match.point2D_idx2];
@@ -107,20 +105,16 @@ colmap::FeatureMatches PairMatcher::LookAtCoarsest(const PhotoFeatures& first,
 
 bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& second,
                             PairResult* result) {
-  for (const int count : {kFirstLook, kSecondLook}) {
-    colmap::FeatureMatches matches;
-    {
-      const Stopwatch watch(&result->product_s);
-      matches = LookAtCoarsest(first, second, count);
-    }
-    if (matches.size() < kMinFirstLookMatches) return false;
-    const Stopwatch watch(&result->geometry_s);
-    result->geometry =
-        EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
-                        PairSeed(first.image_id, second.image_id), options_.two_view);
-    if (IsVerified(result->geometry)) return true;
+  colmap::FeatureMatches matches;
+  {
+    const Stopwatch watch(&result->product_s);
+    matches = MatchCoarsest(first, second);
   }
-  return false;
+  const Stopwatch watch(&result->geometry_s);
+  result->geometry =
+      EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
+                      PairSeed(first.image_id, second.image_id), options_.two_view);
+  return IsVerified(result->geometry);
 }
 
 void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second,
@@ -138,7 +132,7 @@ void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& s
 
 PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& second) {
   if (!options_.cascade || !CanCascade(first) || !CanCascade(second)) {
-    return MatchInFull(first, second);
+    return MatchAll(first, second, false);
   }
   PairResult result;
   if (LookFirst(first, second, &result)) {
@@ -147,11 +141,11 @@ PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& s
       return result;
     }
   }
-  PairResult full = MatchInFull(first, second);
-  full.product_s += result.product_s;
-  full.guided_s += result.guided_s;
-  full.geometry_s += result.geometry_s;
-  return full;
+  PairResult all = MatchAll(first, second, true);
+  all.product_s += result.product_s;
+  all.guided_s += result.guided_s;
+  all.geometry_s += result.geometry_s;
+  return all;
 }
 
 }  // namespace skein

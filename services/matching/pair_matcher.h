@@ -2,18 +2,18 @@
 
 // Two photos: putative matches and the geometry that verifies them, by a cascade that stops early.
 //
-//  1. A look at the 1,024 coarsest features of both photos, a sixty-fourth of the full product,
-//  then
-//     at the 2,048 coarsest (preemptive matching, Wu 2013).
-//  2. A look whose matches verify the pair gives its geometry.
+//  1. A look at the 1,024 coarsest features of both photos, a sixty-fourth of the full product
+//     (preemptive matching, Wu 2013).
+//  2. If its matches verify the pair they give its geometry.
 //  3. Guided matching (guided.h) of all features by that geometry, which is then refined.
 //
-// A pair without such a geometry, or with few inliers after step 3, is undecided: it is matched by
-// the full product. Guided matching finds some support for a false geometry, too; the full product
-// does so less. A pair with few coarse matches is no pair without overlap: of 312 true pairs of
-// south-building 11 have fewer than 8 matches in the second look (docs/experiments/cascade.md).
+// A pair without such a geometry, or with few inliers after step 3, is undecided: all its features
+// are matched by cells (descriptor_cells.h), a fifth of the full product. Guided matching finds
+// some support for a false geometry, too; that product does so less. A pair with few coarse matches
+// is no pair without overlap: of 312 true pairs of south-building 11 have fewer than 8 among the
+// 2,048 coarsest (docs/experiments/cascade.md).
 //
-// Photos with few features, or without an index, are matched in full.
+// Photos with few features, or without cells, are matched in full.
 
 #include "estimators/two_view_geometry.h"
 #include "matching/guided.h"
@@ -47,10 +47,9 @@ class PairMatcher {
   PairResult Match(const PhotoFeatures& first, const PhotoFeatures& second);
 
  private:
-  PairResult MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second);
-  colmap::FeatureMatches LookAtCoarsest(const PhotoFeatures& first, const PhotoFeatures& second,
-                                        int count);
-  // Whether a look verifies the pair. If so result->geometry is of the coarse features.
+  PairResult MatchAll(const PhotoFeatures& first, const PhotoFeatures& second, bool by_cells);
+  colmap::FeatureMatches MatchCoarsest(const PhotoFeatures& first, const PhotoFeatures& second);
+  // Whether the look verifies the pair. If so result->geometry is of the coarse features.
   bool LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
   void MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
 

@@ -46,8 +46,20 @@ class Cascade : public testing::Test {
         photo.descriptors[i * kDescriptorDim + k] = random_() % 64;
       }
     }
-    photo.index = MakeFeatureIndex(photo.points, scales_px, photo.descriptors);
+    photo.index = MakeFeatureIndex(photo.points, scales_px, photo.descriptors, &cells_);
     return photo;
+  }
+
+  // Around random descriptors.
+  static Codebook CodebookOfCells(int num_cells) {
+    std::mt19937 random(7);
+    Codebook codebook;
+    codebook.mean = Eigen::VectorXf::Zero(kDescriptorDim);
+    codebook.projection = Codebook::Matrix::Identity(kDescriptorDim, kDescriptorDim);
+    codebook.centres.resize(num_cells, kDescriptorDim);
+    for (float& value : codebook.centres.reshaped()) value = random() % 64;
+    codebook.centres.rowwise().normalize();
+    return codebook;
   }
 
   static IsCommon None() {
@@ -74,6 +86,7 @@ class Cascade : public testing::Test {
     }
   }
 
+  const DescriptorCells cells_{CodebookOfCells(24)};
   std::mt19937 random_{5};
   std::vector<Eigen::Vector3d> points_;
   std::vector<uint8_t> descriptors_;
@@ -100,8 +113,8 @@ TEST_F(Cascade, FindsNoOverlapWhereThereIsNone) {
   EXPECT_EQ(result.guided_s, 0);
 }
 
-// Eleven of the 2,048 coarsest are common, too few for a geometry, and a hundred of the others.
-TEST_F(Cascade, MatchesInFullWhatTheCoarsestLeaveUndecided) {
+// Six of the 1,024 coarsest are common, too few for a geometry, and a hundred of the others.
+TEST_F(Cascade, MatchesAllFeaturesWhereTheCoarsestLeaveItUndecided) {
   const IsCommon is_common = [](size_t i) { return i % 200 == 0 || (i > 4000 && i % 10 == 0); };
   const PhotoFeatures a = Photo(2, 0, is_common), b = Photo(1, 0.5, is_common);
   ExpectAsInFull(a, b);
@@ -111,16 +124,16 @@ TEST_F(Cascade, MatchesInFullWhatTheCoarsestLeaveUndecided) {
   EXPECT_GE(result.geometry.inlier_matches.size(), 100u);
 }
 
-// 23 coarse features are enough for a geometry; the 56 inliers of the pair are not for guided ones.
-TEST_F(Cascade, MatchesInFullWhatHasFewInliers) {
-  const PhotoFeatures a = Photo(2, 0, Each(90)), b = Photo(1, 0.5, Each(90));
+// 18 coarse features are enough for a geometry; the 84 inliers of the pair are not for guided ones.
+TEST_F(Cascade, MatchesAllFeaturesOfWhatHasFewInliers) {
+  const PhotoFeatures a = Photo(2, 0, Each(60)), b = Photo(1, 0.5, Each(60));
   const PairResult result = Match(a, b, true);
   EXPECT_GT(result.guided_s, 0);
   EXPECT_LT(result.geometry.inlier_matches.size(), 200u);
   ExpectAsInFull(a, b);
 }
 
-TEST_F(Cascade, MatchesInFullPhotosWithoutIndexOrWithFewFeatures) {
+TEST_F(Cascade, MatchesInFullPhotosWithoutCellsOrWithFewFeatures) {
   PhotoFeatures a = Photo(2, 0, Each(1)), b = Photo(1, 0.5, Each(1));
   a.index = FeatureIndex();
   ExpectAsInFull(a, b);
@@ -128,7 +141,8 @@ TEST_F(Cascade, MatchesInFullPhotosWithoutIndexOrWithFewFeatures) {
   for (PhotoFeatures* photo : {&a, &b}) {
     photo->points.resize(900);
     photo->descriptors.resize(900 * kDescriptorDim);
-    photo->index = MakeFeatureIndex(photo->points, std::vector<float>(900, 1), photo->descriptors);
+    photo->index =
+        MakeFeatureIndex(photo->points, std::vector<float>(900, 1), photo->descriptors, &cells_);
   }
   EXPECT_EQ(Match(a, b, true).guided_s, 0);
   EXPECT_TRUE(IsVerified(Match(a, b, true).geometry));

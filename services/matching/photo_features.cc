@@ -19,7 +19,8 @@ size_t PhotoFeatures::MemoryBytes() const {
 }
 
 Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
-                                             const Bytes& keypoints, const Bytes& descriptors) {
+                                             const Bytes& keypoints, const Bytes& descriptors,
+                                             const DescriptorCells* cells) {
   const std::string photo = "features of image " + std::to_string(image_id);
   const Result<Keypoints> points = DecodeKeypoints(keypoints);
   if (!points.ok()) return points.status().Within(photo);
@@ -40,7 +41,7 @@ Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Cam
     scales_px.push_back(keypoint.scale_px);
   }
   features->descriptors = std::move(rows->data);
-  features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors);
+  features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors, cells);
   return PhotoFeaturesPtr(std::move(features));
 }
 

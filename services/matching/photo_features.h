@@ -20,7 +20,7 @@ struct PhotoFeatures {
   colmap::Camera camera;
   std::vector<Eigen::Vector2d> points;  // full-resolution pixels
   std::vector<uint8_t> descriptors;     // points.size() x 128, row major
-  FeatureIndex index;                   // of these; without one the photo is matched in full
+  FeatureIndex index;                   // of these; without cells the photo is matched in full
 
   size_t MemoryBytes() const;
 };
@@ -28,8 +28,9 @@ struct PhotoFeatures {
 using PhotoFeaturesPtr = std::shared_ptr<const PhotoFeatures>;
 
 // Decodes the blobs of a features_t (formats/formats.h). Fails if they are damaged, disagree on the
-// number of keypoints, or hold a keypoint outside the image.
+// number of keypoints, or hold a keypoint outside the image. cells: of the index.
 Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
-                                             const Bytes& keypoints, const Bytes& descriptors);
+                                             const Bytes& keypoints, const Bytes& descriptors,
+                                             const DescriptorCells* cells = nullptr);
 
 }  // namespace skein

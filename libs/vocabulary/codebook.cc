@@ -1,7 +1,9 @@
-#include "features/codebook.h"
+#include "vocabulary/codebook.h"
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
+#include <stdexcept>
 #include <vector>
 
 #include "core/file.h"
@@ -15,6 +17,7 @@ using Matrix = Codebook::Matrix;
 constexpr char kMagic[4] = {'S', 'K', 'C', 'B'};
 constexpr uint32_t kVersion = 1;
 constexpr size_t kChecksumSize = 64;
+constexpr char kFileName[] = "vlad_codebook.bin";
 
 void PutMatrix(const Matrix& matrix, ByteWriter* writer) {
   writer->Put(static_cast<uint32_t>(matrix.rows()));
@@ -101,6 +104,24 @@ Result<Codebook> LoadCodebook(const std::string& path) {
   auto codebook = DecodeCodebook(*bytes);
   if (!codebook) return codebook.status().Within(path);
   return codebook;
+}
+
+std::string DefaultCodebookPath() {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path() / "../share/skein" / kFileName;
+  if (!error && fs::exists(installed)) return installed;
+  return std::string(SKEIN_DATA_DIR) + "/" + kFileName;
+}
+
+Codebook CodebookOf(const std::string& path) {
+  auto codebook = LoadCodebook(path.empty() ? DefaultCodebookPath() : path);
+  if (!codebook) {
+    throw std::invalid_argument(codebook.error() +
+                                "; name a codebook with --codebook (scripts/train_codebook.sh)");
+  }
+  return std::move(*codebook);
 }
 
 Matrix ProjectDescriptors(const Codebook& codebook, const uint8_t* descriptors, size_t n) {

@@ -1,0 +1,52 @@
+#pragma once
+
+// Cells of descriptor space, so that a descriptor is compared only with those that may be near it:
+// the inverted file of Jegou et al. 2011, "Product quantization for nearest neighbor search",
+// section IV, without its compression.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "matching/kernel.h"
+#include "vocabulary/codebook.h"
+
+namespace skein {
+
+// Features by cell: those of cell k are members[begin[k]] up to members[begin[k + 1]], ascending.
+struct CellLists {
+  std::vector<uint32_t> begin;
+  std::vector<uint32_t> members;
+
+  IndexSpan operator[](size_t cell) const {
+    return {members.data() + begin[cell], static_cast<int>(begin[cell + 1] - begin[cell])};
+  }
+};
+
+// Of one photo's features; empty without cells.
+struct FeatureCells {
+  CellLists home;  // each feature in its nearest cell
+  CellLists near;  // each feature in its nearest cells
+
+  bool empty() const { return home.begin.empty(); }
+  size_t MemoryBytes() const;
+};
+
+// The cells of a codebook. Immutable, so threads may share it.
+class DescriptorCells {
+ public:
+  explicit DescriptorCells(const Codebook& codebook);
+
+  // descriptors: N x 128 uint8, row major. Exact, so the same on all processors.
+  FeatureCells Assign(const std::vector<uint8_t>& descriptors) const;
+
+ private:
+  std::vector<uint8_t> centres_;  // K x 128, of norm 512 as descriptors
+  std::vector<int32_t> norm_sq_;  // of each
+};
+
+// What is compared of two photos: each feature of the first with those of the second that have its
+// cell among their nearest. Both of the same cells.
+std::vector<ProductPart> PartsOf(const FeatureCells& first, const FeatureCells& second);
+
+}  // namespace skein
