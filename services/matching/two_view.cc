@@ -8,6 +8,8 @@
 #include "estimators/essential_matrix.h"
 #include "estimators/fundamental_matrix.h"
 #include "estimators/homography_matrix.h"
+#include "matching/five_point.h"
+#include "matching/four_point.h"
 #include "optim/loransac.h"
 #include "util/random.h"
 
@@ -23,11 +25,14 @@ constexpr double kMaxHInlierRatio = 0.8;
 // Even when all matches must be inliers, some samples are too close together for a good model.
 constexpr double kMaxAssumedInlierRatio = 0.7;
 
-using EssentialRansac = colmap::LORANSAC<colmap::EssentialMatrixFivePointEstimator,
-                                         colmap::EssentialMatrixFivePointEstimator>;
+using EssentialRansac =
+    colmap::LORANSAC<FivePointEstimator, colmap::EssentialMatrixFivePointEstimator>;
+using ColmapEssentialRansac = colmap::LORANSAC<colmap::EssentialMatrixFivePointEstimator,
+                                               colmap::EssentialMatrixFivePointEstimator>;
 using FundamentalRansac = colmap::LORANSAC<colmap::FundamentalMatrixSevenPointEstimator,
                                            colmap::FundamentalMatrixEightPointEstimator>;
-using HomographyRansac =
+using HomographyRansac = colmap::LORANSAC<FourPointEstimator, colmap::HomographyMatrixEstimator>;
+using ColmapHomographyRansac =
     colmap::LORANSAC<colmap::HomographyMatrixEstimator, colmap::HomographyMatrixEstimator>;
 
 // The part of a RANSAC report that is used.
@@ -186,13 +191,13 @@ Models SearchEachModel(const colmap::Camera& camera1, const colmap::Camera& came
   Models models;
   if (HavePriors(camera1, camera2)) {
     const double max_error = NormalizedError(camera1, camera2, max_error_px);
-    models.E = Search(EssentialRansac(RansacOptions(options, max_error, 0, n)), c.normalized1,
+    models.E = Search(ColmapEssentialRansac(RansacOptions(options, max_error, 0, n)), c.normalized1,
                       c.normalized2);
   }
   models.F =
       Search(FundamentalRansac(RansacOptions(options, max_error_px, 0, n)), c.points1, c.points2);
-  models.H =
-      Search(HomographyRansac(RansacOptions(options, max_error_px, 0, n)), c.points1, c.points2);
+  models.H = Search(ColmapHomographyRansac(RansacOptions(options, max_error_px, 0, n)), c.points1,
+                    c.points2);
   return models;
 }
 
