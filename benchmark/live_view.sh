@@ -2,10 +2,11 @@
 # What the live view costs and how late it is: a session with no page open, and with pages that take every event,
 # shape and chunk (benchmark/live_viewer.py).
 #
-#   benchmark/live_view.sh [--place NAME] [--rate HZ] [--viewers "LIST"] [--datasets DIR]
+#   benchmark/live_view.sh [--place NAME] [--agents N] [--photos N] [--size WxH] [--rate HZ] [--viewers "LIST"] [--datasets DIR]
 #
 #   --place NAME      synthetic, or south-building of --datasets (default: south-building)
-#   --rate HZ         photos a second (default 0.33)
+#   --agents N, --photos N, --size WxH   of synthetic: agents, photos of each (default 1, 40, 1280x960)
+#   --rate HZ         photos a second of an agent (default 0.33)
 #   --viewers "LIST"  numbers of pages, a run each (default "0 1"; "none": without skein-web)
 #   --datasets DIR    default: ../shared/datasets beside the tree
 #
@@ -14,13 +15,13 @@
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
-datasets=$SKEIN_ROOT/../shared/datasets place=south-building rate=0.33 viewers="0 1"
-take_options "datasets place rate viewers" "$@"
+datasets=$SKEIN_ROOT/../shared/datasets place=south-building agents=1 photos=40 size=1280x960 rate=0.33 viewers="0 1"
+take_options "datasets place agents photos size rate viewers" "$@"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
 case $place in
-  synthetic) use_place 1 40 --seed 1 ;;
+  synthetic) use_place "$agents" "$photos" --seed 1 --size "$size" ;;
   south-building) use_photos south "$datasets/south-building/images" "$datasets/south-building/reference" ;;
   *) usage_error "unknown place $place" ;;
 esac

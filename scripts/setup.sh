@@ -170,7 +170,7 @@ provide_web_modules() {
   if (cd "$web" && npm ci "${omit[@]}" --ignore-scripts --no-audit --no-fund) >"$SKEIN_DEPS/npm.log" 2>&1; then
     web_stamp >"$web/stamp"
   else
-    grep -m 3 'npm error' "$SKEIN_DEPS/npm.log" >&2 || tail -n 3 "$SKEIN_DEPS/npm.log" >&2
+    grep -E -m 4 'npm (error|ERR!)' "$SKEIN_DEPS/npm.log" >&2 || tail -n 3 "$SKEIN_DEPS/npm.log" >&2
     warn "npm's registry cannot be reached ($SKEIN_DEPS/npm.log): Skein is built without the live view's page"
     rm -rf "$web"
   fi

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/camera_models.h"
 
@@ -59,6 +60,15 @@ void CopyPhotos(const colmap::Reconstruction& reconstruction, ShapeSource* sourc
   for (const auto& [id, camera] : cameras) source->cameras.push_back(camera);
 }
 
+void CopyPoint(Point3DId id, const colmap::Point3D& point, const std::array<uint8_t, 3>& rgb,
+               ShapeSource* source) {
+  source->points.push_back({id, {point.X(), point.Y(), point.Z()}, rgb});
+  for (const colmap::TrackElement& element : point.Track().Elements()) {
+    source->tracks.observations.push_back({element.image_id, element.point2D_idx});
+  }
+  source->tracks.ends.push_back(static_cast<uint32_t>(source->tracks.observations.size()));
+}
+
 template <class ColourOf>
 ShapeSource CopyAll(const colmap::Reconstruction& reconstruction, ColourOf colour_of) {
   ShapeSource source;
@@ -66,11 +76,7 @@ ShapeSource CopyAll(const colmap::Reconstruction& reconstruction, ColourOf colou
   source.points.reserve(reconstruction.NumPoints3D());
   source.tracks.ends.reserve(reconstruction.NumPoints3D());
   for (const auto& [id, point] : reconstruction.Points3D()) {
-    source.points.push_back({id, {point.X(), point.Y(), point.Z()}, colour_of(id, point)});
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
-      source.tracks.observations.push_back({element.image_id, element.point2D_idx});
-    }
-    source.tracks.ends.push_back(static_cast<uint32_t>(source.tracks.observations.size()));
+    CopyPoint(id, point, colour_of(id, point), &source);
   }
   return source;
 }
@@ -93,6 +99,27 @@ ShapeSource CopyForShape(const colmap::Reconstruction& reconstruction) {
   return CopyAll(reconstruction, [](Point3DId, const colmap::Point3D& point) {
     return std::array<uint8_t, 3>{point.Color(0), point.Color(1), point.Color(2)};
   });
+}
+
+ShapeSource CopyNewForShape(const SceneMap& map, const std::vector<ImageId>& known,
+                            uint64_t above) {
+  const colmap::Reconstruction& model = map.reconstruction();
+  ShapeSource source;
+  CopyPhotos(model, &source);
+  std::set<Point3DId> ids;
+  for (const ShapePhoto& photo : source.photos) {
+    if (std::binary_search(known.begin(), known.end(), photo.image_id)) continue;
+    for (const colmap::Point2D& observation : model.Image(photo.image_id).Points2D()) {
+      if (observation.HasPoint3D() && observation.Point3DId() > above) {
+        ids.insert(observation.Point3DId());
+      }
+    }
+  }
+  for (const Point3DId id : ids) {
+    const colmap::Point3D& point = model.Point3D(id);
+    CopyPoint(id, point, map.MeanColour(point.Track()), &source);
+  }
+  return source;
 }
 
 int64_t MapShape::NumPoints() const {
@@ -118,6 +145,25 @@ bool ShapeMaker::Update(const ShapeSource& source, int64_t utime_us) {
   shape_.cameras = source.cameras;
   shape_.version = version;
   return true;
+}
+
+bool ShapeMaker::UpdateWith(const ShapeSource& news, ShapeSource* source, int64_t utime_us) {
+  const size_t num_points = source->points.size();
+  const size_t num_observations = source->tracks.observations.size();
+  source->points.insert(source->points.end(), news.points.begin(), news.points.end());
+  source->tracks.observations.insert(source->tracks.observations.end(),
+                                     news.tracks.observations.begin(),
+                                     news.tracks.observations.end());
+  for (const uint32_t end : news.tracks.ends) {
+    source->tracks.ends.push_back(static_cast<uint32_t>(num_observations) + end);
+  }
+  source->photos = news.photos;
+  source->cameras = news.cameras;
+  const bool changed = Update(*source, utime_us);
+  source->points.resize(num_points);
+  source->tracks.observations.resize(num_observations);
+  source->tracks.ends.resize(num_points);
+  return changed;
 }
 
 // Centre and extent follow the map once it has grown to twice what it was, or shrunk to a half, so

@@ -34,6 +34,10 @@ struct ShapeSource {
 ShapeSource CopyForShape(const SceneMap& map, uint64_t coloured_up_to);
 // With the colours that the points have.
 ShapeSource CopyForShape(const colmap::Reconstruction& reconstruction);
+// What is new since the map was copied: all photos and cameras, and of the points those with ids
+// above `above` that photos other than `known` (ascending) see. Visits the observations of these
+// photos alone.
+ShapeSource CopyNewForShape(const SceneMap& map, const std::vector<ImageId>& known, uint64_t above);
 
 struct MapShape {
   struct Chunk {
@@ -69,6 +73,9 @@ class ShapeMaker {
   // False if nothing has changed. The shape's version, and that of what has changed, is `utime_us`,
   // or above the last one. A point that was there keeps its colour.
   bool Update(const ShapeSource& source, int64_t utime_us);
+  // The same of `source` with the points of `news`, which are not in it, and with the photos and
+  // cameras of `news`. The points of `source` are as before when this returns.
+  bool UpdateWith(const ShapeSource& news, ShapeSource* source, int64_t utime_us);
 
   const MapShape& shape() const { return shape_; }
 

@@ -7,6 +7,8 @@
 #include <random>
 #include <set>
 
+#include "testing/synthetic_scene.h"
+
 namespace skein {
 namespace {
 
@@ -255,6 +257,48 @@ TEST(ShapeMaker, AMapThatGrowsKeepsItsErrorsBelowHalfAStep) {
       }
     }
   }
+}
+
+TEST(ShapeMaker, NewPointsComeBesideTheLastCopyOfAll) {
+  const ShapeSource all = Cube(1000);
+  ShapeSource copied = Only(all, [](const auto& point) { return point.id <= 950; });
+  ShapeSource news = Only(all, [](const auto& point) { return point.id > 950; });
+  news.photos.push_back({2, 1, {1, 0, 0, 0}, {1, 0, 0}});
+  ShapeMaker maker(kChunkPoints);
+  maker.Update(copied, 5);
+  const auto before = VersionsOf(maker.shape());
+  EXPECT_TRUE(maker.UpdateWith(news, &copied, 6));
+  EXPECT_EQ(PointsOf(maker.shape()).size(), 1000u);
+  EXPECT_EQ(maker.shape().photos, news.photos);
+  int num_risen = 0;
+  for (const auto& [id, version] : VersionsOf(maker.shape())) num_risen += version == 6 ? 1 : 0;
+  EXPECT_EQ(num_risen, 1) << "the chunk that takes new points";
+  EXPECT_EQ(copied.points.size(), 950u);
+  EXPECT_EQ(copied.tracks.ends.size(), 950u);
+  EXPECT_EQ(copied.tracks.observations.size(), copied.tracks.ends.back());
+  EXPECT_FALSE(maker.UpdateWith(news, &copied, 7)) << "the same once more";
+  ShapeSource later = all;
+  later.photos = news.photos;
+  EXPECT_FALSE(maker.Update(later, 8)) << "a copy of all finds nothing else";
+}
+
+TEST(ShapeMaker, WhatIsNewIsWhatNewPhotosSee) {
+  SyntheticOptions options;
+  options.num_photos = 8;
+  const SyntheticScene scene = MakeScene(options);
+  SceneMap map;
+  AddToMap(scene, scene.pairs, &map);
+  RegisterAtTruth(scene, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map);
+  const ShapeSource before = CopyForShape(map, 0);
+  RegisterAtTruth(scene, {7, 8}, Eigen::Vector3d::Zero(), &map);
+  const ShapeSource after = CopyForShape(map, 0);
+  ASSERT_GT(after.points.size(), before.points.size()) << "two photos alone see some";
+  const ShapeSource news = CopyNewForShape(map, {1, 2, 3, 4, 5, 6}, before.MaxId());
+  EXPECT_EQ(news.points.size(), after.points.size() - before.points.size());
+  EXPECT_EQ(news.tracks.ends.size(), news.points.size());
+  EXPECT_EQ(news.photos, after.photos);
+  for (const auto& point : news.points) EXPECT_GT(point.id, before.MaxId());
+  EXPECT_TRUE(CopyNewForShape(map, {1, 2, 3, 4, 5, 6, 7, 8}, before.MaxId()).points.empty());
 }
 
 TEST(ShapeMaker, VersionsNeverFall) {

@@ -22,7 +22,7 @@
 namespace skein {
 
 // Points that a page should show at most: what an integrated GPU draws fluently.
-constexpr int64_t kPagePoints = 4'000'000;
+constexpr int64_t kPagePoints = 10'000'000;
 
 class SessionApi {
  public:

@@ -51,8 +51,13 @@ Status DiskStatus(const fs::path& path, const char* what) {
   return Unavailable("the server cannot store photos now; its log says why");
 }
 
-Status WriteAt(const fs::path& path, int64_t offset, const Bytes& bytes) {
+Status CreateFile(const fs::path& path) {
   const OpenedFile file(path, O_WRONLY | O_CREAT);
+  return file.fd() < 0 ? DiskStatus(path, "open") : Status::Ok();
+}
+
+Status WriteAt(const fs::path& path, int64_t offset, const Bytes& bytes) {
+  const OpenedFile file(path, O_WRONLY);
   if (file.fd() < 0) return DiskStatus(path, "open");
   size_t written = 0;
   while (written < bytes.size()) {
@@ -108,6 +113,8 @@ std::optional<UploadInfo> ReadInfo(const fs::path& path) {
   }
 }
 
+Status StillAtIt() { return Unavailable("the server is still at this photo: try again"); }
+
 Status NotReceiving() {
   return Unavailable("another connection sends this photo now, or it made way for other phones'");
 }
@@ -152,7 +159,7 @@ void UploadStore::FindLeft() {
     const int64_t part_bytes = FileBytes(PathOf(key, kPart));
     const bool is_whole = info && whole_bytes == info->size_bytes;
     if (!info || (!is_whole && (part_bytes < 0 || part_bytes > info->size_bytes))) {
-      Forget(key);
+      RemoveFiles(key);
       continue;
     }
     Upload& upload = uploads_[key];
@@ -182,10 +189,8 @@ std::optional<UploadStore::Progress> UploadStore::Look(const std::string& agent,
   const auto found = uploads_.find({agent, blob_id});
   if (found == uploads_.end()) return std::nullopt;
   Upload& upload = found->second;
-  if (!upload.finishing) {
-    upload.ticket = next_ticket_++;
-    upload.receiving = false;
-  }
+  upload.ticket = next_ticket_++;
+  upload.receiving = false;
   return Progress{upload.received_bytes, upload.info.size_bytes, upload.is_whole};
 }
 
@@ -205,7 +210,16 @@ Status UploadStore::CheckBegin(const Key& key, const UploadInfo& info) const {
   return Status::Ok();
 }
 
-Status UploadStore::MakeRoom(const Key& key, int64_t more_bytes) {
+Status UploadStore::CheckDisk(int64_t more_bytes) const {
+  std::error_code error;
+  const fs::space_info space = fs::space(folder_, error);
+  const bool is_full =
+      !error && static_cast<int64_t>(space.available) < limits_.min_free_bytes + more_bytes;
+  return is_full ? Unavailable("the server's disk is full: photos wait on the phone")
+                 : Status::Ok();
+}
+
+Status UploadStore::MakeRoom(const Key& key, int64_t more_bytes, const Status& disk) {
   std::set<std::string> agents = {key.first};
   std::map<double, Key> resting;
   int num_unfinished = 0;
@@ -213,22 +227,16 @@ Status UploadStore::MakeRoom(const Key& key, int64_t more_bytes) {
     agents.insert(other.first);
     if (other.first != key.first || upload.is_whole) continue;
     ++num_unfinished;
-    if (!upload.receiving && !upload.finishing) resting.emplace(upload.moved_s, other);
+    if (upload.Rests()) resting.emplace(upload.moved_s, other);
   }
   if (static_cast<int>(agents.size()) > limits_.max_agents) {
     return Unavailable("too many phones send photos at a time: try again later");
   }
   if (num_unfinished >= limits_.max_unfinished) {
     if (resting.empty()) return Unavailable("too many photos at a time: send one after the other");
-    const Key rested = resting.begin()->second;
-    Forget(rested);
-    uploads_.erase(rested);
+    Drop(resting.begin()->second);
   }
-  std::error_code error;
-  const fs::space_info space = fs::space(folder_, error);
-  const bool is_full =
-      !error && static_cast<int64_t>(space.available) < limits_.min_free_bytes + more_bytes;
-  if (is_full) return Unavailable("the server's disk is full: photos wait on the phone");
+  if (!disk.ok()) return disk;
   return MakeRoomInShare(key.first, more_bytes);
 }
 
@@ -266,8 +274,7 @@ Status UploadStore::MakeRoomInShare(const std::string& agent, int64_t more_bytes
     const int64_t freed = uploads_.at(*silent).info.size_bytes;
     bytes_of[silent->first] -= freed;
     bytes -= freed;
-    Forget(*silent);
-    uploads_.erase(*silent);
+    Drop(*silent);
   }
   wanted_s_.erase(agent);
   return Status::Ok();
@@ -280,7 +287,7 @@ std::optional<UploadStore::Key> UploadStore::LongestSilent(
   const Upload* longest = nullptr;
   std::optional<Key> silent;
   for (const auto& [key, upload] : uploads_) {
-    const bool may_go = !upload.is_whole && !upload.finishing && agents.count(key.first) > 0;
+    const bool may_go = upload.MayGo() && agents.count(key.first) > 0;
     if (!may_go || (longest != nullptr && longest->moved_s <= upload.moved_s)) continue;
     longest = &upload;
     silent = key;
@@ -288,21 +295,13 @@ std::optional<UploadStore::Key> UploadStore::LongestSilent(
   return silent;
 }
 
-Status UploadStore::Create(const Key& key, const UploadInfo& info) {
-  if (Status room = MakeRoom(key, info.size_bytes); !room.ok()) return room;
-  if (Status made = CreateFolders(folder_ / key.first); !made.ok()) {
-    LogWarn("{}", made.error());
-    return Unavailable("the server cannot store photos now; its log says why");
-  }
+Status UploadStore::CreateFiles(const Key& key, const UploadInfo& info) const {
   const std::string text = TextOfInfo(info);
-  if (Status written = WriteFileAtomic(PathOf(key, kInfo).string(), text.data(), text.size());
-      !written.ok()) {
-    LogWarn("{}", written.error());
-    return Unavailable("the server cannot store photos now; its log says why");
-  }
-  if (Status begun = WriteAt(PathOf(key, kPart), 0, {}); !begun.ok()) return begun;
-  uploads_[key].info = info;
-  return Status::Ok();
+  Status made = CreateFolders(folder_ / key.first);
+  if (made.ok()) made = WriteFileAtomic(PathOf(key, kInfo).string(), text.data(), text.size());
+  if (made.ok()) return CreateFile(PathOf(key, kPart));
+  LogWarn("{}", made.error());
+  return Unavailable("the server cannot store photos now; its log says why");
 }
 
 Result<UploadStore::Receiver> UploadStore::Begin(const std::string& agent,
@@ -310,32 +309,53 @@ Result<UploadStore::Receiver> UploadStore::Begin(const std::string& agent,
                                                  int64_t offset) {
   const Key key{agent, blob_id};
   if (Status fit = CheckBegin(key, info); !fit.ok()) return fit;
+  bool is_new = false;
+  Result<Receiver> receiver = Reserve(key, info, offset, CheckDisk(info.size_bytes), &is_new);
+  RemoveDropped();
+  if (!receiver.ok() || !is_new) return receiver;
+  const Status created = CreateFiles(key, info);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    uploads_.at(key).busy = false;  // one that is busy stays
+    if (!created.ok()) Drop(key);
+  }
+  RemoveDropped();
+  if (!created.ok()) return created;
+  return receiver;
+}
+
+// Of a new photo: it is busy until its files are there.
+Result<UploadStore::Receiver> UploadStore::Reserve(const Key& key, const UploadInfo& info,
+                                                   int64_t offset, const Status& disk,
+                                                   bool* is_new) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  auto found = uploads_.find(key);
-  const int64_t known = found == uploads_.end() ? 0 : found->second.received_bytes;
-  const bool is_over =
-      found != uploads_.end() && (found->second.is_whole || found->second.finishing);
-  const bool is_same = found == uploads_.end() || found->second.info.size_bytes == info.size_bytes;
-  if (!is_same) {
+  if (dropped_.count(key) + leaving_.count(key) > 0) return StillAtIt();
+  const auto found = uploads_.find(key);
+  *is_new = found == uploads_.end();
+  if (!*is_new && found->second.info.size_bytes != info.size_bytes) {
     return InvalidArgument("the photo of that SHA-256 has " +
                            std::to_string(found->second.info.size_bytes) + " bytes, not " +
                            std::to_string(info.size_bytes));
   }
-  if (offset != known || is_over) {
+  if (!*is_new && found->second.busy) return StillAtIt();
+  const int64_t known = *is_new ? 0 : found->second.received_bytes;
+  if (offset != known || (!*is_new && found->second.is_whole)) {
     return AlreadyExists("the server has " + std::to_string(known) + " bytes of it: go on there");
   }
-  const bool is_receiving = found != uploads_.end() && found->second.receiving;
-  if (!is_receiving && Count(agent, &Upload::receiving) >= limits_.max_receiving) {
+  const bool is_receiving = !*is_new && found->second.receiving;
+  if (!is_receiving && Count(key.first, &Upload::receiving) >= limits_.max_receiving) {
     return Unavailable("too many photos at a time: send one after the other");
   }
-  if (found == uploads_.end()) {
-    if (Status created = Create(key, info); !created.ok()) return created;
+  if (*is_new) {
+    if (Status room = MakeRoom(key, info.size_bytes, disk); !room.ok()) return room;
+    uploads_[key].info = info;
+    uploads_[key].busy = true;
   }
   Upload& upload = uploads_.at(key);
   upload.receiving = true;
   upload.ticket = next_ticket_++;
   upload.moved_s = clock_();
-  return Receiver{agent, blob_id, upload.ticket};
+  return Receiver{key.first, key.second, upload.ticket};
 }
 
 // Null: another one receives it now, or it made way.
@@ -345,23 +365,46 @@ UploadStore::Upload* UploadStore::FindReceiving(const Receiver& receiver) {
   return &found->second;
 }
 
-// The lock is held while the part is written: a photo's bytes stand in its file before they count.
+// The part counts once it stands in its file, and only if its receiver is still the one.
 Result<UploadStore::Progress> UploadStore::Take(const Receiver& receiver, const Bytes& part) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  Upload* upload = FindReceiving(receiver);
-  if (upload == nullptr) return NotReceiving();
-  const auto size = static_cast<int64_t>(part.size());
-  if (upload->received_bytes + size > upload->info.size_bytes) {
-    return ResourceExhausted("more bytes came than the photo has: " +
-                             std::to_string(upload->info.size_bytes));
-  }
   const Key key{receiver.agent, receiver.blob_id};
-  if (Status written = WriteAt(PathOf(key, kPart), upload->received_bytes, part); !written.ok()) {
-    return written;
+  const auto size = static_cast<int64_t>(part.size());
+  int64_t offset = 0;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Upload* upload = FindReceiving(receiver);
+    if (upload == nullptr) return NotReceiving();
+    if (upload->busy) return StillAtIt();
+    if (upload->received_bytes + size > upload->info.size_bytes) {
+      return ResourceExhausted("more bytes came than the photo has: " +
+                               std::to_string(upload->info.size_bytes));
+    }
+    upload->busy = true;
+    offset = upload->received_bytes;
   }
-  upload->received_bytes += size;
-  upload->moved_s = clock_();
-  return Progress{upload->received_bytes, upload->info.size_bytes, false};
+  const Status written = WriteAt(PathOf(key, kPart), offset, part);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Upload& upload = uploads_.at(key);  // one that is busy stays
+  upload.busy = false;
+  if (!written.ok()) return written;
+  if (upload.ticket != receiver.ticket) return NotReceiving();
+  upload.received_bytes += size;
+  upload.moved_s = clock_();
+  return Progress{upload.received_bytes, upload.info.size_bytes, false};
+}
+
+// Checks all bytes; durable under its last name when this returns Ok.
+Status UploadStore::MakeWhole(const Key& key) const {
+  std::error_code error;
+  const bool is_renamed = fs::exists(PathOf(key, kWhole), error);  // by a call whose sync failed
+  const Result<std::string> hash = SyncedHash(PathOf(key, is_renamed ? kWhole : kPart));
+  if (!hash.ok()) return hash.status();
+  if (*hash != key.second) {
+    return DataLoss("the bytes that came are not the photo's: it is sent again from the start");
+  }
+  if (!is_renamed) fs::rename(PathOf(key, kPart), PathOf(key, kWhole), error);
+  if (error) return Unavailable("the server cannot store photos now: " + error.message());
+  return SyncFolder(folder_ / key.first);
 }
 
 Status UploadStore::Finish(const Receiver& receiver) {
@@ -370,39 +413,35 @@ Status UploadStore::Finish(const Receiver& receiver) {
     const std::lock_guard<std::mutex> lock(mutex_);
     Upload* upload = FindReceiving(receiver);
     if (upload == nullptr) return NotReceiving();
+    if (upload->busy) return StillAtIt();
     if (upload->received_bytes != upload->info.size_bytes) {
       return InvalidArgument("the photo is not whole yet");
     }
-    upload->finishing = true;
+    upload->busy = true;
   }
-  const Result<std::string> hash = SyncedHash(PathOf(key, kPart));
+  const Status made = MakeWhole(key);
   std::function<void()> on_whole;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    Upload& upload = uploads_.at(key);  // one that is finishing stays
-    upload.finishing = upload.receiving = false;
-    if (!hash.ok()) return hash.status();
-    if (*hash != key.second) {
-      Forget(key);
-      uploads_.erase(key);
-      return DataLoss("the bytes that came are not the photo's: it is sent again from the start");
+    Upload& upload = uploads_.at(key);  // one that is busy stays
+    upload.busy = upload.receiving = false;
+    if (made.ok()) {
+      upload.is_whole = true;
+      upload.order = next_order_++;
+      on_whole = on_whole_;
+    } else if (made.code == StatusCode::kDataLoss) {
+      Drop(key);
     }
-    std::error_code error;
-    fs::rename(PathOf(key, kPart), PathOf(key, kWhole), error);
-    if (error) return Unavailable("the server cannot store photos now: " + error.message());
-    if (Status synced = SyncFolder(folder_ / key.first); !synced.ok()) return synced;
-    upload.is_whole = true;
-    upload.order = next_order_++;
-    on_whole = on_whole_;
   }
+  RemoveDropped();
   if (on_whole) on_whole();
-  return Status::Ok();
+  return made;
 }
 
 void UploadStore::Leave(const Receiver& receiver) {
   const std::lock_guard<std::mutex> lock(mutex_);
   Upload* upload = FindReceiving(receiver);
-  if (upload == nullptr || upload->finishing) return;
+  if (upload == nullptr) return;
   upload->receiving = false;
   upload->ticket = next_ticket_++;
 }
@@ -433,28 +472,53 @@ std::vector<WaitingUpload> UploadStore::Waiting() const {
   return waiting;
 }
 
+// A photo that is busy is not whole: it came anew, and goes its way.
 void UploadStore::Remove(const std::string& agent, const std::string& blob_id) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = uploads_.find({agent, blob_id});
+    if (found == uploads_.end() || found->second.busy) return;
+    Drop(found->first);
+  }
+  RemoveDropped();
+}
+
+// With the lock; RemoveDropped follows without it.
+void UploadStore::Drop(const Key& key) {
+  dropped_.insert(key);
+  uploads_.erase(key);
+}
+
+void UploadStore::RemoveDropped() {
+  std::set<Key> dropped;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    dropped.swap(dropped_);
+    leaving_.insert(dropped.begin(), dropped.end());
+  }
+  for (const Key& key : dropped) RemoveFiles(key);
   const std::lock_guard<std::mutex> lock(mutex_);
-  Forget({agent, blob_id});
-  uploads_.erase({agent, blob_id});
+  for (const Key& key : dropped) leaving_.erase(key);
 }
 
 // What is known of it goes last: what a crash leaves is found by it.
-void UploadStore::Forget(const Key& key) {
+void UploadStore::RemoveFiles(const Key& key) const {
   std::error_code ignored;
   for (const char* ending : {kPart, kWhole, kInfo}) fs::remove(PathOf(key, ending), ignored);
 }
 
 void UploadStore::Tick() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const double now_s = clock_();
-  for (auto at = uploads_.begin(); at != uploads_.end();) {
-    const Upload& upload = at->second;
-    const bool rests = !upload.is_whole && !upload.receiving && !upload.finishing &&
-                       now_s - upload.moved_s > limits_.forget_after_s;
-    if (rests) Forget(at->first);
-    at = rests ? uploads_.erase(at) : std::next(at);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const double now_s = clock_();
+    std::vector<Key> forgotten;
+    for (const auto& [key, upload] : uploads_) {
+      const bool rests = upload.Rests() && now_s - upload.moved_s > limits_.forget_after_s;
+      if (rests) forgotten.push_back(key);
+    }
+    for (const Key& key : forgotten) Drop(key);
   }
+  RemoveDropped();
 }
 
 void UploadStore::OnWhole(std::function<void()> on_whole) {

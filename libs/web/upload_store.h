@@ -52,8 +52,10 @@ struct WaitingUpload {
   std::filesystem::path path;
 };
 
-// Any thread; what writes may block. A photo has one receiver at a time: the latest, so that a
-// connection which was lost, and does not know it, holds up nobody.
+// Any thread; what writes may block, and blocks nothing of other photos: files are written and
+// removed without the lock, and who comes to their photo meanwhile is told to come again. A photo
+// has one receiver at a time: the latest, so that a connection which was lost, and does not know
+// it, holds up nobody.
 //
 // Where max_bytes are taken, each agent that is here or wants room has an equal share of them. What
 // an agent within its share begins gets the place of unfinished photos of agents beyond theirs: the
@@ -78,7 +80,7 @@ class UploadStore {
   UploadStore(std::filesystem::path folder, UploadLimits limits, Clock clock = MonotonicS);
 
   // How much of it is here; none if nothing is. Its receiver, if there is one, is not heard any
-  // more: what is told stays true.
+  // more: what is told stays true. Bytes that are being written do not count.
   std::optional<Progress> Look(const std::string& agent, const std::string& blob_id);
 
   // A receiver for the bytes from `offset` on, which must be what is here. kAlreadyExists: the
@@ -117,21 +119,31 @@ class UploadStore {
     bool is_whole = false;
     int64_t ticket = 0;  // of its receiver
     bool receiving = false;
-    bool finishing = false;  // is being synced and hashed
+    // A thread is at its files, without the lock: nobody else writes to them, and the upload stays.
+    bool busy = false;
     double moved_s = 0;
     int64_t order = 0;
+
+    bool MayGo() const { return !is_whole && !busy; }
+    bool Rests() const { return MayGo() && !receiving; }
   };
   using Key = std::pair<std::string, std::string>;  // agent, blob
 
   std::filesystem::path PathOf(const Key& key, const char* ending) const;
   void FindLeft();
   Status CheckBegin(const Key& key, const UploadInfo& info) const;
-  Status MakeRoom(const Key& key, int64_t more_bytes);
+  Status CheckDisk(int64_t more_bytes) const;
+  Result<Receiver> Reserve(const Key& key, const UploadInfo& info, int64_t offset,
+                           const Status& disk, bool* is_new);
+  Status MakeRoom(const Key& key, int64_t more_bytes, const Status& disk);
   Status MakeRoomInShare(const std::string& agent, int64_t more_bytes);
   std::optional<Key> LongestSilent(const std::set<std::string>& agents) const;
-  Status Create(const Key& key, const UploadInfo& info);
+  Status CreateFiles(const Key& key, const UploadInfo& info) const;
+  Status MakeWhole(const Key& key) const;
   Upload* FindReceiving(const Receiver& receiver);
-  void Forget(const Key& key);
+  void Drop(const Key& key);
+  void RemoveDropped();
+  void RemoveFiles(const Key& key) const;
   int Count(const std::string& agent, bool Upload::*what) const;
 
   const std::filesystem::path folder_;
@@ -139,6 +151,8 @@ class UploadStore {
   const Clock clock_;
   mutable std::mutex mutex_;
   std::map<Key, Upload> uploads_;                    // guarded by mutex_
+  std::set<Key> dropped_;                            // guarded by mutex_; their files are to go
+  std::set<Key> leaving_;                            // guarded by mutex_; their files go now
   std::map<std::string, double> wanted_s_;           // guarded by mutex_; room, by agent: when
   std::map<std::string, std::string> wait_reasons_;  // guarded by mutex_
   int64_t next_ticket_ = 1;                          // guarded by mutex_

@@ -1,8 +1,15 @@
 #include "web/upload_store.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <filesystem>
 #include <fstream>
+#include <future>
+#include <thread>
 
 #include "core/file.h"
 #include "core/folder.h"
@@ -39,6 +46,18 @@ class UploadStoreTest : public testing::Test {
     return Status::Ok();
   }
   size_t NumFiles() const { return FilesUnder(dir_).size(); }
+  // What writes to the photo's bytes waits from now on, until Release.
+  std::filesystem::path HoldUp(const std::string& agent, const std::string& whole) const {
+    const std::filesystem::path part = dir_ / agent / (IdOf(whole) + ".part");
+    std::filesystem::remove(part);
+    EXPECT_EQ(::mkfifo(part.c_str(), 0644), 0);
+    return part;
+  }
+  static void Release(const std::filesystem::path& fifo) {
+    const int fd = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
+    EXPECT_GE(fd, 0);
+    ::close(fd);
+  }
 
   TestFolder folder_;
   const std::filesystem::path dir_ = folder_ / "uploads";
@@ -122,6 +141,38 @@ TEST_F(UploadStoreTest, TheLatestConnectionOfAPhotoCounts) {
   EXPECT_TRUE(store_->Take(*second, BytesOf("b")).ok());
   EXPECT_EQ(store_->Look("anna", IdOf("abcd"))->received_bytes, 2);
   EXPECT_FALSE(store_->Take(*second, BytesOf("c")).ok()) << "what was told stays true";
+}
+
+TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {
+  limits_.max_unfinished = 2;
+  Open();
+  const auto held = store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 0);
+  ASSERT_TRUE(held.ok());
+  const std::filesystem::path fifo = HoldUp("anna", "abcd");
+  auto writing = std::async(std::launch::async,
+                            [&] { return store_->Take(*held, BytesOf("ab")).status().code; });
+  const auto is_at_it = [&] {  // else the offset is wrong
+    const auto again = store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 1);
+    return again.code() == StatusCode::kUnavailable;
+  };
+  auto others = std::async(std::launch::async, [&] {
+    while (!is_at_it()) std::this_thread::yield();
+    EXPECT_EQ(store_->Look("anna", IdOf("abcd"))->received_bytes, 0) << "they do not count yet";
+    for (const std::string photo : {"photo 1", "photo 2", "photo 3"}) {
+      EXPECT_TRUE(Send("anna", photo, 0, "p").ok()) << "the one that is written stays";
+    }
+    EXPECT_TRUE(Send("bert", "whole", 0, "whole").ok());
+    store_->Remove("bert", IdOf("whole"));
+    store_->Tick();
+    EXPECT_TRUE(is_at_it());
+  });
+  const bool went_on = others.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+  EXPECT_TRUE(went_on);
+  Release(fifo);
+  others.get();
+  EXPECT_EQ(writing.get(), StatusCode::kUnavailable);
+  EXPECT_EQ(store_->ProgressOf("anna").size(), 2u);
+  EXPECT_TRUE(store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 0).ok());
 }
 
 TEST_F(UploadStoreTest, IsBoundedForEachAgent) {

@@ -16,6 +16,7 @@ constexpr double kWantedS = 5;     // after it was last heard
 constexpr double kForgetS = 60;    // nobody looks: the shape is dropped
 constexpr double kPeriodS = 1;     // of shapes
 constexpr double kCopyShare = 50;  // a copy takes at most 1 in so many seconds
+constexpr double kMakeShare = 10;  // chunks for new photos alone take at most 1 in so many seconds
 
 }  // namespace
 
@@ -29,15 +30,18 @@ ShapeDesk::~ShapeDesk() { bus_.Unsubscribe(subscription_); }
 
 bool ShapeDesk::IsWanted() const { return loop_.now_s() - wanted_s_ < kWantedS; }
 
-void ShapeDesk::NoteCopy(double seconds) { due_s_ = loop_.now_s() + kCopyShare * seconds; }
+void ShapeDesk::NoteCopy(double seconds) {
+  due_s_ = std::max(due_s_, loop_.now_s()) + kCopyShare * seconds;
+}
 
 ShapeTeller::ShapeTeller(Node& node, SubmapWorker& worker, ShapeDesk& desk, const Lease& lease)
-    : node_(node), worker_(worker), desk_(desk), lease_(lease) {}
+    : node_(node), worker_(worker), desk_(desk), lease_(lease), look_again_s_(HUGE_VAL) {}
 
 ShapeTeller::~ShapeTeller() { Forget(); }
 
-void ShapeTeller::NoteChange() {
+void ShapeTeller::NoteChange(bool has_new_photo) {
   changed_ = true;
+  has_new_photo_ |= has_new_photo;
   MakeIfDue();
 }
 
@@ -53,43 +57,70 @@ void ShapeTeller::Tick() {
 }
 
 void ShapeTeller::MakeIfDue() {
-  if (!changed_ || making_ || waiting_ || !desk_.IsWanted()) return;
+  if (!changed_ || making_ || !desk_.IsWanted()) return;
   const double now_s = node_.loop().now_s();
-  const double due_s = std::max(desk_.due_s(), made_s_ + kPeriodS);
-  if (now_s >= due_s) return Make();
-  waiting_ = true;
-  node_.loop().AddOneShot(due_s - now_s, alive_.Guarded([this] {
-    waiting_ = false;
+  double due_s = std::max(desk_.due_s(), made_s_ + kPeriodS);
+  if (now_s >= due_s) return Make(true);
+  if (has_new_photo_ && copied_ != nullptr) {
+    const double new_due_s = made_s_ + std::max(kPeriodS, kMakeShare * make_s_);
+    if (now_s >= new_due_s) return Make(false);
+    due_s = std::min(due_s, new_due_s);
+  }
+  LookAgainAt(due_s);
+}
+
+void ShapeTeller::LookAgainAt(double due_s) {
+  if (look_again_s_ <= due_s) return;
+  look_again_s_ = due_s;
+  node_.loop().AddOneShot(due_s - node_.loop().now_s(), alive_.Guarded([this, due_s] {
+    if (look_again_s_ == due_s) look_again_s_ = HUGE_VAL;
     MakeIfDue();
   }));
 }
 
-void ShapeTeller::Make() {
+// `whole`: of the whole map; else of what is new since it was last copied whole.
+void ShapeTeller::Make(bool whole) {
   struct Copy {
-    std::shared_ptr<const ShapeSource> source;
+    std::shared_ptr<ShapeSource> source;
     double seconds = 0;
   };
-  changed_ = false;
+  if (whole) changed_ = false;
+  has_new_photo_ = false;
   making_ = true;
   made_s_ = node_.loop().now_s();
   if (maker_ == nullptr) maker_ = std::make_shared<ShapeMaker>();
   worker_.Run(
-      [coloured_up_to = coloured_up_to_](Submap& submap) {
+      [whole, known = copied_photos_, above = copied_up_to_](Submap& submap) {
         const Timer timer;
         auto source =
-            std::make_shared<const ShapeSource>(CopyForShape(submap.map(), coloured_up_to));
+            std::make_shared<ShapeSource>(whole ? CopyForShape(submap.map(), above)
+                                                : CopyNewForShape(submap.map(), known, above));
         return Copy{std::move(source), timer.ElapsedS()};
       },
-      [this](const Copy& copy) {
+      [this, whole](const Copy& copy) {
         desk_.NoteCopy(copy.seconds);
         copy_s_ += copy.seconds;
-        coloured_up_to_ = std::max(coloured_up_to_, copy.source->MaxId());
+        if (whole) TakeCopy(copy.source);
         desk_.maker().Run(
-            [maker = maker_, source = copy.source, last = told_.manifest] {
-              return maker->Update(*source, NowUs()) ? MakeBlobs(*maker, last) : Made();
+            [maker = maker_, copied = copied_, news = whole ? nullptr : copy.source,
+             last = told_.manifest] {
+              const Timer timer;
+              const bool changed = news == nullptr
+                                       ? maker->Update(*copied, NowUs())
+                                       : maker->UpdateWith(*news, copied.get(), NowUs());
+              Made made = changed ? MakeBlobs(*maker, last) : Made();
+              made.seconds = timer.ElapsedS();
+              return made;
             },
             alive_.Guarded([this](Made made) { OnMade(std::move(made)); }));
       });
+}
+
+void ShapeTeller::TakeCopy(std::shared_ptr<ShapeSource> copied) {
+  copied_ = std::move(copied);
+  copied_photos_.clear();
+  for (const ShapePhoto& photo : copied_->photos) copied_photos_.push_back(photo.image_id);
+  copied_up_to_ = std::max(copied_up_to_, copied_->MaxId());
 }
 
 // Chunks that were told before keep their blobs.
@@ -125,6 +156,7 @@ ShapeTeller::Made ShapeTeller::MakeBlobs(const ShapeMaker& maker, const ShapeMan
 
 void ShapeTeller::OnMade(Made made) {
   making_ = false;
+  make_s_ = made.seconds;
   if (made.changed) {
     for (const auto& [id, blob] : made.blobs) node_.blobs().Keep(id, blob);
     for (const auto& [id, blob] : previous_) node_.blobs().Release(id);
@@ -163,7 +195,9 @@ void ShapeTeller::Forget() {
   previous_.clear();
   told_ = Made();
   maker_.reset();
-  coloured_up_to_ = 0;
+  copied_.reset();
+  copied_photos_.clear();
+  copied_up_to_ = 0;
   changed_ = true;
 }
 

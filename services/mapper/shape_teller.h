@@ -5,11 +5,13 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "blobs/blob_shelf.h"
 #include "event_loop/alive.h"
 #include "event_loop/worker_thread.h"
 #include "formats/shape.h"
+#include "map/scene_map.h"
 #include "mapper/lease.h"
 #include "mapper/submap_worker.h"
 #include "node/node.h"
@@ -17,6 +19,7 @@
 namespace skein {
 
 class ShapeMaker;
+struct ShapeSource;
 
 // Whether somebody looks, and when the next copy of a map may be taken: all submaps of a process
 // together spend at most a fiftieth of the time on that. Loop's thread only.
@@ -44,7 +47,9 @@ class ShapeDesk {
 
 // The shape of one submap: made anew at most once a second while it changes and somebody looks, and
 // told once a second. The worker copies the map between two photos; what is made of the copy, on
-// another thread, is served from memory, with what was told before it. Loop's thread only.
+// another thread, is served from memory, with what was told before it. A large map is copied whole
+// every few seconds only (ShapeDesk). Meanwhile new photos come with their poses and new points: a
+// copy of what they alone see. Loop's thread only.
 class ShapeTeller {
  public:
   ShapeTeller(Node& node, SubmapWorker& worker, ShapeDesk& desk, const Lease& lease);
@@ -53,7 +58,7 @@ class ShapeTeller {
   ShapeTeller& operator=(const ShapeTeller&) = delete;
 
   // The map may have changed.
-  void NoteChange();
+  void NoteChange(bool has_new_photo);
   // Once a second.
   void Tick();
 
@@ -62,6 +67,7 @@ class ShapeTeller {
   // A shape that can be told.
   struct Made {
     bool changed = false;
+    double seconds = 0;  // that it took
     ShapeManifest manifest;
     std::string manifest_blob;
     int64_t manifest_bytes = 0;
@@ -70,7 +76,9 @@ class ShapeTeller {
   };
 
   void MakeIfDue();
-  void Make();
+  void LookAgainAt(double due_s);
+  void Make(bool whole);
+  void TakeCopy(std::shared_ptr<ShapeSource> copied);
   static Made MakeBlobs(const ShapeMaker& maker, const ShapeManifest& last);
   void OnMade(Made made);
   void Publish();
@@ -80,15 +88,19 @@ class ShapeTeller {
   SubmapWorker& worker_;
   ShapeDesk& desk_;
   const Lease lease_;
-  std::shared_ptr<ShapeMaker> maker_;  // on the desk's thread while making_
-  bool changed_ = true;
+  std::shared_ptr<ShapeMaker> maker_;    // on the desk's thread while making_
+  std::shared_ptr<ShapeSource> copied_;  // the last whole copy; the same
+  std::vector<ImageId> copied_photos_;   // of it, ascending
+  uint64_t copied_up_to_ = 0;            // highest id of a point in a whole copy
+  bool changed_ = true;                  // since the last whole copy
+  bool has_new_photo_ = false;           // since the last copy
   bool making_ = false;
-  bool waiting_ = false;  // for the time that the next copy is due
-  double made_s_ = 0;
+  double look_again_s_;  // when the next timer does
+  double made_s_ = 0;    // when the last copy was asked for
+  double make_s_ = 0;    // how long the chunks of it took
   double wanted_s_ = 0;  // when somebody last looked
-  uint64_t coloured_up_to_ = 0;
-  int num_shapes_ = 0;  // since they were last wanted
-  double copy_s_ = 0;   // of the worker, for these
+  int num_shapes_ = 0;   // since they were last wanted
+  double copy_s_ = 0;    // of the worker, for these
   Made told_;
   Blobs previous_;  // of the shape before: somebody may be pulling it
   Alive alive_;

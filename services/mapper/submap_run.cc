@@ -56,6 +56,12 @@ PhotoEvent Unreadable(int64_t image_id, const Status& status) {
   return event;
 }
 
+bool HasRegistered(const std::vector<PhotoEvent>& events) {
+  return std::any_of(events.begin(), events.end(), [](const PhotoEvent& event) {
+    return event.state == PhotoEvent::State::kRegistered;
+  });
+}
+
 // ", about 12 s"; "" for less than half a second.
 std::string About(double seconds) {
   return seconds < 0.5 ? "" : ", about " + std::to_string(std::lround(seconds)) + " s";
@@ -424,7 +430,7 @@ void SubmapRun::RunJob(Job job, OnOutcome then) {
 void SubmapRun::OnJob(const Outcome& outcome, const OnOutcome& then) {
   if (state_.Is(Life::kEnded)) return;
   state_.Become(Activity::kNone);
-  shape_.NoteChange();
+  shape_.NoteChange(HasRegistered(outcome.events));
   doing_.clear();
   consolidate_s_ = outcome.consolidate_s;
   finish_s_ = outcome.finish_s;
@@ -473,7 +479,7 @@ void SubmapRun::OnAbsorbed(const std::vector<PhotoEvent>& events) {
   Report(events);
   OfferNeighboursOf(events);
   writer_.HurryCheckpoint();
-  shape_.NoteChange();
+  shape_.NoteChange(HasRegistered(events));
 }
 
 void SubmapRun::Submit(Fact fact, Submissions::OnCommitted committed,

@@ -54,6 +54,12 @@ await heard('killed');
 state = await browser.until('the page is connected anew', (s) => s.connected && s.connections > connections);
 told('back');
 
+await heard('restarted');
+const connectedBefore = state.connections;
+await browser.until('the page is connected to the services that were started again', (s) =>
+  s.connected && s.connections > connectedBefore && s.cameras.length === state.cameras.length && s.loading === 0);
+told('back_again');
+
 await heard('finished');
 const report = JSON.parse(readFileSync(join(session, 'report.json')));
 const status = JSON.parse(readFileSync(join(steps, 'status.json'), 'utf8').trim().split('\n').pop());

@@ -16,6 +16,17 @@ async function startServer(...more) {
   return assert.fail('the test server did not start');
 }
 
+// Two places on the canvas where points of the map are, far apart.
+const twoPoints = (page) => page.evaluate(() => {
+  const found = [];
+  for (let x = 150; x < 850; x += 37) {
+    for (let y = 250; y < 600; y += 37) {
+      if (window.skein.pickAt(x, y)?.chunk) found.push({ x, y });
+    }
+  }
+  return [found[0], found[found.length - 1]];
+});
+
 const cases = {
   async 'all of a finished session is shown'({ browser, url }) {
     const { page } = browser;
@@ -219,21 +230,33 @@ const cases = {
     await page.locator('#tool_measure').click();
     // The two doors of the outer houses are 27 m apart: any two points of the picture are less than 60 m.
     const box = await page.locator('#canvas').boundingBox();
-    const points = await page.evaluate(() => {
-      const found = [];
-      for (let x = 150; x < 850; x += 37) {
-        for (let y = 250; y < 600; y += 37) {
-          const hit = window.skein.pickAt(x, y);
-          if (hit?.chunk) found.push({ x, y });
-        }
-      }
-      return [found[0], found[found.length - 1]];
-    });
+    const points = await twoPoints(page);
     for (const { x, y } of points) await page.mouse.click(box.x + x, box.y + y);
     await page.locator('.measure_label').filter({ hasText: /m \(scale from GPS\)/ }).waitFor();
     const metres = parseFloat(await page.locator('.measure_label').innerText());
     assert.ok(metres > 5 && metres < 60, `${metres} m`);
     return server.url;
+  },
+
+  async 'a known length gives the scale'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', (s) => s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
+    await browser.rest();
+    await page.locator('#scale_text').filter({ hasText: /unit/ }).waitFor();
+    assert.equal(await page.locator('#known_length').isVisible(), false);
+    await page.locator('#tool_measure').click();
+    const box = await page.locator('#canvas').boundingBox();
+    for (const { x, y } of await twoPoints(page)) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('.measure_label').filter({ hasText: /units?$/ }).waitFor();
+    await page.locator('#known_length input').fill('0');
+    await page.keyboard.press('Enter');
+    await page.locator('#notice').filter({ hasText: 'above 0' }).waitFor();
+    await page.locator('#known_length input').fill('12.5');
+    await page.keyboard.press('Enter');
+    await page.locator('.measure_label').filter({ hasText: '12.5 m (scale from a known length)' }).waitFor();
+    await page.locator('#scale_text').filter({ hasText: / (mm|cm|m|km)$/ }).waitFor();
+    assert.deepEqual(await contrastFaults(page), {});
   },
 
   async 'without WebGL the panels work, and it is said'({ openOther, url }) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The live view's page in a headless Chromium while a session grows: two agents' maps begin apart and are joined, a photo
-# is not placed, skein-web is killed and comes back. What the page counts is what the ledger comes to.
+# is not placed, skein-web is killed and comes back, everything is stopped and started again. What the page counts is what the ledger comes to.
 #
 # The page runs in the background (tests/page/live.mjs). Each side tells the other how far it is by files: STEPS/NAME.
 source "$(dirname "$0")/../harness.sh"
@@ -41,6 +41,10 @@ wait_until 300 "the page shows both maps" page_has both_shown
 kill_service "$session" web
 touch "$steps/killed"
 wait_until 150 "the page is connected again" page_has back
+stop_services
+start_services "$session" "$url" --mappers 2 --web 8470 >>"$workspace/launch.log"
+touch "$steps/restarted"
+wait_until 150 "the page is connected after a restart of everything" page_has back_again
 publish_part "$session" 7 12
 finish "$session"
 "$SKEIN_BUILD/bin/skein" status --session "$session" --lcm-url "$url" --once --json >"$steps/status.json"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The live view without a browser: two agents whose maps merge, while skein-web and a mapper are killed. Its
-# events are the ledger's, its shapes the maps'; `skein view` on a copy of the folder gives the same.
+# The live view without a browser: two agents whose maps merge, while skein-web and a mapper are killed, and ten of twenty
+# pages stop. Its events are the ledger's, its shapes the maps'; `skein view` on a copy of the folder gives the same.
 source "$(dirname "$0")/../harness.sh"
 source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
@@ -78,9 +78,28 @@ wait_until 30 "a shape of more than a hundred points" has_many_points "$submap"
 kill_service "$session" web
 wait_until 20 "the view answers again" is_served
 kill_service "$session" mapper-1
+
+# Twenty pages, of which ten stop in the middle: the others are told everything.
+pages=()
+for i in {1..20}; do
+  "$SKEIN_ROOT/benchmark/live_viewer.py" 127.0.0.1 8600 >"$workspace/page-$i.json" &
+  pages+=($!)
+done
+has_pages() { "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" | grep '"[^"]*20 viewers' >/dev/null; }
+wait_until 30 "twenty pages are open" has_pages
+before=$(count_facts "$session" registration)
+kill -STOP "${pages[@]:10}"
 publish_part "$session" 7 12
 finish "$session"
+told=$(($(count_facts "$session" registration) - before))
 wait_until 20 "the view has read the ledger" has_read_all
+kill -TERM "${pages[@]}"
+kill -CONT "${pages[@]:10}"
+wait "${pages[@]}" || true
+for i in {1..10}; do
+  jq -e --argjson told "$told" '.registrations >= $told and .shapes > 0 and .points > 100' "$workspace/page-$i.json" >/dev/null ||
+    fail "a page beside ten that had stopped: $(cat "$workspace/page-$i.json"), $told registrations"
+done
 
 all_events "$workspace/live"
 for pair in photo:image described:features candidates:candidates matched:matches registration:registration merge:merge failure:failure finish:finish; do

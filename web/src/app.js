@@ -25,8 +25,8 @@ import { Unplaced } from './ui/unplaced.js';
 import { Viewer } from './view/viewer.js';
 import { World } from './world.js';
 
-const kPhonePoints = 500_000;
-const kDefaultPoints = 2_000_000;
+const kPhonePoints = 2_000_000;
+const kDefaultPoints = 10_000_000;
 const kFaded = 0.55; // of points, in a replay, until it is known when each came
 const kUpdateMs = 120;
 
@@ -200,6 +200,7 @@ export class App {
     this.world = new World(this.viewer, this.timeline);
     const { viewer, world } = this;
     this.measure = new Measure({ viewer, world, notice: (text) => this.notice(text), changed: () => this.changed() });
+    byId('stage').append(this.measure.form);
     this.labels = new Labels({ viewer, world, measure: this.measure });
   }
 

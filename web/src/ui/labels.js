@@ -70,11 +70,11 @@ export class Labels {
   placeScale() {
     const { camera, controls, size } = this.viewer;
     if (!size || this.world.measures.size === 0) return;
-    const geo = this.world.metresPerUnit();
-    const perPx = ((2 * controls.now.distance * Math.tan((camera.fov * Math.PI) / 360)) / size.height) * (geo?.metres ?? 1);
+    const metres = this.measure.metresPerUnit() ?? this.world.metresPerUnit()?.metres;
+    const perPx = ((2 * controls.now.distance * Math.tan((camera.fov * Math.PI) / 360)) / size.height) * (metres ?? 1);
     const power = 10 ** Math.floor(Math.log10(kScalePx * perPx));
     const round = [5, 2, 1].map((f) => f * power).find((v) => v <= kScalePx * perPx) ?? power;
     byId('scale_bar').style.width = `${Math.round(round / perPx)}px`;
-    setText(byId('scale_text'), length(round, Boolean(geo)));
+    setText(byId('scale_text'), length(round, metres !== undefined));
   }
 }
