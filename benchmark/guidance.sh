@@ -79,11 +79,11 @@ prediction_tables() {
   echo
   echo '"Good" against the truth:'
   echo
-  echo '| place | median error, target GSD | completeness | truly good | said | false of said | missed of true | ROC area: combined | sigma | Q |'
-  echo '|---|---|---|---|---|---|---|---|---|---|'
+  echo '| place | median error, target GSD | completeness | truly good | said | false of said | missed of true | ROC area: combined | sigma | Q | texture |'
+  echo '|---|---|---|---|---|---|---|---|---|---|---|'
   jq -r "$rounding"'
     .good as $g | .roc_area as $a | "| \(.scenario) \(.seed) | " + ([.median_error_gsd, .mean_completeness, $g.truly, $g.said,
-    $g.false_share_of_said, $g.missed_share_of_truly, $a.combined, $a.sigma, $a.Q] | map(r | tostring) | join(" | ")) + " |"' \
+    $g.false_share_of_said, $g.missed_share_of_truly, $a.combined, $a.sigma, $a.Q, $a.texture] | map(r | tostring) | join(" | ")) + " |"' \
     "${files[@]}"
   echo
   echo 'The place as it is said to be (good of what the photos show, verdict), and the surface that a photo shows:'

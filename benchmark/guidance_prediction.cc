@@ -217,6 +217,7 @@ class Comparison {
     add("density", [](const Row& r) { return r.density; });
     add("GSD", [](const Row& r) { return -r.quality.best_gsd; });
     add("photos", [](const Row& r) { return static_cast<double>(r.quality.num_photos); });
+    add("texture", [](const Row& r) { return r.quality.textured_share; });
     add("track length", [](const Row& r) { return r.track_length; });
     add("Q", [](const Row& r) { return r.feedback; });
     return predictors;
@@ -293,14 +294,15 @@ class Comparison {
 
   void WriteTable() const {
     std::ofstream out(arguments_.table);
-    out << "scenario,seed,sigma_gsd,reconstructability,photos,density,track_length,Q,gsd,error_gsd,"
-           "completeness,good\n";
+    out << "scenario,seed,sigma_gsd,reconstructability,photos,density,texture,track_length,Q,gsd,"
+           "error_gsd,completeness,good\n";
     for (const Row& row : rows_) {
       out << arguments_.scenario << "," << arguments_.pool.scenario.seed << ","
           << row.quality.sigma / target_gsd_ << "," << row.quality.reconstructability << ","
-          << row.quality.num_photos << "," << row.density << "," << row.track_length << ","
-          << row.feedback << "," << row.quality.best_gsd / target_gsd_ << ","
-          << row.error / target_gsd_ << "," << row.completeness << "," << row.quality.good << "\n";
+          << row.quality.num_photos << "," << row.density << "," << row.quality.textured_share
+          << "," << row.track_length << "," << row.feedback << ","
+          << row.quality.best_gsd / target_gsd_ << "," << row.error / target_gsd_ << ","
+          << row.completeness << "," << row.quality.good << "\n";
     }
     out.close();
     if (!out) throw std::runtime_error("cannot write " + arguments_.table);

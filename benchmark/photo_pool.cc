@@ -13,6 +13,7 @@
 
 #include "clients/sim/parallel.h"
 #include "clients/sim/render.h"
+#include "features/photo_texture.h"
 
 namespace skein {
 namespace {
@@ -154,6 +155,7 @@ void PhotoPool::RenderPhotos(const PoolOptions& options) {
       std::filesystem::rename(file + ".part.png", file);
     }
     grey.convertTo(greys_[i], CV_32F);
+    photos_[i].texture = FindTexture(grey);
   });
 }
 
@@ -171,7 +173,9 @@ int PhotoPool::Add(const CameraPose& cam_from_world, int agent) {
   photos_.push_back({added + 1, 0, agent, cam_from_world});
   poses_.push_back({cam_from_world.rotation, cam_from_world.Centre()});
   greys_.emplace_back();
-  Render(added).convertTo(greys_.back(), CV_32F);
+  const cv::Mat1b grey = Render(added);
+  grey.convertTo(greys_.back(), CV_32F);
+  photos_.back().texture = FindTexture(grey);
   points_of_photo_.emplace_back();
   const sim::Random random(0x61646465ULL + added);
   for (size_t p = 0; p < points_.size(); ++p) {

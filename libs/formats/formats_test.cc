@@ -5,8 +5,22 @@
 #include <algorithm>
 #include <functional>
 
+#include "formats/texture_fields.h"
+
 namespace skein {
 namespace {
+
+TEST(TextureFields, EachFieldHasItsBit) {
+  TextureFields fields;
+  fields.Set(0, 0);
+  fields.Set(9, 1);
+  fields.Set(TextureFields::kColumns - 1, TextureFields::kRows - 1);
+  EXPECT_EQ(fields.bits[0], 1);
+  EXPECT_EQ(fields.bits[9], 2);
+  EXPECT_EQ(fields.bits.back(), 128);
+  EXPECT_TRUE(fields.Has(9, 1));
+  EXPECT_FALSE(fields.Has(1, 9));
+}
 
 Keypoints SomeKeypoints() { return {{1.5f, 2.5f, 3, -1, 1, 2, 3}, {0.5f, 0.5f, 1, 3, 255, 0, 9}}; }
 

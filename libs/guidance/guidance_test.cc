@@ -241,6 +241,65 @@ TEST(Guidance, WhatHasNoPointsAmidWhatHasThemKeepsAPlaceFromBeingComplete) {
   EXPECT_FALSE(bare.complete);
 }
 
+// Points stand on the whole wall; the photos show texture on its left half alone.
+GuidedMap HalfBare(GuidedMap map) {
+  for (GuidedPhoto& photo : map.photos) {
+    photo.texture.emplace();
+    for (int row = 0; row < TextureFields::kRows; ++row) {
+      for (int column = 0; column < TextureFields::kColumns; ++column) {
+        const GuidedCamera& camera = map.cameras[photo.camera];
+        const Eigen::Vector3d in_camera(
+            ((column + 0.5) * camera.width_px / TextureFields::kColumns - camera.cx_px) /
+                camera.fx_px,
+            ((row + 0.5) * camera.height_px / TextureFields::kRows - camera.cy_px) / camera.fy_px,
+            1);
+        const Eigen::Vector3d ray = photo.cam_from_world.rotation.conjugate() * in_camera;
+        const Eigen::Vector3d centre = photo.cam_from_world.Centre();
+        if ((centre - centre.y() / ray.y() * ray).x() < 0) photo.texture->Set(column, row);
+      }
+    }
+  }
+  return map;
+}
+
+TEST(Guidance, WhatNoPhotoShowsTextureOnIsNotGood) {
+  Site site({FrontWall(-4, 8)});
+  for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
+  for (const double x : {-9.0, -8.0, 8.0, 9.0}) site.Photograph({x, -6, 2}, {0, 0, 2});
+  const GuidedMap map = HalfBare(site.Map());
+  const PlaceQuality place = Assess(map);
+  ASSERT_TRUE(Assess(site.Map()).completeness.complete) << "where the texture is not known";
+  EXPECT_FALSE(place.completeness.complete);
+  EXPECT_NEAR(place.completeness.good_share, 0.5, 0.1);
+  EXPECT_NEAR(place.completeness.area, Assess(site.Map()).completeness.area, 1e-9);
+  const double cell = place.surface.cell;
+  for (size_t i = 0; i < place.surfels.size(); ++i) {
+    const double x = place.surface.surfels[i].position.x();
+    if (std::abs(x) < cell) continue;
+    EXPECT_EQ(place.surfels[i].textured_share, x < 0 ? 1 : 0) << x;
+  }
+  EXPECT_TRUE(ChooseStations({}, {}, map, place, {SeekerAt(map)})[0].empty())
+      << "no photo makes it better";
+}
+
+TEST(Guidance, TextureCountsWhereThreePhotosShowIt) {
+  Site site = SiteOfARow(FrontWall(-4, 8), -2, 2);
+  GuidedMap map = site.Map();
+  const auto num_good = [&] {
+    const PlaceQuality place = Assess(map);
+    return std::count_if(place.surfels.begin(), place.surfels.end(),
+                         [](const SurfelQuality& quality) { return quality.good; });
+  };
+  const auto all_good = num_good();
+  ASSERT_GT(all_good, 20);
+  for (size_t i = 0; i < 2; ++i) map.photos[i].texture.emplace();
+  EXPECT_GT(num_good(), 0) << "three others show it";
+  for (GuidedPhoto& photo : map.photos) photo.texture.emplace();
+  EXPECT_EQ(num_good(), 0);
+  for (GuidedPhoto& photo : map.photos) photo.texture->bits.fill(0xff);
+  EXPECT_EQ(num_good(), all_good);
+}
+
 TEST(Guidance, TheSkyBetweenTowersIsNoHoleHoweverAPhotoIsHeld) {
   for (const double roll_deg : {0.0, 90.0, 180.0, 270.0}) {
     Site site({FrontWall(-5, 2, 6), FrontWall(3, 2, 6), FrontWall(-3, 6, 1)});

@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "formats/texture_fields.h"
 #include "geometry/sim3_similarity.h"
 
 namespace skein {
@@ -24,6 +26,7 @@ struct GuidedPhoto {
   int32_t camera = 0;  // index into GuidedMap::cameras
   int32_t agent = 0;   // any number that tells agents apart
   CameraPose cam_from_world;
+  std::optional<TextureFields> texture = std::nullopt;  // nullopt: not known
 };
 
 struct GuidedPoint {

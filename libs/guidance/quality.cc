@@ -8,6 +8,7 @@
 #include "core/option_check.h"
 #include "guidance/holes.h"
 #include "guidance/pair_weight.h"
+#include "guidance/textured_share.h"
 
 namespace skein {
 namespace {
@@ -134,6 +135,7 @@ Status QualityOptions::Check() const {
                      InRange("min_photos", min_photos, 2, 100),
                      InRange("min_reconstructability", min_reconstructability, 0.0, 100.0),
                      InRange("max_sigma_gsd", max_sigma_gsd, 0.01, 1000.0),
+                     InRange("min_textured_share", min_textured_share, 0.0, 1.0),
                      InRange("max_gsd_ratio", max_gsd_ratio, 0.1, 1000.0),
                      InRange("min_good_share", min_good_share, 0.0, 1.0),
                      InRange("max_open_share", max_open_share, 0.0, 1.0)});
@@ -170,7 +172,10 @@ PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
   QualityOptions options = quality_options;
   if (options.target_gsd == 0) options.target_gsd = 2 * place.surface.median_gsd;
   for (const Surfel& surfel : place.surface.surfels) {
-    place.surfels.push_back(AssessSurfel(options, surfel.normal, ViewsOf(map, surfel)));
+    SurfelQuality quality = AssessSurfel(options, surfel.normal, ViewsOf(map, surfel));
+    quality.textured_share = TexturedShare(map, surfel, place.surface.cell, options.min_photos);
+    quality.good = quality.good && HasTexture(options, quality);
+    place.surfels.push_back(quality);
   }
   place.completeness = Summarise(options, place, ShareOfHoles(map));
   return place;

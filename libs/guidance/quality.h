@@ -20,6 +20,9 @@ struct QualityOptions {
   int min_photos = 3;
   double min_reconstructability = 1.2;
   double max_sigma_gsd = 3;  // standard deviation of its depth, in target_gsd, at 1 px of noise
+  // Part of it and what is around it that has texture in at least min_photos photos. 0.8: the
+  // completeness from which a surfel is truly good in docs/experiments/guidance.md.
+  double min_textured_share = 0.8;
   // The part of the surface that counts: seen at up to this many times target_gsd.
   double max_gsd_ratio = 3;
   // A place is complete when at least this part of what the photos show is good, and at most that
@@ -51,10 +54,17 @@ struct SurfelQuality {
   // Along the normal: sqrt(n' (sum J'J)^-1 n) for 1 px, over the photos that match another one,
   // submap units. Infinite where no two do.
   double sigma = 0;
-  bool counts = false;  // is within the part that counts
+  double textured_share = 1;  // textured_share.h
+  bool counts = false;        // is within the part that counts
   bool good = false;
 };
 
+// Whether dense matching finds anything to match there. No photo makes a bare wall good.
+inline bool HasTexture(const QualityOptions& options, const SurfelQuality& quality) {
+  return quality.textured_share >= options.min_textured_share;
+}
+
+// By geometry alone: as if it had texture.
 SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
                            const std::vector<ViewOfSurfel>& views);
 

@@ -17,8 +17,8 @@ namespace {
 constexpr double kDepthTolerance = 0.1;
 constexpr double kMoreIsKnown = 2;  // times as many common points: what was in vain may succeed
 
-// A piece of surface that photos may make better: a surfel that counts, or what lies beyond an open
-// border.
+// A piece of surface that photos may make better: a surfel that counts and has texture, or what
+// lies beyond an open border.
 struct Weak {
   Eigen::Vector3d position, normal;
   double area = 0;
@@ -55,7 +55,7 @@ std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
     const SurfelQuality& quality = place.surfels[i];
     const Surfel& surfel = place.surface.surfels[i];
     if (!quality.counts) continue;
-    if (!quality.good) {
+    if (!quality.good && HasTexture(options, quality)) {
       weak.push_back(
           {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0});
       weak.back().utility = Utility(options, weak.back(), weak.back().views);

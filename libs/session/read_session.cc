@@ -32,4 +32,12 @@ std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state) {
   return positions;
 }
 
+std::map<int64_t, TextureFields> TexturesOf(const SessionState& state) {
+  std::map<int64_t, TextureFields> textures;
+  for (const auto& [id, photo] : state.photos()) {
+    if (const auto texture = TextureOf(photo)) textures.emplace(id, *texture);
+  }
+  return textures;
+}
+
 }  // namespace skein

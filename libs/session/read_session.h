@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 
 #include "core/result.h"
+#include "formats/texture_fields.h"
 #include "geometry/georeference.h"
 #include "ledger/ledger_store.h"
 #include "session/session_state.h"
@@ -15,5 +17,8 @@ Result<SessionState> ReadSession(const Ledger& ledger);
 
 // The positions that photos carry, by the name that they have in models, AGENT/NAME.
 std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state);
+
+// Where photos have texture, by image id, of those with features.
+std::map<int64_t, TextureFields> TexturesOf(const SessionState& state);
 
 }  // namespace skein

@@ -1,6 +1,7 @@
 #include "session/session_state.h"
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 #include "core/finite.h"
@@ -29,6 +30,15 @@ void SessionState::Apply(const Fact& fact) {
 
 std::string PhotoName(const std::string& agent, const std::string& name) {
   return agent.empty() ? name : agent + "/" + name;
+}
+
+std::optional<TextureFields> TextureOf(const PhotoState& photo) {
+  if (photo.features_seq == 0) return std::nullopt;
+  TextureFields texture;
+  static_assert(sizeof texture.bits == sizeof photo.features.texture);
+  std::copy(std::begin(photo.features.texture), std::end(photo.features.texture),
+            texture.bits.begin());
+  return texture;
 }
 
 const PhotoState* SessionState::FindPhoto(int64_t image_id) const {

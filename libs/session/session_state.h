@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "covisibility/covisibility.h"
+#include "formats/texture_fields.h"
 #include "ledger/facts.h"
 
 namespace skein {
@@ -32,6 +33,9 @@ struct PhotoState {
   bool failed() const { return !failed_stage.empty(); }
   bool through_matching() const { return matches_seq > 0 || failed(); }
 };
+
+// Where its photo has texture; nullopt where that is not known yet.
+std::optional<TextureFields> TextureOf(const PhotoState& photo);
 
 // A submap's life: seed, leases, models, end. `latest_model` is the newest checkpoint or final
 // model; `final_ledger_seq` is the position of the newest final one. A lease changes neither. So a

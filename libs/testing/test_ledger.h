@@ -1,6 +1,8 @@
 // For tests: a ledger that is written fact by fact, and its state.
 #pragma once
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -67,6 +69,7 @@ class TestLedger {
     features.blur = 0.2F;
     features.brightness = 0.5F;
     features.coverage = 1;
+    std::fill(std::begin(features.texture), std::end(features.texture), uint8_t{0xff});
     return features;
   }
 

@@ -243,6 +243,13 @@ TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   failure.agent = std::string(64, 'a');
   failure.name = std::string(300, 'a');
   failure.reason = ClampText(std::string(1000, 'a'));
+  features_t features{};
+  features.header = header;
+  for (std::string* blob :
+       {&features.keypoints_blob, &features.descriptors_blob, &features.global_blob}) {
+    *blob = std::string(64, 'a');
+  }
+  features.global_model = std::string(64, 'a');
   image_t image{};
   image.header = header;
   image.agent = std::string(64, 'a');
@@ -251,7 +258,7 @@ TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   image.num_camera_params = 12;  // FULL_OPENCV
   image.camera_params.resize(12);
   image.camera_model = "FULL_OPENCV";
-  for (const Fact& fact : std::vector<Fact>{candidates, matches, failure, image}) {
+  for (const Fact& fact : std::vector<Fact>{features, candidates, matches, failure, image}) {
     EXPECT_LE(EncodeFact(fact).size() + kMaxTrailerBytes, kMaxDatagramBytes) << FactKindName(fact);
   }
 }

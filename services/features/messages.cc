@@ -1,5 +1,7 @@
 #include "features/messages.h"
 
+#include <algorithm>
+
 #include "ledger/fact_ids.h"
 
 namespace skein {
@@ -18,6 +20,9 @@ features_t ToMessage(int64_t image_id, int64_t computed_at_seq, const PhotoDescr
   message.blur = photo.quality.blur;
   message.brightness = photo.quality.brightness;
   message.coverage = photo.quality.coverage;
+  const auto& bits = photo.quality.texture.bits;
+  static_assert(sizeof message.texture == sizeof bits);
+  std::copy(bits.begin(), bits.end(), message.texture);
   message.local_s = static_cast<float>(photo.local_s);
   message.global_s = static_cast<float>(photo.global_s);
   return message;

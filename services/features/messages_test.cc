@@ -12,6 +12,8 @@ PhotoDescription SomeDescription() {
   photo.local.keypoints.resize(3);
   photo.global.model = "vlad-2";
   photo.global.values = {1, 0};
+  photo.quality.texture.Set(63, 47);
+  photo.quality.texture.Set(1, 0);
   photo.local_s = 0.5;
   photo.global_s = 0.25;
   return photo;
@@ -33,6 +35,8 @@ TEST(FeaturesMessages, RoundTrip) {
   EXPECT_EQ(got.descriptors_blob, kBlobs.descriptors);
   EXPECT_EQ(got.global_blob, kBlobs.global);
   EXPECT_EQ(got.global_model, "vlad-2");
+  EXPECT_EQ(got.texture[0], 2);
+  EXPECT_EQ(got.texture[383], 128);
   EXPECT_EQ(got.local_s, 0.5F);
   EXPECT_EQ(got.global_s, 0.25F);
 }

@@ -4,6 +4,8 @@
 #include <bitset>
 #include <opencv2/imgproc.hpp>
 
+#include "features/photo_texture.h"
+
 namespace skein {
 namespace {
 
@@ -59,6 +61,7 @@ PhotoQuality MeasureQuality(const cv::Mat& bgr, const std::vector<Keypoint>& key
   quality.blur = std::max(BlurAlong(grey, {1, 0}), BlurAlong(grey, {0, 1}));
   quality.brightness = static_cast<float>(cv::mean(grey)[0]);
   quality.coverage = Coverage(bgr.size() * reduction, keypoints);
+  quality.texture = FindTexture(bgr);
   return quality;
 }
 

@@ -159,7 +159,8 @@ PlaceInput GuideService::InputOf(const ShapePtr& shape) const {
     input.photos[photo.image_id] = {image.agent,
                                     image.name,
                                     image.has_gps != 0,
-                                    {image.latitude_deg, image.longitude_deg, image.altitude_m}};
+                                    {image.latitude_deg, image.longitude_deg, image.altitude_m},
+                                    TextureOf(*known)};
   }
   input.agents = AgentsAt(state_, shape->submap_id);
   for (const std::string& agent : input.agents) {

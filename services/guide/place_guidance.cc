@@ -27,6 +27,13 @@ std::optional<Georeference> Locate(const PlaceInput& input, const GuidedMap& map
   return found;
 }
 
+void AddTextures(const PlaceInput& input, GuidedMap* map) {
+  for (GuidedPhoto& photo : map->photos) {
+    const auto known = input.photos.find(photo.image_id);
+    if (known != input.photos.end()) photo.texture = known->second.texture;
+  }
+}
+
 // Nothing where the limits are not known in the model's frame.
 std::optional<Reach> ReachOf(const GuideOptions& options, const NoGoAreas& no_go,
                              const std::optional<Georeference>& earth) {
@@ -109,6 +116,7 @@ Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& n
   const Agents agents = NumberAgents(input.photos);
   Result<ShapeMap> made = MapOfShape(*input.shape, agents.of_image, options.max_points);
   if (!made.ok()) return made.status();
+  AddTextures(input, &made->map);
   const GuidedMap& map = made->map;
   const std::optional<Georeference> earth = Locate(input, map);
 

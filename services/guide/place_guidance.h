@@ -5,11 +5,13 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "core/result.h"
+#include "formats/texture_fields.h"
 #include "geometry/georeference.h"
 #include "guidance/place_summary.h"
 #include "guidance/stations.h"
@@ -23,6 +25,7 @@ struct GuidePhoto {
   std::string agent, name;
   bool has_position = false;
   GeodeticPosition position;
+  std::optional<TextureFields> texture = std::nullopt;  // nullopt: not known
 };
 
 struct PlaceInput {

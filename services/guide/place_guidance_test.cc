@@ -48,6 +48,20 @@ TEST(PlaceGuidance, AdvisesEachAgentSomethingElse) {
   }
 }
 
+TEST(PlaceGuidance, WhatThePhotosShowNoTextureOnIsNotGood) {
+  const TestPlace place = TwoWalks();
+  PlaceInput input = place.Input();
+  const double good = Guide(place).place.completeness.good_share;
+  EXPECT_GT(good, 0.2);
+  for (auto& [id, photo] : input.photos) {
+    photo.texture.emplace();
+    photo.texture->bits.fill(0xff);
+  }
+  EXPECT_EQ(GuidePlace({}, {}, input)->place.completeness.good_share, good);
+  for (auto& [id, photo] : input.photos) photo.texture.emplace();
+  EXPECT_EQ(GuidePlace({}, {}, input)->place.completeness.good_share, 0);
+}
+
 TEST(PlaceGuidance, AStationIsToldFromThePhotoNearest) {
   const TestPlace place = TwoWalks();
   for (const AgentAdvice& advice : Guide(place).advice) {

@@ -233,13 +233,13 @@ std::vector<const SubmapLife*> FinishDriver::Models() const {
 
 FinishDriver::WrittenResults FinishDriver::WriteModelsAndReport(
     const SessionPaths& paths, double target_gsd_mm, const std::vector<submap_model_t>& models,
-    const PhotoPositions& positions, nlohmann::json report) {
+    const PlacePhotos& photos, nlohmann::json report) {
   std::vector<std::string> blobs;
   for (const submap_model_t& model : models) blobs.push_back(model.model_blob);
   WrittenResults written{WriteModels(paths, blobs), {}};
   Status& status = written.models.status;
   if (!written.models.ok()) return written;
-  AddPlaces(paths, positions, target_gsd_mm, &report);
+  AddPlaces(paths, photos, target_gsd_mm, &report);
   for (const nlohmann::json& submap : report["submaps"]) {
     const std::string sentence = submap["completeness"].value("sentence", "");
     if (!sentence.empty()) written.places[submap["id"]] = sentence;
@@ -268,8 +268,8 @@ void FinishDriver::WriteResults() {
   writing_ = true;
   worker_.Run(
       [paths = paths_, target_gsd_mm = options_.target_gsd_mm, models,
-       positions = PositionsOf(writer_.state()),
-       report] { return WriteModelsAndReport(paths, target_gsd_mm, models, positions, report); },
+       photos = PlacePhotos{PositionsOf(writer_.state()), TexturesOf(writer_.state())},
+       report] { return WriteModelsAndReport(paths, target_gsd_mm, models, photos, report); },
       [this, models](const WrittenResults& results) { OnWritten(models, results); });
 }
 

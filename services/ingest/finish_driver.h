@@ -59,8 +59,7 @@ class FinishDriver {
   };
   static WrittenResults WriteModelsAndReport(const SessionPaths& paths, double target_gsd_mm,
                                              const std::vector<submap_model_t>& models,
-                                             const PhotoPositions& positions,
-                                             nlohmann::json report);
+                                             const PlacePhotos& photos, nlohmann::json report);
   void OnCommitted(const finish_t& finish);
   void Request(const command_t& command, int64_t deadline_utime_us);
   void Join(const command_t& command, int64_t deadline_utime_us);

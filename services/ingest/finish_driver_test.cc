@@ -170,11 +170,31 @@ TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
   EXPECT_EQ(place["photos"], 12);
   EXPECT_GT(place["surfels"], 20);
   EXPECT_GT(place["area"], 0.0);
+  EXPECT_GT(place["good_share"], 0.0) << "two of its photos show no texture";
   EXPECT_EQ(place["metres_per_unit"], 0);
   const std::string sentence = place["sentence"];
   EXPECT_NE(sentence.find("of the surface is good"), std::string::npos) << sentence;
   EXPECT_EQ(ReplyTo(77)->text,
             "2 of 2 photos registered, 1 model in sparse/\nsubmap 1: " + sentence);
+}
+
+TEST_F(FinishDriverTest, APlaceWhosePhotosShowNoTextureIsNotGood) {
+  SyntheticOptions options;
+  options.shape = SyntheticOptions::Shape::kWall;
+  options.num_photos = 12;
+  options.num_points = 4000;
+  SceneMap map;
+  FillMap(MakeScene(options), &map);
+  for (uint8_t id = 1; id <= 12; ++id) AddMatchedPhoto(id);
+  EXPECT_EQ(Submit(Seed(1, 2)), "");
+  LeaseSubmaps(1);
+  for (int64_t id = 1; id <= 12; ++id) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
+  FinishUpToSettled(77);
+  submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
+  model.model_blob = peer_->blobs().Offer(EncodeModelArchive(EncodeModel(map.reconstruction())));
+  EXPECT_EQ(Submit(model), "");
+  AwaitReplyTo(77);
+  EXPECT_EQ(Report()["submaps"][0]["completeness"]["good_share"], 0);
 }
 
 TEST_F(FinishDriverTest, EndsASubmapWhoseModelCannotBeReadAndIsDoneWithoutIt) {

@@ -47,13 +47,17 @@ Result<colmap::Reconstruction> ReadWhole(const fs::path& folder) {
 }
 
 nlohmann::json CompletenessOf(const fs::path& folder, const Georeference& earth,
-                              double target_gsd_mm) {
+                              const PlacePhotos& photos, double target_gsd_mm) {
   const Result<colmap::Reconstruction> model = ReadWhole(folder);
   if (!model.ok()) return {{"reason", model.error()}};
   const double metres_per_unit = earth.ok ? earth.enu_from_model.scale : 0;
   QualityOptions options;
   if (earth.ok && target_gsd_mm > 0) options.target_gsd = TargetGsd(target_gsd_mm, metres_per_unit);
-  const GuidedMap map = MapOfModel(*model, kMaxPoints);
+  GuidedMap map = MapOfModel(*model, kMaxPoints);
+  for (GuidedPhoto& photo : map.photos) {
+    const auto texture = photos.textures.find(photo.image_id);
+    if (texture != photos.textures.end()) photo.texture = texture->second;
+  }
   const PlaceSummary place =
       SummarisePlace(options, AssessPlace({}, options, map), map.photos.size());
   return PlaceJson(ToMessage(place, metres_per_unit));
@@ -61,17 +65,17 @@ nlohmann::json CompletenessOf(const fs::path& folder, const Georeference& earth,
 
 }  // namespace
 
-void AddPlaces(const SessionPaths& paths, const PhotoPositions& positions, double target_gsd_mm,
+void AddPlaces(const SessionPaths& paths, const PlacePhotos& photos, double target_gsd_mm,
                nlohmann::json* report) {
   std::vector<GeodeticPosition> all;
-  for (const auto& [name, position] : positions) all.push_back(position);
+  for (const auto& [name, position] : photos.positions) all.push_back(position);
   const GeodeticPosition origin = EnuOrigin(all);
   nlohmann::json& submaps = (*report)["submaps"];
   for (size_t i = 0; i < submaps.size(); ++i) {
     const fs::path folder = paths.Sparse() / std::to_string(i);
-    const Georeference earth = PlaceModel(folder, origin, positions);
+    const Georeference earth = PlaceModel(folder, origin, photos.positions);
     submaps[i]["georeference"] = GeoreferenceToJson(earth);
-    submaps[i]["completeness"] = CompletenessOf(folder, earth, target_gsd_mm);
+    submaps[i]["completeness"] = CompletenessOf(folder, earth, photos, target_gsd_mm);
   }
 }
 
