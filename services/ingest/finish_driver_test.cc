@@ -16,6 +16,14 @@
 namespace skein {
 namespace {
 
+SyntheticScene WallOfTwelvePhotos() {
+  SyntheticOptions options;
+  options.shape = SyntheticOptions::Shape::kWall;
+  options.num_photos = 12;
+  options.num_points = 4000;
+  return MakeScene(options);
+}
+
 class FinishDriverTest : public IngestServiceTest {
  protected:
   FinishDriverTest() {
@@ -154,12 +162,8 @@ TEST_F(FinishDriverTest, AMapWhosePhotosAreAllInALargerOneIsNoModelOfItsOwn) {
 }
 
 TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
-  SyntheticOptions options;
-  options.shape = SyntheticOptions::Shape::kWall;
-  options.num_photos = 12;
-  options.num_points = 4000;
   SceneMap map;
-  FillMap(MakeScene(options), &map);
+  FillMap(WallOfTwelvePhotos(), &map);
   AddSubmap();
   FinishUpToSettled(77);
   submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
@@ -179,12 +183,8 @@ TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
 }
 
 TEST_F(FinishDriverTest, APlaceWhosePhotosShowNoTextureIsNotGood) {
-  SyntheticOptions options;
-  options.shape = SyntheticOptions::Shape::kWall;
-  options.num_photos = 12;
-  options.num_points = 4000;
   SceneMap map;
-  FillMap(MakeScene(options), &map);
+  FillMap(WallOfTwelvePhotos(), &map);
   for (uint8_t id = 1; id <= 12; ++id) AddMatchedPhoto(id);
   EXPECT_EQ(Submit(Seed(1, 2)), "");
   LeaseSubmaps(1);
