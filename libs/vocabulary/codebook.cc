@@ -51,6 +51,15 @@ bool FitTogether(const Codebook& c) {
          c.photo_mean.size() == c.cell_axes.rows();
 }
 
+std::string ShippedPath() {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path() / "../share/skein" / kFileName;
+  if (!error && fs::exists(installed)) return installed;
+  return std::string(SKEIN_DATA_DIR) + "/" + kFileName;
+}
+
 }  // namespace
 
 Bytes EncodeCodebook(const Codebook& codebook) {
@@ -106,17 +115,8 @@ Result<Codebook> LoadCodebook(const std::string& path) {
   return codebook;
 }
 
-std::string DefaultCodebookPath() {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path() / "../share/skein" / kFileName;
-  if (!error && fs::exists(installed)) return installed;
-  return std::string(SKEIN_DATA_DIR) + "/" + kFileName;
-}
-
 Codebook CodebookOf(const std::string& path) {
-  auto codebook = LoadCodebook(path.empty() ? DefaultCodebookPath() : path);
+  auto codebook = LoadCodebook(path.empty() ? ShippedPath() : path);
   if (!codebook) {
     throw std::invalid_argument(codebook.error() +
                                 "; name a codebook with --codebook (scripts/train_codebook.sh)");

@@ -46,11 +46,9 @@ Bytes EncodeCodebook(const Codebook& codebook);
 Result<Codebook> DecodeCodebook(const Bytes& bytes);
 Result<Codebook> LoadCodebook(const std::string& path);
 
-// The shipped codebook: share/skein beside the folder of the program, else where it was built from.
-std::string DefaultCodebookPath();
-
-// Of `path`, or the shipped one if that is "". Throws std::invalid_argument, saying why and what to
-// do, if it cannot be used.
+// Of `path`, or the shipped one if that is "": of share/skein beside the folder of the program,
+// else of where it was built from. Throws std::invalid_argument, saying why and what to do, if it
+// cannot be used.
 Codebook CodebookOf(const std::string& path);
 
 // N x 128 uint8 RootSIFT -> N x L: unit length, minus mean, projected.

@@ -75,22 +75,25 @@ PairMatcher::PairMatcher(const PairMatcherOptions& options)
   ThrowUnlessSound(options.Check());
 }
 
-PairResult PairMatcher::MatchAll(const PhotoFeatures& first, const PhotoFeatures& second,
-                                 bool by_cells) {
-  PairResult result;
+void PairMatcher::Verify(const PhotoFeatures& first, const PhotoFeatures& second,
+                         const colmap::FeatureMatches& matches, PairResult* result) const {
+  const Stopwatch watch(&result->geometry_s);
+  result->geometry =
+      EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
+                      PairSeed(first.image_id, second.image_id), options_.two_view);
+}
+
+void PairMatcher::MatchAll(const PhotoFeatures& first, const PhotoFeatures& second, bool by_cells,
+                           PairResult* result) {
   colmap::FeatureMatches matches;
   {
-    const Stopwatch watch(&result.product_s);
+    const Stopwatch watch(&result->product_s);
     const DescriptorView a = DescriptorsOf(first), b = DescriptorsOf(second);
     matches = ToColmap(
         by_cells ? matcher_.MatchParts(a, b, PartsOf(first.index.cells, second.index.cells))
                  : matcher_.Match(a, b));
   }
-  const Stopwatch watch(&result.geometry_s);
-  result.geometry =
-      EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
-                      PairSeed(first.image_id, second.image_id), options_.two_view);
-  return result;
+  Verify(first, second, matches, result);
 }
 
 colmap::FeatureMatches PairMatcher::MatchCoarsest(const PhotoFeatures& first,
@@ -110,10 +113,7 @@ bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& sec
     const Stopwatch watch(&result->product_s);
     matches = MatchCoarsest(first, second);
   }
-  const Stopwatch watch(&result->geometry_s);
-  result->geometry =
-      EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
-                      PairSeed(first.image_id, second.image_id), options_.two_view);
+  Verify(first, second, matches, result);
   return IsVerified(result->geometry);
 }
 
@@ -131,21 +131,19 @@ void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& s
 }
 
 PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& second) {
-  if (!options_.cascade || !CanCascade(first) || !CanCascade(second)) {
-    return MatchAll(first, second, false);
-  }
   PairResult result;
+  if (!options_.cascade || !CanCascade(first) || !CanCascade(second)) {
+    MatchAll(first, second, false, &result);
+    return result;
+  }
   if (LookFirst(first, second, &result)) {
     MatchGuided(first, second, &result);
     if (IsVerified(result.geometry) && result.geometry.inlier_matches.size() >= kMinGuidedInliers) {
       return result;
     }
   }
-  PairResult all = MatchAll(first, second, true);
-  all.product_s += result.product_s;
-  all.guided_s += result.guided_s;
-  all.geometry_s += result.geometry_s;
-  return all;
+  MatchAll(first, second, true, &result);
+  return result;
 }
 
 }  // namespace skein

@@ -47,7 +47,11 @@ class PairMatcher {
   PairResult Match(const PhotoFeatures& first, const PhotoFeatures& second);
 
  private:
-  PairResult MatchAll(const PhotoFeatures& first, const PhotoFeatures& second, bool by_cells);
+  // Each adds its times to the result and replaces its geometry.
+  void Verify(const PhotoFeatures& first, const PhotoFeatures& second,
+              const colmap::FeatureMatches& matches, PairResult* result) const;
+  void MatchAll(const PhotoFeatures& first, const PhotoFeatures& second, bool by_cells,
+                PairResult* result);
   colmap::FeatureMatches MatchCoarsest(const PhotoFeatures& first, const PhotoFeatures& second);
   // Whether the look verifies the pair. If so result->geometry is of the coarse features.
   bool LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
