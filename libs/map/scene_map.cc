@@ -237,8 +237,33 @@ void SceneMap::Register(ImageId image_id) {
 void SceneMap::Deregister(ImageId image_id) {
   if (!reconstruction_->IsImageRegistered(image_id)) return;
   reconstruction_->DeRegisterImage(image_id);
-  const CameraId camera = reconstruction_->Image(image_id).CameraId();
-  if (--cameras_.at(camera).num_registered == 0) ResetCamera(camera);
+  colmap::Image& image = reconstruction_->Image(image_id);
+  if (--cameras_.at(image.CameraId()).num_registered == 0) ResetCamera(image.CameraId());
+  image.SetCameraId(GivenCamera(image_id));
+  given_cameras_.erase(image_id);
+}
+
+void SceneMap::GiveOwnCamera(ImageId image_id) {
+  colmap::Image& image = reconstruction_->Image(image_id);
+  const CameraId given = image.CameraId(), own = OwnCamera(image_id);
+  if (given == own) return;
+  if (cameras_.count(own) == 0) {
+    CameraState state;
+    state.prior_params = cameras_.at(given).prior_params;
+    cameras_[own] = state;
+    colmap::Camera camera = reconstruction_->Camera(given);
+    camera.SetCameraId(own);
+    camera.SetParams(state.prior_params);
+    reconstruction_->AddCamera(camera);
+  }
+  image.SetCameraId(own);
+  given_cameras_[image_id] = given;
+}
+
+CameraId SceneMap::GivenCamera(ImageId image_id) const {
+  const auto given = given_cameras_.find(image_id);
+  return given != given_cameras_.end() ? given->second
+                                       : reconstruction_->Image(image_id).CameraId();
 }
 
 void SceneMap::ResetCamera(CameraId id) {
@@ -297,6 +322,7 @@ void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
   for (const ImageId id : old_ids) Deregister(id);
   for (const ImageId id : model.RegImageIds()) {
     colmap::Image& image = reconstruction_->Image(id);
+    if (model.Image(id).CameraId() == OwnCamera(id)) GiveOwnCamera(id);
     SetCamera(image.CameraId(), model.Camera(image.CameraId()).Params());
     image.SetQvec(model.Image(id).Qvec());
     image.SetTvec(model.Image(id).Tvec());
@@ -347,6 +373,7 @@ std::unique_ptr<SceneMap> SceneMap::Clone() const {
   *copy->reconstruction_ = *reconstruction_;
   *copy->graph_ = *graph_;
   copy->cameras_ = cameras_;
+  copy->given_cameras_ = given_cameras_;
   copy->neighbours_ = neighbours_;
   copy->waiting_ = waiting_;
   copy->colours_ = colours_;

@@ -77,9 +77,17 @@ class SceneMap {
   bool IsStrongPair(ImageId id1, ImageId id2, double min_share) const;
 
   // Registers with the pose that the image has been given / takes it and its observations out. A
-  // camera whose last photo is out starts from its prior again.
+  // camera whose last photo is out starts from its prior again, and a photo that is out has the
+  // camera again that it came with.
   void Register(ImageId image_id);
   void Deregister(ImageId image_id);
+
+  // Of a photo that is not registered: its intrinsics are no longer those of other photos and start
+  // from their prior, until it is taken out.
+  void GiveOwnCamera(ImageId image_id);
+  // The camera that it came with / would be given.
+  CameraId GivenCamera(ImageId image_id) const;
+  static CameraId OwnCamera(ImageId image_id) { return kFirstOwnCamera + image_id; }
 
   // cam_from_world, of the photo that the pose names.
   void SetPose(const BundlePose& pose);
@@ -105,7 +113,7 @@ class SceneMap {
   void ForgetModifiedPoints();
 
   // Drops all poses and points and takes those of `model`. Its images must be there with the same
-  // keypoints and cameras. Its points get new ids.
+  // keypoints, and cameras that they came with or of their own. Its points get new ids.
   void ReplaceRegistered(const colmap::Reconstruction& model);
 
   // Moves the map into the frame of a model with the same photos, by their centres. No effect if
@@ -139,6 +147,9 @@ class SceneMap {
   std::unique_ptr<SceneMap> Clone() const;
 
  private:
+  static constexpr CameraId kFirstOwnCamera = CameraId{1}
+                                              << 31;  // beyond the ids of photos' cameras
+
   void ResetCamera(CameraId id);
   friend struct MapAccess;
 
@@ -153,6 +164,7 @@ class SceneMap {
   std::unique_ptr<colmap::CorrespondenceGraph> graph_;
   std::unique_ptr<colmap::IncrementalTriangulator> triangulator_;
   std::map<CameraId, CameraState> cameras_;
+  std::map<ImageId, CameraId> given_cameras_;  // of photos that have their own
   std::unordered_map<ImageId, std::map<ImageId, int>> neighbours_;
   // For a photo that is not there: pairs of photos that are with it (their index first).
   std::unordered_map<ImageId, std::map<ImageId, colmap::FeatureMatches>> waiting_;

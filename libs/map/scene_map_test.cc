@@ -82,6 +82,30 @@ TEST_F(SceneMapTest, DeregisteringTakesTheObservationsOut) {
   for (const ImageId id : ObserversOf(map_, PointsSeenBy(map_, {3, 5}))) EXPECT_NE(id, 4u);
 }
 
+TEST_F(SceneMapTest, ACameraOfItsOwnStartsFromThePriorAndGoesWithThePhoto) {
+  AddToMap(scene_, scene_.pairs, &map_);
+  const std::vector<double> prior = map_.camera_state(1).prior_params;
+  std::vector<double> refined = prior;
+  refined[0] += 50;
+  map_.SetCamera(1, refined);
+  map_.GiveOwnCamera(3);
+  map_.Register(3);
+  const CameraId own = map_.reconstruction().Image(3).CameraId();
+  EXPECT_EQ(own, SceneMap::OwnCamera(3));
+  EXPECT_EQ(map_.GivenCamera(3), 1u);
+  EXPECT_EQ(map_.reconstruction().Camera(own).Params(), prior);
+  map_.SetCamera(own, refined);
+
+  const std::unique_ptr<SceneMap> clone = map_.Clone();
+  map_.Deregister(3);
+  EXPECT_EQ(map_.reconstruction().Image(3).CameraId(), 1u);
+  EXPECT_EQ(map_.reconstruction().Camera(own).Params(), prior);
+
+  map_.ReplaceRegistered(clone->reconstruction());
+  EXPECT_EQ(map_.reconstruction().Image(3).CameraId(), own);
+  EXPECT_EQ(map_.reconstruction().Camera(own).Params(), refined);
+}
+
 TEST_F(SceneMapTest, AClonesChangesStayItsOwn) {
   AddToMap(scene_, scene_.pairs, &map_);
   RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);

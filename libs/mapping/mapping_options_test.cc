@@ -47,7 +47,6 @@ TEST(RegistrationOptions, RefusesWhatMakesNoSense) {
       {"max_epipolar_error_px", [](auto* o) { o->max_epipolar_error_px = 0; }},
       {"max_focal_factor", [](auto* o) { o->max_focal_factor = 0; }},
       {"min_focal_factor", [](auto* o) { o->min_focal_factor = 3; }},
-      {"num_focal_samples", [](auto* o) { o->num_focal_samples = 1; }},
       {"similar_structures: min_cells", [](auto* o) { o->similar_structures.min_cells = 0; }},
   });
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <unordered_map>
 
 #include "base/essential_matrix.h"
@@ -12,6 +13,7 @@
 #include "estimators/pose.h"
 #include "map/bundle_builder.h"
 #include "map/image_pose.h"
+#include "mapping/focal_length.h"
 #include "util/math.h"
 #include "util/random.h"
 
@@ -79,9 +81,6 @@ PoseEstimate Refuse(PoseEstimate estimate, Refusal::Cause cause, const std::stri
 colmap::AbsolutePoseEstimationOptions RansacOptions(const RegistrationOptions& options,
                                                     double max_error_px) {
   colmap::AbsolutePoseEstimationOptions ransac;
-  ransac.num_focal_length_samples = options.num_focal_samples;
-  ransac.min_focal_length_ratio = options.min_focal_factor;
-  ransac.max_focal_length_ratio = options.max_focal_factor;
   ransac.num_threads = 1;
   ransac.ransac_options.max_error = max_error_px;
   ransac.ransac_options.min_inlier_ratio = options.min_inlier_ratio;
@@ -106,24 +105,24 @@ bool RunRansac(const colmap::AbsolutePoseEstimationOptions& ransac, const Visibl
   return true;
 }
 
-// Every n-th point, so that at most kMaxFocalSearchPoints are left.
-VisiblePoints Thinned(const VisiblePoints& visible) {
-  const size_t step = (visible.size() + kMaxFocalSearchPoints - 1) / kMaxFocalSearchPoints;
-  VisiblePoints thinned;
-  for (size_t i = 0; i < visible.size(); i += step) {
-    thinned.pixels.push_back(visible.pixels[i]);
-    thinned.xyz.push_back(visible.xyz[i]);
-  }
-  return thinned;
-}
-
 // Sets the camera's focal length to the one with which most points fit a pose.
 bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
                      const VisiblePoints& visible, colmap::Camera* camera) {
-  colmap::AbsolutePoseEstimationOptions ransac = RansacOptions(options, max_error_px);
-  ransac.estimate_focal_length = true;
-  PoseEstimate unused;
-  return RunRansac(ransac, Thinned(visible), camera, &unused);
+  const size_t step = (visible.size() + kMaxFocalSearchPoints - 1) / kMaxFocalSearchPoints;
+  const Eigen::Vector2d center(camera->PrincipalPointX(), camera->PrincipalPointY());
+  std::vector<Eigen::Vector2d> pixels;
+  std::vector<Eigen::Vector3d> xyz;
+  for (size_t i = 0; i < visible.size(); i += step) {
+    pixels.push_back(visible.pixels[i] - center);
+    xyz.push_back(visible.xyz[i]);
+  }
+  const std::optional<double> found =
+      EstimateFocalLength(RansacOptions(options, max_error_px).ransac_options, pixels, xyz);
+  if (!found) return false;
+  const double factor = *found / camera->MeanFocalLength();
+  if (factor < options.min_focal_factor || factor > options.max_focal_factor) return false;
+  for (const size_t i : camera->FocalLengthIdxs()) camera->Params(i) *= factor;
+  return true;
 }
 
 bool EstimateWithRansac(const RegistrationOptions& options, double max_error_px,
@@ -197,17 +196,35 @@ Candidate BestAtAnyLimit(const SceneMap& map, const RegistrationOptions& options
   return best;
 }
 
+bool FitsWell(const PoseEstimate& estimate, const VisiblePoints& visible) {
+  return estimate.num_inliers >= kMinObservedAlone * visible.size();
+}
+
+// Photos of one agent and size without EXIF count as of one camera, which is a guess.
+bool MayBeOfSeveralCameras(const CameraState& state) {
+  return !state.fixed && !state.focal_from_exif;
+}
+
 // A focal length from EXIF is wrong where the photo was cropped. Then many points don't fit, and
-// others are searched, too.
+// others are searched, too. So it is where the photo is not of the camera whose intrinsics other
+// photos have told.
 Candidate FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
                    const VisiblePoints& visible, const Candidate& none) {
   const Candidate best = BestAtAnyLimit(map, options, use, visible, none);
-  if (!use.refine || use.estimate_focal ||
-      best.estimate.num_inliers >= kMinObservedAlone * visible.size()) {
-    return best;
+  if (FitsWell(best.estimate, visible)) return best;
+  if (use.refine && !use.estimate_focal) {
+    const Candidate searched = BestAtAnyLimit(map, options, {true, true}, visible, none);
+    return searched.cost < best.cost ? searched : best;
   }
-  const Candidate searched = BestAtAnyLimit(map, options, {true, true}, visible, none);
-  return searched.cost < best.cost ? searched : best;
+  const CameraState& state = map.camera_state(none.camera.CameraId());
+  if (!use.refine && MayBeOfSeveralCameras(state)) {
+    Candidate alone = none;
+    alone.camera.SetParams(state.prior_params);
+    alone = BestAtAnyLimit(map, options, {true, true}, visible, alone);
+    alone.estimate.has_own_camera = true;
+    if (FitsWell(alone.estimate, visible) && alone.cost < best.cost) return alone;
+  }
+  return best;
 }
 
 VisiblePoints OutliersOf(const VisiblePoints& visible, const PoseEstimate& estimate) {
@@ -295,8 +312,7 @@ Status RegistrationOptions::Check() const {
                      InRange("max_epipolar_error_px", max_epipolar_error_px, 0.01, 1000.0),
                      similar_structures.Check().Within("similar_structures"),
                      InRange("max_focal_factor", max_focal_factor, 0.01, 100.0),
-                     InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor),
-                     InRange("num_focal_samples", num_focal_samples, 2, 1000)});
+                     InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor)});
 }
 
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
@@ -426,9 +442,14 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options) {
   const colmap::Image& image = map.reconstruction().Image(image_id);
-  const double needed = MayEstimateCamera(map, image_id) ? kMinObservedAlone : kMinObserved;
-  if (image.NumPoints3D() >= needed * visible.size()) return false;
+  const bool is_alone = MayEstimateCamera(map, image_id);
+  const bool may_be_alone = is_alone || MayBeOfSeveralCameras(map.camera_state(image.CameraId()));
+  const double observed = image.NumPoints3D();
+  if (observed >= (may_be_alone ? kMinObservedAlone : kMinObserved) * visible.size()) return false;
   const PoseEstimate estimate = EstimatePose(map, image_id, visible, options);
+  if (!is_alone && !estimate.has_own_camera && observed >= kMinObserved * visible.size()) {
+    return false;
+  }
   BundlePose pose;
   GetPose(image, &pose);
   if (!estimate.ok || !IsDetermined(options, estimate.sigmas) ||
@@ -446,6 +467,7 @@ void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible
                       SceneMap* map) {
   const colmap::Reconstruction& reconstruction = map->reconstruction();
   const colmap::Image& image = reconstruction.Image(image_id);
+  if (estimate.has_own_camera) map->GiveOwnCamera(image_id);
   map->SetPose(estimate.pose);
   map->SetCamera(image.CameraId(), estimate.camera_params);
   map->Register(image_id);

@@ -39,11 +39,10 @@ struct RegistrationOptions {
   double min_epipolar_share = 0.65;
   double max_epipolar_error_px = limits::kMaxErrorPx;
   SimilarStructuresOptions similar_structures;
-  // Focal lengths tried, as a factor of the prior, for a camera that has none from EXIF and was
-  // never refined. They cover 35 to 150 mm equivalents of a guess of 1.2; COLMAP tries 0.1 to 10.
+  // Focal lengths taken, as a factor of the prior, for a camera that has none from EXIF and was
+  // never refined. They cover 17 to 108 mm equivalents of a guess of 1.2; COLMAP takes 0.1 to 10.
   double min_focal_factor = 0.4;
   double max_focal_factor = 2.5;
-  int num_focal_samples = 20;
 
   Status Check() const;
 };
@@ -69,13 +68,15 @@ struct PoseEstimate {
   int num_inliers = 0;
   BundlePose pose;                    // cam_from_world
   std::vector<double> camera_params;  // as given, or refined with the pose
+  bool has_own_camera = false;        // it does not fit with the intrinsics of its camera's photos
   std::vector<char> inlier_mask;      // of the visible points
   PoseSigmas sigmas;                  // the points taken for certain
 };
 
 // Absolute pose by LO-RANSAC (P3P, refined by EPnP; COLMAP's estimator) and a robust non-linear
-// refinement. The camera's focal length and distortion are estimated along only when no other photo
-// of it is registered. Changes nothing in the map. The same input gives the same result.
+// refinement. The camera's focal length and distortion are estimated along when no other photo of
+// it is registered; also where their intrinsics, without a focal length from EXIF, do not fit the
+// photo and others of its own do. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options, const TrialContext& context = {});
 
@@ -92,7 +93,8 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
 
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
 // pose. With a camera of its own the photo may have settled for a wrong focal length and distance,
-// where bundle adjustment finds no way out: then it is enough if some are outliers.
+// where bundle adjustment finds no way out, or it should have one of its own: then it is enough if
+// some are outliers.
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options);
 

@@ -19,9 +19,9 @@ Status CheckFits(const SceneMap& map, const colmap::Reconstruction& model) {
     if (model.Image(id).NumPoints2D() != image.NumPoints2D()) {
       return InvalidArgument("model with other keypoints");
     }
-    const CameraId camera = model.Image(id).CameraId();
-    if (camera != image.CameraId() ||
-        model.Camera(camera).ModelId() != map.reconstruction().Camera(camera).ModelId()) {
+    const CameraId camera = model.Image(id).CameraId(), given = map.GivenCamera(id);
+    if ((camera != given && camera != SceneMap::OwnCamera(id)) ||
+        model.Camera(camera).ModelId() != map.reconstruction().Camera(given).ModelId()) {
       return InvalidArgument("model with another camera");
     }
   }

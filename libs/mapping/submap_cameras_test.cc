@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "mapping/checkpoint.h"
 #include "mapping/submap_rig_test.h"
 
 namespace skein {
@@ -53,6 +54,34 @@ TEST(Submap, FocalLengthWithstandsAFewZoomedPhotos) {
   run.map.Finish(run.Sink());
   EXPECT_NEAR(run.Focal(), 1000, 10);
   EXPECT_GE(run.NumRegistered(), 14);
+}
+
+double FocalOf(const Submap& map, ImageId id) {
+  const colmap::Reconstruction& reconstruction = map.map().reconstruction();
+  return reconstruction.Camera(reconstruction.Image(id).CameraId()).Params(0);
+}
+
+// Photos of one size without EXIF count as of one camera, until one does not fit.
+TEST(Submap, WithoutExifAZoomedPhotoGetsIntrinsicsOfItsOwn) {
+  SyntheticOptions options;
+  options.num_photos = 16;
+  options.focal_from_exif = false;
+  options.zoomed_photos = {5, 11};
+  SubmapRig run(options);
+  run.FeedAll();
+  run.map.Finish(run.Sink());
+  EXPECT_EQ(run.NumRegistered(), 16);
+  EXPECT_LT(run.PositionErrorPercent(), 0.5);
+  for (ImageId id = 1; id <= 16; ++id) {
+    const bool zoomed = id == 6 || id == 12;
+    EXPECT_NEAR(FocalOf(run.map, id), zoomed ? 1300 : 1000, 10) << id;
+    EXPECT_EQ(run.map.map().reconstruction().Image(id).CameraId(),
+              zoomed ? SceneMap::OwnCamera(id) : 1);
+  }
+  SubmapRig other(options);
+  for (size_t i = 0; i < 16; ++i) other.Add(i);
+  ASSERT_TRUE(RestoreSubmap(SaveSubmap(&run.map), &other.map).ok());
+  EXPECT_NEAR(FocalOf(other.map, 6), 1300, 10);
 }
 
 TEST(Submap, LocalBundleAdjustmentsLeaveTheIntrinsics) {

@@ -156,6 +156,7 @@ class Fuser {
         merged_.AddCamera(source_.Camera(image.CameraId()));
       }
       if (!merged_.ExistsImage(id)) merged_.AddImage(WithoutStructure(image));
+      merged_.Image(id).SetCameraId(image.CameraId());
       SetPose(TransformPose(target_from_source_, PoseOf(image)), &merged_.Image(id));
       merged_.RegisterImage(id);
     }
