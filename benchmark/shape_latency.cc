@@ -8,16 +8,14 @@
 // as any other change of the map.
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/clock.h"
-#include "mapper/shape_teller.h"
+#include "mapper/shape_telling_mapper.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein {
@@ -26,14 +24,6 @@ namespace {
 constexpr int kNumNew = 10;
 constexpr double kPhotoS = 4.0;  // a photo every so many seconds
 constexpr double kTidyS = 0.1;   // a part of the upkeep
-
-NodeOptions OptionsOf(const std::string& instance) {
-  NodeOptions options;
-  options.service = "benchmark";
-  options.instance = instance;
-  options.session_id = "0123456789abcdef";
-  return options;
-}
 
 SyntheticScene Place(int num_points, int num_photos) {
   SyntheticOptions options;
@@ -47,8 +37,6 @@ SyntheticScene Place(int num_points, int num_photos) {
 class Run {
  public:
   Run(const SyntheticScene& scene, int num_photos) : scene_(scene), num_old_(num_photos) {
-    bus_.Subscribe<submap_shape_t>(kSubmapShapeChannel,
-                                   [this](const submap_shape_t& shape) { told_ = shape; });
     std::vector<ImageId> ids;
     for (int i = 1; i <= num_old_; ++i) ids.push_back(static_cast<ImageId>(i));
     Change(
@@ -57,14 +45,9 @@ class Run {
           RegisterAtTruth(scene_, ids, Eigen::Vector3d::Zero(), map);
         },
         true);
-    loop_.RunUntil([this] { return num_pending_ == 0; }, 600);
-    loop_.AddTimer(1, [this] {
-      shape_wanted_t wanted{};
-      wanted.author = "viewer";
-      viewer_.Publish(kShapeWantedChannel, wanted);
-      teller_.Tick();
-    });
-    loop_.AddTimer(kTidyS, [this] {
+    mapper_.loop.RunUntil([this] { return num_pending_ == 0; }, 600);
+    mapper_.loop.AddTimer(1, [this] { mapper_.LookAndTick(); });
+    mapper_.loop.AddTimer(kTidyS, [this] {
       if (num_pending_ > 0) return;
       const auto move_one = [](SceneMap* map) {
         const auto& [id, point] = *map->reconstruction().Points3D().begin();
@@ -75,25 +58,25 @@ class Run {
   }
 
   void Execute(bool told_as_new) {
-    loop_.RunUntil([this] { return told_.num_images == num_old_; }, 60);
+    mapper_.loop.RunUntil([this] { return mapper_.told.num_images == num_old_; }, 60);
     std::vector<double> latencies_s;
     for (int i = 1; i < kNumNew; i += 2) {
-      loop_.RunUntil([] { return false; }, kPhotoS + 0.37 * i);
+      mapper_.loop.RunUntil([] { return false; }, kPhotoS + 0.37 * i);
       const auto id = static_cast<ImageId>(num_old_ + i);
       const auto add = [this, id](SceneMap* map) {
         RegisterAtTruth(scene_, {id, id + 1}, Eigen::Vector3d::Zero(), map);
       };
-      loop_.RunUntil([this] { return num_pending_ == 0; }, 60);
+      mapper_.loop.RunUntil([this] { return num_pending_ == 0; }, 60);
       Change(add, told_as_new);
-      loop_.RunUntil([this] { return num_pending_ == 0; }, 60);
+      mapper_.loop.RunUntil([this] { return num_pending_ == 0; }, 60);
       const Timer timer;
-      loop_.RunUntil([&] { return told_.num_images == num_old_ + i + 1; }, 60);
+      mapper_.loop.RunUntil([&] { return mapper_.told.num_images == num_old_ + i + 1; }, 60);
       latencies_s.push_back(timer.ElapsedS());
     }
     std::sort(latencies_s.begin(), latencies_s.end());
     std::printf(
         "{\"told_as_new\": %s, \"photos\": %d, \"points\": %d, \"p50_s\": %.3f, \"max_s\": %.3f}\n",
-        told_as_new ? "true" : "false", told_.num_images, told_.num_points,
+        told_as_new ? "true" : "false", mapper_.told.num_images, mapper_.told.num_points,
         latencies_s[latencies_s.size() / 2], latencies_s.back());
   }
 
@@ -101,29 +84,15 @@ class Run {
   // A job of the worker, after which the teller hears of it.
   void Change(std::function<void(SceneMap*)> change, bool has_new_photo) {
     ++num_pending_;
-    submap_.Run(
-        [change = std::move(change)](Submap& submap) {
-          change(&submap.map());
-          return true;
-        },
-        [this, has_new_photo](bool) {
-          --num_pending_;
-          teller_.NoteChange(has_new_photo);
-        });
+    mapper_.Change(std::move(change), [this, has_new_photo] {
+      --num_pending_;
+      mapper_.teller.NoteChange(has_new_photo);
+    });
   }
 
   const SyntheticScene& scene_;
   const int num_old_;
-  PollLoop loop_;
-  Bus bus_{"memq://", loop_};
-  Node node_{OptionsOf("mapper-1"), loop_, bus_};
-  Node viewer_{OptionsOf("viewer"), loop_, bus_};
-  WorkerThread worker_{loop_};
-  std::atomic<int64_t> current_{0};
-  SubmapWorker submap_{worker_, current_, 1, SubmapOptions()};
-  ShapeDesk desk_{node_};
-  ShapeTeller teller_{node_, submap_, desk_, Lease{1, 1}};
-  submap_shape_t told_{};
+  ShapeTellingMapper mapper_;
   int num_pending_ = 0;
 };
 

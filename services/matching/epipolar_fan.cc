@@ -97,7 +97,7 @@ void EpipolarFan::Build(const std::vector<Eigen::Vector2d>& points2, const Eigen
 // The Sampson error is (l . x)^2 / (|l|^2 + |l'|^2), with the first two coordinates of l and l'.
 void EpipolarFan::FindInRange(const Ring& ring, double low, double high,
                               const Eigen::Vector3f& line, float max_error_sq,
-                              std::vector<uint32_t>* features) const {
+                              std::vector<uint32_t>* places) const {
   const auto first = directions_.begin() + ring.begin, last = directions_.begin() + ring.end;
   const auto begin = std::lower_bound(first, last, low) - directions_.begin();
   const auto end = std::upper_bound(directions_.begin() + begin, last, high) - directions_.begin();
@@ -111,19 +111,19 @@ void EpipolarFan::FindInRange(const Ring& ring, double low, double high,
       const float c = l0 * x[i] + l1 * y[i] + l2;
       excess[i] = c * c - max_error_sq * (gradient_sq + back[i]);
     }
-    const size_t size = features->size();
-    features->resize(size + count);
-    uint32_t* out = features->data() + size;
+    const size_t size = places->size();
+    places->resize(size + count);
+    uint32_t* out = places->data() + size;
     for (int i = 0; i < count; ++i) {
-      *out = features_[at + i];
+      *out = static_cast<uint32_t>(at + i);
       out += excess[i] <= 0;
     }
-    features->resize(out - features->data());
+    places->resize(out - places->data());
   }
 }
 
 void EpipolarFan::Find(const Eigen::Vector2d& x1, double max_error_px,
-                       std::vector<uint32_t>* features) const {
+                       std::vector<uint32_t>* places) const {
   const Eigen::Vector3d line = F_ * x1.homogeneous();
   const double gradient_sq = line.head<2>().squaredNorm();
   if (!(gradient_sq > 0)) return;
@@ -133,7 +133,7 @@ void EpipolarFan::Find(const Eigen::Vector2d& x1, double max_error_px,
     const double distance_px =
         max_error_px * std::sqrt(1 + ring.max_back_gradient_sq / gradient_sq) * 1.001;
     const auto find = [&](double low, double high) {
-      FindInRange(ring, low, high, line.cast<float>(), max_error_sq, features);
+      FindInRange(ring, low, high, line.cast<float>(), max_error_sq, places);
     };
     if (distance_px >= ring.min_distance_px) {
       find(0, M_PI);

@@ -16,9 +16,12 @@ class EpipolarFan {
   // Features of the second photo of x2^T F x1 = 0. F has finite values and is not zero.
   void Build(const std::vector<Eigen::Vector2d>& points2, const Eigen::Matrix3d& F);
 
-  // Appends the features with a Sampson error of at most max_error_px from the line of x1, in no
-  // order. None where F x1 is no line.
-  void Find(const Eigen::Vector2d& x1, double max_error_px, std::vector<uint32_t>* features) const;
+  // The features from place 0 on. What lies near one line has neighbouring places.
+  const std::vector<uint32_t>& features() const { return features_; }
+
+  // Appends the places of the features with a Sampson error of at most max_error_px from the line
+  // of x1, in no order. None where F x1 is no line.
+  void Find(const Eigen::Vector2d& x1, double max_error_px, std::vector<uint32_t>* places) const;
 
  private:
   // Features at distances from min_distance to twice that.
@@ -32,7 +35,7 @@ class EpipolarFan {
   double DirectionOf(double dx, double dy) const;
   double DirectionOf(const Eigen::Vector3d& line) const;
   void FindInRange(const Ring& ring, double low, double high, const Eigen::Vector3f& line,
-                   float max_error_sq, std::vector<uint32_t>* features) const;
+                   float max_error_sq, std::vector<uint32_t>* places) const;
 
   Eigen::Matrix3d F_;
   Eigen::Vector2d epipole_, middle_;  // middle_: the mean of the features

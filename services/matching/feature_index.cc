@@ -48,12 +48,7 @@ FeatureIndex MakeFeatureIndex(const std::vector<Eigen::Vector2d>& points,
   }
   index.norm_sq.reserve(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
-    int32_t sum = 0;
-    for (int k = 0; k < kDescriptorDim; ++k) {
-      const int32_t value = descriptors[i * kDescriptorDim + k];
-      sum += value * value;
-    }
-    index.norm_sq.push_back(sum);
+    index.norm_sq.push_back(NormSq(descriptors.data() + i * kDescriptorDim));
   }
   if (cells != nullptr) index.cells = cells->Assign(descriptors);
   return index;

@@ -21,18 +21,17 @@ double ValueAt(const Polynomial& polynomial, int degree, double z) {
   return value;
 }
 
-// The root between `low` and `high`, where f has different signs, by Newton's method, and by
-// bisection where that would leave the interval.
-double RootBetween(const Polynomial& f, const Polynomial& derivative, int degree, double low,
-                   double high) {
+// The root between `low` and `high`, where f rises or falls through zero, by Newton's method, and
+// by bisection where that would leave the interval.
+double RootBetween(const Polynomial& f, const Polynomial& derivative, double low, double high,
+                   bool rises) {
   constexpr int kMaxSteps = 60;
   constexpr double kTolerance = 1e-14;
-  const bool rises = ValueAt(f, degree, low) < 0;
   double z = (low + high) / 2;
   for (int step = 0; step < kMaxSteps; ++step) {
-    const double value = ValueAt(f, degree, z);
+    const double value = ValueAt(f, kDegree, z);
     ((value < 0) == rises ? low : high) = z;
-    double next = z - value / ValueAt(derivative, degree - 1, z);
+    double next = z - value / ValueAt(derivative, kDegree - 1, z);
     if (!(next > low && next < high)) next = (low + high) / 2;
     if (std::abs(next - z) < kTolerance) return next;
     z = next;
@@ -40,26 +39,85 @@ double RootBetween(const Polynomial& f, const Polynomial& derivative, int degree
   return z;
 }
 
-// Roots in (-1, 1), ascending: of the derivatives first, from the linear one on.
-std::vector<double> RootsWithinOne(const Polynomial& polynomial) {
-  std::array<Polynomial, kDegree + 1> of_degree;
-  of_degree[kDegree] = polynomial;
-  for (int degree = kDegree; degree > 0; --degree) {
-    for (int i = 0; i < degree; ++i) {
-      of_degree[degree - 1][i] = (i + 1) * of_degree[degree][i + 1];
+// A polynomial over an interval by its Bernstein coefficients: the first and the last are its
+// values at the ends.
+struct Piece {
+  Polynomial bernstein;
+  double low, high;
+};
+
+// Rows: Bernstein coefficients over (-1, 1) of the powers. That of x^i and index j is the blossom
+// of x^i at j times 1 and else -1: of (1 + y)^j (1 - y)^(n - j) the coefficient of y^i over n
+// choose i.
+Eigen::Matrix<double, kDegree + 1, kDegree + 1> BernsteinOfPowers() {
+  Eigen::Matrix<double, kDegree + 1, kDegree + 1> of_powers;
+  Polynomial binomial{};
+  for (int j = kDegree; j >= 0; --j) {
+    Polynomial product{1};
+    for (int k = 0; k < kDegree; ++k) {
+      for (int i = k + 1; i > 0; --i) product[i] += (k < j ? 1 : -1) * product[i - 1];
     }
+    if (j == kDegree) binomial = product;
+    for (int i = 0; i <= kDegree; ++i) of_powers(j, i) = product[i] / binomial[i];
   }
-  std::vector<double> roots, ends;
-  for (int degree = 1; degree <= kDegree; ++degree) {
-    ends.assign(1, -1);
-    ends.insert(ends.end(), roots.begin(), roots.end());
-    ends.push_back(1);
-    roots.clear();
-    const Polynomial& f = of_degree[degree];
-    for (size_t i = 0; i + 1 < ends.size(); ++i) {
-      if (ValueAt(f, degree, ends[i]) * ValueAt(f, degree, ends[i + 1]) >= 0) continue;
-      roots.push_back(RootBetween(f, of_degree[degree - 1], degree, ends[i], ends[i + 1]));
+  return of_powers;
+}
+
+// Of the coefficients that are not zero.
+struct Signs {
+  int changes = 0;
+  bool ends_positive = false;
+};
+
+Signs SignsOf(const Polynomial& coefficients) {
+  Signs signs;
+  bool any = false;
+  for (const double value : coefficients) {
+    if (value == 0) continue;
+    signs.changes += any && signs.ends_positive != (value > 0);
+    signs.ends_positive = value > 0;
+    any = true;
+  }
+  return signs;
+}
+
+// De Casteljau: `piece` becomes its right half.
+Piece SplitLeft(Piece* piece) {
+  Piece left{{}, piece->low, (piece->low + piece->high) / 2};
+  Polynomial& b = piece->bernstein;
+  for (int k = 0; k <= kDegree; ++k) {
+    left.bernstein[k] = b[0];
+    for (int i = 0; i < kDegree - k; ++i) b[i] = (b[i] + b[i + 1]) / 2;
+  }
+  piece->low = left.high;
+  return left;
+}
+
+// Roots in (-1, 1). A piece has at most as many as its coefficients change sign, and one if they do
+// so once.
+std::vector<double> RootsWithinOne(const Polynomial& polynomial) {
+  constexpr double kMinWidth = 1e-8;  // two roots as near as that are one up to rounding
+  static const Eigen::Matrix<double, kDegree + 1, kDegree + 1> of_powers = BernsteinOfPowers();
+  Polynomial derivative{};
+  for (int i = 0; i < kDegree; ++i) derivative[i] = (i + 1) * polynomial[i + 1];
+  std::vector<Piece> pieces(1, {{}, -1, 1});
+  Eigen::Map<Eigen::Matrix<double, kDegree + 1, 1>>(pieces[0].bernstein.data()) =
+      of_powers * Eigen::Map<const Eigen::Matrix<double, kDegree + 1, 1>>(polynomial.data());
+  std::vector<double> roots;
+  while (!pieces.empty()) {
+    Piece& piece = pieces.back();
+    const Signs signs = SignsOf(piece.bernstein);
+    if (signs.changes > 1 && piece.high - piece.low > kMinWidth) {
+      const Piece left = SplitLeft(&piece);
+      if (left.bernstein[kDegree] == 0) roots.push_back(left.high);
+      pieces.push_back(left);
+      continue;
     }
+    if (signs.changes == 1) {
+      roots.push_back(
+          RootBetween(polynomial, derivative, piece.low, piece.high, signs.ends_positive));
+    }
+    pieces.pop_back();
   }
   return roots;
 }

@@ -28,8 +28,9 @@ class FivePointEstimator {
                         const M_t& E, std::vector<double>* residuals);
 };
 
-// Simple real roots of sum_i coefficients[i] z^i in any order; no multiple ones. Between two
-// neighbouring roots of its derivative a polynomial has one root at most.
+// Simple real roots of sum_i coefficients[i] z^i in any order; no multiple ones. They are isolated
+// by Descartes' rule of signs on Bernstein coefficients and bisection (Rouillier and Zimmermann
+// 2004, "Efficient isolation of polynomial's real roots"), then refined by Newton's method.
 std::vector<double> RealRoots(const std::array<double, 11>& coefficients);
 
 }  // namespace skein

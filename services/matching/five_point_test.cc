@@ -109,27 +109,56 @@ TEST(FivePoint, RefusesDegeneratePoints) {
                std::invalid_argument);
 }
 
+// Coefficients of the product of factors, each lowest power first.
+std::array<double, 11> Product(const std::vector<std::vector<double>>& factors) {
+  std::array<double, 11> product{1};
+  for (const std::vector<double>& factor : factors) {
+    std::array<double, 11> next{};
+    for (size_t i = 0; i < product.size(); ++i) {
+      for (size_t j = 0; j < factor.size() && i + j < next.size(); ++j) {
+        next[i + j] += product[i] * factor[j];
+      }
+    }
+    product = next;
+  }
+  return product;
+}
+
+std::vector<double> SortedRoots(const std::array<double, 11>& coefficients) {
+  std::vector<double> roots = RealRoots(coefficients);
+  std::sort(roots.begin(), roots.end());
+  return roots;
+}
+
 // Beside six complex ones.
 TEST(RealRoots, AreFoundWithinAndBeyondOne) {
-  std::vector<double> coefficients = {1};
-  const auto multiply = [&](const std::vector<double>& factor) {
-    std::vector<double> product(coefficients.size() + factor.size() - 1, 0);
-    for (size_t i = 0; i < coefficients.size(); ++i) {
-      for (size_t j = 0; j < factor.size(); ++j) product[i + j] += coefficients[i] * factor[j];
-    }
-    coefficients = product;
-  };
-  for (const double root : {0.5, -2.0, 30.0, -0.99}) multiply({-root, 1});
-  for (const double k : {1.0, 2.0, 3.0}) multiply({1 + k * k, -2, 1});
-  std::array<double, 11> all{};
-  std::copy(coefficients.begin(), coefficients.end(), all.begin());
-  std::vector<double> roots = RealRoots(all);
-  std::sort(roots.begin(), roots.end());
+  const auto roots = SortedRoots(
+      Product({{-0.5, 1}, {2, 1}, {-30, 1}, {0.99, 1}, {2, -2, 1}, {5, -2, 1}, {10, -2, 1}}));
   ASSERT_EQ(roots.size(), 4u);
   EXPECT_NEAR(roots[0], -2, 1e-9);
   EXPECT_NEAR(roots[1], -0.99, 1e-9);
   EXPECT_NEAR(roots[2], 0.5, 1e-9);
   EXPECT_NEAR(roots[3], 30, 1e-7);
+}
+
+TEST(RealRoots, TellsNearRootsFromNearlyRealOnes) {
+  constexpr double kNear = 1e-4;
+  const std::vector<double> rest{3, 0, 1, 0, 3, 0, 1};  // without real roots
+  const auto roots = SortedRoots(Product({{-0.3, 1}, {-0.3 - kNear, 1}, {7, 0, 1}, rest}));
+  ASSERT_EQ(roots.size(), 2u);
+  EXPECT_NEAR(roots[0], 0.3, 1e-9);
+  EXPECT_NEAR(roots[1], 0.3 + kNear, 1e-9);
+  EXPECT_TRUE(SortedRoots(Product({{0.09 + kNear * kNear, -0.6, 1}, {7, 0, 1}, rest})).empty());
+}
+
+TEST(RealRoots, WhereThePiecesMeetAreFoundOnce) {
+  const auto roots =
+      SortedRoots(Product({{0, 1}, {-0.5, 1}, {0.25, 1}, {1, 0, 1}, {2, 0, 1}, {3, 0, 1}, {4, 1}}));
+  ASSERT_EQ(roots.size(), 4u);
+  EXPECT_NEAR(roots[0], -4, 1e-9);
+  EXPECT_NEAR(roots[1], -0.25, 1e-12);
+  EXPECT_NEAR(roots[2], 0, 1e-12);
+  EXPECT_NEAR(roots[3], 0.5, 1e-12);
 }
 
 TEST(RealRoots, OfNothingAreNone) { EXPECT_TRUE(RealRoots({}).empty()); }

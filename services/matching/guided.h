@@ -43,13 +43,19 @@ class GuidedMatcher {
     void Insert(int32_t distance_sq, uint32_t index);
   };
 
+  // Copies descriptors of the second photo in the order of the fan, where those that are compared
+  // with one feature lie together.
+  void Arrange(const PhotoFeatures& second);
   bool Passes(const Nearest& nearest) const;
 
   GuidedOptions options_;
   EpipolarFan fan_;
-  std::vector<uint32_t> neighbours_;
+  std::vector<uint8_t> descriptors_;  // of the second photo, by place in the fan
+  std::vector<int32_t> norm_sq_;      // likewise
+  std::vector<uint32_t> place_of_;    // each feature of the second photo
+  std::vector<uint32_t> neighbours_;  // places
   std::vector<int32_t> dots_;
-  std::vector<Nearest> rows_, columns_;
+  std::vector<Nearest> rows_, columns_;  // columns_ by place
 };
 
 }  // namespace skein

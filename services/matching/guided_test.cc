@@ -86,6 +86,7 @@ TEST_F(Guided, FanFindsWhatIsNearTheLineAndNothingElse) {
     for (const auto& point : points1) {
       std::vector<uint32_t> found;
       fan.Find(point, kMaxErrorPx, &found);
+      for (uint32_t& place : found) place = fan.features()[place];
       std::sort(found.begin(), found.end());
       EXPECT_EQ(std::adjacent_find(found.begin(), found.end()), found.end()) << geometry.name;
       num_found += found.size();

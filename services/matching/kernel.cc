@@ -26,6 +26,8 @@ constexpr int32_t kNoDistance = std::numeric_limits<int32_t>::max();
 constexpr double kRatioUnit = 1e6;
 constexpr uint8_t kNoDescriptor[kDescriptorDim] = {};  // of columns that fill up a panel
 
+constexpr int kAhead = 8;  // columns to fetch before they are packed
+
 using Element = KernelFormat::Element;
 
 int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
@@ -68,10 +70,10 @@ class AlignedBuffer {
   size_t capacity_ = 0;
 };
 
-int32_t NormSq(const uint8_t* descriptor) {
-  int32_t sum = 0;
-  for (int k = 0; k < kDescriptorDim; ++k) sum += int32_t{descriptor[k]} * descriptor[k];
-  return sum;
+// A part's columns lie apart in memory.
+void Prefetch(const uint8_t* descriptor) {
+  __builtin_prefetch(descriptor);
+  __builtin_prefetch(descriptor + kDescriptorDim / 2);
 }
 
 int32_t Sum(const uint8_t* descriptor) {
@@ -167,6 +169,12 @@ KernelVersion FastestKernel() {
   return *std::find_if(kKernelVersions.rbegin(), kKernelVersions.rend(), IsKernelSupported);
 }
 
+int32_t NormSq(const uint8_t* descriptor) {
+  int32_t sum = 0;
+  for (int k = 0; k < kDescriptorDim; ++k) sum += int32_t{descriptor[k]} * descriptor[k];
+  return sum;
+}
+
 void DotProducts(KernelVersion version, const uint8_t* a, const uint8_t* descriptors,
                  const std::vector<uint32_t>& indices, std::vector<int32_t>* dots) {
   dots->resize(indices.size());
@@ -203,8 +211,12 @@ class DescriptorMatcher::Workspace {
     second_ = second;
     rows_.assign(first.count, Nearest());
     columns_.assign(second.count, Nearest());
-    MeasureRows();
-    MeasureColumns();
+    row_norm_sq_ = NormsOf(first, &measured_rows_);
+    column_norm_sq_ = NormsOf(second, &measured_columns_);
+    column_lack_.assign(second.count, 0);
+    if (format_.element == Element::kSigned8) {
+      for (int j = 0; j < second.count; ++j) column_lack_[j] = 128 * Sum(Column(j));
+    }
   }
 
   void Run(const ProductPart& part) {
@@ -230,18 +242,14 @@ class DescriptorMatcher::Workspace {
   const uint8_t* Row(uint32_t i) const { return first_.data + size_t{kDescriptorDim} * i; }
   const uint8_t* Column(uint32_t j) const { return second_.data + size_t{kDescriptorDim} * j; }
 
-  void MeasureRows() {
-    row_norm_sq_.resize(first_.count);
-    for (int i = 0; i < first_.count; ++i) row_norm_sq_[i] = NormSq(Row(i));
-  }
-
-  void MeasureColumns() {
-    column_norm_sq_.resize(second_.count);
-    column_lack_.assign(second_.count, 0);
-    for (int j = 0; j < second_.count; ++j) {
-      column_norm_sq_[j] = NormSq(Column(j));
-      if (format_.element == Element::kSigned8) column_lack_[j] = 128 * Sum(Column(j));
+  // Those of the view, else `measured`.
+  static const int32_t* NormsOf(const DescriptorView& view, std::vector<int32_t>* measured) {
+    if (view.norm_sq != nullptr) return view.norm_sq;
+    measured->resize(view.count);
+    for (int i = 0; i < view.count; ++i) {
+      (*measured)[i] = NormSq(view.data + size_t{kDescriptorDim} * i);
     }
+    return measured->data();
   }
 
   void PackRows() {
@@ -287,6 +295,7 @@ class DescriptorMatcher::Workspace {
       column_keys_.data()[j] =
           (j < count ? column_norm_sq_[column] : kPaddingNormSq) * 256 + vector;
       column_offset_.data()[j] = j < count ? column_lack_[column] : 0;
+      if (j + kAhead < count) Prefetch(Column(part_.columns.data[j + kAhead]));
       PackColumn(j < count ? Column(column) : kNoDescriptor, j);
     }
   }
@@ -307,11 +316,15 @@ class DescriptorMatcher::Workspace {
   // A panel is 128 / group x panel_columns x group.
   template <int kGroup, typename T>
   void PackColumn(const uint8_t* descriptor, int j, T* packed) const {
-    T* out = packed + static_cast<size_t>(j / format_.panel_columns) * format_.panel_columns *
-                          kDescriptorDim;
-    out += j % format_.panel_columns * kGroup;
-    for (int k = 0; k < kDescriptorDim; k += kGroup, out += format_.panel_columns * kGroup) {
-      for (int g = 0; g < kGroup; ++g) out[g] = descriptor[k + g];
+    const int panel_columns = format_.panel_columns;  // in a register: `out` may point anywhere
+    T* out = packed + static_cast<size_t>(j / panel_columns) * panel_columns * kDescriptorDim;
+    out += j % panel_columns * kGroup;
+    for (int k = 0; k < kDescriptorDim; k += kGroup, out += panel_columns * kGroup) {
+      if constexpr (sizeof(T) == 1) {
+        std::memcpy(out, descriptor + k, kGroup);  // the compiler would move bytes one by one
+      } else {
+        for (int g = 0; g < kGroup; ++g) out[g] = descriptor[k + g];
+      }
     }
   }
 
@@ -366,7 +379,8 @@ class DescriptorMatcher::Workspace {
   KernelFormat format_;
   DescriptorView first_, second_;
   ProductPart part_;
-  std::vector<int32_t> row_norm_sq_, column_norm_sq_;
+  const int32_t *row_norm_sq_ = nullptr, *column_norm_sq_ = nullptr;
+  std::vector<int32_t> measured_rows_, measured_columns_;
   std::vector<int32_t> column_lack_;  // of each column, what the product of the formats lacks
   AlignedBuffer<uint8_t> packed_rows_, packed_columns_;
   AlignedBuffer<int32_t> row_keys_, column_keys_, column_offset_;

@@ -29,7 +29,11 @@ constexpr int kDescriptorDim = 128;
 struct DescriptorView {
   const uint8_t* data = nullptr;
   int count = 0;
+  const int32_t* norm_sq = nullptr;  // of each; null: worked out for each product
 };
+
+// Sum of the squares of a descriptor's 128 values.
+int32_t NormSq(const uint8_t* descriptor);
 
 struct IndexPair {
   uint32_t first;   // index in the first set

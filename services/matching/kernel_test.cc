@@ -251,6 +251,25 @@ TEST_P(Kernel, OneMatcherServesPairsOfAnySize) {
   }
 }
 
+TEST_P(Kernel, GivenNormsEqualThoseWorkedOut) {
+  const Descriptors a = SiftLike(300, &rng_), b = NoisyView(a, 10, &rng_);
+  const auto norms_of = [](const Descriptors& d) {
+    std::vector<int32_t> norms;
+    for (size_t i = 0; i < d.size(); i += kDescriptorDim) norms.push_back(NormSq(&d[i]));
+    return norms;
+  };
+  const std::vector<int32_t> norms_a = norms_of(a), norms_b = norms_of(b);
+  DescriptorView with_a = View(a), with_b = View(b);
+  with_a.norm_sq = norms_a.data();
+  with_b.norm_sq = norms_b.data();
+  DescriptorMatcher matcher({0.8, kNoLimit, GetParam()});
+  const auto expected = matcher.Match(View(a), View(b));
+  EXPECT_GT(expected.size(), 100u);
+  EXPECT_EQ(matcher.Match(with_a, with_b), expected);
+  EXPECT_EQ(matcher.Match(with_a, View(b)), expected);
+  EXPECT_EQ(matcher.Match(View(a), with_b), expected);
+}
+
 TEST_P(Kernel, DotProductsAreExact) {
   for (const auto& a : {Constant(1, 255), Constant(1, 0), FullRange(1, &rng_)}) {
     Descriptors b = FullRange(40, &rng_);

@@ -19,7 +19,8 @@ constexpr size_t kMinGuidedInliers = 200;
 constexpr double kGuidedErrorShare = 0.75;
 
 DescriptorView DescriptorsOf(const PhotoFeatures& photo) {
-  return {photo.descriptors.data(), static_cast<int>(photo.points.size())};
+  return {photo.descriptors.data(), static_cast<int>(photo.points.size()),
+          photo.index.norm_sq.data()};
 }
 
 DescriptorView CoarsestOf(const PhotoFeatures& photo) {
