@@ -533,7 +533,7 @@ export class App {
       points: this.viewer.submaps.numPoints, pointsShown: this.viewer.submaps.numPointsShown, loading: this.loading ?? 0,
       cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,
       stations: (this.stations ?? []).map(({ agent, number, from }) => ({ agent, number, from })),
-      framesDrawn: this.viewer.framesDrawn, finish: shown.finish,
+      newest: this.newest, view: this.viewer.controls.describe(), framesDrawn: this.viewer.framesDrawn, finish: shown.finish,
     };
   }
 }
