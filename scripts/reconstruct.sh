@@ -40,7 +40,7 @@ add_images() {
   fi
   [[ -d $folder ]] || usage_error "--images $1: there is no folder '$folder'"
   folder=$(cd "$folder" && pwd)
-  has_photos "$folder" || usage_error "--images $1: no JPEG, PNG or TIFF in '$folder' (other photos: convert them; a video: skein agent --video)"
+  has_photos "$folder" || usage_error "--images $1: no JPEG, PNG or TIFF in '$folder' (other photos: convert them, HEIC with heif-convert of libheif-examples; a video: skein agent --video)"
   [[ -n $name ]] || name=$(basename "$folder" | tr -c 'A-Za-z0-9._\n-' '-')
   [[ " ${names[*]} " != *" $name "* ]] || name=$name-$((${#names[@]} + 1))
   names+=("$name") folders+=("$folder")

@@ -185,6 +185,12 @@ assert.deepEqual(await heldLocks(), [false, false]);
 await shaky.page.locator('#choose').setInputFiles(photos[1]);
 await shaky.until('it is received', (now) => now.counts.received === 1 && !now.awake);
 assert.deepEqual(await heldLocks(), [false, false, false]);
+// As an iPhone stores it, whatever its name.
+const heic = Buffer.concat([Buffer.from([0, 0, 0, 24]), Buffer.from('ftypheic\0\0\0\0mif1heic'), Buffer.alloc(5000, 1)]);
+await shaky.page.locator('#choose').setInputFiles({ name: 'IMG_0001.jpg', mimeType: 'image/jpeg', buffer: heic });
+await shaky.page.locator('.photo.refused .what').filter({ hasText: 'Its format is HEIC' }).waitFor();
+await shaky.page.locator('.photo.refused small').filter({ hasText: 'Formats > Most Compatible' }).waitFor();
+await picture('phone_heic', shaky.page);
 expectClean(shaky, links.secure);
 await shaky.close();
 
