@@ -2,6 +2,7 @@
 // swallows. node synthetic.mjs SERVER.mjs PAGE_DIR [WORDS]: the cases with these words in their names
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
 
@@ -35,6 +36,7 @@ const view = async (browser) => {
   await browser.rest();
   return (await browser.state()).view;
 };
+const picture = async (page, name) => process.env.PAGE_PICTURES && page.screenshot({ path: join(process.env.PAGE_PICTURES, `${name}.png`) });
 const isShown = (s) => s.synced && s.points > 5000 && s.loading === 0 && s.cameras.length === 45;
 
 // Fingers on the page: each call says where they are now. Chromium makes pointer events of them, as of a real screen's.
@@ -261,8 +263,9 @@ const cases = {
     return server.url;
   },
 
-  async 'a known length gives the scale'({ browser, url }) {
+  async 'a known length gives the scale, and is kept'({ browser, url }) {
     const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
     await page.goto(url);
     await browser.until('the map is there', (s) => s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
     await browser.rest();
@@ -272,14 +275,87 @@ const cases = {
     const box = await page.locator('#canvas').boundingBox();
     for (const { x, y } of await twoPoints(page)) await page.mouse.click(box.x + x, box.y + y);
     await page.locator('.measure_label').filter({ hasText: /units?$/ }).waitFor();
+    await picture(page, 'known_length_asked');
     await page.locator('#known_length input').fill('0');
     await page.keyboard.press('Enter');
     await page.locator('#notice').filter({ hasText: 'above 0' }).waitFor();
     await page.locator('#known_length input').fill('12.5');
     await page.keyboard.press('Enter');
     await page.locator('.measure_label').filter({ hasText: '12.5 m (scale from a known length)' }).waitFor();
-    await page.locator('#scale_text').filter({ hasText: / (mm|cm|m|km)$/ }).waitFor();
-    assert.deepEqual(await contrastFaults(page), {});
+    const inMetres = (on) => on.locator('#scale_text').filter({ hasText: / (mm|cm|m|km)$/ }).waitFor();
+    const inUnits = (on) => on.locator('#scale_text').filter({ hasText: /unit/ }).waitFor();
+    await inMetres(page);
+    await page.locator('#known_length').filter({ hasText: 'This browser keeps the scale' }).waitFor();
+    for (const theme of ['dark', 'light']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').click();
+      assert.deepEqual(await contrastFaults(page), {}, theme);
+      await picture(page, `known_length_${theme}`);
+    }
+    // A reload has it, and so has another page, while it is open and when it is opened.
+    const other = await page.context().newPage();
+    await other.goto(url);
+    await inMetres(other);
+    await page.reload();
+    await inMetres(page);
+    // Forgotten here, it is forgotten there.
+    await browser.until('the map is there', isShown);
+    await browser.rest();
+    await page.locator('#tool_measure').click();
+    for (const { x, y } of await twoPoints(page)) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('.measure_label').filter({ hasText: 'from a known length' }).waitFor();
+    await page.locator('#known_length button', { hasText: 'Forget it' }).click();
+    await page.locator('.measure_label').filter({ hasText: /units?$/ }).waitFor();
+    await inUnits(page);
+    await inUnits(other);
+    await other.close();
+  },
+
+  async 'a known length on a phone: nothing lies over anything'({ openPhone, url }) {
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', isShown);
+    await browser.rest();
+    await page.locator('#tool_measure').tap();
+    const points = await page.evaluate(() => {
+      const found = [];
+      const { clientWidth, clientHeight } = document.getElementById('canvas');
+      for (let x = 20; x < clientWidth - 20; x += 11) {
+        for (let y = clientHeight * 0.55; y < clientHeight - 20; y += 11) if (window.skein.pickAt(x, y)?.chunk) found.push({ x, y });
+      }
+      return [found[0], found[found.length - 1]];
+    });
+    const box = await page.locator('#canvas').boundingBox();
+    for (const { x, y } of points) await page.touchscreen.tap(box.x + x, box.y + y);
+    const nothingIsOver = async (when) => {
+      await picture(page, `known_length_phone_${when}`);
+      const boxes = await Promise.all(['#tools', '#notice', '#known_length', '#newest', '#scale'].map(async (id) => [id, await page.locator(id).boundingBox()]));
+      for (const [a, p] of boxes) {
+        for (const [b, q] of boxes) {
+          const apart = a === b || p.x + p.width <= q.x || q.x + q.width <= p.x || p.y + p.height <= q.y || q.y + q.height <= p.y;
+          assert.ok(apart, `${when}: ${a} lies over ${b}`);
+        }
+        assert.ok(p.x >= 0 && p.x + p.width <= 360, `${when}: ${a} is cut off`);
+      }
+      const small = await page.evaluate(() => [...document.querySelectorAll('#known_length button, #known_length input')].filter((e) => e.checkVisibility() && e.getBoundingClientRect().height < 40).length);
+      assert.equal(small, 0, 'too small for fingers');
+    };
+    await page.locator('#known_length input').waitFor();
+    await nothingIsOver('asked');
+    await page.locator('#known_length input').fill('12.5');
+    await page.keyboard.press('Enter');
+    await page.locator('.measure_label').filter({ hasText: '12.5 m' }).waitFor();
+    await nothingIsOver('given');
+    await browser.rest();
+    const label = await page.locator('.measure_label').boundingBox();
+    assert.ok(label.x >= 0 && label.x + label.width <= 360, 'the length is cut off');
+    for (const theme of ['light', 'dark']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').tap();
+      await picture(page, `known_length_phone_${theme}`);
+      assert.deepEqual(await contrastFaults(page), {}, theme);
+    }
+    expectClean(browser, url);
+    await browser.close();
   },
 
   async 'flying: keys move the eye where it looks, the mouse turns it on the spot'({ browser, url }) {
