@@ -37,6 +37,8 @@ class PhonePage {
     this.connection = { ok: null, why: '' }; // ok: null until the first request is answered or has failed
     this.adding = 0;
     this.problem = '';
+    // Photos may be taken before this browser's storage is open.
+    this.opened = new Promise((resolve) => { this.tellOpened = resolve; });
     // While photos are taken or sent.
     this.screenLock = new ScreenLock(() => !document.hidden && (this.camera.open || this.numUnsent() > 0));
   }
@@ -72,7 +74,6 @@ class PhonePage {
 
   async open(session) {
     byId('door').hidden = true;
-    byId('page').hidden = false;
     this.session = session;
     setText(byId('folder'), session.folder);
     setText(byId('agent'), session.name);
@@ -80,10 +81,10 @@ class PhonePage {
     try {
       this.queue = await Queue.open(session.id);
     } catch (error) {
-      this.problem = `This browser keeps nothing (${error.message}): leave its private mode.`;
-      this.show();
+      this.showDoor(`This browser keeps nothing (${error.message}): leave its private mode.`);
       return;
     }
+    byId('page').hidden = false;
     globalThis.navigator.storage?.persist?.();
     this.uploader = new Uploader({
       queue: this.queue,
@@ -93,6 +94,7 @@ class PhonePage {
         connection: (c) => this.setConnection(c),
       },
     });
+    this.tellOpened();
     this.show();
     this.uploader.start();
     this.screenLock.ask();
@@ -138,6 +140,7 @@ class PhonePage {
 
   async addFiles(files) {
     this.adding += files.length;
+    await this.opened;
     this.show();
     for (const file of files) {
       const taken = file.lastModified || Date.now();
