@@ -16,6 +16,7 @@
 #include "clients/video/video_photos.h"
 #include "core/clock.h"
 #include "node/publisher.h"
+#include "photo/heif.h"
 #include "photo/photo_name.h"
 
 namespace skein {
@@ -163,16 +164,17 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
   const auto node = MakeAgentNode(options.client, &options.publisher.agent);
   const std::vector<PhotoFile> photos = ListPhotos(options.images, order);
   const bool may_grow = options.watch || !options.video.empty();
-  const std::string others = DescribeOtherFiles(options.images);
+  const OtherFiles others = FindOtherFiles(options.images);
+  const std::string heif = others.have_heif ? std::string(". HEIC: ") + kHeifAdvice : "";
   if (photos.empty() && !may_grow) {
     std::cerr << "skein agent: no photos in " << options.images << ": JPEG, PNG and TIFF are taken"
-              << (others.empty() ? "" : ", not " + others) << "; for a video give --video FILE"
-              << std::endl;
+              << (others.kinds.empty() ? "" : ", not " + others.kinds)
+              << "; for a video give --video FILE" << heif << std::endl;
     return kExitError;
   }
-  if (!others.empty()) {
-    std::cerr << "skein agent: not taken in " << options.images << ": " << others
-              << " (JPEG, PNG and TIFF are)" << std::endl;
+  if (!others.kinds.empty()) {
+    std::cerr << "skein agent: not taken in " << options.images << ": " << others.kinds
+              << " (JPEG, PNG and TIFF are)" << heif << std::endl;
   }
   ProgressBar bar(options.publisher.agent, static_cast<int64_t>(photos.size()));
   FolderWatch watch(options.images, order);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <fstream>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -12,6 +13,7 @@
 
 #include "codecs/exif_reader.h"
 #include "core/file.h"
+#include "photo/heif.h"
 #include "photo/photo_header.h"
 #include "photo/photo_name.h"
 
@@ -44,6 +46,14 @@ void ForEachFile(const fs::path& folder, const Visit& visit) {
     std::error_code error;
     if (entry.is_regular_file(error)) visit(entry.path());
   }
+}
+
+bool IsHeif(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  Bytes head(kHeifHeadBytes);
+  file.read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<size_t>(file.gcount()));
+  return HeifName(head) != nullptr;
 }
 
 int64_t CaptureTime(const fs::path& path) {
@@ -156,16 +166,17 @@ std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& orde
   return photos;
 }
 
-std::string DescribeOtherFiles(const fs::path& folder) {
+OtherFiles FindOtherFiles(const fs::path& folder) {
+  OtherFiles others;
   std::map<std::string, int> counts;
   ForEachFile(folder, [&](const fs::path& path) {
     if (IsPhotoName(path) || path.filename().string().front() == '.') return;
     ++counts[LowerExtension(path)];
+    others.have_heif = others.have_heif || IsHeif(path);
   });
   std::vector<std::pair<std::string, int>> kinds(counts.begin(), counts.end());
   std::stable_sort(kinds.begin(), kinds.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
-  std::string text;
   int num_untold = 0;
   for (size_t i = 0; i < kinds.size(); ++i) {
     const auto& [extension, count] = kinds[i];
@@ -173,11 +184,11 @@ std::string DescribeOtherFiles(const fs::path& folder) {
       num_untold += count;
       continue;
     }
-    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " +
-            (extension.empty() ? "without an extension" : Printable(extension));
+    others.kinds += (others.kinds.empty() ? "" : ", ") + std::to_string(count) + " " +
+                    (extension.empty() ? "without an extension" : Printable(extension));
   }
-  if (num_untold > 0) text += ", " + std::to_string(num_untold) + " others";
-  return text;
+  if (num_untold > 0) others.kinds += ", " + std::to_string(num_untold) + " others";
+  return others;
 }
 
 std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px) {

@@ -32,9 +32,13 @@ Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
 // std::filesystem::filesystem_error when a part of the folder cannot be read.
 std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
 
-// What ListPhotos leaves out: "12 .heic, 3 .mp4, 1 without an extension", most first; "" if
-// nothing. Hidden files are not told: file managers leave them. Throws as ListPhotos does.
-std::string DescribeOtherFiles(const std::filesystem::path& folder);
+// What ListPhotos leaves out. Hidden files are not told: file managers leave them.
+struct OtherFiles {
+  std::string kinds;       // "12 .heic, 3 .mp4, 1 without an extension", most first; "" if nothing
+  bool have_heif = false;  // by their bytes
+};
+// Throws as ListPhotos does.
+OtherFiles FindOtherFiles(const std::filesystem::path& folder);
 
 // For a Publisher: each is read with ReadPhoto.
 std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px);

@@ -36,16 +36,24 @@ class PhotoFolderTest : public testing::Test {
 };
 
 TEST_F(PhotoFolderTest, TellsWhatIsNoPhoto) {
-  EXPECT_EQ(DescribeOtherFiles(folder_.path()), "");
+  EXPECT_EQ(FindOtherFiles(folder_.path()).kinds, "");
   Write("a.jpg", {1});
   Write("b.TIF", {1});
   Write(".DS_Store", {1});
-  EXPECT_EQ(DescribeOtherFiles(folder_.path()), "");
+  EXPECT_EQ(FindOtherFiles(folder_.path()).kinds, "");
   for (const char* name : {"c.HEIC", "deeper/d.heic", "walk.mp4", "README"}) Write(name, {1});
-  EXPECT_EQ(DescribeOtherFiles(folder_.path()), "2 .heic, 1 without an extension, 1 .mp4");
+  EXPECT_EQ(FindOtherFiles(folder_.path()).kinds, "2 .heic, 1 without an extension, 1 .mp4");
   for (const char* name : {"1.a", "1.b", "1.c", "1.d", "1.e"}) Write(name, {1});
-  EXPECT_EQ(DescribeOtherFiles(folder_.path()),
+  EXPECT_EQ(FindOtherFiles(folder_.path()).kinds,
             "2 .heic, 1 without an extension, 1 .a, 1 .b, 1 .c, 1 .d, 2 others");
+}
+
+TEST_F(PhotoFolderTest, TellsHeifByItsBytes) {
+  Write("a.heic", {1, 2, 3});
+  EXPECT_FALSE(FindOtherFiles(folder_.path()).have_heif);
+  Write("b.img",
+        {0, 0, 0, 20, 'f', 't', 'y', 'p', 'h', 'e', 'i', 'c', 0, 0, 0, 0, 'm', 'i', 'f', '1'});
+  EXPECT_TRUE(FindOtherFiles(folder_.path()).have_heif);
 }
 
 // A phone's photo: rotated, with position, time and focal length.

@@ -7,19 +7,21 @@
 #
 #   --session DIR   session folder (default: build/demo/session, anew each time)
 #   --photos N      photos of each simulated agent (default 20)
+#   --build DIR     a build that is there: nothing is set up or built
 #   Everything else is passed on to scripts/reconstruct.sh (--config, --rate, --order, ...).
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
 
-agents=3 photos=20 session='' own_photos=0 options=()
+agents=3 photos=20 session='' own_photos=0 build='' options=()
 demo=$SKEIN_ROOT/build/demo
 while (($#)); do
   case $1 in
-    --session | --photos | --images) (($# > 1)) || usage_error "$1 needs a value" ;;&
+    --session | --photos | --images | --build) (($# > 1)) || usage_error "$1 needs a value" ;;&
     -h | --help) print_help; exit 0 ;;
     --session) session=$2; shift ;;
     --photos) photos=$2; shift ;;
+    --build) build=$2; shift ;;
     --images) own_photos=1; options+=("$1" "$2"); shift ;;
     *) options+=("$1") ;;
   esac
@@ -30,8 +32,12 @@ done
 reconstruct=("$SKEIN_ROOT/scripts/reconstruct.sh" --session "${session:-$demo/session}")
 "${reconstruct[@]}" --check "${options[@]}" || exit
 
-"$SKEIN_ROOT/scripts/setup.sh"
-build_skein release reconstruction
+if [[ -n $build ]]; then
+  SKEIN_BUILD=$build options+=(--build "$build")
+else
+  "$SKEIN_ROOT/scripts/setup.sh"
+  build_skein release reconstruction
+fi
 
 [[ -n $session ]] || rm -rf "$demo/session"
 if ((!own_photos)); then

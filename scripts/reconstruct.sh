@@ -40,7 +40,7 @@ add_images() {
   fi
   [[ -d $folder ]] || usage_error "--images $1: there is no folder '$folder'"
   folder=$(cd "$folder" && pwd)
-  has_photos "$folder" || usage_error "--images $1: no JPEG, PNG or TIFF in '$folder' (other photos: convert them; a video: skein agent --video)"
+  has_photos "$folder" || usage_error "--images $1: no JPEG, PNG or TIFF in '$folder' (other photos: convert them, HEIC with heif-convert of libheif-examples; a video: skein agent --video)"
   [[ -n $name ]] || name=$(basename "$folder" | tr -c 'A-Za-z0-9._\n-' '-')
   [[ " ${names[*]} " != *" $name "* ]] || name=$name-$((${#names[@]} + 1))
   names+=("$name") folders+=("$folder")
@@ -118,11 +118,11 @@ if [[ -d $session/sparse/0 ]]; then
   "$skein" export --model "$session/sparse/0" --picture "$session/model.png" || status=1
   say "picture: $session/model.png"
   say "model: $session/sparse/0 (\`skein export\` writes other formats)"
-  say "in COLMAP: $skein export --session '$session' --output '$session/export' --format database && colmap gui --import_path '$session/sparse/0' --image_path '$session/images' --database_path '$session/export/database.db'"
+  say "in COLMAP: $skein export --session ${session@Q} --output ${session@Q}/export --format database && colmap gui --import_path ${session@Q}/sparse/0 --image_path ${session@Q}/images --database_path ${session@Q}/export/database.db"
 else
   say "no model: no two photos overlap enough; $session/report.json tells of each photo"
 fi
-say "in a browser: $skein view '$session'"
+say "in a browser: $skein view ${session@Q}"
 if ((keep)); then
   say "the services keep running; Ctrl-C stops them"
   wait "$launch_pid" || true

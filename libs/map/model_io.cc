@@ -226,6 +226,21 @@ colmap::Image WithoutPoints(const colmap::Image& image) {
   return bare;
 }
 
+// done(name): the file is needed no more.
+template <class Done>
+Result<colmap::Reconstruction> DecodeParts(const ModelArchive& archive, Done done) {
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    if (archive.count(name) == 0) return DataLoss(std::string("model without ") + name);
+  }
+  Decoder decoder;
+  if (!decoder.Cameras(archive.at("cameras.bin"))) return DataLoss("cameras.bin is damaged");
+  if (!decoder.Images(archive.at("images.bin"))) return DataLoss("images.bin is damaged");
+  done("images.bin");
+  if (!decoder.Points(archive.at("points3D.bin"))) return DataLoss("points3D.bin is damaged");
+  done("points3D.bin");
+  return decoder.Take();
+}
+
 }  // namespace
 
 ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction) {
@@ -235,16 +250,11 @@ ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction) {
 }
 
 Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive) {
-  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
-    if (archive.count(name) == 0) return DataLoss(std::string("model without ") + name);
-  }
-  Decoder decoder;
-  if (!decoder.Cameras(archive.at("cameras.bin"))) return DataLoss("cameras.bin is damaged");
-  if (!decoder.Images(archive.at("images.bin"))) return DataLoss("images.bin is damaged");
-  if (!decoder.Points(archive.at("points3D.bin"))) {
-    return DataLoss("points3D.bin is damaged");
-  }
-  return decoder.Take();
+  return DecodeParts(archive, [](const char*) {});
+}
+
+Result<colmap::Reconstruction> DecodeModel(ModelArchive&& archive) {
+  return DecodeParts(archive, [&](const char* name) { archive.at(name) = Bytes(); });
 }
 
 colmap::Reconstruction CopyRegistered(const colmap::Reconstruction& reconstruction) {

@@ -13,6 +13,8 @@ ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction);
 // The reverse. Every count, id and index is checked, as COLMAP aborts the process on bad ones. The
 // points get new ids, in the order of the file. Fails on a missing or damaged file.
 Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive);
+// The same; each file is freed once it is read.
+Result<colmap::Reconstruction> DecodeModel(ModelArchive&& archive);
 
 // What encoding and decoding gives, without either: the registered images and all cameras; the
 // points get new ids, in the order of the old ones.

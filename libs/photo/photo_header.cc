@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <string>
+
+#include "photo/heif.h"
 
 namespace skein {
 namespace {
@@ -123,6 +126,10 @@ Result<PhotoHeader> ReadPhotoHeader(ByteView bytes) {
   if (StartsWith(bytes, "\xff\xd8\xff", 3)) return ReadJpeg(bytes);
   if (StartsWith(bytes, "\x89PNG\r\n\x1a\n", 8)) return ReadPng(bytes);
   if (StartsWith(bytes, "II*\0", 4) || StartsWith(bytes, "MM\0*", 4)) return ReadTiff(bytes);
+  if (const char* name = HeifName(bytes)) {
+    return InvalidArgument(std::string(name) + " photo: JPEG, PNG and TIFF are taken. " +
+                           kHeifAdvice);
+  }
   return InvalidArgument("not a JPEG, PNG or TIFF photo");
 }
 

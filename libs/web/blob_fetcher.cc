@@ -15,7 +15,7 @@ void BlobFetcher::Fetch(const std::string& blob_id, const std::string& owner,
 }
 
 void BlobFetcher::FetchAll(const std::vector<std::string>& blob_ids, const std::string& owner,
-                           const Respond& respond, std::function<void(const Blobs&)> then) {
+                           const Respond& respond, std::function<void(Blobs)> then) {
   struct Gathered {
     std::mutex mutex;
     Blobs blobs;
@@ -35,7 +35,7 @@ void BlobFetcher::FetchAll(const std::vector<std::string>& blob_ids, const std::
       }
       gathered->blobs[id] = std::move(*bytes);
       if (--gathered->num_left > 0) return;
-      pool_.Run([gathered, then] { then(gathered->blobs); });
+      pool_.Run([gathered, then] { then(std::move(gathered->blobs)); });
     });
   }
 }

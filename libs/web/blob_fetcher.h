@@ -26,7 +26,7 @@ class BlobFetcher {
   void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   // Calls `then` with all of these blobs on a thread of the pool, or answers with what is wrong.
   void FetchAll(const std::vector<std::string>& blob_ids, const std::string& owner,
-                const Respond& respond, std::function<void(const Blobs&)> then);
+                const Respond& respond, std::function<void(Blobs)> then);
 
  private:
   const SessionSource::Fetch fetch_;

@@ -3,16 +3,21 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <list>
 #include <mutex>
 #include <thread>
 #include <vector>
 
 namespace skein {
 
-// Threads for jobs that read files, decode and compress. Any thread gives jobs.
+// Threads for jobs that read and write files, decode and compress. Any thread gives jobs. They
+// begin in the order in which they came.
 class JobPool {
  public:
-  explicit JobPool(int num_threads);
+  // At most `num_threads` jobs at a time. One that has run for `patience_s`, as where the disk does
+  // not answer, counts no longer, so that others go on: on at most `num_more` further threads,
+  // which are started once they are needed.
+  explicit JobPool(int num_threads, int num_more = 0, double patience_s = 1);
   // Waits for the running jobs and discards the others.
   ~JobPool();
   JobPool(const JobPool&) = delete;
@@ -23,12 +28,21 @@ class JobPool {
 
  private:
   void Work();
+  void Wait(std::unique_lock<std::mutex>* lock);
+  bool MayBegin(double now_s) const;
+  double LeftS(double now_s) const;
+  void StartThread();
+  void StartWatch();
 
+  const size_t num_threads_, most_threads_;
+  const double patience_s_;
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<std::function<void()>> jobs_;  // guarded by mutex_
+  std::list<double> running_;               // guarded by mutex_; since when, longest first
+  size_t num_idle_ = 0;                     // guarded by mutex_
   bool stop_ = false;                       // guarded by mutex_
-  std::vector<std::thread> threads_;
+  std::vector<std::thread> threads_;        // guarded by mutex_ until stop_
 };
 
 }  // namespace skein

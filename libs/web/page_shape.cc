@@ -15,16 +15,25 @@ using nlohmann::json;
 
 constexpr int kShapeDigits = 9;
 
+// Each form of the model is freed once the next one is made: together they are several times the
+// shape.
+Result<ShapeSource> SourceOfModel(Bytes archive) {
+  Result<ModelArchive> files = DecodeModelArchive(archive);
+  if (!files.ok()) return files.status();
+  archive = Bytes();
+  const Result<colmap::Reconstruction> model = DecodeModel(std::move(*files));
+  if (!model.ok()) return model.status();
+  return CopyForShape(*model);
+}
+
 }  // namespace
 
-Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob,
-                              const Bytes& archive, int64_t version) {
-  const Result<ModelArchive> files = DecodeModelArchive(archive);
-  if (!files.ok()) return files.status();
-  const Result<colmap::Reconstruction> model = DecodeModel(*files);
-  if (!model.ok()) return model.status();
+Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob, Bytes archive,
+                              int64_t version) {
+  Result<ShapeSource> source = SourceOfModel(std::move(archive));
+  if (!source.ok()) return source.status();
   ShapeMaker maker;
-  maker.Update(CopyForShape(*model), version);
+  maker.Update(*source, version);
   auto shape = std::make_shared<Shape>();
   shape->submap_id = submap_id;
   shape->version = static_cast<uint64_t>(version);

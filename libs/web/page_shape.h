@@ -12,8 +12,8 @@
 namespace skein {
 
 // Of the newest model of a submap. `version`: of the shape.
-Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob,
-                              const Bytes& archive, int64_t version);
+Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob, Bytes archive,
+                              int64_t version);
 
 // /api/submaps/ID.
 std::string ShapeJson(const Shape& shape);

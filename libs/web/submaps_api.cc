@@ -1,5 +1,7 @@
 #include "web/submaps_api.h"
 
+#include <malloc.h>
+
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -17,6 +19,10 @@ namespace {
 using nlohmann::json;
 
 constexpr int kPointDigits = 9;
+
+// A model is millions of small blocks, and what stays lies between them: glibc returns such memory
+// to the kernel only when it is told to.
+void ReturnFreedMemory() { ::malloc_trim(0); }
 
 }  // namespace
 
@@ -74,13 +80,24 @@ void SubmapsApi::WithShape(int64_t submap_id, const Respond& respond,
     return respond(HttpError(404, name + " has no shape yet: ask again"));
   }
   blobs_.FetchAll({model.blob}, "ingest", respond,
-                  [this, submap_id, model, respond, then](const BlobFetcher::Blobs& blobs) {
-                    const Result<ShapePtr> made =
-                        ShapeOfModel(submap_id, model.blob, blobs.at(model.blob), model.utime_us);
+                  [this, submap_id, model, respond, then](BlobFetcher::Blobs blobs) {
+                    const Result<ShapePtr> made = MakeShape(
+                        submap_id, model.blob, std::move(blobs.at(model.blob)), model.utime_us);
                     if (!made.ok()) return AnswerError(respond, made.status());
-                    if (!shapes_.Set(*made)) LogWarn("submap {}: no room for its shape", submap_id);
                     then(*made);
                   });
+}
+
+// One at a time: two would take twice the memory.
+Result<ShapePtr> SubmapsApi::MakeShape(int64_t submap_id, const std::string& model_blob,
+                                       Bytes archive, int64_t version) {
+  const std::lock_guard<std::mutex> lock(making_);
+  const ShapePtr known = shapes_.Find(submap_id);
+  if (known != nullptr && known->model_blob == model_blob) return known;
+  Result<ShapePtr> made = ShapeOfModel(submap_id, model_blob, std::move(archive), version);
+  ReturnFreedMemory();
+  if (made.ok() && !shapes_.Set(*made)) LogWarn("submap {}: no room for its shape", submap_id);
+  return made;
 }
 
 void SubmapsApi::GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,

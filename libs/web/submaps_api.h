@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <string>
 
 #include "core/bytes.h"
+#include "core/result.h"
 #include "shapes/shape_store.h"
 #include "web/api_answers.h"
 #include "web/blob_fetcher.h"
@@ -28,6 +30,9 @@ class SubmapsApi {
 
  private:
   void WithShape(int64_t submap_id, const Respond& respond, std::function<void(ShapePtr)> then);
+  // Of a submap's newest model.
+  Result<ShapePtr> MakeShape(int64_t submap_id, const std::string& model_blob, Bytes archive,
+                             int64_t version);
   void GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,
                 Respond respond);
   void GetPoint(const Shape::Chunk& chunk, const std::string& owner, int64_t index,
@@ -38,6 +43,7 @@ class SubmapsApi {
   const SessionSource& source_;
   BlobFetcher& blobs_;
   ShapeStore shapes_;
+  std::mutex making_;
 };
 
 }  // namespace skein

@@ -80,8 +80,7 @@ class UploadSink : public BodySink, public std::enable_shared_from_this<UploadSi
 
   // The connection is lost, or the answer given.
   ~UploadSink() override {
-    if (!receiver_) return;
-    pool_.Run([&store = store_, receiver = *receiver_] { store.Leave(receiver); });
+    if (receiver_) store_.Leave(*receiver_);
   }
 
   void Begin(Next next) override {

@@ -174,11 +174,11 @@ void UploadStore::FindLeft() {
   if (!whole.empty()) LogInfo("{} uploaded photos are offered again", whole.size());
 }
 
-int UploadStore::Count(const std::string& agent, bool Upload::*what) const {
+int UploadStore::NumAtWork(const std::string& agent) const {
   int count = 0;
   for (auto at = uploads_.lower_bound({agent, ""});
        at != uploads_.end() && at->first.first == agent; ++at) {
-    count += at->second.*what;
+    count += at->second.IsAtWork();
   }
   return count;
 }
@@ -343,7 +343,7 @@ Result<UploadStore::Receiver> UploadStore::Reserve(const Key& key, const UploadI
     return AlreadyExists("the server has " + std::to_string(known) + " bytes of it: go on there");
   }
   const bool is_receiving = !*is_new && found->second.receiving;
-  if (!is_receiving && Count(key.first, &Upload::receiving) >= limits_.max_receiving) {
+  if (!is_receiving && NumAtWork(key.first) >= limits_.max_receiving) {
     return Unavailable("too many photos at a time: send one after the other");
   }
   if (*is_new) {

@@ -28,7 +28,7 @@ struct UploadLimits {
   int64_t max_bytes = int64_t{8} << 30;          // of all that lies here, told sizes included
   int64_t min_free_bytes = 512'000'000;          // on the disk
   int max_unfinished = 16;                       // of an agent; the one that rests longest goes
-  int max_receiving = 4;                         // of an agent at a time
+  int max_receiving = 4;  // of an agent at a time, those that the disk holds up included
   int max_agents = 256;
   double forget_after_s = 86'400;  // an unfinished one that rests for so long goes
   // An agent that was refused for lack of room wants some for so long: longer than a phone pauses
@@ -126,6 +126,7 @@ class UploadStore {
 
     bool MayGo() const { return !is_whole && !busy; }
     bool Rests() const { return MayGo() && !receiving; }
+    bool IsAtWork() const { return receiving || busy; }
   };
   using Key = std::pair<std::string, std::string>;  // agent, blob
 
@@ -144,7 +145,7 @@ class UploadStore {
   void Drop(const Key& key);
   void RemoveDropped();
   void RemoveFiles(const Key& key) const;
-  int Count(const std::string& agent, bool Upload::*what) const;
+  int NumAtWork(const std::string& agent) const;
 
   const std::filesystem::path folder_;
   const UploadLimits limits_;

@@ -6,15 +6,23 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <future>
+#include <memory>
+#include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "core/file.h"
 #include "core/folder.h"
 #include "core/hash.h"
 #include "testing/test_folder.h"
+#include "web/job_pool.h"
+#include "web/upload_sink.h"
 
 namespace skein {
 namespace {
@@ -141,6 +149,50 @@ TEST_F(UploadStoreTest, TheLatestConnectionOfAPhotoCounts) {
   EXPECT_TRUE(store_->Take(*second, BytesOf("b")).ok());
   EXPECT_EQ(store_->Look("anna", IdOf("abcd"))->received_bytes, 2);
   EXPECT_FALSE(store_->Take(*second, BytesOf("c")).ok()) << "what was told stays true";
+}
+
+// Two threads write; each of anna's photos has one, for good.
+TEST_F(UploadStoreTest, WritesThatHangHoldUpNoOtherAgent) {
+  JobPool pool(2, 8, 0.02);
+  const auto sink_of = [&](const std::string& agent, const std::string& photo) {
+    HttpRequest request;
+    request.visitor.name = agent;
+    request.body_bytes = photo.size();
+    request.fields = {{"upload-offset", "0"},
+                      {"upload-length", std::to_string(photo.size())},
+                      {"upload-name", "a.jpg"}};
+    return MakeUploadSink(*store_, pool, request, IdOf(photo));
+  };
+  // The answer; of none, status 0.
+  const auto answer = [](const std::function<void(BodySink::Next)>& ask) {
+    std::promise<HttpResponse> said;
+    ask([&said](std::optional<HttpResponse> response) {
+      said.set_value(response.value_or(HttpError(0, "")));
+    });
+    auto future = said.get_future();
+    if (future.wait_for(std::chrono::seconds(20)) != std::future_status::ready) std::abort();
+    return future.get().status;
+  };
+  const std::vector<std::string> photos = {"one", "two", "three", "four"};
+  std::vector<std::shared_ptr<BodySink>> held;
+  std::vector<std::filesystem::path> fifos;
+  std::vector<std::promise<void>> ended(photos.size());
+  for (size_t i = 0; i < photos.size(); ++i) {
+    held.push_back(sink_of("anna", photos[i]));
+    ASSERT_EQ(answer([&](BodySink::Next next) { held[i]->Begin(next); }), 0);
+    fifos.push_back(HoldUp("anna", photos[i]));
+    held[i]->Take(BytesOf(photos[i]), [&, i](auto) { ended[i].set_value(); });
+  }
+  const auto bert = sink_of("bert", "whole");
+  EXPECT_EQ(answer([&](BodySink::Next next) { bert->Begin(next); }), 0);
+  EXPECT_EQ(answer([&](BodySink::Next next) { bert->Take(BytesOf("whole"), next); }), 0);
+  EXPECT_EQ(answer([&](BodySink::Next next) { bert->End(next); }), 201);
+  // More of hers would be held up, too, whatever becomes of the connections.
+  held.clear();
+  for (const std::string& photo : photos) store_->Look("anna", IdOf(photo));
+  EXPECT_EQ(Send("anna", "five", 0, "five").code, StatusCode::kUnavailable);
+  for (const auto& fifo : fifos) Release(fifo);
+  for (auto& one : ended) one.get_future().wait();
 }
 
 TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {

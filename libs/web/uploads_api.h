@@ -27,7 +27,9 @@ class UploadsApi {
 
   const SessionView& view_;
   const SessionSource& source_;
-  JobPool uploading_{2};  // last: its jobs use the rest
+  // Two write at a time. An agent has UploadLimits::max_receiving writes that the disk holds up,
+  // and the server no more connections than these threads. Last: its jobs use the rest.
+  JobPool uploading_{2, 254};
 };
 
 }  // namespace skein

@@ -15,8 +15,18 @@ async function heard(name, deadlineS = 120) {
     await new Promise((r) => setTimeout(r, 100));
   }
 }
-const stateOf = (s, name) => s.photos.find((p) => p.name === name)?.state;
 const phone = { width: 390, height: 844 };
+const fakeCamera = (film) => ['--ignore-certificate-errors', '--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream', `--use-file-for-fake-video-capture=${film}`];
+
+// A JPEG of it, 640 px wide, blurred over so many px.
+const redrawn = async (page, photo, blurPx) => Buffer.from(await page.evaluate(async ([base64, blur]) => {
+  const image = await createImageBitmap(await (await fetch(`data:image/jpeg;base64,${base64}`)).blob());
+  const canvas = Object.assign(document.createElement('canvas'), { width: 640, height: Math.round((640 * image.height) / image.width) });
+  const context = canvas.getContext('2d');
+  context.filter = blur ? `blur(${blur}px)` : 'none';
+  context.drawImage(image, 0, 0, canvas.width, canvas.height);
+  return canvas.toDataURL('image/jpeg', 0.85).split(',')[1];
+}, [readFileSync(photo).toString('base64'), blurPx]), 'base64');
 
 // Without TLS: the file input, at full resolution.
 const plain = await openBrowser({ ...phone, theme: 'light' });
@@ -97,7 +107,7 @@ await plain.close();
 // Over TLS: the camera view, the position, and the page without a network.
 const secure = await openBrowser({
   ...phone,
-  more: ['--ignore-certificate-errors', '--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream', `--use-file-for-fake-video-capture=${film}`],
+  more: fakeCamera(film),
 });
 const taken = secure.page;
 await taken.context().grantPermissions(['geolocation', 'camera'], { origin: new URL(links.secure).origin });
@@ -129,6 +139,60 @@ s = await secure.until('the page opens without a network', (now) => now.photos.l
 await taken.context().setOffline(false);
 expectClean(secure, links.secure);
 await secure.close();
+
+// A camera that is held still for 4 s, then shaken for 2 s, at 30 pictures a second. The screen stays on meanwhile.
+const drawing = await openBrowser();
+await drawing.page.goto('about:blank');
+const still = await redrawn(drawing.page, photos[0], 0);
+const shaken = await redrawn(drawing.page, photos[0], 4);
+await drawing.close();
+const blurredFilm = join(steps, 'blurred.mjpeg');
+writeFileSync(blurredFilm, Buffer.concat([...Array(120).fill(still), ...Array(60).fill(shaken)]));
+const shaky = await openBrowser({ ...phone, more: fakeCamera(blurredFilm) });
+await shaky.page.addInitScript(() => {
+  window.locks = [];
+  const request = navigator.wakeLock.request.bind(navigator.wakeLock);
+  navigator.wakeLock.request = async (type) => {
+    window.locks.push(await request(type));
+    return window.locks.at(-1);
+  };
+});
+await shaky.page.goto(links.shaky);
+await shaky.until('the phone is let in', (now) => now.photos.length === 0);
+const heldLocks = () => shaky.page.evaluate(() => window.locks.map((lock) => !lock.released));
+assert.deepEqual(await heldLocks(), [], 'the screen stays on although nothing is done');
+await shaky.page.locator('#open_camera').click();
+await shaky.until('the screen stays on', (now) => now.camera && now.awake);
+assert.deepEqual(await heldLocks(), [true]);
+await shaky.page.locator('#camera_note').filter({ hasText: 'Blurred: hold still' }).waitFor();
+await picture('phone_blurred', shaky.page);
+await shaky.page.locator('#camera_note').filter({ hasText: /^$/ }).waitFor();
+// Headless Chromium hides no page: the test says that it is hidden, and takes the lock as the browser does.
+const setHidden = (hidden) => shaky.page.evaluate((is) => {
+  Object.defineProperty(document, 'hidden', { configurable: true, get: () => is });
+  if (is) window.locks.at(-1).release();
+  document.dispatchEvent(new Event('visibilitychange'));
+}, hidden);
+await setHidden(true);
+await shaky.until('the lock is gone', (now) => !now.awake);
+await setHidden(false);
+await shaky.until('the screen stays on again', (now) => now.awake);
+assert.deepEqual(await heldLocks(), [false, true]);
+await shaky.page.locator('#close_camera').click();
+await shaky.until('the screen may go off', (now) => !now.camera && !now.awake);
+assert.deepEqual(await heldLocks(), [false, false]);
+// While photos are sent it stays on, too; then it may go off.
+await shaky.page.locator('#choose').setInputFiles(photos[1]);
+await shaky.until('it is received', (now) => now.counts.received === 1 && !now.awake);
+assert.deepEqual(await heldLocks(), [false, false, false]);
+// As an iPhone stores it, whatever its name.
+const heic = Buffer.concat([Buffer.from([0, 0, 0, 24]), Buffer.from('ftypheic\0\0\0\0mif1heic'), Buffer.alloc(5000, 1)]);
+await shaky.page.locator('#choose').setInputFiles({ name: 'IMG_0001.jpg', mimeType: 'image/jpeg', buffer: heic });
+await shaky.page.locator('.photo.refused .what').filter({ hasText: 'Its format is HEIC' }).waitFor();
+await shaky.page.locator('.photo.refused small').filter({ hasText: 'Formats > Most Compatible' }).waitFor();
+await picture('phone_heic', shaky.page);
+expectClean(shaky, links.secure);
+await shaky.close();
 
 // Somebody who looks.
 const viewer = await openBrowser({ more: ['--ignore-certificate-errors'] });

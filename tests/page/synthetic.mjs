@@ -2,6 +2,7 @@
 // swallows. node synthetic.mjs SERVER.mjs PAGE_DIR [WORDS]: the cases with these words in their names
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
 
@@ -26,6 +27,30 @@ const twoPoints = (page) => page.evaluate(() => {
   }
   return [found[0], found[found.length - 1]];
 });
+
+// Of places in the scene.
+const minus = (a, b) => a.map((v, k) => v - b[k]);
+const dot = (a, b) => a.reduce((sum, v, k) => sum + v * b[k], 0);
+const far = (v) => Math.sqrt(dot(v, v));
+const view = async (browser) => {
+  await browser.rest();
+  return (await browser.state()).view;
+};
+const picture = async (page, name) => process.env.PAGE_PICTURES && page.screenshot({ path: join(process.env.PAGE_PICTURES, `${name}.png`) });
+const isShown = (s) => s.synced && s.points > 5000 && s.loading === 0 && s.cameras.length === 45;
+
+// Fingers on the page: each call says where they are now. Chromium makes pointer events of them, as of a real screen's.
+async function fingersOn(page) {
+  const session = await page.context().newCDPSession(page);
+  const tell = (type, places) => session.send('Input.dispatchTouchEvent', { type, touchPoints: places.map(([x, y], id) => ({ x, y, id })) });
+  return {
+    put: (places) => tell('touchStart', places),
+    move: async (from, to, steps = 8) => {
+      for (let i = 1; i <= steps; i++) await tell('touchMove', from.map(([x, y], k) => [x + ((to[k][0] - x) * i) / steps, y + ((to[k][1] - y) * i) / steps]));
+    },
+    lift: () => tell('touchEnd', []),
+  };
+}
 
 const cases = {
   async 'all of a finished session is shown'({ browser, url }) {
@@ -238,8 +263,9 @@ const cases = {
     return server.url;
   },
 
-  async 'a known length gives the scale'({ browser, url }) {
+  async 'a known length gives the scale, and is kept'({ browser, url }) {
     const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
     await page.goto(url);
     await browser.until('the map is there', (s) => s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
     await browser.rest();
@@ -249,14 +275,228 @@ const cases = {
     const box = await page.locator('#canvas').boundingBox();
     for (const { x, y } of await twoPoints(page)) await page.mouse.click(box.x + x, box.y + y);
     await page.locator('.measure_label').filter({ hasText: /units?$/ }).waitFor();
+    await picture(page, 'known_length_asked');
     await page.locator('#known_length input').fill('0');
     await page.keyboard.press('Enter');
     await page.locator('#notice').filter({ hasText: 'above 0' }).waitFor();
     await page.locator('#known_length input').fill('12.5');
     await page.keyboard.press('Enter');
     await page.locator('.measure_label').filter({ hasText: '12.5 m (scale from a known length)' }).waitFor();
-    await page.locator('#scale_text').filter({ hasText: / (mm|cm|m|km)$/ }).waitFor();
-    assert.deepEqual(await contrastFaults(page), {});
+    const inMetres = (on) => on.locator('#scale_text').filter({ hasText: / (mm|cm|m|km)$/ }).waitFor();
+    const inUnits = (on) => on.locator('#scale_text').filter({ hasText: /unit/ }).waitFor();
+    await inMetres(page);
+    await page.locator('#known_length').filter({ hasText: 'This browser keeps the scale' }).waitFor();
+    for (const theme of ['dark', 'light']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').click();
+      assert.deepEqual(await contrastFaults(page), {}, theme);
+      await picture(page, `known_length_${theme}`);
+    }
+    // A reload has it, and so has another page, while it is open and when it is opened.
+    const other = await page.context().newPage();
+    await other.goto(url);
+    await inMetres(other);
+    await page.reload();
+    await inMetres(page);
+    // Forgotten here, it is forgotten there.
+    await browser.until('the map is there', isShown);
+    await browser.rest();
+    await page.locator('#tool_measure').click();
+    for (const { x, y } of await twoPoints(page)) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('.measure_label').filter({ hasText: 'from a known length' }).waitFor();
+    await page.locator('#known_length button', { hasText: 'Forget it' }).click();
+    await page.locator('.measure_label').filter({ hasText: /units?$/ }).waitFor();
+    await inUnits(page);
+    await inUnits(other);
+    await other.close();
+  },
+
+  async 'a known length on a phone: nothing lies over anything'({ openPhone, url }) {
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', isShown);
+    await browser.rest();
+    await page.locator('#tool_measure').tap();
+    const points = await page.evaluate(() => {
+      const found = [];
+      const { clientWidth, clientHeight } = document.getElementById('canvas');
+      for (let x = 20; x < clientWidth - 20; x += 11) {
+        for (let y = clientHeight * 0.55; y < clientHeight - 20; y += 11) if (window.skein.pickAt(x, y)?.chunk) found.push({ x, y });
+      }
+      return [found[0], found[found.length - 1]];
+    });
+    const box = await page.locator('#canvas').boundingBox();
+    for (const { x, y } of points) await page.touchscreen.tap(box.x + x, box.y + y);
+    const nothingIsOver = async (when) => {
+      await picture(page, `known_length_phone_${when}`);
+      const boxes = await Promise.all(['#tools', '#notice', '#known_length', '#newest', '#scale'].map(async (id) => [id, await page.locator(id).boundingBox()]));
+      for (const [a, p] of boxes) {
+        for (const [b, q] of boxes) {
+          const apart = a === b || p.x + p.width <= q.x || q.x + q.width <= p.x || p.y + p.height <= q.y || q.y + q.height <= p.y;
+          assert.ok(apart, `${when}: ${a} lies over ${b}`);
+        }
+        assert.ok(p.x >= 0 && p.x + p.width <= 360, `${when}: ${a} is cut off`);
+      }
+      const small = await page.evaluate(() => [...document.querySelectorAll('#known_length button, #known_length input')].filter((e) => e.checkVisibility() && e.getBoundingClientRect().height < 40).length);
+      assert.equal(small, 0, 'too small for fingers');
+    };
+    await page.locator('#known_length input').waitFor();
+    await nothingIsOver('asked');
+    await page.locator('#known_length input').fill('12.5');
+    await page.keyboard.press('Enter');
+    await page.locator('.measure_label').filter({ hasText: '12.5 m' }).waitFor();
+    await nothingIsOver('given');
+    await browser.rest();
+    const label = await page.locator('.measure_label').boundingBox();
+    assert.ok(label.x >= 0 && label.x + label.width <= 360, 'the length is cut off');
+    for (const theme of ['light', 'dark']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').tap();
+      await picture(page, `known_length_phone_${theme}`);
+      assert.deepEqual(await contrastFaults(page), {}, theme);
+    }
+    expectClean(browser, url);
+    await browser.close();
+  },
+
+  async 'flying: keys move the eye where it looks, the mouse turns it on the spot'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', isShown);
+    const start = await view(browser);
+    await page.keyboard.press('v');
+    assert.equal(await page.locator('#tool_fly').getAttribute('aria-pressed'), 'true');
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'canvas', 'the keys go elsewhere');
+    for (const [key, axis] of [['w', 'forward'], ['s', 'forward'], ['d', 'right'], ['a', 'right'], ['e', null], ['q', null]]) {
+      const sign = 'wde'.includes(key) ? 1 : -1;
+      const before = await view(browser);
+      const way = axis ? before[axis] : [0, 1, 0];
+      await page.keyboard.down(key);
+      await browser.until(`${key} moves the eye`, (s) => far(minus(s.view.eye, before.eye)) > 0.3);
+      await page.keyboard.up(key);
+      const after = await view(browser);
+      const moved = minus(after.eye, before.eye);
+      assert.ok(sign * dot(moved, way) > 0.999 * far(moved), `${key} moves the eye by ${moved}`);
+      assert.ok(far(minus(after.forward, before.forward)) < 1e-3 && Math.abs(after.distance - before.distance) < 1e-3, `${key} turns the eye`);
+    }
+    const box = await page.locator('#canvas').boundingBox();
+    const drag = async (dx, dy) => {
+      await page.mouse.move(box.x + 420, box.y + 380);
+      await page.mouse.down();
+      await page.mouse.move(box.x + 420 + dx, box.y + 380 + dy, { steps: 6 });
+      await page.mouse.up();
+    };
+    const before = await view(browser);
+    await drag(120, 40);
+    const after = await view(browser);
+    assert.ok(far(minus(after.eye, before.eye)) < 1e-3 * before.distance, 'the eye does not stay where it is');
+    // What is under the pointer goes with it: a drag to the right and down looks to the left and up.
+    assert.ok(dot(after.forward, before.right) < -0.05 && dot(after.forward, before.up) > 0.02, 'it looks the other way');
+    assert.equal((await browser.state()).selection, null, 'a drag is taken for a click');
+    // No more: a drag turns the map around its middle again.
+    await page.keyboard.press('v');
+    await drag(120, 0);
+    const turned = await view(browser);
+    assert.ok(!turned.flying && far(minus(turned.target, after.target)) < 1e-3 * after.distance && far(minus(turned.eye, after.eye)) > 0.1);
+    await page.keyboard.press('f');
+    const back = await view(browser);
+    assert.ok(Math.abs(back.distance / start.distance - 1) < 0.5, 'F does not show everything');
+  },
+
+  async 'fingers: one turns, two zoom and move, none of them clicks'({ openPhone, url }) {
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', isShown);
+    const box = await page.locator('#canvas').boundingBox();
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    const fingers = await fingersOn(page);
+    const gesture = async (from, to) => {
+      const before = await view(browser);
+      await fingers.put(from);
+      await fingers.move(from, to);
+      await fingers.lift();
+      return [before, await view(browser)];
+    };
+    let [before, after] = await gesture([[x - 40, y], [x + 40, y]], [[x - 120, y], [x + 120, y]]);
+    assert.ok(Math.abs(after.distance / before.distance - 1 / 3) < 0.02, `apart: ${before.distance} to ${after.distance}`);
+    assert.ok(far(minus(after.target, before.target)) < 0.02 * before.distance && far(minus(after.forward, before.forward)) < 1e-3, 'a zoom about the middle moves it');
+    [before, after] = await gesture([[x - 120, y], [x + 120, y]], [[x - 40, y], [x + 40, y]]);
+    assert.ok(Math.abs(after.distance / before.distance - 3) < 0.2, `together: ${before.distance} to ${after.distance}`);
+    [before, after] = await gesture([[x - 50, y], [x + 50, y]], [[x + 10, y + 40], [x + 110, y + 40]]);
+    const moved = minus(after.target, before.target);
+    const perPx = (2 * before.distance * Math.tan((21 * Math.PI) / 180)) / box.height;
+    assert.ok(Math.abs(after.distance / before.distance - 1) < 0.01 && far(minus(after.forward, before.forward)) < 1e-3, 'two fingers side by side zoom or turn');
+    assert.ok(Math.abs(dot(moved, before.right) / perPx + 60) < 3 && Math.abs(dot(moved, before.up) / perPx - 40) < 3, 'the map does not stay under the fingers');
+    [before, after] = await gesture([[x, y]], [[x + 70, y]]);
+    assert.ok(far(minus(after.target, before.target)) < 1e-3 * before.distance && Math.abs(after.yaw - before.yaw) > 0.2, 'one finger does not turn');
+    // The second finger comes later and leaves first.
+    before = await view(browser);
+    await fingers.put([[x, y]]);
+    await fingers.move([[x, y]], [[x + 20, y]]);
+    await fingers.put([[x + 20, y], [x + 100, y]]);
+    await fingers.move([[x + 20, y], [x + 100, y]], [[x + 20, y], [x + 140, y]]);
+    await fingers.put([[x + 20, y]]);
+    await fingers.lift();
+    after = await view(browser);
+    assert.ok(Math.abs(after.distance / before.distance - 80 / 120) < 0.05, `${before.distance} to ${after.distance}`);
+    assert.equal((await browser.state()).selection, null, 'a gesture is taken for a tap');
+    assert.equal(await page.evaluate(() => visualViewport.scale), 1, 'the page itself is zoomed');
+    assert.equal(await page.evaluate(() => scrollX + scrollY), 0, 'the page itself is moved');
+    // A tap is a click.
+    const at = await page.evaluate(() => window.skein.state().cameras.map((image) => ({ image, ...window.skein.project(image) }))
+      .find(({ image, x: px, y: py }) => window.skein.pickAt(px, py)?.image === image));
+    await fingers.put([[box.x + at.x, box.y + at.y]]);
+    await fingers.lift();
+    await browser.until('the tapped camera is selected', (s) => s.selection?.image === at.image);
+    expectClean(browser, url);
+    await browser.close();
+  },
+
+  async 'the newest photo has a card with its picture'({ browser, start, openPhone }) {
+    const server = await start('--speed', '4', '--hold', '12');
+    const { page } = browser;
+    await page.goto(server.url);
+    assert.equal(await page.locator('#newest').isVisible(), false, 'a card of no photo');
+    await browser.until('time stands still', (s) => s.counts.placed >= 4 && s.loading === 0);
+    const shows = async (on, image) => {
+      await on.page.locator(`#newest img[src="/api/photos/${image}/thumbnail"]`).waitFor();
+      const size = await on.page.locator('#newest img').evaluate((img) => img.decode().then(() => [img.naturalWidth, img.naturalHeight]));
+      assert.ok(size[0] > 0 && size[0] <= 320 && size[1] > 0 && size[1] <= 320, `a picture of ${size}`);
+      await on.page.locator('#newest', { hasText: /Newest/ }).filter({ hasText: /placed .* after it came/ }).waitFor();
+    };
+    await browser.rest();
+    const first = (await browser.state()).newest;
+    await shows(browser, first);
+    server.tell('go');
+    const { newest } = await browser.until('all photos are placed', (s) => s.cameras.length === 45 && s.loading === 0 && s.newest !== first);
+    await shows(browser, newest);
+    const before = await view(browser);
+    await page.locator('#newest').click();
+    await browser.until('its photo is shown', (s) => s.selection?.image === newest);
+    const after = await view(browser);
+    assert.ok(far(minus(after.eye, before.eye)) > 0.1, 'the camera is not looked at');
+    // As it was: the card is of that time.
+    await page.locator('#timeline input').evaluate((slider) => {
+      slider.value = 300;
+      slider.dispatchEvent(new Event('input'));
+    });
+    const past = await browser.until('an earlier time', (s) => !s.isLive && s.newest !== newest && s.newest > 0);
+    await shows(browser, past.newest);
+    // On a phone it is in the way of nothing.
+    const phone = await openPhone();
+    await phone.page.goto(server.url);
+    await phone.until('the map is there', isShown);
+    await shows(phone, newest);
+    const card = await phone.page.locator('#newest').boundingBox();
+    for (const other of ['#tools', '#scale', '#timeline']) {
+      const box = await phone.page.locator(other).boundingBox();
+      const apart = card.x + card.width <= box.x || box.x + box.width <= card.x || card.y + card.height <= box.y || box.y + box.height <= card.y;
+      assert.ok(apart, `the card lies over ${other}`);
+    }
+    assert.deepEqual(await contrastFaults(phone.page), {});
+    expectClean(phone, server.url);
+    await phone.close();
+    return server.url;
   },
 
   async 'without WebGL the panels work, and it is said'({ openOther, url }) {

@@ -6,7 +6,8 @@ source "$(dirname "$0")/../session.sh"
 new_workspace
 skein=$SKEIN_BUILD/bin/skein
 mkdir -p "$workspace/empty" "$workspace/phone/film" "$workspace/photos"
-touch "$workspace/phone/"{1,2}.HEIC "$workspace/phone/film/walk.mp4" "$workspace/photos/1.JPG"
+printf '\0\0\0\024ftypheic\0\0\0\0mif1' | tee "$workspace/phone/1.HEIC" >"$workspace/phone/2.HEIC"
+touch "$workspace/phone/film/walk.mp4" "$workspace/photos/1.JPG"
 
 # refuses STATUS TEXT COMMAND...: with one line that holds TEXT
 refuses() {
@@ -38,10 +39,10 @@ for command in "status --once" "agent --name alice --images $workspace/photos" f
 done
 printf '{"identifier": "skein-session", "version": 1, "session_id": "0123456789abcdef"}' >"$workspace/empty/session.json"
 agent=("$skein" agent --session "$workspace/empty" --auth off --lcm-url memq:// --name alice)
-refuses 1 'JPEG, PNG and TIFF are taken, not 2 .heic, 1 .mp4; for a video give --video FILE' "${agent[@]}" --images "$workspace/phone"
+refuses 1 'JPEG, PNG and TIFF are taken, not 2 .heic, 1 .mp4; for a video give --video FILE. HEIC: iPhone: Settings > Camera > Formats > Most Compatible' "${agent[@]}" --images "$workspace/phone"
 cp "$workspace/photos/1.JPG" "$workspace/phone/"
 timeout -s INT 3 "${agent[@]}" --images "$workspace/phone" >"$workspace/said" 2>&1 || true
-grep -qF "not taken in $workspace/phone: 2 .heic, 1 .mp4" "$workspace/said" || fail "a mixed folder: $(<"$workspace/said")"
+grep -qF "not taken in $workspace/phone: 2 .heic, 1 .mp4 (JPEG, PNG and TIFF are). HEIC: iPhone: Settings" "$workspace/said" || fail "a mixed folder: $(<"$workspace/said")"
 
 # Three models, of which one has nothing in common with the truth.
 use_place 2 8 --seed 1

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A phone as an agent, played by a headless Chromium (tests/page/phone.mjs): photos through the file input without TLS,
 # offline and back, a reload in the middle of an upload, a dead server; over TLS the camera view, with a film for a
-# camera, and the position; then the view of one who looks.
+# camera, and the position; the word on a blurred view, and the screen that stays on; then the view of one who looks.
 source "$(dirname "$0")/../harness.sh"
 source "$(dirname "$0")/../session.sh"
 source "$(dirname "$0")/../page.sh"
@@ -31,6 +31,7 @@ link() {
 {
   echo "plain $(link agent anna 2)"
   echo "secure $(link agent bert 1)"
+  echo "shaky $(link agent carl 1)"
   echo "viewer $(link viewer vera 1)"
   echo "expired $(link viewer late 1 --expires 1s)"
 } >"$workspace/links"

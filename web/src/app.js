@@ -113,8 +113,9 @@ export class App {
     this.feed.start();
   }
 
-  begin() {
+  begin(session) {
     this.timeline.reset();
+    this.measure.begin(session);
     this.shapes.reset();
     this.world.reset();
     this.status = null;
@@ -199,8 +200,8 @@ export class App {
     if (!this.viewer.renderer) this.notice('No 3D: this browser has no WebGL, or it is switched off. The panels work.');
     this.world = new World(this.viewer, this.timeline);
     const { viewer, world } = this;
-    this.measure = new Measure({ viewer, world, notice: (text) => this.notice(text), changed: () => this.changed() });
-    byId('stage').append(this.measure.form);
+    this.measure = new Measure({ viewer, world, timeline: this.timeline, notice: (text) => this.notice(text), changed: () => this.changed() });
+    byId('messages').append(this.measure.form);
     this.labels = new Labels({ viewer, world, measure: this.measure });
   }
 
@@ -533,7 +534,7 @@ export class App {
       points: this.viewer.submaps.numPoints, pointsShown: this.viewer.submaps.numPointsShown, loading: this.loading ?? 0,
       cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,
       stations: (this.stations ?? []).map(({ agent, number, from }) => ({ agent, number, from })),
-      framesDrawn: this.viewer.framesDrawn, finish: shown.finish,
+      newest: this.newest, view: this.viewer.controls.describe(), framesDrawn: this.viewer.framesDrawn, finish: shown.finish,
     };
   }
 }

@@ -33,6 +33,8 @@ const kReasons = [
   [/a side is shorter than/, 'It is too small.', 'Send photos in their full size.'],
   [/megapixels|bytes, more than/, 'It is larger than this session takes.',
     'Send it smaller, or raise the limit of the ingest service.'],
+  [/^(HEIC|AVIF) photo/, (format) => `Its format is ${format}. This session takes JPEG, PNG and TIFF.`,
+    'iPhone: Settings > Camera > Formats > Most Compatible; when sharing, Options > Most Compatible. Android: switch off HEIF, or “high efficiency”, in the camera’s settings.'],
   [/decod|not a |no image|damaged|truncat|header|format/i, 'It is damaged, or no photo that can be read.',
     'Send it again as JPEG, PNG or TIFF.'],
   [/^refused by the ledger/, 'Its place was refused, as its map changed hands.', 'Nothing to do: it is tried again.'],
@@ -41,7 +43,8 @@ const kReasons = [
 // {what, help}: sentences. Unknown reasons are shown as they are.
 export function explain(reason) {
   for (const [pattern, what, help] of kReasons) {
-    if (pattern.test(reason)) return { what, help };
+    const found = pattern.exec(reason);
+    if (found) return { what: typeof what === 'function' ? what(...found.slice(1)) : what, help };
   }
   const what = sentence(reason) || 'No reason was given.';
   return { what, help: 'The log of the service has more.' };

@@ -3,6 +3,7 @@ import { createHash, randomBytes } from 'node:crypto';
 import { test } from 'node:test';
 import { enter } from '../src/enter.js';
 import { exifSegment, withExif } from '../src/phone/exif.js';
+import { ScreenLock } from '../src/phone/screen_lock.js';
 import { hashOf, Sha256 } from '../src/phone/sha256.js';
 import { BurstPicker, sharpnessOf, shiftOf } from '../src/phone/sharpness.js';
 import { Uploader } from '../src/phone/uploader.js';
@@ -229,4 +230,66 @@ test('the pass is shown once and leaves the address bar', async () => {
   assert.equal(asked.length, 1, 'other fragments are no passes');
   const refused = async () => ({ ok: false, status: 401, json: async () => ({ error: 'it has expired' }) });
   assert.equal(await enter({ fetch: refused, location: { hash: `#${pass}`, pathname: '/' }, history }), 'it has expired');
+});
+
+// A browser's wake locks: granted when told, taken back when the page is hidden.
+class FakeLocks {
+  constructor() {
+    this.asked = [];
+    this.given = [];
+  }
+
+  request() {
+    return new Promise((give, refuse) => this.asked.push({ give: () => give(this.make()), refuse }));
+  }
+
+  make() {
+    const lock = Object.assign(new EventTarget(), { released: false });
+    lock.release = () => {
+      lock.released = true;
+      lock.dispatchEvent(new Event('release'));
+    };
+    this.given.push(lock);
+    return lock;
+  }
+}
+
+test('one lock keeps the screen on, and none is left when nothing is done any more', async () => {
+  const locks = new FakeLocks();
+  let wanted = false;
+  const screen = new ScreenLock(() => wanted, locks);
+  await screen.ask();
+  assert.equal(locks.asked.length, 0);
+  wanted = true;
+  let asking = [screen.ask(), screen.ask()];
+  assert.equal(locks.asked.length, 1, 'two who ask at once get two locks');
+  locks.asked[0].give();
+  await Promise.all(asking);
+  assert.ok(screen.held);
+  locks.given[0].release(); // hidden
+  assert.ok(!screen.held);
+  asking = [screen.ask()];
+  locks.asked[1].give();
+  await asking[0];
+  wanted = false;
+  screen.check();
+  assert.ok(!screen.held && locks.given.every((lock) => lock.released));
+  // All is done before the browser has answered.
+  wanted = true;
+  asking = [screen.ask()];
+  wanted = false;
+  locks.asked[2].give();
+  await asking[0];
+  assert.ok(!screen.held && locks.given[2].released);
+  // Refused, then given.
+  wanted = true;
+  asking = [screen.ask()];
+  locks.asked[3].refuse(new Error('battery'));
+  await asking[0];
+  assert.ok(!screen.held);
+  asking = [screen.ask()];
+  locks.asked[4].give();
+  await asking[0];
+  assert.ok(screen.held);
+  await new ScreenLock(() => true, undefined).ask(); // pages without TLS have no locks
 });

@@ -34,6 +34,14 @@ test('Each reason that the page itself finds is explained', () => {
   }
 });
 
+test('A format that phones store is told with what to do about it', () => {
+  const advice = readFileSync(new URL('libs/photo/heif.h', root), 'utf8');
+  assert.match(advice, /Settings > Camera > Formats > Most Compatible/);
+  const { what, help } = explain('HEIC photo: JPEG, PNG and TIFF are taken. iPhone: ...');
+  assert.equal(what, 'Its format is HEIC. This session takes JPEG, PNG and TIFF.');
+  assert.match(help, /Settings > Camera > Formats > Most Compatible/);
+});
+
 test('An unknown reason is told as it is', () => {
   assert.equal(explain('the lens is wet').what, 'The lens is wet.');
   assert.equal(explain('').what, 'No reason was given.');

@@ -15,6 +15,7 @@ export class Camera {
     Object.assign(this, { place, take, said });
     this.small = h('canvas');
     this.stream = null;
+    this.starting = false;
     this.burst = false;
     this.blurred = 0;
     this.number = 0;
@@ -28,18 +29,30 @@ export class Camera {
     return this.stream !== null;
   }
 
+  // Throws where the browser gives no camera.
   async start() {
-    if (this.stream) return;
-    this.stream = await navigator.mediaDevices.getUserMedia({
-      audio: false, video: { facingMode: { ideal: 'environment' }, width: { ideal: 4096 }, height: { ideal: 3072 } },
-    });
-    const video = byId('video');
-    video.srcObject = this.stream;
-    await video.play();
+    if (this.stream || this.starting) return;
+    this.starting = true;
+    try {
+      this.stream = await navigator.mediaDevices.getUserMedia({
+        audio: false, video: { facingMode: { ideal: 'environment' }, width: { ideal: 4096 }, height: { ideal: 3072 } },
+      });
+      const video = byId('video');
+      video.srcObject = this.stream;
+      await video.play();
+    } catch (error) {
+      this.stop();
+      throw error;
+    } finally {
+      this.starting = false;
+    }
     const [track] = this.stream.getVideoTracks();
     track.addEventListener('ended', () => this.stop());
     this.capture = typeof ImageCapture === 'function' ? new ImageCapture(track) : null;
     this.picker = new BurstPicker();
+    this.grey = null;
+    this.blurred = 0;
+    setText(byId('camera_note'), '');
     this.timer = setInterval(() => this.look(), kLookMs);
     byId('camera').hidden = false;
   }

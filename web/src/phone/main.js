@@ -6,6 +6,7 @@ import { adviceWords } from './advice.js';
 import { Camera } from './camera.js';
 import { gpsOf, Place } from './place.js';
 import { Queue } from './queue.js';
+import { ScreenLock } from './screen_lock.js';
 import { hashOf } from './sha256.js';
 import { hasArrived, Uploader } from './uploader.js';
 
@@ -36,7 +37,10 @@ class PhonePage {
     this.connection = { ok: null, why: '' }; // ok: null until the first request is answered or has failed
     this.adding = 0;
     this.problem = '';
-    this.wakeLock = null;
+    // Photos may be taken before this browser's storage is open.
+    this.opened = new Promise((resolve) => { this.tellOpened = resolve; });
+    // While photos are taken or sent.
+    this.screenLock = new ScreenLock(() => !document.hidden && (this.camera.open || this.numUnsent() > 0));
   }
 
   async start() {
@@ -70,7 +74,6 @@ class PhonePage {
 
   async open(session) {
     byId('door').hidden = true;
-    byId('page').hidden = false;
     this.session = session;
     setText(byId('folder'), session.folder);
     setText(byId('agent'), session.name);
@@ -78,10 +81,10 @@ class PhonePage {
     try {
       this.queue = await Queue.open(session.id);
     } catch (error) {
-      this.problem = `This browser keeps nothing (${error.message}): leave its private mode.`;
-      this.show();
+      this.showDoor(`This browser keeps nothing (${error.message}): leave its private mode.`);
       return;
     }
+    byId('page').hidden = false;
     globalThis.navigator.storage?.persist?.();
     this.uploader = new Uploader({
       queue: this.queue,
@@ -91,8 +94,10 @@ class PhonePage {
         connection: (c) => this.setConnection(c),
       },
     });
+    this.tellOpened();
     this.show();
     this.uploader.start();
+    this.screenLock.ask();
   }
 
   wire() {
@@ -106,7 +111,8 @@ class PhonePage {
     byId('open_camera').addEventListener('click', async () => {
       try {
         await this.camera.start();
-        this.keepAwake();
+        this.problem = '';
+        this.screenLock.ask();
       } catch (error) {
         this.problem = error.name === 'NotAllowedError' ? 'The browser may not use the camera: allow it for this page.' : `No camera: ${error.message}`;
       }
@@ -124,7 +130,7 @@ class PhonePage {
     addEventListener('hashchange', () => location.reload());
     document.addEventListener('visibilitychange', () => {
       if (document.hidden) return;
-      this.keepAwake();
+      this.screenLock.ask();
       if (this.connection.ok === false) this.uploader?.retryNow();
     });
     addEventListener('beforeunload', (e) => {
@@ -134,6 +140,7 @@ class PhonePage {
 
   async addFiles(files) {
     this.adding += files.length;
+    await this.opened;
     this.show();
     for (const file of files) {
       const taken = file.lastModified || Date.now();
@@ -171,19 +178,7 @@ class PhonePage {
     }
     this.show();
     this.uploader.pump();
-    this.keepAwake();
-  }
-
-  // The screen stays on while photos are taken or sent.
-  async keepAwake() {
-    const wanted = !document.hidden && (this.camera.open || this.numUnsent() > 0);
-    if (!wanted || this.wakeLock || !navigator.wakeLock) return;
-    try {
-      this.wakeLock = await navigator.wakeLock.request('screen');
-      this.wakeLock.addEventListener('release', () => { this.wakeLock = null; });
-    } catch {
-      this.wakeLock = null;
-    }
+    this.screenLock.ask();
   }
 
   numUnsent() {
@@ -214,7 +209,7 @@ class PhonePage {
     const counts = this.counts();
     for (const [key, n] of Object.entries(counts)) setText(byId(`count_${key}`), groups(n));
     const unsent = this.numUnsent();
-    if (unsent === 0 && !this.camera.open) this.wakeLock?.release();
+    this.screenLock.check();
     const words = this.problem || (this.adding > 0 ? `${plural(this.adding, 'photo')} being kept…` : this.connectionWords(unsent));
     setText(byId('note'), words);
     byId('note').classList.toggle('bad', Boolean(this.problem) || (this.connection.ok === false && unsent > 0));
@@ -288,7 +283,7 @@ class PhonePage {
 
   describe() {
     return {
-      counts: this.counts(), connection: this.connection, adding: this.adding, problem: this.problem, camera: this.camera.open, awake: Boolean(this.wakeLock),
+      counts: this.counts(), connection: this.connection, adding: this.adding, problem: this.problem, camera: this.camera.open, awake: this.screenLock.held,
       photos: this.queue ? [...this.queue.photos.values()].map(({ sha, name, state, reason, image, gps, size: n, offset }) => ({ sha, name, state, reason, image, gps, size: n, offset })) : [],
     };
   }

@@ -20,12 +20,14 @@ export function showInvite() {
   dialog.className = 'narrow';
   const result = h('div', { className: 'invitation', role: 'status' });
   const make = async (role) => {
+    result.dataset.role = '';
     result.replaceChildren(h('p', { className: 'muted' }, 'Making an invitation…'));
     try {
       const answer = await fetch('/api/invitations', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ role }) });
       const made = await answer.json();
       if (!answer.ok) throw new Error(made.error);
       const shown = made.plain ?? made.secure;
+      result.dataset.role = role;
       result.replaceChildren(
         h('p', {}, `For ${made.name}. ${kRoles[role][1]} Whoever has the link has the role: give each phone one of its own.`),
         qrCode(shown.qr), h('p', {}, h('code', {}, shown.link)),

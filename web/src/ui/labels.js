@@ -48,9 +48,18 @@ export class Labels {
     this.labels.forEach((label, i) => {
       const at = this.whereIs(label);
       elements[i].hidden = !at;
-      if (at) elements[i].style.transform = `translate(${Math.round(at.x)}px, ${Math.round(at.y)}px)`;
+      if (!at) return;
+      const x = label.key === 'measure' ? this.within(at.x, elements[i].offsetWidth) : at.x;
+      elements[i].style.transform = `translate(${Math.round(x)}px, ${Math.round(at.y)}px)`;
     });
     this.placeScale();
+  }
+
+  // The middle of a label of that width that is wholly seen.
+  within(x, width) {
+    const { width: stage } = this.viewer.size;
+    const half = width / 2 + 6;
+    return half > stage / 2 ? stage / 2 : Math.max(half, Math.min(stage - half, x));
   }
 
   whereIs({ image, map, point }) {

@@ -1,17 +1,36 @@
-// Distance of two points of one map; a length that somebody knows gives that map its scale, until the page is left.
+// Distance of two points of one map; a length that somebody knows gives that map its scale.
+import { Scales } from '../scales.js';
 import * as sim from '../similarity.js';
 import { length } from '../words.js';
-import { byId, h } from './dom.js';
+import { byId, h, setText } from './dom.js';
 
 export class Measure {
-  constructor({ viewer, world, notice, changed }) {
-    Object.assign(this, { viewer, world, notice, changed });
+  constructor({ viewer, world, timeline, notice, changed }) {
+    Object.assign(this, { viewer, world, timeline, notice, changed });
     this.active = false;
     this.picked = []; // {submap, own}: in the submap's frame, so that they stay on their map, wherever that goes
+    this.scales = new Scales();
     this.known = new Map(); // submap: metres per unit of its frame; the latest last
     this.input = h('input', { type: 'number', min: '0', step: 'any', inputmode: 'decimal' });
-    this.form = h('form', { id: 'known_length', hidden: true, onsubmit: (e) => this.setLength(e) },
-      h('label', {}, h('span', {}, 'True length, m'), this.input), h('button', { type: 'submit' }, 'Set the scale'));
+    this.keptNote = h('span', { className: 'muted' });
+    this.ask = h('div', {}, h('label', {}, h('span', {}, 'True length, m'), this.input), h('button', { type: 'submit', className: 'strong' }, 'Set scale'));
+    this.given = h('div', {}, this.keptNote, h('button', { type: 'button', onclick: () => this.forget() }, 'Forget it'));
+    this.form = h('form', { id: 'known_length', hidden: true, onsubmit: (e) => this.setLength(e) }, this.ask, this.given);
+    addEventListener('storage', (e) => {
+      if (this.scales.heard(e.key)) this.scaleChanged();
+    });
+  }
+
+  // Of the session that is shown from now on.
+  begin(session) {
+    this.scales.open(session);
+    this.scaleChanged();
+  }
+
+  scaleChanged() {
+    this.known = this.scales.bySubmap(this.timeline.live);
+    if (this.active && this.picked.length === 2) this.tell();
+    this.changed();
   }
 
   setLength(event) {
@@ -19,15 +38,23 @@ export class Measure {
     const metres = Number(this.input.value);
     const [a, b] = this.picked;
     const own = sim.distance(a.own, b.own);
-    if (!(metres > 0) || !Number.isFinite(metres) || !(own > 0)) {
+    const submap = this.timeline.live.submaps.get(a.submap);
+    if (!(metres > 0) || !Number.isFinite(metres) || !(own > 0) || !submap) {
       this.notice('Give a length above 0 in metres, with two points that are apart.');
       return;
     }
-    this.known.delete(a.submap);
-    this.known.set(a.submap, metres / own);
+    this.scales.set(submap, metres / own);
     this.input.value = '';
+    this.scaleChanged();
+  }
+
+  forget() {
+    this.scales.forget(this.timeline.live, this.picked[0].submap);
+    this.scaleChanged();
+  }
+
+  tell() {
     this.notice(`${this.words()}. Click again to measure anew.`);
-    this.changed();
   }
 
   // Metres per unit of the display by the latest known length of a map that is shown; undefined where there is none.
@@ -59,7 +86,8 @@ export class Measure {
       return;
     }
     this.picked.push({ submap: hit.submap, own: hit.own });
-    this.notice(this.picked.length === 2 ? `${this.words()}. Click again to measure anew.` : 'Click the second point.');
+    if (this.picked.length === 2) this.tell();
+    else this.notice('Click the second point.');
     this.changed();
   }
 
@@ -88,7 +116,11 @@ export class Measure {
       this.picked = [];
       this.notice('The map of these points has changed: click the first point again.');
     }
+    this.known = this.scales.bySubmap(this.timeline.live); // maps are joined
     this.form.hidden = !this.active || this.picked.length < 2;
+    this.given.hidden = !this.known.has(this.picked[0]?.submap);
+    this.ask.hidden = !this.given.hidden;
+    setText(this.keptNote, this.scales.kept ? 'This browser keeps the scale for this session.' : 'The scale lasts until the page is left: the browser keeps nothing.');
     this.viewer.setMeasure(points ?? [], colour);
   }
 

@@ -182,6 +182,17 @@ export class Controls {
     return !arrived || this.isMovingByKeys();
   }
 
+  // As it is seen now.
+  describe() {
+    const { now, flying } = this;
+    const { right, up, forward } = axesOf(now);
+    const plain = (v) => v.toArray();
+    return {
+      flying, distance: now.distance, yaw: now.yaw, pitch: now.pitch, target: plain(now.target), eye: plain(eyeOf(now)),
+      right: plain(right), up: plain(up), forward: plain(forward),
+    };
+  }
+
   isMovingByKeys() {
     return [...this.keys].some((code) => kMoves[code]);
   }
