@@ -17,7 +17,8 @@
 # Prediction: an uneven part of the pool is taken. Spearman's rank correlation of what is predicted for
 # a surfel with the median distance of dense points there to the true surface (error; as it should be:
 # negative) and with the share of the true surface there that they cover (completeness). "Good" against
-# an error of at most 2 target GSD and a completeness of at least 0.8.
+# an error of at most 2 target GSD and a completeness of at least 0.8; said to be good is a surfel of which that
+# share is.
 # Policy: the share of what the whole pool's dense points cover, over the number of photos taken. `advice` is
 # followed to the station; the others choose from the pool.
 # Gaps: the same from the scenario's walks without the middle third of each; `order` fills these as planned.
@@ -79,11 +80,11 @@ prediction_tables() {
   echo
   echo '"Good" against the truth:'
   echo
-  echo '| place | median error, target GSD | completeness | truly good | said | false of said | missed of true | ROC area: combined | sigma | Q | texture |'
-  echo '|---|---|---|---|---|---|---|---|---|---|---|'
+  echo '| place | median error, target GSD | completeness | truly good | said | false of said | missed of true | ROC area: combined | sigma | Q | texture | good share |'
+  echo '|---|---|---|---|---|---|---|---|---|---|---|---|'
   jq -r "$rounding"'
     .good as $g | .roc_area as $a | "| \(.scenario) \(.seed) | " + ([.median_error_gsd, .mean_completeness, $g.truly, $g.said,
-    $g.false_share_of_said, $g.missed_share_of_truly, $a.combined, $a.sigma, $a.Q, $a.texture] | map(r | tostring) | join(" | ")) + " |"' \
+    $g.false_share_of_said, $g.missed_share_of_truly, $a.combined, $a.sigma, $a.Q, $a.texture, $a["good share"]] | map(r | tostring) | join(" | ")) + " |"' \
     "${files[@]}"
   echo
   echo 'The place as it is said to be (good of what the photos show, verdict), and the surface that a photo shows:'

@@ -74,7 +74,8 @@ std::vector<int> LargestMap(const PhotoPool& pool, std::vector<int> taken) {
 struct Row {
   double error = 0;  // metres, median of the dense points; NaN: too few
   double completeness = 0;
-  SurfelQuality quality;
+  SurfelQuality quality;    // as a whole
+  double good_share = 0;    // by its pieces
   double density = 0;       // points of the map on it, a cell
   double track_length = 0;  // mean of the map's points around it
   double feedback = 0;      // Q
@@ -132,6 +133,7 @@ class Comparison {
       row.completeness = CompletenessOf(surfel, sample_grid, grid, radius);
       if (std::isnan(row.completeness)) continue;
       row.error = ErrorOf(surfel, grid, radius);
+      row.good_share = place_.good_shares[i];
       row.density = surfel.num_points * place_.surface.cell * place_.surface.cell / surfel.area;
       row.track_length = tracks[i].length;
       row.feedback = feedback[i];
@@ -140,13 +142,15 @@ class Comparison {
     ComparePlace(grid);
   }
 
+  static double RadiusOf(const Piece& piece) { return 0.75 * piece.width; }
+
   // The true surface that a photo shows, sample by sample: what was said of it and what is so. What
-  // is said of a sample is what is said of the surfel nearest to it.
+  // is said of a sample is what is said of the piece nearest to it.
   void ComparePlace(const PointGrid& dense) {
     const double radius = RadiusOfSurfel(place_.surface);
-    PointGrid surfels(radius);
-    for (uint32_t i = 0; i < place_.surfels.size(); ++i) {
-      surfels.Add(place_.surface.surfels[i].position, i);
+    PointGrid pieces(radius);
+    for (uint32_t i = 0; i < place_.pieces.size(); ++i) {
+      pieces.Add(place_.pieces[i].surfel.position, i);
     }
     for (const TrueSample& sample : pool_.samples()) {
       const bool is_shown = std::any_of(map_.taken.begin(), map_.taken.end(), [&](int photo) {
@@ -155,12 +159,13 @@ class Comparison {
       if (!is_shown) continue;
       double nearest = std::numeric_limits<double>::infinity();
       bool said = false;
-      surfels.ForNear(sample.xyz, radius, [&](uint32_t i, const Eigen::Vector3d& position) {
+      pieces.ForNear(sample.xyz, radius, [&](uint32_t i, const Eigen::Vector3d& position) {
+        const Piece& piece = place_.pieces[i];
         const double away = (position - sample.xyz).norm();
-        if (away >= nearest || place_.surface.surfels[i].normal.dot(sample.normal) < 0.5)
-          return true;
+        if (away >= std::min(nearest, RadiusOf(piece))) return true;
+        if (piece.surfel.normal.dot(sample.normal) < 0.5) return true;
         nearest = away;
-        said = place_.surfels[i].counts && place_.surfels[i].good;
+        said = piece.quality.counts && piece.quality.good;
         return true;
       });
       const bool is_covered = dense.AnyNear(sample.xyz, 2 * target_gsd_);
@@ -217,11 +222,14 @@ class Comparison {
     add("density", [](const Row& r) { return r.density; });
     add("GSD", [](const Row& r) { return -r.quality.best_gsd; });
     add("photos", [](const Row& r) { return static_cast<double>(r.quality.num_photos); });
+    add("good share", [](const Row& r) { return r.good_share; });
     add("texture", [](const Row& r) { return r.quality.textured_share; });
     add("track length", [](const Row& r) { return r.track_length; });
     add("Q", [](const Row& r) { return r.feedback; });
     return predictors;
   }
+
+  static bool IsSaidGood(const Row& row) { return row.good_share >= kTrueCompleteness; }
 
   bool IsTrulyGood(const Row& row) const {
     return row.error <= kTrueErrorGsd * target_gsd_ && row.completeness >= kTrueCompleteness;
@@ -279,9 +287,9 @@ class Comparison {
   json CountGood() const {
     int said = 0, truly = 0, both = 0;
     for (const Row& row : rows_) {
-      said += row.quality.good;
+      said += IsSaidGood(row);
       truly += IsTrulyGood(row);
-      both += row.quality.good && IsTrulyGood(row);
+      both += IsSaidGood(row) && IsTrulyGood(row);
     }
     const int count = static_cast<int>(rows_.size());
     const auto share = [](int part, int whole) { return whole > 0 ? 1.0 * part / whole : 0.0; };
@@ -295,14 +303,14 @@ class Comparison {
   void WriteTable() const {
     std::ofstream out(arguments_.table);
     out << "scenario,seed,sigma_gsd,reconstructability,photos,density,texture,track_length,Q,gsd,"
-           "error_gsd,completeness,good\n";
+           "error_gsd,completeness,good_share\n";
     for (const Row& row : rows_) {
       out << arguments_.scenario << "," << arguments_.pool.scenario.seed << ","
           << row.quality.sigma / target_gsd_ << "," << row.quality.reconstructability << ","
           << row.quality.num_photos << "," << row.density << "," << row.quality.textured_share
           << "," << row.track_length << "," << row.feedback << ","
           << row.quality.best_gsd / target_gsd_ << "," << row.error / target_gsd_ << ","
-          << row.completeness << "," << row.quality.good << "\n";
+          << row.completeness << "," << row.good_share << "\n";
     }
     out.close();
     if (!out) throw std::runtime_error("cannot write " + arguments_.table);
@@ -325,7 +333,7 @@ class Comparison {
         const Row& row = *sorted[i];
         if (!std::isnan(row.error)) errors.push_back(row.error / target_gsd_);
         completeness.push_back(row.completeness);
-        said.push_back(row.quality.good);
+        said.push_back(IsSaidGood(row));
       }
       out << arguments_.scenario << "," << arguments_.pool.scenario.seed << "," << bin + 1 << ",";
       if (!errors.empty()) out << percentile(errors, 50);

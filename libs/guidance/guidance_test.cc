@@ -241,6 +241,56 @@ TEST(Guidance, WhatHasNoPointsAmidWhatHasThemKeepsAPlaceFromBeingComplete) {
   EXPECT_FALSE(bare.complete);
 }
 
+// Panels 0.4 m wide, turned by 60 degrees to either side of the wall that they look like from afar.
+std::vector<Wall> FoldingScreen() {
+  std::vector<Wall> panels;
+  for (int i = 0; i < 20; ++i) {
+    const double depth = 0.4 * std::sin(60 * kDegree), back = i % 2 == 0 ? 0 : -depth;
+    panels.push_back({{-2 + 0.2 * i, back, 3}, {0.2, i % 2 == 0 ? -depth : depth, 0}, {0, 0, -2}});
+  }
+  return panels;
+}
+
+TEST(Guidance, ASurfelIsAsGoodAsWhatIsInIt) {
+  Site site(FoldingScreen(), 600);
+  for (const double x : {-2.0, -1.0, 0.0, 1.0, 2.0}) site.Photograph({x, -8, 2}, {x, 0, 2});
+  const PlaceQuality from_front = Assess(site.Map());
+  int whole = 0, own_normal = 0;
+  for (const SurfelQuality& quality : from_front.surfels) whole += quality.good;
+  EXPECT_GT(whole, 0.8 * static_cast<double>(from_front.surfels.size())) << "the panels' mean";
+  for (const Piece& piece : from_front.pieces) {
+    if (piece.width > 0.5 * from_front.surface.cell) continue;  // of few points, at the ends
+    if (std::abs(std::abs(piece.surfel.normal.x()) - std::sin(60 * kDegree)) > 0.05) continue;
+    ++own_normal;
+    EXPECT_FALSE(piece.quality.good) << "too slanted";
+  }
+  EXPECT_GT(own_normal, 100) << "away from the folds";
+  EXPECT_LT(from_front.completeness.good_share, 0.6);
+  for (const double side : {-1.0, 1.0}) {
+    for (const double y : {-3.0, -4.0, -5.0, -6.0}) {
+      site.Photograph({side * 8, y, 2}, {0, 0, 2});
+    }
+  }
+  EXPECT_GT(Assess(site.Map()).completeness.good_share, 0.9);
+}
+
+// Few points: a surfel has no parts of its own.
+TEST(Guidance, WherePointsAreFewASurfelIsJudgedAsAWhole) {
+  const PlaceQuality place = Assess(SiteOfARow(FrontWall(-4, 8), -2, 2).Map());
+  std::vector<int> pieces(place.surfels.size(), 0), wholes(place.surfels.size(), 0);
+  for (const Piece& piece : place.pieces) {
+    ++pieces[piece.whole];
+    wholes[piece.whole] += piece.width == place.surface.cell;
+  }
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    EXPECT_GT(pieces[i], 0) << "of surfel " << i;
+    if (wholes[i] > 0) {
+      EXPECT_EQ(pieces[i], 1);
+      EXPECT_EQ(place.good_shares[i], place.surfels[i].good ? 1 : 0);
+    }
+  }
+}
+
 // Points stand on the whole wall; the photos show texture on its left half alone.
 GuidedMap HalfBare(GuidedMap map) {
   for (GuidedPhoto& photo : map.photos) {

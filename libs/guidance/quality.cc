@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/option_check.h"
+#include "guidance/cells.h"
 #include "guidance/holes.h"
 #include "guidance/pair_weight.h"
 #include "guidance/textured_share.h"
@@ -60,7 +61,7 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
     const Surfel& surfel = place.surface.surfels[i];
     ++counting;
     result.area += surfel.area;
-    if (place.surfels[i].good) good += surfel.area;
+    good += place.good_shares[i] * surfel.area;
     ends += surfel.at_end;
     open += surfel.open_border;
     sigmas.push_back(place.surfels[i].sigma);
@@ -73,6 +74,43 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   result.complete =
       result.GoodOfShown() >= options.min_good_share && result.open_share <= options.max_open_share;
   return result;
+}
+
+// A part whose place is in no surfel's cell is left out.
+std::vector<Piece> CutIntoPieces(const SurfaceOptions& options, const GuidedMap& map,
+                                 const PlaceQuality& place) {
+  const std::vector<Surfel>& wholes = place.surface.surfels;
+  std::vector<Piece> pieces;
+  if (wholes.empty()) return pieces;
+  Cells cells(place.surface.cell);
+  std::vector<uint32_t> whole_of;
+  for (uint32_t i = 0; i < wholes.size(); ++i) {
+    const auto cell = cells.CellOf(wholes[i].position);
+    if (cell && cells.Occupy(*cell) == whole_of.size()) whole_of.push_back(i);
+  }
+  std::vector<bool> has_parts(wholes.size(), false);
+  Surface parts = MakeParts(options, map);
+  for (Surfel& part : parts.surfels) {
+    const auto cell = cells.CellOf(part.position);
+    const uint32_t* index = cell ? cells.Find(*cell) : nullptr;
+    if (index == nullptr) continue;
+    has_parts[whole_of[*index]] = true;
+    pieces.push_back({std::move(part), parts.cell, whole_of[*index], {}});
+  }
+  for (uint32_t i = 0; i < wholes.size(); ++i) {
+    if (!has_parts[i]) pieces.push_back({wholes[i], place.surface.cell, i, {}});
+  }
+  return pieces;
+}
+
+std::vector<double> GoodSharesOf(const PlaceQuality& place) {
+  std::vector<double> area(place.surfels.size(), 0), good(place.surfels.size(), 0);
+  for (const Piece& piece : place.pieces) {
+    area[piece.whole] += piece.surfel.area;
+    if (piece.quality.good) good[piece.whole] += piece.surfel.area;
+  }
+  for (size_t i = 0; i < good.size(); ++i) good[i] /= area[i];
+  return good;
 }
 
 }  // namespace
@@ -171,12 +209,18 @@ PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
   place.surface = MakeSurface(surface_options, map);
   QualityOptions options = quality_options;
   if (options.target_gsd == 0) options.target_gsd = 2 * place.surface.median_gsd;
-  for (const Surfel& surfel : place.surface.surfels) {
+  const auto assess = [&](const Surfel& surfel, double width) {
     SurfelQuality quality = AssessSurfel(options, surfel.normal, ViewsOf(map, surfel));
-    quality.textured_share = TexturedShare(map, surfel, place.surface.cell, options.min_photos);
+    quality.textured_share = TexturedShare(map, surfel, width, options.min_photos);
     quality.good = quality.good && HasTexture(options, quality);
-    place.surfels.push_back(quality);
+    return quality;
+  };
+  for (const Surfel& surfel : place.surface.surfels) {
+    place.surfels.push_back(assess(surfel, place.surface.cell));
   }
+  place.pieces = CutIntoPieces(surface_options, map, place);
+  for (Piece& piece : place.pieces) piece.quality = assess(piece.surfel, piece.width);
+  place.good_shares = GoodSharesOf(place);
   place.completeness = Summarise(options, place, ShareOfHoles(map));
   return place;
 }

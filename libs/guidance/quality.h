@@ -59,6 +59,16 @@ struct SurfelQuality {
   bool good = false;
 };
 
+// What is judged: a part of a surfel (MakeParts), or the whole of one where points are too few for
+// parts. A surfel may be as wide as a chair: its normal is none of the chair's sides', and a photo
+// that sees its middle may see half of it.
+struct Piece {
+  Surfel surfel;
+  double width = 0;    // of its cell
+  uint32_t whole = 0;  // the surfel that it is of: index into PlaceQuality::surface
+  SurfelQuality quality;
+};
+
 // Whether dense matching finds anything to match there. No photo makes a bare wall good.
 inline bool HasTexture(const QualityOptions& options, const SurfelQuality& quality) {
   return quality.textured_share >= options.min_textured_share;
@@ -84,7 +94,9 @@ struct Completeness {
 
 struct PlaceQuality {
   Surface surface;
-  std::vector<SurfelQuality> surfels;  // in the order of surface.surfels
+  std::vector<SurfelQuality> surfels;  // in the order of surface.surfels, each as a whole
+  std::vector<Piece> pieces;
+  std::vector<double> good_shares;  // of the surfels: the part of its pieces' area that is good
   Completeness completeness;
 };
 

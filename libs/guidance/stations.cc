@@ -51,16 +51,17 @@ bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {
 std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
                            const PlaceQuality& place) {
   std::vector<Weak> weak;
+  for (const Piece& piece : place.pieces) {
+    if (!piece.quality.counts || piece.quality.good || !HasTexture(options, piece.quality))
+      continue;
+    const Surfel& surfel = piece.surfel;
+    weak.push_back(
+        {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0});
+    weak.back().utility = Utility(options, weak.back(), weak.back().views);
+  }
   for (size_t i = 0; i < place.surfels.size(); ++i) {
-    const SurfelQuality& quality = place.surfels[i];
     const Surfel& surfel = place.surface.surfels[i];
-    if (!quality.counts) continue;
-    if (!quality.good && HasTexture(options, quality)) {
-      weak.push_back(
-          {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0});
-      weak.back().utility = Utility(options, weak.back(), weak.back().views);
-    }
-    if (surfel.open_border) {
+    if (place.surfels[i].counts && surfel.open_border) {
       // What lies beyond is as wide as the gap to it.
       weak.push_back({surfel.beyond,
                       surfel.beyond_normal,

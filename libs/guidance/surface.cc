@@ -23,6 +23,13 @@ double Median(std::vector<double> values) {
 // wrong than not.
 constexpr size_t kMinPointsOfNormal = 6;
 
+// Of a part's cell: then a plane has nine points in and around it, and kMinPointsOfNormal are there
+// in 88 % of the cells where points lie at random (Poisson).
+constexpr double kPointsPerPart = 1;
+// A window of dense matching tells nothing of what is smaller than itself (7 x 7 pixels in
+// benchmark/plane_sweep.h; 5 x 5 to 11 x 11 are usual).
+constexpr double kMinPartPx = 7;
+
 // Lengths that everything else is measured by.
 struct Scale {
   double median_gsd = 0;        // of a point in its nearest photo
@@ -328,6 +335,22 @@ void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
   }
 }
 
+// `grids`: of each photo, with the surfels drawn.
+Surface MakeWithoutBorders(const SurfaceOptions& options, const GuidedMap& map,
+                           const std::vector<Eigen::Vector3d>& centres,
+                           std::vector<DepthGrid>* grids) {
+  Surface surface;
+  const Scale scale = MeasureScale(map, centres);
+  if (scale.median_gsd <= 0) return surface;
+  surface.median_gsd = scale.median_gsd;
+  surface.working_distance = scale.working_distance;
+  surface.cell = CellWidth(options, map, scale);
+  surface.surfels = MakeSurfels(map, centres, PutIntoCells(map, surface.cell));
+  *grids = DrawAll(map, surface);
+  for (Surfel& surfel : surface.surfels) AddPhotosInView(options, centres, *grids, &surfel);
+  return surface;
+}
+
 }  // namespace
 
 Status SurfaceOptions::Check() const {
@@ -339,18 +362,19 @@ Status SurfaceOptions::Check() const {
 }
 
 Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map) {
-  Surface surface;
   const std::vector<Eigen::Vector3d> centres = CentresOf(map);
-  const Scale scale = MeasureScale(map, centres);
-  if (scale.median_gsd <= 0) return surface;
-  surface.median_gsd = scale.median_gsd;
-  surface.working_distance = scale.working_distance;
-  surface.cell = CellWidth(options, map, scale);
-  surface.surfels = MakeSurfels(map, centres, PutIntoCells(map, surface.cell));
-  const std::vector<DepthGrid> grids = DrawAll(map, surface);
-  for (Surfel& surfel : surface.surfels) AddPhotosInView(options, centres, grids, &surfel);
+  std::vector<DepthGrid> grids;
+  Surface surface = MakeWithoutBorders(options, map, centres, &grids);
   FindBorders(options, map, centres, grids, &surface);
   return surface;
+}
+
+Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map) {
+  SurfaceOptions of_parts = options;
+  of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
+  of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
+  std::vector<DepthGrid> grids;
+  return MakeWithoutBorders(of_parts, map, CentresOf(map), &grids);
 }
 
 }  // namespace skein

@@ -54,4 +54,8 @@ struct Surface {
 // that look towards them.
 Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map);
 
+// The same in cells as small as the points allow, without borders: what is in a surfel of
+// `options`.
+Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map);
+
 }  // namespace skein
