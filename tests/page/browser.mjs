@@ -78,9 +78,12 @@ export function expectClean({ faults, hosts }, url) {
   assert.deepEqual([...hosts], [new URL(url).host]);
 }
 
-// The lowest contrast of the text that is seen with what lies behind it, of each kind of element, where it is below AA.
+// The lowest contrast of the text that is seen with what lies behind it, of each kind of element, where it is below AA;
+// once colours that are changing have changed.
 export function contrastFaults(page) {
-  return page.evaluate(() => {
+  return page.evaluate(async () => {
+    const transitions = document.getAnimations().filter((a) => a instanceof CSSTransition);
+    await Promise.allSettled(transitions.map((a) => a.finished));
     const parse = (c) => {
       const v = c.match(/[\d.]+/g).map(Number);
       return c.startsWith('color(srgb') ? [v[0] * 255, v[1] * 255, v[2] * 255, v[3] ?? 1] : [v[0], v[1], v[2], v[3] ?? 1];
