@@ -92,9 +92,8 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
 
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
-// pose. With a camera of its own the photo may have settled for a wrong focal length and distance,
-// where bundle adjustment finds no way out, or it should have one of its own: then it is enough if
-// some are outliers.
+// pose. It is enough if some are where the photo has a camera of its own, or should have one: it
+// may have settled for a wrong focal length and distance, where bundle adjustment finds no way out.
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options);
 
