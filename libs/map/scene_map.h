@@ -85,7 +85,7 @@ class SceneMap {
   // Of a photo that is not registered: its intrinsics are no longer those of other photos and start
   // from their prior, until it is taken out.
   void GiveOwnCamera(ImageId image_id);
-  // The camera that it came with / would be given.
+  // The camera that it came with / the id of its own.
   CameraId GivenCamera(ImageId image_id) const;
   static CameraId OwnCamera(ImageId image_id) { return kFirstOwnCamera + image_id; }
 
@@ -147,8 +147,8 @@ class SceneMap {
   std::unique_ptr<SceneMap> Clone() const;
 
  private:
-  static constexpr CameraId kFirstOwnCamera = CameraId{1}
-                                              << 31;  // beyond the ids of photos' cameras
+  // Beyond the ids of the cameras that photos come with.
+  static constexpr CameraId kFirstOwnCamera = CameraId{1} << 31;
 
   void ResetCamera(CameraId id);
   friend struct MapAccess;
