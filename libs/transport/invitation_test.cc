@@ -62,6 +62,19 @@ TEST(Invitation, SaysThatItIsDamaged) {
   EXPECT_FALSE(ReadInvitation(another).ok());
 }
 
+TEST(Invitation, RefusesAHostThatIsNone) {
+  const std::string link = ToLink(MakeInvitation("tcpq://10.77.0.1"));
+  const auto with_host = [&](const std::string& host) {
+    return "skein://" + host + link.substr(link.find("/tcpq/"));
+  };
+  EXPECT_TRUE(ReadInvitation(with_host("10.77.0.1")).ok());
+  EXPECT_TRUE(ReadInvitation(with_host(std::string(253, 'a') + ":7700")).ok());
+  for (const std::string& host : {std::string(), std::string("a\x1B"), std::string("a\0b", 3),
+                                  std::string("a b"), std::string(1600, 'a')}) {
+    EXPECT_FALSE(ReadInvitation(with_host(host)).ok());
+  }
+}
+
 TEST(Invitation, TakesNamesThatMayStandInALink) {
   for (const char* name : {"a", "host-b_2", "123456789012345678901234"}) {
     EXPECT_TRUE(IsInvitedName(name)) << name;
