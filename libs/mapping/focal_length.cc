@@ -9,28 +9,22 @@ namespace skein {
 namespace {
 
 // The first two rows of the pose are a n0 + b n1 + n2, up to scale. Of a quadratic form in (a, b,
-// 1) the factors of b^2, of b and of one, the last two by powers of a.
+// 1) the factors of b^2, of b and of one, the last two by powers of a, highest first.
 double FactorOfBb(const Eigen::Matrix3d& form) { return form(1, 1); }
 Eigen::Vector2d FactorOfB(const Eigen::Matrix3d& form) {
-  return Eigen::Vector2d(2 * form(1, 2), 2 * form(0, 1));
+  return Eigen::Vector2d(2 * form(0, 1), 2 * form(1, 2));
 }
 Eigen::Vector3d FactorOfOne(const Eigen::Matrix3d& form) {
-  return Eigen::Vector3d(form(2, 2), 2 * form(0, 2), form(0, 0));
+  return Eigen::Vector3d(form(0, 0), 2 * form(0, 2), form(2, 2));
 }
 
-// By powers of a, lowest first.
+// Of two polynomials.
 template <int N, int M>
 Eigen::Matrix<double, N + M - 1, 1> Product(const Eigen::Matrix<double, N, 1>& p,
                                             const Eigen::Matrix<double, M, 1>& q) {
   Eigen::Matrix<double, N + M - 1, 1> product = Eigen::Matrix<double, N + M - 1, 1>::Zero();
   for (int i = 0; i < N; ++i) product.template segment<M>(i) += p[i] * q;
   return product;
-}
-
-double Value(const Eigen::VectorXd& polynomial, double a) {
-  double value = 0;
-  for (Eigen::Index i = polynomial.size(); i-- > 0;) value = value * a + polynomial[i];
-  return value;
 }
 
 // The real (a, b) where both are zero. Without b^2 they give b = -n(a) / d(a), which leaves a
@@ -42,14 +36,15 @@ std::vector<Eigen::Vector2d> CommonZeros(const Eigen::Matrix3d& p, const Eigen::
                                               Product<3, 3>(Product<2, 2>(FactorOfB(p), d), n) +
                                               Product<3, 3>(FactorOfOne(p), Product<2, 2>(d, d));
   Eigen::VectorXd real, imaginary;
-  if (!colmap::FindPolynomialRootsCompanionMatrix(quartic.reverse(), &real, &imaginary)) {
+  if (!colmap::FindPolynomialRootsCompanionMatrix(quartic, &real, &imaginary)) {
     return std::vector<Eigen::Vector2d>();
   }
   std::vector<Eigen::Vector2d> zeros;
   for (Eigen::Index i = 0; i < real.size(); ++i) {
     constexpr double kMaxImaginary = 1e-6;
     if (std::abs(imaginary[i]) > kMaxImaginary * (1 + std::abs(real[i]))) continue;
-    zeros.emplace_back(real[i], -Value(n, real[i]) / Value(d, real[i]));
+    zeros.emplace_back(
+        real[i], -colmap::EvaluatePolynomial(n, real[i]) / colmap::EvaluatePolynomial(d, real[i]));
   }
   return zeros;
 }

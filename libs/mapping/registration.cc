@@ -211,20 +211,18 @@ bool MayBeOfSeveralCameras(const CameraState& state) {
 Candidate FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
                    const VisiblePoints& visible, const Candidate& none) {
   const Candidate best = BestAtAnyLimit(map, options, use, visible, none);
-  if (FitsWell(best.estimate, visible)) return best;
-  if (use.refine && !use.estimate_focal) {
-    const Candidate searched = BestAtAnyLimit(map, options, {true, true}, visible, none);
-    return searched.cost < best.cost ? searched : best;
-  }
   const CameraState& state = map.camera_state(none.camera.CameraId());
-  if (!use.refine && MayBeOfSeveralCameras(state)) {
-    Candidate alone = none;
-    alone.camera.SetParams(state.prior_params);
-    alone = BestAtAnyLimit(map, options, {true, true}, visible, alone);
-    alone.estimate.has_own_camera = true;
-    if (FitsWell(alone.estimate, visible) && alone.cost < best.cost) return alone;
+  const bool gets_own_camera = !use.refine;
+  if (use.estimate_focal || FitsWell(best.estimate, visible) ||
+      (gets_own_camera && !MayBeOfSeveralCameras(state))) {
+    return best;
   }
-  return best;
+  Candidate searched = none;
+  searched.camera.SetParams(state.prior_params);
+  searched = BestAtAnyLimit(map, options, {true, true}, visible, searched);
+  searched.estimate.has_own_camera = gets_own_camera;
+  if (gets_own_camera && !FitsWell(searched.estimate, visible)) return best;
+  return searched.cost < best.cost ? searched : best;
 }
 
 VisiblePoints OutliersOf(const VisiblePoints& visible, const PoseEstimate& estimate) {

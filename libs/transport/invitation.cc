@@ -61,8 +61,7 @@ Result<Invitation> ReadInvitation(const std::string& link) {
   // A host's name has at most 253 characters (RFC 1035), a port 5.
   static const std::regex kForm(
       "skein://([!-.0-~]{1,259})/(tcpqs?|udpm)(?:-([0-9]+))?/([0-9a-f]{16})/([a-z]+)/"
-      "([A-Za-z0-9_-]+)/"
-      "([A-Za-z0-9_-]+)");
+      "([A-Za-z0-9_-]+)/([A-Za-z0-9_-]+)");
   const Result<std::string> text = TextOf(link);
   if (!text.ok()) return text.status();
   if (text->size() > kMaxLinkBytes) return NoInvitation("is too long");
