@@ -37,6 +37,10 @@ sample() {
   done >>"$samples"
 }
 
+has_samples() { # has_samples PHOTOS N: N samples at least once so many photos are matched
+  (($(grep -c "^$1,ingest," "$samples") >= $2))
+}
+
 sample_until() { # sample_until FILE: a sample a second until FILE is there
   until [[ -e $1 ]]; do
     sample
@@ -70,7 +74,7 @@ sampler_pid=$!
 publish "$session" --rate "$rate"
 await_agents
 wait_until 300 "all photos are matched" has_facts "$session" matches "$num_photos"
-sleep 3 # two samples of the state with all photos
+wait_until 30 "two samples with all photos" has_samples "$num_photos" 2
 finish "$session"
 touch "$workspace/finished"
 wait "$sampler_pid"

@@ -492,8 +492,9 @@ say "${#instances[@]} processes are ready on $url"
 [[ -z $web_host ]] || say "for phones and others: $SKEIN_BUILD/bin/skein invite --session ${session@Q} --role agent --browser --qr   (or viewer, operator)"
 [[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $SKEIN_BUILD/bin/skein invite --session ${session@Q} --role agent   (or worker, operator, viewer)"
 watched="--session ${session@Q} --lcm-url ${url@Q}"
-[[ $join != skein://* ]] || watched="--invite '@$session/run/invitation'"
-spied="   or   scripts/spy.sh --lcm-url '${watch_url:-$url}'"
+[[ $join != skein://* ]] || watched="--invite @${session@Q}/run/invitation"
+spied_url=${watch_url:-$url}
+spied="   or   scripts/spy.sh --lcm-url ${spied_url@Q}"
 [[ $url != tcpqs:* || -n $watch_url ]] || spied='' # the relay's host has a port for it
 say "watch:  $SKEIN_BUILD/bin/skein status $watched$spied"
 [[ -z $ready_file ]] || echo "$url" >"$ready_file"
