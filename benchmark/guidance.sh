@@ -20,7 +20,8 @@
 # an error of at most 2 target GSD and a completeness of at least 0.8; said to be good is a surfel of which that
 # share is.
 # Policy: the share of what the whole pool's dense points cover, over the number of photos taken. `advice` is
-# followed to the station; the others choose from the pool.
+# followed to the station; the others choose from the pool. Beside it the verdict, and what is told as good and has
+# no dense points.
 # Gaps: the same from the scenario's walks without the middle third of each; `order` fills these as planned.
 # docs/experiments/guidance.md has the figures. Pictures need gnuplot.
 source "$(dirname "$0")/../scripts/lib.sh"
@@ -126,6 +127,17 @@ policy_table() {
   echo '|---|---|---|---|---|---|---|'
   jq -r 'def n: if . == null then "-" else round end; '"$rounding"'
     "| \(.scenario) \(.seed) | \(.policy) | \(.photos_to_70_percent | n) | \(.photos_to_90_percent | n) | \(.area_under_curve | r) | \(.last | r) | \(.failed_to_register) |"' \
+    "${files[@]}"
+  echo
+  echo 'The verdict, when it was first given and at the end. Of what the whole pool covers: covered, told as good, told as'
+  echo 'good and not covered (beside it the share of what is told as good):'
+  echo
+  echo '| place | policy | | photos | verdict | covered | told good | not covered | of told |'
+  echo '|---|---|---|---|---|---|---|---|---|'
+  jq -r "$rounding"' def verdict: ["growing", "weak", "nearly", "complete"][.];
+    . as $run | [["first nearly complete", .nearly], ["first complete", .complete], ["end", .end]][]
+    | "| \($run.scenario) \($run.seed) | \($run.policy) | \(.[0]) | " + (.[1] | if . == null then "never | | | | | |" else
+    "\(.photos) | \(.verdict | verdict) | \(.covered | r) | \(.told_good | r) | \(.told_good_falsely | . * 1000 | round / 1000) | \(.false_share_of_told | r) |" end)' \
     "${files[@]}"
 }
 

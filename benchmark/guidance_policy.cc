@@ -1,6 +1,7 @@
 // guidance_policy: which photo to take next? From a pool of photos of a synthetic place each policy
 // takes one after the other. How much of the true surface a dense matching of those taken covers is
-// told over their number, as a share of what the whole pool covers.
+// told over their number, as a share of what the whole pool covers. Beside it stands what guidance
+// says of the place, and how much of that is false.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -9,15 +10,17 @@
 #include <functional>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "benchmark/dense_cloud.h"
 #include "benchmark/feedback_quality.h"
 #include "benchmark/photo_pool.h"
 #include "benchmark/point_grid.h"
+#include "benchmark/told_quality.h"
 #include "clients/sim/random.h"
 #include "guidance/depth_grid.h"
-#include "guidance/quality.h"
+#include "guidance/place_summary.h"
 #include "guidance/stations.h"
 
 namespace skein {
@@ -43,6 +46,16 @@ struct Capture {
   std::vector<int> taken, registered, left;
   PoolMap map;         // of the registered ones
   PlaceQuality place;  // of that map
+  int failed = 0;      // that did not register when they were taken
+};
+
+// At one number of photos. Shares are of the surface that the whole pool's dense points cover.
+struct Standing {
+  int photos = 0;
+  PlaceVerdict verdict = PlaceVerdict::kGrowing;
+  double covered = 0;            // by the dense points of those taken
+  double told_good = 0;          // by guidance
+  double told_good_falsely = 0;  // and not covered
 };
 
 DepthGrid ViewOf(const PhotoPool& pool, const Surface& surface, int photo) {
@@ -273,7 +286,8 @@ class Contest {
     if (num_covered_by_all_ == 0) throw std::runtime_error("the whole pool covers nothing");
     if (!arguments.table.empty()) {
       table_.open(arguments.table);
-      table_ << "scenario,seed,policy,photos,registered,failed,covered\n";
+      table_ << "scenario,seed,policy,photos,registered,failed,covered,verdict,told_good,"
+                "told_good_falsely\n";
     }
   }
 
@@ -310,20 +324,57 @@ class Contest {
     return first;
   }
 
-  static void Take(const PhotoPool& pool, int photo, Capture* capture, int* failed) {
+  static void Take(const PhotoPool& pool, int photo, Capture* capture) {
     capture->taken.push_back(photo);
     auto& left = capture->left;
     left.erase(std::remove(left.begin(), left.end(), photo), left.end());
     // In the order in which they register, so that the last one is where the camera is.
     capture->registered = pool.Registered(capture->taken);
     const auto& registered = capture->registered;
-    *failed += std::find(registered.begin(), registered.end(), photo) == registered.end();
+    capture->failed += std::find(registered.begin(), registered.end(), photo) == registered.end();
   }
 
-  double ShareCovered(const PoolMap& map, DenseCloud* dense) const {
-    const std::vector<bool> covered = Covered(dense->Make(map), covered_by_all_);
-    return static_cast<double>(std::count(covered.begin(), covered.end(), true)) /
-           static_cast<double>(num_covered_by_all_);
+  static PlaceVerdict VerdictOf(const Capture& capture) {
+    return SummarisePlace({}, capture.place, capture.registered.size()).verdict;
+  }
+
+  Standing Measure(const Capture& capture, DenseCloud* dense) const {
+    const std::vector<bool> covered = Covered(dense->Make(capture.map), covered_by_all_);
+    const std::vector<Told> told = WhatIsTold(capture.place, pool_.samples());
+    const double share = 1 / static_cast<double>(num_covered_by_all_);
+    Standing standing;
+    standing.photos = static_cast<int>(capture.taken.size());
+    standing.verdict = VerdictOf(capture);
+    for (size_t i = 0; i < told.size(); ++i) {
+      if (!covered_by_all_[i]) continue;
+      const bool is_good = told[i] == Told::kGood;
+      standing.covered += covered[i] ? share : 0;
+      standing.told_good += is_good ? share : 0;
+      standing.told_good_falsely += is_good && !covered[i] ? share : 0;
+    }
+    return standing;
+  }
+
+  // What became of a policy. `first`: when each verdict was given, or a better one.
+  struct Course {
+    std::vector<Standing> curve;
+    std::map<PlaceVerdict, Standing> first;
+  };
+
+  // Measures every so many photos, at the end, and where a verdict is given for the first time.
+  void Follow(const std::string& name, const Capture& capture, bool is_last, DenseCloud* dense,
+              Course* course) {
+    const bool is_due = is_last || capture.taken.size() % arguments_.every == 0;
+    const PlaceVerdict verdict = VerdictOf(capture);
+    std::vector<PlaceVerdict> reached;
+    for (const PlaceVerdict v : {PlaceVerdict::kNearly, PlaceVerdict::kComplete}) {
+      if (verdict >= v && course->first.count(v) == 0) reached.push_back(v);
+    }
+    if (!is_due && reached.empty()) return;
+    const Standing standing = Measure(capture, dense);
+    for (const PlaceVerdict v : reached) course->first[v] = standing;
+    if (is_due) course->curve.push_back(standing);
+    Tell(name, capture, standing);
   }
 
   void Run(const std::string& name) {
@@ -337,48 +388,59 @@ class Contest {
     }
     Capture capture;
     for (int i = 0; i < pool.size(); ++i) capture.left.push_back(i);
-    int failed = 0;
-    for (const int photo : FirstPhotos()) Take(pool, photo, &capture, &failed);
-    std::vector<std::pair<int, double>> curve;
-    const int last = std::min(arguments_.max_photos, pool_.size());
+    for (const int photo : FirstPhotos()) Take(pool, photo, &capture);
+    Course course;
+    const size_t last = std::min(arguments_.max_photos, pool_.size());
     while (true) {
       capture.map = pool.MapOf(capture.registered);
-      const int count = static_cast<int>(capture.taken.size());
-      if (count % arguments_.every == 0 || count == last) {
-        curve.emplace_back(count, ShareCovered(capture.map, &dense));
-        Tell(name, capture, failed, curve.back().second);
-      }
-      if (count >= last) break;
       capture.place = AssessPlace({}, {}, capture.map.map);
-      Take(pool, policy(pool, capture), &capture, &failed);
+      const bool is_last = capture.taken.size() >= last;
+      Follow(name, capture, is_last, &dense, &course);
+      if (is_last) break;
+      Take(pool, policy(pool, capture), &capture);
     }
-    Summarise(name, curve, failed);
+    Summarise(name, course, capture.failed);
   }
 
-  void Tell(const std::string& name, const Capture& capture, int failed, double share) {
+  void Tell(const std::string& name, const Capture& capture, const Standing& standing) {
     if (!table_.is_open()) return;
     table_ << arguments_.scenario << "," << arguments_.pool.scenario.seed << "," << name << ","
-           << capture.taken.size() << "," << capture.registered.size() << "," << failed << ","
-           << share << std::endl;
+           << standing.photos << "," << capture.registered.size() << "," << capture.failed << ","
+           << standing.covered << "," << static_cast<int>(standing.verdict) << ","
+           << standing.told_good << "," << standing.told_good_falsely << std::endl;
   }
 
   // Photos to the wanted share, between two matchings by a straight line; null: not reached.
-  static json PhotosTo(double wanted, const std::vector<std::pair<int, double>>& curve) {
-    std::pair<int, double> before = {0, 0};
-    for (const auto& [photos, share] : curve) {
-      if (share >= wanted) {
-        return before.first +
-               (wanted - before.second) / (share - before.second) * (photos - before.first);
+  static json PhotosTo(double wanted, const std::vector<Standing>& curve) {
+    Standing before;
+    for (const Standing& at : curve) {
+      if (at.covered >= wanted) {
+        return before.photos + (wanted - before.covered) / (at.covered - before.covered) *
+                                   (at.photos - before.photos);
       }
-      before = {photos, share};
+      before = at;
     }
     return nullptr;
   }
 
-  void Summarise(const std::string& name, const std::vector<std::pair<int, double>>& curve,
-                 int failed) const {
+  static json Of(const Standing& standing) {
+    return {{"photos", standing.photos},
+            {"verdict", static_cast<int>(standing.verdict)},
+            {"covered", standing.covered},
+            {"told_good", standing.told_good},
+            {"told_good_falsely", standing.told_good_falsely},
+            {"false_share_of_told",
+             standing.told_good > 0 ? standing.told_good_falsely / standing.told_good : 0.0}};
+  }
+
+  void Summarise(const std::string& name, const Course& course, int failed) const {
+    const auto& [curve, first] = course;
+    const auto at_first = [&first = first](PlaceVerdict verdict) {
+      const auto found = first.find(verdict);
+      return found == first.end() ? json() : Of(found->second);
+    };
     double area = 0;
-    for (const auto& [photos, share] : curve) area += share / static_cast<double>(curve.size());
+    for (const Standing& at : curve) area += at.covered / static_cast<double>(curve.size());
     const json summary = {{"scenario", arguments_.scenario},
                           {"seed", arguments_.pool.scenario.seed},
                           {"policy", name},
@@ -386,8 +448,11 @@ class Contest {
                           {"photos_to_70_percent", PhotosTo(0.7, curve)},
                           {"photos_to_90_percent", PhotosTo(kWantedShare, curve)},
                           {"area_under_curve", area},
-                          {"last", curve.empty() ? 0 : curve.back().second},
-                          {"failed_to_register", failed}};
+                          {"last", curve.back().covered},
+                          {"failed_to_register", failed},
+                          {"nearly", at_first(PlaceVerdict::kNearly)},
+                          {"complete", at_first(PlaceVerdict::kComplete)},
+                          {"end", Of(curve.back())}};
     std::cout << summary.dump() << std::endl;
   }
 
