@@ -14,10 +14,10 @@
 
 #include "benchmark/dense_cloud.h"
 #include "benchmark/feedback_quality.h"
-#include "benchmark/photo_pool.h"
 #include "benchmark/point_grid.h"
 #include "benchmark/rank_correlation.h"
 #include "benchmark/surface_distance.h"
+#include "benchmark/synthetic_pool.h"
 #include "benchmark/told_quality.h"
 #include "clients/sim/random.h"
 #include "clients/sim/truth.h"
@@ -31,7 +31,7 @@ namespace {
 using nlohmann::json;
 
 struct Arguments {
-  PoolOptions pool;
+  SyntheticPoolOptions pool;
   DenseOptions dense;
   std::string scenario = "together", table, calibration;
   double share = 0.25;  // of the pool that is taken, about; 7: all of it
@@ -147,7 +147,7 @@ class Comparison {
   void ComparePlace(const PointGrid& dense) {
     const std::vector<Told> told = WhatIsTold(place_, pool_.samples());
     for (size_t i = 0; i < told.size(); ++i) {
-      const TrueSample& sample = pool_.samples()[i];
+      const SurfaceSample& sample = pool_.samples()[i];
       const bool is_shown = std::any_of(map_.taken.begin(), map_.taken.end(), [&](int photo) {
         return pool_.Shows(photo, sample.xyz, sample.normal);
       });
@@ -328,7 +328,7 @@ class Comparison {
   }
 
   const Arguments arguments_;
-  const PhotoPool pool_;
+  const SyntheticPool pool_;
   const SurfaceDistance distance_;
   PoolMap map_;
   PlaceQuality place_;

@@ -15,15 +15,19 @@ Piece PieceAt(const Eigen::Vector3d& position, bool good) {
   return piece;
 }
 
-TEST(WhatIsTold, IsThatOfTheNearestPieceThatFacesTheSameWay) {
+TEST(WhatIsTold, IsThatOfTheNearestPieceThatFacesTheSameWayAsFarAsIsKnown) {
   PlaceQuality place;
   place.surface.cell = 1;
   place.pieces = {PieceAt({0, 0, 0}, true), PieceAt({1, 0, 0}, false)};
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  const std::vector<TrueSample> samples = {
-      {{0.3, 0, 0.1}, up}, {{0.6, 0, 0.1}, up}, {{0.3, 0, -0.1}, -up}, {{-0.7, 0.4, 0}, up}};
+  const std::vector<SurfaceSample> samples = {{{0.3, 0, 0.1}, up},
+                                              {{0.6, 0, 0.1}, up},
+                                              {{0.3, 0, -0.1}, -up},
+                                              {{-0.7, 0.4, 0}, up},
+                                              {{0.3, 0, -0.1}, {0, 0, 0}}};
   EXPECT_EQ(WhatIsTold(place, samples),
-            (std::vector<Told>{Told::kGood, Told::kNotGood, Told::kNothing, Told::kNothing}));
+            (std::vector<Told>{Told::kGood, Told::kNotGood, Told::kNothing, Told::kNothing,
+                               Told::kGood}));
 }
 
 TEST(WhatIsTold, IsNotGoodOfAPieceTooCoarseToCount) {
