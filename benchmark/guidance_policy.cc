@@ -151,18 +151,19 @@ class Contest {
   Standing Measure(const Capture& capture, DenseCloud* dense) const {
     const std::vector<bool> covered = Covered(dense->Make(capture.map), covered_by_all_);
     const std::vector<Told> told = WhatIsTold(capture.place, samples_);
-    const double share = 1 / static_cast<double>(num_covered_by_all_);
-    Standing standing;
-    standing.photos = static_cast<int>(capture.taken.size());
-    standing.verdict = VerdictOf(capture);
+    int64_t num_covered = 0, num_good = 0, num_falsely = 0;
     for (size_t i = 0; i < told.size(); ++i) {
       if (!covered_by_all_[i]) continue;
       const bool is_good = told[i] == Told::kGood;
-      standing.covered += covered[i] ? share : 0;
-      standing.told_good += is_good ? share : 0;
-      standing.told_good_falsely += is_good && !covered[i] ? share : 0;
+      num_covered += covered[i];
+      num_good += is_good;
+      num_falsely += is_good && !covered[i];
     }
-    return standing;
+    const auto share = [&](int64_t num) {
+      return static_cast<double>(num) / static_cast<double>(num_covered_by_all_);
+    };
+    return {static_cast<int>(capture.taken.size()), VerdictOf(capture), share(num_covered),
+            share(num_good), share(num_falsely)};
   }
 
   // What became of a policy. `first`: when each verdict was given, or a better one.

@@ -28,7 +28,18 @@ ImageIds RegisteredByName(const colmap::Reconstruction& model) {
   return ids;
 }
 
+// COLMAP ends the program where a file is missing.
+bool HoldsModel(const std::string& folder, const std::string& extension) {
+  const std::filesystem::path path(folder);
+  return std::filesystem::exists(path / ("cameras" + extension)) &&
+         std::filesystem::exists(path / ("images" + extension)) &&
+         std::filesystem::exists(path / ("points3D" + extension));
+}
+
 colmap::Reconstruction ReadModel(const std::string& folder) {
+  if (!HoldsModel(folder, ".bin") && !HoldsModel(folder, ".txt")) {
+    throw std::runtime_error(folder + ": no cameras, images and points3D of a COLMAP model");
+  }
   colmap::Reconstruction model;
   model.Read(folder);
   if (model.NumRegImages() < 2 || model.NumPoints3D() == 0) {
@@ -101,24 +112,26 @@ void ModelPool::AddPoints(const colmap::Reconstruction& model) {
   std::map<colmap::point3D_t, const colmap::Point3D*> by_id;
   for (const auto& [id, point] : model.Points3D()) by_id[id] = &point;
   for (const auto& [id, point] : by_id) {
-    Point added{point->XYZ(), {}};
+    points_.push_back({point->XYZ(), {}});
     for (const colmap::TrackElement& element : point->Track().Elements()) {
-      const int photo = photo_of.at(element.image_id);
-      std::vector<int>& of_photo = points_of_photo_[photo];
-      const int index = static_cast<int>(points_.size());
-      if (!of_photo.empty() && of_photo.back() == index) continue;  // observed twice
       const colmap::Image& image = model.Image(element.image_id);
-      const Undistortion& undistortion = undistortions_[photos_[photo].camera];
-      const Eigen::Vector2d pixel = undistortion.Pixel(image.Point2D(element.point2D_idx).XY());
-      if (!IsInPhoto(undistortion.camera(), pixel)) {
-        ++num_left_out_;
-        continue;
-      }
-      of_photo.push_back(index);
-      added.observations.push_back({photo, pixel});
+      AddObservation(photo_of.at(element.image_id), image.Point2D(element.point2D_idx).XY());
     }
-    points_.push_back(std::move(added));
   }
+}
+
+void ModelPool::AddObservation(int photo, const Eigen::Vector2d& original) {
+  std::vector<int>& of_photo = points_of_photo_[photo];
+  const int point = static_cast<int>(points_.size()) - 1;
+  if (!of_photo.empty() && of_photo.back() == point) return;
+  const Undistortion& undistortion = undistortions_[photos_[photo].camera];
+  const Eigen::Vector2d pixel = undistortion.Pixel(original);
+  if (!IsInPhoto(undistortion.camera(), pixel)) {
+    ++num_left_out_;
+    return;
+  }
+  of_photo.push_back(point);
+  points_.back().observations.push_back({photo, pixel});
 }
 
 bool ModelPool::HasParallax(const Eigen::Vector3d& xyz, const std::vector<int>& photos) const {

@@ -22,7 +22,7 @@ struct ModelPoolOptions {
 class ModelPool : public PhotoPool {
  public:
   // The model's registered photos in the order of their names, without distortion; the agent is
-  // the folder in the name. Throws std::runtime_error where the model is empty, or a photo is
+  // the folder in the name. Throws std::runtime_error where there is no model, or a photo is
   // missing, is not of its camera's size, or can't be freed of its distortion.
   explicit ModelPool(const ModelPoolOptions& options);
 
@@ -48,6 +48,8 @@ class ModelPool : public PhotoPool {
 
   void AddPhotos(const colmap::Reconstruction& model, const ModelPoolOptions& options);
   void AddPoints(const colmap::Reconstruction& model);
+  // Of the last point. Of two of one photo the first counts.
+  void AddObservation(int photo, const Eigen::Vector2d& original);
   double ErrorOf(const Observation& observation, const Eigen::Vector3d& xyz) const;
   // Whether two of the photos see the point 1.5 degrees apart.
   bool HasParallax(const Eigen::Vector3d& xyz, const std::vector<int>& photos) const;

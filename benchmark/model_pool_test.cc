@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "guidance/model_map.h"
+#include "benchmark/photo_policies.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_folder.h"
 
@@ -38,7 +38,7 @@ class ModelPoolTest : public testing::Test {
     }
     for (const colmap::image_t id : model_.RegImageIds()) {
       colmap::Image& image = model_.Image(id);
-      image.SetName(image.Name() + ".png");
+      image.SetName((id < 10 ? "walk/0" : "walk/") + std::to_string(id) + ".png");
       Draw(image);
     }
     WriteModel();
@@ -76,15 +76,15 @@ class ModelPoolTest : public testing::Test {
 TEST_F(ModelPoolTest, HasThePhotosInTheOrderOfTheirNamesWithoutDistortion) {
   const ModelPool pool = MakePool();
   ASSERT_EQ(pool.size(), 12);
-  std::vector<std::string> names;
   for (int i = 0; i < pool.size(); ++i) {
-    names.push_back(model_.Image(pool.photo(i).image_id).Name());
+    EXPECT_EQ(pool.photo(i).image_id, i + 1);
+    EXPECT_EQ(pool.photo(i).agent, 0);
     EXPECT_EQ(pool.grey(i).cols, 600);
     EXPECT_EQ(pool.grey(i).rows, 450);
     EXPECT_EQ(pool.camera(i).fx_px, pool.camera(i).fy_px);
     EXPECT_TRUE(pool.photo(i).texture.has_value());
   }
-  EXPECT_TRUE(std::is_sorted(names.begin(), names.end()));
+  EXPECT_GT(pool.num_left_out(), 0u) << "the corners of a photo with such a distortion";
 
   // Where a point of the map is projected to without distortion there is its spot.
   const PoolMap map = pool.MapOf({0, 1, 2});
@@ -159,6 +159,25 @@ TEST_F(ModelPoolTest, APhotoRegistersWhenThoseBetweenHave) {
   EXPECT_EQ(pool.Registered({0, 1, 11}), (std::vector<int>{0, 1}));
   const std::vector<int> all = pool.Registered({0, 1, 11, 2, 3, 4, 5, 6, 7, 8, 9, 10});
   EXPECT_EQ(all.size(), 12u);
+}
+
+TEST_F(ModelPoolTest, ForAStationTheNearestLeftPhotoIsTaken) {
+  const ModelPool pool = MakePool();
+  Capture capture;
+  capture.left = {0, 1, 3, 5, 8, 9};
+  Station station;
+  station.cam_from_world = pool.photo(5).cam_from_world;
+  station.target = station.cam_from_world.Centre() + 5 * AheadOf(station.cam_from_world);
+  EXPECT_EQ(NearestLeft(pool, capture, station), 5);
+  capture.left = {0, 1, 3, 8, 9};
+  EXPECT_EQ(NearestLeft(pool, capture, station), 3);
+  capture.left = {0, 9, 11};
+  EXPECT_EQ(NearestLeft(pool, capture, station), 9);
+}
+
+TEST_F(ModelPoolTest, RefusesAFolderWithoutAModel) {
+  std::filesystem::remove(folder_ / "model" / "points3D.bin");
+  EXPECT_THROW(MakePool(), std::runtime_error);
 }
 
 TEST_F(ModelPoolTest, RefusesAPhotoThatIsMissingOrOfAnotherSize) {
