@@ -529,7 +529,7 @@ export class App {
       agents: [...shown.agents.values()].map((a) => ({ name: a.name, sent: a.sent })),
       submaps: liveSubmaps(shown).map((s) => ({ id: s.id, registered: s.numRegistered, state: s.state })),
       merges: [...shown.merges.values()].map(({ source, target, state }) => ({ source, target, state })),
-      joining: [...this.world.joining.keys()],
+      joining: [...this.world.joining.keys()], joined: this.world.joined,
       unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p).standing)).map((p) => p.id),
       points: this.viewer.submaps.numPoints, pointsShown: this.viewer.submaps.numPointsShown, loading: this.loading ?? 0,
       cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,
