@@ -2,22 +2,23 @@
 # How soon after a registration the guide has told quality and advice of a map with that photo, and what that costs, as
 # the map grows.
 #
-#   benchmark/guide_latency.sh [--agents N] [--photos N] [--size WxH] [--keep DIR]
+#   benchmark/guide_latency.sh [--agents N] [--photos N] [--size WxH] [--rate HZ] [--keep DIR]
 #
 #   --agents N   each walks through one synthetic place (default 3)
 #   --photos N   of each (default 200)
 #   --size WxH   of the photos (default 640x480)
+#   --rate HZ    photos a second of each (default 0: at full speed)
 #   --keep DIR   keeps the session there
 #
-# Photos come at full speed. A row a hundred photos: the median and the 95th percentile of the time from ingest's commit
+# A row a hundred photos: the median and the 95th percentile of the time from ingest's commit
 # of a registration to the guide's message of a map with so many photos, and the median time that a computation of such a map
 # takes. At the end the guide's share of the services' processor time, the finish included. Needs a network namespace
 # of its own, so root or user namespaces.
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
-agents=3 photos=200 size=640x480 keep=''
-take_options "agents photos size keep" "$@"
+agents=3 photos=200 size=640x480 rate=0 keep=''
+take_options "agents photos size rate keep" "$@"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
@@ -79,7 +80,7 @@ print_table() {
 print_machine
 use_place "$agents" "$photos" --size "$size" --seed 1
 start_services "$session" "$url" --verbose >/dev/null
-publish "$session"
+publish "$session" --rate "$rate"
 await_agents
 finish "$session" >/dev/null
 cpu=$(print_cpu)

@@ -124,19 +124,43 @@ class Observers {
   uint32_t mark_ = 0;
 };
 
+// Sums of points, less a common origin near them: of cells together they are added.
+struct Moments {
+  size_t count = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+
+  void Add(const Eigen::Vector3d& offset) {
+    ++count;
+    sum += offset;
+    squares += offset * offset.transpose();
+  }
+  void Add(const Moments& other) {
+    count += other.count;
+    sum += other.sum;
+    squares += other.squares;
+  }
+};
+
+std::vector<Moments> MomentsOf(const GuidedMap& map, const PointCells& points) {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  for (const GuidedPoint& point : map.points) origin += point.xyz;
+  origin /= static_cast<double>(std::max<size_t>(1, map.points.size()));
+  std::vector<Moments> moments(points.members.size());
+  for (size_t index = 0; index < moments.size(); ++index) {
+    for (const uint32_t point : points.members[index]) {
+      moments[index].Add(map.points[point].xyz - origin);
+    }
+  }
+  return moments;
+}
+
 // Least-squares plane of the points in and around a cell, towards where they were seen from; that
 // direction itself where the points are no surface.
-Eigen::Vector3d NormalOf(const GuidedMap& map, const std::vector<uint32_t>& around,
-                         const Eigen::Vector3d& towards) {
+Eigen::Vector3d NormalOf(const Moments& around, const Eigen::Vector3d& towards) {
   constexpr double kMaxThickness = 0.5;  // standard deviation across, over that along
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const uint32_t point : around) mean += map.points[point].xyz;
-  mean /= static_cast<double>(around.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const uint32_t point : around) {
-    const Eigen::Vector3d offset = map.points[point].xyz - mean;
-    scatter += offset * offset.transpose();
-  }
+  const Eigen::Matrix3d scatter =
+      around.squares - around.sum * around.sum.transpose() / static_cast<double>(around.count);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
   const Eigen::Vector3d& values = solver.eigenvalues();
   if (values[0] > kMaxThickness * kMaxThickness * values[1]) return towards;
@@ -150,7 +174,7 @@ double AreaOf(double width, const Eigen::Vector3d& normal) {
 }
 
 Surfel MakeSurfel(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres,
-                  const PointCells& points, uint32_t index, const std::vector<uint32_t>& around,
+                  const PointCells& points, uint32_t index, const Moments& around,
                   Observers* observers) {
   const std::vector<uint32_t>& members = points.members[index];
   Surfel surfel;
@@ -163,7 +187,7 @@ Surfel MakeSurfel(const GuidedMap& map, const std::vector<Eigen::Vector3d>& cent
     towards += (centres[photo] - surfel.position).normalized();
   }
   if (towards.norm() < 1e-9) towards = Eigen::Vector3d::UnitZ();
-  surfel.normal = NormalOf(map, around, towards.normalized());
+  surfel.normal = NormalOf(around, towards.normalized());
   surfel.area = AreaOf(points.cells.width(), surfel.normal);
   surfel.beyond = surfel.position;
   surfel.beyond_normal = surfel.normal;
@@ -174,13 +198,12 @@ std::vector<Surfel> MakeSurfels(const GuidedMap& map, const std::vector<Eigen::V
                                 const PointCells& points) {
   std::vector<Surfel> surfels;
   Observers observers(map);
-  std::vector<uint32_t> around;
+  const std::vector<Moments> moments = MomentsOf(map, points);
   for (uint32_t index = 0; index < points.members.size(); ++index) {
-    around.clear();
-    points.cells.VisitAround(points.cell_of[index], 1, [&](uint32_t other) {
-      around.insert(around.end(), points.members[other].begin(), points.members[other].end());
-    });
-    if (around.size() >= kMinPointsOfNormal) {
+    Moments around;
+    points.cells.VisitAround(points.cell_of[index], 1,
+                             [&](uint32_t other) { around.Add(moments[other]); });
+    if (around.count >= kMinPointsOfNormal) {
       surfels.push_back(MakeSurfel(map, centres, points, index, around, &observers));
     }
   }
