@@ -78,7 +78,7 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
 
 // A part whose place is in no surfel's cell is left out.
 std::vector<Piece> CutIntoPieces(const SurfaceOptions& options, const GuidedMap& map,
-                                 const PlaceQuality& place) {
+                                 const MapScale& scale, const PlaceQuality& place) {
   const std::vector<Surfel>& wholes = place.surface.surfels;
   std::vector<Piece> pieces;
   if (wholes.empty()) return pieces;
@@ -89,7 +89,7 @@ std::vector<Piece> CutIntoPieces(const SurfaceOptions& options, const GuidedMap&
     if (cell && cells.Occupy(*cell) == whole_of.size()) whole_of.push_back(i);
   }
   std::vector<bool> has_parts(wholes.size(), false);
-  Surface parts = MakeParts(options, map);
+  Surface parts = MakeParts(options, map, scale);
   for (Surfel& part : parts.surfels) {
     const auto cell = cells.CellOf(part.position);
     const uint32_t* index = cell ? cells.Find(*cell) : nullptr;
@@ -205,8 +205,9 @@ SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d&
 
 PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
                          const QualityOptions& quality_options, const GuidedMap& map) {
+  const MapScale scale = MeasureScale(map);
   PlaceQuality place;
-  place.surface = MakeSurface(surface_options, map);
+  place.surface = MakeSurface(surface_options, map, scale);
   QualityOptions options = quality_options;
   if (options.target_gsd == 0) options.target_gsd = 2 * place.surface.median_gsd;
   const auto assess = [&](const Surfel& surfel, double width) {
@@ -218,7 +219,7 @@ PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
   for (const Surfel& surfel : place.surface.surfels) {
     place.surfels.push_back(assess(surfel, place.surface.cell));
   }
-  place.pieces = CutIntoPieces(surface_options, map, place);
+  place.pieces = CutIntoPieces(surface_options, map, scale, place);
   for (Piece& piece : place.pieces) piece.quality = assess(piece.surfel, piece.width);
   place.good_shares = GoodSharesOf(place);
   place.completeness = Summarise(options, place, ShareOfHoles(map));

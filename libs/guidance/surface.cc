@@ -30,39 +30,13 @@ constexpr double kPointsPerPart = 1;
 // benchmark/plane_sweep.h; 5 x 5 to 11 x 11 are usual).
 constexpr double kMinPartPx = 7;
 
-// Lengths that everything else is measured by.
-struct Scale {
-  double median_gsd = 0;        // of a point in its nearest photo
-  double observed_gsd = 0;      // of an observation
-  double working_distance = 0;  // of an observation
-  double points_per_photo = 0;
-};
-
 std::vector<Eigen::Vector3d> CentresOf(const GuidedMap& map) {
   std::vector<Eigen::Vector3d> centres;
   for (const GuidedPhoto& photo : map.photos) centres.push_back(photo.cam_from_world.Centre());
   return centres;
 }
 
-Scale MeasureScale(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres) {
-  std::vector<double> nearest, observed, distances, counts(map.photos.size(), 0.0);
-  for (const GuidedPoint& point : map.points) {
-    double best = std::numeric_limits<double>::infinity();
-    for (const uint32_t photo : point.photos) {
-      const double distance = (point.xyz - centres[photo]).norm();
-      const double gsd = distance / map.cameras[map.photos[photo].camera].FocalPx();
-      best = std::min(best, gsd);
-      observed.push_back(gsd);
-      distances.push_back(distance);
-      ++counts[photo];
-    }
-    if (!point.photos.empty()) nearest.push_back(best);
-  }
-  return {Median(std::move(nearest)), Median(std::move(observed)), Median(std::move(distances)),
-          Median(std::move(counts))};
-}
-
-double CellWidth(const SurfaceOptions& options, const GuidedMap& map, const Scale& scale) {
+double CellWidth(const SurfaceOptions& options, const GuidedMap& map, const MapScale& scale) {
   std::vector<double> widths, areas;
   for (const GuidedPhoto& photo : map.photos) {
     const GuidedCamera& camera = map.cameras[photo.camera];
@@ -337,13 +311,12 @@ void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
 
 // `grids`: of each photo, with the surfels drawn.
 Surface MakeWithoutBorders(const SurfaceOptions& options, const GuidedMap& map,
-                           const std::vector<Eigen::Vector3d>& centres,
+                           const MapScale& scale, const std::vector<Eigen::Vector3d>& centres,
                            std::vector<DepthGrid>* grids) {
   Surface surface;
-  const Scale scale = MeasureScale(map, centres);
-  if (scale.median_gsd <= 0) return surface;
-  surface.median_gsd = scale.median_gsd;
-  surface.working_distance = scale.working_distance;
+  if (scale.nearest_gsd <= 0) return surface;
+  surface.median_gsd = scale.nearest_gsd;
+  surface.working_distance = scale.distance;
   surface.cell = CellWidth(options, map, scale);
   surface.surfels = MakeSurfels(map, centres, PutIntoCells(map, surface.cell));
   *grids = DrawAll(map, surface);
@@ -361,20 +334,39 @@ Status SurfaceOptions::Check() const {
                      InRange("depth_tolerance", depth_tolerance, 0.0, 1.0)});
 }
 
-Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map) {
+MapScale MeasureScale(const GuidedMap& map) {
+  const std::vector<Eigen::Vector3d> centres = CentresOf(map);
+  std::vector<double> nearest, observed, distances, counts(map.photos.size(), 0.0);
+  for (const GuidedPoint& point : map.points) {
+    double best = std::numeric_limits<double>::infinity();
+    for (const uint32_t photo : point.photos) {
+      const double distance = (point.xyz - centres[photo]).norm();
+      const double gsd = distance / map.cameras[map.photos[photo].camera].FocalPx();
+      best = std::min(best, gsd);
+      observed.push_back(gsd);
+      distances.push_back(distance);
+      ++counts[photo];
+    }
+    if (!point.photos.empty()) nearest.push_back(best);
+  }
+  return {Median(std::move(nearest)), Median(std::move(observed)), Median(std::move(distances)),
+          Median(std::move(counts))};
+}
+
+Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map, const MapScale& scale) {
   const std::vector<Eigen::Vector3d> centres = CentresOf(map);
   std::vector<DepthGrid> grids;
-  Surface surface = MakeWithoutBorders(options, map, centres, &grids);
+  Surface surface = MakeWithoutBorders(options, map, scale, centres, &grids);
   FindBorders(options, map, centres, grids, &surface);
   return surface;
 }
 
-Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map) {
+Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map, const MapScale& scale) {
   SurfaceOptions of_parts = options;
   of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
   of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
   std::vector<DepthGrid> grids;
-  return MakeWithoutBorders(of_parts, map, CentresOf(map), &grids);
+  return MakeWithoutBorders(of_parts, map, scale, CentresOf(map), &grids);
 }
 
 }  // namespace skein

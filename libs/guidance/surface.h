@@ -43,6 +43,17 @@ struct Surfel {
   bool open_border = false;   // it does, and what lies beyond was not photographed
 };
 
+// Medians that everything else is measured by. All 0 for a map without points.
+struct MapScale {
+  double nearest_gsd = 0;   // submap units a pixel, of a point in its nearest photo
+  double observed_gsd = 0;  // submap units a pixel, of an observation
+  double distance = 0;      // submap units, of an observation
+  double points_per_photo = 0;
+};
+
+// Costs the number of observations.
+MapScale MeasureScale(const GuidedMap& map);
+
 struct Surface {
   double cell = 0;              // width, submap units; 0: no surface
   double median_gsd = 0;        // submap units a pixel, of the median point in its nearest photo
@@ -50,12 +61,12 @@ struct Surface {
   std::vector<Surfel> surfels;
 };
 
-// Empty for a map without points. Costs the number of observations, and of surfels times the photos
-// that look towards them.
-Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map);
+// Empty for a map without points. `scale`: of the map. Costs the number of observations, and of
+// surfels times the photos that look towards them.
+Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map, const MapScale& scale);
 
 // The same in cells as small as the points allow, without borders: what is in a surfel of
 // `options`.
-Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map);
+Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map, const MapScale& scale);
 
 }  // namespace skein
