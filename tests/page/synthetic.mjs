@@ -460,7 +460,7 @@ const cases = {
     assert.equal(await page.locator('#newest').isVisible(), false, 'a card of no photo');
     await browser.until('time stands still', (s) => s.counts.placed >= 4 && s.loading === 0);
     const shows = async (on, image) => {
-      await on.page.locator(`#newest img[src="/api/photos/${image}/thumbnail"]`).waitFor();
+      await on.page.locator(`#newest img[src^="/api/photos/${image}/thumbnail?"]`).waitFor();
       const size = await on.page.locator('#newest img').evaluate((img) => img.decode().then(() => [img.naturalWidth, img.naturalHeight]));
       assert.ok(size[0] > 0 && size[0] <= 320 && size[1] > 0 && size[1] <= 320, `a picture of ${size}`);
       await on.page.locator('#newest', { hasText: /Newest/ }).filter({ hasText: /placed .* after it came/ }).waitFor();

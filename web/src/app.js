@@ -3,6 +3,7 @@ import { kGrid, kMark, kPaper, rgb } from './colours.js';
 import { Feed } from './feed.js';
 import { heirOf, liveSubmaps, placeOf, standingOf, summarize } from './fold.js';
 import { guidanceOf } from './guidance.js';
+import { thumbnailUrl } from './photo_urls.js';
 import * as sim from './similarity.js';
 import { Shapes } from './shapes.js';
 import { storedTheme, storeTheme } from './theme.js';
@@ -121,7 +122,7 @@ export class App {
     this.status = null;
     this.newest = 0;
     this.newestCard.update();
-    this.fitted = 0;
+    this.fittedCameras = this.fittedPoints = this.fittedMaps = this.turnedCameras = 0;
     this.select(null);
   }
 
@@ -285,7 +286,7 @@ export class App {
     for (const [role, image] of [['newest', this.newest], ['selected', this.selection?.image ?? 0]]) {
       const twice = role === 'newest' && image === this.selection?.image;
       const photo = twice ? null : state.photos.get(image);
-      this.viewer.cameras.pictures.set(role, photo?.id ?? 0, `/api/photos/${image}/thumbnail`, photo?.orientation);
+      this.viewer.cameras.pictures.set(role, photo?.id ?? 0, photo ? thumbnailUrl(photo) : '', photo?.orientation);
     }
   }
 
