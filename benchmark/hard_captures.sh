@@ -3,7 +3,7 @@
 # sets of one's own. Each with one agent and several, in several orders; beside COLMAP 3.8's mapper on
 # the same verified matches.
 #
-#   benchmark/hard_captures.sh [--sets "LIST"] [--agents "LIST"] [--orders "LIST"] [--keep DIR] [--colmap on|off]
+#   benchmark/hard_captures.sh [--sets "LIST"] [--agents "LIST"] [--orders "LIST"] [--keep DIR] [--colmap on|off] [--config FILE]
 #
 #   --sets "LIST"    of: video blank crowd (default: all), or PATH of a folder with images/ (JPEG) and,
 #                    if there is a truth, truth (what `skein evaluate` takes): dealt out by file order
@@ -11,6 +11,7 @@
 #   --orders "LIST"  seeds of the order in which each agent sends; 0: by name (default "0 1 2 3 4")
 #   --keep DIR       keeps the sessions there; one that is there is not repeated
 #   --colmap off     without COLMAP's row
+#   --config FILE    options of the services (what launch.sh takes), for comparison; give another --keep, too
 #
 # A row: photos registered in the largest model and in all, models, position RMSE of the largest in
 # percent of the extent, seconds from the first photo to the final model, of which after the last photo
@@ -20,8 +21,8 @@
 source "$(dirname "$0")/../tests/harness.sh"
 source "$(dirname "$0")/../tests/session.sh"
 
-sets="video blank crowd" agents="1 3" orders="0 1 2 3 4" keep='' colmap=on
-take_options "sets agents orders keep colmap" "$@"
+sets="video blank crowd" agents="1 3" orders="0 1 2 3 4" keep='' colmap=on config=''
+take_options "sets agents orders keep colmap config" "$@"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
@@ -87,7 +88,7 @@ row() {
   [[ $3 == 0 ]] || order=shuffle:$3
   if [[ ! -e $report ]]; then
     rm -rf "$session"
-    start_services "$session" "$url" >"$session.log" 2>&1
+    start_services "$session" "$url" ${config:+--config "$config"} >"$session.log" 2>&1
     publish "$session" --order "$order"
     await_agents
     finish "$session"

@@ -168,12 +168,11 @@ std::vector<Method> MethodsOf(const Arguments& arguments) {
     methods.push_back({"OpenCV", std::make_unique<skein::SiftExtractor>(options), {}, {}});
   }
   options.method = "skein";
-  for (const auto version : {skein::SiftKernelVersion::kPortable, skein::SiftKernelVersion::kAvx2,
-                             skein::SiftKernelVersion::kAvx512}) {
+  for (const auto version : skein::kSiftKernelVersions) {
     const std::string name = skein::SiftKernelName(version);
     if (!skein::IsSiftKernelSupported(version) || !is_wanted(name)) continue;
-    methods.push_back(
-        {"Skein, " + name, std::make_unique<skein::SiftExtractor>(options, version), {}, {}});
+    options.kernel = version;
+    methods.push_back({"Skein, " + name, std::make_unique<skein::SiftExtractor>(options), {}, {}});
   }
   return methods;
 }

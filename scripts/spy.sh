@@ -11,8 +11,9 @@ url=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
 while (($#)); do
   case $1 in
     -h | --help) print_help; exit 0 ;;
-    --lcm-url) url=${2:?--lcm-url needs a value}; shift ;;
-    --build) SKEIN_BUILD=${2:?--build needs a value}; shift ;;
+    --lcm-url | --build) (($# > 1)) || usage_error "$1 needs a value" ;;&
+    --lcm-url) url=$2; shift ;;
+    --build) SKEIN_BUILD=$2; shift ;;
     *) usage_error "unknown option $1" ;;
   esac
   shift

@@ -15,9 +15,10 @@ source "$(dirname "$0")/lib.sh"
 preset=release setup=1 selection=()
 while (($#)); do
   case $1 in
-    --preset) preset=${2:?--preset needs a value}; shift ;;
-    --filter) selection+=(-R "${2:?--filter needs a value}"); shift ;;
-    --label) selection+=(-L "${2:?--label needs a value}"); shift ;;
+    --preset | --filter | --label) (($# > 1)) || usage_error "$1 needs a value" ;;&
+    --preset) preset=$2; shift ;;
+    --filter) selection+=(-R "$2"); shift ;;
+    --label) selection+=(-L "$2"); shift ;;
     --no-setup) setup=0 ;;
     -h | --help) print_help; exit 0 ;;
     *) usage_error "unknown option $1" ;;

@@ -8,6 +8,14 @@
 
 namespace skein {
 
+Eigen::Matrix3Xf PositionsOf(const std::vector<Surfel>& surfels) {
+  Eigen::Matrix3Xf positions(3, static_cast<Eigen::Index>(surfels.size()));
+  for (size_t i = 0; i < surfels.size(); ++i) {
+    positions.col(static_cast<Eigen::Index>(i)) = surfels[i].position.cast<float>();
+  }
+  return positions;
+}
+
 DepthGrid::DepthGrid(const GuidedCamera& camera, const CameraPose& cam_from_world,
                      double surfel_width, double distance)
     : camera_(camera),
@@ -20,28 +28,57 @@ DepthGrid::DepthGrid(const GuidedCamera& camera, const CameraPose& cam_from_worl
   depth_.assign(static_cast<size_t>(columns_) * rows_, std::numeric_limits<float>::infinity());
 }
 
-// A surfel covers the squares that a disc of its width meets.
-void DepthGrid::Draw(const std::vector<Surfel>& surfels) {
-  for (const Surfel& surfel : surfels) {
-    const Eigen::Vector3d in_camera = rotation_ * surfel.position + translation_;
-    const double depth = in_camera.z();
-    if (depth <= 0) continue;
-    const double radius = 0.5 * surfel_width_ * camera_.FocalPx() / depth / square_px_;
-    const double u = (camera_.fx_px * in_camera.x() / depth + camera_.cx_px) / square_px_;
-    const double v = (camera_.fy_px * in_camera.y() / depth + camera_.cy_px) / square_px_;
-    if (!(u + radius >= 0 && v + radius >= 0 && u - radius < columns_ && v - radius < rows_)) {
-      continue;
+void DepthGrid::DrawDisc(float u, float v, float radius, float depth) {
+  const int column_begin = std::max(0, static_cast<int>(std::floor(u - radius)));
+  const int column_end = std::min(columns_ - 1, static_cast<int>(u + radius));
+  const int row_end = std::min(rows_ - 1, static_cast<int>(v + radius));
+  for (int row = std::max(0, static_cast<int>(std::floor(v - radius))); row <= row_end; ++row) {
+    for (int column = column_begin; column <= column_end; ++column) {
+      float& nearest = depth_[static_cast<size_t>(row) * columns_ + column];
+      nearest = std::min(nearest, depth);
     }
-    const int column_end = std::min(columns_ - 1, static_cast<int>(u + radius));
-    const int row_end = std::min(rows_ - 1, static_cast<int>(v + radius));
-    for (int row = std::max(0, static_cast<int>(std::floor(v - radius))); row <= row_end; ++row) {
-      for (int column = std::max(0, static_cast<int>(std::floor(u - radius))); column <= column_end;
-           ++column) {
-        float& nearest = depth_[static_cast<size_t>(row) * columns_ + column];
-        nearest = std::min(nearest, static_cast<float>(depth));
+  }
+}
+
+// A surfel covers the squares that a disc of its width meets. Most surfels are outside of the
+// frame, so many at once are projected.
+std::vector<DepthGrid::InFrame> DepthGrid::Draw(const Eigen::Matrix3Xf& positions) {
+  constexpr Eigen::Index kBlock = 256;
+  const Eigen::Matrix3f rotation = rotation_.cast<float>();
+  const Eigen::Vector3f translation = translation_.cast<float>();
+  const auto squares = [&](double px) { return static_cast<float>(px / square_px_); };
+  const float fx = squares(camera_.fx_px), fy = squares(camera_.fy_px);
+  const float cx = squares(camera_.cx_px), cy = squares(camera_.cy_px);
+  const float width = squares(camera_.width_px), height = squares(camera_.height_px);
+  const float radius_at_1 = squares(0.5 * surfel_width_ * camera_.FocalPx());
+  const auto num_columns = static_cast<float>(columns_), num_rows = static_cast<float>(rows_);
+  std::vector<InFrame> in_frame;
+  Eigen::Matrix<float, Eigen::Dynamic, 3, 0, kBlock, 3> in_camera;
+  Eigen::Array<float, Eigen::Dynamic, 1, 0, kBlock, 1> u, v, radius;
+  for (Eigen::Index begin = 0; begin < positions.cols(); begin += kBlock) {
+    const Eigen::Index count = std::min(kBlock, positions.cols() - begin);
+    in_camera.noalias() = positions.middleCols(begin, count).transpose() * rotation.transpose();
+    in_camera.rowwise() += translation.transpose();
+    const auto depth = in_camera.col(2).array();
+    u = fx * in_camera.col(0).array() / depth + cx;
+    v = fy * in_camera.col(1).array() / depth + cy;
+    radius = radius_at_1 / depth;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const float r = radius[i];
+      if (!(depth[i] > 0 && u[i] + r >= 0 && v[i] + r >= 0 && u[i] - r < num_columns &&
+            v[i] - r < num_rows)) {
+        continue;
+      }
+      DrawDisc(u[i], v[i], r, depth[i]);
+      if (u[i] >= 0 && v[i] >= 0 && u[i] <= width && v[i] <= height) {
+        const int column = std::min(columns_ - 1, static_cast<int>(u[i]));
+        const int row = std::min(rows_ - 1, static_cast<int>(v[i]));
+        in_frame.push_back({static_cast<uint32_t>(begin + i),
+                            static_cast<uint32_t>(row * columns_ + column), depth[i]});
       }
     }
   }
+  return in_frame;
 }
 
 DepthGrid::Sight DepthGrid::Look(const Eigen::Vector3d& xyz, double tolerance) const {

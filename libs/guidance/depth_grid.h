@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "guidance/guided_map.h"
@@ -9,6 +10,9 @@ namespace skein {
 
 struct Surfel;
 
+// As DepthGrid::Draw takes them.
+Eigen::Matrix3Xf PositionsOf(const std::vector<Surfel>& surfels);
+
 // The nearest surfel in each small square of a photo: what is behind it is hidden.
 class DepthGrid {
  public:
@@ -16,13 +20,25 @@ class DepthGrid {
   DepthGrid(const GuidedCamera& camera, const CameraPose& cam_from_world, double surfel_width,
             double distance);
 
-  void Draw(const std::vector<Surfel>& surfels);
+  // A surfel within the frame.
+  struct InFrame {
+    uint32_t index;   // of its position
+    uint32_t square;  // that it is in
+    float depth;
+  };
+  // Draws a surfel at each position. Returns those within the frame, hidden ones too, ascending.
+  std::vector<InFrame> Draw(const Eigen::Matrix3Xf& positions);
 
   enum class Sight { kOutside, kHidden, kSeen };
   // `tolerance`: a part of the depth, beside a surfel's width.
   Sight Look(const Eigen::Vector3d& xyz, double tolerance) const;
+  bool IsSeen(const InFrame& surfel, double tolerance) const {
+    return surfel.depth <= depth_[surfel.square] * (1 + tolerance) + surfel_width_;
+  }
 
  private:
+  void DrawDisc(float u, float v, float radius, float depth);
+
   const GuidedCamera camera_;
   const Eigen::Matrix3d rotation_;
   const Eigen::Vector3d translation_;

@@ -103,7 +103,7 @@ StationSeeker SeekerAt(const GuidedMap& map, int agent = 0) {
 
 TEST(Guidance, SurfelsLieOnTheSurfaceAndFaceThePhotos) {
   const GuidedMap map = SiteOfARow(FrontWall(-4, 8), -2, 2).Map();
-  const Surface surface = MakeSurface({}, map);
+  const Surface surface = MakeSurface({}, map).surface;
   ASSERT_GT(surface.surfels.size(), 100u);
   double area = 0;
   for (const Surfel& surfel : surface.surfels) {
@@ -124,7 +124,7 @@ TEST(Guidance, APhotoWithoutAnObservationSeesASurfelUnlessItIsHidden) {
   const auto last = static_cast<uint32_t>(map.photos.size());
   map.photos.push_back({100, 0, 0, LookingAt({0, -12, 2}, {0, 0, 2})});
   int num_seen = 0, num_hidden = 0;
-  for (const Surfel& surfel : MakeSurface({}, map).surfels) {
+  for (const Surfel& surfel : MakeSurface({}, map).surface.surfels) {
     if (std::abs(surfel.position.z() - 2) > 1) continue;
     const bool seen = std::count(surfel.photos.begin(), surfel.photos.end(), last) > 0;
     const bool behind = surfel.position.y() > -0.1 && std::abs(surfel.position.x()) < 0.7;
@@ -153,7 +153,7 @@ TEST(Guidance, ABorderIsOpenWhereNobodyLookedAndClosedWhereNothingIs) {
     if (shown == Shown::kSides) {
       for (const double x : {-6.0, -5.5, 5.5, 6.0}) site.Photograph({x, -4, 1.5}, {0, 0, 1.5});
     }
-    const Surface surface = MakeSurface({}, site.Map());
+    const Surface surface = MakeSurface({}, site.Map()).surface;
     int at_sides = 0, open_at_sides = 0, open_elsewhere = 0;
     double outermost = 0;
     for (const Surfel& s : surface.surfels)
@@ -489,7 +489,7 @@ TEST(Guidance, TheGroundHasBordersForThoseAloneWhoLookDown) {
     down.Photograph({x, -4, 6}, {x, -3.9, 0});
   }
   const auto count_open = [](const Site& site, const Eigen::Vector3d& normal) {
-    const Surface surface = MakeSurface({}, site.Map());
+    const Surface surface = MakeSurface({}, site.Map()).surface;
     return std::count_if(surface.surfels.begin(), surface.surfels.end(), [&](const Surfel& s) {
       return s.open_border && s.normal.dot(normal) > 0.9;
     });

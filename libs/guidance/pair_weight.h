@@ -15,13 +15,6 @@ ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
                       const Eigen::Vector3d& position);
 std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel);
 
-// A term of Smith's sum, 0 to 1.
-double PairWeight(const Eigen::Vector3d& normal, const ViewOfSurfel& a, const ViewOfSurfel& b,
-                  double max_gsd);
-
-// Whether dense matching finds the same place in both: enough parallax, not too different.
-bool CanMatch(const Eigen::Vector3d& normal, const ViewOfSurfel& a, const ViewOfSurfel& b);
-
 // J'J of a point for 1 px of noise.
 Eigen::Matrix3d InformationOf(const ViewOfSurfel& view);
 // sqrt(n' information^-1 n); infinite where it is singular.

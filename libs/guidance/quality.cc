@@ -2,11 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/option_check.h"
-#include "guidance/cells.h"
 #include "guidance/holes.h"
 #include "guidance/pair_weight.h"
 #include "guidance/textured_share.h"
@@ -27,6 +28,49 @@ std::vector<ViewOfSurfel> BestViews(const Eigen::Vector3d& normal,
                    [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   views.resize(kMaxViews);
   return views;
+}
+
+// What a pair of photos is worth by its parallax: Smith et al. 2018, equation 3, the terms of
+// triangulation and matchability. 0 beyond 60 degrees.
+double ParallaxWeight(double parallax) {
+  constexpr double kPi = 3.14159265358979323846, kMaxParallax = kPi / 3;
+  if (parallax > kMaxParallax) return 0;
+  const double triangulation = 1 / (1 + std::exp(-32 * (parallax - kPi / 16)));
+  const double matchability = 1 - 1 / (1 + std::exp(-8 * (parallax - kPi / 4)));
+  return triangulation * matchability;
+}
+
+// The same of the parallax' cosine, to 1e-4: from a table, since there are millions of pairs.
+class ParallaxWeights {
+ public:
+  ParallaxWeights() {
+    for (int i = 0; i < kSteps + 2; ++i) {
+      table_[i] = ParallaxWeight(std::acos(std::min(1.0, kMinCos + i * kStep)));
+    }
+  }
+
+  double Of(double cosine) const {
+    if (cosine < kMinCos) return 0;
+    const double at = std::min((cosine - kMinCos) / kStep, double{kSteps});
+    const int i = static_cast<int>(at);
+    return table_[i] + (at - i) * (table_[i + 1] - table_[i]);
+  }
+
+ private:
+  static constexpr double kMinCos = 0.5;
+  static constexpr int kSteps = 4096;
+  static constexpr double kStep = (1 - kMinCos) / kSteps;
+  std::array<double, kSteps + 2> table_;
+};
+
+// Whether dense matching finds the same place in both: enough parallax, not too different. By the
+// cosines of their parallax and of the flatter view's incidence.
+bool CanMatch(double cos_parallax, double cos_incidence) {
+  constexpr double kMinCosParallax = 0.5;       // 60 degrees
+  constexpr double kMaxCosParallax = 0.99966;   // 1.5 degrees: none at all
+  constexpr double kMinCosIncidence = 0.34202;  // 70 degrees
+  return cos_parallax >= kMinCosParallax && cos_parallax <= kMaxCosParallax &&
+         cos_incidence >= kMinCosIncidence;
 }
 
 double SecondBestGsd(const std::vector<ViewOfSurfel>& views) {
@@ -76,29 +120,18 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   return result;
 }
 
-// A part whose place is in no surfel's cell is left out.
-std::vector<Piece> CutIntoPieces(const SurfaceOptions& options, const GuidedMap& map,
-                                 const PlaceQuality& place) {
-  const std::vector<Surfel>& wholes = place.surface.surfels;
+// Parts, and the surfels that have none.
+std::vector<Piece> PiecesOf(DetailedSurface* detailed) {
+  const std::vector<Surfel>& wholes = detailed->surface.surfels;
   std::vector<Piece> pieces;
-  if (wholes.empty()) return pieces;
-  Cells cells(place.surface.cell);
-  std::vector<uint32_t> whole_of;
-  for (uint32_t i = 0; i < wholes.size(); ++i) {
-    const auto cell = cells.CellOf(wholes[i].position);
-    if (cell && cells.Occupy(*cell) == whole_of.size()) whole_of.push_back(i);
-  }
   std::vector<bool> has_parts(wholes.size(), false);
-  Surface parts = MakeParts(options, map);
-  for (Surfel& part : parts.surfels) {
-    const auto cell = cells.CellOf(part.position);
-    const uint32_t* index = cell ? cells.Find(*cell) : nullptr;
-    if (index == nullptr) continue;
-    has_parts[whole_of[*index]] = true;
-    pieces.push_back({std::move(part), parts.cell, whole_of[*index], {}});
+  for (size_t i = 0; i < detailed->parts.size(); ++i) {
+    has_parts[detailed->whole_of[i]] = true;
+    pieces.push_back(
+        {std::move(detailed->parts[i]), detailed->part_width, detailed->whole_of[i], {}});
   }
   for (uint32_t i = 0; i < wholes.size(); ++i) {
-    if (!has_parts[i]) pieces.push_back({wholes[i], place.surface.cell, i, {}});
+    if (!has_parts[i]) pieces.push_back({wholes[i], detailed->surface.cell, i, {}});
   }
   return pieces;
 }
@@ -132,29 +165,6 @@ ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
   return {ray / distance, distance / focal_px};
 }
 
-double PairWeight(const Eigen::Vector3d& normal, const ViewOfSurfel& a, const ViewOfSurfel& b,
-                  double max_gsd) {
-  constexpr double kPi = 3.14159265358979323846;
-  constexpr double kMaxParallax = kPi / 3, kMinCosIncidence = 0.7071067811865476;  // 45 degrees
-  const double cos_incidence = std::min(a.direction.dot(normal), b.direction.dot(normal));
-  if (cos_incidence < kMinCosIncidence) return 0;
-  const double parallax = std::acos(std::clamp(a.direction.dot(b.direction), -1.0, 1.0));
-  if (parallax > kMaxParallax) return 0;
-  const double triangulation = 1 / (1 + std::exp(-32 * (parallax - kPi / 16)));
-  const double matchability = 1 - 1 / (1 + std::exp(-8 * (parallax - kPi / 4)));
-  const double resolution = 1 - std::min(std::max(a.gsd, b.gsd) / max_gsd, 1.0);
-  return triangulation * resolution * matchability * cos_incidence;
-}
-
-bool CanMatch(const Eigen::Vector3d& normal, const ViewOfSurfel& a, const ViewOfSurfel& b) {
-  constexpr double kMinCosParallax = 0.5;       // 60 degrees
-  constexpr double kMaxCosParallax = 0.99966;   // 1.5 degrees: none at all
-  constexpr double kMinCosIncidence = 0.34202;  // 70 degrees
-  const double cos_parallax = a.direction.dot(b.direction);
-  return cos_parallax >= kMinCosParallax && cos_parallax <= kMaxCosParallax &&
-         std::min(a.direction.dot(normal), b.direction.dot(normal)) >= kMinCosIncidence;
-}
-
 Eigen::Matrix3d InformationOf(const ViewOfSurfel& view) {
   return (Eigen::Matrix3d::Identity() - view.direction * view.direction.transpose()) /
          (view.gsd * view.gsd);
@@ -186,16 +196,25 @@ SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d&
   quality.best_gsd = SecondBestGsd(all_views);
   quality.sigma = std::numeric_limits<double>::infinity();
   const std::vector<ViewOfSurfel> views = BestViews(normal, all_views);
+  static const ParallaxWeights weights;
+  constexpr double kMinCosIncidence = 0.7071067811865476;  // of a pair that counts: 45 degrees
+  std::array<double, kMaxViews> incidence;                 // cosines
+  std::array<bool, kMaxViews> matches{};
+  for (size_t i = 0; i < views.size(); ++i) incidence[i] = views[i].direction.dot(normal);
+  for (size_t i = 0; i < views.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      const double cos_parallax = views[i].direction.dot(views[j].direction);
+      const double cos_incidence = std::min(incidence[i], incidence[j]);
+      if (CanMatch(cos_parallax, cos_incidence)) matches[i] = matches[j] = true;
+      if (cos_incidence < kMinCosIncidence) continue;
+      const double resolution =
+          1 - std::min(std::max(views[i].gsd, views[j].gsd) / MaxGsd(options), 1.0);
+      quality.reconstructability += weights.Of(cos_parallax) * resolution * cos_incidence;
+    }
+  }
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   for (size_t i = 0; i < views.size(); ++i) {
-    bool matches = false;
-    for (size_t j = 0; j < views.size(); ++j) {
-      if (j > i) {
-        quality.reconstructability += PairWeight(normal, views[i], views[j], MaxGsd(options));
-      }
-      matches |= j != i && CanMatch(normal, views[i], views[j]);
-    }
-    if (matches) information += InformationOf(views[i]);
+    if (matches[i]) information += InformationOf(views[i]);
   }
   quality.sigma = SigmaAlong(normal, information);
   quality.counts = Counts(options, quality);
@@ -205,8 +224,10 @@ SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d&
 
 PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
                          const QualityOptions& quality_options, const GuidedMap& map) {
+  DetailedSurface detailed = MakeSurface(surface_options, map);
   PlaceQuality place;
-  place.surface = MakeSurface(surface_options, map);
+  place.pieces = PiecesOf(&detailed);
+  place.surface = std::move(detailed.surface);
   QualityOptions options = quality_options;
   if (options.target_gsd == 0) options.target_gsd = 2 * place.surface.median_gsd;
   const auto assess = [&](const Surfel& surfel, double width) {
@@ -218,7 +239,6 @@ PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
   for (const Surfel& surfel : place.surface.surfels) {
     place.surfels.push_back(assess(surfel, place.surface.cell));
   }
-  place.pieces = CutIntoPieces(surface_options, map, place);
   for (Piece& piece : place.pieces) piece.quality = assess(piece.surfel, piece.width);
   place.good_shares = GoodSharesOf(place);
   place.completeness = Summarise(options, place, ShareOfHoles(map));

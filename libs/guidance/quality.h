@@ -59,9 +59,9 @@ struct SurfelQuality {
   bool good = false;
 };
 
-// What is judged: a part of a surfel (MakeParts), or the whole of one where points are too few for
-// parts. A surfel may be as wide as a chair: its normal is none of the chair's sides', and a photo
-// that sees its middle may see half of it.
+// What is judged: a part of a surfel (DetailedSurface), or the whole of one where points are too
+// few for parts. A surfel may be as wide as a chair: its normal is none of the chair's sides', and
+// a photo that sees its middle may see half of it.
 struct Piece {
   Surfel surfel;
   double width = 0;    // of its cell

@@ -1,10 +1,10 @@
 #include "guidance/stations.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <tuple>
 
 #include "core/option_check.h"
@@ -25,7 +25,8 @@ struct Weak {
   bool is_beyond = false;
   double min_cos = 0;  // a photo shows it if its direction's cosine with the normal is larger
   std::vector<ViewOfSurfel> views;
-  double utility = 0;  // with these
+  double utility = 0;    // with these
+  uint64_t version = 0;  // of the views
 };
 
 // 0 without photos, 1 where it is good. The first photos count a little: without them no further
@@ -56,7 +57,7 @@ std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
       continue;
     const Surfel& surfel = piece.surfel;
     weak.push_back(
-        {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0});
+        {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0, 0});
     weak.back().utility = Utility(options, weak.back(), weak.back().views);
   }
   for (size_t i = 0; i < place.surfels.size(); ++i) {
@@ -69,6 +70,7 @@ std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
                       true,
                       std::cos(surfel.beyond_max_deg * kRadian),
                       {},
+                      0,
                       0});
     }
   }
@@ -154,6 +156,7 @@ class Chooser {
     if (quality_.target_gsd == 0) quality_.target_gsd = place.completeness.target_gsd;
     weak_ = FindWeak(quality_, map, place);
     up_ = UpOf(map);
+    positions_ = PositionsOf(place.surface.surfels);
     for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
   }
 
@@ -164,6 +167,24 @@ class Chooser {
   struct Ground {
     Eigen::Vector3d up;
     double min_height, max_height;
+  };
+  // What a camera sees of the surface.
+  struct View {
+    DepthGrid grid;
+    std::vector<DepthGrid::InFrame> in_frame;  // surfels
+  };
+  // A weak place that a photo from somewhere would show, and the gain if its views are those of
+  // that version.
+  struct Shown {
+    uint32_t weak;
+    double gain;
+    uint64_t version;
+  };
+  // A place to take a photo from.
+  struct Stand {
+    bool is_possible = false;
+    double common_points = 0;
+    std::vector<Shown> shown;
   };
   // A pose that may become a station.
   struct Candidate {
@@ -181,17 +202,21 @@ class Chooser {
   bool WasInVain(const StationSeeker& seeker, const CameraPose& pose, double common_points) const;
   std::vector<Weak> TakeInVain(const StationSeeker& seeker);
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
-  double GainOf(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px) const;
-  double CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centre) const;
-  void Take(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px);
+  std::vector<Shown> ShownIn(const View& view, const Eigen::Vector3d& centre) const;
+  double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown) const;
+  double CommonPoints(const View& view, const Eigen::Vector3d& centre) const;
+  void Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre, double focal_px);
   Station::Why WhyOf(const Weak& weak) const;
   uint32_t NearestPhoto(const Candidate& candidate) const;
   const GuidedCamera& CameraOf(const StationSeeker& seeker) const {
     return map_.cameras[map_.photos[seeker.last_photo].camera];
   }
-  DepthGrid ViewFromPose(const StationSeeker& seeker, const CameraPose& pose) const {
-    DepthGrid view(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance);
-    view.Draw(place_.surface.surfels);
+  Stand* StandAt(const StationSeeker& seeker, const Ground& ground, const Candidate& candidate);
+  View ViewFromPose(const StationSeeker& seeker, const CameraPose& pose) const {
+    View view{
+        DepthGrid(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance),
+        {}};
+    view.in_frame = view.grid.Draw(positions_);
     return view;
   }
 
@@ -201,6 +226,10 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
+  Eigen::Matrix3Xf positions_;  // of the surfels
+  // By the agent, and where it would stand and look: most candidates come again for each station.
+  std::map<std::array<double, 7>, Stand> stands_;
+  uint64_t last_version_ = 0;
   Eigen::Vector3d up_;
 };
 
@@ -283,6 +312,23 @@ bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
   return std::any_of(centres_.begin(), centres_.end(), is_free);
 }
 
+Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& ground,
+                                 const Candidate& candidate) {
+  const Eigen::Vector3d &at = candidate.centre, &to = candidate.target;
+  const auto [found, is_new] = stands_.try_emplace(
+      {static_cast<double>(seeker.agent), at.x(), at.y(), at.z(), to.x(), to.y(), to.z()});
+  Stand& stand = found->second;
+  if (!is_new) return &stand;
+  stand.is_possible = MayStandAt(seeker, ground, candidate.centre);
+  if (!stand.is_possible) return &stand;
+  const View view = ViewFromPose(seeker, candidate.pose);
+  stand.common_points = CommonPoints(view, candidate.centre);
+  if (stand.common_points >= options_.min_common_points) {
+    stand.shown = ShownIn(view, candidate.centre);
+  }
+  return &stand;
+}
+
 // Nobody stands more exactly where it was told to. What was in vain may succeed with a map that has
 // grown there.
 bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
@@ -299,10 +345,10 @@ bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
 std::vector<Weak> Chooser::TakeInVain(const StationSeeker& seeker) {
   std::vector<Weak> before = weak_;
   for (const VainPhoto& photo : seeker.in_vain) {
-    const DepthGrid view = ViewFromPose(seeker, photo.cam_from_world);
+    const View view = ViewFromPose(seeker, photo.cam_from_world);
     const Eigen::Vector3d centre = photo.cam_from_world.Centre();
     if (CommonPoints(view, centre) >= kMoreIsKnown * photo.common_points) continue;
-    Take(view, centre, CameraOf(seeker).FocalPx());
+    Take(ShownIn(view, centre), centre, CameraOf(seeker).FocalPx());
   }
   return before;
 }
@@ -312,29 +358,46 @@ double Chooser::Nearness(const StationSeeker& seeker, const Eigen::Vector3d& cen
   return half / (half + (centre - centres_[seeker.last_photo]).norm());
 }
 
-double Chooser::GainOf(const DepthGrid& view, const Eigen::Vector3d& centre,
-                       double focal_px) const {
+std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
+                                             const Eigen::Vector3d& centre) const {
+  constexpr uint64_t kNone = std::numeric_limits<uint64_t>::max();
+  std::vector<Shown> shown;
+  for (uint32_t i = 0; i < weak_.size(); ++i) {
+    if (!Shows(centre, weak_[i])) continue;
+    if (view.grid.Look(weak_[i].position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+    shown.push_back({i, 0, kNone});
+  }
+  return shown;
+}
+
+double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px,
+                       std::vector<Shown>* shown) const {
   double gain = 0;
   std::vector<ViewOfSurfel> views;
-  for (const Weak& weak : weak_) {
-    if (weak.utility >= 1 || !Shows(centre, weak)) continue;
-    if (view.Look(weak.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
-    views = weak.views;
-    views.push_back(ViewFrom(centre, focal_px, weak.position));
-    gain += weak.area * std::max(0.0, Utility(quality_, weak, views) - weak.utility);
+  for (Shown& one : *shown) {
+    const Weak& weak = weak_[one.weak];
+    if (weak.utility >= 1) continue;
+    if (one.version != weak.version) {
+      views = weak.views;
+      views.push_back(ViewFrom(centre, focal_px, weak.position));
+      one.gain = weak.area * std::max(0.0, Utility(quality_, weak, views) - weak.utility);
+      one.version = weak.version;
+    }
+    gain += one.gain;
   }
   return gain;
 }
 
 // Points look alike from directions less than 30 degrees apart, at up to twice the size.
-double Chooser::CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centre) const {
+double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre) const {
   constexpr double kMinCos = 0.8660254037844387, kMaxRatio = 2;
   double points = 0;
-  for (const Surfel& surfel : place_.surface.surfels) {
+  for (const DepthGrid::InFrame& in_frame : view.in_frame) {
+    if (!view.grid.IsSeen(in_frame, kDepthTolerance)) continue;
+    const Surfel& surfel = place_.surface.surfels[in_frame.index];
     const Eigen::Vector3d ray = centre - surfel.position;
     const double distance = ray.norm();
     if (ray.dot(surfel.normal) <= 0) continue;
-    if (view.Look(surfel.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
     const bool known = std::any_of(surfel.photos.begin(), surfel.photos.end(), [&](uint32_t photo) {
       const Eigen::Vector3d other = centres_[photo] - surfel.position;
       const double other_distance = other.norm();
@@ -346,12 +409,14 @@ double Chooser::CommonPoints(const DepthGrid& view, const Eigen::Vector3d& centr
   return options_.match_rate * points;
 }
 
-void Chooser::Take(const DepthGrid& view, const Eigen::Vector3d& centre, double focal_px) {
-  for (Weak& weak : weak_) {
-    if (!Shows(centre, weak)) continue;
-    if (view.Look(weak.position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre,
+                   double focal_px) {
+  ++last_version_;
+  for (const Shown& one : shown) {
+    Weak& weak = weak_[one.weak];
     weak.views.push_back(ViewFrom(centre, focal_px, weak.position));
     weak.utility = Utility(quality_, weak, weak.views);
+    weak.version = last_version_;
   }
 }
 
@@ -398,19 +463,18 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   const std::vector<Candidate> candidates = MakeCandidates(seeker, ground);
   for (const Candidate& candidate : candidates) {
     if (num_tried >= kTried) break;
-    if (!MayStandAt(seeker, ground, candidate.centre)) continue;
+    Stand* stand = StandAt(seeker, ground, candidate);
+    if (!stand->is_possible) continue;
     ++num_tried;
-    const DepthGrid view = ViewFromPose(seeker, candidate.pose);
-    const double common = CommonPoints(view, candidate.centre);
-    if (common < options_.min_common_points) continue;
-    if (WasInVain(seeker, candidate.pose, common)) continue;
-    const double gain = GainOf(view, candidate.centre, focal_px);
+    if (stand->common_points < options_.min_common_points) continue;
+    if (WasInVain(seeker, candidate.pose, stand->common_points)) continue;
+    const double gain = GainOf(candidate.centre, focal_px, &stand->shown);
     const double score = gain * Nearness(seeker, candidate.centre);
     if (score <= best_score) continue;
     best_score = score;
     best = &candidate;
     station.gain = gain;
-    station.common_points = common;
+    station.common_points = stand->common_points;
   }
   // A photo that makes less than two cells better is not worth a walk.
   const double least = 2 * place_.surface.cell * place_.surface.cell;
@@ -422,7 +486,7 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   station.why = WhyOf(weak_[best->example]);
   station.nearest_photo = NearestPhoto(*best);
   stations->push_back(station);
-  Take(ViewFromPose(seeker, best->pose), best->centre, focal_px);
+  Take(StandAt(seeker, ground, *best)->shown, best->centre, focal_px);
   return true;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/option_check.h"
 #include "guidance/cells.h"
@@ -100,30 +101,66 @@ PointCells PutIntoCells(const GuidedMap& map, double width) {
   return result;
 }
 
-// Photos that observe one of the points, ascending.
-std::vector<uint32_t> ObserversOf(const GuidedMap& map, const std::vector<uint32_t>& points) {
-  std::vector<uint32_t> photos;
-  for (const uint32_t point : points) {
-    photos.insert(photos.end(), map.points[point].photos.begin(), map.points[point].photos.end());
+// Photos that observe one of the points, ascending. Keeps a mark a photo from call to call.
+class Observers {
+ public:
+  explicit Observers(const GuidedMap& map) : map_(map), marks_(map.photos.size(), 0) {}
+
+  std::vector<uint32_t> Of(const std::vector<uint32_t>& points) {
+    ++mark_;
+    std::vector<uint32_t> photos;
+    for (const uint32_t point : points) {
+      for (const uint32_t photo : map_.points[point].photos) {
+        if (std::exchange(marks_[photo], mark_) != mark_) photos.push_back(photo);
+      }
+    }
+    std::sort(photos.begin(), photos.end());
+    return photos;
   }
-  std::sort(photos.begin(), photos.end());
-  photos.erase(std::unique(photos.begin(), photos.end()), photos.end());
-  return photos;
+
+ private:
+  const GuidedMap& map_;
+  std::vector<uint32_t> marks_;
+  uint32_t mark_ = 0;
+};
+
+// Sums of points, less a common origin near them: of cells together they are added.
+struct Moments {
+  size_t count = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+
+  void Add(const Eigen::Vector3d& offset) {
+    ++count;
+    sum += offset;
+    squares += offset * offset.transpose();
+  }
+  void Add(const Moments& other) {
+    count += other.count;
+    sum += other.sum;
+    squares += other.squares;
+  }
+};
+
+std::vector<Moments> MomentsOf(const GuidedMap& map, const PointCells& points) {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  for (const GuidedPoint& point : map.points) origin += point.xyz;
+  origin /= static_cast<double>(std::max<size_t>(1, map.points.size()));
+  std::vector<Moments> moments(points.members.size());
+  for (size_t index = 0; index < moments.size(); ++index) {
+    for (const uint32_t point : points.members[index]) {
+      moments[index].Add(map.points[point].xyz - origin);
+    }
+  }
+  return moments;
 }
 
 // Least-squares plane of the points in and around a cell, towards where they were seen from; that
 // direction itself where the points are no surface.
-Eigen::Vector3d NormalOf(const GuidedMap& map, const std::vector<uint32_t>& around,
-                         const Eigen::Vector3d& towards) {
+Eigen::Vector3d NormalOf(const Moments& around, const Eigen::Vector3d& towards) {
   constexpr double kMaxThickness = 0.5;  // standard deviation across, over that along
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const uint32_t point : around) mean += map.points[point].xyz;
-  mean /= static_cast<double>(around.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const uint32_t point : around) {
-    const Eigen::Vector3d offset = map.points[point].xyz - mean;
-    scatter += offset * offset.transpose();
-  }
+  const Eigen::Matrix3d scatter =
+      around.squares - around.sum * around.sum.transpose() / static_cast<double>(around.count);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
   const Eigen::Vector3d& values = solver.eigenvalues();
   if (values[0] > kMaxThickness * kMaxThickness * values[1]) return towards;
@@ -137,19 +174,20 @@ double AreaOf(double width, const Eigen::Vector3d& normal) {
 }
 
 Surfel MakeSurfel(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres,
-                  const PointCells& points, uint32_t index, const std::vector<uint32_t>& around) {
+                  const PointCells& points, uint32_t index, const Moments& around,
+                  Observers* observers) {
   const std::vector<uint32_t>& members = points.members[index];
   Surfel surfel;
   for (const uint32_t point : members) surfel.position += map.points[point].xyz;
   surfel.position /= static_cast<double>(members.size());
   surfel.num_points = static_cast<uint32_t>(members.size());
-  surfel.photos = ObserversOf(map, members);
+  surfel.photos = observers->Of(members);
   Eigen::Vector3d towards = Eigen::Vector3d::Zero();
   for (const uint32_t photo : surfel.photos) {
     towards += (centres[photo] - surfel.position).normalized();
   }
   if (towards.norm() < 1e-9) towards = Eigen::Vector3d::UnitZ();
-  surfel.normal = NormalOf(map, around, towards.normalized());
+  surfel.normal = NormalOf(around, towards.normalized());
   surfel.area = AreaOf(points.cells.width(), surfel.normal);
   surfel.beyond = surfel.position;
   surfel.beyond_normal = surfel.normal;
@@ -159,27 +197,17 @@ Surfel MakeSurfel(const GuidedMap& map, const std::vector<Eigen::Vector3d>& cent
 std::vector<Surfel> MakeSurfels(const GuidedMap& map, const std::vector<Eigen::Vector3d>& centres,
                                 const PointCells& points) {
   std::vector<Surfel> surfels;
-  std::vector<uint32_t> around;
+  Observers observers(map);
+  const std::vector<Moments> moments = MomentsOf(map, points);
   for (uint32_t index = 0; index < points.members.size(); ++index) {
-    around.clear();
-    points.cells.VisitAround(points.cell_of[index], 1, [&](uint32_t other) {
-      around.insert(around.end(), points.members[other].begin(), points.members[other].end());
-    });
-    if (around.size() >= kMinPointsOfNormal) {
-      surfels.push_back(MakeSurfel(map, centres, points, index, around));
+    Moments around;
+    points.cells.VisitAround(points.cell_of[index], 1,
+                             [&](uint32_t other) { around.Add(moments[other]); });
+    if (around.count >= kMinPointsOfNormal) {
+      surfels.push_back(MakeSurfel(map, centres, points, index, around, &observers));
     }
   }
   return surfels;
-}
-
-std::vector<DepthGrid> DrawAll(const GuidedMap& map, const Surface& surface) {
-  std::vector<DepthGrid> grids;
-  for (const GuidedPhoto& photo : map.photos) {
-    grids.emplace_back(map.cameras[photo.camera], photo.cam_from_world, surface.cell,
-                       surface.working_distance);
-    grids.back().Draw(surface.surfels);
-  }
-  return grids;
 }
 
 bool LooksAt(const Eigen::Vector3d& centre, const Surfel& surfel, double min_cos) {
@@ -187,22 +215,43 @@ bool LooksAt(const Eigen::Vector3d& centre, const Surfel& surfel, double min_cos
   return ray.dot(surfel.normal) >= min_cos * ray.norm();
 }
 
-void AddPhotosInView(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
-                     const std::vector<DepthGrid>& grids, Surfel* surfel) {
-  const double min_cos = std::cos(options.max_incidence_deg * kRadian);
-  std::vector<uint32_t> photos;
-  auto observer = surfel->photos.begin();
-  for (uint32_t photo = 0; photo < grids.size(); ++photo) {
-    if (observer != surfel->photos.end() && *observer == photo) {
-      ++observer;
-      photos.push_back(photo);
-    } else if (LooksAt(centres[photo], *surfel, min_cos) &&
-               grids[photo].Look(surfel->position, options.depth_tolerance) ==
-                   DepthGrid::Sight::kSeen) {
-      photos.push_back(photo);
+// What photos have in view, with nothing in front and from any side.
+struct Sights {
+  std::vector<DepthGrid> grids;               // of each photo, with the surfels drawn
+  std::vector<std::vector<uint32_t>> photos;  // of each surfel, ascending
+};
+
+Sights FindSights(const SurfaceOptions& options, const GuidedMap& map, const Surface& surface) {
+  const Eigen::Matrix3Xf positions = PositionsOf(surface.surfels);
+  Sights sights;
+  sights.photos.resize(surface.surfels.size());
+  for (uint32_t photo = 0; photo < map.photos.size(); ++photo) {
+    sights.grids.emplace_back(map.cameras[map.photos[photo].camera],
+                              map.photos[photo].cam_from_world, surface.cell,
+                              surface.working_distance);
+    DepthGrid& grid = sights.grids.back();
+    for (const DepthGrid::InFrame& surfel : grid.Draw(positions)) {
+      if (grid.IsSeen(surfel, options.depth_tolerance)) {
+        sights.photos[surfel.index].push_back(photo);
+      }
     }
   }
-  surfel->photos = std::move(photos);
+  return sights;
+}
+
+// Those of `photos` for which `sees` holds, beside those that observe the surfel.
+template <typename Sees>
+void AddPhotos(const std::vector<uint32_t>& photos, const Sees& sees, Surfel* surfel) {
+  std::vector<uint32_t> all;
+  all.reserve(surfel->photos.size() + photos.size());
+  auto observer = surfel->photos.begin();
+  for (const uint32_t photo : photos) {
+    while (observer != surfel->photos.end() && *observer < photo) all.push_back(*observer++);
+    if (observer != surfel->photos.end() && *observer == photo) continue;
+    if (sees(photo)) all.push_back(photo);
+  }
+  all.insert(all.end(), observer, surfel->photos.end());
+  surfel->photos = std::move(all);
 }
 
 // Directions in the surfel's plane, as angles, of those around it.
@@ -335,20 +384,37 @@ void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
   }
 }
 
-// `grids`: of each photo, with the surfels drawn.
-Surface MakeWithoutBorders(const SurfaceOptions& options, const GuidedMap& map,
-                           const std::vector<Eigen::Vector3d>& centres,
-                           std::vector<DepthGrid>* grids) {
-  Surface surface;
-  const Scale scale = MeasureScale(map, centres);
-  if (scale.median_gsd <= 0) return surface;
-  surface.median_gsd = scale.median_gsd;
-  surface.working_distance = scale.working_distance;
-  surface.cell = CellWidth(options, map, scale);
-  surface.surfels = MakeSurfels(map, centres, PutIntoCells(map, surface.cell));
-  *grids = DrawAll(map, surface);
-  for (Surfel& surfel : surface.surfels) AddPhotosInView(options, centres, *grids, &surfel);
-  return surface;
+// In cells as small as the points allow. What hides a surfel hides its parts, so they need no grids
+// of their own, which would cost three times as much.
+void AddParts(const SurfaceOptions& options, const GuidedMap& map, const Scale& scale,
+              const std::vector<Eigen::Vector3d>& centres, const Sights& sights,
+              DetailedSurface* detailed) {
+  SurfaceOptions of_parts = options;
+  of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
+  of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
+  const double min_cos = std::cos(options.max_incidence_deg * kRadian);
+  const std::vector<Surfel>& wholes = detailed->surface.surfels;
+  Cells cells(detailed->surface.cell);
+  std::vector<uint32_t> surfel_of;
+  for (uint32_t i = 0; i < wholes.size(); ++i) {
+    const auto cell = cells.CellOf(wholes[i].position);
+    if (cell && cells.Occupy(*cell) == surfel_of.size()) surfel_of.push_back(i);
+  }
+  detailed->part_width = CellWidth(of_parts, map, scale);
+  for (Surfel& part : MakeSurfels(map, centres, PutIntoCells(map, detailed->part_width))) {
+    const auto cell = cells.CellOf(part.position);
+    const uint32_t* index = cell ? cells.Find(*cell) : nullptr;
+    if (index == nullptr) continue;
+    const uint32_t whole = surfel_of[*index];
+    const auto sees = [&](uint32_t photo) {
+      return LooksAt(centres[photo], part, min_cos) &&
+             sights.grids[photo].Look(part.position, options.depth_tolerance) ==
+                 DepthGrid::Sight::kSeen;
+    };
+    AddPhotos(sights.photos[whole], sees, &part);
+    detailed->parts.push_back(std::move(part));
+    detailed->whole_of.push_back(whole);
+  }
 }
 
 }  // namespace
@@ -361,20 +427,27 @@ Status SurfaceOptions::Check() const {
                      InRange("depth_tolerance", depth_tolerance, 0.0, 1.0)});
 }
 
-Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map) {
+DetailedSurface MakeSurface(const SurfaceOptions& options, const GuidedMap& map) {
+  DetailedSurface detailed;
   const std::vector<Eigen::Vector3d> centres = CentresOf(map);
-  std::vector<DepthGrid> grids;
-  Surface surface = MakeWithoutBorders(options, map, centres, &grids);
-  FindBorders(options, map, centres, grids, &surface);
-  return surface;
-}
-
-Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map) {
-  SurfaceOptions of_parts = options;
-  of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
-  of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
-  std::vector<DepthGrid> grids;
-  return MakeWithoutBorders(of_parts, map, CentresOf(map), &grids);
+  const Scale scale = MeasureScale(map, centres);
+  if (scale.median_gsd <= 0) return detailed;
+  Surface& surface = detailed.surface;
+  surface.median_gsd = scale.median_gsd;
+  surface.working_distance = scale.working_distance;
+  surface.cell = CellWidth(options, map, scale);
+  surface.surfels = MakeSurfels(map, centres, PutIntoCells(map, surface.cell));
+  const Sights sights = FindSights(options, map, surface);
+  const double min_cos = std::cos(options.max_incidence_deg * kRadian);
+  for (size_t i = 0; i < surface.surfels.size(); ++i) {
+    Surfel& surfel = surface.surfels[i];
+    AddPhotos(
+        sights.photos[i], [&](uint32_t photo) { return LooksAt(centres[photo], surfel, min_cos); },
+        &surfel);
+  }
+  FindBorders(options, map, centres, sights.grids, &surface);
+  AddParts(options, map, scale, centres, sights, &detailed);
+  return detailed;
 }
 
 }  // namespace skein

@@ -50,12 +50,16 @@ struct Surface {
   std::vector<Surfel> surfels;
 };
 
-// Empty for a map without points. Costs the number of observations, and of surfels times the photos
-// that look towards them.
-Surface MakeSurface(const SurfaceOptions& options, const GuidedMap& map);
+// A surface and what its surfels are made of.
+struct DetailedSurface {
+  Surface surface;
+  std::vector<Surfel> parts;       // in cells as small as the points allow, without borders
+  double part_width = 0;           // of such a cell
+  std::vector<uint32_t> whole_of;  // of each part: the surfel that it is in, an index
+};
 
-// The same in cells as small as the points allow, without borders: what is in a surfel of
-// `options`.
-Surface MakeParts(const SurfaceOptions& options, const GuidedMap& map);
+// Empty for a map without points. Costs the number of observations, of surfels times photos, and
+// of parts times the photos that have their surfel in view.
+DetailedSurface MakeSurface(const SurfaceOptions& options, const GuidedMap& map);
 
 }  // namespace skein

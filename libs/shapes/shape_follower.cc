@@ -16,7 +16,59 @@ constexpr double kSilentS = 10;     // then its shapes count as given up
 constexpr double kStalledS = 10;    // a pull of which nothing comes is given up
 constexpr int64_t kMaxManifestBytes = 64 << 20;
 
+// With what the known shape (null: there is none) has of it.
+std::shared_ptr<Shape> MakeShape(const submap_shape_t& told, const ShapeManifest& manifest,
+                                 const ShapePtr& known) {
+  auto shape = std::make_shared<Shape>();
+  shape->submap_id = told.submap_id;
+  shape->version = manifest.version;
+  shape->owner = told.owner;
+  shape->photos = manifest.photos;
+  shape->cameras = manifest.cameras;
+  for (const ShapeManifest::Chunk& chunk : manifest.chunks) {
+    shape->chunks.push_back({chunk.id, chunk.version, chunk.num_points, nullptr, nullptr,
+                             chunk.tracks_blob, chunk.tracks_bytes});
+    const Shape::Chunk* old = known == nullptr ? nullptr : known->Find(chunk.id);
+    if (old == nullptr || old->version != chunk.version) continue;
+    shape->chunks.back().points = old->points;
+    shape->chunks.back().tracks = old->tracks;
+  }
+  return shape;
+}
+
 }  // namespace
+
+// A part of a chunk that is not here.
+struct ShapeFollower::WantedBlob {
+  size_t chunk = 0;  // index
+  std::string blob;
+  int64_t size_bytes = 0;
+  bool is_tracks = false;
+};
+
+// `shape`: with the manifest's chunks. None: it is too large.
+std::optional<std::vector<ShapeFollower::WantedBlob>> ShapeFollower::WantedOf(
+    const ShapeManifest& manifest, const Shape& shape, bool with_tracks) {
+  std::vector<WantedBlob> wanted;
+  int64_t sum_bytes = 0;
+  for (size_t i = 0; i < manifest.chunks.size(); ++i) {
+    const ShapeManifest::Chunk& chunk = manifest.chunks[i];
+    if (chunk.num_points > ShapeChunk::kMaxPoints ||
+        chunk.tracks_bytes > static_cast<uint64_t>(ShapeStore::kMaxBytes)) {
+      return std::nullopt;
+    }
+    const auto points_bytes =
+        static_cast<int64_t>(kShapeChunkHeaderBytes + kShapePointBytes * chunk.num_points);
+    const auto tracks_bytes = static_cast<int64_t>(chunk.tracks_bytes);
+    const bool wants_points = shape.chunks[i].points == nullptr;
+    const bool wants_tracks = with_tracks && shape.chunks[i].tracks == nullptr;
+    if (wants_points) wanted.push_back({i, chunk.points_blob, points_bytes, false});
+    if (wants_tracks) wanted.push_back({i, chunk.tracks_blob, tracks_bytes, true});
+    sum_bytes += (wants_points ? points_bytes : 0) + (wants_tracks ? tracks_bytes : 0);
+    if (sum_bytes > ShapeStore::kMaxBytes) return std::nullopt;
+  }
+  return wanted;
+}
 
 ShapeFollower::ShapeFollower(Node& node, ShapeStore& store, ShapeFollowerOptions options)
     : node_(node), store_(store), options_(std::move(options)), looked_s_(-HUGE_VAL) {
@@ -150,70 +202,29 @@ void ShapeFollower::OnManifest(const std::shared_ptr<Pull>& pull, const Result<B
     pull->failed = true;
     return OnPulled(pull);
   }
-  pull->shape = std::make_shared<Shape>();
-  Shape& shape = *pull->shape;
-  shape.submap_id = pull->told.submap_id;
-  shape.version = manifest->version;
-  shape.owner = pull->told.owner;
-  shape.photos = manifest->photos;
-  shape.cameras = manifest->cameras;
-  const ShapePtr known = store_.Find(shape.submap_id);
-  struct Wanted {
-    size_t index;
-    std::string blob;
-    int64_t size_bytes;
-    bool is_tracks;
-  };
-  std::vector<Wanted> wanted;
-  int64_t wanted_bytes = 0;
-  for (const ShapeManifest::Chunk& chunk : manifest->chunks) {
-    const size_t index = shape.chunks.size();
-    shape.chunks.push_back({chunk.id, chunk.version, chunk.num_points, nullptr, nullptr,
-                            chunk.tracks_blob, chunk.tracks_bytes});
-    const Shape::Chunk* old = known == nullptr ? nullptr : known->Find(chunk.id);
-    if (old != nullptr && old->version == chunk.version) {
-      shape.chunks.back().points = old->points;
-      shape.chunks.back().tracks = old->tracks;
-    }
-    pull->failed |= chunk.num_points > ShapeChunk::kMaxPoints ||
-                    chunk.tracks_bytes > static_cast<uint64_t>(ShapeStore::kMaxBytes);
-    if (shape.chunks.back().points == nullptr) {
-      const auto size_bytes =
-          static_cast<int64_t>(kShapeChunkHeaderBytes + kShapePointBytes * chunk.num_points);
-      wanted.push_back({index, chunk.points_blob, size_bytes, false});
-    }
-    if (options_.with_tracks && shape.chunks.back().tracks == nullptr) {
-      wanted.push_back({index, chunk.tracks_blob, static_cast<int64_t>(chunk.tracks_bytes), true});
-    }
-    if (pull->failed) break;
-  }
-  for (const Wanted& blob : wanted) {
-    wanted_bytes += blob.size_bytes;
-    pull->failed |= wanted_bytes > ShapeStore::kMaxBytes;
-    if (pull->failed) break;
-  }
-  if (pull->failed) {
-    LogWarn("submap {}: a shape that is too large is left out", shape.submap_id);
+  pull->shape = MakeShape(pull->told, *manifest, store_.Find(pull->told.submap_id));
+  const auto wanted = WantedOf(*manifest, *pull->shape, options_.with_tracks);
+  if (!wanted) {
+    LogWarn("submap {}: a shape that is too large is left out", pull->told.submap_id);
+    pull->failed = true;
     return OnPulled(pull);
   }
-  pull->num_missing = wanted.size();
-  if (wanted.empty()) return OnPulled(pull);
-  for (const Wanted& blob : wanted) {
-    FetchOfChunk(pull, blob.index, blob.blob, blob.size_bytes, blob.is_tracks);
-  }
+  pull->num_missing = wanted->size();
+  if (wanted->empty()) return OnPulled(pull);
+  for (const WantedBlob& blob : *wanted) FetchOfChunk(pull, blob);
 }
 
-void ShapeFollower::FetchOfChunk(const std::shared_ptr<Pull>& pull, size_t index,
-                                 const std::string& blob, int64_t size_bytes, bool is_tracks) {
+void ShapeFollower::FetchOfChunk(const std::shared_ptr<Pull>& pull, const WantedBlob& wanted) {
   BlobClient::FetchOptions options;
-  options.size_bytes = size_bytes;
-  options.max_bytes = size_bytes;
-  const auto on_bytes = [this, pull, index, is_tracks](Result<Bytes> bytes) {
+  options.size_bytes = wanted.size_bytes;
+  options.max_bytes = wanted.size_bytes;
+  const auto on_bytes = [this, pull, index = wanted.chunk,
+                         is_tracks = wanted.is_tracks](Result<Bytes> bytes) {
     is_tracks ? OnTracks(pull, index, std::move(bytes)) : OnPoints(pull, index, std::move(bytes));
     if (--pull->num_missing == 0) OnPulled(pull);
   };
   pull->fetches.push_back(
-      node_.blobs().Fetch(blob, pull->told.owner, alive_.Guarded(on_bytes), options));
+      node_.blobs().Fetch(wanted.blob, pull->told.owner, alive_.Guarded(on_bytes), options));
 }
 
 void ShapeFollower::OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes) {

@@ -61,14 +61,17 @@ class ShapeFollower {
     double progress_s = 0;
   };
 
+  struct WantedBlob;
+
   void Tick();
   bool IsWanted() const;
   void OnShape(const submap_shape_t& told);
   bool IsCurrent(const submap_shape_t& told) const;
   void PullNext(int64_t submap_id);
+  static std::optional<std::vector<WantedBlob>> WantedOf(const ShapeManifest& manifest,
+                                                         const Shape& shape, bool with_tracks);
   void OnManifest(const std::shared_ptr<Pull>& pull, const Result<Bytes>& bytes);
-  void FetchOfChunk(const std::shared_ptr<Pull>& pull, size_t index, const std::string& blob,
-                    int64_t size_bytes, bool is_tracks);
+  void FetchOfChunk(const std::shared_ptr<Pull>& pull, const WantedBlob& wanted);
   void OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes);
   void OnTracks(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes);
   void OnPulled(const std::shared_ptr<Pull>& pull);

@@ -20,6 +20,12 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+// Photo 1 of another session may have had the same address: its commit tells a photo from that.
+bool IsOfThisPhotoAlone(const HttpRequest& request, const image_t& image) {
+  const auto version = request.query.find("v");
+  return version != request.query.end() && version->second == std::to_string(image.header.utime_us);
+}
+
 json PointJson(const Keypoint& keypoint) {
   return {Rounded(keypoint.x, kPixelDigits), Rounded(keypoint.y, kPixelDigits)};
 }
@@ -29,11 +35,11 @@ json PointJson(const Keypoint& keypoint) {
 PhotosApi::PhotosApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs)
     : view_(view), source_(source), blobs_(blobs) {}
 
-void PhotosApi::Handle(const PathParts& parts, Respond respond) {
+void PhotosApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
   const std::optional<int64_t> id = ParseId(parts[1]);
   if (!id) return respond(HttpError(400, "a photo is a number"));
-  if (parts.size() == 2) return GetPhoto(*id, respond);
-  if (parts.size() == 3 && parts[2] == "thumbnail") return GetThumbnail(*id, respond);
+  if (parts.size() == 2) return GetPhoto(*id, request, respond);
+  if (parts.size() == 3 && parts[2] == "thumbnail") return GetThumbnail(*id, request, respond);
   if (parts.size() == 3 && parts[2] == "matches") return GetMatches(*id, respond);
   const std::optional<int64_t> other =
       parts.size() == 4 && parts[2] == "matches" ? ParseId(parts[3]) : std::nullopt;
@@ -41,15 +47,19 @@ void PhotosApi::Handle(const PathParts& parts, Respond respond) {
   respond(HttpError(404, "there is no such path; /api/photos/ID/thumbnail is one"));
 }
 
-void PhotosApi::GetPhoto(int64_t image_id, Respond respond) {
-  const image_t image = view_.With([&](const SessionRecord& session) {
+image_t PhotosApi::ImageOf(int64_t image_id) const {
+  return view_.With([&](const SessionRecord& session) {
     const PhotoState* photo = session.state.FindPhoto(image_id);
     return photo == nullptr ? image_t() : photo->image;
   });
+}
+
+void PhotosApi::GetPhoto(int64_t image_id, const HttpRequest& request, Respond respond) {
+  const image_t image = ImageOf(image_id);
   if (image.blob_id.empty()) return respond(NoSuch("photo " + std::to_string(image_id)));
   HttpResponse response;
   response.content_type = ContentTypeOf(image.name);
-  response.immutable = true;
+  response.immutable = IsOfThisPhotoAlone(request, image);
   if (!source_.session_dir.empty()) {
     response.file = BlobStore(SessionPaths{source_.session_dir}.Blobs()).Path(image.blob_id);
     std::error_code error;
@@ -63,18 +73,16 @@ void PhotosApi::GetPhoto(int64_t image_id, Respond respond) {
   });
 }
 
-void PhotosApi::GetThumbnail(int64_t image_id, Respond respond) {
-  const auto answer = [respond](std::shared_ptr<const Bytes> jpeg) {
+void PhotosApi::GetThumbnail(int64_t image_id, const HttpRequest& request, Respond respond) {
+  const image_t image = ImageOf(image_id);
+  if (image.blob_id.empty()) return respond(NoSuch("photo " + std::to_string(image_id)));
+  const bool immutable = IsOfThisPhotoAlone(request, image);
+  const auto answer = [respond, immutable](std::shared_ptr<const Bytes> jpeg) {
     HttpResponse response = BytesResponse(std::move(jpeg), "image/jpeg");
-    response.immutable = true;
+    response.immutable = immutable;
     respond(std::move(response));
   };
   if (const auto known = thumbnails_.Find(image_id)) return answer(known);
-  const image_t image = view_.With([&](const SessionRecord& session) {
-    const PhotoState* photo = session.state.FindPhoto(image_id);
-    return photo == nullptr ? image_t() : photo->image;
-  });
-  if (image.blob_id.empty()) return respond(NoSuch("photo " + std::to_string(image_id)));
   blobs_.FetchAll({image.blob_id}, "ingest", respond,
                   [this, image_id, image, respond, answer](const BlobFetcher::Blobs& blobs) {
                     decoding_.Run([=, photo = blobs.begin()->second] {

@@ -22,11 +22,12 @@ class PhotosApi {
   PhotosApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs);
 
   // `parts`: {"photos", ID, ...}.
-  void Handle(const PathParts& parts, Respond respond);
+  void Handle(const PathParts& parts, const HttpRequest& request, Respond respond);
 
  private:
-  void GetPhoto(int64_t image_id, Respond respond);
-  void GetThumbnail(int64_t image_id, Respond respond);
+  image_t ImageOf(int64_t image_id) const;  // without a blob where there is no such photo
+  void GetPhoto(int64_t image_id, const HttpRequest& request, Respond respond);
+  void GetThumbnail(int64_t image_id, const HttpRequest& request, Respond respond);
   void GetMatches(int64_t image_id, Respond respond) const;
   void GetMatch(int64_t image_id, int64_t other_id, Respond respond);
 

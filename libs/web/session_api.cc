@@ -73,7 +73,7 @@ void SessionApi::HandleApi(const PathParts& parts, const HttpRequest& request, R
   if (what == "events" && alone) return GetEvents(request, respond);
   if (what == "report" && alone) return GetReport(respond);
   if (what == "submaps" && parts.size() >= 2) return submaps_.Handle(parts, request, respond);
-  if (what == "photos" && parts.size() >= 2) return photos_.Handle(parts, respond);
+  if (what == "photos" && parts.size() >= 2) return photos_.Handle(parts, request, respond);
   respond(HttpError(404, "there is no such path; /api/session is one"));
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -248,6 +249,20 @@ TEST_F(SessionApiTest, ThumbnailsAreUprightAndSmall) {
   EXPECT_EQ(image.rows, kThumbnailSidePx);
   EXPECT_EQ(image.cols, 200);
   EXPECT_EQ(Get("/api/photos/2/thumbnail").bytes, response.bytes) << "from the cache";
+}
+
+// Another session may follow at the same host and port, and it has a photo 2, too.
+TEST_F(SessionApiTest, BrowsersKeepAPhotoUnderTheAddressThatNamesItsCommit) {
+  const json events = GetJson("/api/events")["events"];
+  const auto photo = std::find_if(events.begin(), events.end(), [](const json& event) {
+    return event["kind"] == "photo" && event["image"] == 2;
+  });
+  ASSERT_NE(photo, events.end());
+  for (const std::string path : {"/api/photos/2", "/api/photos/2/thumbnail"}) {
+    EXPECT_TRUE(Get(path + "?v=" + (*photo)["t"].dump()).immutable) << path;
+    EXPECT_FALSE(Get(path + "?v=1").immutable) << path;
+    EXPECT_FALSE(Get(path).immutable) << path;
+  }
 }
 
 TEST_F(SessionApiTest, PhotosAreGivenAsStored) {

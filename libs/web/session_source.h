@@ -15,6 +15,8 @@
 
 namespace skein {
 
+class JobPool;
+
 // A browser is let in by any of these links.
 struct WebInvitation {
   std::string name;
@@ -55,6 +57,7 @@ struct SessionSource {
 
   PublicAddresses addresses;
   UploadStore* uploads = nullptr;  // null: nothing is uploaded
+  JobPool* upload_jobs = nullptr;  // write them; end before the API does
   // Null: nobody is invited here. May block.
   std::function<Result<WebInvitation>(Role role, const std::string& name)> invite;
   // Asks ingest to finish the session; null: it is not asked from here. Answers once it has begun.

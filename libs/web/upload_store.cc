@@ -129,8 +129,11 @@ int64_t FileBytes(const fs::path& path) {
 
 bool IsUploadAgent(const std::string& agent) { return IsInvitedName(agent); }
 
-UploadStore::UploadStore(fs::path folder, UploadLimits limits, Clock clock)
-    : folder_(std::move(folder)), limits_(limits), clock_(std::move(clock)) {
+UploadStore::UploadStore(fs::path folder, UploadLimits limits, RunJob run_job, Clock clock)
+    : folder_(std::move(folder)),
+      limits_(limits),
+      run_job_(std::move(run_job)),
+      clock_(std::move(clock)) {
   if (const Status made = CreateFolders(folder_); !made.ok()) {
     throw std::runtime_error(made.error());
   }
@@ -159,7 +162,7 @@ void UploadStore::FindLeft() {
     const int64_t part_bytes = FileBytes(PathOf(key, kPart));
     const bool is_whole = info && whole_bytes == info->size_bytes;
     if (!info || (!is_whole && (part_bytes < 0 || part_bytes > info->size_bytes))) {
-      RemoveFiles(key);
+      DeleteFiles(key);
       continue;
     }
     Upload& upload = uploads_[key];
@@ -311,7 +314,7 @@ Result<UploadStore::Receiver> UploadStore::Begin(const std::string& agent,
   if (Status fit = CheckBegin(key, info); !fit.ok()) return fit;
   bool is_new = false;
   Result<Receiver> receiver = Reserve(key, info, offset, CheckDisk(info.size_bytes), &is_new);
-  RemoveDropped();
+  StartDeletes();
   if (!receiver.ok() || !is_new) return receiver;
   const Status created = CreateFiles(key, info);
   {
@@ -319,9 +322,9 @@ Result<UploadStore::Receiver> UploadStore::Begin(const std::string& agent,
     uploads_.at(key).busy = false;  // one that is busy stays
     if (!created.ok()) Drop(key);
   }
-  RemoveDropped();
-  if (!created.ok()) return created;
-  return receiver;
+  if (created.ok()) return receiver;
+  StartDeletes();
+  return created;
 }
 
 // Of a new photo: it is busy until its files are there.
@@ -329,7 +332,7 @@ Result<UploadStore::Receiver> UploadStore::Reserve(const Key& key, const UploadI
                                                    int64_t offset, const Status& disk,
                                                    bool* is_new) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (dropped_.count(key) + leaving_.count(key) > 0) return StillAtIt();
+  if (dropped_.count(key) > 0) return StillAtIt();
   const auto found = uploads_.find(key);
   *is_new = found == uploads_.end();
   if (!*is_new && found->second.info.size_bytes != info.size_bytes) {
@@ -420,6 +423,7 @@ Status UploadStore::Finish(const Receiver& receiver) {
     upload->busy = true;
   }
   const Status made = MakeWhole(key);
+  bool deletes = false;
   std::function<void()> on_whole;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -431,9 +435,10 @@ Status UploadStore::Finish(const Receiver& receiver) {
       on_whole = on_whole_;
     } else if (made.code == StatusCode::kDataLoss) {
       Drop(key);
+      deletes = deleting_.insert(key.first).second;
     }
   }
-  RemoveDropped();
+  if (deletes) DeleteAllOf(key.first);  // not by a job: it is sent anew at once
   if (on_whole) on_whole();
   return made;
 }
@@ -480,29 +485,55 @@ void UploadStore::Remove(const std::string& agent, const std::string& blob_id) {
     if (found == uploads_.end() || found->second.busy) return;
     Drop(found->first);
   }
-  RemoveDropped();
+  StartDeletes();
 }
 
-// With the lock; RemoveDropped follows without it.
+// With the lock; StartDeletes follows without it.
 void UploadStore::Drop(const Key& key) {
   dropped_.insert(key);
   uploads_.erase(key);
 }
 
-void UploadStore::RemoveDropped() {
-  std::set<Key> dropped;
+void UploadStore::StartDeletes() {
+  std::vector<std::string> agents;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    dropped.swap(dropped_);
-    leaving_.insert(dropped.begin(), dropped.end());
+    for (const Key& key : dropped_) {
+      if (deleting_.insert(key.first).second) agents.push_back(key.first);
+    }
   }
-  for (const Key& key : dropped) RemoveFiles(key);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  for (const Key& key : dropped) leaving_.erase(key);
+  for (const std::string& agent : agents) run_job_([this, agent] { DeleteAllOf(agent); });
+}
+
+// Of an agent that is in deleting_, until nothing more is to go.
+void UploadStore::DeleteAllOf(const std::string& agent) {
+  while (true) {
+    std::vector<Key> keys;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      keys = DroppedOf(agent);
+      if (keys.empty()) {
+        deleting_.erase(agent);
+        return;
+      }
+    }
+    for (const Key& key : keys) DeleteFiles(key);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const Key& key : keys) dropped_.erase(key);
+  }
+}
+
+std::vector<UploadStore::Key> UploadStore::DroppedOf(const std::string& agent) const {
+  std::vector<Key> keys;
+  for (auto at = dropped_.lower_bound({agent, ""}); at != dropped_.end() && at->first == agent;
+       ++at) {
+    keys.push_back(*at);
+  }
+  return keys;
 }
 
 // What is known of it goes last: what a crash leaves is found by it.
-void UploadStore::RemoveFiles(const Key& key) const {
+void UploadStore::DeleteFiles(const Key& key) const {
   std::error_code ignored;
   for (const char* ending : {kPart, kWhole, kInfo}) fs::remove(PathOf(key, ending), ignored);
 }
@@ -518,7 +549,7 @@ void UploadStore::Tick() {
     }
     for (const Key& key : forgotten) Drop(key);
   }
-  RemoveDropped();
+  StartDeletes();
 }
 
 void UploadStore::OnWhole(std::function<void()> on_whole) {

@@ -53,9 +53,9 @@ struct WaitingUpload {
 };
 
 // Any thread; what writes may block, and blocks nothing of other photos: files are written and
-// removed without the lock, and who comes to their photo meanwhile is told to come again. A photo
-// has one receiver at a time: the latest, so that a connection which was lost, and does not know
-// it, holds up nobody.
+// deleted without the lock, and who comes to their photo meanwhile is told to come again. Files are
+// deleted by jobs of their own, of an agent one at a time. A photo has one receiver at a time: the
+// latest, so that a connection which was lost, and does not know it, holds up nobody.
 //
 // Where max_bytes are taken, each agent that is here or wants room has an equal share of them. What
 // an agent within its share begins gets the place of unfinished photos of agents beyond theirs: the
@@ -75,9 +75,13 @@ class UploadStore {
     bool is_stored = false;  // checked and durable
   };
 
+  // Runs a job, at once or on another thread.
+  using RunJob = std::function<void(std::function<void()>)>;
+
   // Finds what an earlier process left. Throws std::runtime_error, with a line for the user, where
-  // the folder cannot be read or made.
-  UploadStore(std::filesystem::path folder, UploadLimits limits, Clock clock = MonotonicS);
+  // the folder cannot be read or made. Jobs end before this does.
+  UploadStore(std::filesystem::path folder, UploadLimits limits, RunJob run_job,
+              Clock clock = MonotonicS);
 
   // How much of it is here; none if nothing is. Its receiver, if there is one, is not heard any
   // more: what is told stays true. Bytes that are being written do not count.
@@ -98,10 +102,10 @@ class UploadStore {
   std::map<std::string, Progress> ProgressOf(const std::string& agent) const;
   // Whole photos, in the order in which they came.
   std::vector<WaitingUpload> Waiting() const;
-  // The ledger has it, or never will.
+  // The ledger has it, or never will. Blocks nothing.
   void Remove(const std::string& agent, const std::string& blob_id);
 
-  // Forgets what rests too long.
+  // Forgets what rests too long. Blocks nothing.
   void Tick();
   // A photo is whole. From any thread, without the store's lock.
   void OnWhole(std::function<void()> on_whole);
@@ -143,17 +147,20 @@ class UploadStore {
   Status MakeWhole(const Key& key) const;
   Upload* FindReceiving(const Receiver& receiver);
   void Drop(const Key& key);
-  void RemoveDropped();
-  void RemoveFiles(const Key& key) const;
+  void StartDeletes();
+  void DeleteAllOf(const std::string& agent);
+  std::vector<Key> DroppedOf(const std::string& agent) const;
+  void DeleteFiles(const Key& key) const;
   int NumAtWork(const std::string& agent) const;
 
   const std::filesystem::path folder_;
   const UploadLimits limits_;
+  const RunJob run_job_;
   const Clock clock_;
   mutable std::mutex mutex_;
   std::map<Key, Upload> uploads_;                    // guarded by mutex_
   std::set<Key> dropped_;                            // guarded by mutex_; their files are to go
-  std::set<Key> leaving_;                            // guarded by mutex_; their files go now
+  std::set<std::string> deleting_;                   // guarded by mutex_; agents that have a job
   std::map<std::string, double> wanted_s_;           // guarded by mutex_; room, by agent: when
   std::map<std::string, std::string> wait_reasons_;  // guarded by mutex_
   int64_t next_ticket_ = 1;                          // guarded by mutex_

@@ -29,6 +29,10 @@ namespace {
 
 class UploadStoreTest : public testing::Test {
  protected:
+  using Job = std::function<void()>;
+
+  UploadStoreTest() { Open(); }
+
   static Bytes BytesOf(const std::string& text) { return Bytes(text.begin(), text.end()); }
   static std::string IdOf(const std::string& text) { return HashBytes(text.data(), text.size()); }
   static UploadInfo InfoOf(const std::string& text, const std::string& name = "a.jpg") {
@@ -40,7 +44,8 @@ class UploadStoreTest : public testing::Test {
 
   void Open() {
     store_.reset();
-    store_ = std::make_unique<UploadStore>(dir_, limits_, [this] { return now_s_; });
+    store_ = std::make_unique<UploadStore>(
+        dir_, limits_, [this](Job job) { run_job_(std::move(job)); }, [this] { return now_s_; });
   }
   // Sends `text` from the offset on.
   Status Send(const std::string& agent, const std::string& whole, int64_t offset,
@@ -71,7 +76,8 @@ class UploadStoreTest : public testing::Test {
   const std::filesystem::path dir_ = folder_ / "uploads";
   double now_s_ = 100;
   UploadLimits limits_;
-  std::unique_ptr<UploadStore> store_ = std::make_unique<UploadStore>(dir_, limits_);
+  UploadStore::RunJob run_job_ = [](const Job& job) { job(); };
+  std::unique_ptr<UploadStore> store_;
 };
 
 TEST_F(UploadStoreTest, GoesOnWhereItStopped) {
@@ -225,6 +231,39 @@ TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {
   EXPECT_EQ(writing.get(), StatusCode::kUnavailable);
   EXPECT_EQ(store_->ProgressOf("anna").size(), 2u);
   EXPECT_TRUE(store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 0).ok());
+}
+
+TEST_F(UploadStoreTest, JobsDeleteOfAnAgentOneAtATime) {
+  std::vector<Job> jobs;
+  run_job_ = [&jobs](Job job) { jobs.push_back(std::move(job)); };
+  for (const std::string photo : {"one", "two"}) {
+    ASSERT_TRUE(Send("anna", photo, 0, photo).ok());
+    store_->Remove("anna", IdOf(photo));
+    store_->Tick();
+  }
+  ASSERT_TRUE(Send("bert", "one", 0, "one").ok()) << "another's";
+  store_->Remove("bert", IdOf("one"));
+  EXPECT_TRUE(store_->Waiting().empty());
+  EXPECT_EQ(NumFiles(), 6u);
+  EXPECT_EQ(Send("anna", "one", 0, "one").code, StatusCode::kUnavailable) << "it still goes";
+  ASSERT_EQ(jobs.size(), 2u);
+  jobs[0]();
+  EXPECT_EQ(NumFiles(), 2u) << "bert's";
+  EXPECT_TRUE(Send("anna", "one", 0, "one").ok());
+  EXPECT_EQ(Send("bert", "one", 0, "one").code, StatusCode::kUnavailable);
+  jobs[1]();
+  store_->Remove("anna", IdOf("one"));
+  ASSERT_EQ(jobs.size(), 3u);
+  jobs[2]();
+  EXPECT_EQ(NumFiles(), 0u);
+}
+
+TEST_F(UploadStoreTest, WhatIsOfAnotherHashIsGoneOnceThatIsTold) {
+  run_job_ = [](const Job&) { FAIL(); };
+  const auto receiver = store_->Begin("anna", IdOf("abc"), InfoOf("abc"), 0);
+  ASSERT_TRUE(store_->Take(*receiver, BytesOf("abd")).ok());
+  EXPECT_EQ(store_->Finish(*receiver).code, StatusCode::kDataLoss);
+  EXPECT_TRUE(Send("anna", "abc", 0, "abc").ok()) << "it is sent anew";
 }
 
 TEST_F(UploadStoreTest, IsBoundedForEachAgent) {

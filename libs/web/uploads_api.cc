@@ -8,6 +8,7 @@
 #include "ledger/fact_ids.h"
 #include "session/diagnosis.h"
 #include "session/guidance_json.h"
+#include "web/job_pool.h"
 #include "web/upload_sink.h"
 
 namespace skein {
@@ -51,16 +52,16 @@ UploadsApi::UploadsApi(const SessionView& view, const SessionSource& source)
 
 std::shared_ptr<BodySink> UploadsApi::MakeSink(const PathParts& parts, const HttpRequest& request) {
   if (source_.uploads == nullptr) return nullptr;
-  return MakeUploadSink(*source_.uploads, uploading_, request, parts[1]);
+  return MakeUploadSink(*source_.uploads, *source_.upload_jobs, request, parts[1]);
 }
 
 void UploadsApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
   if (source_.uploads == nullptr) return respond(HttpError(404, "nothing is uploaded here"));
   if (request.method == "POST" && parts[1] == "states") {
-    return uploading_.Run([this, request, respond] { GetStates(request, respond); });
+    return source_.upload_jobs->Run([this, request, respond] { GetStates(request, respond); });
   }
   if (request.method != "HEAD") return respond(HttpError(404, "there is no such path"));
-  uploading_.Run([this, agent = request.visitor.name, blob_id = parts[1], respond] {
+  source_.upload_jobs->Run([this, agent = request.visitor.name, blob_id = parts[1], respond] {
     const bool is_in_ledger = view_.With([&](const SessionRecord& session) {
       return session.history.FindImageByBlob(blob_id) != 0;
     });

@@ -5,7 +5,6 @@
 
 #include "web/api_answers.h"
 #include "web/http.h"
-#include "web/job_pool.h"
 #include "web/session_source.h"
 #include "web/session_view.h"
 
@@ -27,9 +26,6 @@ class UploadsApi {
 
   const SessionView& view_;
   const SessionSource& source_;
-  // Two write at a time. An agent has UploadLimits::max_receiving writes that the disk holds up,
-  // and the server no more connections than these threads. Last: its jobs use the rest.
-  JobPool uploading_{2, 254};
 };
 
 }  // namespace skein

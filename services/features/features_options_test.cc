@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
+
+#include "config/option_section.h"
 #include "testing/test_options.h"
 
 namespace skein {
@@ -13,6 +16,19 @@ TEST(FeaturesOptions, RefuseNonsense) {
       {"max_size", [](FeaturesOptions* o) { o->sift.max_image_px = 0; }},
       {"max_features", [](FeaturesOptions* o) { o->sift.selection.max_features = 0; }},
   });
+}
+
+TEST(FeaturesOptions, TakeAKernelByItsName) {
+  CLI::App app;
+  FeaturesOptions options;
+  AddOptions(app, &options);
+  app.parse("--kernel portable");
+  EXPECT_EQ(options.sift.kernel, SiftKernelVersion::kPortable);
+  EXPECT_NE(SectionText("features", &app, false).find("kernel = \"portable\""), std::string::npos);
+  app.parse("--kernel fastest");
+  EXPECT_EQ(options.sift.kernel, FastestSiftKernel());
+  EXPECT_NE(SectionText("features", &app, false).find("kernel = \"fastest\""), std::string::npos);
+  EXPECT_THROW(app.parse("--kernel mmx"), CLI::ValidationError);
 }
 
 }  // namespace

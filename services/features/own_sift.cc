@@ -66,9 +66,9 @@ std::vector<int> ByPlace(const std::vector<T>& all, const Get& get) {
 
 }  // namespace
 
-OwnSift::OwnSift(const SiftOptions& options, SiftKernelVersion version)
+OwnSift::OwnSift(const SiftOptions& options)
     : options_(options),
-      kernels_(KernelsOf(version)),
+      kernels_(KernelsOf(options.kernel)),
       scale_space_(ToScaleSpace(options), kernels_) {}
 
 template <typename T, typename Get>

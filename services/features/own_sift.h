@@ -9,8 +9,8 @@ namespace skein {
 // Keeps the scale space's memory from photo to photo. One thread's.
 class OwnSift {
  public:
-  // Throws std::invalid_argument if this processor does not run `version`.
-  OwnSift(const SiftOptions& options, SiftKernelVersion version);
+  // Throws std::invalid_argument if this processor does not run options.kernel.
+  explicit OwnSift(const SiftOptions& options);
 
   // As OpenCvSift.
   LocalFeatures Extract(const cv::Mat& grey, int threads);

@@ -46,9 +46,8 @@ Descriptors RootSift(const cv::Mat& sift) {
   return result;
 }
 
-SiftExtractor::SiftExtractor(const SiftOptions& options, SiftKernelVersion version)
-    : options_(options) {
-  if (options.method == "skein") own_ = std::make_unique<OwnSift>(options, version);
+SiftExtractor::SiftExtractor(const SiftOptions& options) : options_(options) {
+  if (options.method == "skein") own_ = std::make_unique<OwnSift>(options);
 }
 
 SiftExtractor::~SiftExtractor() = default;

@@ -16,6 +16,7 @@ struct SiftOptions {
   double contrast_threshold = 0.02;  // as COLMAP's peak threshold 0.02 / kOctaveLayers
   double edge_threshold = 10;
   double sigma = 1.6;
+  SiftKernelVersion kernel = FastestSiftKernel();  // of Skein's
   SelectionOptions selection;
 };
 
@@ -29,8 +30,8 @@ struct LocalFeatures {
 // to `threads` of OpenCV's threads (cv::setNumThreads). The result is independent of their number.
 class SiftExtractor {
  public:
-  explicit SiftExtractor(const SiftOptions& options,
-                         SiftKernelVersion version = FastestSiftKernel());
+  // Throws std::invalid_argument if this processor does not run options.kernel.
+  explicit SiftExtractor(const SiftOptions& options);
   ~SiftExtractor();
 
   // `photo` is 8-bit BGR with its pixels as stored, both sides divided by `reduction`. A photo

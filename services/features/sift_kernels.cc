@@ -1,5 +1,6 @@
 #include "features/sift_kernels.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace skein {
@@ -31,10 +32,8 @@ bool IsSiftKernelSupported(SiftKernelVersion version) {
 }
 
 SiftKernelVersion FastestSiftKernel() {
-  for (const auto version : {SiftKernelVersion::kAvx512, SiftKernelVersion::kAvx2}) {
-    if (IsSiftKernelSupported(version)) return version;
-  }
-  return SiftKernelVersion::kPortable;
+  return *std::find_if(kSiftKernelVersions.rbegin(), kSiftKernelVersions.rend(),
+                       IsSiftKernelSupported);
 }
 
 const SiftKernels& KernelsOf(SiftKernelVersion version) {

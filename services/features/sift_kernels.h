@@ -5,12 +5,17 @@
 // A row is a pointer to its column 0. Rows that are written or read by vectors are aligned and have
 // kRowPadding floats of room behind their width.
 
+#include <array>
 #include <cstdint>
 #include <string>
 
 namespace skein {
 
 enum class SiftKernelVersion { kPortable, kAvx2, kAvx512 };
+
+// All, the slowest first.
+constexpr std::array<SiftKernelVersion, 3> kSiftKernelVersions = {
+    SiftKernelVersion::kPortable, SiftKernelVersion::kAvx2, SiftKernelVersion::kAvx512};
 
 // "portable", "avx2", "avx512".
 std::string SiftKernelName(SiftKernelVersion version);

@@ -101,7 +101,8 @@ void AddOptions(CLI::App& app, GuideOptions* options) {
   app.add_option("--no-go", options->no_go,
                  "File of areas to stay out of: a line \"LATITUDE LONGITUDE\" a corner, an empty "
                  "line between two areas");
-  app.add_option("--work-share", options->work_share, "Of the time that it computes, at most");
+  app.add_option("--work-share", options->work_share,
+                 "Of the host's processor time, that it computes at most");
   app.add_option("--max-points", options->max_points,
                  "Of a map's points so many are looked at, by chance");
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "core/clock.h"
@@ -11,6 +12,11 @@
 
 namespace skein {
 namespace {
+
+// Of the host's processor time, as a share of one core's.
+double ShareOfACore(double work_share) {
+  return std::min(1.0, work_share * std::max(1u, std::thread::hardware_concurrency()));
+}
 
 constexpr double kAgainS = 5;
 constexpr size_t kMaxAgents = 64;  // of a submap that are told what to photograph
@@ -57,7 +63,10 @@ std::set<std::string> AgentsAt(const SessionState& state, int64_t submap_id) {
 }  // namespace
 
 GuideService::GuideService(Node& node, const GuideOptions& options)
-    : node_(node), options_(options), no_go_(NoGoOf(options)), share_(options.work_share) {
+    : node_(node),
+      options_(options),
+      no_go_(NoGoOf(options)),
+      share_(ShareOfACore(options.work_share)) {
   worker_ = std::make_unique<WorkerThread>(node.loop());
   shapes_ = std::make_unique<ShapeFollower>(node, store_, FollowShapes());
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
@@ -142,9 +151,9 @@ void GuideService::Start(int64_t submap_id) {
   working_ = true;
   worker_->Run(
       [&options = options_, &no_go = no_go_, input = InputOf(shape)] {
-        const Timer timer;
+        const double begin_s = ThreadCpuS();
         Result<PlaceGuidance> guidance = GuidePlace(options, no_go, input);
-        return Job{std::move(guidance), timer.ElapsedS()};
+        return Job{std::move(guidance), ThreadCpuS() - begin_s};
       },
       [this, submap_id](const Job& job) { OnDone(submap_id, job); });
 }
@@ -189,7 +198,7 @@ void GuideService::OnDone(int64_t submap_id, const Job& job) {
       node_.Publish(kAdviceChannel, message);
       advice_[advice.agent] = std::move(message);
     }
-    LogDebug("submap {}: {} photos, {}; {:.3f} s", submap_id, guidance.place.num_photos,
+    LogDebug("submap {}: {} photos, {}; {:.3f} s of CPU", submap_id, guidance.place.num_photos,
              guidance.place.sentence, job.seconds);
   }
   StartIfDue();

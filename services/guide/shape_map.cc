@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -28,9 +30,9 @@ bool PoseOf(const ShapePhoto& photo, CameraPose* pose) {
 }
 
 // Photos by their ids: where they are in the map.
-std::map<uint32_t, uint32_t> AddPhotos(const Shape& shape,
-                                       const std::map<int64_t, int32_t>& agent_of_image,
-                                       GuidedMap* map) {
+std::unordered_map<uint32_t, uint32_t> AddPhotos(const Shape& shape,
+                                                 const std::map<int64_t, int32_t>& agent_of_image,
+                                                 GuidedMap* map) {
   std::map<uint32_t, int32_t> cameras;
   for (const ShapeCamera& camera : shape.cameras) {
     if (!IsSound(camera)) continue;
@@ -40,7 +42,7 @@ std::map<uint32_t, uint32_t> AddPhotos(const Shape& shape,
   }
   std::map<uint32_t, const ShapePhoto*> by_id;  // in the order they came
   for (const ShapePhoto& photo : shape.photos) by_id[photo.image_id] = &photo;
-  std::map<uint32_t, uint32_t> index_of;
+  std::unordered_map<uint32_t, uint32_t> index_of;
   for (const auto& [id, photo] : by_id) {
     const auto camera = cameras.find(photo->camera_id);
     CameraPose pose;
@@ -54,7 +56,7 @@ std::map<uint32_t, uint32_t> AddPhotos(const Shape& shape,
 }
 
 void AddPoints(const ShapeChunk& chunk, const PointTracks& tracks, size_t count,
-               const std::map<uint32_t, uint32_t>& index_of, GuidedMap* map) {
+               const std::unordered_map<uint32_t, uint32_t>& index_of, GuidedMap* map) {
   for (size_t i = 0; i < count; ++i) {
     GuidedPoint point;
     for (int axis = 0; axis < 3; ++axis) {
@@ -76,7 +78,8 @@ void AddPoints(const ShapeChunk& chunk, const PointTracks& tracks, size_t count,
 Result<ShapeMap> MapOfShape(const Shape& shape, const std::map<int64_t, int32_t>& agent_of_image,
                             int64_t max_points) {
   ShapeMap made;
-  const std::map<uint32_t, uint32_t> index_of = AddPhotos(shape, agent_of_image, &made.map);
+  const std::unordered_map<uint32_t, uint32_t> index_of =
+      AddPhotos(shape, agent_of_image, &made.map);
   int64_t num_points = 0;
   for (const Shape::Chunk& chunk : shape.chunks) num_points += chunk.num_points;
   if (num_points > max_points) {

@@ -61,6 +61,7 @@ FinishDriver::FinishDriver(Node& node, LedgerWriter& writer, SessionPaths paths,
 }
 
 void FinishDriver::OnCommitted(const finish_t& finish) {
+  if (finish.state == finish_t::REQUESTED) no_mapper_since_s_.reset();
   if (finish.state == finish_t::REQUESTED || finish.state == finish_t::DEADLINE) {
     finish_of_command_[std::atoll(finish.detail.c_str())] = finish.finish_id;
   } else if (finish.state == finish_t::DONE) {
@@ -171,9 +172,9 @@ void FinishDriver::EndSeedsWithoutMapper(double now_s) {
   for (const auto& [id, submap] : writer_.state().submaps()) {
     if (!submap.ended && submap.lease.epoch == 0) waiting.push_back(id);
   }
-  if (waiting.empty() || environment_.has_idle_mapper()) no_mapper_since_s_ = now_s;
-  if (no_mapper_since_s_ == 0) no_mapper_since_s_ = now_s;
-  if (now_s - no_mapper_since_s_ < kNoMapperS) return;
+  if (waiting.empty() || environment_.has_idle_mapper()) return no_mapper_since_s_.reset();
+  if (!no_mapper_since_s_) no_mapper_since_s_ = now_s;
+  if (now_s - *no_mapper_since_s_ < kNoMapperS) return;
   for (const int64_t id : waiting) {
     EndSubmap(id, 0, "no mapper was free for it; start more (launch.sh --mappers)");
   }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -91,7 +92,7 @@ class FinishDriver {
   std::map<int64_t, std::string> done_;           // finish id -> what was told
   bool writing_ = false;
   double retry_at_s_ = 0;
-  double no_mapper_since_s_ = 0;
+  std::optional<double> no_mapper_since_s_;  // in this finish a seed has waited
   std::string problem_;
   WorkerThread worker_;  // last: ends first
 };

@@ -11,6 +11,7 @@
 #include "node/work_client.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_ingest.h"
+#include "testing/test_node.h"
 #include "testing/test_photos.h"
 
 namespace skein {
@@ -327,6 +328,76 @@ TEST_F(FinishDriverTest, GivesUpAnAgentThatVanishedWhenAFinishWaits) {
   const auto* failure = Find<failure_t>([](const failure_t& f) { return f.name == "half.jpg"; });
   ASSERT_NE(failure, nullptr);
   EXPECT_NE(failure->reason.find("agent vanished while sending"), std::string::npos);
+}
+
+// The driver alone, at times that the test gives.
+class FinishDriverTimesTest : public testing::Test {
+ protected:
+  template <class T>
+  T Commit(T fact, const std::string& fact_id) {
+    fact.header.fact_id = fact_id;
+    fact.header.author = "ingest";
+    const Fact staged = writer_.Stage(fact);
+    writer_.Flush();
+    return std::get<T>(staged);
+  }
+  void StepAt(double now_s) {
+    driver_.Step(now_s);
+    writer_.Flush();
+  }
+  void Request(int64_t command_id) {
+    command_t command{};
+    command.command_id = command_id;
+    command.verb = "finish";
+    driver_.OnCommand(command);
+    writer_.Flush();
+  }
+  // Of a session without submaps.
+  void FinishAt(double now_s) {
+    Request(1);
+    StepAt(now_s);
+    finish_t settled{};
+    settled.state = finish_t::SETTLED;
+    settled.finish_id = writer_.state().finish().finish_id;
+    Commit(settled, "finish/settled");
+    StepAt(now_s);
+    ASSERT_TRUE(loop_.RunUntil([&] { return writer_.has_staged(); }, 20)) << "DONE";
+    writer_.Flush();
+    ASSERT_FALSE(writer_.state().finishing());
+  }
+
+  TestFolder folder_;
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node node_{TestOptions("ingest"), loop_, bus_};
+  LedgerWriter writer_{*Ledger::Open(folder_ / "ledger.db"), "session", NowUs};
+  bool has_idle_mapper_ = false;
+  FinishDriver driver_{node_,
+                       writer_,
+                       SessionPaths{folder_.path()},
+                       {},
+                       {[] { return 0; }, [] { return 0; }, [this] { return has_idle_mapper_; }}};
+};
+
+TEST_F(FinishDriverTimesTest, InEachFinishASeedHasItsTimeToFindAMapper) {
+  FinishAt(100);
+  seed_t seed{};
+  seed.image_id1 = 1;
+  seed.image_id2 = 2;
+  const int64_t submap_id = Commit(seed, "seed").submap_id;
+  const auto has_ended = [&] { return writer_.state().FindSubmap(submap_id)->ended; };
+  Request(2);
+  StepAt(1000);
+  StepAt(1029);
+  EXPECT_FALSE(has_ended());
+  has_idle_mapper_ = true;
+  StepAt(1031);
+  has_idle_mapper_ = false;
+  StepAt(1032);
+  StepAt(1061);
+  EXPECT_FALSE(has_ended()) << "a mapper was free meanwhile";
+  StepAt(1062);
+  EXPECT_TRUE(has_ended());
 }
 
 }  // namespace

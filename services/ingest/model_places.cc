@@ -1,6 +1,7 @@
 #include "ingest/model_places.h"
 
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "core/file.h"
@@ -43,7 +44,7 @@ Result<colmap::Reconstruction> ReadWhole(const fs::path& folder) {
     if (!bytes.ok()) return bytes.status();
     archive[name] = std::move(*bytes);
   }
-  return DecodeModel(archive);
+  return DecodeModel(std::move(archive));
 }
 
 nlohmann::json CompletenessOf(const fs::path& folder, const Georeference& earth,

@@ -54,7 +54,6 @@ void SubmissionDesk::CommitOrRefuse(const Fact& fact) {
 }
 
 void SubmissionDesk::Refuse(const fact_header_t& header, int8_t status, const std::string& reason) {
-  ++num_refused_;
   LogWarn("refused {} of {}: {}", Printable(header.fact_id), Printable(header.author), reason);
   Reply(header, status, 0, reason);
 }
@@ -74,10 +73,7 @@ void SubmissionDesk::Pull(const Fact& fact, const std::vector<NamedBlob>& missin
   Reply(header, submit_reply_t::PULLING, 0, "");
   int64_t max_bytes = 0;
   for (const NamedBlob& blob : missing) max_bytes += blob.max_bytes;
-  if (!HasRoomFor(header.author, max_bytes)) {
-    ++num_put_off_;
-    return;
-  }
+  if (!HasRoomFor(header.author, max_bytes)) return;
   Pulling& pulling = pulling_[header.fact_id];
   pulling = {fact, {}, {}, node_.loop().now_s(), max_bytes};
   for (const NamedBlob& blob : missing) {

@@ -25,10 +25,6 @@ class SubmissionDesk {
   // Forgets pulls for authors that stopped repeating: at least once a minute.
   void Tick(double now_s);
 
-  int64_t num_refused() const { return num_refused_; }
-  // Times that a fact's blobs had to wait for those of others.
-  int64_t num_put_off() const { return num_put_off_; }
-
  private:
   // A submission whose blobs are on their way.
   struct Pulling {
@@ -53,9 +49,7 @@ class SubmissionDesk {
   LedgerWriter& writer_;
   const BlobStore store_;
   std::map<std::string, Pulling> pulling_;  // by fact_id
-  int64_t num_refused_ = 0;
-  int64_t num_put_off_ = 0;
-  WorkerThread worker_;  // last: ends first
+  WorkerThread worker_;                     // last: ends first
 };
 
 }  // namespace skein

@@ -131,10 +131,19 @@ void WorkQueue::Release(int64_t item) {
   waiting_.insert(item);
 }
 
+bool WorkQueue::IsSilent(const Worker& worker, double now_s) const {
+  return now_s - worker.seen_s > std::min(options_.silent_s, options_.lease_s);
+}
+
+// What a worker has not confirmed it has not begun, unless it is about to say so: once it is silent
+// another one takes it. A worker that has not asked since ingest began keeps what the ledger says.
 void WorkQueue::ReleaseLapsed(double now_s) {
   std::vector<int64_t> lapsed;
   for (const auto& [item, lease] : leases_) {
-    if (lease.expires_s <= now_s) lapsed.push_back(item);
+    const auto worker = workers_.find(lease.worker);
+    const bool never_taken =
+        !lease.confirmed && worker != workers_.end() && IsSilent(worker->second, now_s);
+    if (lease.expires_s <= now_s || never_taken) lapsed.push_back(item);
   }
   for (const int64_t item : lapsed) Release(item);
 }
@@ -154,7 +163,7 @@ std::string WorkQueue::MostFree(double now_s) const {
   int best_free = 0;
   size_t best_held = 0;
   for (const auto& [name, worker] : workers_) {
-    if (now_s - worker.seen_s > options_.lease_s) continue;
+    if (IsSilent(worker, now_s)) continue;
     const int free = FreeSlots(name, worker);
     const size_t held = worker.held.size() + static_cast<size_t>(worker.capacity - free);
     if (free <= 0) continue;

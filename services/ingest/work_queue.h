@@ -12,6 +12,7 @@ namespace skein {
 
 struct LeaseOptions {
   double lease_s = 6;        // lapses when its worker hasn't named the item for so long
+  double silent_s = 3;       // a worker that hasn't asked (at 1 Hz) for so long gets nothing new
   double retry_delay_s = 1;  // from a reported failure to the next try
   double resend_s = 0.5;     // a grant that isn't confirmed after this is told again
   int max_failures = 3;      // reported errors and crashes together
@@ -97,6 +98,7 @@ class WorkQueue {
   void ReleaseUnnamed(const Request& request);
   void Release(int64_t item);
   void ReleaseLapsed(double now_s);
+  bool IsSilent(const Worker& worker, double now_s) const;
   int FreeSlots(const std::string& name, const Worker& worker) const;
   std::string MostFree(double now_s) const;
 

@@ -98,6 +98,43 @@ TEST(WorkQueue, GivesNothingToAWorkerThatWentSilent) {
   EXPECT_TRUE(queue.Assign(7).empty());
 }
 
+TEST(WorkQueue, WhatASilentWorkerNeverTookGoesToAnother) {
+  WorkQueue queue;
+  queue.OnRequest({"hung", 1, 0, {}}, 0);
+  queue.Add(1);
+  EXPECT_EQ(queue.Assign(0.5).at(0).worker, "hung");
+  queue.OnRequest({"other", 1, 0, {}}, 2.9);
+  for (const auto& grant : queue.Assign(2.9)) EXPECT_FALSE(grant.is_new) << "it may be on its way";
+  const auto grants = queue.Assign(3.1);
+  ASSERT_EQ(grants.size(), 1u);
+  EXPECT_EQ(grants[0].worker, "other");
+  EXPECT_EQ(grants[0].attempt, 1);
+  queue.OnRequest({"other", 0, 0, {1}}, 3.2);
+  queue.OnRequest({"hung", 0, 0, {1}}, 3.3);
+  EXPECT_EQ(queue.num_leased(), 1u);
+  EXPECT_TRUE(queue.OnFailed("hung", 1, "too late", false, 3.4).empty()) << "it is another's";
+}
+
+TEST(WorkQueue, ASilentWorkerKeepsWhatItTookUntilTheLeaseLapses) {
+  WorkQueue queue;
+  queue.Add(1);
+  queue.OnRequest({"held up", 0, 0, {1}}, 0);
+  queue.OnRequest({"other", 1, 0, {}}, 5.9);
+  EXPECT_TRUE(queue.Assign(5.9).empty());
+  queue.OnRequest({"held up", 0, 0, {1}}, 5.95);
+  EXPECT_TRUE(queue.Assign(6.1).empty());
+}
+
+TEST(WorkQueue, WhatTheLedgerSaysIsKeptForAWorkerThatHasNotAskedYet) {
+  WorkQueue queue;
+  queue.Add(1);
+  queue.Lease(1, "mapper", 0);
+  queue.OnRequest({"other", 1, 0, {}}, 5.9);
+  for (const auto& grant : queue.Assign(5.9)) EXPECT_EQ(grant.worker, "mapper");
+  queue.OnRequest({"other", 1, 0, {}}, 6.1);
+  EXPECT_EQ(queue.Assign(6.1).at(0).worker, "other");
+}
+
 TEST(WorkQueue, GivesAWorkerBackWhatItHeldBeforeIngestRestarted) {
   WorkQueue queue;
   queue.Add(1);

@@ -38,7 +38,7 @@ size_t FeatureCells::MemoryBytes() const { return BytesOf(home) + BytesOf(near);
 
 // A centre lies in the space of the principal axes. What a descriptor has beside them adds the same
 // to its distances from all centres, so these may be compared in all 128 dimensions.
-DescriptorCells::DescriptorCells(const Codebook& codebook) {
+DescriptorCells::DescriptorCells(const Codebook& codebook, KernelVersion kernel) : kernel_(kernel) {
   const Codebook::Matrix centres =
       (codebook.centres * codebook.projection).rowwise() + codebook.mean.transpose();
   for (Eigen::Index k = 0; k < centres.rows(); ++k) {
@@ -54,13 +54,12 @@ DescriptorCells::DescriptorCells(const Codebook& codebook) {
 
 FeatureCells DescriptorCells::Assign(const std::vector<uint8_t>& descriptors) const {
   const size_t num_cells = norm_sq_.size(), num_near = std::min(kNearCells, num_cells);
-  const KernelVersion kernel = FastestKernel();
   std::vector<uint32_t> all(num_cells), home, near;
   std::iota(all.begin(), all.end(), 0);
   std::vector<int32_t> dots;
   std::vector<std::pair<int32_t, uint32_t>> ranked(num_cells);  // distance^2 - |descriptor|^2
   for (size_t i = 0; i < descriptors.size(); i += kDescriptorDim) {
-    DotProducts(kernel, descriptors.data() + i, centres_.data(), all, &dots);
+    DotProducts(kernel_, descriptors.data() + i, centres_.data(), all, &dots);
     for (uint32_t k = 0; k < num_cells; ++k) ranked[k] = {norm_sq_[k] - 2 * dots[k], k};
     std::nth_element(ranked.begin(), ranked.begin() + (num_near - 1), ranked.end());
     home.push_back(std::min_element(ranked.begin(), ranked.begin() + num_near)->second);

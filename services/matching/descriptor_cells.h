@@ -35,14 +35,15 @@ struct FeatureCells {
 // The cells of a codebook. Immutable, so threads may share it.
 class DescriptorCells {
  public:
-  explicit DescriptorCells(const Codebook& codebook);
+  explicit DescriptorCells(const Codebook& codebook, KernelVersion kernel = FastestKernel());
 
-  // descriptors: N x 128 uint8, row major. Exact, so the same on all processors.
+  // descriptors: N x 128 uint8, row major. Exact, so the same with each kernel.
   FeatureCells Assign(const std::vector<uint8_t>& descriptors) const;
 
  private:
   std::vector<uint8_t> centres_;  // K x 128, of norm 512 as descriptors
   std::vector<int32_t> norm_sq_;  // of each
+  KernelVersion kernel_;
 };
 
 // What is compared of two photos: each feature of the first with those of the second that have its

@@ -101,7 +101,7 @@ class DescriptorMatcher {
   std::vector<IndexPair> Match(const DescriptorView& first, const DescriptorView& second);
 
   // As if all that is in no part were farther than any. No two descriptors meet in two parts, and
-  // the columns of each part ascend.
+  // the rows and the columns of each part ascend.
   std::vector<IndexPair> MatchParts(const DescriptorView& first, const DescriptorView& second,
                                     const std::vector<ProductPart>& parts);
 

@@ -2,27 +2,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "config/option_section.h"
+#include "config/kernel_choice.h"
 #include "core/option_check.h"
 
 namespace skein {
-namespace {
-
-constexpr char kFastest[] = "fastest";
-
-// Tells the fastest as that, so that the file serves on other hosts, too.
-std::string NameOf(KernelVersion kernel) {
-  return kernel == FastestKernel() ? kFastest : KernelName(kernel);
-}
-
-KernelVersion KernelOf(const std::string& name) {
-  for (const KernelVersion kernel : kKernelVersions) {
-    if (KernelName(kernel) == name) return kernel;
-  }
-  return FastestKernel();
-}
-
-}  // namespace
 
 Status MatchingServiceOptions::Check() const {
   return FirstError({InRange("cache_mib", cache_mib, 1, 1 << 20),
@@ -42,11 +25,9 @@ void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
   app.add_option("--codebook", options->codebook_path,
                  "VLAD codebook, whose cells tell the cascade which descriptors may be near each "
                  "other; default: the shipped one");
-  AddChoice(
-      app, "kernel", {kFastest, "portable", "avx2", "avx512vnni", "amx"},
-      [&matching] { return NameOf(matching.kernel); },
-      [&matching](const std::string& name) { matching.kernel = KernelOf(name); },
-      "Matching kernel: the fastest that the processor has, portable, avx2, avx512vnni or amx");
+  AddKernelChoice(app, kKernelVersions, KernelName, FastestKernel(), &matching.kernel,
+                  "Matching kernel: the fastest that the processor has, or portable, avx2, "
+                  "avx512vnni or amx");
   app.add_option("--max-ratio", matching.max_ratio,
                  "Lowe's, of the distances to the nearest and the second descriptor; 0: no test");
   app.add_option("--max-error", two_view.max_error_px,

@@ -13,7 +13,8 @@ constexpr size_t kPrefetched = 8;
 // Null without the cascade.
 std::shared_ptr<const DescriptorCells> CellsOf(const MatchingServiceOptions& options) {
   if (!options.pair.cascade) return nullptr;
-  return std::make_shared<DescriptorCells>(CodebookOf(options.codebook_path));
+  return std::make_shared<DescriptorCells>(CodebookOf(options.codebook_path),
+                                           options.pair.matching.kernel);
 }
 
 }  // namespace

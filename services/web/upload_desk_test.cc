@@ -4,11 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <future>
+#include <utility>
 #include <vector>
 
+#include "core/folder.h"
 #include "core/hash.h"
 #include "testing/test_folder.h"
 #include "testing/test_node.h"
+#include "web/job_pool.h"
 
 namespace skein {
 namespace {
@@ -18,6 +22,7 @@ constexpr double kDeadlineS = 20;
 class UploadDeskTest : public testing::Test {
  protected:
   UploadDeskTest() {
+    OpenStore();
     bus_.Subscribe<image_offer_t>(kImageOfferChannel, [this](const image_offer_t& offer) {
       offers_.push_back(offer);
       if (on_offer_) on_offer_(offer);
@@ -48,15 +53,20 @@ class UploadDeskTest : public testing::Test {
     ingest_.Publish(kImageAckChannel, ack);
   }
   bool RunUntil(const std::function<bool()>& done) { return loop_.RunUntil(done, kDeadlineS); }
-  void OpenStore() { store_ = std::make_unique<UploadStore>(folder_ / "uploads", UploadLimits()); }
+  void OpenStore() {
+    store_ = std::make_unique<UploadStore>(
+        folder_ / "uploads", UploadLimits(),
+        [this](std::function<void()> job) { jobs_.Run(std::move(job)); });
+  }
+  size_t NumFiles() const { return FilesUnder(folder_ / "uploads").size(); }
 
   TestFolder folder_;
   PollLoop loop_;
   Bus bus_{"memq://", loop_};
   Node ingest_{TestOptions("ingest"), loop_, bus_};
   Node web_{TestOptions("web"), loop_, bus_};
-  std::unique_ptr<UploadStore> store_ =
-      std::make_unique<UploadStore>(folder_ / "uploads", UploadLimits());
+  std::unique_ptr<UploadStore> store_;
+  JobPool jobs_{1};
   std::vector<image_offer_t> offers_;
   std::function<void(const image_offer_t&)> on_offer_;
 };
@@ -76,6 +86,20 @@ TEST_F(UploadDeskTest, OffersEachAgentsPhotosAndForgetsWhatIsStored) {
     EXPECT_EQ(offer.latitude_deg, 47.5);
   }
   EXPECT_EQ(store_->bytes(), 0);
+}
+
+TEST_F(UploadDeskTest, GoesOnWhileADeleteHangs) {
+  std::promise<void> go_on;
+  jobs_.Run([&] { go_on.get_future().wait(); });
+  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::STORED); };
+  UploadDesk desk(web_, *store_);
+  for (const std::string text : {"one", "two"}) {
+    Upload("anna", text + ".jpg", text);
+    ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
+  }
+  EXPECT_EQ(NumFiles(), 4u);
+  go_on.set_value();
+  EXPECT_TRUE(RunUntil([&] { return NumFiles() == 0; }));
 }
 
 TEST_F(UploadDeskTest, OffersAgainWhatNobodyDecidedBeforeItDied) {

@@ -13,6 +13,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kNumPoolThreads = 2;
+// Two write at a time. Of those that the disk holds up an agent has UploadLimits::max_receiving and
+// one that deletes, and the server no more connections than these threads.
+constexpr int kNumUploadThreads = 2, kMoreUploadThreads = 254;
 constexpr double kStatusS = 1;
 constexpr double kForgetProcessS = 60;
 // A blob of which nothing has come for so long is given up.
@@ -49,8 +52,10 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
 WebService::WebService(Node& node, const WebOptions& options) : node_(node), options_(options) {
   if (options.is_public()) {
     visitors_ = OpenVisitors(node, options);
-    uploads_ = std::make_unique<UploadStore>(SessionPaths{node.options().session_dir}.Uploads(),
-                                             options.uploads);
+    upload_jobs_ = std::make_unique<JobPool>(kNumUploadThreads, kMoreUploadThreads);
+    uploads_ = std::make_unique<UploadStore>(
+        SessionPaths{node.options().session_dir}.Uploads(), options.uploads,
+        [&jobs = *upload_jobs_](std::function<void()> job) { jobs.Run(std::move(job)); });
     finish_asker_ = std::make_unique<FinishAsker>(node, [this](int64_t command_id) {
       return view_.With([&](const SessionRecord& session) {
         return session.history.finish_of_command().count(command_id) > 0;
@@ -80,8 +85,10 @@ WebService::WebService(Node& node, const WebOptions& options) : node_(node), opt
 WebService::~WebService() {
   for (const auto id : subscriptions_) node_.bus().Unsubscribe(id);
   node_.loop().CancelTimer(timer_);
-  server_.reset();  // no request comes any more
-  api_.reset();     // nor is one under way, before what they ask goes
+  desk_.reset();
+  server_.reset();       // no request comes any more
+  upload_jobs_.reset();  // nor is one under way, before what they ask goes
+  api_.reset();
 }
 
 ShapeFollowerOptions WebService::FollowShapes() {
@@ -140,6 +147,7 @@ SessionSource WebService::Source() {
 void WebService::AddVisitors(SessionSource* source) {
   source->addresses = visitors_->addresses();
   source->uploads = uploads_.get();
+  source->upload_jobs = upload_jobs_.get();
   source->invite = [this](Role role, const std::string& name) {
     return visitors_->Invite(role, name, 0);
   };

@@ -12,6 +12,7 @@
 #include "node/node.h"
 #include "shapes/shape_follower.h"
 #include "web/finish_asker.h"
+#include "web/job_pool.h"
 #include "web/session_api.h"
 #include "web/session_view.h"
 #include "web/status_message.h"
@@ -53,6 +54,7 @@ class WebService {
   std::optional<Visitors> visitors_;  // of other hosts; none: they are not let in
   std::unique_ptr<UploadStore> uploads_;
   std::unique_ptr<SessionApi> api_;
+  std::unique_ptr<JobPool> upload_jobs_;  // use both
   std::unique_ptr<ShapeFollower> shapes_;
   std::unique_ptr<WebServer> server_;
   std::unique_ptr<LedgerFollower> follower_;

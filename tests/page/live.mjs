@@ -35,7 +35,7 @@ const found = await page.evaluate((images) => images.filter((image) => {
 assert.ok(found.length >= 0.5 * state.cameras.length, `only ${found.length} of ${state.cameras.length} cameras are found where they are seen`);
 await page.waitForFunction(() => { // another photo may become the newest meanwhile
   const picture = document.querySelector('#newest img');
-  return picture?.naturalWidth > 0 && picture.getAttribute('src') === `/api/photos/${window.skein.state().newest}/thumbnail`;
+  return picture?.naturalWidth > 0 && picture.getAttribute('src').startsWith(`/api/photos/${window.skein.state().newest}/thumbnail?`);
 });
 const box = await page.locator('#canvas').boundingBox();
 const at = await page.evaluate((image) => window.skein.project(image), found[0]);

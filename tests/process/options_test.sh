@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What a newcomer gives wrongly is told in one line that says what to do: by `skein`, by reconstruct.sh before it starts
-# a service, and by demo.sh before it sets up and builds.
+# a service, and by demo.sh and test.sh before they set up and build.
 source "$(dirname "$0")/../harness.sh"
 source "$(dirname "$0")/../session.sh"
 new_workspace
@@ -24,6 +24,8 @@ for script in demo.sh "reconstruct.sh --session $workspace/none"; do
   refuses 2 '--rate needs a value' "${words[@]}" --rate
   refuses 2 "no JPEG, PNG or TIFF in '$workspace/phone'" "${words[@]}" --images "$workspace/photos" --images "$workspace/phone"
 done
+refuses 2 '--preset needs a value' "$SKEIN_ROOT/scripts/test.sh" --preset
+refuses 2 '--lcm-url needs a value' "$SKEIN_ROOT/scripts/spy.sh" --lcm-url
 refuses 2 "--photos needs a number above 1, not 'few'" "$SKEIN_ROOT/scripts/demo.sh" --photos few
 [[ ! -e $workspace/none ]] || fail "reconstruct.sh made a session for wrong options"
 

@@ -3,6 +3,7 @@ import { kGrid, kMark, kPaper, rgb } from './colours.js';
 import { Feed } from './feed.js';
 import { heirOf, liveSubmaps, placeOf, standingOf, summarize } from './fold.js';
 import { guidanceOf } from './guidance.js';
+import { thumbnailUrl } from './photo_urls.js';
 import * as sim from './similarity.js';
 import { Shapes } from './shapes.js';
 import { storedTheme, storeTheme } from './theme.js';
@@ -121,7 +122,7 @@ export class App {
     this.status = null;
     this.newest = 0;
     this.newestCard.update();
-    this.fitted = 0;
+    this.fittedCameras = this.fittedPoints = this.fittedMaps = this.turnedCameras = 0;
     this.select(null);
   }
 
@@ -285,7 +286,7 @@ export class App {
     for (const [role, image] of [['newest', this.newest], ['selected', this.selection?.image ?? 0]]) {
       const twice = role === 'newest' && image === this.selection?.image;
       const photo = twice ? null : state.photos.get(image);
-      this.viewer.cameras.pictures.set(role, photo?.id ?? 0, `/api/photos/${image}/thumbnail`, photo?.orientation);
+      this.viewer.cameras.pictures.set(role, photo?.id ?? 0, photo ? thumbnailUrl(photo) : '', photo?.orientation);
     }
   }
 
@@ -529,7 +530,7 @@ export class App {
       agents: [...shown.agents.values()].map((a) => ({ name: a.name, sent: a.sent })),
       submaps: liveSubmaps(shown).map((s) => ({ id: s.id, registered: s.numRegistered, state: s.state })),
       merges: [...shown.merges.values()].map(({ source, target, state }) => ({ source, target, state })),
-      joining: [...this.world.joining.keys()],
+      joining: [...this.world.joining.keys()], joined: this.world.joined,
       unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p).standing)).map((p) => p.id),
       points: this.viewer.submaps.numPoints, pointsShown: this.viewer.submaps.numPointsShown, loading: this.loading ?? 0,
       cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,

@@ -1,5 +1,5 @@
-// The newest shape of each submap: its manifest, and the chunks whose version rose. Old chunks stay until the new
-// ones are there. Loads at most kAtOnce chunks at a time, and of each only the prefix that the budget allows.
+// The newest shape of each submap: its manifest, and the chunks whose version is another one. Old chunks stay until the
+// new ones are there. Loads at most kAtOnce chunks at a time, and of each only the prefix that the budget allows.
 import { decodeChunk, prefixBytes } from './chunk.js';
 
 const kAtOnce = 4;
@@ -13,7 +13,7 @@ export class Shapes {
     this.fetch = fetch ?? globalThis.fetch.bind(globalThis);
     this.setTimeout = setTimeout ?? globalThis.setTimeout.bind(globalThis);
     this.budget = budget;
-    this.submaps = new Map(); // id -> {manifest, wanted, fetching, retry, loaded: Map(chunk id -> {version, points})}
+    this.submaps = new Map(); // id -> {manifest, wanted, fetching, retry, loaded: Map(chunk id -> {asked, version, points})}
     this.active = 0;
     this.generation = 0;
   }
@@ -77,7 +77,8 @@ export class Shapes {
       this.dropAbsent(id, submap);
       this.pump();
     }
-    if (submap.wanted > (manifest?.version ?? wanted)) this.fetchManifest(id, submap);
+    // What was told meanwhile. A server that began anew may have older ones than were told before.
+    if (submap.wanted > Math.max(wanted, manifest?.version ?? 0)) this.fetchManifest(id, submap);
     else if (!manifest && !absent) this.retryLater(id, submap);
   }
 
@@ -104,9 +105,10 @@ export class Shapes {
     if (!submap.manifest) return [];
     const share = this.share;
     return submap.manifest.chunks.filter((chunk) => {
-      const have = submap.loaded.get(chunk.id);
       if (submap.loading.has(chunk.id)) return false;
-      return !have || have.version < chunk.version || have.points < 0.8 * Math.ceil(share * chunk.points);
+      const have = submap.loaded.get(chunk.id);
+      const isIt = have && (have.version === chunk.version || have.asked === chunk.version);
+      return !isIt || have.points < 0.8 * Math.ceil(share * chunk.points);
     });
   }
 
@@ -149,7 +151,7 @@ export class Shapes {
       return;
     }
     if (chunk) {
-      submap.loaded.set(chunkId, { version: newer, points: chunk.points });
+      submap.loaded.set(chunkId, { asked: version, version: newer, points: chunk.points });
       this.on.chunk(id, chunkId, chunk);
       this.dropAbsent(id, submap);
     } else {

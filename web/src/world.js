@@ -23,6 +23,7 @@ export class World {
     this.shapes = new Map(); // submap id -> {manifest, cameras: Map(image -> {centre, worldFromCam, aspect})}
     this.measures = new Map(); // submap id -> {measure, photos}
     this.joining = new Map(); // source id -> {target, targetFromSource, photos, until, arrived, sent}
+    this.joined = []; // ids of sources that were seen moving into their targets
   }
 
   setManifest(id, manifest) {
@@ -80,6 +81,7 @@ export class World {
     }
     for (const source of over) {
       this.joining.delete(source);
+      this.joined.push(source);
       this.dropShape(source);
     }
     return over;

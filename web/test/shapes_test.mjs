@@ -86,6 +86,26 @@ test('A version that is gone leads to the newest one; a lost chunk is asked for 
   assert.equal(world.shown.get(1).version, 8);
 });
 
+// skein-web began anew, and has the newest model's shape until the mapper tells its own.
+test('An older shape than was told before is taken, once, and all its chunks', async () => {
+  const world = server([{ id: 1, version: 50, points: 10 }, { id: 2, version: 40, points: 10 }]);
+  world.version = 50;
+  world.shapes.announce(1, 50);
+  await settle();
+  world.version = 30;
+  world.chunks = [{ id: 1, version: 30, points: 20 }, { id: 2, version: 30, points: 5 }];
+  world.requests.length = 0;
+  world.shapes.announce(1);
+  await settle();
+  assert.deepEqual([...world.shown.values()].map((c) => c.points), [20, 5]);
+  assert.deepEqual(world.requests.map(([p]) => p), ['/api/submaps/1', '/api/submaps/1/chunks/1?v=30', '/api/submaps/1/chunks/2?v=30']);
+  world.version = 60;
+  world.chunks = [{ id: 1, version: 60, points: 11 }, { id: 2, version: 20, points: 10 }];
+  world.shapes.announce(1, 60);
+  await settle();
+  assert.deepEqual([...world.shown.values()].map((c) => c.points), [11, 10]);
+});
+
 test('Chunks that the shape has no more go when the others are there', async () => {
   const world = server([{ id: 1, version: 1, points: 3 }, { id: 2, version: 1, points: 3 }]);
   world.shapes.announce(1, 1);

@@ -57,7 +57,7 @@ class PhonePage {
       if (answer.status === 401 || answer.status === 403 || refusal) {
         const told = refusal || (await answer.json()).error;
         this.showDoor(told);
-        if (!this.queue) return;
+        return;
       }
       if (!answer.ok) throw new Error(String(answer.status));
       const session = await answer.json();

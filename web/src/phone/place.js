@@ -1,6 +1,7 @@
 // Where the phone is and which way it looks, as far as the browser tells: only pages over TLS are told.
 
 const kFreshMs = 30000;
+const kTurns = ['deviceorientationabsolute', 'deviceorientation'];
 
 export class Place {
   constructor() {
@@ -25,16 +26,18 @@ export class Place {
     try {
       if (typeof DeviceOrientationEvent?.requestPermission === 'function') await DeviceOrientationEvent.requestPermission();
     } catch { /* no heading then */ }
-    const turned = (e) => {
-      const angle = globalThis.screen?.orientation?.angle ?? 0;
-      if (Number.isFinite(e.webkitCompassHeading)) this.heading = (e.webkitCompassHeading + angle) % 360;
-      else if (e.absolute && Number.isFinite(e.alpha)) this.heading = (360 - e.alpha + angle) % 360;
-    };
-    addEventListener('deviceorientationabsolute', turned);
-    addEventListener('deviceorientation', turned);
+    if (this.watch === null) return; // stopped meanwhile
+    for (const turn of kTurns) addEventListener(turn, this.turned);
   }
 
+  turned = (e) => {
+    const angle = globalThis.screen?.orientation?.angle ?? 0;
+    if (Number.isFinite(e.webkitCompassHeading)) this.heading = (e.webkitCompassHeading + angle) % 360;
+    else if (e.absolute && Number.isFinite(e.alpha)) this.heading = (360 - e.alpha + angle) % 360;
+  };
+
   stop() {
+    for (const turn of kTurns) removeEventListener(turn, this.turned);
     if (this.watch !== null) navigator.geolocation.clearWatch(this.watch);
     this.watch = null;
     this.position = this.heading = null;

@@ -58,14 +58,6 @@ export class Queue {
     return this.write(['bytes'], (store) => store.delete(sha));
   }
 
-  async remove(sha) {
-    this.photos.delete(sha);
-    await this.write(['photos', 'bytes'], (photos, store) => {
-      photos.delete(sha);
-      store.delete(sha);
-    });
-  }
-
   write(names, change) {
     return new Promise((resolve, reject) => {
       const transaction = this.database.transaction(names, 'readwrite', { durability: 'strict' });

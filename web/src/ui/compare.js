@@ -1,6 +1,7 @@
 // Two photos side by side with their matched points joined by lines.
 import { photoName } from '../fold.js';
 import { uprightFromStored, uprightSize } from '../orientation.js';
+import { photoUrl } from '../photo_urls.js';
 import { groups, plural } from '../words.js';
 import { byId, h, iconButton, setText, svg } from './dom.js';
 
@@ -23,7 +24,7 @@ export class Compare {
     this.lines = svg('svg', { class: 'match_lines', 'aria-hidden': 'true' });
     this.pictures = [a, b].map((photo) => {
       const [width, height] = uprightSize(photo);
-      return h('img', { src: `/api/photos/${photo.id}`, alt: `Photo ${photoName(photo.agent, photo.name)}`, width, height, onload: () => this.layOut() });
+      return h('img', { src: photoUrl(photo), alt: `Photo ${photoName(photo.agent, photo.name)}`, width, height, onload: () => this.layOut() });
     });
     this.pair = h('div', { className: 'pair' },
       this.pictures.map((picture, i) => h('figure', {}, picture, h('figcaption', {}, photoName(this.photos[i].agent, this.photos[i].name)))), this.lines);

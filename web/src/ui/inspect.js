@@ -2,6 +2,7 @@
 import { agentColour } from '../colours.js';
 import { photoName, standingOf } from '../fold.js';
 import { uprightFromStored, uprightSize } from '../orientation.js';
+import { photoUrl, thumbnailUrl } from '../photo_urls.js';
 import { bytes, clock, explain, groups, linkWords, plural, seconds } from '../words.js';
 import { h, icon, svg } from './dom.js';
 
@@ -44,8 +45,8 @@ export class Inspect {
       h('section', { className: 'photo_head' },
         h('div', { className: 'head_row' }, h('h2', {}, swatch, name),
           h('button', { type: 'button', className: 'icon_button', 'aria-label': 'Deselect', title: 'Deselect (Esc)', onclick: this.clear, dataset: { keep: 'close' } }, icon('close'))),
-        h('a', { href: `/api/photos/${image}`, target: '_blank', rel: 'noopener', className: 'big_photo', title: 'Open the photo as it was stored' },
-          h('img', { src: `/api/photos/${image}/thumbnail`, alt: `Photo ${name}`, width, height })),
+        h('a', { href: photoUrl(photo), target: '_blank', rel: 'noopener', className: 'big_photo', title: 'Open the photo as it was stored' },
+          h('img', { src: thumbnailUrl(photo), alt: `Photo ${name}`, width, height })),
         this.standing(view, photo, standing)),
       h('section', {}, h('h3', {}, 'Times'), times(photo)),
       h('section', {}, h('h3', {}, 'Photo'), facts(photo, standing)),
@@ -81,7 +82,7 @@ export class Inspect {
           'aria-label': `Compare with ${photoName(o.agent, o.name)}: ${plural(inliers, 'common point')}`,
           onfocus: () => this.hover(other), onblur: () => this.hover(null),
         },
-        h('img', { src: `/api/photos/${other}/thumbnail`, alt: '', loading: 'lazy', decoding: 'async', width: 64, height: 48 }),
+        h('img', { src: thumbnailUrl(o), alt: '', loading: 'lazy', decoding: 'async', width: 64, height: 48 }),
         h('span', { className: 'text' }, h('span', { className: 'name' }, photoName(o.agent, o.name)), bar, h('small', {}, plural(inliers, 'common point')))),
         h('button', { type: 'button', className: 'icon_button', 'aria-label': `Select ${photoName(o.agent, o.name)}`, title: 'Select this photo', onclick: () => this.select(other) }, icon('look')));
     });
@@ -113,7 +114,7 @@ export class Inspect {
       svg('circle', { cx: u * width, cy: v * height, r: width / 26, class: 'mark_ring' }));
     return h('li', { onpointerenter: () => this.hover(image), onpointerleave: () => this.hover(null) },
       h('button', { type: 'button', onclick: () => this.select(image), title: photoName(photo.agent, photo.name), 'aria-label': `Photo ${photoName(photo.agent, photo.name)}` },
-        h('span', { className: 'marked' }, h('img', { src: `/api/photos/${image}/thumbnail`, alt: '', loading: 'lazy', width, height }), mark),
+        h('span', { className: 'marked' }, h('img', { src: thumbnailUrl(photo), alt: '', loading: 'lazy', width, height }), mark),
         h('small', {}, photoName(photo.agent, photo.name))));
   }
 }

@@ -1,5 +1,6 @@
 // The card of the photo that was placed last.
 import { photoName } from '../fold.js';
+import { thumbnailUrl } from '../photo_urls.js';
 import { seconds } from '../words.js';
 import { byId, h, setText } from './dom.js';
 
@@ -19,7 +20,7 @@ export class Newest {
       return;
     }
     if (this.shown !== photo.id) {
-      const picture = h('img', { src: `/api/photos/${photo.id}/thumbnail`, alt: '', width: 88, height: 66 });
+      const picture = h('img', { src: thumbnailUrl(photo), alt: '', width: 88, height: 66 });
       this.element.replaceChildren(picture, h('span', { className: 'text' }, h('small', {}, 'Newest'), h('b', {}, photoName(photo.agent, photo.name)), this.text));
     }
     this.shown = photo.id;

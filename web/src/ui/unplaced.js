@@ -1,5 +1,6 @@
 // Photos that are not placed: what is wrong with each and what would help.
 import { photoName, standingOf } from '../fold.js';
+import { thumbnailUrl } from '../photo_urls.js';
 import { advise, groups, linkWords } from '../words.js';
 import { h, keyed, setText } from './dom.js';
 
@@ -20,7 +21,7 @@ export class Unplaced {
     const photos = [];
     for (const photo of state.photos.values()) {
       const standing = standingOf(state, photo);
-      if (standing.standing === 'unplaced' || standing.standing === 'failed') photos.push({ photo, standing, key: `p${photo.id}` });
+      if (standing.standing === 'unplaced' || standing.standing === 'failed') photos.push({ photo, standing, key: `p${photo.id}/${photo.stored}` });
     }
     photos.reverse();
     state.refused.forEach((r, i) => photos.push({ refused: r, standing: { standing: 'failed', reason: r.reason }, key: `r${i}/${r.agent}/${r.name}` }));
@@ -44,7 +45,7 @@ export class Unplaced {
   make({ photo }) {
     const text = h('span', { className: 'text' }, h('b'), h('span', { className: 'what' }), h('span', { className: 'help' }), h('small'));
     if (!photo) return h('li', { className: 'refused' }, text);
-    const picture = h('img', { src: `/api/photos/${photo.id}/thumbnail`, alt: '', loading: 'lazy', decoding: 'async', width: 96, height: 72 });
+    const picture = h('img', { src: thumbnailUrl(photo), alt: '', loading: 'lazy', decoding: 'async', width: 96, height: 72 });
     return h('li', {}, h('button', { type: 'button', onclick: () => this.select(photo.id) }, picture, text));
   }
 }

@@ -8,17 +8,17 @@ export class Pictures {
   constructor(scene, changed) {
     this.scene = scene;
     this.changed = changed;
-    this.all = new Map(); // role -> {image, mesh, ready}
+    this.all = new Map(); // role -> {image, url, mesh, ready}
     this.loader = new TextureLoader();
     this.placed = new Map();
     this.scale = 1;
     this.visible = true;
   }
 
-  // `role`: one picture each ("newest", "selected").
+  // `role`: one picture each ("newest", "selected"); url '': none.
   set(role, image, url, orientation = 1) {
     const old = this.all.get(role);
-    if (old?.image === image) return;
+    if ((old?.url ?? '') === url) return;
     if (old) {
       this.scene.remove(old.mesh);
       old.mesh.geometry.dispose();
@@ -27,7 +27,7 @@ export class Pictures {
       this.all.delete(role);
     }
     this.changed();
-    if (!image) return;
+    if (!url) return;
     const geometry = new BufferGeometry();
     const corners = [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]];
     geometry.setAttribute('position', new BufferAttribute(new Float32Array(corners.flat()), 3));
@@ -43,7 +43,7 @@ export class Pictures {
     mesh.matrixAutoUpdate = false;
     mesh.frustumCulled = false;
     mesh.renderOrder = 3;
-    const picture = { image, mesh, ready: false };
+    const picture = { image, url, mesh, ready: false };
     this.all.set(role, picture);
     this.scene.add(mesh);
     this.loader.load(url, (texture) => {

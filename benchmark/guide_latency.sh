@@ -1,0 +1,90 @@
+#!/usr/bin/env bash
+# How soon after a registration the guide has told quality and advice of a map with that photo, and what that costs, as
+# the map grows.
+#
+#   benchmark/guide_latency.sh [--agents N] [--photos N] [--size WxH] [--rate HZ] [--keep DIR]
+#
+#   --agents N   each walks through one synthetic place (default 3)
+#   --photos N   of each (default 200)
+#   --size WxH   of the photos (default 640x480)
+#   --rate HZ    photos a second of each (default 0: at full speed)
+#   --keep DIR   keeps the session there
+#
+# A row a hundred photos: the median and the 95th percentile of the time from ingest's commit
+# of a registration to the guide's message of a map with so many photos, and the median time that a computation of such a map
+# takes. At the end the guide's share of the services' processor time, the finish included. Needs a network namespace
+# of its own, so root or user namespaces.
+source "$(dirname "$0")/../tests/harness.sh"
+source "$(dirname "$0")/../tests/session.sh"
+
+agents=3 photos=200 size=640x480 rate=0 keep=''
+take_options "agents photos size rate keep" "$@"
+enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+session=${keep:-$workspace}/session
+mkdir -p "$(dirname "$session")"
+rm -rf "$session"
+
+# Seconds of processor time of each service so far
+print_cpu() {
+  local file
+  for file in "$session"/run/*.pid; do
+    awk -v name="$(basename "$file" .pid)" -v hz="$(getconf CLK_TCK)" '{ sub(/^.*\) /, ""); print name, ($12 + $13) / hz }' \
+      "/proc/$(<"$file")/stat" 2>/dev/null || continue
+  done
+}
+
+# Commits of registrations, then what the guide told: microseconds since 1970, photos, seconds of work
+print_events() {
+  sqlite3 -separator ' ' "file:$session/ledger.db?mode=ro" \
+    "SELECT 'commit', utime_us FROM facts WHERE kind = 'registration' ORDER BY seq"
+  awk -v day="$(date -d "$(date -r "$session/ledger.db" +%F)" +%s)" '/ photos, .*; [0-9.]+ s of CPU$/ {
+    split($1, t, ":")
+    for (i = 1; i <= NF; ++i) if ($i == "photos,") photos = $(i - 1)
+    printf "told %.0f %d %s\n", (day + 3600 * t[1] + 60 * t[2] + t[3]) * 1e6, photos, $(NF - 3)
+  }' "$session/log/guide.log"
+}
+
+print_table() {
+  echo "| photos in the map | told after, s: p50 | p95 | a computation, s: p50 |"
+  echo "|---|---|---|---|"
+  print_events | awk '
+    # The value at share p of the N of values[KEY, 1..N]
+    function at(values, key, n, p,   i, j, v) {
+      for (i = 2; i <= n; ++i) {
+        v = values[key, i]
+        for (j = i - 1; j > 0 && values[key, j] > v; --j) values[key, j + 1] = values[key, j]
+        values[key, j + 1] = v
+      }
+      return n ? values[key, int(1 + (n - 1) * p + 0.5)] : 0
+    }
+    $1 == "commit" { commit[++committed] = $2 }
+    $1 == "told" {
+      row = int(($3 - 1) / 100)
+      work[row, ++computed[row]] = $4
+      while (heard < $3 && heard < committed) {
+        ++heard
+        row = int((heard - 1) / 100)
+        late[row, ++photos[row]] = ($2 - commit[heard]) / 1e6
+      }
+    }
+    END {
+      for (row = 0; row in photos; ++row) {
+        printf "| %d to %d | %.2f | %.2f | %.3f |\n", 100 * row + 1, 100 * row + photos[row],
+          at(late, row, photos[row], 0.5), at(late, row, photos[row], 0.95), at(work, row, computed[row], 0.5)
+      }
+    }'
+}
+
+print_machine
+use_place "$agents" "$photos" --size "$size" --seed 1
+start_services "$session" "$url" --verbose >/dev/null
+publish "$session" --rate "$rate"
+await_agents
+finish "$session" >/dev/null
+cpu=$(print_cpu)
+stop_services
+jq -r '"\(.images.registered) of \(.images.received) photos registered, \(.submaps | length) map(s), \(.wall_s | round) s"' "$session/report.json"
+print_table
+awk '{ all += $2; if ($1 ~ /^guide/) guide += $2 } END { printf "guide: %.1f of %.1f s of processor time, %.1f %%\n", guide, all, 100 * guide / all }' <<<"$cpu"
