@@ -7,7 +7,6 @@
 #include "benchmark/feedback_quality.h"
 #include "clients/sim/random.h"
 #include "guidance/depth_grid.h"
-#include "guidance/pair_weight.h"
 
 namespace skein {
 namespace {
@@ -17,7 +16,7 @@ constexpr double kViewTolerance = 0.1;  // of the depth
 DepthGrid ViewOf(const PhotoPool& pool, const Surface& surface, int photo) {
   DepthGrid view(pool.camera(photo), pool.photo(photo).cam_from_world, surface.cell,
                  surface.working_distance);
-  view.Draw(surface.surfels);
+  view.Draw(PositionsOf(surface.surfels));
   return view;
 }
 
@@ -95,19 +94,29 @@ double Diminishing(const QualityOptions& options, const Surfel& surfel,
              std::min(1.0, options.target_gsd / quality.sigma);
 }
 
+ViewOfSurfel ViewFrom(const GuidedCamera& camera, const CameraPose& pose, const Surfel& surfel) {
+  const Eigen::Vector3d ray = pose.Centre() - surfel.position;
+  return {ray.normalized(), ray.norm() / camera.FocalPx()};
+}
+
 // Area that becomes good or comes nearer to it, and what open borders promise.
 int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& utility_of) {
   QualityOptions options;
   options.target_gsd = capture.place.completeness.target_gsd;
+  const GuidedMap& map = capture.map.map;
   const std::vector<Surfel>& surfels = capture.place.surface.surfels;
   std::vector<std::vector<ViewOfSurfel>> views(surfels.size());
   std::vector<double> utility(surfels.size(), 1);
   for (size_t i = 0; i < surfels.size(); ++i) {
-    views[i] = ViewsOf(capture.map.map, surfels[i]);
+    for (const uint32_t index : surfels[i].photos) {
+      const GuidedPhoto& photo = map.photos[index];
+      views[i].push_back(ViewFrom(map.cameras[photo.camera], photo.cam_from_world, surfels[i]));
+    }
     if (capture.place.surfels[i].counts) utility[i] = utility_of(options, surfels[i], views[i]);
   }
   return Scorer(pool, capture).Best([&](int photo, const DepthGrid& view) {
-    const Eigen::Vector3d centre = pool.photo(photo).cam_from_world.Centre();
+    const CameraPose& pose = pool.photo(photo).cam_from_world;
+    const Eigen::Vector3d centre = pose.Centre();
     double gain = 0;
     for (size_t i = 0; i < surfels.size(); ++i) {
       if (surfels[i].open_border) {
@@ -117,7 +126,7 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& uti
       }
       if (utility[i] >= 1 || !Sees(view, centre, surfels[i])) continue;
       std::vector<ViewOfSurfel> with = views[i];
-      with.push_back(ViewFrom(centre, pool.camera(photo).FocalPx(), surfels[i].position));
+      with.push_back(ViewFrom(pool.camera(photo), pose, surfels[i]));
       gain += surfels[i].area * std::max(0.0, utility_of(options, surfels[i], with) - utility[i]);
     }
     return gain;
