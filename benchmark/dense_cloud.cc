@@ -14,8 +14,8 @@ constexpr double kDepthStep = 1.25;  // ends of the search are powers of it
 
 // common[i][j]: points of both photos, seen 5 to 30 degrees apart.
 std::vector<std::vector<int>> CountCommon(const GuidedMap& map) {
-  const double min_cos = std::cos(kMaxDegrees * sim::kDegree);
-  const double max_cos = std::cos(kMinDegrees * sim::kDegree);
+  const double min_cos = std::cos(kMaxDegrees * kRadian);
+  const double max_cos = std::cos(kMinDegrees * kRadian);
   std::vector<Eigen::Vector3d> centres;
   for (const GuidedPhoto& photo : map.photos) centres.push_back(photo.cam_from_world.Centre());
   std::vector<std::vector<int>> common(map.photos.size(), std::vector<int>(map.photos.size(), 0));
@@ -77,8 +77,9 @@ std::vector<SweepPhoto> DenseCloud::PhotosOf(const PoolMap& map, std::vector<Key
   for (size_t i = 0; i < map.taken.size(); ++i) {
     SweepPhoto photo;
     photo.grey = pool_.grey(map.taken[i]);
-    photo.focal_px = pool_.camera().FocalPx();
-    photo.principal_point = {pool_.camera().cx_px, pool_.camera().cy_px};
+    const GuidedCamera& camera = pool_.camera(map.taken[i]);
+    photo.focal_px = camera.FocalPx();
+    photo.principal_point = {camera.cx_px, camera.cy_px};
     photo.cam_from_world = map.map.photos[i].cam_from_world;
     int near_step = 0, far_step = 1;
     if (!depths[i].empty()) {

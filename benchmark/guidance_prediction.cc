@@ -14,10 +14,11 @@
 
 #include "benchmark/dense_cloud.h"
 #include "benchmark/feedback_quality.h"
-#include "benchmark/photo_pool.h"
 #include "benchmark/point_grid.h"
 #include "benchmark/rank_correlation.h"
 #include "benchmark/surface_distance.h"
+#include "benchmark/synthetic_pool.h"
+#include "benchmark/told_quality.h"
 #include "clients/sim/random.h"
 #include "clients/sim/truth.h"
 #include "core/statistics.h"
@@ -30,7 +31,7 @@ namespace {
 using nlohmann::json;
 
 struct Arguments {
-  PoolOptions pool;
+  SyntheticPoolOptions pool;
   DenseOptions dense;
   std::string scenario = "together", table, calibration;
   double share = 0.25;  // of the pool that is taken, about; 7: all of it
@@ -142,38 +143,21 @@ class Comparison {
     ComparePlace(grid);
   }
 
-  static double RadiusOf(const Piece& piece) { return 0.75 * piece.width; }
-
-  // The true surface that a photo shows, sample by sample: what was said of it and what is so. What
-  // is said of a sample is what is said of the piece nearest to it.
+  // The true surface that a photo shows, sample by sample: what was said of it and what is so.
   void ComparePlace(const PointGrid& dense) {
-    const double radius = RadiusOfSurfel(place_.surface);
-    PointGrid pieces(radius);
-    for (uint32_t i = 0; i < place_.pieces.size(); ++i) {
-      pieces.Add(place_.pieces[i].surfel.position, i);
-    }
-    for (const TrueSample& sample : pool_.samples()) {
+    const std::vector<Told> told = WhatIsTold(place_, pool_.samples());
+    for (size_t i = 0; i < told.size(); ++i) {
+      const SurfaceSample& sample = pool_.samples()[i];
       const bool is_shown = std::any_of(map_.taken.begin(), map_.taken.end(), [&](int photo) {
         return pool_.Shows(photo, sample.xyz, sample.normal);
       });
       if (!is_shown) continue;
-      double nearest = std::numeric_limits<double>::infinity();
-      bool said = false;
-      pieces.ForNear(sample.xyz, radius, [&](uint32_t i, const Eigen::Vector3d& position) {
-        const Piece& piece = place_.pieces[i];
-        const double away = (position - sample.xyz).norm();
-        if (away >= std::min(nearest, RadiusOf(piece))) return true;
-        if (piece.surfel.normal.dot(sample.normal) < 0.5) return true;
-        nearest = away;
-        said = piece.quality.counts && piece.quality.good;
-        return true;
-      });
       const bool is_covered = dense.AnyNear(sample.xyz, 2 * target_gsd_);
       shown_.all += 1;
-      shown_.with_points += std::isfinite(nearest);
-      shown_.said += said;
+      shown_.with_points += told[i] != Told::kNothing;
+      shown_.said += told[i] == Told::kGood;
       shown_.covered += is_covered;
-      shown_.said_falsely += said && !is_covered;
+      shown_.said_falsely += told[i] == Told::kGood && !is_covered;
     }
   }
 
@@ -344,7 +328,7 @@ class Comparison {
   }
 
   const Arguments arguments_;
-  const PhotoPool pool_;
+  const SyntheticPool pool_;
   const SurfaceDistance distance_;
   PoolMap map_;
   PlaceQuality place_;

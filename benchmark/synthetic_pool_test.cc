@@ -1,4 +1,4 @@
-#include "benchmark/photo_pool.h"
+#include "benchmark/synthetic_pool.h"
 
 #include <gtest/gtest.h>
 
@@ -18,8 +18,8 @@ namespace skein {
 namespace {
 
 // Eight stations along façades, 32 photos.
-PoolOptions SmallPool(const TestFolder& cache) {
-  PoolOptions options;
+SyntheticPoolOptions SmallPool(const TestFolder& cache) {
+  SyntheticPoolOptions options;
   options.scenario.scenario = sim::Scenario::kDisjoint;
   options.scenario.agents = 1;
   options.scenario.photos = 8;
@@ -31,15 +31,15 @@ PoolOptions SmallPool(const TestFolder& cache) {
 
 std::vector<int> FirstWalk() { return {0, 1, 2, 3, 4, 5, 6, 7}; }
 
-SurfaceDistance DistanceToTruth(const PhotoPool& pool, const TestFolder& folder) {
+SurfaceDistance DistanceToTruth(const SyntheticPool& pool, const TestFolder& folder) {
   const std::string file = (folder / "surfaces.ply").string();
   sim::WriteSurfaces(file, pool.place().scene);
   return SurfaceDistance(file);
 }
 
-TEST(PhotoPool, PointsOfAMapAndDenseOnesLieNearTheTrueSurface) {
+TEST(SyntheticPool, PointsOfAMapAndDenseOnesLieNearTheTrueSurface) {
   const TestFolder cache;
-  const PhotoPool pool(SmallPool(cache));
+  const SyntheticPool pool(SmallPool(cache));
   const SurfaceDistance distance = DistanceToTruth(pool, cache);
   const PoolMap map = pool.MapOf(FirstWalk());
   ASSERT_EQ(map.map.photos.size(), 8u);
@@ -65,9 +65,9 @@ TEST(PhotoPool, PointsOfAMapAndDenseOnesLieNearTheTrueSurface) {
   EXPECT_LT(cloud.Make(pool.MapOf({0, 1, 2, 3})).size(), points.size());
 }
 
-TEST(PhotoPool, APhotoRegistersWhenThoseBetweenHave) {
+TEST(SyntheticPool, APhotoRegistersWhenThoseBetweenHave) {
   const TestFolder cache;
-  const PhotoPool pool(SmallPool(cache));
+  const SyntheticPool pool(SmallPool(cache));
   ASSERT_EQ(pool.size(), 32) << "each station in four ways";
   EXPECT_EQ(pool.photo(0).agent, 0);
   EXPECT_EQ(pool.photo(31).agent, 3);
@@ -79,9 +79,9 @@ TEST(PhotoPool, APhotoRegistersWhenThoseBetweenHave) {
   EXPECT_GT(pool.CommonPoints(2, {0, 1}), pool.CommonPoints(7, {0, 1}));
 }
 
-TEST(PhotoPool, AnAddedPhotoIsAsOneThatWasPlanned) {
+TEST(SyntheticPool, AnAddedPhotoIsAsOneThatWasPlanned) {
   const TestFolder cache;
-  PhotoPool pool(SmallPool(cache));
+  SyntheticPool pool(SmallPool(cache));
   const int planned = pool.CommonPoints(2, {0, 1});
   const int added = pool.Add(pool.photo(2).cam_from_world, 5);
   EXPECT_EQ(added, 32);

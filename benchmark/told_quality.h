@@ -1,0 +1,17 @@
+// What guidance says of a place, piece by piece of its surface.
+#pragma once
+
+#include <vector>
+
+#include "benchmark/photo_pool.h"
+#include "guidance/quality.h"
+
+namespace skein {
+
+enum class Told { kNothing, kNotGood, kGood };
+
+// Of each sample what is told of the piece nearest to it: within 0.75 of the piece's width, its
+// normal within 60 degrees of the sample's where that is known. kNothing: there is no such piece.
+std::vector<Told> WhatIsTold(const PlaceQuality& place, const std::vector<SurfaceSample>& samples);
+
+}  // namespace skein
