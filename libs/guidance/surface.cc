@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/option_check.h"
@@ -76,6 +77,34 @@ double CellWidth(const SurfaceOptions& options, const GuidedMap& map, const Scal
       std::max(options.min_cell_px, options.max_cell_share * Median(std::move(widths)));
   return std::clamp(wanted_px, options.min_cell_px, max_px) * scale.observed_gsd;
 }
+
+// The surfels of a surface by the cell that they lie in; of several in one, the first.
+class SurfelCells {
+ public:
+  explicit SurfelCells(const Surface& surface) : cells_(surface.cell) {
+    for (uint32_t i = 0; i < surface.surfels.size(); ++i) {
+      const auto cell = cells_.CellOf(surface.surfels[i].position);
+      if (cell && cells_.Occupy(*cell) == surfel_of_.size()) surfel_of_.push_back(i);
+    }
+  }
+
+  std::optional<uint32_t> Find(const Eigen::Vector3d& xyz) const {
+    const auto cell = cells_.CellOf(xyz);
+    const uint32_t* index = cell ? cells_.Find(*cell) : nullptr;
+    return index == nullptr ? std::nullopt : std::optional(surfel_of_[*index]);
+  }
+
+  // As Cells::VisitAround, of a place.
+  template <typename Visit>
+  void VisitAround(const Eigen::Vector3d& xyz, int radius, const Visit& visit) const {
+    const auto cell = cells_.CellOf(xyz);
+    if (cell) cells_.VisitAround(*cell, radius, [&](uint32_t i) { visit(surfel_of_[i]); });
+  }
+
+ private:
+  Cells cells_;
+  std::vector<uint32_t> surfel_of_;
+};
 
 // The points of a map by the cell that they lie in.
 struct PointCells {
@@ -362,19 +391,12 @@ void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
   constexpr double kMinLevel = 0.7;
   const Eigen::Vector3d up = UpOf(map);
   const bool looks_ahead = LooksAhead(map, up);
-  Cells cells(surface->cell);
-  std::vector<uint32_t> surfel_of;
-  for (uint32_t i = 0; i < surface->surfels.size(); ++i) {
-    const auto cell = cells.CellOf(surface->surfels[i].position);
-    if (cell && cells.Occupy(*cell) == surfel_of.size()) surfel_of.push_back(i);
-  }
+  const SurfelCells cells(*surface);
   std::vector<Surfel> around;
   for (Surfel& surfel : surface->surfels) {
-    const auto cell = cells.CellOf(surfel.position);
-    if (!cell) continue;
     around.clear();
-    cells.VisitAround(*cell, kRadius, [&](uint32_t index) {
-      const Surfel& other = surface->surfels[surfel_of[index]];
+    cells.VisitAround(surfel.position, kRadius, [&](uint32_t index) {
+      const Surfel& other = surface->surfels[index];
       around.emplace_back();
       around.back().position = other.position;
       around.back().normal = other.normal;
@@ -393,19 +415,12 @@ void AddParts(const SurfaceOptions& options, const GuidedMap& map, const Scale& 
   of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
   of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
   const double min_cos = std::cos(options.max_incidence_deg * kRadian);
-  const std::vector<Surfel>& wholes = detailed->surface.surfels;
-  Cells cells(detailed->surface.cell);
-  std::vector<uint32_t> surfel_of;
-  for (uint32_t i = 0; i < wholes.size(); ++i) {
-    const auto cell = cells.CellOf(wholes[i].position);
-    if (cell && cells.Occupy(*cell) == surfel_of.size()) surfel_of.push_back(i);
-  }
+  const SurfelCells cells(detailed->surface);
   detailed->part_width = CellWidth(of_parts, map, scale);
   for (Surfel& part : MakeSurfels(map, centres, PutIntoCells(map, detailed->part_width))) {
-    const auto cell = cells.CellOf(part.position);
-    const uint32_t* index = cell ? cells.Find(*cell) : nullptr;
-    if (index == nullptr) continue;
-    const uint32_t whole = surfel_of[*index];
+    const std::optional<uint32_t> found = cells.Find(part.position);
+    if (!found) continue;
+    const uint32_t whole = *found;
     const auto sees = [&](uint32_t photo) {
       return LooksAt(centres[photo], part, min_cos) &&
              sights.grids[photo].Look(part.position, options.depth_tolerance) ==
