@@ -78,7 +78,7 @@ print_table() {
 }
 
 print_machine
-use_place "$agents" "$photos" --size "$size" --seed 1
+use_place "$agents" "$photos" --seed 1 --size "$size"
 start_services "$session" "$url" --verbose >/dev/null
 publish "$session" --rate "$rate"
 await_agents
