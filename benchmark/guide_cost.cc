@@ -1,4 +1,5 @@
-// What the guide's computation costs on a COLMAP model: CPU time of each part, for the whole model
+// What the guide's computation costs on a COLMAP model: CPU time of each part (of the surface once
+// more by itself), for the whole model
 // and, with --photos, for as many of its photos as came first (by their ids).
 //
 //   guide_cost --model SPARSE_DIR [--photos N,N...] [--agents 1]
@@ -16,7 +17,6 @@
 
 #include "base/reconstruction.h"
 #include "core/process.h"
-#include "guidance/holes.h"
 #include "guidance/model_map.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
@@ -55,23 +55,20 @@ void PrintRow(const GuidedMap& map, int agents) {
   Lap lap;
   const DetailedSurface surface = MakeSurface({}, map);
   const double surface_s = lap.Take();
-  ShareOfHoles(map);
-  const double holes_s = lap.Take();
   const PlaceQuality place = AssessPlace({}, {}, map);
-  const double assess_s = lap.Take() - surface_s - holes_s;
+  const double place_s = lap.Take();
   QualityOptions quality;
   quality.target_gsd = place.completeness.target_gsd;
   std::vector<StationSeeker> seekers;
-  for (int agent = 0; agent < agents; ++agent) {
+  for (int agent = 0; agent < std::min(agents, static_cast<int>(map.photos.size())); ++agent) {
     seekers.push_back({agent, static_cast<uint32_t>(map.photos.size() - 1 - agent), {}, {}});
   }
   lap.Take();
   ChooseStations({}, quality, map, place, seekers);
   const double stations_s = lap.Take();
-  std::printf("| %zu | %zu | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f |\n",
-              map.photos.size(), map.points.size(), surface.surface.surfels.size(),
-              surface.parts.size(), place.completeness.good_share, surface_s, holes_s, assess_s,
-              stations_s, surface_s + holes_s + assess_s + stations_s);
+  std::printf("| %zu | %zu | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.3f |\n", map.photos.size(),
+              map.points.size(), surface.surface.surfels.size(), surface.parts.size(),
+              place.completeness.good_share, place_s, surface_s, stations_s, place_s + stations_s);
 }
 
 int Main(int argc, char** argv) {
@@ -80,7 +77,9 @@ int Main(int argc, char** argv) {
   std::vector<size_t> counts;
   int agents = 1;
   app.add_option("--model", folder, "COLMAP model")->required()->check(CLI::ExistingDirectory);
-  app.add_option("--photos", counts, "Of its first N photos")->delimiter(',');
+  app.add_option("--photos", counts, "Of its first N photos")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
   app.add_option("--agents", agents, "That ask for stations")->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);
   colmap::Reconstruction model;
@@ -88,12 +87,10 @@ int Main(int argc, char** argv) {
   const GuidedMap map = MapOfModel(model, size_t{1} << 30);
   counts.push_back(map.photos.size());
   std::printf(
-      "| photos | points | surfels | parts | good | surface s | holes s | quality s | "
-      "stations s | all s |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "| photos | points | surfels | parts | good | place s | of which surface s | stations s | "
+      "all s |\n|---|---|---|---|---|---|---|---|---|\n");
   for (const size_t count : counts) {
-    if (count > static_cast<size_t>(agents)) {
-      PrintRow(FirstPhotos(map, std::min(count, map.photos.size()), agents), agents);
-    }
+    PrintRow(FirstPhotos(map, std::min(count, map.photos.size()), agents), agents);
   }
   return 0;
 }

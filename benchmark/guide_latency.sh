@@ -49,32 +49,20 @@ print_events() {
 print_table() {
   echo "| photos in the map | told after, s: p50 | p95 | a computation, s: p50 |"
   echo "|---|---|---|---|"
+  # A line for each photo that was told of, and for each computation: which, its hundred, seconds
   print_events | awk '
-    # The value at share p of the N of values[KEY, 1..N]
-    function at(values, key, n, p,   i, j, v) {
-      for (i = 2; i <= n; ++i) {
-        v = values[key, i]
-        for (j = i - 1; j > 0 && values[key, j] > v; --j) values[key, j + 1] = values[key, j]
-        values[key, j + 1] = v
-      }
-      return n ? values[key, int(1 + (n - 1) * p + 0.5)] : 0
-    }
     $1 == "commit" { commit[++committed] = $2 }
     $1 == "told" {
-      row = int(($3 - 1) / 100)
-      work[row, ++computed[row]] = $4
+      print "work", int(($3 - 1) / 100), $4
       while (heard < $3 && heard < committed) {
         ++heard
-        row = int((heard - 1) / 100)
-        late[row, ++photos[row]] = ($2 - commit[heard]) / 1e6
+        print "late", int((heard - 1) / 100), ($2 - commit[heard]) / 1e6
       }
-    }
-    END {
-      for (row = 0; row in photos; ++row) {
-        printf "| %d to %d | %.2f | %.2f | %.3f |\n", 100 * row + 1, 100 * row + photos[row],
-          at(late, row, photos[row], 0.5), at(late, row, photos[row], 0.95), at(work, row, computed[row], 0.5)
-      }
-    }'
+    }' | jq -Rrn 'def at($p): sort | if . == [] then "-" else .[((length - 1) * $p) | round] * 1000 | round / 1000 end;
+    [inputs / " " | {kind: .[0], hundred: (.[1] | tonumber), seconds: (.[2] | tonumber)}] | group_by(.hundred)[]
+    | (map(select(.kind == "late") | .seconds)) as $late | (map(select(.kind == "work") | .seconds)) as $work
+    | select($late != []) | (100 * .[0].hundred) as $before
+    | "| \($before + 1) to \($before + ($late | length)) | \($late | at(0.5)) | \($late | at(0.95)) | \($work | at(0.5)) |"'
 }
 
 print_machine

@@ -7,18 +7,12 @@
 #include "benchmark/feedback_quality.h"
 #include "clients/sim/random.h"
 #include "guidance/depth_grid.h"
+#include "guidance/surfel_views.h"
 
 namespace skein {
 namespace {
 
 constexpr double kViewTolerance = 0.1;  // of the depth
-
-DepthGrid ViewOf(const PhotoPool& pool, const Surface& surface, int photo) {
-  DepthGrid view(pool.camera(photo), pool.photo(photo).cam_from_world, surface.cell,
-                 surface.working_distance);
-  view.Draw(PositionsOf(surface.surfels));
-  return view;
-}
 
 bool Sees(const DepthGrid& view, const Eigen::Vector3d& centre, const Surfel& surfel) {
   return (centre - surfel.position).dot(surfel.normal) > 0 &&
@@ -29,13 +23,14 @@ bool Sees(const DepthGrid& view, const Eigen::Vector3d& centre, const Surfel& su
 // map; as `skein` predicts it for stations.
 class Scorer {
  public:
-  Scorer(const PhotoPool& pool, const Capture& capture) : pool_(pool), capture_(capture) {}
+  Scorer(const PhotoPool& pool, const Capture& capture)
+      : pool_(pool), capture_(capture), positions_(PositionsOf(capture.place.surface.surfels)) {}
 
   int Best(const std::function<double(int photo, const DepthGrid& view)>& score) const {
     int best = capture_.left.front();
     double highest = -std::numeric_limits<double>::infinity();
     for (const int photo : capture_.left) {
-      const DepthGrid view = ViewOf(pool_, capture_.place.surface, photo);
+      const DepthGrid view = ViewOf(photo);
       const double s = score(photo, view) - (PredictedCommon(photo, view) < kMinCommon ? 1e9 : 0);
       if (s > highest) {
         highest = s;
@@ -47,6 +42,14 @@ class Scorer {
 
  private:
   static constexpr double kMinCommon = 100, kMatchRate = 0.3;
+
+  DepthGrid ViewOf(int photo) const {
+    const Surface& surface = capture_.place.surface;
+    DepthGrid view(pool_.camera(photo), pool_.photo(photo).cam_from_world, surface.cell,
+                   surface.working_distance);
+    view.Draw(positions_);
+    return view;
+  }
 
   double PredictedCommon(int photo, const DepthGrid& view) const {
     constexpr double kMinCos = 0.8660254037844387;  // 30 degrees
@@ -68,6 +71,7 @@ class Scorer {
 
   const PhotoPool& pool_;
   const Capture& capture_;
+  const Eigen::Matrix3Xf positions_;  // of the surfels
 };
 
 using Utility =
@@ -94,11 +98,6 @@ double Diminishing(const QualityOptions& options, const Surfel& surfel,
              std::min(1.0, options.target_gsd / quality.sigma);
 }
 
-ViewOfSurfel ViewFrom(const GuidedCamera& camera, const CameraPose& pose, const Surfel& surfel) {
-  const Eigen::Vector3d ray = pose.Centre() - surfel.position;
-  return {ray.normalized(), ray.norm() / camera.FocalPx()};
-}
-
 // Area that becomes good or comes nearer to it, and what open borders promise.
 int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& utility_of) {
   QualityOptions options;
@@ -108,15 +107,11 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& uti
   std::vector<std::vector<ViewOfSurfel>> views(surfels.size());
   std::vector<double> utility(surfels.size(), 1);
   for (size_t i = 0; i < surfels.size(); ++i) {
-    for (const uint32_t index : surfels[i].photos) {
-      const GuidedPhoto& photo = map.photos[index];
-      views[i].push_back(ViewFrom(map.cameras[photo.camera], photo.cam_from_world, surfels[i]));
-    }
+    views[i] = ViewsOf(map, surfels[i]);
     if (capture.place.surfels[i].counts) utility[i] = utility_of(options, surfels[i], views[i]);
   }
   return Scorer(pool, capture).Best([&](int photo, const DepthGrid& view) {
-    const CameraPose& pose = pool.photo(photo).cam_from_world;
-    const Eigen::Vector3d centre = pose.Centre();
+    const Eigen::Vector3d centre = pool.photo(photo).cam_from_world.Centre();
     double gain = 0;
     for (size_t i = 0; i < surfels.size(); ++i) {
       if (surfels[i].open_border) {
@@ -126,7 +121,7 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& uti
       }
       if (utility[i] >= 1 || !Sees(view, centre, surfels[i])) continue;
       std::vector<ViewOfSurfel> with = views[i];
-      with.push_back(ViewFrom(pool.camera(photo), pose, surfels[i]));
+      with.push_back(ViewFrom(centre, pool.camera(photo).FocalPx(), surfels[i].position));
       gain += surfels[i].area * std::max(0.0, utility_of(options, surfels[i], with) - utility[i]);
     }
     return gain;

@@ -87,8 +87,8 @@ DepthGrid::Sight DepthGrid::Look(const Eigen::Vector3d& xyz, double tolerance) c
   if (!camera_.Project(in_camera, &pixel)) return Sight::kOutside;
   const int column = std::min(columns_ - 1, static_cast<int>(pixel.x() / square_px_));
   const int row = std::min(rows_ - 1, static_cast<int>(pixel.y() / square_px_));
-  const double nearest = depth_[static_cast<size_t>(row) * columns_ + column];
-  return in_camera.z() <= nearest * (1 + tolerance) + surfel_width_ ? Sight::kSeen : Sight::kHidden;
+  const size_t square = static_cast<size_t>(row) * columns_ + column;
+  return IsInFront(in_camera.z(), square, tolerance) ? Sight::kSeen : Sight::kHidden;
 }
 
 }  // namespace skein

@@ -33,10 +33,13 @@ class DepthGrid {
   // `tolerance`: a part of the depth, beside a surfel's width.
   Sight Look(const Eigen::Vector3d& xyz, double tolerance) const;
   bool IsSeen(const InFrame& surfel, double tolerance) const {
-    return surfel.depth <= depth_[surfel.square] * (1 + tolerance) + surfel_width_;
+    return IsInFront(surfel.depth, surfel.square, tolerance);
   }
 
  private:
+  bool IsInFront(double depth, size_t square, double tolerance) const {
+    return depth <= depth_[square] * (1 + tolerance) + surfel_width_;
+  }
   void DrawDisc(float u, float v, float radius, float depth);
 
   const GuidedCamera camera_;

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "guidance/holes.h"
-#include "guidance/pair_weight.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
 #include "guidance/surface.h"

@@ -9,7 +9,7 @@
 
 #include "core/option_check.h"
 #include "guidance/holes.h"
-#include "guidance/pair_weight.h"
+#include "guidance/surfel_views.h"
 #include "guidance/textured_share.h"
 
 namespace skein {
@@ -72,6 +72,24 @@ bool CanMatch(double cos_parallax, double cos_incidence) {
   return cos_parallax >= kMinCosParallax && cos_parallax <= kMaxCosParallax &&
          cos_incidence >= kMinCosIncidence;
 }
+
+// J'J of a point for 1 px of noise.
+Eigen::Matrix3d InformationOf(const ViewOfSurfel& view) {
+  return (Eigen::Matrix3d::Identity() - view.direction * view.direction.transpose()) /
+         (view.gsd * view.gsd);
+}
+
+// sqrt(n' information^-1 n); infinite where it is singular.
+double SigmaAlong(const Eigen::Vector3d& normal, const Eigen::Matrix3d& information) {
+  const double scale = information.trace();
+  if (!(scale > 0)) return std::numeric_limits<double>::infinity();
+  const Eigen::LDLT<Eigen::Matrix3d> solver(information / scale);
+  if (solver.vectorD().minCoeff() < 1e-9) return std::numeric_limits<double>::infinity();
+  return std::sqrt(normal.dot(solver.solve(normal)) / scale);
+}
+
+// Beyond this ground sampling distance a photo adds nothing.
+double MaxGsd(const QualityOptions& options) { return 4 * options.target_gsd; }
 
 double SecondBestGsd(const std::vector<ViewOfSurfel>& views) {
   double best = std::numeric_limits<double>::infinity(), second = best;
@@ -163,19 +181,6 @@ ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
   const Eigen::Vector3d ray = centre - position;
   const double distance = ray.norm();
   return {ray / distance, distance / focal_px};
-}
-
-Eigen::Matrix3d InformationOf(const ViewOfSurfel& view) {
-  return (Eigen::Matrix3d::Identity() - view.direction * view.direction.transpose()) /
-         (view.gsd * view.gsd);
-}
-
-double SigmaAlong(const Eigen::Vector3d& normal, const Eigen::Matrix3d& information) {
-  const double scale = information.trace();
-  if (!(scale > 0)) return std::numeric_limits<double>::infinity();
-  const Eigen::LDLT<Eigen::Matrix3d> solver(information / scale);
-  if (solver.vectorD().minCoeff() < 1e-9) return std::numeric_limits<double>::infinity();
-  return std::sqrt(normal.dot(solver.solve(normal)) / scale);
 }
 
 Status QualityOptions::Check() const {

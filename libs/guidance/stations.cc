@@ -9,7 +9,7 @@
 
 #include "core/option_check.h"
 #include "guidance/depth_grid.h"
-#include "guidance/pair_weight.h"
+#include "guidance/surfel_views.h"
 
 namespace skein {
 namespace {

@@ -386,12 +386,11 @@ void FindBorder(const std::vector<Eigen::Vector3d>& centres, const std::vector<D
 
 void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
                  const std::vector<Eigen::Vector3d>& centres, const std::vector<DepthGrid>& grids,
-                 Surface* surface) {
+                 const SurfelCells& cells, Surface* surface) {
   constexpr int kRadius = 2;  // cells
   constexpr double kMinLevel = 0.7;
   const Eigen::Vector3d up = UpOf(map);
   const bool looks_ahead = LooksAhead(map, up);
-  const SurfelCells cells(*surface);
   std::vector<Surfel> around;
   for (Surfel& surfel : surface->surfels) {
     around.clear();
@@ -410,12 +409,11 @@ void FindBorders(const SurfaceOptions& options, const GuidedMap& map,
 // of their own, which would cost three times as much.
 void AddParts(const SurfaceOptions& options, const GuidedMap& map, const Scale& scale,
               const std::vector<Eigen::Vector3d>& centres, const Sights& sights,
-              DetailedSurface* detailed) {
+              const SurfelCells& cells, DetailedSurface* detailed) {
   SurfaceOptions of_parts = options;
   of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
   of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
   const double min_cos = std::cos(options.max_incidence_deg * kRadian);
-  const SurfelCells cells(detailed->surface);
   detailed->part_width = CellWidth(of_parts, map, scale);
   for (Surfel& part : MakeSurfels(map, centres, PutIntoCells(map, detailed->part_width))) {
     const std::optional<uint32_t> found = cells.Find(part.position);
@@ -460,8 +458,9 @@ DetailedSurface MakeSurface(const SurfaceOptions& options, const GuidedMap& map)
         sights.photos[i], [&](uint32_t photo) { return LooksAt(centres[photo], surfel, min_cos); },
         &surfel);
   }
-  FindBorders(options, map, centres, sights.grids, &surface);
-  AddParts(options, map, scale, centres, sights, &detailed);
+  const SurfelCells cells(surface);
+  FindBorders(options, map, centres, sights.grids, cells, &surface);
+  AddParts(options, map, scale, centres, sights, cells, &detailed);
   return detailed;
 }
 
