@@ -37,14 +37,16 @@ policies="advice gain gain-diminishing Q order random farthest farthest-overlapp
 while (($#)); do
   case $1 in
     -h | --help) print_help; exit 0 ;;
-    --keep) keep=${2:?}; shift ;;
-    --parts) parts=${2:?}; shift ;;
-    --prediction) prediction=${2:?}; shift ;;
-    --policy) policy=${2:?}; shift ;;
-    --real) real=${2:?}; shift ;;
-    --policies) policies=${2:?}; shift ;;
-    --max-photos) max_photos=${2:?}; shift ;;
-    --threads) threads=${2:?}; shift ;;
+    --keep | --parts | --prediction | --policy | --real | --policies | --max-photos | --threads)
+      [[ -n ${2:-} ]] || usage_error "$1 needs a value" ;;&
+    --keep) keep=$2; shift ;;
+    --parts) parts=$2; shift ;;
+    --prediction) prediction=$2; shift ;;
+    --policy) policy=$2; shift ;;
+    --real) real=$2; shift ;;
+    --policies) policies=$2; shift ;;
+    --max-photos) max_photos=$2; shift ;;
+    --threads) threads=$2; shift ;;
     *) usage_error "unknown option $1" ;;
   esac
   shift

@@ -28,11 +28,13 @@ keep='' order=id runs="local shipped" forms="consistent equal colmap colmap-6 pa
 while (($#)); do
   case $1 in
     -h | --help) print_help; exit 0 ;;
-    --set) sets+=("${2:?}"); shift ;;
-    --keep) keep=${2:?}; shift ;;
-    --runs) runs=${2:?}; shift ;;
-    --order) order=${2:?}; shift ;;
-    --forms) forms=${2:?}; shift ;;
+    --set | --keep | --runs | --order | --forms)
+      [[ -n ${2:-} ]] || usage_error "$1 needs a value" ;;&
+    --set) sets+=("$2"); shift ;;
+    --keep) keep=$2; shift ;;
+    --runs) runs=$2; shift ;;
+    --order) order=$2; shift ;;
+    --forms) forms=$2; shift ;;
     *) usage_error "unknown option $1" ;;
   esac
   shift

@@ -31,14 +31,16 @@ declare -A session=() truth=() is_reference=() whole=()
 while (($#)); do
   case $1 in
     -h | --help) print_help; exit 0 ;;
+    --session | --truth | --reference | --whole | --datasets | --sets | --seeds | --keep)
+      [[ -n ${2:-} ]] || usage_error "$1 needs a value" ;;&
     --session) names+=("${2%%=*}"); session[${2%%=*}]=${2#*=}; shift ;;
     --truth) truth[${2%%=*}]=${2#*=}; shift ;;
     --reference) truth[${2%%=*}]=${2#*=} is_reference[${2%%=*}]=true; shift ;;
     --whole) whole[${2%%=*}]=${2#*=}; shift ;;
-    --datasets) datasets=${2:?}; shift ;;
-    --sets) sets=${2:?}; shift ;;
-    --seeds) seeds=${2:?}; shift ;;
-    --keep) keep=${2:?}; shift ;;
+    --datasets) datasets=$2; shift ;;
+    --sets) sets=$2; shift ;;
+    --seeds) seeds=$2; shift ;;
+    --keep) keep=$2; shift ;;
     *) usage_error "unknown option $1" ;;
   esac
   shift
