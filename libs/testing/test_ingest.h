@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -189,7 +190,8 @@ class IngestServiceTest : public testing::Test {
   TestFolder folder_;
   IngestOptions options_;
   std::string configuration_;
-  PollLoop loop_;
+  std::atomic<double> held_up_s_{0};  // how long the loop has been held up so far
+  PollLoop loop_{[this] { return MonotonicS() + held_up_s_; }};
   Bus bus_{"memq://", loop_};
   std::unique_ptr<Node> ingest_;
   std::unique_ptr<IngestService> service_;

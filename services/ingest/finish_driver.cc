@@ -114,6 +114,7 @@ void FinishDriver::Join(const command_t& command, int64_t deadline_utime_us) {
 }
 
 void FinishDriver::Step(double now_s) {
+  stepped_s_ = now_s;
   if (!writer_.state().finishing() || writing_ || writer_.has_staged()) return;
   EndSeedsWithoutMapper(now_s);
   Advance(now_s);
@@ -281,7 +282,7 @@ void FinishDriver::OnWritten(const std::vector<submap_model_t>& models,
   writing_ = false;
   if (!written.status.ok()) {
     problem_ = "cannot write the models: " + written.status.error();
-    retry_at_s_ = node_.loop().now_s() + kRetryWritingS;
+    retry_at_s_ = stepped_s_ + kRetryWritingS;
     LogError("{}; trying again", problem_);
     return;
   }

@@ -48,7 +48,8 @@ class FinishDriver {
   // A command asked before, whose finish is done, is answered again; while one runs, a further
   // command joins it, and may give it an earlier deadline.
   void OnCommand(const command_t& command);
-  // Takes the next step if it can be taken; after every commit and at least once a second.
+  // Takes the next step if it can be taken; after every commit and at least once a second. `now_s`:
+  // by which mappers are silent.
   void Step(double now_s);
   // For a person; "" if no finish runs.
   std::string Describe() const;
@@ -91,7 +92,7 @@ class FinishDriver {
   std::map<int64_t, int64_t> finish_of_command_;  // command id -> finish id
   std::map<int64_t, std::string> done_;           // finish id -> what was told
   bool writing_ = false;
-  double retry_at_s_ = 0;
+  double stepped_s_ = 0, retry_at_s_ = 0;
   std::optional<double> no_mapper_since_s_;  // in this finish a seed has waited
   std::string problem_;
   WorkerThread worker_;  // last: ends first

@@ -29,13 +29,13 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
                   if (!visit(FactKindFromName(record.kind), record.payload)) return;
                 }
               }),
-      intake_(node, writer_, PathsOf(node), options.intake),
-      submissions_(node, writer_, BlobStore(PathsOf(node).Blobs())),
-      work_(node, writer_, options.leases),
+      intake_(node, writer_, PathsOf(node), options.intake, Listened()),
+      submissions_(node, writer_, BlobStore(PathsOf(node).Blobs()), Listened()),
+      work_(node, writer_, options.leases, Listened()),
       finish_(
           node, writer_, PathsOf(node), options.finish,
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
-           [this] { return work_.HasIdleMapper(node_.loop().now_s()); }}),
+           [this] { return work_.HasIdleMapper(); }}),
       garbage_(node, writer_, PathsOf(node), options.garbage),
       diagnoses_(writer_.state(), node.session_id(), [&node](const photo_diagnosis_t& message) {
         node.bus().Publish(kPhotoDiagnosisChannel, message);
@@ -92,17 +92,18 @@ void IngestService::ArrangeFlush() {
 void IngestService::Flush() {
   writer_.Flush();
   work_.Tick();
-  finish_.Step(node_.loop().now_s());
+  finish_.Step(listening_.now_s());
   TellActivity();
 }
 
 void IngestService::Tick() {
   const double now_s = node_.loop().now_s();
+  listening_.NoteRound(now_s);
   if (writer_.has_staged()) writer_.Flush();  // what the disk did not take before
-  intake_.Tick(now_s);
-  submissions_.Tick(now_s);
+  intake_.Tick();
+  submissions_.Tick();
   work_.Tick();
-  finish_.Step(now_s);
+  finish_.Step(listening_.now_s());
   garbage_.Tick(now_s);
   diagnoses_.Tick(now_s);
   TellActivity();
@@ -120,9 +121,8 @@ std::string IngestService::ReadyState() const {
 }
 
 void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
-  const double now_s = node_.loop().now_s();
   std::string state;
-  for (const std::string& part : {writer_.problem(), finish_.Describe(), intake_.Describe(now_s)}) {
+  for (const std::string& part : {writer_.problem(), finish_.Describe(), intake_.Describe()}) {
     if (!state.empty() && !part.empty()) state += "; ";
     state += part;
   }

@@ -9,6 +9,7 @@
 #include "ingest/garbage.h"
 #include "ingest/ingest_options.h"
 #include "ingest/ledger_writer.h"
+#include "ingest/listening_clock.h"
 #include "ingest/photo_intake.h"
 #include "ingest/submission_desk.h"
 #include "ingest/work_desk.h"
@@ -34,6 +35,9 @@ class IngestService {
   void On(const Channel<T>& channel, std::function<void(const T&)> handler);
   template <class T>
   void OnSubmissions(const Channel<T>& channel);
+  Clock Listened() const {
+    return [this] { return listening_.now_s(); };
+  }
   void Subscribe();
   void NoteConfiguration();
   void ArrangeFlush();
@@ -44,6 +48,7 @@ class IngestService {
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
+  ListeningClock listening_;  // by which others are silent
   LedgerWriter writer_;
   LedgerServer server_;
   PhotoIntake intake_;

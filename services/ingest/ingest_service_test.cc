@@ -35,5 +35,86 @@ TEST_F(IngestServiceTest, CountsMessagesOfAnotherTypeOnAnyChannelAndGoesOn) {
   EXPECT_EQ(Submit(Features(1)), "");
 }
 
+class HeldUpIngestTest : public IngestServiceTest {
+ protected:
+  HeldUpIngestTest() {
+    options_.intake.vanished_after_s = IntakeOptions().vanished_after_s;
+    Restart();
+    bus_.Subscribe<work_t>(kWorkChannel, [this](const work_t& work) { granted_ = work.item_id; });
+  }
+
+  void AskForFeatures() {
+    work_request_t request{};
+    request.worker = "features-1";
+    request.kind = "features";
+    request.capacity = 1;
+    peer_->Publish(kWorkRequestChannel, request);
+  }
+  void AwaitGrant(int64_t image_id) {
+    Await([&] { return granted_ == image_id; }, "a grant of photo " + std::to_string(image_id));
+  }
+  // As a stopped process, or a disk that does not answer.
+  void HoldUp(double seconds) { held_up_s_ = held_up_s_ + seconds; }
+  // Several rounds of ingest's timer.
+  void GoRound() {
+    bool done = false;
+    loop_.AddOneShot(0.7, [&] { done = true; });
+    Await([&] { return done; }, "some rounds");
+  }
+
+  int64_t granted_ = 0;
+};
+
+TEST_F(HeldUpIngestTest, TakesNoWorkerForSilentThatItCouldNotHear) {
+  Publish("a.jpg", SmallJpeg(1));
+  AskForFeatures();
+  AwaitGrant(1);
+  EXPECT_EQ(Submit(Features(1)), "");
+  GoRound();
+  AskForFeatures();
+  EXPECT_EQ(Submit(Candidates(1)), "");  // ingest has heard the worker by then
+  HoldUp(60);
+  EXPECT_EQ(Publish("b.jpg", SmallJpeg(2)).image_id, 2);
+  AwaitGrant(2);
+}
+
+TEST_F(HeldUpIngestTest, KeepsTheLeaseOfAWorkerThatItCouldNotHear) {
+  Publish("a.jpg", SmallJpeg(1));
+  AskForFeatures();
+  AwaitGrant(1);
+  work_request_t holder{};
+  holder.worker = "features-1";
+  holder.kind = "features";
+  holder.held = {1};
+  holder.num_held = 1;
+  peer_->Publish(kWorkRequestChannel, holder);
+  work_request_t other{};
+  other.worker = "features-2";
+  other.kind = "features";
+  other.capacity = 1;
+  peer_->Publish(kWorkRequestChannel, other);
+  GoRound();
+  granted_ = 0;
+  HoldUp(60);
+  GoRound();
+  peer_->Publish(kWorkRequestChannel, other);
+  GoRound();
+  EXPECT_EQ(granted_, 0);
+}
+
+TEST_F(HeldUpIngestTest, GivesUpNoAgentThatItCouldNotHear) {
+  Publish("a.jpg", SmallJpeg(1));
+  image_offer_t offer = MakeOffer("b.jpg", SmallJpeg(2));
+  offer.owner = "an agent that is silent for a moment";
+  peer_->Publish(kImageOfferChannel, offer);
+  Await([&] { return !acks_.empty() && acks_.back().name == "b.jpg"; }, "an answer");
+  AskToFinish(1);
+  Await([&] { return Finished(finish_t::REQUESTED) != nullptr; }, "REQUESTED");
+  GoRound();
+  HoldUp(60);
+  GoRound();
+  EXPECT_EQ(Find<failure_t>([](const failure_t&) { return true; }), nullptr);
+}
+
 }  // namespace
 }  // namespace skein

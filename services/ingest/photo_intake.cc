@@ -40,11 +40,12 @@ PhotoStore::Names NamesIn(const SessionState& state) {
 }  // namespace
 
 PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
-                         IntakeOptions options)
+                         IntakeOptions options, Clock listened)
     : node_(node),
       writer_(writer),
       paths_(std::move(paths)),
       options_(options),
+      listened_(std::move(listened)),
       cameras_(writer.Notes(kCameraNote)),
       renamed_(writer.Notes(kRenamedNote)),
       duplicates_(writer.Notes(kDuplicateNote)),
@@ -161,7 +162,7 @@ void PhotoIntake::Begin(const Key& key, const image_offer_t& offer) {
   pending.offer = offer;
   pending.is_signed = node_.bus().IsSigned();
   pending.received_utime_us = writer_.now_us();
-  pending.progress_s = node_.loop().now_s();
+  pending.progress_s = listened_();
   Pull(key, &pending);
   Ack(offer, image_ack_t::WAIT, 0, "being received");
 }
@@ -199,7 +200,7 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
     return;
   }
   pending.fetch_id = 0;
-  pending.progress_s = node_.loop().now_s();
+  pending.progress_s = listened_();
   pending.rests = false;
   // The owner has no such blob any more, or anybody's chunks were not the blob's.
   if (!bytes.ok()) return Abandon(key, bytes.error());
@@ -399,13 +400,14 @@ void PhotoIntake::Abandon(const Key& key, const std::string& reason) {
   Ack(offer, image_ack_t::WAIT, 0, reason);
 }
 
-void PhotoIntake::Tick(double now_s) {
+void PhotoIntake::Tick() {
+  const double now_s = listened_();
   if (now_s - looked_s_ >= kLookAtDiskS) {
     room_.Look();
     looked_s_ = now_s;
   }
   TakeInLeft();
-  NoteProgress(now_s);
+  NoteProgress();
   ForgetWhatRestsLongest();
   if (!writer_.state().finishing()) return;
   std::vector<Key> vanished;
@@ -416,7 +418,8 @@ void PhotoIntake::Tick(double now_s) {
   for (const Key& key : vanished) GiveUp(key);
 }
 
-void PhotoIntake::NoteProgress(double now_s) {
+void PhotoIntake::NoteProgress() {
+  const double now_s = listened_();
   for (auto& [key, pending] : pending_) {
     if (pending.fetch_id == 0) continue;
     const int64_t received = node_.blobs().ReceivedBytes(pending.fetch_id);
@@ -468,12 +471,12 @@ void PhotoIntake::GiveUp(const Key& key) {
   writer_.Stage(failure);
 }
 
-std::string PhotoIntake::Describe(double now_s) const {
+std::string PhotoIntake::Describe() const {
   std::string text;
   for (const auto& [key, pending] : pending_) {
     if (!pending.rests) continue;
     text = "; nothing from " + pending.offer.agent + " for " +
-           std::to_string(static_cast<int>(now_s - pending.progress_s)) + " s (" +
+           std::to_string(static_cast<int>(listened_() - pending.progress_s)) + " s (" +
            Printable(pending.offer.name) + ")";
     break;
   }

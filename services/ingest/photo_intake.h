@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/clock.h"
 #include "event_loop/worker_thread.h"
 #include "ingest/disk_room.h"
 #include "ingest/fair_queue.h"
@@ -52,20 +53,22 @@ struct IntakeOptions {
 // ledger, left there. Loop's thread only.
 class PhotoIntake {
  public:
-  // Throws std::runtime_error, with a line for the user, if no decoder can be started.
-  PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options);
+  // By `listened` agents are silent. Throws std::runtime_error, with a line for the user, if no
+  // decoder can be started.
+  PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths, IntakeOptions options,
+              Clock listened);
 
   void OnOffer(const image_offer_t& offer);
   // At least once a second: gives up agents that vanished, when a finish waits; takes in what lies
   // in images/.
-  void Tick(double now_s);
+  void Tick();
 
   // Those that rest, too.
   int num_pending() const { return static_cast<int>(pending_.size()); }
   int num_duplicates() const { return static_cast<int>(duplicates_.size()); }  // that are kept
   // Why photos are not taken in, what is being received and what hangs, for a person; "" if
   // nothing.
-  std::string Describe(double now_s) const;
+  std::string Describe() const;
 
  private:
   struct Pending {
@@ -92,7 +95,7 @@ class PhotoIntake {
   Status CheckPullable(const image_offer_t& offer) const;
   void CountKept();
   bool HasPlaceFor(const std::string& agent) const;
-  void NoteProgress(double now_s);
+  void NoteProgress();
   void ForgetWhatRestsLongest();
   void Begin(const Key& key, const image_offer_t& offer);
   void Pull(const Key& key, Pending* pending);
@@ -123,6 +126,7 @@ class PhotoIntake {
   LedgerWriter& writer_;
   const SessionPaths paths_;
   const IntakeOptions options_;
+  const Clock listened_;
   std::map<Key, Pending> pending_;
   std::map<std::string, std::string> cameras_;     // key -> camera id
   std::map<std::string, std::string> renamed_;     // offer -> image id, of NAME~2

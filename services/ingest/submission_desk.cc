@@ -20,8 +20,12 @@ constexpr size_t kMaxPulled = 256;  // facts
 
 }  // namespace
 
-SubmissionDesk::SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store)
-    : node_(node), writer_(writer), store_(std::move(store)), worker_(node.loop()) {}
+SubmissionDesk::SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store, Clock listened)
+    : node_(node),
+      writer_(writer),
+      store_(std::move(store)),
+      listened_(std::move(listened)),
+      worker_(node.loop()) {}
 
 void SubmissionDesk::OnSubmission(const Fact& fact) {
   const fact_header_t& header = Header(fact);
@@ -32,7 +36,7 @@ void SubmissionDesk::OnSubmission(const Fact& fact) {
   }
   const auto pulling = pulling_.find(header.fact_id);
   if (pulling != pulling_.end()) {
-    pulling->second.repeated_s = node_.loop().now_s();
+    pulling->second.repeated_s = listened_();
     return Reply(header, submit_reply_t::PULLING, 0, "");
   }
   CommitOrRefuse(fact);
@@ -75,7 +79,7 @@ void SubmissionDesk::Pull(const Fact& fact, const std::vector<NamedBlob>& missin
   for (const NamedBlob& blob : missing) max_bytes += blob.max_bytes;
   if (!HasRoomFor(header.author, max_bytes)) return;
   Pulling& pulling = pulling_[header.fact_id];
-  pulling = {fact, {}, {}, node_.loop().now_s(), max_bytes};
+  pulling = {fact, {}, {}, listened_(), max_bytes};
   for (const NamedBlob& blob : missing) {
     const std::string& id = blob.blob_id;
     if (!pulling.missing.insert(id).second) continue;
@@ -134,7 +138,8 @@ void SubmissionDesk::Commit(const Fact& fact) {
   if (writer_.history().FindFact(end.header.fact_id) == 0) writer_.Stage(end);
 }
 
-void SubmissionDesk::Tick(double now_s) {
+void SubmissionDesk::Tick() {
+  const double now_s = listened_();
   std::vector<std::string> forgotten;
   for (const auto& [fact_id, pulling] : pulling_) {
     if (now_s - pulling.repeated_s > kForgetAfterS) forgotten.push_back(fact_id);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "blobs/blob_store.h"
+#include "core/clock.h"
 #include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/submission_rules.h"
@@ -19,11 +20,12 @@ namespace skein {
 // is pulled when its author repeats it. Loop's thread only.
 class SubmissionDesk {
  public:
-  SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store);
+  // By `listened` authors have stopped repeating.
+  SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store, Clock listened);
 
   void OnSubmission(const Fact& fact);
   // Forgets pulls for authors that stopped repeating: at least once a minute.
-  void Tick(double now_s);
+  void Tick();
 
  private:
   // A submission whose blobs are on their way.
@@ -48,6 +50,7 @@ class SubmissionDesk {
   Node& node_;
   LedgerWriter& writer_;
   const BlobStore store_;
+  const Clock listened_;
   std::map<std::string, Pulling> pulling_;  // by fact_id
   WorkerThread worker_;                     // last: ends first
 };

@@ -1,5 +1,7 @@
 #include "ingest/work_desk.h"
 
+#include <utility>
+
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "photo/photo_name.h"
@@ -12,16 +14,17 @@ constexpr char kSubmapKind[] = "submap";
 
 }  // namespace
 
-WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options)
+WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options, Clock listened)
     : node_(node),
       writer_(writer),
-      planner_(writer.session(), options, node.loop().now_s()),
+      listened_(std::move(listened)),
+      planner_(writer.session(), options, listened_()),
       mappers_wanted_(node, kSubmapKind) {
-  writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, node_.loop().now_s()); });
+  writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, listened_()); });
 }
 
 void WorkDesk::OnRequest(const work_request_t& request) {
-  const double now_s = node_.loop().now_s();
+  const double now_s = listened_();
   if (request.kind == kSubmapKind && request.capacity > 0) idle_mapper_s_ = now_s;
   CommitFailures(planner_.OnRequest(
       request.kind, {request.worker, request.capacity, request.previous_exit_signal, request.held},
@@ -31,7 +34,7 @@ void WorkDesk::OnRequest(const work_request_t& request) {
 
 void WorkDesk::OnFailed(const work_failed_t& failed) {
   CommitFailures(planner_.OnFailed(failed.kind, failed.worker, failed.item_id, failed.reason,
-                                   failed.permanent, node_.loop().now_s()));
+                                   failed.permanent, listened_()));
 }
 
 void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures) {
@@ -65,7 +68,7 @@ void WorkDesk::EndSubmap(int64_t submap_id, const std::string& reason) {
 }
 
 void WorkDesk::Tick() {
-  for (const WorkPlanner::Grant& grant : planner_.Assign(node_.loop().now_s())) {
+  for (const WorkPlanner::Grant& grant : planner_.Assign(listened_())) {
     if (grant.kind != kSubmapKind) {
       Send(grant, 0);
     } else if (grant.is_new) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/clock.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/work_planner.h"
 #include "node/demand.h"
@@ -11,8 +12,9 @@ namespace skein {
 // failures. A submap's new lease is committed before its mapper learns of it. Loop's thread only.
 class WorkDesk {
  public:
-  // Takes up all facts that are durable now, and those committed later.
-  WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options);
+  // Takes up all facts that are durable now, and those committed later. By `listened` workers are
+  // silent, and whatever else is due.
+  WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options, Clock listened);
 
   void OnRequest(const work_request_t& request);
   void OnFailed(const work_failed_t& failed);
@@ -21,7 +23,7 @@ class WorkDesk {
 
   const WorkPlanner& planner() const { return planner_; }
   // Whether a mapper is idle.
-  bool HasIdleMapper(double now_s) const { return now_s - idle_mapper_s_ < planner_.lease_s(); }
+  bool HasIdleMapper() const { return listened_() - idle_mapper_s_ < planner_.lease_s(); }
 
  private:
   void CommitFailures(const std::vector<WorkPlanner::Failure>& failures);
@@ -31,6 +33,7 @@ class WorkDesk {
 
   Node& node_;
   LedgerWriter& writer_;
+  const Clock listened_;
   WorkPlanner planner_;
   DemandTeller mappers_wanted_;
   double idle_mapper_s_ = -1e9;
