@@ -22,6 +22,9 @@ namespace {
 constexpr size_t kTurnReceivedBytes = 64 << 10;
 constexpr int kTurnFrames = 256;
 constexpr double kTurnS = 0.002;  // checking a signature takes most of it
+// Where many have more than a turn's worth their turns are shorter: so long is a round of all.
+constexpr double kRoundS = 0.02;
+constexpr int kAcceptedAtOnce = 64;
 
 constexpr size_t kSentAtOnce = 64 << 10;
 // Of each socket. The kernel's defaults let each client hold megabytes.
@@ -130,7 +133,13 @@ void Relay::AddListener(int port, bool loopback, bool is_watch) {
   loop_.AddFd(fd, [this, listener] { Accept(listener); });
 }
 
+// Several at once: who opens connections without end would make others wait for as many rounds.
 void Relay::Accept(Listener* listener) {
+  for (int i = 0; i < kAcceptedAtOnce && AcceptOne(listener); ++i) continue;
+}
+
+// False if nobody more can be accepted for now.
+bool Relay::AcceptOne(Listener* listener) {
   sockaddr_in address{};
   socklen_t size = sizeof(address);
   const int fd = ::accept4(listener->fd, reinterpret_cast<sockaddr*>(&address), &size,
@@ -138,16 +147,20 @@ void Relay::Accept(Listener* listener) {
   if (fd < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM)) {
     // It stays readable: without a pause the loop would spin.
     if (!DropIdle(nullptr, "its descriptor is wanted, and it is silent")) PauseAccepting(listener);
-    return;
+    return false;
   }
-  if (fd < 0) return;
+  if (fd < 0) return false;
   const uint32_t host = ntohl(address.sin_addr.s_addr);
-  if (HasRoomFor(host)) return Join(*listener, fd, host, NameOf(address));
+  if (HasRoomFor(host)) {
+    Join(*listener, fd, host, NameOf(address));
+    return true;
+  }
   ::close(fd);
   if (IsWorthALine(++counters_.num_turned_away)) {
     LogWarn("port {}: no room for {}, there are {} clients ({} turned away so far)", listener->port,
             NameOf(address), clients_.size(), counters_.num_turned_away);
   }
+  return true;
 }
 
 void Relay::PauseAccepting(Listener* listener) {
@@ -250,7 +263,7 @@ bool Relay::ParseAndReceive(Client* client) {
       client->heard_s = loop_.now_s();
       Handle(client, frame);
       if (client->num_refused_in_row >= kMaxRefusedInRow) return true;
-      if (++num_frames < kTurnFrames && loop_.now_s() - start_s < kTurnS) continue;
+      if (++num_frames < kTurnFrames && loop_.now_s() - start_s < TurnS()) continue;
       ServeLater(client);
       return true;
     }
@@ -264,6 +277,8 @@ bool Relay::ParseAndReceive(Client* client) {
   }
 }
 
+double Relay::TurnS() const { return std::min(kTurnS, kRoundS / (num_late_ + 1)); }
+
 // When the others have had their turn, too.
 void Relay::ServeLater(Client* client) {
   client->is_late = true;
@@ -274,6 +289,7 @@ void Relay::ServeLater(Client* client) {
     for (const auto& [fd, waiting] : clients_) {
       if (waiting.is_late) late.push_back(fd);
     }
+    num_late_ = static_cast<int>(late.size());
     for (const int fd : late) {
       const auto waiting = clients_.find(fd);
       if (waiting == clients_.end()) continue;
@@ -286,8 +302,10 @@ void Relay::ServeLater(Client* client) {
 // Reads nothing of it for a while. What it hears and has no room for waits as long.
 void Relay::HoldUp(int fd, Client* client) {
   if (IsWorthALine(++counters_.num_held_up)) {
-    LogWarn("port {}: {} is not read for {} s: its last {} messages were refused ({} so far)",
-            port(), client->name, kHeldUpS, client->num_refused_in_row, counters_.num_held_up);
+    LogWarn(
+        "port {}: {} is not read for {} s: its last {} messages were refused, or nobody heard them "
+        "({} so far)",
+        port(), client->name, kHeldUpS, client->num_refused_in_row, counters_.num_held_up);
   }
   client->num_refused_in_row = 0;
   WatchWritable(fd, client, false);
@@ -313,7 +331,7 @@ void Relay::Publish(Client* from, const tcpq::Frame& frame) {
   ++counters_.num_messages;
   counters_.bytes += static_cast<int64_t>(frame.message.size());
   if (frame.channel == tcpq::kHelloChannel) return HearHello(from, frame.message);
-  if (!from->is_watcher && !IsWanted(frame.channel)) return;  // nothing is spent on it
+  if (!from->is_watcher && !IsWanted(frame.channel)) return NoteUnheard(from);
   const char* why = WhyRefused(from, frame);
   if (why != nullptr) return NoteRefused(from, frame.channel, why);
   from->num_refused_in_row = 0;
@@ -339,6 +357,12 @@ void Relay::NoteRefused(Client* from, const std::string& channel, const char* wh
   if (!IsWorthALine(count)) return;
   LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from->name, Shown(channel), why,
           count);
+}
+
+// No signature is checked. But where all are to sign, and it has not, it has nothing to say, and is
+// held up like who is refused.
+void Relay::NoteUnheard(Client* from) {
+  if (guard_ && !guard_->takes_unsigned() && !HasSigned(*from)) ++from->num_refused_in_row;
 }
 
 bool Relay::IsMember(const Client& client) const {

@@ -108,6 +108,7 @@ class Relay {
 
   void AddListener(int port, bool loopback, bool is_watch);
   void Accept(Listener* listener);
+  bool AcceptOne(Listener* listener);
   void PauseAccepting(Listener* listener);
   bool HasRoomFor(uint32_t address);
   bool DropIdle(const uint32_t* address, const char* why);
@@ -115,6 +116,7 @@ class Relay {
 
   void Serve(int fd);
   bool ParseAndReceive(Client* client);
+  double TurnS() const;
   void ServeLater(Client* client);
   void HoldUp(int fd, Client* client);
   void Handle(Client* client, const tcpq::Frame& frame);
@@ -125,6 +127,7 @@ class Relay {
   const char* WhyRefused(Client* from, const tcpq::Frame& frame);
   void Publish(Client* from, const tcpq::Frame& frame);
   void HearHello(Client* from, const Bytes& hello);
+  void NoteUnheard(Client* from);
   void NoteRefused(Client* from, const std::string& channel, const char* why);
   void Forward(const Client& from, const tcpq::Frame& frame);
   void KeepWithinMemory();
@@ -154,6 +157,7 @@ class Relay {
   const std::shared_ptr<size_t> queued_bytes_ = std::make_shared<size_t>(0);
   std::vector<int> dirty_;  // have something to send
   PollLoop::TimerId late_timer_ = 0;
+  int num_late_ = 0;  // in the last round
   PollLoop::TimerId deadline_timer_ = 0;
   RelayCounters counters_;
   std::map<std::string, int64_t> num_refused_for_;  // by reason, so that no flood hides another

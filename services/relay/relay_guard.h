@@ -15,6 +15,8 @@ class RelayGuard {
   // that are not Skein's, and other sessions, are then none of its business.
   RelayGuard(MessageSeal seal, bool takes_unsigned);
 
+  bool takes_unsigned() const { return takes_unsigned_; }
+
   struct Verdict {
     const char* why_refused = nullptr;  // null: it is to be forwarded
     bool is_signed = false;             // by a key of the session

@@ -53,8 +53,8 @@ class RelayLimits : public testing::Test {
     ASSERT_TRUE(Until([&] { return passed; }));
   }
 
-  double now_s_ = 1000;
-  PollLoop loop_{[this] { return now_s_; }};
+  double now_s_ = 1000, step_s_ = 0;
+  PollLoop loop_{[this] { return now_s_ += step_s_; }};
   std::unique_ptr<Relay> relay_;
   std::deque<std::unique_ptr<RawClient>> clients_;
 };
@@ -111,6 +111,68 @@ TEST_F(RelayLimits, WhoIsRefusedThroughoutIsReadASecondLater) {
   EXPECT_TRUE(Until([&] { return num_refused() == 250; }));
   EXPECT_EQ(relay_->counters().num_held_up, 2);
   EXPECT_TRUE(hostile.IsOpen());
+}
+
+// Nobody hears it, so no signature is checked; yet so many who say so would take all rounds.
+TEST_F(RelayLimits, WhoHasNotSignedAndIsHeardByNobodyIsReadASecondLater) {
+  constexpr char kSession[] = "0123456789abcdef";
+  const SigningKey root = SigningKey::Generate();
+  const auto seal = [&](const std::string& name) {
+    return MessageSeal({kSession, root.public_key()},
+                       IssueCredential(root, kSession, Role::kViewer, name, 0), {},
+                       [this] { return static_cast<int64_t>(now_s_ * 1e6); });
+  };
+  relay_ = std::make_unique<Relay>(loop_, RelayOptions(),
+                                   std::make_unique<RelayGuard>(seal("relay"), false));
+  RawClient& good = Connect();
+  good.Greet();
+  good.Subscribe("SKEIN_HEARTBEAT");
+  Bytes frame;
+  const Bytes message = seal("viewer").Seal("SKEIN_HEARTBEAT", Bytes(100, 7));
+  tcpq::AppendPublish("SKEIN_HEARTBEAT", message.data(), message.size(), &frame);
+  good.Send(frame);
+  ASSERT_TRUE(Until([&] { return good.NumHeard() == 1; }));
+  for (int i = 0; i < 250; ++i) good.Publish("SKEIN_COMMAND", 100);
+  const auto num_messages = [&] { return relay_->counters().num_messages; };
+  EXPECT_TRUE(Until([&] { return num_messages() == 251; })) << "it has signed";
+
+  RawClient& hostile = Connect();
+  hostile.Greet();
+  for (int i = 0; i < 150; ++i) hostile.Publish("SKEIN_COMMAND", 100);
+  ASSERT_TRUE(Until([&] { return num_messages() == 351; }));
+  Settle();
+  EXPECT_EQ(num_messages(), 351);
+  now_s_ += 1.1;
+  EXPECT_TRUE(Until([&] { return num_messages() == 401; }));
+}
+
+TEST_F(RelayLimits, AcceptsManyInARound) {
+  Start();
+  for (int i = 0; i < 60; ++i) Connect();
+  int num_rounds = 0;
+  EXPECT_TRUE(Until([&] { return ++num_rounds > 5 || relay_->num_clients() == 60; }));
+  EXPECT_EQ(relay_->num_clients(), 60);
+}
+
+// By a clock that goes on by 0.1 ms whenever it is asked, as it is for each frame.
+TEST_F(RelayLimits, ARoundOfManyFloodsIsNoLongerThanThatOfAFew) {
+  constexpr int kNumFloods = 100;
+  Start();
+  RawClient& good = Join();
+  std::vector<RawClient*> floods;
+  for (int i = 0; i < kNumFloods; ++i) floods.push_back(&Join());
+  Bytes messages;
+  const Bytes message = RawClient::Publication("NOBODY", 0);
+  while (messages.size() < 60'000) messages.insert(messages.end(), message.begin(), message.end());
+  for (const RawClient* flood : floods) flood->Send(messages);
+  const int64_t before = relay_->counters().num_messages;
+  step_s_ = 1e-4;
+  ASSERT_TRUE(Until([&] { return relay_->counters().num_messages > before + 10 * kNumFloods; }));
+  const int heard = good.NumHeard();
+  const double sent_s = now_s_;
+  good.Publish("A", 1);
+  ASSERT_TRUE(Until([&] { return good.NumHeard() > heard; }));
+  EXPECT_LT(now_s_ - sent_s, 0.1);
 }
 
 TEST_F(RelayLimits, AMessageThatDoesNotEndIsWaitedForNotLong) {
