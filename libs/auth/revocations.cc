@@ -2,6 +2,8 @@
 
 #include <sys/stat.h>
 
+#include <atomic>
+#include <mutex>
 #include <utility>
 
 #include "auth/keys_file.h"
@@ -95,19 +97,7 @@ Status RevokeName(const std::string& dir, const std::string& name) {
   return WriteNames(RevokedPath(dir), kRevokedIdentifier, *names);
 }
 
-Revocations::Revocations(std::string dir, Clock clock)
-    : dir_(std::move(dir)), clock_(std::move(clock)) {}
-
-bool Revocations::operator()(const std::string& name) {
-  const double now_s = clock_();
-  if (now_s >= next_look_s_) {
-    next_look_s_ = now_s + kLookS;
-    Refresh();
-  }
-  return names_.count(name) > 0;
-}
-
-void Revocations::Refresh() {
+void RevokedList::Refresh() {
   const std::string stamp = StampOf(RevokedPath(dir_));
   if (stamp == read_as_) return;
   Result<RevokedNames> names = ReadRevokedNames(dir_);
@@ -117,6 +107,50 @@ void Revocations::Refresh() {
     LogError("{}", names.error());
   }
   read_as_ = stamp;
+}
+
+Revocations::Revocations(std::string dir, Clock clock)
+    : list_(std::move(dir)), clock_(std::move(clock)) {}
+
+bool Revocations::operator()(const std::string& name) {
+  const double now_s = clock_();
+  if (now_s >= next_look_s_) {
+    next_look_s_ = now_s + kLookS;
+    list_.Refresh();
+  }
+  return list_.names().count(name) > 0;
+}
+
+struct WatchedRevocations::Known {
+  explicit Known(const std::string& dir) : list(dir) {}
+
+  std::atomic<bool> looking{false};
+  RevokedList list;  // of who looks
+  std::mutex mutex;
+  RevokedNames names;  // guarded by mutex
+};
+
+WatchedRevocations::WatchedRevocations(const std::string& dir, RunJob run_job)
+    : run_job_(std::move(run_job)), known_(std::make_shared<Known>(dir)) {
+  known_->list.Refresh();
+  known_->names = known_->list.names();
+}
+
+void WatchedRevocations::Look() {
+  if (known_->looking.exchange(true)) return;
+  run_job_([known = known_] {
+    known->list.Refresh();
+    {
+      const std::lock_guard<std::mutex> lock(known->mutex);
+      known->names = known->list.names();
+    }
+    known->looking = false;
+  });
+}
+
+bool WatchedRevocations::operator()(const std::string& name) const {
+  const std::lock_guard<std::mutex> lock(known_->mutex);
+  return known_->names.count(name) > 0;
 }
 
 }  // namespace skein

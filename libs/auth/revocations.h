@@ -7,8 +7,11 @@
 // relays, behind which the others are. Elsewhere nobody knows of it, nor needs to.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "core/clock.h"
 #include "core/result.h"
@@ -32,8 +35,23 @@ Status RecordInvitation(const std::string& dir, const std::string& name);
 // credential is in the folder, unless it was invited before that process came.
 Status RevokeName(const std::string& dir, const std::string& name);
 
-// Follows the file while a process runs: looks at it at most once a second. Where it cannot be read
-// what was known stays.
+// The names as the file was last read.
+class RevokedList {
+ public:
+  explicit RevokedList(std::string dir) : dir_(std::move(dir)) {}
+
+  // Reads the file where it is another than the one that was read. Where it cannot be read what was
+  // known stays.
+  void Refresh();
+  const RevokedNames& names() const { return names_; }
+
+ private:
+  std::string dir_;
+  RevokedNames names_;
+  std::string read_as_;  // what the file system told of the file that was read
+};
+
+// Follows the file while a process runs: looks at it at most once a second, when it is asked.
 class Revocations {
  public:
   explicit Revocations(std::string dir, Clock clock = MonotonicS);
@@ -41,13 +59,30 @@ class Revocations {
   bool operator()(const std::string& name);
 
  private:
-  void Refresh();
-
-  std::string dir_;
+  RevokedList list_;
   Clock clock_;
-  RevokedNames names_;
-  std::string read_as_;  // what the file system told of the file that was read
   double next_look_s_ = -1e300;
+};
+
+// The same for a thread that must not wait for the disk: answers with what the last look found.
+// Copies are one. Any thread.
+class WatchedRevocations {
+ public:
+  // Runs a job, at once or on another thread.
+  using RunJob = std::function<void(std::function<void()>)>;
+
+  // Reads the file.
+  WatchedRevocations(const std::string& dir, RunJob run_job);
+
+  // To be called once a second: has the file looked at by a job, unless one is at it still.
+  void Look();
+  bool operator()(const std::string& name) const;
+
+ private:
+  struct Known;
+
+  RunJob run_job_;
+  std::shared_ptr<Known> known_;
 };
 
 }  // namespace skein

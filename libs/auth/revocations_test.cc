@@ -1,8 +1,14 @@
 #include "auth/revocations.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
+#include <fstream>
+#include <functional>
+#include <thread>
+#include <utility>
+#include <vector>
 
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
@@ -88,6 +94,41 @@ TEST_F(RevocationsTest, ARunningProcessHearsOfThemWithinASecond) {
   now_s += 1;
   EXPECT_TRUE(revocations("alice"));
   EXPECT_FALSE(revocations("bob"));
+}
+
+// A pipe that nobody writes to stands for a disk that does not answer.
+TEST_F(RevocationsTest, ADiskThatHangsHoldsUpNobodyWhoAsks) {
+  ASSERT_TRUE(RevokeName(dir_, "alice").ok());
+  std::vector<std::thread> threads;
+  WatchedRevocations revocations(
+      dir_, [&threads](std::function<void()> job) { threads.emplace_back(std::move(job)); });
+  EXPECT_TRUE(revocations("alice"));
+  std::filesystem::remove(dir_ + "/revoked");
+  ASSERT_EQ(mkfifo((dir_ + "/revoked").c_str(), 0600), 0);
+  revocations.Look();
+  revocations.Look();
+  ASSERT_EQ(threads.size(), 1u) << "one look at a time";
+  EXPECT_TRUE(revocations("alice")) << "what was known stays";
+  EXPECT_FALSE(revocations("bob"));
+  std::ofstream(dir_ + "/revoked").close();  // now the reader goes on
+  threads.back().join();
+  EXPECT_TRUE(revocations("alice")) << "a pipe is no list";
+  std::filesystem::remove(dir_ + "/revoked");
+  ASSERT_TRUE(RevokeName(dir_, "bob").ok());
+  revocations.Look();
+  ASSERT_EQ(threads.size(), 2u) << "it is looked at again";
+  threads.back().join();
+  EXPECT_TRUE(revocations("bob"));
+}
+
+TEST_F(RevocationsTest, WhoIsWatchedIsKnownAfterTheNextLook) {
+  WatchedRevocations revocations(dir_, [](const std::function<void()>& job) { job(); });
+  const WatchedRevocations copy = revocations;
+  EXPECT_FALSE(copy("alice"));
+  ASSERT_TRUE(RevokeName(dir_, "alice").ok());
+  revocations.Look();
+  EXPECT_TRUE(copy("alice"));
+  EXPECT_FALSE(copy("bob"));
 }
 
 TEST_F(RevocationsTest, ADamagedListRevokesNobodyLessAndInvitesNobody) {

@@ -30,9 +30,11 @@ class ConnectionHost {
   virtual void Handle(int64_t connection_id, const HttpRequest& request) = 0;
   // Null: nothing may be uploaded there.
   virtual std::shared_ptr<BodySink> MakeSink(const HttpRequest& request) = 0;
-  // A function for a sink: `then` runs on the server's thread while the connection lives.
+  // A function for a sink or a job: `then` runs on the server's thread while the connection lives.
   using OnNext = std::function<void(HttpConnection&, std::optional<HttpResponse>)>;
   virtual BodySink::Next OnServer(int64_t connection_id, OnNext then) = 0;
+  // On a thread that may wait for the disk.
+  virtual void RunJob(std::function<void()> job) = 0;
   // The connection goes on as a WebSocket; `needs_pass`: for as long as its pass holds.
   virtual void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
                        bool needs_pass) = 0;

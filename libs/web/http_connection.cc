@@ -1,5 +1,7 @@
 #include "web/http_connection.h"
 
+#include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "core/clock.h"
@@ -21,6 +23,9 @@ constexpr char kPermissions[] =
 constexpr double kHandshakeS = 10;
 constexpr double kSmallBodyS = 10;
 constexpr double kPaceWindowS = 60;
+
+// Of a file, read at a time.
+constexpr size_t kFilePartBytes = 256 << 10;
 
 constexpr double kLingerS = 2;
 constexpr size_t kMaxLingerBytes = 1 << 20;
@@ -45,6 +50,32 @@ struct Outgoing {
 };
 
 }  // namespace
+
+// A file as an answer. Its methods may wait for the disk: they are for jobs, one at a time.
+struct HttpConnection::OutgoingFile {
+  // Opens it and reads the first part. False where that fails.
+  bool Open() {
+    file.open(content.file.c_str(), beast::file_mode::scan, error);
+    if (!error) left_bytes = size_bytes = file.size(error);
+    return !error && Read();
+  }
+  bool Read() {
+    part.resize(static_cast<size_t>(std::min<uint64_t>(left_bytes, kFilePartBytes)));
+    if (part.empty()) return true;
+    part.resize(file.read(part.data(), part.size(), error));
+    if (!error && part.empty()) error = http::error::partial_message;  // it has shrunk
+    left_bytes -= part.size();
+    return !error;
+  }
+
+  http::response<http::buffer_body> message;
+  std::optional<http::response_serializer<http::buffer_body>> serializer;
+  HttpResponse content;
+  beast::file file;
+  ErrorCode error;
+  uint64_t size_bytes = 0, left_bytes = 0;
+  Bytes part;
+};
 
 HttpConnection::HttpConnection(ConnectionHost& host, int64_t id, tcp::socket socket,
                                const Door& door)
@@ -121,7 +152,7 @@ void HttpConnection::OnRequest() {
   if (parser_->chunked()) return AnswerAndClose(411, "say the body's size: Content-Length");
   if (parsed->method == "PATCH") return BeginUpload(*parsed);
   if (parsed->method == "POST") return ReadSmallBody(*parsed);
-  if (!is_websocket) return host_.Handle(id_, *parsed);
+  if (!is_websocket) return HandOver(*parsed);
   if (parsed->path != "/ws") return AnswerAndClose(404, "the WebSocket is at /ws");
   closed_ = true;  // what goes on is no longer this
   host_.Upgrade(id_, std::move(stream_), parser_->release(), door_.is_public);
@@ -168,8 +199,13 @@ void HttpConnection::ReadSmallBody(HttpRequest request) {
                      if (error) return self->Close();
                      self->waiting_since_s_.reset();
                      request.body = std::move(parser->get().body());
-                     self->host_.Handle(self->id_, request);
+                     self->HandOver(request);
                    });
+}
+
+void HttpConnection::HandOver(const HttpRequest& request) {
+  due_since_s_ = MonotonicS();
+  host_.Handle(id_, request);
 }
 
 void HttpConnection::BeginUpload(const HttpRequest& request) {
@@ -277,7 +313,7 @@ void HttpConnection::Refuse() {
 
 void HttpConnection::Answer(HttpResponse response) {
   if (closed_) return;
-  if (!response.file.empty()) return AnswerFile(response);
+  if (!response.file.empty()) return AnswerFile(std::move(response));
   if (is_head_) return AnswerHead(response);
   AnswerBody(std::move(response));
 }
@@ -306,27 +342,50 @@ void HttpConnection::SetFields(const HttpResponse& response, http::response<Body
   }
 }
 
-void HttpConnection::AnswerFile(const HttpResponse& response) {
-  http::file_body::value_type body;
-  ErrorCode error;
-  body.open(response.file.c_str(), beast::file_mode::scan, error);
-  if (error) {
-    HttpResponse failure = HttpError(404, "cannot be read: " + error.message());
-    return is_head_ ? AnswerHead(failure) : AnswerBody(std::move(failure));
-  }
+// Opened and read by jobs: a disk that hangs holds up this connection alone.
+void HttpConnection::AnswerFile(HttpResponse response) {
+  const auto file = std::make_shared<OutgoingFile>();
+  file->content = std::move(response);
+  due_since_s_ = MonotonicS();
+  host_.RunJob([file, next = host_.OnServer(id_, [file](HttpConnection& self, auto failure) {
+    failure ? self.Answer(std::move(*failure)) : self.BeginFile(file);
+  })] {
+    file->Open() ? next(std::nullopt)
+                 : next(HttpError(404, "cannot be read: " + file->error.message()));
+  });
+}
+
+void HttpConnection::BeginFile(const std::shared_ptr<OutgoingFile>& file) {
   if (is_head_) {
     auto outgoing = std::make_shared<Outgoing<http::empty_body>>();
-    SetFields(response, &outgoing->message);
-    outgoing->content = response;
-    outgoing->message.content_length(body.size());
+    SetFields(file->content, &outgoing->message);
+    outgoing->content = file->content;
+    outgoing->message.content_length(file->size_bytes);
     return Write(outgoing);
   }
-  auto outgoing = std::make_shared<Outgoing<http::file_body>>();
-  SetFields(response, &outgoing->message);
-  outgoing->content = response;
-  outgoing->message.body() = std::move(body);
-  outgoing->message.prepare_payload();
-  Write(outgoing);
+  SetFields(file->content, &file->message);
+  file->message.content_length(file->size_bytes);
+  file->serializer.emplace(file->message);
+  WriteFilePart(file);
+}
+
+void HttpConnection::ReadFilePart(const std::shared_ptr<OutgoingFile>& file) {
+  due_since_s_ = MonotonicS();
+  host_.RunJob([file, next = host_.OnServer(id_, [file](HttpConnection& self, auto) {
+    file->error ? self.Close() : self.WriteFilePart(file);
+  })] {
+    file->Read();
+    next(std::nullopt);
+  });
+}
+
+void HttpConnection::WriteFilePart(const std::shared_ptr<OutgoingFile>& file) {
+  auto& body = file->message.body();
+  body.data = file->part.data();
+  body.size = file->part.size();
+  body.more = file->left_bytes > 0;
+  due_since_s_.reset();
+  WriteSome(file);
 }
 
 void HttpConnection::AnswerHead(const HttpResponse& response) {
@@ -367,6 +426,7 @@ void HttpConnection::AnswerBody(HttpResponse response) {
 template <class Outgoing>
 void HttpConnection::Write(std::shared_ptr<Outgoing> outgoing) {
   waiting_since_s_.reset();
+  due_since_s_.reset();
   outgoing->serializer.emplace(outgoing->message);
   WriteSome(std::move(outgoing));
 }
@@ -377,6 +437,10 @@ void HttpConnection::WriteSome(std::shared_ptr<Outgoing> outgoing) {
   stream_.lowest().expires_after(Milliseconds(host_.options().idle_s));
   http::async_write_some(stream_, *outgoing->serializer,
                          [self = shared_from_this(), outgoing](ErrorCode error, size_t) mutable {
+                           if constexpr (std::is_same_v<Outgoing, OutgoingFile>) {
+                             if (error == http::error::need_buffer)
+                               return self->ReadFilePart(outgoing);
+                           }
                            if (error && error != http::error::end_of_stream) return self->Close();
                            if (outgoing->serializer->is_done()) return self->OnWritten();
                            self->WriteSome(std::move(outgoing));

@@ -26,8 +26,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   // Without a request under way: since when, in MonotonicS. None: it works.
   std::optional<double> waiting_since_s() const { return waiting_since_s_; }
+  // For a part of an answer, of whoever makes it or of a file: since when. None: for nothing.
+  std::optional<double> due_since_s() const { return due_since_s_; }
 
  private:
+  struct OutgoingFile;
+
   void ReadRequest();
   void OnRequest();
   std::optional<HttpRequest> ParsedRequest(const UpgradeRequest& request) const;
@@ -40,7 +44,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void EndUpload();
   void OnBadRequest(ErrorCode error);
   void AnswerAndClose(int status, const std::string& line);
-  void AnswerFile(const HttpResponse& response);
+  void HandOver(const HttpRequest& request);
+  void AnswerFile(HttpResponse response);
+  void BeginFile(const std::shared_ptr<OutgoingFile>& file);
+  void ReadFilePart(const std::shared_ptr<OutgoingFile>& file);
+  void WriteFilePart(const std::shared_ptr<OutgoingFile>& file);
   void AnswerHead(const HttpResponse& response);
   void AnswerBody(HttpResponse response);
   template <class Body>
@@ -58,7 +66,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   WebStream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
-  std::optional<double> waiting_since_s_;
+  std::optional<double> waiting_since_s_, due_since_s_;
   bool is_head_ = false;
   bool keep_alive_ = false;
   std::string range_;

@@ -32,8 +32,9 @@ json PointJson(const Keypoint& keypoint) {
 
 }  // namespace
 
-PhotosApi::PhotosApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs)
-    : view_(view), source_(source), blobs_(blobs) {}
+PhotosApi::PhotosApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs,
+                     JobPool& pool)
+    : view_(view), source_(source), blobs_(blobs), pool_(pool) {}
 
 void PhotosApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
   const std::optional<int64_t> id = ParseId(parts[1]);
@@ -60,16 +61,18 @@ void PhotosApi::GetPhoto(int64_t image_id, const HttpRequest& request, Respond r
   HttpResponse response;
   response.content_type = ContentTypeOf(image.name);
   response.immutable = IsOfThisPhotoAlone(request, image);
-  if (!source_.session_dir.empty()) {
-    response.file = BlobStore(SessionPaths{source_.session_dir}.Blobs()).Path(image.blob_id);
-    std::error_code error;
-    if (fs::exists(response.file, error)) return respond(std::move(response));
-    response.file.clear();
-  }
-  blobs_.Fetch(image.blob_id, "ingest", [response, respond](Result<Bytes> bytes) mutable {
-    if (!bytes.ok()) return AnswerError(respond, bytes.status());
-    response.bytes = std::make_shared<const Bytes>(std::move(*bytes));
-    respond(std::move(response));
+  pool_.Run([this, blob_id = image.blob_id, response, respond = std::move(respond)]() mutable {
+    if (!source_.session_dir.empty()) {
+      response.file = BlobStore(SessionPaths{source_.session_dir}.Blobs()).Path(blob_id);
+      std::error_code error;
+      if (fs::exists(response.file, error)) return respond(std::move(response));
+      response.file.clear();
+    }
+    blobs_.Fetch(blob_id, "ingest", [response, respond](Result<Bytes> bytes) mutable {
+      if (!bytes.ok()) return AnswerError(respond, bytes.status());
+      response.bytes = std::make_shared<const Bytes>(std::move(*bytes));
+      respond(std::move(response));
+    });
   });
 }
 

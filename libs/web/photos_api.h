@@ -18,8 +18,9 @@ constexpr int kThumbnailSidePx = 320;
 // Any thread.
 class PhotosApi {
  public:
-  // All outlive this.
-  PhotosApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs);
+  // All outlive this, but the pool: that one ends before.
+  PhotosApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs,
+            JobPool& pool);
 
   // `parts`: {"photos", ID, ...}.
   void Handle(const PathParts& parts, const HttpRequest& request, Respond respond);
@@ -34,6 +35,7 @@ class PhotosApi {
   const SessionView& view_;
   const SessionSource& source_;
   BlobFetcher& blobs_;
+  JobPool& pool_;
   ThumbnailCache thumbnails_;
   ThumbnailMaker thumbnail_maker_;  // of decoding_'s thread
   JobPool decoding_{1};             // last: its jobs use the rest

@@ -16,6 +16,9 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+// For those jobs that the disk holds up: no more than connections, each of which has one request.
+constexpr int kMoreThreads = 254;
+
 PathParts SplitPath(const std::string& path) {
   PathParts parts;
   size_t begin = 1;
@@ -44,10 +47,10 @@ SessionApi::SessionApi(const SessionView& view, SessionSource source, int num_th
       page_(source_.page_dir),
       blobs_(source_.fetch, pool_),
       submaps_(view_, source_, blobs_),
-      photos_(view_, source_, blobs_),
+      photos_(view_, source_, blobs_, pool_),
       uploads_(view_, source_),
       downloads_(view_, blobs_),
-      pool_(num_threads) {}
+      pool_(num_threads, kMoreThreads) {}
 
 void SessionApi::Handle(const HttpRequest& request, Respond respond) {
   PathParts parts = SplitPath(request.path);
@@ -162,16 +165,18 @@ void SessionApi::GetEvents(const HttpRequest& request, Respond respond) const {
                        std::to_string(page.next) + ",\"events\":[" + page.events + "]}"));
 }
 
-void SessionApi::GetReport(Respond respond) const {
+void SessionApi::GetReport(Respond respond) {
   if (source_.session_dir.empty()) {
     return respond(HttpError(404, "report.json is in the session folder, on its host"));
   }
-  HttpResponse response;
-  response.file = SessionPaths{source_.session_dir}.Report();
-  if (!fs::exists(response.file)) {
-    return respond(HttpError(404, "there is no report before the first `skein finish`"));
-  }
-  respond(std::move(response));
+  pool_.Run([report = SessionPaths{source_.session_dir}.Report(), respond = std::move(respond)] {
+    HttpResponse response;
+    response.file = report;
+    if (!fs::exists(response.file)) {
+      return respond(HttpError(404, "there is no report before the first `skein finish`"));
+    }
+    respond(std::move(response));
+  });
 }
 
 }  // namespace skein

@@ -26,7 +26,8 @@ constexpr int64_t kPagePoints = 10'000'000;
 
 class SessionApi {
  public:
-  // `view` outlives this.
+  // `view` outlives this. Of `num_threads` jobs at a time those that the disk holds up count no
+  // longer.
   SessionApi(const SessionView& view, SessionSource source, int num_threads);
 
   ShapeStore& shapes() { return submaps_.shapes(); }
@@ -41,7 +42,7 @@ class SessionApi {
   void HandleApi(const PathParts& parts, const HttpRequest& request, Respond respond);
   void GetSession(const HttpRequest& request, Respond respond) const;
   void GetEvents(const HttpRequest& request, Respond respond) const;
-  void GetReport(Respond respond) const;
+  void GetReport(Respond respond);
   void Invite(const HttpRequest& request, Respond respond);
   void AskToFinish(const Respond& respond);
 

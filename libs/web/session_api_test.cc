@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -311,6 +312,27 @@ TEST_F(SessionApiTest, TheReportComesWithTheFirstFinish) {
   EXPECT_EQ(StatusOf("/api/report"), 404);
   std::ofstream(folder_ / "report.json") << "{}";
   EXPECT_EQ(Get("/api/report").file, folder_ / "report.json");
+}
+
+TEST_F(SessionApiTest, PhotosThatTheDiskHoldsUpHoldUpNothingElse) {
+  std::promise<void> disk_answers;
+  source_.fetch = [answers = disk_answers.get_future().share()](
+                      const std::string&, const std::string&, const SessionSource::Done& done) {
+    answers.wait();
+    done(NotFound("no blob"));
+  };
+  api_ = std::make_unique<SessionApi>(view_, source_, 2);
+  std::vector<std::promise<HttpResponse>> photos(5);
+  for (std::promise<HttpResponse>& photo : photos) {
+    api_->Handle(*ParseTarget("/api/photos/1"),
+                 [&photo](HttpResponse response) { photo.set_value(std::move(response)); });
+  }
+  std::promise<HttpResponse> report;
+  api_->Handle(*ParseTarget("/api/report"),
+               [&report](HttpResponse response) { report.set_value(std::move(response)); });
+  EXPECT_EQ(report.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  disk_answers.set_value();
+  for (std::promise<HttpResponse>& photo : photos) EXPECT_EQ(photo.get_future().get().status, 404);
 }
 
 TEST_F(SessionApiTest, ModelsCanBeSaved) {

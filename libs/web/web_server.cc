@@ -15,6 +15,7 @@
 #include "web/connection_host.h"
 #include "web/guests.h"
 #include "web/http_connection.h"
+#include "web/job_pool.h"
 #include "web/page_socket.h"
 
 namespace skein {
@@ -22,6 +23,7 @@ namespace {
 
 constexpr double kCheckPassesS = 1;    // as often as a list of revoked names is read
 constexpr double kAcceptPauseS = 0.1;  // where the process has no descriptor left
+constexpr int kNumFileThreads = 2;     // that read at a time, but for those that the disk holds up
 
 asio::ssl::context TlsOf(const WebCertificate& certificate) {
   asio::ssl::context context(asio::ssl::context::tls_server);
@@ -50,6 +52,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   Impl(const WebServerOptions& options, const EventLog& log, HttpHandler handler, Uploads uploads)
       : options_(options), log_(log), handler_(std::move(handler)), uploads_(std::move(uploads)) {
     if (options_.trust) guests_.emplace(*options_.trust, options_.is_revoked);
+    jobs_ = std::make_unique<JobPool>(kNumFileThreads, options_.max_connections);
   }
 
   Status Listen();
@@ -73,6 +76,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   void Handle(int64_t connection_id, const HttpRequest& request) override;
   std::shared_ptr<BodySink> MakeSink(const HttpRequest& request) override;
   BodySink::Next OnServer(int64_t connection_id, OnNext then) override;
+  void RunJob(std::function<void()> job) override { jobs_->Run(std::move(job)); }
   void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
                bool needs_pass) override;
   void OnClosed(int64_t connection_id) override;
@@ -124,6 +128,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   std::atomic<int> num_viewers_{0};
   std::atomic<int> num_connections_{0};
   std::thread thread_;
+  std::unique_ptr<JobPool> jobs_;  // read files; end after the thread that gives them
 };
 
 class WebServer::Impl::Reply {
@@ -212,6 +217,7 @@ void WebServer::Impl::Run() {
 void WebServer::Impl::Stop() {
   context_.stop();
   if (thread_.joinable()) thread_.join();
+  jobs_.reset();
 }
 
 void WebServer::Impl::Accept(Listener& listener) {
@@ -239,18 +245,20 @@ void WebServer::Impl::OnAccepted(tcp::socket socket, const Door& door) {
   has_room ? connection->Start() : connection->Refuse();
 }
 
-// Where all places are taken, whoever has been without a request for longest goes.
+// Where all places are taken, whoever has been without a request for longest goes. Where all have
+// one: whose answer has been due for longest, if for longer than a connection may be idle.
 bool WebServer::Impl::MakeRoom() {
   const auto limit = static_cast<size_t>(options_.max_connections);
   if (connections_.size() + pages_.size() < limit) return true;
-  std::shared_ptr<HttpConnection> idlest;
+  std::shared_ptr<HttpConnection> idlest, slowest;
   for (const auto& [id, connection] : connections_) {
-    const auto since_s = connection->waiting_since_s();
-    if (since_s && (idlest == nullptr || *since_s < *idlest->waiting_since_s()))
-      idlest = connection;
+    const auto since_s = connection->waiting_since_s(), due_s = connection->due_since_s();
+    if (since_s && (!idlest || *since_s < *idlest->waiting_since_s())) idlest = connection;
+    if (due_s && (!slowest || *due_s < *slowest->due_since_s())) slowest = connection;
   }
-  if (idlest == nullptr) return false;
-  idlest->Close();
+  const bool is_late = slowest && MonotonicS() - *slowest->due_since_s() > options_.idle_s;
+  if (idlest == nullptr && !is_late) return false;
+  (idlest != nullptr ? idlest : slowest)->Close();
   return true;
 }
 

@@ -65,7 +65,10 @@ struct Uploads {
 // One that came with a pass is closed with the reason (RFC 6455, code 1008) within two seconds
 // after the pass ends.
 //
-// Where all connections are taken, the one that has been without a request for longest makes room.
+// Files of answers are read on further threads: a disk that hangs holds up those who wait for it.
+//
+// Where all connections are taken, the one that has been without a request for longest makes room;
+// where all have one, that whose answer has been due for longest, beyond idle_s.
 class WebServer {
  public:
   // `log` outlives the server. Fails where the address cannot be had, with a line for the user;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -98,6 +99,7 @@ class WebServerTest : public ::testing::Test {
             response.immutable = true;
           }
           if (request.path == "/file") response.file = folder_ / "file.bin";
+          if (request.path == "/small") response.file = folder_ / "small.bin";
           if (request.path == "/large") {
             response.bytes = std::make_shared<const Bytes>(Bytes(size_t{50} << 20, 'x'));
           }
@@ -165,6 +167,46 @@ TEST_F(WebServerTest, GivesFilesWhole) {
   const std::string head = Ask("HEAD /file");
   EXPECT_NE(head.find("Content-Length: 300000"), std::string::npos);
   EXPECT_EQ(BodyOf(head), "");
+}
+
+TEST_F(WebServerTest, GivesAFileOfManyPartsAndAnEmptyOne) {
+  Start();
+  std::string content(3'000'000, 'y');
+  for (size_t i = 0; i < content.size(); i += 7) content[i] = static_cast<char>('a' + i % 26);
+  std::ofstream(folder_ / "file.bin") << content;
+  EXPECT_TRUE(BodyOf(Ask("GET /file")) == content);
+  std::ofstream(folder_ / "small.bin").close();
+  const std::string empty = Ask("GET /small");
+  EXPECT_EQ(StatusOf(empty), 200);
+  EXPECT_NE(empty.find("Content-Length: 0"), std::string::npos);
+}
+
+// A pipe that nobody writes to stands for a disk that does not answer.
+TEST_F(WebServerTest, FilesThatHangHoldUpNobodyElse) {
+  ASSERT_EQ(mkfifo((folder_ / "file.bin").c_str(), 0600), 0);
+  std::ofstream(folder_ / "small.bin") << "small";
+  Start();
+  std::vector<std::unique_ptr<RawClient>> waiting;
+  for (int i = 0; i < 5; ++i) {
+    waiting.push_back(std::make_unique<RawClient>(port()));
+    waiting.back()->Say("GET /file HTTP/1.1\r\nHost: " + Host() + "\r\nConnection: close\r\n\r\n");
+  }
+  ASSERT_TRUE(WaitFor([this] { return num_handled_ == 5; }));
+  ExpectAlive();
+  EXPECT_EQ(BodyOf(Ask("GET /small")), "small") << "another file";
+  const std::ofstream writer(folder_ / "file.bin");  // now it answers
+  for (const auto& client : waiting) EXPECT_EQ(StatusOf(client->HearAll()), 404) << "a pipe";
+}
+
+TEST_F(WebServerTest, WhoseAnswerIsLateMakesRoom) {
+  options_.max_connections = 1;
+  options_.idle_s = 0.3;
+  Start();
+  RawClient client(port());
+  client.Say("GET /kept HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n");
+  ASSERT_TRUE(WaitFor([this] { return num_handled_ == 1; }));
+  EXPECT_TRUE(WaitFor([this] { return StatusOf(Ask("GET /alive")) == 200; }));
+  EXPECT_TRUE(client.IsClosed());
 }
 
 TEST_F(WebServerTest, GivesPartsOfABody) {

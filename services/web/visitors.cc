@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "auth/revocations.h"
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
 #include "core/clock.h"
@@ -46,13 +45,14 @@ Status CheckVisitors(const NodeOptions& options) {
 }
 
 Visitors::Visitors(std::string keys_dir, SessionTrust trust, WebCertificate certificate,
-                   const WebOptions& options)
+                   const WebOptions& options, WatchedRevocations::RunJob run_job)
     : keys_dir_(std::move(keys_dir)),
       trust_(std::move(trust)),
       certificate_(std::move(certificate)),
       host_(options.public_host),
       public_port_(options.public_port),
-      plain_port_(options.plain_port) {
+      plain_port_(options.plain_port),
+      revocations_(keys_dir_, std::move(run_job)) {
   addresses_.secure = "https://" + HostInUrl(host_) + ":" + std::to_string(public_port_);
   if (plain_port_ != 0) {
     addresses_.plain = "http://" + HostInUrl(host_) + ":" + std::to_string(plain_port_);
@@ -67,7 +67,7 @@ void Visitors::AddDoors(WebServerOptions* server) const {
   if (plain_port_ != 0) server->doors.push_back({address, plain_port_, std::nullopt});
   server->public_host = host_;
   server->trust = trust_;
-  server->is_revoked = Revocations(keys_dir_);
+  server->is_revoked = revocations_;
   server->max_connections = std::max(server->max_connections, kMaxPublicConnections);
 }
 
@@ -87,7 +87,8 @@ Result<WebInvitation> Visitors::Invite(Role role, const std::string& name,
   return invitation;
 }
 
-Visitors OpenVisitors(const Node& node, const WebOptions& options) {
+Visitors OpenVisitors(const Node& node, const WebOptions& options,
+                      WatchedRevocations::RunJob run_job) {
   const std::string keys = SessionPaths{node.options().session_dir}.Keys().string();
   const Result<SessionAccess> access =
       OpenSessionKeys(keys, node.session_id(), Role::kWeb, node.options().certified_name);
@@ -96,7 +97,7 @@ Visitors OpenVisitors(const Node& node, const WebOptions& options) {
     const Result<WebCertificate> certificate =
         OpenWebCertificate(keys, {options.public_host}, NowUs() / 1'000'000);
     if (!certificate.ok()) throw std::runtime_error(certificate.error());
-    return {keys, access->trust, *certificate, options};
+    return {keys, access->trust, *certificate, options, std::move(run_job)};
   } catch (const std::invalid_argument&) {
     throw std::runtime_error("--public-host " + options.public_host +
                              ": give this host's address or name, without a port");

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "auth/revocations.h"
 #include "auth/web_certificate.h"
 #include "node/node.h"
 #include "web/session_source.h"
@@ -18,10 +19,12 @@ Status CheckVisitors(const NodeOptions& options);
 class Visitors {
  public:
   Visitors(std::string keys_dir, SessionTrust trust, WebCertificate certificate,
-           const WebOptions& options);
+           const WebOptions& options, WatchedRevocations::RunJob run_job);
 
   const PublicAddresses& addresses() const { return addresses_; }
   void AddDoors(WebServerOptions* server) const;
+  // To be called once a second: has the list of revoked passes read.
+  void Look() { revocations_.Look(); }
   // A new pass as links. `name` "": the role with a number. expires_s: since 1970 UTC; 0: never.
   Result<WebInvitation> Invite(Role role, const std::string& name, int64_t expires_s) const;
 
@@ -32,9 +35,12 @@ class Visitors {
   std::string host_;
   int public_port_, plain_port_;
   PublicAddresses addresses_;
+  WatchedRevocations revocations_;
 };
 
-// Throws std::runtime_error, with a line for the user, without keys or certificate.
-Visitors OpenVisitors(const Node& node, const WebOptions& options);
+// Files are looked at by jobs, once the session runs. Throws std::runtime_error, with a line for
+// the user, without keys or certificate.
+Visitors OpenVisitors(const Node& node, const WebOptions& options,
+                      WatchedRevocations::RunJob run_job);
 
 }  // namespace skein

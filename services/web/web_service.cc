@@ -51,11 +51,13 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
 
 WebService::WebService(Node& node, const WebOptions& options) : node_(node), options_(options) {
   if (options.is_public()) {
-    visitors_ = OpenVisitors(node, options);
     upload_jobs_ = std::make_unique<JobPool>(kNumUploadThreads, kMoreUploadThreads);
-    uploads_ = std::make_unique<UploadStore>(
-        SessionPaths{node.options().session_dir}.Uploads(), options.uploads,
-        [&jobs = *upload_jobs_](std::function<void()> job) { jobs.Run(std::move(job)); });
+    const auto run_job = [&jobs = *upload_jobs_](std::function<void()> job) {
+      jobs.Run(std::move(job));
+    };
+    visitors_ = OpenVisitors(node, options, run_job);
+    uploads_ = std::make_unique<UploadStore>(SessionPaths{node.options().session_dir}.Uploads(),
+                                             options.uploads, run_job);
     finish_asker_ = std::make_unique<FinishAsker>(node, [this](int64_t command_id) {
       return view_.With([&](const SessionRecord& session) {
         return session.history.finish_of_command().count(command_id) > 0;
@@ -71,7 +73,10 @@ WebService::WebService(Node& node, const WebOptions& options) : node_(node), opt
       node.bus().Subscribe(kAdviceChannel, [this](const advice_t& m) { OnAdvice(m); })};
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   if (uploads_) desk_ = std::make_unique<UploadDesk>(node, *uploads_);
-  timer_ = node_.loop().AddTimer(kStatusS, [this] { TellStatus(); });
+  timer_ = node_.loop().AddTimer(kStatusS, [this] {
+    if (visitors_) visitors_->Look();
+    TellStatus();
+  });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
     heartbeat->ledger_seq = follower_->processed_seq();
     heartbeat->state = std::to_string(server_->num_viewers()) + " viewers, port " +
