@@ -58,6 +58,9 @@ struct SessionSource {
   PublicAddresses addresses;
   UploadStore* uploads = nullptr;  // null: nothing is uploaded
   JobPool* upload_jobs = nullptr;  // write them; end before the API does
+  // Whether the view has been given all that the ledger holds: until then it cannot tell that a
+  // photo is unknown. Null: it has.
+  std::function<bool()> has_read_ledger;
   // Null: nobody is invited here. May block.
   std::function<Result<WebInvitation>(Role role, const std::string& name)> invite;
   // Asks ingest to finish the session; null: it is not asked from here. Answers once it has begun.

@@ -162,19 +162,14 @@ std::shared_ptr<BodySink> MakeUploadSink(UploadStore& store, JobPool& pool,
   return std::make_shared<UploadSink>(store, pool, request, blob_id);
 }
 
-HttpResponse UploadHead(UploadStore& store, const std::string& agent, const std::string& blob_id,
-                        bool is_in_ledger) {
-  if (!IsBlobId(blob_id)) {
-    return HttpError(400, "name the photo by its SHA-256, 64 lower-case hexadecimal digits");
-  }
+HttpResponse UploadHead(const std::optional<UploadStore::Progress>& here, bool is_in_ledger) {
   HttpResponse response = JsonResponse("");
   if (is_in_ledger) {
     response.fields.emplace_back("Upload-Stored", "1");
     return response;
   }
-  const std::optional<UploadStore::Progress> progress = store.Look(agent, blob_id);
-  if (!progress) return HttpError(404, "nothing of this photo has come yet");
-  AddProgress(*progress, &response);
+  if (!here) return HttpError(404, "nothing of this photo has come yet");
+  AddProgress(*here, &response);
   return response;
 }
 

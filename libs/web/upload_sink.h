@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "web/http.h"
@@ -15,7 +16,6 @@ std::shared_ptr<BodySink> MakeUploadSink(UploadStore& store, JobPool& pool,
                                          const HttpRequest& request, const std::string& blob_id);
 
 // HEAD of it: how much of the photo is here. `is_in_ledger`: all of it, and ingest has it.
-HttpResponse UploadHead(UploadStore& store, const std::string& agent, const std::string& blob_id,
-                        bool is_in_ledger);
+HttpResponse UploadHead(const std::optional<UploadStore::Progress>& here, bool is_in_ledger);
 
 }  // namespace skein

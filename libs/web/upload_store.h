@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -63,6 +64,8 @@ struct WaitingUpload {
 // agent beyond its share begins nothing while another one wants room.
 class UploadStore {
  public:
+  static constexpr size_t kMaxRefusals = 200;
+
   // Where a photo's bytes go: of one connection.
   struct Receiver {
     std::string agent;
@@ -102,8 +105,13 @@ class UploadStore {
   std::map<std::string, Progress> ProgressOf(const std::string& agent) const;
   // Whole photos, in the order in which they came.
   std::vector<WaitingUpload> Waiting() const;
-  // The ledger has it, or never will. Blocks nothing.
+  // The ledger has it. Blocks nothing.
   void Remove(const std::string& agent, const std::string& blob_id);
+  // The ledger never will: removed, too, and `Refusals` tells why, of an agent's last
+  // kMaxRefusals.
+  void Refuse(const std::string& agent, const std::string& blob_id, const std::string& reason);
+  // By blob.
+  std::map<std::string, std::string> Refusals(const std::string& agent) const;
 
   // Forgets what rests too long. Blocks nothing.
   void Tick();
@@ -163,9 +171,12 @@ class UploadStore {
   std::set<std::string> deleting_;                   // guarded by mutex_; agents that have a job
   std::map<std::string, double> wanted_s_;           // guarded by mutex_; room, by agent: when
   std::map<std::string, std::string> wait_reasons_;  // guarded by mutex_
-  int64_t next_ticket_ = 1;                          // guarded by mutex_
-  int64_t next_order_ = 1;                           // guarded by mutex_
-  std::function<void()> on_whole_;                   // guarded by mutex_
+  // By agent: blob and reason, the latest last.
+  std::map<std::string, std::deque<std::pair<std::string, std::string>>>
+      refusals_;                    // guarded by mutex_
+  int64_t next_ticket_ = 1;         // guarded by mutex_
+  int64_t next_order_ = 1;          // guarded by mutex_
+  std::function<void()> on_whole_;  // guarded by mutex_
 };
 
 // What a browser's agent may be called here: what stands in an invitation.

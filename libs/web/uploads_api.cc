@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/hash.h"
 #include "ledger/fact_ids.h"
 #include "session/diagnosis.h"
 #include "session/guidance_json.h"
@@ -45,6 +46,8 @@ json LedgerState(const SessionRecord& session, const std::string& agent, const s
   return state;
 }
 
+HttpResponse StillReading() { return HttpError(503, "the session is still being read: wait"); }
+
 }  // namespace
 
 UploadsApi::UploadsApi(const SessionView& view, const SessionSource& source)
@@ -62,11 +65,23 @@ void UploadsApi::Handle(const PathParts& parts, const HttpRequest& request, Resp
   }
   if (request.method != "HEAD") return respond(HttpError(404, "there is no such path"));
   source_.upload_jobs->Run([this, agent = request.visitor.name, blob_id = parts[1], respond] {
-    const bool is_in_ledger = view_.With([&](const SessionRecord& session) {
-      return session.history.FindImageByBlob(blob_id) != 0;
-    });
-    respond(UploadHead(*source_.uploads, agent, blob_id, is_in_ledger));
+    Head(agent, blob_id, respond);
   });
+}
+
+// Uploads are looked at before the ledger: a photo leaves them once it is there.
+void UploadsApi::Head(const std::string& agent, const std::string& blob_id,
+                      const Respond& respond) const {
+  if (!IsBlobId(blob_id)) {
+    return respond(
+        HttpError(400, "name the photo by its SHA-256, 64 lower-case hexadecimal digits"));
+  }
+  const bool has_read_ledger = HasReadLedger();
+  const std::optional<UploadStore::Progress> here = source_.uploads->Look(agent, blob_id);
+  const bool is_in_ledger = view_.With(
+      [&](const SessionRecord& session) { return session.history.FindImageByBlob(blob_id) != 0; });
+  if (!here && !is_in_ledger && !has_read_ledger) return respond(StillReading());
+  respond(UploadHead(here, is_in_ledger));
 }
 
 // {"photos": [[SHA256, name], ...]} -> {"states": [...], in the same order, "advice": AdviceJson or
@@ -79,7 +94,9 @@ void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) c
         400, "give {\"photos\": [[SHA256, name], ...]}, at most " + std::to_string(kMaxStates)));
   }
   const std::string& agent = request.visitor.name;
-  std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
+  const bool has_read_ledger = HasReadLedger();
+  const std::map<std::string, std::string> refusals = source_.uploads->Refusals(agent);
+  const std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
   const std::string wait_reason = source_.uploads->WaitReason(agent);
   json states = json::array();
   for (const json& photo : asked["photos"]) {
@@ -95,6 +112,11 @@ void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) c
                   ? json({{"state", "received"}, {"reason", wait_reason}})
                   : json({{"state", "receiving"}, {"offset", progress->second.received_bytes}});
     }
+    const auto refused = refusals.find(blob_id);
+    if (state.is_null() && refused != refusals.end()) {
+      state = {{"state", "refused"}, {"reason", refused->second}};
+    }
+    if (state.is_null() && !has_read_ledger) return respond(StillReading());
     states.push_back(state.is_null() ? json({{"state", "unknown"}}) : std::move(state));
   }
   const std::optional<advice_t> advice = source_.advice ? source_.advice(agent) : std::nullopt;

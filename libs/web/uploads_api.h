@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "web/api_answers.h"
 #include "web/http.h"
@@ -22,6 +23,8 @@ class UploadsApi {
   void Handle(const PathParts& parts, const HttpRequest& request, Respond respond);
 
  private:
+  bool HasReadLedger() const { return !source_.has_read_ledger || source_.has_read_ledger(); }
+  void Head(const std::string& agent, const std::string& blob_id, const Respond& respond) const;
   void GetStates(const HttpRequest& request, const Respond& respond) const;
 
   const SessionView& view_;

@@ -1,6 +1,7 @@
 #include "web/upload_desk.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "core/file.h"
@@ -28,7 +29,8 @@ PhotoToOffer OfferOf(const WaitingUpload& upload) {
 
 }  // namespace
 
-UploadDesk::UploadDesk(Node& node, UploadStore& store) : node_(node), store_(store) {
+UploadDesk::UploadDesk(Node& node, UploadStore& store, IsInLedger is_in_ledger)
+    : node_(node), store_(store), is_in_ledger_(std::move(is_in_ledger)) {
   timer_ = node_.loop().AddTimer(kLookForUploadsS, [this] { Look(); });
   store_.OnWhole(
       [&loop = node_.loop(), look = alive_.Guarded([this] { OfferNew(); })] { loop.Post(look); });
@@ -48,6 +50,7 @@ int UploadDesk::num_offered() const {
 
 void UploadDesk::Look() {
   store_.Tick();
+  RemoveKnown();
   for (auto agent = agents_.begin(); agent != agents_.end();) {
     const Publisher& publisher = *agent->second.publisher;
     store_.SetWaitReason(agent->first, publisher.wait_reason());
@@ -56,9 +59,19 @@ void UploadDesk::Look() {
   OfferNew();
 }
 
+void UploadDesk::RemoveKnown() {
+  for (auto photo = acknowledged_.begin(); photo != acknowledged_.end();) {
+    const auto& [agent, blob_id] = *photo;
+    const bool is_known = is_in_ledger_(blob_id);
+    if (is_known) store_.Remove(agent, blob_id);
+    photo = is_known ? acknowledged_.erase(photo) : std::next(photo);
+  }
+}
+
 void UploadDesk::OfferNew() {
   if (node_.loop().now_s() < rest_until_s_) return;
   for (const WaitingUpload& upload : store_.Waiting()) {
+    if (acknowledged_.count({upload.agent, upload.blob_id}) > 0) continue;
     const auto known = agents_.find(upload.agent);
     if (known == agents_.end() && agents_.size() >= kMaxPublishers) continue;
     Agent& agent = agents_[upload.agent];
@@ -82,8 +95,11 @@ void UploadDesk::OnPublished(const std::string& agent, const PublishedPhoto& pho
   }
   if (photo.status == image_ack_t::REFUSED) {
     LogInfo("a photo of {} was refused: {}", agent, photo.reason);
+    store_.Refuse(agent, photo.blob_id, photo.reason);
+  } else {
+    acknowledged_.insert({agent, photo.blob_id});
+    RemoveKnown();
   }
-  store_.Remove(agent, photo.blob_id);
   agents_.at(agent).offered.erase(photo.blob_id);
 }
 

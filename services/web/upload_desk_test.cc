@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <future>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -58,6 +59,9 @@ class UploadDeskTest : public testing::Test {
         folder_ / "uploads", UploadLimits(),
         [this](std::function<void()> job) { jobs_.Run(std::move(job)); });
   }
+  bool IsInLedger(const std::string& blob_id) const {
+    return knows_all_ || known_.count(blob_id) > 0;
+  }
   size_t NumFiles() const { return FilesUnder(folder_ / "uploads").size(); }
 
   TestFolder folder_;
@@ -67,13 +71,15 @@ class UploadDeskTest : public testing::Test {
   Node web_{TestOptions("web"), loop_, bus_};
   std::unique_ptr<UploadStore> store_;
   JobPool jobs_{1};
+  bool knows_all_ = true;
+  std::set<std::string> known_;  // blobs of photos in the ledger
   std::vector<image_offer_t> offers_;
   std::function<void(const image_offer_t&)> on_offer_;
 };
 
 TEST_F(UploadDeskTest, OffersEachAgentsPhotosAndForgetsWhatIsStored) {
   on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::STORED); };
-  UploadDesk desk(web_, *store_);
+  UploadDesk desk(web_, *store_, [this](const std::string& id) { return IsInLedger(id); });
   const std::string first = Upload("anna", "a.jpg", "one");
   const std::string second = Upload("bert", "a.jpg", "two");
   ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
@@ -92,7 +98,7 @@ TEST_F(UploadDeskTest, GoesOnWhileADeleteHangs) {
   std::promise<void> go_on;
   jobs_.Run([&] { go_on.get_future().wait(); });
   on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::STORED); };
-  UploadDesk desk(web_, *store_);
+  UploadDesk desk(web_, *store_, [this](const std::string& id) { return IsInLedger(id); });
   for (const std::string text : {"one", "two"}) {
     Upload("anna", text + ".jpg", text);
     ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
@@ -104,26 +110,48 @@ TEST_F(UploadDeskTest, GoesOnWhileADeleteHangs) {
 
 TEST_F(UploadDeskTest, OffersAgainWhatNobodyDecidedBeforeItDied) {
   {
-    UploadDesk desk(web_, *store_);
+    UploadDesk desk(web_, *store_, [this](const std::string& id) { return IsInLedger(id); });
     Upload("anna", "a.jpg", "one");
     ASSERT_TRUE(RunUntil([&] { return !offers_.empty(); }));
   }
   OpenStore();
   offers_.clear();
   on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::DUPLICATE); };
-  UploadDesk desk(web_, *store_);
+  UploadDesk desk(web_, *store_, [this](const std::string& id) { return IsInLedger(id); });
   ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
   EXPECT_EQ(offers_.front().name, "a.jpg");
 }
 
+// The acknowledgement and the fact come by different ways.
+TEST_F(UploadDeskTest, KeepsWhatIsAcknowledgedUntilTheLedgerIsKnownToHaveIt) {
+  knows_all_ = false;
+  int num_acks = 0;
+  on_offer_ = [&](const image_offer_t& offer) {
+    Ack(offer, ++num_acks == 1 ? image_ack_t::STORED : image_ack_t::DUPLICATE);
+  };
+  UploadDesk desk(web_, *store_, [this](const std::string& id) { return IsInLedger(id); });
+  const std::string first = Upload("anna", "a.jpg", "one");
+  const std::string second = Upload("bert", "b.jpg", "two");
+  ASSERT_TRUE(RunUntil([&] { return num_acks == 2 && desk.num_offered() == 0; }));
+  EXPECT_TRUE(store_->ProgressOf("anna").at(first).is_stored);
+  known_ = {second};
+  ASSERT_TRUE(RunUntil([&] { return store_->Waiting().size() == 1; }));
+  EXPECT_TRUE(store_->ProgressOf("anna").at(first).is_stored);
+  known_.insert(first);
+  ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
+  EXPECT_EQ(offers_.size(), 2u) << "none is offered again";
+}
+
 TEST_F(UploadDeskTest, TellsWhyPhotosWaitAndDropsThoseThatAreRefused) {
   on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::WAIT, "disk is full"); };
-  UploadDesk desk(web_, *store_);
+  UploadDesk desk(web_, *store_, [this](const std::string& id) { return IsInLedger(id); });
   Upload("anna", "a.jpg", "one");
   ASSERT_TRUE(RunUntil([&] { return store_->WaitReason("anna") == "disk is full"; }));
   EXPECT_EQ(store_->Waiting().size(), 1u);
   on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::REFUSED, "no JPEG"); };
   ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
+  ASSERT_EQ(store_->Refusals("anna").size(), 1u);
+  EXPECT_EQ(store_->Refusals("anna").begin()->second, "no JPEG");
 }
 
 }  // namespace

@@ -72,9 +72,16 @@ WebService::WebService(Node& node, const WebOptions& options) : node_(node), opt
       node.bus().Subscribe(kGuidanceChannel, [this](const guidance_t& m) { OnGuidance(m); }),
       node.bus().Subscribe(kAdviceChannel, [this](const advice_t& m) { OnAdvice(m); })};
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
-  if (uploads_) desk_ = std::make_unique<UploadDesk>(node, *uploads_);
+  if (uploads_) {
+    desk_ = std::make_unique<UploadDesk>(node, *uploads_, [this](const std::string& blob_id) {
+      return view_.With([&](const SessionRecord& session) {
+        return session.history.FindImageByBlob(blob_id) != 0;
+      });
+    });
+  }
   timer_ = node_.loop().AddTimer(kStatusS, [this] {
     if (visitors_) visitors_->Look();
+    if (follower_->caught_up()) has_read_ledger_ = true;
     TellStatus();
   });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
@@ -153,6 +160,7 @@ void WebService::AddVisitors(SessionSource* source) {
   source->addresses = visitors_->addresses();
   source->uploads = uploads_.get();
   source->upload_jobs = upload_jobs_.get();
+  source->has_read_ledger = [this] { return has_read_ledger_.load(); };
   source->invite = [this](Role role, const std::string& name) {
     return visitors_->Invite(role, name, 0);
   };

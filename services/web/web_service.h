@@ -1,6 +1,7 @@
 // The live view's process: follows the ledger, hears processes and mappers, and shows all that.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -51,7 +52,8 @@ class WebService {
   Node& node_;
   const WebOptions options_;
   SessionView view_;
-  std::optional<Visitors> visitors_;  // of other hosts; none: they are not let in
+  std::atomic<bool> has_read_ledger_{false};  // once
+  std::optional<Visitors> visitors_;          // of other hosts; none: they are not let in
   std::unique_ptr<UploadStore> uploads_;
   std::unique_ptr<SessionApi> api_;
   std::unique_ptr<JobPool> upload_jobs_;  // use both
