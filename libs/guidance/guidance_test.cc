@@ -18,6 +18,7 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 // A rectangle of points; `normal`: right x down, towards who looks at it.
 struct Wall {
   Eigen::Vector3d corner, right, down;  // upper left, edges
+  double density = 1;                   // of its points, as a part of the site's
   Eigen::Vector3d Normal() const { return down.cross(right).normalized(); }
 };
 // Faces -y.
@@ -44,7 +45,8 @@ class Site {
     map_.cameras = {{1200, 900, 1000, 1000, 600, 450}};
     std::uniform_real_distribution<double> unit(0, 1);
     for (const Wall& wall : walls) {
-      const int count = static_cast<int>(points_per_m2 * wall.right.norm() * wall.down.norm());
+      const int count =
+          static_cast<int>(wall.density * points_per_m2 * wall.right.norm() * wall.down.norm());
       for (int i = 0; i < count; ++i) {
         all_.push_back({wall.corner + unit(random_) * wall.right + unit(random_) * wall.down, {}});
         normals_.push_back(wall.Normal());
@@ -219,6 +221,27 @@ TEST(Guidance, AFewPhotosOfTheWholeWallMakeItComplete) {
   EXPECT_TRUE(place.completeness.complete);
 }
 
+// A house across the square is in all photos of a wall. It was not meant.
+TEST(Guidance, WhatStandsInTheBackgroundDoesNotCount) {
+  Wall house = FrontWall(-20, 40, 12, 34);
+  house.density = 0.05;
+  Site site({FrontWall(-4, 8), house});
+  for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
+  for (const double x : {-9.0, -8.0, 8.0, 9.0}) site.Photograph({x, -6, 2}, {0, 0, 2});
+  const GuidedMap map = site.Map();
+  const PlaceQuality place = Assess(map);
+  ASSERT_TRUE(std::any_of(place.surface.surfels.begin(), place.surface.surfels.end(),
+                          [](const Surfel& surfel) { return surfel.position.y() > 33; }));
+  EXPECT_NEAR(place.completeness.area, 8 * 4, 0.3 * 8 * 4);
+  EXPECT_TRUE(place.completeness.complete);
+  // Who wants the wall finer than it was photographed is told so.
+  QualityOptions finer;
+  finer.target_gsd = 0.3 * place.completeness.target_gsd;
+  const Completeness too_coarse = AssessPlace({}, finer, map).completeness;
+  EXPECT_NEAR(too_coarse.area, place.completeness.area, 1e-9);
+  EXPECT_LT(too_coarse.good_share, 0.05);
+}
+
 // A wall with points all around a bare part of it. Photos from the front; nothing is to be seen
 // above and beside the wall.
 TEST(Guidance, WhatHasNoPointsAmidWhatHasThemKeepsAPlaceFromBeingComplete) {
@@ -274,6 +297,21 @@ TEST(Guidance, ASurfelIsAsGoodAsWhatIsInIt) {
 }
 
 // Few points: a surfel has no parts of its own.
+// There is surface between the points, too.
+TEST(Guidance, PiecesShareTheAreaOfTheirSurfel) {
+  const PlaceQuality place = Assess(SiteOfARow(FrontWall(-4, 8), -2, 2).Map());
+  std::vector<double> areas(place.surfels.size(), 0), good = areas;
+  for (const Piece& piece : place.pieces) {
+    areas[piece.whole] += piece.area;
+    if (piece.quality.good) good[piece.whole] += piece.area;
+  }
+  ASSERT_GT(place.pieces.size(), place.surfels.size());
+  for (size_t i = 0; i < areas.size(); ++i) {
+    EXPECT_NEAR(areas[i], place.surface.surfels[i].area, 1e-9);
+    EXPECT_NEAR(good[i], place.good_shares[i] * areas[i], 1e-9);
+  }
+}
+
 TEST(Guidance, WherePointsAreFewASurfelIsJudgedAsAWhole) {
   const PlaceQuality place = Assess(SiteOfARow(FrontWall(-4, 8), -2, 2).Map());
   std::vector<int> pieces(place.surfels.size(), 0), wholes(place.surfels.size(), 0);

@@ -115,6 +115,7 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   Completeness result;
   result.hole_share = hole_share;
   result.target_gsd = options.target_gsd;
+  result.max_gsd = options.max_gsd_ratio * options.target_gsd;
   std::vector<double> sigmas;
   double good = 0;
   int counting = 0, ends = 0, open = 0;
@@ -138,6 +139,14 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   return result;
 }
 
+// With the target, and max_gsd_ratio of it.
+QualityOptions ForPlace(QualityOptions options, double median_gsd) {
+  const double usual = 2 * median_gsd;
+  if (options.target_gsd == 0) options.target_gsd = usual;
+  options.max_gsd_ratio *= std::max(1.0, usual / options.target_gsd);
+  return options;
+}
+
 // Parts, and the surfels that have none.
 std::vector<Piece> PiecesOf(DetailedSurface* detailed) {
   const std::vector<Surfel>& wholes = detailed->surface.surfels;
@@ -146,21 +155,26 @@ std::vector<Piece> PiecesOf(DetailedSurface* detailed) {
   for (size_t i = 0; i < detailed->parts.size(); ++i) {
     has_parts[detailed->whole_of[i]] = true;
     pieces.push_back(
-        {std::move(detailed->parts[i]), detailed->part_width, detailed->whole_of[i], {}});
+        {std::move(detailed->parts[i]), detailed->part_width, detailed->whole_of[i], 0, {}});
   }
   for (uint32_t i = 0; i < wholes.size(); ++i) {
-    if (!has_parts[i]) pieces.push_back({wholes[i], detailed->surface.cell, i, {}});
+    if (!has_parts[i]) pieces.push_back({wholes[i], detailed->surface.cell, i, 0, {}});
+  }
+  std::vector<double> sums(wholes.size(), 0);
+  for (const Piece& piece : pieces) sums[piece.whole] += piece.surfel.area;
+  for (Piece& piece : pieces) {
+    piece.area = wholes[piece.whole].area * piece.surfel.area / sums[piece.whole];
   }
   return pieces;
 }
 
 std::vector<double> GoodSharesOf(const PlaceQuality& place) {
-  std::vector<double> area(place.surfels.size(), 0), good(place.surfels.size(), 0);
+  std::vector<double> good(place.surfels.size(), 0);
   for (const Piece& piece : place.pieces) {
-    area[piece.whole] += piece.surfel.area;
-    if (piece.quality.good) good[piece.whole] += piece.surfel.area;
+    if (piece.quality.good) {
+      good[piece.whole] += piece.area / place.surface.surfels[piece.whole].area;
+    }
   }
-  for (size_t i = 0; i < good.size(); ++i) good[i] /= area[i];
   return good;
 }
 
@@ -233,8 +247,7 @@ PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
   PlaceQuality place;
   place.pieces = PiecesOf(&detailed);
   place.surface = std::move(detailed.surface);
-  QualityOptions options = quality_options;
-  if (options.target_gsd == 0) options.target_gsd = 2 * place.surface.median_gsd;
+  const QualityOptions options = ForPlace(quality_options, place.surface.median_gsd);
   const auto assess = [&](const Surfel& surfel, double width) {
     SurfelQuality quality = AssessSurfel(options, surfel.normal, ViewsOf(map, surfel));
     quality.textured_share = TexturedShare(map, surfel, width, options.min_photos);

@@ -23,8 +23,9 @@ struct QualityOptions {
   // Part of it and what is around it that has texture in at least min_photos photos. 0.8: the
   // completeness from which a surfel is truly good in docs/experiments/guidance.md.
   double min_textured_share = 0.8;
-  // The part of the surface that counts: seen at up to this many times target_gsd.
-  double max_gsd_ratio = 3;
+  // The part of the surface that counts: seen at up to this many times target_gsd, or twice the
+  // median point's where that is more. What is further away is the background of what was meant.
+  double max_gsd_ratio = 1.5;
   // A place is complete when at least this part of what the photos show is good, and at most that
   // part of where it ends has an open border.
   double min_good_share = 0.9;
@@ -66,6 +67,9 @@ struct Piece {
   Surfel surfel;
   double width = 0;    // of its cell
   uint32_t whole = 0;  // the surfel that it is of: index into PlaceQuality::surface
+  // What it stands for, submap units squared: pieces share their surfel's area, as there is surface
+  // between the points, too.
+  double area = 0;
   SurfelQuality quality;
 };
 
@@ -86,6 +90,7 @@ struct Completeness {
   double hole_share = 0;    // of what the photos show: without points (holes.h)
   double median_sigma = 0;  // submap units at 1 px of noise; of what counts
   double target_gsd = 0;
+  double max_gsd = 0;  // what two photos have at it counts
   bool complete = false;
 
   // Of what the photos show, with and without points.
@@ -96,7 +101,7 @@ struct PlaceQuality {
   Surface surface;
   std::vector<SurfelQuality> surfels;  // in the order of surface.surfels, each as a whole
   std::vector<Piece> pieces;
-  std::vector<double> good_shares;  // of the surfels: the part of its pieces' area that is good
+  std::vector<double> good_shares;  // of the surfels: the part of its area that is good
   Completeness completeness;
 };
 
