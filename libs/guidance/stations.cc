@@ -35,7 +35,7 @@ struct Weak {
 double Utility(const QualityOptions& options, const Weak& weak,
                const std::vector<ViewOfSurfel>& views) {
   constexpr double kOfFirstTwo = 0.2;
-  if (weak.is_beyond) return 0.5 * static_cast<double>(std::min<size_t>(views.size(), 2));
+  if (weak.is_beyond) return 0.2 * static_cast<double>(std::min<size_t>(views.size(), 2));
   const SurfelQuality quality = AssessSurfel(options, weak.normal, views);
   if (quality.good) return 1;
   const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
@@ -57,7 +57,7 @@ std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
       continue;
     const Surfel& surfel = piece.surfel;
     weak.push_back(
-        {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0, 0});
+        {surfel.position, surfel.normal, piece.area, false, 0, ViewsOf(map, surfel), 0, 0});
     weak.back().utility = Utility(options, weak.back(), weak.back().views);
   }
   for (size_t i = 0; i < place.surfels.size(); ++i) {
@@ -80,12 +80,14 @@ std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
 // Weak places near each other and facing one way, as one place to look at.
 struct Cluster {
   Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  double weight = 0;
-  size_t example = 0;   // index of its weakest member
-  double missing = -1;  // of the example
+  double weight = 0;            // area that is missing
+  std::vector<size_t> members;  // those that miss most, first
 };
 
+double Missing(const Weak& weak) { return weak.area * (1 - weak.utility); }
+
 std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width, size_t max_num) {
+  constexpr size_t kMaxMembers = 6;
   std::map<std::tuple<long, long, long, int>, Cluster> clusters;
   for (size_t i = 0; i < weak.size(); ++i) {
     const Eigen::Vector3d cell = weak[i].position / width;
@@ -94,25 +96,30 @@ std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width, si
     const int side = static_cast<int>(axis) * 2 + (weak[i].normal[axis] > 0);
     Cluster& cluster =
         clusters[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}];
-    const double missing = weak[i].area * (1 - weak[i].utility);
+    const double missing = Missing(weak[i]);
     cluster.position += missing * weak[i].position;
     cluster.normal += missing * weak[i].normal;
     cluster.weight += missing;
-    if (missing > cluster.missing) {
-      cluster.missing = missing;
-      cluster.example = i;
-    }
+    cluster.members.push_back(i);
   }
   std::vector<Cluster> sorted;
   for (auto& [key, cluster] : clusters) {
-    if (cluster.weight <= 0) continue;
-    cluster.position /= cluster.weight;
-    cluster.normal.normalize();
-    sorted.push_back(cluster);
+    if (cluster.weight > 0) sorted.push_back(std::move(cluster));
   }
   std::sort(sorted.begin(), sorted.end(),
             [](const Cluster& a, const Cluster& b) { return a.weight > b.weight; });
   if (sorted.size() > max_num) sorted.resize(max_num);
+  for (Cluster& cluster : sorted) {
+    cluster.position /= cluster.weight;
+    cluster.normal.normalize();
+    auto& members = cluster.members;
+    const size_t kept = std::min(kMaxMembers, members.size());
+    std::partial_sort(members.begin(), members.begin() + static_cast<ptrdiff_t>(kept),
+                      members.end(), [&](size_t a, size_t b) {
+                        return std::pair(-Missing(weak[a]), a) < std::pair(-Missing(weak[b]), b);
+                      });
+    members.resize(kept);
+  }
   return sorted;
 }
 
@@ -191,8 +198,8 @@ class Chooser {
     CameraPose pose;
     Eigen::Vector3d centre;
     Eigen::Vector3d target;
-    size_t example;
-    double hope;  // what it may gain at most, for the order in which candidates are looked at
+    size_t example;  // weakest of what it aims at
+    double hope;     // score if nothing hides it, for the order in which candidates are looked at
   };
 
   Ground GroundOf(const StationSeeker& seeker) const;
@@ -202,6 +209,8 @@ class Chooser {
   bool WasInVain(const StationSeeker& seeker, const CameraPose& pose, double common_points) const;
   std::vector<Weak> TakeInVain(const StationSeeker& seeker);
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
+  double UtilityWith(const Weak& weak, const Eigen::Vector3d& centre, double focal_px) const;
+  double HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre, double focal_px) const;
   std::vector<Shown> ShownIn(const View& view, const Eigen::Vector3d& centre) const;
   double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown) const;
   double CommonPoints(const View& view, const Eigen::Vector3d& centre) const;
@@ -269,9 +278,10 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
         const double height = centre.dot(ground.up);
         centre += (std::clamp(height, ground.min_height, ground.max_height) - height) * ground.up;
         if ((centre - cluster.position).norm() > 2 * distance) continue;
+        const double hope = HopeOf(cluster, centre, focal_px) * Nearness(seeker, centre);
+        if (hope <= 0) continue;
         candidates.push_back({LookAt(centre, cluster.position, ground.up, right), centre,
-                              cluster.position, cluster.example,
-                              cluster.weight * Nearness(seeker, centre)});
+                              cluster.position, cluster.members.front(), hope});
       }
     }
   }
@@ -370,17 +380,34 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
   return shown;
 }
 
+double Chooser::UtilityWith(const Weak& weak, const Eigen::Vector3d& centre,
+                            double focal_px) const {
+  std::vector<ViewOfSurfel> views = weak.views;
+  views.push_back(ViewFrom(centre, focal_px, weak.position));
+  return std::max(weak.utility, Utility(quality_, weak, views));
+}
+
+// Of the cluster's area, as its weakest members would gain in full view. Some places gain by no
+// photo from where one can stand, as the sides of a window's recess.
+double Chooser::HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre,
+                       double focal_px) const {
+  double missing = 0, gain = 0;
+  for (const size_t i : cluster.members) {
+    missing += Missing(weak_[i]);
+    if (!Shows(centre, weak_[i])) continue;
+    gain += weak_[i].area * (UtilityWith(weak_[i], centre, focal_px) - weak_[i].utility);
+  }
+  return gain / missing * cluster.weight;
+}
+
 double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px,
                        std::vector<Shown>* shown) const {
   double gain = 0;
-  std::vector<ViewOfSurfel> views;
   for (Shown& one : *shown) {
     const Weak& weak = weak_[one.weak];
     if (weak.utility >= 1) continue;
     if (one.version != weak.version) {
-      views = weak.views;
-      views.push_back(ViewFrom(centre, focal_px, weak.position));
-      one.gain = weak.area * std::max(0.0, Utility(quality_, weak, views) - weak.utility);
+      one.gain = weak.area * (UtilityWith(weak, centre, focal_px) - weak.utility);
       one.version = weak.version;
     }
     gain += one.gain;
@@ -449,8 +476,8 @@ uint32_t Chooser::NearestPhoto(const Candidate& candidate) const {
   return nearest;
 }
 
-// Candidates are looked at in the order of what they may gain. As a photo gains most where it
-// aims, the best one is among the first; each view that is tried costs the number of surfels.
+// Candidates are looked at in the order of what they hope for. As a photo gains most where it aims,
+// the best one is among the first; each view that is tried costs the number of surfels.
 bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stations) {
   constexpr int kTried = 60;  // that may be stood at
   const Ground ground = GroundOf(seeker);
@@ -476,8 +503,8 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
     station.gain = gain;
     station.common_points = stand->common_points;
   }
-  // A photo that makes less than two cells better is not worth a walk.
-  const double least = 2 * place_.surface.cell * place_.surface.cell;
+  // A photo that makes less than half a cell better is not worth a walk.
+  const double least = 0.5 * place_.surface.cell * place_.surface.cell;
   const bool is_found = best != nullptr && station.gain >= least;
   weak_ = std::move(weak_before);
   if (!is_found) return false;
