@@ -39,10 +39,12 @@ struct Arguments {
   int every = 6;  // photos between two dense matchings
 };
 
-// At one number of photos. Shares are of the surface that the whole pool's dense points cover.
+// At one number of photos. Shares are of the surface that counts and that the whole pool's dense
+// points cover.
 struct Standing {
   int photos = 0;
   PlaceVerdict verdict = PlaceVerdict::kGrowing;
+  Completeness completeness;     // as it is told
   double covered = 0;            // by the dense points of those taken
   double told_good = 0;          // by guidance
   double told_good_falsely = 0;  // and not covered
@@ -63,7 +65,10 @@ class Contest {
     tolerance_ = 2 * place.completeness.target_gsd;
     // The pool's own matching takes each photo's depth map once and is not asked for again.
     const std::vector<Eigen::Vector3d> dense = DenseCloud(arguments.dense, pool()).Make(map);
-    samples_ = synthetic_ ? synthetic_->samples() : SamplesOf(dense, place);
+    for (const SurfaceSample& sample :
+         synthetic_ ? synthetic_->samples() : SamplesOf(dense, place)) {
+      if (pool().Counts(map.taken, sample, place.completeness.max_gsd)) samples_.push_back(sample);
+    }
     covered_by_all_ = Covered(dense, std::vector<bool>());
     num_covered_by_all_ = std::count(covered_by_all_.begin(), covered_by_all_.end(), true);
     if (num_covered_by_all_ == 0) throw std::runtime_error("the whole pool covers nothing");
@@ -71,7 +76,7 @@ class Contest {
     if (!arguments.table.empty()) {
       table_.open(arguments.table);
       table_ << "scenario,seed,policy,photos,registered,failed,covered,verdict,told_good,"
-                "told_good_falsely\n";
+                "told_good_falsely,good_share,hole_share,open_share\n";
     }
   }
 
@@ -162,8 +167,12 @@ class Contest {
     const auto share = [&](int64_t num) {
       return static_cast<double>(num) / static_cast<double>(num_covered_by_all_);
     };
-    return {static_cast<int>(capture.taken.size()), VerdictOf(capture), share(num_covered),
-            share(num_good), share(num_falsely)};
+    return {static_cast<int>(capture.taken.size()),
+            VerdictOf(capture),
+            capture.place.completeness,
+            share(num_covered),
+            share(num_good),
+            share(num_falsely)};
   }
 
   // What became of a policy. `first`: when each verdict was given, or a better one.
@@ -225,7 +234,9 @@ class Contest {
     table_ << arguments_.name << "," << arguments_.synthetic.scenario.seed << "," << name << ","
            << standing.photos << "," << capture.registered.size() << "," << capture.failed << ","
            << standing.covered << "," << static_cast<int>(standing.verdict) << ","
-           << standing.told_good << "," << standing.told_good_falsely << std::endl;
+           << standing.told_good << "," << standing.told_good_falsely << ","
+           << standing.completeness.good_share << "," << standing.completeness.hole_share << ","
+           << standing.completeness.open_share << std::endl;
   }
 
   // Photos to the wanted share, between two matchings by a straight line; null: not reached.
@@ -244,6 +255,9 @@ class Contest {
   static json Of(const Standing& standing) {
     return {{"photos", standing.photos},
             {"verdict", static_cast<int>(standing.verdict)},
+            {"good_share", standing.completeness.good_share},
+            {"hole_share", standing.completeness.hole_share},
+            {"open_share", standing.completeness.open_share},
             {"covered", standing.covered},
             {"told_good", standing.told_good},
             {"told_good_falsely", standing.told_good_falsely},
@@ -286,7 +300,7 @@ class Contest {
   const Arguments arguments_;
   std::optional<SyntheticPool> synthetic_;  // or else:
   std::optional<ModelPool> model_;
-  std::vector<SurfaceSample> samples_;  // that coverage is counted on
+  std::vector<SurfaceSample> samples_;  // that coverage is counted on: what counts in the pool
   double tolerance_ = 0;
   std::vector<bool> covered_by_all_;
   int64_t num_covered_by_all_ = 0;

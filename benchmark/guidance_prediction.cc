@@ -143,15 +143,12 @@ class Comparison {
     ComparePlace(grid);
   }
 
-  // The true surface that a photo shows, sample by sample: what was said of it and what is so.
+  // The true surface that counts, sample by sample: what was said of it and what is so.
   void ComparePlace(const PointGrid& dense) {
     const std::vector<Told> told = WhatIsTold(place_, pool_.samples());
     for (size_t i = 0; i < told.size(); ++i) {
       const SurfaceSample& sample = pool_.samples()[i];
-      const bool is_shown = std::any_of(map_.taken.begin(), map_.taken.end(), [&](int photo) {
-        return pool_.Shows(photo, sample.xyz, sample.normal);
-      });
-      if (!is_shown) continue;
+      if (!pool_.Counts(map_.taken, sample, place_.completeness.max_gsd)) continue;
       const bool is_covered = dense.AnyNear(sample.xyz, 2 * target_gsd_);
       shown_.all += 1;
       shown_.with_points += told[i] != Told::kNothing;

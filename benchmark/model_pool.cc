@@ -145,6 +145,11 @@ bool ModelPool::HasParallax(const Eigen::Vector3d& xyz, const std::vector<int>& 
   return false;
 }
 
+bool ModelPool::Shows(int photo, const SurfaceSample& sample) const {
+  Eigen::Vector2d pixel;
+  return camera(photo).Project(this->photo(photo).cam_from_world.Apply(sample.xyz), &pixel);
+}
+
 PoolMap ModelPool::MapOf(const std::vector<int>& taken) const {
   PoolMap map = EmptyMapOf(taken);
   const std::vector<int> places = PlacesIn(taken);

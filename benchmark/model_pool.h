@@ -26,6 +26,9 @@ class ModelPool : public PhotoPool {
   // missing, is not of its camera's size, or can't be freed of its distortion.
   explicit ModelPool(const ModelPoolOptions& options);
 
+  // What stands in front is not known.
+  bool Shows(int photo, const SurfaceSample& sample) const override;
+
   // The model restricted to `taken`: a point stays where two of these observe it 1.5 degrees
   // apart. Its place stays that of the whole model; who observes it and its error are of `taken`.
   PoolMap MapOf(const std::vector<int>& taken) const override;

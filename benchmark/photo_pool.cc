@@ -23,6 +23,17 @@ std::vector<SurfaceSample> ThinOut(const std::vector<SurfaceSample>& samples, do
   return thin;
 }
 
+bool PhotoPool::Counts(const std::vector<int>& photos, const SurfaceSample& sample,
+                       double max_gsd) const {
+  int num_fine = 0;
+  for (const int i : photos) {
+    const double distance = (photo(i).cam_from_world.Centre() - sample.xyz).norm();
+    if (distance > max_gsd * camera(i).FocalPx() || !Shows(i, sample)) continue;
+    if (++num_fine == 2) return true;
+  }
+  return false;
+}
+
 std::vector<int> PhotoPool::PlacesIn(const std::vector<int>& taken) const {
   std::vector<int> places(photos_.size(), -1);
   for (size_t i = 0; i < taken.size(); ++i) places[taken[i]] = static_cast<int>(i);

@@ -38,6 +38,11 @@ class PhotoPool {
   // As the camera has it: without distortion.
   const cv::Mat1f& grey(int i) const { return greys_[i]; }
 
+  // Whether the photo has the place in view; with nothing in front, where the pool knows.
+  virtual bool Shows(int photo, const SurfaceSample& sample) const = 0;
+  // Whether two of these photos show it at up to max_gsd (Completeness): it counts.
+  bool Counts(const std::vector<int>& photos, const SurfaceSample& sample, double max_gsd) const;
+
   virtual PoolMap MapOf(const std::vector<int>& taken) const = 0;
   // Points that the photo has in common with the map of `taken`, which need not be made for it.
   virtual int CommonPoints(int photo, const std::vector<int>& taken) const = 0;

@@ -188,19 +188,18 @@ int SyntheticPool::Add(const CameraPose& cam_from_world, int agent) {
   return added;
 }
 
-bool SyntheticPool::Shows(int photo, const Eigen::Vector3d& xyz,
-                          const Eigen::Vector3d& normal) const {
+bool SyntheticPool::Shows(int photo, const SurfaceSample& sample) const {
   Eigen::Vector2d pixel;
-  if (!InPhoto(camera_, photos_[photo].cam_from_world, xyz, &pixel)) return false;
-  const Eigen::Vector3d to = poses_[photo].center - xyz;
-  const double cosine = std::abs(normal.dot(to)) / to.norm();
+  if (!InPhoto(camera_, photos_[photo].cam_from_world, sample.xyz, &pixel)) return false;
+  const Eigen::Vector3d to = poses_[photo].center - sample.xyz;
+  const double cosine = std::abs(sample.normal.dot(to)) / to.norm();
   if (cosine < std::cos(kMaxIncidenceDeg * kDegree)) return false;
   const Eigen::Vector3f from = poses_[photo].center.cast<float>();
   return !place_.scene.Occluded(from, (-to).cast<float>(), 1 - 1e-3f);
 }
 
 bool SyntheticPool::Observe(int photo, sim::Random* random, TruePoint* point) const {
-  if (!Shows(photo, point->xyz, point->normal)) return false;
+  if (!Shows(photo, {point->xyz, point->normal})) return false;
   if (!random->Chance(kDetected)) return false;
   Eigen::Vector2d pixel;
   InPhoto(camera_, photos_[photo].cam_from_world, point->xyz, &pixel);

@@ -31,9 +31,8 @@ class SyntheticPool : public PhotoPool {
   const std::vector<SurfaceSample>& samples() const { return samples_; }
   const sim::Place& place() const { return place_; }
 
-  // Whether the photo has the place in view, from less than 72 degrees off its normal and with
-  // nothing in front.
-  bool Shows(int photo, const Eigen::Vector3d& xyz, const Eigen::Vector3d& normal) const;
+  // From less than 72 degrees off the sample's normal, with nothing in front.
+  bool Shows(int photo, const SurfaceSample& sample) const override;
 
   // Corners of the photos are its points. A photo in which a point can be seen finds it with a
   // probability of 0.6 and an error of 0.5 px. Photos match a point where they see it from within
