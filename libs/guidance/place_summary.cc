@@ -26,7 +26,7 @@ PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& p
 
 PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& completeness,
                             size_t num_photos, size_t num_surfels) {
-  constexpr double kNearlyGood = 0.8, kNearlyClosed = 3;  // of what completeness asks for
+  constexpr double kNearlyGood = 0.8, kNearlyClosed = 10;  // of what completeness asks for
   if (num_photos < kMinPhotos || num_surfels < kMinSurfels) return PlaceVerdict::kGrowing;
   if (completeness.complete) return PlaceVerdict::kComplete;
   const bool nearly = completeness.GoodOfShown() >= kNearlyGood * options.min_good_share &&

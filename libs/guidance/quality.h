@@ -29,7 +29,7 @@ struct QualityOptions {
   // A place is complete when at least this part of what the photos show is good, and at most that
   // part of where it ends has an open border.
   double min_good_share = 0.9;
-  double max_open_share = 0.1;
+  double max_open_share = 0.03;
 
   Status Check() const;
 };
