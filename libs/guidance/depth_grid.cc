@@ -42,7 +42,7 @@ void DepthGrid::DrawDisc(float u, float v, float radius, float depth) {
 
 // A surfel covers the squares that a disc of its width meets. Most surfels are outside of the
 // frame, so many at once are projected.
-std::vector<DepthGrid::InFrame> DepthGrid::Draw(const Eigen::Matrix3Xf& positions) {
+std::vector<DepthGrid::InFrame> DepthGrid::Draw(const Positions& positions) {
   constexpr Eigen::Index kBlock = 256;
   const Eigen::Matrix3f rotation = rotation_.cast<float>();
   const Eigen::Vector3f translation = translation_.cast<float>();
@@ -79,6 +79,17 @@ std::vector<DepthGrid::InFrame> DepthGrid::Draw(const Eigen::Matrix3Xf& position
     }
   }
   return in_frame;
+}
+
+bool DepthGrid::Meets(const Eigen::Vector3f& position) const {
+  const Eigen::Vector3d in_camera = rotation_ * position.cast<double>() + translation_;
+  if (!(in_camera.z() > 0)) return false;
+  // Rounding of what Draw computes must not matter.
+  const double margin = 0.5 * surfel_width_ * camera_.FocalPx() / in_camera.z() + 0.01 * square_px_;
+  const double u = camera_.fx_px * in_camera.x() / in_camera.z() + camera_.cx_px;
+  const double v = camera_.fy_px * in_camera.y() / in_camera.z() + camera_.cy_px;
+  return u + margin >= 0 && v + margin >= 0 && u - margin < columns_ * square_px_ &&
+         v - margin < rows_ * square_px_;
 }
 
 DepthGrid::Sight DepthGrid::Look(const Eigen::Vector3d& xyz, double tolerance) const {

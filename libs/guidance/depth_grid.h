@@ -26,8 +26,16 @@ class DepthGrid {
     uint32_t square;  // that it is in
     float depth;
   };
-  // Draws a surfel at each position. Returns those within the frame, hidden ones too, ascending.
-  std::vector<InFrame> Draw(const Eigen::Matrix3Xf& positions);
+  using Positions = Eigen::Map<const Eigen::Matrix3Xf>;
+  // Draws a surfel at each position that is finite. Returns those within the frame, hidden ones
+  // too, ascending.
+  std::vector<InFrame> Draw(const Positions& positions);
+  std::vector<InFrame> Draw(const Eigen::Matrix3Xf& positions) {
+    return Draw(Positions(positions.data(), 3, positions.cols()));
+  }
+  // Whether a surfel there is drawn, in part at least.
+  bool Meets(const Eigen::Vector3f& position) const;
+  bool HasDepthsOf(const DepthGrid& other) const { return depth_ == other.depth_; }
 
   enum class Sight { kOutside, kHidden, kSeen };
   // `tolerance`: a part of the depth, beside a surfel's width.
@@ -42,10 +50,10 @@ class DepthGrid {
   }
   void DrawDisc(float u, float v, float radius, float depth);
 
-  const GuidedCamera camera_;
-  const Eigen::Matrix3d rotation_;
-  const Eigen::Vector3d translation_;
-  const double surfel_width_;
+  GuidedCamera camera_;
+  Eigen::Matrix3d rotation_;
+  Eigen::Vector3d translation_;
+  double surfel_width_;
   double square_px_;
   int columns_, rows_;
   std::vector<float> depth_;

@@ -8,27 +8,11 @@
 #include <utility>
 
 #include "core/option_check.h"
-#include "guidance/holes.h"
+#include "guidance/live_place.h"
 #include "guidance/surfel_views.h"
-#include "guidance/textured_share.h"
 
 namespace skein {
 namespace {
-
-// More photos of a surfel say little; the cost of pairs is quadratic.
-constexpr size_t kMaxViews = 16;
-
-std::vector<ViewOfSurfel> BestViews(const Eigen::Vector3d& normal,
-                                    std::vector<ViewOfSurfel> views) {
-  if (views.size() <= kMaxViews) return views;
-  const auto rank = [&](const ViewOfSurfel& view) {
-    return view.gsd / std::max(0.05, view.direction.dot(normal));
-  };
-  std::nth_element(views.begin(), views.begin() + kMaxViews, views.end(),
-                   [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
-  views.resize(kMaxViews);
-  return views;
-}
 
 // What a pair of photos is worth by its parallax: Smith et al. 2018, equation 3, the terms of
 // triangulation and matchability. 0 beyond 60 degrees.
@@ -91,15 +75,6 @@ double SigmaAlong(const Eigen::Vector3d& normal, const Eigen::Matrix3d& informat
 // Beyond this ground sampling distance a photo adds nothing.
 double MaxGsd(const QualityOptions& options) { return 4 * options.target_gsd; }
 
-double SecondBestGsd(const std::vector<ViewOfSurfel>& views) {
-  double best = std::numeric_limits<double>::infinity(), second = best;
-  for (const ViewOfSurfel& view : views) {
-    second = std::min(second, std::max(best, view.gsd));
-    best = std::min(best, view.gsd);
-  }
-  return views.size() < 2 ? best : second;
-}
-
 bool Counts(const QualityOptions& options, const SurfelQuality& quality) {
   return quality.best_gsd <= options.max_gsd_ratio * options.target_gsd;
 }
@@ -109,6 +84,8 @@ bool IsGood(const QualityOptions& options, const SurfelQuality& quality) {
          quality.reconstructability >= options.min_reconstructability &&
          quality.sigma <= options.max_sigma_gsd * options.target_gsd;
 }
+
+}  // namespace
 
 Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
                        double hole_share) {
@@ -138,34 +115,6 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   return result;
 }
 
-// Parts, and the surfels that have none.
-std::vector<Piece> PiecesOf(DetailedSurface* detailed) {
-  const std::vector<Surfel>& wholes = detailed->surface.surfels;
-  std::vector<Piece> pieces;
-  std::vector<bool> has_parts(wholes.size(), false);
-  for (size_t i = 0; i < detailed->parts.size(); ++i) {
-    has_parts[detailed->whole_of[i]] = true;
-    pieces.push_back(
-        {std::move(detailed->parts[i]), detailed->part_width, detailed->whole_of[i], {}});
-  }
-  for (uint32_t i = 0; i < wholes.size(); ++i) {
-    if (!has_parts[i]) pieces.push_back({wholes[i], detailed->surface.cell, i, {}});
-  }
-  return pieces;
-}
-
-std::vector<double> GoodSharesOf(const PlaceQuality& place) {
-  std::vector<double> area(place.surfels.size(), 0), good(place.surfels.size(), 0);
-  for (const Piece& piece : place.pieces) {
-    area[piece.whole] += piece.surfel.area;
-    if (piece.quality.good) good[piece.whole] += piece.surfel.area;
-  }
-  for (size_t i = 0; i < good.size(); ++i) good[i] /= area[i];
-  return good;
-}
-
-}  // namespace
-
 std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel) {
   std::vector<ViewOfSurfel> views;
   for (const uint32_t index : surfel.photos) {
@@ -194,60 +143,99 @@ Status QualityOptions::Check() const {
                      InRange("max_open_share", max_open_share, 0.0, 1.0)});
 }
 
-SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
-                           const std::vector<ViewOfSurfel>& all_views) {
-  SurfelQuality quality;
-  quality.num_photos = static_cast<int>(all_views.size());
-  quality.best_gsd = SecondBestGsd(all_views);
-  quality.sigma = std::numeric_limits<double>::infinity();
-  const std::vector<ViewOfSurfel> views = BestViews(normal, all_views);
+AssessedViews::AssessedViews(const QualityOptions& options, const Eigen::Vector3d& normal,
+                             const std::vector<ViewOfSurfel>& views)
+    : normal_(normal) {
+  for (const ViewOfSurfel& view : views) Count(view);
+  if (views.size() <= kMaxViews) {
+    for (const ViewOfSurfel& view : views) AddPairs(options, view);
+    return;
+  }
+  std::vector<ViewOfSurfel> best = views;
+  std::nth_element(best.begin(), best.begin() + kMaxViews, best.end(),
+                   [&](const auto& a, const auto& b) { return RankOf(a) < RankOf(b); });
+  for (size_t i = 0; i < kMaxViews; ++i) AddPairs(options, best[i]);
+}
+
+double AssessedViews::RankOf(const ViewOfSurfel& view) const {
+  return view.gsd / std::max(0.05, view.direction.dot(normal_));
+}
+
+void AssessedViews::Count(const ViewOfSurfel& view) {
+  ++num_photos_;
+  second_gsd_ = std::min(second_gsd_, std::max(best_gsd_, view.gsd));
+  best_gsd_ = std::min(best_gsd_, view.gsd);
+}
+
+void AssessedViews::Match(size_t i) {
+  if (std::exchange(matches_[i], true)) return;
+  information_ += InformationOf(views_[i]);
+}
+
+// Of the view with those before it.
+void AssessedViews::AddPairs(const QualityOptions& options, const ViewOfSurfel& view) {
   static const ParallaxWeights weights;
   constexpr double kMinCosIncidence = 0.7071067811865476;  // of a pair that counts: 45 degrees
-  std::array<double, kMaxViews> incidence;                 // cosines
-  std::array<bool, kMaxViews> matches{};
-  for (size_t i = 0; i < views.size(); ++i) incidence[i] = views[i].direction.dot(normal);
-  for (size_t i = 0; i < views.size(); ++i) {
-    for (size_t j = 0; j < i; ++j) {
-      const double cos_parallax = views[i].direction.dot(views[j].direction);
-      const double cos_incidence = std::min(incidence[i], incidence[j]);
-      if (CanMatch(cos_parallax, cos_incidence)) matches[i] = matches[j] = true;
-      if (cos_incidence < kMinCosIncidence) continue;
-      const double resolution =
-          1 - std::min(std::max(views[i].gsd, views[j].gsd) / MaxGsd(options), 1.0);
-      quality.reconstructability += weights.Of(cos_parallax) * resolution * cos_incidence;
+  const size_t i = num_++;
+  views_[i] = view;
+  incidence_[i] = view.direction.dot(normal_);
+  for (size_t j = 0; j < i; ++j) {
+    const double cos_parallax = view.direction.dot(views_[j].direction);
+    const double cos_incidence = std::min(incidence_[i], incidence_[j]);
+    if (CanMatch(cos_parallax, cos_incidence)) {
+      Match(i);
+      Match(j);
     }
+    if (cos_incidence < kMinCosIncidence) continue;
+    const double resolution =
+        1 - std::min(std::max(view.gsd, views_[j].gsd) / MaxGsd(options), 1.0);
+    reconstructability_ += weights.Of(cos_parallax) * resolution * cos_incidence;
   }
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  for (size_t i = 0; i < views.size(); ++i) {
-    if (matches[i]) information += InformationOf(views[i]);
-  }
-  quality.sigma = SigmaAlong(normal, information);
+}
+
+SurfelQuality AssessedViews::Quality(const QualityOptions& options) const {
+  SurfelQuality quality;
+  quality.num_photos = num_photos_;
+  quality.best_gsd = num_photos_ < 2 ? best_gsd_ : second_gsd_;
+  quality.reconstructability = reconstructability_;
+  quality.sigma = SigmaAlong(normal_, information_);
   quality.counts = Counts(options, quality);
   quality.good = IsGood(options, quality);
   return quality;
 }
 
+SurfelQuality AssessedViews::QualityWith(const QualityOptions& options,
+                                         const ViewOfSurfel& view) const {
+  AssessedViews with = *this;
+  if (num_ < kMaxViews) {
+    with.AddPairs(options, view);
+  } else {
+    const auto worst =
+        std::max_element(views_.begin(), views_.end(),
+                         [&](const auto& a, const auto& b) { return RankOf(a) < RankOf(b); });
+    if (RankOf(view) < RankOf(*worst)) {
+      std::vector<ViewOfSurfel> best(views_.begin(), views_.end());
+      best[static_cast<size_t>(worst - views_.begin())] = view;
+      with = AssessedViews(options, normal_, best);
+      with.num_photos_ = num_photos_;
+      with.best_gsd_ = best_gsd_;
+      with.second_gsd_ = second_gsd_;
+    }
+  }
+  with.Count(view);
+  return with.Quality(options);
+}
+
+SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
+                           const std::vector<ViewOfSurfel>& views) {
+  return AssessedViews(options, normal, views).Quality(options);
+}
+
 PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
                          const QualityOptions& quality_options, const GuidedMap& map) {
-  DetailedSurface detailed = MakeSurface(surface_options, map);
-  PlaceQuality place;
-  place.pieces = PiecesOf(&detailed);
-  place.surface = std::move(detailed.surface);
-  QualityOptions options = quality_options;
-  if (options.target_gsd == 0) options.target_gsd = 2 * place.surface.median_gsd;
-  const auto assess = [&](const Surfel& surfel, double width) {
-    SurfelQuality quality = AssessSurfel(options, surfel.normal, ViewsOf(map, surfel));
-    quality.textured_share = TexturedShare(map, surfel, width, options.min_photos);
-    quality.good = quality.good && HasTexture(options, quality);
-    return quality;
-  };
-  for (const Surfel& surfel : place.surface.surfels) {
-    place.surfels.push_back(assess(surfel, place.surface.cell));
-  }
-  for (Piece& piece : place.pieces) piece.quality = assess(piece.surfel, piece.width);
-  place.good_shares = GoodSharesOf(place);
-  place.completeness = Summarise(options, place, ShareOfHoles(map));
-  return place;
+  LivePlace live(surface_options, quality_options, {0});
+  live.Update(map, quality_options.target_gsd);
+  return live.Take();
 }
 
 }  // namespace skein

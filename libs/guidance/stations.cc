@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <tuple>
+#include <utility>
 
 #include "core/option_check.h"
 #include "guidance/depth_grid.h"
@@ -24,19 +26,18 @@ struct Weak {
   double area = 0;
   bool is_beyond = false;
   double min_cos = 0;  // a photo shows it if its direction's cosine with the normal is larger
-  std::vector<ViewOfSurfel> views;
-  double utility = 0;    // with these
-  uint64_t version = 0;  // of the views
+  const Surfel* surfel = nullptr;        // whose photos show it; null: none does
+  double utility = 0;                    // with the photos that show it
+  uint64_t version = 0;                  // of these
+  std::vector<ViewOfSurfel> views = {};  // of these; filled when they are asked for (ViewsOfWeak)
+  std::optional<AssessedViews> assessed = {};  // the same
 };
 
 // 0 without photos, 1 where it is good. The first photos count a little: without them no further
 // one makes it good.
 // An open border closes with the second photo.
-double Utility(const QualityOptions& options, const Weak& weak,
-               const std::vector<ViewOfSurfel>& views) {
+double UtilityOf(const QualityOptions& options, const SurfelQuality& quality) {
   constexpr double kOfFirstTwo = 0.2;
-  if (weak.is_beyond) return 0.5 * static_cast<double>(std::min<size_t>(views.size(), 2));
-  const SurfelQuality quality = AssessSurfel(options, weak.normal, views);
   if (quality.good) return 1;
   const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
                        std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma) *
@@ -44,34 +45,30 @@ double Utility(const QualityOptions& options, const Weak& weak,
   return kOfFirstTwo * std::min(quality.num_photos, 2) / 2 + (1 - kOfFirstTwo) * 0.95 * pairs;
 }
 
+double UtilityOfBorder(size_t num_photos) {
+  return 0.5 * static_cast<double>(std::min<size_t>(num_photos, 2));
+}
+
 bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {
   const Eigen::Vector3d ray = centre - weak.position;
   return ray.dot(weak.normal) > weak.min_cos * ray.norm();
 }
 
-std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
-                           const PlaceQuality& place) {
+std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place) {
   std::vector<Weak> weak;
   for (const Piece& piece : place.pieces) {
     if (!piece.quality.counts || piece.quality.good || !HasTexture(options, piece.quality))
       continue;
     const Surfel& surfel = piece.surfel;
-    weak.push_back(
-        {surfel.position, surfel.normal, surfel.area, false, 0, ViewsOf(map, surfel), 0, 0});
-    weak.back().utility = Utility(options, weak.back(), weak.back().views);
+    weak.push_back({surfel.position, surfel.normal, surfel.area, false, 0, &surfel,
+                    UtilityOf(options, piece.quality)});
   }
   for (size_t i = 0; i < place.surfels.size(); ++i) {
     const Surfel& surfel = place.surface.surfels[i];
     if (place.surfels[i].counts && surfel.open_border) {
       // What lies beyond is as wide as the gap to it.
-      weak.push_back({surfel.beyond,
-                      surfel.beyond_normal,
-                      2 * surfel.area,
-                      true,
-                      std::cos(surfel.beyond_max_deg * kRadian),
-                      {},
-                      0,
-                      0});
+      weak.push_back({surfel.beyond, surfel.beyond_normal, 2 * surfel.area, true,
+                      std::cos(surfel.beyond_max_deg * kRadian)});
     }
   }
   return weak;
@@ -154,7 +151,7 @@ class Chooser {
           const PlaceQuality& place)
       : options_(options), quality_(quality), map_(map), place_(place) {
     if (quality_.target_gsd == 0) quality_.target_gsd = place.completeness.target_gsd;
-    weak_ = FindWeak(quality_, map, place);
+    weak_ = FindWeak(quality_, place);
     up_ = UpOf(map);
     positions_ = PositionsOf(place.surface.surfels);
     for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
@@ -197,16 +194,20 @@ class Chooser {
 
   Ground GroundOf(const StationSeeker& seeker) const;
   std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground) const;
+  bool IsBetween(const std::vector<Eigen::Vector3d>& surfels, const Eigen::Vector3d& from,
+                 const Eigen::Vector3d& to) const;
   bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
                   const Eigen::Vector3d& centre) const;
   bool WasInVain(const StationSeeker& seeker, const CameraPose& pose, double common_points) const;
-  std::vector<Weak> TakeInVain(const StationSeeker& seeker);
+  std::vector<std::pair<uint32_t, Weak>> TakeInVain(const StationSeeker& seeker);
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
   std::vector<Shown> ShownIn(const View& view, const Eigen::Vector3d& centre) const;
-  double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown) const;
+  double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown);
+  void FillViews(Weak* weak) const;
+  double UtilityWith(const ViewOfSurfel& view, Weak* weak) const;
   double CommonPoints(const View& view, const Eigen::Vector3d& centre) const;
   void Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre, double focal_px);
-  Station::Why WhyOf(const Weak& weak) const;
+  Station::Why WhyOf(Weak* weak_place) const;
   uint32_t NearestPhoto(const Candidate& candidate) const;
   const GuidedCamera& CameraOf(const StationSeeker& seeker) const {
     return map_.cameras[map_.photos[seeker.last_photo].camera];
@@ -283,33 +284,39 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   return candidates;
 }
 
+// Whether a surfel lies close to the straight line between the two.
+bool Chooser::IsBetween(const std::vector<Eigen::Vector3d>& surfels, const Eigen::Vector3d& from,
+                        const Eigen::Vector3d& to) const {
+  const Eigen::Vector3d way = to - from;
+  const double length = way.norm();
+  const Eigen::Vector3d direction = way / std::max(length, 1e-12);
+  return std::any_of(surfels.begin(), surfels.end(), [&](const Eigen::Vector3d& surfel) {
+    const Eigen::Vector3d offset = surfel - from;
+    const double along = offset.dot(direction);
+    if (along <= 0 || along >= length) return false;
+    const double width = place_.surface.cell;
+    return (offset - along * direction).squaredNorm() < width * width;
+  });
+}
+
 // Not in a surface or close to it, and within the reach of some photo, whose view of it is free.
 bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
                          const Eigen::Vector3d& centre) const {
   const double clearance = 0.25 * place_.surface.working_distance;
   const double step = 1.5 * place_.surface.working_distance;
+  const double near = step + place_.surface.cell;
+  std::vector<Eigen::Vector3d> surfels;  // that may be between
   for (const Surfel& surfel : place_.surface.surfels) {
-    if ((surfel.position - centre).squaredNorm() < clearance * clearance) return false;
+    const double squared = (surfel.position - centre).squaredNorm();
+    if (squared < clearance * clearance) return false;
+    if (squared < near * near) surfels.push_back(surfel.position);
   }
   for (const auto& polygon : seeker.reach.no_go) {
     if (IsInside(polygon, ground.up, centre)) return false;
   }
-  // A surface between the two lies close to the straight line between them.
-  const auto is_free = [&](const Eigen::Vector3d& from) {
-    const Eigen::Vector3d way = centre - from;
-    const double length = way.norm();
-    if (length > step) return false;
-    const Eigen::Vector3d direction = way / std::max(length, 1e-12);
-    return std::none_of(place_.surface.surfels.begin(), place_.surface.surfels.end(),
-                        [&](const Surfel& surfel) {
-                          const Eigen::Vector3d offset = surfel.position - from;
-                          const double along = offset.dot(direction);
-                          if (along <= 0 || along >= length) return false;
-                          const double width = place_.surface.cell;
-                          return (offset - along * direction).squaredNorm() < width * width;
-                        });
-  };
-  return std::any_of(centres_.begin(), centres_.end(), is_free);
+  return std::any_of(centres_.begin(), centres_.end(), [&](const Eigen::Vector3d& from) {
+    return (centre - from).norm() <= step && !IsBetween(surfels, from, centre);
+  });
 }
 
 Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& ground,
@@ -341,14 +348,16 @@ bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
 }
 
 // As if what was in vain had been photographed, so that advice goes to other places: what hides one
-// from a station hides it from those beside it, too. Returns what is weak without that.
-std::vector<Weak> Chooser::TakeInVain(const StationSeeker& seeker) {
-  std::vector<Weak> before = weak_;
+// from a station hides it from those beside it, too. Returns what was weak before, of what changed.
+std::vector<std::pair<uint32_t, Weak>> Chooser::TakeInVain(const StationSeeker& seeker) {
+  std::vector<std::pair<uint32_t, Weak>> before;
   for (const VainPhoto& photo : seeker.in_vain) {
     const View view = ViewFromPose(seeker, photo.cam_from_world);
     const Eigen::Vector3d centre = photo.cam_from_world.Centre();
     if (CommonPoints(view, centre) >= kMoreIsKnown * photo.common_points) continue;
-    Take(ShownIn(view, centre), centre, CameraOf(seeker).FocalPx());
+    const std::vector<Shown> shown = ShownIn(view, centre);
+    for (const Shown& one : shown) before.emplace_back(one.weak, weak_[one.weak]);
+    Take(shown, centre, CameraOf(seeker).FocalPx());
   }
   return before;
 }
@@ -370,17 +379,26 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
   return shown;
 }
 
-double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px,
-                       std::vector<Shown>* shown) const {
+void Chooser::FillViews(Weak* weak) const {
+  if (weak->assessed) return;
+  if (weak->surfel != nullptr) weak->views = ViewsOf(map_, *weak->surfel);
+  weak->assessed.emplace(quality_, weak->normal, weak->views);
+}
+
+double Chooser::UtilityWith(const ViewOfSurfel& view, Weak* weak) const {
+  if (weak->is_beyond) return UtilityOfBorder(weak->views.size() + 1);
+  FillViews(weak);
+  return UtilityOf(quality_, weak->assessed->QualityWith(quality_, view));
+}
+
+double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown) {
   double gain = 0;
-  std::vector<ViewOfSurfel> views;
   for (Shown& one : *shown) {
-    const Weak& weak = weak_[one.weak];
+    Weak& weak = weak_[one.weak];
     if (weak.utility >= 1) continue;
     if (one.version != weak.version) {
-      views = weak.views;
-      views.push_back(ViewFrom(centre, focal_px, weak.position));
-      one.gain = weak.area * std::max(0.0, Utility(quality_, weak, views) - weak.utility);
+      const ViewOfSurfel view = ViewFrom(centre, focal_px, weak.position);
+      one.gain = weak.area * std::max(0.0, UtilityWith(view, &weak) - weak.utility);
       one.version = weak.version;
     }
     gain += one.gain;
@@ -414,13 +432,18 @@ void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centr
   ++last_version_;
   for (const Shown& one : shown) {
     Weak& weak = weak_[one.weak];
+    FillViews(&weak);
     weak.views.push_back(ViewFrom(centre, focal_px, weak.position));
-    weak.utility = Utility(quality_, weak, weak.views);
+    weak.assessed.emplace(quality_, weak.normal, weak.views);
+    weak.utility = weak.is_beyond ? UtilityOfBorder(weak.views.size())
+                                  : UtilityOf(quality_, weak.assessed->Quality(quality_));
     weak.version = last_version_;
   }
 }
 
-Station::Why Chooser::WhyOf(const Weak& weak) const {
+Station::Why Chooser::WhyOf(Weak* weak_place) const {
+  FillViews(weak_place);
+  const Weak& weak = *weak_place;
   constexpr double kMinCosIncidence = 0.7071067811865476;  // 45 degrees
   if (weak.is_beyond) return Station::Why::kOpenBorder;
   if (static_cast<int>(weak.views.size()) < quality_.min_photos) return Station::Why::kFewPhotos;
@@ -455,7 +478,7 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   constexpr int kTried = 60;  // that may be stood at
   const Ground ground = GroundOf(seeker);
   const double focal_px = CameraOf(seeker).FocalPx();
-  std::vector<Weak> weak_before = TakeInVain(seeker);
+  const std::vector<std::pair<uint32_t, Weak>> before = TakeInVain(seeker);
   const Candidate* best = nullptr;
   Station station;
   double best_score = 0;
@@ -479,11 +502,13 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   // A photo that makes less than two cells better is not worth a walk.
   const double least = 2 * place_.surface.cell * place_.surface.cell;
   const bool is_found = best != nullptr && station.gain >= least;
-  weak_ = std::move(weak_before);
+  for (auto changed = before.rbegin(); changed != before.rend(); ++changed) {
+    weak_[changed->first] = changed->second;
+  }
   if (!is_found) return false;
   station.cam_from_world = best->pose;
   station.target = best->target;
-  station.why = WhyOf(weak_[best->example]);
+  station.why = WhyOf(&weak_[best->example]);
   station.nearest_photo = NearestPhoto(*best);
   stations->push_back(station);
   Take(StandAt(seeker, ground, *best)->shown, best->centre, focal_px);

@@ -16,11 +16,12 @@ TEST(ShapeMap, HasThePhotosAndPointsOfTheShapeWithWhoSeesThem) {
   place.Walk("alice", 2, 6, 3);
   place.Walk("bob", 4, 8, 3);
   const auto shape = place.MakeShape(3, 10);
-  const Result<ShapeMap> made =
-      MapOfShape(*shape, {{1, 1}, {2, 1}, {3, 1}, {4, 2}, {5, 2}, {6, 2}}, kAll);
+  ShapeMap shape_map;
+  const Status made =
+      shape_map.Update(*shape, {{1, 1}, {2, 1}, {3, 1}, {4, 2}, {5, 2}, {6, 2}}, kAll);
   ASSERT_TRUE(made.ok()) << made.error();
-  const GuidedMap& map = made->map;
-  EXPECT_EQ(made->share, 1);
+  const GuidedMap& map = shape_map.map();
+  EXPECT_EQ(shape_map.share(), 1);
   ASSERT_EQ(map.photos.size(), 6u);
   ASSERT_EQ(map.cameras.size(), 1u);
   EXPECT_EQ(map.photos[3].image_id, 4);
@@ -43,11 +44,10 @@ TEST(ShapeMap, OfManyPointsTakesAPartOfEachChunk) {
   TestPlace place;
   place.Walk("alice", 2, 10, 8);
   const auto shape = place.MakeShape(3, 10);
-  const Result<ShapeMap> all = MapOfShape(*shape, {}, kAll);
-  const Result<ShapeMap> part = MapOfShape(*shape, {}, 400);
-  ASSERT_TRUE(all.ok() && part.ok());
-  EXPECT_NEAR(part->map.points.size(), 400, shape->chunks.size());
-  EXPECT_NEAR(part->share, 400.0 / all->map.points.size(), 1e-9);
+  ShapeMap all, part;
+  ASSERT_TRUE(all.Update(*shape, {}, kAll).ok() && part.Update(*shape, {}, 400).ok());
+  EXPECT_NEAR(part.map().points.size(), 400, shape->chunks.size());
+  EXPECT_NEAR(part.share(), 400.0 / all.map().points.size(), 1e-9);
 }
 
 TEST(ShapeMap, LeavesOutWhatMakesNoSense) {
@@ -58,11 +58,11 @@ TEST(ShapeMap, LeavesOutWhatMakesNoSense) {
   shape->photos[1].camera_id = 9;  // no such camera
   shape->photos[2].qvec = {0, 0, 0, 0};
   shape->cameras.push_back({7, 0, 900, 1000, 1000, 600, 450});
-  const Result<ShapeMap> made = MapOfShape(*shape, {}, kAll);
-  ASSERT_TRUE(made.ok());
-  ASSERT_EQ(made->map.photos.size(), 1u);
-  EXPECT_EQ(made->map.photos[0].image_id, 4);
-  for (const GuidedPoint& point : made->map.points) {
+  ShapeMap made;
+  ASSERT_TRUE(made.Update(*shape, {}, kAll).ok());
+  ASSERT_EQ(made.map().photos.size(), 1u);
+  EXPECT_EQ(made.map().photos[0].image_id, 4);
+  for (const GuidedPoint& point : made.map().points) {
     EXPECT_EQ(point.photos, std::vector<uint32_t>{0});
   }
 }
@@ -72,9 +72,9 @@ TEST(ShapeMap, WithoutTracksThereIsNone) {
   place.Walk("alice", 2, 6, 4);
   const auto shape = place.MakeShape(3, 10);
   shape->chunks[0].tracks = nullptr;
-  EXPECT_EQ(MapOfShape(*shape, {}, kAll).code(), StatusCode::kNotFound);
+  EXPECT_EQ(ShapeMap().Update(*shape, {}, kAll).code, StatusCode::kNotFound);
   shape->chunks[0].tracks = shape->chunks.back().points;
-  EXPECT_EQ(MapOfShape(*shape, {}, kAll).code(), StatusCode::kDataLoss);
+  EXPECT_EQ(ShapeMap().Update(*shape, {}, kAll).code, StatusCode::kDataLoss);
 }
 
 }  // namespace
