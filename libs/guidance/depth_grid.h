@@ -9,6 +9,7 @@
 namespace skein {
 
 struct Surfel;
+class SurfelBlocks;
 
 // As DepthGrid::Draw takes them.
 Eigen::Matrix3Xf PositionsOf(const std::vector<Surfel>& surfels);
@@ -29,10 +30,16 @@ class DepthGrid {
   using Positions = Eigen::Map<const Eigen::Matrix3Xf>;
   // Draws a surfel at each position that is finite. Returns those within the frame, hidden ones
   // too, ascending.
-  std::vector<InFrame> Draw(const Positions& positions);
+  std::vector<InFrame> Draw(const Positions& positions) {
+    std::vector<InFrame> in_frame;
+    Draw(positions, &in_frame);
+    return in_frame;
+  }
   std::vector<InFrame> Draw(const Eigen::Matrix3Xf& positions) {
     return Draw(Positions(positions.data(), 3, positions.cols()));
   }
+  // The same of surfels by their index, in no order.
+  std::vector<InFrame> Draw(const SurfelBlocks& surfels);
   // Whether a surfel there is drawn, in part at least.
   bool Meets(const Eigen::Vector3f& position) const;
   bool HasDepthsOf(const DepthGrid& other) const { return depth_ == other.depth_; }
@@ -48,6 +55,8 @@ class DepthGrid {
   bool IsInFront(double depth, size_t square, double tolerance) const {
     return depth <= depth_[square] * (1 + tolerance) + surfel_width_;
   }
+  void Draw(const Positions& positions, std::vector<InFrame>* in_frame);
+  bool MayMeet(const Eigen::Vector3d& middle, double radius) const;
   void DrawDisc(float u, float v, float radius, float depth);
 
   GuidedCamera camera_;

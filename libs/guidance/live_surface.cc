@@ -13,6 +13,8 @@ namespace {
 // wrong than not.
 constexpr size_t kMinPointsOfNormal = 6;
 
+constexpr double kTracePerTolerance = 5;  // of a surfel that moves, in its cell's width
+
 // Least-squares plane of the points in and around a cell, towards where they were seen from; that
 // direction itself where the points are no surface.
 Eigen::Vector3d NormalOf(const Moments& around, const Eigen::Vector3d& towards) {
@@ -105,16 +107,11 @@ std::vector<LiveSurface::Change> LiveSurface::Population::TakeChanges() {
 }
 
 void LiveSurface::Update(const GuidedMap& map) {
-  const PlaceScale scale = given_scale_ ? *given_scale_ : MeasureScale(options_, map);
-  changes_ = {};
-  changes_.all = !Continues(map) || !IsWithin(tolerance_, scale, scale_);
-  if (changes_.all) Restart(map, scale);
+  TakeMap(map);
   if (scale_.median_gsd <= 0) return;
   std::swap(wholes_.surfels, surface_.surfels);
   wholes_.ClearFlags();
   parts_.ClearFlags();
-  TakePhotos(map);
-  TakePoints(map);
   MakeWholes();
   if (any_moved_) DoubtEndsSeenBy(changes_.moved);
   sights_.Update(map_, changes_.moved);
@@ -127,6 +124,25 @@ void LiveSurface::Update(const GuidedMap& map) {
   changes_.surfels = wholes_.TakeChanges();
   changes_.parts = parts_.TakeChanges();
   std::swap(wholes_.surfels, surface_.surfels);
+}
+
+// What changed comes into the cells; or all, into cells of another width.
+void LiveSurface::TakeMap(const GuidedMap& map) {
+  changes_ = {};
+  changes_.all = scale_.median_gsd <= 0 || !Continues(map);
+  if (!changes_.all) {
+    TakePhotos(map);
+    TakePoints(map);
+    if (given_scale_ ||
+        IsWithin(tolerance_, MeasureScale(options_, map, num_observations_), scale_)) {
+      return;
+    }
+    changes_.all = true;
+  }
+  Restart(map, given_scale_ ? *given_scale_ : MeasureScale(options_, map, CountObservations(map)));
+  if (scale_.median_gsd <= 0) return;
+  TakePhotos(map);
+  TakePoints(map);
 }
 
 bool LiveSurface::Continues(const GuidedMap& map) const {
@@ -144,6 +160,7 @@ void LiveSurface::Restart(const GuidedMap& map, const PlaceScale& scale) {
   scale_ = scale;
   map_ = {};
   centres_.clear();
+  num_observations_.clear();
   const Eigen::Vector3d origin = MeanOf(map.points);
   wholes_ = {};
   parts_ = {};
@@ -154,7 +171,8 @@ void LiveSurface::Restart(const GuidedMap& map, const PlaceScale& scale) {
   ends_to_find_.clear();
   ends_to_judge_.clear();
   up_.setZero();
-  sights_ = Sights(scale.cell, scale.working_distance, options_.depth_tolerance);
+  sights_ = Sights(scale.cell, scale.working_distance, options_.depth_tolerance,
+                   kTracePerTolerance * tolerance_);
   surface_ = {scale.cell, scale.median_gsd, scale.working_distance, {}};
 }
 
@@ -211,6 +229,7 @@ void LiveSurface::TakePhotos(const GuidedMap& map) {
     }
     changes_.other_observations[i] = true;
   }
+  num_observations_.resize(map.photos.size(), 0);
 }
 
 void LiveSurface::TakePoints(const GuidedMap& map) {
@@ -227,8 +246,13 @@ void LiveSurface::TakePoint(uint32_t index, const GuidedPoint& now) {
   const bool changes = moves || held.photos != now.photos;
   if (!changes && !AnyMoved(now.photos)) return;
   if (changes) {
-    for (const auto* photos : {&std::as_const(held).photos, &now.photos}) {
-      for (const uint32_t photo : *photos) changes_.other_observations[photo] = true;
+    for (const uint32_t photo : held.photos) {
+      changes_.other_observations[photo] = true;
+      --num_observations_[photo];
+    }
+    for (const uint32_t photo : now.photos) {
+      changes_.other_observations[photo] = true;
+      ++num_observations_[photo];
     }
   }
   for (PointCells* cells : {&wholes_.cells, &parts_.cells}) {

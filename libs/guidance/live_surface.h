@@ -78,6 +78,7 @@ class LiveSurface {
     std::vector<Change> TakeChanges();
   };
 
+  void TakeMap(const GuidedMap& map);
   bool Continues(const GuidedMap& map) const;
   void Restart(const GuidedMap& map, const PlaceScale& scale);
   void TakePhotos(const GuidedMap& map);
@@ -110,7 +111,8 @@ class LiveSurface {
   Surface& surface_;
   PlaceScale scale_;
   GuidedMap map_;
-  std::vector<Eigen::Vector3d> centres_;  // of the photos
+  std::vector<Eigen::Vector3d> centres_;    // of the photos
+  std::vector<uint32_t> num_observations_;  // the same
   bool any_moved_ = false;
   Population wholes_, parts_;
   std::vector<uint32_t> whole_of_;  // of the parts

@@ -9,7 +9,7 @@
 namespace skein {
 namespace {
 
-constexpr size_t kMaxSamples = 20'000;
+constexpr size_t kMaxSamples = 10'000;
 
 // Of a part's cell: then a plane has nine points in and around it, and kMinPointsOfNormal are there
 // in 88 % of the cells where points lie at random (Poisson).
@@ -23,14 +23,6 @@ double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-double PointsPerPhoto(const GuidedMap& map) {
-  std::vector<double> counts(map.photos.size(), 0.0);
-  for (const GuidedPoint& point : map.points) {
-    for (const uint32_t photo : point.photos) ++counts[photo];
-  }
-  return Median(std::move(counts));
 }
 
 struct Distances {
@@ -76,13 +68,23 @@ double CellWidth(const SurfaceOptions& options, const GuidedMap& map, double poi
 
 }  // namespace
 
-PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map) {
+std::vector<uint32_t> CountObservations(const GuidedMap& map) {
+  std::vector<uint32_t> counts(map.photos.size(), 0);
+  for (const GuidedPoint& point : map.points) {
+    for (const uint32_t photo : point.photos) ++counts[photo];
+  }
+  return counts;
+}
+
+PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map,
+                        const std::vector<uint32_t>& num_observations) {
   const Distances distances = MeasureDistances(map);
   if (distances.median_gsd <= 0) return {};
   SurfaceOptions of_parts = options;
   of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
   of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
-  const double points_per_photo = PointsPerPhoto(map);
+  const double points_per_photo =
+      Median(std::vector<double>(num_observations.begin(), num_observations.end()));
   return {distances.median_gsd, distances.working_distance,
           CellWidth(options, map, points_per_photo, distances.observed_gsd),
           CellWidth(of_parts, map, points_per_photo, distances.observed_gsd)};

@@ -1,6 +1,9 @@
 // Lengths that all of a surface is measured by. Inside of libs/guidance.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "guidance/guided_map.h"
 #include "guidance/surface.h"
 
@@ -13,8 +16,12 @@ struct PlaceScale {
   double part_cell = 0;         // width of a part's cell
 };
 
-// Medians are over a part of the points: those of some 20,000, evenly spread over their order.
-PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map);
+// Of each photo.
+std::vector<uint32_t> CountObservations(const GuidedMap& map);
+
+// Medians of distances are over some 10,000 points, evenly spread over their order.
+PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map,
+                        const std::vector<uint32_t>& num_observations);
 
 // Whether no length differs by more than this part of it.
 bool IsWithin(double tolerance, const PlaceScale& a, const PlaceScale& b);

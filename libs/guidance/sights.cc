@@ -28,13 +28,19 @@ void Sights::Place(uint32_t surfel, const Eigen::Vector3d& position) {
   if (surfel >= positions_.size()) {
     positions_.resize(surfel + 1, Eigen::Vector3f::Constant(kNowhere));
     photos_.resize(surfel + 1);
+    has_come_.resize(surfel + 1, false);
   }
   Eigen::Vector3f& known = positions_[surfel];
-  if (known.allFinite()) gone_.push_back(known);
-  known = position.cast<float>();
-  if (!known.allFinite()) return;
+  const Eigen::Vector3f before = std::exchange(known, position.cast<float>());
+  const bool was = before.allFinite(), is = known.allFinite();
+  const bool leaves_trace = was && is && (known - before).norm() <= max_trace_ * surfel_width_;
+  if (was) blocks_.Remove(surfel, before);
+  if (was && !leaves_trace) gone_.push_back(before);
+  if (!is) return;
+  blocks_.Add(surfel, known);
   come_.push_back(known);
   come_surfels_.push_back(surfel);
+  has_come_[surfel] = true;
 }
 
 void Sights::Update(const GuidedMap& map, const std::vector<bool>& stale_photos) {
@@ -51,6 +57,7 @@ void Sights::Update(const GuidedMap& map, const std::vector<bool>& stale_photos)
       DrawMore(photo);
     }
   }
+  for (const uint32_t surfel : come_surfels_) has_come_[surfel] = false;
   gone_.clear();
   come_.clear();
   come_surfels_.clear();
@@ -63,7 +70,7 @@ DepthGrid Sights::EmptyGrid(const GuidedMap& map, uint32_t photo) const {
 
 void Sights::DrawAnew(const GuidedMap& map, uint32_t photo) {
   DepthGrid grid = EmptyGrid(map, photo);
-  std::vector<InFrame> in_frame = grid.Draw(AsMatrix(positions_));
+  std::vector<InFrame> in_frame = grid.Draw(blocks_);
   has_other_grid_[photo] = !grid.HasDepthsOf(views_[photo].grid);
   views_[photo].grid = std::move(grid);
   Replace(photo, SeenOf(views_[photo].grid, std::move(in_frame)));
@@ -76,14 +83,9 @@ void Sights::DrawMore(uint32_t photo) {
   std::vector<InFrame> in_frame = view.grid.Draw(AsMatrix(come_));
   for (InFrame& surfel : in_frame) surfel.index = come_surfels_[surfel.index];
   has_other_grid_[photo] = !view.grid.HasDepthsOf(before);
-  if (has_other_grid_[photo]) {
-    in_frame.insert(in_frame.end(), view.seen.begin(), view.seen.end());
-    Replace(photo, SeenOf(view.grid, std::move(in_frame)));
-  } else if (!in_frame.empty()) {
-    std::vector<InFrame> seen = SeenOf(view.grid, std::move(in_frame));
-    seen.insert(seen.end(), view.seen.begin(), view.seen.end());
-    Replace(photo, std::move(seen));
-  }
+  std::copy_if(view.seen.begin(), view.seen.end(), std::back_inserter(in_frame),
+               [&](const InFrame& surfel) { return !has_come_[surfel.index]; });
+  Replace(photo, SeenOf(view.grid, std::move(in_frame)));
 }
 
 std::vector<InFrame> Sights::SeenOf(const DepthGrid& grid, std::vector<InFrame> in_frame) const {

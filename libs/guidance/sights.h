@@ -8,6 +8,7 @@
 
 #include "guidance/depth_grid.h"
 #include "guidance/guided_map.h"
+#include "guidance/surfel_blocks.h"
 
 namespace skein {
 
@@ -15,15 +16,20 @@ namespace skein {
 class Sights {
  public:
   Sights() = default;
-  Sights(double surfel_width, double working_distance, double depth_tolerance)
-      : surfel_width_(surfel_width),
+  // max_trace: in surfel widths, as Place has it.
+  Sights(double surfel_width, double working_distance, double depth_tolerance, double max_trace)
+      : blocks_(surfel_width),
+        surfel_width_(surfel_width),
         working_distance_(working_distance),
-        depth_tolerance_(depth_tolerance) {}
+        depth_tolerance_(depth_tolerance),
+        max_trace_(max_trace) {}
 
-  // Where a surfel is from the next Update on; not finite: nowhere.
+  // Where a surfel is from the next Update on; not finite: nowhere. One that moves by at most
+  // max_trace is drawn where it is, too, and stays where it was until a photo is drawn anew. As
+  // what lies up to a surfel's width behind is not hidden, that hides little.
   void Place(uint32_t surfel, const Eigen::Vector3d& position);
   // Draws what changed: all of photos that are new or stale (by their index) or that had a surfel
-  // within their frame which has moved or gone; of others the surfels that came.
+  // within their frame which has gone; of others the surfels that came.
   void Update(const GuidedMap& map, const std::vector<bool>& stale_photos);
 
   const DepthGrid& GridOf(uint32_t photo) const { return views_[photo].grid; }
@@ -46,11 +52,13 @@ class Sights {
                                          std::vector<DepthGrid::InFrame> in_frame) const;
   void Replace(uint32_t photo, std::vector<DepthGrid::InFrame> seen);
 
-  double surfel_width_ = 0, working_distance_ = 0, depth_tolerance_ = 0;
-  std::vector<Eigen::Vector3f> positions_;     // of the surfels; NaN: none
+  std::vector<Eigen::Vector3f> positions_;  // of the surfels; NaN: none
+  SurfelBlocks blocks_;                     // the same
+  double surfel_width_ = 0, working_distance_ = 0, depth_tolerance_ = 0, max_trace_ = 0;
   std::vector<View> views_;                    // of the photos
   std::vector<std::vector<uint32_t>> photos_;  // of the surfels
   std::vector<bool> has_other_grid_, has_other_photos_;
+  std::vector<bool> has_come_;                // by surfel, since the last update
   std::vector<Eigen::Vector3f> gone_, come_;  // since the last update: positions
   std::vector<uint32_t> come_surfels_;
 };

@@ -11,6 +11,7 @@
 
 #include "core/option_check.h"
 #include "guidance/depth_grid.h"
+#include "guidance/surfel_blocks.h"
 #include "guidance/surfel_views.h"
 
 namespace skein {
@@ -153,7 +154,7 @@ class Chooser {
     if (quality_.target_gsd == 0) quality_.target_gsd = place.completeness.target_gsd;
     weak_ = FindWeak(quality_, place);
     up_ = UpOf(map);
-    positions_ = PositionsOf(place.surface.surfels);
+    blocks_ = BlocksOf(place.surface);
     for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
   }
 
@@ -217,7 +218,7 @@ class Chooser {
     View view{
         DepthGrid(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance),
         {}};
-    view.in_frame = view.grid.Draw(positions_);
+    view.in_frame = view.grid.Draw(blocks_);
     return view;
   }
 
@@ -227,7 +228,7 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
-  Eigen::Matrix3Xf positions_;  // of the surfels
+  SurfelBlocks blocks_;  // the surfels
   // By the agent, and where it would stand and look: most candidates come again for each station.
   std::map<std::array<double, 7>, Stand> stands_;
   uint64_t last_version_ = 0;
