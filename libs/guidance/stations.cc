@@ -307,10 +307,12 @@ bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
   const double step = 1.5 * place_.surface.working_distance;
   const double near = step + place_.surface.cell;
   std::vector<Eigen::Vector3d> surfels;  // that may be between
-  for (const Surfel& surfel : place_.surface.surfels) {
-    const double squared = (surfel.position - centre).squaredNorm();
-    if (squared < clearance * clearance) return false;
-    if (squared < near * near) surfels.push_back(surfel.position);
+  for (const SurfelBlocks::Block& block : blocks_.blocks()) {
+    if ((block.middle - centre).norm() > near + block.radius) continue;
+    for (const Eigen::Vector3f& position : block.positions) {
+      surfels.push_back(position.cast<double>());
+      if ((surfels.back() - centre).squaredNorm() < clearance * clearance) return false;
+    }
   }
   for (const auto& polygon : seeker.reach.no_go) {
     if (IsInside(polygon, ground.up, centre)) return false;
