@@ -93,8 +93,7 @@ std::vector<DepthGrid::InFrame> DepthGrid::Draw(const SurfelBlocks& surfels) {
   return all;
 }
 
-// Whether a ball of surfels may have one that is drawn: its distance from each side of the frame's
-// pyramid.
+// By its distance from each side of the frame's pyramid.
 bool DepthGrid::MayMeet(const Eigen::Vector3d& middle, double radius) const {
   const Eigen::Vector3d in_camera = rotation_ * middle + translation_;
   const double margin = radius + surfel_width_;

@@ -40,6 +40,8 @@ class DepthGrid {
   }
   // The same of surfels by their index, in no order.
   std::vector<InFrame> Draw(const SurfelBlocks& surfels);
+  // Whether a ball of surfels may have one that is drawn.
+  bool MayMeet(const Eigen::Vector3d& middle, double radius) const;
   // Whether a surfel there is drawn, in part at least.
   bool Meets(const Eigen::Vector3f& position) const;
   bool HasDepthsOf(const DepthGrid& other) const { return depth_ == other.depth_; }
@@ -56,7 +58,6 @@ class DepthGrid {
     return depth <= depth_[square] * (1 + tolerance) + surfel_width_;
   }
   void Draw(const Positions& positions, std::vector<InFrame>* in_frame);
-  bool MayMeet(const Eigen::Vector3d& middle, double radius) const;
   void DrawDisc(float u, float v, float radius, float depth);
 
   GuidedCamera camera_;

@@ -70,6 +70,7 @@ uint32_t LiveSurface::Population::Settle(uint32_t cell) {
     for (auto* flags : {&reshaped, &changed, &only_photos_came, &other_observers}) {
       flags->push_back(false);
     }
+    observers.emplace_back();
     came.emplace_back();
   } else {
     index = free.back();
@@ -85,6 +86,7 @@ void LiveSurface::Population::Free(uint32_t index) {
   of_cell[cell_of[index]] = kNone;
   cell_of[index] = kNone;
   surfels[index] = Surfel::Gone();
+  observers[index].clear();
   free.push_back(index);
 }
 
@@ -315,10 +317,11 @@ void LiveSurface::Remake(uint32_t cell, std::optional<Surfel> made, Population* 
     return;
   }
   surfel.num_points = made->num_points;
+  population->observers[index] = std::exchange(made->photos, {});
   population->other_observers[index] = true;
   if (lived && IsHeld(surfel, *made, population->cells.width())) return;
   population->reshaped[index] = population->changed[index] = true;
-  std::swap(made->photos, surfel.photos);
+  made->photos = std::move(surfel.photos);
   surfel = std::move(*made);
 }
 
@@ -353,8 +356,7 @@ bool LiveSurface::LooksAt(uint32_t photo, const Surfel& surfel) const {
 template <typename Sees>
 std::vector<uint32_t> LiveSurface::PhotosOf(const Population& population, uint32_t index,
                                             const std::vector<uint32_t>& sights, const Sees& sees) {
-  const std::vector<uint32_t> observers =
-      observers_.Of(population.cells.PointsOf(population.cell_of[index]));
+  const std::vector<uint32_t>& observers = population.observers[index];
   std::vector<uint32_t> all;
   all.reserve(observers.size() + sights.size());
   auto observer = observers.begin();
@@ -476,31 +478,43 @@ void LiveSurface::MakeParts() {
   }
 }
 
+bool LiveSurface::IsSeenFrom(uint32_t photo, const Surfel& part) const {
+  return LooksAt(photo, part) &&
+         sights_.GridOf(photo).Look(part.position, options_.depth_tolerance) ==
+             DepthGrid::Sight::kSeen;
+}
+
+// False may be wrong: of a photo that observes the part and has nothing of it in view.
+bool LiveSurface::SeesAsBefore(uint32_t index, const std::vector<bool>& photos) const {
+  const Surfel& part = parts_.surfels[index];
+  const std::vector<uint32_t>& sights = sights_.PhotosOf(whole_of_[index]);
+  return std::all_of(sights.begin(), sights.end(), [&](uint32_t photo) {
+    return !photos[photo] || IsSeenFrom(photo, part) ==
+                                 std::binary_search(part.photos.begin(), part.photos.end(), photo);
+  });
+}
+
 // What hides a surfel hides its parts, so they need no grids of their own, which would cost three
 // times as much.
 void LiveSurface::FindViewersOfParts() {
   std::vector<bool> in_doubt(wholes_.surfels.size(), false);
-  std::vector<bool> photos = changes_.moved;
+  std::vector<bool> photos(map_.photos.size(), false);  // with another grid
   for (uint32_t photo = 0; photo < photos.size(); ++photo) {
-    if (sights_.HasOtherGrid(photo)) photos[photo] = true;
+    photos[photo] = sights_.HasOtherGrid(photo);
   }
-  for (uint32_t i = 0; i < in_doubt.size(); ++i) {
-    in_doubt[i] = sights_.HasOtherPhotos(i) || AnyOf(sights_.PhotosOf(i), photos);
-  }
+  for (uint32_t i = 0; i < in_doubt.size(); ++i) in_doubt[i] = AnyOf(sights_.PhotosOf(i), photos);
   for (uint32_t i = 0; i < parts_.surfels.size(); ++i) {
     const Surfel& part = parts_.surfels[i];
     if (part.IsGone()) continue;
     const uint32_t whole = whole_of_[i];
-    if (!parts_.changed[i] && !parts_.other_observers[i] && !in_doubt[whole] &&
-        !AnyMoved(part.photos)) {
-      continue;
-    }
-    const auto sees = [&](uint32_t photo) {
-      return LooksAt(photo, part) &&
-             sights_.GridOf(photo).Look(part.position, options_.depth_tolerance) ==
-                 DepthGrid::Sight::kSeen;
-    };
-    SetPhotos(i, PhotosOf(parts_, i, sights_.PhotosOf(whole), sees), &parts_);
+    const std::vector<uint32_t>& sights = sights_.PhotosOf(whole);
+    const bool is_other = parts_.changed[i] || parts_.other_observers[i] ||
+                          sights_.HasOtherPhotos(whole) || AnyMoved(part.photos) ||
+                          AnyMoved(sights);
+    if (!is_other && (!in_doubt[whole] || SeesAsBefore(i, photos))) continue;
+    SetPhotos(i,
+              PhotosOf(parts_, i, sights, [&](uint32_t photo) { return IsSeenFrom(photo, part); }),
+              &parts_);
   }
 }
 

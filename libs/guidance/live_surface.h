@@ -69,7 +69,8 @@ class LiveSurface {
     std::vector<uint32_t> cell_of;
     std::vector<uint32_t> free;
     std::vector<bool> reshaped, changed, only_photos_came, other_observers;
-    std::vector<std::vector<uint32_t>> came;  // photos that see it
+    std::vector<std::vector<uint32_t>> observers;  // photos that observe a point of it, ascending
+    std::vector<std::vector<uint32_t>> came;       // photos that see it, in this update
 
     uint32_t Find(uint32_t cell) const { return cell < of_cell.size() ? of_cell[cell] : kNone; }
     uint32_t Settle(uint32_t cell);
@@ -102,6 +103,8 @@ class LiveSurface {
   void FindUp();
   void FindEnds();
   void JudgeEnds();
+  bool SeesAsBefore(uint32_t part, const std::vector<bool>& photos) const;
+  bool IsSeenFrom(uint32_t photo, const Surfel& part) const;
   bool AnyMoved(const std::vector<uint32_t>& photos) const;
   bool LooksAt(uint32_t photo, const Surfel& surfel) const;
 

@@ -155,6 +155,10 @@ class Chooser {
     weak_ = FindWeak(quality_, place);
     up_ = UpOf(map);
     blocks_ = BlocksOf(place.surface);
+    weak_blocks_ = SurfelBlocks(place.surface.cell);
+    for (uint32_t i = 0; i < weak_.size(); ++i) {
+      weak_blocks_.Add(i, weak_[i].position.cast<float>());
+    }
     for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
   }
 
@@ -228,7 +232,8 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
-  SurfelBlocks blocks_;  // the surfels
+  SurfelBlocks blocks_;       // the surfels
+  SurfelBlocks weak_blocks_;  // the weak places
   // By the agent, and where it would stand and look: most candidates come again for each station.
   std::map<std::array<double, 7>, Stand> stands_;
   uint64_t last_version_ = 0;
@@ -374,10 +379,13 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
                                              const Eigen::Vector3d& centre) const {
   constexpr uint64_t kNone = std::numeric_limits<uint64_t>::max();
   std::vector<Shown> shown;
-  for (uint32_t i = 0; i < weak_.size(); ++i) {
-    if (!Shows(centre, weak_[i])) continue;
-    if (view.grid.Look(weak_[i].position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
-    shown.push_back({i, 0, kNone});
+  for (const SurfelBlocks::Block& block : weak_blocks_.blocks()) {
+    if (!view.grid.MayMeet(block.middle, block.radius)) continue;
+    for (const uint32_t i : block.surfels) {
+      if (!Shows(centre, weak_[i])) continue;
+      if (view.grid.Look(weak_[i].position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+      shown.push_back({i, 0, kNone});
+    }
   }
   return shown;
 }
