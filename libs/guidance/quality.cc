@@ -49,12 +49,12 @@ class ParallaxWeights {
 
 // Whether dense matching finds the same place in both: enough parallax, not too different. By the
 // cosines of their parallax and of the flatter view's incidence.
+constexpr double kMinCosMatched = 0.34202;  // 70 degrees of incidence
 bool CanMatch(double cos_parallax, double cos_incidence) {
-  constexpr double kMinCosParallax = 0.5;       // 60 degrees
-  constexpr double kMaxCosParallax = 0.99966;   // 1.5 degrees: none at all
-  constexpr double kMinCosIncidence = 0.34202;  // 70 degrees
+  constexpr double kMinCosParallax = 0.5;      // 60 degrees
+  constexpr double kMaxCosParallax = 0.99966;  // 1.5 degrees: none at all
   return cos_parallax >= kMinCosParallax && cos_parallax <= kMaxCosParallax &&
-         cos_incidence >= kMinCosIncidence;
+         cos_incidence >= kMinCosMatched;
 }
 
 // J'J of a point for 1 px of noise.
@@ -146,59 +146,66 @@ Status QualityOptions::Check() const {
 AssessedViews::AssessedViews(const QualityOptions& options, const Eigen::Vector3d& normal,
                              const std::vector<ViewOfSurfel>& views)
     : normal_(normal) {
-  for (const ViewOfSurfel& view : views) Count(view);
-  if (views.size() <= kMaxViews) {
-    for (const ViewOfSurfel& view : views) AddPairs(options, view);
-    return;
+  for (const ViewOfSurfel& view : views) sums_.Count(view);
+  std::vector<std::pair<double, size_t>> ranks;
+  ranks.reserve(views.size());
+  for (size_t i = 0; i < views.size(); ++i) ranks.emplace_back(RankOf(views[i]), i);
+  if (ranks.size() > kMaxViews) {
+    std::nth_element(ranks.begin(), ranks.begin() + kMaxViews, ranks.end());
+    ranks.resize(kMaxViews);
   }
-  std::vector<ViewOfSurfel> best = views;
-  std::nth_element(best.begin(), best.begin() + kMaxViews, best.end(),
-                   [&](const auto& a, const auto& b) { return RankOf(a) < RankOf(b); });
-  for (size_t i = 0; i < kMaxViews; ++i) AddPairs(options, best[i]);
+  for (const auto& [rank, i] : ranks) Add(options, views[i]);
+  sums_.sigma = SigmaAlong(normal_, sums_.information);
 }
 
 double AssessedViews::RankOf(const ViewOfSurfel& view) const {
   return view.gsd / std::max(0.05, view.direction.dot(normal_));
 }
 
-void AssessedViews::Count(const ViewOfSurfel& view) {
-  ++num_photos_;
-  second_gsd_ = std::min(second_gsd_, std::max(best_gsd_, view.gsd));
-  best_gsd_ = std::min(best_gsd_, view.gsd);
+void AssessedViews::Sums::Count(const ViewOfSurfel& view) {
+  ++num_photos;
+  second_gsd = std::min(second_gsd, std::max(best_gsd, view.gsd));
+  best_gsd = std::min(best_gsd, view.gsd);
 }
 
-void AssessedViews::Match(size_t i) {
-  if (std::exchange(matches_[i], true)) return;
-  information_ += InformationOf(views_[i]);
-}
-
-// Of the view with those before it.
-void AssessedViews::AddPairs(const QualityOptions& options, const ViewOfSurfel& view) {
+// Adds the pairs of the view with the best ones. Returns whether it matches one; `matches`: of
+// these, marks those that do.
+bool AssessedViews::AddPairs(const QualityOptions& options, const ViewOfSurfel& view,
+                             std::array<bool, kMaxViews>* matches, Sums* sums) const {
   static const ParallaxWeights weights;
   constexpr double kMinCosIncidence = 0.7071067811865476;  // of a pair that counts: 45 degrees
-  const size_t i = num_++;
-  views_[i] = view;
-  incidence_[i] = view.direction.dot(normal_);
-  for (size_t j = 0; j < i; ++j) {
+  const double incidence = view.direction.dot(normal_);
+  if (incidence < kMinCosMatched) return false;  // nor does a pair of it count
+  bool matches_any = false;
+  for (size_t j = 0; j < num_; ++j) {
     const double cos_parallax = view.direction.dot(views_[j].direction);
-    const double cos_incidence = std::min(incidence_[i], incidence_[j]);
+    const double cos_incidence = std::min(incidence, incidence_[j]);
     if (CanMatch(cos_parallax, cos_incidence)) {
-      Match(i);
-      Match(j);
+      matches_any = true;
+      if (!std::exchange((*matches)[j], true)) sums->information += InformationOf(views_[j]);
     }
     if (cos_incidence < kMinCosIncidence) continue;
     const double resolution =
         1 - std::min(std::max(view.gsd, views_[j].gsd) / MaxGsd(options), 1.0);
-    reconstructability_ += weights.Of(cos_parallax) * resolution * cos_incidence;
+    sums->reconstructability += weights.Of(cos_parallax) * resolution * cos_incidence;
   }
+  if (matches_any) sums->information += InformationOf(view);
+  return matches_any;
 }
 
-SurfelQuality AssessedViews::Quality(const QualityOptions& options) const {
+// To the best ones.
+void AssessedViews::Add(const QualityOptions& options, const ViewOfSurfel& view) {
+  matches_[num_] = AddPairs(options, view, &matches_, &sums_);
+  incidence_[num_] = view.direction.dot(normal_);
+  views_[num_++] = view;
+}
+
+SurfelQuality AssessedViews::QualityOf(const QualityOptions& options, const Sums& sums) {
   SurfelQuality quality;
-  quality.num_photos = num_photos_;
-  quality.best_gsd = num_photos_ < 2 ? best_gsd_ : second_gsd_;
-  quality.reconstructability = reconstructability_;
-  quality.sigma = SigmaAlong(normal_, information_);
+  quality.num_photos = sums.num_photos;
+  quality.best_gsd = sums.num_photos < 2 ? sums.best_gsd : sums.second_gsd;
+  quality.reconstructability = sums.reconstructability;
+  quality.sigma = sums.sigma;
   quality.counts = Counts(options, quality);
   quality.good = IsGood(options, quality);
   return quality;
@@ -206,24 +213,26 @@ SurfelQuality AssessedViews::Quality(const QualityOptions& options) const {
 
 SurfelQuality AssessedViews::QualityWith(const QualityOptions& options,
                                          const ViewOfSurfel& view) const {
-  AssessedViews with = *this;
+  Sums sums = sums_;
+  sums.Count(view);
   if (num_ < kMaxViews) {
-    with.AddPairs(options, view);
-  } else {
-    const auto worst =
-        std::max_element(views_.begin(), views_.end(),
-                         [&](const auto& a, const auto& b) { return RankOf(a) < RankOf(b); });
-    if (RankOf(view) < RankOf(*worst)) {
-      std::vector<ViewOfSurfel> best(views_.begin(), views_.end());
-      best[static_cast<size_t>(worst - views_.begin())] = view;
-      with = AssessedViews(options, normal_, best);
-      with.num_photos_ = num_photos_;
-      with.best_gsd_ = best_gsd_;
-      with.second_gsd_ = second_gsd_;
+    std::array<bool, kMaxViews> matches = matches_;
+    if (AddPairs(options, view, &matches, &sums)) {
+      sums.sigma = SigmaAlong(normal_, sums.information);
     }
+    return QualityOf(options, sums);
   }
-  with.Count(view);
-  return with.Quality(options);
+  const auto worst =
+      std::max_element(views_.begin(), views_.end(),
+                       [&](const auto& a, const auto& b) { return RankOf(a) < RankOf(b); });
+  if (RankOf(view) < RankOf(*worst)) {
+    std::vector<ViewOfSurfel> best(views_.begin(), views_.end());
+    best[static_cast<size_t>(worst - views_.begin())] = view;
+    const AssessedViews replaced(options, normal_, best);
+    sums.reconstructability = replaced.sums_.reconstructability;
+    sums.sigma = replaced.sums_.sigma;
+  }
+  return QualityOf(options, sums);
 }
 
 SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,

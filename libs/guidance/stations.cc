@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
+#include <memory>
 #include <tuple>
 #include <utility>
 
@@ -31,7 +31,7 @@ struct Weak {
   double utility = 0;                    // with the photos that show it
   uint64_t version = 0;                  // of these
   std::vector<ViewOfSurfel> views = {};  // of these; filled when they are asked for (ViewsOfWeak)
-  std::optional<AssessedViews> assessed = {};  // the same
+  std::shared_ptr<const AssessedViews> assessed = {};  // the same
 };
 
 // 0 without photos, 1 where it is good. The first photos count a little: without them no further
@@ -83,15 +83,33 @@ struct Cluster {
   double missing = -1;  // of the example
 };
 
-std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width, size_t max_num) {
-  std::map<std::tuple<long, long, long, int>, Cluster> clusters;
-  for (size_t i = 0; i < weak.size(); ++i) {
+// Of each weak place its cluster, a number.
+std::vector<uint32_t> NumberClusters(const std::vector<Weak>& weak, double width) {
+  std::map<std::tuple<long, long, long, int>, std::vector<uint32_t>> members;
+  for (uint32_t i = 0; i < weak.size(); ++i) {
     const Eigen::Vector3d cell = weak[i].position / width;
     Eigen::Index axis = 0;
     weak[i].normal.cwiseAbs().maxCoeff(&axis);
     const int side = static_cast<int>(axis) * 2 + (weak[i].normal[axis] > 0);
-    Cluster& cluster =
-        clusters[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}];
+    members[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}].push_back(
+        i);
+  }
+  std::vector<uint32_t> cluster_of(weak.size());
+  uint32_t number = 0;
+  for (const auto& [key, places] : members) {
+    for (const uint32_t place : places) cluster_of[place] = number;
+    ++number;
+  }
+  return cluster_of;
+}
+
+// The heaviest ones, as weak as their places are now.
+std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak,
+                                 const std::vector<uint32_t>& cluster_of, size_t max_num) {
+  std::vector<Cluster> clusters;
+  for (size_t i = 0; i < weak.size(); ++i) {
+    if (cluster_of[i] >= clusters.size()) clusters.resize(cluster_of[i] + 1);
+    Cluster& cluster = clusters[cluster_of[i]];
     const double missing = weak[i].area * (1 - weak[i].utility);
     cluster.position += missing * weak[i].position;
     cluster.normal += missing * weak[i].normal;
@@ -102,7 +120,7 @@ std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width, si
     }
   }
   std::vector<Cluster> sorted;
-  for (auto& [key, cluster] : clusters) {
+  for (Cluster& cluster : clusters) {
     if (cluster.weight <= 0) continue;
     cluster.position /= cluster.weight;
     cluster.normal.normalize();
@@ -198,8 +216,9 @@ class Chooser {
   };
 
   Ground GroundOf(const StationSeeker& seeker) const;
-  std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground) const;
-  bool IsBetween(const std::vector<Eigen::Vector3d>& surfels, const Eigen::Vector3d& from,
+  std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground);
+  const std::vector<uint32_t>& ClustersOfWidth(double width);
+  bool IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks, const Eigen::Vector3d& from,
                  const Eigen::Vector3d& to) const;
   bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
                   const Eigen::Vector3d& centre) const;
@@ -232,8 +251,9 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
-  SurfelBlocks blocks_;       // the surfels
-  SurfelBlocks weak_blocks_;  // the weak places
+  SurfelBlocks blocks_;                               // the surfels
+  SurfelBlocks weak_blocks_;                          // the weak places
+  std::map<double, std::vector<uint32_t>> clusters_;  // of the weak places, by width
   // By the agent, and where it would stand and look: most candidates come again for each station.
   std::map<std::array<double, 7>, Stand> stands_;
   uint64_t last_version_ = 0;
@@ -254,10 +274,16 @@ Chooser::Ground Chooser::GroundOf(const StationSeeker& seeker) const {
   return ground;
 }
 
+const std::vector<uint32_t>& Chooser::ClustersOfWidth(double width) {
+  const auto [found, is_new] = clusters_.try_emplace(width);
+  if (is_new) found->second = NumberClusters(weak_, width);
+  return found->second;
+}
+
 // Straight in front of each weak place and around it, so that parallax comes with any photo that is
 // there.
 std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& seeker,
-                                                        const Ground& ground) const {
+                                                        const Ground& ground) {
   constexpr int kDirections = 8, kMaxClusters = 120;
   constexpr double kTiltsDeg[] = {0, 20, 40};
   const Surface& surface = place_.surface;
@@ -265,7 +291,7 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   const double distance = std::min(surface.working_distance, 0.9 * quality_.target_gsd * focal_px);
   const Eigen::Vector3d right = RightOf(map_.photos[seeker.last_photo].cam_from_world);
   std::vector<Candidate> candidates;
-  for (const Cluster& cluster : ClusterWeak(weak_, 0.4 * distance, kMaxClusters)) {
+  for (const Cluster& cluster : ClusterWeak(weak_, ClustersOfWidth(0.4 * distance), kMaxClusters)) {
     const Eigen::Vector3d side = cluster.normal.unitOrthogonal();
     for (const double tilt_deg : kTiltsDeg) {
       for (int i = 0; i < (tilt_deg == 0 ? 1 : kDirections); ++i) {
@@ -291,17 +317,23 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
 }
 
 // Whether a surfel lies close to the straight line between the two.
-bool Chooser::IsBetween(const std::vector<Eigen::Vector3d>& surfels, const Eigen::Vector3d& from,
-                        const Eigen::Vector3d& to) const {
+bool Chooser::IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks,
+                        const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
   const Eigen::Vector3d way = to - from;
-  const double length = way.norm();
+  const double length = way.norm(), width = place_.surface.cell;
   const Eigen::Vector3d direction = way / std::max(length, 1e-12);
-  return std::any_of(surfels.begin(), surfels.end(), [&](const Eigen::Vector3d& surfel) {
+  const auto is_close = [&](const Eigen::Vector3d& surfel) {
     const Eigen::Vector3d offset = surfel - from;
     const double along = offset.dot(direction);
     if (along <= 0 || along >= length) return false;
-    const double width = place_.surface.cell;
     return (offset - along * direction).squaredNorm() < width * width;
+  };
+  return std::any_of(blocks.begin(), blocks.end(), [&](const SurfelBlocks::Block* block) {
+    const Eigen::Vector3d offset = block->middle - from;
+    const double along = std::clamp(offset.dot(direction), 0.0, length);
+    if ((offset - along * direction).norm() > width + block->radius) return false;
+    return std::any_of(block->positions.begin(), block->positions.end(),
+                       [&](const Eigen::Vector3f& p) { return is_close(p.cast<double>()); });
   });
 }
 
@@ -311,19 +343,20 @@ bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
   const double clearance = 0.25 * place_.surface.working_distance;
   const double step = 1.5 * place_.surface.working_distance;
   const double near = step + place_.surface.cell;
-  std::vector<Eigen::Vector3d> surfels;  // that may be between
+  std::vector<const SurfelBlocks::Block*> blocks;  // whose surfels may be between
   for (const SurfelBlocks::Block& block : blocks_.blocks()) {
     if ((block.middle - centre).norm() > near + block.radius) continue;
+    blocks.push_back(&block);
+    if ((block.middle - centre).norm() > clearance + block.radius) continue;
     for (const Eigen::Vector3f& position : block.positions) {
-      surfels.push_back(position.cast<double>());
-      if ((surfels.back() - centre).squaredNorm() < clearance * clearance) return false;
+      if ((position.cast<double>() - centre).squaredNorm() < clearance * clearance) return false;
     }
   }
   for (const auto& polygon : seeker.reach.no_go) {
     if (IsInside(polygon, ground.up, centre)) return false;
   }
   return std::any_of(centres_.begin(), centres_.end(), [&](const Eigen::Vector3d& from) {
-    return (centre - from).norm() <= step && !IsBetween(surfels, from, centre);
+    return (centre - from).norm() <= step && !IsBetween(blocks, from, centre);
   });
 }
 
@@ -391,9 +424,9 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
 }
 
 void Chooser::FillViews(Weak* weak) const {
-  if (weak->assessed) return;
+  if (weak->assessed != nullptr) return;
   if (weak->surfel != nullptr) weak->views = ViewsOf(map_, *weak->surfel);
-  weak->assessed.emplace(quality_, weak->normal, weak->views);
+  weak->assessed = std::make_shared<AssessedViews>(quality_, weak->normal, weak->views);
 }
 
 double Chooser::UtilityWith(const ViewOfSurfel& view, Weak* weak) const {
@@ -427,12 +460,14 @@ double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre) co
     const Eigen::Vector3d ray = centre - surfel.position;
     const double distance = ray.norm();
     if (ray.dot(surfel.normal) <= 0) continue;
-    const bool known = std::any_of(surfel.photos.begin(), surfel.photos.end(), [&](uint32_t photo) {
-      const Eigen::Vector3d other = centres_[photo] - surfel.position;
-      const double other_distance = other.norm();
-      return ray.dot(other) >= kMinCos * distance * other_distance &&
-             other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
-    });
+    // The newest are more often near.
+    const bool known =
+        std::any_of(surfel.photos.rbegin(), surfel.photos.rend(), [&](uint32_t photo) {
+          const Eigen::Vector3d other = centres_[photo] - surfel.position;
+          const double other_distance = other.norm();
+          return ray.dot(other) >= kMinCos * distance * other_distance &&
+                 other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
+        });
     if (known) points += surfel.num_points;
   }
   return options_.match_rate * points;
@@ -445,7 +480,7 @@ void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centr
     Weak& weak = weak_[one.weak];
     FillViews(&weak);
     weak.views.push_back(ViewFrom(centre, focal_px, weak.position));
-    weak.assessed.emplace(quality_, weak.normal, weak.views);
+    weak.assessed = std::make_shared<AssessedViews>(quality_, weak.normal, weak.views);
     weak.utility = weak.is_beyond ? UtilityOfBorder(weak.views.size())
                                   : UtilityOf(quality_, weak.assessed->Quality(quality_));
     weak.version = last_version_;

@@ -23,7 +23,7 @@ class AssessedViews {
                 const std::vector<ViewOfSurfel>& views);
 
   // As AssessSurfel of the views.
-  SurfelQuality Quality(const QualityOptions& options) const;
+  SurfelQuality Quality(const QualityOptions& options) const { return QualityOf(options, sums_); }
   // As AssessSurfel of the views and this one. Costs 1/8 of it, or as much where there are more
   // than kMaxViews and this is among the best.
   SurfelQuality QualityWith(const QualityOptions& options, const ViewOfSurfel& view) const;
@@ -32,21 +32,30 @@ class AssessedViews {
   // More photos of a surfel say little; the cost of pairs is quadratic.
   static constexpr size_t kMaxViews = 16;
 
+  struct Sums {
+    int num_photos = 0;
+    double best_gsd = std::numeric_limits<double>::infinity(), second_gsd = best_gsd;
+    // Of the best ones' pairs, and of those that match another one.
+    double reconstructability = 0;
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    double sigma = std::numeric_limits<double>::infinity();  // along the normal, of `information`
+
+    void Count(const ViewOfSurfel& view);
+  };
+
   double RankOf(const ViewOfSurfel& view) const;
-  void Count(const ViewOfSurfel& view);
-  void AddPairs(const QualityOptions& options, const ViewOfSurfel& view);
-  void Match(size_t i);
+  void Add(const QualityOptions& options, const ViewOfSurfel& view);
+  bool AddPairs(const QualityOptions& options, const ViewOfSurfel& view,
+                std::array<bool, kMaxViews>* matches, Sums* sums) const;
+  static SurfelQuality QualityOf(const QualityOptions& options, const Sums& sums);
 
   Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();
-  int num_photos_ = 0;
-  double best_gsd_ = std::numeric_limits<double>::infinity(), second_gsd_ = best_gsd_;
-  // The best ones, at most kMaxViews, and what their pairs sum up to.
+  Sums sums_;
+  // The best ones, at most kMaxViews.
   size_t num_ = 0;
   std::array<ViewOfSurfel, kMaxViews> views_;
   std::array<double, kMaxViews> incidence_{};  // cosines
   std::array<bool, kMaxViews> matches_{};      // another one
-  double reconstructability_ = 0;
-  Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();  // of those that match
 };
 
 }  // namespace skein
