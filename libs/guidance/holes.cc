@@ -79,7 +79,7 @@ double Holes::Update(const GuidedMap& map, const std::vector<bool>& changed) {
   const Eigen::Vector3d up = UpOf(map);
   photos_.resize(map.photos.size());
   std::vector<Squares> squares;
-  std::vector<bool> stale = changed;
+  std::vector<char> stale(changed.begin(), changed.end());
   for (size_t i = 0; i < photos_.size(); ++i) {
     const GuidedPhoto& photo = map.photos[i];
     squares.emplace_back(map.cameras[photo.camera]);

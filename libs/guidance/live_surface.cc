@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -247,16 +248,7 @@ void LiveSurface::TakePoint(uint32_t index, const GuidedPoint& now) {
   if ((!was && !is) || (!moves && held.photos == now.photos && !any_moved_)) return;
   const bool changes = moves || held.photos != now.photos;
   if (!changes && !AnyMoved(now.photos)) return;
-  if (changes) {
-    for (const uint32_t photo : held.photos) {
-      changes_.other_observations[photo] = true;
-      --num_observations_[photo];
-    }
-    for (const uint32_t photo : now.photos) {
-      changes_.other_observations[photo] = true;
-      ++num_observations_[photo];
-    }
-  }
+  if (changes) NoteObservations(held.photos, now.photos, moves);
   for (PointCells* cells : {&wholes_.cells, &parts_.cells}) {
     if (moves && was) cells->Remove(index, held.xyz);
     if (moves && is) cells->Add(index, now.xyz);
@@ -264,6 +256,22 @@ void LiveSurface::TakePoint(uint32_t index, const GuidedPoint& now) {
   }
   held.photos = now.photos;
   if (moves) held.xyz = now.xyz;
+}
+
+// Of a point, before and now.
+void LiveSurface::NoteObservations(const std::vector<uint32_t>& before,
+                                   const std::vector<uint32_t>& now, bool moves) {
+  for (const uint32_t photo : before) --num_observations_[photo];
+  for (const uint32_t photo : now) ++num_observations_[photo];
+  std::vector<uint32_t> changed;
+  if (moves) {
+    std::set_union(before.begin(), before.end(), now.begin(), now.end(),
+                   std::back_inserter(changed));
+  } else {
+    std::set_symmetric_difference(before.begin(), before.end(), now.begin(), now.end(),
+                                  std::back_inserter(changed));
+  }
+  for (const uint32_t photo : changed) changes_.other_observations[photo] = true;
 }
 
 // None where the points are too few.

@@ -87,6 +87,8 @@ class LiveSurface {
   bool HasMoved(const GuidedPhoto& before, const GuidedPhoto& now) const;
   void TakePoints(const GuidedMap& map);
   void TakePoint(uint32_t index, const GuidedPoint& now);
+  void NoteObservations(const std::vector<uint32_t>& before, const std::vector<uint32_t>& now,
+                        bool moves);
   std::optional<Surfel> MakeSurfel(const PointCells& cells, uint32_t cell) const;
   bool IsHeld(const Surfel& before, const Surfel& now, double width) const;
   void MakeWholes();
