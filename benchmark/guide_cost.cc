@@ -1,8 +1,9 @@
 // What the guide's computation costs on a COLMAP model: CPU time of each part (of the surface once
 // more by itself), for the whole model
-// and, with --photos, for as many of its photos as came first (by their ids).
+// and, with --photos, for as many of its photos as came first (by their ids). Then the mean CPU
+// time of an update (LivePlace) by one photo more, over the next ones.
 //
-//   guide_cost --model SPARSE_DIR [--photos N,N...] [--agents 1]
+//   guide_cost --model SPARSE_DIR [--photos N,N...] [--agents 1] [--updates 20]
 //
 // Agents take turns: photo i is of agent i mod N. Points seen by less than two of the photos are
 // left out. Textures are not known, so all surface has texture.
@@ -17,6 +18,7 @@
 
 #include "base/reconstruction.h"
 #include "core/process.h"
+#include "guidance/live_place.h"
 #include "guidance/model_map.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
@@ -34,7 +36,8 @@ GuidedMap FirstPhotos(const GuidedMap& map, size_t count, int agents) {
     point.photos.erase(std::remove_if(point.photos.begin(), point.photos.end(),
                                       [&](uint32_t photo) { return photo >= count; }),
                        point.photos.end());
-    if (point.photos.size() >= 2) part.points.push_back(std::move(point));
+    if (point.photos.size() < 2) point.photos.clear();
+    part.points.push_back(std::move(point));
   }
   return part;
 }
@@ -51,24 +54,52 @@ class Lap {
   double last_ = CpuTimeS();
 };
 
-void PrintRow(const GuidedMap& map, int agents) {
+std::vector<StationSeeker> SeekersOf(const GuidedMap& map, int agents) {
+  std::vector<StationSeeker> seekers;
+  for (int agent = 0; agent < std::min(agents, static_cast<int>(map.photos.size())); ++agent) {
+    seekers.push_back({agent, static_cast<uint32_t>(map.photos.size() - 1 - agent), {}, {}});
+  }
+  return seekers;
+}
+
+// Mean CPU seconds of an update.
+struct UpdateCost {
+  double place_s = 0, stations_s = 0;
+};
+
+UpdateCost MeasureUpdates(const GuidedMap& map, size_t count, size_t num_updates, int agents) {
+  LivePlace live({}, {});
+  const size_t begin = std::min(count, map.photos.size() - num_updates);
+  live.Update(FirstPhotos(map, begin, agents), 0);
+  UpdateCost sum;
+  for (size_t i = 1; i <= num_updates; ++i) {
+    const GuidedMap now = FirstPhotos(map, begin + i, agents);
+    Lap lap;
+    const PlaceQuality& place = live.Update(now, 0);
+    sum.place_s += lap.Take();
+    ChooseStations({}, {}, live.map(), place, SeekersOf(now, agents));
+    sum.stations_s += lap.Take();
+  }
+  const auto n = static_cast<double>(num_updates);
+  return {sum.place_s / n, sum.stations_s / n};
+}
+
+void PrintRow(const GuidedMap& all, size_t count, size_t num_updates, int agents) {
+  const GuidedMap map = FirstPhotos(all, count, agents);
   Lap lap;
   const DetailedSurface surface = MakeSurface({}, map);
   const double surface_s = lap.Take();
   const PlaceQuality place = AssessPlace({}, {}, map);
   const double place_s = lap.Take();
-  QualityOptions quality;
-  quality.target_gsd = place.completeness.target_gsd;
-  std::vector<StationSeeker> seekers;
-  for (int agent = 0; agent < std::min(agents, static_cast<int>(map.photos.size())); ++agent) {
-    seekers.push_back({agent, static_cast<uint32_t>(map.photos.size() - 1 - agent), {}, {}});
-  }
-  lap.Take();
-  ChooseStations({}, quality, map, place, seekers);
+  ChooseStations({}, {}, map, place, SeekersOf(map, agents));
   const double stations_s = lap.Take();
-  std::printf("| %zu | %zu | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.3f |\n", map.photos.size(),
-              map.points.size(), surface.surface.surfels.size(), surface.parts.size(),
-              place.completeness.good_share, place_s, surface_s, stations_s, place_s + stations_s);
+  const auto num_points = std::count_if(map.points.begin(), map.points.end(),
+                                        [](const GuidedPoint& p) { return !p.photos.empty(); });
+  const UpdateCost update = MeasureUpdates(all, count, num_updates, agents);
+  std::printf("| %zu | %td | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f |\n",
+              map.photos.size(), num_points, surface.surface.surfels.size(), surface.parts.size(),
+              place.completeness.good_share, place_s, surface_s, stations_s, place_s + stations_s,
+              update.place_s, update.stations_s, update.place_s + update.stations_s);
 }
 
 int Main(int argc, char** argv) {
@@ -76,11 +107,13 @@ int Main(int argc, char** argv) {
   std::string folder;
   std::vector<size_t> counts;
   int agents = 1;
+  size_t num_updates = 20;
   app.add_option("--model", folder, "COLMAP model")->required()->check(CLI::ExistingDirectory);
   app.add_option("--photos", counts, "Of its first N photos")
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
   app.add_option("--agents", agents, "That ask for stations")->check(CLI::Range(1, 100));
+  app.add_option("--updates", num_updates, "By a photo each")->check(CLI::Range(1, 1000));
   CLI11_PARSE(app, argc, argv);
   colmap::Reconstruction model;
   model.Read(folder);
@@ -88,9 +121,11 @@ int Main(int argc, char** argv) {
   counts.push_back(map.photos.size());
   std::printf(
       "| photos | points | surfels | parts | good | place s | of which surface s | stations s | "
-      "all s |\n|---|---|---|---|---|---|---|---|---|\n");
+      "all s | update: place s | stations s | all s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  num_updates = std::min(num_updates, map.photos.size());
   for (const size_t count : counts) {
-    PrintRow(FirstPhotos(map, std::min(count, map.photos.size()), agents), agents);
+    PrintRow(map, std::min(count, map.photos.size()), num_updates, agents);
   }
   return 0;
 }

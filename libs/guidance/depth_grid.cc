@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "guidance/surface.h"
+#include "guidance/surfel_blocks.h"
 
 namespace skein {
 
@@ -42,7 +43,7 @@ void DepthGrid::DrawDisc(float u, float v, float radius, float depth) {
 
 // A surfel covers the squares that a disc of its width meets. Most surfels are outside of the
 // frame, so many at once are projected.
-std::vector<DepthGrid::InFrame> DepthGrid::Draw(const Eigen::Matrix3Xf& positions) {
+void DepthGrid::Draw(const Positions& positions, std::vector<InFrame>* in_frame) {
   constexpr Eigen::Index kBlock = 256;
   const Eigen::Matrix3f rotation = rotation_.cast<float>();
   const Eigen::Vector3f translation = translation_.cast<float>();
@@ -52,7 +53,6 @@ std::vector<DepthGrid::InFrame> DepthGrid::Draw(const Eigen::Matrix3Xf& position
   const float width = squares(camera_.width_px), height = squares(camera_.height_px);
   const float radius_at_1 = squares(0.5 * surfel_width_ * camera_.FocalPx());
   const auto num_columns = static_cast<float>(columns_), num_rows = static_cast<float>(rows_);
-  std::vector<InFrame> in_frame;
   Eigen::Matrix<float, Eigen::Dynamic, 3, 0, kBlock, 3> in_camera;
   Eigen::Array<float, Eigen::Dynamic, 1, 0, kBlock, 1> u, v, radius;
   for (Eigen::Index begin = 0; begin < positions.cols(); begin += kBlock) {
@@ -73,12 +73,50 @@ std::vector<DepthGrid::InFrame> DepthGrid::Draw(const Eigen::Matrix3Xf& position
       if (u[i] >= 0 && v[i] >= 0 && u[i] <= width && v[i] <= height) {
         const int column = std::min(columns_ - 1, static_cast<int>(u[i]));
         const int row = std::min(rows_ - 1, static_cast<int>(v[i]));
-        in_frame.push_back({static_cast<uint32_t>(begin + i),
-                            static_cast<uint32_t>(row * columns_ + column), depth[i]});
+        in_frame->push_back({static_cast<uint32_t>(begin + i),
+                             static_cast<uint32_t>(row * columns_ + column), depth[i]});
       }
     }
   }
-  return in_frame;
+}
+
+std::vector<DepthGrid::InFrame> DepthGrid::Draw(const SurfelBlocks& surfels) {
+  std::vector<InFrame> all;
+  for (const SurfelBlocks::Block& block : surfels.blocks()) {
+    if (block.positions.empty() || !MayMeet(block.middle, block.radius)) continue;
+    const Positions positions(block.positions.front().data(), 3,
+                              static_cast<Eigen::Index>(block.positions.size()));
+    const size_t begin = all.size();
+    Draw(positions, &all);
+    for (size_t i = begin; i < all.size(); ++i) all[i].index = block.surfels[all[i].index];
+  }
+  return all;
+}
+
+// By its distance from each side of the frame's pyramid.
+bool DepthGrid::MayMeet(const Eigen::Vector3d& middle, double radius) const {
+  const Eigen::Vector3d in_camera = rotation_ * middle + translation_;
+  const double margin = radius + surfel_width_;
+  if (!(in_camera.z() > -margin)) return false;
+  const auto is_outside = [&](double along, double focal, double edge) {
+    // The side that goes through the pixel `edge` away from the principal point.
+    return (along * focal - in_camera.z() * edge) > margin * std::hypot(focal, edge);
+  };
+  return !is_outside(in_camera.x(), camera_.fx_px, columns_ * square_px_ - camera_.cx_px) &&
+         !is_outside(-in_camera.x(), camera_.fx_px, camera_.cx_px) &&
+         !is_outside(in_camera.y(), camera_.fy_px, rows_ * square_px_ - camera_.cy_px) &&
+         !is_outside(-in_camera.y(), camera_.fy_px, camera_.cy_px);
+}
+
+bool DepthGrid::Meets(const Eigen::Vector3f& position) const {
+  const Eigen::Vector3d in_camera = rotation_ * position.cast<double>() + translation_;
+  if (!(in_camera.z() > 0)) return false;
+  // Rounding of what Draw computes must not matter.
+  const double margin = 0.5 * surfel_width_ * camera_.FocalPx() / in_camera.z() + 0.01 * square_px_;
+  const double u = camera_.fx_px * in_camera.x() / in_camera.z() + camera_.cx_px;
+  const double v = camera_.fy_px * in_camera.y() / in_camera.z() + camera_.cy_px;
+  return u + margin >= 0 && v + margin >= 0 && u - margin < columns_ * square_px_ &&
+         v - margin < rows_ * square_px_;
 }
 
 DepthGrid::Sight DepthGrid::Look(const Eigen::Vector3d& xyz, double tolerance) const {

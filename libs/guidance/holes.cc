@@ -1,7 +1,9 @@
 #include "guidance/holes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -29,13 +31,11 @@ class Squares {
   int NumWithPoints() const {
     return static_cast<int>(std::count(has_points_.begin(), has_points_.end(), true));
   }
-  // up: in the camera's frame.
-  int NumHoles(const Eigen::Vector3d& up) const {
-    const Step upwards = std::abs(up.x()) > std::abs(up.y()) ? Step{up.x() > 0 ? 1 : -1, 0}
-                                                             : Step{0, up.y() > 0 ? 1 : -1};
+  int NumHoles(const std::array<int, 2>& upwards) const {
     int holes = 0;
     for (int row = 0; row < rows_; ++row) {
-      for (int column = 0; column < kColumns; ++column) holes += IsHole(column, row, upwards);
+      for (int column = 0; column < kColumns; ++column)
+        holes += IsHole(column, row, {upwards[0], upwards[1]});
     }
     return holes;
   }
@@ -67,23 +67,45 @@ class Squares {
   std::vector<bool> has_points_;
 };
 
+// up: in the camera's frame.
+std::array<int, 2> UpwardsOf(const Eigen::Vector3d& up) {
+  if (std::abs(up.x()) > std::abs(up.y())) return {up.x() > 0 ? 1 : -1, 0};
+  return {0, up.y() > 0 ? 1 : -1};
+}
+
 }  // namespace
 
-double ShareOfHoles(const GuidedMap& map) {
+double Holes::Update(const GuidedMap& map, const std::vector<bool>& changed) {
+  const Eigen::Vector3d up = UpOf(map);
+  photos_.resize(map.photos.size());
   std::vector<Squares> squares;
-  for (const GuidedPhoto& photo : map.photos) squares.emplace_back(map.cameras[photo.camera]);
+  std::vector<char> stale(changed.begin(), changed.end());
+  for (size_t i = 0; i < photos_.size(); ++i) {
+    const GuidedPhoto& photo = map.photos[i];
+    squares.emplace_back(map.cameras[photo.camera]);
+    const std::array<int, 2> upwards = UpwardsOf(photo.cam_from_world.rotation * up);
+    if (std::exchange(photos_[i].upwards, upwards) != upwards) stale[i] = true;
+  }
   for (const GuidedPoint& point : map.points) {
     for (const uint32_t photo : point.photos) {
-      squares[photo].Add(map.photos[photo].cam_from_world.Apply(point.xyz));
+      if (stale[photo]) squares[photo].Add(map.photos[photo].cam_from_world.Apply(point.xyz));
     }
   }
-  const Eigen::Vector3d up = UpOf(map);
   int known = 0, holes = 0;
-  for (size_t i = 0; i < squares.size(); ++i) {
-    known += squares[i].NumWithPoints();
-    holes += squares[i].NumHoles(map.photos[i].cam_from_world.rotation * up);
+  for (size_t i = 0; i < photos_.size(); ++i) {
+    OfPhoto& photo = photos_[i];
+    if (stale[i]) {
+      photo.num_with_points = squares[i].NumWithPoints();
+      photo.num_holes = squares[i].NumHoles(photo.upwards);
+    }
+    known += photo.num_with_points;
+    holes += photo.num_holes;
   }
   return static_cast<double>(holes) / std::max(1, known + holes);
+}
+
+double ShareOfHoles(const GuidedMap& map) {
+  return Holes().Update(map, std::vector<bool>(map.photos.size(), true));
 }
 
 }  // namespace skein

@@ -13,8 +13,8 @@ PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& p
                             size_t num_photos) {
   PlaceSummary summary;
   summary.num_photos = num_photos;
-  summary.num_surfels = place.surfels.size();
   for (size_t i = 0; i < place.surfels.size(); ++i) {
+    summary.num_surfels += place.surface.surfels[i].IsGone() ? 0 : 1;
     summary.num_open += place.surfels[i].counts && place.surface.surfels[i].open_border ? 1 : 0;
   }
   summary.completeness = place.completeness;

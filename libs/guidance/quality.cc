@@ -8,27 +8,11 @@
 #include <utility>
 
 #include "core/option_check.h"
-#include "guidance/holes.h"
+#include "guidance/live_place.h"
 #include "guidance/surfel_views.h"
-#include "guidance/textured_share.h"
 
 namespace skein {
 namespace {
-
-// More photos of a surfel say little; the cost of pairs is quadratic.
-constexpr size_t kMaxViews = 16;
-
-std::vector<ViewOfSurfel> BestViews(const Eigen::Vector3d& normal,
-                                    std::vector<ViewOfSurfel> views) {
-  if (views.size() <= kMaxViews) return views;
-  const auto rank = [&](const ViewOfSurfel& view) {
-    return view.gsd / std::max(0.05, view.direction.dot(normal));
-  };
-  std::nth_element(views.begin(), views.begin() + kMaxViews, views.end(),
-                   [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
-  views.resize(kMaxViews);
-  return views;
-}
 
 // What a pair of photos is worth by its parallax: Smith et al. 2018, equation 3, the terms of
 // triangulation and matchability. 0 beyond 60 degrees.
@@ -65,12 +49,12 @@ class ParallaxWeights {
 
 // Whether dense matching finds the same place in both: enough parallax, not too different. By the
 // cosines of their parallax and of the flatter view's incidence.
+constexpr double kMinCosMatched = 0.34202;  // 70 degrees of incidence
 bool CanMatch(double cos_parallax, double cos_incidence) {
-  constexpr double kMinCosParallax = 0.5;       // 60 degrees
-  constexpr double kMaxCosParallax = 0.99966;   // 1.5 degrees: none at all
-  constexpr double kMinCosIncidence = 0.34202;  // 70 degrees
+  constexpr double kMinCosParallax = 0.5;      // 60 degrees
+  constexpr double kMaxCosParallax = 0.99966;  // 1.5 degrees: none at all
   return cos_parallax >= kMinCosParallax && cos_parallax <= kMaxCosParallax &&
-         cos_incidence >= kMinCosIncidence;
+         cos_incidence >= kMinCosMatched;
 }
 
 // J'J of a point for 1 px of noise.
@@ -91,15 +75,6 @@ double SigmaAlong(const Eigen::Vector3d& normal, const Eigen::Matrix3d& informat
 // Beyond this ground sampling distance a photo adds nothing.
 double MaxGsd(const QualityOptions& options) { return 4 * options.target_gsd; }
 
-double SecondBestGsd(const std::vector<ViewOfSurfel>& views) {
-  double best = std::numeric_limits<double>::infinity(), second = best;
-  for (const ViewOfSurfel& view : views) {
-    second = std::min(second, std::max(best, view.gsd));
-    best = std::min(best, view.gsd);
-  }
-  return views.size() < 2 ? best : second;
-}
-
 bool Counts(const QualityOptions& options, const SurfelQuality& quality) {
   return quality.best_gsd <= options.max_gsd_ratio * options.target_gsd;
 }
@@ -109,6 +84,8 @@ bool IsGood(const QualityOptions& options, const SurfelQuality& quality) {
          quality.reconstructability >= options.min_reconstructability &&
          quality.sigma <= options.max_sigma_gsd * options.target_gsd;
 }
+
+}  // namespace
 
 Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
                        double hole_share) {
@@ -139,47 +116,6 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   return result;
 }
 
-// With the target, and max_gsd_ratio of it.
-QualityOptions ForPlace(QualityOptions options, double median_gsd) {
-  const double usual = 2 * median_gsd;
-  if (options.target_gsd == 0) options.target_gsd = usual;
-  options.max_gsd_ratio *= std::max(1.0, usual / options.target_gsd);
-  return options;
-}
-
-// Parts, and the surfels that have none.
-std::vector<Piece> PiecesOf(DetailedSurface* detailed) {
-  const std::vector<Surfel>& wholes = detailed->surface.surfels;
-  std::vector<Piece> pieces;
-  std::vector<bool> has_parts(wholes.size(), false);
-  for (size_t i = 0; i < detailed->parts.size(); ++i) {
-    has_parts[detailed->whole_of[i]] = true;
-    pieces.push_back(
-        {std::move(detailed->parts[i]), detailed->part_width, detailed->whole_of[i], 0, {}});
-  }
-  for (uint32_t i = 0; i < wholes.size(); ++i) {
-    if (!has_parts[i]) pieces.push_back({wholes[i], detailed->surface.cell, i, 0, {}});
-  }
-  std::vector<double> sums(wholes.size(), 0);
-  for (const Piece& piece : pieces) sums[piece.whole] += piece.surfel.area;
-  for (Piece& piece : pieces) {
-    piece.area = wholes[piece.whole].area * piece.surfel.area / sums[piece.whole];
-  }
-  return pieces;
-}
-
-std::vector<double> GoodSharesOf(const PlaceQuality& place) {
-  std::vector<double> good(place.surfels.size(), 0);
-  for (const Piece& piece : place.pieces) {
-    if (piece.quality.good) {
-      good[piece.whole] += piece.area / place.surface.surfels[piece.whole].area;
-    }
-  }
-  return good;
-}
-
-}  // namespace
-
 std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel) {
   std::vector<ViewOfSurfel> views;
   for (const uint32_t index : surfel.photos) {
@@ -208,59 +144,108 @@ Status QualityOptions::Check() const {
                      InRange("max_open_share", max_open_share, 0.0, 1.0)});
 }
 
-SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
-                           const std::vector<ViewOfSurfel>& all_views) {
-  SurfelQuality quality;
-  quality.num_photos = static_cast<int>(all_views.size());
-  quality.best_gsd = SecondBestGsd(all_views);
-  quality.sigma = std::numeric_limits<double>::infinity();
-  const std::vector<ViewOfSurfel> views = BestViews(normal, all_views);
+AssessedViews::AssessedViews(const QualityOptions& options, const Eigen::Vector3d& normal,
+                             const std::vector<ViewOfSurfel>& views)
+    : normal_(normal) {
+  for (const ViewOfSurfel& view : views) sums_.Count(view);
+  std::vector<std::pair<double, size_t>> ranks;
+  ranks.reserve(views.size());
+  for (size_t i = 0; i < views.size(); ++i) ranks.emplace_back(RankOf(views[i]), i);
+  if (ranks.size() > kMaxViews) {
+    std::nth_element(ranks.begin(), ranks.begin() + kMaxViews, ranks.end());
+    ranks.resize(kMaxViews);
+  }
+  for (const auto& [rank, i] : ranks) Add(options, views[i]);
+  sums_.sigma = SigmaAlong(normal_, sums_.information);
+}
+
+double AssessedViews::RankOf(const ViewOfSurfel& view) const {
+  return view.gsd / std::max(0.05, view.direction.dot(normal_));
+}
+
+void AssessedViews::Sums::Count(const ViewOfSurfel& view) {
+  ++num_photos;
+  second_gsd = std::min(second_gsd, std::max(best_gsd, view.gsd));
+  best_gsd = std::min(best_gsd, view.gsd);
+}
+
+// Adds the pairs of the view with the best ones. Returns whether it matches one; `matches`: of
+// these, marks those that do.
+bool AssessedViews::AddPairs(const QualityOptions& options, const ViewOfSurfel& view,
+                             std::array<bool, kMaxViews>* matches, Sums* sums) const {
   static const ParallaxWeights weights;
   constexpr double kMinCosIncidence = 0.7071067811865476;  // of a pair that counts: 45 degrees
-  std::array<double, kMaxViews> incidence;                 // cosines
-  std::array<bool, kMaxViews> matches{};
-  for (size_t i = 0; i < views.size(); ++i) incidence[i] = views[i].direction.dot(normal);
-  for (size_t i = 0; i < views.size(); ++i) {
-    for (size_t j = 0; j < i; ++j) {
-      const double cos_parallax = views[i].direction.dot(views[j].direction);
-      const double cos_incidence = std::min(incidence[i], incidence[j]);
-      if (CanMatch(cos_parallax, cos_incidence)) matches[i] = matches[j] = true;
-      if (cos_incidence < kMinCosIncidence) continue;
-      const double resolution =
-          1 - std::min(std::max(views[i].gsd, views[j].gsd) / MaxGsd(options), 1.0);
-      quality.reconstructability += weights.Of(cos_parallax) * resolution * cos_incidence;
+  const double incidence = view.direction.dot(normal_);
+  if (incidence < kMinCosMatched) return false;  // nor does a pair of it count
+  bool matches_any = false;
+  for (size_t j = 0; j < num_; ++j) {
+    const double cos_parallax = view.direction.dot(views_[j].direction);
+    const double cos_incidence = std::min(incidence, incidence_[j]);
+    if (CanMatch(cos_parallax, cos_incidence)) {
+      matches_any = true;
+      if (!std::exchange((*matches)[j], true)) sums->information += InformationOf(views_[j]);
     }
+    if (cos_incidence < kMinCosIncidence) continue;
+    const double resolution =
+        1 - std::min(std::max(view.gsd, views_[j].gsd) / MaxGsd(options), 1.0);
+    sums->reconstructability += weights.Of(cos_parallax) * resolution * cos_incidence;
   }
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  for (size_t i = 0; i < views.size(); ++i) {
-    if (matches[i]) information += InformationOf(views[i]);
-  }
-  quality.sigma = SigmaAlong(normal, information);
+  if (matches_any) sums->information += InformationOf(view);
+  return matches_any;
+}
+
+// To the best ones.
+void AssessedViews::Add(const QualityOptions& options, const ViewOfSurfel& view) {
+  matches_[num_] = AddPairs(options, view, &matches_, &sums_);
+  incidence_[num_] = view.direction.dot(normal_);
+  views_[num_++] = view;
+}
+
+SurfelQuality AssessedViews::QualityOf(const QualityOptions& options, const Sums& sums) {
+  SurfelQuality quality;
+  quality.num_photos = sums.num_photos;
+  quality.best_gsd = sums.num_photos < 2 ? sums.best_gsd : sums.second_gsd;
+  quality.reconstructability = sums.reconstructability;
+  quality.sigma = sums.sigma;
   quality.counts = Counts(options, quality);
   quality.good = IsGood(options, quality);
   return quality;
 }
 
+SurfelQuality AssessedViews::QualityWith(const QualityOptions& options,
+                                         const ViewOfSurfel& view) const {
+  Sums sums = sums_;
+  sums.Count(view);
+  if (num_ < kMaxViews) {
+    std::array<bool, kMaxViews> matches = matches_;
+    if (AddPairs(options, view, &matches, &sums)) {
+      sums.sigma = SigmaAlong(normal_, sums.information);
+    }
+    return QualityOf(options, sums);
+  }
+  const auto worst =
+      std::max_element(views_.begin(), views_.end(),
+                       [&](const auto& a, const auto& b) { return RankOf(a) < RankOf(b); });
+  if (RankOf(view) < RankOf(*worst)) {
+    std::vector<ViewOfSurfel> best(views_.begin(), views_.end());
+    best[static_cast<size_t>(worst - views_.begin())] = view;
+    const AssessedViews replaced(options, normal_, best);
+    sums.reconstructability = replaced.sums_.reconstructability;
+    sums.sigma = replaced.sums_.sigma;
+  }
+  return QualityOf(options, sums);
+}
+
+SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
+                           const std::vector<ViewOfSurfel>& views) {
+  return AssessedViews(options, normal, views).Quality(options);
+}
+
 PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
                          const QualityOptions& quality_options, const GuidedMap& map) {
-  DetailedSurface detailed = MakeSurface(surface_options, map);
-  PlaceQuality place;
-  place.pieces = PiecesOf(&detailed);
-  place.surface = std::move(detailed.surface);
-  const QualityOptions options = ForPlace(quality_options, place.surface.median_gsd);
-  const auto assess = [&](const Surfel& surfel, double width) {
-    SurfelQuality quality = AssessSurfel(options, surfel.normal, ViewsOf(map, surfel));
-    quality.textured_share = TexturedShare(map, surfel, width, options.min_photos);
-    quality.good = quality.good && HasTexture(options, quality);
-    return quality;
-  };
-  for (const Surfel& surfel : place.surface.surfels) {
-    place.surfels.push_back(assess(surfel, place.surface.cell));
-  }
-  for (Piece& piece : place.pieces) piece.quality = assess(piece.surfel, piece.width);
-  place.good_shares = GoodSharesOf(place);
-  place.completeness = Summarise(options, place, ShareOfHoles(map));
-  return place;
+  LivePlace live(surface_options, quality_options, {0});
+  live.Update(map, quality_options.target_gsd);
+  return live.Take();
 }
 
 }  // namespace skein

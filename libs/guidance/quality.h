@@ -97,6 +97,7 @@ struct Completeness {
   double GoodOfShown() const { return good_share * (1 - hole_share); }
 };
 
+// One that LivePlace keeps has gaps: surfels that have gone, and pieces without width.
 struct PlaceQuality {
   Surface surface;
   std::vector<SurfelQuality> surfels;  // in the order of surface.surfels, each as a whole
@@ -105,6 +106,7 @@ struct PlaceQuality {
   Completeness completeness;
 };
 
+// LivePlace's first update.
 PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
                          const QualityOptions& quality_options, const GuidedMap& map);
 

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <tuple>
+#include <utility>
 
 #include "core/option_check.h"
 #include "guidance/depth_grid.h"
+#include "guidance/surfel_blocks.h"
 #include "guidance/surfel_views.h"
 
 namespace skein {
@@ -24,19 +27,18 @@ struct Weak {
   double area = 0;
   bool is_beyond = false;
   double min_cos = 0;  // a photo shows it if its direction's cosine with the normal is larger
-  std::vector<ViewOfSurfel> views;
-  double utility = 0;    // with these
-  uint64_t version = 0;  // of the views
+  const Surfel* surfel = nullptr;        // whose photos show it; null: none does
+  double utility = 0;                    // with the photos that show it
+  uint64_t version = 0;                  // of these
+  std::vector<ViewOfSurfel> views = {};  // of these; filled when they are asked for (ViewsOfWeak)
+  std::shared_ptr<const AssessedViews> assessed = {};  // the same
 };
 
 // 0 without photos, 1 where it is good. The first photos count a little: without them no further
 // one makes it good.
 // An open border closes with the second photo.
-double Utility(const QualityOptions& options, const Weak& weak,
-               const std::vector<ViewOfSurfel>& views) {
+double UtilityOf(const QualityOptions& options, const SurfelQuality& quality) {
   constexpr double kOfFirstTwo = 0.2;
-  if (weak.is_beyond) return 0.2 * static_cast<double>(std::min<size_t>(views.size(), 2));
-  const SurfelQuality quality = AssessSurfel(options, weak.normal, views);
   if (quality.good) return 1;
   const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
                        std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma) *
@@ -44,34 +46,30 @@ double Utility(const QualityOptions& options, const Weak& weak,
   return kOfFirstTwo * std::min(quality.num_photos, 2) / 2 + (1 - kOfFirstTwo) * 0.95 * pairs;
 }
 
+double UtilityOfBorder(size_t num_photos) {
+  return 0.2 * static_cast<double>(std::min<size_t>(num_photos, 2));
+}
+
 bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {
   const Eigen::Vector3d ray = centre - weak.position;
   return ray.dot(weak.normal) > weak.min_cos * ray.norm();
 }
 
-std::vector<Weak> FindWeak(const QualityOptions& options, const GuidedMap& map,
-                           const PlaceQuality& place) {
+std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place) {
   std::vector<Weak> weak;
   for (const Piece& piece : place.pieces) {
     if (!piece.quality.counts || piece.quality.good || !HasTexture(options, piece.quality))
       continue;
     const Surfel& surfel = piece.surfel;
-    weak.push_back(
-        {surfel.position, surfel.normal, piece.area, false, 0, ViewsOf(map, surfel), 0, 0});
-    weak.back().utility = Utility(options, weak.back(), weak.back().views);
+    weak.push_back({surfel.position, surfel.normal, piece.area, false, 0, &surfel,
+                    UtilityOf(options, piece.quality)});
   }
   for (size_t i = 0; i < place.surfels.size(); ++i) {
     const Surfel& surfel = place.surface.surfels[i];
     if (place.surfels[i].counts && surfel.open_border) {
       // What lies beyond is as wide as the gap to it.
-      weak.push_back({surfel.beyond,
-                      surfel.beyond_normal,
-                      2 * surfel.area,
-                      true,
-                      std::cos(surfel.beyond_max_deg * kRadian),
-                      {},
-                      0,
-                      0});
+      weak.push_back({surfel.beyond, surfel.beyond_normal, 2 * surfel.area, true,
+                      std::cos(surfel.beyond_max_deg * kRadian)});
     }
   }
   return weak;
@@ -86,16 +84,34 @@ struct Cluster {
 
 double Missing(const Weak& weak) { return weak.area * (1 - weak.utility); }
 
-std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width, size_t max_num) {
-  constexpr size_t kMaxMembers = 6;
-  std::map<std::tuple<long, long, long, int>, Cluster> clusters;
-  for (size_t i = 0; i < weak.size(); ++i) {
+// Of each weak place its cluster, a number.
+std::vector<uint32_t> NumberClusters(const std::vector<Weak>& weak, double width) {
+  std::map<std::tuple<long, long, long, int>, std::vector<uint32_t>> members;
+  for (uint32_t i = 0; i < weak.size(); ++i) {
     const Eigen::Vector3d cell = weak[i].position / width;
     Eigen::Index axis = 0;
     weak[i].normal.cwiseAbs().maxCoeff(&axis);
     const int side = static_cast<int>(axis) * 2 + (weak[i].normal[axis] > 0);
-    Cluster& cluster =
-        clusters[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}];
+    members[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}].push_back(
+        i);
+  }
+  std::vector<uint32_t> cluster_of(weak.size());
+  uint32_t number = 0;
+  for (const auto& [key, places] : members) {
+    for (const uint32_t place : places) cluster_of[place] = number;
+    ++number;
+  }
+  return cluster_of;
+}
+
+// The heaviest ones, as weak as their places are now.
+std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak,
+                                 const std::vector<uint32_t>& cluster_of, size_t max_num) {
+  constexpr size_t kMaxMembers = 6;
+  std::vector<Cluster> clusters;
+  for (size_t i = 0; i < weak.size(); ++i) {
+    if (cluster_of[i] >= clusters.size()) clusters.resize(cluster_of[i] + 1);
+    Cluster& cluster = clusters[cluster_of[i]];
     const double missing = Missing(weak[i]);
     cluster.position += missing * weak[i].position;
     cluster.normal += missing * weak[i].normal;
@@ -103,7 +119,7 @@ std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width, si
     cluster.members.push_back(i);
   }
   std::vector<Cluster> sorted;
-  for (auto& [key, cluster] : clusters) {
+  for (Cluster& cluster : clusters) {
     if (cluster.weight > 0) sorted.push_back(std::move(cluster));
   }
   std::sort(sorted.begin(), sorted.end(),
@@ -161,9 +177,13 @@ class Chooser {
           const PlaceQuality& place)
       : options_(options), quality_(quality), map_(map), place_(place) {
     if (quality_.target_gsd == 0) quality_.target_gsd = place.completeness.target_gsd;
-    weak_ = FindWeak(quality_, map, place);
+    weak_ = FindWeak(quality_, place);
     up_ = UpOf(map);
-    positions_ = PositionsOf(place.surface.surfels);
+    blocks_ = BlocksOf(place.surface);
+    weak_blocks_ = SurfelBlocks(place.surface.cell);
+    for (uint32_t i = 0; i < weak_.size(); ++i) {
+      weak_blocks_.Add(i, weak_[i].position.cast<float>());
+    }
     for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
   }
 
@@ -203,19 +223,24 @@ class Chooser {
   };
 
   Ground GroundOf(const StationSeeker& seeker) const;
-  std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground) const;
+  std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground);
+  const std::vector<uint32_t>& ClustersOfWidth(double width);
+  bool IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks, const Eigen::Vector3d& from,
+                 const Eigen::Vector3d& to) const;
   bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
                   const Eigen::Vector3d& centre) const;
   bool WasInVain(const StationSeeker& seeker, const CameraPose& pose, double common_points) const;
-  std::vector<Weak> TakeInVain(const StationSeeker& seeker);
+  std::vector<std::pair<uint32_t, Weak>> TakeInVain(const StationSeeker& seeker);
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
-  double UtilityWith(const Weak& weak, const Eigen::Vector3d& centre, double focal_px) const;
-  double HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre, double focal_px) const;
+  double GainOf(const Eigen::Vector3d& centre, double focal_px, Weak* weak) const;
+  double HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre, double focal_px);
   std::vector<Shown> ShownIn(const View& view, const Eigen::Vector3d& centre) const;
-  double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown) const;
+  double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown);
+  void FillViews(Weak* weak) const;
+  double UtilityWith(const ViewOfSurfel& view, Weak* weak) const;
   double CommonPoints(const View& view, const Eigen::Vector3d& centre) const;
   void Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre, double focal_px);
-  Station::Why WhyOf(const Weak& weak) const;
+  Station::Why WhyOf(Weak* weak_place) const;
   uint32_t NearestPhoto(const Candidate& candidate) const;
   const GuidedCamera& CameraOf(const StationSeeker& seeker) const {
     return map_.cameras[map_.photos[seeker.last_photo].camera];
@@ -225,7 +250,7 @@ class Chooser {
     View view{
         DepthGrid(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance),
         {}};
-    view.in_frame = view.grid.Draw(positions_);
+    view.in_frame = view.grid.Draw(blocks_);
     return view;
   }
 
@@ -235,7 +260,9 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
-  Eigen::Matrix3Xf positions_;  // of the surfels
+  SurfelBlocks blocks_;                               // the surfels
+  SurfelBlocks weak_blocks_;                          // the weak places
+  std::map<double, std::vector<uint32_t>> clusters_;  // of the weak places, by width
   // By the agent, and where it would stand and look: most candidates come again for each station.
   std::map<std::array<double, 7>, Stand> stands_;
   uint64_t last_version_ = 0;
@@ -256,10 +283,16 @@ Chooser::Ground Chooser::GroundOf(const StationSeeker& seeker) const {
   return ground;
 }
 
+const std::vector<uint32_t>& Chooser::ClustersOfWidth(double width) {
+  const auto [found, is_new] = clusters_.try_emplace(width);
+  if (is_new) found->second = NumberClusters(weak_, width);
+  return found->second;
+}
+
 // Straight in front of each weak place and around it, so that parallax comes with any photo that is
 // there.
 std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& seeker,
-                                                        const Ground& ground) const {
+                                                        const Ground& ground) {
   constexpr int kDirections = 8, kMaxClusters = 120;
   constexpr double kTiltsDeg[] = {0, 20, 40};
   const Surface& surface = place_.surface;
@@ -267,7 +300,7 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   const double distance = std::min(surface.working_distance, 0.9 * quality_.target_gsd * focal_px);
   const Eigen::Vector3d right = RightOf(map_.photos[seeker.last_photo].cam_from_world);
   std::vector<Candidate> candidates;
-  for (const Cluster& cluster : ClusterWeak(weak_, 0.4 * distance, kMaxClusters)) {
+  for (const Cluster& cluster : ClusterWeak(weak_, ClustersOfWidth(0.4 * distance), kMaxClusters)) {
     const Eigen::Vector3d side = cluster.normal.unitOrthogonal();
     for (const double tilt_deg : kTiltsDeg) {
       for (int i = 0; i < (tilt_deg == 0 ? 1 : kDirections); ++i) {
@@ -293,33 +326,48 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   return candidates;
 }
 
+// Whether a surfel lies close to the straight line between the two.
+bool Chooser::IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks,
+                        const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
+  const Eigen::Vector3d way = to - from;
+  const double length = way.norm(), width = place_.surface.cell;
+  const Eigen::Vector3d direction = way / std::max(length, 1e-12);
+  const auto is_close = [&](const Eigen::Vector3d& surfel) {
+    const Eigen::Vector3d offset = surfel - from;
+    const double along = offset.dot(direction);
+    if (along <= 0 || along >= length) return false;
+    return (offset - along * direction).squaredNorm() < width * width;
+  };
+  return std::any_of(blocks.begin(), blocks.end(), [&](const SurfelBlocks::Block* block) {
+    const Eigen::Vector3d offset = block->middle - from;
+    const double along = std::clamp(offset.dot(direction), 0.0, length);
+    if ((offset - along * direction).norm() > width + block->radius) return false;
+    return std::any_of(block->positions.begin(), block->positions.end(),
+                       [&](const Eigen::Vector3f& p) { return is_close(p.cast<double>()); });
+  });
+}
+
 // Not in a surface or close to it, and within the reach of some photo, whose view of it is free.
 bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
                          const Eigen::Vector3d& centre) const {
   const double clearance = 0.25 * place_.surface.working_distance;
   const double step = 1.5 * place_.surface.working_distance;
-  for (const Surfel& surfel : place_.surface.surfels) {
-    if ((surfel.position - centre).squaredNorm() < clearance * clearance) return false;
+  const double near = step + place_.surface.cell;
+  std::vector<const SurfelBlocks::Block*> blocks;  // whose surfels may be between
+  for (const SurfelBlocks::Block& block : blocks_.blocks()) {
+    if ((block.middle - centre).norm() > near + block.radius) continue;
+    blocks.push_back(&block);
+    if ((block.middle - centre).norm() > clearance + block.radius) continue;
+    for (const Eigen::Vector3f& position : block.positions) {
+      if ((position.cast<double>() - centre).squaredNorm() < clearance * clearance) return false;
+    }
   }
   for (const auto& polygon : seeker.reach.no_go) {
     if (IsInside(polygon, ground.up, centre)) return false;
   }
-  // A surface between the two lies close to the straight line between them.
-  const auto is_free = [&](const Eigen::Vector3d& from) {
-    const Eigen::Vector3d way = centre - from;
-    const double length = way.norm();
-    if (length > step) return false;
-    const Eigen::Vector3d direction = way / std::max(length, 1e-12);
-    return std::none_of(place_.surface.surfels.begin(), place_.surface.surfels.end(),
-                        [&](const Surfel& surfel) {
-                          const Eigen::Vector3d offset = surfel.position - from;
-                          const double along = offset.dot(direction);
-                          if (along <= 0 || along >= length) return false;
-                          const double width = place_.surface.cell;
-                          return (offset - along * direction).squaredNorm() < width * width;
-                        });
-  };
-  return std::any_of(centres_.begin(), centres_.end(), is_free);
+  return std::any_of(centres_.begin(), centres_.end(), [&](const Eigen::Vector3d& from) {
+    return (centre - from).norm() <= step && !IsBetween(blocks, from, centre);
+  });
 }
 
 Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& ground,
@@ -351,14 +399,16 @@ bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
 }
 
 // As if what was in vain had been photographed, so that advice goes to other places: what hides one
-// from a station hides it from those beside it, too. Returns what is weak without that.
-std::vector<Weak> Chooser::TakeInVain(const StationSeeker& seeker) {
-  std::vector<Weak> before = weak_;
+// from a station hides it from those beside it, too. Returns what was weak before, of what changed.
+std::vector<std::pair<uint32_t, Weak>> Chooser::TakeInVain(const StationSeeker& seeker) {
+  std::vector<std::pair<uint32_t, Weak>> before;
   for (const VainPhoto& photo : seeker.in_vain) {
     const View view = ViewFromPose(seeker, photo.cam_from_world);
     const Eigen::Vector3d centre = photo.cam_from_world.Centre();
     if (CommonPoints(view, centre) >= kMoreIsKnown * photo.common_points) continue;
-    Take(ShownIn(view, centre), centre, CameraOf(seeker).FocalPx());
+    const std::vector<Shown> shown = ShownIn(view, centre);
+    for (const Shown& one : shown) before.emplace_back(one.weak, weak_[one.weak]);
+    Take(shown, centre, CameraOf(seeker).FocalPx());
   }
   return before;
 }
@@ -372,42 +422,52 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
                                              const Eigen::Vector3d& centre) const {
   constexpr uint64_t kNone = std::numeric_limits<uint64_t>::max();
   std::vector<Shown> shown;
-  for (uint32_t i = 0; i < weak_.size(); ++i) {
-    if (!Shows(centre, weak_[i])) continue;
-    if (view.grid.Look(weak_[i].position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
-    shown.push_back({i, 0, kNone});
+  for (const SurfelBlocks::Block& block : weak_blocks_.blocks()) {
+    if (!view.grid.MayMeet(block.middle, block.radius)) continue;
+    for (const uint32_t i : block.surfels) {
+      if (!Shows(centre, weak_[i])) continue;
+      if (view.grid.Look(weak_[i].position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+      shown.push_back({i, 0, kNone});
+    }
   }
   return shown;
 }
 
-double Chooser::UtilityWith(const Weak& weak, const Eigen::Vector3d& centre,
-                            double focal_px) const {
-  std::vector<ViewOfSurfel> views = weak.views;
-  views.push_back(ViewFrom(centre, focal_px, weak.position));
-  return std::max(weak.utility, Utility(quality_, weak, views));
+void Chooser::FillViews(Weak* weak) const {
+  if (weak->assessed != nullptr) return;
+  if (weak->surfel != nullptr) weak->views = ViewsOf(map_, *weak->surfel);
+  weak->assessed = std::make_shared<AssessedViews>(quality_, weak->normal, weak->views);
+}
+
+double Chooser::UtilityWith(const ViewOfSurfel& view, Weak* weak) const {
+  if (weak->is_beyond) return UtilityOfBorder(weak->views.size() + 1);
+  FillViews(weak);
+  return UtilityOf(quality_, weak->assessed->QualityWith(quality_, view));
+}
+
+double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, Weak* weak) const {
+  const ViewOfSurfel view = ViewFrom(centre, focal_px, weak->position);
+  return weak->area * std::max(0.0, UtilityWith(view, weak) - weak->utility);
 }
 
 // Of the cluster's area, as its weakest members would gain in full view. Some places gain by no
 // photo from where one can stand, as the sides of a window's recess.
-double Chooser::HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre,
-                       double focal_px) const {
+double Chooser::HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre, double focal_px) {
   double missing = 0, gain = 0;
   for (const size_t i : cluster.members) {
     missing += Missing(weak_[i]);
-    if (!Shows(centre, weak_[i])) continue;
-    gain += weak_[i].area * (UtilityWith(weak_[i], centre, focal_px) - weak_[i].utility);
+    if (Shows(centre, weak_[i])) gain += GainOf(centre, focal_px, &weak_[i]);
   }
   return gain / missing * cluster.weight;
 }
 
-double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px,
-                       std::vector<Shown>* shown) const {
+double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown) {
   double gain = 0;
   for (Shown& one : *shown) {
-    const Weak& weak = weak_[one.weak];
+    Weak& weak = weak_[one.weak];
     if (weak.utility >= 1) continue;
     if (one.version != weak.version) {
-      one.gain = weak.area * (UtilityWith(weak, centre, focal_px) - weak.utility);
+      one.gain = GainOf(centre, focal_px, &weak);
       one.version = weak.version;
     }
     gain += one.gain;
@@ -425,12 +485,14 @@ double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre) co
     const Eigen::Vector3d ray = centre - surfel.position;
     const double distance = ray.norm();
     if (ray.dot(surfel.normal) <= 0) continue;
-    const bool known = std::any_of(surfel.photos.begin(), surfel.photos.end(), [&](uint32_t photo) {
-      const Eigen::Vector3d other = centres_[photo] - surfel.position;
-      const double other_distance = other.norm();
-      return ray.dot(other) >= kMinCos * distance * other_distance &&
-             other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
-    });
+    // The newest are more often near.
+    const bool known =
+        std::any_of(surfel.photos.rbegin(), surfel.photos.rend(), [&](uint32_t photo) {
+          const Eigen::Vector3d other = centres_[photo] - surfel.position;
+          const double other_distance = other.norm();
+          return ray.dot(other) >= kMinCos * distance * other_distance &&
+                 other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
+        });
     if (known) points += surfel.num_points;
   }
   return options_.match_rate * points;
@@ -441,13 +503,18 @@ void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centr
   ++last_version_;
   for (const Shown& one : shown) {
     Weak& weak = weak_[one.weak];
+    FillViews(&weak);
     weak.views.push_back(ViewFrom(centre, focal_px, weak.position));
-    weak.utility = Utility(quality_, weak, weak.views);
+    weak.assessed = std::make_shared<AssessedViews>(quality_, weak.normal, weak.views);
+    weak.utility = weak.is_beyond ? UtilityOfBorder(weak.views.size())
+                                  : UtilityOf(quality_, weak.assessed->Quality(quality_));
     weak.version = last_version_;
   }
 }
 
-Station::Why Chooser::WhyOf(const Weak& weak) const {
+Station::Why Chooser::WhyOf(Weak* weak_place) const {
+  FillViews(weak_place);
+  const Weak& weak = *weak_place;
   constexpr double kMinCosIncidence = 0.7071067811865476;  // 45 degrees
   if (weak.is_beyond) return Station::Why::kOpenBorder;
   if (static_cast<int>(weak.views.size()) < quality_.min_photos) return Station::Why::kFewPhotos;
@@ -482,7 +549,7 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   constexpr int kTried = 60;  // that may be stood at
   const Ground ground = GroundOf(seeker);
   const double focal_px = CameraOf(seeker).FocalPx();
-  std::vector<Weak> weak_before = TakeInVain(seeker);
+  const std::vector<std::pair<uint32_t, Weak>> before = TakeInVain(seeker);
   const Candidate* best = nullptr;
   Station station;
   double best_score = 0;
@@ -506,11 +573,13 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
   // A photo that makes less than half a cell better is not worth a walk.
   const double least = 0.5 * place_.surface.cell * place_.surface.cell;
   const bool is_found = best != nullptr && station.gain >= least;
-  weak_ = std::move(weak_before);
+  for (auto changed = before.rbegin(); changed != before.rend(); ++changed) {
+    weak_[changed->first] = changed->second;
+  }
   if (!is_found) return false;
   station.cam_from_world = best->pose;
   station.target = best->target;
-  station.why = WhyOf(weak_[best->example]);
+  station.why = WhyOf(&weak_[best->example]);
   station.nearest_photo = NearestPhoto(*best);
   stations->push_back(station);
   Take(StandAt(seeker, ground, *best)->shown, best->centre, focal_px);

@@ -70,7 +70,7 @@ struct StationSeeker {
 
 // For each agent its stations, best first. A station is chosen as if those before it had been
 // photographed, and agents take turns, so no two get the same. Empty where nothing is weak within
-// reach. Deterministic.
+// reach. Deterministic. quality_options: `place` was assessed with these.
 std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,
                                                  const QualityOptions& quality_options,
                                                  const GuidedMap& map, const PlaceQuality& place,

@@ -25,6 +25,10 @@ struct SurfaceOptions {
 
 // A piece of surface, as large as a cell.
 struct Surfel {
+  // What LivePlace has in place of a surfel that has gone: without points, photos and position.
+  static Surfel Gone();
+  bool IsGone() const { return num_points == 0; }
+
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // mean of its points
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // unit, towards the photos that see it
   double area = 0;                                     // submap units squared

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "guidance/quality.h"
@@ -11,5 +14,48 @@ namespace skein {
 ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
                       const Eigen::Vector3d& position);
 std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel);
+
+// What photos of a surfel are worth together, and what with one more.
+class AssessedViews {
+ public:
+  AssessedViews() = default;
+  AssessedViews(const QualityOptions& options, const Eigen::Vector3d& normal,
+                const std::vector<ViewOfSurfel>& views);
+
+  // As AssessSurfel of the views.
+  SurfelQuality Quality(const QualityOptions& options) const { return QualityOf(options, sums_); }
+  // As AssessSurfel of the views and this one. Costs 1/8 of it, or as much where there are more
+  // than kMaxViews and this is among the best.
+  SurfelQuality QualityWith(const QualityOptions& options, const ViewOfSurfel& view) const;
+
+ private:
+  // More photos of a surfel say little; the cost of pairs is quadratic.
+  static constexpr size_t kMaxViews = 16;
+
+  struct Sums {
+    int num_photos = 0;
+    double best_gsd = std::numeric_limits<double>::infinity(), second_gsd = best_gsd;
+    // Of the best ones' pairs, and of those that match another one.
+    double reconstructability = 0;
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    double sigma = std::numeric_limits<double>::infinity();  // along the normal, of `information`
+
+    void Count(const ViewOfSurfel& view);
+  };
+
+  double RankOf(const ViewOfSurfel& view) const;
+  void Add(const QualityOptions& options, const ViewOfSurfel& view);
+  bool AddPairs(const QualityOptions& options, const ViewOfSurfel& view,
+                std::array<bool, kMaxViews>* matches, Sums* sums) const;
+  static SurfelQuality QualityOf(const QualityOptions& options, const Sums& sums);
+
+  Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();
+  Sums sums_;
+  // The best ones, at most kMaxViews.
+  size_t num_ = 0;
+  std::array<ViewOfSurfel, kMaxViews> views_;
+  std::array<double, kMaxViews> incidence_{};  // cosines
+  std::array<bool, kMaxViews> matches_{};      // another one
+};
 
 }  // namespace skein

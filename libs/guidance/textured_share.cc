@@ -55,18 +55,15 @@ double ShareIn(const GuidedPhoto& photo, const GuidedCamera& camera, const Patch
 
 }  // namespace
 
-double TexturedShare(const GuidedMap& map, const Surfel& surfel, double cell, int min_photos) {
-  if (surfel.photos.empty()) return 0;
+void TexturedShare::Add(const GuidedMap& map, const Surfel& surfel, double cell, int min_photos,
+                        const std::vector<uint32_t>& photos) {
   const Patch patch = PatchOf(surfel, cell);
-  std::vector<double> shares;
-  for (const uint32_t index : surfel.photos) {
+  for (const uint32_t index : photos) {
     const GuidedPhoto& photo = map.photos[index];
-    shares.push_back(ShareIn(photo, map.cameras[photo.camera], patch));
+    const double share = ShareIn(photo, map.cameras[photo.camera], patch);
+    best_.insert(std::upper_bound(best_.begin(), best_.end(), share, std::greater<>()), share);
+    if (best_.size() > static_cast<size_t>(min_photos)) best_.pop_back();
   }
-  const size_t rank = std::min(shares.size(), static_cast<size_t>(min_photos)) - 1;
-  std::nth_element(shares.begin(), shares.begin() + static_cast<ptrdiff_t>(rank), shares.end(),
-                   std::greater<>());
-  return shares[rank];
 }
 
 }  // namespace skein

@@ -107,6 +107,7 @@ void GuideService::OnFact(const Fact& fact) {
   if (end == nullptr) return;
   store_.Drop(end->submap_id);
   vain_.Drop(end->submap_id);
+  guides_.erase(end->submap_id);
   guidance_.erase(end->submap_id);
   for (auto advice = advice_.begin(); advice != advice_.end();) {
     const bool is_of_it = advice->second.submap_id == end->submap_id;
@@ -149,10 +150,12 @@ void GuideService::Start(int64_t submap_id) {
   const ShapePtr shape = store_.Find(submap_id);
   if (shape == nullptr || !state_.IsLive(submap_id)) return StartIfDue();
   working_ = true;
+  std::shared_ptr<PlaceGuide>& guide = guides_[submap_id];
+  if (guide == nullptr) guide = std::make_shared<PlaceGuide>(options_, no_go_);
   worker_->Run(
-      [&options = options_, &no_go = no_go_, input = InputOf(shape)] {
+      [guide, input = InputOf(shape)] {
         const double begin_s = ThreadCpuS();
-        Result<PlaceGuidance> guidance = GuidePlace(options, no_go, input);
+        Result<PlaceGuidance> guidance = guide->Update(input);
         return Job{std::move(guidance), ThreadCpuS() - begin_s};
       },
       [this, submap_id](const Job& job) { OnDone(submap_id, job); });

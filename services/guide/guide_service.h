@@ -62,6 +62,8 @@ class GuideService {
   WorkShare share_;
   int64_t num_done_ = 0;
   double sum_s_ = 0;
+  // By submap; used by the worker.
+  std::map<int64_t, std::shared_ptr<PlaceGuide>> guides_;
   std::map<int64_t, guidance_t> guidance_;  // as told, by submap
   std::map<std::string, advice_t> advice_;  // as told, by agent
   PollLoop::TimerId timer_ = 0;

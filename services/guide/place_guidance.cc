@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "guide/sentences.h"
-#include "guide/shape_map.h"
 #include "session/session_state.h"
 
 namespace skein {
@@ -27,10 +26,10 @@ std::optional<Georeference> Locate(const PlaceInput& input, const GuidedMap& map
   return found;
 }
 
-void AddTextures(const PlaceInput& input, GuidedMap* map) {
-  for (GuidedPhoto& photo : map->photos) {
-    const auto known = input.photos.find(photo.image_id);
-    if (known != input.photos.end()) photo.texture = known->second.texture;
+void SetTextures(const PlaceInput& input, ShapeMap* map) {
+  for (size_t i = 0; i < map->map().photos.size(); ++i) {
+    const auto known = input.photos.find(map->map().photos[i].image_id);
+    if (known != input.photos.end()) map->SetTexture(i, known->second.texture);
   }
 }
 
@@ -83,7 +82,10 @@ Agents NumberAgents(const std::map<int64_t, GuidePhoto>& photos) {
 std::vector<StationSeeker> SeekersOf(const PlaceInput& input, const Agents& agents,
                                      const GuidedMap& map, const Reach& reach) {
   std::map<int32_t, uint32_t> last_photos;
-  for (uint32_t i = 0; i < map.photos.size(); ++i) last_photos[map.photos[i].agent] = i;
+  for (uint32_t i = 0; i < map.photos.size(); ++i) {
+    const auto [last, is_first] = last_photos.try_emplace(map.photos[i].agent, i);
+    if (map.photos[i].image_id > map.photos[last->second].image_id) last->second = i;
+  }
   std::vector<StationSeeker> seekers;
   for (const auto& [agent, last_photo] : last_photos) {
     if (input.agents.count(agents.names[agent]) == 0) continue;
@@ -111,13 +113,15 @@ AdvisedStation Advise(const PlaceInput& input, const GuidedMap& map, const Wordi
 
 }  // namespace
 
-Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& no_go,
-                                 const PlaceInput& input) {
+PlaceGuide::PlaceGuide(const GuideOptions& options, const NoGoAreas& no_go)
+    : options_(options), no_go_(no_go), place_(options.surface, options.quality) {}
+
+Result<PlaceGuidance> PlaceGuide::Update(const PlaceInput& input) {
   const Agents agents = NumberAgents(input.photos);
-  Result<ShapeMap> made = MapOfShape(*input.shape, agents.of_image, options.max_points);
-  if (!made.ok()) return made.status();
-  AddTextures(input, &made->map);
-  const GuidedMap& map = made->map;
+  Status taken = shape_map_.Update(*input.shape, agents.of_image, options_.max_points);
+  if (!taken.ok()) return taken;
+  SetTextures(input, &shape_map_);
+  const GuidedMap& map = shape_map_.map();
   const std::optional<Georeference> earth = Locate(input, map);
 
   PlaceGuidance guidance;
@@ -125,21 +129,22 @@ Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& n
   guidance.version = input.shape->version;
   guidance.metres_per_unit = earth ? earth->enu_from_model.scale : 0;
 
-  QualityOptions quality = options.quality;
-  if (earth && options.target_gsd_mm > 0) {
-    quality.target_gsd = TargetGsd(options.target_gsd_mm, guidance.metres_per_unit);
+  QualityOptions quality = options_.quality;
+  if (earth && options_.target_gsd_mm > 0) {
+    quality.target_gsd = TargetGsd(options_.target_gsd_mm, guidance.metres_per_unit);
   }
-  const PlaceQuality place = AssessPlace(options.surface, quality, map);
+  const PlaceQuality& place = place_.Update(map, quality.target_gsd);
+  quality.target_gsd = place.completeness.target_gsd;
   guidance.place = SummarisePlace(quality, place, map.photos.size());
   guidance.working_distance = place.surface.working_distance;
 
-  const std::optional<Reach> reach = ReachOf(options, no_go, earth);
+  const std::optional<Reach> reach = ReachOf(options_, no_go_, earth);
   const std::vector<StationSeeker> seekers = SeekersOf(input, agents, map, reach.value_or(Reach()));
   std::vector<std::vector<Station>> stations(seekers.size());
   if (reach && place.surface.cell > 0) {
-    StationOptions sampled = options.stations;
-    sampled.min_common_points *= made->share;
-    stations = ChooseStations(sampled, quality, map, place, seekers);
+    StationOptions sampled = options_.stations;
+    sampled.min_common_points *= shape_map_.share();
+    stations = ChooseStations(sampled, quality, place_.map(), place, seekers);
   }
   Wording wording;
   wording.up = reach && !reach->up.isZero() ? reach->up : UpOf(map);
@@ -150,12 +155,17 @@ Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& n
     advice.agent = agents.names[seekers[i].agent];
     advice.last_image_id = map.photos[seekers[i].last_photo].image_id;
     for (Station& station : stations[i]) {
-      station.common_points /= made->share;
+      station.common_points /= shape_map_.share();
       advice.stations.push_back(Advise(input, map, wording, station));
     }
     guidance.advice.push_back(std::move(advice));
   }
   return guidance;
+}
+
+Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& no_go,
+                                 const PlaceInput& input) {
+  return PlaceGuide(options, no_go).Update(input);
 }
 
 }  // namespace skein

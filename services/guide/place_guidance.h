@@ -13,9 +13,11 @@
 #include "core/result.h"
 #include "formats/texture_fields.h"
 #include "geometry/georeference.h"
+#include "guidance/live_place.h"
 #include "guidance/place_summary.h"
 #include "guidance/stations.h"
 #include "guide/guide_options.h"
+#include "guide/shape_map.h"
 #include "shapes/shape_store.h"
 
 namespace skein {
@@ -57,8 +59,24 @@ struct PlaceGuidance {
   std::vector<AgentAdvice> advice;  // of the agents that have a photo in the shape
 };
 
-// Deterministic. no_go: of options.no_go. Where it or options.altitude is given and the place has
-// no position on the earth, no stations are chosen: they might lie where nobody may be.
+// Of one submap, as its shape changes: of each update only what has changed is worked out anew
+// (LivePlace), but for the stations. One thread at a time.
+class PlaceGuide {
+ public:
+  // no_go: of options.no_go. Both must outlive it. Where options.altitude or no_go is given and the
+  // place has no position on the earth, no stations are chosen: they might lie where nobody may be.
+  PlaceGuide(const GuideOptions& options, const NoGoAreas& no_go);
+
+  Result<PlaceGuidance> Update(const PlaceInput& input);
+
+ private:
+  const GuideOptions& options_;
+  const NoGoAreas& no_go_;
+  ShapeMap shape_map_;
+  LivePlace place_;
+};
+
+// A PlaceGuide's first update.
 Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& no_go,
                                  const PlaceInput& input);
 

@@ -97,6 +97,30 @@ TestPlace Located(double metres) {
   return place;
 }
 
+TEST(PlaceGuidance, OfAPlaceThatGrowsSaysNearlyWhatIsSaidOfItAnew) {
+  const GuideOptions options;
+  const NoGoAreas no_go;
+  PlaceGuide guide(options, no_go);
+  TestPlace place(20, 4, 6000);
+  for (int i = 0; i < 16; ++i) {
+    place.Photograph(i % 2 == 0 ? "alice" : "bob", 2 + i);
+    PlaceInput input = place.Input();
+    input.shape = place.MakeShape(3, 10 + static_cast<uint64_t>(i));
+    const Result<PlaceGuidance> said = guide.Update(input), anew = GuidePlace({}, {}, input);
+    ASSERT_TRUE(said.ok() && anew.ok());
+    EXPECT_EQ(said->place.num_photos, anew->place.num_photos);
+    EXPECT_NEAR(said->place.completeness.good_share, anew->place.completeness.good_share, 0.05);
+    EXPECT_NEAR(said->place.num_surfels, anew->place.num_surfels,
+                5 + 0.2 * anew->place.num_surfels);
+    ASSERT_EQ(said->advice.size(), anew->advice.size());
+    for (size_t agent = 0; agent < said->advice.size(); ++agent) {
+      EXPECT_EQ(said->advice[agent].agent, anew->advice[agent].agent);
+      EXPECT_EQ(said->advice[agent].last_image_id, anew->advice[agent].last_image_id);
+      EXPECT_EQ(said->advice[agent].stations.empty(), anew->advice[agent].stations.empty());
+    }
+  }
+}
+
 TEST(PlaceGuidance, GpsGivesTheScaleAndTheTarget) {
   GuideOptions options;
   options.target_gsd_mm = 30;

@@ -3,7 +3,10 @@
 
 #include <cstdint>
 #include <map>
-#include <string>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "core/result.h"
 #include "guidance/guided_map.h"
@@ -11,16 +14,54 @@
 
 namespace skein {
 
-struct ShapeMap {
-  GuidedMap map;
-  double share = 1;  // of the shape's points that are in it
-};
+// Points with who sees them: of shapes with tracks, as they follow each other. Of more than
+// max_points a part of each chunk is taken, which is a random one (map/shape_maker.h); that part is
+// held until it is off by a tenth. Photos and points that make no sense (a camera without a focal
+// length, a pose that is not finite) are left out.
+//
+// Photos, cameras and points keep their index from shape to shape, so new photos follow those that
+// were there, and a point that has gone is one without photos. A point that two shapes have is
+// known by its first observation. Where a photo has gone, all begins anew. Only chunks with another
+// version are read.
+class ShapeMap {
+ public:
+  // agent_of_image: numbers that tell agents apart; 0 for images that are not in it. On failure the
+  // map is empty, and the next one begins anew.
+  Status Update(const Shape& shape, const std::map<int64_t, int32_t>& agent_of_image,
+                int64_t max_points);
 
-// Points with who sees them: of a shape with tracks. Of more than max_points a part of each chunk
-// is taken, which is a random one (map/shape_maker.h). Photos and points that make no sense (a
-// camera without a focal length, a pose that is not finite) are left out. agent_of_image: numbers
-// that tell agents apart; 0 for images that are not in it.
-Result<ShapeMap> MapOfShape(const Shape& shape, const std::map<int64_t, int32_t>& agent_of_image,
-                            int64_t max_points);
+  const GuidedMap& map() const { return map_; }
+  double share() const { return share_; }  // of the shape's points that are in the map
+  // By index; nullopt: not known.
+  void SetTexture(size_t photo, const std::optional<TextureFields>& texture) {
+    map_.photos[photo].texture = texture;
+  }
+
+ private:
+  struct Chunk {
+    uint64_t version = 0;
+    bool has_unknown_photos = false;                     // among its observations
+    std::vector<std::pair<uint64_t, uint32_t>> indices;  // by its first observation, of each point
+  };
+  // A point of a chunk: its first observation, and it.
+  using KeyedPoint = std::pair<uint64_t, GuidedPoint>;
+
+  bool HasAll(const std::map<uint32_t, const ShapePhoto*>& photos) const;
+  std::map<uint32_t, const ShapePhoto*> TakeCameras(const Shape& shape);
+  bool TakePhotos(const Shape& shape, const std::map<int64_t, int32_t>& agent_of_image);
+  bool SetShare(const Shape& shape, int64_t max_points);
+  Status TakeChunks(const Shape& shape, bool all, bool has_new_photos);
+  Result<std::vector<KeyedPoint>> Read(const Shape::Chunk& chunk, bool* has_unknown_photos) const;
+  void Take(std::vector<KeyedPoint> points, Chunk* chunk);
+  uint32_t NewIndex();
+  void Remove(uint32_t index);
+
+  GuidedMap map_;
+  double share_ = 1;
+  std::map<uint32_t, int32_t> cameras_;            // by id
+  std::unordered_map<uint32_t, uint32_t> photos_;  // by image id
+  std::map<uint64_t, Chunk> chunks_;               // by id
+  std::vector<uint32_t> free_;                     // points that are none
+};
 
 }  // namespace skein

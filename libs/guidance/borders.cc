@@ -1,0 +1,143 @@
+#include "guidance/borders.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+namespace {
+
+constexpr int kEnoughPhotos = 2;
+
+// Directions in the surfel's plane, as angles, of those around it.
+std::vector<double> AnglesAround(const Surfel& surfel, const std::vector<const Surfel*>& around,
+                                 const Eigen::Vector3d& x_axis, const Eigen::Vector3d& y_axis) {
+  std::vector<double> angles;
+  for (const Surfel* other : around) {
+    const Eigen::Vector3d offset = other->position - surfel.position;
+    const double x = offset.dot(x_axis), y = offset.dot(y_axis);
+    if (std::hypot(x, y) > 1e-9 * offset.norm()) angles.push_back(std::atan2(y, x));
+  }
+  std::sort(angles.begin(), angles.end());
+  return angles;
+}
+
+// Where nothing is around a surfel: the middle of the widest gap between its neighbours, if that is
+// wide enough for an end of the surface.
+bool FindGap(const Surfel& surfel, const std::vector<const Surfel*>& around,
+             Eigen::Vector3d* direction) {
+  constexpr double kMinGap = 135 * kRadian;
+  const Eigen::Vector3d x_axis = surfel.normal.unitOrthogonal();
+  const Eigen::Vector3d y_axis = surfel.normal.cross(x_axis);
+  const std::vector<double> angles = AnglesAround(surfel, around, x_axis, y_axis);
+  if (angles.size() < 2) return false;
+  double widest = 0, middle = 0;
+  for (size_t i = 0; i < angles.size(); ++i) {
+    const double next = i + 1 < angles.size() ? angles[i + 1] : angles[0] + 360 * kRadian;
+    if (next - angles[i] > widest) {
+      widest = next - angles[i];
+      middle = 0.5 * (next + angles[i]);
+    }
+  }
+  *direction = std::cos(middle) * x_axis + std::sin(middle) * y_axis;
+  return widest >= kMinGap;
+}
+
+// Whether another face joins it here, as at the corner of a house or at the foot of a wall.
+bool Turns(const Surfel& surfel, const std::vector<const Surfel*>& around) {
+  constexpr double kMinCos = 0.7;
+  return std::any_of(around.begin(), around.end(), [&](const Surfel* other) {
+    return other->normal.dot(surfel.normal) < kMinCos;
+  });
+}
+
+}  // namespace
+
+bool LooksAhead(const GuidedMap& map, const Eigen::Vector3d& up) {
+  double down = 0;
+  for (const GuidedPhoto& photo : map.photos) {
+    down -= AheadOf(photo.cam_from_world).dot(up);
+  }
+  return down < 0.5 * static_cast<double>(map.photos.size());
+}
+
+// Of what may lie beyond an end, around is left to a walk: what lies above a wall or below an edge
+// is out of many photographers' reach, and would keep every place open.
+End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
+            const Eigen::Vector3d& up, bool looks_ahead) {
+  constexpr double kMinLevel = 0.7, kMaxUpright = 0.5;
+  End end;
+  if (looks_ahead && surfel.normal.dot(up) > kMinLevel) return end;
+  end.is_end = FindGap(surfel, around, &end.direction);
+  end.may_walk_around = end.is_end && std::abs(end.direction.dot(up)) < kMaxUpright &&
+                        std::abs(surfel.normal.dot(up)) < kMaxUpright && !Turns(surfel, around);
+  return end;
+}
+
+Borders::Borders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
+                 const Sights& sights, double cell)
+    : centres_(centres),
+      sights_(sights),
+      max_incidence_deg_(options.max_incidence_deg),
+      min_cos_(std::cos(options.max_incidence_deg * kRadian)),
+      cell_(cell) {}
+
+Eigen::Vector3d Borders::BeyondOf(const End& end, const Surfel& surfel) const {
+  constexpr int kCellsBeyond = 2;
+  return surfel.position + kCellsBeyond * cell_ * end.direction;
+}
+
+Eigen::Vector3d Borders::BehindOf(const Surfel& surfel) const {
+  constexpr double kCellsBehind = 3;
+  return surfel.position - kCellsBehind * cell_ * surfel.normal;
+}
+
+// By photos that have the place within their frame. One that is hidden lies behind another surface,
+// as where a wall meets the ground.
+bool Borders::IsLookedAt(const Surfel& surfel, const Eigen::Vector3d& beyond) const {
+  int count = 0;
+  for (uint32_t photo = 0; photo < centres_.size() && count < kEnoughPhotos; ++photo) {
+    const Eigen::Vector3d ray = centres_[photo] - beyond;
+    if (ray.dot(surfel.normal) < min_cos_ * ray.norm()) continue;
+    count += sights_.GridOf(photo).Look(beyond, 0) != DepthGrid::Sight::kOutside;
+  }
+  return count >= kEnoughPhotos;
+}
+
+// By photos that look past the end at what lies behind it. Straight in front of the end none does;
+// one that stands 30 degrees to its side does.
+bool Borders::IsLookedBehind(const Surfel& surfel) const {
+  const Eigen::Vector3d behind = BehindOf(surfel);
+  int count = 0;
+  for (uint32_t photo = 0; photo < centres_.size() && count < kEnoughPhotos; ++photo) {
+    count += sights_.GridOf(photo).Look(behind, 0) == DepthGrid::Sight::kSeen;
+  }
+  return count >= kEnoughPhotos;
+}
+
+void Borders::Judge(const End& end, Surfel* surfel) const {
+  constexpr double kSide = 45 * kRadian, kMaxOffSideDeg = 25;
+  surfel->at_end = end.is_end;
+  surfel->open_border = false;
+  surfel->beyond = surfel->position;
+  surfel->beyond_normal = surfel->normal;
+  surfel->beyond_max_deg = end.is_end ? max_incidence_deg_ : 0;
+  if (!end.is_end) return;
+  const Eigen::Vector3d beyond = BeyondOf(end, *surfel);
+  surfel->open_border = !IsLookedAt(*surfel, beyond);
+  if (surfel->open_border) {
+    surfel->beyond = beyond;
+  } else if (end.may_walk_around && !IsLookedBehind(*surfel)) {
+    surfel->open_border = true;
+    surfel->beyond_normal = std::cos(kSide) * surfel->normal + std::sin(kSide) * end.direction;
+    surfel->beyond_max_deg = kMaxOffSideDeg;
+  }
+}
+
+bool Borders::MayDependOn(uint32_t photo, const End& end, const Surfel& surfel) const {
+  const DepthGrid& grid = sights_.GridOf(photo);
+  return grid.Look(BeyondOf(end, surfel), 0) != DepthGrid::Sight::kOutside ||
+         (end.may_walk_around && grid.Look(BehindOf(surfel), 0) != DepthGrid::Sight::kOutside);
+}
+
+}  // namespace skein

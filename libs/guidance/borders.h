@@ -1,0 +1,49 @@
+// Where a surface ends, and whether photos show what lies beyond. Inside of libs/guidance.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "guidance/guided_map.h"
+#include "guidance/sights.h"
+#include "guidance/surface.h"
+
+namespace skein {
+
+// An end of the surface at a surfel: by the surfels around it.
+struct End {
+  bool is_end = false;
+  bool may_walk_around = false;                         // what lies behind may be looked for
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // away from the surface, unit
+};
+
+// Photos that look ahead are of what stands upright; the ground goes on without end.
+bool LooksAhead(const GuidedMap& map, const Eigen::Vector3d& up);
+
+// `around`: at most two cells away along each axis, itself too.
+End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
+            const Eigen::Vector3d& up, bool looks_ahead);
+
+// What photos show of ends.
+class Borders {
+ public:
+  Borders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
+          const Sights& sights, double cell);
+
+  // Sets what a surfel says of its end and of beyond. Costs the number of photos where it is open.
+  void Judge(const End& end, Surfel* surfel) const;
+  // Whether Judge may come out otherwise with another view of the photo.
+  bool MayDependOn(uint32_t photo, const End& end, const Surfel& surfel) const;
+
+ private:
+  Eigen::Vector3d BeyondOf(const End& end, const Surfel& surfel) const;
+  Eigen::Vector3d BehindOf(const Surfel& surfel) const;
+  bool IsLookedAt(const Surfel& surfel, const Eigen::Vector3d& beyond) const;
+  bool IsLookedBehind(const Surfel& surfel) const;
+
+  const std::vector<Eigen::Vector3d>& centres_;  // of the photos
+  const Sights& sights_;
+  double max_incidence_deg_, min_cos_, cell_;
+};
+
+}  // namespace skein

@@ -1,0 +1,102 @@
+#include "guidance/place_scale.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace skein {
+namespace {
+
+constexpr size_t kMaxSamples = 10'000;
+
+// Of a part's cell: then a plane has nine points in and around it, and kMinPointsOfNormal are there
+// in 88 % of the cells where points lie at random (Poisson).
+constexpr double kPointsPerPart = 1;
+// A window of dense matching tells nothing of what is smaller than itself (7 x 7 pixels in
+// benchmark/plane_sweep.h; 5 x 5 to 11 x 11 are usual).
+constexpr double kMinPartPx = 7;
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Distances {
+  double median_gsd = 0;        // of a point in its nearest photo
+  double observed_gsd = 0;      // of an observation
+  double working_distance = 0;  // of an observation
+};
+
+Distances MeasureDistances(const GuidedMap& map) {
+  std::vector<Eigen::Vector3d> centres;
+  for (const GuidedPhoto& photo : map.photos) centres.push_back(photo.cam_from_world.Centre());
+  std::vector<double> nearest, observed, distances;
+  const size_t stride = 1 + map.points.size() / kMaxSamples;
+  for (size_t i = 0; i < map.points.size(); i += stride) {
+    const GuidedPoint& point = map.points[i];
+    double best = std::numeric_limits<double>::infinity();
+    for (const uint32_t photo : point.photos) {
+      const double distance = (point.xyz - centres[photo]).norm();
+      const double gsd = distance / map.cameras[map.photos[photo].camera].FocalPx();
+      best = std::min(best, gsd);
+      observed.push_back(gsd);
+      distances.push_back(distance);
+    }
+    if (!point.photos.empty()) nearest.push_back(best);
+  }
+  return {Median(std::move(nearest)), Median(std::move(observed)), Median(std::move(distances))};
+}
+
+double CellWidth(const SurfaceOptions& options, const GuidedMap& map, double points_per_photo,
+                 double observed_gsd) {
+  std::vector<double> widths, areas;
+  for (const GuidedPhoto& photo : map.photos) {
+    const GuidedCamera& camera = map.cameras[photo.camera];
+    widths.push_back(camera.width_px);
+    areas.push_back(static_cast<double>(camera.width_px) * camera.height_px);
+  }
+  const double wanted_px = std::sqrt(Median(std::move(areas)) * options.points_per_cell /
+                                     std::max(1.0, points_per_photo));
+  const double max_px =
+      std::max(options.min_cell_px, options.max_cell_share * Median(std::move(widths)));
+  return std::clamp(wanted_px, options.min_cell_px, max_px) * observed_gsd;
+}
+
+}  // namespace
+
+std::vector<uint32_t> CountObservations(const GuidedMap& map) {
+  std::vector<uint32_t> counts(map.photos.size(), 0);
+  for (const GuidedPoint& point : map.points) {
+    for (const uint32_t photo : point.photos) ++counts[photo];
+  }
+  return counts;
+}
+
+PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map,
+                        const std::vector<uint32_t>& num_observations) {
+  const Distances distances = MeasureDistances(map);
+  if (distances.median_gsd <= 0) return {};
+  SurfaceOptions of_parts = options;
+  of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
+  of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
+  const double points_per_photo =
+      Median(std::vector<double>(num_observations.begin(), num_observations.end()));
+  return {distances.median_gsd, distances.working_distance,
+          CellWidth(options, map, points_per_photo, distances.observed_gsd),
+          CellWidth(of_parts, map, points_per_photo, distances.observed_gsd)};
+}
+
+bool IsWithin(double tolerance, const PlaceScale& a, const PlaceScale& b) {
+  const auto is_within = [&](double x, double y) {
+    return std::abs(x - y) <= tolerance * std::max(x, y);
+  };
+  return is_within(a.median_gsd, b.median_gsd) &&
+         is_within(a.working_distance, b.working_distance) && is_within(a.cell, b.cell) &&
+         is_within(a.part_cell, b.part_cell);
+}
+
+}  // namespace skein

@@ -1,0 +1,66 @@
+// What photos have in view of a surface, as photos and surfels come, move and go. Inside of
+// libs/guidance.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "guidance/depth_grid.h"
+#include "guidance/guided_map.h"
+#include "guidance/surfel_blocks.h"
+
+namespace skein {
+
+// About 16 bytes a photo and surfel that it sees.
+class Sights {
+ public:
+  Sights() = default;
+  // max_trace: in surfel widths, as Place has it.
+  Sights(double surfel_width, double working_distance, double depth_tolerance, double max_trace)
+      : blocks_(surfel_width),
+        surfel_width_(surfel_width),
+        working_distance_(working_distance),
+        depth_tolerance_(depth_tolerance),
+        max_trace_(max_trace) {}
+
+  // Where a surfel is from the next Update on; not finite: nowhere. One that moves by at most
+  // max_trace is drawn where it is, too, and stays where it was until a photo is drawn anew. As
+  // what lies up to a surfel's width behind is not hidden, that hides little.
+  void Place(uint32_t surfel, const Eigen::Vector3d& position);
+  // Draws what changed: all of photos that are new or stale (by their index) or that had a surfel
+  // within their frame which has gone; of others the surfels that came.
+  void Update(const GuidedMap& map, const std::vector<bool>& stale_photos);
+
+  const DepthGrid& GridOf(uint32_t photo) const { return views_[photo].grid; }
+  // Ascending; with nothing in front, from any side.
+  const std::vector<uint32_t>& PhotosOf(uint32_t surfel) const { return photos_[surfel]; }
+  // By the last update.
+  bool HasOtherGrid(uint32_t photo) const { return has_other_grid_[photo]; }
+  bool HasOtherPhotos(uint32_t surfel) const { return has_other_photos_[surfel]; }
+
+ private:
+  struct View {
+    DepthGrid grid;
+    std::vector<DepthGrid::InFrame> seen;  // by surfel, ascending
+  };
+
+  DepthGrid EmptyGrid(const GuidedMap& map, uint32_t photo) const;
+  void DrawAnew(const GuidedMap& map, uint32_t photo);
+  void DrawMore(uint32_t photo);
+  std::vector<DepthGrid::InFrame> SeenOf(const DepthGrid& grid,
+                                         std::vector<DepthGrid::InFrame> in_frame) const;
+  void Replace(uint32_t photo, std::vector<DepthGrid::InFrame> seen);
+
+  std::vector<Eigen::Vector3f> positions_;  // of the surfels; NaN: none
+  SurfelBlocks blocks_;                     // the same
+  double surfel_width_ = 0, working_distance_ = 0, depth_tolerance_ = 0, max_trace_ = 0;
+  std::vector<View> views_;                    // of the photos
+  std::vector<std::vector<uint32_t>> photos_;  // of the surfels
+  std::vector<bool> has_other_grid_, has_other_photos_;
+  std::vector<bool> has_come_;                // by surfel, since the last update
+  std::vector<Eigen::Vector3f> gone_, come_;  // since the last update: positions
+  std::vector<uint32_t> come_surfels_;
+};
+
+}  // namespace skein
