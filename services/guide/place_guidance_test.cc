@@ -157,7 +157,8 @@ TEST(PlaceGuidance, StationsKeepOutOfNoGoAreas) {
   const auto box = [&](double left) {
     return NoGoAreas{{at(left, -100), at(200, -100), at(200, 100), at(left, 100)}};
   };
-  for (const AdvisedStation& advised : Guide(place, {}, box(best.x() - 0.5)).advice[0].stations) {
+  const PlaceGuidance kept_out = Guide(place, {}, box(best.x() - 0.5));
+  for (const AdvisedStation& advised : kept_out.advice[0].stations) {
     EXPECT_LT(CentreOf(advised).x(), best.x() - 0.4);
   }
   EXPECT_TRUE(Guide(place, {}, box(-200)).advice[0].stations.empty());
