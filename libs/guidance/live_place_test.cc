@@ -190,16 +190,20 @@ void ExpectSame(const PlaceQuality& live, const PlaceQuality& anew) {
   EXPECT_EQ(live.completeness.complete, anew.completeness.complete);
 }
 
-// With lengths that are given: as these change with every photo, all would be made anew.
+// Lengths are given: as they change with every photo, all would be made anew.
+const Holding kNothingHeld{0, PlaceScale{0.007, 8, 0.35, 0.15}};
+
+void ExpectSameAnew(LivePlace* live, const GuidedMap& map) {
+  LivePlace anew({}, {}, kNothingHeld);
+  ExpectSame(live->Update(map, 0), anew.Update(map, 0));
+}
+
 TEST(LivePlace, WithoutToleranceSaysWhatIsSaidOfTheMapAnew) {
   GrowingMap growing;
-  const Holding holding{0, PlaceScale{0.007, 8, 0.35, 0.15}};
-  LivePlace live({}, {}, holding);
+  LivePlace live({}, {}, kNothingHeld);
   const auto check = [&](const char* what) {
     SCOPED_TRACE(what);
-    const GuidedMap now = growing.Now();
-    LivePlace anew({}, {}, holding);
-    ExpectSame(live.Update(now, 0), anew.Update(now, 0));
+    ExpectSameAnew(&live, growing.Now());
     return !testing::Test::HasFailure();
   };
   for (int i = 0; i < 26; ++i) {
@@ -226,7 +230,60 @@ TEST(LivePlace, WithoutToleranceSaysWhatIsSaidOfTheMapAnew) {
   ASSERT_TRUE(check("another one came"));
 }
 
-// A far camera and points at the ends leave every length as it is, so nothing starts anew.
+// What comes between photos and a wall hides parts of surfels whose middle is in view as before. It
+// is observed by photos that look away from the wall.
+TEST(LivePlace, WhatComesBetweenHidesPartsOfSurfels) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  GuidedMap map;
+  map.cameras = {{1200, 900, 1000, 1000, 600, 450}};
+  for (uint32_t i = 0; i < 8; ++i) {
+    map.photos.push_back({i + 1, 0, 0, LookingAt({3.0 + 0.6 * i, -7, 2}, {3.0 + 0.6 * i, 0, 2})});
+  }
+  for (int i = 0; i < 6000; ++i) {
+    const auto first = static_cast<uint32_t>(7 * unit(random));
+    map.points.push_back({{1 + 9 * unit(random), 0, 4 * unit(random)}, {first, first + 1}});
+  }
+  LivePlace live({}, {}, kNothingHeld);
+  ExpectSameAnew(&live, map);
+  const auto count_views = [&] {
+    size_t count = 0;
+    for (const Piece& piece : live.place().pieces) count += piece.surfel.photos.size();
+    return count;
+  };
+  const size_t before = count_views();
+  map.photos.push_back({9, 0, 0, LookingAt({5.3, -1, 2}, {5.3, -4, 2})});
+  map.photos.push_back({10, 0, 0, LookingAt({5.7, -1, 2}, {5.7, -4, 2})});
+  for (int i = 0; i < 900; ++i) {
+    map.points.push_back({{5 + unit(random), -4, 1 + 2 * unit(random)}, {8, 9}});
+  }
+  ExpectSameAnew(&live, map);
+  EXPECT_LT(count_views(), before) << "though there are more pieces now";
+}
+
+// Points of a part on both sides of its middle, in whose larger cell there is none at first.
+TEST(LivePlace, APartAppearsWithItsSurfel) {
+  GuidedMap map;
+  map.cameras = {{1200, 900, 1000, 1000, 600, 450}};
+  for (uint32_t i = 0; i < 3; ++i) {
+    map.photos.push_back({i + 1, 0, 0, LookingAt({0.3 * i, 0.4, 8}, {0.4, 0.4 + 0.01 * i, 0})});
+  }
+  for (const double by : {0.0, 0.004, 0.008}) {
+    map.points.push_back({{0.31 + by, 0.44 - by, 0.01}, {0, 1, 2}});
+    map.points.push_back({{0.44 - by, 0.31 + by, 0.01 + by}, {0, 1, 2}});
+  }
+  LivePlace live({}, {}, kNothingHeld);
+  ExpectSameAnew(&live, map);
+  const auto num_parts = [&] {
+    return std::count_if(live.place().pieces.begin(), live.place().pieces.end(),
+                         [](const Piece& piece) { return piece.width == 0.15; });
+  };
+  EXPECT_EQ(num_parts(), 0);
+  map.points.push_back({{0.65, 0.65, 0.01}, {0, 1, 2}});
+  ExpectSameAnew(&live, map);
+  EXPECT_EQ(num_parts(), 1);
+}
+
 TEST(LivePlace, WhereTheScaleStaysOnlyChangesAreMadeAnew) {
   GrowingMap growing;
   for (int i = 0; i < 20; ++i) growing.PhotographNext();
