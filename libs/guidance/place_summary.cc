@@ -26,11 +26,12 @@ PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& p
 
 PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& completeness,
                             size_t num_photos, size_t num_surfels) {
-  constexpr double kNearlyGood = 0.8, kNearlyClosed = 10;  // of what completeness asks for
+  constexpr double kNearlyGood = 0.8;  // of what completeness asks for
+  constexpr double kNearlyOpen = 0.3;
   if (num_photos < kMinPhotos || num_surfels < kMinSurfels) return PlaceVerdict::kGrowing;
   if (completeness.complete) return PlaceVerdict::kComplete;
   const bool nearly = completeness.GoodOfShown() >= kNearlyGood * options.min_good_share &&
-                      completeness.open_share <= kNearlyClosed * options.max_open_share;
+                      completeness.open_share <= kNearlyOpen;
   return nearly ? PlaceVerdict::kNearly : PlaceVerdict::kWeak;
 }
 
