@@ -17,11 +17,11 @@ namespace skein {
 // photos that have such a cell in their frame, and the quality of what other photos see. Beside
 // that an update looks once at each observation of the map.
 //
-// Held until it is off by more than Holding::tolerance, and so part of what AssessPlace of the same
-// map gives: points (of a part's cell), surfels (of their cell, and of a radian in their normal),
-// poses and cameras (of a cell in the photo), the vertical (a tenth of it in radians). When a
-// length of PlaceScale is off by more than `tolerance`, all is made anew. With tolerance 0 nothing
-// is held.
+// Some is held until it is off by more than Holding::tolerance, and so part of what AssessPlace of
+// the same map gives. That is of points a part's cell, of surfels their cell and a radian in their
+// normal, of poses and cameras a cell in the photo. Of the vertical it is a tenth in radians. When
+// a length of PlaceScale is off by more than `tolerance`, all is made anew. With tolerance 0
+// nothing is held.
 //
 // Memory: about 40 KB a photo of 640 x 480, and 1 KB a surfel with its parts and points.
 class LivePlace {
