@@ -9,6 +9,7 @@
 #include "guidance/quality.h"
 #include "guidance/stations.h"
 #include "guidance/surface.h"
+#include "guidance/test_poses.h"
 
 namespace skein {
 namespace {
@@ -24,17 +25,6 @@ struct Wall {
 // Faces -y.
 Wall FrontWall(double left, double width, double height = 4, double y = 0) {
   return {{left, y, height}, {width, 0, 0}, {0, 0, -height}};
-}
-
-CameraPose LookingAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target) {
-  const Eigen::Vector3d z = (target - centre).normalized();
-  const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d rotation;
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  CameraPose pose;
-  pose.rotation = Eigen::Quaterniond(rotation);
-  pose.translation = -(pose.rotation * centre);
-  return pose;
 }
 
 // Photos see each point of a wall that they look at from the front and have in their frame. Nothing

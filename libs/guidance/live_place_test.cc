@@ -9,21 +9,12 @@
 #include <tuple>
 #include <vector>
 
+#include "guidance/test_poses.h"
+
 namespace skein {
 namespace {
 
 using Positions = std::vector<Eigen::Vector3d>;
-
-CameraPose LookingAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target) {
-  const Eigen::Vector3d z = (target - centre).normalized();
-  const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d rotation;
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  CameraPose pose;
-  pose.rotation = Eigen::Quaterniond(rotation);
-  pose.translation = -(pose.rotation * centre);
-  return pose;
-}
 
 // Points on a corner of a house, on a pillar before it, and in the air; photos see what they look
 // at from the front, and nothing through the pillar's width. Points keep their index.

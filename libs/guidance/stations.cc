@@ -6,138 +6,19 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <tuple>
 #include <utility>
 
 #include "core/option_check.h"
 #include "guidance/depth_grid.h"
 #include "guidance/surfel_blocks.h"
 #include "guidance/surfel_views.h"
+#include "guidance/weak_places.h"
 
 namespace skein {
 namespace {
 
 constexpr double kDepthTolerance = 0.1;
 constexpr double kMoreIsKnown = 2;  // times as many common points: what was in vain may succeed
-
-// A piece of surface that photos may make better: a surfel that counts and has texture, or what
-// lies beyond an open border.
-struct Weak {
-  Eigen::Vector3d position, normal;
-  double area = 0;
-  bool is_beyond = false;
-  double min_cos = 0;  // a photo shows it if its direction's cosine with the normal is larger
-  const Surfel* surfel = nullptr;        // whose photos show it; null: none does
-  double utility = 0;                    // with the photos that show it
-  uint64_t version = 0;                  // of these
-  std::vector<ViewOfSurfel> views = {};  // of these; filled when they are asked for (ViewsOfWeak)
-  std::shared_ptr<const AssessedViews> assessed = {};  // the same
-};
-
-// 0 without photos, 1 where it is good. The first photos count a little: without them no further
-// one makes it good.
-// An open border closes with the second photo.
-double UtilityOf(const QualityOptions& options, const SurfelQuality& quality) {
-  constexpr double kOfFirstTwo = 0.2;
-  if (quality.good) return 1;
-  const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
-                       std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma) *
-                       std::min(1.0, options.target_gsd / quality.best_gsd);
-  return kOfFirstTwo * std::min(quality.num_photos, 2) / 2 + (1 - kOfFirstTwo) * 0.95 * pairs;
-}
-
-double UtilityOfBorder(size_t num_photos) {
-  return 0.2 * static_cast<double>(std::min<size_t>(num_photos, 2));
-}
-
-bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {
-  const Eigen::Vector3d ray = centre - weak.position;
-  return ray.dot(weak.normal) > weak.min_cos * ray.norm();
-}
-
-std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place) {
-  std::vector<Weak> weak;
-  for (const Piece& piece : place.pieces) {
-    if (!piece.quality.counts || piece.quality.good || !HasTexture(options, piece.quality))
-      continue;
-    const Surfel& surfel = piece.surfel;
-    weak.push_back({surfel.position, surfel.normal, piece.area, false, 0, &surfel,
-                    UtilityOf(options, piece.quality)});
-  }
-  for (size_t i = 0; i < place.surfels.size(); ++i) {
-    const Surfel& surfel = place.surface.surfels[i];
-    if (place.surfels[i].counts && surfel.open_border) {
-      // What lies beyond is as wide as the gap to it.
-      weak.push_back({surfel.beyond, surfel.beyond_normal, 2 * surfel.area, true,
-                      std::cos(surfel.beyond_max_deg * kRadian)});
-    }
-  }
-  return weak;
-}
-
-// Weak places near each other and facing one way, as one place to look at.
-struct Cluster {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  double weight = 0;            // area that is missing
-  std::vector<size_t> members;  // those that miss most, first
-};
-
-double Missing(const Weak& weak) { return weak.area * (1 - weak.utility); }
-
-// Of each weak place its cluster, a number.
-std::vector<uint32_t> NumberClusters(const std::vector<Weak>& weak, double width) {
-  std::map<std::tuple<long, long, long, int>, std::vector<uint32_t>> members;
-  for (uint32_t i = 0; i < weak.size(); ++i) {
-    const Eigen::Vector3d cell = weak[i].position / width;
-    Eigen::Index axis = 0;
-    weak[i].normal.cwiseAbs().maxCoeff(&axis);
-    const int side = static_cast<int>(axis) * 2 + (weak[i].normal[axis] > 0);
-    members[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}].push_back(
-        i);
-  }
-  std::vector<uint32_t> cluster_of(weak.size());
-  uint32_t number = 0;
-  for (const auto& [key, places] : members) {
-    for (const uint32_t place : places) cluster_of[place] = number;
-    ++number;
-  }
-  return cluster_of;
-}
-
-// The heaviest ones, as weak as their places are now.
-std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak,
-                                 const std::vector<uint32_t>& cluster_of, size_t max_num) {
-  constexpr size_t kMaxMembers = 6;
-  std::vector<Cluster> clusters;
-  for (size_t i = 0; i < weak.size(); ++i) {
-    if (cluster_of[i] >= clusters.size()) clusters.resize(cluster_of[i] + 1);
-    Cluster& cluster = clusters[cluster_of[i]];
-    const double missing = Missing(weak[i]);
-    cluster.position += missing * weak[i].position;
-    cluster.normal += missing * weak[i].normal;
-    cluster.weight += missing;
-    cluster.members.push_back(i);
-  }
-  std::vector<Cluster> sorted;
-  for (Cluster& cluster : clusters) {
-    if (cluster.weight > 0) sorted.push_back(std::move(cluster));
-  }
-  std::sort(sorted.begin(), sorted.end(),
-            [](const Cluster& a, const Cluster& b) { return a.weight > b.weight; });
-  if (sorted.size() > max_num) sorted.resize(max_num);
-  for (Cluster& cluster : sorted) {
-    cluster.position /= cluster.weight;
-    cluster.normal.normalize();
-    auto& members = cluster.members;
-    const size_t kept = std::min(kMaxMembers, members.size());
-    std::partial_sort(members.begin(), members.begin() + static_cast<ptrdiff_t>(kept),
-                      members.end(), [&](size_t a, size_t b) {
-                        return std::pair(-Missing(weak[a]), a) < std::pair(-Missing(weak[b]), b);
-                      });
-    members.resize(kept);
-  }
-  return sorted;
-}
 
 // As a person holds a camera. `right`: of the photo where it looks straight up or down.
 CameraPose LookAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target,
@@ -434,8 +315,8 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
 }
 
 void Chooser::FillViews(Weak* weak) const {
-  if (weak->assessed != nullptr) return;
-  if (weak->surfel != nullptr) weak->views = ViewsOf(map_, *weak->surfel);
+  if (weak->is_beyond || weak->assessed != nullptr) return;
+  weak->views = ViewsOf(map_, *weak->surfel);
   weak->assessed = std::make_shared<AssessedViews>(quality_, weak->normal, weak->views);
 }
 
@@ -505,9 +386,12 @@ void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centr
     Weak& weak = weak_[one.weak];
     FillViews(&weak);
     weak.views.push_back(ViewFrom(centre, focal_px, weak.position));
-    weak.assessed = std::make_shared<AssessedViews>(quality_, weak.normal, weak.views);
-    weak.utility = weak.is_beyond ? UtilityOfBorder(weak.views.size())
-                                  : UtilityOf(quality_, weak.assessed->Quality(quality_));
+    if (weak.is_beyond) {
+      weak.utility = UtilityOfBorder(weak.views.size());
+    } else {
+      weak.assessed = std::make_shared<AssessedViews>(quality_, weak.normal, weak.views);
+      weak.utility = UtilityOf(quality_, weak.assessed->Quality(quality_));
+    }
     weak.version = last_version_;
   }
 }

@@ -44,6 +44,17 @@ class RelayLimits : public testing::Test {
     EXPECT_TRUE(Until([&] { return client.NumHeard() == 1; }));
     return client;
   }
+  MessageSeal SealOf(const std::string& viewer) {
+    constexpr char kSession[] = "0123456789abcdef";
+    return MessageSeal({kSession, root_.public_key()},
+                       IssueCredential(root_, kSession, Role::kViewer, viewer, 0), {},
+                       [this] { return static_cast<int64_t>(now_s_ * 1e6); });
+  }
+  // All are to sign.
+  void StartGuarded() {
+    relay_ = std::make_unique<Relay>(loop_, RelayOptions(),
+                                     std::make_unique<RelayGuard>(SealOf("relay"), false));
+  }
   bool Until(const std::function<bool()>& done) { return loop_.RunUntil(done, kSoonS); }
   // Whatever is due by now has happened.
   void Settle() {
@@ -55,6 +66,7 @@ class RelayLimits : public testing::Test {
 
   double now_s_ = 1000, step_s_ = 0;
   PollLoop loop_{[this] { return now_s_ += step_s_; }};
+  const SigningKey root_ = SigningKey::Generate();
   std::unique_ptr<Relay> relay_;
   std::deque<std::unique_ptr<RawClient>> clients_;
 };
@@ -75,15 +87,7 @@ TEST_F(RelayLimits, WhoSaysNothingIsHungUpOn) {
 
 // Checking what it says would take all of the relay's time.
 TEST_F(RelayLimits, WhoIsRefusedThroughoutIsReadASecondLater) {
-  constexpr char kSession[] = "0123456789abcdef";
-  const SigningKey root = SigningKey::Generate();
-  const auto seal = [&](const std::string& name) {
-    return MessageSeal({kSession, root.public_key()},
-                       IssueCredential(root, kSession, Role::kViewer, name, 0), {},
-                       [this] { return static_cast<int64_t>(now_s_ * 1e6); });
-  };
-  relay_ = std::make_unique<Relay>(loop_, RelayOptions(),
-                                   std::make_unique<RelayGuard>(seal("relay"), false));
+  StartGuarded();
   RawClient& listener = Connect();
   listener.Greet();
   listener.Subscribe("SKEIN_HEARTBEAT");
@@ -98,7 +102,7 @@ TEST_F(RelayLimits, WhoIsRefusedThroughoutIsReadASecondLater) {
 
   RawClient& good = Connect();
   good.Greet();
-  MessageSeal viewer = seal("viewer");
+  MessageSeal viewer = SealOf("viewer");
   Bytes frame;
   const Bytes message = viewer.Seal("SKEIN_HEARTBEAT", Bytes(100, 7));
   tcpq::AppendPublish("SKEIN_HEARTBEAT", message.data(), message.size(), &frame);
@@ -115,20 +119,12 @@ TEST_F(RelayLimits, WhoIsRefusedThroughoutIsReadASecondLater) {
 
 // Nobody hears it, so no signature is checked; yet so many who say so would take all rounds.
 TEST_F(RelayLimits, WhoHasNotSignedAndIsHeardByNobodyIsReadASecondLater) {
-  constexpr char kSession[] = "0123456789abcdef";
-  const SigningKey root = SigningKey::Generate();
-  const auto seal = [&](const std::string& name) {
-    return MessageSeal({kSession, root.public_key()},
-                       IssueCredential(root, kSession, Role::kViewer, name, 0), {},
-                       [this] { return static_cast<int64_t>(now_s_ * 1e6); });
-  };
-  relay_ = std::make_unique<Relay>(loop_, RelayOptions(),
-                                   std::make_unique<RelayGuard>(seal("relay"), false));
+  StartGuarded();
   RawClient& good = Connect();
   good.Greet();
   good.Subscribe("SKEIN_HEARTBEAT");
   Bytes frame;
-  const Bytes message = seal("viewer").Seal("SKEIN_HEARTBEAT", Bytes(100, 7));
+  const Bytes message = SealOf("viewer").Seal("SKEIN_HEARTBEAT", Bytes(100, 7));
   tcpq::AppendPublish("SKEIN_HEARTBEAT", message.data(), message.size(), &frame);
   good.Send(frame);
   ASSERT_TRUE(Until([&] { return good.NumHeard() == 1; }));

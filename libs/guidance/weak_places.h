@@ -1,0 +1,56 @@
+// What photos may make better, and which of it lies together. Inside of libs/guidance.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "guidance/quality.h"
+#include "guidance/surfel_views.h"
+
+namespace skein {
+
+// A piece of surface that photos may make better: one that counts and has texture, or what lies
+// beyond an open border.
+struct Weak {
+  Eigen::Vector3d position, normal;
+  double area = 0;
+  bool is_beyond = false;
+  double min_cos = 0;  // a photo shows it if its direction's cosine with the normal is larger
+  const Surfel* surfel = nullptr;        // whose photos show it; null: beyond a border none does
+  double utility = 0;                    // with the photos that show it
+  uint64_t version = 0;                  // of these
+  std::vector<ViewOfSurfel> views = {};  // of these; of a piece filled when they are asked for
+  std::shared_ptr<const AssessedViews> assessed = {};  // the same; of a piece alone
+};
+
+// Of a piece: 0 without photos, 1 where it is good. The first photos count a little: without them
+// no further one makes it good.
+double UtilityOf(const QualityOptions& options, const SurfelQuality& quality);
+// Of what lies beyond an open border, which closes with the second photo.
+double UtilityOfBorder(size_t num_photos);
+
+// Area that is not good, as a part of it.
+inline double Missing(const Weak& weak) { return weak.area * (1 - weak.utility); }
+// Whether a photo from there looks at its front.
+bool Shows(const Eigen::Vector3d& centre, const Weak& weak);
+
+// They point into `place`.
+std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place);
+
+// Weak places near each other and facing one way, as one place to look at.
+struct Cluster {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  double weight = 0;            // area that is missing
+  std::vector<size_t> members;  // the six that miss most, first
+};
+
+// Of each weak place its cluster, a number.
+std::vector<uint32_t> NumberClusters(const std::vector<Weak>& weak, double width);
+// The heaviest ones, as weak as their places are now.
+std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak,
+                                 const std::vector<uint32_t>& cluster_of, size_t max_num);
+
+}  // namespace skein
