@@ -39,13 +39,13 @@ struct Arguments {
   int every = 6;  // photos between two dense matchings
 };
 
-// At one number of photos. Shares are of the surface that counts and that the whole pool's dense
-// points cover.
+// At one number of photos. Shares are of Contest::samples_.
 struct Standing {
   int photos = 0;
   PlaceVerdict verdict = PlaceVerdict::kGrowing;
   Completeness completeness;     // as it is told
   double covered = 0;            // by the dense points of those taken
+  double covered_ground = 0;     // the same of the ground, which does not count
   double told_good = 0;          // by guidance
   double told_good_falsely = 0;  // and not covered
 };
@@ -65,18 +65,13 @@ class Contest {
     tolerance_ = 2 * place.completeness.target_gsd;
     // The pool's own matching takes each photo's depth map once and is not asked for again.
     const std::vector<Eigen::Vector3d> dense = DenseCloud(arguments.dense, pool()).Make(map);
-    for (const SurfaceSample& sample :
-         synthetic_ ? synthetic_->samples() : SamplesOf(dense, place)) {
-      if (pool().Counts(map.taken, sample, place.completeness.max_gsd)) samples_.push_back(sample);
-    }
-    covered_by_all_ = Covered(dense, std::vector<bool>());
-    num_covered_by_all_ = std::count(covered_by_all_.begin(), covered_by_all_.end(), true);
-    if (num_covered_by_all_ == 0) throw std::runtime_error("the whole pool covers nothing");
+    TakeSamples(map, place, synthetic_ ? synthetic_->samples() : SamplesOf(dense, place), dense);
+    if (samples_.empty()) throw std::runtime_error("the whole pool covers nothing");
     TellOfPool(map, dense.size());
     if (!arguments.table.empty()) {
       table_.open(arguments.table);
       table_ << "scenario,seed,policy,photos,registered,failed,covered,verdict,told_good,"
-                "told_good_falsely,good_share,hole_share,open_share\n";
+                "told_good_falsely,good_share,hole_share,open_share,covered_ground\n";
     }
   }
 
@@ -106,22 +101,33 @@ class Contest {
   void TellOfPool(const PoolMap& map, size_t num_dense) const {
     std::cerr << arguments_.name << ": " << pool().size() << " photos, " << map.taken.size()
               << " in one map of " << map.map.points.size() << " points; " << num_dense
-              << " dense points near " << num_covered_by_all_ << " of " << samples_.size()
-              << " samples of the surface\n";
+              << " dense points near " << samples_.size() << " samples of the surface and "
+              << ground_.size() << " of the ground\n";
     if (!model_) return;
     std::cerr << arguments_.name << ": the model has " << model_->num_points() << " points; "
               << model_->num_left_out()
               << " observations outside of the photos without distortion are left out\n";
   }
 
-  // Which samples have a dense point near; of those in `among` where it is not empty.
+  // What the whole pool covers and what of it counts, or is ground.
+  void TakeSamples(const PoolMap& map, const PlaceQuality& place,
+                   const std::vector<SurfaceSample>& all,
+                   const std::vector<Eigen::Vector3d>& dense) {
+    const std::vector<bool> ground = AreGround(map.map, place, all), covered = Covered(dense, all);
+    for (size_t i = 0; i < all.size(); ++i) {
+      if (!covered[i] || !pool().Counts(map.taken, all[i], place.completeness.max_gsd)) continue;
+      (ground[i] ? ground_ : samples_).push_back(all[i]);
+    }
+  }
+
+  // Which samples have a dense point near.
   std::vector<bool> Covered(const std::vector<Eigen::Vector3d>& dense,
-                            const std::vector<bool>& among) const {
+                            const std::vector<SurfaceSample>& samples) const {
     PointGrid grid(tolerance_);
     for (uint32_t i = 0; i < dense.size(); ++i) grid.Add(dense[i], i);
     std::vector<bool> covered;
-    for (size_t i = 0; i < samples_.size(); ++i) {
-      covered.push_back((among.empty() || among[i]) && grid.AnyNear(samples_[i].xyz, tolerance_));
+    for (const SurfaceSample& sample : samples) {
+      covered.push_back(grid.AnyNear(sample.xyz, tolerance_));
     }
     return covered;
   }
@@ -154,25 +160,27 @@ class Contest {
   }
 
   Standing Measure(const Capture& capture, DenseCloud* dense) const {
-    const std::vector<bool> covered = Covered(dense->Make(capture.map), covered_by_all_);
+    const std::vector<Eigen::Vector3d> points = dense->Make(capture.map);
+    const std::vector<bool> covered = Covered(points, samples_);
     const std::vector<Told> told = WhatIsTold(capture.place, samples_);
-    int64_t num_covered = 0, num_good = 0, num_falsely = 0;
+    std::vector<bool> good, falsely;
     for (size_t i = 0; i < told.size(); ++i) {
-      if (!covered_by_all_[i]) continue;
-      const bool is_good = told[i] == Told::kGood;
-      num_covered += covered[i];
-      num_good += is_good;
-      num_falsely += is_good && !covered[i];
+      good.push_back(told[i] == Told::kGood);
+      falsely.push_back(good[i] && !covered[i]);
     }
-    const auto share = [&](int64_t num) {
-      return static_cast<double>(num) / static_cast<double>(num_covered_by_all_);
-    };
     return {static_cast<int>(capture.taken.size()),
             VerdictOf(capture),
             capture.place.completeness,
-            share(num_covered),
-            share(num_good),
-            share(num_falsely)};
+            ShareOf(covered),
+            ShareOf(Covered(points, ground_)),
+            ShareOf(good),
+            ShareOf(falsely)};
+  }
+
+  static double ShareOf(const std::vector<bool>& of) {
+    if (of.empty()) return 0;
+    const auto count = std::count(of.begin(), of.end(), true);
+    return static_cast<double>(count) / static_cast<double>(of.size());
   }
 
   // What became of a policy. `first`: when each verdict was given, or a better one.
@@ -236,7 +244,7 @@ class Contest {
            << standing.covered << "," << static_cast<int>(standing.verdict) << ","
            << standing.told_good << "," << standing.told_good_falsely << ","
            << standing.completeness.good_share << "," << standing.completeness.hole_share << ","
-           << standing.completeness.open_share << std::endl;
+           << standing.completeness.open_share << "," << standing.covered_ground << std::endl;
   }
 
   // Photos to the wanted share, between two matchings by a straight line; null: not reached.
@@ -259,6 +267,7 @@ class Contest {
             {"hole_share", standing.completeness.hole_share},
             {"open_share", standing.completeness.open_share},
             {"covered", standing.covered},
+            {"covered_ground", standing.covered_ground},
             {"told_good", standing.told_good},
             {"told_good_falsely", standing.told_good_falsely},
             {"false_share_of_told",
@@ -300,10 +309,10 @@ class Contest {
   const Arguments arguments_;
   std::optional<SyntheticPool> synthetic_;  // or else:
   std::optional<ModelPool> model_;
-  std::vector<SurfaceSample> samples_;  // that coverage is counted on: what counts in the pool
+  // That coverage is counted on: what counts in the pool, and its dense points cover.
+  std::vector<SurfaceSample> samples_;
+  std::vector<SurfaceSample> ground_;  // what would count, were it no ground
   double tolerance_ = 0;
-  std::vector<bool> covered_by_all_;
-  int64_t num_covered_by_all_ = 0;
   std::ofstream table_;
 };
 

@@ -108,7 +108,7 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& uti
   std::vector<double> utility(surfels.size(), 1);
   for (size_t i = 0; i < surfels.size(); ++i) {
     views[i] = ViewsOf(map, surfels[i]);
-    if (capture.place.surfels[i].counts) utility[i] = utility_of(options, surfels[i], views[i]);
+    if (capture.place.Counts(i)) utility[i] = utility_of(options, surfels[i], views[i]);
   }
   return Scorer(pool, capture).Best([&](int photo, const DepthGrid& view) {
     const Eigen::Vector3d centre = pool.photo(photo).cam_from_world.Centre();

@@ -14,4 +14,9 @@ enum class Told { kNothing, kNotGood, kGood };
 // normal within 60 degrees of the sample's where that is known. kNothing: there is no such piece.
 std::vector<Told> WhatIsTold(const PlaceQuality& place, const std::vector<SurfaceSample>& samples);
 
+// Which samples are of the ground that does not count: by their normals, or else the piece nearest
+// to each, as above. place: of the map.
+std::vector<bool> AreGround(const GuidedMap& map, const PlaceQuality& place,
+                            const std::vector<SurfaceSample>& samples);
+
 }  // namespace skein

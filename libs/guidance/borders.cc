@@ -43,14 +43,6 @@ bool FindGap(const Surfel& surfel, const std::vector<const Surfel*>& around,
   return widest >= kMinGap;
 }
 
-// Whether another face joins it here, as at the corner of a house or at the foot of a wall.
-bool Turns(const Surfel& surfel, const std::vector<const Surfel*>& around) {
-  constexpr double kMinCos = 0.7;
-  return std::any_of(around.begin(), around.end(), [&](const Surfel* other) {
-    return other->normal.dot(surfel.normal) < kMinCos;
-  });
-}
-
 }  // namespace
 
 bool LooksAhead(const GuidedMap& map, const Eigen::Vector3d& up) {
@@ -61,16 +53,22 @@ bool LooksAhead(const GuidedMap& map, const Eigen::Vector3d& up) {
   return down < 0.5 * static_cast<double>(map.photos.size());
 }
 
-// Of what may lie beyond an end, around is left to a walk: what lies above a wall or below an edge
-// is out of many photographers' reach, and would keep every place open.
+bool IsGround(const Surfel& surfel, const Eigen::Vector3d& up, bool looks_ahead) {
+  constexpr double kMinLevel = 0.7;
+  return looks_ahead && surfel.normal.dot(up) > kMinLevel;
+}
+
+// What turns away above a wall or below an edge is out of many photographers' reach, and would keep
+// every place open.
 End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
             const Eigen::Vector3d& up, bool looks_ahead) {
-  constexpr double kMinLevel = 0.7, kMaxUpright = 0.5;
+  constexpr double kMaxUpright = 0.5;
   End end;
-  if (looks_ahead && surfel.normal.dot(up) > kMinLevel) return end;
+  end.is_ground = IsGround(surfel, up, looks_ahead);
+  if (end.is_ground) return end;
   end.is_end = FindGap(surfel, around, &end.direction);
-  end.may_walk_around = end.is_end && std::abs(end.direction.dot(up)) < kMaxUpright &&
-                        std::abs(surfel.normal.dot(up)) < kMaxUpright && !Turns(surfel, around);
+  end.may_turn = end.is_end && std::abs(end.direction.dot(up)) < kMaxUpright &&
+                 std::abs(surfel.normal.dot(up)) < kMaxUpright;
   return end;
 }
 
@@ -88,7 +86,7 @@ Eigen::Vector3d Borders::BeyondOf(const End& end, const Surfel& surfel) const {
 }
 
 Eigen::Vector3d Borders::BehindOf(const Surfel& surfel) const {
-  constexpr double kCellsBehind = 3;
+  constexpr double kCellsBehind = 2;
   return surfel.position - kCellsBehind * cell_ * surfel.normal;
 }
 
@@ -104,19 +102,20 @@ bool Borders::IsLookedAt(const Surfel& surfel, const Eigen::Vector3d& beyond) co
   return count >= kEnoughPhotos;
 }
 
-// By photos that look past the end at what lies behind it. Straight in front of the end none does;
-// one that stands 30 degrees to its side does.
-bool Borders::IsLookedBehind(const Surfel& surfel) const {
+// By photos that would show a face there that turns away at a right angle.
+bool Borders::IsLookedBehind(const End& end, const Surfel& surfel) const {
   const Eigen::Vector3d behind = BehindOf(surfel);
   int count = 0;
   for (uint32_t photo = 0; photo < centres_.size() && count < kEnoughPhotos; ++photo) {
+    const Eigen::Vector3d ray = centres_[photo] - behind;
+    if (ray.dot(end.direction) < min_cos_ * ray.norm()) continue;
     count += sights_.GridOf(photo).Look(behind, 0) == DepthGrid::Sight::kSeen;
   }
   return count >= kEnoughPhotos;
 }
 
 void Borders::Judge(const End& end, Surfel* surfel) const {
-  constexpr double kSide = 45 * kRadian, kMaxOffSideDeg = 25;
+  surfel->is_ground = end.is_ground;
   surfel->at_end = end.is_end;
   surfel->open_border = false;
   surfel->beyond = surfel->position;
@@ -127,17 +126,18 @@ void Borders::Judge(const End& end, Surfel* surfel) const {
   surfel->open_border = !IsLookedAt(*surfel, beyond);
   if (surfel->open_border) {
     surfel->beyond = beyond;
-  } else if (end.may_walk_around && !IsLookedBehind(*surfel)) {
+  } else if (end.may_turn && !IsLookedBehind(end, *surfel)) {
     surfel->open_border = true;
-    surfel->beyond_normal = std::cos(kSide) * surfel->normal + std::sin(kSide) * end.direction;
-    surfel->beyond_max_deg = kMaxOffSideDeg;
+    surfel->beyond = BehindOf(*surfel);
+    surfel->beyond_normal = (surfel->normal + end.direction).normalized();
+    surfel->beyond_max_deg = max_incidence_deg_ - 45;  // none of these is further off the face's
   }
 }
 
 bool Borders::MayDependOn(uint32_t photo, const End& end, const Surfel& surfel) const {
   const DepthGrid& grid = sights_.GridOf(photo);
   return grid.Look(BeyondOf(end, surfel), 0) != DepthGrid::Sight::kOutside ||
-         (end.may_walk_around && grid.Look(BehindOf(surfel), 0) != DepthGrid::Sight::kOutside);
+         (end.may_turn && grid.Look(BehindOf(surfel), 0) != DepthGrid::Sight::kOutside);
 }
 
 }  // namespace skein

@@ -12,13 +12,15 @@ namespace skein {
 
 // An end of the surface at a surfel: by the surfels around it.
 struct End {
+  bool is_ground = false;  // it ends nowhere
   bool is_end = false;
-  bool may_walk_around = false;                         // what lies behind may be looked for
+  bool may_turn = false;                                // away, as at the corner of a house
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // away from the surface, unit
 };
 
-// Photos that look ahead are of what stands upright; the ground goes on without end.
 bool LooksAhead(const GuidedMap& map, const Eigen::Vector3d& up);
+// Photos that look ahead are of what stands upright; the ground goes on without end.
+bool IsGround(const Surfel& surfel, const Eigen::Vector3d& up, bool looks_ahead);
 
 // `around`: at most two cells away along each axis, itself too.
 End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
@@ -39,7 +41,7 @@ class Borders {
   Eigen::Vector3d BeyondOf(const End& end, const Surfel& surfel) const;
   Eigen::Vector3d BehindOf(const Surfel& surfel) const;
   bool IsLookedAt(const Surfel& surfel, const Eigen::Vector3d& beyond) const;
-  bool IsLookedBehind(const Surfel& surfel) const;
+  bool IsLookedBehind(const End& end, const Surfel& surfel) const;
 
   const std::vector<Eigen::Vector3d>& centres_;  // of the photos
   const Sights& sights_;

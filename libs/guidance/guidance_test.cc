@@ -142,7 +142,7 @@ TEST(Guidance, ABorderIsOpenWhereNobodyLookedAndClosedWhereNothingIs) {
     Site site({FrontWall(-wall_width / 2, wall_width, 3)});
     for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) site.Photograph({x, -6, 1.5}, {x, 0, 1.5});
     if (shown == Shown::kSides) {
-      for (const double x : {-6.0, -5.5, 5.5, 6.0}) site.Photograph({x, -4, 1.5}, {0, 0, 1.5});
+      for (const double x : {-7.0, -6.5, 6.5, 7.0}) site.Photograph({x, -3, 1.5}, {0, 0, 1.5});
     }
     const Surface surface = MakeSurface({}, site.Map()).surface;
     int at_sides = 0, open_at_sides = 0, open_elsewhere = 0;
@@ -162,6 +162,22 @@ TEST(Guidance, ABorderIsOpenWhereNobodyLookedAndClosedWhereNothingIs) {
       EXPECT_GT(open_at_sides, 0.5 * at_sides) << at_sides;
     }
   }
+}
+
+// Photos of a house's back have the place behind its front wall in their frame, too.
+TEST(Guidance, OnlyWhoStandsAtTheSideSeesAroundACorner) {
+  Site site({FrontWall(-2, 4, 3)});
+  for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) site.Photograph({x, -8, 1.5}, {x, 0, 1.5});
+  for (const double x : {-0.5, 0.0, 0.5}) site.Photograph({x, 8, 1.5}, {x, 0, 1.5});
+  const Surface surface = MakeSurface({}, site.Map()).surface;
+  int at_sides = 0, open = 0;
+  for (const Surfel& surfel : surface.surfels) {
+    if (std::abs(surfel.position.x()) < 2 - surface.cell) continue;
+    ++at_sides;
+    open += surfel.open_border;
+  }
+  ASSERT_GT(at_sides, 5);
+  EXPECT_GT(open, 4);
 }
 
 TEST(Guidance, SigmaOfTwoPhotosIsThatOfTriangulation) {
@@ -204,7 +220,7 @@ TEST(Guidance, WhatMakesASurfelGood) {
 TEST(Guidance, AFewPhotosOfTheWholeWallMakeItComplete) {
   Site site({FrontWall(-4, 8)});
   for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
-  for (const double x : {-9.0, -8.0, 8.0, 9.0}) site.Photograph({x, -6, 2}, {0, 0, 2});
+  for (const double x : {-11.0, -10.0, 10.0, 11.0}) site.Photograph({x, -5, 2}, {0, 0, 2});
   const PlaceQuality place = Assess(site.Map());
   EXPECT_GT(place.completeness.good_share, 0.95);
   EXPECT_LT(place.completeness.open_share, 0.05);
@@ -217,7 +233,7 @@ TEST(Guidance, WhatStandsInTheBackgroundDoesNotCount) {
   house.density = 0.05;
   Site site({FrontWall(-4, 8), house});
   for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
-  for (const double x : {-9.0, -8.0, 8.0, 9.0}) site.Photograph({x, -6, 2}, {0, 0, 2});
+  for (const double x : {-11.0, -10.0, 10.0, 11.0}) site.Photograph({x, -5, 2}, {0, 0, 2});
   const GuidedMap map = site.Map();
   const PlaceQuality place = Assess(map);
   ASSERT_TRUE(std::any_of(place.surface.surfels.begin(), place.surface.surfels.end(),
@@ -242,7 +258,7 @@ TEST(Guidance, WhatHasNoPointsAmidWhatHasThemKeepsAPlaceFromBeingComplete) {
                {{-4, 0, 4}, {1, 0, 0}, {0, 0, -4}},
                {{3, 0, 4}, {1, 0, 0}, {0, 0, -4}}});
     for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
-    for (const double x : {-9.0, -8.0, 8.0, 9.0}) site.Photograph({x, -6, 2}, {0, 0, 2});
+    for (const double x : {-11.0, -10.0, 10.0, 11.0}) site.Photograph({x, -5, 2}, {0, 0, 2});
     return Assess(site.Map()).completeness;
   };
   const Completeness whole = assess(0), bare = assess(3);
@@ -342,7 +358,7 @@ GuidedMap HalfBare(GuidedMap map) {
 TEST(Guidance, WhatNoPhotoShowsTextureOnIsNotGood) {
   Site site({FrontWall(-4, 8)});
   for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
-  for (const double x : {-9.0, -8.0, 8.0, 9.0}) site.Photograph({x, -6, 2}, {0, 0, 2});
+  for (const double x : {-11.0, -10.0, 10.0, 11.0}) site.Photograph({x, -5, 2}, {0, 0, 2});
   const GuidedMap map = HalfBare(site.Map());
   const PlaceQuality place = Assess(map);
   ASSERT_TRUE(Assess(site.Map()).completeness.complete) << "where the texture is not known";

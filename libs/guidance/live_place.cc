@@ -42,7 +42,7 @@ std::vector<double> GoodSharesOf(const PlaceQuality& place) {
 LivePlace::LivePlace(const SurfaceOptions& surface_options, const QualityOptions& quality_options,
                      const Holding& holding)
     : options_(quality_options),
-      max_gsd_ratio_(quality_options.max_gsd_ratio),
+      max_gsd_(quality_options.max_gsd),
       tolerance_(holding.tolerance),
       surface_(surface_options, holding, &place_.surface) {}
 
@@ -54,6 +54,7 @@ const PlaceQuality& LivePlace::Update(const GuidedMap& map, double target_gsd) {
   AssessParts();
   if (has_other_target) AssessAgain();
   JudgeWholes();
+  for (Piece& piece : place_.pieces) piece.surfel.is_ground = surface_.IsGround(piece.surfel);
   ShareAreas(&place_);
   place_.good_shares = GoodSharesOf(place_);
   const double hole_share = holes_.Update(surface_.map(), surface_.changes().other_observations);
@@ -77,17 +78,16 @@ bool LivePlace::SetTarget(double target_gsd) {
   constexpr double kShare = 0.2;  // of the tolerance
   const double usual = 2 * place_.surface.median_gsd;
   const double wanted = target_gsd > 0 ? target_gsd : usual;
-  const double wanted_max = max_gsd_ratio_ * std::max(wanted, usual);
+  const double wanted_max = max_gsd_ > 0 ? max_gsd_ : std::max(wanted, usual);
   const auto is_near = [&](double value, double held) {
     return std::abs(value - held) <= kShare * tolerance_ * std::max(value, held);
   };
-  const double held_max = options_.max_gsd_ratio * options_.target_gsd;
   const bool is_first = surface_.changes().all;
-  if (!is_first && is_near(wanted, options_.target_gsd) && is_near(wanted_max, held_max)) {
+  if (!is_first && is_near(wanted, options_.target_gsd) && is_near(wanted_max, options_.max_gsd)) {
     return false;
   }
   options_.target_gsd = wanted;
-  options_.max_gsd_ratio = wanted > 0 ? wanted_max / wanted : max_gsd_ratio_;
+  options_.max_gsd = wanted_max;
   return !is_first;
 }
 

@@ -59,8 +59,8 @@ class LivePlace {
   uint32_t AddPiece();
   void RemovePiece(uint32_t* piece);
 
-  QualityOptions options_;      // with the target, and max_gsd_ratio of it
-  const double max_gsd_ratio_;  // as it was given
+  QualityOptions options_;  // with the target, and what counts
+  const double max_gsd_;    // as it was given
   const double tolerance_;
   PlaceQuality place_;
   LiveSurface surface_;  // writes place_.surface

@@ -126,6 +126,7 @@ void ExpectSame(const Surfel& a, const Surfel& b) {
   EXPECT_EQ(a.photos, b.photos);
   EXPECT_EQ(a.at_end, b.at_end);
   EXPECT_EQ(a.open_border, b.open_border);
+  EXPECT_EQ(a.is_ground, b.is_ground);
   EXPECT_LT((a.beyond - b.beyond).norm(), 1e-5);
   EXPECT_LT((a.beyond_normal - b.beyond_normal).norm(), 1e-5);
   EXPECT_EQ(a.beyond_max_deg, b.beyond_max_deg);

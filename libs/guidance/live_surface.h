@@ -54,6 +54,7 @@ class LiveSurface {
   // Of each part the surfel that it is in.
   const std::vector<uint32_t>& whole_of() const { return whole_of_; }
   double part_width() const { return scale_.part_cell; }
+  bool IsGround(const Surfel& part) const { return skein::IsGround(part, up_, looks_ahead_); }
   const Changes& changes() const { return changes_; }
   // As it is held.
   const GuidedMap& map() const { return map_; }

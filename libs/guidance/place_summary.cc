@@ -15,7 +15,7 @@ PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& p
   summary.num_photos = num_photos;
   for (size_t i = 0; i < place.surfels.size(); ++i) {
     summary.num_surfels += place.surface.surfels[i].IsGone() ? 0 : 1;
-    summary.num_open += place.surfels[i].counts && place.surface.surfels[i].open_border ? 1 : 0;
+    summary.num_open += place.Counts(i) && place.surface.surfels[i].open_border ? 1 : 0;
   }
   summary.completeness = place.completeness;
   summary.verdict = VerdictOfPlace(options, place.completeness, num_photos, summary.num_surfels);
@@ -37,6 +37,7 @@ PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& c
 
 std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness, size_t num_photos,
                           size_t num_open) {
+  constexpr double kMuchGround = 0.02;
   if (verdict == PlaceVerdict::kGrowing) {
     return "too little to say yet, with " + std::to_string(num_photos) + " photos: keep going";
   }
@@ -50,6 +51,7 @@ std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness
   if (num_open > 0) {
     text += ", " + std::to_string(num_open) + (num_open == 1 ? " open border" : " open borders");
   }
+  if (completeness.ground_share > kMuchGround) text += ", not counting the ground";
   if (verdict == PlaceVerdict::kComplete) return text + ": complete";
   return text + (verdict == PlaceVerdict::kNearly ? ": nearly complete" : ": keep going");
 }

@@ -25,6 +25,10 @@ TEST(PlaceSentence, SaysHowCompleteItIs) {
   verdict = VerdictOfPlace(options, place, 40, 300);
   EXPECT_EQ(verdict, PlaceVerdict::kComplete);
   EXPECT_EQ(PlaceSentence(verdict, place, 40, 0), "99 % of the surface is good: complete");
+  place.ground_share = 0.2;
+  EXPECT_EQ(PlaceSentence(verdict, place, 40, 0),
+            "99 % of the surface is good, not counting the ground: complete");
+  place.ground_share = 0;
   place.complete = false;
   place.hole_share = 0.235;
   verdict = VerdictOfPlace(options, place, 40, 300);

@@ -76,7 +76,7 @@ double SigmaAlong(const Eigen::Vector3d& normal, const Eigen::Matrix3d& informat
 double MaxGsd(const QualityOptions& options) { return 4 * options.target_gsd; }
 
 bool Counts(const QualityOptions& options, const SurfelQuality& quality) {
-  return quality.best_gsd <= options.max_gsd_ratio * options.target_gsd;
+  return quality.best_gsd <= options.max_gsd;
 }
 
 bool IsGood(const QualityOptions& options, const SurfelQuality& quality) {
@@ -92,25 +92,30 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   Completeness result;
   result.hole_share = hole_share;
   result.target_gsd = options.target_gsd;
-  result.max_gsd = options.max_gsd_ratio * options.target_gsd;
+  result.max_gsd = options.max_gsd;
+  double good = 0, ground = 0;
+  for (const Piece& piece : place.pieces) {
+    if (piece.width == 0 || !place.surfels[piece.whole].counts) continue;
+    (piece.surfel.is_ground ? ground : result.area) += piece.area;
+    if (!piece.surfel.is_ground && piece.quality.good) good += piece.area;
+  }
+  if (result.area == 0) return result;
+  result.ground_share = ground / (ground + result.area);
+  result.good_share = good / result.area;
   std::vector<double> sigmas;
-  double good = 0;
-  int counting = 0, ends = 0, open = 0;
+  int ends = 0, open = 0;
   for (size_t i = 0; i < place.surfels.size(); ++i) {
-    if (!place.surfels[i].counts) continue;
-    const Surfel& surfel = place.surface.surfels[i];
-    ++counting;
-    result.area += surfel.area;
-    good += place.good_shares[i] * surfel.area;
-    ends += surfel.at_end;
-    open += surfel.open_border;
+    if (!place.Counts(i)) continue;
+    ends += place.surface.surfels[i].at_end;
+    open += place.surface.surfels[i].open_border;
     sigmas.push_back(place.surfels[i].sigma);
   }
-  if (counting == 0) return result;
-  result.good_share = good / result.area;
   result.open_share = static_cast<double>(open) / std::max(1, ends);
-  std::nth_element(sigmas.begin(), sigmas.begin() + counting / 2, sigmas.end());
-  result.median_sigma = sigmas[counting / 2];
+  if (!sigmas.empty()) {
+    const auto middle = sigmas.begin() + static_cast<ptrdiff_t>(sigmas.size() / 2);
+    std::nth_element(sigmas.begin(), middle, sigmas.end());
+    result.median_sigma = *middle;
+  }
   result.complete =
       result.GoodOfShown() >= options.min_good_share && result.open_share <= options.max_open_share;
   return result;
@@ -134,14 +139,13 @@ ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
 }
 
 Status QualityOptions::Check() const {
-  return FirstError({InRange("target_gsd", target_gsd, 0.0, 1e12),
-                     InRange("min_photos", min_photos, 2, 100),
-                     InRange("min_reconstructability", min_reconstructability, 0.0, 100.0),
-                     InRange("max_sigma_gsd", max_sigma_gsd, 0.01, 1000.0),
-                     InRange("min_textured_share", min_textured_share, 0.0, 1.0),
-                     InRange("max_gsd_ratio", max_gsd_ratio, 0.1, 1000.0),
-                     InRange("min_good_share", min_good_share, 0.0, 1.0),
-                     InRange("max_open_share", max_open_share, 0.0, 1.0)});
+  return FirstError(
+      {InRange("target_gsd", target_gsd, 0.0, 1e12), InRange("min_photos", min_photos, 2, 100),
+       InRange("min_reconstructability", min_reconstructability, 0.0, 100.0),
+       InRange("max_sigma_gsd", max_sigma_gsd, 0.01, 1000.0),
+       InRange("min_textured_share", min_textured_share, 0.0, 1.0),
+       InRange("max_gsd", max_gsd, 0.0, 1e12), InRange("min_good_share", min_good_share, 0.0, 1.0),
+       InRange("max_open_share", max_open_share, 0.0, 1.0)});
 }
 
 AssessedViews::AssessedViews(const QualityOptions& options, const Eigen::Vector3d& normal,

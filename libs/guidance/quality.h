@@ -23,14 +23,15 @@ struct QualityOptions {
   // Part of it and what is around it that has texture in at least min_photos photos. 0.8: the
   // completeness from which a surfel is truly good in docs/experiments/guidance.md.
   double min_textured_share = 0.8;
-  // The part of the surface that counts: seen at up to this many times target_gsd, or twice the
-  // median point's where that is more. What is further away is the background of what was meant.
-  double max_gsd_ratio = 1.5;
+  // The part of the surface that counts: two photos have it at this ground sampling distance. 0: at
+  // target_gsd, or at twice that of the median point where that is more. What is further away is
+  // the background of what was meant.
+  double max_gsd = 0;
   // A place is complete when at least this part of what the photos show is good, and at most that
   // part of where it ends has an open border. Most ends are eaves, bushes and ground: with 3 % a
   // whole side of a house was missing.
   double min_good_share = 0.9;
-  double max_open_share = 0;
+  double max_open_share = 0.03;
 
   Status Check() const;
 };
@@ -57,7 +58,7 @@ struct SurfelQuality {
   // submap units. Infinite where no two do.
   double sigma = 0;
   double textured_share = 1;  // textured_share.h
-  bool counts = false;        // is within the part that counts
+  bool counts = false;        // two photos have it at QualityOptions::max_gsd
   bool good = false;
 };
 
@@ -85,7 +86,8 @@ SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d&
 
 // How complete a place is. Shares are of the area that counts.
 struct Completeness {
-  double area = 0;  // that counts, submap units squared
+  double area = 0;          // that counts, submap units squared
+  double ground_share = 0;  // that would count, were it no ground: as a part of both
   double good_share = 0;
   double open_share = 0;    // of the surfels at an end of the surface: with an open border
   double hole_share = 0;    // of what the photos show: without points (holes.h)
@@ -100,6 +102,11 @@ struct Completeness {
 
 // One that LivePlace keeps has gaps: surfels that have gone, and pieces without width.
 struct PlaceQuality {
+  // Of surface.surfels. The ground of photos that look ahead goes on without end and is seen flat.
+  bool Counts(size_t surfel) const {
+    return surfels[surfel].counts && !surface.surfels[surfel].is_ground;
+  }
+
   Surface surface;
   std::vector<SurfelQuality> surfels;  // in the order of surface.surfels, each as a whole
   std::vector<Piece> pieces;

@@ -307,7 +307,9 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
     if (!view.grid.MayMeet(block.middle, block.radius)) continue;
     for (const uint32_t i : block.surfels) {
       if (!Shows(centre, weak_[i])) continue;
-      if (view.grid.Look(weak_[i].position, kDepthTolerance) != DepthGrid::Sight::kSeen) continue;
+      // What may lie around a corner is not seen through the corner.
+      const double tolerance = weak_[i].is_beyond ? 0 : kDepthTolerance;
+      if (view.grid.Look(weak_[i].position, tolerance) != DepthGrid::Sight::kSeen) continue;
       shown.push_back({i, 0, kNone});
     }
   }

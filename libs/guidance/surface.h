@@ -43,6 +43,7 @@ struct Surfel {
   Eigen::Vector3d beyond = Eigen::Vector3d::Zero();
   Eigen::Vector3d beyond_normal = Eigen::Vector3d::Zero();
   double beyond_max_deg = 0;  // a photo from further off that direction does not show it
+  bool is_ground = false;     // faces up, and the photos look ahead
   bool at_end = false;        // the surface ends here
   bool open_border = false;   // it does, and what lies beyond was not photographed
 };

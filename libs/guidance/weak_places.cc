@@ -29,15 +29,16 @@ bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {
 std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place) {
   std::vector<Weak> weak;
   for (const Piece& piece : place.pieces) {
-    if (!piece.quality.counts || piece.quality.good || !HasTexture(options, piece.quality))
-      continue;
+    const SurfelQuality& quality = piece.quality;
+    if (!quality.counts || quality.good || !HasTexture(options, quality)) continue;
     const Surfel& surfel = piece.surfel;
+    if (surfel.is_ground) continue;
     weak.push_back({surfel.position, surfel.normal, piece.area, false, 0, &surfel,
-                    UtilityOf(options, piece.quality)});
+                    UtilityOf(options, quality)});
   }
   for (size_t i = 0; i < place.surfels.size(); ++i) {
     const Surfel& surfel = place.surface.surfels[i];
-    if (place.surfels[i].counts && surfel.open_border) {
+    if (place.Counts(i) && surfel.open_border) {
       // What lies beyond is as wide as the gap to it.
       weak.push_back({surfel.beyond, surfel.beyond_normal, 2 * surfel.area, true,
                       std::cos(surfel.beyond_max_deg * kRadian)});
