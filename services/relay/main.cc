@@ -17,6 +17,8 @@
 namespace {
 
 constexpr int kOwnDescriptors = 64;  // files, pipes, listeners
+// Of one client on the ports behind the first: what Gigabit Ethernet carries in chunks of 24 KiB.
+constexpr double kMaxBulkMessagesPerS = 5000;
 
 // Descriptors for clients. Raises the limit to what the system permits.
 int MaxClients() {
@@ -31,6 +33,7 @@ int MaxClients() {
 skein::RelayOptions OfPort(int port, const skein::RelayProgramOptions& options) {
   skein::RelayOptions of_port;
   of_port.port = port;
+  if (port != options.ports.front()) of_port.max_messages_per_s = kMaxBulkMessagesPerS;
   of_port.max_queued_bytes = options.max_queue_mib << 20;
   of_port.loopback = options.loopback;
   of_port.max_clients =

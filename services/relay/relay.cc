@@ -36,9 +36,8 @@ constexpr double kDeadlineCheckS = 0.5;
 constexpr double kIdleS =
     5;  // who has said nothing for so long yields its place where it is wanted
 constexpr double kPauseS = 0.5;
-// Who says nothing but what is refused takes a 60th of a core's time to check it, not all of it.
-constexpr int kMaxRefusedInRow = 100;
-constexpr double kHeldUpS = 1;
+// Of one client. What is refused costs it max_messages_per_s / kMaxRefusedPerS messages.
+constexpr double kMaxRefusedPerS = 100;
 constexpr double kMemberS = 60;  // certificates expire: a hello counts for so long
 
 constexpr char kWatchPort[] = "this port is for listening; publish on the session's URL";
@@ -209,9 +208,8 @@ void Relay::Join(const Listener& listener, int fd, uint32_t address, std::string
   ConfigureAccepted(fd);
   const bool is_encrypted = options_.tls && !listener.is_watch;
   auto stream = is_encrypted ? options_.tls->Wrap(fd) : std::make_unique<Stream>(fd);
-  const auto joined =
-      clients_.emplace(std::piecewise_construct, std::forward_as_tuple(fd),
-                       std::forward_as_tuple(options_.max_queued_bytes, std::move(stream)));
+  const auto joined = clients_.emplace(std::piecewise_construct, std::forward_as_tuple(fd),
+                                       std::forward_as_tuple(options_, std::move(stream)));
   Client& client = joined.first->second;
   client.id = next_id_++;
   client.address = address;
@@ -241,7 +239,7 @@ void Relay::Serve(int fd) {
       Expel(fd, client.parser.why_broken());
     }
   } else {
-    if (client.num_refused_in_row >= kMaxRefusedInRow) HoldUp(fd, &client);
+    if (client.allowance.IsSpent(loop_.now_s())) HoldUp(fd, &client);
     if (!client.watches_writable) MarkDirty(fd, &client);  // TLS may have waited for what came
   }
   KeepWithinMemory();
@@ -253,21 +251,19 @@ bool Relay::ParseAndReceive(Client* client) {
   uint8_t buffer[kTurnReceivedBytes];
   tcpq::Frame frame;
   size_t received = 0;
-  bool completed = false;
   const double start_s = loop_.now_s();
   for (int num_frames = 0;;) {
+    if (client->allowance.IsSpent(loop_.now_s())) return true;
     const auto state = client->parser.Next(&frame);
     if (state == tcpq::FrameParser::State::kBroken) return false;
     if (state == tcpq::FrameParser::State::kFrame) {
-      completed = true;
-      client->heard_s = loop_.now_s();
+      client->heard_s = client->began_s = loop_.now_s();
       Handle(client, frame);
-      if (client->num_refused_in_row >= kMaxRefusedInRow) return true;
       if (++num_frames < kTurnFrames && loop_.now_s() - start_s < TurnS()) continue;
       ServeLater(client);
       return true;
     }
-    if (completed || !client->parser.has_part()) client->began_s = loop_.now_s();
+    if (!client->parser.has_part()) client->began_s = loop_.now_s();
     if (received >= kTurnReceivedBytes) return true;
     const Stream::Moved moved = client->stream->Receive(buffer, sizeof(buffer));
     if (moved.is_over) return false;
@@ -299,18 +295,17 @@ void Relay::ServeLater(Client* client) {
   });
 }
 
-// Reads nothing of it for a while. What it hears and has no room for waits as long.
+// Reads nothing of it for a round. What it hears and has no room for waits as long.
 void Relay::HoldUp(int fd, Client* client) {
   if (IsWorthALine(++counters_.num_held_up)) {
     LogWarn(
-        "port {}: {} is not read for {} s: its last {} messages were refused, or nobody heard them "
-        "({} so far)",
-        port(), client->name, kHeldUpS, client->num_refused_in_row, counters_.num_held_up);
+        "port {}: {} is read slower than it speaks: it says more than {} messages a second, or {} "
+        "that are refused or that nobody hears ({} so far)",
+        port(), client->name, options_.max_messages_per_s, kMaxRefusedPerS, counters_.num_held_up);
   }
-  client->num_refused_in_row = 0;
   WatchWritable(fd, client, false);
   loop_.RemoveFd(fd);
-  client->held_until = loop_.AddOneShot(kHeldUpS, [this, fd] {
+  client->held_until = loop_.AddOneShot(kRoundS, [this, fd] {
     clients_.at(fd).held_until = 0;
     loop_.AddFd(fd, [this, fd] { Serve(fd); });
     Serve(fd);
@@ -331,10 +326,10 @@ void Relay::Publish(Client* from, const tcpq::Frame& frame) {
   ++counters_.num_messages;
   counters_.bytes += static_cast<int64_t>(frame.message.size());
   if (frame.channel == tcpq::kHelloChannel) return HearHello(from, frame.message);
-  if (!from->is_watcher && !IsWanted(frame.channel)) return NoteUnheard(from);
+  if (!from->is_watcher && !IsWanted(frame.channel)) return NoteUnheard(from, frame.channel);
   const char* why = WhyRefused(from, frame);
   if (why != nullptr) return NoteRefused(from, frame.channel, why);
-  from->num_refused_in_row = 0;
+  if (guard_ && guard_->IsToCheck(frame.channel)) from->allowance.Spend(1);
   Forward(*from, frame);
 }
 
@@ -346,24 +341,27 @@ void Relay::HearHello(Client* from, const Bytes& hello) {
                     : binding        ? guard_->WhyNoMember(hello, *binding)
                                      : "TLS has no binding for it";
   if (why != nullptr) return NoteRefused(from, tcpq::kHelloChannel, why);
-  from->num_refused_in_row = 0;
+  from->allowance.Spend(1);
   from->member_s = loop_.now_s();
 }
 
 void Relay::NoteRefused(Client* from, const std::string& channel, const char* why) {
   ++counters_.num_refused;
-  ++from->num_refused_in_row;
+  from->allowance.Spend(CostOfRefused());
   const int64_t count = ++num_refused_for_[why];
   if (!IsWorthALine(count)) return;
   LogWarn("{}: a message on {} is not forwarded: {} ({} so far)", from->name, Shown(channel), why,
           count);
 }
 
-// No signature is checked. But where all are to sign, and it has not, it has nothing to say, and is
-// held up like who is refused.
-void Relay::NoteUnheard(Client* from) {
-  if (guard_ && !guard_->takes_unsigned() && !HasSigned(*from)) ++from->num_refused_in_row;
+// No signature is checked. But where all are to sign, and it has not, it has nothing to say, and
+// pays as for what is refused.
+void Relay::NoteUnheard(Client* from, const std::string& channel) {
+  if (!guard_ || !guard_->IsToCheck(channel)) return;
+  from->allowance.Spend(guard_->takes_unsigned() || HasSigned(*from) ? 1 : CostOfRefused());
 }
+
+double Relay::CostOfRefused() const { return options_.max_messages_per_s / kMaxRefusedPerS; }
 
 bool Relay::IsMember(const Client& client) const {
   return loop_.now_s() - client.member_s < kMemberS;

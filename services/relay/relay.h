@@ -16,6 +16,7 @@
 
 #include "core/bytes.h"
 #include "event_loop/poll_loop.h"
+#include "relay/allowance.h"
 #include "relay/channel_set.h"
 #include "relay/fair_queue.h"
 #include "relay/relay_guard.h"
@@ -35,7 +36,10 @@ struct RelayOptions {
   double message_s = 10;  // so is one whose message is not whole this long after it began
   size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
   size_t max_held_bytes = 256 << 20;       // in all queues
-  std::optional<TlsContext> tls = {};      // of the port; none: in the clear
+  // Of one client, where a guard checks their signatures; and as many at once. Who says more is
+  // read later, so that its connection fills up: nothing of it is lost.
+  double max_messages_per_s = 1000;
+  std::optional<TlsContext> tls = {};  // of the port; none: in the clear
   // Who has said no hello that holds for a minute hears nothing. Needs a guard.
   bool members_only = false;
   // A second port, in the clear and for this host alone, for LCM's own tools: who connects there
@@ -50,7 +54,7 @@ struct RelayCounters {
   int64_t num_refused = 0;                // not forwarded: see RelayGuard; and from the watch port
   int64_t num_refused_subscriptions = 0;  // of a form that is not taken, or too many
   int64_t num_turned_away = 0;            // connections for which there was no room
-  int64_t num_held_up = 0;                // clients not read for a while, as all is refused
+  int64_t num_held_up = 0;                // clients not read for a moment, as they say too much
   int64_t num_expelled = 0;               // clients hung up on for what they did or did not do
 };
 
@@ -78,8 +82,11 @@ class Relay {
     PollLoop::TimerId pause = 0;  // until then nobody is accepted
   };
   struct Client {
-    Client(size_t max_queued_bytes, std::unique_ptr<Stream> connection)
-        : stream(std::move(connection)), parser(tcpq::kClientMagic), queue(max_queued_bytes) {}
+    Client(const RelayOptions& options, std::unique_ptr<Stream> connection)
+        : stream(std::move(connection)),
+          parser(tcpq::kClientMagic),
+          allowance(options.max_messages_per_s),
+          queue(options.max_queued_bytes) {}
 
     const std::unique_ptr<Stream> stream;
     int64_t id = 0;
@@ -90,10 +97,10 @@ class Relay {
     double signed_s = -1e9;  // or something else with a signature that holds
     tcpq::FrameParser parser;
     ChannelSet channels;
-    double heard_s = 0;                // when it came, then of its last frame
-    double began_s = 0;                // when the message that is not whole began
-    bool is_late = false;              // it has had its turn, and more of its frames are here
-    int num_refused_in_row = 0;        // none was taken since
+    double heard_s = 0;    // when it came, then of its last frame
+    double began_s = 0;    // not after the message that is not whole began
+    bool is_late = false;  // it has had its turn, and more of its frames are here
+    Allowance allowance;
     PollLoop::TimerId held_until = 0;  // it is not read meanwhile
     FairQueue queue;
     FairQueue::FramePtr frame;  // being sent
@@ -127,7 +134,8 @@ class Relay {
   const char* WhyRefused(Client* from, const tcpq::Frame& frame);
   void Publish(Client* from, const tcpq::Frame& frame);
   void HearHello(Client* from, const Bytes& hello);
-  void NoteUnheard(Client* from);
+  void NoteUnheard(Client* from, const std::string& channel);
+  double CostOfRefused() const;
   void NoteRefused(Client* from, const std::string& channel, const char* why);
   void Forward(const Client& from, const tcpq::Frame& frame);
   void KeepWithinMemory();

@@ -20,8 +20,12 @@ RelayGuard::Verdict Refused(const char* why) { return {why, false}; }
 RelayGuard::RelayGuard(MessageSeal seal, bool takes_unsigned)
     : seal_(std::move(seal)), takes_unsigned_(takes_unsigned) {}
 
+bool RelayGuard::IsToCheck(const std::string& channel) const {
+  return !takes_unsigned_ || channel.rfind(kOurs, 0) == 0;
+}
+
 RelayGuard::Verdict RelayGuard::Check(const std::string& channel, const Bytes& message) {
-  if (takes_unsigned_ && channel.rfind(kOurs, 0) != 0) return {};
+  if (!IsToCheck(channel)) return {};
   const OpenedMessage opened = seal_.Open(channel, message);
   switch (opened.kind) {
     case OpenedMessage::Kind::kRefused:

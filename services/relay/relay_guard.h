@@ -16,6 +16,8 @@ class RelayGuard {
   RelayGuard(MessageSeal seal, bool takes_unsigned);
 
   bool takes_unsigned() const { return takes_unsigned_; }
+  // False for channels that are none of its business.
+  bool IsToCheck(const std::string& channel) const;
 
   struct Verdict {
     const char* why_refused = nullptr;  // null: it is to be forwarded

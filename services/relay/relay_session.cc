@@ -99,7 +99,7 @@ heartbeat_t RelaySession::Heartbeat(const std::vector<std::unique_ptr<Relay>>& r
                CountOf(sum.num_dropped, "messages dropped for clients that do not keep up") +
                CountOf(sum.num_refused_subscriptions, "subscriptions refused") +
                CountOf(sum.num_turned_away, "connections turned away") +
-               CountOf(sum.num_held_up, "times a client was held up whose messages are refused") +
+               CountOf(sum.num_held_up, "times a client was read later, as it says too much") +
                CountOf(sum.num_expelled, "clients hung up on");
   beat.num_done = sum.num_messages;
   beat.memory_bytes = ResidentMemoryBytes();
