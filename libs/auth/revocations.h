@@ -51,7 +51,8 @@ class RevokedList {
   std::string read_as_;  // what the file system told of the file that was read
 };
 
-// Follows the file while a process runs: looks at it at most once a second, when it is asked.
+// Follows the file while a process runs: looks at it at most once a second, when it is asked. A
+// look is a stat(2), 1.2 us on a local file, so nodes and relays take it on their loops.
 class Revocations {
  public:
   explicit Revocations(std::string dir, Clock clock = MonotonicS);
