@@ -21,6 +21,8 @@ constexpr size_t kHeaderBytes = 8;
 constexpr size_t kMaxChannelBytes = 63;
 constexpr size_t kMaxDatagram = 65535;
 constexpr size_t kMaxQueuedBytes = 16 << 20;
+// What the allocator adds to each allocation, at most.
+constexpr size_t kAllocationBytes = 32;
 
 uint32_t ReadUint32(const uint8_t* data) {
   return uint32_t{data[0]} << 24 | uint32_t{data[1]} << 16 | uint32_t{data[2]} << 8 | data[3];
@@ -51,6 +53,12 @@ int OpenSocket(const LcmUrl& url) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) Fail(url, "open a socket for");
   return fd;
+}
+
+// Memory that it takes while it waits: itself and two allocations.
+size_t CostOf(const LcmDatagram& datagram) {
+  return sizeof(datagram) + datagram.channel.size() + datagram.message.size() +
+         2 * kAllocationBytes;
 }
 
 template <class T>
@@ -84,8 +92,24 @@ Bytes MakeLcmDatagram(uint32_t sequence_number, const std::string& channel, cons
   return datagram;
 }
 
+bool DatagramQueue::Push(LcmDatagram datagram) {
+  const size_t cost = CostOf(datagram);
+  if (cost > max_bytes_ - bytes_) return false;
+  bytes_ += cost;
+  datagrams_.push_back(std::move(datagram));
+  return true;
+}
+
+std::optional<LcmDatagram> DatagramQueue::Pop() {
+  if (datagrams_.empty()) return std::nullopt;
+  LcmDatagram datagram = std::move(datagrams_.front());
+  datagrams_.pop_front();
+  bytes_ -= CostOf(datagram);
+  return datagram;
+}
+
 UdpmLink::UdpmLink(const LcmUrl& url, PollLoop& loop, OnMessage on_message)
-    : url_(url), loop_(loop), on_message_(std::move(on_message)) {
+    : url_(url), loop_(loop), on_message_(std::move(on_message)), received_(kMaxQueuedBytes) {
   const sockaddr_in address = AddressOf(url);
   send_fd_ = OpenSocket(url);
   SetOption(send_fd_, IPPROTO_IP, IP_MULTICAST_TTL, static_cast<uint8_t>(url.ttl));
@@ -164,28 +188,23 @@ void UdpmLink::Read() {
 
 void UdpmLink::Queue(LcmDatagram datagram) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const size_t bytes = datagram.channel.size() + datagram.message.size();
-  if (channels_.count(datagram.channel) == 0 || received_bytes_ + bytes > kMaxQueuedBytes) return;
-  received_bytes_ += bytes;
-  received_.push_back(std::move(datagram));
+  if (channels_.count(datagram.channel) == 0 || !received_.Push(std::move(datagram))) return;
   if (received_.size() == 1) loop_.Post(alive_.Guarded([this] { Deliver(); }));
 }
 
 void UdpmLink::Deliver() {
   for (int i = 0; i < kMaxBatch; ++i) {
-    LcmDatagram datagram;
+    std::optional<LcmDatagram> datagram;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      if (received_.empty()) return;
-      datagram = std::move(received_.front());
-      received_.pop_front();
-      received_bytes_ -= datagram.channel.size() + datagram.message.size();
-      if (channels_.count(datagram.channel) == 0) continue;
+      datagram = received_.Pop();
+      if (!datagram) return;
+      if (channels_.count(datagram->channel) == 0) continue;
     }
-    on_message_(datagram.channel, datagram.message);
+    on_message_(datagram->channel, datagram->message);
   }
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!received_.empty()) loop_.Post(alive_.Guarded([this] { Deliver(); }));
+  if (received_.size() > 0) loop_.Post(alive_.Guarded([this] { Deliver(); }));
 }
 
 }  // namespace skein

@@ -30,8 +30,25 @@ std::optional<LcmDatagram> ParseLcmDatagram(const uint8_t* data, size_t size);
 Bytes MakeLcmDatagram(uint32_t sequence_number, const std::string& channel, const void* data,
                       size_t size);
 
+// Datagrams in their order, in bounded memory.
+class DatagramQueue {
+ public:
+  explicit DatagramQueue(size_t max_bytes) : max_bytes_(max_bytes) {}
+
+  // False if there is no room: the datagram is lost.
+  bool Push(LcmDatagram datagram);
+  // nullopt: there is none.
+  std::optional<LcmDatagram> Pop();
+  size_t size() const { return datagrams_.size(); }
+
+ private:
+  const size_t max_bytes_;
+  size_t bytes_ = 0;
+  std::deque<LcmDatagram> datagrams_;
+};
+
 // A thread of its own empties the socket, whose buffer holds few datagrams. While the loop is busy
-// 16 MiB of messages on subscribed channels wait for it; further ones are lost.
+// messages on subscribed channels wait for it in 16 MiB of memory; further ones are lost.
 class UdpmLink : public Link {
  public:
   // Throws std::runtime_error if the group can be neither joined nor reached.
@@ -59,9 +76,8 @@ class UdpmLink : public Link {
   uint32_t sequence_number_ = 0;
   std::thread reader_;
   std::mutex mutex_;
-  std::set<std::string> channels_;    // guarded by mutex_
-  std::deque<LcmDatagram> received_;  // guarded by mutex_
-  size_t received_bytes_ = 0;         // guarded by mutex_
+  std::set<std::string> channels_;  // guarded by mutex_
+  DatagramQueue received_;          // guarded by mutex_
   Alive alive_;
 };
 

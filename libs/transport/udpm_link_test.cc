@@ -1,6 +1,7 @@
 #include "transport/udpm_link.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 namespace skein {
 namespace {
@@ -40,6 +41,38 @@ TEST(LcmDatagram, IsNothingElse) {
   EXPECT_FALSE(IsTaken(Text("LC02\0\0\0\0\0data", 13))) << "no channel";
   EXPECT_FALSE(IsTaken(Text("LC02\0\0\0\0CHANNEL", 15))) << "no end of its name";
   EXPECT_FALSE(IsTaken(Text("LC02\0\0\0\0", 8) + std::string(64, 'C') + Text("\0d", 2)));
+}
+
+// What the allocator holds, of tiny datagrams mostly its own overhead.
+TEST(DatagramQueue, HoldsNoMoreMemoryThanItsBoundHoweverSmallTheDatagrams) {
+  constexpr size_t kMaxBytes = 4 << 20;
+  for (const size_t message_bytes : {size_t{0}, size_t{1}, size_t{25}, size_t{1000}}) {
+    for (const std::string& channel : {std::string("C"), std::string(16, 'C')}) {
+      const auto before = mallinfo2();
+      DatagramQueue queue(kMaxBytes);
+      while (queue.Push({channel, Bytes(message_bytes)})) continue;
+      const auto after = mallinfo2();
+      const size_t held = after.uordblks - before.uordblks + (after.hblkhd - before.hblkhd);
+      EXPECT_LE(held, kMaxBytes) << message_bytes << " bytes on " << channel;
+      EXPECT_GE(held, kMaxBytes / 3) << message_bytes << " bytes on " << channel;
+    }
+  }
+}
+
+TEST(DatagramQueue, HasRoomAgainForWhatWasTaken) {
+  DatagramQueue queue(1000);
+  size_t num_pushed = 0;
+  while (queue.Push({std::to_string(num_pushed), Bytes(10)})) ++num_pushed;
+  ASSERT_GT(num_pushed, 2u);
+  for (size_t i = 0; i < 100; ++i) {
+    const auto datagram = queue.Pop();
+    ASSERT_TRUE(datagram);
+    EXPECT_EQ(datagram->channel, std::to_string(i));
+    EXPECT_TRUE(queue.Push({std::to_string(num_pushed + i), Bytes(10)}));
+  }
+  EXPECT_EQ(queue.size(), num_pushed);
+  while (queue.size() > 0) queue.Pop();
+  EXPECT_FALSE(queue.Pop());
 }
 
 TEST(UdpmLink, SaysWhatGroupItNeeds) {
