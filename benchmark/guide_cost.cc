@@ -1,9 +1,12 @@
 // What the guide's computation costs on a COLMAP model: CPU time of each part (of the surface once
 // more by itself), for the whole model
 // and, with --photos, for as many of its photos as came first (by their ids). Then the mean CPU
-// time of an update (LivePlace) by one photo more, over the next ones.
+// time of an update (LivePlace) by a few photos more, over the next ones. In each a part of the
+// points moves by up to seven times the median ground sampling distance, as bundle adjustment moves
+// them: in a session 0.02 to 0.07.
 //
-//   guide_cost --model SPARSE_DIR [--photos N,N...] [--agents 1] [--updates 20]
+//   guide_cost --model SPARSE_DIR [--photos N,N...] [--agents 1] [--updates 20] [--step 1]
+//              [--moving 0.03]
 //
 // Agents take turns: photo i is of agent i mod N. Points seen by less than two of the photos are
 // left out. Textures are not known, so all surface has texture.
@@ -12,6 +15,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,29 +66,45 @@ std::vector<StationSeeker> SeekersOf(const GuidedMap& map, int agents) {
   return seekers;
 }
 
+struct Updates {
+  size_t num = 20, step = 1;  // photos
+  double moving = 0.03;       // part of the points
+};
+
 // Mean CPU seconds of an update.
 struct UpdateCost {
   double place_s = 0, stations_s = 0;
 };
 
-UpdateCost MeasureUpdates(const GuidedMap& map, size_t count, size_t num_updates, int agents) {
+void MovePoints(double share, double by, std::mt19937_64* random, GuidedMap* map) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (GuidedPoint& point : map->points) {
+    if (unit(*random) >= share) continue;
+    for (int axis = 0; axis < 3; ++axis) point.xyz[axis] += by * (2 * unit(*random) - 1);
+  }
+}
+
+UpdateCost MeasureUpdates(GuidedMap map, size_t count, const Updates& updates, int agents) {
   LivePlace live({}, {});
-  const size_t begin = std::min(count, map.photos.size() - num_updates);
-  live.Update(FirstPhotos(map, begin, agents), 0);
+  const size_t num_photos = updates.num * updates.step;
+  const size_t begin = std::min(count, map.photos.size() - num_photos);
+  const double gsd = live.Update(FirstPhotos(map, begin, agents), 0).surface.median_gsd;
+  std::mt19937_64 random(1);
   UpdateCost sum;
-  for (size_t i = 1; i <= num_updates; ++i) {
-    const GuidedMap now = FirstPhotos(map, begin + i, agents);
+  for (size_t i = 1; i <= updates.num; ++i) {
+    MovePoints(updates.moving, 7 * gsd, &random, &map);
+    const GuidedMap now = FirstPhotos(map, begin + i * updates.step, agents);
     Lap lap;
     const PlaceQuality& place = live.Update(now, 0);
     sum.place_s += lap.Take();
     ChooseStations({}, {}, live.map(), place, SeekersOf(now, agents));
     sum.stations_s += lap.Take();
   }
-  const auto n = static_cast<double>(num_updates);
+  const auto n = static_cast<double>(updates.num);
   return {sum.place_s / n, sum.stations_s / n};
 }
 
-void PrintRow(const GuidedMap& all, size_t count, size_t num_updates, int agents) {
+void PrintRow(const GuidedMap& all, size_t count, const Updates& updates, int agents) {
   const GuidedMap map = FirstPhotos(all, count, agents);
   Lap lap;
   const DetailedSurface surface = MakeSurface({}, map);
@@ -95,7 +115,7 @@ void PrintRow(const GuidedMap& all, size_t count, size_t num_updates, int agents
   const double stations_s = lap.Take();
   const auto num_points = std::count_if(map.points.begin(), map.points.end(),
                                         [](const GuidedPoint& p) { return !p.photos.empty(); });
-  const UpdateCost update = MeasureUpdates(all, count, num_updates, agents);
+  const UpdateCost update = MeasureUpdates(all, count, updates, agents);
   std::printf("| %zu | %td | %zu | %zu | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f |\n",
               map.photos.size(), num_points, surface.surface.surfels.size(), surface.parts.size(),
               place.completeness.good_share, place_s, surface_s, stations_s, place_s + stations_s,
@@ -107,13 +127,15 @@ int Main(int argc, char** argv) {
   std::string folder;
   std::vector<size_t> counts;
   int agents = 1;
-  size_t num_updates = 20;
+  Updates updates;
   app.add_option("--model", folder, "COLMAP model")->required()->check(CLI::ExistingDirectory);
   app.add_option("--photos", counts, "Of its first N photos")
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
   app.add_option("--agents", agents, "That ask for stations")->check(CLI::Range(1, 100));
-  app.add_option("--updates", num_updates, "By a photo each")->check(CLI::Range(1, 1000));
+  app.add_option("--updates", updates.num, "How many")->check(CLI::Range(1, 1000));
+  app.add_option("--step", updates.step, "Photos an update")->check(CLI::Range(1, 100));
+  app.add_option("--moving", updates.moving, "Part of the points")->check(CLI::Range(0.0, 1.0));
   CLI11_PARSE(app, argc, argv);
   colmap::Reconstruction model;
   model.Read(folder);
@@ -123,9 +145,9 @@ int Main(int argc, char** argv) {
       "| photos | points | surfels | parts | good | place s | of which surface s | stations s | "
       "all s | update: place s | stations s | all s |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  num_updates = std::min(num_updates, map.photos.size());
+  updates.num = std::min(updates.num, map.photos.size() / updates.step);
   for (const size_t count : counts) {
-    PrintRow(map, std::min(count, map.photos.size()), num_updates, agents);
+    PrintRow(map, std::min(count, map.photos.size()), updates, agents);
   }
   return 0;
 }

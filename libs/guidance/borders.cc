@@ -135,9 +135,13 @@ void Borders::Judge(const End& end, Surfel* surfel) const {
 }
 
 bool Borders::MayDependOn(uint32_t photo, const End& end, const Surfel& surfel) const {
-  const DepthGrid& grid = sights_.GridOf(photo);
-  return grid.Look(BeyondOf(end, surfel), 0) != DepthGrid::Sight::kOutside ||
-         (end.may_turn && grid.Look(BehindOf(surfel), 0) != DepthGrid::Sight::kOutside);
+  return sights_.GridOf(photo).Look(BeyondOf(end, surfel), 0) != DepthGrid::Sight::kOutside ||
+         MayDependOnGridOf(photo, end, surfel);
+}
+
+bool Borders::MayDependOnGridOf(uint32_t photo, const End& end, const Surfel& surfel) const {
+  return end.may_turn &&
+         sights_.GridOf(photo).Look(BehindOf(surfel), 0) != DepthGrid::Sight::kOutside;
 }
 
 }  // namespace skein

@@ -36,6 +36,8 @@ class Borders {
   void Judge(const End& end, Surfel* surfel) const;
   // Whether Judge may come out otherwise with another view of the photo.
   bool MayDependOn(uint32_t photo, const End& end, const Surfel& surfel) const;
+  // The same where only what else the photo sees differs.
+  bool MayDependOnGridOf(uint32_t photo, const End& end, const Surfel& surfel) const;
 
  private:
   Eigen::Vector3d BeyondOf(const End& end, const Surfel& surfel) const;

@@ -14,7 +14,7 @@ namespace {
 // wrong than not.
 constexpr size_t kMinPointsOfNormal = 6;
 
-constexpr double kTracePerTolerance = 5;  // of a surfel that moves, in its cell's width
+constexpr double kDrawnPerTolerance = 5;  // in cells: a surfel is drawn where it was until then
 
 // Least-squares plane of the points in and around a cell, towards where they were seen from; that
 // direction itself where the points are no surface.
@@ -175,7 +175,7 @@ void LiveSurface::Restart(const GuidedMap& map, const PlaceScale& scale) {
   ends_to_judge_.clear();
   up_.setZero();
   sights_ = Sights(scale.cell, scale.working_distance, options_.depth_tolerance,
-                   kTracePerTolerance * tolerance_);
+                   kDrawnPerTolerance * tolerance_);
   surface_ = {scale.cell, scale.median_gsd, scale.working_distance, {}};
 }
 
@@ -209,14 +209,14 @@ std::vector<bool> LiveSurface::TakeCameras(const GuidedMap& map) {
 }
 
 void LiveSurface::TakePhotos(const GuidedMap& map) {
-  const size_t num_known = map_.photos.size();
+  num_known_photos_ = map_.photos.size();
   const std::vector<bool> moved_cameras = TakeCameras(map);
   changes_.moved.assign(map.photos.size(), false);
   changes_.other_observations.assign(map.photos.size(), false);
   any_moved_ = false;
   for (size_t i = 0; i < map.photos.size(); ++i) {
     const GuidedPhoto& now = map.photos[i];
-    const bool is_new = i >= num_known;
+    const bool is_new = i >= num_known_photos_;
     if (!is_new) {
       GuidedPhoto& before = map_.photos[i];
       before.agent = now.agent;
@@ -445,24 +445,37 @@ void LiveSurface::FindEnds() {
   }
 }
 
-void LiveSurface::DoubtEndsSeenBy(const std::vector<bool>& photos) {
+// may_depend(borders, photo, end, surfel)
+template <typename MayDepend>
+void LiveSurface::DoubtEnds(const std::vector<bool>& photos, const MayDepend& may_depend) {
   const Borders borders(options_, centres_, sights_, scale_.cell);
   const std::vector<uint32_t> indices = IndicesOf(photos);
   ends_to_judge_.resize(wholes_.surfels.size(), false);
   for (uint32_t i = 0; i < ends_.size(); ++i) {
     if (!ends_[i].is_end || ends_to_judge_[i] || wholes_.surfels[i].IsGone()) continue;
     ends_to_judge_[i] = std::any_of(indices.begin(), indices.end(), [&](uint32_t photo) {
-      return borders.MayDependOn(photo, ends_[i], wholes_.surfels[i]);
+      return may_depend(borders, photo, ends_[i], wholes_.surfels[i]);
     });
   }
 }
 
+// By photos as their poses are now.
+void LiveSurface::DoubtEndsSeenBy(const std::vector<bool>& photos) {
+  DoubtEnds(photos, [](const Borders& borders, uint32_t photo, const End& end,
+                       const Surfel& surfel) { return borders.MayDependOn(photo, end, surfel); });
+}
+
 void LiveSurface::JudgeEnds() {
-  std::vector<bool> photos = changes_.moved;
-  for (uint32_t photo = 0; photo < photos.size(); ++photo) {
-    if (sights_.HasOtherGrid(photo)) photos[photo] = true;
+  std::vector<bool> placed = changes_.moved, has_other_grid(map_.photos.size(), false);
+  for (uint32_t photo = 0; photo < placed.size(); ++photo) {
+    has_other_grid[photo] = sights_.HasOtherGrid(photo);
+    if (photo >= num_known_photos_) placed[photo] = true;
   }
-  DoubtEndsSeenBy(photos);
+  DoubtEndsSeenBy(placed);
+  DoubtEnds(has_other_grid,
+            [](const Borders& borders, uint32_t photo, const End& end, const Surfel& surfel) {
+              return borders.MayDependOnGridOf(photo, end, surfel);
+            });
   const Borders borders(options_, centres_, sights_, scale_.cell);
   for (uint32_t i = 0; i < ends_.size(); ++i) {
     if (!ends_to_judge_[i] || wholes_.surfels[i].IsGone()) continue;

@@ -102,6 +102,8 @@ class LiveSurface {
   template <typename Sees>
   std::vector<uint32_t> PhotosOf(const Population& population, uint32_t index,
                                  const std::vector<uint32_t>& sights, const Sees& sees);
+  template <typename MayDepend>
+  void DoubtEnds(const std::vector<bool>& photos, const MayDepend& may_depend);
   void DoubtEndsSeenBy(const std::vector<bool>& photos);
   void FindUp();
   void FindEnds();
@@ -119,6 +121,7 @@ class LiveSurface {
   GuidedMap map_;
   std::vector<Eigen::Vector3d> centres_;    // of the photos
   std::vector<uint32_t> num_observations_;  // the same
+  size_t num_known_photos_ = 0;             // before this update
   bool any_moved_ = false;
   Population wholes_, parts_;
   std::vector<uint32_t> whole_of_;  // of the parts

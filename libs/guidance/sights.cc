@@ -28,39 +28,64 @@ void Sights::Place(uint32_t surfel, const Eigen::Vector3d& position) {
   if (surfel >= positions_.size()) {
     positions_.resize(surfel + 1, Eigen::Vector3f::Constant(kNowhere));
     photos_.resize(surfel + 1);
-    has_come_.resize(surfel + 1, false);
+    is_placed_.resize(surfel + 1, false);
   }
-  Eigen::Vector3f& known = positions_[surfel];
-  const Eigen::Vector3f before = std::exchange(known, position.cast<float>());
-  const bool was = before.allFinite(), is = known.allFinite();
-  const bool leaves_trace = was && is && (known - before).norm() <= max_trace_ * surfel_width_;
-  if (was) blocks_.Remove(surfel, before);
-  if (was && !leaves_trace) gone_.push_back(before);
+  Eigen::Vector3f& drawn = positions_[surfel];
+  const Eigen::Vector3f now = position.cast<float>();
+  const bool was = drawn.allFinite(), is = now.allFinite();
+  if (was && is && (now - drawn).norm() <= max_move_ * surfel_width_) return;
+  if (was) {
+    blocks_.Remove(surfel, drawn);
+    gone_.push_back(drawn);
+  }
+  drawn = now;
+  is_placed_[surfel] = true;
   if (!is) return;
-  blocks_.Add(surfel, known);
-  come_.push_back(known);
+  blocks_.Add(surfel, now);
+  come_.push_back(now);
   come_surfels_.push_back(surfel);
-  has_come_[surfel] = true;
 }
 
 void Sights::Update(const GuidedMap& map, const std::vector<bool>& stale_photos) {
   const auto num_photos = static_cast<uint32_t>(map.photos.size());
+  const auto num_known = static_cast<uint32_t>(views_.size());
+  ++num_updates_;
   has_other_grid_.assign(num_photos, false);
   has_other_photos_.assign(positions_.size(), false);
+  for (uint32_t photo = num_known; photo < num_photos; ++photo) {
+    views_.push_back({EmptyGrid(map, photo)});
+  }
+  const std::vector<bool> draws_anew = ChooseToDrawAnew(stale_photos);
   for (uint32_t photo = 0; photo < num_photos; ++photo) {
-    const bool is_new = photo >= views_.size();
-    if (is_new) views_.push_back({EmptyGrid(map, photo), {}});
-    if (is_new || stale_photos[photo] || MeetsAny(views_[photo].grid, gone_)) {
+    const DepthGrid& grid = views_[photo].grid;
+    if (photo >= num_known || draws_anew[photo]) {
       DrawAnew(map, photo);
-      if (is_new) has_other_grid_[photo] = true;
-    } else if (MeetsAny(views_[photo].grid, come_)) {
+      if (photo >= num_known) has_other_grid_[photo] = true;
+    } else if (MeetsAny(grid, come_) || MeetsAny(grid, gone_)) {
       DrawMore(photo);
     }
   }
-  for (const uint32_t surfel : come_surfels_) has_come_[surfel] = false;
+  is_placed_.assign(is_placed_.size(), false);
   gone_.clear();
   come_.clear();
   come_surfels_.clear();
+}
+
+std::vector<bool> Sights::ChooseToDrawAnew(const std::vector<bool>& stale_photos) {
+  constexpr size_t kMaxUpdates = 16;
+  std::vector<bool> chosen = stale_photos;
+  std::vector<uint32_t> waiting;
+  for (uint32_t photo = 0; photo < views_.size(); ++photo) {
+    View& view = views_[photo];
+    view.has_gone = view.has_gone || MeetsAny(view.grid, gone_);
+    if (view.has_gone && !chosen[photo]) waiting.push_back(photo);
+  }
+  std::stable_sort(waiting.begin(), waiting.end(), [&](uint32_t a, uint32_t b) {
+    return views_[a].drawn_anew < views_[b].drawn_anew;
+  });
+  const size_t num = max_move_ == 0 ? waiting.size() : 1 + views_.size() / kMaxUpdates;
+  for (size_t i = 0; i < std::min(num, waiting.size()); ++i) chosen[waiting[i]] = true;
+  return chosen;
 }
 
 DepthGrid Sights::EmptyGrid(const GuidedMap& map, uint32_t photo) const {
@@ -71,12 +96,16 @@ DepthGrid Sights::EmptyGrid(const GuidedMap& map, uint32_t photo) const {
 void Sights::DrawAnew(const GuidedMap& map, uint32_t photo) {
   DepthGrid grid = EmptyGrid(map, photo);
   std::vector<InFrame> in_frame = grid.Draw(blocks_);
-  has_other_grid_[photo] = !grid.HasDepthsOf(views_[photo].grid);
-  views_[photo].grid = std::move(grid);
-  Replace(photo, SeenOf(views_[photo].grid, std::move(in_frame)));
+  View& view = views_[photo];
+  has_other_grid_[photo] = !grid.HasDepthsOf(view.grid);
+  view.grid = std::move(grid);
+  view.drawn_anew = num_updates_;
+  view.has_gone = false;
+  Replace(photo, SeenOf(view.grid, std::move(in_frame)));
 }
 
-// What is hidden stays hidden as surfels come, so what was seen is enough to look at.
+// What is hidden stays hidden as surfels come, so what was seen and is still there is enough to
+// look at.
 void Sights::DrawMore(uint32_t photo) {
   View& view = views_[photo];
   const DepthGrid before = view.grid;
@@ -84,7 +113,7 @@ void Sights::DrawMore(uint32_t photo) {
   for (InFrame& surfel : in_frame) surfel.index = come_surfels_[surfel.index];
   has_other_grid_[photo] = !view.grid.HasDepthsOf(before);
   std::copy_if(view.seen.begin(), view.seen.end(), std::back_inserter(in_frame),
-               [&](const InFrame& surfel) { return !has_come_[surfel.index]; });
+               [&](const InFrame& surfel) { return !is_placed_[surfel.index]; });
   Replace(photo, SeenOf(view.grid, std::move(in_frame)));
 }
 

@@ -16,20 +16,21 @@ namespace skein {
 class Sights {
  public:
   Sights() = default;
-  // max_trace: in surfel widths, as Place has it.
-  Sights(double surfel_width, double working_distance, double depth_tolerance, double max_trace)
+  // max_move: in surfel widths, as Place has it.
+  Sights(double surfel_width, double working_distance, double depth_tolerance, double max_move)
       : blocks_(surfel_width),
         surfel_width_(surfel_width),
         working_distance_(working_distance),
         depth_tolerance_(depth_tolerance),
-        max_trace_(max_trace) {}
+        max_move_(max_move) {}
 
-  // Where a surfel is from the next Update on; not finite: nowhere. One that moves by at most
-  // max_trace is drawn where it is, too, and stays where it was until a photo is drawn anew. As
-  // what lies up to a surfel's width behind is not hidden, that hides little.
+  // Where a surfel is from the next Update on; not finite: nowhere. While it is within max_move of
+  // where it was drawn it is held there: what lies up to a surfel's width behind is not hidden.
   void Place(uint32_t surfel, const Eigen::Vector3d& position);
-  // Draws what changed: all of photos that are new or stale (by their index) or that had a surfel
-  // within their frame which has gone; of others the surfels that came.
+  // Draws what changed: all of photos that are new or stale (by their index), of others the surfels
+  // that came. Photos that have drawn a surfel which has gone are drawn anew by a sixteenth of all
+  // photos an update, longest ago first, so it hides for sixteen updates at most; all at once where
+  // max_move is 0.
   void Update(const GuidedMap& map, const std::vector<bool>& stale_photos);
 
   const DepthGrid& GridOf(uint32_t photo) const { return views_[photo].grid; }
@@ -42,10 +43,13 @@ class Sights {
  private:
   struct View {
     DepthGrid grid;
-    std::vector<DepthGrid::InFrame> seen;  // by surfel, ascending
+    std::vector<DepthGrid::InFrame> seen = {};  // by surfel, ascending
+    uint64_t drawn_anew = 0;                    // in this update
+    bool has_gone = false;                      // a surfel that was drawn
   };
 
   DepthGrid EmptyGrid(const GuidedMap& map, uint32_t photo) const;
+  std::vector<bool> ChooseToDrawAnew(const std::vector<bool>& stale_photos);
   void DrawAnew(const GuidedMap& map, uint32_t photo);
   void DrawMore(uint32_t photo);
   std::vector<DepthGrid::InFrame> SeenOf(const DepthGrid& grid,
@@ -54,13 +58,15 @@ class Sights {
 
   std::vector<Eigen::Vector3f> positions_;  // of the surfels; NaN: none
   SurfelBlocks blocks_;                     // the same
-  double surfel_width_ = 0, working_distance_ = 0, depth_tolerance_ = 0, max_trace_ = 0;
+  double surfel_width_ = 0, working_distance_ = 0, depth_tolerance_ = 0, max_move_ = 0;
   std::vector<View> views_;                    // of the photos
   std::vector<std::vector<uint32_t>> photos_;  // of the surfels
   std::vector<bool> has_other_grid_, has_other_photos_;
-  std::vector<bool> has_come_;                // by surfel, since the last update
-  std::vector<Eigen::Vector3f> gone_, come_;  // since the last update: positions
+  // Since the last update: by surfel, whether it came or went; positions.
+  std::vector<bool> is_placed_;
+  std::vector<Eigen::Vector3f> gone_, come_;
   std::vector<uint32_t> come_surfels_;
+  uint64_t num_updates_ = 0;
 };
 
 }  // namespace skein
