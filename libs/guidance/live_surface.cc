@@ -14,6 +14,8 @@ namespace {
 // wrong than not.
 constexpr size_t kMinPointsOfNormal = 6;
 
+constexpr int kEndRadius = 2;  // cells: as far as FindEnd looks
+
 constexpr double kDrawnPerTolerance = 5;  // in cells: a surfel is drawn where it was until then
 
 // Least-squares plane of the points in and around a cell, towards where they were seen from; that
@@ -167,7 +169,7 @@ void LiveSurface::Restart(const GuidedMap& map, const PlaceScale& scale) {
   const Eigen::Vector3d origin = MeanOf(map.points);
   wholes_ = {};
   parts_ = {};
-  wholes_.cells = PointCells(scale.cell, origin);
+  wholes_.cells = PointCells(scale.cell, origin, kEndRadius);
   parts_.cells = PointCells(scale.part_cell, origin);
   whole_of_.clear();
   ends_.clear();
@@ -357,7 +359,7 @@ void LiveSurface::MakeWholes() {
 
 bool LiveSurface::LooksAt(uint32_t photo, const Surfel& surfel) const {
   const Eigen::Vector3d ray = centres_[photo] - surfel.position;
-  return ray.dot(surfel.normal) >= std::cos(options_.max_incidence_deg * kRadian) * ray.norm();
+  return ray.dot(surfel.normal) >= min_cos_ * ray.norm();
 }
 
 // Those of `sights` for which `sees` holds, beside those that observe the surfel.
@@ -424,9 +426,8 @@ void LiveSurface::FindUp() {
 }
 
 void LiveSurface::FindEnds() {
-  constexpr int kRadius = 2;  // cells
   const auto visit_around = [&](uint32_t cell, const auto& visit) {
-    wholes_.cells.VisitAround(cell, kRadius, [&](uint32_t other) {
+    wholes_.cells.VisitNear(cell, [&](uint32_t other) {
       const uint32_t index = wholes_.Find(other);
       if (index != Population::kNone) visit(index);
     });

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -27,6 +28,7 @@ class LiveSurface {
  public:
   LiveSurface(const SurfaceOptions& options, const Holding& holding, Surface* surface)
       : options_(options),
+        min_cos_(std::cos(options.max_incidence_deg * kRadian)),
         tolerance_(holding.tolerance),
         given_scale_(holding.scale),
         surface_(*surface) {}
@@ -114,6 +116,7 @@ class LiveSurface {
   bool LooksAt(uint32_t photo, const Surfel& surfel) const;
 
   const SurfaceOptions options_;
+  const double min_cos_;
   const double tolerance_;
   const std::optional<PlaceScale> given_scale_;
   Surface& surface_;

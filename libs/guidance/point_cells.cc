@@ -38,6 +38,11 @@ void PointCells::Link(uint32_t cell) {
     members_[cell].beside[i] = *index;
     members_[*index].beside[26 - i] = cell;
   }
+  if (radius_ == 0) return;
+  cells_.VisitAround(at, radius_, [&](uint32_t other) {
+    members_[cell].near.push_back(other);
+    if (other != cell) members_[other].near.push_back(cell);
+  });
 }
 
 void PointCells::Add(uint32_t point, const Eigen::Vector3d& xyz) {

@@ -27,7 +27,9 @@ class PointCells {
   static constexpr uint32_t kNone = UINT32_MAX;
 
   PointCells() : PointCells(1, Eigen::Vector3d::Zero()) {}
-  PointCells(double width, const Eigen::Vector3d& origin) : cells_(width), origin_(origin) {}
+  // radius: in cells, of VisitNear; 0: it is not used.
+  PointCells(double width, const Eigen::Vector3d& origin, int radius = 0)
+      : cells_(width), origin_(origin), radius_(radius) {}
 
   // Points by their index in the map. What is too far away has no cell.
   void Add(uint32_t point, const Eigen::Vector3d& xyz);
@@ -51,10 +53,10 @@ class PointCells {
       if (other != kNone) visit(other);
     }
   }
-  // As Cells::VisitAround.
+  // As Cells::VisitAround, up to the radius.
   template <class Visit>
-  void VisitAround(uint32_t cell, int radius, const Visit& visit) const {
-    cells_.VisitAround(members_[cell].at, radius, visit);
+  void VisitNear(uint32_t cell, const Visit& visit) const {
+    for (const uint32_t other : members_[cell].near) visit(other);
   }
 
  private:
@@ -63,6 +65,7 @@ class PointCells {
     std::vector<uint32_t> points;
     Moments moments;
     std::array<uint32_t, 27> beside;  // the cell itself, too
+    std::vector<uint32_t> near;       // the same, within the radius
     bool is_touched = false, has_other_points = false;
   };
 
@@ -71,6 +74,7 @@ class PointCells {
 
   Cells cells_;
   Eigen::Vector3d origin_;
+  int radius_;
   std::vector<Members> members_;  // by cell
   std::vector<uint32_t> touched_;
 };
