@@ -16,7 +16,9 @@ constexpr size_t kMinPointsOfNormal = 6;
 
 constexpr int kEndRadius = 2;  // cells: as far as FindEnd looks
 
-constexpr double kDrawnPerTolerance = 5;  // in cells: a surfel is drawn where it was until then
+// A part's cell is some seven pixels wide, and bundle adjustment moves points by one or two.
+constexpr double kPointPerTolerance = 2.5;  // in parts' cells
+constexpr double kDrawnPerTolerance = 5;    // in cells: a surfel is drawn where it was until then
 
 // Least-squares plane of the points in and around a cell, towards where they were seen from; that
 // direction itself where the points are no surface.
@@ -245,7 +247,7 @@ void LiveSurface::TakePoints(const GuidedMap& map) {
 void LiveSurface::TakePoint(uint32_t index, const GuidedPoint& now) {
   GuidedPoint& held = map_.points[index];
   const bool was = !held.photos.empty(), is = !now.photos.empty();
-  const double max_move = tolerance_ * scale_.part_cell;
+  const double max_move = kPointPerTolerance * tolerance_ * scale_.part_cell;
   const bool moves = was != is || (held.xyz - now.xyz).squaredNorm() > max_move * max_move;
   if ((!was && !is) || (!moves && held.photos == now.photos && !any_moved_)) return;
   const bool changes = moves || held.photos != now.photos;
