@@ -94,7 +94,12 @@ ShapeFollowerOptions GuideService::FollowShapes() {
                        [](const auto& submap) { return !submap.second.ended; });
   };
   options.with_tracks = true;
-  options.on_shape = [this](int64_t submap_id, uint64_t) { GuideAnew(submap_id); };
+  options.on_shape = [this](int64_t submap_id, uint64_t version) {
+    LogDebug("submap {}: a shape of {} photos, made {:.3f} s ago", submap_id,
+             store_.Find(submap_id)->photos.size(),
+             1e-6 * static_cast<double>(NowUs() - static_cast<int64_t>(version)));
+    GuideAnew(submap_id);
+  };
   return options;
 }
 
@@ -150,6 +155,7 @@ void GuideService::Start(int64_t submap_id) {
   const ShapePtr shape = store_.Find(submap_id);
   if (shape == nullptr || !state_.IsLive(submap_id)) return StartIfDue();
   working_ = true;
+  LogDebug("submap {}: begins with {} photos", submap_id, shape->photos.size());
   std::shared_ptr<PlaceGuide>& guide = guides_[submap_id];
   if (guide == nullptr) guide = std::make_shared<PlaceGuide>(options_, no_go_);
   worker_->Run(
@@ -158,7 +164,10 @@ void GuideService::Start(int64_t submap_id) {
         Result<PlaceGuidance> guidance = guide->Update(input);
         return Job{std::move(guidance), ThreadCpuS() - begin_s};
       },
-      [this, submap_id](const Job& job) { OnDone(submap_id, job); });
+      [this, submap_id, begin_s = node_.loop().now_s()](const Job& job) {
+        share_.NoteWork(job.seconds, begin_s);
+        OnDone(submap_id, job);
+      });
 }
 
 PlaceInput GuideService::InputOf(const ShapePtr& shape) const {
@@ -185,7 +194,6 @@ void GuideService::OnDone(int64_t submap_id, const Job& job) {
   working_ = false;
   ++num_done_;
   sum_s_ += job.seconds;
-  share_.NoteWork(job.seconds, node_.loop().now_s());
   if (!job.guidance.ok()) {
     LogWarn("submap {}: no guidance: {}", submap_id, job.guidance.error());
   } else if (state_.IsLive(submap_id)) {

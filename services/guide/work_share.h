@@ -1,4 +1,4 @@
-// Work that takes at most a part of the time.
+// Work that takes at most a part of the time, however long it waits for a core meanwhile.
 #pragma once
 
 namespace skein {
@@ -8,8 +8,8 @@ class WorkShare {
   // share: above 0, at most 1.
   explicit WorkShare(double share) : share_(share) {}
 
-  // Work of so many seconds has ended.
-  void NoteWork(double seconds, double now_s) { due_s_ = now_s + seconds * (1 / share_ - 1); }
+  // Work that began then took so many seconds of processor time.
+  void NoteWork(double cpu_s, double begin_s) { due_s_ = begin_s + cpu_s / share_; }
   // Before then no work is to begin.
   double due_s() const { return due_s_; }
 
