@@ -8,6 +8,7 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "core/process.h"
 #include "guide/messages.h"
 
 namespace skein {
@@ -165,7 +166,9 @@ void GuideService::Start(int64_t submap_id) {
         return Job{std::move(guidance), ThreadCpuS() - begin_s};
       },
       [this, submap_id, begin_s = node_.loop().now_s()](const Job& job) {
-        share_.NoteWork(job.seconds, begin_s);
+        // Shapes were pulled and read meanwhile, too.
+        const double cpu_s = CpuTimeS();
+        share_.NoteWork(cpu_s - std::exchange(noted_cpu_s_, cpu_s), begin_s);
         OnDone(submap_id, job);
       });
 }

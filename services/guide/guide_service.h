@@ -60,6 +60,7 @@ class GuideService {
   bool waiting_ = false;  // for the time that work is due
   VainAdvice vain_;
   WorkShare share_;
+  double noted_cpu_s_ = 0;  // of this process, as share_ knows it
   int64_t num_done_ = 0;
   double sum_s_ = 0;
   // By submap; used by the worker.
