@@ -18,10 +18,11 @@ namespace skein {
 // that an update looks once at each observation of the map.
 //
 // Some is held until it is off by more than Holding::tolerance, and so part of what AssessPlace of
-// the same map gives. That is of points a part's cell, of surfels their cell and a radian in their
-// normal, of poses and cameras a cell in the photo. Of the vertical it is a tenth in radians. When
-// a length of PlaceScale is off by more than `tolerance`, all is made anew. With tolerance 0
-// nothing is held.
+// the same map gives. That is of surfels their cell and a radian in their normal, of poses and
+// cameras a cell in the photo. Points are held within 2.5 times that of a part's cell. What hides a
+// surfel is drawn within 5 times that of its cell, and for up to 16 updates after it went (Sights).
+// Of the vertical it is a tenth in radians. When a length of PlaceScale is off by more than
+// `tolerance`, all is made anew. With tolerance 0 nothing is held.
 //
 // Memory: about 40 KB a photo of 640 x 480, and 1 KB a surfel with its parts and points.
 class LivePlace {
