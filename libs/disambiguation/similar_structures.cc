@@ -124,14 +124,15 @@ class View {
     return votes;
   }
 
-  // Of the photo's own points in each cell; 0 if there are too few.
+  // Of the photo's own points in each cell, as it stands in the model; 0 if there are too few.
   void SetOwnDepths() {
     std::vector<std::vector<double>> depths(num_keypoints_.size());
+    const Eigen::Matrix3x4d registered = model_.Image(image_id_).ProjectionMatrix();
     for (const colmap::Point2D& point2D : model_.Image(image_id_).Points2D()) {
       if (!point2D.HasPoint3D()) continue;
       const Eigen::Vector3d xyz = model_.Point3D(point2D.Point3DId()).XYZ();
       const int cell = CellOfPixel(point2D.XY());
-      if (cell >= 0) depths[cell].push_back((cam_from_world_ * xyz.homogeneous()).z());
+      if (cell >= 0) depths[cell].push_back((registered * xyz.homogeneous()).z());
     }
     own_depths_.assign(depths.size(), 0.0);
     for (size_t i = 0; i < depths.size(); ++i) {
@@ -339,6 +340,15 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
     sum.Add(view.Compare(other));
   }
   return sum;
+}
+
+CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
+                           ImageId image_id, const colmap::Camera& camera,
+                           const Eigen::Matrix3x4d& cam_from_world, ImageId other) {
+  Centers centers(map.reconstruction());
+  return View(options, &map.graph(), map.reconstruction(), &centers, image_id, camera,
+              cam_from_world)
+      .Compare(other);
 }
 
 std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,

@@ -67,6 +67,12 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world);
 
+// A registered photo as if it stood at cam_from_world, compared with another one. Its own depths
+// are those of where it stands.
+CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
+                           ImageId image_id, const colmap::Camera& camera,
+                           const Eigen::Matrix3x4d& cam_from_world, ImageId other);
+
 // Photos of another place than the map's, by different cells, ascending. Photos are joined into
 // groups along their verified pairs, those with most seen cells first. Groups that show different
 // places are never joined. The group with the photo `first` stays if that is registered, else the

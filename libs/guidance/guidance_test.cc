@@ -259,7 +259,9 @@ TEST(Guidance, WhatHasNoPointsAmidWhatHasThemKeepsAPlaceFromBeingComplete) {
                {{3, 0, 4}, {1, 0, 0}, {0, 0, -4}}});
     for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
     for (const double x : {-11.0, -10.0, 10.0, 11.0}) site.Photograph({x, -5, 2}, {0, 0, 2});
-    return Assess(site.Map()).completeness;
+    QualityOptions options;
+    options.min_good_share = 0.9;
+    return AssessPlace({}, options, site.Map()).completeness;
   };
   const Completeness whole = assess(0), bare = assess(3);
   EXPECT_LT(whole.hole_share, 0.01);

@@ -18,7 +18,7 @@ double UtilityOf(const QualityOptions& options, const SurfelQuality& quality) {
 }
 
 double UtilityOfBorder(size_t num_photos) {
-  return 0.2 * static_cast<double>(std::min<size_t>(num_photos, 2));
+  return 0.35 * static_cast<double>(std::min<size_t>(num_photos, 2));
 }
 
 bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {

@@ -30,13 +30,33 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   found.photos = FindMisplaced(options_.misplaced, map_);
   found.refusal = {Refusal::Cause::kContradicted,
                    "in a part of the map that most matches contradict"};
-  if (!found.photos.empty()) return found;
+  if (!found.photos.empty() && !OnlySimilarStructuresContradict(found.photos)) return found;
   found.of_similar_place = true;
   found.refusal = {Refusal::Cause::kSimilarPlace, "of another, visually similar place"};
   found.photos = FindPhotosOfAnotherPlace(options_.registration.similar_structures, map_, first,
                                           options_.num_threads);
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;
+}
+
+// Two sides of one house that look alike match, though they stand where they should. The photos
+// are placed where these matches want them: there they show another place.
+bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& photos) const {
+  const SimilarStructuresOptions& options = options_.registration.similar_structures;
+  CellVotes votes;
+  for (const ImageId id : photos) {
+    const colmap::Camera& camera =
+        map_.reconstruction().Camera(map_.reconstruction().Image(id).CameraId());
+    for (const auto& [other, inliers] : map_.Neighbours(id)) {
+      if (!map_.IsRegistered(other) || std::count(photos.begin(), photos.end(), other) > 0)
+        continue;
+      const Votes of_pair = CountVotes(options_.misplaced, map_, id, other);
+      if (of_pair.contradict <= of_pair.agree) continue;
+      const auto pose = EstimatePoseByPair(options_.registration, map_, id, other);
+      if (pose) votes.Add(CompareWithPhoto(options, map_, id, camera, *pose, other));
+    }
+  }
+  return ShowsAnotherPlace(options, votes);
 }
 
 std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {

@@ -43,6 +43,7 @@ class Consistency {
   std::vector<ImageId> FindPhotosWithTooManyMissingCells() const;
 
  private:
+  bool OnlySimilarStructuresContradict(const std::vector<ImageId>& photos) const;
   std::vector<ImageId> FindByMissingCells(ImageId first) const;
 
   const SubmapOptions& options_;

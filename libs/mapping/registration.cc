@@ -313,6 +313,28 @@ Status RegistrationOptions::Check() const {
                      InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor)});
 }
 
+std::optional<Eigen::Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
+                                                    const SceneMap& map, ImageId image_id,
+                                                    ImageId other) {
+  const colmap::Reconstruction& model = map.reconstruction();
+  VisiblePoints visible;
+  for (const auto& match : map.MatchesOfPair(image_id, other)) {
+    const colmap::Point2D& theirs = model.Image(other).Point2D(match.point2D_idx2);
+    if (!theirs.HasPoint3D()) continue;
+    visible.pixels.push_back(model.Image(image_id).Point2D(match.point2D_idx1).XY());
+    visible.xyz.push_back(model.Point3D(theirs.Point3DId()).XYZ());
+  }
+  if (static_cast<int>(visible.size()) < options.min_num_inliers) return std::nullopt;
+  colmap::SetPRNGSeed(SeedFromIds(image_id, other));
+  colmap::Camera camera = model.Camera(model.Image(image_id).CameraId());
+  PoseEstimate estimate;
+  if (!RunRansac(RansacOptions(options, options.max_error_px), visible, &camera, &estimate) ||
+      estimate.num_inliers < options.min_num_inliers) {
+    return std::nullopt;
+  }
+  return colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
+}
+
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
   return sigmas.position <= factor * options.max_position_sigma &&
          sigmas.rotation_deg <= factor * options.max_rotation_sigma_deg;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -79,6 +80,12 @@ struct PoseEstimate {
 // photo and others of its own do. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options, const TrialContext& context = {});
+
+// Where a registered photo would stand by its matches with one other registered photo alone, with
+// its camera as it is: cam_from_world. Nothing where fewer than min_num_inliers agree.
+std::optional<Eigen::Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
+                                                    const SceneMap& map, ImageId image_id,
+                                                    ImageId other);
 
 // Whether the sigmas are within `factor` times the limits.
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);
