@@ -7,6 +7,7 @@
 #include "disambiguation/similar_structures.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
+#include "mapping/similar_pairs.h"
 
 namespace skein {
 
@@ -39,24 +40,18 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   return found;
 }
 
-// Two sides of one house that look alike match, though they stand where they should. The photos
-// are placed where these matches want them: there they show another place.
+// Two sides of one house that look alike match, though they stand where they should.
 bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& photos) const {
-  const SimilarStructuresOptions& options = options_.registration.similar_structures;
-  CellVotes votes;
+  std::vector<std::pair<ImageId, ImageId>> pairs;
   for (const ImageId id : photos) {
-    const colmap::Camera& camera =
-        map_.reconstruction().Camera(map_.reconstruction().Image(id).CameraId());
     for (const auto& [other, inliers] : map_.Neighbours(id)) {
       if (!map_.IsRegistered(other) || std::count(photos.begin(), photos.end(), other) > 0)
         continue;
-      const Votes of_pair = CountVotes(options_.misplaced, map_, id, other);
-      if (of_pair.contradict <= of_pair.agree) continue;
-      const auto pose = EstimatePoseByPair(options_.registration, map_, id, other);
-      if (pose) votes.Add(CompareWithPhoto(options, map_, id, camera, *pose, other));
+      const Votes votes = CountVotes(options_.misplaced, map_, id, other);
+      if (votes.contradict > votes.agree) pairs.emplace_back(id, other);
     }
   }
-  return ShowsAnotherPlace(options, votes);
+  return AreOfSimilarStructures(options_.registration, map_, pairs);
 }
 
 std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {

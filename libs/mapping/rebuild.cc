@@ -6,6 +6,7 @@
 
 #include "core/limits.h"
 #include "mapping/misplaced.h"
+#include "mapping/similar_pairs.h"
 
 namespace skein {
 namespace {
@@ -74,6 +75,8 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
            !waiting.MatchesSimilarPlace(id);
   };
   MatchAgreement agreement;
+  int64_t to_win_of_torn = 0;
+  std::vector<std::pair<ImageId, ImageId>> torn;
   for (const auto& [id1, id2] : map.pairs()) {
     if (options.IsStopped()) break;
     const bool registered1 = map.IsRegistered(id1), registered2 = map.IsRegistered(id2);
@@ -82,10 +85,15 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
     if (registered1 && registered2) {
       const Votes votes = CountCommonPoints(map, id1, id2);
       agreement.agreeing += votes.agree;
-      if (is_strong && IsTorn(votes)) agreement.to_win += votes.contradict;
+      if (!is_strong || !IsTorn(votes)) continue;
+      torn.emplace_back(id1, id2);
+      to_win_of_torn += votes.contradict;
     } else if (is_strong && is_left_out(registered1 ? id2 : id1)) {
       agreement.to_win += map.Neighbours(id1).at(id2);
     }
+  }
+  if (!torn.empty() && !AreOfSimilarStructures(options.registration, map, torn)) {
+    agreement.to_win += to_win_of_torn;
   }
   return agreement;
 }

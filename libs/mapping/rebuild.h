@@ -18,8 +18,8 @@ std::unique_ptr<Submap> MapPartAnew(const Submap& submap, ImageId first, size_t 
 struct MatchAgreement {
   int64_t agreeing = 0;  // matches between registered photos that are one point
   // Matches that another map of the same photos may agree with: those of strong pairs that are
-  // torn (misplaced.h), and those of photos that are left out. Photos that a visually similar place
-  // or another submap holds are left out rightly.
+  // torn (misplaced.h) by more than similar structures, and those of photos that are left out.
+  // Photos that a visually similar place or another submap holds are left out rightly.
   int64_t to_win = 0;
 };
 

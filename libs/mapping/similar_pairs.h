@@ -1,0 +1,19 @@
+// Verified pairs of registered photos whose matches are of similar structures, as of two gables of
+// one house: they contradict a map that is right.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "map/scene_map.h"
+#include "mapping/registration.h"
+
+namespace skein {
+
+// Whether that holds for these pairs together. The first photo of each is placed where its matches
+// with the second one want it, and compared with it there (disambiguation/similar_structures.h).
+// Costs a pose estimation a pair.
+bool AreOfSimilarStructures(const RegistrationOptions& options, const SceneMap& map,
+                            const std::vector<std::pair<ImageId, ImageId>>& pairs);
+
+}  // namespace skein
