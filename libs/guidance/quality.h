@@ -28,8 +28,7 @@ struct QualityOptions {
   // the background of what was meant.
   double max_gsd = 0;
   // A place is complete when at least this part of what the photos show is good, and at most that
-  // part of where it ends has an open border. Most ends are eaves, bushes and ground: with 3 % a
-  // whole side of a house was missing.
+  // part of where it ends has an open border: bushes and eaves have ends that nobody can close.
   double min_good_share = 0.9;
   double max_open_share = 0.03;
 
