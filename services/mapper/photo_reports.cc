@@ -27,13 +27,32 @@ void PhotoReports::Tell(const std::vector<PhotoEvent>& events) {
     registration_t fact = ToMessage(event, lease_.submap_id, lease_.epoch);
     fact.header.fact_id =
         RegistrationFactId(id, lease_.submap_id, lease_.epoch, first_number_ + ++num_facts_[id]);
-    submit_(
-        fact, [](int64_t) {},
-        [this, id, registered](const std::string& reason) {
-          if (!registered) return;
-          refused_[id] = "refused by the ledger: " + reason;
-          on_refused_();
-        });
+    std::deque<registration_t>& undecided = undecided_[id];
+    undecided.push_back(std::move(fact));
+    if (undecided.size() == 1) SubmitNext(id);
+  }
+}
+
+void PhotoReports::SubmitNext(int64_t image_id) {
+  const registration_t& fact = undecided_[image_id].front();
+  const bool registered = fact.state == registration_t::REGISTERED;
+  submit_(
+      fact, [this, image_id](int64_t) { OnDecided(image_id); },
+      [this, image_id, registered](const std::string& reason) {
+        OnDecided(image_id);
+        if (!registered) return;
+        refused_[image_id] = "refused by the ledger: " + reason;
+        on_refused_();
+      });
+}
+
+void PhotoReports::OnDecided(int64_t image_id) {
+  const auto undecided = undecided_.find(image_id);
+  undecided->second.pop_front();
+  if (undecided->second.empty()) {
+    undecided_.erase(undecided);
+  } else {
+    SubmitNext(image_id);
   }
 }
 

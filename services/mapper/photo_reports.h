@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <set>
@@ -15,8 +16,9 @@
 
 namespace skein {
 
-// Tells the ledger what became of photos, a fact for each change, and keeps what it told. Loop's
-// thread only.
+// Tells the ledger what became of photos, a fact for each change, and keeps what it told. The next
+// fact of a photo waits until ingest has decided on the one before: one that is lost is submitted
+// again, and would be taken for the newer one. Loop's thread only.
 class PhotoReports {
  public:
   using Submit = std::function<void(Fact, Submissions::OnCommitted, Submissions::OnRefused)>;
@@ -46,13 +48,17 @@ class PhotoReports {
   std::vector<PhotoEvent> FindLost(const ItemCursor& cursor);
 
  private:
+  void SubmitNext(int64_t image_id);
+  void OnDecided(int64_t image_id);
+
   const SessionState& session_;
   const Lease lease_;
   const Submit submit_;
   const std::function<void()> on_refused_;
   std::set<int64_t> registered_;
   int64_t first_number_ = 0;
-  std::map<int64_t, int64_t> num_facts_;  // of a photo
+  std::map<int64_t, int64_t> num_facts_;                     // of a photo
+  std::map<int64_t, std::deque<registration_t>> undecided_;  // of a photo; the first is submitted
   std::map<int64_t, std::string> refused_;
   int64_t replay_seq_ = 0;  // 0: what was lost is known
 };
