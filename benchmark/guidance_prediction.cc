@@ -126,6 +126,7 @@ class Comparison {
     for (uint32_t i = 0; i < pool_.samples().size(); ++i) {
       sample_grid.Add(pool_.samples()[i].xyz, i);
     }
+    const std::vector<double> good_shares = GoodSharesOf(place_);
     for (size_t i = 0; i < place_.surfels.size(); ++i) {
       const Surfel& surfel = place_.surface.surfels[i];
       Row row;
@@ -134,7 +135,7 @@ class Comparison {
       row.completeness = CompletenessOf(surfel, sample_grid, grid, radius);
       if (std::isnan(row.completeness)) continue;
       row.error = ErrorOf(surfel, grid, radius);
-      row.good_share = place_.good_shares[i];
+      row.good_share = good_shares[i];
       row.density = surfel.num_points * place_.surface.cell * place_.surface.cell / surfel.area;
       row.track_length = tracks[i].length;
       row.feedback = feedback[i];

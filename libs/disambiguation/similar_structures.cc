@@ -191,9 +191,15 @@ class Views {
         const colmap::Reconstruction& model)
       : options_(options), graph_(graph), model_(model), centers_(model) {}
 
-  // Of a photo that is not registered.
+  // As if the photo stood there.
   void Place(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
     views_[id] = Make(id, cam_from_world);
+  }
+
+  const View& Of(ImageId id) {
+    const auto known = views_.find(id);
+    if (known != views_.end()) return *known->second;
+    return *views_.emplace(id, Make(id, model_.Image(id).ProjectionMatrix())).first->second;
   }
 
   CellVotes CompareBothWays(ImageId id1, ImageId id2) {
@@ -225,12 +231,6 @@ class Views {
   }
 
  private:
-  const View& Of(ImageId id) {
-    const auto known = views_.find(id);
-    if (known != views_.end()) return *known->second;
-    return *views_.emplace(id, Make(id, model_.Image(id).ProjectionMatrix())).first->second;
-  }
-
   std::unique_ptr<View> Make(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
     const colmap::Camera& camera = model_.Camera(model_.Image(id).CameraId());
     return std::make_unique<View>(options_, graph_, model_, &centers_, id, camera, cam_from_world);
@@ -343,12 +343,11 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
 }
 
 CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
-                           ImageId image_id, const colmap::Camera& camera,
-                           const Eigen::Matrix3x4d& cam_from_world, ImageId other) {
-  Centers centers(map.reconstruction());
-  return View(options, &map.graph(), map.reconstruction(), &centers, image_id, camera,
-              cam_from_world)
-      .Compare(other);
+                           ImageId image_id, const Eigen::Matrix3x4d& cam_from_world,
+                           ImageId other) {
+  Views views(options, &map.graph(), map.reconstruction());
+  views.Place(image_id, cam_from_world);
+  return views.Of(image_id).Compare(other);
 }
 
 std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,

@@ -70,8 +70,8 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
 // A registered photo as if it stood at cam_from_world, compared with another one. Its own depths
 // are those of where it stands.
 CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
-                           ImageId image_id, const colmap::Camera& camera,
-                           const Eigen::Matrix3x4d& cam_from_world, ImageId other);
+                           ImageId image_id, const Eigen::Matrix3x4d& cam_from_world,
+                           ImageId other);
 
 // Photos of another place than the map's, by different cells, ascending. Photos are joined into
 // groups along their verified pairs, those with most seen cells first. Groups that show different

@@ -90,30 +90,22 @@ Eigen::Vector3d Borders::BehindOf(const Surfel& surfel) const {
   return surfel.position - kCellsBehind * cell_ * surfel.normal;
 }
 
-// By photos that have the place within their frame. One that is hidden lies behind another surface,
-// as where a wall meets the ground.
-bool Borders::IsLookedAt(const Surfel& surfel, const Eigen::Vector3d& beyond) const {
+// Whether enough photos would show a face there that looks along `normal`.
+bool Borders::IsLookedAt(const Eigen::Vector3d& place, const Eigen::Vector3d& normal,
+                         bool may_be_hidden) const {
   int count = 0;
   for (uint32_t photo = 0; photo < centres_.size() && count < kEnoughPhotos; ++photo) {
-    const Eigen::Vector3d ray = centres_[photo] - beyond;
-    if (ray.dot(surfel.normal) < min_cos_ * ray.norm()) continue;
-    count += sights_.GridOf(photo).Look(beyond, 0) != DepthGrid::Sight::kOutside;
+    const Eigen::Vector3d ray = centres_[photo] - place;
+    if (ray.dot(normal) < min_cos_ * ray.norm()) continue;
+    const DepthGrid::Sight sight = sights_.GridOf(photo).Look(place, 0);
+    count +=
+        sight == DepthGrid::Sight::kSeen || (may_be_hidden && sight == DepthGrid::Sight::kHidden);
   }
   return count >= kEnoughPhotos;
 }
 
-// By photos that would show a face there that turns away at a right angle.
-bool Borders::IsLookedBehind(const End& end, const Surfel& surfel) const {
-  const Eigen::Vector3d behind = BehindOf(surfel);
-  int count = 0;
-  for (uint32_t photo = 0; photo < centres_.size() && count < kEnoughPhotos; ++photo) {
-    const Eigen::Vector3d ray = centres_[photo] - behind;
-    if (ray.dot(end.direction) < min_cos_ * ray.norm()) continue;
-    count += sights_.GridOf(photo).Look(behind, 0) == DepthGrid::Sight::kSeen;
-  }
-  return count >= kEnoughPhotos;
-}
-
+// Straight ahead a place may be hidden: it lies behind another surface then, as where a wall meets
+// the ground. A face that turns away at a right angle may not.
 void Borders::Judge(const End& end, Surfel* surfel) const {
   surfel->is_ground = end.is_ground;
   surfel->at_end = end.is_end;
@@ -123,10 +115,10 @@ void Borders::Judge(const End& end, Surfel* surfel) const {
   surfel->beyond_max_deg = end.is_end ? max_incidence_deg_ : 0;
   if (!end.is_end) return;
   const Eigen::Vector3d beyond = BeyondOf(end, *surfel);
-  surfel->open_border = !IsLookedAt(*surfel, beyond);
+  surfel->open_border = !IsLookedAt(beyond, surfel->normal, true);
   if (surfel->open_border) {
     surfel->beyond = beyond;
-  } else if (end.may_turn && !IsLookedBehind(end, *surfel)) {
+  } else if (end.may_turn && !IsLookedAt(BehindOf(*surfel), end.direction, false)) {
     surfel->open_border = true;
     surfel->beyond = BehindOf(*surfel);
     surfel->beyond_normal = (surfel->normal + end.direction).normalized();

@@ -42,8 +42,8 @@ class Borders {
  private:
   Eigen::Vector3d BeyondOf(const End& end, const Surfel& surfel) const;
   Eigen::Vector3d BehindOf(const Surfel& surfel) const;
-  bool IsLookedAt(const Surfel& surfel, const Eigen::Vector3d& beyond) const;
-  bool IsLookedBehind(const End& end, const Surfel& surfel) const;
+  bool IsLookedAt(const Eigen::Vector3d& place, const Eigen::Vector3d& normal,
+                  bool may_be_hidden) const;
 
   const std::vector<Eigen::Vector3d>& centres_;  // of the photos
   const Sights& sights_;

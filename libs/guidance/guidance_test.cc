@@ -314,9 +314,10 @@ TEST(Guidance, PiecesShareTheAreaOfTheirSurfel) {
     if (piece.quality.good) good[piece.whole] += piece.area;
   }
   ASSERT_GT(place.pieces.size(), place.surfels.size());
+  const std::vector<double> good_shares = GoodSharesOf(place);
   for (size_t i = 0; i < areas.size(); ++i) {
     EXPECT_NEAR(areas[i], place.surface.surfels[i].area, 1e-9);
-    EXPECT_NEAR(good[i], place.good_shares[i] * areas[i], 1e-9);
+    EXPECT_NEAR(good[i], good_shares[i] * areas[i], 1e-9);
   }
 }
 
@@ -327,11 +328,12 @@ TEST(Guidance, WherePointsAreFewASurfelIsJudgedAsAWhole) {
     ++pieces[piece.whole];
     wholes[piece.whole] += piece.width == place.surface.cell;
   }
+  const std::vector<double> good_shares = GoodSharesOf(place);
   for (size_t i = 0; i < pieces.size(); ++i) {
     EXPECT_GT(pieces[i], 0) << "of surfel " << i;
     if (wholes[i] > 0) {
       EXPECT_EQ(pieces[i], 1);
-      EXPECT_EQ(place.good_shares[i], place.surfels[i].good ? 1 : 0);
+      EXPECT_EQ(good_shares[i], place.surfels[i].good ? 1 : 0);
     }
   }
 }

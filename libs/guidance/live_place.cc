@@ -11,30 +11,17 @@ namespace {
 
 constexpr uint32_t kNone = PointCells::kNone;
 
-// A gap among the pieces.
-bool IsNone(const Piece& piece) { return piece.width == 0; }
-
 // Pieces share their surfel's area as their cells do.
 void ShareAreas(PlaceQuality* place) {
   std::vector<double> sums(place->surfels.size(), 0);
   for (const Piece& piece : place->pieces) {
-    if (!IsNone(piece)) sums[piece.whole] += piece.surfel.area;
+    if (!piece.IsGone()) sums[piece.whole] += piece.surfel.area;
   }
   for (Piece& piece : place->pieces) {
-    if (IsNone(piece)) continue;
+    if (piece.IsGone()) continue;
     const double area = place->surface.surfels[piece.whole].area;
     piece.area = area * piece.surfel.area / sums[piece.whole];
   }
-}
-
-// By surfel; 0 where it has no pieces.
-std::vector<double> GoodSharesOf(const PlaceQuality& place) {
-  std::vector<double> good(place.surfels.size(), 0);
-  for (const Piece& piece : place.pieces) {
-    if (IsNone(piece) || !piece.quality.good) continue;
-    good[piece.whole] += piece.area / place.surface.surfels[piece.whole].area;
-  }
-  return good;
 }
 
 }  // namespace
@@ -56,7 +43,6 @@ const PlaceQuality& LivePlace::Update(const GuidedMap& map, double target_gsd) {
   JudgeWholes();
   for (Piece& piece : place_.pieces) piece.surfel.is_ground = surface_.IsGround(piece.surfel);
   ShareAreas(&place_);
-  place_.good_shares = GoodSharesOf(place_);
   const double hole_share = holes_.Update(surface_.map(), surface_.changes().other_observations);
   place_.completeness = Summarise(options_, place_, hole_share);
   return place_;

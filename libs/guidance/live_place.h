@@ -72,7 +72,7 @@ class LivePlace {
   std::vector<uint32_t> free_pieces_;
 };
 
-// Inside of libs/guidance: of place.surfels and place.good_shares.
+// Inside of libs/guidance: of place.surfels and place.pieces.
 Completeness Summarise(const QualityOptions& options, const PlaceQuality& place, double hole_share);
 
 }  // namespace skein

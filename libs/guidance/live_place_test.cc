@@ -150,14 +150,15 @@ void ExpectSame(const PlaceQuality& live, const PlaceQuality& anew) {
   const auto surfels_anew = ByPosition(anew.surface.surfels, itself);
   ASSERT_EQ(surfels.size(), surfels_anew.size());
   ASSERT_EQ(live.surfels.size(), live.surface.surfels.size());
-  ASSERT_EQ(live.good_shares.size(), live.surface.surfels.size());
+  const std::vector<double> good = GoodSharesOf(live), good_anew = GoodSharesOf(anew);
+  ASSERT_EQ(good.size(), live.surface.surfels.size());
   for (size_t i = 0; i < surfels.size(); ++i) {
     SCOPED_TRACE(surfels_anew[i]->position.transpose());
     ExpectSame(*surfels[i], *surfels_anew[i]);
     const auto index = static_cast<size_t>(surfels[i] - live.surface.surfels.data());
     const auto index_anew = static_cast<size_t>(surfels_anew[i] - anew.surface.surfels.data());
     ExpectSame(live.surfels[index], anew.surfels[index_anew]);
-    EXPECT_NEAR(live.good_shares[index], anew.good_shares[index_anew], 1e-6);
+    EXPECT_NEAR(good[index], good_anew[index_anew], 1e-6);
     if (testing::Test::HasFailure()) return;
   }
   const auto surfel_of = [](const Piece& piece) -> const Surfel& { return piece.surfel; };

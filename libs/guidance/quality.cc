@@ -95,7 +95,7 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   result.max_gsd = options.max_gsd;
   double good = 0, ground = 0;
   for (const Piece& piece : place.pieces) {
-    if (piece.width == 0 || !place.surfels[piece.whole].counts) continue;
+    if (piece.IsGone() || !place.surfels[piece.whole].counts) continue;
     (piece.surfel.is_ground ? ground : result.area) += piece.area;
     if (!piece.surfel.is_ground && piece.quality.good) good += piece.area;
   }
@@ -119,6 +119,15 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   result.complete =
       result.GoodOfShown() >= options.min_good_share && result.open_share <= options.max_open_share;
   return result;
+}
+
+std::vector<double> GoodSharesOf(const PlaceQuality& place) {
+  std::vector<double> good(place.surfels.size(), 0);
+  for (const Piece& piece : place.pieces) {
+    if (piece.IsGone() || !piece.quality.good) continue;
+    good[piece.whole] += piece.area / place.surface.surfels[piece.whole].area;
+  }
+  return good;
 }
 
 std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel) {

@@ -72,6 +72,8 @@ struct Piece {
   // between the points, too.
   double area = 0;
   SurfelQuality quality;
+
+  bool IsGone() const { return width == 0; }  // a gap (PlaceQuality)
 };
 
 // Whether dense matching finds anything to match there. No photo makes a bare wall good.
@@ -109,9 +111,11 @@ struct PlaceQuality {
   Surface surface;
   std::vector<SurfelQuality> surfels;  // in the order of surface.surfels, each as a whole
   std::vector<Piece> pieces;
-  std::vector<double> good_shares;  // of the surfels: the part of its area that is good
   Completeness completeness;
 };
+
+// Of each surfel the part of its area that is good; 0 where it has no pieces.
+std::vector<double> GoodSharesOf(const PlaceQuality& place);
 
 // LivePlace's first update.
 PlaceQuality AssessPlace(const SurfaceOptions& surface_options,

@@ -40,12 +40,13 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   return found;
 }
 
-// Two sides of one house that look alike match, though they stand where they should.
+// Two sides of one house that look alike match, though they stand where they should. `photos`:
+// ascending.
 bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& photos) const {
   std::vector<std::pair<ImageId, ImageId>> pairs;
   for (const ImageId id : photos) {
     for (const auto& [other, inliers] : map_.Neighbours(id)) {
-      if (!map_.IsRegistered(other) || std::count(photos.begin(), photos.end(), other) > 0)
+      if (!map_.IsRegistered(other) || std::binary_search(photos.begin(), photos.end(), other))
         continue;
       const Votes votes = CountVotes(options_.misplaced, map_, id, other);
       if (votes.contradict > votes.agree) pairs.emplace_back(id, other);

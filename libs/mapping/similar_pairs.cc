@@ -6,13 +6,10 @@ namespace skein {
 
 bool AreOfSimilarStructures(const RegistrationOptions& options, const SceneMap& map,
                             const std::vector<std::pair<ImageId, ImageId>>& pairs) {
-  const colmap::Reconstruction& model = map.reconstruction();
   CellVotes votes;
   for (const auto& [id, other] : pairs) {
     const auto pose = EstimatePoseByPair(options, map, id, other);
-    if (!pose) continue;
-    votes.Add(CompareWithPhoto(options.similar_structures, map, id,
-                               model.Camera(model.Image(id).CameraId()), *pose, other));
+    if (pose) votes.Add(CompareWithPhoto(options.similar_structures, map, id, *pose, other));
   }
   return ShowsAnotherPlace(options.similar_structures, votes);
 }

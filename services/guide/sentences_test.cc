@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "guidance/test_poses.h"
+
 namespace skein {
 namespace {
 
@@ -12,14 +14,7 @@ CameraPose Pose(const Eigen::Vector3d& centre, double right_deg = 0, double up_d
   const Eigen::Vector3d z =
       Eigen::AngleAxisd(-right_deg * kDegree, Eigen::Vector3d::UnitZ()) *
       (Eigen::AngleAxisd(up_deg * kDegree, Eigen::Vector3d::UnitX()) * Eigen::Vector3d::UnitY());
-  const Eigen::Vector3d x =
-      Eigen::AngleAxisd(-right_deg * kDegree, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitX();
-  Eigen::Matrix3d rotation;
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  CameraPose pose;
-  pose.rotation = Eigen::Quaterniond(rotation);
-  pose.translation = -(pose.rotation * centre);
-  return pose;
+  return LookingAt(centre, centre + z);
 }
 
 std::string Say(const Wording& wording, const CameraPose& near, const CameraPose& there,
