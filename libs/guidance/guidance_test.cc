@@ -441,10 +441,18 @@ TEST(Guidance, AStationLooksAtTheWeakPart) {
   EXPECT_NEAR(seen.y() / seen.z(), 0, 1e-9);
 }
 
+// What was taken far away and in vain: stations are through known space then.
+VainPhoto VainElsewhere() {
+  CameraPose pose;
+  pose.translation = {1000, 1000, 1000};
+  return {pose, 1e9};
+}
+
 TEST(Guidance, WhereAPhotoWasInVainNoneIsAdvisedUntilMoreIsKnownThere) {
   const GuidedMap map = SiteOfARow(FrontWall(-8, 16), -2, 2).Map();
   const PlaceQuality place = Assess(map);
   StationSeeker seeker = SeekerAt(map);
+  seeker.in_vain = {VainElsewhere()};
   const std::vector<Station> before = ChooseStations({}, {}, map, place, {seeker})[0];
   ASSERT_GE(before.size(), 2u);
   const Station& best = before[0];
@@ -462,6 +470,22 @@ TEST(Guidance, WhereAPhotoWasInVainNoneIsAdvisedUntilMoreIsKnownThere) {
       << "it goes to another place, not to one beside it";
   seeker.in_vain = {{best.cam_from_world, best.common_points / 2}};
   EXPECT_TRUE(is_advised());
+}
+
+// Something may stand where nobody has looked, as among furniture.
+TEST(Guidance, WhoWasInVainIsSentThroughKnownSpace) {
+  const GuidedMap map = SiteOfARow(FrontWall(-8, 16), -2, 2).Map();
+  const PlaceQuality place = Assess(map);
+  StationSeeker seeker = SeekerAt(map);
+  const std::vector<Station> bold = ChooseStations({}, {}, map, place, {seeker})[0];
+  ASSERT_FALSE(bold.empty());
+  seeker.in_vain = {VainElsewhere()};
+  const std::vector<Station> wary = ChooseStations({}, {}, map, place, {seeker})[0];
+  ASSERT_FALSE(wary.empty());
+  const auto from_the_row = [](const Station& station) {
+    return std::abs(station.cam_from_world.Centre().x());
+  };
+  EXPECT_LT(from_the_row(wary[0]), from_the_row(bold[0]));
 }
 
 TEST(Guidance, AgentsGetDifferentStations) {

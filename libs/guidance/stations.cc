@@ -6,10 +6,12 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/option_check.h"
 #include "guidance/depth_grid.h"
+#include "guidance/free_space.h"
 #include "guidance/surfel_blocks.h"
 #include "guidance/surfel_views.h"
 #include "guidance/weak_places.h"
@@ -76,6 +78,9 @@ class Chooser {
     Eigen::Vector3d up;
     double min_height, max_height;
   };
+  // What nobody has looked through is mostly free outdoors. Among furniture something may stand in
+  // it: then points that are seen through it do not count.
+  enum class Trust { kAnySpace, kKnownSpace };
   // What a camera sees of the surface.
   struct View {
     DepthGrid grid;
@@ -92,6 +97,11 @@ class Chooser {
   struct Stand {
     bool is_possible = false;
     double common_points = 0;
+    std::vector<Shown> shown;
+  };
+  struct Found {
+    Station station;  // without its reason
+    size_t example;   // as a candidate's
     std::vector<Shown> shown;
   };
   // A pose that may become a station.
@@ -119,14 +129,16 @@ class Chooser {
   double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown);
   void FillViews(Weak* weak) const;
   double UtilityWith(const ViewOfSurfel& view, Weak* weak) const;
-  double CommonPoints(const View& view, const Eigen::Vector3d& centre) const;
+  double CommonPoints(const View& view, const Eigen::Vector3d& centre, Trust trust);
   void Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre, double focal_px);
   Station::Why WhyOf(Weak* weak_place) const;
   uint32_t NearestPhoto(const Candidate& candidate) const;
   const GuidedCamera& CameraOf(const StationSeeker& seeker) const {
     return map_.cameras[map_.photos[seeker.last_photo].camera];
   }
-  Stand* StandAt(const StationSeeker& seeker, const Ground& ground, const Candidate& candidate);
+  Stand* StandAt(const StationSeeker& seeker, const Ground& ground, const Candidate& candidate,
+                 Trust trust);
+  std::optional<Found> FindBest(const StationSeeker& seeker, Trust trust);
   View ViewFromPose(const StationSeeker& seeker, const CameraPose& pose) const {
     View view{
         DepthGrid(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance),
@@ -144,8 +156,10 @@ class Chooser {
   SurfelBlocks blocks_;                               // the surfels
   SurfelBlocks weak_blocks_;                          // the weak places
   std::map<double, std::vector<uint32_t>> clusters_;  // of the weak places, by width
-  // By the agent, and where it would stand and look: most candidates come again for each station.
-  std::map<std::array<double, 7>, Stand> stands_;
+  // By the agent, trust, and where it would stand and look: most candidates come again for each
+  // station.
+  std::map<std::array<double, 8>, Stand> stands_;
+  std::optional<FreeSpace> free_space_;  // once it is asked for
   uint64_t last_version_ = 0;
   Eigen::Vector3d up_;
 };
@@ -252,16 +266,17 @@ bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
 }
 
 Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& ground,
-                                 const Candidate& candidate) {
+                                 const Candidate& candidate, Trust trust) {
   const Eigen::Vector3d &at = candidate.centre, &to = candidate.target;
-  const auto [found, is_new] = stands_.try_emplace(
-      {static_cast<double>(seeker.agent), at.x(), at.y(), at.z(), to.x(), to.y(), to.z()});
+  const auto [found, is_new] =
+      stands_.try_emplace({static_cast<double>(seeker.agent), static_cast<double>(trust), at.x(),
+                           at.y(), at.z(), to.x(), to.y(), to.z()});
   Stand& stand = found->second;
   if (!is_new) return &stand;
   stand.is_possible = MayStandAt(seeker, ground, candidate.centre);
   if (!stand.is_possible) return &stand;
   const View view = ViewFromPose(seeker, candidate.pose);
-  stand.common_points = CommonPoints(view, candidate.centre);
+  stand.common_points = CommonPoints(view, candidate.centre, trust);
   if (stand.common_points >= options_.min_common_points) {
     stand.shown = ShownIn(view, candidate.centre);
   }
@@ -286,7 +301,8 @@ std::vector<std::pair<uint32_t, Weak>> Chooser::TakeInVain(const StationSeeker& 
   for (const VainPhoto& photo : seeker.in_vain) {
     const View view = ViewFromPose(seeker, photo.cam_from_world);
     const Eigen::Vector3d centre = photo.cam_from_world.Centre();
-    if (CommonPoints(view, centre) >= kMoreIsKnown * photo.common_points) continue;
+    if (CommonPoints(view, centre, Trust::kKnownSpace) >= kMoreIsKnown * photo.common_points)
+      continue;
     const std::vector<Shown> shown = ShownIn(view, centre);
     for (const Shown& one : shown) before.emplace_back(one.weak, weak_[one.weak]);
     Take(shown, centre, CameraOf(seeker).FocalPx());
@@ -359,8 +375,11 @@ double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, std::vect
 }
 
 // Points look alike from directions less than 30 degrees apart, at up to twice the size.
-double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre) const {
+double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre, Trust trust) {
   constexpr double kMinCos = 0.8660254037844387, kMaxRatio = 2;
+  if (trust == Trust::kKnownSpace && !free_space_) {
+    free_space_.emplace(map_, place_.surface.cell, 3 * place_.surface.working_distance);
+  }
   double points = 0;
   for (const DepthGrid::InFrame& in_frame : view.in_frame) {
     if (!view.grid.IsSeen(in_frame, kDepthTolerance)) continue;
@@ -376,7 +395,9 @@ double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre) co
           return ray.dot(other) >= kMinCos * distance * other_distance &&
                  other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
         });
-    if (known) points += surfel.num_points;
+    if (!known) continue;
+    if (trust == Trust::kKnownSpace && !free_space_->IsClear(centre, surfel.position)) continue;
+    points += surfel.num_points;
   }
   return options_.match_rate * points;
 }
@@ -431,19 +452,18 @@ uint32_t Chooser::NearestPhoto(const Candidate& candidate) const {
 
 // Candidates are looked at in the order of what they hope for. As a photo gains most where it aims,
 // the best one is among the first; each view that is tried costs the number of surfels.
-bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stations) {
+std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, Trust trust) {
   constexpr int kTried = 60;  // that may be stood at
   const Ground ground = GroundOf(seeker);
   const double focal_px = CameraOf(seeker).FocalPx();
-  const std::vector<std::pair<uint32_t, Weak>> before = TakeInVain(seeker);
   const Candidate* best = nullptr;
-  Station station;
+  Found found;
   double best_score = 0;
   int num_tried = 0;
   const std::vector<Candidate> candidates = MakeCandidates(seeker, ground);
   for (const Candidate& candidate : candidates) {
     if (num_tried >= kTried) break;
-    Stand* stand = StandAt(seeker, ground, candidate);
+    Stand* stand = StandAt(seeker, ground, candidate, trust);
     if (!stand->is_possible) continue;
     ++num_tried;
     if (stand->common_points < options_.min_common_points) continue;
@@ -453,22 +473,33 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
     if (score <= best_score) continue;
     best_score = score;
     best = &candidate;
-    station.gain = gain;
-    station.common_points = stand->common_points;
+    found.station.gain = gain;
+    found.station.common_points = stand->common_points;
   }
   // A photo that makes less than half a cell better is not worth a walk.
   const double least = 0.5 * place_.surface.cell * place_.surface.cell;
-  const bool is_found = best != nullptr && station.gain >= least;
+  if (best == nullptr || found.station.gain < least) return std::nullopt;
+  found.station.cam_from_world = best->pose;
+  found.station.target = best->target;
+  found.example = best->example;
+  found.station.nearest_photo = NearestPhoto(*best);
+  found.shown = StandAt(seeker, ground, *best, trust)->shown;
+  return found;
+}
+
+// Who has been somewhere in vain is sent through known space, if there is a way to gain.
+bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stations) {
+  const std::vector<std::pair<uint32_t, Weak>> before = TakeInVain(seeker);
+  std::optional<Found> found;
+  if (!seeker.in_vain.empty()) found = FindBest(seeker, Trust::kKnownSpace);
+  if (!found) found = FindBest(seeker, Trust::kAnySpace);
   for (auto changed = before.rbegin(); changed != before.rend(); ++changed) {
     weak_[changed->first] = changed->second;
   }
-  if (!is_found) return false;
-  station.cam_from_world = best->pose;
-  station.target = best->target;
-  station.why = WhyOf(&weak_[best->example]);
-  station.nearest_photo = NearestPhoto(*best);
-  stations->push_back(station);
-  Take(StandAt(seeker, ground, *best)->shown, best->centre, focal_px);
+  if (!found) return false;
+  found->station.why = WhyOf(&weak_[found->example]);
+  stations->push_back(found->station);
+  Take(found->shown, found->station.cam_from_world.Centre(), CameraOf(seeker).FocalPx());
   return true;
 }
 
