@@ -78,9 +78,12 @@ class Chooser {
     Eigen::Vector3d up;
     double min_height, max_height;
   };
-  // What nobody has looked through is mostly free outdoors. Among furniture something may stand in
-  // it: then points that are seen through it do not count.
-  enum class Trust { kAnySpace, kKnownSpace };
+  // Predicted, with the map. What nobody has looked through is mostly free outdoors. Among
+  // furniture something may stand in it, so points that are seen through known space are counted
+  // besides, where the agent has been somewhere in vain.
+  struct CommonPoints {
+    double all = 0, through_known_space = 0;
+  };
   // What a camera sees of the surface.
   struct View {
     DepthGrid grid;
@@ -96,12 +99,7 @@ class Chooser {
   // A place to take a photo from.
   struct Stand {
     bool is_possible = false;
-    double common_points = 0;
-    std::vector<Shown> shown;
-  };
-  struct Found {
-    Station station;  // without its reason
-    size_t example;   // as a candidate's
+    CommonPoints common_points;
     std::vector<Shown> shown;
   };
   // A pose that may become a station.
@@ -111,6 +109,11 @@ class Chooser {
     Eigen::Vector3d target;
     size_t example;  // weakest of what it aims at
     double hope;     // score if nothing hides it, for the order in which candidates are looked at
+  };
+  struct Found {
+    Station station;                  // without its reason
+    size_t example;                   // as the candidate's
+    const std::vector<Shown>* shown;  // of its stand
   };
 
   Ground GroundOf(const StationSeeker& seeker) const;
@@ -129,16 +132,17 @@ class Chooser {
   double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown);
   void FillViews(Weak* weak) const;
   double UtilityWith(const ViewOfSurfel& view, Weak* weak) const;
-  double CommonPoints(const View& view, const Eigen::Vector3d& centre, Trust trust);
+  CommonPoints CountCommon(const View& view, const Eigen::Vector3d& centre, bool is_wary);
   void Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre, double focal_px);
   Station::Why WhyOf(Weak* weak_place) const;
   uint32_t NearestPhoto(const Candidate& candidate) const;
   const GuidedCamera& CameraOf(const StationSeeker& seeker) const {
     return map_.cameras[map_.photos[seeker.last_photo].camera];
   }
-  Stand* StandAt(const StationSeeker& seeker, const Ground& ground, const Candidate& candidate,
-                 Trust trust);
-  std::optional<Found> FindBest(const StationSeeker& seeker, Trust trust);
+  Stand* StandAt(const StationSeeker& seeker, const Ground& ground, const Candidate& candidate);
+  std::optional<Found> FindBest(const StationSeeker& seeker, const Ground& ground,
+                                const std::vector<Candidate>& candidates,
+                                double CommonPoints::*counted);
   View ViewFromPose(const StationSeeker& seeker, const CameraPose& pose) const {
     View view{
         DepthGrid(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance),
@@ -156,9 +160,8 @@ class Chooser {
   SurfelBlocks blocks_;                               // the surfels
   SurfelBlocks weak_blocks_;                          // the weak places
   std::map<double, std::vector<uint32_t>> clusters_;  // of the weak places, by width
-  // By the agent, trust, and where it would stand and look: most candidates come again for each
-  // station.
-  std::map<std::array<double, 8>, Stand> stands_;
+  // By the agent, and where it would stand and look: most candidates come again for each station.
+  std::map<std::array<double, 7>, Stand> stands_;
   std::optional<FreeSpace> free_space_;  // once it is asked for
   uint64_t last_version_ = 0;
   Eigen::Vector3d up_;
@@ -266,18 +269,17 @@ bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
 }
 
 Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& ground,
-                                 const Candidate& candidate, Trust trust) {
+                                 const Candidate& candidate) {
   const Eigen::Vector3d &at = candidate.centre, &to = candidate.target;
-  const auto [found, is_new] =
-      stands_.try_emplace({static_cast<double>(seeker.agent), static_cast<double>(trust), at.x(),
-                           at.y(), at.z(), to.x(), to.y(), to.z()});
+  const auto [found, is_new] = stands_.try_emplace(
+      {static_cast<double>(seeker.agent), at.x(), at.y(), at.z(), to.x(), to.y(), to.z()});
   Stand& stand = found->second;
   if (!is_new) return &stand;
   stand.is_possible = MayStandAt(seeker, ground, candidate.centre);
   if (!stand.is_possible) return &stand;
   const View view = ViewFromPose(seeker, candidate.pose);
-  stand.common_points = CommonPoints(view, candidate.centre, trust);
-  if (stand.common_points >= options_.min_common_points) {
+  stand.common_points = CountCommon(view, candidate.centre, !seeker.in_vain.empty());
+  if (stand.common_points.all >= options_.min_common_points) {
     stand.shown = ShownIn(view, candidate.centre);
   }
   return &stand;
@@ -301,8 +303,8 @@ std::vector<std::pair<uint32_t, Weak>> Chooser::TakeInVain(const StationSeeker& 
   for (const VainPhoto& photo : seeker.in_vain) {
     const View view = ViewFromPose(seeker, photo.cam_from_world);
     const Eigen::Vector3d centre = photo.cam_from_world.Centre();
-    if (CommonPoints(view, centre, Trust::kKnownSpace) >= kMoreIsKnown * photo.common_points)
-      continue;
+    const CommonPoints common_points = CountCommon(view, centre, true);
+    if (common_points.through_known_space >= kMoreIsKnown * photo.common_points) continue;
     const std::vector<Shown> shown = ShownIn(view, centre);
     for (const Shown& one : shown) before.emplace_back(one.weak, weak_[one.weak]);
     Take(shown, centre, CameraOf(seeker).FocalPx());
@@ -375,12 +377,13 @@ double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, std::vect
 }
 
 // Points look alike from directions less than 30 degrees apart, at up to twice the size.
-double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre, Trust trust) {
+Chooser::CommonPoints Chooser::CountCommon(const View& view, const Eigen::Vector3d& centre,
+                                           bool is_wary) {
   constexpr double kMinCos = 0.8660254037844387, kMaxRatio = 2;
-  if (trust == Trust::kKnownSpace && !free_space_) {
+  if (is_wary && !free_space_) {
     free_space_.emplace(map_, place_.surface.cell, 3 * place_.surface.working_distance);
   }
-  double points = 0;
+  CommonPoints points;
   for (const DepthGrid::InFrame& in_frame : view.in_frame) {
     if (!view.grid.IsSeen(in_frame, kDepthTolerance)) continue;
     const Surfel& surfel = place_.surface.surfels[in_frame.index];
@@ -396,10 +399,12 @@ double Chooser::CommonPoints(const View& view, const Eigen::Vector3d& centre, Tr
                  other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
         });
     if (!known) continue;
-    if (trust == Trust::kKnownSpace && !free_space_->IsClear(centre, surfel.position)) continue;
-    points += surfel.num_points;
+    points.all += surfel.num_points;
+    if (is_wary && free_space_->IsClear(centre, surfel.position)) {
+      points.through_known_space += surfel.num_points;
+    }
   }
-  return options_.match_rate * points;
+  return {options_.match_rate * points.all, options_.match_rate * points.through_known_space};
 }
 
 void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre,
@@ -452,29 +457,31 @@ uint32_t Chooser::NearestPhoto(const Candidate& candidate) const {
 
 // Candidates are looked at in the order of what they hope for. As a photo gains most where it aims,
 // the best one is among the first; each view that is tried costs the number of surfels.
-std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, Trust trust) {
+std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, const Ground& ground,
+                                                const std::vector<Candidate>& candidates,
+                                                double CommonPoints::*counted) {
   constexpr int kTried = 60;  // that may be stood at
-  const Ground ground = GroundOf(seeker);
   const double focal_px = CameraOf(seeker).FocalPx();
   const Candidate* best = nullptr;
   Found found;
   double best_score = 0;
   int num_tried = 0;
-  const std::vector<Candidate> candidates = MakeCandidates(seeker, ground);
   for (const Candidate& candidate : candidates) {
     if (num_tried >= kTried) break;
-    Stand* stand = StandAt(seeker, ground, candidate, trust);
+    Stand* stand = StandAt(seeker, ground, candidate);
     if (!stand->is_possible) continue;
     ++num_tried;
-    if (stand->common_points < options_.min_common_points) continue;
-    if (WasInVain(seeker, candidate.pose, stand->common_points)) continue;
+    const double common_points = stand->common_points.*counted;
+    if (common_points < options_.min_common_points) continue;
+    if (WasInVain(seeker, candidate.pose, common_points)) continue;
     const double gain = GainOf(candidate.centre, focal_px, &stand->shown);
     const double score = gain * Nearness(seeker, candidate.centre);
     if (score <= best_score) continue;
     best_score = score;
     best = &candidate;
+    found.shown = &stand->shown;
     found.station.gain = gain;
-    found.station.common_points = stand->common_points;
+    found.station.common_points = common_points;
   }
   // A photo that makes less than half a cell better is not worth a walk.
   const double least = 0.5 * place_.surface.cell * place_.surface.cell;
@@ -483,23 +490,26 @@ std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, Tru
   found.station.target = best->target;
   found.example = best->example;
   found.station.nearest_photo = NearestPhoto(*best);
-  found.shown = StandAt(seeker, ground, *best, trust)->shown;
   return found;
 }
 
 // Who has been somewhere in vain is sent through known space, if there is a way to gain.
 bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stations) {
   const std::vector<std::pair<uint32_t, Weak>> before = TakeInVain(seeker);
+  const Ground ground = GroundOf(seeker);
+  const std::vector<Candidate> candidates = MakeCandidates(seeker, ground);
   std::optional<Found> found;
-  if (!seeker.in_vain.empty()) found = FindBest(seeker, Trust::kKnownSpace);
-  if (!found) found = FindBest(seeker, Trust::kAnySpace);
+  if (!seeker.in_vain.empty()) {
+    found = FindBest(seeker, ground, candidates, &CommonPoints::through_known_space);
+  }
+  if (!found) found = FindBest(seeker, ground, candidates, &CommonPoints::all);
   for (auto changed = before.rbegin(); changed != before.rend(); ++changed) {
     weak_[changed->first] = changed->second;
   }
   if (!found) return false;
   found->station.why = WhyOf(&weak_[found->example]);
   stations->push_back(found->station);
-  Take(found->shown, found->station.cam_from_world.Centre(), CameraOf(seeker).FocalPx());
+  Take(*found->shown, found->station.cam_from_world.Centre(), CameraOf(seeker).FocalPx());
   return true;
 }
 
