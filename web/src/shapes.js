@@ -86,7 +86,10 @@ export class Shapes {
     if (submap.retry) return;
     submap.retry = true;
     this.setTimeout(() => {
-      if (this.submaps.get(id) === submap && submap.retry && !submap.fetching) this.fetchManifest(id, submap);
+      if (this.submaps.get(id) !== submap || !submap.retry) return;
+      submap.retry = false;
+      // A manifest that is on its way asks for what is missing when it comes.
+      if (!submap.fetching) this.fetchManifest(id, submap);
     }, kRetryMs);
   }
 

@@ -25,6 +25,7 @@ function server(chunks) {
     world.requests.push([path, options.headers?.Range ?? '']);
     const part = /chunks\/(\d+)\?v=(\d+)/.exec(path);
     if (!part) {
+      await world.held;
       if (world.absent) return { ok: false, status: 404 };
       return { ok: true, json: async () => ({ submap: 1, version: world.version, photos: [], cameras: {}, chunks: world.chunks.map((c) => ({ ...c })) }) };
     }
@@ -84,6 +85,24 @@ test('A version that is gone leads to the newest one; a lost chunk is asked for 
   for (const f of world.timers.splice(0)) f();
   await settle();
   assert.equal(world.shown.get(1).version, 8);
+});
+
+// Of a session's last shape no other one tells that a chunk is missing.
+test('A chunk that is lost while a manifest takes longer than the retry is asked for again with that manifest', async () => {
+  const world = server([{ id: 1, version: 1, points: 3 }]);
+  world.broken = true;
+  world.shapes.announce(1, 1);
+  while (world.active === 0) await null;
+  let release = null;
+  world.held = new Promise((resolve) => (release = resolve));
+  world.version = 2;
+  world.shapes.announce(1, 2);
+  await settle();
+  for (const f of world.timers.splice(0)) f();
+  world.broken = false;
+  release();
+  await settle();
+  assert.deepEqual([...world.shown.keys()], [1]);
 });
 
 // skein-web began anew, and has the newest model's shape until the mapper tells its own.
