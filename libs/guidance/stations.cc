@@ -53,6 +53,31 @@ bool IsInside(const std::vector<Eigen::Vector3d>& polygon, const Eigen::Vector3d
   return inside;
 }
 
+// To the nearest surfel, or `max` where none is nearer.
+double DistanceTo(const SurfelBlocks& blocks, const Eigen::Vector3d& position, double max) {
+  double least = max;
+  for (const SurfelBlocks::Block& block : blocks.blocks()) {
+    if ((block.middle - position).norm() > least + block.radius) continue;
+    for (const Eigen::Vector3f& surfel : block.positions) {
+      least = std::min(least, (surfel.cast<double>() - position).norm());
+    }
+  }
+  return least;
+}
+
+// As close to a surface as nine of ten photos were taken, but at most a quarter of the working
+// distance: among furniture that much is nowhere free.
+double ClearanceOf(const SurfelBlocks& blocks, const std::vector<Eigen::Vector3d>& centres,
+                   double working_distance) {
+  std::vector<double> distances;
+  for (const Eigen::Vector3d& centre : centres) {
+    distances.push_back(DistanceTo(blocks, centre, 0.25 * working_distance));
+  }
+  const auto tenth = distances.begin() + static_cast<ptrdiff_t>(distances.size() / 10);
+  std::nth_element(distances.begin(), tenth, distances.end());
+  return *tenth;
+}
+
 // Chooses for one map; weak places become better as stations are chosen.
 class Chooser {
  public:
@@ -68,6 +93,7 @@ class Chooser {
       weak_blocks_.Add(i, weak_[i].position.cast<float>());
     }
     for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
+    clearance_ = ClearanceOf(blocks_, centres_, place.surface.working_distance);
   }
 
   // False: nothing is left to gain within reach.
@@ -157,6 +183,7 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
+  double clearance_ = 0;                              // of a station from surfaces
   SurfelBlocks blocks_;                               // the surfels
   SurfelBlocks weak_blocks_;                          // the weak places
   std::map<double, std::vector<uint32_t>> clusters_;  // of the weak places, by width
@@ -245,21 +272,17 @@ bool Chooser::IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks,
   });
 }
 
-// Not in a surface or close to it, and within the reach of some photo, whose view of it is free.
+// Not closer to a surface than those who photographed were, and within the reach of some photo,
+// whose view of it is free.
 bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
                          const Eigen::Vector3d& centre) const {
-  const double clearance = 0.25 * place_.surface.working_distance;
   const double step = 1.5 * place_.surface.working_distance;
   const double near = step + place_.surface.cell;
   std::vector<const SurfelBlocks::Block*> blocks;  // whose surfels may be between
   for (const SurfelBlocks::Block& block : blocks_.blocks()) {
-    if ((block.middle - centre).norm() > near + block.radius) continue;
-    blocks.push_back(&block);
-    if ((block.middle - centre).norm() > clearance + block.radius) continue;
-    for (const Eigen::Vector3f& position : block.positions) {
-      if ((position.cast<double>() - centre).squaredNorm() < clearance * clearance) return false;
-    }
+    if ((block.middle - centre).norm() <= near + block.radius) blocks.push_back(&block);
   }
+  if (DistanceTo(blocks_, centre, clearance_) < clearance_) return false;
   for (const auto& polygon : seeker.reach.no_go) {
     if (IsInside(polygon, ground.up, centre)) return false;
   }
