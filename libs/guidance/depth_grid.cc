@@ -27,6 +27,12 @@ DepthGrid::DepthGrid(const GuidedCamera& camera, const CameraPose& cam_from_worl
   columns_ = std::max(1, static_cast<int>(std::ceil(camera.width_px / square_px_)));
   rows_ = std::max(1, static_cast<int>(std::ceil(camera.height_px / square_px_)));
   depth_.assign(static_cast<size_t>(columns_) * rows_, std::numeric_limits<float>::infinity());
+  const double right = columns_ * square_px_ - camera.cx_px;
+  const double bottom = rows_ * square_px_ - camera.cy_px;
+  sides_ = {Eigen::Vector3d(camera.fx_px, 0, -right).normalized(),
+            Eigen::Vector3d(-camera.fx_px, 0, -camera.cx_px).normalized(),
+            Eigen::Vector3d(0, camera.fy_px, -bottom).normalized(),
+            Eigen::Vector3d(0, -camera.fy_px, -camera.cy_px).normalized()};
 }
 
 void DepthGrid::DrawDisc(float u, float v, float radius, float depth) {
@@ -98,14 +104,8 @@ bool DepthGrid::MayMeet(const Eigen::Vector3d& middle, double radius) const {
   const Eigen::Vector3d in_camera = rotation_ * middle + translation_;
   const double margin = radius + surfel_width_;
   if (!(in_camera.z() > -margin)) return false;
-  const auto is_outside = [&](double along, double focal, double edge) {
-    // The side that goes through the pixel `edge` away from the principal point.
-    return (along * focal - in_camera.z() * edge) > margin * std::hypot(focal, edge);
-  };
-  return !is_outside(in_camera.x(), camera_.fx_px, columns_ * square_px_ - camera_.cx_px) &&
-         !is_outside(-in_camera.x(), camera_.fx_px, camera_.cx_px) &&
-         !is_outside(in_camera.y(), camera_.fy_px, rows_ * square_px_ - camera_.cy_px) &&
-         !is_outside(-in_camera.y(), camera_.fy_px, camera_.cy_px);
+  return std::all_of(sides_.begin(), sides_.end(),
+                     [&](const Eigen::Vector3d& side) { return side.dot(in_camera) <= margin; });
 }
 
 bool DepthGrid::Meets(const Eigen::Vector3f& position) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -66,6 +67,7 @@ class DepthGrid {
   double surfel_width_;
   double square_px_;
   int columns_, rows_;
+  std::array<Eigen::Vector3d, 4> sides_;  // normals of the frame's pyramid, outwards, unit
   std::vector<float> depth_;
 };
 

@@ -104,12 +104,6 @@ class Chooser {
     Eigen::Vector3d up;
     double min_height, max_height;
   };
-  // Predicted, with the map. What nobody has looked through is mostly free outdoors. Among
-  // furniture something may stand in it, so points that are seen through known space are counted
-  // besides, where the agent has been somewhere in vain.
-  struct CommonPoints {
-    double all = 0, through_known_space = 0;
-  };
   // What a camera sees of the surface.
   struct View {
     DepthGrid grid;
@@ -125,7 +119,7 @@ class Chooser {
   // A place to take a photo from.
   struct Stand {
     bool is_possible = false;
-    CommonPoints common_points;
+    double common_points = 0;
     std::vector<Shown> shown;
   };
   // A pose that may become a station.
@@ -158,7 +152,7 @@ class Chooser {
   double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown);
   void FillViews(Weak* weak) const;
   double UtilityWith(const ViewOfSurfel& view, Weak* weak) const;
-  CommonPoints CountCommon(const View& view, const Eigen::Vector3d& centre, bool is_wary);
+  double CountCommon(const StationSeeker& seeker, const View& view, const Eigen::Vector3d& centre);
   void Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre, double focal_px);
   Station::Why WhyOf(Weak* weak_place) const;
   uint32_t NearestPhoto(const Candidate& candidate) const;
@@ -167,8 +161,7 @@ class Chooser {
   }
   Stand* StandAt(const StationSeeker& seeker, const Ground& ground, const Candidate& candidate);
   std::optional<Found> FindBest(const StationSeeker& seeker, const Ground& ground,
-                                const std::vector<Candidate>& candidates,
-                                double CommonPoints::*counted);
+                                const std::vector<Candidate>& candidates);
   View ViewFromPose(const StationSeeker& seeker, const CameraPose& pose) const {
     View view{
         DepthGrid(CameraOf(seeker), pose, place_.surface.cell, place_.surface.working_distance),
@@ -301,8 +294,8 @@ Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& grou
   stand.is_possible = MayStandAt(seeker, ground, candidate.centre);
   if (!stand.is_possible) return &stand;
   const View view = ViewFromPose(seeker, candidate.pose);
-  stand.common_points = CountCommon(view, candidate.centre, !seeker.in_vain.empty());
-  if (stand.common_points.all >= options_.min_common_points) {
+  stand.common_points = CountCommon(seeker, view, candidate.centre);
+  if (stand.common_points >= options_.min_common_points) {
     stand.shown = ShownIn(view, candidate.centre);
   }
   return &stand;
@@ -326,8 +319,7 @@ std::vector<std::pair<uint32_t, Weak>> Chooser::TakeInVain(const StationSeeker& 
   for (const VainPhoto& photo : seeker.in_vain) {
     const View view = ViewFromPose(seeker, photo.cam_from_world);
     const Eigen::Vector3d centre = photo.cam_from_world.Centre();
-    const CommonPoints common_points = CountCommon(view, centre, true);
-    if (common_points.through_known_space >= kMoreIsKnown * photo.common_points) continue;
+    if (CountCommon(seeker, view, centre) >= kMoreIsKnown * photo.common_points) continue;
     const std::vector<Shown> shown = ShownIn(view, centre);
     for (const Shown& one : shown) before.emplace_back(one.weak, weak_[one.weak]);
     Take(shown, centre, CameraOf(seeker).FocalPx());
@@ -399,14 +391,18 @@ double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, std::vect
   return gain;
 }
 
-// Points look alike from directions less than 30 degrees apart, at up to twice the size.
-Chooser::CommonPoints Chooser::CountCommon(const View& view, const Eigen::Vector3d& centre,
-                                           bool is_wary) {
+// Predicted, with the map. Points look alike from directions less than 30 degrees apart, at up to
+// twice the size. What nobody has looked through is mostly free outdoors, but something may stand
+// in it, as among furniture: who has been somewhere in vain counts on points through known space
+// alone.
+double Chooser::CountCommon(const StationSeeker& seeker, const View& view,
+                            const Eigen::Vector3d& centre) {
   constexpr double kMinCos = 0.8660254037844387, kMaxRatio = 2;
+  const bool is_wary = !seeker.in_vain.empty();
   if (is_wary && !free_space_) {
     free_space_.emplace(map_, place_.surface.cell, 3 * place_.surface.working_distance);
   }
-  CommonPoints points;
+  int64_t num_points = 0;
   for (const DepthGrid::InFrame& in_frame : view.in_frame) {
     if (!view.grid.IsSeen(in_frame, kDepthTolerance)) continue;
     const Surfel& surfel = place_.surface.surfels[in_frame.index];
@@ -422,12 +418,10 @@ Chooser::CommonPoints Chooser::CountCommon(const View& view, const Eigen::Vector
                  other_distance < kMaxRatio * distance && distance < kMaxRatio * other_distance;
         });
     if (!known) continue;
-    points.all += surfel.num_points;
-    if (is_wary && free_space_->IsClear(centre, surfel.position)) {
-      points.through_known_space += surfel.num_points;
-    }
+    if (is_wary && !free_space_->IsClear(centre, surfel.position)) continue;
+    num_points += surfel.num_points;
   }
-  return {options_.match_rate * points.all, options_.match_rate * points.through_known_space};
+  return options_.match_rate * static_cast<double>(num_points);
 }
 
 void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre,
@@ -481,8 +475,7 @@ uint32_t Chooser::NearestPhoto(const Candidate& candidate) const {
 // Candidates are looked at in the order of what they hope for. As a photo gains most where it aims,
 // the best one is among the first; each view that is tried costs the number of surfels.
 std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, const Ground& ground,
-                                                const std::vector<Candidate>& candidates,
-                                                double CommonPoints::*counted) {
+                                                const std::vector<Candidate>& candidates) {
   constexpr int kTried = 60;  // that may be stood at
   const double focal_px = CameraOf(seeker).FocalPx();
   const Candidate* best = nullptr;
@@ -494,9 +487,8 @@ std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, con
     Stand* stand = StandAt(seeker, ground, candidate);
     if (!stand->is_possible) continue;
     ++num_tried;
-    const double common_points = stand->common_points.*counted;
-    if (common_points < options_.min_common_points) continue;
-    if (WasInVain(seeker, candidate.pose, common_points)) continue;
+    if (stand->common_points < options_.min_common_points) continue;
+    if (WasInVain(seeker, candidate.pose, stand->common_points)) continue;
     const double gain = GainOf(candidate.centre, focal_px, &stand->shown);
     const double score = gain * Nearness(seeker, candidate.centre);
     if (score <= best_score) continue;
@@ -504,7 +496,7 @@ std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, con
     best = &candidate;
     found.shown = &stand->shown;
     found.station.gain = gain;
-    found.station.common_points = common_points;
+    found.station.common_points = stand->common_points;
   }
   // A photo that makes less than half a cell better is not worth a walk.
   const double least = 0.5 * place_.surface.cell * place_.surface.cell;
@@ -516,16 +508,10 @@ std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, con
   return found;
 }
 
-// Who has been somewhere in vain is sent through known space, if there is a way to gain.
 bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stations) {
   const std::vector<std::pair<uint32_t, Weak>> before = TakeInVain(seeker);
   const Ground ground = GroundOf(seeker);
-  const std::vector<Candidate> candidates = MakeCandidates(seeker, ground);
-  std::optional<Found> found;
-  if (!seeker.in_vain.empty()) {
-    found = FindBest(seeker, ground, candidates, &CommonPoints::through_known_space);
-  }
-  if (!found) found = FindBest(seeker, ground, candidates, &CommonPoints::all);
+  std::optional<Found> found = FindBest(seeker, ground, MakeCandidates(seeker, ground));
   for (auto changed = before.rbegin(); changed != before.rend(); ++changed) {
     weak_[changed->first] = changed->second;
   }

@@ -62,8 +62,8 @@ struct StationSeeker {
   int32_t agent = 0;        // its number in GuidedPhoto
   uint32_t last_photo = 0;  // where it is: index into GuidedMap::photos; its camera is used
   Reach reach;
-  // Where there are some, stations are preferred that see their points through space that photos
-  // have looked through, as something may stand in the rest.
+  // Where there are some, common points are those alone that a station sees through space that
+  // photos have looked through, as something may stand in the rest.
   // Stations are chosen as if these had been photographed, and none within a fifth of a working
   // distance (HowFar) of one. But one where twice as many common points are predicted by now counts
   // no more.

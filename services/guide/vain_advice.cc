@@ -2,17 +2,26 @@
 
 #include <iterator>
 
+#include "session/diagnosis.h"
+
 namespace skein {
 namespace {
 
 constexpr size_t kMaxTaken = 5000;  // photos that are remembered
 
+// Then it tells nothing of where it was taken.
+bool IsSpoiled(const SessionState& state, const PhotoState& photo) {
+  const Diagnosis::Cause cause = Diagnose(state, photo).cause;
+  return cause == Diagnosis::Cause::kTooDark || cause == Diagnosis::Cause::kTooBright ||
+         cause == Diagnosis::Cause::kBlurred;
+}
+
 bool IsInVain(const SessionState& state, int64_t image_id) {
-  if (state.IsRegistered(image_id)) return false;
-  if (state.FindTrial(image_id) != nullptr) return true;
   const PhotoState* photo = state.FindPhoto(image_id);
-  return photo != nullptr && photo->matches_seq > 0 &&
-         state.covisibility().EdgesOf(image_id).empty();
+  if (photo == nullptr || state.IsRegistered(image_id)) return false;
+  const bool is_alone = photo->matches_seq > 0 && state.covisibility().EdgesOf(image_id).empty();
+  if (state.FindTrial(image_id) == nullptr && !is_alone) return false;
+  return !IsSpoiled(state, *photo);
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ class VainAdvice {
   void NoteAdvice(int64_t submap_id, const AgentAdvice& advice);
   void NotePhoto(const std::string& agent, int64_t image_id);
   // After a fact of the photo: the submap in which advice has to be chosen anew, 0 if in none. In
-  // vain is a photo that a submap tried and does not hold, or that matches no other.
+  // vain is a photo that a submap tried and does not hold, or that matches no other, unless it is
+  // blurred, too dark or too bright: its station is advised again.
   int64_t NoteOutcome(const SessionState& state, int64_t image_id);
   void Drop(int64_t submap_id);
 

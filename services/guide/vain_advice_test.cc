@@ -97,6 +97,28 @@ TEST_F(VainAdviceTest, APhotoThatMatchesNoOtherWasInVain) {
   EXPECT_EQ(CommonPointsOf("alice").size(), 1u);
 }
 
+TEST_F(VainAdviceTest, ABlurredPhotoTellsNothingOfItsStation) {
+  vain_.NoteAdvice(kSubmap, AdviceOf("alice", {100, 200}));
+  for (const float blur : {0.6F, 0.2F}) {
+    const int64_t photo = Take("alice");
+    features_t features{};
+    features.image_id = photo;
+    features.num_keypoints = 4000;
+    features.brightness = 0.5F;
+    features.coverage = 0.8F;
+    features.blur = blur;
+    Apply(features);
+    candidates_t candidates{};
+    candidates.image_id = photo;
+    Apply(candidates);
+    matches_t matches{};
+    matches.image_id = photo;
+    Apply(matches);
+    EXPECT_EQ(vain_.NoteOutcome(state_, photo), blur > 0.5F ? 0 : kSubmap);
+  }
+  EXPECT_EQ(CommonPointsOf("alice"), std::vector<double>{200});
+}
+
 TEST_F(VainAdviceTest, WithoutAdviceNothingIsInVain) {
   const int64_t photo = Take("alice");
   EXPECT_EQ(Try(photo, registration_t::DEFERRED), 0);
