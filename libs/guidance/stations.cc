@@ -138,7 +138,7 @@ class Chooser {
 
   Ground GroundOf(const StationSeeker& seeker) const;
   std::vector<Candidate> MakeCandidates(const StationSeeker& seeker, const Ground& ground);
-  const std::vector<uint32_t>& ClustersOfWidth(double width);
+  const std::vector<Cluster>& ClustersOfWidth(double width);
   bool IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks, const Eigen::Vector3d& from,
                  const Eigen::Vector3d& to) const;
   bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
@@ -147,7 +147,7 @@ class Chooser {
   std::vector<std::pair<uint32_t, Weak>> TakeInVain(const StationSeeker& seeker);
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
   double GainOf(const Eigen::Vector3d& centre, double focal_px, Weak* weak) const;
-  double HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre, double focal_px);
+  double HopeOf(const WeakCluster& cluster, const Eigen::Vector3d& centre, double focal_px);
   std::vector<Shown> ShownIn(const View& view, const Eigen::Vector3d& centre) const;
   double GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown);
   void FillViews(Weak* weak) const;
@@ -176,10 +176,10 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
-  double clearance_ = 0;                              // of a station from surfaces
-  SurfelBlocks blocks_;                               // the surfels
-  SurfelBlocks weak_blocks_;                          // the weak places
-  std::map<double, std::vector<uint32_t>> clusters_;  // of the weak places, by width
+  double clearance_ = 0;                             // of a station from surfaces
+  SurfelBlocks blocks_;                              // the surfels
+  SurfelBlocks weak_blocks_;                         // the weak places
+  std::map<double, std::vector<Cluster>> clusters_;  // of the weak places, by width
   // By the agent, and where it would stand and look: most candidates come again for each station.
   std::map<std::array<double, 7>, Stand> stands_;
   std::optional<FreeSpace> free_space_;  // once it is asked for
@@ -201,9 +201,9 @@ Chooser::Ground Chooser::GroundOf(const StationSeeker& seeker) const {
   return ground;
 }
 
-const std::vector<uint32_t>& Chooser::ClustersOfWidth(double width) {
+const std::vector<Cluster>& Chooser::ClustersOfWidth(double width) {
   const auto [found, is_new] = clusters_.try_emplace(width);
-  if (is_new) found->second = NumberClusters(weak_, width);
+  if (is_new) found->second = ClusterWeak(weak_, width);
   return found->second;
 }
 
@@ -218,7 +218,9 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   const double distance = std::min(surface.working_distance, 0.9 * quality_.target_gsd * focal_px);
   const Eigen::Vector3d right = RightOf(map_.photos[seeker.last_photo].cam_from_world);
   std::vector<Candidate> candidates;
-  for (const Cluster& cluster : ClusterWeak(weak_, ClustersOfWidth(0.4 * distance), kMaxClusters)) {
+  for (const WeakCluster& weakest :
+       FindWeakest(weak_, ClustersOfWidth(0.4 * distance), kMaxClusters)) {
+    const Cluster& cluster = *weakest.cluster;
     const Eigen::Vector3d side = cluster.normal.unitOrthogonal();
     for (const double tilt_deg : kTiltsDeg) {
       for (int i = 0; i < (tilt_deg == 0 ? 1 : kDirections); ++i) {
@@ -229,10 +231,10 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
         const double height = centre.dot(ground.up);
         centre += (std::clamp(height, ground.min_height, ground.max_height) - height) * ground.up;
         if ((centre - cluster.position).norm() > 2 * distance) continue;
-        const double hope = HopeOf(cluster, centre, focal_px) * Nearness(seeker, centre);
+        const double hope = HopeOf(weakest, centre, focal_px) * Nearness(seeker, centre);
         if (hope <= 0) continue;
         candidates.push_back({LookAt(centre, cluster.position, ground.up, right), centre,
-                              cluster.position, cluster.members.front(), hope});
+                              cluster.position, weakest.members.front(), hope});
       }
     }
   }
@@ -368,13 +370,13 @@ double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, Weak* wea
 
 // Of the cluster's area, as its weakest members would gain in full view. Some places gain by no
 // photo from where one can stand, as the sides of a window's recess.
-double Chooser::HopeOf(const Cluster& cluster, const Eigen::Vector3d& centre, double focal_px) {
+double Chooser::HopeOf(const WeakCluster& cluster, const Eigen::Vector3d& centre, double focal_px) {
   double missing = 0, gain = 0;
-  for (const size_t i : cluster.members) {
+  for (const uint32_t i : cluster.members) {
     missing += Missing(weak_[i]);
     if (Shows(centre, weak_[i])) gain += GainOf(centre, focal_px, &weak_[i]);
   }
-  return gain / missing * cluster.weight;
+  return gain / missing * cluster.missing;
 }
 
 double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, std::vector<Shown>* shown) {

@@ -47,57 +47,51 @@ std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& pl
   return weak;
 }
 
-std::vector<uint32_t> NumberClusters(const std::vector<Weak>& weak, double width) {
-  std::map<std::tuple<long, long, long, int>, std::vector<uint32_t>> members;
+std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width) {
+  std::map<std::tuple<long, long, long, int>, Cluster> clusters;
   for (uint32_t i = 0; i < weak.size(); ++i) {
     const Eigen::Vector3d cell = weak[i].position / width;
     Eigen::Index axis = 0;
     weak[i].normal.cwiseAbs().maxCoeff(&axis);
     const int side = static_cast<int>(axis) * 2 + (weak[i].normal[axis] > 0);
-    members[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}].push_back(
-        i);
-  }
-  std::vector<uint32_t> cluster_of(weak.size());
-  uint32_t number = 0;
-  for (const auto& [key, places] : members) {
-    for (const uint32_t place : places) cluster_of[place] = number;
-    ++number;
-  }
-  return cluster_of;
-}
-
-std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak,
-                                 const std::vector<uint32_t>& cluster_of, size_t max_num) {
-  constexpr size_t kMaxMembers = 6;
-  std::vector<Cluster> clusters;
-  for (size_t i = 0; i < weak.size(); ++i) {
-    if (cluster_of[i] >= clusters.size()) clusters.resize(cluster_of[i] + 1);
-    Cluster& cluster = clusters[cluster_of[i]];
-    const double missing = Missing(weak[i]);
-    cluster.position += missing * weak[i].position;
-    cluster.normal += missing * weak[i].normal;
-    cluster.weight += missing;
+    Cluster& cluster =
+        clusters[{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()), side}];
+    cluster.position += weak[i].area * weak[i].position;
+    cluster.normal += weak[i].area * weak[i].normal;
     cluster.members.push_back(i);
   }
-  std::vector<Cluster> sorted;
-  for (Cluster& cluster : clusters) {
-    if (cluster.weight > 0) sorted.push_back(std::move(cluster));
-  }
-  std::sort(sorted.begin(), sorted.end(),
-            [](const Cluster& a, const Cluster& b) { return a.weight > b.weight; });
-  if (sorted.size() > max_num) sorted.resize(max_num);
-  for (Cluster& cluster : sorted) {
-    cluster.position /= cluster.weight;
+  std::vector<Cluster> all;
+  for (auto& [key, cluster] : clusters) {
+    double area = 0;
+    for (const uint32_t i : cluster.members) area += weak[i].area;
+    cluster.position /= area;
     cluster.normal.normalize();
-    auto& members = cluster.members;
-    const size_t kept = std::min(kMaxMembers, members.size());
-    std::partial_sort(members.begin(), members.begin() + static_cast<ptrdiff_t>(kept),
-                      members.end(), [&](size_t a, size_t b) {
-                        return std::pair(-Missing(weak[a]), a) < std::pair(-Missing(weak[b]), b);
-                      });
-    members.resize(kept);
+    all.push_back(std::move(cluster));
   }
-  return sorted;
+  return all;
+}
+
+std::vector<WeakCluster> FindWeakest(const std::vector<Weak>& weak,
+                                     const std::vector<Cluster>& clusters, size_t max_num) {
+  constexpr size_t kMaxMembers = 6;
+  std::vector<WeakCluster> weakest;
+  for (const Cluster& cluster : clusters) {
+    double missing = 0;
+    for (const uint32_t i : cluster.members) missing += Missing(weak[i]);
+    if (missing > 0) weakest.push_back({&cluster, missing, {}});
+  }
+  std::sort(weakest.begin(), weakest.end(),
+            [](const WeakCluster& a, const WeakCluster& b) { return a.missing > b.missing; });
+  if (weakest.size() > max_num) weakest.resize(max_num);
+  for (WeakCluster& one : weakest) {
+    one.members.resize(std::min(kMaxMembers, one.cluster->members.size()));
+    std::partial_sort_copy(one.cluster->members.begin(), one.cluster->members.end(),
+                           one.members.begin(), one.members.end(), [&](uint32_t a, uint32_t b) {
+                             return std::pair(-Missing(weak[a]), a) <
+                                    std::pair(-Missing(weak[b]), b);
+                           });
+  }
+  return weakest;
 }
 
 }  // namespace skein

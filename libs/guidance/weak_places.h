@@ -40,17 +40,22 @@ bool Shows(const Eigen::Vector3d& centre, const Weak& weak);
 // They point into `place`.
 std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place);
 
-// Weak places near each other and facing one way, as one place to look at.
+// Weak places near each other and facing one way, as one place to look at. Where it is does not
+// change as they become better.
 struct Cluster {
   Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  double weight = 0;            // area that is missing
-  std::vector<size_t> members;  // the six that miss most, first
+  std::vector<uint32_t> members;  // weak places
 };
+std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width);
 
-// Of each weak place its cluster, a number.
-std::vector<uint32_t> NumberClusters(const std::vector<Weak>& weak, double width);
-// The heaviest ones, as weak as their places are now.
-std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak,
-                                 const std::vector<uint32_t>& cluster_of, size_t max_num);
+// One that is weak.
+struct WeakCluster {
+  const Cluster* cluster = nullptr;
+  double missing = 0;             // area, of all members
+  std::vector<uint32_t> members;  // the six that miss most, first
+};
+// Of `clusters` those that miss most, first.
+std::vector<WeakCluster> FindWeakest(const std::vector<Weak>& weak,
+                                     const std::vector<Cluster>& clusters, size_t max_num);
 
 }  // namespace skein
