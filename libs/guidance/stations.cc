@@ -65,19 +65,6 @@ double DistanceTo(const SurfelBlocks& blocks, const Eigen::Vector3d& position, d
   return least;
 }
 
-// As close to a surface as nine of ten photos were taken, but at most a quarter of the working
-// distance: among furniture that much is nowhere free.
-double ClearanceOf(const SurfelBlocks& blocks, const std::vector<Eigen::Vector3d>& centres,
-                   double working_distance) {
-  std::vector<double> distances;
-  for (const Eigen::Vector3d& centre : centres) {
-    distances.push_back(DistanceTo(blocks, centre, 0.25 * working_distance));
-  }
-  const auto tenth = distances.begin() + static_cast<ptrdiff_t>(distances.size() / 10);
-  std::nth_element(distances.begin(), tenth, distances.end());
-  return *tenth;
-}
-
 // Chooses for one map; weak places become better as stations are chosen.
 class Chooser {
  public:
@@ -93,7 +80,6 @@ class Chooser {
       weak_blocks_.Add(i, weak_[i].position.cast<float>());
     }
     for (const GuidedPhoto& photo : map.photos) centres_.push_back(photo.cam_from_world.Centre());
-    clearance_ = ClearanceOf(blocks_, centres_, place.surface.working_distance);
   }
 
   // False: nothing is left to gain within reach.
@@ -141,8 +127,8 @@ class Chooser {
   const std::vector<Cluster>& ClustersOfWidth(double width);
   bool IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks, const Eigen::Vector3d& from,
                  const Eigen::Vector3d& to) const;
-  bool MayStandAt(const StationSeeker& seeker, const Ground& ground,
-                  const Eigen::Vector3d& centre) const;
+  double ClearanceOf(int32_t agent);
+  bool MayStandAt(const StationSeeker& seeker, const Ground& ground, const Eigen::Vector3d& centre);
   bool WasInVain(const StationSeeker& seeker, const CameraPose& pose, double common_points) const;
   std::vector<std::pair<uint32_t, Weak>> TakeInVain(const StationSeeker& seeker);
   double Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const;
@@ -176,10 +162,10 @@ class Chooser {
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
   std::vector<Eigen::Vector3d> centres_;
-  double clearance_ = 0;                             // of a station from surfaces
   SurfelBlocks blocks_;                              // the surfels
   SurfelBlocks weak_blocks_;                         // the weak places
   std::map<double, std::vector<Cluster>> clusters_;  // of the weak places, by width
+  std::map<int32_t, double> clearances_;             // of agents' stations from surfaces
   // By the agent, and where it would stand and look: most candidates come again for each station.
   std::map<std::array<double, 7>, Stand> stands_;
   std::optional<FreeSpace> free_space_;  // once it is asked for
@@ -267,17 +253,35 @@ bool Chooser::IsBetween(const std::vector<const SurfelBlocks::Block*>& blocks,
   });
 }
 
-// Not closer to a surface than those who photographed were, and within the reach of some photo,
-// whose view of it is free.
+// As close to a surface as nine of ten of the agent's photos were taken, but at most a quarter of
+// the working distance: among furniture that much is nowhere free.
+double Chooser::ClearanceOf(int32_t agent) {
+  const double most = 0.25 * place_.surface.working_distance;
+  const auto [clearance, is_new] = clearances_.try_emplace(agent, most);
+  if (!is_new) return clearance->second;
+  std::vector<double> distances;
+  for (size_t i = 0; i < centres_.size(); ++i) {
+    if (map_.photos[i].agent != agent) continue;
+    distances.push_back(DistanceTo(blocks_, centres_[i], most));
+  }
+  if (distances.empty()) return most;
+  const auto tenth = distances.begin() + static_cast<ptrdiff_t>(distances.size() / 10);
+  std::nth_element(distances.begin(), tenth, distances.end());
+  return clearance->second = *tenth;
+}
+
+// No closer to a surface than the agent has been, and within the reach of some photo, whose view of
+// it is free.
 bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
-                         const Eigen::Vector3d& centre) const {
+                         const Eigen::Vector3d& centre) {
   const double step = 1.5 * place_.surface.working_distance;
   const double near = step + place_.surface.cell;
   std::vector<const SurfelBlocks::Block*> blocks;  // whose surfels may be between
   for (const SurfelBlocks::Block& block : blocks_.blocks()) {
     if ((block.middle - centre).norm() <= near + block.radius) blocks.push_back(&block);
   }
-  if (DistanceTo(blocks_, centre, clearance_) < clearance_) return false;
+  const double clearance = ClearanceOf(seeker.agent);
+  if (DistanceTo(blocks_, centre, clearance) < clearance) return false;
   for (const auto& polygon : seeker.reach.no_go) {
     if (IsInside(polygon, ground.up, centre)) return false;
   }

@@ -163,6 +163,14 @@ TEST(Stations, MayBeAsCloseToASurfaceAsPhotosWere) {
   const auto stations = ChooseStations({}, {}, map, place, {seeker});
   ASSERT_FALSE(stations[0].empty());
   EXPECT_LT(stations[0][0].cam_from_world.Centre().y(), -4) << "above the bench";
+  // Who has never been so close is not sent there.
+  seeker = SeekerAt(map, 1);
+  seeker.reach = {Eigen::Vector3d::UnitZ(), 1.9, 2.1, {}};
+  const auto of_the_other = ChooseStations({}, {}, map, place, {seeker});
+  for (const Station& station : of_the_other[0]) {
+    const double y = station.cam_from_world.Centre().y();
+    EXPECT_TRUE(y < -10 || y > -4) << "above the bench";
+  }
 }
 
 }  // namespace
