@@ -204,9 +204,9 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   const double distance = std::min(surface.working_distance, 0.9 * quality_.target_gsd * focal_px);
   const Eigen::Vector3d right = RightOf(map_.photos[seeker.last_photo].cam_from_world);
   std::vector<Candidate> candidates;
-  for (const WeakCluster& weakest :
+  for (const WeakCluster& weak :
        FindWeakest(weak_, ClustersOfWidth(0.4 * distance), kMaxClusters)) {
-    const Cluster& cluster = *weakest.cluster;
+    const Cluster& cluster = *weak.cluster;
     const Eigen::Vector3d side = cluster.normal.unitOrthogonal();
     for (const double tilt_deg : kTiltsDeg) {
       for (int i = 0; i < (tilt_deg == 0 ? 1 : kDirections); ++i) {
@@ -217,10 +217,10 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
         const double height = centre.dot(ground.up);
         centre += (std::clamp(height, ground.min_height, ground.max_height) - height) * ground.up;
         if ((centre - cluster.position).norm() > 2 * distance) continue;
-        const double hope = HopeOf(weakest, centre, focal_px) * Nearness(seeker, centre);
+        const double hope = HopeOf(weak, centre, focal_px) * Nearness(seeker, centre);
         if (hope <= 0) continue;
         candidates.push_back({LookAt(centre, cluster.position, ground.up, right), centre,
-                              cluster.position, weakest.members.front(), hope});
+                              cluster.position, weak.weakest.front(), hope});
       }
     }
   }
@@ -274,16 +274,16 @@ double Chooser::ClearanceOf(int32_t agent) {
 // it is free.
 bool Chooser::MayStandAt(const StationSeeker& seeker, const Ground& ground,
                          const Eigen::Vector3d& centre) {
+  const double clearance = ClearanceOf(seeker.agent);
+  if (DistanceTo(blocks_, centre, clearance) < clearance) return false;
+  for (const auto& polygon : seeker.reach.no_go) {
+    if (IsInside(polygon, ground.up, centre)) return false;
+  }
   const double step = 1.5 * place_.surface.working_distance;
   const double near = step + place_.surface.cell;
   std::vector<const SurfelBlocks::Block*> blocks;  // whose surfels may be between
   for (const SurfelBlocks::Block& block : blocks_.blocks()) {
     if ((block.middle - centre).norm() <= near + block.radius) blocks.push_back(&block);
-  }
-  const double clearance = ClearanceOf(seeker.agent);
-  if (DistanceTo(blocks_, centre, clearance) < clearance) return false;
-  for (const auto& polygon : seeker.reach.no_go) {
-    if (IsInside(polygon, ground.up, centre)) return false;
   }
   return std::any_of(centres_.begin(), centres_.end(), [&](const Eigen::Vector3d& from) {
     return (centre - from).norm() <= step && !IsBetween(blocks, from, centre);
@@ -376,7 +376,7 @@ double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, Weak* wea
 // photo from where one can stand, as the sides of a window's recess.
 double Chooser::HopeOf(const WeakCluster& cluster, const Eigen::Vector3d& centre, double focal_px) {
   double missing = 0, gain = 0;
-  for (const uint32_t i : cluster.members) {
+  for (const uint32_t i : cluster.weakest) {
     missing += Missing(weak_[i]);
     if (Shows(centre, weak_[i])) gain += GainOf(centre, focal_px, &weak_[i]);
   }

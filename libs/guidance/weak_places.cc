@@ -73,7 +73,7 @@ std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width) {
 
 std::vector<WeakCluster> FindWeakest(const std::vector<Weak>& weak,
                                      const std::vector<Cluster>& clusters, size_t max_num) {
-  constexpr size_t kMaxMembers = 6;
+  constexpr size_t kMaxWeakest = 6;
   std::vector<WeakCluster> weakest;
   for (const Cluster& cluster : clusters) {
     double missing = 0;
@@ -84,9 +84,9 @@ std::vector<WeakCluster> FindWeakest(const std::vector<Weak>& weak,
             [](const WeakCluster& a, const WeakCluster& b) { return a.missing > b.missing; });
   if (weakest.size() > max_num) weakest.resize(max_num);
   for (WeakCluster& one : weakest) {
-    one.members.resize(std::min(kMaxMembers, one.cluster->members.size()));
+    one.weakest.resize(std::min(kMaxWeakest, one.cluster->members.size()));
     std::partial_sort_copy(one.cluster->members.begin(), one.cluster->members.end(),
-                           one.members.begin(), one.members.end(), [&](uint32_t a, uint32_t b) {
+                           one.weakest.begin(), one.weakest.end(), [&](uint32_t a, uint32_t b) {
                              return std::pair(-Missing(weak[a]), a) <
                                     std::pair(-Missing(weak[b]), b);
                            });

@@ -52,7 +52,7 @@ std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width);
 struct WeakCluster {
   const Cluster* cluster = nullptr;
   double missing = 0;             // area, of all members
-  std::vector<uint32_t> members;  // the six that miss most, first
+  std::vector<uint32_t> weakest;  // of these the six that miss most, first
 };
 // Of `clusters` those that miss most, first.
 std::vector<WeakCluster> FindWeakest(const std::vector<Weak>& weak,
