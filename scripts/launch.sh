@@ -258,7 +258,7 @@ start_instance() {
   log_offset[$instance]=$(stat -c %s "$log") || log_offset[$instance]=0
   # The child dies with this script, however that ends.
   OMP_NUM_THREADS=$threads OPENBLAS_NUM_THREADS=1 SKEIN_PREVIOUS_EXIT_SIGNAL=${2:-} SKEIN_RUN_FOLDER=$session/run \
-    SKEIN_ALIVE_FILE=$session/run/$instance.alive \
+    SKEIN_ALIVE_FILE=$session/run/$instance.alive SKEIN_STEP_FILE=$session/run/$instance.step \
     setpriv --pdeathsig TERM -- "${words[@]}" >>"$log" 2>&1 9>&- &
   pid_of[$instance]=$!
   read_clock
@@ -390,7 +390,7 @@ stop_all() {
     pause 0.1
     reap_dead
   done
-  rm -f "$session"/run/*.{pid,alive}
+  rm -f "$session"/run/*.{pid,alive,step}
 }
 
 fatal() {

@@ -83,6 +83,10 @@ std::string MergeEndFactId(int64_t merge_id, int64_t epoch) {
   return Join("merge", merge_id, "end", epoch);
 }
 
+std::string FailedStepFactId(int64_t submap_id, const std::string& step, const std::string& cause) {
+  return Join("failure/submap", submap_id, step, cause);
+}
+
 std::string FailureFactId(const std::string& kind, int64_t item, int attempts) {
   return Join("failure", kind, item, int64_t{attempts});
 }

@@ -42,6 +42,8 @@ std::string MergeEndFactId(int64_t merge_id, int64_t epoch);     // "merge/ID/en
 
 // "failure/KIND/ITEM/ATTEMPTS": of an item of work.
 std::string FailureFactId(const std::string& kind, int64_t item, int attempts);
+// "failure/submap/ID/STEP/CAUSE": one failure of a step. `cause`: the life or the epoch it ended.
+std::string FailedStepFactId(int64_t submap_id, const std::string& step, const std::string& cause);
 // "finish/requested/COMMAND": REQUESTED or DEADLINE, whichever the command came to.
 std::string FinishRequestFactId(int64_t command_id);
 // "finish/ID/drained" and so on; state: finish_t's others.

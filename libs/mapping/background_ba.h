@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -30,17 +31,21 @@ class BackgroundBa {
   bool IsRunning() const { return thread_.joinable(); }
   // Throws std::logic_error if it runs.
   void Start(Bundle bundle, const BundleOptions& options);
-  // The result, once, when it is there and usable; ends the run also when it is not usable.
+  // The result, once, when it is there and usable; ends the run also when it is not usable. Throws
+  // what the run has thrown.
   std::optional<RefinedBundle> TakeIfDone();
   // Stops at the next iteration and drops the result.
   void Cancel();
 
  private:
+  void Solve(const BundleOptions& options);
+
   std::thread thread_;
   std::atomic<bool> cancel_{false};
   std::atomic<bool> done_{false};
   RefinedBundle bundles_;
   BundleSummary summary_;
+  std::exception_ptr error_;
 };
 
 }  // namespace skein

@@ -46,6 +46,7 @@ std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first) {
   for (const int64_t id : submap.waiting().held_elsewhere()) {
     if (!submap.map().IsRegistered(id)) anew->SetHeldElsewhere(id, true);
   }
+  for (const int64_t id : submap.waiting().left_out()) anew->LeaveOut(id);
   for (const ImageId id : submap.map().photos()) {
     const bool is_registered = submap.map().IsRegistered(id);
     if (is_registered || !submap.waiting().MatchesSimilarPlace(id)) anew->Enqueue(id);

@@ -103,6 +103,7 @@ bool Submap::Step(const EventSink& sink) {
   const std::optional<ImageId> id = waiting_.TakeNext();
   if (!id) return false;
   if (map_->IsRegistered(*id)) return true;
+  const auto part = options_.Enter(SubmapOptions::Part::kPhoto, *id);
   if (TryPhoto(*id, sink)) {
     waiting_.EnqueueNeighbours(*id);
   } else {
@@ -202,6 +203,7 @@ void Submap::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
 }
 
 bool Submap::Maintain(double idle_s, const EventSink& sink) {
+  const auto part = options_.Enter(SubmapOptions::Part::kMaintenance);
   const Maintenance::ToCheck check = maintenance_.DoPart(idle_s);
   WithdrawWeak(check.weak, sink);
   WithdrawContradicted(check.contradicted, sink);

@@ -62,6 +62,8 @@ class Submap {
   void Enqueue(int64_t image_id) { waiting_.Enqueue(image_id); }
   // Another submap holds the photo, or no longer: meanwhile it is not tried here.
   void SetHeldElsewhere(int64_t image_id, bool held);
+  // The photo is never tried again, and leaves the queue.
+  void LeaveOut(int64_t image_id) { waiting_.LeaveOut(image_id); }
   // Tries the queue's most promising photo; false if the queue was empty. After a success, waiting
   // neighbours that see more points than at their last trial enter the queue.
   bool Step(const EventSink& sink);

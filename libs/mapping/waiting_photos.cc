@@ -11,9 +11,18 @@ int WaitingPhotos::CountVisible(ImageId id) const {
   return static_cast<int>(FindVisiblePoints(map_, id).size());
 }
 
+bool WaitingPhotos::MayBeTried(int64_t image_id) const {
+  return map_.HasPhoto(image_id) && !map_.IsRegistered(image_id) && !IsHeldElsewhere(image_id) &&
+         left_out_.count(image_id) == 0;
+}
+
+void WaitingPhotos::LeaveOut(int64_t image_id) {
+  left_out_.insert(image_id);
+  queue_.erase(static_cast<ImageId>(image_id));
+}
+
 void WaitingPhotos::Enqueue(int64_t image_id) {
-  if (!map_.HasPhoto(image_id) || map_.IsRegistered(image_id)) return;
-  if (IsHeldElsewhere(image_id)) return;
+  if (!MayBeTried(image_id)) return;
   const ImageId id = static_cast<ImageId>(image_id);
   if (records_[id].rejected) return;
   queue_[id] = CountVisible(id);
@@ -21,7 +30,7 @@ void WaitingPhotos::Enqueue(int64_t image_id) {
 
 void WaitingPhotos::EnqueueNeighbours(ImageId id) {
   for (const auto& [other, inliers] : map_.Neighbours(id)) {
-    if (!map_.HasPhoto(other) || map_.IsRegistered(other) || IsHeldElsewhere(other)) continue;
+    if (!MayBeTried(other)) continue;
     const TrialRecord& record = records_[other];
     if (record.rejected) continue;
     const int visible = CountVisible(other);

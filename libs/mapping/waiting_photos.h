@@ -34,6 +34,9 @@ class WaitingPhotos {
   // Another submap holds the photo: it is not tried here until that is over. It may come before the
   // photo does.
   void SetHeldElsewhere(int64_t image_id, bool held);
+  // The photo is never tried again. It may come before the photo does.
+  void LeaveOut(int64_t image_id);
+  const std::set<int64_t>& left_out() const { return left_out_; }
   bool IsHeldElsewhere(int64_t image_id) const { return held_elsewhere_.count(image_id) > 0; }
   const std::set<int64_t>& held_elsewhere() const { return held_elsewhere_; }
   // Of the queue the photo that sees most points; the first by id of equals.
@@ -74,6 +77,7 @@ class WaitingPhotos {
 
  private:
   int CountVisible(ImageId id) const;
+  bool MayBeTried(int64_t image_id) const;
 
   const SubmapOptions& options_;
   const SceneMap& map_;
@@ -81,6 +85,7 @@ class WaitingPhotos {
   std::map<ImageId, int> queue_;  // with the number of points it sees
   std::set<ImageId> ambiguous_;   // photos that wait for that reason
   std::set<int64_t> held_elsewhere_;
+  std::set<int64_t> left_out_;
 };
 
 }  // namespace skein

@@ -228,5 +228,81 @@ TEST(Absorb, TakesAContainedSourceOfOnePlace) {
   EXPECT_TRUE(result.status.ok()) << result.status.error();
 }
 
+// Of random models whose photos have cameras of their own, were withdrawn, or stand in wrong poses.
+class RandomMerge : public testing::TestWithParam<int> {
+ protected:
+  bool Chance(double probability) { return Uniform() < probability; }
+  double Uniform() { return std::uniform_real_distribution<double>(0, 1)(random_); }
+
+  void GiveOwnCamera(image_t id, colmap::Reconstruction* model) {
+    colmap::Image& image = model->Image(id);
+    colmap::Camera own = model->Camera(image.CameraId());
+    own.SetCameraId(SceneMap::OwnCamera(id));
+    own.SetFocalLength(own.FocalLength() * (0.9 + 0.2 * Uniform()));
+    model->AddCamera(own);
+    image.SetCameraId(own.CameraId());
+  }
+
+  colmap::Reconstruction RandomSubmap(const SyntheticWorld& world, int first, int last,
+                                      const Similarity& gauge) {
+    colmap::Reconstruction model = world.Submap(first, last, gauge, 0.98 + 0.04 * Uniform());
+    const std::vector<image_t> ids = model.RegImageIds();
+    for (const image_t id : ids) {
+      if (Chance(0.2)) GiveOwnCamera(id, &model);
+      if (Chance(0.1)) model.Image(id).Tvec() += Eigen::Vector3d(2, 0, 0);
+      if (Chance(0.1) && model.NumRegImages() > 4) model.DeRegisterImage(id);
+    }
+    return model;
+  }
+
+  std::mt19937 random_{static_cast<unsigned>(GetParam())};
+};
+
+TEST_P(RandomMerge, GivesAWholeModelOrAReason) {
+  SyntheticOptions options = WallOptions();
+  options.num_points = 800;
+  options.second_camera_from = Chance(0.5) ? 15 : 0;
+  const SyntheticWorld world(options, static_cast<unsigned>(GetParam()));
+  const Similarity gauge{3.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}};
+  const colmap::Reconstruction target = RandomSubmap(world, 1, 14, Similarity());
+  const colmap::Reconstruction source = RandomSubmap(world, 9, 24, gauge);
+  AbsorbOptions absorb;
+  absorb.verify = Chance(0.5);
+  const AbsorbResult result = Absorb(target, source, gauge.Inverse(), absorb);
+  if (!result.status.ok()) {
+    EXPECT_NE(result.status.error(), "");
+    return;
+  }
+  const std::set<image_t> merged = RegisteredIn(result.merged);
+  for (const colmap::Reconstruction* model : {&target, &source}) {
+    for (const image_t id : RegisteredIn(*model)) {
+      EXPECT_EQ(merged.count(id) + result.left_out.count(id), 1u) << "photo " << id;
+    }
+  }
+  for (const image_t id : merged) {
+    ASSERT_TRUE(result.merged.ExistsCamera(result.merged.Image(id).CameraId())) << "photo " << id;
+  }
+  for (const auto& [id, point] : result.merged.Points3D()) {
+    for (const auto& element : point.Track().Elements()) {
+      ASSERT_EQ(merged.count(element.image_id), 1u);
+      ASSERT_EQ(result.merged.Image(element.image_id).Point2D(element.point2D_idx).Point3DId(), id);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Absorb, RandomMerge, testing::Range(1, 41));
+
+// Photo 12 has a camera of its own in the source alone, and the target keeps its pose.
+TEST(Absorb, AnOwnCameraOfAPhotoWhosePoseTheTargetKeeps) {
+  Merge m{Case()};
+  colmap::Camera own = m.source.Camera(1);
+  own.SetCameraId(SceneMap::OwnCamera(12));
+  m.source.AddCamera(own);
+  m.source.Image(12).SetCameraId(own.CameraId());
+  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
+  ASSERT_TRUE(result.status.ok()) << result.status.error();
+  EXPECT_EQ(result.merged.Image(12).CameraId(), 1u);
+}
+
 }  // namespace
 }  // namespace skein

@@ -143,6 +143,8 @@ class Fuser {
     for (const auto& [id, num_source] : CountPhotos(source_)) {
       const auto it = target_photos.find(id);
       const int num_target = it == target_photos.end() ? 0 : it->second;
+      // Only photos whose pose the target keeps are of it in the source.
+      if (!merged_.ExistsCamera(id)) continue;
       if (num_source > num_target) merged_.Camera(id).SetParams(source_.Camera(id).Params());
     }
   }

@@ -152,6 +152,7 @@ Auth AuthOf(const std::string& text, const LcmUrl& url) {
 
 Node::Node(const NodeOptions& options)
     : options_(Completed(options)),
+      steps_(StepRecord::FileOfSupervisor()),
       own_loop_(std::make_unique<PollLoop>()),
       sign_of_life_(std::make_unique<SignOfLife>(*own_loop_)),
       own_bus_(std::make_unique<Bus>(options_.lcm_url, *own_loop_)),
@@ -162,7 +163,7 @@ Node::Node(const NodeOptions& options)
 }
 
 Node::Node(const NodeOptions& options, PollLoop& loop, Bus& bus)
-    : options_(Completed(options)), loop_(loop), bus_(bus) {
+    : options_(Completed(options)), steps_(""), loop_(loop), bus_(bus) {
   Start();
 }
 

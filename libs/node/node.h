@@ -52,6 +52,7 @@
 #include "blobs/blob_client.h"
 #include "event_loop/poll_loop.h"
 #include "event_loop/sign_of_life.h"
+#include "event_loop/step_record.h"
 #include "ledger/facts.h"
 #include "ledger/submitter.h"
 #include "transport/bus.h"
@@ -116,6 +117,8 @@ class Node {
   const NodeOptions& options() const { return options_; }
   const std::string& session_id() const { return session_id_; }
   const std::string& instance() const { return options_.instance; }
+  // What the process is at, for the one that replaces it.
+  StepRecord& steps() { return steps_; }
   // Whether this process shares the session folder, options().session_dir.
   bool shares_folder() const { return !options_.session_dir.empty(); }
 
@@ -143,6 +146,7 @@ class Node {
   void KeepCounters();
 
   NodeOptions options_;
+  StepRecord steps_;
   std::unique_ptr<PollLoop> own_loop_;
   std::unique_ptr<SignOfLife> sign_of_life_;  // of a loop of its own
   std::unique_ptr<Bus> own_bus_;

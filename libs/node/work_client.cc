@@ -62,20 +62,37 @@ void WorkClient::Done(int64_t item_id) {
 }
 
 void WorkClient::Fail(int64_t item_id, const std::string& reason, bool permanent) {
-  if (held_.erase(item_id) == 0) return;
-  request_due_s_ = 0;
   work_failed_t message{};
+  message.item_id = item_id;
+  message.reason = reason;
+  message.permanent = permanent;
+  Tell(std::move(message));
+}
+
+void WorkClient::FailStep(int64_t item_id, const std::string& step, const std::string& reason) {
+  work_failed_t message{};
+  message.item_id = item_id;
+  message.step = step;
+  message.reason = reason;
+  Tell(std::move(message));
+}
+
+void WorkClient::Tell(work_failed_t message) {
+  const auto held = held_.find(message.item_id);
+  if (held == held_.end()) return;
   message.worker = node_.instance();
   message.kind = kind_;
-  message.item_id = item_id;
-  message.reason = ClampText(reason);
-  message.permanent = permanent;
-  failed_[item_id] = {message, 0, node_.loop().now_s() + kForgetFailureS};
+  message.epoch = held->second;
+  message.reason = ClampText(message.reason);
+  held_.erase(held);
+  request_due_s_ = 0;
+  failed_[message.item_id] = {message, 0, node_.loop().now_s() + kForgetFailureS};
   Tick();
 }
 
 void WorkClient::OnFailure(const failure_t& failure) {
-  if (failure.stage == kind_) failed_.erase(failure.image_id);
+  const bool is_of_submap = failure.submap_id != 0;
+  if (failure.stage == kind_) failed_.erase(is_of_submap ? failure.submap_id : failure.image_id);
 }
 
 void WorkClient::SetCurrent(int64_t item_id) {
@@ -110,6 +127,13 @@ void WorkClient::Request() {
   request.kind = kind_;
   request.capacity = std::max(0, capacity_ - num_held());
   request.previous_exit_signal = previous_exit_signal_;
+  const StepRecord& steps = node_.steps();
+  request.previous_life = steps.left_life();
+  for (const Step& step : steps.left()) {
+    request.previous_items.push_back(step.item);
+    request.previous_steps.push_back(step.name);
+  }
+  request.num_previous = static_cast<int32_t>(request.previous_items.size());
   request.held = HeldCurrentFirst();
   request.num_held = static_cast<int32_t>(request.held.size());
   node_.Publish(kWorkRequestChannel, request);

@@ -31,6 +31,8 @@ class WorkClient {
   // The item cannot be done. Repeated until ingest's failure_t is seen, at most a minute: by then
   // the lease has lapsed. permanent: another try cannot help.
   void Fail(int64_t item_id, const std::string& reason, bool permanent);
+  // A step of the work on a submap threw: it counts against the step (session/submap_steps.h).
+  void FailStep(int64_t item_id, const std::string& step, const std::string& reason);
   // Of several held items the one that is being worked on, which is to blame if the process dies.
   // Unset: the one with the lowest id. Told at once.
   void SetCurrent(int64_t item_id);
@@ -50,6 +52,7 @@ class WorkClient {
 
   void OnWorkMessage(const work_t& work);
   void OnFailure(const failure_t& failure);
+  void Tell(work_failed_t message);
   void Tick();
   void Request();
   std::vector<int64_t> HeldCurrentFirst() const;

@@ -17,6 +17,11 @@ bool SubmapLife::IsRegistered(int64_t image_id) const {
   return photo != photos.end() && photo->second.state == registration_t::REGISTERED;
 }
 
+bool SubmapLife::IsLeftOut(const std::string& step) const {
+  const auto failed = failed_steps.find(step);
+  return failed != failed_steps.end() && failed->second.left_out;
+}
+
 void SessionState::Apply(const Fact& fact) {
   const fact_header_t& header = Header(fact);
   if (header.seq != head_seq_ + 1) {
@@ -214,6 +219,10 @@ void SessionState::ApplyFact(const merge_t& fact) {
 }
 
 void SessionState::ApplyFact(const failure_t& fact) {
+  const auto submap = submaps_.find(fact.submap_id);
+  if (submap != submaps_.end() && !fact.step.empty()) {
+    submap->second.failed_steps[fact.step] = {fact.attempts, fact.parked != 0, fact.reason};
+  }
   if (fact.image_id == 0 || !fact.parked) return;
   ChangePhoto(fact.image_id, [&](PhotoState* photo) {
     photo->failed_stage = fact.stage;

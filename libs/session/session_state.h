@@ -49,6 +49,13 @@ struct SubmapLife {
     std::string reason;
   };
 
+  // A step of its mapper's work that threw, crashed or hung (submap_steps.h).
+  struct FailedStep {
+    int32_t attempts = 0;
+    bool left_out = false;  // not tried again
+    std::string reason;
+  };
+
   seed_t seed;
   bool has_seed = false;
   submap_lease_t lease;  // the latest; epoch 0: never leased
@@ -61,8 +68,10 @@ struct SubmapLife {
   int64_t merged_into = 0;  // 0: not merged
   std::map<int64_t, Photo> photos;
   int64_t num_registered = 0;
+  std::map<std::string, FailedStep> failed_steps;  // by name
 
   bool IsRegistered(int64_t image_id) const;
+  bool IsLeftOut(const std::string& step) const;
 };
 
 // The facts of a merge that was ordered, in order, from ORDERED on.

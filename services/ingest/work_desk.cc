@@ -1,16 +1,19 @@
 #include "ingest/work_desk.h"
 
+#include <csignal>
 #include <utility>
 
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "photo/photo_name.h"
 #include "session/submap_facts.h"
+#include "session/submap_steps.h"
 
 namespace skein {
 namespace {
 
 constexpr char kSubmapKind[] = "submap";
+constexpr int kMaxStepFailures = 3;
 
 }  // namespace
 
@@ -26,13 +29,62 @@ WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options, Clock
 void WorkDesk::OnRequest(const work_request_t& request) {
   const double now_s = listened_();
   if (request.kind == kSubmapKind && request.capacity > 0) idle_mapper_s_ = now_s;
-  CommitFailures(planner_.OnRequest(
-      request.kind, {request.worker, request.capacity, request.previous_exit_signal, request.held},
-      now_s));
+  // The signal frees what the dead process held. Its death counts once: against its steps if they
+  // are known, else against the item.
+  const int signal = NoteDeath(request) ? SIGTERM : request.previous_exit_signal;
+  CommitFailures(planner_.OnRequest(request.kind,
+                                    {request.worker, request.capacity, signal, request.held},
+                                    now_s));
   Tick();
 }
 
+// True if the process before crashed within steps of submaps.
+bool WorkDesk::NoteDeath(const work_request_t& request) {
+  if (request.kind != kSubmapKind || !IsCrash(request.previous_exit_signal)) return false;
+  for (int i = 0; i < request.num_previous; ++i) {
+    NoteFailedStep(request.previous_items[i], request.previous_steps[i],
+                   "life-" + std::to_string(request.previous_life),
+                   "worker died of " + SignalName(request.previous_exit_signal) + " (" +
+                       request.worker + ")");
+  }
+  return request.num_previous > 0;
+}
+
+void WorkDesk::NoteFailedStep(int64_t submap_id, const std::string& step, const std::string& cause,
+                              const std::string& reason) {
+  const SubmapLife* submap = writer_.state().FindSubmap(submap_id);
+  if (submap == nullptr || submap->ended) return;
+  failure_t fact{};
+  fact.submap_id = submap_id;
+  fact.step = Printable(step, 60);
+  fact.header.fact_id = FailedStepFactId(submap_id, fact.step, cause);
+  if (writer_.history().FindFact(fact.header.fact_id) != 0) return;
+  const auto before = submap->failed_steps.find(fact.step);
+  fact.header.author = node_.instance();
+  fact.name = "submap " + std::to_string(submap_id) + ", " + fact.step;
+  fact.stage = kSubmapKind;
+  fact.reason = ClampText(Printable(reason, 200));
+  fact.attempts = 1 + (before == submap->failed_steps.end() ? 0 : before->second.attempts);
+  fact.parked = fact.attempts >= kMaxStepFailures;
+  LogWarn("{} failed ({} so far{}): {}", fact.name, fact.attempts,
+          fact.parked ? ", left out from now on" : "", fact.reason);
+  writer_.Stage(fact);
+  if (fact.parked && !CanBeLeftOut(fact.step)) {
+    EndSubmap(submap_id, fact.step + ": " + fact.reason);
+  }
+}
+
 void WorkDesk::OnFailed(const work_failed_t& failed) {
+  if (failed.kind == kSubmapKind && !failed.step.empty()) {
+    const SubmapLife* submap = writer_.state().FindSubmap(failed.item_id);
+    if (submap == nullptr || submap->lease.owner != failed.worker ||
+        submap->lease.epoch != failed.epoch) {
+      return;
+    }
+    NoteFailedStep(failed.item_id, failed.step, "epoch-" + std::to_string(failed.epoch),
+                   failed.reason + " (" + failed.worker + ")");
+    return planner_.Return(failed.kind, failed.worker, failed.item_id, listened_());
+  }
   CommitFailures(planner_.OnFailed(failed.kind, failed.worker, failed.item_id, failed.reason,
                                    failed.permanent, listened_()));
 }
@@ -45,6 +97,7 @@ void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures)
     fact.header.fact_id = FailureFactId(kind, failure.item, failure.attempts);
     fact.header.author = node_.instance();
     fact.image_id = photo == nullptr ? 0 : failure.item;
+    fact.submap_id = is_submap ? failure.item : 0;
     fact.agent = photo == nullptr ? "" : photo->image.agent;
     fact.name = photo == nullptr ? "submap " + std::to_string(failure.item) : photo->image.name;
     fact.stage = kind;

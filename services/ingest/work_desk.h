@@ -26,6 +26,10 @@ class WorkDesk {
   bool HasIdleMapper() const { return listened_() - idle_mapper_s_ < planner_.lease_s(); }
 
  private:
+  // Failures of a submap's steps are counted in the ledger: no restart forgets them.
+  bool NoteDeath(const work_request_t& request);
+  void NoteFailedStep(int64_t submap_id, const std::string& step, const std::string& cause,
+                      const std::string& reason);
   void CommitFailures(const std::vector<WorkPlanner::Failure>& failures);
   void EndSubmap(int64_t submap_id, const std::string& reason);
   void LeaseSubmap(const WorkPlanner::Grant& grant);

@@ -95,6 +95,11 @@ std::vector<WorkPlanner::Failure> WorkPlanner::OnFailed(const std::string& kind,
   return failures;
 }
 
+void WorkPlanner::Return(const std::string& kind, const std::string& worker, int64_t item,
+                         double now_s) {
+  if (WorkQueue* queue = Find(kind)) queue->Return(worker, item, now_s);
+}
+
 std::vector<WorkPlanner::Grant> WorkPlanner::Assign(double now_s) {
   std::vector<Grant> grants;
   for (auto& [kind, queue] : queues_) {

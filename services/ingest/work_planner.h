@@ -39,6 +39,7 @@ class WorkPlanner {
                                  double now_s);
   std::vector<Failure> OnFailed(const std::string& kind, const std::string& worker, int64_t item,
                                 const std::string& reason, bool permanent, double now_s);
+  void Return(const std::string& kind, const std::string& worker, int64_t item, double now_s);
   std::vector<Grant> Assign(double now_s);
 
   // Waiting items of a kind; 0 for an unknown kind.

@@ -106,12 +106,22 @@ void WorkQueue::ReleaseUnnamed(const Request& request) {
 std::vector<WorkQueue::Failure> WorkQueue::OnFailed(const std::string& worker, int64_t item,
                                                     const std::string& reason, bool permanent,
                                                     double now_s) {
+  if (!TakeBack(worker, item)) return {};
+  return NoteFailure(worker, item, reason, permanent, now_s);
+}
+
+void WorkQueue::Return(const std::string& worker, int64_t item, double now_s) {
+  if (TakeBack(worker, item)) history_[item].not_before_s = now_s + options_.retry_delay_s;
+}
+
+// False if the worker has no lease on it.
+bool WorkQueue::TakeBack(const std::string& worker, int64_t item) {
   const auto lease = leases_.find(item);
-  if (lease == leases_.end() || lease->second.worker != worker) return {};
+  if (lease == leases_.end() || lease->second.worker != worker) return false;
   Release(item);
   auto& held = workers_[worker].held;
   held.erase(std::remove(held.begin(), held.end(), item), held.end());
-  return NoteFailure(worker, item, reason, permanent, now_s);
+  return true;
 }
 
 std::vector<WorkQueue::Failure> WorkQueue::NoteFailure(const std::string& worker, int64_t item,

@@ -65,6 +65,9 @@ class WorkQueue {
   std::vector<Failure> OnFailed(const std::string& worker, int64_t item, const std::string& reason,
                                 bool permanent, double now_s);
 
+  // The worker gives an item back that another try may do; nothing if it has no lease on it.
+  void Return(const std::string& worker, int64_t item, double now_s);
+
   // Lets leases lapse, and grants waiting items, oldest first, to workers with capacity. Call it
   // after every change and at least once a second. Includes unconfirmed grants to be repeated.
   std::vector<Grant> Assign(double now_s);
@@ -97,6 +100,7 @@ class WorkQueue {
   void Renew(const Request& request, double now_s);
   void ReleaseUnnamed(const Request& request);
   void Release(int64_t item);
+  bool TakeBack(const std::string& worker, int64_t item);
   void ReleaseLapsed(double now_s);
   bool IsSilent(const Worker& worker, double now_s) const;
   int FreeSlots(const std::string& name, const Worker& worker) const;

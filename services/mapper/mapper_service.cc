@@ -72,23 +72,22 @@ void MapperService::OnWork(const work_t& work) {
   runs_[lease.submap_id] = std::make_unique<SubmapRun>(
       node_, LedgerView{session_, items_, *follower_},
       MapperThreads{worker_, writer_, current_, shapes_}, options_, lease,
-      [this, lease](SubmapRun::EndKind kind, const std::string& reason) {
-        OnEnd(lease, kind, reason);
-      });
+      [this, lease](const SubmapRun::Ending& ending) { OnEnd(lease, ending); });
   UpdateCapacity();
 }
 
 // The run calls this from within itself: it is dropped once it has returned.
-void MapperService::OnEnd(const Lease& lease, SubmapRun::EndKind kind, const std::string& reason) {
-  LogInfo("submap {} in epoch {} is over here: {}", lease.submap_id, lease.epoch, reason);
-  node_.loop().Post([this, lease, kind, reason] {
+void MapperService::OnEnd(const Lease& lease, const SubmapRun::Ending& ending) {
+  LogInfo("submap {} in epoch {} is over here: {}{}", lease.submap_id, lease.epoch,
+          ending.failed_step.empty() ? "" : ending.failed_step + ": ", ending.reason);
+  node_.loop().Post([this, lease, ending] {
     const auto found = runs_.find(lease.submap_id);
     if (found == runs_.end() || found->second->epoch() != lease.epoch) return;
     runs_.erase(found);
-    if (kind == SubmapRun::EndKind::kFailed) {
-      work_->Fail(lease.submap_id, reason, false);
-    } else {
+    if (ending.failed_step.empty()) {
       work_->Done(lease.submap_id);
+    } else {
+      work_->FailStep(lease.submap_id, ending.failed_step, ending.reason);
     }
   });
 }

@@ -36,7 +36,7 @@ class MapperService {
  private:
   void OnFact(const Fact& fact);
   void OnWork(const work_t& work);
-  void OnEnd(const Lease& lease, SubmapRun::EndKind kind, const std::string& reason);
+  void OnEnd(const Lease& lease, const SubmapRun::Ending& ending);
   void OnSharedRequest(const shared_request_t& request);
   void UpdateCapacity();
   void RetireWhenIdle();

@@ -147,12 +147,12 @@ class MapperServiceTest : public testing::Test {
     ingest_.Commit(lease);
   }
 
-  void Grant(const std::string& owner, int64_t submap_id = kSubmap) {
+  void Grant(const std::string& owner, int64_t submap_id = kSubmap, int64_t epoch = 1) {
     work_t work{};
     work.worker = owner;
     work.kind = "submap";
     work.item_id = submap_id;
-    work.epoch = 1;
+    work.epoch = epoch;
     work.lease_s = 5;
     ingest_node_.Publish(kWorkChannel, work);
   }

@@ -9,6 +9,7 @@
 #include "mapper/submap_run.h"
 #include "mapping/checkpoint.h"
 #include "merging/fuse.h"
+#include "session/submap_steps.h"
 
 namespace skein {
 namespace {
@@ -26,10 +27,21 @@ void MergeExecutor::OnOrdered(const merge_t& ordered) {
   open_->start_s = node_.loop().now_s();
   open_->replay = merge.latest().state == merge_t::DONE;
   if (ordered.source_id == run_.submap_id()) return Freeze();
+  if (run_.IsLeftOut(Step())) return LeaveOut();
   for (const merge_t& fact : merge.facts) {
     if (fact.state == merge_t::FROZEN) return Absorb(fact);
   }
   if (session_.finish().is_cut()) GiveUp();
+}
+
+std::string MergeExecutor::Step() const { return MergeStep(open_->ordered.merge_id); }
+
+// It was tried three times. One that the ledger holds for done cannot be undone: without it this
+// submap would claim photos that it does not have.
+void MergeExecutor::LeaveOut() {
+  open_->absorbing = true;
+  const std::string reason = "it failed three times: " + run_.WhyLeftOut(Step());
+  open_->replay ? run_.Dissolve("merge, carried out again: " + reason) : Fail(reason);
 }
 
 void MergeExecutor::GiveUp() {
@@ -61,6 +73,7 @@ void MergeExecutor::Later(std::function<void()> then) {
 
 void MergeExecutor::Freeze() {
   run_.RunOnWorker(
+      ModelStep(),
       [&blobs = node_.blobs()](Submap& submap) {
         return blobs.Offer(EncodeModelArchive(SaveSubmap(&submap)));
       },
@@ -80,7 +93,7 @@ void MergeExecutor::Absorb(const merge_t& frozen) {
   if (open_->absorbing) return;
   open_->absorbing = true;
   open_->source_epoch = frozen.source_epoch;
-  run_.LoadModel(frozen.model_blob, WhileOpen([this](const Result<LoadedModel>& source) {
+  run_.LoadModel(Step(), frozen.model_blob, WhileOpen([this](const Result<LoadedModel>& source) {
                    source.ok() ? OnSource(*source) : Fail("source: " + source.error());
                  }));
 }
@@ -88,6 +101,7 @@ void MergeExecutor::Absorb(const merge_t& frozen) {
 void MergeExecutor::OnSource(const LoadedModel& source) {
   LogInfo("the source is here {:.2f} s after the order", node_.loop().now_s() - open_->start_s);
   run_.RunOnWorker(
+      Step(),
       [source, task = Task()](Submap& submap) {
         const Timer timer;
         const Status added = AddToSubmap(source.photos, &submap);
@@ -154,6 +168,7 @@ void MergeExecutor::GoBack(const std::string& reason) {
     Conclude(merge_t::UNDONE, "refused by the ledger: " + reason);
   };
   run_.RunOnWorker(
+      Step(),
       [before = open_->absorption.before, reason](Submap& submap) {
         const std::set<colmap::image_t> merged = RegisteredIn(submap.map().reconstruction());
         const Status status = submap.ReplaceModel(*before);

@@ -53,6 +53,8 @@ class MergeExecutor {
 
   bool IsOpen(int64_t merge_id) const { return open_ && open_->ordered.merge_id == merge_id; }
   bool IsAbandoned() const { return session_.FindMerge(open_->ordered.merge_id)->abandoned; }
+  std::string Step() const;
+  void LeaveOut();
   void Freeze();
   void SubmitFrozen(const std::string& model_blob);
   void Absorb(const merge_t& frozen);

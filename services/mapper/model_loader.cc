@@ -25,7 +25,7 @@ Result<DecodedModel> Decode(const Bytes& bytes) {
 
 }  // namespace
 
-void ModelLoader::Load(const std::string& blob_id, OnLoaded on_loaded) {
+void ModelLoader::Load(const std::string& step, const std::string& blob_id, OnLoaded on_loaded) {
   const auto on_decoded = [this, on_loaded](const Result<DecodedModel>& model) {
     if (!model.ok()) return on_loaded(model.status());
     photos_.Load(model->photos, [on_loaded, archive = model->archive](FetchedPhotos photos) {
@@ -33,9 +33,9 @@ void ModelLoader::Load(const std::string& blob_id, OnLoaded on_loaded) {
     });
   };
   blobs_.Fetch(
-      blob_id, "ingest", alive_.Guarded([this, on_loaded, on_decoded](Result<Bytes> bytes) {
+      blob_id, "ingest", alive_.Guarded([this, step, on_loaded, on_decoded](Result<Bytes> bytes) {
         if (!bytes.ok()) return on_loaded(bytes.status());
-        worker_.Run([bytes = std::move(*bytes)](Submap&) { return Decode(bytes); }, on_decoded);
+        worker_.Run(step, [bytes = std::move(*bytes)](Submap&) { return Decode(bytes); }, on_decoded);
       }));
 }
 

@@ -27,7 +27,7 @@ class ModelLoader {
   ModelLoader(BlobClient& blobs, SubmapWorker& worker, PhotoLoader& photos)
       : blobs_(blobs), worker_(worker), photos_(photos) {}
 
-  void Load(const std::string& blob_id, OnLoaded on_loaded);
+  void Load(const std::string& step, const std::string& blob_id, OnLoaded on_loaded);
 
  private:
   BlobClient& blobs_;

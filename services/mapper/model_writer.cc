@@ -10,6 +10,7 @@
 #include "ledger/fact_ids.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
+#include "session/submap_steps.h"
 
 namespace skein {
 
@@ -52,6 +53,7 @@ void ModelWriter::Write(Kind kind, const ItemCursor& done, int num_images,
   last_checkpoint_s_ = clock_();
   if (final) final_due_s_ = HUGE_VAL;
   worker_.Run(
+      ModelStep(),
       [final](Submap& submap) {
         Encoding encoding;
         if (final) encoding.statistics = submap.Statistics();
@@ -78,14 +80,15 @@ ModelWriter::Reader ModelWriter::StartEncoding(Submap* submap, bool in_child) {
 }
 
 void ModelWriter::Store(const Reader& read) {
-  writer_.Run(
+  worker_.RunOn(
+      writer_, kWriterSlot, ModelStep(),
       [read, &blobs = blobs_]() -> std::string {
         Result<Bytes> bytes = read();
         if (bytes.ok()) return blobs.Offer(std::move(*bytes));
         LogError("checkpoint: {}", bytes.error());
         return "";
       },
-      alive_.Guarded([this](const std::string& blob) { OnStored(blob); }));
+      [this](const std::string& blob) { OnStored(blob); });
 }
 
 void ModelWriter::OnStored(const std::string& blob) {

@@ -28,6 +28,8 @@ Result<DecodedPhoto> Decode(const FetchedPhoto& photo) {
 }
 
 Status AddOne(const FetchedPhoto& photo, Submap* submap) {
+  const auto part =
+      submap->options().Enter(SubmapOptions::Part::kPhoto, photo.input.image_id);
   const Result<DecodedPhoto> decoded = Decode(photo);
   if (!decoded.ok()) return decoded.status();
   const int64_t id = photo.input.image_id;
@@ -43,7 +45,9 @@ Status AddOne(const FetchedPhoto& photo, Submap* submap) {
 
 Status AddToSubmap(const FetchedPhotos& photos, Submap* submap) {
   Status last = Status::Ok();
+  const std::set<int64_t>& left_out = submap->waiting().left_out();
   for (const Result<FetchedPhoto>& photo : *photos) {
+    if (photo.ok() && left_out.count(photo->input.image_id) > 0) continue;
     const Status added = photo.ok() ? AddOne(*photo, submap) : photo.status();
     if (!added.ok()) last = added;
   }

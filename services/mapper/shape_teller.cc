@@ -8,6 +8,7 @@
 #include "core/hash.h"
 #include "core/log.h"
 #include "map/shape_maker.h"
+#include "session/submap_steps.h"
 
 namespace skein {
 namespace {
@@ -57,7 +58,7 @@ void ShapeTeller::Tick() {
 }
 
 void ShapeTeller::MakeIfDue() {
-  if (!changed_ || making_ || !desk_.IsWanted()) return;
+  if (!changed_ || making_ || left_out_ || !desk_.IsWanted()) return;
   const double now_s = node_.loop().now_s();
   double due_s = std::max(desk_.due_s(), made_s_ + kPeriodS);
   if (now_s >= due_s) return Make(true);
@@ -90,6 +91,7 @@ void ShapeTeller::Make(bool whole) {
   made_s_ = node_.loop().now_s();
   if (maker_ == nullptr) maker_ = std::make_shared<ShapeMaker>();
   worker_.Run(
+      ShapeStep(),
       [whole, known = copied_photos_, above = copied_up_to_](Submap& submap) {
         const Timer timer;
         auto source =
@@ -101,7 +103,8 @@ void ShapeTeller::Make(bool whole) {
         desk_.NoteCopy(copy.seconds);
         copy_s_ += copy.seconds;
         if (whole) TakeCopy(copy.source);
-        desk_.maker().Run(
+        worker_.RunOn(
+            desk_.maker(), kShapeSlot, ShapeStep(),
             [maker = maker_, copied = copied_, news = whole ? nullptr : copy.source,
              last = told_.manifest] {
               const Timer timer;
@@ -112,7 +115,7 @@ void ShapeTeller::Make(bool whole) {
               made.seconds = timer.ElapsedS();
               return made;
             },
-            alive_.Guarded([this](Made made) { OnMade(std::move(made)); }));
+            [this](Made made) { OnMade(std::move(made)); });
       });
 }
 

@@ -57,6 +57,8 @@ class ShapeTeller {
   ShapeTeller(const ShapeTeller&) = delete;
   ShapeTeller& operator=(const ShapeTeller&) = delete;
 
+  // No shape is made from now on.
+  void LeaveOut() { left_out_ = true; }
   // The map may have changed.
   void NoteChange(bool has_new_photo);
   // Once a second.
@@ -94,6 +96,7 @@ class ShapeTeller {
   uint64_t copied_up_to_ = 0;            // highest id of a point in a whole copy
   bool changed_ = true;                  // since the last whole copy
   bool has_new_photo_ = false;           // since the last copy
+  bool left_out_ = false;
   bool making_ = false;
   double look_again_s_;  // when the next timer does
   double made_s_ = 0;    // when the last copy was asked for

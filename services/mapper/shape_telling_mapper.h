@@ -30,6 +30,7 @@ struct ShapeTellingMapper {
   // A job of the worker; `done` is called on the loop.
   void Change(std::function<void(SceneMap*)> change, std::function<void()> done) {
     submap.Run(
+        "",
         [change = std::move(change)](Submap& submap) {
           change(&submap.map());
           return true;
@@ -51,7 +52,10 @@ struct ShapeTellingMapper {
   Node viewer{ShapeTellingOptions("viewer"), loop, bus};
   WorkerThread worker{loop};
   std::atomic<int64_t> current{0};
-  SubmapWorker submap{worker, current, 1, SubmapOptions()};
+  SubmapWorker submap{worker, current, node.steps(), 1, SubmapOptions(),
+                      [](const std::string& step, const std::string& reason) {
+                        throw std::runtime_error(step + ": " + reason);
+                      }};
   ShapeDesk desk{node};
   ShapeTeller teller{node, submap, desk, Lease{1, 1}};
   submap_shape_t told{};  // the last one

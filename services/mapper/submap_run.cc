@@ -12,6 +12,7 @@
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
 #include "session/submap_facts.h"
+#include "session/submap_steps.h"
 
 namespace skein {
 namespace {
@@ -19,12 +20,17 @@ namespace {
 constexpr double kStatisticsPeriodS = 1.0;
 constexpr double kMaintenancePeriodS = 0.1;
 
-// Being asked is a sign that the job goes on.
-SubmapOptions StoppedBy(std::shared_ptr<const std::atomic<bool>> stopped, WorkerThread& worker,
-                        SubmapOptions options) {
+// Being asked whether to stop is a sign that the job goes on.
+SubmapOptions OptionsOfRun(SubmapOptions options, std::shared_ptr<const std::atomic<bool>> stopped,
+                           WorkerThread& worker, StepRecord& steps, const Lease& lease) {
   options.stop = [stopped = std::move(stopped), &worker] {
     worker.NoteProgress();
     return stopped->load();
+  };
+  options.enter = [&steps, id = lease.submap_id](SubmapOptions::Part part, int64_t image_id) {
+    const bool is_photo = part == SubmapOptions::Part::kPhoto;
+    return std::make_shared<StepRecord::Scope>(
+        &steps, kWorkerSlot, Step{id, is_photo ? PhotoStep(image_id) : MaintenanceStep()});
   };
   return options;
 }
@@ -78,11 +84,12 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
       lease_(lease),
       on_end_(std::move(on_end)),
       is_cut_(std::make_shared<std::atomic<bool>>(ledger.session.finish().is_cut())),
-      worker_(threads.worker, threads.current, lease.submap_id,
-              StoppedBy(is_cut_, threads.worker, options.submap)),
+      worker_(threads.worker, threads.current, node.steps(), lease.submap_id,
+              OptionsOfRun(options.submap, is_cut_, threads.worker, node.steps(), lease),
+              [this](const std::string& step, const std::string& reason) { Fail(step, reason); }),
       cursor_(ledger.items),
       submissions_(
-          node.submitter(), [this](const std::string& reason) { End(EndKind::kOver, reason); },
+          node.submitter(), [this](const std::string& reason) { End({"", reason}); },
           [this] {
             PublishStatus();
             Pump();
@@ -113,9 +120,9 @@ void SubmapRun::OnFact(const Fact& fact) {
   *is_cut_ = IsCut();
   if (const SubmapLife* submap = ledger_.session.FindSubmap(submap_id())) {
     if (submap->lease.epoch > epoch()) {
-      return End(EndKind::kOver, "the lease went to " + submap->lease.owner);
+      return End({"", "the lease went to " + submap->lease.owner});
     }
-    if (submap->ended) return End(EndKind::kOver, "the submap has ended");
+    if (submap->ended) return End({"", "the submap has ended"});
   }
   offered_.OnFact(fact);
   const auto* merge = std::get_if<merge_t>(&fact);
@@ -208,6 +215,7 @@ void SubmapRun::Begin() {
   reports_.ExpectReplayUpTo(head);
   reports_.NumberFrom(head);
   writer_.NumberFrom(head);
+  LeaveOutPhotos();
   submap->latest_model ? Restore(*submap->latest_model) : Seed(submap->seed);
 }
 
@@ -215,6 +223,7 @@ void SubmapRun::Seed(const seed_t& seed) {
   state_.Become(Life::kSeeding);
   LoadPhotos({seed.image_id1, seed.image_id2}, [this, seed](const FetchedPhotos& photos) {
     RunJob(
+        SeedStep(),
         [photos, seed](Submap& submap, Outcome* outcome) {
           outcome->status = AddToSubmap(photos, &submap);
           if (!outcome->status.ok()) return;
@@ -233,14 +242,15 @@ void SubmapRun::Restore(const submap_model_t& model) {
   state_.Become(Life::kRestoring);
   state_.Become(Activity::kLoading);
   LogInfo("submap {} goes on from seq {}", submap_id(), model.ledger_seq);
-  LoadModel(model.model_blob, [this, model](const Result<LoadedModel>& loaded) {
-    if (!loaded.ok()) return End(EndKind::kFailed, "checkpoint: " + loaded.error());
+  LoadModel(RestoreStep(), model.model_blob, [this, model](const Result<LoadedModel>& loaded) {
+    if (!loaded.ok()) return Fail(RestoreStep(), "checkpoint: " + loaded.error());
     OnModel(*loaded, model);
   });
 }
 
 void SubmapRun::OnModel(const LoadedModel& loaded, const submap_model_t& model) {
   RunJob(
+      RestoreStep(),
       [loaded](Submap& submap, Outcome* outcome) {
         outcome->status = AddToSubmap(loaded.photos, &submap);
         if (!outcome->status.ok()) return;
@@ -251,7 +261,7 @@ void SubmapRun::OnModel(const LoadedModel& loaded, const submap_model_t& model) 
 }
 
 void SubmapRun::OnRestored(const Outcome& outcome, const submap_model_t& model) {
-  if (!outcome.status.ok()) return End(EndKind::kFailed, "checkpoint: " + outcome.status.error());
+  if (!outcome.status.ok()) return Fail(RestoreStep(), "checkpoint: " + outcome.status.error());
   StartRunning(model.ledger_seq, model.merge_seq);
   Report(reports_.NoteRestored(outcome.events));
   OfferNeighboursOf(outcome.events);
@@ -262,6 +272,42 @@ void SubmapRun::StartRunning(int64_t seq, int64_t merge_seq) {
   state_.Become(Life::kRunning);
   cursor_.StartAfter(seq, merge_seq);
   offered_.Start();
+  if (IsLeftOut(ShapeStep())) shape_.LeaveOut();
+}
+
+bool SubmapRun::IsLeftOut(const std::string& step) const {
+  return ledger_.session.FindSubmap(submap_id())->IsLeftOut(step);
+}
+
+std::string SubmapRun::WhyLeftOut(const std::string& step) const {
+  return ledger_.session.FindSubmap(submap_id())->failed_steps.at(step).reason;
+}
+
+// Photos whose trial failed three times. Nobody waits for them here.
+void SubmapRun::LeaveOutPhotos() {
+  std::vector<int64_t> ids;
+  std::vector<PhotoEvent> events;
+  const SubmapLife& submap = *ledger_.session.FindSubmap(submap_id());
+  for (const auto& [id, photo] : ledger_.session.photos()) {
+    if (!submap.IsLeftOut(PhotoStep(id))) continue;
+    ids.push_back(id);
+    const auto told = submap.photos.find(id);
+    if (told != submap.photos.end() && told->second.state == registration_t::REJECTED) continue;
+    PhotoEvent event;
+    event.image_id = id;
+    event.state = PhotoEvent::State::kRejected;
+    event.refusal.text = "the mapper failed at it three times: " + WhyLeftOut(PhotoStep(id));
+    events.push_back(event);
+  }
+  if (ids.empty()) return;
+  RunOnWorker(
+      TrialsStep(),
+      [ids](Submap& submap) {
+        for (const int64_t id : ids) submap.LeaveOut(id);
+        return true;
+      },
+      [](bool) {});
+  Report(events);
 }
 
 void SubmapRun::LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded) {
@@ -271,8 +317,9 @@ void SubmapRun::LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::O
   });
 }
 
-void SubmapRun::LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_loaded) {
-  models_.Load(blob_id, [this, on_loaded = std::move(on_loaded)](Result<LoadedModel> model) {
+void SubmapRun::LoadModel(const std::string& step, const std::string& blob_id,
+                          ModelLoader::OnLoaded on_loaded) {
+  models_.Load(step, blob_id, [this, on_loaded = std::move(on_loaded)](Result<LoadedModel> model) {
     if (!state_.Is(Life::kEnded)) on_loaded(std::move(model));
   });
 }
@@ -283,6 +330,7 @@ void SubmapRun::TryNext() {
   const std::vector<int64_t> ids = offered_.TakeOurs();
   LoadPhotos(ids, [this, ids](const FetchedPhotos& photos) {
     RunJob(
+        TrialsStep(),
         [photos, ids, refused = reports_.TakeRefused()](Submap& submap, Outcome* outcome) {
           const Status added = AddToSubmap(photos, &submap);
           for (const int64_t id : ids) {
@@ -314,10 +362,13 @@ void SubmapRun::DoItem(const Item& item) {
 }
 
 void SubmapRun::Consolidate() {
+  const std::string step = ConsolidationStep(FinishId());
+  if (IsLeftOut(step)) return Pump();
   doing_ = "consolidates" + About(consolidate_s_);
   PublishStatus();
-  RunJob([](Submap& submap, Outcome* outcome) { submap.Consolidate(outcome->Sink()); },
-         [this](const Outcome& outcome) { Apply(outcome); });
+  RunJob(
+      step, [](Submap& submap, Outcome* outcome) { submap.Consolidate(outcome->Sink()); },
+      [this](const Outcome& outcome) { Apply(outcome); });
 }
 
 // A photo is the submap's business when it has a verified pair with a registered one.
@@ -334,15 +385,21 @@ void SubmapRun::DoMatches(int64_t image_id) {
 void SubmapRun::DoSettled(const Item& item) {
   if (IsOver(item)) return;
   if (ledger_.session.FindSubmap(submap_id())->final_ledger_seq >= item.seq) return;
+  const std::string step = FinalStep(item.id);
+  const auto ask_for_final = [this] {
+    statistics_due_s_ = 0;
+    writer_.AskForFinal();
+    Pump();
+  };
+  if (IsLeftOut(step)) return ask_for_final();
   doing_ = "final adjustment" + About(finish_s_);
   PublishStatus();
-  RunJob([](Submap& submap, Outcome* outcome) { submap.Finish(outcome->Sink()); },
-         [this](const Outcome& outcome) {
-           Report(outcome.events);
-           statistics_due_s_ = 0;
-           writer_.AskForFinal();
-           Pump();
-         });
+  RunJob(
+      step, [](Submap& submap, Outcome* outcome) { submap.Finish(outcome->Sink()); },
+      [this, ask_for_final](const Outcome& outcome) {
+        Report(outcome.events);
+        ask_for_final();
+      });
 }
 
 void SubmapRun::DoMerge(int64_t merge_id) {
@@ -366,8 +423,10 @@ void SubmapRun::OnMergeOver() {
 // In small parts, so that a photo that comes does not wait.
 void SubmapRun::Maintain() {
   if (!IsFree() || !maintaining_ || writer_.AwaitsFinal() || IsCut()) return;
+  if (IsLeftOut(MaintenanceStep())) return;
   const double idle_s = node_.loop().now_s() - last_event_s_;
   RunJob(
+      MaintenanceStep(),
       [idle_s](Submap& submap, Outcome* outcome) {
         outcome->maintaining = submap.Maintain(idle_s, outcome->Sink());
         outcome->more = !outcome->events.empty();  // what was withdrawn may be tried anew
@@ -403,6 +462,7 @@ void SubmapRun::TellHeldElsewhere() {
   const std::vector<std::pair<int64_t, bool>> changes = offered_.TakeHeldChanges();
   if (changes.empty()) return;
   worker_.Run(
+      TrialsStep(),
       [changes](Submap& submap) {
         for (const auto& [id, held] : changes) submap.SetHeldElsewhere(id, held);
         return true;
@@ -410,10 +470,11 @@ void SubmapRun::TellHeldElsewhere() {
       [](bool) {});
 }
 
-void SubmapRun::RunJob(Job job, OnOutcome then) {
+void SubmapRun::RunJob(const std::string& step, Job job, OnOutcome then) {
   state_.Become(Activity::kJob);
   const bool count = node_.loop().now_s() >= statistics_due_s_;
   RunOnWorker(
+      step,
       [job = std::move(job), count](Submap& submap) {
         Outcome outcome;
         job(submap, &outcome);
@@ -547,10 +608,13 @@ bool SubmapRun::MayAnswer(const std::vector<int64_t>& image_ids) const {
 // something else when it has given this up: one at a time.
 void SubmapRun::Answer(const shared_request_t& request) {
   if (answering_ || !MayAnswer(request.image_ids)) return;
+  const std::string step = ComparisonStep(request.other_submap_id);
+  if (IsLeftOut(step)) return Reply(request.request_id, EncodeSharedImages({}));
   answering_ = true;
-  photos_.Load(request.image_ids, [this, ids = request.image_ids,
+  photos_.Load(request.image_ids, [this, step, ids = request.image_ids,
                                    request_id = request.request_id](const FetchedPhotos& photos) {
     RunOnWorker(
+        step,
         [photos, ids](Submap& submap) {
           const Status added = AddToSubmap(photos, &submap);
           if (!added.ok()) LogWarn("a photo that cannot be compared: {}", added.error());
@@ -572,19 +636,20 @@ void SubmapRun::Reply(int64_t request_id, Bytes shared) {
   node_.Publish(kSharedReplyChannel, reply);
 }
 
-// Tells everyone that the submap is no more.
 void SubmapRun::Dissolve(const std::string& reason) {
   state_.Become(Life::kDissolving);
   Submit(
       MakeSubmapEnd(submap_id(), epoch(), reason),
-      [this, reason](int64_t) { End(EndKind::kOver, reason); },
-      [this, reason](const std::string&) { End(EndKind::kFailed, reason); });
+      [this, reason](int64_t) { End({"", reason}); },
+      [this, reason](const std::string&) { Fail(SeedStep(), reason); });
 }
 
-void SubmapRun::End(EndKind kind, const std::string& reason) {
+void SubmapRun::Fail(const std::string& step, const std::string& reason) { End({step, reason}); }
+
+void SubmapRun::End(const Ending& ending) {
   if (state_.Is(Life::kEnded)) return;
   state_.Become(Life::kEnded);
-  on_end_(kind, reason);
+  on_end_(ending);
 }
 
 }  // namespace skein

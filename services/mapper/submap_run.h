@@ -59,9 +59,13 @@ struct LedgerView {
 // homes and merges go by what each has read so far. Loop's thread only.
 class SubmapRun {
  public:
-  // kOver: the submap has ended or the lease is another's. kFailed: it could not be taken over.
-  enum class EndKind { kOver, kFailed };
-  using OnEnd = std::function<void(EndKind, const std::string& reason)>;
+  // Why a run ended. `failed_step`: of the work on the submap, which the next run tries again or
+  // leaves out; "": the submap has ended or the lease is another's.
+  struct Ending {
+    std::string failed_step;
+    std::string reason;
+  };
+  using OnEnd = std::function<void(const Ending&)>;
 
   // `on_end` is called once; the run must not be destroyed within the call.
   SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads,
@@ -82,11 +86,16 @@ class SubmapRun {
   int64_t worked_seq() const { return cursor_.seq(); }
   // On the worker's thread, see SubmapWorker. The submap knows by then what others hold.
   template <class Job, class Then>
-  void RunOnWorker(Job job, Then then) {
+  void RunOnWorker(const std::string& step, Job job, Then then) {
     TellHeldElsewhere();
-    worker_.Run(std::move(job), std::move(then));
+    worker_.Run(step, std::move(job), std::move(then));
   }
-  void LoadModel(const std::string& blob_id, ModelLoader::OnLoaded on_loaded);
+  void LoadModel(const std::string& step, const std::string& blob_id, ModelLoader::OnLoaded on_loaded);
+  // Whether a step failed three times, and its last reason.
+  bool IsLeftOut(const std::string& step) const;
+  std::string WhyLeftOut(const std::string& step) const;
+  // Tells everyone that the submap is no more.
+  void Dissolve(const std::string& reason);
   // `committed` when the ledger has it, `refused` when ingest cannot take it. When the lease is
   // another's or the submap has ended, the run ends instead.
   void Submit(Fact fact, Submissions::OnCommitted committed, Submissions::OnRefused refused);
@@ -146,7 +155,7 @@ class SubmapRun {
 
   void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
   void TellHeldElsewhere();
-  void RunJob(Job job, OnOutcome then);
+  void RunJob(const std::string& step, Job job, OnOutcome then);
   void OnJob(const Outcome& outcome, const OnOutcome& then);
   void Apply(const Outcome& outcome);
   void OfferNeighboursOf(const std::vector<PhotoEvent>& events);
@@ -157,8 +166,10 @@ class SubmapRun {
   int64_t StatusSeq() const;
   void PublishStatus();
   std::string Detail() const;
-  void Dissolve(const std::string& reason);
-  void End(EndKind kind, const std::string& reason);
+  void LeaveOutPhotos();
+  int64_t FinishId() const { return ledger_.session.finish().finish_id; }
+  void Fail(const std::string& step, const std::string& reason);
+  void End(const Ending& ending);
 
   Node& node_;
   const LedgerView ledger_;

@@ -1,0 +1,102 @@
+#include "event_loop/step_record.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <sstream>
+#include <utility>
+
+#include "core/log.h"
+#include "core/process.h"
+
+namespace skein {
+namespace {
+
+// A line a slot: LIFE ITEM NAME, padded. One write replaces it whole.
+constexpr size_t kLineBytes = 128;
+
+}  // namespace
+
+StepRecord::StepRecord(const std::string& path)
+    : life_(static_cast<int64_t>(RandomU64() >> 2) + 1) {
+  if (path.empty()) return;
+  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (fd_ < 0) {
+    LogWarn("cannot open {} (SKEIN_STEP_FILE): {}; a crash is put down to what ingest heard last",
+            path, std::strerror(errno));
+    return;
+  }
+  Read();
+  for (int slot = 0; slot < kNumSlots; ++slot) Write(slot);
+}
+
+StepRecord::~StepRecord() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+std::string StepRecord::FileOfSupervisor() {
+  const char* path = std::getenv("SKEIN_STEP_FILE");
+  return path == nullptr ? "" : path;
+}
+
+void StepRecord::Read() {
+  for (int slot = 0; slot < kNumSlots; ++slot) {
+    char line[kLineBytes];
+    const ssize_t size = ::pread(fd_, line, sizeof(line), slot * static_cast<off_t>(kLineBytes));
+    if (size <= 0) return;
+    std::istringstream words(std::string(line, static_cast<size_t>(size)));
+    int64_t life = 0;
+    Step step;
+    if (!(words >> life >> step.item) || step.item == 0) continue;
+    std::getline(words >> std::ws, step.name);
+    step.name.erase(step.name.find_last_not_of(' ') + 1);
+    left_life_ = life;
+    left_.push_back(std::move(step));
+  }
+}
+
+void StepRecord::Write(int slot) {
+  if (fd_ < 0) return;
+  const std::vector<Step>& stack = slots_[slot].stack;
+  std::string line = std::to_string(life_) + " ";
+  line += stack.empty() ? "0" : std::to_string(stack.back().item) + " " + stack.back().name;
+  line.resize(kLineBytes - 1, ' ');
+  line += '\n';
+  // A full disk: ingest goes by what it heard last.
+  if (::pwrite(fd_, line.data(), line.size(), slot * static_cast<off_t>(kLineBytes)) < 0) return;
+}
+
+StepRecord::Scope::Scope(StepRecord* record, int slot, Step step)
+    : record_(*record), slot_(slot), num_exceptions_(std::uncaught_exceptions()) {
+  Slot& own = record_.slots_[slot_];
+  own.stack.push_back(std::move(step));
+  record_.Write(slot_);
+  if (!record_.on_begin_) return;
+  try {
+    record_.on_begin_(own.stack.back());
+  } catch (...) {
+    own.thrown = own.stack.back();
+    End();
+    throw;
+  }
+}
+
+StepRecord::Scope::~Scope() {
+  Slot& own = record_.slots_[slot_];
+  const bool is_thrown = std::uncaught_exceptions() > num_exceptions_;
+  if (is_thrown && own.thrown.item == 0) own.thrown = own.stack.back();
+  End();
+}
+
+void StepRecord::Scope::End() {
+  record_.slots_[slot_].stack.pop_back();
+  record_.Write(slot_);
+}
+
+Step StepRecord::TakeThrown(int slot) { return std::exchange(slots_[slot].thrown, Step()); }
+
+}  // namespace skein

@@ -1,0 +1,84 @@
+// What a process works on, told to the one that replaces it: a crash or a hang counts against that.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace skein {
+
+// A part of the work on an item that can fail for itself.
+struct Step {
+  int64_t item = 0;  // 0: none
+  std::string name;
+
+  bool operator==(const Step& other) const { return item == other.item && name == other.name; }
+};
+
+// Steps under way, one stack a thread, kept in a file that outlives the process. A write to the
+// file survives every death of the process, not that of the host. Each slot belongs to one thread.
+class StepRecord {
+ public:
+  static constexpr int kNumSlots = 4;
+
+  // Reads what the process before left in the file, then clears it. "": no file; steps are kept in
+  // memory alone. A file that cannot be opened is the same, and logged.
+  explicit StepRecord(const std::string& path);
+  ~StepRecord();
+  StepRecord(const StepRecord&) = delete;
+  StepRecord& operator=(const StepRecord&) = delete;
+
+  // The file that the supervisor names in SKEIN_STEP_FILE; "" without one.
+  static std::string FileOfSupervisor();
+
+  // For tests: called on the slot's thread when a step begins. What it throws fails the step.
+  void OnBegin(std::function<void(const Step&)> observer) { on_begin_ = std::move(observer); }
+
+  // The innermost steps of the process before, of each thread that had one.
+  const std::vector<Step>& left() const { return left_; }
+  // A name for that process's life; 0: there was none, or it had no step.
+  int64_t left_life() const { return left_life_; }
+  // Of this process's life.
+  int64_t life() const { return life_; }
+
+  // A step is under way as long as its scope lives, on the slot's thread.
+  class Scope {
+   public:
+    Scope(StepRecord* record, int slot, Step step);
+    ~Scope();
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+   private:
+    void End();
+
+    StepRecord& record_;
+    const int slot_;
+    const int num_exceptions_;
+  };
+
+  // The innermost step that an exception has left since the last call; item 0 if none has. On the
+  // slot's thread.
+  Step TakeThrown(int slot);
+
+ private:
+  struct Slot {
+    std::vector<Step> stack;
+    Step thrown;
+  };
+
+  void Read();
+  void Write(int slot);
+
+  int fd_ = -1;
+  const int64_t life_;
+  int64_t left_life_ = 0;
+  std::vector<Step> left_;
+  std::array<Slot, kNumSlots> slots_;
+  std::function<void(const Step&)> on_begin_;
+};
+
+}  // namespace skein

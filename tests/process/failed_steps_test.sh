@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# A mapper whose jobs fail: whatever throws or crashes is left out after the third time, the session goes on, and
+# its finish ends with every photo accounted for.
+source "$(dirname "$0")/../harness.sh"
+source "$(dirname "$0")/../session.sh"
+enter_network_namespace "$@"
+new_workspace
+url=$(test_lcm_url)
+use_place 2 8 --scenario disjoint --seed 2 --size 800x600
+
+# The programs, with a faulty mapper among them.
+programs=$workspace/build
+mkdir -p "$programs/bin"
+ln -s "$SKEIN_BUILD"/bin/* "$programs/bin/"
+faulty=$(find "$SKEIN_BUILD" -name faulty_mapper -type f -perm -u+x | head -n 1)
+[[ -n $faulty ]] || fail "no faulty_mapper in $SKEIN_BUILD"
+ln -sf "$faulty" "$programs/bin/skein-mapper"
+
+# run_with NAME FAULTS: a whole session
+run_with() {
+  session=$workspace/$1
+  (
+    SKEIN_BUILD=$programs
+    export SKEIN_TEST_FAULTS=$2
+    start_services "$session" "$url" --mappers 2
+    publish "$session"
+    await_agents
+    finish "$session"
+    stop_services
+  )
+  jq -e '.images.received == 16' "$session/report.json" >/dev/null || fail "$1: $(jq -c .images "$session/report.json")"
+}
+
+# was_left_out STEP
+was_left_out() {
+  jq -e --arg step "$1" '[.failures[] | select(.image | contains($step)) | select(.attempts >= 3)] | length > 0' \
+    "$session/report.json" >/dev/null || fail "$1 was not left out: $(jq -c .failures "$session/report.json")"
+}
+
+for fault in throw crash; do
+  run_with "$fault" "photo 3=$fault,merge=$fault,consolidation=$fault,final=$fault,maintenance=$fault"
+  was_left_out "photo 3"
+  was_left_out consolidation
+  was_left_out final
+  jq -e '.images.registered >= 12' "$session/report.json" >/dev/null || fail "$fault: $(jq -c .images "$session/report.json")"
+done
