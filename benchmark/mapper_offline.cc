@@ -20,6 +20,7 @@
 #include "base/database.h"
 #include "geometry/model_poses.h"
 #include "geometry/pose_evaluation.h"
+#include "mapper/absorb_source.h"
 #include "mapping/experiments/tree_window.h"
 #include "mapping/rebuild.h"
 #include "mapping/submap.h"
@@ -42,6 +43,7 @@ struct Arguments {
   int max_photos = 0;
   bool background = false;
   bool verbose = false;
+  bool batch = false;
 };
 
 double CpuSeconds() {
@@ -252,6 +254,9 @@ class Run {
     }
     if (arguments_.background) Print("at rest", images.size(), CpuSeconds() - start);
     start = CpuSeconds();
+    if (arguments_.batch) submap_.MapAsBatch(
+          {true, {}, [this](Submap& anew) { return AbsorbBatch(&anew, &submap_).status.ok(); }},
+          Sink());
     submap_.Finish(Sink());
     Print("after finish", images.size(), CpuSeconds() - start);
     PrintAgreement();
@@ -416,6 +421,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", arguments.threads, "threads of a bundle adjustment");
   app.add_option("--max-photos", arguments.max_photos, "stop after this many; 0: all");
   app.add_flag("--background", arguments.background, "global BA beside registration");
+  app.add_flag("--batch", arguments.batch, "maps all photos as a batch before the finish");
   app.add_flag("--verbose", arguments.verbose, "tell about each photo");
   CLI11_PARSE(app, argc, argv);
   try {

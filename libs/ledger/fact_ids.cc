@@ -99,6 +99,8 @@ std::string FinishFactId(int64_t finish_id, int8_t state) {
   switch (state) {
     case finish_t::DRAINED:
       return Join("finish", finish_id, "drained");
+    case finish_t::BATCH:
+      return Join("finish", finish_id, "batch");
     case finish_t::SETTLED:
       return Join("finish", finish_id, "settled");
     case finish_t::DONE:

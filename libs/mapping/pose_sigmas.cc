@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/camera_models.h"
+
 #include "bundle/bundle_terms.h"
-#include "util/math.h"
 
 namespace skein {
 namespace {
@@ -57,6 +58,32 @@ double LargestSigma(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff());
 }
 
+// The largest standard deviation of a pixel over the corners of the camera's frame, for points at
+// that depth. `covariance`: of the local increment (w, s), X' = exp(w) X - s.
+double FrameSigma(const BundleCamera& camera, const Matrix6d& covariance, double depth) {
+  const double focal = camera.params[colmap::CameraModelFocalLengthIdxs(camera.model_id)[0]];
+  const std::vector<size_t>& centre = colmap::CameraModelPrincipalPointIdxs(camera.model_id);
+  const double half_width = camera.params[centre[0]], half_height = camera.params[centre[1]];
+  double largest = 0;
+  for (const double x : {-half_width, half_width}) {
+    for (const double y : {-half_height, half_height}) {
+      const Eigen::Vector3d X = depth * Eigen::Vector3d(x / focal, y / focal, 1);
+      Eigen::Matrix<double, 2, 3> J_project;
+      J_project << 1, 0, -x / focal, 0, 1, -y / focal;
+      J_project *= focal / depth;
+      Eigen::Matrix<double, 3, 6> J_point;
+      J_point << 0, X.z(), -X.y(), -1, 0, 0,  //
+          -X.z(), 0, X.x(), 0, -1, 0,         //
+          X.y(), -X.x(), 0, 0, 0, -1;
+      const Eigen::Matrix<double, 2, 6> J = J_project * J_point;
+      const Eigen::Matrix2d of_pixel = J * covariance * J.transpose();
+      largest = std::max(
+          largest, std::sqrt(of_pixel.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff()));
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
 PoseSigmas SigmasOfFirstPose(const Bundle& bundle) {
@@ -72,8 +99,9 @@ PoseSigmas SigmasOfFirstPose(const Bundle& bundle) {
   if (depths.empty() || !lu.isInvertible()) return {HUGE_VAL, HUGE_VAL};
   const Matrix6d covariance = lu.inverse();
   std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  return {LargestSigma(covariance.bottomRightCorner<3, 3>()) / depths[depths.size() / 2],
-          colmap::RadToDeg(LargestSigma(covariance.topLeftCorner<3, 3>()))};
+  const double depth = depths[depths.size() / 2];
+  return {LargestSigma(covariance.bottomRightCorner<3, 3>()) / depth,
+          FrameSigma(bundle.cameras[bundle.poses[0].camera], covariance, depth)};
 }
 
 }  // namespace skein

@@ -1,6 +1,7 @@
 #include "mapping/rebuild.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -35,18 +36,32 @@ bool StartFromBestPairOf(ImageId id, Submap* submap) {
   return false;
 }
 
-std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first) {
+// What was found out of the cameras helps a beginning most.
+void ClearButIntrinsics(SceneMap* map) {
+  std::map<CameraId, std::vector<double>> found;
+  for (const auto& [id, state] : map->camera_states()) {
+    const colmap::Camera& camera = map->reconstruction().Camera(id);
+    if (state.refined && HasPossibleIntrinsics(camera)) found[id] = camera.Params();
+  }
+  map->Clear();
+  for (const auto& [id, params] : found) {
+    map->SetCamera(id, params);
+    map->SetCameraRefined(id, true);
+  }
+}
+
+std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first, bool takes_held) {
   SubmapOptions options = submap.options();
   options.background = false;
   options.max_images_begin_anew = 0;
   std::unique_ptr<SceneMap> map = submap.map().Clone();
-  map->Clear();
+  ClearButIntrinsics(map.get());
   auto anew = std::make_unique<Submap>(options, submap.local_adjustment(), std::move(map));
+  for (const int64_t id : submap.waiting().left_out()) anew->LeaveOut(id);
   if (!StartFromBestPairOf(first, anew.get())) return nullptr;
   for (const int64_t id : submap.waiting().held_elsewhere()) {
-    if (!submap.map().IsRegistered(id)) anew->SetHeldElsewhere(id, true);
+    if (!takes_held && !submap.map().IsRegistered(id)) anew->SetHeldElsewhere(id, true);
   }
-  for (const int64_t id : submap.waiting().left_out()) anew->LeaveOut(id);
   for (const ImageId id : submap.map().photos()) {
     const bool is_registered = submap.map().IsRegistered(id);
     if (is_registered || !submap.waiting().MatchesSimilarPlace(id)) anew->Enqueue(id);
@@ -56,14 +71,14 @@ std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first) {
 
 }  // namespace
 
-std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first) {
-  std::unique_ptr<Submap> anew = StartAnew(submap, first);
+std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held) {
+  std::unique_ptr<Submap> anew = StartAnew(submap, first, takes_held);
   if (anew != nullptr) anew->RefineUntilStable(Ignore);
   return anew;
 }
 
 std::unique_ptr<Submap> MapPartAnew(const Submap& submap, ImageId first, size_t max_images) {
-  std::unique_ptr<Submap> anew = StartAnew(submap, first);
+  std::unique_ptr<Submap> anew = StartAnew(submap, first, false);
   if (anew == nullptr) return nullptr;
   while (anew->map().reconstruction().NumRegImages() < max_images && anew->Step(Ignore)) continue;
   return anew;

@@ -9,8 +9,9 @@ namespace skein {
 
 // A submap of the same photos and matches, mapped anew as if all photos had come at once. It begins
 // with the best pair of `first`; photos that see most points follow. Photos that are not registered
-// and match a visually similar place are left out. Null if `first` has no pair to start from.
-std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first);
+// and match a visually similar place are left out, and those that other submaps hold, unless
+// `takes_held`. Null if `first` has no pair to start from.
+std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held);
 // Ends at `max_images` registered ones; the others wait in its queue.
 std::unique_ptr<Submap> MapPartAnew(const Submap& submap, ImageId first, size_t max_images);
 

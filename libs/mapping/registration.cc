@@ -302,7 +302,7 @@ Status RegistrationOptions::Check() const {
                      InRange("min_num_trials", min_num_trials, 1, max_num_trials),
                      InRange("confidence", confidence, 0.0, 0.999999999),
                      InRange("max_position_sigma", max_position_sigma, 1e-6, 1e6),
-                     InRange("max_rotation_sigma_deg", max_rotation_sigma_deg, 1e-6, 180.0),
+                     InRange("max_frame_sigma_px", max_frame_sigma_px, 1e-6, 1e6),
                      InRange("max_rival_ratio", max_rival_ratio, 0.0, 1.0),
                      InRange("min_rival_position", min_rival_position, 0.0, 1e6),
                      InRange("min_rival_rotation_deg", min_rival_rotation_deg, 0.0, 180.0),
@@ -337,7 +337,7 @@ std::optional<Eigen::Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& o
 
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
   return sigmas.position <= factor * options.max_position_sigma &&
-         sigmas.rotation_deg <= factor * options.max_rotation_sigma_deg;
+         sigmas.frame_px <= factor * options.max_frame_sigma_px;
 }
 
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,

@@ -1,6 +1,7 @@
 #include "mapping/submap.h"
 
 #include <algorithm>
+#include <set>
 
 #include "core/clock.h"
 #include "core/log.h"
@@ -68,7 +69,8 @@ void Submap::AddSimilar(int64_t image_id,
 InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image_id1,
                                 int64_t image_id2, const EventSink& sink) {
   InitialPairResult result;
-  if (!map_->HasPhoto(image_id1) || !map_->HasPhoto(image_id2) || image_id1 == image_id2) {
+  if (!waiting_.MayBeTried(image_id1) || !waiting_.MayBeTried(image_id2) ||
+      image_id1 == image_id2) {
     result.status = NotFound("the initial pair is not there");
     return result;
   }
@@ -324,7 +326,7 @@ void Submap::Consolidate(const EventSink& sink) {
   const double refine_s = timer.ElapsedS();
   const GlobalBaCost cost = adjuster_.TakeCost();
   timer.Restart();
-  Rebuild(sink);
+  MapAsBatch(Batch(), sink);
   LogInfo("consolidated: {} photos, {} ({:.2f} s), rebuild {:.2f} s",
           map_->reconstruction().NumRegImages(), ToString(cost), refine_s, timer.ElapsedS());
 }
@@ -360,48 +362,113 @@ void Submap::TryAllWaiting(const EventSink& sink) {
 }
 
 // From the photo that it began with, so that maps of two visually similar places do not change
-// places; then, as a map can be bent by how it began, from others.
-bool Submap::Rebuild(const EventSink& sink) {
+// places; then, as a map can be bent by how it began, from others. Photos that the map lacks come
+// first.
+bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
+  if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
   // A few more pairs than at the last time change nothing.
-  if (!map_->HasPhoto(first_) || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_) {
-    return false;
-  }
-  if (settled_.consistent || options_.IsStopped()) return false;
+  const bool is_known = settled_.consistent || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_;
+  if (!batch.is_of_place && is_known) return false;
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
   settled_.consistent = !MayWin(now);
-  bool rebuilt = false;
-  for (const ImageId start : StartsAnew()) {
-    if (!MayWin(now)) break;
-    const std::unique_ptr<Submap> anew = MapAnew(*this, start);
+  bool changed = false;
+  std::vector<ImageId> starts;
+  std::set<ImageId> mapped;  // by any batch
+  for (std::optional<ImageId> start = first_; start; start = NextStart(starts, mapped)) {
+    const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
+    if (batch.is_of_place ? is_whole && !MayWin(now) : !MayWin(now)) break;
+    starts.push_back(*start);
+    const std::unique_ptr<Submap> anew = MapAnew(*this, *start, batch.is_of_place);
     if (options_.IsStopped()) break;  // it may not be complete
     num_pairs_rebuilt_ = map_->pairs().size();
-    if (anew == nullptr || !TakeIfBetter(anew.get(), now, sink)) continue;
-    rebuilt = true;
+    if (anew == nullptr) continue;
+    const auto& ids = anew->map().reconstruction().RegImageIds();
+    mapped.insert(ids.begin(), ids.end());
+    if (!TakeFromBatch(batch, anew.get(), now, sink)) continue;
+    changed = true;
     now = CountMatches(options_, *map_, waiting_);
   }
-  return rebuilt;
+  return changed;
 }
 
-// The first photo; then the best connected ones that share no pair with one before.
-std::vector<ImageId> Submap::StartsAnew() const {
-  constexpr size_t kMaxStarts = 4;
-  std::vector<std::pair<int64_t, ImageId>> ranked;  // -inliers
-  for (const ImageId id : map_->reconstruction().RegImageIds()) {
-    int64_t num_inliers = 0;
-    for (const auto& [other, inliers] : map_->Neighbours(id)) num_inliers += inliers;
-    ranked.emplace_back(-num_inliers, id);
-  }
-  std::sort(ranked.begin(), ranked.end());
-  std::vector<ImageId> starts = {first_};
-  for (const auto& [unused, id] : ranked) {
+// True if the map is another one now.
+bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
+                           const EventSink& sink) {
+  const bool loses = batch.is_of_place && LosesPhotos(anew->map(), batch.others);
+  const bool mixes = !loses && MixesPlaces(anew->map(), batch.others);
+  const size_t num_before = map_->reconstruction().NumRegImages();
+  if (!loses && !mixes && TakeIfBetter(anew, now, sink)) return true;
+  const bool absorbed = batch.absorb && HasOthers(anew->map()) && batch.absorb(*anew);
+  LogInfo("batch from photo {}: {} of {} photos, {} before; {}", anew->first_,
+          anew->map().reconstruction().NumRegImages(), map_->photos().size(), num_before,
+          absorbed ? "absorbed"
+          : loses  ? "others would be lost"
+          : mixes  ? "visually similar places would be one"
+                   : "no better");
+  if (absorbed) settled_ = {};
+  return absorbed;
+}
+
+// Whether it has photos that this map lacks.
+bool Submap::HasOthers(const SceneMap& anew) const {
+  const std::vector<ImageId>& ids = anew.reconstruction().RegImageIds();
+  return std::any_of(ids.begin(), ids.end(), [&](ImageId id) { return !map_->IsRegistered(id); });
+}
+
+// Of the photos that neither the map nor an earlier batch has, the one with verified pairs of most
+// inliers. Where there is none, the map may be bent: of all, one that shares no pair with an
+// earlier start, up to four starts.
+std::optional<ImageId> Submap::NextStart(const std::vector<ImageId>& before,
+                                         const std::set<ImageId>& mapped) const {
+  constexpr size_t kMaxStarts = 4, kMaxStartsElsewhere = 20;
+  if (before.size() >= kMaxStartsElsewhere) return std::nullopt;
+  std::optional<ImageId> best;
+  std::pair<bool, int64_t> most = {before.size() >= kMaxStarts, 0};  // no map has it; inliers
+  for (const ImageId id : map_->photos()) {
     const auto& neighbours = map_->Neighbours(id);
-    const bool apart = std::none_of(starts.begin(), starts.end(), [&, id = id](ImageId start) {
-      return start == id || neighbours.count(start) > 0;
+    std::pair<bool, int64_t> rank = {!map_->IsRegistered(id) && mapped.count(id) == 0, 0};
+    const bool is_near = std::any_of(before.begin(), before.end(), [&](ImageId start) {
+      return start == id || (!rank.first && neighbours.count(start) > 0);
     });
-    if (apart && starts.size() < kMaxStarts) starts.push_back(id);
+    if (is_near) continue;
+    for (const auto& [other, inliers] : neighbours) rank.second += inliers;
+    if (rank <= most) continue;
+    best = id;
+    most = rank;
   }
-  return starts;
+  return best;
+}
+
+// Photos that this map has and neither the new one nor another submap, against those that only the
+// new one has.
+bool Submap::LosesPhotos(const SceneMap& anew,
+                         const std::vector<std::vector<int64_t>>& others) const {
+  std::set<int64_t> elsewhere;
+  for (const std::vector<int64_t>& ids : others) elsewhere.insert(ids.begin(), ids.end());
+  int64_t num_lost = 0;
+  for (const ImageId id : map_->photos()) {
+    if (elsewhere.count(id) > 0) continue;
+    num_lost += map_->IsRegistered(id) - anew.IsRegistered(id);
+  }
+  return num_lost > 0;
+}
+
+// As a merge's target judges a merged model: by what photos of two submaps show of each other's.
+bool Submap::MixesPlaces(const SceneMap& anew,
+                         const std::vector<std::vector<int64_t>>& others) const {
+  const SimilarStructuresOptions& options = options_.registration.similar_structures;
+  return std::any_of(others.begin(), others.end(), [&](const std::vector<int64_t>& ids) {
+    std::set<ImageId> ours, theirs;
+    for (const ImageId id : anew.reconstruction().RegImageIds()) {
+      const bool is_theirs = std::binary_search(ids.begin(), ids.end(), int64_t{id});
+      if (map_->IsRegistered(id)) ours.insert(id);
+      if (is_theirs && !map_->IsRegistered(id)) theirs.insert(id);
+    }
+    if (ours.empty() || theirs.empty()) return false;
+    return ShowsAnotherPlace(
+        options, ComparePhotoSets(options, anew, anew.reconstruction(), ours, theirs));
+  });
 }
 
 // Looked at when its pairs have grown by half. Twice its photos show whether the other map carries.
@@ -470,7 +537,7 @@ void Submap::Finish(const EventSink& sink) {
   Consolidate(sink);
   AdjustWithPointsAnew(sink);
   settled_.consistent = false;
-  if (Rebuild(sink)) AdjustWithPointsAnew(sink);
+  if (MapAsBatch(Batch(), sink)) AdjustWithPointsAnew(sink);
 }
 
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {

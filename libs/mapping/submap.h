@@ -1,6 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -73,9 +76,24 @@ class Submap {
   // something is left to do.
   bool Maintain(double idle_s, const EventSink& sink);
 
-  // RefineUntilStable. A map that is inconsistent even then is mapped anew (rebuild.h). Of the two
-  // the one stays that more verified matches agree with.
+  // RefineUntilStable. A map that is inconsistent even then is mapped anew (MapAsBatch).
   void Consolidate(const EventSink& sink);
+
+  // A place that is mapped as a batch.
+  struct Batch {
+    // All its photos are there, and are mapped whoever holds them. False: this map's own photos are
+    // mapped anew, and only if the map contradicts its matches.
+    bool is_of_place = false;
+    std::vector<std::vector<int64_t>> others;  // photos of each other submap of it, ascending
+    // Merges a map with photos that this one lacks into this one; tells what came of it. False:
+    // nothing has changed. Null: never.
+    std::function<bool(Submap& anew)> absorb;
+  };
+  // Maps the photos anew, as if they had come at once (rebuild.h), with the intrinsics that were
+  // found: from the first photo, from photos that no map has, from photos far from these. The new map stays if more verified matches agree with it, if no
+  // photo is lost that no other map has, and if what it takes from another submap shows no visually
+  // similar place. Else its photos may be absorbed. True if the map is another one now.
+  bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
   // Tries every photo that waits, also rejected ones, refines the map globally, and withdraws the
   // photos that contradict it. Ends when no photo comes or goes, or after a few rounds.
@@ -164,11 +182,16 @@ class Submap {
   bool Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink);
 
   void AdjustWithPointsAnew(const EventSink& sink);
-  // True if the map is another one now.
-  bool Rebuild(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
+  // The next photo to begin a batch with; nothing where there is none. `mapped`: by earlier batches.
+  std::optional<ImageId> NextStart(const std::vector<ImageId>& before,
+                                   const std::set<ImageId>& mapped) const;
+  bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
+                     const EventSink& sink);
+  bool HasOthers(const SceneMap& anew) const;
+  bool LosesPhotos(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
+  bool MixesPlaces(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
   // Whether the matches that another map may win are enough for it to stay; whether it stayed.
-  std::vector<ImageId> StartsAnew() const;
   bool MayWin(const MatchAgreement& now) const;
   bool TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink);
   void ReplaceByRebuilt(const Submap& anew, const EventSink& sink);

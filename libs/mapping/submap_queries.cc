@@ -63,6 +63,7 @@ std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& ima
   };
   for (const int64_t image_id : image_ids) {
     if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) continue;
+    if (waiting_.left_out().count(image_id) > 0) continue;
     left.emplace_back(static_cast<ImageId>(image_id), 0);
   }
   count_visible();
@@ -74,6 +75,7 @@ std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& ima
     TrialContext context = waiting_.ContextOf(id);
     context.matches_similar_place = true;
     const int num_before = guests->size();
+    const auto part = options_.Enter(SubmapOptions::Part::kPhoto, id);
     guests->Place(id, context);
     if (guests->size() > num_before) count_visible();
   }

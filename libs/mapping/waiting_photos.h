@@ -36,6 +36,8 @@ class WaitingPhotos {
   void SetHeldElsewhere(int64_t image_id, bool held);
   // The photo is never tried again. It may come before the photo does.
   void LeaveOut(int64_t image_id);
+  // There, not registered, and neither left out nor held elsewhere.
+  bool MayBeTried(int64_t image_id) const;
   const std::set<int64_t>& left_out() const { return left_out_; }
   bool IsHeldElsewhere(int64_t image_id) const { return held_elsewhere_.count(image_id) > 0; }
   const std::set<int64_t>& held_elsewhere() const { return held_elsewhere_; }
@@ -77,7 +79,6 @@ class WaitingPhotos {
 
  private:
   int CountVisible(ImageId id) const;
-  bool MayBeTried(int64_t image_id) const;
 
   const SubmapOptions& options_;
   const SceneMap& map_;

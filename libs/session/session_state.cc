@@ -251,6 +251,9 @@ void SessionState::ApplyFact(const finish_t& fact) {
       finish_.finish_id = fact.finish_id;
       finish_.drained_seq = last_drained_seq_ = fact.header.seq;
       break;
+    case finish_t::BATCH:
+      finish_.batch_seq = fact.header.seq;
+      return;
     case finish_t::SETTLED:
       finish_.settled_seq = fact.header.seq;
       break;

@@ -93,6 +93,7 @@ struct FinishState {
   int64_t requested_utime_us = 0;
   int64_t deadline_utime_us = 0;  // by ingest's clock; 0: none
   int64_t drained_seq = 0;
+  int64_t batch_seq = 0;  // 0: no place was divided so far
   int64_t settled_seq = 0;
   int64_t cut_seq = 0;  // 0: not cut
   int8_t cut_at = 0;    // the state in which it was cut

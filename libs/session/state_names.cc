@@ -25,6 +25,8 @@ const char* FinishStateName(int8_t state) {
       return "requested";
     case finish_t::DRAINED:
       return "drained";
+    case finish_t::BATCH:
+      return "batch";
     case finish_t::SETTLED:
       return "settled";
     case finish_t::DONE:

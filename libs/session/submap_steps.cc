@@ -12,6 +12,7 @@ std::string ComparisonStep(int64_t other_submap) {
 std::string ConsolidationStep(int64_t finish_id) {
   return "consolidation " + std::to_string(finish_id);
 }
+std::string BatchStep(int64_t finish_id) { return "batch " + std::to_string(finish_id); }
 std::string FinalStep(int64_t finish_id) { return "final adjustment " + std::to_string(finish_id); }
 std::string MaintenanceStep() { return "maintenance"; }
 std::string ShapeStep() { return "shape"; }

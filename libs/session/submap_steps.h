@@ -11,6 +11,7 @@ std::string PhotoStep(int64_t image_id);           // it is not tried again in t
 std::string MergeStep(int64_t merge_id);           // it ends UNDONE
 std::string ComparisonStep(int64_t other_submap);  // for a merge: the other gets no photos
 std::string ConsolidationStep(int64_t finish_id);  // the map stays as it was before it
+std::string BatchStep(int64_t finish_id);          // the same
 std::string FinalStep(int64_t finish_id);          // the same
 std::string MaintenanceStep();                     // no bundle adjustment in the background
 std::string ShapeStep();                           // the live view does not show the submap

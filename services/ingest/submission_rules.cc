@@ -151,8 +151,11 @@ class Rules {
   }
 
   Status operator()(const finish_t& f) const {
-    if (f.state != finish_t::SETTLED) return Refuse("only the settling is submitted");
+    if (f.state != finish_t::SETTLED && f.state != finish_t::BATCH) {
+      return Refuse("only batch and settling are submitted");
+    }
     const FinishState& finish = state_.finish();
+    if (f.state == finish_t::BATCH && finish.batch_seq > 0) return Refuse("there was a batch");
     if (f.finish_id != finish.finish_id) return Refuse("another finish");
     return finish.state == finish_t::DRAINED ? Status::Ok() : Refuse("not drained");
   }

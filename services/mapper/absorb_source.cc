@@ -130,15 +130,14 @@ Comparison CompareWithGuests(const colmap::Reconstruction& source, const MergeTa
   return comparison;
 }
 
-Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* submap,
+Status AbsorbModel(const colmap::Reconstruction& source, const MergeTask& task, Submap* submap,
                    Absorption* absorption) {
-  const Result<colmap::Reconstruction> source = DecodeModel(archive);
-  if (!source.ok()) return source.status().Within("source");
   const auto target = std::make_shared<const colmap::Reconstruction>(
       CopyRegistered(submap->map().reconstruction()));
   absorption->before = target;
-  const Comparison comparison = CompareWithGuests(*source, task, *target, submap);
-  if (comparison.shows_another_place) YieldPhotos(*source, submap, absorption);
+  const Comparison comparison = CompareWithGuests(source, task, *target, submap);
+  absorption->shows_another_place = comparison.shows_another_place;
+  if (comparison.shows_another_place) YieldPhotos(source, submap, absorption);
   if (!comparison.status.ok()) return comparison.status;
   const Status status = submap->ReplaceModel(comparison.merged);
   if (!status.ok()) return status;
@@ -155,7 +154,19 @@ Status AbsorbModel(const ModelArchive& archive, const MergeTask& task, Submap* s
 
 Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap) {
   Absorption absorption;
-  absorption.status = AbsorbModel(source, task, submap, &absorption);
+  const Result<colmap::Reconstruction> model = DecodeModel(source);
+  absorption.status =
+      model.ok() ? AbsorbModel(*model, task, submap, &absorption) : model.status().Within("source");
+  return absorption;
+}
+
+Absorption AbsorbBatch(Submap* source, Submap* submap) {
+  MergeTask task{};
+  task.order.num_shared_images = AbsorbOptions().min_shared_images;
+  Absorption absorption;
+  absorption.status = AbsorbModel(CopyRegistered(source->map().reconstruction()), task, submap,
+                                  &absorption);
+  LogInfo("batch: {}", absorption.status.ok() ? "absorbed" : absorption.status.error());
   return absorption;
 }
 

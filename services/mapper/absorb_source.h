@@ -13,6 +13,7 @@ namespace skein {
 // What absorbing came to.
 struct Absorption {
   Status status;
+  bool shows_another_place = false;  // why it failed: two visually similar places
   std::shared_ptr<const colmap::Reconstruction> before;  // the target as it was
   // Photos that are new in the target or, if it failed, that the target left to the source.
   std::vector<PhotoEvent> events;
@@ -30,5 +31,8 @@ struct MergeTask {
 // the similarity is estimated anew with the order's options. A merge that was done never fails for
 // want of a similarity. Worker's thread.
 Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap);
+
+// The same for a map of the same photos that was made here, without an order.
+Absorption AbsorbBatch(Submap* source, Submap* submap);
 
 }  // namespace skein

@@ -1,6 +1,7 @@
 #include "mapper/item_log.h"
 
 #include <algorithm>
+#include <map>
 
 namespace skein {
 
@@ -11,10 +12,13 @@ void ItemLog::Take(const Fact& fact) {
     if (merge->state != merge_t::ORDERED) return;
     merges_.push_back(merge->header.seq);
   } else if (const auto* finish = std::get_if<finish_t>(&fact)) {
-    const bool drained = finish->state == finish_t::DRAINED;
-    if (!drained && finish->state != finish_t::SETTLED) return;
-    const Item::Kind kind = drained ? Item::Kind::kDrained : Item::Kind::kSettled;
-    items_.push_back({finish->header.seq, kind, finish->finish_id});
+    static const std::map<int8_t, Item::Kind> kKinds = {{finish_t::DRAINED, Item::Kind::kDrained},
+                                                        {finish_t::BATCH, Item::Kind::kBatch},
+                                                        {finish_t::SETTLED, Item::Kind::kSettled}};
+    const auto kind = kKinds.find(finish->state);
+    if (kind != kKinds.end()) {
+      items_.push_back({finish->header.seq, kind->second, finish->finish_id});
+    }
   }
 }
 

@@ -11,7 +11,7 @@
 namespace skein {
 
 struct Item {
-  enum class Kind { kMatches, kDrained, kSettled };
+  enum class Kind { kMatches, kDrained, kBatch, kSettled };
   int64_t seq = 0;
   Kind kind = Kind::kMatches;
   int64_t id = 0;  // image id or finish id

@@ -150,6 +150,7 @@ void MergeExecutor::Conclude(int8_t state, const std::string& reason) {
   if (open_->replay || (state == merge_t::UNDONE && IsAbandoned())) return Close();
   merge_t fact = MakeFact(state);
   fact.reason = ClampText(reason);
+  fact.similar_places = state == merge_t::UNDONE && open_->absorption.shows_another_place;
   fact.duration_s = static_cast<float>(node_.loop().now_s() - open_->start_s);
   run_.Submit(
       fact, WhileOpen([this](int64_t) { Close(); }),

@@ -11,6 +11,7 @@
 #include "core/process.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
+#include "session/places.h"
 #include "session/submap_facts.h"
 #include "session/submap_steps.h"
 
@@ -60,6 +61,14 @@ PhotoEvent Unreadable(int64_t image_id, const Status& status) {
   event.refusal.text =
       "its keypoints or matches cannot be read" + (status.ok() ? "" : ": " + status.error());
   return event;
+}
+
+std::function<bool(Submap&)> AbsorbInto(Submap* submap, const Submap::EventSink& sink) {
+  return [submap, sink](Submap& anew) {
+    const Absorption absorption = AbsorbBatch(&anew, submap);
+    for (const PhotoEvent& event : absorption.events) sink(event);
+    return absorption.status.ok();
+  };
 }
 
 bool HasRegistered(const std::vector<PhotoEvent>& events) {
@@ -356,6 +365,8 @@ void SubmapRun::DoItem(const Item& item) {
     case Item::Kind::kDrained:
       if (IsOver(item)) return;
       return Consolidate();
+    case Item::Kind::kBatch:
+      return DoBatch(item);
     case Item::Kind::kSettled:
       return DoSettled(item);
   }
@@ -380,6 +391,31 @@ void SubmapRun::DoMatches(int64_t image_id) {
     offered_.Offer(image_id);
     return;
   }
+}
+
+// The largest map of a place that has several takes all photos of the place, and is mapped anew.
+void SubmapRun::DoBatch(const Item& item) {
+  const std::string step = BatchStep(item.id);
+  if (IsOver(item) || IsLeftOut(step)) return;
+  const std::vector<Place> places = FindPlaces(ledger_.session);
+  const Place* place = FindDividedPlace(places, submap_id());
+  if (place == nullptr) return;
+  std::vector<std::vector<int64_t>> others;
+  for (const int64_t id : place->submaps) {
+    if (id != submap_id()) others.push_back(ledger_.session.RegisteredIn(id));
+  }
+  LoadPhotos(place->photos, [this, step, others, num = place->photos.size()](
+                                const FetchedPhotos& photos) {
+    doing_ = "maps " + std::to_string(num) + " photos anew as a batch";
+    PublishStatus();
+    RunJob(
+        step,
+        [photos, others](Submap& submap, Outcome* outcome) {
+          AddToSubmap(photos, &submap);
+          submap.MapAsBatch({true, others, AbsorbInto(&submap, outcome->Sink())}, outcome->Sink());
+        },
+        [this](const Outcome& outcome) { Apply(outcome); });
+  });
 }
 
 void SubmapRun::DoSettled(const Item& item) {

@@ -147,6 +147,7 @@ class SubmapRun {
   void DoItem(const Item& item);
   void DoMatches(int64_t image_id);
   void Consolidate();
+  void DoBatch(const Item& item);
   void DoSettled(const Item& item);
   void DoMerge(int64_t merge_id);
   void Maintain();

@@ -9,6 +9,7 @@
 #include "merger/messages.h"
 #include "merging/absorb.h"
 #include "merging/shared_views.h"
+#include "session/places.h"
 
 namespace skein {
 namespace {
@@ -117,7 +118,8 @@ void MergerService::React(const merge_t& merge) {
 }
 
 void MergerService::React(const finish_t& finish) {
-  if (finish.state == finish_t::DRAINED) settle_seq_ = finish.header.seq;
+  const bool is_worked_on = finish.state == finish_t::DRAINED || finish.state == finish_t::BATCH;
+  if (is_worked_on) settle_seq_ = finish.header.seq;
 }
 
 void MergerService::OnStatus(const submap_status_t& status) {
@@ -237,11 +239,17 @@ void MergerService::TrySettle() {
       wants_mapper_s_ > 0 && node_.loop().now_s() - wants_mapper_s_ < options_.wait_for_mapper_s;
   if (waits_for_mapper) return;
   if (wants_mapper_s_ > 0) LogWarn("finishing without a submap that no mapper is idle for");
-  finish_t settled{};
-  settled.finish_id = session_.finish().finish_id;
-  settled.state = finish_t::SETTLED;
-  settled.header.fact_id = FinishFactId(settled.finish_id, settled.state);
-  Submit(settled, [](bool) {});
+  const bool may_batch = session_.finish().batch_seq == 0 && !session_.finish().is_cut();
+  SubmitFinish(may_batch && HasDividedPlace(FindPlaces(session_)) ? finish_t::BATCH
+                                                                  : finish_t::SETTLED);
+}
+
+void MergerService::SubmitFinish(int8_t state) {
+  finish_t fact{};
+  fact.finish_id = session_.finish().finish_id;
+  fact.state = state;
+  fact.header.fact_id = FinishFactId(fact.finish_id, state);
+  Submit(fact, [](bool) {});
 }
 
 bool MergerService::EstimateIsStale() const {

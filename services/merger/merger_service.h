@@ -69,6 +69,7 @@ class MergerService {
   void WantMapper(bool wanted);
   void TryMerge();
   void TrySettle();
+  void SubmitFinish(int8_t state);
   bool EverySubmapWorkedUpTo(int64_t seq) const;
   int NumIdleMappers() const;
 

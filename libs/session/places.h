@@ -1,0 +1,28 @@
+// The places of a session: connected components of the verified pairs, with the maps of each. One
+// place should become one map; where it has several, a finish maps it once more as a batch.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "session/session_state.h"
+
+namespace skein {
+
+struct Place {
+  std::vector<int64_t> photos;   // through matching, ascending
+  std::vector<int64_t> submaps;  // live ones with a photo of it, most photos first; older of equals
+  // A merge found that a submap shows another place than the first one, which looks alike: neither
+  // it nor its photos are among these.
+};
+
+// Only pairs count that a photo can be registered by. Visits all photos and pairs.
+std::vector<Place> FindPlaces(const SessionState& session);
+
+// The place that the submap is the largest of, if it has others, too; null otherwise.
+const Place* FindDividedPlace(const std::vector<Place>& places, int64_t largest_submap);
+
+// Whether any place has several submaps.
+bool HasDividedPlace(const std::vector<Place>& places);
+
+}  // namespace skein
