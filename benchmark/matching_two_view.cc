@@ -84,6 +84,7 @@ colmap::TwoViewGeometry Verify(const skein::PhotoFeatures& a, const skein::Photo
                                const colmap::FeatureMatches& matches, bool limit, Totals* totals) {
   skein::TwoViewOptions options;
   options.limit_trials_by_outcome = limit;
+  if (!limit) options.max_num_trials = 10000;
   const double start = ThreadCpuMs();
   const auto geometry = skein::EstimateTwoView(a.camera, a.points, b.camera, b.points, matches,
                                                skein::PairSeed(a.image_id, b.image_id), options);
@@ -116,10 +117,11 @@ int main(int argc, char** argv) {
       if (a.image_id <= b.image_id) continue;
       const double start = ThreadCpuMs();
       colmap::FeatureMatches matches;
-      for (const auto& m : matcher.Match({a.descriptors.data(), int(a.points.size())},
-                                         {b.descriptors.data(), int(b.points.size())})) {
-        matches.emplace_back(m.first, m.second);
-      }
+      auto found = matcher.Match({a.descriptors.data(), int(a.points.size())},
+                                 {b.descriptors.data(), int(b.points.size())});
+      std::sort(found.begin(), found.end(),
+                [](const auto& x, const auto& y) { return x.ratio_sq < y.ratio_sq; });
+      for (const auto& m : found) matches.emplace_back(m.first, m.second);
       match_ms += ThreadCpuMs() - start;
       ++pairs;
       const auto theirs = Verify(a, b, matches, false, &colmap_limits);

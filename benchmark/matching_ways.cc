@@ -15,6 +15,7 @@
 #include <map>
 #include <optional>
 
+#include "base/database.h"
 #include "base/triangulation.h"
 #include "benchmark/retrieval_photos.h"
 #include "core/clock.h"
@@ -30,7 +31,7 @@ constexpr double kMaxLineErrorPx = 4, kMaxPointErrorPx = 8, kMinAngleRad = 3 * M
 
 struct Options {
   std::string set, cache, poses;
-  std::string codebook;
+  std::string codebook, databases;
   std::vector<double> camera;  // of the truth: f, cx, cy, k
   size_t top_n = 20;
   size_t every = 1;
@@ -81,13 +82,18 @@ class Truth {
 
   bool Knows(size_t i) const { return photos_[i].has_value(); }
 
-  bool IsOnLines(size_t i, size_t j, uint32_t a, uint32_t b) const {
+  // Distance, px, from the lines in the photo where it is larger.
+  double LineErrorPx(size_t i, size_t j, uint32_t a, uint32_t b) const {
     const Eigen::Matrix3d E = Essential(i, j);
     const Eigen::Vector3d x1 = photos_[i]->rays[a].homogeneous();
     const Eigen::Vector3d x2 = photos_[j]->rays[b].homogeneous();
     const Eigen::Vector3d line2 = E * x1, line1 = E.transpose() * x2;
     const double error = std::abs(x2.dot(line2)) * focal_px_;
-    return error <= kMaxLineErrorPx * std::min(line1.head<2>().norm(), line2.head<2>().norm());
+    return error / std::min(line1.head<2>().norm(), line2.head<2>().norm());
+  }
+
+  bool IsOnLines(size_t i, size_t j, uint32_t a, uint32_t b) const {
+    return LineErrorPx(i, j, a, b) <= kMaxLineErrorPx;
   }
 
   // Distance, px, of feature b of photo j from the point of feature a of i and c of k; nothing
@@ -156,7 +162,7 @@ PairResult MatchAsColmap(const PhotoFeatures& a, const PhotoFeatures& b) {
   options.ransac_options.max_error = ours.max_error_px;
   options.ransac_options.confidence = ours.confidence;
   options.ransac_options.min_inlier_ratio = ours.min_inlier_ratio;
-  options.ransac_options.max_num_trials = ours.max_num_trials;
+  options.ransac_options.max_num_trials = 10000;
   options.compute_relative_pose = true;
   options.min_num_inliers = ours.min_num_inliers;
   result.geometry.EstimateMultiple(a.camera, a.points, b.camera, b.points, matches, options);
@@ -192,7 +198,7 @@ struct Score {
   size_t pairs = 0, verified = 0, true_pairs = 0, false_pairs = 0;
   size_t false_30 = 0, false_100 = 0;  // false pairs with so many inliers or more
   size_t inliers = 0, on_lines = 0, told = 0, wrong = 0;
-  double cpu_ms = 0, product = 0, guided = 0, geometry = 0;  // the last three: shares of the time
+  double cpu_ms = 0, product = 0, geometry = 0;  // the last two: shares of the time
 };
 
 // Features of photo i matched in other photos by the full product.
@@ -210,6 +216,20 @@ Tracks TracksOf(const Way& way, const std::vector<Pair>& pairs, size_t num_photo
   return tracks;
 }
 
+// By a third photo; nothing where none tells.
+std::optional<bool> IsWrong(const Pair& pair, const colmap::FeatureMatch& match, const Truth& truth,
+                            const Tracks& tracks) {
+  const auto [i, j] = pair;
+  const auto track = tracks[i].find(match.point2D_idx1);
+  if (track == tracks[i].end()) return std::nullopt;
+  for (const auto& [k, c] : track->second) {
+    if (k == j) continue;
+    const auto distance = truth.DistancePx(i, match.point2D_idx1, k, c, j, match.point2D_idx2);
+    if (distance) return *distance > kMaxPointErrorPx;
+  }
+  return std::nullopt;
+}
+
 void AddTruth(const Pair& pair, const Outcome& outcome, const Truth& truth, const Tracks& tracks,
               Score* score) {
   const auto [i, j] = pair;
@@ -217,16 +237,9 @@ void AddTruth(const Pair& pair, const Outcome& outcome, const Truth& truth, cons
   size_t on_lines = 0;
   for (const auto& match : outcome.result.geometry.inlier_matches) {
     on_lines += truth.IsOnLines(i, j, match.point2D_idx1, match.point2D_idx2);
-    const auto track = tracks[i].find(match.point2D_idx1);
-    if (track == tracks[i].end()) continue;
-    for (const auto& [k, c] : track->second) {
-      if (k == j) continue;
-      const auto distance = truth.DistancePx(i, match.point2D_idx1, k, c, j, match.point2D_idx2);
-      if (!distance) continue;
-      ++score->told;
-      score->wrong += *distance > kMaxPointErrorPx;
-      break;
-    }
+    const std::optional<bool> is_wrong = IsWrong(pair, match, truth, tracks);
+    score->told += is_wrong.has_value();
+    score->wrong += is_wrong.value_or(false);
   }
   score->on_lines += on_lines;
   const bool is_true = 2 * on_lines >= outcome.inliers();
@@ -237,15 +250,15 @@ void AddTruth(const Pair& pair, const Outcome& outcome, const Truth& truth, cons
 
 void Print(const char* name, const Score& s) {
   const double n = std::max<size_t>(1, s.pairs), in = std::max<size_t>(1, s.inliers);
-  const double parts = std::max(1e-12, s.product + s.guided + s.geometry);
+  const double parts = std::max(1e-12, s.product + s.geometry);
   const double ms = s.cpu_ms / n;
   std::printf(
-      "  %-16s %5zu %5zu %5zu %5zu %4zu %4zu  %8.1f %6.3f %7zu %6.4f  %6.2f = %5.2f + %5.2f + "
+      "  %-16s %5zu %5zu %5zu %5zu %4zu %4zu  %8.1f %6.3f %7zu %6.4f  %6.2f = %5.2f + "
       "%5.2f\n",
       name, s.pairs, s.verified, s.true_pairs, s.false_pairs, s.false_30, s.false_100,
       static_cast<double>(s.inliers) / std::max<size_t>(1, s.verified), s.on_lines / in, s.told,
       static_cast<double>(s.wrong) / std::max<size_t>(1, s.told), ms, ms * s.product / parts,
-      ms * s.geometry / parts, ms * s.guided / parts);
+      ms * s.geometry / parts);
 }
 
 // Pairs by the inliers of the first way: not verified, few, many.
@@ -274,12 +287,113 @@ void PrintTable(const std::vector<Way>& ways, const std::vector<Pair>& pairs, co
         score.inliers += outcome.inliers();
         score.cpu_ms += outcome.cpu_ms;
         score.product += outcome.result.product_s;
-        score.guided += outcome.result.guided_s;
         score.geometry += outcome.result.geometry_s;
         AddTruth(pairs[p], outcome, truth, tracks, &score);
       }
       Print(way.name.c_str(), score);
     }
+  }
+}
+
+// Matches of the first way and another: those of both, and of one alone.
+struct Share {
+  size_t matches = 0, told = 0, wrong = 0;
+  std::vector<double> errors_px;
+
+  void Add(const Pair& pair, const colmap::FeatureMatch& match, const Truth& truth,
+           const Tracks& tracks) {
+    ++matches;
+    const auto [i, j] = pair;
+    if (!truth.Knows(i) || !truth.Knows(j)) return;
+    errors_px.push_back(truth.LineErrorPx(i, j, match.point2D_idx1, match.point2D_idx2));
+    const std::optional<bool> is_wrong = IsWrong(pair, match, truth, tracks);
+    told += is_wrong.has_value();
+    wrong += is_wrong.value_or(false);
+  }
+
+  void Print(const char* name, size_t pairs) {
+    double sum_sq = 0;
+    for (double& error : errors_px) {
+      error = std::min(error, kMaxLineErrorPx);
+      sum_sq += error * error;
+    }
+    std::sort(errors_px.begin(), errors_px.end());
+    const double median = errors_px.empty() ? 0 : errors_px[errors_px.size() / 2];
+    std::printf(
+        "  %-28s %8.1f a pair, from the true line median %.3f, RMS %.3f px; wrong %.4f of %zu\n",
+        name, static_cast<double>(matches) / std::max<size_t>(1, pairs), median,
+        std::sqrt(sum_sq / std::max<size_t>(1, errors_px.size())),
+        static_cast<double>(wrong) / std::max<size_t>(1, told), told);
+  }
+};
+
+void PrintShares(const Way& first, const Way& other, const std::vector<Pair>& pairs,
+                 const Truth& truth, size_t num_photos) {
+  const Tracks tracks = TracksOf(first, pairs, num_photos);
+  Share both, first_alone, other_alone;
+  size_t count = 0;
+  for (size_t p = 0; p < pairs.size(); ++p) {
+    if (first.outcomes[p].inliers() == 0 || other.outcomes[p].inliers() == 0) continue;
+    ++count;
+    std::map<uint32_t, uint32_t> firsts;
+    for (const auto& match : first.outcomes[p].result.geometry.inlier_matches) {
+      firsts[match.point2D_idx1] = match.point2D_idx2;
+    }
+    for (const auto& match : other.outcomes[p].result.geometry.inlier_matches) {
+      const auto found = firsts.find(match.point2D_idx1);
+      const bool in_both = found != firsts.end() && found->second == match.point2D_idx2;
+      (in_both ? both : other_alone).Add(pairs[p], match, truth, tracks);
+      if (in_both) firsts.erase(found);
+    }
+    for (const auto& [a, b] : firsts) first_alone.Add(pairs[p], {a, b}, truth, tracks);
+  }
+  std::printf("pairs that both verify: %zu\n", count);
+  both.Print("both", count);
+  first_alone.Print((first.name + " alone").c_str(), count);
+  other_alone.Print((other.name + " alone").c_str(), count);
+}
+
+// Photos of one size and focal length have one camera.
+void WritePhotos(const StudySet& set, colmap::Database* database) {
+  std::map<std::tuple<int, int, double, bool>, colmap::camera_t> cameras;
+  for (size_t i = 0; i < set.photos.size(); ++i) {
+    const StudyPhoto& photo = set.photos[i];
+    colmap::camera_t& camera_id =
+        cameras[{photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif}];
+    if (camera_id == 0) {
+      camera_id = database->WriteCamera(
+          PriorCamera(photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif));
+    }
+    colmap::Image image;
+    image.SetImageId(static_cast<colmap::image_t>(i + 1));
+    image.SetCameraId(camera_id);
+    image.SetName(std::filesystem::path(photo.path).filename());
+    database->WriteImage(image, true);
+    colmap::FeatureKeypoints keypoints;
+    for (const Keypoint& k : photo.features.keypoints) {
+      keypoints.emplace_back(k.x, k.y, k.scale_px, k.angle_rad);
+    }
+    database->WriteKeypoints(image.ImageId(), keypoints);
+  }
+}
+
+// What a way verified, for mapper_offline and COLMAP's mapper.
+void WriteDatabase(const StudySet& set, const std::vector<Pair>& pairs, const Way& way,
+                   const std::string& folder) {
+  std::string name = way.name;
+  std::replace(name.begin(), name.end(), ' ', '-');
+  const std::filesystem::path file = std::filesystem::path(folder) / (name + ".db");
+  std::filesystem::create_directories(folder);
+  std::filesystem::remove(file);
+  colmap::Database database(file);
+  const colmap::DatabaseTransaction transaction(&database);
+  WritePhotos(set, &database);
+  for (size_t p = 0; p < pairs.size(); ++p) {
+    if (way.outcomes[p].inliers() == 0) continue;
+    const auto id = [](size_t i) { return static_cast<colmap::image_t>(i + 1); };
+    const colmap::TwoViewGeometry& geometry = way.outcomes[p].result.geometry;
+    database.WriteMatches(id(pairs[p].first), id(pairs[p].second), geometry.inlier_matches);
+    database.WriteTwoViewGeometry(id(pairs[p].first), id(pairs[p].second), geometry);
   }
 }
 
@@ -312,11 +426,17 @@ void Run(const Options& options) {
     }
   }
   std::printf("%s: %zu photos, %zu pairs\n", set->name.c_str(), photos.size(), pairs.size());
-  std::printf(
-      "  %-16s %5s %5s %5s %5s %4s %4s  %8s %6s %7s %6s  CPU ms = product + geometry + guided\n",
-      "", "pairs", "verif", "true", "false", ">=30", ">100", "inliers", "lines", "told", "wrong");
+  std::printf("  %-16s %5s %5s %5s %5s %4s %4s  %8s %6s %7s %6s  CPU ms = product + geometry\n", "",
+              "pairs", "verif", "true", "false", ">=30", ">100", "inliers", "lines", "told",
+              "wrong");
   const Truth truth(options, *set, photos);
   PrintTable(ways, pairs, truth, photos.size());
+  for (size_t w = 1; w < ways.size(); ++w) {
+    PrintShares(ways[0], ways[w], pairs, truth, photos.size());
+  }
+  for (const Way& way : ways) {
+    if (!options.databases.empty()) WriteDatabase(*set, pairs, way, options.databases);
+  }
   for (size_t p = 0; options.list && p < pairs.size(); ++p) {
     std::printf("pair %zu %zu", pairs[p].first, pairs[p].second);
     for (const Way& way : ways) {
@@ -347,6 +467,8 @@ int main(int argc, char** argv) {
   app.add_option("--every", options.every, "Take each N-th pair")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--databases", options.databases,
+                 "Folder for a COLMAP database a way, of what it verified");
   app.add_flag("--colmap", options.colmap, "Also COLMAP's EstimateMultiple");
   app.add_flag("--list", options.list,
                "Also each pair: inliers, those on the lines, configuration");

@@ -40,7 +40,8 @@ TEST_P(HardScenario, PhotosAreAFunctionOfTheSeed) {
 
 INSTANTIATE_TEST_SUITE_P(All, HardScenario,
                          testing::Values(Scenario::kVideo, Scenario::kBlank, Scenario::kCrowd,
-                                         Scenario::kSharedObject, Scenario::kFurniture));
+                                         Scenario::kSharedObject, Scenario::kFurniture,
+                                         Scenario::kCourtyard));
 
 TEST(Video, MiddleRowsAreSeenFromTheTruePose) {
   const SimOptions options = Small(Scenario::kVideo, 80, 3);

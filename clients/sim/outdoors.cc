@@ -224,7 +224,73 @@ void AddSurroundingWall(const Vector2d& center, bool neat, PlaceBuilder* builder
   }
 }
 
+// The windows of a façade of equal bays.
+std::vector<Opening> EqualWindows(double width_m, double height_m, int columns, int floors) {
+  const double cell = width_m / columns, floor_height = height_m / floors;
+  std::vector<Opening> openings;
+  for (int row = 0; row < floors; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      openings.push_back({(column + 0.25) * cell, (row + 0.2) * floor_height, cell / 2,
+                          0.55 * floor_height, false});
+    }
+  }
+  return openings;
+}
+
+// One bay, again and again; streaks, ivy and posters alone differ.
+void PaintEqualBays(uint64_t bay_seed, const std::vector<Opening>& openings, int columns,
+                    int floors, Random* random, Sheet* sheet) {
+  Random bay_random(bay_seed);
+  Sheet bay(sheet->width_m() / columns, sheet->height_m() / floors, sheet->texels_per_m);
+  PaintWall(WallKind::kPlaster, &bay_random, &bay);
+  PaintSpeckle(6, 0.03, 0.15, 0.5, &bay_random, &bay);
+  PaintWindow(bay.Box(openings[0].u, openings[0].v, openings[0].width, openings[0].height),
+              &bay_random, &bay);
+  for (int y = 0; y < sheet->image.rows; y += bay.image.rows) {
+    for (int x = 0; x < sheet->image.cols; x += bay.image.cols) {
+      const cv::Rect box =
+          cv::Rect({x, y}, bay.image.size()) & cv::Rect({0, 0}, sheet->image.size());
+      bay.image(cv::Rect({0, 0}, box.size())).copyTo(sheet->image(box));
+    }
+  }
+  for (const Opening& o : openings) {
+    PaintStreaks(sheet->Box(o.u - 0.1, o.v + o.height, o.width + 0.2, 0.6), random, sheet);
+  }
+  PaintIvy(sheet->Box(random->Uniform(0, sheet->width_m() - 3), sheet->height_m() - 6, 2, 6),
+           random, sheet);
+  for (int i = 0; i < 8; ++i) {
+    const double u = random->Uniform(0, sheet->width_m() - 1);
+    PaintPoster(sheet->Box(u, sheet->height_m() - 1.9, 0.8, 1), random, sheet);
+  }
+  Mute(kNeatMute, sheet);
+}
+
 }  // namespace
+
+void AddCourtyard(uint64_t seed, PlaceBuilder* builder) {
+  constexpr double kDistanceM = 14, kHeightM = 10;
+  constexpr int kColumns = 10, kFloors = 3;
+  Random random(seed);
+  AddGround(Vector2d::Zero(), true, builder, &random);
+  const double length = 2 * kDistanceM;
+  const std::vector<Opening> openings = EqualWindows(length, kHeightM, kColumns, kFloors);
+  for (int i = 0; i < 4; ++i) {
+    const double angle = i * M_PI / 2;
+    WallFrame wall;
+    wall.right = Vector3d(std::sin(angle), -std::cos(angle), 0);
+    wall.down = -Vector3d::UnitZ();
+    wall.out = Vector3d(-std::cos(angle), -std::sin(angle), 0);
+    wall.origin = Vector3d(0, 0, kHeightM) - kDistanceM * wall.out - wall.right * length / 2;
+    const uint64_t bay_seed = random.Next();
+    const int texture =
+        builder->AddPainting(length, kHeightM, 110, Texture::Edge::kClamp, random.Next(),
+                             [bay_seed, openings](Random* r, Sheet* sheet) {
+                               PaintEqualBays(bay_seed, openings, kColumns, kFloors, r, sheet);
+                             });
+    builder->AddPiercedWall(wall, length, kHeightM, openings, kWindowRecessM, texture,
+                            builder->Paint(), &random);
+  }
+}
 
 void AddBuilding(const BuildingSpec& spec, PlaceBuilder* builder) {
   Random random(spec.seed);

@@ -37,4 +37,7 @@ constexpr double kRingFrontM = 26;  // distance of the ring's façades from the 
 
 void AddSquare(const SquareSpec& spec, PlaceBuilder* builder);
 
+// A yard of 28 x 28 m between four façades of equal bays. Free to walk in: 11 m from the centre.
+void AddCourtyard(uint64_t seed, PlaceBuilder* builder);
+
 }  // namespace skein::sim

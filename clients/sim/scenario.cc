@@ -117,6 +117,12 @@ Aim FurnitureView(const ScenarioOptions& options, int agent, int i) {
   return RoomView(options, 2.9 + 0.15 * (agent % 3), 1.55, agent, i);
 }
 
+// Across the yard, at the opposite façades up to their roofs.
+Aim CourtyardView(const ScenarioOptions& options, int agent, int i) {
+  const Aim view = RoomView(options, 6.5 + 0.5 * (agent % 3), 1.2, agent, i);
+  return {view.center, view.target + Vector3d(0, 0, 1.2)};
+}
+
 PlainRoomSpec VideoRoom(const ScenarioOptions& options) {
   PlainRoomSpec room;
   room.half_m.x() = std::min(9.0, 3.2 + 1.2 * (options.agents - 1));
@@ -156,6 +162,8 @@ Aim PlanView(const ScenarioOptions& options, int agent, int i) {
       return SharedObjectView(options, agent, i);
     case Scenario::kFurniture:
       return FurnitureView(options, agent, i);
+    case Scenario::kCourtyard:
+      return CourtyardView(options, agent, i);
     default:
       return RingView(options, agent, i);
   }
@@ -190,7 +198,7 @@ const std::vector<std::pair<std::string, Scenario>>& Table() {
       {"twins", Scenario::kTwins},         {"shared-object", Scenario::kSharedObject},
       {"furniture", Scenario::kFurniture}, {"corridor", Scenario::kCorridor},
       {"video", Scenario::kVideo},         {"blank", Scenario::kBlank},
-      {"crowd", Scenario::kCrowd}};
+      {"crowd", Scenario::kCrowd},         {"courtyard", Scenario::kCourtyard}};
   return table;
 }
 
@@ -284,6 +292,9 @@ Place BuildPlace(const ScenarioOptions& options, int threads) {
       break;
     case Scenario::kFurniture:
       AddCanteen(options.seed, &builder);
+      break;
+    case Scenario::kCourtyard:
+      AddCourtyard(options.seed, &builder);
       break;
     default:
       AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);

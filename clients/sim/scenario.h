@@ -23,6 +23,7 @@ enum class Scenario {
   kVideo,         // each agent films its own part of one room by hand
   kBlank,         // all agents around one room with painted walls
   kCrowd,         // all agents are tourists before one monument
+  kCourtyard,     // all agents around one yard between façades of equal bays
 };
 std::optional<Scenario> ParseScenario(const std::string& name);
 std::vector<std::string> ScenarioNames();

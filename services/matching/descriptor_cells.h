@@ -25,8 +25,9 @@ struct CellLists {
 
 // Of one photo's features; empty without cells.
 struct FeatureCells {
-  CellLists home;  // each feature in its nearest cell
-  CellLists near;  // each feature in its nearest cells
+  CellLists home;   // each feature in its nearest cell
+  CellLists close;  // each feature in its 4 nearest cells
+  CellLists near;   // each feature in its 8 nearest cells
 
   bool empty() const { return home.begin.empty(); }
   size_t MemoryBytes() const;
@@ -46,8 +47,8 @@ class DescriptorCells {
   KernelVersion kernel_;
 };
 
-// What is compared of two photos: each feature of the first with those of the second that have its
-// cell among their nearest. Both of the same cells.
-std::vector<ProductPart> PartsOf(const FeatureCells& first, const FeatureCells& second);
+// What is compared of two photos: each feature of the first, by its `home`, with those of the
+// second that have its cell in `others`, which are `close` or `near`. Both of the same cells.
+std::vector<ProductPart> PartsOf(const CellLists& home, const CellLists& others);
 
 }  // namespace skein

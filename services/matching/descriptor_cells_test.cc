@@ -51,11 +51,14 @@ TEST(DescriptorCells, HomeIsTheCellThatTheCodebookNames) {
   const std::vector<int> expected =
       NearestCentres(ProjectDescriptors(codebook, descriptors.data(), 300), codebook.centres);
   const auto home = CellsByFeature(cells.home, 300), near = CellsByFeature(cells.near, 300);
+  const auto close = CellsByFeature(cells.close, 300);
   int num_equal = 0;  // rounding decides where two are equally near
   for (size_t i = 0; i < 300; ++i) {
     ASSERT_EQ(home[i].size(), 1u);
     EXPECT_EQ(near[i].size(), 8u);
-    EXPECT_EQ(near[i].count(*home[i].begin()), 1u);
+    EXPECT_EQ(close[i].size(), 4u);
+    EXPECT_EQ(close[i].count(*home[i].begin()), 1u);
+    EXPECT_TRUE(std::includes(near[i].begin(), near[i].end(), close[i].begin(), close[i].end()));
     num_equal += static_cast<int>(*home[i].begin()) == expected[i];
   }
   EXPECT_GE(num_equal, 290);
@@ -76,7 +79,7 @@ TEST(DescriptorCells, EachFeatureMeetsThoseThatHaveItsCellNearOnce) {
   const FeatureCells second = cells.Assign(RandomDescriptors(50, &random));
   std::set<std::pair<uint32_t, uint32_t>> met;
   size_t num_compared = 0;
-  for (const ProductPart& part : PartsOf(first, second)) {
+  for (const ProductPart& part : PartsOf(first.home, second.near)) {
     for (int i = 0; i < part.rows.count; ++i) {
       for (int j = 0; j < part.columns.count; ++j) {
         met.emplace(part.rows.data[i], part.columns.data[j]);
@@ -96,7 +99,7 @@ TEST(DescriptorCells, EachFeatureMeetsThoseThatHaveItsCellNearOnce) {
 TEST(DescriptorCells, WithoutFeaturesAreEmpty) {
   const FeatureCells cells = DescriptorCells(RandomCodebook()).Assign({});
   EXPECT_FALSE(cells.empty());
-  for (const ProductPart& part : PartsOf(cells, cells)) EXPECT_EQ(part.rows.count, 0);
+  for (const ProductPart& part : PartsOf(cells.home, cells.near)) EXPECT_EQ(part.rows.count, 0);
   EXPECT_TRUE(FeatureCells().empty());
 }
 

@@ -112,6 +112,13 @@ class NearestTest {
     return nearest.best_sq * static_cast<int64_t>(kRatioUnit) < nearest.second_sq * ratio_sq_;
   }
 
+  // 1 for duplicates.
+  static float RatioSq(const Nearest& nearest) {
+    if (nearest.second_sq == kNoDistance) return 0;
+    if (nearest.second_sq == 0) return 1;
+    return static_cast<float>(nearest.best_sq) / static_cast<float>(nearest.second_sq);
+  }
+
  private:
   int64_t ratio_sq_;
   int32_t max_distance_sq_;
@@ -421,7 +428,8 @@ std::vector<IndexPair> DescriptorMatcher::MatchParts(const DescriptorView& first
     if (!test.Passes(row)) continue;
     const Nearest& column = workspace_->columns()[row.best_index];
     if (column.best_index != i || !test.Passes(column)) continue;
-    matches.push_back({static_cast<uint32_t>(i), static_cast<uint32_t>(row.best_index)});
+    matches.push_back({static_cast<uint32_t>(i), static_cast<uint32_t>(row.best_index),
+                       std::max(NearestTest::RatioSq(row), NearestTest::RatioSq(column))});
   }
   return matches;
 }

@@ -35,9 +35,13 @@ struct DescriptorView {
 // Sum of the squares of a descriptor's 128 values.
 int32_t NormSq(const uint8_t* descriptor);
 
+// Equal if the indices are.
 struct IndexPair {
   uint32_t first;   // index in the first set
   uint32_t second;  // index in the second set
+  // best^2 / second^2, the larger of both directions: the smaller, the surer. 0 without a second
+  // neighbour.
+  float ratio_sq = 0;
 
   bool operator==(const IndexPair& other) const {
     return first == other.first && second == other.second;

@@ -238,6 +238,15 @@ TEST_P(Kernel, DuplicatesFailTheRatioTest) {
   EXPECT_TRUE(DescriptorMatcher({0.8, kNoLimit, GetParam()}).Match(View(a), View(b)).empty());
 }
 
+TEST_P(Kernel, TellsTheLargerRatioOfBothDirections) {
+  Descriptors a = Constant(1, 10), b = Constant(1, 11);
+  a.insert(a.end(), kDescriptorDim, 30);
+  b.insert(b.end(), kDescriptorDim, 20);
+  const auto matches = DescriptorMatcher({0.8, kNoLimit, GetParam()}).Match(View(a), View(b));
+  ASSERT_EQ(matches.size(), 1u);
+  EXPECT_FLOAT_EQ(matches[0].ratio_sq, 1.0f / 100);  // 10 to 11 and 20; back, to 10 and 30: 1 / 361
+}
+
 TEST_P(Kernel, ALoneNeighbourPassesTheRatioTest) {
   const Descriptors a = Constant(1, 3), b = Constant(1, 9);
   EXPECT_EQ(DescriptorMatcher({0.8, kNoLimit, GetParam()}).Match(View(a), View(b)).size(), 1u);

@@ -19,9 +19,10 @@ void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
   AddSwitch(app, "second-look", &options->second_look.enabled,
             "Order a photo's candidates by what their neighbours matched, and add some; off: all "
             "candidates in the order of retrieval, and no others");
-  AddSwitch(app, "cascade", &options->pair.cascade,
-            "Look at a pair's coarsest features first, then match the others along their geometry; "
-            "off: all features with all");
+  AddSwitch(
+      app, "cascade", &options->pair.cascade,
+      "Look at a pair's coarsest features first, then match all with those of near cells; off: "
+      "all features with all");
   app.add_option("--codebook", options->codebook_path,
                  "VLAD codebook, whose cells tell the cascade which descriptors may be near each "
                  "other; default: the shipped one");
@@ -35,7 +36,8 @@ void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
   app.add_option("--min-inliers", two_view.min_num_inliers, "Of a verified pair (COLMAP: 15)");
   app.add_option("--min-inlier-ratio", two_view.min_inlier_ratio,
                  "Of the matches, that RANSAC's number of trials assumes (COLMAP: 0.25)");
-  app.add_option("--max-trials", two_view.max_num_trials, "Of RANSAC (COLMAP: 10000)");
+  app.add_option("--max-trials", two_view.max_num_trials,
+                 "Of RANSAC, from the surest matches first (COLMAP: 10000, from all)");
 }
 
 }  // namespace skein

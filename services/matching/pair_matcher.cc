@@ -11,13 +11,6 @@ namespace {
 // Below this the full product costs little more than what spares it.
 constexpr size_t kMinFeatures = 4 * kMaxCoarse;
 
-// Pairs with fewer guided inliers are matched by cells: more of these matches are false.
-constexpr size_t kMinGuidedInliers = 200;
-
-// The band of guided matching, of the largest error of an inlier: a wider one finds no more
-// matches, as the ratio test has more neighbours to compare with.
-constexpr double kGuidedErrorShare = 0.75;
-
 DescriptorView DescriptorsOf(const PhotoFeatures& photo) {
   return {photo.descriptors.data(), static_cast<int>(photo.points.size()),
           photo.index.norm_sq.data()};
@@ -32,7 +25,10 @@ bool CanCascade(const PhotoFeatures& photo) {
          !photo.index.cells.empty();
 }
 
-colmap::FeatureMatches ToColmap(const std::vector<IndexPair>& pairs) {
+// The surest first.
+colmap::FeatureMatches ToColmap(std::vector<IndexPair> pairs) {
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const IndexPair& a, const IndexPair& b) { return a.ratio_sq < b.ratio_sq; });
   colmap::FeatureMatches matches;
   matches.reserve(pairs.size());
   for (const IndexPair& pair : pairs) matches.emplace_back(pair.first, pair.second);
@@ -49,12 +45,9 @@ class Stopwatch {
   Timer timer_;
 };
 
-GuidedOptions GuidedOptionsOf(const PairMatcherOptions& options) {
-  GuidedOptions guided;
-  guided.max_error_px = kGuidedErrorShare * options.two_view.max_error_px;
-  guided.max_distance_sq = options.matching.max_distance_sq;
-  guided.kernel = options.matching.kernel;
-  return guided;
+void SortByFirst(colmap::FeatureMatches* matches) {
+  std::sort(matches->begin(), matches->end(),
+            [](const auto& a, const auto& b) { return a.point2D_idx1 < b.point2D_idx1; });
 }
 
 }  // namespace
@@ -72,7 +65,7 @@ Status PairMatcherOptions::Check() const {
 }
 
 PairMatcher::PairMatcher(const PairMatcherOptions& options)
-    : options_(options), matcher_(options.matching), guided_(GuidedOptionsOf(options)) {
+    : options_(options), matcher_(options.matching) {
   ThrowUnlessSound(options.Check());
 }
 
@@ -84,17 +77,22 @@ void PairMatcher::Verify(const PhotoFeatures& first, const PhotoFeatures& second
                       PairSeed(first.image_id, second.image_id), options_.two_view);
 }
 
-void PairMatcher::MatchAll(const PhotoFeatures& first, const PhotoFeatures& second, bool by_cells,
-                           PairResult* result) {
+void PairMatcher::MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second,
+                              PairResult* result) {
   colmap::FeatureMatches matches;
   {
     const Stopwatch watch(&result->product_s);
-    const DescriptorView a = DescriptorsOf(first), b = DescriptorsOf(second);
-    matches = ToColmap(
-        by_cells ? matcher_.MatchParts(a, b, PartsOf(first.index.cells, second.index.cells))
-                 : matcher_.Match(a, b));
+    matches = ToColmap(matcher_.Match(DescriptorsOf(first), DescriptorsOf(second)));
   }
   Verify(first, second, matches, result);
+}
+
+colmap::FeatureMatches PairMatcher::MatchByCells(const PhotoFeatures& first,
+                                                 const PhotoFeatures& second,
+                                                 const CellLists& others, PairResult* result) {
+  const Stopwatch watch(&result->product_s);
+  return ToColmap(matcher_.MatchParts(DescriptorsOf(first), DescriptorsOf(second),
+                                      PartsOf(first.index.cells.home, others)));
 }
 
 colmap::FeatureMatches PairMatcher::MatchCoarsest(const PhotoFeatures& first,
@@ -118,32 +116,25 @@ bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& sec
   return IsVerified(result->geometry);
 }
 
-void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second,
-                              PairResult* result) {
-  colmap::FeatureMatches matches;
-  {
-    const Stopwatch watch(&result->guided_s);
-    matches = ToColmap(
-        guided_.Match(first, second, EpipolarModel(first.camera, second.camera, result->geometry)));
-  }
-  const Stopwatch watch(&result->geometry_s);
-  result->geometry = RefineTwoView(first.camera, first.points, second.camera, second.points,
-                                   matches, result->geometry, options_.two_view);
+bool PairMatcher::MatchByCloseCells(const PhotoFeatures& first, const PhotoFeatures& second,
+                                    PairResult* result) {
+  const colmap::FeatureMatches matches =
+      MatchByCells(first, second, second.index.cells.close, result);
+  Verify(first, second, matches, result);
+  return IsVerified(result->geometry) &&
+         2 * result->geometry.inlier_matches.size() >= matches.size();
 }
 
 PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& second) {
   PairResult result;
   if (!options_.cascade || !CanCascade(first) || !CanCascade(second)) {
-    MatchAll(first, second, false, &result);
-    return result;
+    MatchInFull(first, second, &result);
+  } else if (LookFirst(first, second, &result) && MatchByCloseCells(first, second, &result)) {
+    result.by_close_cells = true;
+  } else {
+    Verify(first, second, MatchByCells(first, second, second.index.cells.near, &result), &result);
   }
-  if (LookFirst(first, second, &result)) {
-    MatchGuided(first, second, &result);
-    if (IsVerified(result.geometry) && result.geometry.inlier_matches.size() >= kMinGuidedInliers) {
-      return result;
-    }
-  }
-  MatchAll(first, second, true, &result);
+  SortByFirst(&result.geometry.inlier_matches);
   return result;
 }
 

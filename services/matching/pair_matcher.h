@@ -4,19 +4,21 @@
 //
 //  1. A look at the 1,024 coarsest features of both photos, a sixty-fourth of the full product
 //     (preemptive matching, Wu 2013).
-//  2. If its matches verify the pair they give its geometry.
-//  3. Guided matching (guided.h) of all features by that geometry, which is then refined.
+//  2. If its matches verify the pair, all features are matched by close cells (descriptor_cells.h),
+//     a tenth of the full product. If a geometry explains half of these matches, it is the pair's.
+//  3. Otherwise all features are matched by near cells, a fifth of the full product. They miss one
+//     match of 200, close cells one of 30 of a weak pair.
 //
-// A pair without such a geometry, or with few inliers after step 3, is undecided: all its features
-// are matched by cells (descriptor_cells.h), a fifth of the full product. Guided matching finds
-// some support for a false geometry, too; that product does so less. A pair with few coarse matches
-// is no pair without overlap: of 312 true pairs of south-building 11 have fewer than 8 among the
-// 2,048 coarsest (docs/experiments/cascade.md).
+// The geometry is searched among the matches of all features, as the coarsest may have another one
+// where structures repeat. The ratio test compares with all features that look alike. Matching
+// along the epipolar lines compares with those near the line alone: where structures repeat its
+// further matches are false or less exact (docs/experiments/cascade.md). A pair with few coarse
+// matches is no pair without overlap: of 312 true pairs of south-building 11 have fewer than 8
+// among the 2,048 coarsest.
 //
 // Photos with few features, or without cells, are matched in full.
 
 #include "estimators/two_view_geometry.h"
-#include "matching/guided.h"
 #include "matching/kernel.h"
 #include "matching/photo_features.h"
 #include "matching/two_view.h"
@@ -33,8 +35,8 @@ struct PairMatcherOptions {
 
 struct PairResult {
   colmap::TwoViewGeometry geometry;  // as of EstimateTwoView, from the first photo to the second
+  bool by_close_cells = false;       // the cascade ended with its step 2
   double product_s = 0;              // times on the clock, s: products of descriptors
-  double guided_s = 0;
   double geometry_s = 0;
 };
 
@@ -50,16 +52,19 @@ class PairMatcher {
   // Each adds its times to the result and replaces its geometry.
   void Verify(const PhotoFeatures& first, const PhotoFeatures& second,
               const colmap::FeatureMatches& matches, PairResult* result) const;
-  void MatchAll(const PhotoFeatures& first, const PhotoFeatures& second, bool by_cells,
-                PairResult* result);
+  void MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
+  // `others`: of the second photo's cells.
+  colmap::FeatureMatches MatchByCells(const PhotoFeatures& first, const PhotoFeatures& second,
+                                      const CellLists& others, PairResult* result);
   colmap::FeatureMatches MatchCoarsest(const PhotoFeatures& first, const PhotoFeatures& second);
-  // Whether the look verifies the pair. If so result->geometry is of the coarse features.
+  // Whether the look verifies the pair.
   bool LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
-  void MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
+  // Whether half of the matches by close cells agree.
+  bool MatchByCloseCells(const PhotoFeatures& first, const PhotoFeatures& second,
+                         PairResult* result);
 
   PairMatcherOptions options_;
   DescriptorMatcher matcher_;
-  GuidedMatcher guided_;
 };
 
 // Seed of a pair's robust estimation.

@@ -50,6 +50,11 @@ class Cascade : public testing::Test {
     return photo;
   }
 
+  // Feature i of `b` as from (x, y, 0), if that of `a` is from the origin.
+  void Move(double x, double y, size_t i, const PhotoFeatures& a, PhotoFeatures* b) const {
+    b->points[i] = a.points[i] - Eigen::Vector2d(x, y) * kFocalPx / points_[i].z();
+  }
+
   // Around random descriptors.
   static Codebook CodebookOfCells(int num_cells) {
     std::mt19937 random(7);
@@ -96,9 +101,9 @@ TEST_F(Cascade, MatchesAnOverlappingPairWithoutTheFullProduct) {
   const PhotoFeatures a = Photo(2, 0, Each(2)), b = Photo(1, 0.5, Each(2));
   const PairResult result = Match(a, b, true);
   EXPECT_EQ(result.geometry.config, colmap::TwoViewGeometry::CALIBRATED);
-  EXPECT_GT(result.guided_s, 0);
+  EXPECT_TRUE(result.by_close_cells);
   EXPECT_GE(result.geometry.inlier_matches.size(),
-            Match(a, b, false).geometry.inlier_matches.size());
+            0.97 * Match(a, b, false).geometry.inlier_matches.size());
   size_t num_false = 0;
   for (const auto& match : result.geometry.inlier_matches) {
     num_false += match.point2D_idx1 != match.point2D_idx2;
@@ -110,7 +115,7 @@ TEST_F(Cascade, MatchesAnOverlappingPairWithoutTheFullProduct) {
 TEST_F(Cascade, FindsNoOverlapWhereThereIsNone) {
   const PairResult result = Match(Photo(2, 0, None()), Photo(1, 0.5, None()), true);
   EXPECT_FALSE(IsVerified(result.geometry));
-  EXPECT_EQ(result.guided_s, 0);
+  EXPECT_FALSE(result.by_close_cells);
 }
 
 // Six of the 1,024 coarsest are common, too few for a geometry, and a hundred of the others.
@@ -120,31 +125,62 @@ TEST_F(Cascade, MatchesAllFeaturesWhereTheCoarsestLeaveItUndecided) {
   ExpectAsInFull(a, b);
   const PairResult result = Match(a, b, true);
   EXPECT_TRUE(IsVerified(result.geometry));
-  EXPECT_EQ(result.guided_s, 0);
+  EXPECT_FALSE(result.by_close_cells);
   EXPECT_GE(result.geometry.inlier_matches.size(), 100u);
 }
 
-// 18 coarse features are enough for a geometry; the 84 inliers of the pair are not for guided ones.
-TEST_F(Cascade, MatchesAllFeaturesOfWhatHasFewInliers) {
-  const PhotoFeatures a = Photo(2, 0, Each(60)), b = Photo(1, 0.5, Each(60));
+// 51 of 250 common features are among the coarsest.
+TEST_F(Cascade, TheCoarsestDoNotDecideOnTheGeometry) {
+  const PhotoFeatures a = Photo(2, 0, Each(20));
+  PhotoFeatures b = Photo(1, 0.5, Each(20));
+  for (size_t i = 0; i < kMaxCoarse; i += 20) Move(0, 0.5, i, a, &b);
   const PairResult result = Match(a, b, true);
-  EXPECT_GT(result.guided_s, 0);
-  EXPECT_LT(result.geometry.inlier_matches.size(), 200u);
+  EXPECT_TRUE(result.by_close_cells);
+  EXPECT_GE(result.geometry.inlier_matches.size(), 190u);
+  EXPECT_NEAR(std::abs(result.geometry.tvec[0]), 1, 1e-2);
   ExpectAsInFull(a, b);
+}
+
+TEST_F(Cascade, MatchesByNearCellsWhereFewerThanHalfAgree) {
+  const PhotoFeatures a = Photo(2, 0, Each(20));
+  PhotoFeatures b = Photo(1, 0.5, Each(20));
+  for (size_t i = 0; i < kNumFeatures; i += 20) {
+    if (i < kMaxCoarse) {
+      Move(0, 0.5, i, a, &b);
+    } else if (i % 40 == 0) {
+      Move(-0.5, 0.5, i, a, &b);
+    }
+  }
+  EXPECT_FALSE(Match(a, b, true).by_close_cells);
+  EXPECT_TRUE(IsVerified(Match(a, b, true).geometry));
+  ExpectAsInFull(a, b);
+}
+
+// Every other feature looks like three others of its photo, which lie on other epipolar lines.
+TEST_F(Cascade, TakesNoMatchThatTheFullProductRefusesAsAmbiguous) {
+  for (size_t i = 1; i < kNumFeatures; i += 2) {
+    const auto alike = descriptors_.begin() + (i / 8 * 8 + 1) * kDescriptorDim;
+    std::copy(alike, alike + kDescriptorDim, descriptors_.begin() + i * kDescriptorDim);
+  }
+  const PhotoFeatures a = Photo(2, 0, Each(1)), b = Photo(1, 0.5, Each(1));
+  const PairResult result = Match(a, b, true);
+  EXPECT_TRUE(result.by_close_cells);
+  EXPECT_GE(result.geometry.inlier_matches.size(), 1500u);
+  for (const auto& match : result.geometry.inlier_matches) EXPECT_EQ(match.point2D_idx1 % 2, 0u);
 }
 
 TEST_F(Cascade, MatchesInFullPhotosWithoutCellsOrWithFewFeatures) {
   PhotoFeatures a = Photo(2, 0, Each(1)), b = Photo(1, 0.5, Each(1));
   a.index = FeatureIndex();
   ExpectAsInFull(a, b);
-  EXPECT_EQ(Match(a, b, true).guided_s, 0);
+  EXPECT_EQ(Match(a, b, true).by_close_cells, false);
   for (PhotoFeatures* photo : {&a, &b}) {
     photo->points.resize(900);
     photo->descriptors.resize(900 * kDescriptorDim);
     photo->index =
         MakeFeatureIndex(photo->points, std::vector<float>(900, 1), photo->descriptors, &cells_);
   }
-  EXPECT_EQ(Match(a, b, true).guided_s, 0);
+  EXPECT_EQ(Match(a, b, true).by_close_cells, false);
   EXPECT_TRUE(IsVerified(Match(a, b, true).geometry));
 }
 

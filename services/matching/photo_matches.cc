@@ -38,7 +38,7 @@ bool ComesBefore(const TwoViewPair& a, const TwoViewPair& b) {
 
 void PhotoMatches::Add(int64_t other_id, const PairResult& result) {
   ++num_tried;
-  match_s += result.product_s + result.guided_s;
+  match_s += result.product_s;
   verify_s += result.geometry_s;
   if (!IsVerified(result.geometry)) return;
   TwoViewPair pair = ToTwoViewPair(other_id, result.geometry);

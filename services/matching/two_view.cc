@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "core/option_check.h"
@@ -25,13 +26,48 @@ constexpr double kMaxHInlierRatio = 0.8;
 // Even when all matches must be inliers, some samples are too close together for a good model.
 constexpr double kMaxAssumedInlierRatio = 0.7;
 
-using EssentialRansac =
-    colmap::LORANSAC<FivePointEstimator, colmap::EssentialMatrixFivePointEstimator>;
+// Samples of the first, surest matches, more of them with each draw (PROSAC; Chum and Matas 2005,
+// equation 3 in closed form).
+class SurestFirstSampler : public colmap::Sampler {
+ public:
+  explicit SurestFirstSampler(size_t sample_size) : sample_size_(sample_size) {}
+
+  void Initialize(size_t num_matches) override {
+    num_matches_ = num_matches;
+    num_drawn_ = 0;
+  }
+
+  size_t MaxNumSamples() override { return std::numeric_limits<size_t>::max(); }
+
+  std::vector<size_t> Sample() override {
+    constexpr double kUniformAfter = 200000;  // draws; Chum and Matas, section 2.1
+    const double share = std::pow(++num_drawn_ / kUniformAfter, 1.0 / sample_size_);
+    const auto wanted = static_cast<size_t>(std::ceil(share * num_matches_));
+    const size_t num_surest = std::clamp(wanted, sample_size_, num_matches_);
+    std::vector<size_t> sample;
+    while (sample.size() < sample_size_) {
+      const size_t i = colmap::RandomInteger<uint32_t>(0, static_cast<uint32_t>(num_surest - 1));
+      if (std::find(sample.begin(), sample.end(), i) == sample.end()) sample.push_back(i);
+    }
+    return sample;
+  }
+
+ private:
+  size_t sample_size_, num_matches_ = 0;
+  double num_drawn_ = 0;
+};
+
+template <typename Estimator, typename LocalEstimator>
+using SurestFirst =
+    colmap::LORANSAC<Estimator, LocalEstimator, colmap::InlierSupportMeasurer, SurestFirstSampler>;
+using EssentialRansac = SurestFirst<FivePointEstimator, colmap::EssentialMatrixFivePointEstimator>;
 using ColmapEssentialRansac = colmap::LORANSAC<colmap::EssentialMatrixFivePointEstimator,
                                                colmap::EssentialMatrixFivePointEstimator>;
-using FundamentalRansac = colmap::LORANSAC<colmap::FundamentalMatrixSevenPointEstimator,
-                                           colmap::FundamentalMatrixEightPointEstimator>;
-using HomographyRansac = colmap::LORANSAC<FourPointEstimator, colmap::HomographyMatrixEstimator>;
+using FundamentalRansac = SurestFirst<colmap::FundamentalMatrixSevenPointEstimator,
+                                      colmap::FundamentalMatrixEightPointEstimator>;
+using ColmapFundamentalRansac = colmap::LORANSAC<colmap::FundamentalMatrixSevenPointEstimator,
+                                                 colmap::FundamentalMatrixEightPointEstimator>;
+using HomographyRansac = SurestFirst<FourPointEstimator, colmap::HomographyMatrixEstimator>;
 using ColmapHomographyRansac =
     colmap::LORANSAC<colmap::HomographyMatrixEstimator, colmap::HomographyMatrixEstimator>;
 
@@ -138,9 +174,8 @@ Model Support(const Eigen::Matrix3d& matrix, const std::vector<Eigen::Vector2d>&
 }
 
 // Local optimisation as in LO-RANSAC: a fit to the inliers as long as it lowers the truncated sum
-// of squared errors (MSAC; Torr and Zisserman 2000). The number of inliers would not do: of guided
-// matches all are inliers of their guide. Some hundred inliers, spread evenly over the list,
-// determine a model as well as all.
+// of squared errors (MSAC; Torr and Zisserman 2000). Some hundred inliers, spread evenly over the
+// list, determine a model as well as all.
 template <typename Estimator>
 Model Refine(const Eigen::Matrix3d& start, const std::vector<Eigen::Vector2d>& points1,
              const std::vector<Eigen::Vector2d>& points2, double max_error) {
@@ -167,22 +202,6 @@ Model Refine(const Eigen::Matrix3d& start, const std::vector<Eigen::Vector2d>& p
   return best;
 }
 
-Models RefineModels(const colmap::Camera& camera1, const colmap::Camera& camera2,
-                    const Correspondences& c, const TwoViewGeometry& start,
-                    const TwoViewOptions& options) {
-  Models models;
-  if (HavePriors(camera1, camera2)) {
-    models.E = Refine<colmap::EssentialMatrixFivePointEstimator>(
-        start.E, c.normalized1, c.normalized2,
-        NormalizedError(camera1, camera2, options.max_error_px));
-  }
-  models.F = Refine<colmap::FundamentalMatrixEightPointEstimator>(start.F, c.points1, c.points2,
-                                                                  options.max_error_px);
-  models.H = Refine<colmap::HomographyMatrixEstimator>(start.H, c.points1, c.points2,
-                                                       options.max_error_px);
-  return models;
-}
-
 // As COLMAP: a search of its own for each model, in COLMAP's order, as each draws random numbers.
 Models SearchEachModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
                        const Correspondences& c, const TwoViewOptions& options) {
@@ -194,8 +213,8 @@ Models SearchEachModel(const colmap::Camera& camera1, const colmap::Camera& came
     models.E = Search(ColmapEssentialRansac(RansacOptions(options, max_error, 0, n)), c.normalized1,
                       c.normalized2);
   }
-  models.F =
-      Search(FundamentalRansac(RansacOptions(options, max_error_px, 0, n)), c.points1, c.points2);
+  models.F = Search(ColmapFundamentalRansac(RansacOptions(options, max_error_px, 0, n)), c.points1,
+                    c.points2);
   models.H = Search(ColmapHomographyRansac(RansacOptions(options, max_error_px, 0, n)), c.points1,
                     c.points2);
   return models;
@@ -372,26 +391,6 @@ TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
   colmap::SetPRNGSeed(seed);
   return Conclude(camera1, points1, camera2, points2, matches, c,
                   SearchModels(camera1, camera2, c, options), options);
-}
-
-TwoViewGeometry RefineTwoView(const colmap::Camera& camera1,
-                              const std::vector<Eigen::Vector2d>& points1,
-                              const colmap::Camera& camera2,
-                              const std::vector<Eigen::Vector2d>& points2,
-                              const colmap::FeatureMatches& matches, const TwoViewGeometry& start,
-                              const TwoViewOptions& options) {
-  ThrowUnlessSound(options.Check());
-  const Correspondences c = Gather(camera1, points1, camera2, points2, matches);
-  return Conclude(camera1, points1, camera2, points2, matches, c,
-                  RefineModels(camera1, camera2, c, start, options), options);
-}
-
-Eigen::Matrix3d EpipolarModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
-                              const TwoViewGeometry& geometry) {
-  if (!HavePriors(camera1, camera2) || geometry.config == TwoViewGeometry::UNCALIBRATED) {
-    return geometry.F;
-  }
-  return FundamentalFromEssential(geometry.E, camera1, camera2);
 }
 
 bool IsVerified(const TwoViewGeometry& geometry) {
