@@ -1,6 +1,7 @@
 #include "matching/pair_matcher.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/clock.h"
 #include "core/option_check.h"
@@ -79,9 +80,10 @@ PairMatcher::PairMatcher(const PairMatcherOptions& options)
 void PairMatcher::Verify(const PhotoFeatures& first, const PhotoFeatures& second,
                          const colmap::FeatureMatches& matches, PairResult* result) const {
   const Stopwatch watch(&result->geometry_s);
-  result->geometry =
-      EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
-                      PairSeed(first.image_id, second.image_id), options_.two_view);
+  PairEstimate estimate = EstimateWithoutOverlay(
+      first, second, matches, PairSeed(first.image_id, second.image_id), options_.two_view);
+  result->geometry = std::move(estimate.geometry);
+  result->evidence = std::move(estimate.evidence);
 }
 
 void PairMatcher::MatchAll(const PhotoFeatures& first, const PhotoFeatures& second, bool by_cells,
@@ -118,6 +120,13 @@ bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& sec
   return IsVerified(result->geometry);
 }
 
+bool PairMatcher::MostStandStill(const PhotoFeatures& first, const PhotoFeatures& second,
+                                 const colmap::TwoViewGeometry& geometry) const {
+  const std::vector<char> still =
+      StandStill(first, second, geometry.inlier_matches, options_.two_view.max_error_px);
+  return 2 * std::count(still.begin(), still.end(), 1) > static_cast<ptrdiff_t>(still.size());
+}
+
 void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second,
                               PairResult* result) {
   colmap::FeatureMatches matches;
@@ -126,24 +135,33 @@ void PairMatcher::MatchGuided(const PhotoFeatures& first, const PhotoFeatures& s
     matches = ToColmap(
         guided_.Match(first, second, EpipolarModel(first.camera, second.camera, result->geometry)));
   }
+  LeaveOutOverlay(first, second, options_.two_view.max_error_px, &matches, &result->evidence);
   const Stopwatch watch(&result->geometry_s);
   result->geometry = RefineTwoView(first.camera, first.points, second.camera, second.points,
                                    matches, result->geometry, options_.two_view);
 }
 
-PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& second) {
-  PairResult result;
+void PairMatcher::MatchByCascade(const PhotoFeatures& first, const PhotoFeatures& second,
+                                 PairResult* result) {
   if (!options_.cascade || !CanCascade(first) || !CanCascade(second)) {
-    MatchAll(first, second, false, &result);
-    return result;
+    MatchAll(first, second, false, result);
+    return;
   }
-  if (LookFirst(first, second, &result)) {
-    MatchGuided(first, second, &result);
-    if (IsVerified(result.geometry) && result.geometry.inlier_matches.size() >= kMinGuidedInliers) {
-      return result;
+  if (LookFirst(first, second, result) && !MostStandStill(first, second, result->geometry)) {
+    MatchGuided(first, second, result);
+    if (IsVerified(result->geometry) &&
+        result->geometry.inlier_matches.size() >= kMinGuidedInliers) {
+      return;
     }
   }
-  MatchAll(first, second, true, &result);
+  MatchAll(first, second, true, result);
+}
+
+PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& second) {
+  PairResult result;
+  MatchByCascade(first, second, &result);
+  result.stand_still =
+      StandStill(first, second, result.geometry.inlier_matches, options_.two_view.max_error_px);
   return result;
 }
 

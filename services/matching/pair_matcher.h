@@ -18,6 +18,7 @@
 #include "estimators/two_view_geometry.h"
 #include "matching/guided.h"
 #include "matching/kernel.h"
+#include "matching/overlay.h"
 #include "matching/photo_features.h"
 #include "matching/two_view.h"
 
@@ -33,7 +34,9 @@ struct PairMatcherOptions {
 
 struct PairResult {
   colmap::TwoViewGeometry geometry;  // as of EstimateTwoView, from the first photo to the second
-  double product_s = 0;              // times on the clock, s: products of descriptors
+  OverlayEvidence evidence;
+  std::vector<char> stand_still;  // of geometry.inlier_matches (overlay.h)
+  double product_s = 0;           // times on the clock, s: products of descriptors
   double guided_s = 0;
   double geometry_s = 0;
 };
@@ -55,6 +58,11 @@ class PairMatcher {
   colmap::FeatureMatches MatchCoarsest(const PhotoFeatures& first, const PhotoFeatures& second);
   // Whether the look verifies the pair. If so result->geometry is of the coarse features.
   bool LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
+  // Of the inliers. Then the look tells nothing of what moves, and guided matching finds none of
+  // it.
+  bool MostStandStill(const PhotoFeatures& first, const PhotoFeatures& second,
+                      const colmap::TwoViewGeometry& geometry) const;
+  void MatchByCascade(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
   void MatchGuided(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
 
   PairMatcherOptions options_;
