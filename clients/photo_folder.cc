@@ -12,8 +12,10 @@
 #include <random>
 
 #include "codecs/exif_reader.h"
+#include "codecs/image_decoding.h"
 #include "core/file.h"
 #include "photo/heif.h"
+#include "photo/image_view.h"
 #include "photo/photo_header.h"
 #include "photo/photo_name.h"
 
@@ -125,8 +127,15 @@ Bytes ExifSegment(const Bytes& photo, PhotoFormat format) {
 }
 
 Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
-  cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  if (image.empty()) return bytes;
+  const Result<cv::Mat> decoded = DecodePhoto(bytes);
+  if (!decoded.ok()) return bytes;
+  cv::Mat image = *decoded;
+  const int orientation = ReadOrientation(bytes, header.format);
+  if (header.format == PhotoFormat::kTiff) {
+    image = UprightView(image, orientation);  // its orientation is lost below
+  } else if (IsMirrored(orientation)) {
+    cv::flip(image, image, 1);  // as stored, as the orientation stays
+  }
   const double scale = static_cast<double>(max_size_px) / std::max(image.cols, image.rows);
   cv::Mat small;
   const cv::Size size(std::max(1, cvRound(image.cols * scale)),

@@ -172,6 +172,27 @@ TEST_F(PhotoFolderTest, ShrinksAPhotoAndKeepsWhatItSaysOfItself) {
   EXPECT_NEAR(*after.focal_px, 0.5 * *before.focal_px, 1e-9) << "of the size that is sent";
 }
 
+TEST_F(PhotoFolderTest, ShrinksAMirroredPhotoAsItIsStored) {
+  cv::Mat image(480, 640, CV_8UC3, cv::Scalar::all(20));
+  image.colRange(0, 320).setTo(cv::Scalar::all(220));
+  ExifBuilder exif;
+  exif.Short(0, 0x0112, 2);
+  const Bytes small = *ReadPhoto(Write("a.jpg", exif.Into(Encode(image, ".jpg"))), 320);
+  EXPECT_EQ(ReadExif(small, *ReadPhotoHeader(small)).orientation, 2);
+  const cv::Mat stored = cv::imdecode(small, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  EXPECT_NEAR(stored.at<cv::Vec3b>(100, 40)[0], 220, 5);
+  EXPECT_NEAR(stored.at<cv::Vec3b>(100, 280)[0], 20, 5);
+}
+
+TEST_F(PhotoFolderTest, ShrinksADeepPhotoByItsOwnRange) {
+  cv::Mat1w counts(300, 400, uint16_t{7000});
+  counts.colRange(200, 400).setTo(8900);
+  const Bytes small = *ReadPhoto(Write("a.tiff", Encode(counts, ".tiff")), 200);
+  const cv::Mat shrunk = cv::imdecode(small, cv::IMREAD_COLOR);
+  EXPECT_NEAR(shrunk.at<cv::Vec3b>(70, 40)[0], 0, 5);
+  EXPECT_NEAR(shrunk.at<cv::Vec3b>(70, 160)[0], 255, 5);
+}
+
 TEST_F(PhotoFolderTest, ShrinksAPngToAJpegWithItsExif) {
   const Bytes plain = Encode(Noise(300, 200), ".png");
   const Bytes small = *ReadPhoto(Write("a.png", PngWithExif(plain, PhoneExif().Tiff())), 150);

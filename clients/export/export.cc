@@ -11,6 +11,7 @@
 #include "clients/export/database.h"
 #include "clients/export/georeferenced.h"
 #include "clients/export/picture.h"
+#include "clients/export/unmirrored.h"
 #include "clients/progress_bar.h"
 #include "clients/subcommand.h"
 #include "core/file.h"
@@ -98,6 +99,17 @@ void ExportDatabase(const ExportOptions& options) {
             << " verified pairs" << std::endl;
 }
 
+void ExportUnmirrored(const ExportOptions& options) {
+  const fs::path folder = fs::path(options.output) / "unmirrored";
+  const Result<int> count = WriteUnmirrored(SessionPaths{options.session}, folder);
+  if (!count) throw std::runtime_error(count.error());
+  if (*count == 0) return;
+  std::cout << folder.string() << ": " << *count
+            << " photos that are stored as mirror images, as the models have them; other programs "
+               "need them in place of those in images/"
+            << std::endl;
+}
+
 // Empty when the options go together; else what to do.
 std::string CheckOptions(const ExportOptions& options, bool database) {
   if (options.session.empty() == options.model.empty()) return "give --session or --model";
@@ -142,6 +154,7 @@ int RunExport(int argc, char** argv) {
     return kExitUsage;
   }
   if (database && !options.output.empty()) ExportDatabase(options);
+  if (!options.session.empty() && !options.output.empty()) ExportUnmirrored(options);
   const bool only_database = database && options.formats.size() == 1;
   if (only_database && options.picture.empty()) return kExitOk;
 

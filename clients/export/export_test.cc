@@ -6,6 +6,7 @@
 
 #include "blobs/blob_store.h"
 #include "clients/export/database.h"
+#include "clients/export/unmirrored.h"
 #include "core/file.h"
 #include "export/model_writer.h"
 #include "export/session_models.h"
@@ -14,6 +15,7 @@
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
 #include "testing/test_folder.h"
+#include "testing/test_photos.h"
 
 namespace skein {
 namespace {
@@ -123,10 +125,39 @@ class ExportTest : public testing::Test {
     return models.ok() ? std::move(*models) : std::vector<ExportModel>();
   }
 
+  // Left half bright, as stored.
+  void CommitStoredPhoto(int64_t id, int orientation) {
+    cv::Mat pixels(80, 96, CV_8UC3, cv::Scalar::all(20));
+    pixels.colRange(0, 48).setTo(cv::Scalar::all(220));
+    ExifBuilder exif;
+    exif.Short(0, 0x0112, static_cast<uint16_t>(orientation));
+    image_t image{};
+    image.image_id = id;
+    image.agent = "alice";
+    image.name = std::to_string(id) + ".jpg";
+    image.orientation = static_cast<int8_t>(orientation);
+    image.blob_id = Put(exif.Into(Encode(pixels, ".jpg")));
+    Commit(image, "image/" + std::to_string(id));
+  }
+
   TestFolder folder_;
   const SessionPaths paths_{folder_.path()};
   std::unique_ptr<Ledger> ledger_;
 };
+
+TEST_F(ExportTest, WritesMirroredPhotosAsTheModelsHaveThem) {
+  const fs::path out = folder_ / "unmirrored";
+  CommitStoredPhoto(1, 1);
+  CommitStoredPhoto(2, 6);
+  EXPECT_EQ(*WriteUnmirrored(paths_, out), 0);
+  EXPECT_FALSE(fs::exists(out));
+  CommitStoredPhoto(3, 5);
+  ASSERT_EQ(*WriteUnmirrored(paths_, out), 1);
+  const cv::Mat flipped = cv::imread((out / "alice" / "3.jpg").string());
+  ASSERT_EQ(flipped.size(), cv::Size(96, 80));
+  EXPECT_NEAR(flipped.at<cv::Vec3b>(40, 10)[0], 20, 5);
+  EXPECT_NEAR(flipped.at<cv::Vec3b>(40, 85)[0], 220, 5);
+}
 
 TEST_F(ExportTest, TakesTheNewestModelOfEachLivingSubmapLargestFirst) {
   CommitModel(1, submap_model_t::CHECKPOINT, 2);

@@ -200,6 +200,11 @@ std::optional<double> SensorWidthMm(const ExifReader& exif, const Exif& info,
   return std::nullopt;
 }
 
+int OrientationOf(const ExifReader& exif) {
+  const int orientation = exif.Short(EXIF_IFD_0, EXIF_TAG_ORIENTATION).value_or(1);
+  return orientation >= 1 && orientation <= 8 ? orientation : 1;
+}
+
 std::optional<double> ReadFocal(const ExifReader& exif, const Exif& info,
                                 const PhotoHeader& header) {
   const double longer_px = static_cast<double>(std::max(header.width_px, header.height_px));
@@ -219,12 +224,16 @@ std::optional<double> ReadFocal(const ExifReader& exif, const Exif& info,
 
 }  // namespace
 
+int ReadOrientation(ByteView bytes, PhotoFormat format) {
+  const ExifHandle handle = Load(bytes, format);
+  return OrientationOf(ExifReader(handle.get()));
+}
+
 Exif ReadExif(ByteView bytes, const PhotoHeader& header) {
   const ExifHandle handle = Load(bytes, header.format);
   const ExifReader exif(handle.get());
   Exif info;
-  const int orientation = exif.Short(EXIF_IFD_0, EXIF_TAG_ORIENTATION).value_or(1);
-  if (orientation >= 1 && orientation <= 8) info.orientation = orientation;
+  info.orientation = OrientationOf(exif);
   info.make = exif.Ascii(EXIF_IFD_0, EXIF_TAG_MAKE);
   info.model = exif.Ascii(EXIF_IFD_0, EXIF_TAG_MODEL);
   info.focal_px = ReadFocal(exif, info, header);

@@ -16,4 +16,7 @@ namespace skein {
 //  - FocalLength with the sensor's width from COLMAP's camera database.
 Exif ReadExif(ByteView bytes, const PhotoHeader& header);
 
+// Its orientation alone, 1..8; 1 without one.
+int ReadOrientation(ByteView bytes, PhotoFormat format);
+
 }  // namespace skein

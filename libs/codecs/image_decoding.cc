@@ -1,9 +1,15 @@
 #include "codecs/image_decoding.h"
 
+#include <cstring>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "codecs/deep_pixels.h"
+#include "codecs/exif_reader.h"
+#include "photo/exif.h"
 
 namespace skein {
 namespace {
@@ -60,6 +66,49 @@ int FlagsOf(int reduction) {
   }
 }
 
+// Of the values that 16 bits hold, a photo that uses less than half gains a bit by stretching.
+constexpr double kNarrowRange = 128;  // grey levels of 8 bits
+
+// Decodes to 8-bit BGR. OpenCV cuts deep pixels to their upper 8 bits; of a narrow range, such as a
+// thermal camera's counts, nothing would be left. OpenCV decodes no 32-bit samples to 8 bits.
+cv::Mat DecodeToEightBits(const cv::Mat& encoded, int flags, int bits_per_channel) {
+  cv::Mat image;
+  if (bits_per_channel <= 16) image = cv::imdecode(encoded, flags);
+  if (bits_per_channel <= 8) return image;
+  if (!image.empty()) {
+    const cv::Vec2d range = ValueRange(image);
+    if (range[1] - range[0] >= kNarrowRange) return image;
+  }
+  const cv::Mat deep = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
+  if (deep.empty() || deep.depth() == CV_8U) return image;
+  const cv::Vec2d range = ValueRange(deep);
+  return image.empty() || range[0] < range[1] ? StretchToEightBits(deep, range) : image;
+}
+
+// libtiff turns a TIFF upright whatever it is told. `upright` -> as stored, unmirrored.
+void UndoTiffOrientation(int orientation, cv::Mat* upright) {
+  switch (RotationOf(orientation)) {
+    case 3:
+      cv::flip(*upright, *upright, -1);
+      break;
+    case 6:
+      cv::rotate(*upright, *upright, cv::ROTATE_90_COUNTERCLOCKWISE);
+      break;
+    case 8:
+      cv::rotate(*upright, *upright, cv::ROTATE_90_CLOCKWISE);
+      break;
+    default:
+      break;
+  }
+}
+
+// JPEG has 8 bits; libjpeg decodes no other.
+int BitsPerChannel(const PhotoHeader& header, ByteView bytes) {
+  if (header.format == PhotoFormat::kJpeg) return 8;
+  const Result<PhotoHeader> whole = ReadPhotoHeader(bytes);
+  return whole.ok() ? whole->bits_per_channel : 8;
+}
+
 }  // namespace
 
 Result<cv::Mat> DecodePhoto(ByteView bytes, int64_t max_pixels) {
@@ -77,11 +126,18 @@ Result<cv::Mat> DecodePhotoOf(const PhotoHeader& header, ByteView bytes, int red
                         const_cast<uint8_t*>(bytes.data()));
   cv::Mat image;
   try {
-    image = cv::imdecode(encoded, FlagsOf(reduction) | cv::IMREAD_IGNORE_ORIENTATION);
+    image = DecodeToEightBits(encoded, FlagsOf(reduction) | cv::IMREAD_IGNORE_ORIENTATION,
+                              BitsPerChannel(header, bytes));
   } catch (const cv::Exception& error) {
     return DataLoss(name + " cannot be decoded: " + error.err);
   }
   if (image.empty() || image.type() != CV_8UC3) return DataLoss(name + " cannot be decoded");
+  const int orientation = ReadOrientation(bytes, header.format);
+  if (header.format == PhotoFormat::kTiff) {
+    UndoTiffOrientation(orientation, &image);
+  } else if (IsMirrored(orientation)) {
+    cv::flip(image, image, 1);
+  }
   if (image.size() != SizeOf(header, reduction)) {
     return DataLoss(name + " decodes to another size than its header claims");
   }
@@ -92,7 +148,11 @@ Status DecodePhotoInto(const PhotoHeader& header, ByteView bytes, int reduction,
   const PixelAllocator allocator(SizeOf(header, reduction), pixels);
   const Result<cv::Mat> image = DecodePhotoOf(header, bytes, reduction);
   if (!image.ok()) return image.status();
-  return image->data == pixels ? Status::Ok() : Status::Error("pixels are not where they belong");
+  if (image->data == pixels) return Status::Ok();
+  if (header.format == PhotoFormat::kJpeg) return Status::Error("pixels are not where they belong");
+  // Those of a deep photo or of a turned TIFF are made in two steps.
+  std::memcpy(pixels, image->data, image->total() * image->elemSize());
+  return Status::Ok();
 }
 
 }  // namespace skein

@@ -9,8 +9,11 @@
 
 namespace skein {
 
-// Decodes a photo to 8-bit BGR with its pixels as stored: EXIF orientation is not applied, as in
-// COLMAP. Grey, 16-bit and CMYK photos are converted. Error: not a photo, truncated, or more than
+// Decodes a photo to 8-bit BGR. EXIF's rotation is not applied, as in COLMAP. A mirrored photo
+// (IsMirrored) is flipped left to right, so that it shows the scene by a rigid camera: column x of
+// the result is column width - 1 - x as stored. Grey and CMYK photos are converted. Of 16 bits the
+// upper 8 are taken; if the photo's values span less than half of them, and of 32-bit samples,
+// their range becomes 0 to 255 (deep_pixels.h). Error: not a photo, truncated, or more than
 // `max_pixels` by its header.
 Result<cv::Mat> DecodePhoto(ByteView bytes, int64_t max_pixels = 400'000'000);
 

@@ -14,7 +14,8 @@
 // Contents of blobs. Every encoding starts with a four-letter identifier and a uint32 version, is
 // little endian, and has one valid byte sequence for a value. Decoding checks identifier, version
 // and every count against the bytes. Bytes left over are an error. Pixels are full-resolution
-// pixels of the photo as stored; the centre of the upper-left pixel is (0.5, 0.5).
+// pixels of the photo as stored, flipped left to right if that is a mirror image (photo/exif.h);
+// the centre of the upper-left pixel is (0.5, 0.5).
 namespace skein {
 
 struct Keypoint {

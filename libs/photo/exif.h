@@ -12,6 +12,18 @@ struct GpsPosition {
   double altitude_m = 0;     // as the device reports it, 0 if it doesn't
 };
 
+// EXIF orientations 2, 4, 5 and 7: the pixels as stored are a mirror image of the scene.
+inline bool IsMirrored(int orientation) {
+  return orientation == 2 || orientation == 4 || orientation == 5 || orientation == 7;
+}
+
+// The orientation that is left when the pixels as stored are flipped left to right if they are
+// mirrored: 1, 3, 6 or 8. `orientation` 1..8; others count as 1.
+inline int RotationOf(int orientation) {
+  constexpr int kRotation[9] = {1, 1, 1, 3, 3, 8, 6, 6, 8};
+  return orientation >= 1 && orientation <= 8 ? kRotation[orientation] : 1;
+}
+
 // What EXIF says; what is absent or absurd is left unset.
 struct Exif {
   int orientation = 1;  // 1..8

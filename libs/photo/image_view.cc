@@ -3,20 +3,19 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "photo/exif.h"
+
 namespace skein {
 
-cv::Mat UprightView(const cv::Mat& as_stored, int exif_orientation) {
-  cv::Mat view = as_stored;
-  if (exif_orientation >= 5 && exif_orientation <= 8) cv::transpose(as_stored, view);
-  // OpenCV's flip codes: 1 left-right, 0 upside down, -1 both.
-  static constexpr int kNoFlip = 2;
-  static constexpr int kFlip[9] = {kNoFlip, kNoFlip, 1, -1, 0, kNoFlip, 1, -1, 0};
-  const int flip =
-      exif_orientation >= 1 && exif_orientation <= 8 ? kFlip[exif_orientation] : kNoFlip;
-  if (flip == kNoFlip) return view;
-  cv::Mat flipped;
-  cv::flip(view, flipped, flip);
-  return flipped;
+cv::Mat UprightView(const cv::Mat& decoded, int exif_orientation) {
+  const int rotation = RotationOf(exif_orientation);
+  if (rotation == 1) return decoded;
+  cv::Mat view;
+  cv::rotate(decoded, view,
+             rotation == 3   ? cv::ROTATE_180
+             : rotation == 6 ? cv::ROTATE_90_CLOCKWISE
+                             : cv::ROTATE_90_COUNTERCLOCKWISE);
+  return view;
 }
 
 cv::Mat ShrinkTo(const cv::Mat& image, int max_side_px) {

@@ -4,8 +4,9 @@
 
 namespace skein {
 
-// Turns pixels as stored to the upright view. `exif_orientation` 1..8; others count as 1.
-cv::Mat UprightView(const cv::Mat& as_stored, int exif_orientation);
+// Turns a decoded photo, which is unmirrored (codecs/image_decoding.h), to the upright view.
+// `exif_orientation` 1..8; others count as 1.
+cv::Mat UprightView(const cv::Mat& decoded, int exif_orientation);
 
 // Shrinks (never enlarges) so that the longest side is at most `max_side_px`.
 cv::Mat ShrinkTo(const cv::Mat& image, int max_side_px);

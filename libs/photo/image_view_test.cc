@@ -2,11 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
+
+#include "photo/exif.h"
+
 namespace skein {
 namespace {
 
 TEST(UprightView, BringsTheMarkedCornerToTheUpperLeft) {
-  // Where the upright view's upper left pixel is stored, by orientation.
+  // Where the upright view's upper left pixel is stored, by orientation. A decoded photo is
+  // unmirrored: flipped left to right where it is stored as a mirror image.
   const cv::Size upright(3, 2);
   for (int orientation = 1; orientation <= 8; ++orientation) {
     const bool sideways = orientation >= 5;
@@ -17,7 +22,9 @@ TEST(UprightView, BringsTheMarkedCornerToTheUpperLeft) {
         orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
     stored.at<cv::Vec3b>(at_bottom ? stored.rows - 1 : 0, at_right ? stored.cols - 1 : 0) =
         cv::Vec3b::all(255);
-    const cv::Mat view = UprightView(stored, orientation);
+    cv::Mat decoded = stored;
+    if (IsMirrored(orientation)) cv::flip(stored, decoded, 1);
+    const cv::Mat view = UprightView(decoded, orientation);
     EXPECT_EQ(view.size(), upright) << orientation;
     EXPECT_EQ(view.at<cv::Vec3b>(0, 0)[0], 255) << orientation;
   }

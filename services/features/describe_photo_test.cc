@@ -93,6 +93,26 @@ TEST(DescribePhoto, DecodesALargeJpegInPartAndFindsTheSame) {
   }
 }
 
+// A photo that is stored as a mirror image has the features of the scene, where it is unmirrored.
+TEST(DescribePhoto, UnmirrorsWhatIsStoredMirrored) {
+  const auto decoder = *PhotoDecoder::Start();
+  SiftExtractor sift{SiftOptions()};
+  NoModel model;
+  const cv::Mat scene = Texture({640, 480});
+  const LocalFeatures of_scene = sift.Extract(scene);
+  for (const int orientation : {2, 4, 5, 7}) {
+    cv::Mat stored;
+    cv::flip(scene, stored, 1);
+    ExifBuilder exif;
+    exif.Short(0, 0x0112, static_cast<uint16_t>(orientation));
+    const Bytes photo = exif.Into(Encode(stored, ".jpg"));
+    const auto described =
+        DescribePhoto(decoder.get(), photo, 640, 480, orientation, &sift, 1, &model);
+    ASSERT_TRUE(described.ok()) << described.error();
+    EXPECT_GT(Compare(described->local, of_scene).found, 0.6) << orientation;
+  }
+}
+
 TEST(DescribePhoto, RefusesAPhotoOfAnotherSizeThanIngestRead) {
   const auto decoder = *PhotoDecoder::Start();
   SiftExtractor sift{SiftOptions()};

@@ -10,7 +10,7 @@ namespace skein {
 
 // Input of a back end.
 struct DescribedPhoto {
-  cv::Mat as_stored;         // 8-bit BGR
+  cv::Mat decoded;           // 8-bit BGR, unmirrored (photo/exif.h)
   int exif_orientation = 1;  // 1..8
   const LocalFeatures* features = nullptr;
 };

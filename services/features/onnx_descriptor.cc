@@ -215,8 +215,7 @@ cv::Mat OnnxModel::Forward(const cv::Mat& upright_bgr) {
 }
 
 std::vector<float> OnnxModel::Describe(const DescribedPhoto& photo) {
-  const cv::Mat output =
-      Forward(UprightView(photo.as_stored, photo.exif_orientation)).reshape(1, 1);
+  const cv::Mat output = Forward(UprightView(photo.decoded, photo.exif_orientation)).reshape(1, 1);
   const double norm = cv::norm(output);
   if (!(norm > 0) || !std::isfinite(norm)) return {};
   std::vector<float> values;

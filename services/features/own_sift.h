@@ -22,6 +22,7 @@ class OwnSift {
     float angle_rad = 0;
   };
 
+  std::vector<Extremum> FindExtrema(const cv::Mat& grey, int threads);
   std::vector<Oriented> Orient(const std::vector<Extremum>& extrema, int threads) const;
   template <typename T, typename Get>
   std::vector<T> Strongest(const std::vector<T>& all, cv::Size size, const Get& get) const;

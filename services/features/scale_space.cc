@@ -45,7 +45,9 @@ void FloatRows::Resize(int width, int rows) {
 ScaleSpace::ScaleSpace(const ScaleSpaceOptions& options, const SiftKernels& kernels)
     : options_(options), blurs_(options.sigma), kernels_(kernels) {}
 
-std::vector<Extremum> ScaleSpace::Build(const cv::Mat& grey, int threads) {
+std::vector<Extremum> ScaleSpace::Build(const cv::Mat& grey, double contrast_threshold,
+                                        int threads) {
+  options_.contrast_threshold = contrast_threshold;
   grey_.Resize(grey.cols, grey.rows);
   for (int y = 0; y < grey.rows; ++y) {
     const uint8_t* from = grey.ptr<uint8_t>(y);

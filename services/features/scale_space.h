@@ -56,7 +56,7 @@ class ScaleSpace {
 
   // Extrema of an 8-bit grey photo, in no particular order; no two are equal. Runs on up to
   // `threads` of OpenCV's threads; the result is independent of their number.
-  std::vector<Extremum> Build(const cv::Mat& grey, int threads);
+  std::vector<Extremum> Build(const cv::Mat& grey, double contrast_threshold, int threads);
 
   // Where `extremum` of the last photo lies, for orientations and descriptors.
   KeypointPatch Patch(const Extremum& extremum, float angle_rad) const;
@@ -64,7 +64,7 @@ class ScaleSpace {
  private:
   void BuildOctave(int index, bool is_last, int threads, std::vector<Extremum>* found);
 
-  const ScaleSpaceOptions options_;
+  ScaleSpaceOptions options_;  // of the last Build
   const OctaveBlurs blurs_;
   const SiftKernels& kernels_;
   FloatRows grey_;

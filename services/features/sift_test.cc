@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "features/usual_contrast.h"
 
 namespace skein {
 namespace {
@@ -328,7 +331,7 @@ TEST(Sift, FindsTheSameInAChangedPhotoAsOftenAsOpenCvs) {
       {"half as large", 0, 0.5, 1, 0},
       {"turned and larger", 0.3, 1.4, 1, 0},
       {"twice as large", 0, 2, 1, 0},
-      {"darker", 0, 1, 0.5, 10},
+      {"darker", 0, 1, 0.8, 10},  // much darker is searched deeper: LooksDeeperWhereContrastIsLow
       {"brighter", 0, 1, 1.2, 15},
   };
   std::vector<Counts> ours(changes.size()), theirs(changes.size());
@@ -447,6 +450,83 @@ TEST(SelectKeypoints, LeavesWeakRegionsTheirShare) {
   for (const int i : selected) weak += i >= 1000;
   EXPECT_EQ(weak, 10);
   EXPECT_EQ(selected[0], 999);
+}
+
+// Things before things, with edges and smooth parts.
+cv::Mat Things(cv::Size size) {
+  cv::Mat photo(size, CV_8UC3, cv::Scalar::all(128));
+  cv::RNG rng(23);
+  for (int i = 0; i < 4000; ++i) {
+    const double side = 200.0 / (1 + 30 * rng.uniform(0.0, 1.0));
+    const cv::RotatedRect thing(
+        cv::Point2f(rng.uniform(0.F, 1.F * size.width), rng.uniform(0.F, 1.F * size.height)),
+        cv::Size2f(static_cast<float>(side), static_cast<float>(side * rng.uniform(0.3, 1.0))),
+        rng.uniform(0.F, 180.F));
+    cv::Point2f corners[4];
+    thing.points(corners);
+    std::vector<cv::Point> outline(corners, corners + 4);
+    cv::fillConvexPoly(photo, outline, cv::Scalar::all(rng.uniform(0, 256)), cv::LINE_AA);
+  }
+  return photo;
+}
+
+// As through fog: a share of the contrast around a grey level, stored as a JPEG.
+cv::Mat InFog(const cv::Mat& scene, double contrast) {
+  cv::Mat hazy;
+  scene.convertTo(hazy, CV_8U, contrast, 170 - 128 * contrast);
+  std::vector<uint8_t> jpeg;
+  cv::imencode(".jpg", hazy, jpeg, {cv::IMWRITE_JPEG_QUALITY, 90});
+  return cv::imdecode(jpeg, cv::IMREAD_COLOR);
+}
+
+TEST(Sift, LooksDeeperWhereContrastIsLow) {
+  const cv::Mat scene = Things({1000, 750});
+  const LocalFeatures clear = ExtractSift(scene, {});
+  const LocalFeatures hazy = ExtractSift(InFog(scene, 0.08), {});
+  ASSERT_GT(clear.keypoints.size(), 2048u);
+  EXPECT_GT(hazy.keypoints.size(), 2048u);
+  const KeypointGrid grid(hazy.keypoints);
+  int num_found = 0;
+  for (size_t i = 0; i < 1000; ++i) num_found += grid.Find(clear.keypoints[i], 1.5, 1.4) >= 0;
+  EXPECT_GT(num_found, 700);
+}
+
+// A covered lens, a white wall.
+TEST(Sift, FindsNothingInNoise) {
+  for (const double noise : {0.0, 0.5, 1.0, 2.0, 4.0}) {
+    for (const int quality : {75, 85, 95}) {
+      cv::Mat1f wall(750, 1000, 90.F), deviation(wall.size());
+      cv::RNG(17).fill(deviation, cv::RNG::NORMAL, 0, noise);
+      for (int x = 0; x < wall.cols; ++x) wall.col(x) += 0.04F * static_cast<float>(x);
+      cv::Mat photo;
+      cv::Mat(wall + deviation).convertTo(photo, CV_8U);
+      std::vector<uint8_t> jpeg;
+      cv::imencode(".jpg", photo, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
+      EXPECT_LT(ExtractSift(cv::imdecode(jpeg, cv::IMREAD_COLOR), {}).keypoints.size(), 300u)
+          << noise << " " << quality;
+    }
+  }
+}
+
+TEST(Sift, LooksNoDeeperThanFeaturesAreWanted) {
+  const cv::Mat hazy = InFog(Things({1000, 750}), 0.1);
+  SiftOptions options;
+  options.selection.max_features = 20;
+  const size_t few = ExtractSift(hazy, options).keypoints.size();
+  EXPECT_EQ(few, 20u);
+}
+
+TEST(UsualContrast, FollowsThePhotosContrastAndIsThatOfMostOfIt) {
+  cv::Mat grey;
+  cv::cvtColor(Scene({800, 600}), grey, cv::COLOR_BGR2GRAY);
+  const double usual = UsualContrast(grey);
+  cv::Mat half;
+  grey.convertTo(half, CV_8U, 0.5, 60);
+  EXPECT_NEAR(UsualContrast(half), usual / 2, 0.1 * usual);
+  cv::Mat with_sky = grey.clone();
+  with_sky.rowRange(0, 200).setTo(250);
+  EXPECT_GT(UsualContrast(with_sky), 0.3 * usual);
+  EXPECT_NEAR(UsualContrast(cv::Mat1b(100, 100, uint8_t{9})), 0, 1e-6);
 }
 
 }  // namespace

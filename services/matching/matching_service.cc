@@ -22,6 +22,7 @@ std::shared_ptr<const DescriptorCells> CellsOf(const MatchingServiceOptions& opt
 MatchingService::MatchingService(Node& node, const MatchingServiceOptions& options)
     : node_(node),
       second_look_(options.second_look),
+      two_view_(options.pair.two_view),
       loader_(node.loop(), node.blobs(), CellsOf(options),
               static_cast<size_t>(options.cache_mib) << 20),
       work_(node, "matching", 2, [this](const work_t& work) { OnWork(work); }),
@@ -150,7 +151,9 @@ void MatchingService::Submit() {
   job.matches.elapsed_s = job.since_begun.ElapsedS();
   sum_elapsed_s_ += job.matches.elapsed_s;
   workers_.front().thread.Run(
-      [this, image_id, seq = job.look->seq(), matches = std::move(job.matches)] {
+      [this, image_id, seq = job.look->seq(), photo = job.photo,
+       matches = std::move(job.matches)]() mutable {
+        matches.Conclude(photo->points, two_view_);
         const std::string blob =
             matches.pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches.pairs));
         matches_t fact = ToMessage(image_id, matches, blob);

@@ -72,6 +72,7 @@ class MatchingService {
 
   Node& node_;
   const SecondLookOptions second_look_;
+  const TwoViewOptions two_view_;
   SessionState session_;
   PhotoIndex index_{session_};
   std::map<int64_t, Job> jobs_;

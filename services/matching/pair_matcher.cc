@@ -1,6 +1,7 @@
 #include "matching/pair_matcher.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/clock.h"
 #include "core/option_check.h"
@@ -72,9 +73,10 @@ PairMatcher::PairMatcher(const PairMatcherOptions& options)
 void PairMatcher::Verify(const PhotoFeatures& first, const PhotoFeatures& second,
                          const colmap::FeatureMatches& matches, PairResult* result) const {
   const Stopwatch watch(&result->geometry_s);
-  result->geometry =
-      EstimateTwoView(first.camera, first.points, second.camera, second.points, matches,
-                      PairSeed(first.image_id, second.image_id), options_.two_view);
+  PairEstimate estimate = EstimateWithoutOverlay(
+      first, second, matches, PairSeed(first.image_id, second.image_id), options_.two_view);
+  result->geometry = std::move(estimate.geometry);
+  result->evidence = std::move(estimate.evidence);
 }
 
 void PairMatcher::MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second,
@@ -135,6 +137,8 @@ PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& s
     Verify(first, second, MatchByCells(first, second, second.index.cells.near, &result), &result);
   }
   SortByFirst(&result.geometry.inlier_matches);
+  result.stand_still =
+      StandStill(first, second, result.geometry.inlier_matches, options_.two_view.max_error_px);
   return result;
 }
 

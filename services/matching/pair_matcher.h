@@ -20,6 +20,7 @@
 
 #include "estimators/two_view_geometry.h"
 #include "matching/kernel.h"
+#include "matching/overlay.h"
 #include "matching/photo_features.h"
 #include "matching/two_view.h"
 
@@ -35,8 +36,10 @@ struct PairMatcherOptions {
 
 struct PairResult {
   colmap::TwoViewGeometry geometry;  // as of EstimateTwoView, from the first photo to the second
-  bool by_close_cells = false;       // the cascade ended with its step 2
-  double product_s = 0;              // times on the clock, s: products of descriptors
+  OverlayEvidence evidence;
+  std::vector<char> stand_still;  // of geometry.inlier_matches (overlay.h)
+  bool by_close_cells = false;    // the cascade ended with its step 2
+  double product_s = 0;           // times on the clock, s: products of descriptors
   double geometry_s = 0;
 };
 

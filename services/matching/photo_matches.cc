@@ -40,10 +40,21 @@ void PhotoMatches::Add(int64_t other_id, const PairResult& result) {
   ++num_tried;
   match_s += result.product_s;
   verify_s += result.geometry_s;
-  if (!IsVerified(result.geometry)) return;
-  TwoViewPair pair = ToTwoViewPair(other_id, result.geometry);
-  const auto at = std::upper_bound(pairs.begin(), pairs.end(), pair, ComesBefore);
-  pairs.insert(at, std::move(pair));
+  if (!IsVerified(result.geometry) && !result.evidence.without_background) return;
+  other_ids_.push_back(other_id);
+  added_.push_back({result.geometry, result.stand_still, result.evidence});
+}
+
+void PhotoMatches::Conclude(const std::vector<Eigen::Vector2d>& points,
+                            const TwoViewOptions& options) {
+  LeaveOutOverlay(points, options, &added_);
+  for (size_t i = 0; i < added_.size(); ++i) {
+    const colmap::TwoViewGeometry& geometry = added_[i].geometry;
+    if (IsVerified(geometry)) pairs.push_back(ToTwoViewPair(other_ids_[i], geometry));
+  }
+  std::sort(pairs.begin(), pairs.end(), ComesBefore);
+  other_ids_.clear();
+  added_.clear();
 }
 
 }  // namespace skein

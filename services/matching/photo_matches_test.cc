@@ -15,6 +15,7 @@ PhotoMatches Match(const PhotoFeatures& photo, const std::vector<PhotoFeaturesPt
   PairMatcher matcher{PairMatcherOptions()};
   PhotoMatches matches;
   for (const auto& other : others) matches.Add(other->image_id, matcher.Match(photo, *other));
+  matches.Conclude(photo.points, TwoViewOptions());
   return matches;
 }
 

@@ -1,18 +1,15 @@
-// EXIF orientation: where a point of the photo as stored is in the upright photo. Both in shares of width and height,
-// from the upper left corner.
+// EXIF orientation: where a point of a photo is in the upright photo. Both in shares of width and height, from the upper
+// left corner. Keypoints of a mirrored photo (2, 4, 5, 7) are of its pixels flipped left to right: only a turn is left.
 const kUpright = {
   1: (u, v) => [u, v],
-  2: (u, v) => [1 - u, v],
   3: (u, v) => [1 - u, 1 - v],
-  4: (u, v) => [u, 1 - v],
-  5: (u, v) => [v, u],
   6: (u, v) => [1 - v, u],
-  7: (u, v) => [1 - v, 1 - u],
   8: (u, v) => [v, 1 - u],
 };
+const kRotation = { 2: 1, 4: 3, 5: 8, 7: 6 };
 
-export function uprightFromStored(orientation, u, v) {
-  return (kUpright[orientation] ?? kUpright[1])(u, v);
+export function uprightPoint(orientation, u, v) {
+  return (kUpright[kRotation[orientation] ?? orientation] ?? kUpright[1])(u, v);
 }
 
 // Width and height of the upright photo.

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import test from 'node:test';
 import { emptyState, fold, summarize } from '../src/fold.js';
-import { uprightFromStored, uprightSize } from '../src/orientation.js';
+import { uprightPoint, uprightSize } from '../src/orientation.js';
 import { advise, bytes, explain, groups, length, plural, seconds, whatHappens } from '../src/words.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
@@ -72,11 +72,11 @@ test('Numbers are short', () => {
 });
 
 test('Points of turned photos are upright', () => {
-  // The upper left corner as stored is where EXIF says that row 0 and column 0 are.
-  const corner = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0], [1, 0], [1, 1], [0, 1]];
-  corner.forEach((wanted, i) => assert.deepEqual(uprightFromStored(i + 1, 0, 0), wanted));
-  assert.deepEqual(uprightFromStored(6, 1, 0), [1, 1]);
-  assert.deepEqual(uprightFromStored(8, 1, 0), [0, 0]);
+  // The upper left corner as stored is where EXIF says that row 0 and column 0 are; unmirrored it is the upper right one.
+  const corner = [[0, 0], [0, 0], [1, 1], [1, 1], [0, 1], [1, 0], [1, 0], [0, 1]];
+  corner.forEach((wanted, i) => assert.deepEqual(uprightPoint(i + 1, 0, 0), wanted));
+  assert.deepEqual(uprightPoint(6, 1, 0), [1, 1]);
+  assert.deepEqual(uprightPoint(8, 1, 0), [0, 0]);
   assert.deepEqual(uprightSize({ width: 4, height: 3, orientation: 6 }), [3, 4]);
   assert.deepEqual(uprightSize({ width: 4, height: 3, orientation: 3 }), [4, 3]);
 });

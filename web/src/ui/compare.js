@@ -1,6 +1,6 @@
 // Two photos side by side with their matched points joined by lines.
 import { photoName } from '../fold.js';
-import { uprightFromStored, uprightSize } from '../orientation.js';
+import { uprightPoint, uprightSize } from '../orientation.js';
 import { photoUrl } from '../photo_urls.js';
 import { groups, plural } from '../words.js';
 import { byId, h, iconButton, setText, svg } from './dom.js';
@@ -69,7 +69,7 @@ export class Compare {
     const boxes = this.pictures.map((p) => p.getBoundingClientRect());
     const at = (i, x, y) => {
       const { orientation, width, height } = this.photos[i];
-      const [u, v] = uprightFromStored(orientation, x / width, y / height);
+      const [u, v] = uprightPoint(orientation, x / width, y / height);
       return [boxes[i].left - box.left + u * boxes[i].width, boxes[i].top - box.top + v * boxes[i].height, v];
     };
     const parts = this.points.slice(0, n).flatMap(([xa, ya, xb, yb]) => {

@@ -1,7 +1,7 @@
 // The panel of what was clicked: a photo or a point.
 import { agentColour } from '../colours.js';
 import { photoName, standingOf } from '../fold.js';
-import { uprightFromStored, uprightSize } from '../orientation.js';
+import { uprightPoint, uprightSize } from '../orientation.js';
 import { photoUrl, thumbnailUrl } from '../photo_urls.js';
 import { bytes, clock, explain, groups, linkWords, plural, seconds } from '../words.js';
 import { h, icon, svg } from './dom.js';
@@ -107,7 +107,7 @@ export class Inspect {
   sighting(view, { image, x, y }) {
     const photo = view.state.photos.get(image) ?? view.timeline.live.photos.get(image);
     if (!photo) return null;
-    const [u, v] = uprightFromStored(photo.orientation, x / photo.width, y / photo.height);
+    const [u, v] = uprightPoint(photo.orientation, x / photo.width, y / photo.height);
     const [width, height] = uprightSize(photo);
     const mark = svg('svg', { viewBox: `0 0 ${width} ${height}`, class: 'mark_layer', 'aria-hidden': 'true' },
       svg('circle', { cx: u * width, cy: v * height, r: width / 26, class: 'mark_halo' }),

@@ -2,7 +2,7 @@
 import {
   BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshBasicMaterial, Quaternion, SRGBColorSpace, TextureLoader, Vector3,
 } from 'three';
-import { uprightFromStored } from '../orientation.js';
+import { uprightPoint } from '../orientation.js';
 
 export class Pictures {
   constructor(scene, changed) {
@@ -32,7 +32,7 @@ export class Pictures {
     const corners = [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]];
     geometry.setAttribute('position', new BufferAttribute(new Float32Array(corners.flat()), 3));
     const uv = corners.flatMap(([x, y]) => {
-      const [u, v] = uprightFromStored(orientation, (x + 1) / 2, (y + 1) / 2);
+      const [u, v] = uprightPoint(orientation, (x + 1) / 2, (y + 1) / 2);
       return [u, 1 - v];
     });
     geometry.setAttribute('uv', new BufferAttribute(new Float32Array(uv), 2));

@@ -1,0 +1,246 @@
+#include "matching/overlay.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <unordered_set>
+#include <utility>
+
+namespace skein {
+namespace {
+
+constexpr int kFields = 8;  // along each side
+// Share of right matches whose error exceeds the largest of an inlier.
+constexpr double kNoise = 0.05;
+// An object that moves through a tripod's photos gives one pair in ten a geometry of its own. Three
+// pairs do so by chance once in a thousand times.
+constexpr int kPairsOfABackground = 3;
+
+bool StandsStill(const PhotoFeatures& first, const PhotoFeatures& second,
+                 const colmap::FeatureMatch& match, double max_error_px) {
+  const Eigen::Vector2d& a = first.points[match.point2D_idx1];
+  return (a - second.points[match.point2D_idx2]).norm() <= max_error_px;
+}
+
+struct SplitMatches {
+  colmap::FeatureMatches still, moving;
+};
+
+SplitMatches Split(const PhotoFeatures& first, const PhotoFeatures& second,
+                   const colmap::FeatureMatches& matches, double max_error_px) {
+  SplitMatches split;
+  for (const colmap::FeatureMatch& match : matches) {
+    const bool is_still = StandsStill(first, second, match, max_error_px);
+    (is_still ? split.still : split.moving).push_back(match);
+  }
+  return split;
+}
+
+bool HaveOneSize(const colmap::Camera& a, const colmap::Camera& b) {
+  return a.Width() == b.Width() && a.Height() == b.Height();
+}
+
+size_t FieldOf(const PhotoFeatures& photo, const Eigen::Vector2d& point) {
+  const auto along = [](double at, size_t length) {
+    const int field = static_cast<int>(kFields * at / static_cast<double>(length));
+    return std::clamp(field, 0, kFields - 1);
+  };
+  return along(point.y(), photo.camera.Height()) * kFields + along(point.x(), photo.camera.Width());
+}
+
+bool AreFew(const PhotoFeatures& photo, const colmap::FeatureMatches& still) {
+  std::array<int, kFields * kFields> num_keypoints{}, num_still{};
+  for (const Eigen::Vector2d& point : photo.points) ++num_keypoints[FieldOf(photo, point)];
+  for (const colmap::FeatureMatch& match : still) {
+    ++num_still[FieldOf(photo, photo.points[match.point2D_idx1])];
+  }
+  const double share = static_cast<double>(still.size()) / static_cast<double>(photo.points.size());
+  double expected = 0, held = 0;
+  for (size_t f = 0; f < num_keypoints.size(); ++f) {
+    expected += 1 - std::pow(std::max(0.0, 1 - share), num_keypoints[f]);
+    held += num_still[f] > 0;
+  }
+  return held < expected / 2;
+}
+
+// Squared Sampson error, px^2.
+double SampsonError(const Eigen::Matrix3d& F, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const Eigen::Vector3d line = F * a.homogeneous(), back = F.transpose() * b.homogeneous();
+  const double product = b.homogeneous().dot(line);
+  return product * product / (line.head<2>().squaredNorm() + back.head<2>().squaredNorm());
+}
+
+// By the geometry of the moving matches.
+bool AreContradicted(const PhotoFeatures& first, const PhotoFeatures& second,
+                     const colmap::FeatureMatches& still, const colmap::TwoViewGeometry& of_moving,
+                     double max_error_px) {
+  if (!IsVerified(of_moving)) return false;
+  const Eigen::Matrix3d F = EpipolarModel(first.camera, second.camera, of_moving);
+  const double max_error = max_error_px * max_error_px;
+  const auto agrees = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return SampsonError(F, a, b) <= max_error;
+  };
+  const auto num_agreeing = static_cast<double>(
+      std::count_if(still.begin(), still.end(), [&](const colmap::FeatureMatch& match) {
+        return agrees(first.points[match.point2D_idx1], second.points[match.point2D_idx2]);
+      }));
+  const auto num_by_chance = static_cast<double>(
+      std::count_if(first.points.begin(), first.points.end(),
+                    [&](const Eigen::Vector2d& point) { return agrees(point, point); }));
+  const double by_chance = (num_by_chance + 1) / static_cast<double>(first.points.size() + 2);
+  if (by_chance >= 1 - kNoise) return false;
+  const double num_others = static_cast<double>(still.size()) - num_agreeing;
+  const double log_likelihood_ratio = num_agreeing * std::log(by_chance / (1 - kNoise)) +
+                                      num_others * std::log((1 - by_chance) / kNoise);
+  return log_likelihood_ratio > 0;
+}
+
+std::vector<uint32_t> FirstKeypoints(const colmap::FeatureMatches& matches) {
+  std::vector<uint32_t> keypoints;
+  for (const colmap::FeatureMatch& match : matches) keypoints.push_back(match.point2D_idx1);
+  return keypoints;
+}
+
+// Keypoints that lie within `radius_px` of a marked one, by place: a grid of squares of that side.
+class Marked {
+ public:
+  Marked(const std::vector<Eigen::Vector2d>& points, double radius_px)
+      : points_(points), radius_px_(radius_px) {}
+
+  void Add(const std::vector<uint32_t>& keypoints) {
+    for (const uint32_t keypoint : keypoints) squares_[SquareOf(keypoint)].push_back(keypoint);
+  }
+  bool empty() const { return squares_.empty(); }
+
+  bool IsNear(uint32_t keypoint) const {
+    const auto [x, y] = SquareOf(keypoint);
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const auto square = squares_.find({x + dx, y + dy});
+        if (square == squares_.end()) continue;
+        for (const uint32_t other : square->second) {
+          if ((points_[other] - points_[keypoint]).norm() <= radius_px_) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  std::pair<int, int> SquareOf(uint32_t keypoint) const {
+    const Eigen::Vector2d square = points_[keypoint] / radius_px_;
+    return {static_cast<int>(std::floor(square.x())), static_cast<int>(std::floor(square.y()))};
+  }
+
+  const std::vector<Eigen::Vector2d>& points_;
+  const double radius_px_;
+  std::map<std::pair<int, int>, std::vector<uint32_t>> squares_;
+};
+
+// Whether most of what is background in some pairs moves with the scene in another one.
+bool MovesElsewhere(const std::vector<PairWithEvidence>& pairs, int min_num_inliers) {
+  std::unordered_set<uint32_t> background;
+  for (const PairWithEvidence& pair : pairs) {
+    background.insert(pair.evidence.background.begin(), pair.evidence.background.end());
+  }
+  return std::any_of(pairs.begin(), pairs.end(), [&](const PairWithEvidence& pair) {
+    int num_still = 0, num_moving = 0;
+    for (size_t i = 0; i < pair.stand_still.size(); ++i) {
+      if (background.count(pair.geometry.inlier_matches[i].point2D_idx1) == 0) continue;
+      ++(pair.stand_still[i] != 0 ? num_still : num_moving);
+    }
+    return num_moving >= min_num_inliers && num_moving > num_still;
+  });
+}
+
+bool HaveABackground(const std::vector<PairWithEvidence>& pairs, int min_num_inliers) {
+  const auto num_pairs = std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) {
+    return pair.evidence.without_background.has_value();
+  });
+  return num_pairs >= kPairsOfABackground && !MovesElsewhere(pairs, min_num_inliers);
+}
+
+void LeaveOut(const Marked& overlay, int min_num_inliers, PairWithEvidence* pair) {
+  colmap::FeatureMatches& inliers = pair->geometry.inlier_matches;
+  colmap::FeatureMatches kept;
+  for (size_t i = 0; i < inliers.size(); ++i) {
+    const bool is_overlay = pair->stand_still[i] != 0 && overlay.IsNear(inliers[i].point2D_idx1);
+    if (!is_overlay) kept.push_back(inliers[i]);
+  }
+  pair->stand_still.clear();
+  inliers = std::move(kept);
+  if (inliers.size() < static_cast<size_t>(min_num_inliers)) {
+    pair->geometry = colmap::TwoViewGeometry();
+    pair->geometry.config = colmap::TwoViewGeometry::DEGENERATE;
+  }
+}
+
+}  // namespace
+
+PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatures& second,
+                                    const colmap::FeatureMatches& matches, uint32_t seed,
+                                    const TwoViewOptions& options) {
+  const auto estimate = [&](const colmap::FeatureMatches& of) {
+    return EstimateTwoView(first.camera, first.points, second.camera, second.points, of, seed,
+                           options);
+  };
+  if (!HaveOneSize(first.camera, second.camera)) return {estimate(matches), {}};
+  const SplitMatches split = Split(first, second, matches, options.max_error_px);
+  if (split.still.size() < static_cast<size_t>(options.min_num_inliers)) {
+    return {estimate(matches), {}};
+  }
+  const bool are_few = AreFew(first, split.still);
+  colmap::TwoViewGeometry of_moving = estimate(split.moving);
+  const bool are_contradicted =
+      AreContradicted(first, second, split.still, of_moving, options.max_error_px);
+  PairEstimate result;
+  if (are_few && (are_contradicted || !IsVerified(of_moving))) {
+    result.geometry = std::move(of_moving);
+    if (are_contradicted) result.evidence.overlay = FirstKeypoints(split.still);
+    return result;
+  }
+  result.geometry = estimate(matches);
+  if (are_contradicted) {
+    result.evidence.background = FirstKeypoints(split.still);
+    result.evidence.without_background = std::move(of_moving);
+  }
+  return result;
+}
+
+void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, double max_error_px,
+                     colmap::FeatureMatches* matches, OverlayEvidence* evidence) {
+  if (evidence->overlay.empty()) return;
+  SplitMatches split = Split(first, second, *matches, max_error_px);
+  const std::vector<uint32_t> still = FirstKeypoints(split.still);
+  evidence->overlay.insert(evidence->overlay.end(), still.begin(), still.end());
+  *matches = std::move(split.moving);
+}
+
+std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& second,
+                             const colmap::FeatureMatches& matches, double max_error_px) {
+  std::vector<char> stand_still;
+  const bool have_one_size = HaveOneSize(first.camera, second.camera);
+  for (const colmap::FeatureMatch& match : matches) {
+    stand_still.push_back(have_one_size && StandsStill(first, second, match, max_error_px));
+  }
+  return stand_still;
+}
+
+void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points, const TwoViewOptions& options,
+                     std::vector<PairWithEvidence>* pairs) {
+  Marked overlay(points, options.max_error_px);
+  for (const PairWithEvidence& pair : *pairs) overlay.Add(pair.evidence.overlay);
+  if (HaveABackground(*pairs, options.min_num_inliers)) {
+    for (PairWithEvidence& pair : *pairs) {
+      overlay.Add(pair.evidence.background);
+      if (!pair.evidence.without_background) continue;
+      pair.geometry = *pair.evidence.without_background;
+      pair.stand_still.assign(pair.geometry.inlier_matches.size(), 0);
+    }
+  }
+  if (overlay.empty()) return;
+  for (PairWithEvidence& pair : *pairs) LeaveOut(overlay, options.min_num_inliers, &pair);
+}
+
+}  // namespace skein

@@ -1,0 +1,82 @@
+#pragma once
+
+// Overlays: what stands at one place of the photos although the scene moves. Burnt-in text, a date
+// stamp, dirt on the lens, a car's bonnet, the background of a turntable. Their matches agree with
+// each other better than those of the scene, so they would be taken for the geometry of a pair.
+//
+// A match stands still if both keypoints lie within the largest error of one pixel. That alone
+// proves nothing: photos of a burst or from a tripod stand still as a whole, and so does a far
+// background before a camera that moves without turning.
+//
+// A pair. Its still matches, S of the photo's N keypoints, are
+//
+//  contradicted  if the other matches verify the pair, and by their geometry F a still match is
+//                rather one of an overlay than one of the scene. It agrees with F with probability
+//                1 - kNoise if it is of the scene, else with p, the share of the photo's keypoints
+//                x with x^T F x within the error: the likelihood of all still matches decides.
+//                Where p >= 1 - kNoise, as of a camera that does not turn, they are not.
+//  few           if most of the photo does not stand still. Of the fields of an 8 x 8 grid, field f
+//                with n_f keypoints holds one with probability 1 - (1 - S/N)^n_f if they are spread
+//                as the keypoints are. They are few if less than half of the expected fields do.
+//
+// Few that are contradicted are an overlay. Few without another geometry verify nothing: the photos
+// do not stand still, so they have no overlap that a map could use. Many that are contradicted
+// are a background that stands still, as of a turntable, or a tripod's scene in which an object
+// moves: the photo's other pairs decide.
+//
+// A photo. Its keypoints in overlays are left out of all its pairs where they stand still, with
+// keypoints nearby: so also where the pair alone does not tell. Many that are contradicted count as
+// an overlay from kPairsOfABackground pairs on, unless they move with the scene in another pair.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "estimators/two_view_geometry.h"
+#include "matching/photo_features.h"
+#include "matching/two_view.h"
+
+namespace skein {
+
+// Of a pair, from the first photo to the second.
+struct OverlayEvidence {
+  std::vector<uint32_t> overlay;     // keypoints of the first photo
+  std::vector<uint32_t> background;  // the same of many that are contradicted
+  // Of the moving matches, with `background`.
+  std::optional<colmap::TwoViewGeometry> without_background;
+};
+
+struct PairEstimate {
+  colmap::TwoViewGeometry geometry;  // of all matches, or of those that move
+  OverlayEvidence evidence;
+};
+
+// EstimateTwoView with overlays left out. A second search is made only if at least
+// options.min_num_inliers matches stand still. Photos of different size have no place in common.
+PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatures& second,
+                                    const colmap::FeatureMatches& matches, uint32_t seed,
+                                    const TwoViewOptions& options);
+
+// Of a pair that has an overlay by its evidence: the same of matches along its geometry. Those that
+// stand still go from `matches` to the overlay.
+void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, double max_error_px,
+                     colmap::FeatureMatches* matches, OverlayEvidence* evidence);
+
+// Of each match, whether it stands still.
+std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& second,
+                             const colmap::FeatureMatches& matches, double max_error_px);
+
+// A pair of the photo, as verified by itself.
+struct PairWithEvidence {
+  colmap::TwoViewGeometry geometry;
+  std::vector<char> stand_still;  // of geometry.inlier_matches
+  OverlayEvidence evidence;
+};
+
+// Decides over all pairs of a photo, with its keypoints, as above. A pair that has less than
+// options.min_num_inliers inliers left is DEGENERATE.
+void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points, const TwoViewOptions& options,
+                     std::vector<PairWithEvidence>* pairs);
+
+}  // namespace skein

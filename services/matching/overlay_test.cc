@@ -1,0 +1,237 @@
+#include "matching/overlay.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <random>
+
+#include "testing/test_random.h"
+
+namespace skein {
+namespace {
+
+constexpr int kWidthPx = 1600, kHeightPx = 1200;
+constexpr double kFocalPx = 1300;
+constexpr int kNumUnmatched = 2000;  // keypoints all over each photo
+
+// Two photos and their putative matches.
+class Overlay : public testing::Test {
+ protected:
+  Overlay() {
+    for (PhotoFeatures* photo : {&first_, &second_}) {
+      photo->camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, true);
+      for (int i = 0; i < kNumUnmatched; ++i) photo->points.push_back(Anywhere());
+    }
+    first_.image_id = 2;
+    second_.image_id = 1;
+  }
+
+  Eigen::Vector2d Anywhere() {
+    const double x = Uniform(0, kWidthPx, &random_);
+    return {x, Uniform(0, kHeightPx, &random_)};
+  }
+
+  void AddMatch(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const auto noisy = [this](const Eigen::Vector2d& pixel) {
+      return Eigen::Vector2d(pixel.x() + Uniform(-0.5, 0.5, &random_),
+                             pixel.y() + Uniform(-0.5, 0.5, &random_));
+    };
+    matches_.emplace_back(first_.points.size(), second_.points.size());
+    first_.points.push_back(noisy(a));
+    second_.points.push_back(noisy(b));
+  }
+
+  // Points at depths `near` to `far`; the second camera is turned by R, then moved by t.
+  void AddScene(int count, double near, double far, const Eigen::Matrix3d& R,
+                const Eigen::Vector3d& t) {
+    while (count > 0) {
+      const Eigen::Vector2d a = Anywhere();
+      const Eigen::Vector3d ray((a.x() - kWidthPx / 2) / kFocalPx,
+                                (a.y() - kHeightPx / 2) / kFocalPx, 1);
+      const Eigen::Vector3d moved = R * (Uniform(near, far, &random_) * ray) + t;
+      const Eigen::Vector2d b =
+          kFocalPx * moved.hnormalized() + Eigen::Vector2d(kWidthPx / 2, kHeightPx / 2);
+      if (b.x() < 1 || b.y() < 1 || b.x() > kWidthPx - 1 || b.y() > kHeightPx - 1) continue;
+      AddMatch(a, b);
+      --count;
+    }
+  }
+
+  // Within [left, right] x [top, bottom], at the same place of both photos.
+  void AddStill(int count, double left, double right, double top, double bottom) {
+    for (int i = 0; i < count; ++i) {
+      const double x = Uniform(left, right, &random_);
+      const Eigen::Vector2d at(x, Uniform(top, bottom, &random_));
+      AddMatch(at, at);
+    }
+  }
+
+  void AddFalse(int count) {
+    for (int i = 0; i < count; ++i) AddMatch(Anywhere(), Anywhere());
+  }
+
+  PairEstimate Estimate() const {
+    return EstimateWithoutOverlay(first_, second_, matches_, 7, options_);
+  }
+  int NumStill(const colmap::TwoViewGeometry& geometry) const {
+    const std::vector<char> still =
+        StandStill(first_, second_, geometry.inlier_matches, options_.max_error_px);
+    return static_cast<int>(std::count(still.begin(), still.end(), 1));
+  }
+  colmap::TwoViewGeometry EstimateOfAll() const {
+    return EstimateTwoView(first_.camera, first_.points, second_.camera, second_.points, matches_,
+                           7, options_);
+  }
+  void ExpectAsOfAll() const {
+    const colmap::TwoViewGeometry ours = Estimate().geometry, all = EstimateOfAll();
+    EXPECT_TRUE(IsVerified(ours));
+    EXPECT_EQ(ours.config, all.config);
+    EXPECT_EQ(ours.E, all.E);
+    EXPECT_EQ(ours.inlier_matches.size(), all.inlier_matches.size());
+  }
+
+  std::mt19937 random_{3};
+  PhotoFeatures first_, second_;
+  colmap::FeatureMatches matches_;
+  TwoViewOptions options_;
+};
+
+const Eigen::Matrix3d kTurn =
+    Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.5, 1, 0.4).normalized()).matrix();
+const Eigen::Vector3d kStep(1, 0.1, 0.2);
+
+TEST_F(Overlay, IsLeftOutWhereTheSceneMoves) {
+  AddStill(300, 100, 900, 400, 560);
+  AddScene(100, 6, 14, kTurn, kStep);
+  AddFalse(60);
+  EXPECT_GT(NumStill(EstimateOfAll()), 250) << "it would win";
+  const PairEstimate pair = Estimate();
+  EXPECT_EQ(pair.geometry.config, colmap::TwoViewGeometry::CALIBRATED);
+  EXPECT_NEAR(std::abs(pair.geometry.tvec.dot(kStep.normalized())), 1, 0.01);
+  EXPECT_EQ(NumStill(pair.geometry), 0);
+  EXPECT_GE(pair.geometry.inlier_matches.size(), 95u);
+  EXPECT_EQ(pair.evidence.overlay.size(), 300u);
+}
+
+TEST_F(Overlay, IsNoOverlap) {
+  AddStill(300, 100, 900, 400, 560);
+  AddFalse(60);
+  EXPECT_TRUE(IsVerified(EstimateOfAll())) << "it would be taken for one";
+  EXPECT_FALSE(IsVerified(Estimate().geometry));
+}
+
+TEST_F(Overlay, IsNoneInABurst) {
+  AddStill(900, 0, kWidthPx, 0, kHeightPx);
+  AddFalse(60);
+  ExpectAsOfAll();
+}
+
+// Few matches, as of two exposures.
+TEST_F(Overlay, IsNoneInABurstThatMatchesBadly) {
+  AddStill(30, 0, kWidthPx, 0, kHeightPx);
+  AddFalse(60);
+  ExpectAsOfAll();
+}
+
+// A car drives through the photos of a tripod, or an object turns before a background.
+TEST_F(Overlay, IsForOtherPairsToTellWhereMostStandsStill) {
+  AddStill(900, 0, kWidthPx, 0, kHeightPx);
+  AddScene(100, 6, 14, kTurn, kStep);
+  ExpectAsOfAll();
+  const OverlayEvidence evidence = Estimate().evidence;
+  EXPECT_TRUE(evidence.overlay.empty());
+  EXPECT_EQ(evidence.background.size(), 900u);
+  ASSERT_TRUE(evidence.without_background);
+  EXPECT_NEAR(std::abs(evidence.without_background->tvec.dot(kStep.normalized())), 1, 0.01);
+}
+
+// Mountains above a road, by a camera on a rail.
+TEST_F(Overlay, IsNoFarBackground) {
+  AddScene(200, 6, 14, Eigen::Matrix3d::Identity(), {1, 0, 0});
+  AddStill(150, 0, kWidthPx, 0, 200);
+  ExpectAsOfAll();
+  EXPECT_GE(Estimate().geometry.inlier_matches.size(), 340u);
+  EXPECT_TRUE(Estimate().evidence.overlay.empty());
+}
+
+TEST_F(Overlay, IsNoneInPhotosOfDifferentSize) {
+  AddStill(300, 100, 900, 400, 560);
+  second_.camera = PriorCamera(kWidthPx, kHeightPx + 8, kFocalPx, true);
+  ExpectAsOfAll();
+}
+
+// Keypoints of a photo on a line, every ten pixels, and its pairs.
+class OverlayOfAPhoto : public testing::Test {
+ protected:
+  OverlayOfAPhoto() {
+    for (int i = 0; i < 200; ++i) points_.emplace_back(10 * i, 50);
+  }
+
+  // Inliers from `begin` to `end`.
+  static PairWithEvidence Pair(uint32_t begin, uint32_t end, bool still) {
+    PairWithEvidence pair;
+    pair.geometry.config = colmap::TwoViewGeometry::CALIBRATED;
+    Append(begin, end, still, &pair);
+    return pair;
+  }
+  static void Append(uint32_t begin, uint32_t end, bool still, PairWithEvidence* pair) {
+    for (uint32_t i = begin; i < end; ++i) {
+      pair->geometry.inlier_matches.emplace_back(i, i);
+      pair->stand_still.push_back(still);
+    }
+  }
+  // A still background, keypoints 0 to 100, and an object, 100 to 140, that turns.
+  static PairWithEvidence PairOfATurntable() {
+    PairWithEvidence pair = Pair(0, 100, true);
+    for (uint32_t i = 0; i < 100; ++i) pair.evidence.background.push_back(i);
+    pair.evidence.without_background = Pair(100, 140, false).geometry;
+    return pair;
+  }
+
+  void LeaveOut() { LeaveOutOverlay(points_, TwoViewOptions(), &pairs_); }
+  size_t NumInliers(size_t pair) const { return pairs_[pair].geometry.inlier_matches.size(); }
+
+  std::vector<Eigen::Vector2d> points_;
+  std::vector<PairWithEvidence> pairs_;
+};
+
+TEST_F(OverlayOfAPhoto, IsLeftOutWhereOnePairDoesNotTell) {
+  pairs_ = {Pair(100, 150, false), Pair(100, 150, false), Pair(0, 40, true)};
+  for (uint32_t i = 0; i < 30; ++i) pairs_[0].evidence.overlay.push_back(i);
+  Append(0, 40, true, &pairs_[1]);
+  LeaveOut();
+  EXPECT_EQ(NumInliers(0), 50u);
+  EXPECT_EQ(NumInliers(1), 60u) << "30 to 40 were seen nowhere else";
+  EXPECT_FALSE(IsVerified(pairs_[2].geometry)) << "10 inliers are too few";
+}
+
+TEST_F(OverlayOfAPhoto, LeavesWhatMovesAtTheSamePlace) {
+  pairs_ = {Pair(100, 150, false), Pair(0, 40, false)};
+  for (uint32_t i = 0; i < 30; ++i) pairs_[0].evidence.overlay.push_back(i);
+  LeaveOut();
+  EXPECT_EQ(NumInliers(1), 40u);
+}
+
+TEST_F(OverlayOfAPhoto, IsABackgroundOfThreePairs) {
+  pairs_ = {PairOfATurntable(), PairOfATurntable(), Pair(0, 90, true)};
+  LeaveOut();
+  EXPECT_EQ(NumInliers(0), 100u) << "two pairs may be of a tripod and a car";
+  pairs_ = {PairOfATurntable(), PairOfATurntable(), PairOfATurntable(), Pair(0, 90, true)};
+  LeaveOut();
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(NumInliers(i), 40u);
+    EXPECT_TRUE(IsVerified(pairs_[i].geometry));
+  }
+  EXPECT_FALSE(IsVerified(pairs_[3].geometry));
+}
+
+TEST_F(OverlayOfAPhoto, IsNoBackgroundThatMovesInAnotherPair) {
+  pairs_ = {PairOfATurntable(), PairOfATurntable(), PairOfATurntable(), Pair(20, 60, false)};
+  LeaveOut();
+  EXPECT_EQ(NumInliers(0), 100u);
+  EXPECT_EQ(NumInliers(3), 40u);
+}
+
+}  // namespace
+}  // namespace skein
