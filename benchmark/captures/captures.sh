@@ -67,11 +67,15 @@ table() {
 
 echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1)"
 jq -nr -L "$SKEIN_ROOT/benchmark/captures" 'include "table"; markdown_head'
-status=0
-printf '%s\n' "${rows[@]}" |
-  env CAPTURES_OUT="$out" CAPTURES_DATASETS="$(realpath "$datasets")" CAPTURES_CONFIG="$config" \
-    CAPTURES_COLMAP="$with_colmap" SKEIN_BUILD="$SKEIN_BUILD" \
-    xargs -P "$jobs" -n 2 "$SKEIN_ROOT/benchmark/captures/row.sh" || status=1
+export CAPTURES_OUT=$out CAPTURES_DATASETS=$(realpath -m "$datasets") CAPTURES_CONFIG=$config CAPTURES_COLMAP=$with_colmap SKEIN_BUILD
+pids=() status=0
+trap 'kill $(jobs -p) 2>/dev/null || true; wait; exit 130' INT TERM
+for ((i = 0; i < ${#rows[@]}; i += 2)); do
+  until (($(jobs -rp | wc -l) < jobs)); do sleep 0.5; done
+  "$SKEIN_ROOT/benchmark/captures/row.sh" "${rows[i]}" "${rows[i + 1]}" </dev/null &
+  pids+=($!)
+done
+for pid in "${pids[@]}"; do wait "$pid" || status=1; done
 table tsv >"$out/table.tsv"
 table totals | tee -a "$out/table.tsv"
 [[ $(table has_failed) == false ]] || status=1

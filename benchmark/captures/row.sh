@@ -80,12 +80,20 @@ num_offered() { find "$capture"/*/ -name '*.*' | wc -l; }
 # A session that has not ended after this long never will: ten times what the slowest set takes.
 limit_s() { echo $((300 + 10 * $(num_offered))); }
 
+child=''
+trap '[[ -z $child ]] || { kill "$child" 2>/dev/null || true; wait "$child" || true; }; exit 130' INT TERM
 # in_time FOLDER COMMAND...: its seconds of wall and CPU time into FOLDER/times, its output into FOLDER/log. Returns
 # 124 or 137 where it did not end.
 in_time() {
   local folder=$1 status=0 TIMEFORMAT='%R %U %S'
   shift
-  { time timeout -k 60 "$(limit_s)" "$@" >"$folder/log" 2>&1; } 2>"$folder/times" || status=$?
+  {
+    time {
+      timeout -k 60 "$(limit_s)" "$@" >"$folder/log" 2>&1 &
+      child=$!
+      wait "$child"
+    }
+  } 2>"$folder/times" || status=$?
   return "$status"
 }
 times_of() { awk '{ printf "\"wall_s\": %s, \"cpu_s\": %s", $1, $2 + $3 }' "$1/times"; }

@@ -11,10 +11,10 @@ make_capture=$SKEIN_BUILD/bin/make_capture cases=$SKEIN_ROOT/../shared/cases
 use_place 2 8 --seed 1
 
 failures=()
-# capture_of NAME KIND: sets `capture`, a folder of photos
+# capture_of NAME KIND: sets `capture`, a folder of photos called like the place's first agent
 capture_of() {
   local photos
-  capture=$workspace/$1-$2
+  capture=$workspace/$1-$2/agent-1
   case $1 in
     place) mapfile -t photos < <(ls "$place"/images/agent-1/*) ;;
     *) mapfile -t photos < <(ls "$cases/$1"/*) ;;
@@ -39,17 +39,24 @@ run_capture() {
   is_accounted_for "$report" || fail "$1: photos are not accounted for: $(jq -c .images "$report")"
 }
 
-# check_row NAME KIND LARGEST MAPS CAUSE
+# error_of SESSION: of the largest map of the synthetic place, position RMSE in % of the extent
+error_of() {
+  "$SKEIN_BUILD/bin/skein" evaluate --json "$1/sparse/0" "$place/truth" 2>/dev/null | jq '.position_rmse_percent * 1000 | round / 1000' | grep . || echo null
+}
+
+# check_row NAME KIND LARGEST MAPS ERROR CAUSE
 check_row() {
-  local started=$SECONDS found
+  local started=$SECONDS found error=null
   capture_of "$1" "$2"
   run_capture "$1-$2"
-  found=$(jq -r '"\([.submaps[].images] | max // 0) \(.submaps | length) \([.deferred[].cause] | unique | join("+"))"' "$report")
-  printf '%-24s %-16s %3d photos: largest map, maps, causes: %s (%d s)\n' "$1" "$2" "$(jq .images.received "$report")" "$found" $((SECONDS - started))
-  jq -e --argjson largest "$3" --argjson maps "$4" --arg cause "${5//-/ }" '
+  [[ $5 == - ]] || error=$(error_of "${report%/*}")
+  found=$(jq -r --argjson error "$error" '"\([.submaps[].images] | max // 0) in \(.submaps | length) maps, error \($error // "-"), left out: \([.deferred[].cause] | unique | join("+"))"' "$report")
+  printf '%-24s %-16s %3d photos: %s (%d s)\n' "$1" "$2" "$(jq .images.received "$report")" "$found" $((SECONDS - started))
+  jq -e --argjson largest "$3" --argjson maps "$4" --argjson error "$error" --arg limit "$5" --arg cause "${6//-/ }" '
     ([.submaps[].images] | max // 0) >= $largest and (.submaps | length) <= $maps
+    and ($limit == "-" or $error != null and $error <= ($limit | tonumber))
     and ($cause == "any" or all(.deferred[]; .cause == $cause))' "$report" >/dev/null ||
-    failures+=("$1 $2: $found, not at least $3 in at most $4, others $5")
+    failures+=("$1 $2: $found; not $3 in $4, error $5, left out: $6")
 }
 
 # check_export NAME CAMERA_MODEL: the model is written with its camera as it is, or refused
@@ -63,13 +70,13 @@ check_export() {
     failures+=("$1: not written as $2, nor refused")
 }
 
-while read -r name kind largest maps cause; do
+while read -r name kind largest maps error cause; do
   [[ -n $name && $name != '#'* ]] || continue
   [[ $name == place || -d $cases/$name ]] || { echo "$name: no $cases/$name: left out"; continue; }
   if [[ $kind == export ]]; then
     check_export "$name" "$largest"
   else
-    check_row "$name" "$kind" "$largest" "$maps" "$cause"
+    check_row "$name" "$kind" "$largest" "$maps" "$error" "$cause"
   fi </dev/null
 done <"$SKEIN_ROOT/tests/process/captures.txt"
 ((${#failures[@]} == 0)) || fail "$(printf '%s\n' "${failures[@]}")"
