@@ -39,9 +39,11 @@ run_capture() {
   is_accounted_for "$report" || fail "$1: photos are not accounted for: $(jq -c .images "$report")"
 }
 
-# error_of SESSION: of the largest map of the synthetic place, position RMSE in % of the extent
+# error_of NAME SESSION: of its largest map, position RMSE in % of the truth's extent; null where there is none
 error_of() {
-  "$SKEIN_BUILD/bin/skein" evaluate --json "$1/sparse/0" "$place/truth" 2>/dev/null | jq '.position_rmse_percent * 1000 | round / 1000' | grep . || echo null
+  local truth=$place/truth
+  [[ $1 == place ]] || truth=$SKEIN_ROOT/../shared/datasets/south-building/reference
+  "$SKEIN_BUILD/bin/skein" evaluate --json "$2/sparse/0" "$truth" 2>/dev/null | jq '.position_rmse_percent * 1000 | round / 1000' | grep . || echo null
 }
 
 # check_row NAME KIND LARGEST MAPS ERROR CAUSE
@@ -49,7 +51,7 @@ check_row() {
   local started=$SECONDS found error=null
   capture_of "$1" "$2"
   run_capture "$1-$2"
-  [[ $5 == - ]] || error=$(error_of "${report%/*}")
+  [[ $5 == - ]] || error=$(error_of "$1" "${report%/*}")
   found=$(jq -r --argjson error "$error" '"\([.submaps[].images] | max // 0) in \(.submaps | length) maps, error \($error // "-"), left out: \([.deferred[].cause] | unique | join("+"))"' "$report")
   printf '%-24s %-16s %3d photos: %s (%d s)\n' "$1" "$2" "$(jq .images.received "$report")" "$found" $((SECONDS - started))
   jq -e --argjson largest "$3" --argjson maps "$4" --argjson error "$error" --arg limit "$5" --arg cause "${6//-/ }" '
