@@ -46,5 +46,5 @@ def totals:
   | "\(length) rows: \(map(.registered) | add // 0) of \(map(.offered) | add // 0) photos registered; \(count(has("endless"))) without end, \(count(has("failed"))) failed; "
     + "\(count(has("crash"))) with a crash (\(map(.restarts) | add // 0) in all); \(count(has("unaccounted"))) with photos unaccounted for; "
     + "\(count(has("fewer"))) of \(count(colmap != null)) with fewer photos than 0.99 x COLMAP's in the largest map; "
-    + "\(count(has("error"))) of \($ratios | length) with an error above 1.1 x COLMAP's, mean ratio \(if $ratios == [] then "–" else ($ratios | add / length | round_to(3)) end); "
+    + "\(count(has("error"))) of \($ratios | length) with an error above 1.1 x COLMAP's, \(if $ratios == [] then "no ratio" else "mean ratio \($ratios | add / length | round_to(3)), median \($ratios | sort | .[(length - 1) / 2 | floor] | round_to(3))" end); "
     + "\(count(has("mixed"))) with maps of two places; \(count(has("invented"))) of \(count(is_rotation)) rotations with a map";
