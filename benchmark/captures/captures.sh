@@ -68,14 +68,27 @@ table() {
 echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1)"
 jq -nr -L "$SKEIN_ROOT/benchmark/captures" 'include "table"; markdown_head'
 export CAPTURES_OUT=$out CAPTURES_DATASETS=$(realpath -m "$datasets") CAPTURES_CONFIG=$config CAPTURES_COLMAP=$with_colmap SKEIN_BUILD
-pids=() status=0
-trap 'kill $(jobs -p) 2>/dev/null || true; wait; exit 130' INT TERM
+running=() status=0
+trap 'kill "${running[@]}" 2>/dev/null || true; wait; exit 130' INT TERM
+# await_fewer N: until less than N rows are in work
+await_fewer() {
+  local pid still
+  while :; do
+    still=()
+    for pid in "${running[@]}"; do
+      if kill -0 "$pid" 2>/dev/null; then still+=("$pid"); else wait "$pid" || status=1; fi
+    done
+    running=("${still[@]}")
+    ((${#running[@]} >= $1)) || return 0
+    sleep 0.5
+  done
+}
 for ((i = 0; i < ${#rows[@]}; i += 2)); do
-  until (($(jobs -rp | wc -l) < jobs)); do sleep 0.5; done
+  await_fewer "$jobs"
   "$SKEIN_ROOT/benchmark/captures/row.sh" "${rows[i]}" "${rows[i + 1]}" </dev/null &
-  pids+=($!)
+  running+=($!)
 done
-for pid in "${pids[@]}"; do wait "$pid" || status=1; done
+await_fewer 1
 table tsv >"$out/table.tsv"
 table totals | tee -a "$out/table.tsv"
 [[ $(table has_failed) == false ]] || status=1
