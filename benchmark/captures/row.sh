@@ -143,10 +143,9 @@ error_of() {
 # session_figures STATUS: of reconstruct.sh
 session_figures() {
   local report=$session/report.json
-  [[ -e $report ]] || echo '{}' >"$run/none.json"
-  [[ -e $report ]] || report=$run/none.json
+  [[ -e $report ]] || { report=$run/none.json && echo '{}' >"$report"; }
   jq -c --argjson offered "$(num_offered)" --argjson status "$1" \
-    --argjson restarts "$(grep -cE ' ended \(|no sign of life' "$run/log" || true)" \
+    --argjson restarts "$(grep -c ' ended (' "$run/log" || true)" \
     --argjson mixed "$(num_mixed)" --argjson error "$(error_of "$session")" \
     --argjson registrations "$(ledger "SELECT COUNT(*) FROM facts WHERE kind = 'registration'" | grep . || echo 0)" \
     --argjson matched "$(ledger "SELECT ROUND((MAX(utime_us) - (SELECT MIN(utime_us) FROM facts WHERE kind = 'image')) / 1e6, 1) FROM facts WHERE kind = 'matches'" | grep . || echo null)" \
@@ -185,7 +184,7 @@ mkdir -p "$CAPTURES_OUT/photos" "$CAPTURES_OUT/rows"
 }
 run_skein
 run_colmap
-jq -c --arg set "${row%%.*}" --arg kind "$kind" --slurpfile colmap <(cat "$colmap/result.json" 2>/dev/null || true) \
+jq -c --arg set "$(basename "$set")" --arg kind "$kind" --slurpfile colmap <(cat "$colmap/result.json" 2>/dev/null || true) \
   '{set: $set, kind: $kind} + . + {colmap: $colmap[0]}' "$run/run.json" >"$CAPTURES_OUT/rows/$row.json"
 figures() { jq -rs -L "$SKEIN_ROOT/benchmark/captures" "include \"table\"; $1" "$CAPTURES_OUT/rows/$row.json"; }
 figures markdown
