@@ -111,7 +111,7 @@ std::vector<Entry> GpsEntries(const GpsPosition& gps) {
 
 Bytes EncodeExif(const ExifInfo& info) {
   std::vector<Entry> image = {Ascii(0x010f, info.make), Ascii(0x0110, info.model),
-                              Short(0x0112, 1)};
+                              Short(0x0112, static_cast<uint16_t>(info.orientation))};
   std::vector<Entry> photo;
   const bool has_time = info.capture_utime_us != 0;
   if (has_time) image.push_back(Ascii(0x0132, ExifTime(info.capture_utime_us)));
@@ -139,18 +139,21 @@ Bytes EncodeExif(const ExifInfo& info) {
   return exif;
 }
 
+Bytes WithExif(Bytes jpeg, const Bytes& exif) {
+  const size_t length = exif.size() + 2;
+  if (length > 0xffff) throw std::runtime_error("the EXIF block is too long for a JPEG");
+  Bytes segment = {0xff, 0xe1, static_cast<uint8_t>(length >> 8), static_cast<uint8_t>(length)};
+  segment.insert(segment.end(), exif.begin(), exif.end());
+  jpeg.insert(jpeg.begin() + 2, segment.begin(), segment.end());  // after the start-of-image marker
+  return jpeg;
+}
+
 Bytes EncodePhoto(const cv::Mat3b& image, const ExifInfo* exif, int quality) {
   Bytes jpeg;
   if (!cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality})) {
     throw std::runtime_error("OpenCV could not encode a JPEG");
   }
-  if (exif == nullptr) return jpeg;
-  const Bytes payload = EncodeExif(*exif);
-  const size_t length = payload.size() + 2;
-  Bytes segment = {0xff, 0xe1, static_cast<uint8_t>(length >> 8), static_cast<uint8_t>(length)};
-  segment.insert(segment.end(), payload.begin(), payload.end());
-  jpeg.insert(jpeg.begin() + 2, segment.begin(), segment.end());  // after the start-of-image marker
-  return jpeg;
+  return exif == nullptr ? jpeg : WithExif(std::move(jpeg), EncodeExif(*exif));
 }
 
 }  // namespace skein

@@ -18,11 +18,16 @@ struct ExifInfo {
   double focal_mm = 0;
   int focal_35mm = 0;  // focal length in pixels * 36 mm / longer side, rounded as cameras do
   int width = 0, height = 0;
+  int orientation = 1;  // 1..8
   std::optional<GpsPosition> gps;
 };
 
 // The APP1 segment's payload: "Exif\0\0" and a little-endian TIFF structure.
 std::vector<uint8_t> EncodeExif(const ExifInfo& info);
+
+// The JPEG with `exif`, an APP1 segment's payload, behind its start. Throws where it has more than
+// the 65,533 bytes of a segment.
+std::vector<uint8_t> WithExif(std::vector<uint8_t> jpeg, const std::vector<uint8_t>& exif);
 
 // JPEG bytes; `exif` null: none. Throws when OpenCV cannot encode.
 std::vector<uint8_t> EncodePhoto(const cv::Mat3b& image, const ExifInfo* exif, int quality);

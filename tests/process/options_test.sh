@@ -26,8 +26,8 @@ for script in demo.sh "reconstruct.sh --session $workspace/none"; do
 done
 refuses 2 '--preset needs a value' "$SKEIN_ROOT/scripts/test.sh" --preset
 refuses 2 '--lcm-url needs a value' "$SKEIN_ROOT/scripts/spy.sh" --lcm-url
-for option in local_ba/--set local_ba/--keep versus_colmap/--truth versus_colmap/--seeds guidance/--keep guidance/--max-photos; do
-  refuses 2 "${option#*/} needs a value" "$SKEIN_ROOT/benchmark/${option%/*}.sh" "${option#*/}"
+for option in local_ba/--set local_ba/--keep versus_colmap/--truth versus_colmap/--seeds guidance/--keep guidance/--max-photos captures/captures/--kinds; do
+  refuses 2 "${option##*/} needs a value" "$SKEIN_ROOT/benchmark/${option%/*}.sh" "${option##*/}"
 done
 refuses 2 "--photos needs a number above 1, not 'few'" "$SKEIN_ROOT/scripts/demo.sh" --photos few
 [[ ! -e $workspace/none ]] || fail "reconstruct.sh made a session for wrong options"
