@@ -171,6 +171,47 @@ TEST(Exif, TakesTheFocalLengthFromWhatIsThere) {
   EXPECT_NEAR(*focal, 50.0 / 36 * 1600, 20);
 }
 
+// Panasonic's DMC-TZ3 is in COLMAP's database: 28 mm are 4.6 mm without digital zoom.
+TEST(Exif, CountsDigitalZoomOnce) {
+  const PhotoHeader header{PhotoFormat::kJpeg, 1600, 1200, 3, 8};
+  const auto read = [&](int focal35_mm, bool is_known_body) {
+    ExifBuilder builder;
+    if (is_known_body) builder.Ascii(0, 0x010f, "Panasonic");
+    if (is_known_body) builder.Ascii(0, 0x0110, "DMC-TZ3");
+    builder.Rationals(1, 0x920a, {{46, 10}});
+    builder.Rationals(1, 0xa404, {{2, 1}});
+    if (focal35_mm > 0) builder.Short(1, 0xa405, focal35_mm);
+    return ReadExif(builder.Into(SmallJpeg()), header);
+  };
+  const double expected_px = 56 * 2000 / 43.2666;
+  for (const int focal35_mm : {28, 56}) {
+    const Exif exif = read(focal35_mm, true);
+    EXPECT_NEAR(*exif.focal_px, expected_px, 0.01) << focal35_mm;
+    EXPECT_FALSE(exif.focal_is_guess);
+    EXPECT_EQ(exif.digital_zoom, 2);
+  }
+  EXPECT_NEAR(*read(0, true).focal_px, expected_px, 0.1 * expected_px);
+  EXPECT_TRUE(read(56, false).focal_is_guess);
+  EXPECT_NEAR(*read(56, false).focal_px, expected_px, 0.01);
+}
+
+TEST(Exif, KnowsACropByItsShape) {
+  const auto read = [](uint32_t width_px, uint32_t height_px) {
+    ExifBuilder builder;
+    builder.Short(1, 0xa405, 28);
+    builder.Short(1, 0xa002, 3200);
+    builder.Short(1, 0xa003, 2400);
+    return ReadExif(builder.Into(SmallJpeg()), {PhotoFormat::kJpeg, width_px, height_px, 3, 8});
+  };
+  const double whole_px = 28 * 4000 / 43.2666;
+  EXPECT_NEAR(*read(1600, 1200).focal_px, whole_px / 2, 0.01);
+  EXPECT_NEAR(*read(1201, 1600).focal_px, whole_px / 2, 1);  // turned, rounded
+  EXPECT_NEAR(*read(3200, 1800).focal_px, whole_px, 0.01);
+  EXPECT_FALSE(read(3200, 1800).focal_is_guess || read(1600, 1200).focal_is_guess);
+  EXPECT_NEAR(*read(1600, 900).focal_px, whole_px / 2, 0.01);
+  EXPECT_TRUE(read(1600, 900).focal_is_guess);
+}
+
 TEST(Exif, IgnoresAbsurdValues) {
   ExifBuilder builder;
   builder.Short(0, 0x0112, 77);

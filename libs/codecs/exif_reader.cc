@@ -14,6 +14,8 @@ namespace skein {
 namespace {
 
 constexpr double kFullFrameDiagonalMm = 43.2666;
+// Encoders and rounding cut off less of a side.
+constexpr double kLeastCrop = 0.01;
 
 using ExifHandle = std::unique_ptr<ExifData, decltype(&exif_data_unref)>;
 
@@ -180,7 +182,29 @@ double MmPerUnit(int unit) {
   }
 }
 
-// Width in mm of the part of the sensor that became the photo's longer side.
+// The photo as the camera wrote it, at the scale at which it is stored.
+struct WholePhoto {
+  double longer_px = 0, shorter_px = 0;
+  bool is_certain = true;
+};
+
+WholePhoto FindWholePhoto(const ExifReader& exif, const PhotoHeader& header) {
+  const auto [shorter, longer] = std::minmax(header.width_px, header.height_px);
+  WholePhoto whole{static_cast<double>(longer), static_cast<double>(shorter), true};
+  const double exif_width = exif.Short(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_X_DIMENSION).value_or(0);
+  const double exif_height = exif.Short(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_Y_DIMENSION).value_or(0);
+  const auto [exif_shorter, exif_longer] = std::minmax(exif_width, exif_height);
+  if (!(exif_shorter > 0)) return whole;
+  const double scale = whole.longer_px / exif_longer;
+  if (std::abs(scale * exif_shorter / whole.shorter_px - 1) < kLeastCrop) return whole;
+  const bool is_unscaled = (whole.longer_px == exif_longer && whole.shorter_px < exif_shorter) ||
+                           (whole.shorter_px == exif_shorter && whole.longer_px < exif_longer);
+  const double least_scale = is_unscaled ? 1 : std::max(scale, whole.shorter_px / exif_shorter);
+  return {least_scale * exif_longer, least_scale * exif_shorter, is_unscaled};
+}
+
+// Width in mm of the part of the sensor that became the longer side of the camera's photo, without
+// digital zoom.
 std::optional<double> SensorWidthMm(const ExifReader& exif, const Exif& info,
                                     const PhotoHeader& header) {
   const auto resolution = exif.Rational(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_X_RESOLUTION);
@@ -205,21 +229,34 @@ int OrientationOf(const ExifReader& exif) {
   return orientation >= 1 && orientation <= 8 ? orientation : 1;
 }
 
-std::optional<double> ReadFocal(const ExifReader& exif, const Exif& info,
-                                const PhotoHeader& header) {
-  const double longer_px = static_cast<double>(std::max(header.width_px, header.height_px));
-  const double diagonal_px = std::hypot(header.width_px, header.height_px);
+// 1 if there was none, or the tag is absent or absurd.
+double ReadDigitalZoom(const ExifReader& exif) {
+  const double zoom = exif.Rational(EXIF_IFD_EXIF, EXIF_TAG_DIGITAL_ZOOM_RATIO).value_or(1);
+  return zoom > 1 && zoom < 100 ? zoom : 1;
+}
+
+// Sets focal length and digital zoom.
+void ReadFocal(const ExifReader& exif, const PhotoHeader& header, Exif* info) {
+  info->digital_zoom = ReadDigitalZoom(exif);
+  const WholePhoto whole = FindWholePhoto(exif, header);
+  bool is_certain = whole.is_certain;
   const int focal35_mm = exif.Short(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM).value_or(0);
   const double focal_mm = exif.Rational(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH).value_or(0);
-  std::optional<double> focal_px;
+  const std::optional<double> width_mm = SensorWidthMm(exif, *info, header);
+  const double by_sensor_px =
+      width_mm && *width_mm > 0 ? focal_mm / *width_mm * whole.longer_px : 0;
+  double focal_px = by_sensor_px * info->digital_zoom;
   if (focal35_mm > 0) {
-    focal_px = focal35_mm * diagonal_px / kFullFrameDiagonalMm;
-  } else if (focal_mm > 0) {
-    const auto width_mm = SensorWidthMm(exif, info, header);
-    if (width_mm && *width_mm > 0) focal_px = focal_mm / *width_mm * longer_px;
+    focal_px = focal35_mm * std::hypot(whole.longer_px, whole.shorter_px) / kFullFrameDiagonalMm;
+    if (by_sensor_px > 0 && focal_px < by_sensor_px * std::sqrt(info->digital_zoom)) {
+      focal_px *= info->digital_zoom;
+    }
+    is_certain &= info->digital_zoom == 1 || by_sensor_px > 0;
   }
-  const bool sane = focal_px && *focal_px > 0.1 * longer_px && *focal_px < 100 * longer_px;
-  return sane ? focal_px : std::nullopt;
+  const double longer_px = static_cast<double>(std::max(header.width_px, header.height_px));
+  if (!(focal_px > 0.1 * longer_px) || !(focal_px < 100 * longer_px)) return;
+  info->focal_px = focal_px;
+  info->focal_is_guess = !is_certain;
 }
 
 }  // namespace
@@ -236,7 +273,7 @@ Exif ReadExif(ByteView bytes, const PhotoHeader& header) {
   info.orientation = OrientationOf(exif);
   info.make = exif.Ascii(EXIF_IFD_0, EXIF_TAG_MAKE);
   info.model = exif.Ascii(EXIF_IFD_0, EXIF_TAG_MODEL);
-  info.focal_px = ReadFocal(exif, info, header);
+  ReadFocal(exif, header, &info);
   info.capture_utime_us = ReadCaptureTime(exif);
   info.gps = ReadGps(exif);
   return info;

@@ -14,6 +14,15 @@ namespace skein {
 //    1,244, calibrated 1,333).
 //  - FocalLength with FocalPlaneXResolution, for the width by PixelXDimension.
 //  - FocalLength with the sensor's width from COLMAP's camera database.
+//
+// Digital zoom (DigitalZoomRatio) is an enlarged crop. FocalLength does not count it. Some cameras
+// count it in FocalLengthIn35mmFilm, others do not: FocalLength and the sensor's width decide.
+// Where the width is not known it is taken as counted, as phones do, and the focal length is a
+// guess.
+//
+// A photo whose shape is not that of PixelXDimension and PixelYDimension was cropped. If one side
+// is as long as in EXIF the crop was not scaled. Otherwise the smallest crop is taken, and the
+// focal length is a guess.
 Exif ReadExif(ByteView bytes, const PhotoHeader& header);
 
 // Its orientation alone, 1..8; 1 without one.

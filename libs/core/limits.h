@@ -27,4 +27,10 @@ constexpr double kMinFocalRatio = 0.1;
 constexpr double kMaxFocalRatio = 10.0;
 constexpr double kMaxDistortion = 1.0;
 
+// What is known of intrinsics beforehand, as standard deviations: of a focal length, over it, where
+// EXIF tells it and where it is guessed; of a distortion parameter.
+constexpr double kFocalSigmaExif = 0.1;
+constexpr double kFocalSigmaGuess = 0.3;
+constexpr double kDistortionSigma = 0.1;
+
 }  // namespace skein::limits

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/limits.h"
 #include "map/bundle_assembly.h"
 #include "map/image_pose.h"
 #include "map/map_access.h"
@@ -10,9 +11,6 @@
 namespace skein {
 namespace {
 
-constexpr double kFocalSigmaExif = 0.1;
-constexpr double kFocalSigmaGuess = 0.3;
-constexpr double kDistortionSigma = 0.1;
 constexpr size_t kMinImagesForDistortion = 3;
 // Neighbours share the errors of an image's observations (localisation, lens, mismatches). More
 // observations than this weigh as this many against a camera's prior.
@@ -31,12 +29,12 @@ BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_foca
   result.prior = state.prior_params;
   result.prior_sigma.assign(result.params.size(), 0.0);
   for (const size_t i : camera.FocalLengthIdxs()) {
-    result.prior_sigma[i] =
-        result.prior[i] * (state.focal_from_exif ? kFocalSigmaExif : kFocalSigmaGuess);
+    result.prior_sigma[i] = result.prior[i] * (state.focal_from_exif ? limits::kFocalSigmaExif
+                                                                     : limits::kFocalSigmaGuess);
     if (refine_focal && !state.fixed) result.refined.push_back(static_cast<int>(i));
   }
   for (const size_t i : camera.ExtraParamsIdxs()) {
-    result.prior_sigma[i] = kDistortionSigma;
+    result.prior_sigma[i] = limits::kDistortionSigma;
     if (refine_distortion && !state.fixed) result.refined.push_back(static_cast<int>(i));
   }
   return result;

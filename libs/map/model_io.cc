@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "base/camera_models.h"
 #include "base/pose.h"
@@ -19,10 +20,20 @@ auto SortedKeys(const Map& map) {
   return keys;
 }
 
+// Ascending.
+std::set<colmap::camera_t> UsedCameras(const colmap::Reconstruction& reconstruction) {
+  std::set<colmap::camera_t> ids;
+  for (const colmap::image_t id : reconstruction.RegImageIds()) {
+    ids.insert(reconstruction.Image(id).CameraId());
+  }
+  return ids;
+}
+
 Bytes EncodeCameras(const colmap::Reconstruction& reconstruction) {
   ByteWriter writer;
-  writer.Put<uint64_t>(reconstruction.NumCameras());
-  for (const colmap::camera_t id : SortedKeys(reconstruction.Cameras())) {
+  const std::set<colmap::camera_t> ids = UsedCameras(reconstruction);
+  writer.Put<uint64_t>(ids.size());
+  for (const colmap::camera_t id : ids) {
     const colmap::Camera& camera = reconstruction.Camera(id);
     writer.Put<uint32_t>(id);
     writer.Put<int32_t>(camera.ModelId());
@@ -259,7 +270,7 @@ Result<colmap::Reconstruction> DecodeModel(ModelArchive&& archive) {
 
 colmap::Reconstruction CopyRegistered(const colmap::Reconstruction& reconstruction) {
   colmap::Reconstruction copy;
-  for (const colmap::camera_t id : SortedKeys(reconstruction.Cameras())) {
+  for (const colmap::camera_t id : UsedCameras(reconstruction)) {
     copy.AddCamera(reconstruction.Camera(id));
   }
   std::vector<colmap::image_t> ids = reconstruction.RegImageIds();

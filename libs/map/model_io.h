@@ -6,8 +6,8 @@
 
 namespace skein {
 
-// cameras.bin, images.bin, points3D.bin as COLMAP 3.8 writes them (registered images only), in
-// memory and ordered by id, so that equal models are equal bytes.
+// cameras.bin, images.bin, points3D.bin as COLMAP 3.8 writes them, in memory and ordered by id, so
+// that equal models are equal bytes: registered images only, and cameras that they use.
 ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction);
 
 // The reverse. Every count, id and index is checked, as COLMAP aborts the process on bad ones. The
@@ -16,8 +16,8 @@ Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive);
 // The same; each file is freed once it is read.
 Result<colmap::Reconstruction> DecodeModel(ModelArchive&& archive);
 
-// What encoding and decoding gives, without either: the registered images and all cameras; the
-// points get new ids, in the order of the old ones.
+// What encoding and decoding gives, without either: the registered images and their cameras;
+// the points get new ids, in the order of the old ones.
 colmap::Reconstruction CopyRegistered(const colmap::Reconstruction& reconstruction);
 
 }  // namespace skein

@@ -55,10 +55,11 @@ TEST_F(ModelIoTest, NoCutOrFlippedByteGetsThroughToColmap) {
   }
 }
 
-// Photos 3, 1 and 2 of two cameras; 2 is not registered. Points 1 and 3 of three.
+// Photos 3, 1 and 2 of two cameras; 2 is not registered. Camera 7 has no photo. Points 1 and 3 of
+// three.
 colmap::Reconstruction MakeModel() {
   colmap::Reconstruction model;
-  for (const colmap::camera_t id : {2, 1}) {
+  for (const colmap::camera_t id : {2, 1, 7}) {
     colmap::Camera camera;
     camera.SetCameraId(id);
     camera.InitializeWithName("SIMPLE_RADIAL", 1000 + id, 800, 600);
@@ -91,6 +92,13 @@ TEST(CopyRegistered, IsWhatEncodingAndDecodingGives) {
   const Result<colmap::Reconstruction> decoded = DecodeModel(EncodeModel(model));
   ASSERT_TRUE(decoded.ok()) << decoded.error();
   EXPECT_EQ(EncodeModel(CopyRegistered(model)), EncodeModel(*decoded));
+}
+
+TEST(EncodeModel, LeavesOutCamerasThatNoRegisteredPhotoUses) {
+  const Result<colmap::Reconstruction> decoded = DecodeModel(EncodeModel(MakeModel()));
+  ASSERT_TRUE(decoded.ok()) << decoded.error();
+  EXPECT_EQ(decoded->NumCameras(), 2u);
+  EXPECT_FALSE(decoded->ExistsCamera(7));
 }
 
 TEST(CopyRegistered, LeavesOutWhatIsNotRegistered) {

@@ -7,7 +7,7 @@ namespace skein {
 namespace {
 
 // Changes with the messages: a decoder of another build is told at its start.
-constexpr uint32_t kProtocol = 0x534b4402;  // "SKD", 2
+constexpr uint32_t kProtocol = 0x534b4403;  // "SKD", 3
 constexpr size_t kMaxReason = 400;
 constexpr size_t kMaxExifText = 256;
 
@@ -20,6 +20,7 @@ bool IsSane(const Exif& exif) {
   return exif.orientation >= 1 && exif.orientation <= 8 && exif.make.size() <= kMaxExifText &&
          exif.model.size() <= kMaxExifText &&
          (!exif.focal_px || (std::isfinite(*exif.focal_px) && *exif.focal_px > 0)) &&
+         std::isfinite(exif.digital_zoom) && exif.digital_zoom >= 1 &&
          (!exif.gps || IsSane(*exif.gps));
 }
 
@@ -31,6 +32,8 @@ void PutExif(const Exif& exif, ByteWriter* writer) {
   writer->PutString(exif.model.substr(0, kMaxExifText));
   writer->Put(static_cast<uint8_t>(exif.focal_px.has_value()));
   writer->Put(exif.focal_px.value_or(0));
+  writer->Put(static_cast<uint8_t>(exif.focal_is_guess));
+  writer->Put(exif.digital_zoom);
   writer->Put(exif.capture_utime_us);
   writer->Put(static_cast<uint8_t>(exif.gps.has_value()));
   const GpsPosition gps = exif.gps.value_or(GpsPosition());
@@ -40,16 +43,18 @@ void PutExif(const Exif& exif, ByteWriter* writer) {
 }
 
 bool GetExif(ByteReader* reader, Exif* exif) {
-  uint8_t orientation = 0, has_focal = 0, has_gps = 0;
+  uint8_t orientation = 0, has_focal = 0, is_guess = 0, has_gps = 0;
   double focal_px = 0;
   GpsPosition gps;
   const bool read = reader->Get(&orientation) && reader->GetString(&exif->make) &&
                     reader->GetString(&exif->model) && reader->Get(&has_focal) &&
-                    reader->Get(&focal_px) && reader->Get(&exif->capture_utime_us) &&
+                    reader->Get(&focal_px) && reader->Get(&is_guess) &&
+                    reader->Get(&exif->digital_zoom) && reader->Get(&exif->capture_utime_us) &&
                     reader->Get(&has_gps) && reader->Get(&gps.latitude_deg) &&
                     reader->Get(&gps.longitude_deg) && reader->Get(&gps.altitude_m);
   exif->orientation = orientation;
   if (has_focal != 0) exif->focal_px = focal_px;
+  exif->focal_is_guess = is_guess != 0;
   if (has_gps != 0) exif->gps = gps;
   return read && IsSane(*exif);
 }

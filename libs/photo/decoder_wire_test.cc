@@ -14,6 +14,8 @@ DecoderAnswer Answer() {
   answer.exif.make = "make";
   answer.exif.model = "model";
   answer.exif.focal_px = 1234.5;
+  answer.exif.focal_is_guess = true;
+  answer.exif.digital_zoom = 2.5;
   answer.exif.capture_utime_us = -7;
   answer.exif.gps = GpsPosition{-33.5, 151.25, -12.5};
   answer.address_space_bytes = uint64_t{1} << 40;
@@ -55,6 +57,8 @@ TEST(DecoderWire, AnswersComeAsTheyWent) {
   EXPECT_EQ(parsed->exif.orientation, 8);
   EXPECT_EQ(parsed->exif.model, "model");
   EXPECT_EQ(parsed->exif.focal_px, 1234.5);
+  EXPECT_TRUE(parsed->exif.focal_is_guess);
+  EXPECT_EQ(parsed->exif.digital_zoom, 2.5);
   EXPECT_EQ(parsed->exif.capture_utime_us, -7);
   EXPECT_EQ(parsed->exif.gps->altitude_m, -12.5);
   EXPECT_EQ(parsed->address_space_bytes, uint64_t{1} << 40);
@@ -81,6 +85,9 @@ TEST(DecoderWire, RefusesWhatNoDecoderSays) {
   EXPECT_FALSE(Parse(longer).ok());
   DecoderAnswer answer = Answer();
   answer.exif.orientation = 9;
+  EXPECT_FALSE(Parse(EncodeDecoderAnswer(answer)).ok());
+  answer = Answer();
+  answer.exif.digital_zoom = 0;
   EXPECT_FALSE(Parse(EncodeDecoderAnswer(answer)).ok());
   answer = Answer();
   answer.exif.focal_px = std::nan("");

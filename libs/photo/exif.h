@@ -30,6 +30,8 @@ struct Exif {
   std::string make;
   std::string model;
   std::optional<double> focal_px;  // for the stored size
+  bool focal_is_guess = false;     // the fields leave open what focal_px is
+  double digital_zoom = 1;         // DigitalZoomRatio; 1: none, or not told
   int64_t capture_utime_us = 0;    // UTC where the offset is given, else local time read as UTC
   std::optional<GpsPosition> gps;
 };

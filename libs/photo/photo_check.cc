@@ -56,15 +56,17 @@ Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits) {
 FocalPrior ChooseFocal(const CheckedPhoto& photo, double offered_focal_px) {
   const double longer =
       static_cast<double>(std::max(photo.header.width_px, photo.header.height_px));
-  if (photo.exif.focal_px) return {*photo.exif.focal_px, true};
+  if (photo.exif.focal_px) return {*photo.exif.focal_px, !photo.exif.focal_is_guess};
   const bool sane = offered_focal_px > 0.1 * longer && offered_focal_px < 100 * longer;
   return {sane ? offered_focal_px : 1.2 * longer, false};
 }
 
 std::string CameraKey(const std::string& agent, const CheckedPhoto& photo,
                       const FocalPrior& focal) {
+  const double zoom = photo.exif.digital_zoom;
   return agent + "|" + photo.exif.make + "|" + photo.exif.model + "|" + SizeText(photo.header) +
-         "|" + std::to_string(std::llround(focal.focal_px));
+         "|" + std::to_string(std::llround(focal.focal_px)) +
+         (zoom > 1 ? "|zoom " + std::to_string(std::llround(100 * zoom)) : "");
 }
 
 }  // namespace skein

@@ -43,11 +43,11 @@ struct FocalPrior {
 };
 
 // EXIF's focal length, else what the agent offered (0: nothing; absurd values too), else
-// 1.2 * max(width, height).
+// 1.2 * max(width, height). `from_exif` is false where EXIF leaves it open.
 FocalPrior ChooseFocal(const CheckedPhoto& photo, double offered_focal_px);
 
-// Photos with one key share a camera: same agent, make, model, size as stored and focal prior. A
-// zoom makes a new camera.
+// Photos with one key share a camera: same agent, make, model, size as stored, focal prior and
+// digital zoom.
 std::string CameraKey(const std::string& agent, const CheckedPhoto& photo, const FocalPrior& focal);
 
 }  // namespace skein

@@ -49,6 +49,9 @@ TEST(FocalPrior, PrefersExifThenTheOfferThenTheSize) {
   photo.exif.focal_px = 800;
   EXPECT_EQ(ChooseFocal(photo, 900).focal_px, 800);
   EXPECT_TRUE(ChooseFocal(photo, 900).from_exif);
+  photo.exif.focal_is_guess = true;
+  EXPECT_EQ(ChooseFocal(photo, 900).focal_px, 800);
+  EXPECT_FALSE(ChooseFocal(photo, 900).from_exif);
 }
 
 TEST(CameraKey, IsSharedByPhotosOfOneBodySizeAndZoom) {
@@ -58,6 +61,10 @@ TEST(CameraKey, IsSharedByPhotosOfOneBodySizeAndZoom) {
   EXPECT_EQ(CameraKey("alice", photo, {1200.2, false}), key);
   EXPECT_NE(CameraKey("bob", photo, {1200, false}), key);
   EXPECT_NE(CameraKey("alice", photo, {2400, false}), key);
+  photo.exif.digital_zoom = 2;
+  EXPECT_NE(CameraKey("alice", photo, {1200, false}), key);
+  photo.exif.digital_zoom = 1;
+  EXPECT_EQ(CameraKey("alice", photo, {1200, false}), key);
   photo.header.height_px = 501;
   EXPECT_NE(CameraKey("alice", photo, {1200, false}), key);
 }

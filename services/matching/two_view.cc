@@ -9,6 +9,7 @@
 #include "estimators/essential_matrix.h"
 #include "estimators/fundamental_matrix.h"
 #include "estimators/homography_matrix.h"
+#include "geometry/free_focal.h"
 #include "matching/five_point.h"
 #include "matching/four_point.h"
 #include "optim/loransac.h"
@@ -335,6 +336,28 @@ void EstimatePose(const colmap::Camera& camera1, const std::vector<Eigen::Vector
   ResetPoseUnlessFinite(geometry);
 }
 
+FocalBelief BeliefOf(const colmap::Camera& camera) {
+  return {camera.MeanFocalLength(),
+          camera.HasPriorFocalLength() ? limits::kFocalSigmaExif : limits::kFocalSigmaGuess};
+}
+
+// Of the inliers. With a focal length that is a little wrong a rotation's matches have an invented
+// parallax.
+bool IsRotationWithAnyFocalLengths(const colmap::Camera& camera1,
+                                   const std::vector<Eigen::Vector2d>& points1,
+                                   const colmap::Camera& camera2,
+                                   const std::vector<Eigen::Vector2d>& points2,
+                                   const colmap::FeatureMatches& inliers) {
+  const Eigen::Vector2d center1(camera1.PrincipalPointX(), camera1.PrincipalPointY());
+  const Eigen::Vector2d center2(camera2.PrincipalPointX(), camera2.PrincipalPointY());
+  PairPixels pixels;
+  for (const colmap::FeatureMatch& match : inliers) {
+    pixels.first.push_back(points1[match.point2D_idx1] - center1);
+    pixels.second.push_back(points2[match.point2D_idx2] - center2);
+  }
+  return IsRotation(pixels, {BeliefOf(camera1), BeliefOf(camera2)});
+}
+
 TwoViewGeometry Conclude(const colmap::Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
                          const colmap::Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
                          const colmap::FeatureMatches& matches, const Correspondences& c,
@@ -356,6 +379,12 @@ TwoViewGeometry Conclude(const colmap::Camera& camera1, const std::vector<Eigen:
     return geometry;
   }
   EstimatePose(camera1, points1, camera2, points2, &geometry);
+  if (options.limit_trials_by_outcome && geometry.tri_angle > 0 &&
+      IsRotationWithAnyFocalLengths(camera1, points1, camera2, points2, geometry.inlier_matches)) {
+    geometry.config = TwoViewGeometry::PANORAMIC;
+    geometry.tvec.setZero();
+    geometry.tri_angle = 0;
+  }
   return geometry;
 }
 

@@ -56,7 +56,8 @@ colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool fo
 //   qvec, tvec      camera 2 from camera 1, |tvec| = 1 or 0 (panoramic)
 //   tri_angle       median triangulation angle, radians
 //
-// Without focal priors E, pose and angle follow from F and the assumed focal lengths.
+// Without focal priors E, pose and angle follow from F and the assumed focal lengths. A pair that a
+// rotation explains, with whatever focal lengths, is panoramic (geometry/free_focal.h).
 colmap::TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                                         const std::vector<Eigen::Vector2d>& points1,
                                         const colmap::Camera& camera2,

@@ -114,6 +114,32 @@ TEST_F(TwoView, RecognisesPlane) {
   EXPECT_EQ(Estimate(scene).config, TwoViewGeometry::PLANAR);
 }
 
+// Of a camera whose focal length is not known: the pair's homography is taken apart with a wrong
+// one.
+TEST_F(TwoView, PureRotationIsKnownWithoutFocalPrior) {
+  const Scene scene = MakeScene(200, 60, Eigen::Vector3d::Zero(), false);
+  for (const double factor : {0.7, 1.0, 1.5}) {
+    const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
+    const TwoViewGeometry geometry =
+        EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_);
+    EXPECT_EQ(geometry.config, TwoViewGeometry::PANORAMIC) << factor;
+    EXPECT_EQ(geometry.tri_angle, 0) << factor;
+    EXPECT_TRUE(IsVerified(geometry)) << factor;
+  }
+}
+
+TEST_F(TwoView, AWallBeforeAMovingCameraIsNoRotationWithoutFocalPrior) {
+  const Scene scene = MakeScene(200, 60, Eigen::Vector3d(-1, 0.1, 0.1), true);
+  for (const double factor : {0.7, 1.0, 1.5}) {
+    const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
+    EXPECT_GT(
+        EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_)
+            .tri_angle,
+        0.01)
+        << factor;
+  }
+}
+
 TEST_F(TwoView, PureRotationHasNoTriangulationAngle) {
   const Scene scene = MakeScene(200, 60, Eigen::Vector3d::Zero(), false);
   const TwoViewGeometry geometry = Estimate(scene);
