@@ -254,7 +254,8 @@ class Run {
     }
     if (arguments_.background) Print("at rest", images.size(), CpuSeconds() - start);
     start = CpuSeconds();
-    if (arguments_.batch) submap_.MapAsBatch(
+    if (arguments_.batch)
+      submap_.MapAsBatch(
           {true, {}, [this](Submap& anew) { return AbsorbBatch(&anew, &submap_).status.ok(); }},
           Sink());
     submap_.Finish(Sink());

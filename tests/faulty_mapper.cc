@@ -39,16 +39,14 @@ int main(int argc, char** argv) {
   skein::NodeOptions node_options;
   node_options.service = "mapper";
   skein::MapperOptions options;
-  if (const auto code =
-          skein::ParseServiceOptions("A mapper with faults.", argc, argv, &node_options, &options)) {
+  if (const auto code = skein::ParseServiceOptions("A mapper with faults.", argc, argv,
+                                                   &node_options, &options)) {
     return *code;
   }
   options.run.submap.make_local = skein::MakerOf(options.local_ba);
   return skein::RunService(node_options, [&](skein::Node& node) {
-    node.steps().OnBegin(
-        [faults = skein::FaultsOf(std::getenv("SKEIN_TEST_FAULTS"))](const skein::Step& step) {
-          skein::FailStep(faults, step);
-        });
+    node.steps().OnBegin([faults = skein::FaultsOf(std::getenv("SKEIN_TEST_FAULTS"))](
+                             const skein::Step& step) { skein::FailStep(faults, step); });
     skein::MapperService service(node, options.run, options.pool);
     node.Run();
   });

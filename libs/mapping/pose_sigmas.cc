@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "base/camera_models.h"
-
 #include "bundle/bundle_terms.h"
 
 namespace skein {

@@ -191,7 +191,7 @@ int Submap::AdjustNewImage(ImageId new_image) {
   }
   const int num_images = adjuster_.AdjustLocally(new_image);
   maintenance_.OnLocalBa();
-  if (adjuster_.HasMapGrown() && options_.background) {
+  if (adjuster_.HasMapGrown() && options_.background && is_maintained_) {
     maintenance_.StartGlobalBa();
   } else if (adjuster_.HasMapGrown()) {
     AdjustGlobally(1, true, false);
@@ -205,6 +205,7 @@ void Submap::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
 }
 
 bool Submap::Maintain(double idle_s, const EventSink& sink) {
+  if (!is_maintained_) return false;
   const auto part = options_.Enter(SubmapOptions::Part::kMaintenance);
   const Maintenance::ToCheck check = maintenance_.DoPart(idle_s);
   WithdrawWeak(check.weak, sink);
@@ -367,7 +368,8 @@ void Submap::TryAllWaiting(const EventSink& sink) {
 bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
   // A few more pairs than at the last time change nothing.
-  const bool is_known = settled_.consistent || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_;
+  const bool is_known =
+      settled_.consistent || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_;
   if (!batch.is_of_place && is_known) return false;
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
@@ -466,8 +468,8 @@ bool Submap::MixesPlaces(const SceneMap& anew,
       if (is_theirs && !map_->IsRegistered(id)) theirs.insert(id);
     }
     if (ours.empty() || theirs.empty()) return false;
-    return ShowsAnotherPlace(
-        options, ComparePhotoSets(options, anew, anew.reconstruction(), ours, theirs));
+    return ShowsAnotherPlace(options,
+                             ComparePhotoSets(options, anew, anew.reconstruction(), ours, theirs));
   });
 }
 

@@ -65,6 +65,8 @@ class Submap {
   void Enqueue(int64_t image_id) { waiting_.Enqueue(image_id); }
   // Another submap holds the photo, or no longer: meanwhile it is not tried here.
   void SetHeldElsewhere(int64_t image_id, bool held);
+  // From now on nothing is adjusted in the background, nor checked after it.
+  void LeaveOutMaintenance() { is_maintained_ = false; }
   // The photo is never tried again, and leaves the queue.
   void LeaveOut(int64_t image_id) { waiting_.LeaveOut(image_id); }
   // Tries the queue's most promising photo; false if the queue was empty. After a success, waiting
@@ -90,9 +92,10 @@ class Submap {
     std::function<bool(Submap& anew)> absorb;
   };
   // Maps the photos anew, as if they had come at once (rebuild.h), with the intrinsics that were
-  // found: from the first photo, from photos that no map has, from photos far from these. The new map stays if more verified matches agree with it, if no
-  // photo is lost that no other map has, and if what it takes from another submap shows no visually
-  // similar place. Else its photos may be absorbed. True if the map is another one now.
+  // found: from the first photo, from photos that no map has, from photos far from these. The new
+  // map stays if more verified matches agree with it, if no photo is lost that no other map has,
+  // and if what it takes from another submap shows no visually similar place. Else its photos may
+  // be absorbed. True if the map is another one now.
   bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
   // Tries every photo that waits, also rejected ones, refines the map globally, and withdraws the
@@ -183,7 +186,8 @@ class Submap {
 
   void AdjustWithPointsAnew(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
-  // The next photo to begin a batch with; nothing where there is none. `mapped`: by earlier batches.
+  // The next photo to begin a batch with; nothing where there is none. `mapped`: by earlier
+  // batches.
   std::optional<ImageId> NextStart(const std::vector<ImageId>& before,
                                    const std::set<ImageId>& mapped) const;
   bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
@@ -205,6 +209,7 @@ class Submap {
   Consistency consistency_;
   Maintenance maintenance_;
   ImageId first_ = 0;              // of the initial pair
+  bool is_maintained_ = true;      // see LeaveOutMaintenance
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // What a finish need not do again, as no photo has come or gone since:
   struct Settled {

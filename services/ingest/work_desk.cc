@@ -32,9 +32,8 @@ void WorkDesk::OnRequest(const work_request_t& request) {
   // The signal frees what the dead process held. Its death counts once: against its steps if they
   // are known, else against the item.
   const int signal = NoteDeath(request) ? SIGTERM : request.previous_exit_signal;
-  CommitFailures(planner_.OnRequest(request.kind,
-                                    {request.worker, request.capacity, signal, request.held},
-                                    now_s));
+  CommitFailures(planner_.OnRequest(
+      request.kind, {request.worker, request.capacity, signal, request.held}, now_s));
   Tick();
 }
 
@@ -42,10 +41,10 @@ void WorkDesk::OnRequest(const work_request_t& request) {
 bool WorkDesk::NoteDeath(const work_request_t& request) {
   if (request.kind != kSubmapKind || !IsCrash(request.previous_exit_signal)) return false;
   for (int i = 0; i < request.num_previous; ++i) {
-    NoteFailedStep(request.previous_items[i], request.previous_steps[i],
-                   "life-" + std::to_string(request.previous_life),
-                   "worker died of " + SignalName(request.previous_exit_signal) + " (" +
-                       request.worker + ")");
+    NoteFailedStep(
+        request.previous_items[i], request.previous_steps[i],
+        "life-" + std::to_string(request.previous_life),
+        "worker died of " + SignalName(request.previous_exit_signal) + " (" + request.worker + ")");
   }
   return request.num_previous > 0;
 }

@@ -164,8 +164,8 @@ Absorption AbsorbBatch(Submap* source, Submap* submap) {
   MergeTask task{};
   task.order.num_shared_images = AbsorbOptions().min_shared_images;
   Absorption absorption;
-  absorption.status = AbsorbModel(CopyRegistered(source->map().reconstruction()), task, submap,
-                                  &absorption);
+  absorption.status =
+      AbsorbModel(CopyRegistered(source->map().reconstruction()), task, submap, &absorption);
   LogInfo("batch: {}", absorption.status.ok() ? "absorbed" : absorption.status.error());
   return absorption;
 }

@@ -35,7 +35,8 @@ void ModelLoader::Load(const std::string& step, const std::string& blob_id, OnLo
   blobs_.Fetch(
       blob_id, "ingest", alive_.Guarded([this, step, on_loaded, on_decoded](Result<Bytes> bytes) {
         if (!bytes.ok()) return on_loaded(bytes.status());
-        worker_.Run(step, [bytes = std::move(*bytes)](Submap&) { return Decode(bytes); }, on_decoded);
+        worker_.Run(
+            step, [bytes = std::move(*bytes)](Submap&) { return Decode(bytes); }, on_decoded);
       }));
 }
 

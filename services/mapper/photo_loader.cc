@@ -28,8 +28,7 @@ Result<DecodedPhoto> Decode(const FetchedPhoto& photo) {
 }
 
 Status AddOne(const FetchedPhoto& photo, Submap* submap) {
-  const auto part =
-      submap->options().Enter(SubmapOptions::Part::kPhoto, photo.input.image_id);
+  const auto part = submap->options().Enter(SubmapOptions::Part::kPhoto, photo.input.image_id);
   const Result<DecodedPhoto> decoded = Decode(photo);
   if (!decoded.ok()) return decoded.status();
   const int64_t id = photo.input.image_id;

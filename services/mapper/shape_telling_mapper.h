@@ -52,7 +52,11 @@ struct ShapeTellingMapper {
   Node viewer{ShapeTellingOptions("viewer"), loop, bus};
   WorkerThread worker{loop};
   std::atomic<int64_t> current{0};
-  SubmapWorker submap{worker, current, node.steps(), 1, SubmapOptions(),
+  SubmapWorker submap{worker,
+                      current,
+                      node.steps(),
+                      1,
+                      SubmapOptions(),
                       [](const std::string& step, const std::string& reason) {
                         throw std::runtime_error(step + ": " + reason);
                       }};

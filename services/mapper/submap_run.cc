@@ -98,7 +98,10 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
               [this](const std::string& step, const std::string& reason) { Fail(step, reason); }),
       cursor_(ledger.items),
       submissions_(
-          node.submitter(), [this](const std::string& reason) { End({"", reason}); },
+          node.submitter(),
+          [this](const std::string& reason) {
+            End({"", reason});
+          },
           [this] {
             PublishStatus();
             Pump();
@@ -224,7 +227,7 @@ void SubmapRun::Begin() {
   reports_.ExpectReplayUpTo(head);
   reports_.NumberFrom(head);
   writer_.NumberFrom(head);
-  LeaveOutPhotos();
+  LeaveOutSteps();
   submap->latest_model ? Restore(*submap->latest_model) : Seed(submap->seed);
 }
 
@@ -281,7 +284,6 @@ void SubmapRun::StartRunning(int64_t seq, int64_t merge_seq) {
   state_.Become(Life::kRunning);
   cursor_.StartAfter(seq, merge_seq);
   offered_.Start();
-  if (IsLeftOut(ShapeStep())) shape_.LeaveOut();
 }
 
 bool SubmapRun::IsLeftOut(const std::string& step) const {
@@ -290,6 +292,20 @@ bool SubmapRun::IsLeftOut(const std::string& step) const {
 
 std::string SubmapRun::WhyLeftOut(const std::string& step) const {
   return ledger_.session.FindSubmap(submap_id())->failed_steps.at(step).reason;
+}
+
+// What failed three times in earlier runs.
+void SubmapRun::LeaveOutSteps() {
+  LeaveOutPhotos();
+  if (IsLeftOut(ShapeStep())) shape_.LeaveOut();
+  if (!IsLeftOut(MaintenanceStep())) return;
+  RunOnWorker(
+      TrialsStep(),
+      [](Submap& submap) {
+        submap.LeaveOutMaintenance();
+        return true;
+      },
+      [](bool) {});
 }
 
 // Photos whose trial failed three times. Nobody waits for them here.
@@ -404,8 +420,8 @@ void SubmapRun::DoBatch(const Item& item) {
   for (const int64_t id : place->submaps) {
     if (id != submap_id()) others.push_back(ledger_.session.RegisteredIn(id));
   }
-  LoadPhotos(place->photos, [this, step, others, num = place->photos.size()](
-                                const FetchedPhotos& photos) {
+  LoadPhotos(place->photos, [this, step, others,
+                             num = place->photos.size()](const FetchedPhotos& photos) {
     doing_ = "maps " + std::to_string(num) + " photos anew as a batch";
     PublishStatus();
     RunJob(
@@ -676,7 +692,9 @@ void SubmapRun::Dissolve(const std::string& reason) {
   state_.Become(Life::kDissolving);
   Submit(
       MakeSubmapEnd(submap_id(), epoch(), reason),
-      [this, reason](int64_t) { End({"", reason}); },
+      [this, reason](int64_t) {
+        End({"", reason});
+      },
       [this, reason](const std::string&) { Fail(SeedStep(), reason); });
 }
 

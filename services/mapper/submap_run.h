@@ -90,7 +90,8 @@ class SubmapRun {
     TellHeldElsewhere();
     worker_.Run(step, std::move(job), std::move(then));
   }
-  void LoadModel(const std::string& step, const std::string& blob_id, ModelLoader::OnLoaded on_loaded);
+  void LoadModel(const std::string& step, const std::string& blob_id,
+                 ModelLoader::OnLoaded on_loaded);
   // Whether a step failed three times, and its last reason.
   bool IsLeftOut(const std::string& step) const;
   std::string WhyLeftOut(const std::string& step) const;
@@ -167,6 +168,7 @@ class SubmapRun {
   int64_t StatusSeq() const;
   void PublishStatus();
   std::string Detail() const;
+  void LeaveOutSteps();
   void LeaveOutPhotos();
   int64_t FinishId() const { return ledger_.session.finish().finish_id; }
   void Fail(const std::string& step, const std::string& reason);

@@ -54,18 +54,16 @@ class SubmapWorker {
   template <class Job, class Then>
   void RunOn(WorkerThread& thread, StepSlot slot, const std::string& step, Job job, Then then) {
     using R = std::invoke_result_t<Job&>;
-    thread.Run(
-        [&steps = steps_, slot, step = Step{submap_id_, step}, job = std::move(job)]() mutable {
-          return Attempt<R>(steps, slot, step, job);
-        },
-        alive_.Guarded([this, step, then = std::move(then)](Attempted<R> attempted) mutable {
-          if (!attempted.result) return on_failure_(attempted.failed_step, attempted.reason);
-          try {
-            then(std::move(*attempted.result));
-          } catch (const std::exception& error) {
-            on_failure_(step, error.what());
-          }
-        }));
+    thread.Run([&steps = steps_, slot, step = Step{submap_id_, step},
+                job = std::move(job)]() mutable { return Attempt<R>(steps, slot, step, job); },
+               alive_.Guarded([this, step, then = std::move(then)](Attempted<R> attempted) mutable {
+                 if (!attempted.result) return on_failure_(attempted.failed_step, attempted.reason);
+                 try {
+                   then(std::move(*attempted.result));
+                 } catch (const std::exception& error) {
+                   on_failure_(step, error.what());
+                 }
+               }));
   }
 
  private:
