@@ -12,7 +12,6 @@ namespace skein {
 namespace {
 
 constexpr double kBelievedPx = 1200, kNoisePx = 0.5;
-constexpr double kChiSquared999 = 10.83;  // 1 degree of freedom
 
 // Points before two cameras at distance 8. The photos are 1000 x 750.
 struct Scene {
@@ -59,50 +58,12 @@ PairPixels Photograph(const Scene& scene) {
 
 TwoViewBeliefs Guesses() { return {{kBelievedPx, 0.3}, {kBelievedPx, 0.3}}; }
 
-TEST(FocalRatio, IsFoundWhereTheFocalLengthsDiffer) {
-  for (const double ratio : {1.1, 1.3, 2.0, 0.6}) {
-    Scene scene;
-    scene.second_px = ratio * kBelievedPx;
-    const auto found = EstimateFocalRatio(Photograph(scene), Guesses());
-    ASSERT_TRUE(found);
-    EXPECT_NEAR(found->log_ratio, std::log(ratio), 0.02) << ratio;
-    EXPECT_GT(found->evidence, kChiSquared999) << ratio;
-  }
-}
-
-TEST(FocalRatio, HasNoEvidenceWhereTheyAreEqual) {
-  for (const double focal_px : {800.0, 1200.0, 1700.0}) {
-    for (const double distortion : {0.0, -0.1}) {
-      for (const unsigned seed : {1, 2, 3}) {
-        Scene scene;
-        scene.first_px = scene.second_px = focal_px;
-        scene.distortion = distortion;
-        scene.seed = seed;
-        const auto found = EstimateFocalRatio(Photograph(scene), Guesses());
-        ASSERT_TRUE(found);
-        EXPECT_LT(found->evidence, kChiSquared999) << focal_px << " " << distortion << " " << seed;
-      }
-    }
-  }
-}
-
-TEST(FocalRatio, StaysOpenOnAPlane) {
-  for (const unsigned seed : {1, 2, 3, 4}) {
-    Scene scene;
-    scene.depth = 0;
-    scene.second_px = 1.3 * kBelievedPx;
-    scene.seed = seed;
-    const auto found = EstimateFocalRatio(Photograph(scene), Guesses());
-    ASSERT_TRUE(found);
-    EXPECT_LT(found->evidence, kChiSquared999) << seed;
-  }
-}
-
-TEST(FocalRatio, NeedsMatches) {
-  PairPixels pixels = Photograph(Scene());
+TEST(Rotation, NeedsMatches) {
+  Scene scene;
+  scene.stays = true;
+  PairPixels pixels = Photograph(scene);
   pixels.first.resize(10);
   pixels.second.resize(10);
-  EXPECT_FALSE(EstimateFocalRatio(pixels, Guesses()));
   EXPECT_FALSE(IsRotation(pixels, Guesses()));
 }
 

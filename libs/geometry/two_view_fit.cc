@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/limits.h"
@@ -20,12 +19,6 @@ constexpr double kBehindPx = 1e3;  // residual of a point that a rotation turns 
 constexpr double kLossScale = 2;   // standard deviations
 constexpr double kNumericStep = 1e-6;  // of derivatives
 
-Eigen::Matrix3d CrossProductMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return matrix;
-}
-
 Eigen::Vector3d RayOf(const Eigen::Vector2d& pixel, double focal_px, double distortion) {
   constexpr int kFixedPointIterations = 4;
   const Eigen::Vector2d distorted = pixel / focal_px;
@@ -42,8 +35,6 @@ TwoViewModel Moved(const TwoViewModel& model, const Step& step) {
   if (angle > 0) {
     moved.R = Eigen::AngleAxisd(angle, step.head<3>() / angle).matrix() * model.R;
   }
-  const Eigen::Vector3d u = model.t.unitOrthogonal(), v = model.t.cross(u);
-  moved.t = (model.t + step[kTranslation] * u + step[kTranslation + 1] * v).normalized();
   moved.log_focal += step[kFocal];
   moved.log_ratio += step[kRatio];
   moved.distortion += step[kDistortion];
@@ -53,16 +44,12 @@ TwoViewModel Moved(const TwoViewModel& model, const Step& step) {
 class Problem {
  public:
   Problem(const PairPixels& pixels, const TwoViewBeliefs& beliefs, const TwoViewFitOptions& options)
-      : pixels_(pixels), beliefs_(beliefs), options_(options) {
-    is_free_.fill(true);
-    if (options.is_rotation) is_free_[kTranslation] = is_free_[kTranslation + 1] = false;
-    if (options.has_equal_ratio) is_free_[kRatio] = false;
-  }
+      : pixels_(pixels), beliefs_(beliefs), options_(options) {}
 
   TwoViewFit At(const TwoViewModel& model) const {
     TwoViewFit fit;
     fit.model = model;
-    fit.residuals_px = options_.is_rotation ? RotationResiduals(model) : EpipolarResiduals(model);
+    fit.residuals_px = Residuals(model);
     fit.cost = fit.belief_cost = BeliefCost(model);
     for (Eigen::Index i = 0; i < NumTerms(fit); ++i) {
       fit.cost += kLossScale * kLossScale * std::log1p(ScaledSquare(fit, i));
@@ -76,55 +63,29 @@ class Problem {
                                                             kNumParameters);
     J.setZero();
     for (int j = 0; j < kNumParameters; ++j) {
-      if (!is_free_[j]) continue;
       const TwoViewModel moved = Moved(fit.model, kNumericStep * Step::Unit(j));
-      J.col(j) = ((options_.is_rotation ? RotationResiduals(moved) : EpipolarResiduals(moved)) -
-                  fit.residuals_px) /
-                 kNumericStep;
+      J.col(j) = (Residuals(moved) - fit.residuals_px) / kNumericStep;
     }
     A->setZero();
     b->setZero();
     const double information = 1 / (options_.noise_px * options_.noise_px);
     for (Eigen::Index i = 0; i < NumTerms(fit); ++i) {
-      const auto rows = J.middleRows(i * Group(), Group());
+      const auto rows = J.middleRows<2>(2 * i);
       const double weight = information / (1 + ScaledSquare(fit, i));
       *A += weight * rows.transpose() * rows;
-      *b += weight * rows.transpose() * fit.residuals_px.segment(i * Group(), Group());
+      *b += weight * rows.transpose() * fit.residuals_px.segment<2>(2 * i);
     }
     AddBeliefs(fit.model, A, b);
-    for (int j = 0; j < kNumParameters; ++j) {
-      if (is_free_[j]) continue;
-      A->row(j).setZero();
-      A->col(j).setZero();
-      (*A)(j, j) = 1;
-      (*b)[j] = 0;
-    }
   }
 
  private:
-  int Group() const { return options_.is_rotation ? 2 : 1; }
-  Eigen::Index NumTerms(const TwoViewFit& fit) const { return fit.residuals_px.size() / Group(); }
+  static Eigen::Index NumTerms(const TwoViewFit& fit) { return fit.residuals_px.size() / 2; }
   double ScaledSquare(const TwoViewFit& fit, Eigen::Index i) const {
     const double scale = kLossScale * options_.noise_px;
-    return fit.residuals_px.segment(i * Group(), Group()).squaredNorm() / (scale * scale);
+    return fit.residuals_px.segment<2>(2 * i).squaredNorm() / (scale * scale);
   }
 
-  Eigen::VectorXd EpipolarResiduals(const TwoViewModel& model) const {
-    const double first_px = beliefs_.FirstPx(model), second_px = beliefs_.SecondPx(model);
-    const Eigen::Matrix3d E = CrossProductMatrix(model.t) * model.R;
-    Eigen::VectorXd residuals(pixels_.size());
-    for (size_t i = 0; i < pixels_.size(); ++i) {
-      const Eigen::Vector3d x = RayOf(pixels_.first[i], first_px, model.distortion);
-      const Eigen::Vector3d y = RayOf(pixels_.second[i], second_px, model.distortion);
-      const Eigen::Vector2d line_y = (E * x).head<2>() / second_px;
-      const Eigen::Vector2d line_x = (E.transpose() * y).head<2>() / first_px;
-      const double norm = std::sqrt(line_y.squaredNorm() + line_x.squaredNorm());
-      residuals[i] = norm > 0 ? y.dot(E * x) / norm : kBehindPx;
-    }
-    return residuals;
-  }
-
-  Eigen::VectorXd RotationResiduals(const TwoViewModel& model) const {
+  Eigen::VectorXd Residuals(const TwoViewModel& model) const {
     const double first_px = beliefs_.FirstPx(model), second_px = beliefs_.SecondPx(model);
     const double norm = std::hypot(1, second_px / first_px);
     Eigen::VectorXd residuals(2 * pixels_.size());
@@ -168,7 +129,6 @@ class Problem {
   const PairPixels& pixels_;
   const TwoViewBeliefs beliefs_;
   const TwoViewFitOptions options_;
-  std::array<bool, kNumParameters> is_free_ = {};
 };
 
 // Hartley's: the centroid at the origin, the mean distance from it sqrt(2).
@@ -229,14 +189,6 @@ TwoViewFit FitTwoView(const PairPixels& pixels, const TwoViewBeliefs& beliefs,
     if (before - best.cost <= kTolerance * before) break;
   }
   return best;
-}
-
-double LogRatioSigma(const PairPixels& pixels, const TwoViewBeliefs& beliefs, const TwoViewFit& fit,
-                     const TwoViewFitOptions& options) {
-  Information A;
-  Step b;
-  Problem(pixels, beliefs, options).Linearize(fit, &A, &b);
-  return std::sqrt(std::max(0.0, A.ldlt().solve(Step(Step::Unit(kRatio)))[kRatio]));
 }
 
 Eigen::Matrix3d FundamentalOf(const PairPixels& pixels) {

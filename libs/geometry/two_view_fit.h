@@ -1,6 +1,6 @@
 #pragma once
 
-// Non-linear fits of two photos to each other whose focal lengths and lens are not known for
+// Non-linear fits of a rotation between two photos whose focal lengths and lens are not known for
 // certain.
 
 #include <Eigen/Core>
@@ -26,7 +26,6 @@ struct FocalBelief {
 
 struct TwoViewModel {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // of the second photo's camera from the first's
-  Eigen::Vector3d t = Eigen::Vector3d::UnitX();     // the same, of unit length
   // Of the focal lengths over those believed, the mean logarithm, and that of the second's over the
   // first's.
   double log_focal = 0;
@@ -42,16 +41,14 @@ struct TwoViewBeliefs {
 };
 
 struct TwoViewFitOptions {
-  bool is_rotation = false;      // no translation
-  bool has_equal_ratio = false;  // log_ratio stays as it is
-  double noise_px = 1;           // standard deviation of a point's coordinates
+  double noise_px = 1;  // standard deviation of a point's coordinates
   int max_iterations = 15;
 };
 
 struct TwoViewFit {
   TwoViewModel model;
-  // Two a match for a rotation, in the second photo; else one, Sampson's. Both are divided so that
-  // their standard deviation is that of a point's coordinates.
+  // Two a match, in the second photo, divided so that their standard deviation is that of a point's
+  // coordinates.
   Eigen::VectorXd residuals_px;
   // Minus twice the log likelihood, up to a constant: robust squared residuals over the noise's
   // variance (Cauchy's loss from 2 standard deviations on), and the beliefs.
@@ -62,10 +59,6 @@ struct TwoViewFit {
 // Levenberg-Marquardt from `start`. Without iterations the fit of `start` itself.
 TwoViewFit FitTwoView(const PairPixels& pixels, const TwoViewBeliefs& beliefs,
                       const TwoViewModel& start, const TwoViewFitOptions& options);
-
-// Standard deviation of the fit's log_ratio, the other parameters free.
-double LogRatioSigma(const PairPixels& pixels, const TwoViewBeliefs& beliefs, const TwoViewFit& fit,
-                     const TwoViewFitOptions& options);
 
 // Fundamental matrix by the normalised eight-point algorithm (Hartley 1997), of 8 matches or more.
 Eigen::Matrix3d FundamentalOf(const PairPixels& pixels);
