@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
+
 #include "core/hash.h"
 #include "ingest/submission_rules.h"
 #include "ledger/fact_ids.h"
@@ -165,6 +167,57 @@ TEST_F(SubmissionDeskTest, RefusesTheFactsOfAnOlderEpoch) {
   forged.header.fact_id += "/forged";
   EXPECT_EQ(Submit(forged), "submap is leased to other");
   EXPECT_EQ(Submit(Registration(2, 1, 2), &other), "");
+}
+
+// A mapper that died of SIGSEGV within a step of submap 1, as the process after it tells.
+class FailedStepTest : public IngestServiceTest {
+ protected:
+  FailedStepTest() {
+    AddMatchedPhoto(1);
+    AddMatchedPhoto(2);
+    EXPECT_EQ(Submit(Seed(1, 2)), "");
+  }
+  void DieWithin(const std::string& step, int64_t life) {
+    work_request_t request{};
+    request.worker = "mapper-1";
+    request.kind = "submap";
+    request.previous_exit_signal = SIGSEGV;
+    request.previous_life = life;
+    request.previous_items = {1};
+    request.previous_steps = {step};
+    request.num_previous = 1;
+    for (int i = 0; i < 2; ++i) peer_->Publish(kWorkRequestChannel, request);  // it repeats it
+    Await([&] { return Failure(step, life) != nullptr; }, "the failure of " + step);
+  }
+  const failure_t* Failure(const std::string& step, int64_t life) const {
+    return Find<failure_t>([&](const failure_t& f) {
+      return f.header.fact_id == FailedStepFactId(1, step, "life-" + std::to_string(life));
+    });
+  }
+};
+
+TEST_F(FailedStepTest, CountsOnceALifeAndIsLeftOutAfterTheThird) {
+  DieWithin("merge 9", 101);
+  DieWithin("merge 9", 102);
+  EXPECT_EQ(Failure("merge 9", 102)->attempts, 2);
+  EXPECT_FALSE(Failure("merge 9", 102)->parked);
+  DieWithin("merge 9", 103);
+  EXPECT_EQ(Failure("merge 9", 103)->attempts, 3);
+  EXPECT_TRUE(Failure("merge 9", 103)->parked);
+  EXPECT_EQ(Find<submap_end_t>([](const submap_end_t&) { return true; }), nullptr);
+}
+
+TEST_F(FailedStepTest, IsCountedOnAfterARestart) {
+  DieWithin("photo 2", 101);
+  Restart();
+  DieWithin("photo 2", 102);
+  EXPECT_EQ(Failure("photo 2", 102)->attempts, 2);
+}
+
+TEST_F(FailedStepTest, WithoutWhichThereIsNoSubmapEndsIt) {
+  for (const int64_t life : {101, 102, 103}) DieWithin("seed", life);
+  Await([&] { return Find<submap_end_t>([](const submap_end_t&) { return true; }) != nullptr; },
+        "the submap's end");
 }
 
 }  // namespace

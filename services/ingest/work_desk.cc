@@ -1,9 +1,11 @@
 #include "ingest/work_desk.h"
 
+#include <algorithm>
 #include <csignal>
 #include <utility>
 
 #include "core/log.h"
+#include "event_loop/step_record.h"
 #include "ledger/fact_ids.h"
 #include "photo/photo_name.h"
 #include "session/submap_facts.h"
@@ -40,13 +42,14 @@ void WorkDesk::OnRequest(const work_request_t& request) {
 // True if the process before crashed within steps of submaps.
 bool WorkDesk::NoteDeath(const work_request_t& request) {
   if (request.kind != kSubmapKind || !IsCrash(request.previous_exit_signal)) return false;
-  for (int i = 0; i < request.num_previous; ++i) {
+  const int num_steps = std::min(request.num_previous, StepRecord::kNumSlots);
+  for (int i = 0; i < num_steps; ++i) {
     NoteFailedStep(
         request.previous_items[i], request.previous_steps[i],
         "life-" + std::to_string(request.previous_life),
         "worker died of " + SignalName(request.previous_exit_signal) + " (" + request.worker + ")");
   }
-  return request.num_previous > 0;
+  return num_steps > 0;
 }
 
 void WorkDesk::NoteFailedStep(int64_t submap_id, const std::string& step, const std::string& cause,

@@ -422,6 +422,14 @@ TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                   SearchModels(camera1, camera2, c, options), options);
 }
 
+Eigen::Matrix3d EpipolarModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                              const TwoViewGeometry& geometry) {
+  if (!HavePriors(camera1, camera2) || geometry.config == TwoViewGeometry::UNCALIBRATED) {
+    return geometry.F;
+  }
+  return FundamentalFromEssential(geometry.E, camera1, camera2);
+}
+
 bool IsVerified(const TwoViewGeometry& geometry) {
   switch (geometry.config) {
     case TwoViewGeometry::CALIBRATED:

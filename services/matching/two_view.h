@@ -65,6 +65,10 @@ colmap::TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
                                         const colmap::FeatureMatches& matches, uint32_t seed,
                                         const TwoViewOptions& options);
 
+// F between pixels of the model that explains the pair: from E where E does.
+Eigen::Matrix3d EpipolarModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
+                              const colmap::TwoViewGeometry& geometry);
+
 // Whether the pair shows one scene from a geometry that can be used.
 bool IsVerified(const colmap::TwoViewGeometry& geometry);
 
