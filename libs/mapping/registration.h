@@ -29,7 +29,7 @@ struct RegistrationOptions {
   // Largest standard deviations of a refined pose (pose_sigmas.h). They are larger when its points
   // lie in one corner, on a line or too far away.
   double max_position_sigma = 0.02;
-  double max_frame_sigma_px = limits::kMaxPoseErrorPx;
+  double max_frame_sigma_px = 2 * limits::kMaxErrorPx;
   // Repeated structure: neither pose is taken when the outliers agree on another one with at least
   // this share of the inliers. Poses differ from these distances on (position as above).
   double max_rival_ratio = 0.75;

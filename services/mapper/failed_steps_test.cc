@@ -10,9 +10,17 @@ namespace {
 
 constexpr int kMaxFailures = 3;
 
+// Without checkpoints each run begins from the seed: the test's ingest keeps no blobs.
+SubmapRunOptions WithoutCheckpoints() {
+  SubmapRunOptions options = ManyHomes();
+  options.checkpoint.period_s = 10'000;
+  options.checkpoint.photos = 10'000;
+  return options;
+}
+
 class FailedStepsTest : public MapperServiceTest {
  protected:
-  FailedStepsTest() : MapperServiceTest(ManyHomes(), PoolOptions()) {
+  FailedStepsTest() : MapperServiceTest(WithoutCheckpoints(), PoolOptions()) {
     bus_.Subscribe<work_failed_t>(kWorkFailedChannel,
                                   [this](const work_failed_t& failed) { OnFailed(failed); });
   }
@@ -109,6 +117,8 @@ class VitalStep : public FailedStepsTest, public testing::WithParamInterface<con
 TEST_P(VitalStep, EndsTheSubmap) {
   Fail(GetParam());
   Give(8);
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
   Await([&] { return Find(IsEnd) != nullptr; }, "the submap's end");
   EXPECT_EQ(attempts_[GetParam()], kMaxFailures);
 }

@@ -65,13 +65,14 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
       active_s_(node.loop().now_s()),
       next_request_id_(RandomRequestId()),
       worker_(node.loop()) {
-  node_.bus().Subscribe<submap_status_t>(kSubmapStatusChannel,
-                                         [this](const auto& m) { OnStatus(m); });
-  node_.bus().Subscribe<ledger_head_t>(kLedgerHeadChannel, [this](const auto& m) { OnHead(m); });
-  node_.bus().Subscribe<work_request_t>(kWorkRequestChannel,
-                                        [this](const auto& m) { OnWorkRequest(m); });
-  node_.bus().Subscribe<shared_reply_t>(kSharedReplyChannel,
-                                        [this](const auto& m) { OnSharedReply(m); });
+  Bus& bus = node_.bus();
+  subscriptions_ = {
+      bus.Subscribe<submap_status_t>(kSubmapStatusChannel, [this](const auto& m) { OnStatus(m); }),
+      bus.Subscribe<ledger_head_t>(kLedgerHeadChannel, [this](const auto& m) { OnHead(m); }),
+      bus.Subscribe<work_request_t>(kWorkRequestChannel,
+                                    [this](const auto& m) { OnWorkRequest(m); }),
+      bus.Subscribe<shared_reply_t>(kSharedReplyChannel,
+                                    [this](const auto& m) { OnSharedReply(m); })};
   follower_ =
       std::make_unique<LedgerFollower>(node_, 1, [this](const Fact& fact) { OnFact(fact); });
   timer_ = node_.loop().AddTimer(options_.decide_period_s, [this] { Decide(); });
@@ -84,7 +85,10 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
   });
 }
 
-MergerService::~MergerService() { node_.loop().CancelTimer(timer_); }
+MergerService::~MergerService() {
+  for (const auto id : subscriptions_) node_.bus().Unsubscribe(id);
+  node_.loop().CancelTimer(timer_);
+}
 
 void MergerService::OnFact(const Fact& fact) {
   session_.Apply(fact);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "event_loop/worker_thread.h"
 #include "geometry/sim3_ransac.h"
@@ -104,6 +105,7 @@ class MergerService {
 
   WorkerThread worker_;
   std::unique_ptr<LedgerFollower> follower_;
+  std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;
 };
 
