@@ -171,13 +171,14 @@ TEST(Exif, TakesTheFocalLengthFromWhatIsThere) {
   EXPECT_NEAR(*focal, 50.0 / 36 * 1600, 20);
 }
 
-// Panasonic's Lumix DMC-TZ3 is in COLMAP's database: 28 mm are 4.6 mm without digital zoom.
+// Panasonic's Lumix DMC-S2 is in COLMAP's database, 6.08 mm wide: 28 mm are about 4.6 mm without
+// digital zoom.
 TEST(Exif, CountsDigitalZoomOnce) {
   const PhotoHeader header{PhotoFormat::kJpeg, 1600, 1200, 3, 8};
   const auto read = [&](int focal35_mm, bool is_known_body) {
     ExifBuilder builder;
     if (is_known_body) builder.Ascii(0, 0x010f, "Panasonic");
-    if (is_known_body) builder.Ascii(0, 0x0110, "Lumix DMC-TZ3");
+    if (is_known_body) builder.Ascii(0, 0x0110, "Lumix DMC-S2");
     builder.Rationals(1, 0x920a, {{46, 10}});
     builder.Rationals(1, 0xa404, {{2, 1}});
     if (focal35_mm > 0) builder.Short(1, 0xa405, focal35_mm);
