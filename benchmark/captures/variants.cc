@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "photo/exif.h"
 #include "photo/image_view.h"
 
 namespace skein {
@@ -139,9 +140,11 @@ cv::Mat3b BurstShot(const cv::Mat3b& photo, double focal_px, uint64_t seed) {
 }
 
 cv::Mat3b StoredAs(const cv::Mat3b& upright, int exif_orientation) {
-  // All but the quarter turns undo themselves.
-  const int inverse = exif_orientation == 6 ? 8 : exif_orientation == 8 ? 6 : exif_orientation;
-  return UprightView(upright, inverse);
+  const int rotation = RotationOf(exif_orientation);
+  const int inverse = rotation == 6 ? 8 : rotation == 8 ? 6 : rotation;
+  cv::Mat3b stored = UprightView(upright, inverse).clone();
+  if (IsMirrored(exif_orientation)) cv::flip(stored, stored, 1);
+  return stored;
 }
 
 Bytes ExifOf(const Bytes& photo) {

