@@ -243,8 +243,8 @@ void MergerService::TrySettle() {
       wants_mapper_s_ > 0 && node_.loop().now_s() - wants_mapper_s_ < options_.wait_for_mapper_s;
   if (waits_for_mapper) return;
   if (wants_mapper_s_ > 0) LogWarn("finishing without a submap that no mapper is idle for");
-  const bool may_batch = merges_.options().enabled && session_.finish().batch_seq == 0 &&
-                         !session_.finish().is_cut();
+  const bool may_batch =
+      merges_.options().enabled && session_.finish().batch_seq == 0 && !session_.finish().is_cut();
   SubmitFinish(may_batch && HasDividedPlace(FindPlaces(session_)) ? finish_t::BATCH
                                                                   : finish_t::SETTLED);
 }
