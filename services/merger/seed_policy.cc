@@ -6,6 +6,7 @@
 
 #include "core/option_check.h"
 #include "covisibility/covisibility.h"
+#include "session/submap_steps.h"
 
 namespace skein {
 namespace {
@@ -24,6 +25,13 @@ void ForEachOwnPair(const SessionState& session, int64_t image_id, const PhotoSt
   std::sort(own.begin(), own.end(),
             [](const auto* a, const auto* b) { return a->other_id < b->other_id; });
   for (const CovisibilityGraph::Edge* edge : own) visit(*edge);
+}
+
+// A photo at which a mapper failed three times begins no other submap.
+bool HasFailedMappers(const SessionState& session, int64_t image_id) {
+  const std::string step = PhotoStep(image_id);
+  return std::any_of(session.submaps().begin(), session.submaps().end(),
+                     [&](const auto& submap) { return submap.second.IsLeftOut(step); });
 }
 
 }  // namespace
@@ -101,6 +109,7 @@ std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
   std::vector<int64_t> orphans;
   for (const auto& [image_id, photo] : session.photos()) {
     if (photo.matches_seq == 0 || session.IsRegistered(image_id)) continue;
+    if (HasFailedMappers(session, image_id)) continue;
     if (MayStillBeReached(photo, components.at(image_id), components, directory)) continue;
     if (IsPatient(image_id, photo, directory, situation)) continue;
     orphans.push_back(image_id);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "session/submap_steps.h"
 #include "testing/test_ledger.h"
 
 namespace skein {
@@ -64,6 +65,26 @@ TEST_F(SeedPolicyTest, RefusesFewInliersAndForwardMotion) {
   ledger_.Matches(3, {Pair(1, 500, 30, 0.96)});
   ledger_.Matches(1, {});
   EXPECT_FALSE(Finishing());
+}
+
+// A submap whose mapper failed at photo 1 three times has ended.
+TEST_F(SeedPolicyTest, APhotoThatMappersFailAtBeginsNoOther) {
+  ledger_.Matches(1, {});
+  ledger_.Matches(2, {Pair(1, 400, 20)});
+  ledger_.Matches(3, {Pair(1, 400, 20), Pair(2, 200, 20)});
+  ledger_.Seed(1, 1, 2);
+  failure_t failure{};
+  failure.stage = "submap";
+  failure.submap_id = 1;
+  failure.step = PhotoStep(1);
+  failure.attempts = 3;
+  failure.parked = 1;
+  ledger_.Commit(failure);
+  ledger_.End(1);
+  const auto choice = Streaming();
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->image_id1, 3);
+  EXPECT_EQ(choice->image_id2, 2);
 }
 
 TEST_F(SeedPolicyTest, FewerInliersOnlyAtTheVeryEnd) {
