@@ -37,10 +37,15 @@ was_left_out() {
     "$session/report.json" >/dev/null || fail "$1 was not left out: $(jq -c .failures "$session/report.json")"
 }
 
-for fault in throw crash; do
-  run_with "$fault" "photo 3=$fault,merge=$fault,consolidation=$fault,final=$fault,maintenance=$fault"
-  was_left_out "photo 3"
-  was_left_out consolidation
-  was_left_out final
-  jq -e '.images.registered >= 12' "$session/report.json" >/dev/null || fail "$fault: $(jq -c .images "$session/report.json")"
-done
+registered_at_least() {
+  jq -e --argjson n "$1" '.images.registered >= $n' "$session/report.json" >/dev/null || fail "photos: $(jq -c .images "$session/report.json")"
+}
+
+run_with throw "photo 3=throw,merge=throw,consolidation=throw,final=throw,maintenance=throw"
+for step in "photo 3" maintenance consolidation final; do was_left_out "$step"; done
+registered_at_least 12
+
+# launch.sh waits longer after each crash, so there are few.
+run_with crash "photo 3=crash,final=crash"
+for step in "photo 3" final; do was_left_out "$step"; done
+registered_at_least 12
