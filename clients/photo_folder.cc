@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
@@ -78,19 +79,27 @@ void Shuffle(std::vector<PhotoFile>* photos, uint64_t seed) {
 }
 
 constexpr uint8_t kExif[] = {'E', 'x', 'i', 'f', 0, 0};
+constexpr char kXmp[] = "http://ns.adobe.com/xap/1.0/";  // and its terminating zero
 
-// The EXIF segment with its marker and length; empty if there is none.
-Bytes ExifOfJpeg(const Bytes& jpeg) {
+template <class Id>
+bool StartsWith(const uint8_t* content, size_t size, const Id& id) {
+  return size >= sizeof(id) && std::memcmp(content, id, sizeof(id)) == 0;
+}
+
+// The EXIF and XMP segments with their markers and lengths; empty if there are none.
+Bytes MetadataOfJpeg(const Bytes& jpeg) {
+  Bytes segments;
   for (size_t at = 2; at + 10 <= jpeg.size() && jpeg[at] == 0xff && jpeg[at + 1] != 0xda;) {
     const size_t length = 2 + (size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
     if (length < 4 || length > jpeg.size() - at) break;
-    const auto begin = jpeg.begin() + static_cast<ptrdiff_t>(at);
-    if (jpeg[at + 1] == 0xe1 && std::equal(kExif, kExif + 6, begin + 4)) {
-      return Bytes(begin, begin + static_cast<ptrdiff_t>(length));
-    }
+    const uint8_t* segment = jpeg.data() + at;
+    const bool is_metadata =
+        StartsWith(segment + 4, length - 4, kExif) || StartsWith(segment + 4, length - 4, kXmp);
+    if (segment[1] == 0xe1 && is_metadata)
+      segments.insert(segments.end(), segment, segment + length);
     at += length;
   }
-  return {};
+  return segments;
 }
 
 // A JPEG's EXIF segment from a PNG's EXIF block. Empty without a block, or when it is too long.
@@ -113,8 +122,8 @@ Bytes ExifOfPng(const Bytes& png) {
   return {};
 }
 
-Bytes ExifSegment(const Bytes& photo, PhotoFormat format) {
-  if (format == PhotoFormat::kJpeg) return ExifOfJpeg(photo);
+Bytes MetadataSegments(const Bytes& photo, PhotoFormat format) {
+  if (format == PhotoFormat::kJpeg) return MetadataOfJpeg(photo);
   return format == PhotoFormat::kPng ? ExifOfPng(photo) : Bytes();
 }
 
@@ -135,8 +144,8 @@ Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
   cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
   Bytes jpeg;
   cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, kShrunkJpegQuality});
-  const Bytes exif = ExifSegment(bytes, header.format);
-  jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
+  const Bytes metadata = MetadataSegments(bytes, header.format);
+  jpeg.insert(jpeg.begin() + 2, metadata.begin(), metadata.end());
   return jpeg;
 }
 

@@ -45,7 +45,7 @@ struct OtherFiles {
 OtherFiles FindOtherFiles(const std::filesystem::path& folder);
 
 // The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side. It becomes
-// a JPEG of quality 95 with the original's EXIF block, pixels as stored. An undecodable file is
+// a JPEG of quality 95 with the original's EXIF and XMP, pixels as stored. An undecodable file is
 // returned as it is: ingest reports what is wrong.
 Result<Bytes> ReadPhoto(const std::filesystem::path& path, int max_size_px);
 

@@ -226,6 +226,22 @@ TEST_F(PhotoFolderTest, ShrinksAPhotoAndKeepsWhatItSaysOfItself) {
   EXPECT_NEAR(*after.focal_px, 0.5 * *before.focal_px, 1e-9) << "of the size that is sent";
 }
 
+TEST_F(PhotoFolderTest, ShrinksADronesPhotoWithItsXmp) {
+  const std::string packet =
+      std::string("http://ns.adobe.com/xap/1.0/") + '\0' +
+      "<x xmlns:d=\"http://www.dji.com/drone-dji/1.0/\" d:GpsLatitude=\"48.5\" "
+      "d:GpsLongitude=\"11.25\" d:RelativeAltitude=\"70.1\"/>";
+  Bytes photo = SmallJpeg(1, 640, 480);
+  Bytes segment = {0xff, 0xe1, 0, static_cast<uint8_t>(packet.size() + 2)};
+  segment.insert(segment.end(), packet.begin(), packet.end());
+  photo.insert(photo.begin() + 2, segment.begin(), segment.end());
+  const Bytes small = *ReadPhoto(Write("a.jpg", photo), 320);
+  const Exif exif = ReadExif(small, *ReadPhotoHeader(small));
+  ASSERT_TRUE(exif.gps);
+  EXPECT_EQ(exif.gps->latitude_deg, 48.5);
+  EXPECT_EQ(exif.gps->relative_altitude_m, 70.1);
+}
+
 TEST_F(PhotoFolderTest, ShrinksAMirroredPhotoAsItIsStored) {
   cv::Mat image(480, 640, CV_8UC3, cv::Scalar::all(20));
   image.colRange(0, 320).setTo(cv::Scalar::all(220));

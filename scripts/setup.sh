@@ -20,7 +20,7 @@ source "$(dirname "$0")/lib.sh"
 build_packages=(
   g++ cmake ninja-build ccache dpkg-dev
   liblcm-dev liblcm-bin liblcm-java libjchart2d-java libeigen3-dev libceres-dev libopencv-dev
-  libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libfreeimage-dev libgoogle-glog-dev
+  libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libexpat1-dev libfreeimage-dev libgoogle-glog-dev
   libboost-filesystem-dev libboost-system-dev libarchive-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libsodium-dev libseccomp-dev
   libqrencode-dev libgtest-dev libbenchmark-dev iproute2 util-linux jq)
 test_packages=(curl unzip zbar-tools clang libclang-rt-14-dev clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth openjdk-17-jre)

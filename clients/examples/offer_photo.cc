@@ -120,7 +120,7 @@ class Agent {
     offer_.owner = "agent." + invitation.name;
     offer_.capture_utime_us = 0;
     offer_.focal_px = 0;
-    offer_.has_gps = false;
+    offer_.has_gps = offer_.has_altitude = false;
     offer_.latitude_deg = offer_.longitude_deg = offer_.altitude_m = 0;
     main_.subscribe("SKEIN_IMAGE_ACK", &Agent::OnAck, this);
     main_.subscribe("SKEIN_BLOB_REQUEST", &Agent::OnRequest, this);

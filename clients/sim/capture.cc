@@ -13,7 +13,7 @@ namespace skein::sim {
 namespace {
 
 constexpr int64_t kSessionStartUs = 1777629600LL * 1000000;  // 2026-05-01 10:00:00 UTC
-constexpr GpsPosition kOrigin{48.1, 11.5, 520};
+constexpr double kOriginLatitudeDeg = 48.1, kOriginLongitudeDeg = 11.5, kOriginAltitudeM = 520;
 constexpr double kMetresPerDegree = 111320;
 
 constexpr double kVideoReadoutS = 0.025, kVideoExposureS = 1.0 / 60;
@@ -39,10 +39,11 @@ std::vector<Camera> BodyOfEachAgent(const SimOptions& options) {
 GpsPosition GpsAt(const Eigen::Vector3d& center, Random* random) {
   const double east = center.x() + 2 * random->Gaussian(),
                north = center.y() + 2 * random->Gaussian();
-  return {kOrigin.latitude_deg + north / kMetresPerDegree,
-          kOrigin.longitude_deg +
-              east / (kMetresPerDegree * std::cos(kOrigin.latitude_deg * M_PI / 180)),
-          kOrigin.altitude_m + center.z() + 3 * random->Gaussian()};
+  return {
+      kOriginLatitudeDeg + north / kMetresPerDegree,
+      kOriginLongitudeDeg + east / (kMetresPerDegree * std::cos(kOriginLatitudeDeg * M_PI / 180)),
+      kOriginAltitudeM + center.z() + 3 * random->Gaussian(),
+      {}};
 }
 
 // `sensor_px`: the sensor's longer side, in the photo's pixels.

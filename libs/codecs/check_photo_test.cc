@@ -146,7 +146,27 @@ TEST(Exif, ReadsGps) {
   ASSERT_TRUE(photo->exif.gps);
   EXPECT_NEAR(photo->exif.gps->latitude_deg, -33.51, 1e-9);
   EXPECT_NEAR(photo->exif.gps->longitude_deg, 151.25, 1e-9);
-  EXPECT_NEAR(photo->exif.gps->altitude_m, -12.5, 1e-9);
+  EXPECT_NEAR(photo->exif.gps->altitude_m.value(), -12.5, 1e-9);
+  EXPECT_FALSE(photo->exif.gps->relative_altitude_m);
+}
+
+TEST(Exif, AnAltitudeThatIsNotThereIsNotZero) {
+  ExifBuilder builder;
+  builder.Ascii(2, 1, "N");
+  builder.Rationals(2, 2, {{48, 1}, {0, 1}, {0, 1}});
+  builder.Ascii(2, 3, "E");
+  builder.Rationals(2, 4, {{11, 1}, {0, 1}, {0, 1}});
+  ExifBuilder undefined = builder;
+  undefined.Byte(2, 5, 0);
+  undefined.Rationals(2, 6, {{0, 0}});
+  for (const ExifBuilder& exif : {builder, undefined}) {
+    const auto photo = CheckPhoto(exif.Into(SmallJpeg()), PhotoLimits());
+    ASSERT_TRUE(photo.ok() && photo->exif.gps);
+    EXPECT_FALSE(photo->exif.gps->altitude_m);
+  }
+  ExifBuilder sea_level = builder;
+  sea_level.Rationals(2, 6, {{0, 1}});
+  EXPECT_EQ(CheckPhoto(sea_level.Into(SmallJpeg()), PhotoLimits())->exif.gps->altitude_m, 0.0);
 }
 
 TEST(Exif, TakesTheFocalLengthFromWhatIsThere) {

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "base/camera_database.h"
+#include "codecs/xmp_reader.h"
 
 namespace skein {
 namespace {
@@ -127,11 +128,22 @@ std::optional<GpsPosition> ReadGps(const ExifReader& exif) {
   if (!latitude || !longitude) return std::nullopt;
   // Receivers without a fix write zeros.
   if (*latitude == 0 && *longitude == 0) return std::nullopt;
-  double altitude = exif.Rational(EXIF_IFD_GPS, GpsTag(EXIF_TAG_GPS_ALTITUDE)).value_or(0);
-  if (exif.Byte(EXIF_IFD_GPS, GpsTag(EXIF_TAG_GPS_ALTITUDE_REF)).value_or(0) == 1) {
-    altitude = -altitude;
+  GpsPosition gps{*latitude, *longitude, {}, {}};
+  gps.altitude_m = exif.Rational(EXIF_IFD_GPS, GpsTag(EXIF_TAG_GPS_ALTITUDE));
+  const bool is_below_sea =
+      exif.Byte(EXIF_IFD_GPS, GpsTag(EXIF_TAG_GPS_ALTITUDE_REF)).value_or(0) == 1;
+  if (gps.altitude_m && is_below_sea) *gps.altitude_m *= -1;
+  return gps;
+}
+
+// What EXIF lacks is a drone's own word.
+void AddDronePosition(const DronePosition& drone, std::optional<GpsPosition>* gps) {
+  if (!*gps && drone.latitude_deg && drone.longitude_deg) {
+    *gps = GpsPosition{*drone.latitude_deg, *drone.longitude_deg, {}, {}};
   }
-  return GpsPosition{*latitude, *longitude, altitude};
+  if (!*gps) return;
+  if (!(*gps)->altitude_m) (*gps)->altitude_m = drone.altitude_m;
+  (*gps)->relative_altitude_m = drone.relative_altitude_m;
 }
 
 int64_t SubsecondsUs(const std::string& digits) {
@@ -276,6 +288,7 @@ Exif ReadExif(ByteView bytes, const PhotoHeader& header) {
   ReadFocal(exif, header, &info);
   info.capture_utime_us = ReadCaptureTime(exif);
   info.gps = ReadGps(exif);
+  AddDronePosition(ReadDronePosition(bytes, header.format), &info.gps);
   return info;
 }
 

@@ -15,6 +15,9 @@ namespace skein {
 //  - FocalLength with FocalPlaneXResolution, for the width by PixelXDimension.
 //  - FocalLength with the sensor's width from COLMAP's camera database.
 //
+// The position is EXIF's, else that of a DJI drone's XMP packet (codecs/xmp_reader.h); so is the
+// altitude. The relative altitude is XMP's. Whatever neither tells is unset.
+//
 // Digital zoom (DigitalZoomRatio) is an enlarged crop. FocalLength does not count it. Some cameras
 // count it in FocalLengthIn35mmFilm, others do not: FocalLength and the sensor's width decide.
 // Where the width is not known it is taken as counted, as phones do, and the focal length is a

@@ -18,8 +18,8 @@ struct ExifInfo {
   double focal_mm = 0;
   int focal_35mm = 0;  // focal length in pixels * 36 mm / longer side, rounded as cameras do
   int width = 0, height = 0;
-  int orientation = 1;  // 1..8
-  std::optional<GpsPosition> gps;
+  int orientation = 1;             // 1..8
+  std::optional<GpsPosition> gps;  // its relative altitude is left out: EXIF has no tag for it
 };
 
 // The APP1 segment's payload: "Exif\0\0" and a little-endian TIFF structure.

@@ -23,7 +23,7 @@ TEST(EncodePhoto, ExifIsReadBack) {
   info.focal_35mm = 31;
   info.width = 64;
   info.height = 48;
-  info.gps = GpsPosition{-48.25, 11.5, 520};
+  info.gps = GpsPosition{-48.25, 11.5, 520, {}};
   const Exif exif = WriteAndRead(&info);
   EXPECT_EQ(exif.make, info.make);
   EXPECT_EQ(exif.model, info.model);
@@ -33,7 +33,7 @@ TEST(EncodePhoto, ExifIsReadBack) {
   ASSERT_TRUE(exif.gps);
   EXPECT_NEAR(exif.gps->latitude_deg, -48.25, 1e-9);
   EXPECT_NEAR(exif.gps->longitude_deg, 11.5, 1e-9);
-  EXPECT_NEAR(exif.gps->altitude_m, 520, 1e-3);
+  EXPECT_NEAR(exif.gps->altitude_m.value(), 520, 1e-3);
 }
 
 TEST(EncodePhoto, WhatIsNotKnownIsLeftOut) {

@@ -27,10 +27,12 @@ constexpr double kCauchySigmas = 2.385;             // 95 % efficiency for norma
 constexpr int kMaxIterations = 30;
 constexpr size_t kNumConcentrated = 10;  // hypotheses that are concentrated to the end
 
-Eigen::Vector3d ToVector(const GeodeticPosition& p) {
-  return {p.latitude_deg, p.longitude_deg, p.altitude_m};
+// Degrees, degrees, metres.
+Eigen::Vector3d ToVector(const GeodeticPosition& p, double altitude_m) {
+  return {p.latitude_deg, p.longitude_deg, altitude_m};
 }
 
+// Of at least one.
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -86,8 +88,6 @@ class Fitter {
     }
     return fit;
   }
-
-  double InlierLimit(double sigma) const { return sigma * kInlierSigmas[level_ ? 0 : 1]; }
 
   std::vector<double> SquaredResiduals(const Similarity& fit) const {
     std::vector<double> squares(from_.size());
@@ -273,25 +273,33 @@ Status CheckSpread(const Georeference& result, const GeoreferenceOptions& option
   return Status::Ok();
 }
 
+// 99 % of the residuals, of three dimensions or of two.
+double InlierLimit(double sigma_m, bool in_space) {
+  return sigma_m * kInlierSigmas[in_space ? 1 : 0];
+}
+
 // Which photos agree; their noise.
-void Judge(const Points& from, const Points& to, double limit_m, double min_sigma_m,
+void Judge(const Points& from, const Points& to, double sigma_m, double min_sigma_m,
            Georeference* result) {
   Points centres_m;
-  double sum = 0;
+  double sum = 0, num_values = 0;
   for (size_t i = 0; i < from.size(); ++i) {
     GeoResidual& residual = result->residuals[i];
     const Eigen::Vector3d enu = result->enu_from_model.Apply(from[i]);
     residual.enu_m = enu - to[i];
-    const double squared = result->altitudes_used ? residual.enu_m.squaredNorm()
-                                                  : residual.enu_m.head<2>().squaredNorm();
+    if (!residual.has_altitude) residual.enu_m.z() = 0;
+    const bool in_space = result->altitudes_used && residual.has_altitude;
+    const double squared =
+        in_space ? residual.enu_m.squaredNorm() : residual.enu_m.head<2>().squaredNorm();
+    const double limit_m = InlierLimit(sigma_m, in_space);
     residual.inlier = squared <= limit_m * limit_m;
     if (!residual.inlier) continue;
     centres_m.push_back(enu);
     sum += squared;
+    num_values += in_space ? 3 : 2;
   }
   result->num_inliers = static_cast<int>(centres_m.size());
   if (centres_m.empty()) return;
-  const double num_values = (result->altitudes_used ? 3.0 : 2.0) * centres_m.size();
   const double num_parameters = result->altitudes_used ? 7 : 4;
   result->sigma_m = std::sqrt(sum / std::max(1.0, num_values - num_parameters));
   SetSigmas(centres_m, min_sigma_m, result);
@@ -326,17 +334,31 @@ class Estimator {
     for (const GeoPhoto* photo : photos) {
       from_.push_back(photo->cam_from_world.Centre());
       to_.push_back(EnuFromGeodetic(origin, photo->position));
-      names_.push_back(photo->name);
+      photos_.push_back({photo->name, {0, 0, 0}, photo->position.altitude_m.has_value(), false});
     }
   }
 
+  int num_altitudes() const {
+    return static_cast<int>(std::count_if(photos_.begin(), photos_.end(), HasAltitude));
+  }
+
+  Georeference Refuse(const std::string& reason) const {
+    Georeference refused;
+    refused.origin = origin_;
+    refused.reason = reason;
+    refused.residuals = photos_;
+    return refused;
+  }
+
+  // With the altitudes, or with the level alone.
   Attempt Try(const std::optional<Eigen::Quaterniond>& level) const {
     Attempt attempt;
     Georeference& result = attempt.result;
     result.origin = origin_;
     result.altitudes_used = !level;
-    for (const std::string& name : names_) result.residuals.push_back({name, {}, false});
-    const Fitter fitter(from_, to_, level, options_);
+    result.residuals = photos_;
+    const Fitter fitter(level ? from_ : WithAltitude(from_), level ? to_ : WithAltitude(to_), level,
+                        options_);
     const std::optional<Similarity> start = fitter.FitHalf();
     if (!start) {
       result.reason = "the photos or their positions lie in one spot or on one line";
@@ -345,25 +367,39 @@ class Estimator {
     const double sigma = fitter.RobustSigma(*start);
     result.enu_from_model = fitter.Reweight(*start, sigma);
     if (level) SetAltitude(&result.enu_from_model);
-    Judge(from_, to_, fitter.InlierLimit(sigma), options_.min_sigma_m, &result);
+    Judge(from_, to_, sigma, options_.min_sigma_m, &result);
     const Status status = Check(result);
     result.ok = status.ok();
     result.reason = status.error();
     std::vector<double> horizontal, vertical;
     for (const GeoResidual& residual : result.residuals) {
       horizontal.push_back(residual.enu_m.head<2>().norm());
-      vertical.push_back(std::abs(residual.enu_m.z()));
+      if (residual.has_altitude) vertical.push_back(std::abs(residual.enu_m.z()));
     }
     attempt.horizontal_m = Median(horizontal);
-    attempt.vertical_m = Median(vertical);
+    if (!vertical.empty()) attempt.vertical_m = Median(vertical);
     return attempt;
   }
 
  private:
+  static bool HasAltitude(const GeoResidual& photo) { return photo.has_altitude; }
+
+  Points WithAltitude(const Points& points) const {
+    Points chosen;
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (photos_[i].has_altitude) chosen.push_back(points[i]);
+    }
+    return chosen;
+  }
+
+  // By the altitudes; without any, the median camera is at 0.
   void SetAltitude(Similarity* fit) const {
+    const bool by_altitudes = num_altitudes() > 0;
     std::vector<double> heights;
-    for (size_t i = 0; i < from_.size(); ++i)
-      heights.push_back(to_[i].z() - fit->Apply(from_[i]).z());
+    for (size_t i = 0; i < from_.size(); ++i) {
+      if (by_altitudes && !photos_[i].has_altitude) continue;
+      heights.push_back((by_altitudes ? to_[i].z() : 0) - fit->Apply(from_[i]).z());
+    }
     fit->translation.z() += Median(heights);
   }
 
@@ -379,40 +415,50 @@ class Estimator {
   const GeodeticPosition origin_;
   const GeoreferenceOptions options_;
   Points from_, to_;
-  std::vector<std::string> names_;
+  std::vector<GeoResidual> photos_;  // not yet judged
 };
 
 }  // namespace
 
 bool IsPlausible(const GeodeticPosition& p) {
-  return ToVector(p).allFinite() && std::abs(p.latitude_deg) <= 90 &&
+  return ToVector(p, p.altitude_m.value_or(0)).allFinite() && std::abs(p.latitude_deg) <= 90 &&
          std::abs(p.longitude_deg) <= 180 && (p.latitude_deg != 0 || p.longitude_deg != 0);
 }
 
 Eigen::Vector3d EnuFromGeodetic(const GeodeticPosition& origin, const GeodeticPosition& position) {
   const colmap::GPSTransform transform(colmap::GPSTransform::WGS84);
   // COLMAP measures from the first of the points.
-  return transform.EllToENU({ToVector(origin), ToVector(position)}, origin.latitude_deg,
-                            origin.longitude_deg)[1];
+  const double base_m = origin.altitude_m.value_or(0);
+  return transform.EllToENU(
+      {ToVector(origin, base_m), ToVector(position, position.altitude_m.value_or(base_m))},
+      origin.latitude_deg, origin.longitude_deg)[1];
 }
 
 GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
-  Points plausible;
+  std::vector<GeodeticPosition> plausible;
+  Points on_ellipsoid;
+  std::vector<double> altitudes;
   for (const GeodeticPosition& p : positions) {
-    if (IsPlausible(p)) plausible.push_back(ToVector(p));
+    if (!IsPlausible(p)) continue;
+    plausible.push_back(p);
+    on_ellipsoid.push_back(ToVector(p, 0));
+    if (p.altitude_m) altitudes.push_back(*p.altitude_m);
   }
   if (plausible.empty()) return {};
   // On the earth's axes: longitudes have a seam.
-  const colmap::GPSTransform transform(colmap::GPSTransform::WGS84);
+  const Points xyz = colmap::GPSTransform(colmap::GPSTransform::WGS84).EllToXYZ(on_ellipsoid);
   Eigen::Vector3d median;
-  const Points xyz = transform.EllToXYZ(plausible);
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const Eigen::Vector3d& p : xyz) values.push_back(p[axis]);
     median[axis] = Median(values);
   }
-  const Eigen::Vector3d origin = transform.XYZToEll({median})[0];
-  return {origin[0], origin[1], origin[2]};
+  const auto nearest = std::min_element(xyz.begin(), xyz.end(), [&](const auto& a, const auto& b) {
+    return (a - median).squaredNorm() < (b - median).squaredNorm();
+  });
+  GeodeticPosition origin = plausible[static_cast<size_t>(nearest - xyz.begin())];
+  origin.altitude_m = altitudes.empty() ? std::nullopt : std::optional(Median(altitudes));
+  return origin;
 }
 
 Status GeoreferenceOptions::Check() const {
@@ -436,21 +482,22 @@ Georeference EstimateGeoreference(const GeodeticPosition& origin,
     const bool finite = photo.cam_from_world.Centre().allFinite();
     if (finite && IsPlausible(photo.position)) usable.push_back(&photo);
   }
+  const Estimator estimator(origin, usable, options);
   // With one more than must agree, a wrong one shows.
   const int num_needed = options.min_inliers + 1;
   if (static_cast<int>(usable.size()) < num_needed) {
-    Georeference refused;
-    refused.origin = origin;
-    refused.reason = Text("%.0f registered photos carry a position; it takes %.0f",
-                          static_cast<double>(usable.size()), num_needed);
-    for (const GeoPhoto* photo : usable) refused.residuals.push_back({photo->name, {}, false});
-    return refused;
+    return estimator.Refuse(Text("%.0f registered photos carry a position; it takes %.0f",
+                                 static_cast<double>(usable.size()), num_needed));
   }
-  const Estimator estimator(origin, usable, options);
-  const Attempt with_altitudes = estimator.Try(std::nullopt);
+  Attempt with_altitudes;
+  const bool has_altitudes = estimator.num_altitudes() >= num_needed;
+  if (has_altitudes) with_altitudes = estimator.Try(std::nullopt);
   Attempt level;
   for (const Eigen::Vector3d& up : UpDirections(usable)) {
     Attempt attempt = estimator.Try(LevelFromUp(up));
+    if (!has_altitudes && with_altitudes.result.reason.empty()) {
+      with_altitudes.result = estimator.Refuse(attempt.result.reason);
+    }
     if (attempt.result.ok && attempt.horizontal_m < level.horizontal_m) level = std::move(attempt);
   }
   const bool take_level = level.result.ok && (!with_altitudes.result.ok ||

@@ -1,6 +1,8 @@
 #include "geometry/georeference_json.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/statistics.h"
 
@@ -15,6 +17,8 @@ double Rms(const std::vector<double>& values) {
   return values.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
+json OrNull(const std::optional<double>& value) { return value ? json(*value) : json(nullptr); }
+
 // Of what was used.
 double Length(const Georeference& georeference, const GeoResidual& residual) {
   return georeference.altitudes_used ? residual.enu_m.norm() : residual.enu_m.head<2>().norm();
@@ -26,13 +30,13 @@ json ResidualsToJson(const Georeference& georeference) {
     if (!residual.inlier) continue;
     all.push_back(Length(georeference, residual));
     horizontal.push_back(residual.enu_m.head<2>().norm());
-    vertical.push_back(residual.enu_m.z());
+    if (residual.has_altitude) vertical.push_back(residual.enu_m.z());
   }
   return {{"rmse", Rms(all)},
           {"median", percentile(all, 50)},
           {"max", percentile(all, 100)},
           {"horizontal_rmse", Rms(horizontal)},
-          {"vertical_rmse", Rms(vertical)}};
+          {"vertical_rmse", vertical.empty() ? json(nullptr) : json(Rms(vertical))}};
 }
 
 json SimilarityToJson(const Similarity& s) {
@@ -44,7 +48,12 @@ json SimilarityToJson(const Similarity& s) {
 }  // namespace
 
 json GeoreferenceToJson(const Georeference& georeference) {
-  json result = {{"ok", georeference.ok}, {"positions", georeference.residuals.size()}};
+  const auto num_altitudes =
+      std::count_if(georeference.residuals.begin(), georeference.residuals.end(),
+                    [](const GeoResidual& residual) { return residual.has_altitude; });
+  json result = {{"ok", georeference.ok},
+                 {"positions", georeference.residuals.size()},
+                 {"altitudes", num_altitudes}};
   if (!georeference.ok) {
     result["reason"] = georeference.reason;
     return result;
@@ -56,7 +65,7 @@ json GeoreferenceToJson(const Georeference& georeference) {
   }
   result["origin"] = {{"latitude_deg", georeference.origin.latitude_deg},
                       {"longitude_deg", georeference.origin.longitude_deg},
-                      {"altitude_m", georeference.origin.altitude_m}};
+                      {"altitude_m", OrNull(georeference.origin.altitude_m)}};
   result["enu_from_model"] = SimilarityToJson(georeference.enu_from_model);
   result["inliers"] = georeference.num_inliers;
   result["altitudes_used"] = georeference.altitudes_used;

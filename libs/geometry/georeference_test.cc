@@ -15,10 +15,11 @@ constexpr double kMetresPerDegree = 111'000;
 struct Flight {
   int num_photos = 40;
   double noise_m = 2;
-  double outliers = 0;    // share of positions that are hundreds of metres off
-  double without = 0;     // share of photos that carry 0, 0
-  double length_m = 100;  // along the first axis
-  double width_m = 60;    // along the second
+  double outliers = 0;          // share of positions that are hundreds of metres off
+  double without = 0;           // share of photos that carry 0, 0
+  double without_altitude = 0;  // share of positions that lack it
+  double length_m = 100;        // along the first axis
+  double width_m = 60;          // along the second
   double height_m = 20;
   double drift_per_m = 0;  // of altitudes, along the first axis
   bool turned = true;      // else north is always up in the photos
@@ -53,7 +54,8 @@ class World {
       } else if (i >= (1 - flight.without) * flight.num_photos) {
         photo.position = {};
       }
-      photo.position.altitude_m += flight.drift_per_m * enu.x();
+      if (photo.position.altitude_m) *photo.position.altitude_m += flight.drift_per_m * enu.x();
+      if (i % 10 < 10 * flight.without_altitude) photo.position.altitude_m.reset();
       enus.push_back(enu);
       photos.push_back(photo);
     }
@@ -80,7 +82,7 @@ class World {
       p.latitude_deg += missing.y() / kMetresPerDegree;
       p.longitude_deg +=
           missing.x() / (kMetresPerDegree * std::cos(origin.latitude_deg * M_PI / 180));
-      p.altitude_m += missing.z();
+      *p.altitude_m += missing.z();
     }
     return p;
   }
@@ -109,7 +111,25 @@ TEST(Enu, OriginIsTheMedianAlsoAcrossTheDateLine) {
       EnuOrigin({{10, 179.999, 5}, {10, -179.999, 5}, {10.0001, 180, 5}, {0, 0, 0}, {95, 0, 0}});
   EXPECT_NEAR(origin.latitude_deg, 10, 1e-3);
   EXPECT_NEAR(std::abs(origin.longitude_deg), 180, 2e-3);
-  EXPECT_NEAR(origin.altitude_m, 5, 1);
+  EXPECT_EQ(origin.altitude_m, 5);
+}
+
+// A median of each axis for itself may lie where nobody was: here the north-east, of a flight along
+// the west and the south.
+TEST(Enu, OriginIsWhereAPhotoWasTaken) {
+  std::vector<GeodeticPosition> photos;
+  for (int i = 1; i <= 10; ++i) photos.push_back({48.0 + 0.001 * i, 11.0, 300.0 + i});
+  for (int i = 1; i <= 11; ++i) photos.push_back({48.0, 11.0 + 0.001 * i, {}});
+  photos.push_back({0, 0, 0});
+  photos.push_back({91, 0, -4000});
+  const GeodeticPosition origin = EnuOrigin(photos);
+  EXPECT_TRUE(std::any_of(photos.begin(), photos.end(), [&](const GeodeticPosition& photo) {
+    return photo.latitude_deg == origin.latitude_deg && photo.longitude_deg == origin.longitude_deg;
+  }));
+  EXPECT_GE(origin.altitude_m.value(), 301) << "those that lack it are not at 0";
+  EXPECT_LE(origin.altitude_m.value(), 310);
+  EXPECT_FALSE(EnuOrigin({{48, 11, {}}, {48.1, 11, {}}}).altitude_m);
+  EXPECT_FALSE(EnuOrigin({}).altitude_m);
 }
 
 TEST(Georeference, IsExactWithoutNoise) {
@@ -158,6 +178,59 @@ TEST(Georeference, LeavesOutAltitudesThatDrift) {
       EXPECT_GT(up.z(), std::cos(5 * M_PI / 180)) << seed;
     }
   }
+}
+
+TEST(Georeference, TakesNoAltitudeForZero) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    for (const double without_altitude : {0.3, 0.5, 0.8}) {
+      Flight flight;
+      flight.without_altitude = without_altitude;
+      flight.outliers = 0.1;
+      World world(flight, seed);
+      std::vector<GeodeticPosition> positions;
+      for (const GeoPhoto& photo : world.photos) positions.push_back(photo.position);
+      const GeodeticPosition origin = EnuOrigin(positions);
+      EXPECT_NEAR(origin.altitude_m.value(), 580, 80) << seed;
+      const Georeference result = EstimateGeoreference(world.origin, world.photos);
+      ASSERT_TRUE(result.ok) << result.reason << " seed " << seed;
+      EXPECT_LT(world.MaxError(result), 12) << seed << " without " << without_altitude;
+      EXPECT_NEAR(result.sigma_m, 2, 1) << seed;
+    }
+  }
+}
+
+TEST(Georeference, DoesWithoutAnyAltitude) {
+  Flight flight;
+  flight.without_altitude = 1;
+  World world(flight);
+  GeodeticPosition origin = world.origin;
+  origin.altitude_m.reset();
+  const Georeference result = EstimateGeoreference(origin, world.photos);
+  ASSERT_TRUE(result.ok) << result.reason;
+  EXPECT_FALSE(result.altitudes_used);
+  std::vector<double> heights;
+  for (size_t i = 0; i < world.photos.size(); ++i) {
+    const Eigen::Vector3d enu =
+        result.enu_from_model.Apply(world.photos[i].cam_from_world.Centre());
+    EXPECT_LT((enu - world.enus[i]).head<2>().norm(), 5);
+    heights.push_back(enu.z());
+  }
+  std::sort(heights.begin(), heights.end());
+  EXPECT_NEAR(heights[heights.size() / 2], 0, 0.5) << "above the median camera";
+  const nlohmann::json json = GeoreferenceToJson(result);
+  EXPECT_EQ(json["altitudes"], 0);
+  EXPECT_TRUE(json["origin"]["altitude_m"].is_null());
+  EXPECT_TRUE(json["residual_m"]["vertical_rmse"].is_null());
+}
+
+TEST(Georeference, RefusesALineWithoutAltitudes) {
+  Flight flight;
+  flight.without_altitude = 1;
+  flight.length_m = flight.width_m = flight.height_m = 0.2;
+  World world(flight);
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_FALSE(result.ok);
+  EXPECT_NE(result.reason.find("spot"), std::string::npos) << result.reason;
 }
 
 TEST(Georeference, UsesAltitudesWhateverTheCamerasLookAt) {

@@ -69,7 +69,8 @@ void Publisher::Start(double now_s) {
   offer.has_gps = photo.has_gps;
   offer.latitude_deg = photo.latitude_deg;
   offer.longitude_deg = photo.longitude_deg;
-  offer.altitude_m = photo.altitude_m;
+  offer.has_altitude = photo.has_gps && photo.altitude_m;
+  offer.altitude_m = photo.altitude_m.value_or(0);
   if (options_.rate_hz > 0) {
     next_start_s_ = std::max(next_start_s_, now_s - 1 / options_.rate_hz) + 1 / options_.rate_hz;
   }

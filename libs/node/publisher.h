@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,9 @@ struct PhotoToOffer {
   std::function<Result<Bytes>()> read;
   // What its EXIF may lack.
   int64_t capture_utime_us = 0;  // 0: not known
-  bool has_gps = false;          // whether the next three are set: WGS84, degrees, metres
-  double latitude_deg = 0, longitude_deg = 0, altitude_m = 0;
+  bool has_gps = false;          // whether the next two are set: WGS84
+  double latitude_deg = 0, longitude_deg = 0;
+  std::optional<double> altitude_m;  // needs has_gps
 };
 
 // What became of one photo.

@@ -109,15 +109,21 @@ TEST_F(PublisherTest, OffersWhatExifMayLack) {
   photo.latitude_deg = 47.5;
   photo.longitude_deg = -8.25;
   photo.altitude_m = 430;
-  publisher_->Add({photo, Photo("b.jpg")});
+  PhotoToOffer flat = photo;
+  flat.name = "c.jpg";
+  flat.altitude_m.reset();
+  publisher_->Add({photo, Photo("b.jpg"), flat});
   ASSERT_TRUE(RunUntilDone());
-  ASSERT_EQ(offers_.size(), 2u);
+  ASSERT_EQ(offers_.size(), 3u);
   EXPECT_EQ(offers_[0].capture_utime_us, photo.capture_utime_us);
   EXPECT_TRUE(offers_[0].has_gps);
   EXPECT_EQ(offers_[0].latitude_deg, 47.5);
   EXPECT_EQ(offers_[0].longitude_deg, -8.25);
+  EXPECT_TRUE(offers_[0].has_altitude);
   EXPECT_EQ(offers_[0].altitude_m, 430);
-  EXPECT_FALSE(offers_[1].has_gps);
+  EXPECT_FALSE(offers_[1].has_gps || offers_[1].has_altitude);
+  EXPECT_TRUE(offers_[2].has_gps);
+  EXPECT_FALSE(offers_[2].has_altitude);
 }
 
 TEST_F(PublisherTest, TellsWhatBecameOfEachPhoto) {

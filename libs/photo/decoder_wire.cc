@@ -7,13 +7,14 @@ namespace skein {
 namespace {
 
 // Changes with the messages: a decoder of another build is told at its start.
-constexpr uint32_t kProtocol = 0x534b4403;  // "SKD", 3
+constexpr uint32_t kProtocol = 0x534b4404;  // "SKD", 4
 constexpr size_t kMaxReason = 400;
 constexpr size_t kMaxExifText = 256;
 
 bool IsSane(const GpsPosition& gps) {
   return std::abs(gps.latitude_deg) <= 90 && std::abs(gps.longitude_deg) <= 180 &&
-         std::abs(gps.altitude_m) <= 2.0 * UINT32_MAX;
+         std::abs(gps.altitude_m.value_or(0)) <= 2.0 * UINT32_MAX &&
+         std::abs(gps.relative_altitude_m.value_or(0)) <= 2.0 * UINT32_MAX;
 }
 
 bool IsSane(const Exif& exif) {
@@ -26,12 +27,24 @@ bool IsSane(const Exif& exif) {
 
 bool IsReduction(int value) { return value == 1 || value == 2 || value == 4 || value == 8; }
 
+void PutOptional(const std::optional<double>& value, ByteWriter* writer) {
+  writer->Put(static_cast<uint8_t>(value.has_value()));
+  writer->Put(value.value_or(0));
+}
+
+bool GetOptional(ByteReader* reader, std::optional<double>* value) {
+  uint8_t is_set = 0;
+  double number = 0;
+  if (!reader->Get(&is_set) || !reader->Get(&number)) return false;
+  *value = is_set != 0 ? std::optional(number) : std::nullopt;
+  return true;
+}
+
 void PutExif(const Exif& exif, ByteWriter* writer) {
   writer->Put(static_cast<uint8_t>(exif.orientation));
   writer->PutString(exif.make.substr(0, kMaxExifText));
   writer->PutString(exif.model.substr(0, kMaxExifText));
-  writer->Put(static_cast<uint8_t>(exif.focal_px.has_value()));
-  writer->Put(exif.focal_px.value_or(0));
+  PutOptional(exif.focal_px, writer);
   writer->Put(static_cast<uint8_t>(exif.focal_is_guess));
   writer->Put(exif.digital_zoom);
   writer->Put(exif.capture_utime_us);
@@ -39,21 +52,21 @@ void PutExif(const Exif& exif, ByteWriter* writer) {
   const GpsPosition gps = exif.gps.value_or(GpsPosition());
   writer->Put(gps.latitude_deg);
   writer->Put(gps.longitude_deg);
-  writer->Put(gps.altitude_m);
+  PutOptional(gps.altitude_m, writer);
+  PutOptional(gps.relative_altitude_m, writer);
 }
 
 bool GetExif(ByteReader* reader, Exif* exif) {
-  uint8_t orientation = 0, has_focal = 0, is_guess = 0, has_gps = 0;
-  double focal_px = 0;
+  uint8_t orientation = 0, is_guess = 0, has_gps = 0;
   GpsPosition gps;
   const bool read = reader->Get(&orientation) && reader->GetString(&exif->make) &&
-                    reader->GetString(&exif->model) && reader->Get(&has_focal) &&
-                    reader->Get(&focal_px) && reader->Get(&is_guess) &&
-                    reader->Get(&exif->digital_zoom) && reader->Get(&exif->capture_utime_us) &&
-                    reader->Get(&has_gps) && reader->Get(&gps.latitude_deg) &&
-                    reader->Get(&gps.longitude_deg) && reader->Get(&gps.altitude_m);
+                    reader->GetString(&exif->model) && GetOptional(reader, &exif->focal_px) &&
+                    reader->Get(&is_guess) && reader->Get(&exif->digital_zoom) &&
+                    reader->Get(&exif->capture_utime_us) && reader->Get(&has_gps) &&
+                    reader->Get(&gps.latitude_deg) && reader->Get(&gps.longitude_deg) &&
+                    GetOptional(reader, &gps.altitude_m) &&
+                    GetOptional(reader, &gps.relative_altitude_m);
   exif->orientation = orientation;
-  if (has_focal != 0) exif->focal_px = focal_px;
   exif->focal_is_guess = is_guess != 0;
   if (has_gps != 0) exif->gps = gps;
   return read && IsSane(*exif);

@@ -17,7 +17,7 @@ DecoderAnswer Answer() {
   answer.exif.focal_is_guess = true;
   answer.exif.digital_zoom = 2.5;
   answer.exif.capture_utime_us = -7;
-  answer.exif.gps = GpsPosition{-33.5, 151.25, -12.5};
+  answer.exif.gps = GpsPosition{-33.5, 151.25, -12.5, 70.5};
   answer.address_space_bytes = uint64_t{1} << 40;
   return answer;
 }
@@ -61,10 +61,16 @@ TEST(DecoderWire, AnswersComeAsTheyWent) {
   EXPECT_EQ(parsed->exif.digital_zoom, 2.5);
   EXPECT_EQ(parsed->exif.capture_utime_us, -7);
   EXPECT_EQ(parsed->exif.gps->altitude_m, -12.5);
+  EXPECT_EQ(parsed->exif.gps->relative_altitude_m, 70.5);
   EXPECT_EQ(parsed->address_space_bytes, uint64_t{1} << 40);
   const auto empty = Parse(EncodeDecoderAnswer(DecoderAnswer()));
   ASSERT_TRUE(empty.ok());
   EXPECT_FALSE(empty->exif.gps || empty->exif.focal_px);
+  DecoderAnswer flat = Answer();
+  flat.exif.gps = GpsPosition{-33.5, 151.25, {}, {}};
+  const auto without = Parse(EncodeDecoderAnswer(flat));
+  ASSERT_TRUE(without.ok() && without->exif.gps);
+  EXPECT_FALSE(without->exif.gps->altitude_m || without->exif.gps->relative_altitude_m);
 }
 
 TEST(DecoderWire, CutsLongTexts) {
@@ -94,6 +100,9 @@ TEST(DecoderWire, RefusesWhatNoDecoderSays) {
   EXPECT_FALSE(Parse(EncodeDecoderAnswer(answer)).ok());
   answer = Answer();
   answer.exif.gps->latitude_deg = 91;
+  EXPECT_FALSE(Parse(EncodeDecoderAnswer(answer)).ok());
+  answer = Answer();
+  answer.exif.gps->relative_altitude_m = std::nan("");
   EXPECT_FALSE(Parse(EncodeDecoderAnswer(answer)).ok());
 }
 

@@ -7,9 +7,10 @@
 namespace skein {
 
 struct GpsPosition {
-  double latitude_deg = 0;   // WGS84
-  double longitude_deg = 0;  // WGS84
-  double altitude_m = 0;     // as the device reports it, 0 if it doesn't
+  double latitude_deg = 0;                    // WGS84
+  double longitude_deg = 0;                   // WGS84
+  std::optional<double> altitude_m;           // as the device reports it
+  std::optional<double> relative_altitude_m;  // above the take-off, as a drone reports it
 };
 
 // EXIF orientations 2, 4, 5 and 7: the pixels as stored are a mirror image of the scene.

@@ -5,29 +5,12 @@
 #include <optional>
 #include <string>
 
+#include "photo/byte_peeker.h"
 #include "photo/heif.h"
+#include "photo/tiff_directory.h"
 
 namespace skein {
 namespace {
-
-// Unsigned integers of 1..4 bytes at an offset; nothing beyond the end.
-class Peeker {
- public:
-  Peeker(ByteView bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
-
-  std::optional<uint32_t> Get(size_t at, size_t size) const {
-    if (at > bytes_.size() || size > bytes_.size() - at) return std::nullopt;
-    uint32_t value = 0;
-    for (size_t i = 0; i < size; ++i) {
-      value = value << 8 | bytes_[at + (big_endian_ ? i : size - 1 - i)];
-    }
-    return value;
-  }
-
- private:
-  ByteView bytes_;
-  bool big_endian_;
-};
 
 bool StartsWith(ByteView bytes, const void* prefix, size_t size) {
   return bytes.size() >= size && std::memcmp(bytes.data(), prefix, size) == 0;
@@ -44,7 +27,7 @@ constexpr uint8_t kStartOfScan = 0xda;
 bool HasNoLength(uint32_t marker) { return marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8); }
 
 Result<PhotoHeader> ReadJpeg(ByteView bytes) {
-  const Peeker peek(bytes, true);
+  const BytePeeker peek(bytes, true);
   for (size_t at = 2; peek.Get(at, 2);) {
     if (bytes[at] != 0xff) return DataLoss("damaged JPEG: no marker where one must be");
     const uint32_t marker = bytes[at + 1];
@@ -67,7 +50,7 @@ Result<PhotoHeader> ReadJpeg(ByteView bytes) {
 }
 
 Result<PhotoHeader> ReadPng(ByteView bytes) {
-  const Peeker peek(bytes, true);
+  const BytePeeker peek(bytes, true);
   const auto width = peek.Get(16, 4), height = peek.Get(20, 4);
   const auto bits = peek.Get(24, 1), colour = peek.Get(25, 1);
   if (!colour || std::memcmp(bytes.data() + 12, "IHDR", 4) != 0) {
@@ -78,40 +61,8 @@ Result<PhotoHeader> ReadPng(ByteView bytes) {
   return PhotoHeader{PhotoFormat::kPng, *width, *height, channels, static_cast<int>(*bits)};
 }
 
-// TIFF 6.0, section 2: an image file directory holds 12-byte entries (tag, type, count, value).
-class TiffDirectory {
- public:
-  TiffDirectory(ByteView bytes, bool big_endian) : peek_(bytes, big_endian) {
-    const auto at = peek_.Get(4, 4);
-    if (at) begin_ = *at;
-  }
-
-  std::optional<uint32_t> Find(uint32_t tag) const {
-    const uint32_t count = peek_.Get(begin_, 2).value_or(0);
-    for (uint32_t i = 0; i < count; ++i) {
-      const size_t entry = begin_ + 2 + 12 * static_cast<size_t>(i);
-      if (peek_.Get(entry, 2) == tag) return Value(entry);
-    }
-    return std::nullopt;
-  }
-
- private:
-  // First value of a SHORT or LONG entry. Several SHORTs lie at an offset, equal in practice.
-  std::optional<uint32_t> Value(size_t entry) const {
-    const uint32_t type = peek_.Get(entry + 2, 2).value_or(0);
-    const uint32_t count = peek_.Get(entry + 4, 4).value_or(0);
-    const size_t size = type == 3 ? 2 : 4;
-    if (type != 3 && type != 4) return std::nullopt;
-    if (count * size <= 4) return peek_.Get(entry + 8, size);
-    return peek_.Get(peek_.Get(entry + 8, 4).value_or(~0u), size);
-  }
-
-  Peeker peek_;
-  size_t begin_ = ~size_t{0};
-};
-
 Result<PhotoHeader> ReadTiff(ByteView bytes) {
-  const TiffDirectory directory(bytes, bytes[0] == 'M');
+  const TiffDirectory directory(bytes);
   const auto width = directory.Find(256), height = directory.Find(257);
   if (!width || !height) return DataLoss("damaged TIFF: no size of the image");
   return PhotoHeader{PhotoFormat::kTiff, *width, *height,

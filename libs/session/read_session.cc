@@ -1,8 +1,28 @@
 #include "session/read_session.h"
 
+#include <vector>
+
+#include "core/statistics.h"
 #include "ledger/ledger_record.h"
 
 namespace skein {
+
+namespace {
+
+// Of each agent the median, so that a few absurd altitudes don't matter.
+std::map<std::string, double> TakeOffAltitudes(const SessionState& state) {
+  std::map<std::string, std::vector<double>> all;
+  for (const auto& [id, photo] : state.photos()) {
+    const image_t& image = photo.image;
+    if (!image.has_gps || !image.has_altitude || !image.has_relative_altitude) continue;
+    all[image.agent].push_back(image.altitude_m - image.relative_altitude_m);
+  }
+  std::map<std::string, double> medians;
+  for (const auto& [agent, altitudes] : all) medians[agent] = percentile(altitudes, 50);
+  return medians;
+}
+
+}  // namespace
 
 Result<SessionState> ReadSession(const Ledger& ledger) {
   SessionState state;
@@ -21,13 +41,25 @@ Result<SessionState> ReadSession(const Ledger& ledger) {
   return state;
 }
 
+std::optional<GeodeticPosition> PositionOf(const image_t& image) {
+  if (!image.has_gps) return std::nullopt;
+  GeodeticPosition position{image.latitude_deg, image.longitude_deg, {}};
+  if (image.has_altitude) position.altitude_m = image.altitude_m;
+  return position;
+}
+
 std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state) {
+  const std::map<std::string, double> take_offs = TakeOffAltitudes(state);
   std::map<std::string, GeodeticPosition> positions;
   for (const auto& [id, photo] : state.photos()) {
     const image_t& image = photo.image;
-    if (!image.has_gps) continue;
-    positions[image.agent + "/" + image.name] = {image.latitude_deg, image.longitude_deg,
-                                                 image.altitude_m};
+    std::optional<GeodeticPosition> position = PositionOf(image);
+    if (!position) continue;
+    const auto take_off = take_offs.find(image.agent);
+    if (!position->altitude_m && image.has_relative_altitude && take_off != take_offs.end()) {
+      position->altitude_m = take_off->second + image.relative_altitude_m;
+    }
+    positions[image.agent + "/" + image.name] = *position;
   }
   return positions;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "core/result.h"
@@ -15,7 +16,12 @@ namespace skein {
 // The state of the whole ledger. Error: a fact cannot be read.
 Result<SessionState> ReadSession(const Ledger& ledger);
 
-// The positions that photos carry, by the name that they have in models, AGENT/NAME.
+// Where the photo was taken, as it says; nothing where it does not.
+std::optional<GeodeticPosition> PositionOf(const image_t& image);
+
+// The positions that photos carry, by the name that they have in models, AGENT/NAME. Where only the
+// altitude above the take-off is known, the altitude is that plus the altitude of the take-off: the
+// median over the agent's photos that carry both.
 std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state);
 
 // Where photos have texture, by image id, of those with features.

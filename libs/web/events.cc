@@ -68,8 +68,8 @@ struct EventMaker {
                   {"received", fact.received_utime_us}});
     if (fact.has_gps) {
       event["gps"] = {Rounded(fact.latitude_deg, kGpsDigits),
-                      Rounded(fact.longitude_deg, kGpsDigits),
-                      Rounded(fact.altitude_m, kPoseDigits)};
+                      Rounded(fact.longitude_deg, kGpsDigits)};
+      if (fact.has_altitude) event["gps"].push_back(Rounded(fact.altitude_m, kPoseDigits));
     }
     return event;
   }

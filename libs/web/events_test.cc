@@ -56,6 +56,8 @@ TEST(Events, APhotoTellsItsSizeAndWhereItWasTaken) {
   image.has_gps = true;
   image.latitude_deg = 48.123456789;
   image.longitude_deg = -11.5;
+  EXPECT_EQ(EventOfFact(image)["gps"], (json{48.12345679, -11.5}));
+  image.has_altitude = true;
   image.altitude_m = 501.25;
   const json event = EventOfFact(image);
   EXPECT_EQ(event["image"], 3);

@@ -42,7 +42,7 @@ bool ReadGps(const std::string& text, UploadInfo* info) {
   info->has_gps = true;
   info->latitude_deg = values[0];
   info->longitude_deg = values[1];
-  info->altitude_m = values[2];
+  if (count == 3) info->altitude_m = values[2];
   return true;
 }
 
@@ -115,7 +115,7 @@ class UploadSink : public BodySink, public std::enable_shared_from_this<UploadSi
     info.capture_utime_us = IntegerField(request_, "upload-taken").value_or(0);
     const auto gps = request_.fields.find("upload-gps");
     if (gps != request_.fields.end() && !ReadGps(gps->second, &info)) {
-      return HttpError(400, "Upload-Gps: give latitude,longitude,altitude in degrees and metres");
+      return HttpError(400, "Upload-Gps: give latitude,longitude[,altitude] in degrees and metres");
     }
     Result<UploadStore::Receiver> begun =
         store_.Begin(request_.visitor.name, blob_id_, info, *offset);

@@ -88,7 +88,8 @@ Result<std::string> SyncedHash(const fs::path& path) {
 
 std::string TextOfInfo(const UploadInfo& info) {
   json text = {{"name", info.name}, {"bytes", info.size_bytes}, {"taken", info.capture_utime_us}};
-  if (info.has_gps) text["gps"] = {info.latitude_deg, info.longitude_deg, info.altitude_m};
+  if (info.has_gps) text["gps"] = {info.latitude_deg, info.longitude_deg};
+  if (info.has_gps && info.altitude_m) text["gps"].push_back(*info.altitude_m);
   return text.dump();
 }
 
@@ -105,7 +106,7 @@ std::optional<UploadInfo> ReadInfo(const fs::path& path) {
     if (info.has_gps) {
       info.latitude_deg = text["gps"].at(0);
       info.longitude_deg = text["gps"].at(1);
-      info.altitude_m = text["gps"].at(2);
+      if (text["gps"].size() > 2) info.altitude_m = text["gps"].at(2).get<double>();
     }
     return info;
   } catch (const json::exception&) {

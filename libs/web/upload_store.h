@@ -42,8 +42,9 @@ struct UploadInfo {
   std::string name;
   int64_t size_bytes = 0;
   int64_t capture_utime_us = 0;  // 0: not known
-  bool has_gps = false;          // whether the next three are set: WGS84
-  double latitude_deg = 0, longitude_deg = 0, altitude_m = 0;
+  bool has_gps = false;          // whether the next two are set: WGS84
+  double latitude_deg = 0, longitude_deg = 0;
+  std::optional<double> altitude_m;  // needs has_gps
 };
 
 struct WaitingUpload {

@@ -10,6 +10,7 @@
 #include "core/log.h"
 #include "core/process.h"
 #include "guide/messages.h"
+#include "session/read_session.h"
 
 namespace skein {
 namespace {
@@ -183,7 +184,7 @@ PlaceInput GuideService::InputOf(const ShapePtr& shape) const {
     input.photos[photo.image_id] = {image.agent,
                                     image.name,
                                     image.has_gps != 0,
-                                    {image.latitude_deg, image.longitude_deg, image.altitude_m},
+                                    PositionOf(image).value_or(GeodeticPosition()),
                                     TextureOf(*known)};
   }
   input.agents = AgentsAt(state_, shape->submap_id);

@@ -43,10 +43,10 @@ std::optional<Reach> ReachOf(const GuideOptions& options, const NoGoAreas& no_go
   const Similarity model_from_enu = enu_from_model.Inverse();
   reach.up = enu_from_model.rotation.conjugate() * Eigen::Vector3d::UnitZ();
   if (!options.altitude.empty()) {
-    if (!earth->altitudes_used) return std::nullopt;
+    if (!earth->altitudes_used || !earth->origin.altitude_m) return std::nullopt;
     // up_enu = scale * up . x + translation.z
     const AltitudeRange range = *ParseAltitude(options.altitude);
-    const double base_m = earth->origin.altitude_m + enu_from_model.translation.z();
+    const double base_m = *earth->origin.altitude_m + enu_from_model.translation.z();
     reach.min_height = (range.min_m - base_m) / enu_from_model.scale;
     reach.max_height = (range.max_m - base_m) / enu_from_model.scale;
   }

@@ -1,6 +1,8 @@
 #include "ingest/photo_intake.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -27,6 +29,26 @@ std::unique_ptr<PhotoDecoder> StartDecoder(const DecoderOptions& options) {
   auto decoder = PhotoDecoder::Start(options);
   if (!decoder.ok()) throw std::runtime_error(decoder.error());
   return *std::move(decoder);
+}
+
+// Nothing where it makes no sense: anybody can offer.
+std::optional<GpsPosition> OfferedPosition(const image_offer_t& offer) {
+  const bool is_place = std::abs(offer.latitude_deg) <= 90 && std::abs(offer.longitude_deg) <= 180;
+  if (!offer.has_gps || !is_place) return std::nullopt;
+  GpsPosition gps{offer.latitude_deg, offer.longitude_deg, {}, {}};
+  if (offer.has_altitude && std::isfinite(offer.altitude_m)) gps.altitude_m = offer.altitude_m;
+  return gps;
+}
+
+void SetPosition(const std::optional<GpsPosition>& gps, image_t* fact) {
+  fact->has_gps = gps.has_value();
+  if (!gps) return;
+  fact->latitude_deg = gps->latitude_deg;
+  fact->longitude_deg = gps->longitude_deg;
+  fact->has_altitude = gps->altitude_m.has_value();
+  fact->altitude_m = gps->altitude_m.value_or(0);
+  fact->has_relative_altitude = gps->relative_altitude_m.has_value();
+  fact->relative_altitude_m = gps->relative_altitude_m.value_or(0);
 }
 
 PhotoStore::Names NamesIn(const SessionState& state) {
@@ -355,12 +377,7 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
     fact.camera_params = known->params;
     fact.camera_fixed = !known->refine;
   }
-  const GpsPosition offered{offer.latitude_deg, offer.longitude_deg, offer.altitude_m};
-  const GpsPosition gps = photo.exif.gps.value_or(offer.has_gps ? offered : GpsPosition());
-  fact.has_gps = photo.exif.gps || offer.has_gps;
-  fact.latitude_deg = gps.latitude_deg;
-  fact.longitude_deg = gps.longitude_deg;
-  fact.altitude_m = gps.altitude_m;
+  SetPosition(photo.exif.gps ? photo.exif.gps : OfferedPosition(offer), &fact);
   fact.capture_utime_us =
       photo.exif.capture_utime_us != 0 ? photo.exif.capture_utime_us : offer.capture_utime_us;
   fact.received_utime_us = pending.received_utime_us;

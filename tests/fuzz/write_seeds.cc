@@ -162,7 +162,7 @@ void AddPhotos(Seeds* seeds) {
   DecoderAnswer answer;
   answer.status = DataLoss("damaged");
   answer.exif.make = "make";
-  answer.exif.gps = GpsPosition{1, 2, 3};
+  answer.exif.gps = GpsPosition{1, 2, 3, 4};
   seeds->Add("decoder_wire", EncodeDecoderAnswer(answer));
   seeds->Add("decoder_wire", EncodeDecoderRequest({}));
 }

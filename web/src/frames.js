@@ -39,14 +39,17 @@ export function guessUp(places) {
 }
 
 // Metres per unit and the direction up of photos with GPS; null where they don't determine it. Local coordinates:
-// x east, y up, z south of the first photo.
-export function georeference(photos) {
+// x east, y up, z south of the first photo. Photos without altitude have no say where enough have one.
+export function georeference(all) {
+  const high = all.filter((p) => Number.isFinite(p.gps[2]));
+  const photos = high.length >= 4 ? high : all;
   if (photos.length < 4) return null;
-  const [lat0, lon0, alt0] = photos[0].gps;
+  const [lat0, lon0] = photos[0].gps;
+  const alt0 = high.length >= 4 ? photos[0].gps[2] : 0;
   const perLat = 111132.95;
   const perLon = 111319.49 * Math.cos((lat0 * Math.PI) / 180);
   const local = ({ gps: [lat, lon, alt] }) => [
-    (lon - lon0) * perLon, (alt ?? alt0 ?? 0) - (alt0 ?? 0), -(lat - lat0) * perLat,
+    (lon - lon0) * perLon, high.length >= 4 ? alt - alt0 : 0, -(lat - lat0) * perLat,
   ];
   const fit = (chosen) => fitSimilarity(chosen.map(local), chosen.map((p) => p.centre));
   const errors = (m) => photos.map((p) => distance(apply(m, p.centre), local(p)));

@@ -72,6 +72,8 @@ test('GPS tells the scale and up; outliers and noise do not spoil it; without ex
   for (const p of photos) p.gps[2] += 0.3 * random();
   const geo = georeference(photos);
   assert.ok(Math.abs(geo.localFromSubmap.s * frame.s - 1) < 0.03, `scale ${geo.localFromSubmap.s * frame.s}`);
+  const flat = georeference(photos.map((p, i) => (i % 2 ? p : { ...p, gps: p.gps.slice(0, 2) })));
+  assert.ok(Math.abs(flat.localFromSubmap.s * frame.s - 1) < 0.05, `without half of the altitudes: scale ${flat.localFromSubmap.s * frame.s}`);
   assert.equal(georeference(photos.slice(0, 3)), null);
   assert.equal(georeference(photos.map((p) => ({ ...p, gps: [52, 13, 3] }))), null);
 });

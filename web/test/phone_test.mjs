@@ -70,7 +70,7 @@ class FakeServer {
 class FakeQueue {
   constructor(contents) {
     this.bytes = new Map(contents.map((b) => [sha(b), new Blob([b])]));
-    this.photos = new Map(contents.map((b, i) => [sha(b), { sha: sha(b), name: `ph\u00f6to ${i}.jpg`, size: b.length, taken: 1, gps: [47.5, 8, 0], state: 'queued', reason: '', image: 0, offset: 0 }]));
+    this.photos = new Map(contents.map((b, i) => [sha(b), { sha: sha(b), name: `ph\u00f6to ${i}.jpg`, size: b.length, taken: 1, gps: i === 1 ? [47.5, 8] : [47.5, 8, 0], state: 'queued', reason: '', image: 0, offset: 0 }]));
   }
   async change(id, changes) {
     Object.assign(this.photos.get(id), changes);
@@ -114,6 +114,7 @@ test('photos go on where the connection was lost, and no byte is sent twice', as
   assert.equal(server.sent, 6 * 2_500_000);
   assert.equal(server.photos.get(sha(contents[0])).name, 'ph\u00f6to 0.jpg');
   assert.equal(server.photos.get(sha(contents[0])).gps, '47.5,8,0');
+  assert.equal(server.photos.get(sha(contents[1])).gps, '47.5,8');
 });
 
 test('a dead server is waited for; what it refuses is told', async () => {

@@ -51,4 +51,5 @@ export class Place {
   }
 }
 
-export const gpsOf = (place) => place && [place.latitude, place.longitude, place.altitude ?? 0];
+// [latitude, longitude] and, where the browser tells one, the altitude.
+export const gpsOf = (place) => place && [place.latitude, place.longitude, ...(place.altitude === null ? [] : [place.altitude])];

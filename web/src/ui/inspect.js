@@ -167,7 +167,7 @@ function facts(photo, standing) {
     ['Focal length', photo.focal ? `${groups(photo.focal)} px` : '–'],
     ['Keypoints', photo.keypoints === null ? '–' : groups(photo.keypoints)],
   ];
-  if (photo.gps) rows.push(['GPS', photo.gps.slice(0, 2).map((v) => v.toFixed(6)).join(', ') + (photo.gps[2] ? `, ${photo.gps[2].toFixed(1)} m` : '')]);
+  if (photo.gps) rows.push(['GPS', photo.gps.slice(0, 2).map((v) => v.toFixed(6)).join(', ') + (Number.isFinite(photo.gps[2]) ? `, ${photo.gps[2].toFixed(1)} m` : '')]);
   if (standing.trial?.s) rows.push(['Mapping', seconds(standing.trial.s)]);
   return h('dl', { className: 'facts' }, rows.map(([k, v]) => h('div', {}, h('dt', {}, k), h('dd', {}, v))));
 }
