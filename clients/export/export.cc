@@ -3,20 +3,25 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "clients/export/database.h"
-#include "clients/export/georeferenced.h"
+#include "clients/export/photo_source.h"
 #include "clients/export/picture.h"
+#include "clients/export/training_folder.h"
 #include "clients/export/unmirrored.h"
 #include "clients/progress_bar.h"
 #include "clients/subcommand.h"
 #include "core/file.h"
+#include "export/georeferenced.h"
 #include "export/model_writer.h"
 #include "export/session_models.h"
+#include "export/written_names.h"
 
 namespace skein {
 namespace {
@@ -24,9 +29,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPictureSidePx = 1000;
+constexpr char kDatabase[] = "database";
 
 struct ExportOptions {
-  std::string session, model, output, picture;
+  std::string session, model, images, output, picture;
   std::vector<std::string> formats = {"bin"};
   bool georeferenced = false;
 };
@@ -55,11 +61,6 @@ void PlaceModels(const ExportOptions& options, std::vector<ExportModel>* models)
   if (models->empty()) throw std::runtime_error("no model can be georeferenced");
 }
 
-void WriteTextFile(const std::string& text, const fs::path& path) {
-  const Status written = WriteFileAtomic(path.string(), text.data(), text.size());
-  if (!written.ok()) throw std::runtime_error(written.error());
-}
-
 void WritePicture(const colmap::Reconstruction& model, const fs::path& path) {
   Bytes png;
   if (!cv::imencode(".png", DrawModel(model, kPictureSidePx), png)) {
@@ -69,24 +70,77 @@ void WritePicture(const colmap::Reconstruction& model, const fs::path& path) {
   if (!written.ok()) throw std::runtime_error(written.error());
 }
 
+bool IsTraining(const std::string& format) {
+  return format == kNerfstudio || format == kGaussianSplatting;
+}
+
+// Formats with photos; none where there are no photos to undistort.
+std::set<std::string> TrainingFormats(const ExportOptions& options) {
+  std::set<std::string> formats;
+  if (options.session.empty() && options.images.empty()) return formats;
+  std::copy_if(options.formats.begin(), options.formats.end(),
+               std::inserter(formats, formats.end()), IsTraining);
+  return formats;
+}
+
+// What libs/export writes: neither the database nor folders with photos.
+std::vector<std::string> PlainFormats(const ExportOptions& options) {
+  const std::set<std::string> training = TrainingFormats(options);
+  std::vector<std::string> formats;
+  for (const std::string& format : options.formats) {
+    if (format != kDatabase && training.count(format) == 0) formats.push_back(format);
+  }
+  return formats;
+}
+
+void ThrowUnlessOk(const Status& status) {
+  if (!status.ok()) throw std::runtime_error(status.error());
+}
+
 void WriteModels(const std::vector<ExportModel>& models, const ExportOptions& options) {
-  std::vector<std::string> formats = options.formats;
-  formats.erase(std::remove(formats.begin(), formats.end(), "database"), formats.end());
+  const std::vector<std::string> formats = PlainFormats(options);
   ProgressBar progress("models", static_cast<int64_t>(models.size() * formats.size()));
   for (size_t i = 0; i < models.size(); ++i) {
     const fs::path folder = fs::path(options.output) / std::to_string(i);
+    const colmap::Reconstruction& model = *models[i].reconstruction;
     fs::create_directories(folder);
     for (const std::string& format : formats) {
-      const Status written = WriteModel(*models[i].reconstruction, format, folder);
-      if (!written.ok()) throw std::runtime_error(written.error());
+      ThrowUnlessOk(WriteModel(model, format, folder));
+      if (PartsNamesAtBlanks(format) && NumNamesWithBlanks(model) > 0) {
+        std::cerr << "skein export: " << format
+                  << " parts names at blanks: " << NumNamesWithBlanks(model)
+                  << " photos are written with '_' in their place, "
+                  << "listed in " << folder.string() << "/*.names.txt" << std::endl;
+      }
+      if (format == kNerfstudio) {
+        std::cerr << "skein export: without --images no photos are undistorted: "
+                  << (folder / "transforms.json").string()
+                  << " is of the photos as they are, to be put into "
+                  << (folder / "images").string() << std::endl;
+      }
       progress.Add();
     }
-    if (!models[i].georeference.is_null()) {
-      WriteTextFile(models[i].georeference.dump(2) + "\n", folder / "georeference.json");
-    }
-    std::cout << folder.string() << ": " << models[i].label << ", "
-              << models[i].reconstruction->NumRegImages() << " photos, "
-              << models[i].reconstruction->NumPoints3D() << " points" << std::endl;
+    ThrowUnlessOk(WriteGeoreference(models[i], folder));
+    std::cout << folder.string() << ": " << models[i].label << ", " << model.NumRegImages()
+              << " photos, " << model.NumPoints3D() << " points" << std::endl;
+  }
+}
+
+void WriteTrainingFolders(const std::vector<ExportModel>& models, const ExportOptions& options) {
+  const Result<PhotoSource> photos = options.session.empty()
+                                         ? PhotosOfFolder(options.images)
+                                         : PhotosOfSession(SessionPaths{options.session});
+  ThrowUnlessOk(photos.status());
+  int64_t num_photos = 0;
+  for (const ExportModel& model : models) {
+    num_photos += static_cast<int64_t>(model.reconstruction->NumRegImages());
+  }
+  ProgressBar progress("photos", num_photos);
+  for (size_t i = 0; i < models.size(); ++i) {
+    const fs::path folder = fs::path(options.output) / std::to_string(i);
+    ThrowUnlessOk(WriteTrainingFolder(
+        *models[i].reconstruction, TrainingFormats(options), *photos, [&] { progress.Add(); },
+        folder));
   }
 }
 
@@ -110,12 +164,21 @@ void ExportUnmirrored(const ExportOptions& options) {
             << std::endl;
 }
 
+bool Has(const ExportOptions& options, const std::string& format) {
+  return std::count(options.formats.begin(), options.formats.end(), format) > 0;
+}
+
 // Empty when the options go together; else what to do.
 std::string CheckOptions(const ExportOptions& options, bool database) {
   if (options.session.empty() == options.model.empty()) return "give --session or --model";
   if (options.output.empty() && options.picture.empty()) return "give --output or --picture";
   if (database && options.session.empty()) return "the database comes from a --session";
   if (options.georeferenced && options.session.empty()) return "positions come from a --session";
+  if (!options.images.empty() && options.model.empty()) return "--images is for --model";
+  const bool has_photos = !options.session.empty() || !options.images.empty();
+  if (Has(options, kGaussianSplatting) && !has_photos) {
+    return "gaussian-splatting needs the model's photos: give --images";
+  }
   return "";
 }
 
@@ -124,14 +187,18 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
 int RunExport(int argc, char** argv) {
   ExportOptions options;
   std::vector<std::string> known = ModelFormats();
-  known.push_back("database");
+  known.insert(known.end(), {kGaussianSplatting, kDatabase});
   CLI::App app(
       "Exports a session's submaps, at any time, also while it runs: OUTPUT/0 is the one with "
       "most\n"
-      "photos. database: OUTPUT/database.db with features and verified matches for COLMAP.",
+      "photos. database: OUTPUT/database.db with features and verified matches for COLMAP.\n"
+      "nerfstudio, gaussian-splatting: with undistorted photos, to be trained on as they are.",
       "skein export");
   app.add_option("--session", options.session, "Session folder")->check(CLI::ExistingDirectory);
   app.add_option("--model", options.model, "Or: a COLMAP model folder")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--images", options.images,
+                 "Folder of the photos of --model, by their names there")
       ->check(CLI::ExistingDirectory);
   app.add_option("--output", options.output, "Folder to write into");
   app.add_option("--format", options.formats, "One or more, separated by commas")
@@ -148,20 +215,26 @@ int RunExport(int argc, char** argv) {
     const Result<Session> session = OpenSession(options.session);
     if (!session.ok()) throw std::runtime_error(session.error());
   }
-  const bool database = std::count(options.formats.begin(), options.formats.end(), "database") > 0;
+  const bool database = Has(options, kDatabase);
   if (const std::string wrong = CheckOptions(options, database); !wrong.empty()) {
     std::cerr << "skein export: " << wrong << "\n";
     return kExitUsage;
   }
   if (database && !options.output.empty()) ExportDatabase(options);
-  if (!options.session.empty() && !options.output.empty()) ExportUnmirrored(options);
+  const bool only_training = PlainFormats(options).empty() && !database;
+  if (!options.session.empty() && !options.output.empty() && !only_training) {
+    ExportUnmirrored(options);
+  }
   const bool only_database = database && options.formats.size() == 1;
   if (only_database && options.picture.empty()) return kExitOk;
 
   std::vector<ExportModel> models = ReadModels(options);
   if (models.empty()) throw std::runtime_error("the session has no model yet");
   if (options.georeferenced) PlaceModels(options, &models);
-  if (!options.output.empty() && !only_database) WriteModels(models, options);
+  if (!options.output.empty() && !only_database) {
+    WriteModels(models, options);
+    if (!TrainingFormats(options).empty()) WriteTrainingFolders(models, options);
+  }
   if (!options.picture.empty()) WritePicture(*models.front().reconstruction, options.picture);
   return kExitOk;
 }

@@ -1,11 +1,14 @@
 // What `skein export` reads out of a session folder, and what it writes.
 #include <base/database.h>
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <fstream>
+#include <stdexcept>
 
 #include "blobs/blob_store.h"
 #include "clients/export/database.h"
+#include "clients/export/photo_source.h"
 #include "clients/export/unmirrored.h"
 #include "core/file.h"
 #include "export/model_writer.h"
@@ -14,6 +17,7 @@
 #include "geometry/model_poses.h"
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
+#include "session/read_session.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
@@ -125,6 +129,15 @@ class ExportTest : public testing::Test {
     return models.ok() ? std::move(*models) : std::vector<ExportModel>();
   }
 
+  // Of CommitStoredPhoto.
+  image_t Photo(const std::string& name) const {
+    const auto state = ReadSession(*ledger_);
+    for (const auto& [id, photo] : state->photos()) {
+      if (photo.image.agent + "/" + photo.image.name == name) return photo.image;
+    }
+    throw std::logic_error("no photo " + name);
+  }
+
   // Left half bright, as stored.
   void CommitStoredPhoto(int64_t id, int orientation) {
     cv::Mat pixels(80, 96, CV_8UC3, cv::Scalar::all(20));
@@ -157,6 +170,34 @@ TEST_F(ExportTest, WritesMirroredPhotosAsTheModelsHaveThem) {
   ASSERT_EQ(flipped.size(), cv::Size(96, 80));
   EXPECT_NEAR(flipped.at<cv::Vec3b>(40, 10)[0], 20, 5);
   EXPECT_NEAR(flipped.at<cv::Vec3b>(40, 85)[0], 220, 5);
+}
+
+TEST_F(ExportTest, PhotosAreAsTheModelsHaveThem) {
+  CommitStoredPhoto(1, 6);
+  CommitStoredPhoto(2, 2);
+  const Result<PhotoSource> of_session = PhotosOfSession(paths_);
+  ASSERT_TRUE(of_session.ok()) << of_session.error();
+  const fs::path folder = folder_ / "photos";
+  fs::create_directories(folder / "alice");
+  for (const char* name : {"alice/1.jpg", "alice/2.jpg"}) {
+    const image_t image = Photo(name);
+    ASSERT_TRUE(
+        WriteFileAtomic((folder / name).string(), *BlobStore(paths_.Blobs()).Get(image.blob_id))
+            .ok());
+  }
+  const Result<PhotoSource> of_folder = PhotosOfFolder(folder);
+  ASSERT_TRUE(of_folder.ok()) << of_folder.error();
+  for (const PhotoSource& photos : {*of_session, *of_folder}) {
+    const Result<cv::Mat3b> turned = photos("alice/1.jpg");
+    ASSERT_TRUE(turned.ok()) << turned.error();
+    EXPECT_EQ(turned->size(), cv::Size(96, 80)) << "as stored";
+    EXPECT_NEAR((*turned)(40, 10)[0], 220, 5);
+    const Result<cv::Mat3b> mirrored = photos("alice/2.jpg");
+    ASSERT_TRUE(mirrored.ok()) << mirrored.error();
+    EXPECT_NEAR((*mirrored)(40, 10)[0], 20, 5);
+    EXPECT_FALSE(photos("alice/3.jpg").ok());
+  }
+  EXPECT_FALSE((*of_folder)("../images/alice/1.jpg").ok()) << "a name that leaves the folder";
 }
 
 TEST_F(ExportTest, TakesTheNewestModelOfEachLivingSubmapLargestFirst) {
@@ -237,6 +278,47 @@ TEST_F(ExportTest, DatabaseHoldsWhatColmapNeeds) {
   EXPECT_FALSE(WriteDatabase(paths_, file).ok()) << "it is there already";
 }
 
+// colmap.github.io/database.html, by SQL alone.
+TEST_F(ExportTest, DatabaseIsAsColmapDocumentsIt) {
+  CommitPhoto(1, {});
+  CommitPhoto(2, {1});
+  const fs::path file = folder_ / "database.db";
+  ASSERT_TRUE(WriteDatabase(paths_, file).ok());
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open_v2(file.c_str(), &db, SQLITE_OPEN_READONLY, nullptr), SQLITE_OK);
+  const auto query = [&](const std::string& sql) {
+    std::string row;
+    sqlite3_stmt* statement = nullptr;
+    EXPECT_EQ(sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr), SQLITE_OK) << sql;
+    while (sqlite3_step(statement) == SQLITE_ROW) {
+      for (int i = 0; i < sqlite3_column_count(statement); ++i) {
+        const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement, i));
+        row += std::string(row.empty() ? "" : " ") + (text == nullptr ? "NULL" : text);
+      }
+    }
+    sqlite3_finalize(statement);
+    return row;
+  };
+  // 2: SIMPLE_RADIAL. params: f, cx, cy, k as doubles; f = 1000.
+  EXPECT_EQ(query("SELECT camera_id, model, width, height, prior_focal_length, length(params), "
+                  "hex(substr(params, 1, 8)) FROM cameras"),
+            "1 2 1200 900 1 32 0000000000408F40");
+  EXPECT_EQ(query("SELECT image_id, name, camera_id FROM images ORDER BY image_id"),
+            "1 alice/1.jpg 1 2 alice/2.jpg 1");
+  // x, y and an affine shape, as floats.
+  EXPECT_EQ(query("SELECT rows, cols, length(data) FROM keypoints WHERE image_id = 2"), "2 6 48");
+  EXPECT_EQ(query("SELECT rows, cols, length(data), hex(substr(data, 1, 1)) FROM descriptors "
+                  "WHERE image_id = 2"),
+            "2 128 256 02");
+  // pair_id = 2147483647 * smaller id + larger id; columns: keypoint of the smaller, of the larger.
+  for (const char* table : {"matches", "two_view_geometries"}) {
+    EXPECT_EQ(query("SELECT pair_id, rows, cols, hex(data) FROM " + std::string(table)),
+              "2147483649 2 2 01000000000000000000000001000000");
+  }
+  EXPECT_EQ(query("SELECT config FROM two_view_geometries"), "2");
+  sqlite3_close(db);
+}
+
 TEST_F(ExportTest, LeavesNoHalfDatabase) {
   CommitPhoto(1, {});
   features_t features{};
@@ -268,7 +350,7 @@ TEST(ModelWriter, ColmapFormatsReadBackAlike) {
 TEST(ModelWriter, WritesTheFilesOfEachFormat) {
   const std::pair<std::string, std::vector<std::string>> expected[] = {
       {"ply", {"points.ply"}},
-      {"nerfstudio", {"transforms.json"}},
+      {"nerfstudio", {"transforms.json", "points.ply"}},
       {"bundler", {"bundle.out", "bundle.out.list.txt"}},
       {"nvm", {"model.nvm"}}};
   const colmap::Reconstruction model = MakeModel(3, "SIMPLE_RADIAL");
@@ -294,25 +376,6 @@ TEST(ModelWriter, SaysWhatAFormatCannotHold) {
 TEST(ModelWriter, TellsThatAFolderCannotBeWrittenTo) {
   const TestFolder folder;
   EXPECT_FALSE(WriteModel(MakeModel(3, "SIMPLE_RADIAL"), "nerfstudio", folder / "none").ok());
-}
-
-TEST(ModelWriter, NerfstudioLooksAlongMinusZ) {
-  colmap::Reconstruction model = MakeModel(2, "OPENCV");
-  model.Camera(1).SetParams({1000, 1000, 600, 450, 0.1, 0.2, 0.3, 0.4});
-  const auto transforms = nlohmann::json::parse(NerfstudioJson(model));
-  ASSERT_EQ(transforms["frames"].size(), 2u);
-  const auto& frame = transforms["frames"][1];
-  EXPECT_EQ(frame["file_path"], "images/alice/1.jpg");
-  EXPECT_EQ(frame["w"], 1200);
-  EXPECT_EQ(frame["h"], 900);
-  EXPECT_EQ(frame["cx"], 600);
-  EXPECT_EQ(frame["k1"], 0.1);
-  EXPECT_EQ(frame["p2"], 0.4);
-  // The camera stands at (1, 0, 0) and looks along +z with y down; in OpenGL's axes y and z turn.
-  const auto& rows = frame["transform_matrix"];
-  EXPECT_EQ(rows[0], nlohmann::json({1.0, 0.0, 0.0, 1.0}));
-  EXPECT_EQ(rows[1], nlohmann::json({0.0, -1.0, 0.0, 0.0}));
-  EXPECT_EQ(rows[2], nlohmann::json({0.0, 0.0, -1.0, 0.0}));
 }
 
 }  // namespace

@@ -1,20 +1,19 @@
 #include "export/model_writer.h"
 
-#include <base/camera_models.h>
-#include <base/pose.h>
-
 #include <functional>
-#include <map>
-#include <nlohmann/json.hpp>
+#include <utility>
 
-#include "core/file.h"
+#include "export/nerfstudio.h"
+#include "export/nvm.h"
+#include "export/points_ply.h"
+#include "export/simple_camera.h"
+#include "export/written_names.h"
 #include "geometry/model_poses.h"
 
 namespace skein {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 using Writer = std::function<Status(const colmap::Reconstruction&, const fs::path&)>;
 
@@ -60,80 +59,55 @@ Status WriteBinary(const colmap::Reconstruction& model, const fs::path& folder) 
 }
 
 Status WritePly(const colmap::Reconstruction& model, const fs::path& folder) {
-  constexpr uintmax_t kVertexBytes = 3 * 4 + 3;
-  const fs::path path = folder / "points.ply";
-  model.ExportPLY(path.string());
-  return ExpectContent(path, kVertexBytes * model.NumPoints3D() + 1);
+  return WritePointsPly(model, folder / "points.ply");
 }
 
-Status WriteNerfstudio(const colmap::Reconstruction& model, const fs::path& folder) {
-  const std::string text = NerfstudioJson(model);
-  return WriteFileAtomic((folder / "transforms.json").string(), text.data(), text.size());
+Status WriteNerfstudioOfStored(const colmap::Reconstruction& model, const fs::path& folder) {
+  return WriteNerfstudio(model, folder, [](const colmap::Image& image) {
+    return NerfstudioFiles{"images/" + image.Name(), ""};
+  });
 }
 
-// Both formats know one focal length and one radial parameter.
-Status ExpectSimpleCameras(const colmap::Reconstruction& model, const std::string& format) {
-  for (const auto& [id, camera] : model.Cameras()) {
-    if (camera.ModelName() != "SIMPLE_RADIAL" && camera.ModelName() != "SIMPLE_PINHOLE" &&
-        !(format == "bundler" && camera.ModelName() == "RADIAL")) {
-      return InvalidArgument(format + " cannot hold camera " + std::to_string(id) + " (" +
-                             camera.ModelName() + ")");
-    }
-  }
-  return Status::Ok();
+// Calls `write` with the model, its photos renamed if blanks would part their names.
+Status WithReadableNames(const colmap::Reconstruction& model, const fs::path& names_file,
+                         const std::function<Status(const colmap::Reconstruction&)>& write) {
+  if (NumNamesWithBlanks(model) == 0) return write(model);
+  const WrittenNames names = NamesWithoutBlanks(model);
+  colmap::Reconstruction renamed = model;
+  RenameImages(names, &renamed);
+  const Status written = write(renamed);
+  return written.ok() ? WriteNames(model, names, names_file) : written;
 }
 
 Status WriteBundler(const colmap::Reconstruction& model, const fs::path& folder) {
-  if (Status simple = ExpectSimpleCameras(model, "bundler"); !simple.ok()) return simple;
+  for (const auto& [id, camera] : model.Cameras()) {
+    if (Status simple = ExpectSimpleCamera(camera, "bundler"); !simple.ok()) return simple;
+  }
   const fs::path path = folder / "bundle.out", list = folder / "bundle.out.list.txt";
-  if (!model.ExportBundler(path.string(), list.string())) return NotWhole(path);
-  const Status whole = ExpectContent(path, 1 + 20 * model.NumPoints3D());
-  return whole.ok() ? ExpectContent(list, 1) : whole;
+  return WithReadableNames(model, folder / "bundle.out.names.txt", [&](const auto& readable) {
+    if (!readable.ExportBundler(path.string(), list.string())) return NotWhole(path);
+    const Status whole = ExpectContent(path, 1 + 20 * readable.NumPoints3D());
+    return whole.ok() ? ExpectContent(list, 1) : whole;
+  });
 }
 
 Status WriteNvm(const colmap::Reconstruction& model, const fs::path& folder) {
-  if (Status simple = ExpectSimpleCameras(model, "nvm"); !simple.ok()) return simple;
-  const fs::path path = folder / "model.nvm";
-  if (!model.ExportNVM(path.string())) return NotWhole(path);
-  return ExpectContent(path, 1 + 20 * model.NumPoints3D());
+  return WithReadableNames(model, folder / "model.nvm.names.txt", [&](const auto& readable) {
+    return WriteNvmFile(readable, folder / "model.nvm");
+  });
+}
+
+Status WriteReadableText(const colmap::Reconstruction& model, const fs::path& folder) {
+  return WithReadableNames(model, folder / "text.names.txt",
+                           [&](const auto& readable) { return WriteText(readable, folder); });
 }
 
 const std::vector<std::pair<std::string, Writer>>& Writers() {
   static const std::vector<std::pair<std::string, Writer>> writers = {
-      {"bin", WriteBinary},      {"text", WriteText},
-      {"ply", WritePly},         {"nerfstudio", WriteNerfstudio},
+      {"bin", WriteBinary},      {"text", WriteReadableText},
+      {"ply", WritePly},         {"nerfstudio", WriteNerfstudioOfStored},
       {"bundler", WriteBundler}, {"nvm", WriteNvm}};
   return writers;
-}
-
-json FrameJson(const colmap::Image& image, const colmap::Camera& camera) {
-  // World-from-camera with OpenGL's axes: y up, z backwards.
-  Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
-  transform.topLeftCorner<3, 3>() = colmap::QuaternionToRotationMatrix(image.Qvec()).transpose() *
-                                    Eigen::Vector3d(1, -1, -1).asDiagonal();
-  transform.topRightCorner<3, 1>() = image.ProjectionCenter();
-  json rows = json::array();
-  for (int i = 0; i < 4; ++i) {
-    rows.push_back({transform(i, 0), transform(i, 1), transform(i, 2), transform(i, 3)});
-  }
-  json frame = {{"file_path", "images/" + image.Name()},
-                {"transform_matrix", rows},
-                {"w", camera.Width()},
-                {"h", camera.Height()},
-                {"fl_x", camera.MeanFocalLength()},
-                {"fl_y", camera.MeanFocalLength()},
-                {"cx", camera.PrincipalPointX()},
-                {"cy", camera.PrincipalPointY()},
-                {"k1", 0.0},
-                {"k2", 0.0},
-                {"p1", 0.0},
-                {"p2", 0.0}};
-  const std::vector<size_t>& extra = camera.ExtraParamsIdxs();
-  const char* names[] = {"k1", "k2", "p1", "p2"};
-  for (size_t i = 0; i < std::min<size_t>(extra.size(), 4); ++i) {
-    frame[names[i]] = camera.Params(extra[i]);
-  }
-  return frame;
 }
 
 }  // namespace
@@ -155,13 +129,8 @@ Status WriteModel(const colmap::Reconstruction& model, const std::string& format
   return InvalidArgument("there is no format '" + format + "'");
 }
 
-std::string NerfstudioJson(const colmap::Reconstruction& model) {
-  json transforms = {{"camera_model", "OPENCV"}, {"frames", json::array()}};
-  for (const colmap::image_t id : model.RegImageIds()) {
-    const colmap::Image& image = model.Image(id);
-    transforms["frames"].push_back(FrameJson(image, model.Camera(image.CameraId())));
-  }
-  return transforms.dump(1);
+bool PartsNamesAtBlanks(const std::string& format) {
+  return format == "text" || format == "bundler" || format == "nvm";
 }
 
 }  // namespace skein

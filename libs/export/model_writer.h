@@ -14,14 +14,20 @@ namespace skein {
 // "bin", "text", "ply", "nerfstudio", "bundler", "nvm".
 const std::vector<std::string>& ModelFormats();
 
-// Writes cameras/images/points3D.bin or .txt, points.ply, transforms.json, bundle.out with
-// bundle.out.list.txt, or model.nvm into `folder`, which must exist. COLMAP's writers ignore write
-// errors, so their files are checked afterwards. An error names the incomplete file.
+// Writes cameras/images/points3D.bin or .txt, points.ply, transforms.json with points.ply,
+// bundle.out with bundle.out.list.txt, or model.nvm into `folder`, which must exist. COLMAP's
+// writers ignore write errors, so their files are checked afterwards. An error names the incomplete
+// file, or the camera that the format cannot hold (export/nerfstudio.h, export/nvm.h,
+// export/simple_camera.h).
+//
+// "nerfstudio" is with the cameras and photos as they are: images/AGENT/NAME beside transforms.json
+// are to be those of the session.
 Status WriteModel(const colmap::Reconstruction& model, const std::string& format,
                   const std::filesystem::path& folder);
 
-// nerfstudio's transforms.json: OpenGL camera axes, world as the model has it, photos under
-// images/AGENT/NAME.
-std::string NerfstudioJson(const colmap::Reconstruction& model);
+// "text", "bundler", "nvm": their readers part a line at blanks. Photos with blanks in their names
+// are written with '_' there, and text.names.txt, bundle.out.names.txt or model.nvm.names.txt says
+// which they are (export/written_names.h).
+bool PartsNamesAtBlanks(const std::string& format);
 
 }  // namespace skein

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 
+#include "export/georeferenced.h"
 #include "export/model_writer.h"
 #include "export/temporary_folder.h"
 
@@ -70,6 +71,7 @@ Status WriteModelsZip(const std::vector<ExportModel>& models, const std::string&
   for (size_t i = 0; status.ok() && i < models.size(); ++i) {
     const TemporaryFolder folder;
     status = WriteModel(*models[i].reconstruction, format, folder.path());
+    if (status.ok()) status = WriteGeoreference(models[i], folder.path());
     std::vector<fs::path> written;
     for (const auto& entry : fs::directory_iterator(folder.path())) written.push_back(entry.path());
     std::sort(written.begin(), written.end());

@@ -7,10 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "export/georeferenced.h"
 #include "export/model_writer.h"
 #include "export/models_zip.h"
 #include "export/session_models.h"
 #include "export/temporary_folder.h"
+#include "session/read_session.h"
 
 namespace skein {
 namespace {
@@ -30,11 +32,23 @@ class DownloadSlot {
   std::atomic<bool> freed_{false};
 };
 
+using Positions = decltype(PositionsOf(SessionState()));
+
+// Error, the reasons: none can be placed.
+Status Place(const Positions& positions, std::vector<ExportModel>* models) {
+  std::vector<std::string> refusals;
+  PlaceOnEarth(positions, models, &refusals);
+  if (!models->empty()) return Status::Ok();
+  std::string reasons;
+  for (const std::string& refusal : refusals) reasons += (reasons.empty() ? "" : "; ") + refusal;
+  return NotFound("no model can be georeferenced: " + reasons);
+}
+
 }  // namespace
 
 Downloads::Downloads(const SessionView& view, BlobFetcher& blobs) : view_(view), blobs_(blobs) {}
 
-void Downloads::Handle(const PathParts& parts, Respond respond) {
+void Downloads::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
   static const std::map<std::string, std::string> formats = {
       {"model.zip", "bin"}, {"points.ply", "ply"}, {"nerfstudio.zip", "nerfstudio"}};
   const auto format = parts.size() == 1 ? formats.find(parts.front()) : formats.end();
@@ -54,9 +68,16 @@ void Downloads::Handle(const PathParts& parts, Respond respond) {
   };
   std::vector<std::string> wanted;
   for (const submap_model_t& model : models) wanted.push_back(model.model_blob);
-  if (format->second == "ply") wanted.resize(1);  // the largest model
+  const bool georeferenced = request.query.count("georeferenced") > 0;
+  // The largest model, or of those that can be placed.
+  if (format->second == "ply" && !georeferenced) wanted.resize(1);
+  Positions positions;
+  if (georeferenced) {
+    positions = view_.With([](const SessionRecord& session) { return PositionsOf(session.state); });
+  }
   blobs_.FetchAll(
-      wanted, "ingest", respond, [models, format, respond](const BlobFetcher::Blobs& blobs) {
+      wanted, "ingest", respond,
+      [models, format, georeferenced, positions, respond](const BlobFetcher::Blobs& blobs) {
         std::vector<ExportModel> read;
         for (const submap_model_t& model : models) {
           const auto archive = blobs.find(model.model_blob);
@@ -64,6 +85,11 @@ void Downloads::Handle(const PathParts& parts, Respond respond) {
           Result<ExportModel> one = ReadModelArchive(model, archive->second);
           if (!one.ok()) return AnswerError(respond, one.status());
           read.push_back(std::move(*one));
+        }
+        if (georeferenced) {
+          if (Status placed = Place(positions, &read); !placed.ok()) {
+            return AnswerError(respond, placed);
+          }
         }
         HttpResponse response;
         response.download_name = format->first;

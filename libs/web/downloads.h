@@ -16,8 +16,9 @@ class Downloads {
   // Both outlive this, and answers to Handle.
   Downloads(const SessionView& view, BlobFetcher& blobs);
 
-  // `parts`: {"model.zip"}.
-  void Handle(const PathParts& parts, Respond respond);
+  // `parts`: {"model.zip"}. The query "georeferenced" moves the models into metres east, north and
+  // up by their photos' GPS, as `skein export --georeferenced`; 404 with the reason if none can be.
+  void Handle(const PathParts& parts, const HttpRequest& request, Respond respond);
 
  private:
   const SessionView& view_;

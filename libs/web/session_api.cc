@@ -63,7 +63,7 @@ void SessionApi::Handle(const HttpRequest& request, Respond respond) {
     return;
   }
   parts.erase(parts.begin());
-  first == "api" ? HandleApi(parts, request, respond) : downloads_.Handle(parts, respond);
+  first == "api" ? HandleApi(parts, request, respond) : downloads_.Handle(parts, request, respond);
 }
 
 void SessionApi::HandleApi(const PathParts& parts, const HttpRequest& request, Respond respond) {

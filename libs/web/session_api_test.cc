@@ -26,7 +26,7 @@ constexpr int64_t kSubmap = 4;
 // A finished session of one map: eight photos of a synthetic scene, with blobs in memory.
 class SessionApiTest : public ::testing::Test {
  protected:
-  SessionApiTest() {
+  explicit SessionApiTest(bool has_gps = true) : has_gps_(has_gps) {
     FillMap(scene_, &map_);
     map_.ColourPoints();
     for (size_t i = 0; i < scene_.photos.size(); ++i) AddPhoto(static_cast<int64_t>(i) + 1);
@@ -71,6 +71,7 @@ class SessionApiTest : public ::testing::Test {
     image.height_px = 400;
     image.orientation = 6;  // upright after a turn
     image.blob_id = Keep(SmallJpeg(static_cast<uint64_t>(id), 640, 400));
+    SetPosition(&image);
     Commit(image);
     features_t features{};
     features.image_id = id;
@@ -88,6 +89,15 @@ class SessionApiTest : public ::testing::Test {
     matches.num_pairs = static_cast<int32_t>(matches.pairs.size());
     if (!pairs.empty()) matches.pairs_blob = Keep(EncodeTwoViewPairs(pairs));
     Commit(matches);
+  }
+  // Ten metres a unit of the scene, whose y axis points down.
+  void SetPosition(image_t* image) const {
+    const auto i = static_cast<size_t>(image->image_id - 1);
+    const Eigen::Vector3d centre = 10 * scene_.Center(i);
+    image->has_gps = image->has_altitude = has_gps_;
+    image->latitude_deg = 48 + centre.z() / 111'200;
+    image->longitude_deg = 11 + centre.x() / 74'400;
+    image->altitude_m = 500 - centre.y();
   }
   void AddModel() {
     submap_model_t model{};
@@ -127,9 +137,15 @@ class SessionApiTest : public ::testing::Test {
   SessionView view_;
   std::map<std::string, Bytes> blobs_;
   SessionSource source_;
+  const bool has_gps_;
   bool may_use_model_ = true;
   std::atomic<int> num_looks_{0};
   std::unique_ptr<SessionApi> api_;
+};
+
+class SessionApiWithoutGpsTest : public SessionApiTest {
+ protected:
+  SessionApiWithoutGpsTest() : SessionApiTest(false) {}
 };
 
 TEST_F(SessionApiTest, TellsTheSession) {
@@ -393,6 +409,22 @@ TEST_F(SessionApiTest, ModelsCanBeSaved) {
   EXPECT_FALSE(std::filesystem::exists(kept)) << "it goes once it was sent";
   EXPECT_EQ(Get("/download/nerfstudio.zip").status, 200);
   EXPECT_EQ(StatusOf("/download/other"), 404);
+}
+
+TEST_F(SessionApiTest, ModelsCanBeSavedInMetres) {
+  const HttpResponse zip = Get("/download/model.zip?georeferenced");
+  ASSERT_EQ(zip.status, 200) << zip.text;
+  std::ifstream in(zip.file, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_NE(bytes.find("0/georeference.json"), std::string::npos);
+  EXPECT_EQ(Get("/download/points.ply?georeferenced").status, 200);
+}
+
+TEST_F(SessionApiWithoutGpsTest, SaysWhyAModelIsNotInMetres) {
+  const HttpResponse zip = Get("/download/model.zip?georeferenced");
+  EXPECT_EQ(zip.status, 404);
+  EXPECT_NE(zip.text.find("0 registered photos carry a position"), std::string::npos) << zip.text;
+  EXPECT_EQ(Get("/download/model.zip").status, 200) << "the next one may be made";
 }
 
 TEST_F(SessionApiTest, WhatIsMissingIsAnError) {

@@ -61,18 +61,30 @@ run_twins() {
   reconstruct
   is_accounted_for "$report" || fail "photos are not accounted for: $(jq -c .images "$report")"
   "$SKEIN_BUILD/bin/skein" export --session "$session" --output "$workspace/models" --format nerfstudio >/dev/null
-  for model in "$workspace"/models/*/transforms.json; do expect_one_house "$model"; done
+  for model in "$workspace"/models/*/transforms.json; do
+    expect_one_house "$model"
+    expect_files "$model"
+  done
 }
 
 # A photo that shows what both houses have may stand in the other one's map, where too little of it
 # can be judged; three would hold two houses together.
 expect_one_house() {
   local of_house_1 of_house_2
-  of_house_1=$(jq '[.frames[].file_path | select(test("agent-1/"))] | length' "$1")
-  of_house_2=$(jq '[.frames[].file_path | select(test("agent-2/"))] | length' "$1")
+  of_house_1=$(jq '[.frames[].file_path | select(test("agent-1_"))] | length' "$1")
+  of_house_2=$(jq '[.frames[].file_path | select(test("agent-2_"))] | length' "$1")
   echo "a map of $of_house_1 photos of one house and $of_house_2 of the other"
   ((of_house_1 + of_house_2 > 0)) || fail "no photos in $1"
   ((of_house_1 < 3 || of_house_2 < 3)) || fail "two houses in one map: $(jq -c .merges "$report")"
+}
+
+# expect_files TRANSFORMS: what the file names lies beside it
+expect_files() {
+  local file
+  [[ $(jq -r .camera_model "$1") == PINHOLE ]] || fail "$1: not a pinhole camera"
+  while read -r file; do
+    [[ -s ${1%/*}/$file ]] || fail "$1 names $file, which is not there"
+  done < <(jq -r '.ply_file_path, .frames[].file_path' "$1")
 }
 
 # All camera centres on one line.

@@ -9,7 +9,12 @@ import { Plot, runningMedian } from './plots.js';
 const kDownloads = [
   ['/download/model.zip', 'COLMAP model', 'cameras, poses and points, .zip'],
   ['/download/points.ply', 'Point cloud', 'for viewers and CAD, .ply'],
-  ['/download/nerfstudio.zip', 'nerfstudio', 'transforms and photos, .zip'],
+  ['/download/nerfstudio.zip', 'nerfstudio', 'poses and points, .zip; the photos are those of the session'],
+];
+// What cannot be placed is told in place of the file.
+const kOnEarth = [
+  ['/download/model.zip?georeferenced', 'COLMAP model in metres', 'east, north and up, by the photos\u2019 GPS, .zip'],
+  ['/download/points.ply?georeferenced', 'Point cloud in metres', 'east, north and up, by the photos\u2019 GPS, .ply'],
 ];
 const kStages = [
   ['features', 'Features', 'photos that wait for their keypoints'],
@@ -50,15 +55,17 @@ export class Overview {
       h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages),
       h('section', {}, h('h2', {}, 'Downloads'), this.downloads),
       h('section', { className: 'processes_part' }, this.processesPart));
-    this.showDownloads(false);
+    this.showDownloads(false, false);
   }
 
-  showDownloads(ready) {
-    if (this.downloadsReady === ready) return;
-    this.downloadsReady = ready;
+  showDownloads(ready, hasGps) {
+    const shown = `${ready} ${hasGps}`;
+    if (this.downloadsShown === shown) return;
+    this.downloadsShown = shown;
+    const link = (how) => ([href, label, what]) => h(
+      'a', { href, ...how, className: 'download' }, icon('download'), h('span', {}, h('b', {}, label), h('small', {}, what)));
     this.downloads.replaceChildren(...(ready
-      ? kDownloads.map(([href, label, what]) => h(
-          'a', { href, download: true, className: 'download' }, icon('download'), h('span', {}, h('b', {}, label), h('small', {}, what))))
+      ? [...kDownloads.map(link({ download: true })), ...(hasGps ? kOnEarth.map(link({ target: '_blank' })) : [])]
       : [h('p', { className: 'muted' }, 'Once there is a map: as a COLMAP model, a point cloud, or for nerfstudio.')]));
   }
 
@@ -68,7 +75,9 @@ export class Overview {
     this.updateLatency(view);
     this.updateBacklog(view);
     this.updateProcesses(view);
-    this.showDownloads([...view.timeline.live.submaps.values()].some((s) => !s.ended && (s.state === 'checkpoint' || s.state === 'final')));
+    this.showDownloads(
+      [...view.timeline.live.submaps.values()].some((s) => !s.ended && (s.state === 'checkpoint' || s.state === 'final')),
+      [...view.timeline.live.photos.values()].some((p) => p.gps));
   }
 
   updateAgents(view) {

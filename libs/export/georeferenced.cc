@@ -1,9 +1,10 @@
-#include "clients/export/georeferenced.h"
+#include "export/georeferenced.h"
 
 #include <base/similarity_transform.h>
 
 #include <algorithm>
 
+#include "core/file.h"
 #include "geometry/georeference_json.h"
 
 namespace skein {
@@ -50,6 +51,12 @@ void PlaceOnEarth(const std::map<std::string, GeodeticPosition>& positions,
     placed.push_back(std::move(model));
   }
   *models = std::move(placed);
+}
+
+Status WriteGeoreference(const ExportModel& model, const std::filesystem::path& folder) {
+  if (model.georeference.is_null()) return Status::Ok();
+  const std::string text = model.georeference.dump(2) + "\n";
+  return WriteFileAtomic((folder / "georeference.json").string(), text.data(), text.size());
 }
 
 }  // namespace skein

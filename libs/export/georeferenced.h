@@ -1,6 +1,7 @@
 // Models moved from their mapper's frame onto the earth.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -13,7 +14,13 @@ namespace skein {
 // Moves each model into metres to the east, north and up of one origin, which is that of all
 // positions. Sets `georeference` of each. A model that cannot be placed is removed; `refusals` gets
 // a line with the reason.
+//
+// Where no photo carries an altitude the models' heights are above their own cameras: the json says
+// so (GeoreferenceToJson).
 void PlaceOnEarth(const std::map<std::string, GeodeticPosition>& positions,
                   std::vector<ExportModel>* models, std::vector<std::string>* refusals);
+
+// georeference.json into the folder; nothing for a model in its mapper's frame.
+Status WriteGeoreference(const ExportModel& model, const std::filesystem::path& folder);
 
 }  // namespace skein

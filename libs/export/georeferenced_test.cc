@@ -1,4 +1,4 @@
-#include "clients/export/georeferenced.h"
+#include "export/georeferenced.h"
 
 #include <gtest/gtest.h>
 

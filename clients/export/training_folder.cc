@@ -1,0 +1,145 @@
+#include "clients/export/training_folder.h"
+
+#include <algorithm>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <vector>
+
+#include "clients/export/undistortion.h"
+#include "core/file.h"
+#include "export/model_writer.h"
+#include "export/nerfstudio.h"
+#include "export/written_names.h"
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kTrainingJpegQuality = 95;
+
+class TrainingFolder {
+ public:
+  TrainingFolder(const colmap::Reconstruction& model, const PhotoSource& photos,
+                 const std::function<void()>& on_photo, const fs::path& folder)
+      : model_(model), photos_(photos), on_photo_(on_photo), folder_(folder) {}
+
+  Status Write(const std::set<std::string>& formats) {
+    if (Status status = FindBorders(); !status.ok()) return status;
+    names_ = FlatNames(model_, has_borders_ ? ".png" : ".jpg");
+    fs::create_directories(folder_ / "images");
+    if (has_borders_) fs::create_directories(folder_ / "masks");
+    for (const auto& [camera_id, image_ids] : PhotosByCamera()) {
+      if (Status status = WritePhotos(camera_id, image_ids); !status.ok()) return status;
+    }
+    RenameImages(names_, &undistorted_);
+    Status status = WriteNames(model_, names_, folder_ / "images.names.txt");
+    if (status.ok() && formats.count(kNerfstudio) > 0) status = WriteTransforms();
+    if (status.ok() && formats.count(kGaussianSplatting) > 0) status = WriteSparse();
+    return status;
+  }
+
+ private:
+  using PhotosOfCamera = std::map<colmap::camera_t, std::vector<colmap::image_t>>;
+
+  PhotosOfCamera PhotosByCamera() const {
+    PhotosOfCamera photos;
+    for (const colmap::image_t id : model_.RegImageIds()) {
+      photos[model_.Image(id).CameraId()].push_back(id);
+    }
+    return photos;
+  }
+
+  // Before the first photo is written: its name depends on it.
+  Status FindBorders() {
+    for (const auto& [camera_id, image_ids] : PhotosByCamera()) {
+      if (!Undistortion::MayHaveBorders(model_.Camera(camera_id))) continue;
+      const Result<Undistortion> undistortion = Undistortion::Of(model_.Camera(camera_id));
+      if (!undistortion.ok()) return undistortion.status();
+      has_borders_ = has_borders_ || undistortion->has_borders();
+    }
+    return Status::Ok();
+  }
+
+  Status WritePhotos(colmap::camera_t camera_id, const std::vector<colmap::image_t>& image_ids) {
+    const Result<Undistortion> undistortion = Undistortion::Of(model_.Camera(camera_id));
+    if (!undistortion.ok()) return undistortion.status();
+    undistorted_.Camera(camera_id) = undistortion->camera();
+    if (has_borders_) {
+      const Status written = WriteImage(undistortion->mask(), folder_ / MaskPath(camera_id));
+      if (!written.ok()) return written;
+    }
+    for (const colmap::image_t id : image_ids) {
+      if (Status status = WritePhoto(*undistortion, id); !status.ok()) return status;
+      on_photo_();
+    }
+    return Status::Ok();
+  }
+
+  Status WritePhoto(const Undistortion& undistortion, colmap::image_t id) {
+    colmap::Image& image = undistorted_.Image(id);
+    const Result<cv::Mat3b> photo = photos_(image.Name());
+    if (!photo.ok()) return photo.status();
+    const colmap::Camera& camera = model_.Camera(image.CameraId());
+    const cv::Size size(static_cast<int>(camera.Width()), static_cast<int>(camera.Height()));
+    if (photo->size() != size) {
+      return InvalidArgument("photo " + image.Name() + " has " + SizeText(photo->size()) +
+                             " pixels, its camera in the model " + SizeText(size));
+    }
+    for (colmap::point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+      image.Point2D(i).SetXY(undistortion.Apply(image.Point2D(i).XY()));
+    }
+    cv::Mat pixels = undistortion.Apply(*photo);
+    if (has_borders_) cv::merge(std::vector<cv::Mat>{pixels, undistortion.mask()}, pixels);
+    return WriteImage(pixels, folder_ / "images" / names_.at(id));
+  }
+
+  static std::string SizeText(cv::Size size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height);
+  }
+
+  static std::string MaskPath(colmap::camera_t camera_id) {
+    return "masks/camera-" + std::to_string(camera_id) + ".png";
+  }
+
+  static Status WriteImage(const cv::Mat& image, const fs::path& path) {
+    Bytes encoded;
+    if (!cv::imencode(path.extension().string(), image, encoded,
+                      {cv::IMWRITE_JPEG_QUALITY, kTrainingJpegQuality})) {
+      return Unavailable("OpenCV cannot encode " + path.string());
+    }
+    return WriteFileAtomic(path.string(), encoded);
+  }
+
+  Status WriteTransforms() const {
+    return WriteNerfstudio(undistorted_, folder_, [this](const colmap::Image& image) {
+      return NerfstudioFiles{"images/" + image.Name(),
+                             has_borders_ ? MaskPath(image.CameraId()) : ""};
+    });
+  }
+
+  Status WriteSparse() const {
+    const fs::path sparse = folder_ / "sparse" / "0";
+    fs::create_directories(sparse);
+    return WriteModel(undistorted_, "bin", sparse);
+  }
+
+  const colmap::Reconstruction& model_;
+  const PhotoSource& photos_;
+  const std::function<void()>& on_photo_;
+  const fs::path folder_;
+  colmap::Reconstruction undistorted_ = model_;
+  WrittenNames names_;
+  bool has_borders_ = false;
+};
+
+}  // namespace
+
+Status WriteTrainingFolder(const colmap::Reconstruction& model,
+                           const std::set<std::string>& formats, const PhotoSource& photos,
+                           const std::function<void()>& on_photo, const fs::path& folder) {
+  return TrainingFolder(model, photos, on_photo, folder).Write(formats);
+}
+
+}  // namespace skein

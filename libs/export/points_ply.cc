@@ -1,0 +1,24 @@
+#include "export/points_ply.h"
+
+#include <string>
+
+#include "core/file.h"
+
+namespace skein {
+
+Status WritePointsPly(const colmap::Reconstruction& model, const std::filesystem::path& file) {
+  constexpr size_t kVertexBytes = 3 * sizeof(float) + 3;
+  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                    std::to_string(model.NumPoints3D()) +
+                    "\nproperty float x\nproperty float y\nproperty float z\n"
+                    "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  ply.reserve(ply.size() + kVertexBytes * model.NumPoints3D());
+  for (const auto& [id, point] : model.Points3D()) {
+    const Eigen::Vector3f xyz = point.XYZ().cast<float>();
+    ply.append(reinterpret_cast<const char*>(xyz.data()), sizeof(xyz));
+    ply.append(reinterpret_cast<const char*>(point.Color().data()), 3);
+  }
+  return WriteFileAtomic(file.string(), ply.data(), ply.size());
+}
+
+}  // namespace skein
