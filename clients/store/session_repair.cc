@@ -8,7 +8,7 @@
 
 #include "blobs/blob_store.h"
 #include "clients/store/session_writer.h"
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/ledger_store.h"
@@ -70,6 +70,7 @@ class Repairer {
       : paths_(paths), check_(std::move(check)), blobs_(paths.Blobs()) {}
 
   Result<Repaired> Run() {
+    for (const OddEntry& odd : check_.odd_entries) Remove(odd);
     if (check_.session_id.empty()) repaired_.done.push_back("the session gets a new id");
     const std::string id = check_.session_id.empty() ? RandomSessionId() : check_.session_id;
     RepairPhotos();
@@ -94,15 +95,22 @@ class Repairer {
 
  private:
   void SetAside(const fs::path& path) {
-    if (!fs::exists(path)) return;
+    if (!fs::exists(fs::symlink_status(path))) return;
     const fs::path name = path.lexically_relative(paths_.root);
     fs::path aside = paths_.root / "damaged" / name;
-    for (int number = 2; fs::exists(aside); ++number) {
+    for (int number = 2; fs::exists(fs::symlink_status(aside)); ++number) {
       aside = paths_.root / "damaged" / (name.string() + "~" + std::to_string(number));
     }
-    fs::create_directories(aside.parent_path());
-    fs::rename(path, aside);
+    Require(CreateFoldersBelow(paths_.root, aside.parent_path()));
+    Require(RenameBelow(paths_.root, path, aside));
     repaired_.done.push_back(name.string() + " is in damaged/ now");
+  }
+
+  // It has no content of its own; what a symbolic link leads to stays.
+  void Remove(const OddEntry& odd) {
+    fs::remove(odd.path);
+    const std::string name = odd.path.lexically_relative(paths_.root).string();
+    repaired_.done.push_back(name + ", " + odd.kind + ", is removed");
   }
 
   void RepairPhotos() {
@@ -115,7 +123,8 @@ class Repairer {
   void RepairPhoto(const image_t& image) {
     const fs::path file = paths_.Image(image.agent, image.name);
     const Result<Bytes> blob = RequireDescriptors(blobs_.Get(image.blob_id));
-    const Result<Bytes> copy = RequireDescriptors(ReadFile(file.string()));
+    const Result<Bytes> copy =
+        RequireDescriptors(ReadFileBelow(paths_.root, file, kMaxStoredFileBytes));
     const bool sound_copy = copy.ok() && HashBytes(copy->data(), copy->size()) == image.blob_id;
     if (blob.ok() && sound_copy) return;
     const std::string name = image.agent + "/" + image.name;
@@ -132,7 +141,7 @@ class Repairer {
   // The file itself goes first: without it the rest is done anew by FinishInterrupted.
   void PutInPlace(const fs::path& fresh) {
     for (const char* suffix : {"", "-wal", "-shm"}) SetAside(paths_.Ledger().string() + suffix);
-    fs::rename(fresh, paths_.Ledger());
+    Require(RenameBelow(paths_.root, fresh, paths_.Ledger()));
     RemoveLedger(fresh);
   }
 

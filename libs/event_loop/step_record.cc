@@ -3,13 +3,13 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
+#include <filesystem>
 #include <sstream>
 #include <utility>
 
+#include "core/file_below.h"
 #include "core/log.h"
 #include "core/process.h"
 
@@ -24,12 +24,13 @@ constexpr size_t kLineBytes = 128;
 StepRecord::StepRecord(const std::string& path)
     : life_(static_cast<int64_t>(RandomU64() >> 2) + 1) {
   if (path.empty()) return;
-  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (fd_ < 0) {
-    LogWarn("cannot open {} (SKEIN_STEP_FILE): {}; a crash is put down to what ingest heard last",
-            path, std::strerror(errno));
+  const std::filesystem::path session = std::filesystem::path(path).parent_path().parent_path();
+  Result<FileDescriptor> file = OpenFileBelow(session, path, O_RDWR | O_CREAT);
+  if (!file.ok()) {
+    LogWarn("{} (SKEIN_STEP_FILE); a crash is put down to what ingest heard last", file.error());
     return;
   }
+  fd_ = file->Release();
   Read();
   for (int slot = 0; slot < kNumSlots; ++slot) Write(slot);
 }

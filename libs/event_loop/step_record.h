@@ -25,7 +25,8 @@ class StepRecord {
   static constexpr int kNumSlots = 4;
 
   // Reads what the process before left in the file, then clears it. "": no file; steps are kept in
-  // memory alone. A file that cannot be opened is the same, and logged.
+  // memory alone. A file that cannot be opened is the same, and logged. The file is
+  // SESSION/run/NAME: below SESSION no symbolic link is followed (core/file_below.h).
   explicit StepRecord(const std::string& path);
   ~StepRecord();
   StepRecord(const StepRecord&) = delete;

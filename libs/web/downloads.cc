@@ -69,6 +69,7 @@ void Downloads::Handle(const PathParts& parts, Respond respond) {
         response.download_name = format->first;
         response.content_type = ContentTypeOf(format->first);
         auto folder = std::make_shared<const TemporaryFolder>();
+        response.file_root = folder->path();
         response.file = folder->path() / format->first;
         const Status made = format->second == "ply"
                                 ? WriteModel(*read.front().reconstruction, "ply", folder->path())
