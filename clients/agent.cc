@@ -40,25 +40,48 @@ struct AgentOptions {
 // Counts, and what to say at the end.
 class Summary {
  public:
+  // `waits`: what cannot be read wholly yet is no refusal, as it may change.
+  explicit Summary(bool waits) : waits_(waits) {}
+
   void Add(const PublishedPhoto& photo) {
+    if (waits_ && photo.status == image_ack_t::REFUSED && photo.blob_id.empty()) {
+      return AddWaiting(photo);
+    }
+    waiting_.erase(photo.name);
+    // A file that was only touched is decided again, and alike.
+    if (!decided_.emplace(photo.name, photo.blob_id).second) return;
     ++counts_[photo.status];
     if (photo.status == image_ack_t::REFUSED) {
       std::cerr << "refused " << Printable(photo.name) << ": " << photo.reason << std::endl;
     }
   }
-  int refused() const { return Count(image_ack_t::REFUSED); }
+  bool all_taken() const { return Count(image_ack_t::REFUSED) == 0 && waiting_.empty(); }
   void Print(const std::string& agent) const {
     std::cout << agent << ": " << Count(image_ack_t::STORED) << " stored, "
-              << Count(image_ack_t::DUPLICATE) << " duplicates, " << refused() << " refused"
-              << std::endl;
+              << Count(image_ack_t::DUPLICATE) << " duplicates, " << Count(image_ack_t::REFUSED)
+              << " refused";
+    if (!waiting_.empty()) std::cout << ", " << waiting_.size() << " never became whole";
+    std::cout << std::endl;
+    for (const auto& [name, reason] : waiting_) {
+      std::cerr << "not taken: " << Printable(name) << ": " << reason << std::endl;
+    }
   }
 
  private:
+  void AddWaiting(const PublishedPhoto& photo) {
+    if (!waiting_.insert_or_assign(photo.name, photo.reason).second) return;
+    std::cerr << "not taken yet: " << Printable(photo.name) << ": " << photo.reason
+              << "; it is looked at again when it changes" << std::endl;
+  }
   int Count(int8_t status) const {
     const auto found = counts_.find(status);
     return found == counts_.end() ? 0 : found->second;
   }
+
+  const bool waits_;
   std::map<int8_t, int> counts_;
+  std::set<std::pair<std::string, std::string>> decided_;  // name, blob id
+  std::map<std::string, std::string> waiting_;             // name -> reason
 };
 
 std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* options) {
@@ -98,8 +121,13 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
          "--focal", options->publisher.focal_px,
          "Focal length in pixels at full resolution, where EXIF tells none (a video's frames)")
       ->check(AtLeastZero());
-  app.add_flag("--watch", options->watch, "Go on with photos that appear, until Ctrl-C");
+  app.add_flag(
+      "--watch", options->watch,
+      "Go on with photos that appear or change, until Ctrl-C; one that is not whole yet is "
+      "waited for");
   app.footer(
+      "Hidden files and folders, and those that hold thumbnails and trash (@eaDir, Thumbs,\n"
+      "__MACOSX, ...), are skipped and counted.\n"
       "Exit codes: 0 every photo is stored or a duplicate, 1 error or interrupted,\n"
       "2 bad usage, 3 some were refused (each is told with its reason).");
   return ParseOptions(&app, argc, argv);
@@ -160,48 +188,86 @@ std::unique_ptr<VideoPhotos> OpenVideo(const AgentOptions& options, PollLoop& lo
       });
 }
 
+void TellOthers(const std::string& folder, const OtherFiles& others) {
+  const std::pair<const std::string&, const char*> told[] = {
+      {others.kinds, " (JPEG, PNG and TIFF are)"},
+      {others.skipped, " (hidden photos, thumbnails and trash)"},
+      {others.repeated, " (links to folders that are read anyway)"},
+      {others.unreadable, " (folders that may not be read)"}};
+  for (const auto& [what, why] : told) {
+    if (what.empty()) continue;
+    const bool is_heif = &what == &others.kinds && others.have_heif;
+    std::cerr << "skein agent: not taken in " << folder << ": " << what << why
+              << (is_heif ? std::string(". HEIC: ") + kHeifAdvice : "") << std::endl;
+  }
+}
+
+void TellNoPhotos(const std::string& folder, const OtherFiles& others) {
+  std::cerr << "skein agent: no photos in " << folder << ": JPEG, PNG and TIFF are taken"
+            << (others.kinds.empty() ? "" : ", not " + others.kinds)
+            << (others.skipped.empty() ? "" : "; skipped: " + others.skipped)
+            << "; for a video give --video FILE"
+            << (others.have_heif ? std::string(". HEIC: ") + kHeifAdvice : "") << std::endl;
+}
+
+bool IsFolder(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_directory(path, error);
+}
+
+// Offers what appears or changes in the folder, and tells when the folder vanishes and comes back.
+void LookAgain(const AgentOptions& options, FolderWatch* watch, Publisher* publisher) {
+  const bool was_gone = watch->is_gone();
+  const std::vector<PhotoFile> photos = watch->Scan();
+  if (watch->is_gone() != was_gone) {
+    std::cerr << "skein agent: " << options.images
+              << (was_gone ? " is there again" : " has vanished; waiting for it") << std::endl;
+  }
+  for (const PhotoFile& photo : photos) {
+    if (photo.has_changed) std::cout << Printable(photo.name) << " has changed" << std::endl;
+  }
+  publisher->Add(ToOffer(photos, options.max_size_px, ReadWholePhoto));
+}
+
 int Publish(AgentOptions options, const PhotoOrder& order) {
   const auto node = MakeAgentNode(options.client, &options.publisher.agent);
   const std::vector<PhotoFile> photos = ListPhotos(options.images, order);
   const bool may_grow = options.watch || !options.video.empty();
   const OtherFiles others = FindOtherFiles(options.images);
-  const std::string heif = others.have_heif ? std::string(". HEIC: ") + kHeifAdvice : "";
   if (photos.empty() && !may_grow) {
-    std::cerr << "skein agent: no photos in " << options.images << ": JPEG, PNG and TIFF are taken"
-              << (others.kinds.empty() ? "" : ", not " + others.kinds)
-              << "; for a video give --video FILE" << heif << std::endl;
+    TellNoPhotos(options.images, others);
     return kExitError;
   }
-  if (!others.kinds.empty()) {
-    std::cerr << "skein agent: not taken in " << options.images << ": " << others.kinds
-              << " (JPEG, PNG and TIFF are)" << heif << std::endl;
-  }
+  TellOthers(options.images, others);
   ProgressBar bar(options.publisher.agent, static_cast<int64_t>(photos.size()));
   FolderWatch watch(options.images, order);
   watch.Skip(photos);
-  Summary summary;
+  Summary summary(options.watch);
   const Advice advice(*node, options.publisher.agent);
   Publisher publisher(*node, options.publisher, [&](const PublishedPhoto& photo) {
     summary.Add(photo);
     if (!may_grow) bar.Add();
   });
-  publisher.Add(ToOffer(photos, options.max_size_px));
+  publisher.Add(ToOffer(photos, options.max_size_px, options.watch ? ReadWholePhoto : ReadPhoto));
   IngestWatch ingest(*node);
   node->loop().AddTimer(kLookForIngestS, [&] { ingest.TellChange("skein agent", std::cerr); });
-  if (options.watch)
-    node->loop().AddTimer(kRescanS,
-                          [&] { publisher.Add(ToOffer(watch.Scan(), options.max_size_px)); });
+  if (options.watch) {
+    node->loop().AddTimer(kRescanS, [&] { LookAgain(options, &watch, &publisher); });
+  }
   const auto video = OpenVideo(options, node->loop(), photos, &publisher);
   const auto done = [&] { return !options.watch && publisher.done() && (!video || video->done()); };
   while (!done() && !node->loop().interrupted()) node->loop().RunUntil(done, kRescanS);
   summary.Print(options.publisher.agent);
   if (video) std::cout << video->Summary() << std::endl;
+  if (!IsFolder(options.images)) {
+    std::cerr << "skein agent: " << options.images << " has vanished" << std::endl;
+  }
   if (!publisher.done() || (video && !video->done() && !video->is_live())) {
     std::cerr << "skein agent: interrupted before all photos were taken; run it again to go on"
               << std::endl;
     return kExitError;
   }
-  return summary.refused() > 0 ? kExitRefused : kExitOk;
+  return summary.all_taken() ? kExitOk : kExitRefused;
 }
 
 }  // namespace

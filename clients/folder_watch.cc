@@ -1,34 +1,45 @@
 #include "clients/folder_watch.h"
 
-#include <system_error>
+#include <sys/stat.h>
+
 #include <utility>
 
 namespace skein {
 
 void FolderWatch::Skip(const std::vector<PhotoFile>& photos) {
-  for (const PhotoFile& photo : photos) seen_.insert(photo.name);
+  for (const PhotoFile& photo : photos) {
+    File& file = files_[photo.name];
+    file.seen = file.given = StampOf(photo.path);
+  }
 }
 
-std::vector<PhotoFile> FolderWatch::List() const {
+std::vector<PhotoFile> FolderWatch::List() {
   try {
-    return ListPhotos(folder_, order_);
+    std::vector<PhotoFile> photos = ListPhotos(folder_, order_);
+    is_gone_ = false;
+    return photos;
   } catch (const std::filesystem::filesystem_error&) {
-    return {};  // it changed while it was read: the next scan sees it
+    is_gone_ = true;
+    return {};
   }
+}
+
+std::optional<FolderWatch::Stamp> FolderWatch::StampOf(const std::filesystem::path& path) {
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0) return std::nullopt;
+  return Stamp{static_cast<uintmax_t>(info.st_size), info.st_mtim.tv_sec, info.st_mtim.tv_nsec};
 }
 
 std::vector<PhotoFile> FolderWatch::Scan() {
   std::vector<PhotoFile> complete;
   for (PhotoFile& photo : List()) {
-    if (seen_.count(photo.name) > 0) continue;
-    std::error_code error;
-    const uintmax_t size = std::filesystem::file_size(photo.path, error);
-    const auto known = sizes_.find(photo.name);
-    const bool is_complete = !error && size > 0 && known != sizes_.end() && known->second == size;
-    sizes_[photo.name] = size;
-    if (!is_complete) continue;
-    sizes_.erase(photo.name);
-    seen_.insert(photo.name);
+    const std::optional<Stamp> stamp = StampOf(photo.path);
+    File& file = files_[photo.name];
+    const bool is_stable = stamp && file.seen == stamp && stamp->size_bytes > 0;
+    file.seen = stamp;
+    if (!is_stable || file.given == stamp) continue;
+    photo.has_changed = file.given.has_value();
+    file.given = stamp;
     complete.push_back(std::move(photo));
   }
   return complete;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <set>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,25 +12,45 @@
 
 namespace skein {
 
-// Each photo once, when it is complete: not empty, and of the same size in two scans.
+// Each content of a file once, as far as its size and time of change tell: when both are the same
+// in two scans, and the file is not empty. A copy that pauses is given too early; the reader tells
+// that (ReadWholePhoto), and the file is given again when it has gone on.
 class FolderWatch {
  public:
   FolderWatch(std::filesystem::path folder, PhotoOrder order)
       : folder_(std::move(folder)), order_(order) {}
 
-  // These are known already.
+  // These have been given as they are now.
   void Skip(const std::vector<PhotoFile>& photos);
 
-  // Photos that became complete since the last scan.
+  // Photos that became complete, or complete anew, since the last scan.
   std::vector<PhotoFile> Scan();
 
+  // By the last scan: there is no such folder, or it may not be read.
+  bool is_gone() const { return is_gone_; }
+
  private:
-  std::vector<PhotoFile> List() const;
+  struct Stamp {
+    uintmax_t size_bytes = 0;
+    int64_t changed_s = 0, changed_ns = 0;
+
+    bool operator==(const Stamp& other) const {
+      return size_bytes == other.size_bytes && changed_s == other.changed_s &&
+             changed_ns == other.changed_ns;
+    }
+  };
+  struct File {
+    std::optional<Stamp> seen;   // in the last scan
+    std::optional<Stamp> given;  // when it was given last
+  };
+
+  std::vector<PhotoFile> List();
+  static std::optional<Stamp> StampOf(const std::filesystem::path& path);
 
   const std::filesystem::path folder_;
   const PhotoOrder order_;
-  std::set<std::string> seen_;              // by name
-  std::map<std::string, uintmax_t> sizes_;  // of those that are not complete yet
+  std::map<std::string, File> files_;  // by name
+  bool is_gone_ = false;
 };
 
 }  // namespace skein

@@ -11,6 +11,8 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "clients/folder_walk.h"
+#include "codecs/decode_check.h"
 #include "codecs/exif_reader.h"
 #include "codecs/image_decoding.h"
 #include "core/file.h"
@@ -27,6 +29,7 @@ namespace fs = std::filesystem;
 constexpr std::array<const char*, 5> kExtensions = {".jpg", ".jpeg", ".png", ".tif", ".tiff"};
 constexpr int kShrunkJpegQuality = 95;
 constexpr size_t kMaxKindsTold = 6;
+constexpr uint64_t kMaxPixels = 1'000'000'000;  // that are decoded here
 
 std::string LowerExtension(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -37,17 +40,6 @@ std::string LowerExtension(const fs::path& path) {
 bool IsPhotoName(const fs::path& path) {
   const std::string extension = LowerExtension(path);
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
-}
-
-// Regular files below the folder.
-template <class Visit>
-void ForEachFile(const fs::path& folder, const Visit& visit) {
-  const auto options = fs::directory_options::follow_directory_symlink |
-                       fs::directory_options::skip_permission_denied;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
-    std::error_code error;
-    if (entry.is_regular_file(error)) visit(entry.path());
-  }
 }
 
 bool IsHeif(const fs::path& path) {
@@ -148,6 +140,77 @@ Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
   return jpeg;
 }
 
+bool IsSmallEnough(const PhotoHeader& header) { return NumPixels(header) <= kMaxPixels; }
+
+// As it is with max_size_px 0, where it is small enough already, or where it has no header.
+Bytes ShrinkTo(int max_size_px, Bytes bytes) {
+  if (max_size_px <= 0) return bytes;
+  const Result<PhotoHeader> header = ReadPhotoHeader(bytes);
+  if (!header.ok()) return bytes;
+  const bool is_larger = std::max(header->width_px, header->height_px) > max_size_px;
+  return is_larger && IsSmallEnough(*header) ? Shrink(bytes, *header, max_size_px) : bytes;
+}
+
+using Counts = std::map<std::string, int>;
+
+// "12 .heic, 3 .mp4, 7 others"; most first.
+std::string Text(const Counts& counts) {
+  std::vector<std::pair<std::string, int>> kinds(counts.begin(), counts.end());
+  std::stable_sort(kinds.begin(), kinds.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::string text;
+  int num_untold = 0;
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const auto& [kind, count] = kinds[i];
+    if (i >= kMaxKindsTold) {
+      num_untold += count;
+      continue;
+    }
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + kind;
+  }
+  return num_untold > 0 ? text + ", " + std::to_string(num_untold) + " others" : text;
+}
+
+// Photos at or below the path; links are not followed.
+int CountPhotos(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_regular_file(path, error)) return IsPhotoName(path) ? 1 : 0;
+  if (fs::is_symlink(path, error)) return 0;
+  int count = 0;
+  const auto options = fs::directory_options::skip_permission_denied;
+  fs::recursive_directory_iterator entry(path, options, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    std::error_code vanished;
+    count += IsPhotoName(entry->path()) && entry->is_regular_file(vanished) ? 1 : 0;
+  }
+  return count;
+}
+
+// By the folder's name. macOS keeps a file "._NAME" beside NAME on foreign disks.
+Counts CountSkipped(const std::vector<fs::path>& skipped) {
+  Counts counts;
+  for (const fs::path& path : skipped) {
+    const int count = CountPhotos(path);
+    if (count == 0) continue;
+    std::error_code error;
+    const std::string name = path.filename().string();
+    const bool is_folder = fs::is_directory(path, error);
+    const std::string file = name.rfind("._", 0) == 0 ? "._*" : Printable(name);
+    counts[is_folder ? "in " + Printable(name) : file] += count;
+  }
+  return counts;
+}
+
+std::string NamesOf(std::vector<fs::path> paths, const fs::path& folder) {
+  std::sort(paths.begin(), paths.end());
+  std::string names;
+  for (size_t i = 0; i < std::min(paths.size(), kMaxKindsTold); ++i) {
+    names += (names.empty() ? "" : ", ") + Printable(paths[i].lexically_relative(folder).string());
+  }
+  const size_t num_untold = paths.size() - std::min(paths.size(), kMaxKindsTold);
+  return num_untold > 0 ? names + ", " + std::to_string(num_untold) + " others" : names;
+}
+
 }  // namespace
 
 Result<PhotoOrder> ParsePhotoOrder(const std::string& text) {
@@ -165,9 +228,9 @@ Result<PhotoOrder> ParsePhotoOrder(const std::string& text) {
 
 std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& order) {
   std::vector<PhotoFile> photos;
-  ForEachFile(folder, [&](const fs::path& path) {
+  for (const fs::path& path : WalkFolder(folder).files) {
     if (IsPhotoName(path)) photos.push_back({path, path.lexically_relative(folder).string()});
-  });
+  }
   std::sort(photos.begin(), photos.end(),
             [](const PhotoFile& a, const PhotoFile& b) { return a.name < b.name; });
   if (order.kind == PhotoOrder::Kind::kTime) SortByTime(&photos);
@@ -177,35 +240,28 @@ std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& orde
 
 OtherFiles FindOtherFiles(const fs::path& folder) {
   OtherFiles others;
-  std::map<std::string, int> counts;
-  ForEachFile(folder, [&](const fs::path& path) {
-    if (IsPhotoName(path) || path.filename().string().front() == '.') return;
-    ++counts[LowerExtension(path)];
+  const FolderWalk walk = WalkFolder(folder);
+  Counts kinds;
+  for (const fs::path& path : walk.files) {
+    if (IsPhotoName(path)) continue;
+    const std::string extension = LowerExtension(path);
+    ++kinds[extension.empty() ? "without an extension" : Printable(extension)];
     others.have_heif = others.have_heif || IsHeif(path);
-  });
-  std::vector<std::pair<std::string, int>> kinds(counts.begin(), counts.end());
-  std::stable_sort(kinds.begin(), kinds.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
-  int num_untold = 0;
-  for (size_t i = 0; i < kinds.size(); ++i) {
-    const auto& [extension, count] = kinds[i];
-    if (i >= kMaxKindsTold) {
-      num_untold += count;
-      continue;
-    }
-    others.kinds += (others.kinds.empty() ? "" : ", ") + std::to_string(count) + " " +
-                    (extension.empty() ? "without an extension" : Printable(extension));
   }
-  if (num_untold > 0) others.kinds += ", " + std::to_string(num_untold) + " others";
+  others.kinds = Text(kinds);
+  others.skipped = Text(CountSkipped(walk.skipped));
+  others.repeated = NamesOf(walk.repeated, folder);
+  others.unreadable = NamesOf(walk.unreadable, folder);
   return others;
 }
 
-std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px) {
+std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px,
+                                  PhotoReader read) {
   std::vector<PhotoToOffer> offers;
   for (const PhotoFile& photo : photos) {
     PhotoToOffer offer;
     offer.name = photo.name;
-    offer.read = [path = photo.path, max_size_px] { return ReadPhoto(path, max_size_px); };
+    offer.read = [path = photo.path, max_size_px, read] { return read(path, max_size_px); };
     offers.push_back(std::move(offer));
   }
   return offers;
@@ -213,12 +269,18 @@ std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_
 
 Result<Bytes> ReadPhoto(const fs::path& path, int max_size_px) {
   Result<Bytes> bytes = ReadFile(path.string());
-  if (!bytes.ok() || max_size_px <= 0) return bytes;
+  return bytes.ok() ? ShrinkTo(max_size_px, *std::move(bytes)) : bytes;
+}
+
+Result<Bytes> ReadWholePhoto(const fs::path& path, int max_size_px) {
+  Result<Bytes> bytes = ReadFile(path.string());
+  if (!bytes.ok()) return bytes;
   const Result<PhotoHeader> header = ReadPhotoHeader(*bytes);
-  if (!header.ok()) return bytes;
-  const bool is_larger = std::max(header->width_px, header->height_px) > max_size_px;
-  if (!is_larger || NumPixels(*header) > 1'000'000'000) return bytes;
-  return Shrink(*bytes, *header, max_size_px);
+  if (!header.ok()) return header.status();
+  if (IsSmallEnough(*header)) {
+    if (Status whole = CheckDecodes(*bytes, *header); !whole.ok()) return whole;
+  }
+  return ShrinkTo(max_size_px, *std::move(bytes));
 }
 
 }  // namespace skein

@@ -14,7 +14,8 @@ namespace skein {
 
 struct PhotoFile {
   std::filesystem::path path;
-  std::string name;  // relative to the folder; as the file system has it, valid or not
+  std::string name;          // relative to the folder; as the file system has it, valid or not
+  bool has_changed = false;  // of FolderWatch: given before, with another size or time
 };
 
 // The order in which a folder's photos are sent.
@@ -27,25 +28,35 @@ struct PhotoOrder {
 // "name", "time" or "shuffle:SEED".
 Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
 
-// Regular files below the folder that end in .jpg, .jpeg, .png, .tif or .tiff in any case. Order by
-// time: EXIF's capture time, else the file's, then by name. Throws
-// std::filesystem::filesystem_error when a part of the folder cannot be read.
+// Files of the walk (clients/folder_walk.h) that end in .jpg, .jpeg, .png, .tif or .tiff in any
+// case. Order by time: EXIF's capture time, else the file's, then by name. Throws as WalkFolder
+// does.
 std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
 
-// What ListPhotos leaves out. Hidden files are not told: file managers leave them.
+// What ListPhotos leaves out, in words; "" if nothing.
 struct OtherFiles {
-  std::string kinds;       // "12 .heic, 3 .mp4, 1 without an extension", most first; "" if nothing
+  std::string kinds;       // no photos: "12 .heic, 3 .mp4, 1 without an extension", most first
   bool have_heif = false;  // by their bytes
+  std::string skipped;     // photos: "860 in @eaDir, 12 in .thumbnails, 3 ._*", most first
+  std::string repeated;    // links to folders that are read anyway: "up, copies/all"
+  std::string unreadable;  // folders
 };
-// Throws as ListPhotos does.
+// Throws as WalkFolder does.
 OtherFiles FindOtherFiles(const std::filesystem::path& folder);
-
-// For a Publisher: each is read with ReadPhoto.
-std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px);
 
 // The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side. It becomes
 // a JPEG of quality 95 with the original's EXIF block, pixels as stored. An undecodable file is
 // returned as it is: ingest reports what is wrong.
 Result<Bytes> ReadPhoto(const std::filesystem::path& path, int max_size_px);
+
+// The same of a file that may be written just now. Error: it does not decode wholly (CheckDecodes),
+// as long as something is missing.
+Result<Bytes> ReadWholePhoto(const std::filesystem::path& path, int max_size_px);
+
+using PhotoReader = Result<Bytes> (*)(const std::filesystem::path& path, int max_size_px);
+
+// For a Publisher, which calls `read` for each.
+std::vector<PhotoToOffer> ToOffer(const std::vector<PhotoFile>& photos, int max_size_px,
+                                  PhotoReader read = ReadPhoto);
 
 }  // namespace skein

@@ -5,6 +5,7 @@
 
 #include <chrono>
 
+#include "clients/folder_walk.h"
 #include "clients/folder_watch.h"
 #include "codecs/exif_reader.h"
 #include "core/file.h"
@@ -42,10 +43,10 @@ TEST_F(PhotoFolderTest, TellsWhatIsNoPhoto) {
   Write(".DS_Store", {1});
   EXPECT_EQ(FindOtherFiles(folder_.path()).kinds, "");
   for (const char* name : {"c.HEIC", "deeper/d.heic", "walk.mp4", "README"}) Write(name, {1});
-  EXPECT_EQ(FindOtherFiles(folder_.path()).kinds, "2 .heic, 1 without an extension, 1 .mp4");
+  EXPECT_EQ(FindOtherFiles(folder_.path()).kinds, "2 .heic, 1 .mp4, 1 without an extension");
   for (const char* name : {"1.a", "1.b", "1.c", "1.d", "1.e"}) Write(name, {1});
   EXPECT_EQ(FindOtherFiles(folder_.path()).kinds,
-            "2 .heic, 1 without an extension, 1 .a, 1 .b, 1 .c, 1 .d, 2 others");
+            "2 .heic, 1 .a, 1 .b, 1 .c, 1 .d, 1 .e, 2 others");
 }
 
 TEST_F(PhotoFolderTest, TellsHeifByItsBytes) {
@@ -121,6 +122,59 @@ TEST_F(PhotoFolderTest, FollowsLinksAndSkipsThoseThatLeadNowhere) {
   fs::create_directory_symlink(elsewhere.path(), folder_ / "linked");
   fs::create_symlink(elsewhere / "none.jpg", folder_ / "dangling.jpg");
   EXPECT_EQ(Names("name"), std::vector<std::string>{"linked/a.jpg"});
+}
+
+TEST_F(PhotoFolderTest, SkipsWhatIsHiddenThumbnailsAndTrash) {
+  Write("a.jpg", {1});
+  Write("day 1/b.jpg", {1});
+  const char* skipped[] = {"._a.jpg",
+                           ".cover.jpg",
+                           ".thumbnails/normal/a.png",
+                           ".Trash-1000/files/old.jpg",
+                           "@eaDir/a.jpg/SYNOPHOTO_THUMB_XL.jpg",
+                           "day 1/@eaDir/b.jpg/SYNOPHOTO_THUMB_M.jpg",
+                           "day 1/._b.jpg",
+                           "Thumbs/a.jpg",
+                           "__MACOSX/day 1/._b.jpg",
+                           "#recycle/old.jpg",
+                           "$Recycle.Bin/S-1/old.jpg"};
+  for (const char* name : skipped) Write(name, {1});
+  Write("@eaDir/a.jpg/SYNOINDEX_MEDIA_INFO", {1});
+  EXPECT_EQ(Names("name"), (std::vector<std::string>{"a.jpg", "day 1/b.jpg"}));
+  const OtherFiles others = FindOtherFiles(folder_.path());
+  EXPECT_EQ(others.skipped,
+            "2 ._*, 2 in @eaDir, 1 .cover.jpg, 1 in #recycle, 1 in $Recycle.Bin, "
+            "1 in .Trash-1000, 3 others");
+  EXPECT_EQ(others.kinds, "") << "what is in there is nobody's";
+}
+
+TEST_F(PhotoFolderTest, ReadsAFolderWhoseOwnNameIsHidden) {
+  Write(".photos/a.jpg", {1});
+  EXPECT_EQ(ListPhotos(folder_ / ".photos", PhotoOrder()).size(), 1u);
+}
+
+TEST_F(PhotoFolderTest, ReadsEachFolderOnceAndNoneAbove) {
+  const TestFolder elsewhere;
+  ASSERT_TRUE(WriteFileAtomic((elsewhere / "x.jpg").string(), {1}).ok());
+  Write("trip/z/a.jpg", {1});
+  Write("beside/b.jpg", {1});
+  const fs::path trip = folder_ / "trip";
+  fs::create_directory_symlink("..", trip / "up");
+  fs::create_directory_symlink(".", trip / "itself");
+  fs::create_directory_symlink("z", trip / "before z");
+  fs::create_directory_symlink("/", trip / "z" / "root");
+  fs::create_directory_symlink(elsewhere.path(), trip / "y1");
+  fs::create_directory_symlink(elsewhere.path(), trip / "y2");
+  std::vector<std::string> names;
+  for (const PhotoFile& photo : ListPhotos(trip, PhotoOrder())) names.push_back(photo.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"y1/x.jpg", "z/a.jpg"}));
+  EXPECT_EQ(FindOtherFiles(trip).repeated, "before z, itself, up, y2, z/root");
+}
+
+TEST_F(PhotoFolderTest, ThrowsWhereTheFolderItselfCannotBeRead) {
+  EXPECT_THROW(WalkFolder(folder_ / "none"), fs::filesystem_error);
+  Write("a.jpg", {1});
+  EXPECT_THROW(WalkFolder(folder_ / "a.jpg"), fs::filesystem_error);
 }
 
 TEST_F(PhotoFolderTest, OrdersByCaptureTimeElseByThatOfTheFile) {
@@ -220,6 +274,25 @@ TEST_F(PhotoFolderTest, LeavesWhatCannotBeDecodedToIngest) {
   EXPECT_FALSE(ReadPhoto(folder_ / "none.jpg", 64).ok());
 }
 
+// Each format, cut anywhere, or of full size with zeros in place of what is still to come.
+TEST_F(PhotoFolderTest, TakesAPhotoAsWholeOnlyWhenNothingIsMissing) {
+  cv::Mat image(300, 400, CV_8UC3);
+  cv::randu(image, 0, 255);
+  for (const char* extension : {".jpg", ".png", ".tiff"}) {
+    const Bytes photo = Encode(image, extension);
+    const std::string name = std::string("a") + extension;
+    EXPECT_EQ(*ReadWholePhoto(Write(name, photo), 0), photo) << extension;
+    EXPECT_EQ(ReadPhotoHeader(*ReadWholePhoto(folder_ / name, 200))->width_px, 200) << extension;
+    for (const double share : {0.0, 0.001, 0.1, 0.5, 0.9, 0.999}) {
+      const auto size = static_cast<size_t>(share * static_cast<double>(photo.size()));
+      Bytes cut(photo.begin(), photo.begin() + static_cast<ptrdiff_t>(size));
+      EXPECT_FALSE(ReadWholePhoto(Write(name, cut), 0).ok()) << extension << " cut at " << share;
+      cut.resize(photo.size());
+      EXPECT_FALSE(ReadWholePhoto(Write(name, cut), 0).ok()) << extension << " zeros at " << share;
+    }
+  }
+}
+
 class FolderWatchTest : public PhotoFolderTest {
  protected:
   std::vector<std::string> Scan() {
@@ -252,12 +325,45 @@ TEST_F(FolderWatchTest, WaitsForPhotosThatAreStillWritten) {
   EXPECT_EQ(Scan(), std::vector<std::string>{"a.jpg"});
 }
 
-TEST_F(FolderWatchTest, WaitsForAFolderThatIsGone) {
+TEST_F(FolderWatchTest, TellsThatTheFolderIsGone) {
+  EXPECT_FALSE(watch_.is_gone());
   fs::remove_all(folder_.path());
   EXPECT_EQ(Scan(), std::vector<std::string>());
+  EXPECT_TRUE(watch_.is_gone());
   Write("a.jpg", {1});
   Scan();
+  EXPECT_FALSE(watch_.is_gone());
   EXPECT_EQ(Scan(), std::vector<std::string>{"a.jpg"});
+}
+
+TEST_F(FolderWatchTest, GivesAPhotoAgainWhenSizeOrTimeChange) {
+  const fs::path path = Write("a.jpg", {1});
+  watch_.Skip(ListPhotos(folder_.path(), PhotoOrder()));
+  Scan();
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  Write("a.jpg", {1, 2});
+  EXPECT_EQ(Scan(), std::vector<std::string>()) << "it may still change";
+  const std::vector<PhotoFile> larger = watch_.Scan();
+  ASSERT_EQ(larger.size(), 1u);
+  EXPECT_TRUE(larger[0].has_changed);
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  fs::last_write_time(path, fs::last_write_time(path) + std::chrono::milliseconds(1));
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  EXPECT_EQ(Scan(), std::vector<std::string>{"a.jpg"}) << "of the same size";
+  Write("b.jpg", {1});
+  Scan();
+  EXPECT_FALSE(watch_.Scan().at(0).has_changed) << "it is new";
+}
+
+TEST_F(FolderWatchTest, ForgetsNothingWhileTheFolderIsGone) {
+  const fs::path elsewhere = folder_.path().string() + "-elsewhere";
+  Write("a.jpg", {1});
+  watch_.Skip(ListPhotos(folder_.path(), PhotoOrder()));
+  fs::rename(folder_.path(), elsewhere);
+  Scan();
+  EXPECT_TRUE(watch_.is_gone());
+  fs::rename(elsewhere, folder_.path());
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(Scan(), std::vector<std::string>());
 }
 
 }  // namespace
