@@ -62,9 +62,9 @@ struct LedgerSurvey {
 // read. One process writes (a lock file ensures it), any number may read. One thread uses an
 // object.
 //
-// The file is input, as the rest of a session folder: before any other statement its schema is
-// compared with the ledger's own; triggers and views are off; rows, the steps of a statement and
-// what is told of damage are bounded; no symbolic link is followed (core/file_below.h).
+// The file is input, as the rest of a session folder. Before any other statement its schema is
+// compared with the ledger's own. Triggers and views are off. Rows, the steps of a statement and
+// what is told of damage are bounded. No symbolic link is followed (core/file_below.h).
 class Ledger {
  public:
   // For the writer. Fails when another process has it open for writing, when it is no ledger, or

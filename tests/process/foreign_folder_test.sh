@@ -126,11 +126,12 @@ grep -q 'skein clone' "$workspace/refused" || fail "unclear refusal of an invita
 [[ ! -e $workspace/clone/keys ]] || fail "a clone has the sender's keys"
 start_services "$workspace/clone" "$url" --mappers 1 --web 0 --guide off >"$workspace/launch.log" 2>&1
 stop_services
+mv "$sent" "$workspace/elsewhere" # as on its sender's host: beside a session no copy of it runs
 start_services "$session" "$url" --mappers 1 --web 0 --guide off --adopt >"$workspace/launch.log" 2>&1
 stop_services
 grep -q 'the session is adopted' "$workspace/launch.log" || fail "launch.sh does not tell that it adopted: $(cat "$workspace/launch.log")"
-! cmp -s "$sent/keys/root.key" "$session/keys/root.key" || fail "the sender's root is still there"
-cmp -s "$sent/keys/root.key" "$session/damaged/keys/root.key" || fail "the sender's keys are not in damaged/"
+! cmp -s "$workspace/elsewhere/keys/root.key" "$session/keys/root.key" || fail "the sender's root is still there"
+cmp -s "$workspace/elsewhere/keys/root.key" "$session/damaged/keys/root.key" || fail "the sender's keys are not in damaged/"
 start_services "$session" "$url" --mappers 1 --web 0 --guide off >"$workspace/launch.log" 2>&1 # it is our own now
 stop_services
 mv "$session" "$workspace/moved"
