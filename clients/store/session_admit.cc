@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "auth/session_keys.h"
+#include "clients/store/free_name.h"
 #include "core/file_below.h"
 #include "core/folder.h"
 
@@ -34,7 +35,7 @@ Status CheckEntries(const SessionPaths& paths) {
   return Status::Ok();
 }
 
-// What launch.sh holds while it runs.
+// launch.sh holds the lock while it runs.
 Status CheckNobodyRuns(const SessionPaths& paths) {
   const fs::path lock = paths.root / "run" / "launch.lock";
   const Result<FileDescriptor> file = OpenFileBelow(paths.root, lock, O_RDWR);
@@ -42,14 +43,6 @@ Status CheckNobodyRuns(const SessionPaths& paths) {
   if (!file.ok()) return file.status();
   if (::flock(file->get(), LOCK_EX | LOCK_NB) == 0) return Status::Ok();
   return FailedPrecondition("another launch.sh runs on " + paths.root.string());
-}
-
-fs::path FreeName(const fs::path& wanted) {
-  fs::path name = wanted;
-  for (int number = 2; fs::exists(fs::symlink_status(name)); ++number) {
-    name = wanted.string() + "~" + std::to_string(number);
-  }
-  return name;
 }
 
 Result<std::vector<std::string>> Adopt(const SessionPaths& paths) {

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "blobs/blob_store.h"
+#include "clients/store/free_name.h"
 #include "clients/store/session_writer.h"
 #include "core/file_below.h"
 #include "core/folder.h"
@@ -97,10 +98,7 @@ class Repairer {
   void SetAside(const fs::path& path) {
     if (!fs::exists(fs::symlink_status(path))) return;
     const fs::path name = path.lexically_relative(paths_.root);
-    fs::path aside = paths_.root / "damaged" / name;
-    for (int number = 2; fs::exists(fs::symlink_status(aside)); ++number) {
-      aside = paths_.root / "damaged" / (name.string() + "~" + std::to_string(number));
-    }
+    const fs::path aside = FreeName(paths_.root / "damaged" / name);
     Require(CreateFoldersBelow(paths_.root, aside.parent_path()));
     Require(RenameBelow(paths_.root, path, aside));
     repaired_.done.push_back(name.string() + " is in damaged/ now");

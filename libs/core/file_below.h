@@ -18,7 +18,7 @@
 
 namespace skein {
 
-// Of any file of a session: a model of 10,000 photos has some 2 GB.
+// The largest file of any session: a model of 10,000 photos has some 2 GB.
 constexpr size_t kMaxStoredFileBytes = size_t{16} << 30;
 
 // Owns a descriptor; -1 is none.

@@ -21,7 +21,7 @@ namespace {
 // A line a slot: LIFE ITEM NAME, padded. One write replaces it whole.
 constexpr size_t kLineBytes = 128;
 
-// What a signal's handler may look at.
+// A signal's handler may look at these alone.
 thread_local unsigned own_slots = 0;  // a bit a slot in which this thread has a step
 std::atomic<int> crash_fd{-1};        // the file of the record that crashes are told in
 char empty_line[kLineBytes];

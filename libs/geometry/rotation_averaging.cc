@@ -28,7 +28,7 @@ Eigen::Matrix3d Exp(const Eigen::Vector3d& w) {
   return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
 }
 
-// Of the first id's side: R2 exp(error) = R R1.
+// R2 exp(error) = R R1, with R of the pair.
 Eigen::Vector3d Error(const RelativeRotation& pair, const Rotations& rotations) {
   return Log(rotations.at(pair.id2).transpose() * pair.R * rotations.at(pair.id1));
 }

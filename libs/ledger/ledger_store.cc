@@ -39,7 +39,7 @@ constexpr int64_t kStepsOfAny = 10'000'000;
 constexpr int64_t kStepsPerByte = 10;
 constexpr int kStepsPerCall = 10'000;
 constexpr size_t kChecksumBytes = 64;
-// What another process may append while rows are read.
+// Another process may append so many bytes while rows are read.
 constexpr int64_t kMoreRowBytes = 64 << 20;
 
 // At the end of a rollback journal that names another file, which SQLite reads and removes.

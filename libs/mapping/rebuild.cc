@@ -26,7 +26,7 @@ std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap) {
   return anew;
 }
 
-// By what EnqueuePhotosOf does.
+// The photos that it must not place.
 std::set<ImageId> PhotosLeftOut(const Submap& submap, bool takes_held) {
   std::set<ImageId> ids;
   for (const ImageId id : submap.map().photos()) {
@@ -39,14 +39,14 @@ std::set<ImageId> PhotosLeftOut(const Submap& submap, bool takes_held) {
   return ids;
 }
 
-// To be tried.
-void EnqueuePhotosOf(const Submap& submap, bool takes_held, Submap* anew) {
+// To be tried one by one.
+void EnqueuePhotos(const Submap& submap, bool takes_held, const std::set<ImageId>& without,
+                   Submap* anew) {
   for (const int64_t id : submap.waiting().held_elsewhere()) {
     if (!takes_held && !submap.map().IsRegistered(id)) anew->SetHeldElsewhere(id, true);
   }
   for (const ImageId id : submap.map().photos()) {
-    const bool is_registered = submap.map().IsRegistered(id);
-    if (is_registered || !submap.waiting().MatchesSimilarPlace(id)) anew->Enqueue(id);
+    if (without.count(id) == 0) anew->Enqueue(id);
   }
 }
 
@@ -63,7 +63,7 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
   if (!anew->Restore(model, state).ok()) return nullptr;
   anew->NoteMappedAnew();
   anew->TakeOutAmbiguous();
-  EnqueuePhotosOf(submap, takes_held, anew.get());
+  EnqueuePhotos(submap, takes_held, without, anew.get());
   anew->RefineUntilStable(Ignore);
   return anew;
 }
