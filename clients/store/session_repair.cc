@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* kLedgerSuffixes[] = {"", "-wal", "-shm"};
+
 // A ledger that is being written anew. What is there without ledger.db is complete.
 fs::path NewLedger(const SessionPaths& paths) { return paths.Ledger().string() + ".new"; }
 
@@ -88,8 +90,9 @@ class Repairer {
     return repaired_;
   }
 
-  // A repair that ended between taking out the old ledger and putting the new one in its place.
+  // A repair that ended while it took out the old ledger, or before the new one was in its place.
   void FinishInterrupted() {
+    for (const char* suffix : kLedgerSuffixes) EndMove(paths_.Ledger().string() + suffix);
     const fs::path fresh = NewLedger(paths_);
     if (!fs::exists(paths_.Ledger()) && fs::exists(fresh)) PutInPlace(fresh);
   }
@@ -102,6 +105,15 @@ class Repairer {
     Require(CreateFoldersBelow(paths_.root, aside.parent_path()));
     Require(RenameBelow(paths_.root, path, aside));
     repaired_.done.push_back(name.string() + " is in damaged/ now");
+  }
+
+  // A power loss may leave both names of a file that was moved to damaged/: it is not moved then.
+  void EndMove(const fs::path& file) {
+    for (const fs::path& aside : FilesUnder(paths_.root / "damaged")) {
+      std::error_code missing;
+      const bool is_second_name = !fs::is_symlink(file) && fs::equivalent(file, aside, missing);
+      if (is_second_name) fs::remove(aside);
+    }
   }
 
   // It has no content of its own; what a symbolic link leads to stays.
@@ -138,7 +150,7 @@ class Repairer {
 
   // The file itself goes first: without it the rest is done anew by FinishInterrupted.
   void PutInPlace(const fs::path& fresh) {
-    for (const char* suffix : {"", "-wal", "-shm"}) SetAside(paths_.Ledger().string() + suffix);
+    for (const char* suffix : kLedgerSuffixes) SetAside(paths_.Ledger().string() + suffix);
     Require(RenameBelow(paths_.root, fresh, paths_.Ledger()));
     RemoveLedger(fresh);
   }

@@ -461,8 +461,8 @@ void Ledger::SurveyFacts(LedgerSurvey* survey) const {
         lost(seq, "facts share pages; what follows is not looked up");
         break;
       }
-      if (record.ok()) survey->records.push_back(*std::move(record));
       if (!record.ok()) AddDamage(record.error(), survey, &num_more);
+      if (record.ok()) survey->records.push_back(*std::move(record));
       RequireMemory();
       num_damage_before_gap = survey->damage.size();
       num_missing = 0;
@@ -504,8 +504,8 @@ void Ledger::SurveyNotes(LedgerSurvey* survey) const {
       return;
     }
     Result<LedgerNote> note = NoteOf(statement);
-    if (note.ok()) survey->notes.push_back(*std::move(note));
     if (!note.ok()) AddDamage(note.error(), survey, &num_more);
+    if (note.ok()) survey->notes.push_back(*std::move(note));
   }
   if (num_more > 0) {
     survey->damage.push_back("ledger: " + std::to_string(num_more) + " more notes are damaged");
