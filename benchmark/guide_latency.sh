@@ -41,7 +41,7 @@ print_events() {
   sqlite3 -separator ' ' "file:$session/ledger.db?mode=ro" \
     "SELECT 'commit', printf('%.6f', utime_us / 1e6) FROM facts WHERE kind = 'registration' ORDER BY seq"
   awk -v day="$(date -d "$(date -r "$session/ledger.db" +%F)" +%s)" '
-    function seconds(clock, t) { split(clock, t, ":"); return sprintf("%.3f", day + 3600 * t[1] + 60 * t[2] + t[3]) }
+    function seconds(clock, t) { sub(/^#/, "", clock); split(clock, t, ":"); return sprintf("%.3f", day + 3600 * t[1] + 60 * t[2] + t[3]) }
     function photos(i) { for (i = 1; i <= NF; ++i) if ($i ~ /^photos,?$/) return $(i - 1) }
     / a shape of [0-9]+ photos, made [0-9.]+ s ago$/ { print "came", seconds($1), photos(), $(NF - 2) }
     / begins with [0-9]+ photos$/ { print "begins", seconds($1) }

@@ -44,6 +44,7 @@ struct Arguments {
   bool background = false;
   bool verbose = false;
   bool batch = false;
+  bool global = false;
 };
 
 double CpuSeconds() {
@@ -254,9 +255,12 @@ class Run {
     }
     if (arguments_.background) Print("at rest", images.size(), CpuSeconds() - start);
     start = CpuSeconds();
+    if (arguments_.global) PrintGlobal(images.size());
     if (arguments_.batch)
       submap_.MapAsBatch(
-          {true, {}, [this](Submap& anew) { return AbsorbBatch(&anew, &submap_).status.ok(); }},
+          {true,
+           {},
+           [this](const Submap& anew) { return AbsorbBatch(anew, &submap_).status.ok(); }},
           Sink());
     submap_.Finish(Sink());
     Print("after finish", images.size(), CpuSeconds() - start);
@@ -297,6 +301,25 @@ class Run {
     state.first = model.RegImageIds().front();
     const Status status = submap_.Restore(model, state);
     if (!status.ok()) throw std::runtime_error(arguments_.model + ": " + status.error());
+  }
+
+  void PrintGlobal(size_t num_photos) const {
+    const double start = CpuSeconds();
+    const auto anew = MapAnew(submap_, submap_.map().photos().front(), true);
+    if (anew == nullptr) {
+      std::cout << "global: nothing\n";
+      return;
+    }
+    anew->Finish([](const PhotoEvent&) {});
+    const SubmapStatistics s = anew->Statistics();
+    const Result<PoseEvaluation> evaluation =
+        EvaluatePoses(PosesOf(anew->map().reconstruction()), truth_);
+    std::cout << "global: registered " << s.num_images << "/" << num_photos << " points "
+              << s.num_points << " MRE " << s.mean_reprojection_error_px << " RMSE% "
+              << (evaluation.ok() ? evaluation->PositionPercent(evaluation->position.rmse) : NAN)
+              << " agreeing "
+              << CountMatches(anew->options(), anew->map(), anew->waiting()).agreeing << " cpu_s "
+              << CpuSeconds() - start << "\n";
   }
 
   void PrintAgreement() const {
@@ -423,6 +446,7 @@ int main(int argc, char** argv) {
   app.add_option("--max-photos", arguments.max_photos, "stop after this many; 0: all");
   app.add_flag("--background", arguments.background, "global BA beside registration");
   app.add_flag("--batch", arguments.batch, "maps all photos as a batch before the finish");
+  app.add_flag("--global", arguments.global, "maps all photos globally, too, and tells of it");
   app.add_flag("--verbose", arguments.verbose, "tell about each photo");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/log.h"
 
 namespace skein {
 namespace {
+
+constexpr size_t kMaxUrlBytes = 4096;
 
 // Where the session is, and whom the command signs as.
 NodeOptions NodeOf(const ClientOptions& options, const std::string& service, Role role) {
@@ -45,7 +47,7 @@ void AddClientOptions(CLI::App& app, ClientOptions* options) {
 }
 
 std::string LaunchedUrl(const SessionPaths& paths) {
-  const Result<Bytes> launched = ReadFile(paths.LaunchedUrl().string());
+  const Result<Bytes> launched = ReadFileBelow(paths.root, paths.LaunchedUrl(), kMaxUrlBytes);
   if (!launched.ok()) return "";
   return std::string(launched->begin(), std::find(launched->begin(), launched->end(), '\n'));
 }

@@ -18,7 +18,7 @@
 #include "clients/client_node.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/process.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
@@ -27,6 +27,8 @@
 
 namespace skein {
 namespace {
+
+constexpr size_t kMaxAddressBytes = 4096;
 
 struct InviteOptions {
   std::string session_dir;
@@ -118,7 +120,8 @@ Invited InvitedBy(const InviteOptions& options) {
 std::vector<std::string> BrowserAddresses(const InviteOptions& options) {
   std::vector<std::string> addresses;
   if (options.role == "worker") return addresses;
-  const Result<Bytes> file = ReadFile(options.session_dir + "/run/web_public");
+  const Result<Bytes> file =
+      ReadFileBelow(options.session_dir, options.session_dir + "/run/web_public", kMaxAddressBytes);
   if (!file.ok()) return addresses;
   std::istringstream lines(std::string(file->begin(), file->end()));
   for (std::string line; std::getline(lines, line);) {

@@ -38,6 +38,7 @@ const std::vector<Subcommand> kSubcommands = {
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
     {"export", "models, features and matches for other programs; pictures", skein::RunExport},
+    {"admit", "may services open this session folder? (for launch.sh)", skein::RunAdmit},
     {"check", "is a session folder whole? what is damaged, and what becomes of it",
      skein::RunCheck},
     {"repair", "makes a damaged session folder whole", skein::RunRepair},

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <optional>
 
+#include "config/finite.h"
 #include "config/usage.h"
 
 namespace skein {
@@ -33,6 +34,10 @@ inline std::optional<int> ParseOptions(CLI::App* app, int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     std::cerr << "skein " << argv[0] << ": " << UsageError(*app, error)
               << " (--help tells the options)" << std::endl;
+    return kExitUsage;
+  }
+  if (const std::string not_finite = NotFinite(*app); !not_finite.empty()) {
+    std::cerr << "skein " << argv[0] << ": " << not_finite << std::endl;
     return kExitUsage;
   }
   return std::nullopt;

@@ -61,12 +61,13 @@ function(skein_test name)
   skein_use_precompiled(${name} ${ARG_LINKS})
   target_compile_definitions(${name} PRIVATE SKEIN_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     SKEIN_BINARY_DIR="${CMAKE_BINARY_DIR}")
-  set(environment)
+  set(environment "XDG_STATE_HOME=${CMAKE_BINARY_DIR}/test_state") # not the user's own
   if(SKEIN_SANITIZE MATCHES thread)
-    set(environment ENVIRONMENT "TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/cmake/tsan.supp")
+    list(APPEND environment "TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/cmake/tsan.supp")
   endif()
+  list(JOIN environment "\\;" environment)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" ${environment})
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" ENVIRONMENT "${environment}")
 endfunction()
 
 # skein_test_needs(NAME TARGET...): programs that the test starts

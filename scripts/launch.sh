@@ -5,6 +5,8 @@
 #   scripts/launch.sh --join LINK --session DIR [options]
 #
 #   --session DIR   session folder; one that exists goes on where it stopped
+#   --adopt         take a session whose keys were made by somebody else or on another host: new keys
+#                   are made, and all invitations end (docs/exchange.md)
 #   --join LINK     only workers (features, matching, mappers) for a session on another host, where
 #                   `skein invite --session DIR --role worker` prints the link; DIR then holds nothing
 #                   but their logs. Without signatures the session's id, with --auth off and --lcm-url
@@ -56,6 +58,7 @@ readonly start_limit_s=120 longest_round_ms=2000
 cores=$(nproc)
 half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1))
 session='' join='' url='' watch_url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
+adopt=()
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
 retrieval_options=() matching_options=() ingest_options=() guide_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0 guide=on
 
@@ -72,10 +75,11 @@ while (($#)); do
     --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --guide | --target-gsd | --web | --web-public | --web-public-port | --web-plain)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
+    --adopt) adopt=(--adopt) ;;
     --join) join=$2; shift ;;
     --lcm-url) url=$2; shift ;;
     --auth) auth_options=(--auth "$2"); shift ;;
-    --config) [[ -r $2 ]] || usage_error "--config: cannot read '$2'"; config_options=(--config "$(realpath "$2")"); shift ;;
+    --config) [[ -f $2 && -r $2 ]] || usage_error "--config: '$2' is no file that can be read"; config_options=(--config "$(realpath "$2")"); shift ;;
     --features) need_count "$1" "$2"; features=$2; shift ;;
     --matching) need_count "$1" "$2"; matching=$2; shift ;;
     --mappers) need_range "$1" "$2"; shift ;;
@@ -111,6 +115,9 @@ elif ((web_plain_port)); then
 fi
 bin=$SKEIN_BUILD/bin
 [[ -x $bin/skein-ingest ]] || die "no services in $bin: build first (scripts/test.sh or scripts/demo.sh does)"
+# Before the first redirection into the folder, which somebody may have sent.
+why=$("$bin/skein" admit "$session" "${adopt[@]}" 2>&1) || die "${why#skein admit: }"
+[[ -z $why ]] || say "$why"
 why=$({ mkdir -p "$session/log" "$session/run" && : >>"$session/run/launch.lock"; } 2>&1) ||
   die "cannot write to $session: ${why##*: }"
 session=$(cd "$session" && pwd)
@@ -434,7 +441,7 @@ stop_leftovers() {
   for pid in "${leftovers[@]}"; do
     while kill -0 "$pid" 2>/dev/null; do
       read_clock
-      ((clock_ms < deadline)) || { kill -KILL "$pid" 2>/dev/null || true; break; }
+      ((clock_ms < deadline && !interrupted)) || { kill -KILL "$pid" 2>/dev/null || true; break; }
       sleep 0.1
     done
   done
@@ -445,6 +452,7 @@ await_ready() {
   read_clock
   deadline=$((clock_ms + ready_deadline_s * 1000))
   while ((${#waiting[@]})); do
+    ((!interrupted)) || { stop_all; exit 0; }
     reap_dead
     start_due
     still=()
@@ -453,7 +461,6 @@ await_ready() {
     done
     waiting=("${still[@]}")
     ((${#waiting[@]})) || break
-    ((!interrupted)) || { stop_all; exit 0; }
     read_clock
     ((clock_ms < deadline)) ||
       fatal "not ready within $ready_deadline_s s: ${waiting[*]}; last words of ${waiting[0]}:

@@ -91,16 +91,15 @@ launch_pid=''
 start_services() {
   local session=$1 url=$2 ready
   shift 2
-  mkdir -p "$session/run"
-  ready=$session/run/ready
-  rm -f "$ready"
+  ready=$(mktemp) # nothing is written to the session before launch.sh has looked at it
   "$SKEIN_ROOT/scripts/launch.sh" --session "$session" --lcm-url "$url" --build "$SKEIN_BUILD" \
     --ready-file "$ready" "$@" &
   launch_pid=$!
   until [[ -s $ready ]]; do # launch.sh has its own deadline for this
-    kill -0 "$launch_pid" 2>/dev/null || die "the services did not start"
+    kill -0 "$launch_pid" 2>/dev/null || { rm -f "$ready"; die "the services did not start"; }
     sleep 0.1
   done
+  rm -f "$ready"
 }
 
 stop_services() {

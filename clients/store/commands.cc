@@ -6,6 +6,7 @@
 #include <string>
 
 #include "clients/progress_bar.h"
+#include "clients/store/session_admit.h"
 #include "clients/store/session_check.h"
 #include "clients/store/session_clone.h"
 #include "clients/store/session_repair.h"
@@ -60,6 +61,29 @@ bool HasLoss(const SessionCheck& check) {
 }
 
 }  // namespace
+
+int RunAdmit(int argc, char** argv) {
+  std::string dir;
+  bool adopt = false;
+  CLI::App app(
+      "Whether services may open a session folder, before they do: it holds regular files and\n"
+      "folders alone, and its keys were made by this user on this host. A folder that is missing "
+      "may\n"
+      "be made. launch.sh asks this.",
+      "skein admit");
+  app.add_option("SESSION", dir, "Session folder")->required();
+  app.add_flag("--adopt", adopt,
+               "Take a session that was made elsewhere: its keys go to SESSION/damaged, all "
+               "invitations end");
+  if (const auto code = ParseOptions(&app, argc, argv)) return *code;
+  const Result<std::vector<std::string>> done = AdmitSession(SessionPaths{dir}, adopt);
+  if (!done.ok()) {
+    std::cerr << "skein admit: " << done.error() << std::endl;
+    return kExitError;
+  }
+  for (const std::string& line : *done) std::cout << line << std::endl;
+  return kExitOk;
+}
 
 int RunCheck(int argc, char** argv) {
   std::string dir;

@@ -8,6 +8,7 @@
 #include "blobs/blob_store.h"
 #include "core/checksum_list.h"
 #include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/ledger_record.h"
@@ -23,18 +24,13 @@ namespace {
 
 using Remedy = Finding::Remedy;
 
-// "" if it cannot be read. Throws if this process has no descriptors left.
-std::string HashOfFile(const fs::path& file) {
-  const Result<Bytes> bytes = RequireDescriptors(ReadFile(file.string()));
-  return bytes.ok() ? HashBytes(bytes->data(), bytes->size()) : "";
-}
-
 class Checker {
  public:
   Checker(const SessionPaths& paths, const Progress& progress)
       : paths_(paths), progress_(progress), store_(paths.Blobs()) {}
 
   SessionCheck Run() {
+    CheckEntries();
     CheckSessionFile();
     CheckLedger();
     CheckBlobs();
@@ -44,12 +40,26 @@ class Checker {
     CheckResults();
     CheckKeys();
     CheckUploads();
+    if (num_more_ > 0) {
+      check_.findings.push_back({"folder", std::to_string(num_more_) + " more findings", worst_});
+    }
     return std::move(check_);
   }
 
  private:
   void Add(std::string what, std::string problem, Remedy remedy) {
-    check_.findings.push_back({std::move(what), std::move(problem), remedy});
+    if (check_.findings.size() < SessionCheck::kMaxFindings) {
+      check_.findings.push_back({std::move(what), std::move(problem), remedy});
+      return;
+    }
+    ++num_more_;
+    worst_ = std::max(worst_, remedy);
+  }
+  // "" if it cannot be read. Throws if this process has no descriptors left.
+  std::string HashOfFile(const fs::path& file) const {
+    const Result<Bytes> bytes =
+        RequireDescriptors(ReadFileBelow(paths_.root, file, kMaxStoredFileBytes));
+    return bytes.ok() ? HashBytes(bytes->data(), bytes->size()) : "";
   }
   std::string NameOf(const std::string& blob) const { return Relative(store_.Path(blob)); }
   std::string Relative(const fs::path& file) const {
@@ -57,6 +67,13 @@ class Checker {
   }
   void Count() {
     if (progress_ && num_files_ > 0) progress_(static_cast<double>(++num_read_) / num_files_);
+  }
+
+  void CheckEntries() {
+    check_.odd_entries = OddEntriesUnder(paths_.root);
+    for (const OddEntry& odd : check_.odd_entries) {
+      Add(Relative(odd.path), "is " + odd.kind + ", which is not opened", Remedy::kRepair);
+    }
   }
 
   void CheckSessionFile() {
@@ -90,7 +107,9 @@ class Checker {
         check_.facts.push_back(*fact);
         ++ids[Header(*fact).session_id];
       } else {
-        check_.ledger.damage.push_back(fact.error());
+        if (check_.ledger.damage.size() < LedgerSurvey::kMaxDamage) {
+          check_.ledger.damage.push_back(fact.error());
+        }
         Add("ledger.db", fact.error(), Remedy::kMakeAnew);
       }
     }
@@ -188,7 +207,8 @@ class Checker {
     for (const fs::path& file : FilesUnder(paths_.Retrieval())) {
       if (IsTemporaryName(file.filename().string())) continue;
       constexpr size_t kHashSize = 64;
-      const Result<Bytes> bytes = RequireDescriptors(ReadFile(file.string()));
+      const Result<Bytes> bytes =
+          RequireDescriptors(ReadFileBelow(paths_.root, file, kMaxStoredFileBytes));
       const bool sound =
           bytes.ok() && bytes->size() > kHashSize &&
           HashBytes(bytes->data(), bytes->size() - kHashSize) ==
@@ -236,6 +256,8 @@ class Checker {
   const BlobStore store_;
   SessionCheck check_;
   size_t num_files_ = 0, num_read_ = 0;
+  size_t num_more_ = 0;  // findings beyond kMaxFindings
+  Remedy worst_ = Remedy::kNone;
 };
 
 }  // namespace

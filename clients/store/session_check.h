@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "auth/session_keys.h"
+#include "core/file_below.h"
 #include "core/result.h"
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
@@ -33,7 +34,9 @@ struct Finding {
 const char* TextOf(Finding::Remedy remedy);
 
 struct SessionCheck {
+  // At most kMaxFindings, and one that tells how many more there are.
   std::vector<Finding> findings;
+  static constexpr size_t kMaxFindings = 1000;
 
   std::string session_id;  // session.json's, or else the ledger's; "" if neither tells
   bool has_sound_session_file = false;
@@ -43,6 +46,7 @@ struct SessionCheck {
   std::set<std::string> lost_blobs;          // damaged or missing, needed, no photo
   std::vector<std::string> damaged_results;  // and the list itself
 
+  std::vector<OddEntry> odd_entries;  // no regular files: opened by nobody
   std::vector<KeysDamage> damaged_keys;
   std::vector<std::string> damaged_uploads;  // paths in the folder
 

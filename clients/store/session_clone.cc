@@ -6,6 +6,7 @@
 #include "blobs/blob_store.h"
 #include "clients/store/session_writer.h"
 #include "core/checksum_list.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "ledger/ledger_record.h"
 #include "ledger/photo_file.h"
@@ -57,9 +58,7 @@ class Cloner {
       if (const auto* image = std::get_if<image_t>(&fact)) Copy(*image);
     }
     CopyResults();
-    if (fs::exists(from_.Uploads())) {
-      fs::copy(from_.Uploads(), to_.Uploads(), fs::copy_options::recursive);
-    }
+    CopyFiles(from_.Uploads(), to_.Uploads());
     Require(WriteLedger(to_.Ledger(), session.session_id, contents.facts, contents.notes));
     Require(SyncFileSystem(to_.root));
     // Last: without it the folder is no session.
@@ -85,12 +84,16 @@ class Cloner {
     Require(StorePhoto(to_, image.agent, image.name, *bytes));
   }
 
+  void CopyFiles(const fs::path& from, const fs::path& to) {
+    Require(CopyFilesBelow(from_.root, from, to_.root, to, kMaxStoredFileBytes));
+  }
+
   // Where a finish writes them just now, they are left out.
   void CopyResults() {
-    if (!fs::exists(from_.Results())) return;
-    fs::copy(from_.Sparse(), to_.Sparse(), fs::copy_options::recursive);
-    fs::copy(from_.Report(), to_.Report());
-    fs::copy(from_.Results(), to_.Results());
+    if (!IsFileBelow(from_.root, from_.Results())) return;
+    CopyFiles(from_.Sparse(), to_.Sparse());
+    CopyFiles(from_.Report(), to_.Report());
+    CopyFiles(from_.Results(), to_.Results());
     const auto damaged = CheckChecksumList(to_.root, to_.Results().filename().string());
     if (damaged.ok() && damaged->empty()) return;
     for (const fs::path& path : {to_.Sparse(), to_.Report(), to_.Results()}) fs::remove_all(path);

@@ -7,8 +7,9 @@
 #include <system_error>
 
 #include "blobs/blob_store.h"
+#include "clients/store/free_name.h"
 #include "clients/store/session_writer.h"
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/ledger_store.h"
@@ -19,6 +20,8 @@ namespace skein {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr const char* kLedgerSuffixes[] = {"", "-wal", "-shm"};
 
 // A ledger that is being written anew. What is there without ledger.db is complete.
 fs::path NewLedger(const SessionPaths& paths) { return paths.Ledger().string() + ".new"; }
@@ -70,6 +73,7 @@ class Repairer {
       : paths_(paths), check_(std::move(check)), blobs_(paths.Blobs()) {}
 
   Result<Repaired> Run() {
+    for (const OddEntry& odd : check_.odd_entries) Remove(odd);
     if (check_.session_id.empty()) repaired_.done.push_back("the session gets a new id");
     const std::string id = check_.session_id.empty() ? RandomSessionId() : check_.session_id;
     RepairPhotos();
@@ -86,23 +90,37 @@ class Repairer {
     return repaired_;
   }
 
-  // A repair that ended between taking out the old ledger and putting the new one in its place.
+  // A repair that ended while it took out the old ledger, or before the new one was in its place.
   void FinishInterrupted() {
+    for (const char* suffix : kLedgerSuffixes) EndMove(paths_.Ledger().string() + suffix);
     const fs::path fresh = NewLedger(paths_);
     if (!fs::exists(paths_.Ledger()) && fs::exists(fresh)) PutInPlace(fresh);
   }
 
  private:
   void SetAside(const fs::path& path) {
-    if (!fs::exists(path)) return;
+    if (!fs::exists(fs::symlink_status(path))) return;
     const fs::path name = path.lexically_relative(paths_.root);
-    fs::path aside = paths_.root / "damaged" / name;
-    for (int number = 2; fs::exists(aside); ++number) {
-      aside = paths_.root / "damaged" / (name.string() + "~" + std::to_string(number));
-    }
-    fs::create_directories(aside.parent_path());
-    fs::rename(path, aside);
+    const fs::path aside = FreeName(paths_.root / "damaged" / name);
+    Require(CreateFoldersBelow(paths_.root, aside.parent_path()));
+    Require(RenameBelow(paths_.root, path, aside));
     repaired_.done.push_back(name.string() + " is in damaged/ now");
+  }
+
+  // A power loss may leave both names of a file that was moved to damaged/: it is not moved then.
+  void EndMove(const fs::path& file) {
+    for (const fs::path& aside : FilesUnder(paths_.root / "damaged")) {
+      std::error_code missing;
+      const bool is_second_name = !fs::is_symlink(file) && fs::equivalent(file, aside, missing);
+      if (is_second_name) fs::remove(aside);
+    }
+  }
+
+  // It has no content of its own; what a symbolic link leads to stays.
+  void Remove(const OddEntry& odd) {
+    fs::remove(odd.path);
+    const std::string name = odd.path.lexically_relative(paths_.root).string();
+    repaired_.done.push_back(name + ", " + odd.kind + ", is removed");
   }
 
   void RepairPhotos() {
@@ -115,7 +133,8 @@ class Repairer {
   void RepairPhoto(const image_t& image) {
     const fs::path file = paths_.Image(image.agent, image.name);
     const Result<Bytes> blob = RequireDescriptors(blobs_.Get(image.blob_id));
-    const Result<Bytes> copy = RequireDescriptors(ReadFile(file.string()));
+    const Result<Bytes> copy =
+        RequireDescriptors(ReadFileBelow(paths_.root, file, kMaxStoredFileBytes));
     const bool sound_copy = copy.ok() && HashBytes(copy->data(), copy->size()) == image.blob_id;
     if (blob.ok() && sound_copy) return;
     const std::string name = image.agent + "/" + image.name;
@@ -131,8 +150,8 @@ class Repairer {
 
   // The file itself goes first: without it the rest is done anew by FinishInterrupted.
   void PutInPlace(const fs::path& fresh) {
-    for (const char* suffix : {"", "-wal", "-shm"}) SetAside(paths_.Ledger().string() + suffix);
-    fs::rename(fresh, paths_.Ledger());
+    for (const char* suffix : kLedgerSuffixes) SetAside(paths_.Ledger().string() + suffix);
+    Require(RenameBelow(paths_.root, fresh, paths_.Ledger()));
     RemoveLedger(fresh);
   }
 

@@ -8,7 +8,8 @@
 
 #include "blobs/blob_store.h"
 #include "clients/subcommand.h"
-#include "core/file.h"
+#include "core/file_below.h"
+#include "core/json_depth.h"
 #include "core/log.h"
 #include "event_loop/poll_loop.h"
 #include "ledger/ledger_store.h"
@@ -25,6 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kNumPoolThreads = 2;
+constexpr size_t kMaxReportBytes = 256 << 20;
+constexpr int kMaxReportDepth = 32;
 
 struct ViewOptions {
   std::string session_dir, page_dir;
@@ -70,8 +73,8 @@ void ReadFacts(const SessionPaths& paths, SessionView* view) {
 // As the last finish found it; nothing where there was none.
 HeardGuidance ReadGuidance(const SessionPaths& paths) {
   HeardGuidance guidance;
-  const Result<Bytes> report = ReadFile(paths.Report().string());
-  if (!report.ok()) return guidance;
+  const Result<Bytes> report = ReadFileBelow(paths.root, paths.Report(), kMaxReportBytes);
+  if (!report.ok() || !IsShallowJson(*report, kMaxReportDepth)) return guidance;
   guidance.places = PlacesOfReport(nlohmann::json::parse(*report, nullptr, false));
   return guidance;
 }

@@ -2,15 +2,29 @@
 
 #include <filesystem>
 
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/hash.h"
 
 namespace skein {
 namespace {
 
 constexpr size_t kHashSize = 64;  // hexadecimal
+// Counters of some 200,000 signers.
+constexpr size_t kMaxBytes = 16 << 20;
+
+std::filesystem::path SessionOf(const std::filesystem::path& file) {
+  return file.parent_path().parent_path();
+}
 
 }  // namespace
+
+Status WriteSecretFile(const std::string& path, const void* data, size_t size) {
+  return WriteFileBelow(SessionOf(path), path, data, size, 0600);
+}
+
+Result<Bytes> ReadSecretFile(const std::string& path) {
+  return ReadFileBelow(SessionOf(path), path, kMaxBytes);
+}
 
 Status WriteKeysFile(const std::string& path, const std::string& identifier, const Bytes& content) {
   ByteWriter out;
@@ -22,9 +36,8 @@ Status WriteKeysFile(const std::string& path, const std::string& identifier, con
 }
 
 Result<Bytes> ReadKeysFile(const std::string& path, const std::string& identifier) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error) && !error) return NotFound(path + " is missing");
-  const Result<Bytes> bytes = ReadFile(path);
+  const Result<Bytes> bytes = ReadSecretFile(path);
+  if (bytes.code() == StatusCode::kNotFound) return NotFound(path + " is missing");
   if (!bytes.ok()) return bytes.status();
   const std::string text(bytes->begin(), bytes->end());
   const bool is_whole =

@@ -9,6 +9,7 @@
 #include <openssl/x509.h>
 #include <sys/stat.h>
 
+#include "auth/keys_file.h"
 #include "auth/openssl_handles.h"
 #include "auth/session_keys.h"
 #include "auth/signing_key.h"
@@ -54,7 +55,7 @@ Result<RelayCertificate> Create(const std::string& dir) {
 }
 
 Result<RelayCertificate> Read(const std::string& dir) {
-  const Result<Bytes> bytes = ReadFile(PemPath(dir));
+  const Result<Bytes> bytes = ReadSecretFile(PemPath(dir));
   if (!bytes.ok()) return bytes.status();
   const std::string text(bytes->begin(), bytes->end());
   const BioPtr in(::BIO_new_mem_buf(text.c_str(), static_cast<int>(text.size())));

@@ -3,15 +3,15 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 
+#include "auth/home_mark.h"
 #include "auth/keys_file.h"
 #include "auth/relay_certificate.h"
 #include "auth/revocations.h"
 #include "auth/web_certificate.h"
 #include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 #include "core/log.h"
@@ -37,6 +37,8 @@ bool Exists(const std::string& path) {
 
 Result<SigningKey> CreateRoot(const std::string& dir) {
   const SigningKey root = SigningKey::Generate();
+  // First: a root without its mark is nobody's.
+  if (Status status = MarkKeysAsOwn(dir, root.public_key()); !status) return status;
   ByteWriter out;
   out.PutRaw(kRootIdentifier, sizeof(kRootIdentifier));
   out.PutRaw(root.seed().data(), root.seed().size());
@@ -47,10 +49,8 @@ Result<SigningKey> CreateRoot(const std::string& dir) {
   return root;
 }
 
-// The folder's lock is held.
-Result<SigningKey> OpenRoot(const std::string& dir) {
-  if (!Exists(RootPath(dir))) return CreateRoot(dir);
-  const Result<Bytes> bytes = ReadFile(RootPath(dir));
+Result<SigningKey> ReadRoot(const std::string& dir) {
+  const Result<Bytes> bytes = ReadSecretFile(RootPath(dir));
   if (!bytes.ok()) {
     return bytes.status().Within("the session's keys belong to who made it; take an invitation");
   }
@@ -68,6 +68,15 @@ Result<SigningKey> OpenRoot(const std::string& dir) {
   return SigningKey(seed);
 }
 
+// The folder's lock is held.
+Result<SigningKey> OpenRoot(const std::string& dir) {
+  if (!Exists(RootPath(dir))) return CreateRoot(dir);
+  Result<SigningKey> root = ReadRoot(dir);
+  if (!root.ok()) return root;
+  if (Status own = CheckKeysAreOwn(dir, root->public_key()); !own) return own;
+  return root;
+}
+
 bool Holds(const Credential& credential, const SessionTrust& trust, Role role,
            const std::string& name) {
   const Certificate& certificate = credential.certificate;
@@ -80,7 +89,7 @@ bool Holds(const Credential& credential, const SessionTrust& trust, Role role,
 Credential OpenCredential(const std::string& dir, const SigningKey& root, const SessionTrust& trust,
                           Role role, const std::string& name) {
   const std::string path = CredentialPath(dir, role, name);
-  if (const Result<Bytes> bytes = ReadFile(path); bytes.ok()) {
+  if (const Result<Bytes> bytes = ReadSecretFile(path); bytes.ok()) {
     const Result<Credential> credential = DecodeCredential(*bytes);
     if (credential.ok() && Holds(*credential, trust, role, name)) return *credential;
   }
@@ -113,7 +122,7 @@ SignerCounters CountersOrNone(const std::string& dir) {
 }
 
 bool IsSoundCredential(const std::string& path, const SessionTrust& trust) {
-  const Result<Bytes> bytes = ReadFile(path);
+  const Result<Bytes> bytes = ReadSecretFile(path);
   const Result<Credential> credential = bytes.ok() ? DecodeCredential(*bytes) : bytes.status();
   return credential.ok() && IsGenuine(credential->certificate, trust);
 }
@@ -121,11 +130,7 @@ bool IsSoundCredential(const std::string& path, const SessionTrust& trust) {
 }  // namespace
 
 Status MakeKeysFolder(const std::string& dir) {
-  if (::mkdir(dir.c_str(), 0700) == 0) {
-    return SyncFolder(std::filesystem::absolute(dir).parent_path());
-  }
-  if (errno == EEXIST) return Status::Ok();
-  return Unavailable("cannot create " + dir + ": " + std::strerror(errno));
+  return CreateFoldersBelow(std::filesystem::path(dir).parent_path(), dir, 0700);
 }
 
 bool HasCredentialOf(const std::string& dir, const std::string& name) {
@@ -157,6 +162,12 @@ Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string&
                        {}};
 }
 
+Status CheckRootIsOwn(const std::string& dir) {
+  if (!Exists(RootPath(dir))) return Status::Ok();
+  const FolderLock lock(dir);
+  return OpenRoot(dir).status();
+}
+
 Result<Signature> SignAsRoot(const std::string& dir, const Bytes& bytes) {
   if (Status status = MakeKeysFolder(dir); !status) return status;
   const FolderLock lock(dir);
@@ -178,8 +189,9 @@ std::vector<KeysDamage> CheckSessionKeys(const std::string& dir, const std::stri
   std::vector<KeysDamage> damage;
   if (!Exists(RootPath(dir))) return damage;
   const FolderLock lock(dir);
-  const Result<SigningKey> root = OpenRoot(dir);
+  const Result<SigningKey> root = ReadRoot(dir);
   if (!root.ok()) damage.push_back({"root.key", true, false});
+  if (!CheckMark(dir).ok()) damage.push_back({"home", true, false});
   if (!ReadRevokedNames(dir).ok()) damage.push_back({"revoked", true, false});
   if (!ReadInvitedNames(dir).ok()) damage.push_back({"invited", false, true});
   if (!ReadCounters(dir).ok()) damage.push_back({"counters", false, true});

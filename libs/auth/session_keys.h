@@ -2,6 +2,7 @@
 //
 //   keys/                       0700
 //   keys/root.key               the root's seed
+//   keys/home                   auth/home_mark.h: who made the root, and where
 //   keys/ROLE-HASH.credential   one for each role and name that a process of this host has had
 //   keys/counters               the highest counter of each signer that ingest has seen
 //   keys/invited, keys/revoked  auth/revocations.h
@@ -28,7 +29,8 @@ Status MakeKeysFolder(const std::string& dir);
 // Whether a process of this host has had a credential of this name, in any role.
 bool HasCredentialOf(const std::string& dir, const std::string& name);
 
-// Makes what is missing. `dir` is the folder keys/. An error says which file and what to do.
+// Makes what is missing. `dir` is the folder keys/. An error says which file and what to do;
+// kFailedPrecondition: the root was not made by this user on this host (auth/home_mark.h).
 Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name);
 
@@ -36,6 +38,9 @@ Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string&
 // that may not be invited (auth/revocations.h).
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name, int64_t expires_s);
+
+// Whether this user made the root on this host; Ok where there is none.
+Status CheckRootIsOwn(const std::string& dir);
 
 // The root's signature of these bytes, which say what they are for. Makes the root where it is
 // missing.

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "auth/keys_file.h"
 #include "auth/relay_certificate.h"
 #include "auth/revocations.h"
 #include "auth/web_certificate.h"
@@ -60,7 +61,7 @@ TEST_F(SessionKeysTest, NobodyElseMayReadThem) {
     EXPECT_EQ(ModeOf(entry.path()), 0600) << entry.path();
     ++num_files;
   }
-  EXPECT_EQ(num_files, 3);
+  EXPECT_EQ(num_files, 4);
 }
 
 TEST_F(SessionKeysTest, EveryFlippedBitIsFound) {

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "auth/keys_file.h"
 #include "auth/openssl_handles.h"
 #include "auth/session_keys.h"
 #include "core/file.h"
@@ -148,7 +149,7 @@ struct StoredWebCertificate {
 Result<StoredWebCertificate> ReadWebCertificate(const std::string& dir) {
   struct stat info {};
   if (::stat(WebPemPath(dir).c_str(), &info) != 0) return NotFound(WebPemPath(dir) + " is missing");
-  const Result<Bytes> bytes = ReadFile(WebPemPath(dir));
+  const Result<Bytes> bytes = ReadSecretFile(WebPemPath(dir));
   if (!bytes.ok()) return bytes.status();
   const BioPtr in(::BIO_new_mem_buf(bytes->data(), static_cast<int>(bytes->size())));
   Need(in != nullptr);

@@ -64,6 +64,10 @@ Result<std::string> IssueWebPass(const std::string& keys_dir, const std::string&
   return ToBase64Url(bytes);
 }
 
+bool HasExpired(int64_t expires_s, int64_t now_s) { return expires_s != 0 && now_s >= expires_s; }
+
+Status Expired() { return InvalidArgument("this invitation has expired: ask for another"); }
+
 Result<WebPass> OpenWebPass(const std::string& text, const SessionTrust& trust, int64_t now_s) {
   const std::optional<Bytes> bytes =
       text.size() <= kMaxPassText ? FromBase64Url(text) : std::nullopt;
@@ -73,9 +77,7 @@ Result<WebPass> OpenWebPass(const std::string& text, const SessionTrust& trust, 
   if (!IsSignedBy(trust.root, SignedPass(pass, trust.session_id), signature)) {
     return InvalidArgument("this invitation is for another session: ask for one of this session");
   }
-  if (pass.expires_s != 0 && now_s >= pass.expires_s) {
-    return InvalidArgument("this invitation has expired: ask for another");
-  }
+  if (HasExpired(pass.expires_s, now_s)) return Expired();
   return pass;
 }
 

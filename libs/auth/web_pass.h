@@ -29,4 +29,9 @@ Result<std::string> IssueWebPass(const std::string& keys_dir, const std::string&
 // An error says what to do: the text is no pass, of another session, or has expired.
 Result<WebPass> OpenWebPass(const std::string& text, const SessionTrust& trust, int64_t now_s);
 
+// Whether a pass or an invitation of this expiry, 0 for never, counts no more; the line for who has
+// it.
+bool HasExpired(int64_t expires_s, int64_t now_s);
+Status Expired();
+
 }  // namespace skein

@@ -1,9 +1,8 @@
 #include "blobs/blob_store.h"
 
 #include <stdexcept>
-#include <system_error>
 
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 
@@ -11,26 +10,33 @@ namespace skein {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// A photo has 200 MB at most by default, a model of 10,000 photos some 2 GB.
+constexpr size_t kMaxBlobBytes = size_t{16} << 30;
+
+}  // namespace
+
 BlobStore::BlobStore(fs::path dir) : dir_(std::move(dir)) {}
 
 Result<std::string> BlobStore::Put(const Bytes& bytes) {
   const std::string blob_id = HashBytes(bytes.data(), bytes.size());
   if (Get(blob_id).ok()) return blob_id;
   const fs::path path = Path(blob_id);
-  if (Status status = CreateFolders(path.parent_path()); !status.ok()) return status;
-  if (Status status = WriteFileAtomic(path.string(), bytes); !status.ok()) return status;
+  if (Status status = CreateFolders(Root()); !status.ok()) return status;
+  if (Status status = CreateFoldersBelow(Root(), path.parent_path()); !status.ok()) return status;
+  if (Status status = WriteFileBelow(Root(), path, bytes); !status.ok()) return status;
   return blob_id;
 }
 
 bool BlobStore::Has(const std::string& blob_id) const {
-  std::error_code error;
-  return IsBlobId(blob_id) && fs::is_regular_file(Path(blob_id), error);
+  return IsBlobId(blob_id) && IsFileBelow(Root(), Path(blob_id));
 }
 
 Result<Bytes> BlobStore::Get(const std::string& blob_id) const {
   if (!IsBlobId(blob_id)) return InvalidArgument("not a blob id: '" + blob_id + "'");
-  if (!Has(blob_id)) return NotFound("no blob " + blob_id);
-  Result<Bytes> bytes = ReadFile(Path(blob_id).string());
+  Result<Bytes> bytes = ReadFileBelow(Root(), Path(blob_id), kMaxBlobBytes);
+  if (bytes.code() == StatusCode::kNotFound) return NotFound("no blob " + blob_id);
   if (bytes.ok() && HashBytes(bytes->data(), bytes->size()) != blob_id) {
     return DataLoss("blob " + blob_id + " is damaged on disk");
   }

@@ -11,7 +11,8 @@ namespace skein {
 
 // Content-addressed files in DIR/ab/abcdef…, named by the SHA-256 of their bytes. A file is written
 // under a temporary name, fsynced, checked and renamed, so a file under its final name is whole.
-// Any number of processes may write and read at once.
+// Any number of processes may write and read at once. DIR and what is below it is opened as
+// core/file_below.h does: no symbolic link is followed.
 class BlobStore {
  public:
   explicit BlobStore(std::filesystem::path dir);  // created at the first Put
@@ -26,6 +27,8 @@ class BlobStore {
   std::filesystem::path Path(const std::string& blob_id) const;
 
  private:
+  std::filesystem::path Root() const { return dir_.parent_path(); }
+
   std::filesystem::path dir_;
 };
 

@@ -14,6 +14,7 @@ namespace {
 constexpr std::array<const char*, 10> kSections = {"ingest",   "cameras", "features", "retrieval",
                                                    "matching", "mapper",  "merger",   "guide",
                                                    "relay",    "web"};
+constexpr size_t kMaxBytes = 1 << 20;
 constexpr char kSectionBegin[] = "++";  // as CLI11 marks them
 constexpr char kSectionEnd[] = "--";
 
@@ -55,7 +56,7 @@ Result<ConfigFile> ParseConfigFile(const std::string& text, const std::string& p
 }
 
 Result<ConfigFile> ReadConfigFile(const std::string& path) {
-  const auto bytes = ReadFile(path);
+  const auto bytes = ReadFile(path, kMaxBytes);
   if (!bytes) return InvalidArgument("--config: " + bytes.error());
   return ParseConfigFile({bytes->begin(), bytes->end()}, path);
 }

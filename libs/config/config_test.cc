@@ -176,6 +176,22 @@ TEST_F(ProgramOptions, RefuseWithOneLine) {
   EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 3) << said;
 }
 
+TEST_F(ProgramOptions, RefuseNumbersThatAreNone) {
+  const std::string path = folder_.path() / "my.toml";
+  testing::internal::CaptureStderr();
+  int num_lines = 0;
+  for (const std::string number : {"nan", "-nan", "inf", "-inf", "infinity"}) {
+    EXPECT_EQ(Parse({"--mean", "1", number, "3"}), 2) << number;
+    std::ofstream(path) << "[mapper]\nmean = [1, " << number << ", 3]\n";
+    EXPECT_EQ(Parse({"--config", path}), 2) << number;
+    num_lines += 2;
+  }
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("[mapper] --mean is nan: give a number\n"), std::string::npos) << said;
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), num_lines) << said;
+  EXPECT_EQ(Parse({"--mean", "1", "2", "3", "--camera-model", "nan"}), std::nullopt) << "a name";
+}
+
 TEST_F(ProgramOptions, PrintTheSectionAndEnd) {
   testing::internal::CaptureStdout();
   EXPECT_EQ(Parse({"--print-config"}), 0);

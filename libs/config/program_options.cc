@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "config/finite.h"
 #include "config/option_section.h"
 #include "config/usage.h"
 
@@ -58,6 +59,10 @@ std::optional<int> ParseProgramOptions(const Program& program, int argc, char** 
     return Refuse(program, UsageError(app, error) + " (--help tells the options)");
   }
   Status status = ReadFileInto(program, path, &app);
+  const std::string not_finite = NotFinite(app);
+  if (status.ok() && !not_finite.empty()) {
+    status = InvalidArgument("[" + program.section + "] " + not_finite);
+  }
   if (status.ok()) status = Check(program);
   if (!status.ok()) return Refuse(program, status.error());
   *configuration = Text(program, &app, false);

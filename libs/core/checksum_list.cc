@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 
@@ -15,10 +15,12 @@ namespace {
 // sha256sum puts two spaces between a hash and its file.
 constexpr size_t kHashSize = 64;
 constexpr size_t kGapSize = 2;
+constexpr size_t kMaxListBytes = 16 << 20;
+constexpr size_t kMaxFileBytes = size_t{16} << 30;  // of a model
 
 // Relative to `root`: the file, or all below the folder.
 std::vector<std::string> FilesOf(const fs::path& root, const std::string& path) {
-  if (!fs::is_directory(root / path)) return {path};
+  if (!fs::is_directory(fs::symlink_status(root / path))) return {path};
   std::vector<std::string> files;
   for (const fs::path& file : FilesUnder(root / path)) {
     files.push_back(file.lexically_relative(root).string());
@@ -26,8 +28,8 @@ std::vector<std::string> FilesOf(const fs::path& root, const std::string& path) 
   return files;
 }
 
-bool IsDamaged(const fs::path& file, const std::string& hash) {
-  const Result<Bytes> bytes = ReadFile(file.string());
+bool IsDamaged(const fs::path& root, const std::string& file, const std::string& hash) {
+  const Result<Bytes> bytes = ReadFileBelow(root, root / file, kMaxFileBytes);
   return !bytes.ok() || HashBytes(bytes->data(), bytes->size()) != hash;
 }
 
@@ -38,19 +40,19 @@ Status WriteChecksumList(const fs::path& root, const std::string& list_name,
   std::string list;
   for (const std::string& path : paths) {
     for (const std::string& file : FilesOf(root, path)) {
-      const Result<Bytes> bytes = ReadFile((root / file).string());
+      const Result<Bytes> bytes = ReadFileBelow(root, root / file, kMaxFileBytes);
       if (!bytes.ok()) return bytes.status();
       list += HashBytes(bytes->data(), bytes->size()) + "  " + file + "\n";
     }
   }
-  return WriteFileAtomic((root / list_name).string(), list.data(), list.size());
+  return WriteFileBelow(root, root / list_name, list.data(), list.size());
 }
 
 Result<std::vector<std::string>> CheckChecksumList(const fs::path& root,
                                                    const std::string& list_name) {
   const fs::path path = root / list_name;
-  if (!fs::exists(path)) return NotFound("there is no " + path.string());
-  const Result<Bytes> bytes = ReadFile(path.string());
+  const Result<Bytes> bytes = ReadFileBelow(root, path, kMaxListBytes);
+  if (bytes.code() == StatusCode::kNotFound) return NotFound("there is no " + path.string());
   if (!bytes.ok()) return bytes.status();
   std::istringstream lines(std::string(bytes->begin(), bytes->end()));
   std::vector<std::string> damaged;
@@ -60,7 +62,7 @@ Result<std::vector<std::string>> CheckChecksumList(const fs::path& root,
       return DataLoss(path.string() + " is damaged");
     }
     const std::string file = line.substr(kHashSize + kGapSize);
-    if (IsDamaged(root / file, hash)) damaged.push_back(file);
+    if (IsDamaged(root, file, hash)) damaged.push_back(file);
   }
   return damaged;
 }

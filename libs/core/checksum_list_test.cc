@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "core/hash.h"
 #include "testing/test_folder.h"
 
 namespace skein {
@@ -42,6 +43,17 @@ TEST_F(ChecksumListTest, TellsNoListFromADamagedOne) {
   EXPECT_EQ(CheckChecksumList(folder_.path(), "list").code(), StatusCode::kNotFound);
   Write("list", "rubbish\n");
   EXPECT_EQ(CheckChecksumList(folder_.path(), "list").code(), StatusCode::kDataLoss);
+}
+
+// A list that was sent would tell whether a file has a content.
+TEST_F(ChecksumListTest, ReadsNothingOutsideOfItsFolder) {
+  TestFolder outside;
+  std::ofstream(outside / "secret") << "secret";
+  const std::string hash = HashBytes("secret", 6);
+  std::filesystem::create_symlink(outside / "secret", folder_ / "link");
+  Write("list", hash + "  " + (outside / "secret").string() + "\n" + hash + "  ../" +
+                    outside.path().filename().string() + "/secret\n" + hash + "  link\n");
+  EXPECT_EQ(Damaged().size(), 3u);
 }
 
 TEST_F(ChecksumListTest, DoesNotListWhatIsNotThere) {

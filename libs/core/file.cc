@@ -10,24 +10,12 @@
 #include <cstring>
 #include <filesystem>
 
+#include "core/file_below.h"
+
 namespace skein {
 namespace {
 
 constexpr char kTemporaryMark[] = ".tmp-";
-
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  ~FileDescriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 StatusCode CodeOf(int error) {
   switch (error) {
@@ -45,8 +33,10 @@ StatusCode CodeOf(int error) {
   }
 }
 
-Status SystemError(const std::string& what, const std::string& path) {
-  return Status::Error(CodeOf(errno), what + " " + path + ": " + std::strerror(errno));
+}  // namespace
+
+Status FileError(const std::string& what, const std::string& path, int error) {
+  return Status::Error(CodeOf(error), what + " " + path + ": " + std::strerror(error));
 }
 
 std::string TemporaryName(const std::string& path) {
@@ -54,59 +44,8 @@ std::string TemporaryName(const std::string& path) {
   return path + kTemporaryMark + std::to_string(::getpid()) + "-" + std::to_string(counter++);
 }
 
-Status WriteAll(int fd, const void* data, size_t size, const std::string& path) {
-  const auto* next = static_cast<const uint8_t*>(data);
-  while (size > 0) {
-    const ssize_t written = ::write(fd, next, size);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return SystemError("cannot write", path);
-    next += written;
-    size -= static_cast<size_t>(written);
-  }
-  return Status::Ok();
-}
-
-Status WriteTemporary(const std::string& path, const void* data, size_t size, mode_t mode) {
-  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
-  if (file.get() < 0) return SystemError("cannot create", path);
-  if (Status status = WriteAll(file.get(), data, size, path); !status) return status;
-  if (::fsync(file.get()) != 0) return SystemError("cannot sync", path);
-  struct stat info;
-  if (::fstat(file.get(), &info) != 0) return SystemError("cannot stat", path);
-  if (static_cast<size_t>(info.st_size) != size) return Unavailable("short write to " + path);
-  return Status::Ok();
-}
-
-Status SyncFolderOf(const std::string& path) {
-  std::string folder = std::filesystem::path(path).parent_path().string();
-  if (folder.empty()) folder = ".";
-  FileDescriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (file.get() < 0) return SystemError("cannot open", folder);
-  if (::fsync(file.get()) != 0) return SystemError("cannot sync", folder);
-  return Status::Ok();
-}
-
-Status Write(const std::string& path, const void* data, size_t size, mode_t mode) {
-  const std::string temporary = TemporaryName(path);
-  Status status = WriteTemporary(temporary, data, size, mode);
-  if (status && ::rename(temporary.c_str(), path.c_str()) != 0) {
-    status = SystemError("cannot rename to", path);
-  }
-  if (!status) {
-    ::unlink(temporary.c_str());
-    return status;
-  }
-  return SyncFolderOf(path);
-}
-
-}  // namespace
-
 Status WriteFileAtomic(const std::string& path, const void* data, size_t size) {
-  return Write(path, data, size, 0644);
-}
-
-Status WriteSecretFile(const std::string& path, const void* data, size_t size) {
-  return Write(path, data, size, 0600);
+  return WriteFileBelow(std::filesystem::path(path).parent_path(), path, data, size);
 }
 
 Status WriteFileAtomic(const std::string& path, const Bytes& bytes) {
@@ -117,18 +56,26 @@ bool IsTemporaryName(const std::string& name) {
   return name.find(kTemporaryMark) != std::string::npos;
 }
 
-Result<Bytes> ReadFile(const std::string& path) {
-  FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0) return SystemError("cannot open", path);
-  struct stat info;
-  if (::fstat(file.get(), &info) != 0) return SystemError("cannot stat", path);
+Result<Bytes> ReadFile(const std::string& path, size_t max_bytes) {
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  if (file.get() < 0) return FileError("cannot open", path, errno);
+  return ReadDescriptor(file.get(), path, max_bytes);
+}
+
+Result<Bytes> ReadDescriptor(int fd, const std::string& path, size_t max_bytes) {
+  struct stat info {};
+  if (::fstat(fd, &info) != 0) return FileError("cannot stat", path, errno);
   if (!S_ISREG(info.st_mode)) return InvalidArgument("not a regular file: " + path);
+  if (static_cast<size_t>(info.st_size) > max_bytes) {
+    return InvalidArgument(path + " has " + std::to_string(info.st_size) + " bytes, more than " +
+                           std::to_string(max_bytes));
+  }
   Bytes bytes(static_cast<size_t>(info.st_size));
   size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    const ssize_t got = ::read(fd, bytes.data() + done, bytes.size() - done);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return SystemError("cannot read", path);
+    if (got < 0) return FileError("cannot read", path, errno);
     if (got == 0) return DataLoss("file shrank while it was read: " + path);
     done += static_cast<size_t>(got);
   }

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 Status Synced(const fs::path& path, int (*sync)(int)) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   const int failed = fd >= 0 && sync(fd) == 0 ? 0 : errno;
   if (fd >= 0) close(fd);
   if (failed == 0) return Status::Ok();
@@ -42,10 +42,11 @@ Status SyncFileSystem(const fs::path& path) { return Synced(path, syncfs); }
 std::vector<fs::path> FilesUnder(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
+  if (!fs::is_directory(fs::symlink_status(folder, error))) return files;
   fs::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     std::error_code vanished;
-    if (entry->is_regular_file(vanished)) files.push_back(entry->path());
+    if (fs::is_regular_file(entry->symlink_status(vanished))) files.push_back(entry->path());
   }
   std::sort(files.begin(), files.end());
   return files;

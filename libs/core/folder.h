@@ -17,8 +17,9 @@ Status CreateFolders(const std::filesystem::path& dir);
 // Everything on the file system of `path`: after many files, before they are called done.
 Status SyncFileSystem(const std::filesystem::path& path);
 
-// The regular files below `folder`, at any depth, sorted. What vanishes meanwhile is left out; a
-// folder that is absent holds none.
+// The regular files below `folder`, at any depth, sorted. Symbolic links are neither listed nor
+// followed, `folder` itself included. What vanishes meanwhile is left out; a folder that is absent
+// holds none.
 std::vector<std::filesystem::path> FilesUnder(const std::filesystem::path& folder);
 
 }  // namespace skein

@@ -14,6 +14,9 @@ constexpr double kMaxErrorPx = 4.0;
 // abs_pose_max_error.
 constexpr double kMaxPoseErrorPx = 12.0;
 
+// Inliers that an absolute pose needs: COLMAP's abs_pose_min_num_inliers.
+constexpr int kMinPoseInliers = 30;
+
 // Of a point that stays in the map: COLMAP's filter_min_tri_angle.
 constexpr double kMinTriangulationAngleDeg = 1.5;
 

@@ -6,9 +6,11 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
+#include <filesystem>
 #include <utility>
 
+#include "core/file.h"
+#include "core/file_below.h"
 #include "core/log.h"
 
 namespace skein {
@@ -35,10 +37,17 @@ SignOfLife::~SignOfLife() {
 }
 
 void SignOfLife::Touch() {
-  if (fd_ < 0) fd_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  Status status;
+  if (fd_ < 0) {
+    const std::filesystem::path session = std::filesystem::path(path_).parent_path().parent_path();
+    Result<FileDescriptor> file = OpenFileBelow(session, path_, O_WRONLY | O_CREAT);
+    status = file.status();
+    if (file.ok()) fd_ = file->Release();
+  }
   if (fd_ >= 0 && ::futimens(fd_, nullptr) == 0) return;
+  if (status.ok()) status = FileError("cannot touch", path_, errno);
   if (!std::exchange(failed_, true)) {
-    LogWarn("cannot touch {} (SKEIN_ALIVE_FILE): {}; trying on", path_, std::strerror(errno));
+    LogWarn("{} (SKEIN_ALIVE_FILE); trying on", status.error());
   }
 }
 

@@ -9,7 +9,8 @@ namespace skein {
 
 // Touches a file twice a second from the loop; it is made when the loop runs for the first time. A
 // process that is stopped, deadlocked or lost in a handler touches it no more. A file that cannot
-// be made is tried again. Loop's thread only.
+// be made is tried again. The file is SESSION/run/NAME: below SESSION no symbolic link is followed
+// (core/file_below.h). Loop's thread only.
 class SignOfLife {
  public:
   // The file that the supervisor names in SKEIN_ALIVE_FILE; without one nothing is done.

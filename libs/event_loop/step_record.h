@@ -20,12 +20,14 @@ struct Step {
 
 // Steps under way, one stack a thread, kept in a file that outlives the process. A write to the
 // file survives every death of the process, not that of the host. Each slot belongs to one thread.
+// After a crash the file holds the steps of the thread that crashed alone, if it had any.
 class StepRecord {
  public:
   static constexpr int kNumSlots = 4;
 
   // Reads what the process before left in the file, then clears it. "": no file; steps are kept in
-  // memory alone. A file that cannot be opened is the same, and logged.
+  // memory alone. A file that cannot be opened is the same, and logged. The file is
+  // SESSION/run/NAME: below SESSION no symbolic link is followed (core/file_below.h).
   explicit StepRecord(const std::string& path);
   ~StepRecord();
   StepRecord(const StepRecord&) = delete;
@@ -37,7 +39,8 @@ class StepRecord {
   // For tests: called on the slot's thread when a step begins. What it throws fails the step.
   void OnBegin(std::function<void(const Step&)> observer) { on_begin_ = std::move(observer); }
 
-  // The innermost steps of the process before, of each thread that had one.
+  // The innermost steps of the process before: of the thread that crashed, else of each thread that
+  // had one.
   const std::vector<Step>& left() const { return left_; }
   // A name for that process's life; 0: there was none, or it had no step.
   int64_t left_life() const { return left_life_; }

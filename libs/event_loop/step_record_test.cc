@@ -6,6 +6,7 @@
 
 #include <csignal>
 #include <stdexcept>
+#include <thread>
 
 #include "testing/test_folder.h"
 
@@ -38,6 +39,25 @@ TEST_F(StepRecordTest, TellsTheInnermostStepOfEachThread) {
   EXPECT_EQ(next.left(), (std::vector<Step>{{3, "photo 12"}, {4, "shape"}}));
   EXPECT_NE(next.left_life(), 0);
   EXPECT_NE(next.left_life(), next.life());
+}
+
+// A model that is written meanwhile was not to blame, and counted three times the submap ended.
+TEST_F(StepRecordTest, ACrashIsPutDownToItsThread) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    StepRecord record(path_);
+    const StepRecord::Scope writes(&record, 1, {3, "model"});
+    std::thread([&record] {
+      const StepRecord::Scope adjusts(&record, 0, {3, "final adjustment 9"});
+      ::raise(SIGSEGV);
+    }).join();
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGSEGV);
+  const StepRecord next(path_);
+  EXPECT_EQ(next.left(), (std::vector<Step>{{3, "final adjustment 9"}}));
 }
 
 TEST_F(StepRecordTest, IsReadOnce) {

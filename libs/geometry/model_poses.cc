@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <sstream>
 
@@ -36,8 +35,9 @@ CameraPose PoseAt(const Eigen::Quaterniond& cam_from_world, const Eigen::Vector3
 }
 
 Result<std::vector<std::string>> ReadLines(const fs::path& path) {
-  std::ifstream file(path);
-  if (!file) return Unavailable("cannot read " + path.string());
+  const Result<Bytes> bytes = ReadFile(path);
+  if (!bytes.ok()) return bytes.status();
+  std::istringstream file(std::string(bytes->begin(), bytes->end()));
   std::vector<std::string> lines;
   for (std::string line; std::getline(file, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -213,7 +213,9 @@ Result<ModelPoses> ReadColmapPoses(const fs::path& folder) {
 Result<ModelPoses> ReadStrechaPoses(const fs::path& folder) {
   ModelPoses model;
   for (const fs::path& file : FilesThatEndWith(folder, ".camera")) {
-    std::ifstream in(file);
+    const Result<Bytes> bytes = ReadFile(file);
+    if (!bytes.ok()) return bytes.status();
+    std::istringstream in(std::string(bytes->begin(), bytes->end()));
     double v[24] = {};  // K, three zeros, world_from_cam, centre
     for (double& value : v) in >> value;
     const Eigen::Matrix3d world_from_cam =

@@ -3,8 +3,10 @@
 #include <fcntl.h>
 #include <sqlite3.h>
 #include <sys/file.h>
-#include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <stdexcept>
@@ -27,9 +29,23 @@ constexpr char kSchema[] = R"(
   PRAGMA user_version = 3;
   COMMIT;
 )";
-// Lookups in a row that find nothing, after which a ledger whose last record cannot be read ends,
-// and the others go on at the next record that is there: the last one's number may be damaged.
+// Lookups in a row that fail, after which a ledger whose last record cannot be read ends, and the
+// others go on at the next record that is there: the last one's number may be damaged.
 constexpr int kMaxMissing = 10'000;
+constexpr int kMaxAllMissing = 100'000;
+
+// Steps of SQLite's virtual machine for a statement: a row takes some 50, and 100 bytes or more.
+constexpr int64_t kStepsOfAny = 10'000'000;
+constexpr int64_t kStepsPerByte = 10;
+constexpr int kStepsPerCall = 10'000;
+constexpr size_t kChecksumBytes = 64;
+// Another process may append so many bytes while rows are read.
+constexpr int64_t kMoreRowBytes = 64 << 20;
+
+// At the end of a rollback journal that names another file, which SQLite reads and removes.
+constexpr char kSuperJournalMagic[] = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7";
+constexpr size_t kMagicBytes = 8;
+constexpr size_t kMaxJournalBytes = size_t{4} << 30;
 
 std::string ChecksumOf(const LedgerRecord& record) {
   ByteWriter writer;
@@ -65,28 +81,112 @@ Result<LedgerNote> NoteOf(const Statement& row) {
                   "' is damaged on disk; `skein repair SESSION` rebuilds what can be");
 }
 
+// An entry of sqlite_master. White space in its SQL counts as one blank.
+struct SchemaEntry {
+  std::string type, name, table, sql;
+  bool operator==(const SchemaEntry& other) const {
+    return type == other.type && name == other.name && table == other.table && sql == other.sql;
+  }
+};
+
+std::string WithSingleBlanks(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    const bool is_blank = std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!is_blank) result += c;
+    if (is_blank && !result.empty() && result.back() != ' ') result += ' ';
+  }
+  return result;
+}
+
+// At most `max_entries` of them. Throws std::runtime_error if they cannot be read.
+std::vector<SchemaEntry> ReadSchema(sqlite3* db, size_t max_entries) {
+  Statement rows(db, "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY rowid");
+  std::vector<SchemaEntry> entries;
+  int code = SQLITE_ROW;
+  while (entries.size() < max_entries && (code = rows.Step()) == SQLITE_ROW) {
+    entries.push_back({rows.Text(0), rows.Text(1), rows.Text(2), WithSingleBlanks(rows.Text(3))});
+  }
+  if (code != SQLITE_ROW && code != SQLITE_DONE) throw std::runtime_error(sqlite3_errmsg(db));
+  return entries;
+}
+
+// As SQLite itself writes it down.
+const std::vector<SchemaEntry>& OwnSchema() {
+  static const std::vector<SchemaEntry> kOwn = [] {
+    sqlite3* db = nullptr;
+    const bool is_made = sqlite3_open(":memory:", &db) == SQLITE_OK &&
+                         sqlite3_exec(db, kSchema, nullptr, nullptr, nullptr) == SQLITE_OK;
+    const std::unique_ptr<sqlite3, decltype(&sqlite3_close)> closer(db, &sqlite3_close);
+    if (!is_made) throw std::bad_alloc();
+    return ReadSchema(db, 100);
+  }();
+  return kOwn;
+}
+
+// "" if the two are the same.
+std::string FirstDifference(const std::vector<SchemaEntry>& found) {
+  const std::vector<SchemaEntry>& own = OwnSchema();
+  for (const SchemaEntry& entry : found) {
+    if (std::find(own.begin(), own.end(), entry) == own.end()) {
+      return "holds a " + entry.type + " that Skein did not make: " + entry.name.substr(0, 64);
+    }
+  }
+  return found.size() == own.size() ? "" : "lacks a table or an index";
+}
+
+bool HasTable(const std::vector<SchemaEntry>& schema, const char* name) {
+  return std::any_of(schema.begin(), schema.end(), [name](const SchemaEntry& entry) {
+    return entry.type == "table" && entry.name == name;
+  });
+}
+
+bool NamesAnotherFile(const Bytes& journal) {
+  return journal.size() >= kMagicBytes && std::memcmp(journal.data() + journal.size() - kMagicBytes,
+                                                      kSuperJournalMagic, kMagicBytes) == 0;
+}
+
+// What SQLite opens by itself beside the file.
+Status CheckFilesOf(const std::filesystem::path& path) {
+  const std::filesystem::path root = path.parent_path();
+  for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
+    const Status file = CheckFileBelow(root, path.string() + suffix);
+    if (!file.ok() && file.code == StatusCode::kInvalidArgument) return file;
+  }
+  const Result<Bytes> journal = ReadFileBelow(root, path.string() + "-journal", kMaxJournalBytes);
+  if (journal.code() == StatusCode::kNotFound) return Status::Ok();
+  if (!journal.ok()) return journal.status();
+  return NamesAnotherFile(*journal) ? DataLoss(path.string() + "-journal names another file")
+                                    : Status::Ok();
+}
+
+int CountSteps(void* steps_left) {
+  int64_t& left = *static_cast<int64_t*>(steps_left);
+  left -= kStepsPerCall;
+  return left < 0 ? 1 : 0;
+}
+
+void AddDamage(std::string line, LedgerSurvey* survey, size_t* num_more) {
+  if (survey->damage.size() < LedgerSurvey::kMaxDamage) {
+    survey->damage.push_back(std::move(line));
+  } else {
+    ++*num_more;
+  }
+}
+
 }  // namespace
 
 Result<LedgerLock> LedgerLock::Take(const std::filesystem::path& ledger) {
-  const std::string path = ledger.string() + ".lock";
-  LedgerLock lock(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
-  if (lock.fd_ < 0) return Unavailable("cannot open " + path + " for writing");
-  if (flock(lock.fd_, LOCK_EX | LOCK_NB) == 0) return lock;
+  Result<FileDescriptor> file =
+      OpenFileBelow(ledger.parent_path(), ledger.string() + ".lock", O_RDWR | O_CREAT);
+  if (!file.ok()) return file.status();
+  if (flock(file->get(), LOCK_EX | LOCK_NB) == 0) return LedgerLock(*std::move(file));
   return Unavailable(ledger.string() +
                      " is in use: another skein-ingest runs on this session; stop it first");
 }
 
-LedgerLock& LedgerLock::operator=(LedgerLock&& other) noexcept {
-  std::swap(fd_, other.fd_);
-  return *this;
-}
-
-LedgerLock::~LedgerLock() {
-  if (fd_ >= 0) close(fd_);
-}
-
 Result<std::unique_ptr<Ledger>> Ledger::Open(const std::filesystem::path& path) {
-  std::unique_ptr<Ledger> ledger(new Ledger);
+  std::unique_ptr<Ledger> ledger(new Ledger(path));
   Result<LedgerLock> lock = LedgerLock::Take(path);
   if (!lock.ok()) return lock.status();
   std::error_code error;
@@ -96,8 +196,8 @@ Result<std::unique_ptr<Ledger>> Ledger::Open(const std::filesystem::path& path) 
                               ": a repair was interrupted; run `skein repair` again");
   }
   ledger->lock_ = *std::move(lock);
-  Status status = ledger->Connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
-  if (status.ok()) status = ledger->CheckSchema(path.string(), true);
+  Status status = ledger->Connect(SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+  if (status.ok()) status = ledger->CheckSchema(true);
   if (status.ok()) status = ledger->Execute("PRAGMA journal_mode = WAL");
   if (status.ok()) status = ledger->Execute("PRAGMA synchronous = FULL");
   if (!status.ok()) return status;
@@ -108,9 +208,9 @@ Result<std::unique_ptr<Ledger>> Ledger::Open(const std::filesystem::path& path) 
 }
 
 Result<std::unique_ptr<Ledger>> Ledger::OpenReadOnly(const std::filesystem::path& path) {
-  std::unique_ptr<Ledger> ledger(new Ledger);
-  Status status = ledger->Connect(path, SQLITE_OPEN_READONLY);
-  if (status.ok()) status = ledger->CheckSchema(path.string(), false);
+  std::unique_ptr<Ledger> ledger(new Ledger(path));
+  Status status = ledger->Connect(SQLITE_OPEN_READONLY);
+  if (status.ok()) status = ledger->CheckSchema(false);
   if (!status.ok()) return status;
   const auto head = ledger->QueryInteger("SELECT COALESCE(MAX(seq), 0) FROM facts");
   if (!head.ok()) return head.status();
@@ -120,18 +220,57 @@ Result<std::unique_ptr<Ledger>> Ledger::OpenReadOnly(const std::filesystem::path
 
 Ledger::~Ledger() { sqlite3_close(db_); }
 
-Status Ledger::Connect(const std::filesystem::path& path, int flags) {
-  if (sqlite3_open_v2(path.c_str(), &db_, flags, nullptr) != SQLITE_OK) {
-    return Unavailable("cannot open " + path.string() + ": " + sqlite3_errmsg(db_));
+// The folder is the caller's word: its own symbolic links are resolved, as SQLite would refuse
+// them.
+Status Ledger::Connect(int flags) {
+  if (Status files = CheckFilesOf(path_); !files.ok()) return files;
+  std::error_code error;
+  const std::filesystem::path folder = path_.parent_path().empty() ? "." : path_.parent_path();
+  const std::filesystem::path canonical = std::filesystem::canonical(folder, error);
+  if (error) return NotFound("cannot open " + path_.string() + ": " + error.message());
+  const std::string file = canonical / path_.filename();
+  if (sqlite3_open_v2(file.c_str(), &db_, flags | SQLITE_OPEN_NOFOLLOW, nullptr) != SQLITE_OK) {
+    return Unavailable("cannot open " + path_.string() + ": " + sqlite3_errmsg(db_));
   }
   sqlite3_busy_timeout(db_, 5000);
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  sqlite3_limit(db_, SQLITE_LIMIT_LENGTH, kMaxRowBytes);
+  sqlite3_limit(db_, SQLITE_LIMIT_ATTACHED, 0);
+  sqlite3_progress_handler(db_, kStepsPerCall, CountSteps, &steps_left_);
+  AllowSteps();
   return Status::Ok();
 }
 
-Status Ledger::CheckSchema(const std::string& path, bool create) {
-  const auto tables = QueryInteger("SELECT COUNT(*) FROM sqlite_master");
-  if (!tables.ok()) return tables.status().Within(path + " is no ledger");
-  if (*tables == 0 && create) return Execute(kSchema);
+void Ledger::AllowSteps() const {
+  int64_t bytes = 0;
+  for (const char* suffix : {"", "-wal"}) {
+    std::error_code error;
+    const uintmax_t size = std::filesystem::file_size(path_.string() + suffix, error);
+    if (!error) bytes += static_cast<int64_t>(size);
+  }
+  steps_left_ = kStepsOfAny + kStepsPerByte * bytes;
+  row_bytes_left_ = kMoreRowBytes + bytes;
+}
+
+bool Ledger::FitsFile(size_t row_bytes) const {
+  row_bytes_left_ -= static_cast<int64_t>(row_bytes);
+  return row_bytes_left_ >= 0;
+}
+
+Status Ledger::CheckSchema(bool create) {
+  const std::string path = path_.string();
+  std::vector<SchemaEntry> schema;
+  try {
+    schema = ReadSchema(db_, OwnSchema().size() + 1);
+  } catch (const std::runtime_error& error) {
+    return Unavailable(path + " is no ledger: " + error.what());
+  }
+  if (schema.empty() && create) return Execute(kSchema);
+  const std::string difference = FirstDifference(schema);
+  if (!difference.empty()) return DataLoss(path + " " + difference);
   const auto application = QueryInteger("PRAGMA application_id");
   const auto version = QueryInteger("PRAGMA user_version");
   if (!application.ok() || *application != kApplicationId) {
@@ -144,11 +283,13 @@ Status Ledger::CheckSchema(const std::string& path, bool create) {
 }
 
 Status Ledger::Execute(const std::string& sql) {
+  AllowSteps();
   if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return Status::Ok();
   return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_));
 }
 
 Result<int64_t> Ledger::QueryInteger(const std::string& sql) const {
+  AllowSteps();
   try {
     Statement statement(db_, sql);
     if (statement.Step() == SQLITE_ROW) return statement.Integer(0);
@@ -178,6 +319,7 @@ Status Ledger::Append(const std::vector<LedgerRecord>& records,
 
 Status Ledger::Insert(const std::vector<LedgerRecord>& records,
                       const std::vector<LedgerNote>& notes) {
+  AllowSteps();
   const auto failed = [this] { return Unavailable(std::string("ledger: ") + sqlite3_errmsg(db_)); };
   Statement fact(db_, "INSERT INTO facts VALUES(?, ?, ?, ?, ?, ?)");
   for (const LedgerRecord& record : records) {
@@ -204,13 +346,21 @@ Status Ledger::Insert(const std::vector<LedgerRecord>& records,
 
 Status Ledger::Select(int64_t from_seq, int64_t to_seq,
                       const std::function<void(LedgerRecord)>& visit) const {
+  AllowSteps();
   Statement statement(db_, "SELECT * FROM facts WHERE seq BETWEEN ? AND ? ORDER BY seq");
   statement.Bind(1, from_seq);
   statement.Bind(2, to_seq);
+  int64_t last_seq = std::numeric_limits<int64_t>::min();
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) {
     Result<LedgerRecord> record = RecordOf(statement);
     if (!record.ok()) return record.status();
+    // Pages of a tree that lead to one another would never end.
+    if (record->seq <= last_seq || !FitsFile(record->payload.size())) {
+      return DataLoss(
+          "ledger: pages of facts lead to one another; `skein check SESSION` tells more");
+    }
+    last_seq = record->seq;
     visit(*std::move(record));
   }
   return code == SQLITE_DONE ? Status::Ok() : ReadError();
@@ -229,6 +379,7 @@ Status Ledger::ForEach(const std::function<void(const LedgerRecord&)>& visit) co
 }
 
 Result<std::map<std::string, std::string>> Ledger::Notes(const std::string& kind) const {
+  AllowSteps();
   std::map<std::string, std::string> notes;
   Statement statement(db_, "SELECT * FROM notes WHERE kind = ?");
   statement.Bind(1, kind);
@@ -268,10 +419,16 @@ LedgerSurvey Ledger::Survey(const std::filesystem::path& path) {
 }
 
 Result<std::unique_ptr<Ledger>> Ledger::OpenDamaged(const std::filesystem::path& path) {
-  std::unique_ptr<Ledger> ledger(new Ledger);
-  const Status status = ledger->Connect(path, SQLITE_OPEN_READONLY);
+  std::unique_ptr<Ledger> ledger(new Ledger(path));
+  const Status status = ledger->Connect(SQLITE_OPEN_READONLY);
   if (!status.ok()) return status;
-  return ledger;
+  try {
+    const std::vector<SchemaEntry> schema = ReadSchema(ledger->db_, 100);
+    if (HasTable(schema, "facts") && HasTable(schema, "notes")) return ledger;
+  } catch (const std::runtime_error&) {
+    ledger->RequireMemory();
+  }
+  return DataLoss(path.string() + " holds no facts that can be read");
 }
 
 void Ledger::RequireMemory() const {
@@ -287,48 +444,77 @@ int64_t Ledger::NextSeq(int64_t after_seq) const {
 
 // One lookup a record, so that a damaged page costs the records on it alone.
 void Ledger::SurveyFacts(LedgerSurvey* survey) const {
+  AllowSteps();
   Statement statement(db_, "SELECT * FROM facts WHERE seq = ?");
-  std::vector<std::string> damage;
-  size_t num_before_gap = 0;
-  int num_missing = 0;
+  size_t num_more = 0, num_damage_before_gap = survey->damage.size();
+  int num_missing = 0, num_all_missing = 0;
+  const auto lost = [&](int64_t seq, const std::string& reason) {
+    AddDamage("ledger: fact " + std::to_string(seq) + ": " + reason, survey, &num_more);
+  };
   for (int64_t seq = 1; head_seq_ > 0 ? seq <= head_seq_ : num_missing < kMaxMissing; ++seq) {
     statement.Bind(1, seq);
     const int code = statement.Step();
     RequireMemory();
     if (code == SQLITE_ROW) {
       Result<LedgerRecord> record = RecordOf(statement);
-      record.ok() ? survey->records.push_back(*std::move(record))
-                  : damage.push_back(record.error());
+      if (record.ok() && !FitsFile(record->payload.size())) {
+        lost(seq, "facts share pages; what follows is not looked up");
+        break;
+      }
+      if (!record.ok()) AddDamage(record.error(), survey, &num_more);
+      if (record.ok()) survey->records.push_back(*std::move(record));
       RequireMemory();
-      num_before_gap = damage.size();
+      num_damage_before_gap = survey->damage.size();
       num_missing = 0;
+    } else if (const int64_t next = code == SQLITE_DONE ? NextSeq(seq) : 0; next > seq + 1) {
+      lost(seq, "is missing, and all before " + std::to_string(next));
+      seq = next - 1;
     } else {
-      const std::string reason = code == SQLITE_DONE ? "is missing" : sqlite3_errmsg(db_);
-      damage.push_back("ledger: fact " + std::to_string(seq) + ": " + reason);
+      lost(seq, code == SQLITE_DONE ? "is missing" : sqlite3_errmsg(db_));
       ++num_missing;
+      ++num_all_missing;
     }
     statement.Reset();
+    if (num_all_missing == kMaxAllMissing) {
+      lost(seq, "so much is missing before it that what follows is not looked up");
+      break;
+    }
     if (head_seq_ > 0 && num_missing == kMaxMissing) {
       seq = NextSeq(seq) - 1;
       num_missing = 0;
       if (seq < 0) break;
     }
   }
-  if (head_seq_ == 0) damage.resize(num_before_gap);
-  survey->damage.insert(survey->damage.end(), damage.begin(), damage.end());
+  if (head_seq_ == 0) {
+    survey->damage.resize(num_damage_before_gap);
+  } else if (num_more > 0) {
+    survey->damage.push_back("ledger: " + std::to_string(num_more) + " more facts are damaged");
+  }
 }
 
 void Ledger::SurveyNotes(LedgerSurvey* survey) const {
+  AllowSteps();
   Statement statement(db_, "SELECT * FROM notes");
+  size_t num_more = 0;
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) {
+    // At least its checksum.
+    if (!FitsFile(kChecksumBytes + statement.Text(2).size())) {
+      survey->damage.push_back("ledger: notes share pages; what follows is not read");
+      return;
+    }
     Result<LedgerNote> note = NoteOf(statement);
-    note.ok() ? survey->notes.push_back(*std::move(note)) : survey->damage.push_back(note.error());
+    if (!note.ok()) AddDamage(note.error(), survey, &num_more);
+    if (note.ok()) survey->notes.push_back(*std::move(note));
+  }
+  if (num_more > 0) {
+    survey->damage.push_back("ledger: " + std::to_string(num_more) + " more notes are damaged");
   }
   if (code != SQLITE_DONE) survey->damage.push_back(ReadError().error());
 }
 
 void Ledger::SurveyPages(LedgerSurvey* survey) const {
+  AllowSteps();
   Statement statement(db_, "PRAGMA integrity_check(10)");
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/bytes.h"
+#include "core/file_below.h"
 #include "core/result.h"
 
 struct sqlite3;
@@ -39,20 +40,19 @@ class LedgerLock {
  public:
   // The error says who holds it, for the user.
   static Result<LedgerLock> Take(const std::filesystem::path& ledger);
-  LedgerLock(LedgerLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  LedgerLock& operator=(LedgerLock&& other) noexcept;
-  ~LedgerLock();
 
  private:
-  explicit LedgerLock(int fd) : fd_(fd) {}
-  int fd_;
+  explicit LedgerLock(FileDescriptor file) : file_(std::move(file)) {}
+  FileDescriptor file_;
 };
 
 // What of a damaged ledger can be read.
 struct LedgerSurvey {
   std::vector<LedgerRecord> records;  // in order; without those that are damaged or missing
   std::vector<LedgerNote> notes;
-  std::vector<std::string> damage;  // a line each, for a person; empty: all is whole
+  // A line each, for a person; empty: all is whole. Beyond kMaxDamage lines the last one counts.
+  std::vector<std::string> damage;
+  static constexpr size_t kMaxDamage = 1000;
 
   bool IsWhole() const { return damage.empty(); }
 };
@@ -61,12 +61,16 @@ struct LedgerSurvey {
 // survives a crash and a power loss. Each record has a SHA-256, which is checked whenever it is
 // read. One process writes (a lock file ensures it), any number may read. One thread uses an
 // object.
+//
+// The file is input, as the rest of a session folder. Before any other statement its schema is
+// compared with the ledger's own. Triggers and views are off. Rows, the steps of a statement and
+// what is told of damage are bounded. No symbolic link is followed (core/file_below.h).
 class Ledger {
  public:
   // For the writer. Fails when another process has it open for writing, when it is no ledger, or
   // when its schema is newer. The error is one line for the user.
   static Result<std::unique_ptr<Ledger>> Open(const std::filesystem::path& path);
-  // For readers; the file must exist.
+  // For readers; the file must exist. A row has at most kMaxRowBytes.
   static Result<std::unique_ptr<Ledger>> OpenReadOnly(const std::filesystem::path& path);
   // Reads a ledger that may be damaged, record by record. What cannot be opened holds nothing.
   static LedgerSurvey Survey(const std::filesystem::path& path);
@@ -88,10 +92,17 @@ class Ledger {
 
   int64_t head() const { return head_seq_; }  // seq of the last record, 0 if none
 
+  static constexpr int kMaxRowBytes = 4 << 20;  // a message has at most 32 KiB
+
  private:
-  Ledger() = default;
-  Status Connect(const std::filesystem::path& path, int flags);
-  Status CheckSchema(const std::string& path, bool create);
+  explicit Ledger(std::filesystem::path path) : path_(std::move(path)) {}
+  Status Connect(int flags);
+  Status CheckSchema(bool create);
+  // Gives the statements that follow as many steps, and rows as many bytes, as a sound ledger of
+  // this size may need.
+  void AllowSteps() const;
+  // False: rows have more bytes than the file, as they share pages.
+  bool FitsFile(size_t row_bytes) const;
   Status Execute(const std::string& sql);
   Result<int64_t> QueryInteger(const std::string& sql) const;
   Status Insert(const std::vector<LedgerRecord>& records, const std::vector<LedgerNote>& notes);
@@ -106,7 +117,10 @@ class Ledger {
   void SurveyNotes(LedgerSurvey* survey) const;
   void SurveyPages(LedgerSurvey* survey) const;
 
+  const std::filesystem::path path_;
   sqlite3* db_ = nullptr;
+  mutable int64_t steps_left_ = 0;  // of SQLite's virtual machine
+  mutable int64_t row_bytes_left_ = 0;
   std::optional<LedgerLock> lock_;  // of the writer
   int64_t head_seq_ = 0;
 };

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "blobs/blob_store.h"
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 
 namespace skein {
@@ -15,11 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Renaming onto a link of the same file leaves both, hence the second unlink.
-Status LinkAs(const fs::path& blob, const fs::path& path, const Bytes& bytes) {
+// The folders of both are below `root` without a symbolic link. Renaming onto a link of the same
+// file leaves both, hence the second unlink.
+Status LinkAs(const fs::path& root, const fs::path& blob, const fs::path& path,
+              const Bytes& bytes) {
   const fs::path temporary = path.parent_path() / (".link.tmp-" + blob.filename().string());
   unlink(temporary.c_str());
-  if (link(blob.c_str(), temporary.c_str()) != 0) return WriteFileAtomic(path.string(), bytes);
+  if (link(blob.c_str(), temporary.c_str()) != 0) return WriteFileBelow(root, path, bytes);
   const int failed = rename(temporary.c_str(), path.c_str()) != 0 ? errno : 0;
   unlink(temporary.c_str());
   if (failed == 0) return SyncFolder(path.parent_path());
@@ -44,8 +46,9 @@ Status StorePhoto(const SessionPaths& paths, const std::string& agent, const std
   const Result<std::string> blob_id = store.Put(bytes);
   if (!blob_id.ok()) return blob_id.status();
   const fs::path path = paths.Image(agent, name);
-  if (Status status = CreateFolders(path.parent_path()); !status.ok()) return status;
-  return LinkAs(store.Path(*blob_id), path, bytes);
+  const Status made = CreateFoldersBelow(paths.root, path.parent_path());
+  if (!made.ok()) return made;
+  return LinkAs(paths.root, store.Path(*blob_id), path, bytes);
 }
 
 }  // namespace skein

@@ -1,21 +1,33 @@
 #include "ledger/session_folder.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <system_error>
 
 #include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
+#include "core/json_depth.h"
 
 namespace skein {
 namespace {
 
 constexpr char kSessionIdentifier[] = "skein-session";
 constexpr int kSessionVersion = 1;
+// It has some 150 bytes and a path.
+constexpr size_t kMaxSessionFileBytes = 16 << 10;
+constexpr int kMaxDepth = 8;
 
 bool IsSessionId(const std::string& text) {
   return text.size() == 16 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+// It is shown in a terminal.
+bool HoldsControls(const std::string& text) {
+  return std::any_of(text.begin(), text.end(),
+                     [](unsigned char c) { return c < 0x20 || c == 0x7f; });
 }
 
 struct SessionFile {
@@ -24,7 +36,9 @@ struct SessionFile {
 };
 
 Result<SessionFile> ParseSessionFile(const std::string& path, const Bytes& bytes) {
-  const auto json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  const auto json = IsShallowJson(bytes, kMaxDepth)
+                        ? nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false)
+                        : nlohmann::json();
   const auto damaged = DataLoss(path + " is damaged; `skein repair` takes the id from the ledger");
   if (!json.is_object() || json.value("identifier", nlohmann::json()) != kSessionIdentifier) {
     return damaged;
@@ -34,13 +48,16 @@ Result<SessionFile> ParseSessionFile(const std::string& path, const Bytes& bytes
   }
   const auto id = json.value("session_id", nlohmann::json());
   const auto folder = json.value("folder", nlohmann::json(""));
-  if (!id.is_string() || !IsSessionId(id.get<std::string>()) || !folder.is_string()) return damaged;
+  if (!id.is_string() || !IsSessionId(id.get<std::string>()) || !folder.is_string() ||
+      HoldsControls(folder.get<std::string>())) {
+    return damaged;
+  }
   return SessionFile{id.get<std::string>(), folder.get<std::string>()};
 }
 
 Result<SessionFile> ReadSessionFile(const SessionPaths& paths) {
   const std::string path = paths.SessionFile().string();
-  const Result<Bytes> bytes = ReadFile(path);
+  const Result<Bytes> bytes = ReadFileBelow(paths.root, path, kMaxSessionFileBytes);
   if (!bytes.ok()) return bytes.status();
   return ParseSessionFile(path, *bytes);
 }
@@ -51,7 +68,7 @@ Status Write(const SessionPaths& paths, const SessionFile& file) {
                                {"session_id", file.session_id},
                                {"folder", file.folder}};
   const std::string text = json.dump(2) + "\n";
-  return WriteFileAtomic(paths.SessionFile().string(), text.data(), text.size());
+  return WriteFileBelow(paths.root, paths.SessionFile(), text.data(), text.size());
 }
 
 }  // namespace

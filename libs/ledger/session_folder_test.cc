@@ -1,6 +1,7 @@
 #include "ledger/session_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <set>
@@ -43,6 +44,23 @@ TEST(Session, RefusesDamagedAndForeignFiles) {
     ASSERT_FALSE(session.ok()) << text;
     EXPECT_NE(session.error().find("session.json"), std::string::npos);
   }
+}
+
+TEST(Session, RefusesAFileThatIsLargeOrDeepOrNone) {
+  TestFolder folder;
+  std::ofstream(folder / "session.json") << std::string(5'000'000, '[');
+  EXPECT_FALSE(OpenSession(folder.path()).ok());
+  std::ofstream(folder / "session.json") << std::string(10'000, '[');
+  EXPECT_FALSE(OpenSession(folder.path()).ok());
+  std::filesystem::remove(folder / "session.json");
+  ASSERT_EQ(mkfifo((folder / "session.json").c_str(), 0600), 0);
+  EXPECT_FALSE(OpenOrCreateSession(folder.path()).ok()) << "at once";
+  std::filesystem::remove(folder / "session.json");
+  const auto other = OpenOrCreateSession(folder / "other");
+  std::filesystem::create_symlink(folder / "other" / "session.json", folder / "session.json");
+  const auto linked = OpenSession(folder.path());
+  ASSERT_FALSE(linked.ok());
+  EXPECT_NE(linked.error().find("symbolic link"), std::string::npos);
 }
 
 TEST(Session, MustExistToBeOpened) {

@@ -4,11 +4,12 @@
 #include <cstring>
 
 #include "core/bytes.h"
-#include "core/file.h"
+#include "core/file_below.h"
 
 namespace skein {
 namespace {
 
+constexpr size_t kMaxLogBytes = size_t{4} << 30;
 constexpr size_t kHeaderSize = 32;
 constexpr size_t kFrameHeaderSize = 24;
 constexpr uint32_t kMagic = 0x377f0682;  // its last bit: checksums of big-endian words
@@ -85,9 +86,8 @@ class LogReader {
 }  // namespace
 
 std::string DamageOfWriteAheadLog(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) return "";
-  const Result<Bytes> log = ReadFile(path.string());
+  const Result<Bytes> log = ReadFileBelow(path.parent_path(), path, kMaxLogBytes);
+  if (log.code() == StatusCode::kNotFound) return "";
   return log.ok() ? LogReader(*log).Damage() : log.error();
 }
 

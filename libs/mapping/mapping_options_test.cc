@@ -69,7 +69,6 @@ TEST(SubmapOptions, RefusesWhatMakesNoSense) {
       {"min_observed_ratio", [](auto* o) { o->min_observed_ratio = 2; }},
       {"max_withdrawals", [](auto* o) { o->max_withdrawals = -1; }},
       {"min_yield_ratio", [](auto* o) { o->min_yield_ratio = 0; }},
-      {"max_images_begin_anew", [](auto* o) { o->max_images_begin_anew = -1; }},
       {"min_rebuild_gain", [](auto* o) { o->min_rebuild_gain = -1; }},
       {"num_threads", [](auto* o) { o->num_threads = 0; }},
   });

@@ -53,8 +53,9 @@ bool AddPoint(const Bundle& bundle, const BundleLayout& layout, const BundlePoin
   return true;
 }
 
-double LargestSigma(const Eigen::Matrix3d& covariance) {
-  return std::sqrt(covariance.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff());
+template <typename Covariance>
+double LargestSigma(const Covariance& covariance) {
+  return std::sqrt(covariance.template selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff());
 }
 
 // The largest standard deviation of a pixel over the corners of the camera's frame, for points at
@@ -76,8 +77,7 @@ double FrameSigma(const BundleCamera& camera, const Matrix6d& covariance, double
           X.y(), -X.x(), 0, 0, 0, -1;
       const Eigen::Matrix<double, 2, 6> J = J_project * J_point;
       const Eigen::Matrix2d of_pixel = J * covariance * J.transpose();
-      largest = std::max(
-          largest, std::sqrt(of_pixel.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff()));
+      largest = std::max(largest, LargestSigma(of_pixel));
     }
   }
   return largest;
@@ -99,7 +99,7 @@ PoseSigmas SigmasOfFirstPose(const Bundle& bundle) {
   const Matrix6d covariance = lu.inverse();
   std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
   const double depth = depths[depths.size() / 2];
-  return {LargestSigma(covariance.bottomRightCorner<3, 3>()) / depth,
+  return {LargestSigma(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>())) / depth,
           FrameSigma(bundle.cameras[bundle.poses[0].camera], covariance, depth)};
 }
 

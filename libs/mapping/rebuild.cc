@@ -1,11 +1,11 @@
 #include "mapping/rebuild.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 #include <vector>
 
 #include "core/limits.h"
+#include "mapping/global_map.h"
 #include "mapping/misplaced.h"
 #include "mapping/similar_pairs.h"
 
@@ -14,74 +14,57 @@ namespace {
 
 void Ignore(const PhotoEvent&) {}
 
-std::vector<ImageId> NeighboursMostInliersFirst(const SceneMap& map, ImageId id) {
-  std::vector<std::pair<int, ImageId>> ranked;
-  for (const auto& [other, inliers] : map.Neighbours(id)) ranked.emplace_back(-inliers, other);
-  std::sort(ranked.begin(), ranked.end());
-  std::vector<ImageId> neighbours;
-  for (const auto& [inliers, other] : ranked) neighbours.push_back(other);
-  return neighbours;
-}
-
-// At each angle, which is relaxed stepwise as the merger does.
-bool StartFromBestPairOf(ImageId id, Submap* submap) {
-  const std::vector<ImageId> neighbours = NeighboursMostInliersFirst(submap->map(), id);
-  for (const double angle_deg : limits::kInitialAnglesDeg) {
-    InitialPairOptions options;
-    options.min_triangulation_angle_deg = angle_deg;
-    for (const ImageId other : neighbours) {
-      if (submap->Start(options, id, other, Ignore).status.ok()) return true;
-    }
-  }
-  return false;
-}
-
-// What was found out of the cameras helps a beginning most.
-void ClearButIntrinsics(SceneMap* map) {
-  std::map<CameraId, std::vector<double>> found;
-  for (const auto& [id, state] : map->camera_states()) {
-    const colmap::Camera& camera = map->reconstruction().Camera(id);
-    if (state.refined && HasPossibleIntrinsics(camera)) found[id] = camera.Params();
-  }
-  map->Clear();
-  for (const auto& [id, params] : found) {
-    map->SetCamera(id, params);
-    map->SetCameraRefined(id, true);
-  }
-}
-
-std::unique_ptr<Submap> StartAnew(const Submap& submap, ImageId first, bool takes_held) {
+// The submap's photos and pairs, none registered.
+std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap) {
   SubmapOptions options = submap.options();
   options.background = false;
-  options.max_images_begin_anew = 0;
   std::unique_ptr<SceneMap> map = submap.map().Clone();
   ClearButIntrinsics(map.get());
   auto anew = std::make_unique<Submap>(options, submap.local_adjustment(), std::move(map));
   if (!submap.is_maintained()) anew->LeaveOutMaintenance();
   for (const int64_t id : submap.waiting().left_out()) anew->LeaveOut(id);
-  if (!StartFromBestPairOf(first, anew.get())) return nullptr;
+  return anew;
+}
+
+// The photos that it must not place.
+std::set<ImageId> PhotosLeftOut(const Submap& submap, bool takes_held) {
+  std::set<ImageId> ids;
+  for (const ImageId id : submap.map().photos()) {
+    const WaitingPhotos& waiting = submap.waiting();
+    const bool is_free =
+        submap.map().IsRegistered(id) ||
+        ((takes_held || !waiting.IsHeldElsewhere(id)) && !waiting.MatchesSimilarPlace(id));
+    if (!is_free || waiting.left_out().count(id) > 0) ids.insert(id);
+  }
+  return ids;
+}
+
+// To be tried one by one.
+void EnqueuePhotos(const Submap& submap, bool takes_held, const std::set<ImageId>& without,
+                   Submap* anew) {
   for (const int64_t id : submap.waiting().held_elsewhere()) {
     if (!takes_held && !submap.map().IsRegistered(id)) anew->SetHeldElsewhere(id, true);
   }
   for (const ImageId id : submap.map().photos()) {
-    const bool is_registered = submap.map().IsRegistered(id);
-    if (is_registered || !submap.waiting().MatchesSimilarPlace(id)) anew->Enqueue(id);
+    if (without.count(id) == 0) anew->Enqueue(id);
   }
-  return anew;
 }
 
 }  // namespace
 
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held) {
-  std::unique_ptr<Submap> anew = StartAnew(submap, first, takes_held);
-  if (anew != nullptr) anew->RefineUntilStable(Ignore);
-  return anew;
-}
-
-std::unique_ptr<Submap> MapPartAnew(const Submap& submap, ImageId first, size_t max_images) {
-  std::unique_ptr<Submap> anew = StartAnew(submap, first, false);
-  if (anew == nullptr) return nullptr;
-  while (anew->map().reconstruction().NumRegImages() < max_images && anew->Step(Ignore)) continue;
+  const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
+  std::unique_ptr<Submap> anew = CopyWithoutModel(submap);
+  MapGlobally(anew->options(), without, &anew->map());
+  const colmap::Reconstruction model = anew->map().reconstruction();
+  if (model.NumRegImages() < 3) return nullptr;
+  SubmapState state;
+  state.first = model.IsImageRegistered(first) ? first : model.RegImageIds().front();
+  if (!anew->Restore(model, state).ok()) return nullptr;
+  anew->NoteMappedAnew();
+  anew->TakeOutAmbiguous();
+  EnqueuePhotos(submap, takes_held, without, anew.get());
+  anew->RefineUntilStable(Ignore);
   return anew;
 }
 

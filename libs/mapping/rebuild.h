@@ -7,13 +7,12 @@
 
 namespace skein {
 
-// A submap of the same photos and matches, mapped anew as if all photos had come at once. It begins
-// with the best pair of `first`; photos that see most points follow. Photos that are not registered
+// A submap of the same photos and matches, mapped anew: all photos with verified pairs at once
+// (global_map.h), then one by one those that could not be placed so. Photos that are not registered
 // and match a visually similar place are left out, and those that other submaps hold, unless
-// `takes_held`. Null if `first` has no pair to start from.
+// `takes_held`. `first` stays what it began with, where it is registered. Null if no map comes of
+// it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held);
-// Ends at `max_images` registered ones; the others wait in its queue.
-std::unique_ptr<Submap> MapPartAnew(const Submap& submap, ImageId first, size_t max_images);
 
 // What the verified matches say of a map.
 struct MatchAgreement {

@@ -21,7 +21,7 @@ struct RegistrationOptions {
   // RANSAC runs at each. Two poses can share their inliers at the widest limit, e.g. of a nearly
   // planar part of the scene. The smaller limits tell them apart.
   std::vector<double> ransac_limits_px = {limits::kMaxPoseErrorPx, limits::kMaxErrorPx, 2.0};
-  int min_num_inliers = 30;
+  int min_num_inliers = limits::kMinPoseInliers;
   double min_inlier_ratio = 0.25;
   int min_num_trials = 100;
   int max_num_trials = 10000;

@@ -313,7 +313,6 @@ Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
   if (!status.ok()) return status;
   map_->ReplaceRegistered(model);
   settled_ = {};
-  num_pairs_rebuilt_ = 0;
   for (const ImageId id : model.RegImageIds()) waiting_.OnReplaced(id);
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteSize();
@@ -362,36 +361,32 @@ void Submap::TryAllWaiting(const EventSink& sink) {
   settled_.all_tried = settled_.checked && !options_.IsStopped();
 }
 
-// From the photo that it began with, so that maps of two visually similar places do not change
-// places; then, as a map can be bent by how it began, from others. Photos that the map lacks come
-// first.
 bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
   // A few more pairs than at the last time change nothing.
   const bool is_known =
       settled_.consistent || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_;
   if (!batch.is_of_place && is_known) return false;
-  MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  const MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
   settled_.consistent = !MayWin(now);
-  bool changed = false;
-  std::vector<ImageId> starts;
-  std::set<ImageId> mapped;  // by any batch
-  for (std::optional<ImageId> start = first_; start; start = NextStart(starts, mapped)) {
-    const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
-    if (batch.is_of_place ? is_whole && !MayWin(now) : !MayWin(now)) break;
-    starts.push_back(*start);
-    const std::unique_ptr<Submap> anew = MapAnew(*this, *start, batch.is_of_place);
-    if (options_.IsStopped()) break;  // it may not be complete
-    num_pairs_rebuilt_ = map_->pairs().size();
-    if (anew == nullptr) continue;
-    const auto& ids = anew->map().reconstruction().RegImageIds();
-    mapped.insert(ids.begin(), ids.end());
-    if (!TakeFromBatch(batch, anew.get(), now, sink)) continue;
-    changed = true;
-    now = CountMatches(options_, *map_, waiting_);
+  const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
+  if (settled_.consistent && (is_whole || !batch.is_of_place)) return false;
+  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place);
+  if (options_.IsStopped()) return false;  // it may not be complete
+  num_pairs_rebuilt_ = map_->pairs().size();
+  return anew != nullptr && TakeFromBatch(batch, anew.get(), now, sink);
+}
+
+void Submap::TakeOutAmbiguous() {
+  std::vector<ImageId> ambiguous;
+  for (const ImageId id : map_->reconstruction().RegImageIds()) {
+    if (options_.IsStopped()) return;
+    const PoseEstimate estimate = EstimatePose(*map_, id, FindVisiblePoints(*map_, id),
+                                               options_.registration, waiting_.ContextOf(id));
+    if (estimate.is_ambiguous) ambiguous.push_back(id);
   }
-  return changed;
+  for (const ImageId id : ambiguous) map_->Deregister(id);
 }
 
 // True if the map is another one now.
@@ -402,8 +397,9 @@ bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreemen
   const size_t num_before = map_->reconstruction().NumRegImages();
   if (!loses && !mixes && TakeIfBetter(anew, now, sink)) return true;
   const bool absorbed = batch.absorb && HasOthers(anew->map()) && batch.absorb(*anew);
-  LogInfo("batch from photo {}: {} of {} photos, {} before; {}", anew->first_,
+  LogInfo("batch: {} of {} photos, {} before, {} matches agree, {} before; {}",
           anew->map().reconstruction().NumRegImages(), map_->photos().size(), num_before,
+          CountMatches(options_, anew->map(), anew->waiting_).agreeing, now.agreeing,
           absorbed ? "absorbed"
           : loses  ? "others would be lost"
           : mixes  ? "visually similar places would be one"
@@ -416,30 +412,6 @@ bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreemen
 bool Submap::HasOthers(const SceneMap& anew) const {
   const std::vector<ImageId>& ids = anew.reconstruction().RegImageIds();
   return std::any_of(ids.begin(), ids.end(), [&](ImageId id) { return !map_->IsRegistered(id); });
-}
-
-// Of the photos that neither the map nor an earlier batch has, the one with verified pairs of most
-// inliers. Where there is none, the map may be bent: of all, one that shares no pair with an
-// earlier start, up to four starts.
-std::optional<ImageId> Submap::NextStart(const std::vector<ImageId>& before,
-                                         const std::set<ImageId>& mapped) const {
-  constexpr size_t kMaxStarts = 4, kMaxStartsElsewhere = 20;
-  if (before.size() >= kMaxStartsElsewhere) return std::nullopt;
-  std::optional<ImageId> best;
-  std::pair<bool, int64_t> most = {before.size() >= kMaxStarts, 0};  // no map has it; inliers
-  for (const ImageId id : map_->photos()) {
-    const auto& neighbours = map_->Neighbours(id);
-    std::pair<bool, int64_t> rank = {!map_->IsRegistered(id) && mapped.count(id) == 0, 0};
-    const bool is_near = std::any_of(before.begin(), before.end(), [&](ImageId start) {
-      return start == id || (!rank.first && neighbours.count(start) > 0);
-    });
-    if (is_near) continue;
-    for (const auto& [other, inliers] : neighbours) rank.second += inliers;
-    if (rank <= most) continue;
-    best = id;
-    most = rank;
-  }
-  return best;
 }
 
 // Photos that this map has and neither the new one nor another submap, against those that only the
@@ -473,17 +445,17 @@ bool Submap::MixesPlaces(const SceneMap& anew,
   });
 }
 
-// Looked at when its pairs have grown by half. Twice its photos show whether the other map carries.
+// A small map that a photo could not join is looked at when its pairs have grown by half: the first
+// pairs of a video, or of cameras with unknown focal lengths, often are poor beginnings.
 void Submap::BeginAnewIfSmall(const EventSink& sink) {
-  const size_t num_images = map_->reconstruction().NumRegImages();
-  if (static_cast<int>(num_images) > options_.max_images_begin_anew || !map_->HasPhoto(first_) ||
+  if (!adjuster_.IsMapSmall() || !map_->HasPhoto(first_) ||
       2 * map_->pairs().size() < 3 * num_pairs_rebuilt_) {
     return;
   }
   num_pairs_rebuilt_ = map_->pairs().size();
   const MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (!MayWin(now)) return;
-  const std::unique_ptr<Submap> anew = MapPartAnew(*this, first_, 2 * num_images);
+  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, false);
   if (anew == nullptr || !TakeIfBetter(anew.get(), now, sink)) return;
   for (const ImageId id : map_->photos()) {
     if (!waiting_.MatchesSimilarPlace(id)) waiting_.Enqueue(id);

@@ -90,13 +90,12 @@ class Submap {
     std::vector<std::vector<int64_t>> others;  // photos of each other submap of it, ascending
     // Merges a map with photos that this one lacks into this one; tells what came of it. False:
     // nothing has changed. Null: never.
-    std::function<bool(Submap& anew)> absorb;
+    std::function<bool(const Submap& anew)> absorb;
   };
-  // Maps the photos anew, as if they had come at once (rebuild.h), with the intrinsics that were
-  // found: from the first photo, from photos that no map has, from photos far from these. The new
-  // map stays if more verified matches agree with it, if no photo is lost that no other map has,
-  // and if what it takes from another submap shows no visually similar place. Else its photos may
-  // be absorbed. True if the map is another one now.
+  // Maps the photos anew, by all pairs at once (rebuild.h), with the intrinsics that were found.
+  // The new map stays if more verified matches agree with it, if no photo is lost that no other map
+  // has, and if what it takes from another submap shows no visually similar place. Else its photos
+  // may be absorbed. True if the map is another one now.
   bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
   // Tries every photo that waits, also rejected ones, refines the map globally, and withdraws the
@@ -124,6 +123,12 @@ class Submap {
 
   // Tries all deferred photos again at the next steps.
   void RetryDeferred() { waiting_.RetryDeferred(); }
+
+  // Of a map that was made of all pairs at once: photos whose points agree on two poses leave it,
+  // to be tried as others are.
+  void TakeOutAmbiguous();
+  // It is mapped anew: only with more pairs may another map win.
+  void NoteMappedAnew() { num_pairs_rebuilt_ = map_->pairs().size(); }
 
   // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its
   // images must be in the submap. On failure nothing has changed.
@@ -187,10 +192,6 @@ class Submap {
 
   void AdjustWithPointsAnew(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
-  // The next photo to begin a batch with; nothing where there is none. `mapped`: by earlier
-  // batches.
-  std::optional<ImageId> NextStart(const std::vector<ImageId>& before,
-                                   const std::set<ImageId>& mapped) const;
   bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                      const EventSink& sink);
   bool HasOthers(const SceneMap& anew) const;

@@ -56,7 +56,7 @@ TEST(Submap, ThatIsBegunAnewTriesAllPhotosThatWait) {
 
 TEST(Submap, ThatBeganBadlyStaysAsItIsWhenItIsLarge) {
   SubmapOptions options;
-  options.max_images_begin_anew = 1;
+  options.max_images_all_global = 1;
   SubmapRig run(SyntheticOptions{}, options);
   ASSERT_TRUE(run.Start(0, 1, 1));
   ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());

@@ -27,7 +27,6 @@ Status SubmapOptions::Check() const {
                      InRange("min_observed_ratio", min_observed_ratio, 0.0, 1.0),
                      InRange("max_withdrawals", max_withdrawals, 0, 1'000'000),
                      InRange("min_yield_ratio", min_yield_ratio, 1.0, 1e6),
-                     InRange("max_images_begin_anew", max_images_begin_anew, 0, 1'000'000),
                      InRange("min_rebuild_gain", min_rebuild_gain, 0.0, 1.0),
                      InRange("num_threads", num_threads, 1, 1024)});
 }

@@ -33,9 +33,6 @@ struct SubmapOptions {
   // A photo is left to the submap of a visually similar place when that submap observes so many
   // times more points of it.
   double min_yield_ratio = 2.0;
-  // A map of at most so many images that a photo could not join is mapped anew, if that wins: the
-  // first pairs of a video, or of cameras with unknown focal lengths, often are poor beginnings.
-  int max_images_begin_anew = 12;
   // Part of the matches that agree with a map which the same photos, mapped anew, must win for that
   // map to stay. Where so many can't be won, nothing is mapped anew.
   double min_rebuild_gain = 0.005;

@@ -99,7 +99,6 @@ class StoppableRig {
  private:
   static SubmapOptions StoppedBy(std::function<bool()> stop) {
     SubmapOptions options;
-    options.max_images_begin_anew = 0;  // a finish alone is to ask
     options.stop = std::move(stop);
     return options;
   }

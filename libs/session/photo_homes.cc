@@ -35,21 +35,10 @@ std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_
   return support;
 }
 
-bool MayTakeFrom(const SessionState& session, int64_t submap_id, int64_t other_id) {
-  if (session.finish().state != finish_t::DRAINED) return false;
-  const std::vector<merge_t>& failed = session.failed_merges();
-  const bool in_vain = std::any_of(failed.rbegin(), failed.rend(), [&](const merge_t& merge) {
-    return merge.header.seq > session.finish().drained_seq &&
-           std::minmax(merge.source_id, merge.target_id) == std::minmax(submap_id, other_id);
-  });
-  return in_vain && IsLarger(session, submap_id, other_id);
-}
-
 int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id) {
   for (const auto& [other_id, other] : session.submaps()) {
     if (other_id == submap_id || other.ended || other.num_registered < kMinHolder) continue;
-    if (!other.IsRegistered(image_id)) continue;
-    if (submap_id == 0 || !MayTakeFrom(session, submap_id, other_id)) return other_id;
+    if (other.IsRegistered(image_id)) return other_id;
   }
   return 0;
 }

@@ -5,10 +5,6 @@
 // A submap holds its photos against others once it has three. An initial pair may be wrong, and
 // must not keep its photos from a map that could take them.
 //
-// In a finish nothing more can come that links two submaps. Where a comparison of two finds no
-// similarity then, the larger one may take the smaller one's photos, too, as one map would. With
-// the last of them the smaller one has no photo of its own left.
-//
 // Pure functions of the ledger: mappers that have read as far agree.
 #pragma once
 
@@ -24,10 +20,6 @@ namespace skein {
 std::map<int64_t, int64_t> SupportOf(const SessionState& session, int64_t image_id);
 
 constexpr int64_t kMinHolder = 3;  // photos
-
-// Whether the finish under way has compared the two in vain, and `submap_id` is the larger one, or
-// the older of equals.
-bool MayTakeFrom(const SessionState& session, int64_t submap_id, int64_t other_id);
 
 // A live submap other than `submap_id` that holds the photo against it; 0 if there is none.
 int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t submap_id);

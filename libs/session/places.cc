@@ -3,25 +3,11 @@
 #include <algorithm>
 #include <map>
 
+#include "core/disjoint_sets.h"
+#include "core/limits.h"
+
 namespace skein {
 namespace {
-
-// As many inliers as a photo needs to be registered (mapping/registration.h).
-constexpr int kMinInliers = 30;
-
-// Disjoint sets of photos.
-class PhotoSets {
- public:
-  int64_t Find(int64_t id) {
-    parent_.try_emplace(id, id);
-    while (parent_[id] != id) id = parent_[id] = parent_[parent_[id]];
-    return id;
-  }
-  void Join(int64_t id1, int64_t id2) { parent_[Find(id1)] = Find(id2); }
-
- private:
-  std::map<int64_t, int64_t> parent_;
-};
 
 // Whether a merge of the two has found different, visually similar places.
 bool AreSimilarPlaces(const SessionState& session, int64_t submap_id, int64_t other_id) {
@@ -50,10 +36,10 @@ void LeaveOutSimilarPlaces(const SessionState& session, Place* place) {
 }  // namespace
 
 std::vector<Place> FindPlaces(const SessionState& session) {
-  PhotoSets sets;
+  DisjointSets<int64_t> sets;
   for (const auto& [id, photo] : session.photos()) {
     for (const CovisibilityGraph::Edge& edge : session.covisibility().EdgesOf(id)) {
-      if (edge.num_inliers >= kMinInliers) sets.Join(id, edge.other_id);
+      if (edge.num_inliers >= limits::kMinPoseInliers) sets.Join(id, edge.other_id);
     }
   }
   std::map<int64_t, Place> places;
@@ -80,15 +66,15 @@ std::vector<Place> FindPlaces(const SessionState& session) {
 }
 
 const Place* FindDividedPlace(const std::vector<Place>& places, int64_t largest_submap) {
-  for (const Place& place : places) {
-    if (place.submaps.size() > 1 && place.submaps.front() == largest_submap) return &place;
-  }
-  return nullptr;
+  const auto place = std::find_if(places.begin(), places.end(), [&](const Place& p) {
+    return p.IsDivided() && p.submaps.front() == largest_submap;
+  });
+  return place == places.end() ? nullptr : &*place;
 }
 
 bool HasDividedPlace(const std::vector<Place>& places) {
   return std::any_of(places.begin(), places.end(),
-                     [](const Place& place) { return place.submaps.size() > 1; });
+                     [](const Place& place) { return place.IsDivided(); });
 }
 
 }  // namespace skein

@@ -14,6 +14,7 @@ struct Place {
   std::vector<int64_t> submaps;  // live ones with a photo of it, most photos first; older of equals
   // A merge found that a submap shows another place than the first one, which looks alike: neither
   // it nor its photos are among these.
+  bool IsDivided() const { return submaps.size() > 1; }
 };
 
 // Only pairs count that a photo can be registered by. Visits all photos and pairs.

@@ -12,6 +12,7 @@ namespace {
 
 // A link has some 250. The stack that matching it takes grows with the text.
 constexpr size_t kMaxLinkBytes = 2000;
+constexpr size_t kMaxFileBytes = 64 << 10;
 
 Status NoInvitation(const std::string& why) {
   return InvalidArgument("the invitation " + why + "; `skein invite` prints one, give it whole");
@@ -19,7 +20,7 @@ Status NoInvitation(const std::string& why) {
 
 Result<std::string> TextOf(const std::string& link) {
   if (link.empty() || link[0] != '@') return link;
-  const Result<Bytes> bytes = ReadFile(link.substr(1));
+  const Result<Bytes> bytes = ReadFile(link.substr(1), kMaxFileBytes);
   if (!bytes.ok()) return bytes.status();
   const std::string text(bytes->begin(), bytes->end());
   return text.substr(0, text.find_first_of(" \t\r\n"));

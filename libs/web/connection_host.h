@@ -26,6 +26,8 @@ class ConnectionHost {
   // Who shows these cookies.
   virtual Visitor FindVisitor(const std::string& cookies) const = 0;
   virtual std::string AgentOfPhoto(int64_t image_id) const = 0;
+  // Notes who a connection is for. An error: it has no place any more, and is to be closed with it.
+  virtual Status NoteVisitor(int64_t connection_id, const Visitor& visitor) = 0;
   // Has the request answered by HttpConnection::Answer of that connection.
   virtual void Handle(int64_t connection_id, const HttpRequest& request) = 0;
   // Null: nothing may be uploaded there.
@@ -35,9 +37,8 @@ class ConnectionHost {
   virtual BodySink::Next OnServer(int64_t connection_id, OnNext then) = 0;
   // On a thread that may wait for the disk.
   virtual void RunJob(std::function<void()> job) = 0;
-  // The connection goes on as a WebSocket; `needs_pass`: for as long as its pass holds.
-  virtual void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
-                       bool needs_pass) = 0;
+  // The connection goes on as a WebSocket.
+  virtual void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) = 0;
   virtual void OnClosed(int64_t connection_id) = 0;
   // Of the last event that was sent to the pages.
   virtual int64_t sent_seq() const = 0;

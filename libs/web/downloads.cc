@@ -95,6 +95,7 @@ void Downloads::Handle(const PathParts& parts, const HttpRequest& request, Respo
         response.download_name = format->first;
         response.content_type = ContentTypeOf(format->first);
         auto folder = std::make_shared<const TemporaryFolder>();
+        response.file_root = folder->path();
         response.file = folder->path() / format->first;
         const Status made = format->second == "ply"
                                 ? WriteModel(*read.front().reconstruction, "ply", folder->path())

@@ -8,8 +8,8 @@ namespace {
 
 using nlohmann::json;
 
-// What a browser keeps a cookie for at most: 400 days.
-constexpr int64_t kLongestCookieS = 400 * 86'400;
+// A browser that was lent or lost forgets. Who comes back later opens the link again.
+constexpr int64_t kLongestCookieS = 30 * 86'400;
 
 // "a=1; b=2", "b" -> "2".
 std::string CookieOf(const std::string& cookies, const std::string& name) {
@@ -25,14 +25,20 @@ std::string CookieOf(const std::string& cookies, const std::string& name) {
   return "";
 }
 
+Status Revoked() { return InvalidArgument("this invitation was revoked"); }
+
 }  // namespace
 
 Result<WebPass> Guests::Open(const std::string& text, int64_t now_s) const {
   Result<WebPass> pass = OpenWebPass(text, trust_, now_s);
-  if (!pass.ok() || !is_revoked_) return pass;
-  const std::lock_guard lock(mutex_);
-  if (is_revoked_(pass->name)) return InvalidArgument("this invitation was revoked");
+  if (pass.ok() && IsRevokedName(pass->name)) return Revoked();
   return pass;
+}
+
+bool Guests::IsRevokedName(const std::string& name) const {
+  if (!is_revoked_) return false;
+  const std::lock_guard lock(mutex_);
+  return is_revoked_(name);
 }
 
 Visitor Guests::Find(const std::string& cookies, int64_t now_s) const {
@@ -43,12 +49,13 @@ Visitor Guests::Find(const std::string& cookies, int64_t now_s) const {
   if (!pass.ok()) return visitor;
   visitor.role = pass->role;
   visitor.name = pass->name;
+  visitor.expires_s = pass->expires_s;
   return visitor;
 }
 
-Status Guests::Check(const std::string& cookies, int64_t now_s) const {
-  const Result<WebPass> pass = Open(CookieOf(cookies, CookieName()), now_s);
-  return pass.ok() ? Status::Ok() : pass.status();
+Status Guests::Check(const Visitor& visitor, int64_t now_s) const {
+  if (IsRevokedName(visitor.name)) return Revoked();
+  return HasExpired(visitor.expires_s, now_s) ? Expired() : Status::Ok();
 }
 
 HttpResponse Guests::Enter(const std::string& body, bool is_encrypted, int64_t now_s) const {

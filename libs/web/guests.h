@@ -24,8 +24,9 @@ class Guests {
   // By the Cookie header, "" if there is none.
   Visitor Find(const std::string& cookies, int64_t now_s) const;
 
-  // Whether the pass among these cookies still holds; the error is a line for who has it.
-  Status Check(const std::string& cookies, int64_t now_s) const;
+  // Whether the pass of a visitor that Find returned still holds; the error is a line for who has
+  // it.
+  Status Check(const Visitor& visitor, int64_t now_s) const;
 
   // Answers {"pass": "..."}: the cookie, with {role, name}; or 401 with what is wrong.
   HttpResponse Enter(const std::string& body, bool is_encrypted, int64_t now_s) const;
@@ -34,6 +35,7 @@ class Guests {
   std::string CookieName() const { return "skein_" + trust_.session_id; }
 
   Result<WebPass> Open(const std::string& text, int64_t now_s) const;
+  bool IsRevokedName(const std::string& name) const;
 
   const SessionTrust trust_;
   mutable std::mutex mutex_;

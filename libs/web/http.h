@@ -22,6 +22,7 @@ struct Visitor {
   bool is_local = false;     // a process of this host, by the server's own port
   std::optional<Role> role;  // of its pass; none without a pass that holds
   std::string name;          // of its pass
+  int64_t expires_s = 0;     // of its pass, seconds since 1970; 0: never
 };
 
 struct HttpRequest {
@@ -44,6 +45,7 @@ struct HttpResponse {
   std::string text;
   std::shared_ptr<const Bytes> bytes;  // before text, if not null
   std::filesystem::path file;          // before both, if not empty
+  std::filesystem::path file_root;     // the file lies below it; opened as core/file_below.h does
   bool immutable = false;              // what is at this URL never changes
   bool ranges = false;                 // of bytes: a part may be asked for
   std::shared_ptr<const void> keep;    // lives until it was sent

@@ -1,10 +1,13 @@
 #include "web/http_connection.h"
 
+#include <fcntl.h>
+
 #include <algorithm>
 #include <type_traits>
 #include <utility>
 
 #include "core/clock.h"
+#include "core/file_below.h"
 #include "core/log.h"
 #include "web/access.h"
 
@@ -55,8 +58,13 @@ struct Outgoing {
 struct HttpConnection::OutgoingFile {
   // Opens it and reads the first part. False where that fails.
   bool Open() {
-    file.open(content.file.c_str(), beast::file_mode::scan, error);
-    if (!error) left_bytes = size_bytes = file.size(error);
+    Result<FileDescriptor> opened = OpenFileBelow(content.file_root, content.file, O_RDONLY);
+    if (!opened.ok()) {
+      error = boost::system::errc::make_error_code(boost::system::errc::no_such_file_or_directory);
+      return false;
+    }
+    file.native_handle(opened->Release());
+    left_bytes = size_bytes = file.size(error);
     return !error && Read();
   }
   bool Read() {
@@ -71,7 +79,7 @@ struct HttpConnection::OutgoingFile {
   http::response<http::buffer_body> message;
   std::optional<http::response_serializer<http::buffer_body>> serializer;
   HttpResponse content;
-  beast::file file;
+  beast::file_posix file;
   ErrorCode error;
   uint64_t size_bytes = 0, left_bytes = 0;
   Bytes part;
@@ -145,6 +153,9 @@ void HttpConnection::OnRequest() {
     return keep_alive_ ? Answer(HttpError(access.status, access.reason))
                        : AnswerAndClose(access.status, access.reason);
   }
+  if (const Status place = host_.NoteVisitor(id_, parsed->visitor); !place.ok()) {
+    return AnswerAndClose(503, place.error());
+  }
   const bool takes_body = parsed->method == "PATCH" || parsed->method == "POST";
   if (!takes_body && (parsed->body_bytes > 0 || parser_->chunked())) {
     return AnswerAndClose(413, "a request has no body here");
@@ -155,7 +166,7 @@ void HttpConnection::OnRequest() {
   if (!is_websocket) return HandOver(*parsed);
   if (parsed->path != "/ws") return AnswerAndClose(404, "the WebSocket is at /ws");
   closed_ = true;  // what goes on is no longer this
-  host_.Upgrade(id_, std::move(stream_), parser_->release(), door_.is_public);
+  host_.Upgrade(id_, std::move(stream_), parser_->release());
 }
 
 std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& request) const {

@@ -11,6 +11,9 @@ namespace {
 // A WebSocket's control frame has at most 125 bytes, two of them for the code (RFC 6455, 5.5).
 constexpr size_t kMaxReasonBytes = 123;
 
+// For a page to answer that it was closed.
+constexpr double kGoodbyeS = 0.3;
+
 // The kernel's share of what waits for a page.
 constexpr int kSendBufferBytes = 256 << 10;
 
@@ -117,23 +120,22 @@ void PageSocket::Pump() {
   WatchWrite();
   stream_.async_write(asio::buffer(*writing_),
                       [self = shared_from_this()](ErrorCode error, size_t) {
-                        self->stalled_.cancel();
+                        if (!self->refused_) self->stalled_.cancel();
                         self->writing_ = nullptr;
                         error ? self->Close() : self->Pump();
                       });
 }
 
-std::string PageSocket::cookies() const {
-  const auto found = request_.find(http::field::cookie);
-  return found == request_.end() ? "" : std::string(found->value());
-}
-
-// What is being written ends first. A page that does not take it, or does not answer, is closed by
-// the WebSocket's own time limit.
+// What is being written ends first, if that takes no longer.
 void PageSocket::Refuse(const std::string& reason) {
   if (refused_ || closed_) return;
   refused_ = true;
   if (!open_) return Close();
+  stalled_.expires_after(Milliseconds(kGoodbyeS));
+  stalled_.async_wait([weak = weak_from_this()](ErrorCode error) {
+    const auto self = weak.lock();
+    if (!error && self) self->Close();
+  });
   const websocket::close_reason said(websocket::close_code::policy_error,
                                      reason.substr(0, kMaxReasonBytes).c_str());
   stream_.async_close(said, [self = shared_from_this()](ErrorCode) { self->Close(); });

@@ -25,10 +25,9 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
   void SendEvents(const SharedText& text);
   void SendLatest(const std::string& topic, const SharedText& text);
   void Close();
-  // Nothing more is sent but `reason`, of which the page gets the first 123 bytes.
+  // Nothing more is sent but `reason`, of which the page gets the first 123 bytes. Closes the TCP
+  // connection when the page has answered, after 0.3 s at most.
   void Refuse(const std::string& reason);
-  // The Cookie header that it came with; "" if there was none.
-  std::string cookies() const;
 
  private:
   void OnAccepted(ErrorCode error);

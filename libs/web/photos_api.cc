@@ -1,15 +1,14 @@
 #include "web/photos_api.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "blobs/blob_store.h"
+#include "core/file_below.h"
 #include "formats/formats.h"
 #include "ledger/session_folder.h"
 #include "web/events.h"
@@ -18,7 +17,6 @@ namespace skein {
 namespace {
 
 using nlohmann::json;
-namespace fs = std::filesystem;
 
 // Photo 1 of another session may have had the same address: its commit tells a photo from that.
 bool IsOfThisPhotoAlone(const HttpRequest& request, const image_t& image) {
@@ -63,9 +61,9 @@ void PhotosApi::GetPhoto(int64_t image_id, const HttpRequest& request, Respond r
   response.immutable = IsOfThisPhotoAlone(request, image);
   pool_.Run([this, blob_id = image.blob_id, response, respond = std::move(respond)]() mutable {
     if (!source_.session_dir.empty()) {
+      response.file_root = source_.session_dir;
       response.file = BlobStore(SessionPaths{source_.session_dir}.Blobs()).Path(blob_id);
-      std::error_code error;
-      if (fs::exists(response.file, error)) return respond(std::move(response));
+      if (IsFileBelow(response.file_root, response.file)) return respond(std::move(response));
       response.file.clear();
     }
     blobs_.Fetch(blob_id, "ingest", [response, respond](Result<Bytes> bytes) mutable {

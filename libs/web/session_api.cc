@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/file_below.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
 #include "web/qr_code.h"
@@ -169,10 +170,11 @@ void SessionApi::GetReport(Respond respond) {
   if (source_.session_dir.empty()) {
     return respond(HttpError(404, "report.json is in the session folder, on its host"));
   }
-  pool_.Run([report = SessionPaths{source_.session_dir}.Report(), respond = std::move(respond)] {
+  pool_.Run([paths = SessionPaths{source_.session_dir}, respond = std::move(respond)] {
     HttpResponse response;
-    response.file = report;
-    if (!fs::exists(response.file)) {
+    response.file_root = paths.root;
+    response.file = paths.Report();
+    if (!IsFileBelow(response.file_root, response.file)) {
       return respond(HttpError(404, "there is no report before the first `skein finish`"));
     }
     respond(std::move(response));

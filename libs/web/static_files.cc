@@ -67,6 +67,7 @@ HttpResponse StaticFiles::Get(const std::string& path, bool takes_gzip) const {
   HttpResponse response;
   response.content_type = ContentTypeOf(file.filename().string());
   response.file = file;
+  response.file_root = folder;
   const fs::path packed = file.string() + ".gz";
   response.gzipped = takes_gzip && fs::is_regular_file(fs::symlink_status(packed, error));
   if (response.gzipped) response.file = packed;

@@ -24,21 +24,20 @@ std::optional<int64_t> IntegerField(const HttpRequest& request, const char* name
   return value;
 }
 
-// "47.5,8.2,430" or, where no height is known, "47.5,8.2". False where it makes no sense.
+// "47.5,8.2,430". False where it makes no sense.
 bool ReadGps(const std::string& text, UploadInfo* info) {
   double values[3] = {0, 0, 0};
   const char* at = text.c_str();
-  int count = 0;
-  for (; count < 3 && *at != '\0'; ++count) {
+  for (int count = 0; count < 3; ++count) {
+    if (count > 0 && *at++ != ',') return false;
     char* end = nullptr;
     values[count] = std::strtod(at, &end);
     if (end == at || !std::isfinite(values[count])) return false;
     at = end;
-    if (*at == ',') ++at;
   }
   const bool is_place =
       std::abs(values[0]) <= 90 && std::abs(values[1]) <= 180 && std::abs(values[2]) <= kHighestM;
-  if (*at != '\0' || count < 2 || !is_place) return false;
+  if (*at != '\0' || !is_place) return false;
   info->has_gps = true;
   info->latitude_deg = values[0];
   info->longitude_deg = values[1];

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
 #include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 #include "core/log.h"
@@ -25,43 +25,35 @@ namespace fs = std::filesystem;
 
 constexpr char kInfo[] = ".json", kPart[] = ".part", kWhole[] = ".photo";
 constexpr size_t kHashPartBytes = 1 << 20;
+constexpr size_t kMaxInfoBytes = 64 << 10;
 
-// A descriptor that is closed at the end.
-class OpenedFile {
- public:
-  OpenedFile(const fs::path& path, int flags)
-      : fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {}
-  ~OpenedFile() {
-    if (fd_ >= 0) ::close(fd_);
+// What a phone is told of a disk that refuses.
+Status DiskStatus(const Status& failed) {
+  LogWarn("{}", failed.error());
+  if (failed.code == StatusCode::kResourceExhausted) {
+    return Unavailable("the server's disk is full");
   }
-  OpenedFile(const OpenedFile&) = delete;
-  OpenedFile& operator=(const OpenedFile&) = delete;
-  int fd() const { return fd_; }
-
- private:
-  const int fd_;
-};
-
-Status DiskStatus(const fs::path& path, const char* what) {
-  const int error = errno;
-  const std::string line =
-      "cannot " + std::string(what) + " " + path.string() + ": " + std::strerror(error);
-  LogWarn("{}", line);
-  if (error == ENOSPC || error == EDQUOT) return Unavailable("the server's disk is full");
   return Unavailable("the server cannot store photos now; its log says why");
 }
-
-Status CreateFile(const fs::path& path) {
-  const OpenedFile file(path, O_WRONLY | O_CREAT);
-  return file.fd() < 0 ? DiskStatus(path, "open") : Status::Ok();
+Status DiskStatus(const fs::path& path, const char* what) {
+  return DiskStatus(FileError(std::string("cannot ") + what, path.string(), errno));
 }
 
+// UPLOADS/AGENT/FILE of a session.
+Result<FileDescriptor> OpenUpload(const fs::path& path, int flags) {
+  Result<FileDescriptor> file = OpenFileBelow(SessionOfUpload(path), path, flags);
+  if (!file.ok()) return DiskStatus(file.status());
+  return file;
+}
+
+Status CreateFile(const fs::path& path) { return OpenUpload(path, O_WRONLY | O_CREAT).status(); }
+
 Status WriteAt(const fs::path& path, int64_t offset, const Bytes& bytes) {
-  const OpenedFile file(path, O_WRONLY);
-  if (file.fd() < 0) return DiskStatus(path, "open");
+  const Result<FileDescriptor> file = OpenUpload(path, O_WRONLY);
+  if (!file.ok()) return file.status();
   size_t written = 0;
   while (written < bytes.size()) {
-    const ssize_t n = ::pwrite(file.fd(), bytes.data() + written, bytes.size() - written,
+    const ssize_t n = ::pwrite(file->get(), bytes.data() + written, bytes.size() - written,
                                static_cast<off_t>(offset + static_cast<int64_t>(written)));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) return DiskStatus(path, "write");
@@ -72,13 +64,13 @@ Status WriteAt(const fs::path& path, int64_t offset, const Bytes& bytes) {
 
 // The hash of what is on the disk, after a sync.
 Result<std::string> SyncedHash(const fs::path& path) {
-  const OpenedFile file(path, O_RDONLY);
-  if (file.fd() < 0) return DiskStatus(path, "open");
-  if (::fsync(file.fd()) != 0) return DiskStatus(path, "sync");
+  const Result<FileDescriptor> file = OpenUpload(path, O_RDONLY);
+  if (!file.ok()) return file.status();
+  if (::fsync(file->get()) != 0) return DiskStatus(path, "sync");
   Hasher hasher;
   Bytes part(kHashPartBytes);
   while (true) {
-    const ssize_t n = ::read(file.fd(), part.data(), part.size());
+    const ssize_t n = ::read(file->get(), part.data(), part.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return DiskStatus(path, "read");
     if (n == 0) return hasher.Finish();
@@ -94,7 +86,7 @@ std::string TextOfInfo(const UploadInfo& info) {
 }
 
 std::optional<UploadInfo> ReadInfo(const fs::path& path) {
-  const Result<Bytes> bytes = ReadFile(path.string());
+  const Result<Bytes> bytes = ReadFileBelow(SessionOfUpload(path), path, kMaxInfoBytes);
   if (!bytes.ok()) return std::nullopt;
   try {
     const json text = json::parse(bytes->begin(), bytes->end());
@@ -128,6 +120,10 @@ int64_t FileBytes(const fs::path& path) {
 
 }  // namespace
 
+fs::path SessionOfUpload(const fs::path& file) {
+  return file.parent_path().parent_path().parent_path();
+}
+
 bool IsUploadAgent(const std::string& agent) { return IsInvitedName(agent); }
 
 UploadStore::UploadStore(fs::path folder, UploadLimits limits, RunJob run_job, Clock clock)
@@ -135,9 +131,9 @@ UploadStore::UploadStore(fs::path folder, UploadLimits limits, RunJob run_job, C
       limits_(limits),
       run_job_(std::move(run_job)),
       clock_(std::move(clock)) {
-  if (const Status made = CreateFolders(folder_); !made.ok()) {
-    throw std::runtime_error(made.error());
-  }
+  Status made = CreateFolders(folder_.parent_path());
+  if (made.ok()) made = CreateFoldersBelow(folder_.parent_path(), folder_);
+  if (!made.ok()) throw std::runtime_error(made.error());
   FindLeft();
 }
 
@@ -301,8 +297,9 @@ std::optional<UploadStore::Key> UploadStore::LongestSilent(
 
 Status UploadStore::CreateFiles(const Key& key, const UploadInfo& info) const {
   const std::string text = TextOfInfo(info);
-  Status made = CreateFolders(folder_ / key.first);
-  if (made.ok()) made = WriteFileAtomic(PathOf(key, kInfo).string(), text.data(), text.size());
+  const fs::path info_path = PathOf(key, kInfo), root = SessionOfUpload(info_path);
+  Status made = CreateFoldersBelow(root, info_path.parent_path());
+  if (made.ok()) made = WriteFileBelow(root, info_path, text.data(), text.size());
   if (made.ok()) return CreateFile(PathOf(key, kPart));
   LogWarn("{}", made.error());
   return Unavailable("the server cannot store photos now; its log says why");

@@ -180,6 +180,9 @@ class UploadStore {
   std::function<void()> on_whole_;  // guarded by mutex_
 };
 
+// The session folder of an upload's file, SESSION/uploads/AGENT/FILE.
+std::filesystem::path SessionOfUpload(const std::filesystem::path& file);
+
 // What a browser's agent may be called here: what stands in an invitation.
 bool IsUploadAgent(const std::string& agent);
 

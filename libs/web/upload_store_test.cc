@@ -1,18 +1,21 @@
 #include "web/upload_store.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,6 +26,51 @@
 #include "testing/test_folder.h"
 #include "web/job_pool.h"
 #include "web/upload_sink.h"
+
+namespace skein {
+namespace {
+
+// A disk that does not answer: writes to a file that is held wait until it is released, and fail.
+class HangingFiles {
+ public:
+  void Hold(const std::filesystem::path& file) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    held_.insert(file.string());
+  }
+  void Release(const std::filesystem::path& file) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    held_.erase(file.string());
+    released_.notify_all();
+  }
+  // False: the file was not held.
+  bool Wait(const std::string& file) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    if (held_.count(file) == 0) return false;
+    released_.wait(lock, [&] { return held_.count(file) == 0; });
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable released_;
+  std::set<std::string> held_;
+};
+
+HangingFiles& HangingDisk() {
+  static HangingFiles files;
+  return files;
+}
+
+}  // namespace
+}  // namespace skein
+
+// In place of the C library's.
+extern "C" ssize_t pwrite(int fd, const void* data, size_t size, off_t offset) {
+  const auto file = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd));
+  if (!skein::HangingDisk().Wait(file)) return ::syscall(SYS_pwrite64, fd, data, size, offset);
+  errno = EIO;
+  return -1;
+}
 
 namespace skein {
 namespace {
@@ -62,15 +110,10 @@ class UploadStoreTest : public testing::Test {
   // What writes to the photo's bytes waits from now on, until Release.
   std::filesystem::path HoldUp(const std::string& agent, const std::string& whole) const {
     const std::filesystem::path part = dir_ / agent / (IdOf(whole) + ".part");
-    std::filesystem::remove(part);
-    EXPECT_EQ(::mkfifo(part.c_str(), 0644), 0);
+    HangingDisk().Hold(part);
     return part;
   }
-  static void Release(const std::filesystem::path& fifo) {
-    const int fd = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
-    EXPECT_GE(fd, 0);
-    ::close(fd);
-  }
+  static void Release(const std::filesystem::path& part) { HangingDisk().Release(part); }
 
   TestFolder folder_;
   const std::filesystem::path dir_ = folder_ / "uploads";
@@ -157,6 +200,30 @@ TEST_F(UploadStoreTest, TheLatestConnectionOfAPhotoCounts) {
   EXPECT_FALSE(store_->Take(*second, BytesOf("c")).ok()) << "what was told stays true";
 }
 
+TEST_F(UploadStoreTest, APositionHasThreeNumbers) {
+  JobPool pool(1, 1);
+  const auto is_taken = [&](const std::string& gps) {
+    HttpRequest request;
+    request.visitor.name = "anna";
+    request.body_bytes = 3;
+    request.fields = {{"upload-offset", "0"}, {"upload-length", "3"}, {"upload-name", "a.jpg"}};
+    request.fields["upload-gps"] = gps;
+    std::promise<int> status;
+    const auto sink = MakeUploadSink(*store_, pool, request, IdOf(gps));
+    sink->Begin([&status](std::optional<HttpResponse> answer) {
+      status.set_value(answer.value_or(HttpError(0, "")).status);
+    });
+    const int said = status.get_future().get();
+    store_->Remove("anna", IdOf(gps));
+    return said == 0;
+  };
+  EXPECT_TRUE(is_taken("47.5,8.2,430"));
+  for (const char* gps :
+       {"1,2", "1,2,", "1,2,3,", "1,2,3,4", "1 2 3", "nan,2,3", "1,2,inf", "", ",,", "91,2,3"}) {
+    EXPECT_FALSE(is_taken(gps)) << gps;
+  }
+}
+
 // Two threads write; each of anna's photos has one, for good.
 TEST_F(UploadStoreTest, WritesThatHangHoldUpNoOtherAgent) {
   JobPool pool(2, 8, 0.02);
@@ -181,12 +248,12 @@ TEST_F(UploadStoreTest, WritesThatHangHoldUpNoOtherAgent) {
   };
   const std::vector<std::string> photos = {"one", "two", "three", "four"};
   std::vector<std::shared_ptr<BodySink>> held;
-  std::vector<std::filesystem::path> fifos;
+  std::vector<std::filesystem::path> parts;
   std::vector<std::promise<void>> ended(photos.size());
   for (size_t i = 0; i < photos.size(); ++i) {
     held.push_back(sink_of("anna", photos[i]));
     ASSERT_EQ(answer([&](BodySink::Next next) { held[i]->Begin(next); }), 0);
-    fifos.push_back(HoldUp("anna", photos[i]));
+    parts.push_back(HoldUp("anna", photos[i]));
     held[i]->Take(BytesOf(photos[i]), [&, i](auto) { ended[i].set_value(); });
   }
   const auto bert = sink_of("bert", "whole");
@@ -197,7 +264,7 @@ TEST_F(UploadStoreTest, WritesThatHangHoldUpNoOtherAgent) {
   held.clear();
   for (const std::string& photo : photos) store_->Look("anna", IdOf(photo));
   EXPECT_EQ(Send("anna", "five", 0, "five").code, StatusCode::kUnavailable);
-  for (const auto& fifo : fifos) Release(fifo);
+  for (const auto& part : parts) Release(part);
   for (auto& one : ended) one.get_future().wait();
 }
 
@@ -206,7 +273,7 @@ TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {
   Open();
   const auto held = store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 0);
   ASSERT_TRUE(held.ok());
-  const std::filesystem::path fifo = HoldUp("anna", "abcd");
+  const std::filesystem::path part = HoldUp("anna", "abcd");
   auto writing = std::async(std::launch::async,
                             [&] { return store_->Take(*held, BytesOf("ab")).status().code; });
   const auto is_at_it = [&] {  // else the offset is wrong
@@ -226,7 +293,7 @@ TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {
   });
   const bool went_on = others.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
   EXPECT_TRUE(went_on);
-  Release(fifo);
+  Release(part);
   others.get();
   EXPECT_EQ(writing.get(), StatusCode::kUnavailable);
   EXPECT_EQ(store_->ProgressOf("anna").size(), 2u);

@@ -1,10 +1,10 @@
 #include "web/web_server.h"
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <map>
 #include <optional>
-#include <set>
 #include <thread>
 #include <utility>
 
@@ -21,7 +21,7 @@
 namespace skein {
 namespace {
 
-constexpr double kCheckPassesS = 1;    // as often as a list of revoked names is read
+constexpr double kCheckPassesS = 0.5;  // the list of revoked names is read each second
 constexpr double kAcceptPauseS = 0.1;  // where the process has no descriptor left
 constexpr int kNumFileThreads = 2;     // that read at a time, but for those that the disk holds up
 
@@ -37,11 +37,22 @@ asio::ssl::context TlsOf(const WebCertificate& certificate) {
   return context;
 }
 
+// An IPv6 address stands for its network of 64 bits: who has one address there has all.
+std::string NetworkOf(const asio::ip::address& address) {
+  if (!address.is_v6() || address.to_v6().is_v4_mapped()) return address.to_string();
+  asio::ip::address_v6::bytes_type bytes = address.to_v6().to_bytes();
+  std::fill(bytes.begin() + 8, bytes.end(), uint8_t{0});
+  return asio::ip::address_v6(bytes).to_string();
+}
+
 }  // namespace
 
 Status WebServerOptions::Check() const {
   return FirstError(
       {InRange("port", port, 0, 65535), InRange("max_connections", max_connections, 1, 10'000),
+       InRange("max_of_pass", max_of_pass, 1, 10'000),
+       InRange("max_of_address", max_of_address, 1, 10'000),
+       InRange("kept_places", kept_places, 0, 1000),
        InRange("max_header_bytes", max_header_bytes, 256, 1 << 20),
        InRange("idle", idle_s, 0.01, 86400.0), InRange("stalled", stalled_s, 0.01, 86400.0),
        InRange("gather", gather_s, 0.0, 10.0)});
@@ -72,19 +83,28 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
 
   const WebServerOptions& options() const override { return options_; }
   Visitor FindVisitor(const std::string& cookies) const override;
+  Status NoteVisitor(int64_t connection_id, const Visitor& visitor) override;
   std::string AgentOfPhoto(int64_t image_id) const override;
   void Handle(int64_t connection_id, const HttpRequest& request) override;
   std::shared_ptr<BodySink> MakeSink(const HttpRequest& request) override;
   BodySink::Next OnServer(int64_t connection_id, OnNext then) override;
   void RunJob(std::function<void()> job) override { jobs_->Run(std::move(job)); }
-  void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
-               bool needs_pass) override;
+  void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) override;
   void OnClosed(int64_t connection_id) override;
   int64_t sent_seq() const override { return sent_seq_; }
 
  private:
   // Answers once; a handler that forgets to answer has failed.
   class Reply;
+
+  // What is known of whom a connection is for.
+  struct Place {
+    std::string address;  // of the peer
+    bool is_public = false;
+    Visitor visitor;  // of its latest request
+
+    std::string Owner() const { return visitor.name.empty() ? address : "pass " + visitor.name; }
+  };
 
   // A port that is listened on.
   struct Listener {
@@ -100,7 +120,15 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   void Run();
   void Accept(Listener& listener);
   void OnAccepted(tcp::socket socket, const Door& door);
-  bool MakeRoom();
+  using Chooses = std::function<bool(const Place&)>;
+  static bool Anyone(const Place&) { return true; }
+  static bool IsPublicNoOperator(const Place& place) {
+    return place.is_public && place.visitor.role != Role::kOperator;
+  }
+  int CountPlaces(const Chooses& chooses) const;
+  bool FindPlace(const Place& place);
+  bool CloseIdle(const Chooses& chooses);
+  bool CloseOldestPage(const Chooses& chooses);
   void Count();
   void OnNote();
   void Flush();
@@ -119,7 +147,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   int64_t next_id_ = 1;
   std::map<int64_t, std::shared_ptr<HttpConnection>> connections_;
   std::map<int64_t, std::shared_ptr<PageSocket>> pages_;
-  std::set<int64_t> guest_pages_;             // those of pages_ that came with a pass
+  std::map<int64_t, Place> places_;           // of connections_ and pages_
   std::map<std::string, SharedText> latest_;  // by topic
   int64_t sent_seq_ = 0;
   double flushed_s_ = 0;
@@ -237,21 +265,63 @@ void WebServer::Impl::Accept(Listener& listener) {
 void WebServer::Impl::OnAccepted(tcp::socket socket, const Door& door) {
   ErrorCode ignored;
   socket.set_option(tcp::no_delay(true), ignored);
-  const bool has_room = MakeRoom();
+  const Place place{NetworkOf(socket.remote_endpoint(ignored).address()), door.is_public, {}};
+  const bool has_room = FindPlace(place);
   const int64_t id = next_id_++;
   const auto connection = std::make_shared<HttpConnection>(*this, id, std::move(socket), door);
   connections_[id] = connection;
+  places_[id] = place;
   Count();
   has_room ? connection->Start() : connection->Refuse();
 }
 
-// Where all places are taken, whoever has been without a request for longest goes. Where all have
-// one: whose answer has been due for longest, if for longer than a connection may be idle.
-bool WebServer::Impl::MakeRoom() {
-  const auto limit = static_cast<size_t>(options_.max_connections);
-  if (connections_.size() + pages_.size() < limit) return true;
+int WebServer::Impl::CountPlaces(const Chooses& chooses) const {
+  return static_cast<int>(std::count_if(places_.begin(), places_.end(),
+                                        [&](const auto& place) { return chooses(place.second); }));
+}
+
+// Who comes by a door takes no place of the own port, nor more than an address may have.
+bool WebServer::Impl::FindPlace(const Place& place) {
+  const auto is_public = [](const Place& other) { return other.is_public; };
+  const auto is_neighbour = [&](const Place& other) {
+    return other.is_public && other.address == place.address;
+  };
+  const bool is_full = place.is_public && CountPlaces(is_neighbour) >= options_.max_of_address;
+  if (is_full && !CloseIdle(is_neighbour)) return false;
+  const int limit = options_.max_connections;
+  const bool has_room = static_cast<int>(places_.size()) < limit;
+  if (!place.is_public) return has_room || CloseIdle(Anyone) || CloseOldestPage(Anyone);
+  if (has_room && CountPlaces(is_public) < limit - options_.kept_places) return true;
+  return CloseIdle(is_public) || CloseOldestPage(IsPublicNoOperator);
+}
+
+// Who is no operator leaves places to operators; a pass has no more than its share.
+Status WebServer::Impl::NoteVisitor(int64_t connection_id, const Visitor& visitor) {
+  const auto found = places_.find(connection_id);
+  if (found == places_.end()) return Unavailable("the connection is closed");
+  found->second.visitor = visitor;
+  if (!IsPublicNoOperator(found->second)) return Status::Ok();
+  const int limit = options_.max_connections - 2 * options_.kept_places;
+  if (CountPlaces(IsPublicNoOperator) > limit && !CloseIdle(IsPublicNoOperator) &&
+      !CloseOldestPage(IsPublicNoOperator)) {
+    return Unavailable("too many visitors: try again later");
+  }
+  const auto has_pass = [&](const Place& place) {
+    return place.is_public && place.visitor.name == visitor.name;
+  };
+  if (!visitor.name.empty() && CountPlaces(has_pass) > options_.max_of_pass &&
+      !CloseIdle(has_pass)) {
+    return Unavailable("too many connections by this invitation: close other tabs of this view");
+  }
+  return Status::Ok();
+}
+
+// Of those chosen, whoever has been without a request for longest goes. Where all have one: whose
+// answer has been due for longest, if for longer than a connection may be idle.
+bool WebServer::Impl::CloseIdle(const Chooses& chooses) {
   std::shared_ptr<HttpConnection> idlest, slowest;
   for (const auto& [id, connection] : connections_) {
+    if (!chooses(places_.at(id))) continue;
     const auto since_s = connection->waiting_since_s(), due_s = connection->due_since_s();
     if (since_s && (!idlest || *since_s < *idlest->waiting_since_s())) idlest = connection;
     if (due_s && (!slowest || *due_s < *slowest->due_since_s())) slowest = connection;
@@ -259,6 +329,24 @@ bool WebServer::Impl::MakeRoom() {
   const bool is_late = slowest && MonotonicS() - *slowest->due_since_s() > options_.idle_s;
   if (idlest == nullptr && !is_late) return false;
   (idlest != nullptr ? idlest : slowest)->Close();
+  return true;
+}
+
+// Of those chosen, of whoever has most places, if more than one.
+bool WebServer::Impl::CloseOldestPage(const Chooses& chooses) {
+  std::map<std::string, int> num_of;
+  for (const auto& [id, place] : places_) ++num_of[place.Owner()];
+  std::shared_ptr<PageSocket> oldest;
+  int most = 1;
+  for (const auto& [id, page] : pages_) {
+    const Place& place = places_.at(id);
+    const int num = num_of[place.Owner()];
+    if (!chooses(place) || num <= most) continue;
+    oldest = page;
+    most = num;
+  }
+  if (oldest == nullptr) return false;
+  oldest->Close();
   return true;
 }
 
@@ -306,10 +394,8 @@ void WebServer::Impl::Handle(int64_t connection_id, const HttpRequest& request) 
   handler_(request, [reply](HttpResponse response) { reply->Send(std::move(response)); });
 }
 
-void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request,
-                              bool needs_pass) {
+void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) {
   connections_.erase(connection_id);
-  if (needs_pass) guest_pages_.insert(connection_id);
   const auto page = std::make_shared<PageSocket>(*this, connection_id, std::move(stream));
   pages_[connection_id] = page;
   Count();
@@ -319,17 +405,22 @@ void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRe
 void WebServer::Impl::OnClosed(int64_t connection_id) {
   connections_.erase(connection_id);
   pages_.erase(connection_id);
-  guest_pages_.erase(connection_id);
+  places_.erase(connection_id);
   Count();
 }
 
-// A WebSocket lives for as long as its page: its pass may end before.
+// A WebSocket lives for as long as its page, an upload or a download for long: a pass may end
+// before.
 void WebServer::Impl::CheckPasses() {
-  const std::set<int64_t> ids = guest_pages_;  // one that is refused may leave
-  for (const int64_t id : ids) {
-    const std::shared_ptr<PageSocket> page = pages_.at(id);
-    const Status holds = guests_->Check(page->cookies(), NowUs() / 1'000'000);
-    if (!holds.ok()) page->Refuse(holds.error());
+  const std::map<int64_t, Place> places = places_;  // one that is refused may leave
+  for (const auto& [id, place] : places) {
+    if (!place.is_public || place.visitor.name.empty()) continue;
+    const Status holds = guests_->Check(place.visitor, NowUs() / 1'000'000);
+    if (holds.ok()) continue;
+    const auto page = pages_.find(id);
+    if (page != pages_.end()) page->second->Refuse(holds.error());
+    const auto connection = connections_.find(id);
+    if (connection != connections_.end()) connection->second->Close();
   }
   check_passes_.expires_after(Milliseconds(kCheckPassesS));
   check_passes_.async_wait([this](ErrorCode error) {

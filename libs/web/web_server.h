@@ -34,6 +34,9 @@ struct WebServerOptions {
   IsRevoked is_revoked;               // none: no pass is
 
   int max_connections = 64;        // of HTTP and WebSockets together
+  int max_of_pass = 64;            // of these by one pass
+  int max_of_address = 128;        // by the doors, of one address; of IPv6 one network of 64 bits
+  int kept_places = 16;            // that doors leave to the own port, and others to operators
   int max_header_bytes = 8 << 10;  // of a request
   int max_body_bytes = 64 << 10;   // of a POST
   int max_part_bytes = 256 << 10;  // of an upload that are in memory at a time
@@ -62,13 +65,15 @@ struct Uploads {
 // A WebSocket gets hello, what TellLatest was last given of each topic, then events as they come. A
 // page that does not take its events as fast as they come is told the ledger's head instead, until
 // its queue is empty. It pulls what it lacks from /api/events.
-// One that came with a pass is closed with the reason (RFC 6455, code 1008) within two seconds
-// after the pass ends.
+// A connection with a pass is closed within two seconds after the pass ends, a WebSocket with the
+// reason (RFC 6455, code 1008).
 //
 // Files of answers are read on further threads: a disk that hangs holds up those who wait for it.
 //
-// Where all connections are taken, the one that has been without a request for longest makes room;
-// where all have one, that whose answer has been due for longest, beyond idle_s.
+// Where all places are taken, the connection that has been without a request for longest makes
+// room; where all have one, that whose answer has been due for longest, beyond idle_s. If there is
+// none, the oldest WebSocket goes of whoever has most places, by pass or else by address, if more
+// than one. Who comes by a door takes no place of the own port; who is no operator, none of theirs.
 class WebServer {
  public:
   // `log` outlives the server. Fails where the address cannot be had, with a line for the user;

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -98,6 +99,7 @@ class WebServerTest : public ::testing::Test {
             response.ranges = true;
             response.immutable = true;
           }
+          response.file_root = folder_.path();
           if (request.path == "/file") response.file = folder_ / "file.bin";
           if (request.path == "/small") response.file = folder_ / "small.bin";
           if (request.path == "/large") {
@@ -181,21 +183,14 @@ TEST_F(WebServerTest, GivesAFileOfManyPartsAndAnEmptyOne) {
   EXPECT_NE(empty.find("Content-Length: 0"), std::string::npos);
 }
 
-// A pipe that nobody writes to stands for a disk that does not answer.
-TEST_F(WebServerTest, FilesThatHangHoldUpNobodyElse) {
-  ASSERT_EQ(mkfifo((folder_ / "file.bin").c_str(), 0600), 0);
-  std::ofstream(folder_ / "small.bin") << "small";
+TEST_F(WebServerTest, GivesNothingButRegularFilesBelowTheirFolder) {
   Start();
-  std::vector<std::unique_ptr<RawClient>> waiting;
-  for (int i = 0; i < 5; ++i) {
-    waiting.push_back(std::make_unique<RawClient>(port()));
-    waiting.back()->Say("GET /file HTTP/1.1\r\nHost: " + Host() + "\r\nConnection: close\r\n\r\n");
-  }
-  ASSERT_TRUE(WaitFor([this] { return num_handled_ == 5; }));
-  ExpectAlive();
-  EXPECT_EQ(BodyOf(Ask("GET /small")), "small") << "another file";
-  const std::ofstream writer(folder_ / "file.bin");  // now it answers
-  for (const auto& client : waiting) EXPECT_EQ(StatusOf(client->HearAll()), 404) << "a pipe";
+  ASSERT_EQ(mkfifo((folder_ / "file.bin").c_str(), 0600), 0);
+  EXPECT_EQ(StatusOf(Ask("GET /file")), 404) << "a FIFO that nobody writes to";
+  std::filesystem::create_symlink("/etc/passwd", folder_ / "small.bin");
+  const std::string answer = Ask("GET /small");
+  EXPECT_EQ(StatusOf(answer), 404);
+  EXPECT_EQ(answer.find("root:"), std::string::npos);
 }
 
 TEST_F(WebServerTest, WhoseAnswerIsLateMakesRoom) {
@@ -397,27 +392,45 @@ TEST_F(WebServerTest, ForeignPagesGetNoWebSocket) {
   EXPECT_FALSE(Page(port(), "http://evil.example").ok());
 }
 
-TEST_F(WebServerTest, AWebSocketEndsWithItsPass) {
-  const std::string keys = (folder_ / "keys").string();
-  const auto access = OpenSessionKeys(keys, "0123", Role::kWeb, "web");
-  ASSERT_TRUE(access.ok()) << access.error();
-  options_.trust = access->trust;
-  options_.public_host = "127.0.0.1";
-  options_.doors.push_back({"127.0.0.1", 0, std::nullopt});
-  std::atomic<bool> is_anna_revoked{false};
-  options_.is_revoked = [&](const std::string& name) { return name == "anna" && is_anna_revoked; };
-  const auto cookie_of = [&](const std::string& name, int64_t expires_s) {
-    return "skein_0123=" + *IssueWebPass(keys, "0123", {Role::kViewer, name, expires_s});
-  };
-  Start();
-  const int door = server_->door_ports().front();
-  constexpr int64_t kLifeS = 2;
-  Page anna(door, "", cookie_of("anna", 0)), vera(door, "", cookie_of("vera", 0));
-  Page late(door, "", cookie_of("late", NowUs() / 1'000'000 + kLifeS)), own(port());
-  for (Page* page : {&anna, &vera, &late, &own}) ASSERT_EQ(page->Hear()["type"], "hello");
-  EXPECT_FALSE(Page(door).ok()) << "without a pass";
+// A server with a door, in the clear.
+class WebDoorTest : public WebServerTest {
+ protected:
+  WebDoorTest() {
+    const auto access = OpenSessionKeys(keys_, "0123", Role::kWeb, "web");
+    EXPECT_TRUE(access.ok()) << access.error();
+    options_.trust = access->trust;
+    options_.public_host = "127.0.0.1";
+    options_.doors.push_back({"127.0.0.1", 0, std::nullopt});
+    options_.is_revoked = [this](const std::string& name) {
+      return name == "anna" && is_anna_revoked_;
+    };
+  }
 
-  is_anna_revoked = true;
+  std::string CookieOf(Role role, const std::string& name, int64_t expires_s = 0) const {
+    return "skein_0123=" + *IssueWebPass(keys_, "0123", {role, name, expires_s});
+  }
+  int door() const { return server_->door_ports().front(); }
+  std::string AskDoor(const std::string& first_line, const std::string& cookie) {
+    RawClient client(door());
+    client.Say(first_line + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\nCookie: " +
+               cookie + "\r\n\r\n");
+    return client.HearAll();
+  }
+
+  const std::string keys_ = (folder_ / "keys").string();
+  std::atomic<bool> is_anna_revoked_{false};
+};
+
+TEST_F(WebDoorTest, AWebSocketEndsWithItsPass) {
+  Start();
+  constexpr int64_t kLifeS = 2;
+  Page anna(door(), "", CookieOf(Role::kViewer, "anna"));
+  Page vera(door(), "", CookieOf(Role::kViewer, "vera"));
+  Page late(door(), "", CookieOf(Role::kViewer, "late", NowUs() / 1'000'000 + kLifeS)), own(port());
+  for (Page* page : {&anna, &vera, &late, &own}) ASSERT_EQ(page->Hear()["type"], "hello");
+  EXPECT_FALSE(Page(door()).ok()) << "without a pass";
+
+  is_anna_revoked_ = true;
   websocket::close_reason end = anna.HearEnd();
   EXPECT_EQ(end.code, websocket::close_code::policy_error);
   EXPECT_EQ(end.reason, "this invitation was revoked");
@@ -430,6 +443,66 @@ TEST_F(WebServerTest, AWebSocketEndsWithItsPass) {
   server_->NoteEvents();
   EXPECT_EQ(vera.Hear()["type"], "events") << "another's pass";
   EXPECT_EQ(own.Hear()["type"], "events") << "none is needed on the session's own host";
+}
+
+// Neither a page that does not answer the goodbye nor a download keeps its TCP connection.
+TEST_F(WebDoorTest, RevokingClosesConnectionsWithinTwoSeconds) {
+  Start();
+  const std::string cookie = CookieOf(Role::kViewer, "anna");
+  const std::string head = " HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: " + cookie + "\r\n";
+  RawClient page(door()), download(door());
+  page.Say("GET /ws" + head +
+           "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+           "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n");
+  download.Say("GET /large" + head + "\r\n");
+  ASSERT_TRUE(WaitFor([this] { return server_->num_viewers() == 1 && num_handled_ == 1; }));
+  ASSERT_EQ(server_->num_connections(), 2);
+  is_anna_revoked_ = true;
+  const double revoked_s = MonotonicS();
+  EXPECT_TRUE(WaitFor([this] { return server_->num_connections() == 0; }));
+  EXPECT_LT(MonotonicS() - revoked_s, 2);
+}
+
+TEST_F(WebDoorTest, AViewersSocketsKeepOutNeitherTheOwnPortNorOperatorsNorOthers) {
+  options_.max_connections = 20;
+  options_.kept_places = 3;
+  options_.max_of_pass = 30;
+  Start();
+  const std::string greedy = CookieOf(Role::kViewer, "greedy");
+  std::vector<std::unique_ptr<Page>> pages;
+  for (int i = 0; i < 25; ++i) pages.push_back(std::make_unique<Page>(door(), "", greedy));
+  EXPECT_LE(server_->num_viewers(), 14);
+  EXPECT_GE(server_->num_viewers(), 10);
+  Page other(door(), "", CookieOf(Role::kViewer, "other"));
+  EXPECT_EQ(other.Hear()["type"], "hello");
+  Page chief(door(), "", CookieOf(Role::kOperator, "chief"));
+  EXPECT_EQ(chief.Hear()["type"], "hello");
+  Page own(port());
+  EXPECT_EQ(own.Hear()["type"], "hello");
+  for (int i = 0; i < 25; ++i) pages.push_back(std::make_unique<Page>(door(), "", greedy));
+  log_.Append(1, Event(1));
+  server_->NoteEvents();
+  for (Page* page : {&other, &chief, &own}) {
+    EXPECT_EQ(page->Hear()["type"], "events") << "who has few places keeps them";
+  }
+  ExpectAlive();
+}
+
+TEST_F(WebDoorTest, APassAndAnAddressHaveTheirShare) {
+  options_.max_connections = 100;
+  options_.max_of_pass = 3;
+  options_.max_of_address = 6;
+  Start();
+  const std::string anna = CookieOf(Role::kViewer, "anna"), vera = CookieOf(Role::kViewer, "vera");
+  std::vector<std::unique_ptr<Page>> pages;
+  for (int i = 0; i < 3; ++i) pages.push_back(std::make_unique<Page>(door(), "", anna));
+  for (const auto& page : pages) EXPECT_EQ(page->Hear()["type"], "hello");
+  EXPECT_FALSE(Page(door(), "", anna).ok());
+  EXPECT_EQ(StatusOf(AskDoor("GET /api/session", anna)), 503);
+  EXPECT_EQ(StatusOf(AskDoor("GET /api/session", vera)), 200);
+  for (int i = 0; i < 3; ++i) pages.push_back(std::make_unique<Page>(door(), "", vera));
+  EXPECT_EQ(StatusOf(AskDoor("GET /api/session", CookieOf(Role::kViewer, "third"))), 503);
+  ExpectAlive();
 }
 
 // A page that reads nothing gets the head in place of the events that do not fit, and holds up

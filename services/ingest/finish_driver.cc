@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/checksum_list.h"
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "session/finish_cut.h"
@@ -248,7 +248,7 @@ FinishDriver::WrittenResults FinishDriver::WriteModelsAndReport(
   }
   const std::string text =
       report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  status = WriteFileAtomic(paths.Report().string(), text.data(), text.size());
+  status = WriteFileBelow(paths.root, paths.Report(), text.data(), text.size());
   if (!status.ok()) return written;
   const auto name = [](const std::filesystem::path& path) { return path.filename().string(); };
   status = WriteChecksumList(paths.root, name(paths.Results()),

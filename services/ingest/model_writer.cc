@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "blobs/blob_store.h"
-#include "core/file.h"
+#include "core/file_below.h"
 #include "formats/formats.h"
 
 namespace skein {
@@ -29,10 +29,10 @@ Result<ModelArchive> ReadModel(const BlobStore& store, const std::string& blob_i
   return archive;
 }
 
-Status WriteModel(const ModelArchive& archive, const fs::path& dir) {
-  fs::create_directories(dir);
+Status WriteModel(const ModelArchive& archive, const fs::path& root, const fs::path& dir) {
+  if (Status made = CreateFoldersBelow(root, dir); !made.ok()) return made;
   for (const char* name : kModelFiles) {
-    const Status status = WriteFileAtomic((dir / name).string(), archive.at(name));
+    const Status status = WriteFileBelow(root, dir / name, archive.at(name));
     if (!status.ok()) return status;
   }
   return Status::Ok();
@@ -41,13 +41,13 @@ Status WriteModel(const ModelArchive& archive, const fs::path& dir) {
 WrittenModels WriteAll(const SessionPaths& paths, const std::vector<std::string>& model_blobs,
                        const fs::path& dir) {
   const BlobStore store(paths.Blobs());
-  fs::remove_all(dir);
-  fs::create_directories(dir);
+  fs::remove_all(dir);  // of a symbolic link the link itself
   WrittenModels written;
+  written.status = CreateFoldersBelow(paths.root, dir);
   for (size_t i = 0; i < model_blobs.size() && written.status.ok(); ++i) {
     const Result<ModelArchive> archive = ReadModel(store, model_blobs[i]);
     if (archive.ok()) {
-      written.status = WriteModel(*archive, dir / std::to_string(i));
+      written.status = WriteModel(*archive, paths.root, dir / std::to_string(i));
     } else if (archive.code() == StatusCode::kUnavailable) {
       written.status = archive.status();
     } else {

@@ -4,9 +4,11 @@
 #include <utility>
 
 #include "core/file.h"
+#include "core/file_below.h"
 #include "core/folder.h"
 #include "core/hash.h"
 #include "ledger/photo_file.h"
+#include "photo/photo_check.h"
 #include "photo/photo_name.h"
 
 namespace skein {
@@ -27,7 +29,8 @@ std::vector<PhotoFile> FindLeftPhotos(const SessionPaths& paths, const PhotoStor
 }
 
 LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const PhotoFile& file) {
-  Result<Bytes> bytes = ReadFile(paths.Image(file.agent, file.name).string());
+  Result<Bytes> bytes =
+      ReadFileBelow(paths.root, paths.Image(file.agent, file.name), kMaxPhotoBytes);
   if (!bytes.ok()) return {file, "", {}};
   const std::string blob_id = HashBytes(bytes->data(), bytes->size());
   return {file, blob_id, *std::move(bytes)};

@@ -62,14 +62,25 @@ std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
   return ids;
 }
 
+// Of the merged model those that `model` alone has: photos whose camera went astray are in neither.
+std::set<ImageId> MergedOnlyFrom(const colmap::Reconstruction& model,
+                                 const colmap::Reconstruction& other,
+                                 const colmap::Reconstruction& merged) {
+  std::set<ImageId> ids;
+  for (const ImageId id : RegisteredOnlyIn(model, other)) {
+    if (IsRegisteredIn(merged, id)) ids.insert(id);
+  }
+  return ids;
+}
+
 // An error if the two parts of a merged model show different places. Along matches that neither
 // model was built from.
 Status CheckBothModels(const Submap& submap, const colmap::Reconstruction& target,
                        const colmap::Reconstruction& source, const colmap::Reconstruction& merged) {
   const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
   const CellVotes votes =
-      ComparePhotoSets(options, submap.map(), merged, RegisteredOnlyIn(target, source),
-                       RegisteredOnlyIn(source, target));
+      ComparePhotoSets(options, submap.map(), merged, MergedOnlyFrom(target, source, merged),
+                       MergedOnlyFrom(source, target, merged));
   if (!ShowsAnotherPlace(options, votes)) return Status::Ok();
   return FailedPrecondition("visually similar places: " + std::to_string(votes.num_different) +
                             " of " + std::to_string(votes.num_cells()) +
@@ -160,12 +171,12 @@ Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Subma
   return absorption;
 }
 
-Absorption AbsorbBatch(Submap* source, Submap* submap) {
+Absorption AbsorbBatch(const Submap& source, Submap* submap) {
   MergeTask task{};
   task.order.num_shared_images = AbsorbOptions().min_shared_images;
   Absorption absorption;
   absorption.status =
-      AbsorbModel(CopyRegistered(source->map().reconstruction()), task, submap, &absorption);
+      AbsorbModel(CopyRegistered(source.map().reconstruction()), task, submap, &absorption);
   LogInfo("batch: {}", absorption.status.ok() ? "absorbed" : absorption.status.error());
   return absorption;
 }

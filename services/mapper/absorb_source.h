@@ -33,6 +33,6 @@ struct MergeTask {
 Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap);
 
 // The same for a map of the same photos that was made here, without an order.
-Absorption AbsorbBatch(Submap* source, Submap* submap);
+Absorption AbsorbBatch(const Submap& source, Submap* submap);
 
 }  // namespace skein

@@ -30,19 +30,6 @@ void OfferedPhotos::React(const submap_end_t& end) {
   for (const auto& [image_id, unused] : offered_) Review(image_id);
 }
 
-// What was compared in vain when finishing.
-void OfferedPhotos::React(const merge_t& merge) {
-  if (merge.state != merge_t::FAILED) return;
-  if (merge.source_id != submap_id_ && merge.target_id != submap_id_) return;
-  NoteHeldBy(
-      *session_.FindSubmap(merge.source_id == submap_id_ ? merge.target_id : merge.source_id));
-}
-
-// What was taken from others when finishing is not taken any more.
-void OfferedPhotos::React(const finish_t& finish) {
-  if (finish.state == finish_t::SETTLED) NoteAllHeld();
-}
-
 void OfferedPhotos::NoteHeldBy(const SubmapLife& submap) {
   for (const auto& [image_id, unused] : submap.photos) {
     NoteHeld(image_id);

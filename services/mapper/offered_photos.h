@@ -37,8 +37,6 @@ class OfferedPhotos {
  private:
   void React(const registration_t& registration);
   void React(const submap_end_t& end);
-  void React(const merge_t& merge);
-  void React(const finish_t& finish);
   template <class T>
   void React(const T&) {}
   void NoteAllHeld();

@@ -35,16 +35,6 @@ class OfferedPhotosTest : public testing::Test {
     fact.state = state;
     photos_.OnFact(fact);
   }
-  void CompareInVain() {
-    ledger_.FailMerge(kOther, kUs, 1);
-    photos_.OnFact(ledger_.state().failed_merges().back());
-  }
-  void Finish(int8_t state) {
-    ledger_.Finish(state);
-    finish_t fact{};
-    fact.state = state;
-    photos_.OnFact(fact);
-  }
   std::vector<int64_t> Ours() { return photos_.TakeOurs(); }
 
   TestLedger ledger_;
@@ -119,29 +109,6 @@ TEST_F(OfferedPhotosTest, APairHoldsNoPhotoAThirdMakesItAMap) {
   EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kNew, true}, {31, true}, {32, true}}));
   Register(kPair, 32, registration_t::WITHDRAWN);
   EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kNew, false}, {31, false}, {32, false}}));
-}
-
-// South-building with 1,000 features a photo: one pair links maps of 59 and 26 photos.
-TEST_F(OfferedPhotosTest, InAFinishTheLargerTakesFromWhatItWasComparedWithInVain) {
-  for (const int64_t id : {11, 12, 13}) Register(kUs, id);
-  photos_.Offer(kTheirPhoto);
-  CompareInVain();
-  EXPECT_TRUE(Ours().empty()) << "photos may come that link the two";
-  Finish(finish_t::DRAINED);
-  EXPECT_TRUE(Ours().empty());
-  CompareInVain();
-  EXPECT_EQ(Ours(), Ids{kTheirPhoto});
-  EXPECT_EQ(photos_.TakeHeldChanges().size(), 3u);
-  Finish(finish_t::SETTLED);
-  using Held = std::vector<std::pair<int64_t, bool>>;
-  EXPECT_EQ(photos_.TakeHeldChanges(), (Held{{kTheirPhoto, true}, {21, true}, {22, true}}));
-}
-
-TEST_F(OfferedPhotosTest, TheSmallerTakesNothing) {
-  photos_.Offer(kTheirPhoto);
-  Finish(finish_t::DRAINED);
-  CompareInVain();
-  EXPECT_TRUE(Ours().empty());
 }
 
 TEST_F(OfferedPhotosTest, WithoutSupportInTheLedgerItIsOursAtOnce) {

@@ -63,9 +63,9 @@ PhotoEvent Unreadable(int64_t image_id, const Status& status) {
   return event;
 }
 
-std::function<bool(Submap&)> AbsorbInto(Submap* submap, const Submap::EventSink& sink) {
-  return [submap, sink](Submap& anew) {
-    const Absorption absorption = AbsorbBatch(&anew, submap);
+std::function<bool(const Submap&)> AbsorbInto(Submap* submap, const Submap::EventSink& sink) {
+  return [submap, sink](const Submap& anew) {
+    const Absorption absorption = AbsorbBatch(anew, submap);
     for (const PhotoEvent& event : absorption.events) sink(event);
     return absorption.status.ok();
   };

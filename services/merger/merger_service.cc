@@ -179,6 +179,7 @@ void MergerService::Decide() {
   if (estimate_) AskForShared();
   if (!MayDecide()) return;
   NoteEvidence();
+  if (!estimate_ && IsFinishing() && TryBatch()) return;
   if (TrySeed() || estimate_) return;
   TryMerge();
   if (!estimate_ && IsFinishing()) TrySettle();
@@ -243,10 +244,18 @@ void MergerService::TrySettle() {
       wants_mapper_s_ > 0 && node_.loop().now_s() - wants_mapper_s_ < options_.wait_for_mapper_s;
   if (waits_for_mapper) return;
   if (wants_mapper_s_ > 0) LogWarn("finishing without a submap that no mapper is idle for");
-  const bool may_batch =
-      merges_.options().enabled && session_.finish().batch_seq == 0 && !session_.finish().is_cut();
-  SubmitFinish(may_batch && HasDividedPlace(FindPlaces(session_)) ? finish_t::BATCH
-                                                                  : finish_t::SETTLED);
+  SubmitFinish(finish_t::SETTLED);
+}
+
+// Once a finish, and before what may need many merges is merged: one map of a place by all its
+// pairs at once makes most of them needless. True while it is waited for.
+bool MergerService::TryBatch() {
+  const FinishState& finish = session_.finish();
+  if (!merges_.options().enabled || finish.batch_seq != 0 || finish.is_cut()) return false;
+  if (!HasDividedPlace(FindPlaces(session_))) return false;
+  if (directory_.NumOpenMerges() == 0 && EverySubmapWorkedUpTo(settle_seq_))
+    SubmitFinish(finish_t::BATCH);
+  return true;
 }
 
 void MergerService::SubmitFinish(int8_t state) {

@@ -69,6 +69,7 @@ class MergerService {
   bool TrySeed();
   void WantMapper(bool wanted);
   void TryMerge();
+  bool TryBatch();
   void TrySettle();
   void SubmitFinish(int8_t state);
   bool EverySubmapWorkedUpTo(int64_t seq) const;

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "core/disjoint_sets.h"
 #include "core/option_check.h"
 #include "covisibility/covisibility.h"
 #include "session/submap_steps.h"
@@ -55,25 +56,17 @@ void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
   refused_.insert(std::minmax(image_id1, image_id2));
 }
 
-// Representatives by path halving; both ends of a pair belong together even if the matches of the
-// earlier photo are not known.
+// Both ends of a pair belong together even if the matches of the earlier photo are not known.
 SeedPolicy::Components SeedPolicy::FindComponents(const SessionState& session) {
-  Components parent;
-  const auto find = [&parent](int64_t id) {
-    parent.try_emplace(id, id);
-    while (parent[id] != id) id = parent[id] = parent[parent[id]];
-    return id;
-  };
+  DisjointSets<int64_t> sets;
   for (const auto& [image_id, photo] : session.photos()) {
     if (photo.matches_seq == 0) continue;
-    find(image_id);
+    sets.Find(image_id);
     for (const CovisibilityGraph::Edge& edge : session.covisibility().EdgesOf(image_id)) {
-      if (edge.seq == photo.matches_seq) parent[find(image_id)] = find(edge.other_id);
+      if (edge.seq == photo.matches_seq) sets.Join(image_id, edge.other_id);
     }
   }
-  Components components;
-  for (const auto& [id, unused] : Components(parent)) components[id] = find(id);
-  return components;
+  return sets.Representatives();
 }
 
 bool SeedPolicy::MayStillBeReached(const PhotoState& photo, int64_t component,

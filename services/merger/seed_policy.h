@@ -8,9 +8,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -64,7 +64,7 @@ class SeedPolicy {
                                    const SeedSituation& situation) const;
 
  private:
-  using Components = std::unordered_map<int64_t, int64_t>;  // image -> representative
+  using Components = std::map<int64_t, int64_t>;  // image -> representative
 
   static Components FindComponents(const SessionState& session);
   std::vector<int64_t> Orphans(const SubmapDirectory& directory, const SeedSituation& situation,

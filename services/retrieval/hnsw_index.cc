@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/file.h"
+#include "retrieval/graph_check.h"
 #include "retrieval/hnsw_graph.h"
 
 namespace skein {
@@ -186,6 +187,7 @@ Bytes HnswIndex::Encode() const {
 }
 
 Result<HnswIndex> HnswIndex::Decode(const Bytes& bytes, size_t dim, const HnswOptions& options) {
+  if (Status sound = CheckGraph(bytes, dim); !sound.ok()) return sound;
   try {
     MemoryFile file;
     file.Write(bytes);
@@ -193,10 +195,6 @@ Result<HnswIndex> HnswIndex::Decode(const Bytes& bytes, size_t dim, const HnswOp
                     HnswOptions{options.M, options.ef_construction, options.ef_search, 1, false});
     index.graph_ = std::make_unique<Graph>(dim, options, file.path());
     index.options_ = options;
-    const auto& hnsw = index.graph_->hnsw;
-    if (hnsw.label_offset_ - hnsw.offsetData_ != index.graph_->space.get_data_size()) {
-      return DataLoss("index holds vectors of another dimension");
-    }
     return index;
   } catch (const std::runtime_error& e) {
     return DataLoss(e.what());

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "core/clock.h"
-#include "core/file.h"
+#include "core/file_below.h"
+#include "core/folder.h"
 #include "core/log.h"
 #include "ledger/session_folder.h"
 #include "retrieval/messages.h"
@@ -23,21 +24,22 @@ fs::path CheckpointPath(const Node& node) {
   return SessionPaths{node.options().session_dir}.Retrieval() / "hnsw.bin";
 }
 
+fs::path SessionOf(const fs::path& checkpoint) { return checkpoint.parent_path().parent_path(); }
+
 // Files that a process killed while it wrote left beside the checkpoint. There is one retrieval.
 void RemoveLeftovers(const fs::path& path) {
-  if (path.empty() || !fs::exists(path.parent_path())) return;
-  std::vector<fs::path> leftovers;
-  for (const auto& entry : fs::directory_iterator(path.parent_path())) {
-    const std::string name = entry.path().filename();
-    if (name.rfind(path.filename().string() + ".tmp-", 0) == 0) leftovers.push_back(entry.path());
+  if (path.empty()) return;
+  for (const fs::path& file : FilesUnder(path.parent_path())) {
+    const std::string name = file.filename();
+    if (name.rfind(path.filename().string() + ".tmp-", 0) == 0) fs::remove(file);
   }
-  for (const fs::path& leftover : leftovers) fs::remove(leftover);
 }
 
 void WriteCheckpoint(const RetrievalState& state, const std::string& session_id,
                      const fs::path& path) {
-  fs::create_directories(path.parent_path());
-  const Status written = WriteFileAtomic(path, state.Encode(session_id));
+  const fs::path root = SessionOf(path);
+  Status written = CreateFoldersBelow(root, path.parent_path());
+  if (written.ok()) written = WriteFileBelow(root, path, state.Encode(session_id));
   if (!written.ok()) LogError("checkpoint not written: {}", written.error());
 }
 
@@ -73,8 +75,10 @@ void RetrievalService::Start(State state) {
 
 RetrievalService::State RetrievalService::LoadCheckpoint() const {
   auto fresh = std::make_shared<RetrievalState>(options_.retrieval);
-  if (checkpoint_path_.empty() || !fs::exists(checkpoint_path_)) return fresh;
-  const auto bytes = ReadFile(checkpoint_path_);
+  if (checkpoint_path_.empty()) return fresh;
+  const auto bytes =
+      ReadFileBelow(SessionOf(checkpoint_path_), checkpoint_path_, kMaxStoredFileBytes);
+  if (bytes.code() == StatusCode::kNotFound) return fresh;
   auto state = bytes ? RetrievalState::Decode(*bytes, node_.session_id(), options_.retrieval)
                      : Result<RetrievalState>(bytes.status());
   if (!state) {

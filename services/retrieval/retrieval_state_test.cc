@@ -339,6 +339,31 @@ TEST(RetrievalState, PhotoThatWasGivenUpIsNoCandidate) {
   EXPECT_EQ(Ids(state.Add(3, Descriptor({1, 0}))->neighbours), std::vector<int64_t>({2}));
 }
 
+// A checkpoint's hash says nothing of who wrote it.
+TEST(HnswIndex, AGraphWithAnyChangedByteIsRefusedOrSafe) {
+  const auto vectors = RandomUnits(300);
+  HnswIndex index(kDim, {});
+  for (size_t i = 0; i < vectors.size(); ++i) {
+    index.Insert(static_cast<int64_t>(i), index.Find(vectors[i].data()));
+  }
+  const Bytes whole = index.Encode();
+  std::mt19937_64 random(7);
+  int num_refused = 0;
+  for (int trial = 0; trial < 1500; ++trial) {
+    Bytes changed = whole;
+    // The header, of 96 bytes, as often as the rest.
+    const size_t at = random() % (trial % 2 == 0 ? 96 : whole.size());
+    changed[at] = static_cast<uint8_t>(random());
+    Result<HnswIndex> loaded = HnswIndex::Decode(changed, kDim, {});
+    num_refused += !loaded.ok();
+    if (loaded.ok())
+      loaded->Insert(123456789, loaded->Find(vectors[static_cast<size_t>(trial) % 300].data()));
+  }
+  EXPECT_GT(num_refused, 800);
+  EXPECT_TRUE(HnswIndex::Decode(whole, kDim, {}).ok());
+  EXPECT_FALSE(HnswIndex::Decode(whole, kDim + 1, {}).ok());
+}
+
 TEST(HnswIndex, BreadthOfSearchHoldsAlsoAfterLoading) {
   HnswOptions options;
   options.ef_search = options.ef_construction = 1;  // finds few of the nearest

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "core/file.h"
+#include "core/file_below.h"
 #include "core/log.h"
 
 namespace skein {
@@ -18,7 +18,9 @@ constexpr size_t kMaxPublishers = 32;
 PhotoToOffer OfferOf(const WaitingUpload& upload) {
   PhotoToOffer photo;
   photo.name = upload.info.name;
-  photo.read = [path = upload.path.string()] { return ReadFile(path); };
+  photo.read = [path = upload.path, size = static_cast<size_t>(upload.info.size_bytes)] {
+    return ReadFileBelow(SessionOfUpload(path), path, size);
+  };
   photo.capture_utime_us = upload.info.capture_utime_us;
   photo.has_gps = upload.info.has_gps;
   photo.latitude_deg = upload.info.latitude_deg;

@@ -172,14 +172,18 @@ const cases = {
   },
 
   async 'two maps grow, are joined, and what the server swallowed is pulled'({ browser, start }) {
-    const server = await start('--speed', '4', '--hold', '25');
+    // Time stands still before the silence, and before the merge ends: a join is seen where both maps are drawn by then.
+    const server = await start('--speed', '4', '--hold', '25,31');
     const { page } = browser;
     await page.goto(server.url);
-    await browser.until('two maps grow side by side', (s) => s.submaps.length === 2 && s.cameras.length >= 8 && s.shapes.length === 2);
+    const areTwo = (s) => s.submaps.length === 2 && s.cameras.length >= 8 && s.shapes.length === 2;
+    await browser.until('two maps grow side by side', areTwo);
     server.tell('silence');
     server.tell('go');
     await page.waitForTimeout(1500);
     server.tell('obey');
+    await browser.until('what was swallowed is there', (s) => areTwo(s) && s.loading === 0 && s.merges.some((m) => m.state === 'frozen'));
+    server.tell('go');
     // Of the move its end is waited for: a slow machine may look at the page less often than the move lasts.
     await browser.until('the one map has moved to the other', (s) => s.joined.length === 1);
     const state = await browser.until('one map with all cameras', (s) => s.finish?.state === 'done' && s.joining.length === 0 && s.cameras.length === 45 && s.shapes.length === 1);

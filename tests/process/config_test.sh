@@ -25,6 +25,21 @@ sed -i 's/^max_features = .*/max_features = 4096/; s/^merge = .*/merge = false/;
 "$skein" config --config "$file" | diff "$file" - || fail "values of the file were not taken"
 "$SKEIN_BUILD/bin/skein-features" --config "$file" --max-features 7 --print-config | grep -x 'max_features = 7' >/dev/null || fail "the command line does not go first"
 
+# NaN and infinity are no values, of any option of any service.
+num_numbers=0
+for service in ingest features retrieval matching mapper merger guide relay web; do
+  while read -r option; do
+    for value in nan inf; do
+      status=0
+      printf '[%s]\n%s = %s\n' "$service" "$(tr - _ <<<"${option#--}")" "$value" >"$workspace/none.toml"
+      "$SKEIN_BUILD/bin/skein-$service" --config "$workspace/none.toml" --print-config >/dev/null 2>"$workspace/said" || status=$?
+      ((status == 2)) && (($(wc -l <"$workspace/said") == 1)) || fail "skein-$service takes $value for $option: $(<"$workspace/said")"
+      num_numbers=$((num_numbers + 1))
+    done
+  done < <("$SKEIN_BUILD/bin/skein-$service" --help | grep -oE -- '--[a-z-]+ FLOAT' | cut -d ' ' -f 1)
+done
+((num_numbers >= 40)) || fail "only $num_numbers numbers were tried"
+
 # refuses WORDS CONTENT: skein-mapper, in one line
 refuses() {
   local status=0

@@ -3,7 +3,7 @@
 // program is not the store's.
 //
 //   SKEIN_FAIL_CALL    write (also pwrite, ftruncate), sync (fsync, fdatasync), rename (also link,
-//                      mkdir), open, or malloc (also calloc, realloc)
+//                      mkdir; by descriptor, too), open, or malloc (also calloc, realloc)
 //   SKEIN_FAIL_AT      the number of the call that fails, from 1; open fails from then on (as
 //                      without descriptors), the others once
 //   SKEIN_FAIL_ERRNO   the error, a number; malloc returns NULL
@@ -135,6 +135,22 @@ int mkdir(const char* path, mode_t mode) {
   NEXT(mkdir_fn, "mkdir");
   return path_fails("rename", path) ? -1 : next(path, mode);
 }
+static int fails_in(const char* kind, int folder, const char* path) {
+  const int before = errno;
+  char whole[MOST_PATH_BYTES];
+  if (!atomic_load(&armed) || strcmp(call, kind) != 0) return 0;
+  const char* meant = path_in(folder, path, whole);
+  errno = before;
+  return path_fails(kind, meant);
+}
+int mkdirat(int folder, const char* path, mode_t mode) {
+  NEXT(mkdirat_fn, "mkdirat");
+  return fails_in("rename", folder, path) ? -1 : next(folder, path, mode);
+}
+int renameat(int from_folder, const char* from, int to_folder, const char* to) {
+  NEXT(renameat_fn, "renameat");
+  return fails_in("rename", to_folder, to) ? -1 : next(from_folder, from, to_folder, to);
+}
 
 #define OPEN(name)                                                  \
   int name(const char* path, int flags, ...) {                      \
@@ -147,14 +163,14 @@ int mkdir(const char* path, mode_t mode) {
   }
 OPEN(open)
 OPEN(open64)
-#define OPENAT(name)                                                        \
-  int name(int folder, const char* path, int flags, ...) {                  \
-    NEXT(openat_fn, #name);                                                 \
-    va_list arguments;                                                      \
-    va_start(arguments, flags);                                             \
-    const mode_t mode = mode_of(flags, arguments);                          \
-    va_end(arguments);                                                      \
-    return path_fails("open", path) ? -1 : next(folder, path, flags, mode); \
+#define OPENAT(name)                                                              \
+  int name(int folder, const char* path, int flags, ...) {                        \
+    NEXT(openat_fn, #name);                                                       \
+    va_list arguments;                                                            \
+    va_start(arguments, flags);                                                   \
+    const mode_t mode = mode_of(flags, arguments);                                \
+    va_end(arguments);                                                            \
+    return fails_in("open", folder, path) ? -1 : next(folder, path, flags, mode); \
   }
 OPENAT(openat)
 OPENAT(openat64)

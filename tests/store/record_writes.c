@@ -155,6 +155,25 @@ int mkdir(const char* path, mode_t mode) {
   return changed('m', next(path, mode), path);
 }
 
+int mkdirat(int folder, const char* path, mode_t mode) {
+  NEXT(mkdirat_fn, "mkdirat");
+  char whole[MOST_PATH_BYTES];
+  return changed('m', next(folder, path, mode), path_in(folder, path, whole));
+}
+int renameat(int from_folder, const char* from, int to_folder, const char* to) {
+  NEXT(renameat_fn, "renameat");
+  char whole_from[MOST_PATH_BYTES], whole_to[MOST_PATH_BYTES];
+  const int result = next(from_folder, from, to_folder, to);
+  return moved('r', result, path_in(from_folder, from, whole_from),
+               path_in(to_folder, to, whole_to));
+}
+int unlinkat(int folder, const char* path, int flags) {
+  NEXT(unlinkat_fn, "unlinkat");
+  char whole[MOST_PATH_BYTES];
+  const int result = next(folder, path, flags);
+  return flags == 0 ? changed('u', result, path_in(folder, path, whole)) : result;
+}
+
 #define OPEN(name)                                       \
   int name(const char* path, int flags, ...) {           \
     NEXT(open_fn, #name);                                \
@@ -166,14 +185,15 @@ int mkdir(const char* path, mode_t mode) {
   }
 OPEN(open)
 OPEN(open64)
-#define OPENAT(name)                                             \
-  int name(int folder, const char* path, int flags, ...) {       \
-    NEXT(openat_fn, #name);                                      \
-    va_list arguments;                                           \
-    va_start(arguments, flags);                                  \
-    const mode_t mode = mode_of(flags, arguments);               \
-    va_end(arguments);                                           \
-    return opened(next(folder, path, flags, mode), path, flags); \
+#define OPENAT(name)                                                                     \
+  int name(int folder, const char* path, int flags, ...) {                               \
+    NEXT(openat_fn, #name);                                                              \
+    va_list arguments;                                                                   \
+    va_start(arguments, flags);                                                          \
+    const mode_t mode = mode_of(flags, arguments);                                       \
+    va_end(arguments);                                                                   \
+    char whole[MOST_PATH_BYTES];                                                         \
+    return opened(next(folder, path, flags, mode), path_in(folder, path, whole), flags); \
   }
 OPENAT(openat)
 OPENAT(openat64)

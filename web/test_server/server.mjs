@@ -1,13 +1,13 @@
 // Serves the page with a synthetic session, by the same protocol as skein-web, without any of Skein's processes:
 //
 //   node test_server/server.mjs [--port 8471] [--page dist] [--speed 8] [--photos 24] [--points 30000] [--gps] [--at end]
-//                               [--hold S]
+//                               [--hold S[,S ...]]
 //
 // For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
 //   refuse    answers no request              obey      behaves again
 //   revoke    closes every WebSocket as that of an invitation that was revoked
-//   go        time goes on: with --hold it stands still after S seconds of the session
+//   go        time goes on: with --hold it stands still after each S, in seconds of the session
 import { createHash } from 'node:crypto';
 import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
@@ -31,7 +31,8 @@ const { events } = session;
 const first = events[0].t;
 const speed = Number(options.speed);
 let began = Date.now();
-let held = first + Number(options.hold) * 1e6;
+const holds = options.hold.split(',').map((s) => first + Number(s) * 1e6);
+let held = holds.shift();
 const running = () => first + (Date.now() - began) * 1000 * speed;
 const utimeNow = () => (options.at === 'end' ? Infinity : Math.min(held, running()));
 let told = 0; // events so far
@@ -190,7 +191,7 @@ createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'silence') silent = true;
   if (line === 'go') {
     began += Math.max(0, running() - held) / (1000 * speed);
-    held = Infinity;
+    held = holds.shift() ?? Infinity;
   }
   if (line === 'obey') {
     refusing = silent = false;

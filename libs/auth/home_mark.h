@@ -1,0 +1,24 @@
+// Which session keys were made on this host, by this user. A folder that was sent brings keys with
+// it, and who made them can speak in every role. The mark of own keys is SESSION/keys/home: the
+// HMAC-SHA256 of the root's public key under a secret of this user, which lies outside of every
+// session folder: $XDG_STATE_HOME/skein/home.key, by default ~/.local/state/skein/home.key, 0600.
+// It is made when it is first needed. A session may be moved or restored on its host.
+#pragma once
+
+#include <string>
+
+#include "auth/signing_key.h"
+#include "core/result.h"
+
+namespace skein {
+
+// `keys_dir` is the folder keys/, which exists. Makes the user's secret where it is missing.
+Status MarkKeysAsOwn(const std::string& keys_dir, const PublicKey& root);
+
+// kFailedPrecondition: the mark is missing or another user's or host's; the text says what to do.
+Status CheckKeysAreOwn(const std::string& keys_dir, const PublicKey& root);
+
+// Whether the mark, if there is one, is whole, whoever made it.
+Status CheckMark(const std::string& keys_dir);
+
+}  // namespace skein

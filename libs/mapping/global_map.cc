@@ -1,0 +1,293 @@
+#include "mapping/global_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "base/essential_matrix.h"
+#include "base/pose.h"
+#include "core/clock.h"
+#include "core/log.h"
+#include "estimators/essential_matrix.h"
+#include "geometry/rotation_averaging.h"
+#include "map/bundle_builder.h"
+#include "map/filters.h"
+#include "map/image_pose.h"
+#include "map/points_anew.h"
+#include "mapping/global_positions.h"
+#include "mapping/registration.h"
+#include "optim/loransac.h"
+#include "util/random.h"
+
+namespace skein {
+namespace {
+
+// Matches that are enough for a relative rotation.
+constexpr size_t kMaxMatches = 300;
+
+Eigen::Vector2d Normalized(const SceneMap& map, ImageId id, Point2DIdx index) {
+  const colmap::Image& image = map.reconstruction().Image(id);
+  return map.reconstruction().Camera(image.CameraId()).ImageToWorld(image.Point2D(index).XY());
+}
+
+// The weight is the number of inliers; 0 where too few agree.
+RelativeRotation EstimateRotation(const SceneMap& map, ImageId id1, ImageId id2) {
+  using Ransac = colmap::LORANSAC<colmap::EssentialMatrixFivePointEstimator,
+                                  colmap::EssentialMatrixFivePointEstimator>;
+  const colmap::FeatureMatches matches = map.MatchesOfPair(id1, id2);
+  const size_t count = std::min(matches.size(), kMaxMatches);
+  std::vector<Eigen::Vector2d> points1, points2;
+  for (size_t i = 0; i < count; ++i) {
+    const colmap::FeatureMatch& match = matches[i * matches.size() / count];
+    points1.push_back(Normalized(map, id1, match.point2D_idx1));
+    points2.push_back(Normalized(map, id2, match.point2D_idx2));
+  }
+  const auto threshold = [&](ImageId id) {
+    return map.reconstruction()
+        .Camera(map.reconstruction().Image(id).CameraId())
+        .ImageToWorldThreshold(limits::kMaxErrorPx);
+  };
+  RelativeRotation rotation{id1, id2, Eigen::Matrix3d::Identity(), 0};
+  colmap::RANSACOptions options;
+  options.max_error = (threshold(id1) + threshold(id2)) / 2;
+  options.min_inlier_ratio = 0.25;
+  options.max_num_trials = 1000;
+  colmap::SetPRNGSeed(SeedFromIds(id1, id2));
+  const auto report = Ransac(options).Estimate(points1, points2);
+  if (!report.success) return rotation;
+  std::vector<Eigen::Vector2d> inliers1, inliers2;
+  for (size_t i = 0; i < count; ++i) {
+    if (!report.inlier_mask[i]) continue;
+    inliers1.push_back(points1[i]);
+    inliers2.push_back(points2[i]);
+  }
+  Eigen::Vector3d t;
+  std::vector<Eigen::Vector3d> points3D;
+  colmap::PoseFromEssentialMatrix(report.model, inliers1, inliers2, &rotation.R, &t, &points3D);
+  const double num_inliers =
+      static_cast<double>(inliers1.size()) * matches.size() / std::max<size_t>(1, count);
+  if (num_inliers >= limits::kMinPoseInliers) rotation.weight = num_inliers;
+  return rotation;
+}
+
+std::vector<RelativeRotation> EstimateRotations(const SubmapOptions& options,
+                                                const std::set<ImageId>& without,
+                                                const SceneMap& map) {
+  std::vector<RelativeRotation> rotations;
+  for (const auto& [id1, id2] : map.pairs()) {
+    if (options.IsStopped()) return {};
+    if (without.count(id1) > 0 || without.count(id2) > 0) continue;
+    if (map.Neighbours(id1).at(id2) < limits::kMinPoseInliers) continue;
+    RelativeRotation rotation = EstimateRotation(map, id1, id2);
+    if (rotation.weight > 0) rotations.push_back(std::move(rotation));
+  }
+  return rotations;
+}
+
+struct Feature {
+  ImageId image_id;
+  Point2DIdx index;
+};
+using Track = std::vector<Feature>;  // by image, each once
+
+// Features that belong together by the matches, surest pairs first. A match that would make a photo
+// show a track twice is false, or an earlier one is: it is passed over.
+class TrackBuilder {
+ public:
+  explicit TrackBuilder(const SceneMap& map) : map_(map) {
+    for (const ImageId id : map.photos()) {
+      begin_[id] = track_of_.size();
+      track_of_.resize(track_of_.size() + map.reconstruction().Image(id).NumPoints2D(), kNone);
+    }
+  }
+
+  void AddPair(ImageId id1, ImageId id2) {
+    for (const colmap::FeatureMatch& match : map_.MatchesOfPair(id1, id2)) {
+      Join(TrackOf({id1, match.point2D_idx1}), TrackOf({id2, match.point2D_idx2}));
+    }
+  }
+
+  // Those of at least three photos, longest first.
+  std::vector<Track> Take() {
+    std::vector<Track> tracks;
+    for (Track& track : tracks_) {
+      if (track.size() >= 3) tracks.push_back(std::move(track));
+    }
+    tracks_.clear();
+    std::stable_sort(tracks.begin(), tracks.end(),
+                     [](const Track& a, const Track& b) { return a.size() > b.size(); });
+    return tracks;
+  }
+
+ private:
+  static constexpr size_t kNone = static_cast<size_t>(-1);
+
+  size_t& EntryOf(const Feature& feature) {
+    return track_of_[begin_.at(feature.image_id) + feature.index];
+  }
+
+  size_t TrackOf(const Feature& feature) {
+    size_t& track = EntryOf(feature);
+    if (track == kNone) {
+      track = tracks_.size();
+      tracks_.push_back({feature});
+    }
+    return track;
+  }
+
+  void Join(size_t a, size_t b) {
+    if (a == b) return;
+    if (tracks_[a].size() < tracks_[b].size()) std::swap(a, b);
+    const auto by_image = [](const Feature& x, const Feature& y) {
+      return x.image_id < y.image_id;
+    };
+    Track joined;
+    std::merge(tracks_[a].begin(), tracks_[a].end(), tracks_[b].begin(), tracks_[b].end(),
+               std::back_inserter(joined), by_image);
+    const auto twice = std::adjacent_find(
+        joined.begin(), joined.end(),
+        [](const Feature& x, const Feature& y) { return x.image_id == y.image_id; });
+    if (twice != joined.end()) return;
+    for (const Feature& feature : tracks_[b]) EntryOf(feature) = a;
+    tracks_[a] = std::move(joined);
+    tracks_[b].clear();
+  }
+
+  const SceneMap& map_;
+  std::map<ImageId, size_t> begin_;
+  std::vector<size_t> track_of_;  // of each keypoint of all photos
+  std::vector<Track> tracks_;
+};
+
+std::vector<Track> FindTracks(const SceneMap& map, std::vector<RelativeRotation> pairs) {
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const auto& a, const auto& b) { return a.weight > b.weight; });
+  TrackBuilder builder(map);
+  for (const RelativeRotation& pair : pairs) builder.AddPair(pair.id1, pair.id2);
+  return builder.Take();
+}
+
+// Some tracks of each photo are enough.
+std::vector<PointRays> RaysOf(const SceneMap& map, const RotationAveraging& averaging,
+                              const std::vector<Track>& tracks) {
+  constexpr int kTracksOfPhoto = 150;
+  std::map<ImageId, int> num_tracks;
+  std::vector<PointRays> points;
+  for (const Track& track : tracks) {
+    const bool is_wanted = std::any_of(track.begin(), track.end(), [&](const Feature& feature) {
+      return num_tracks[feature.image_id] < kTracksOfPhoto;
+    });
+    if (!is_wanted) continue;
+    PointRays point;
+    for (const Feature& feature : track) {
+      ++num_tracks[feature.image_id];
+      const Eigen::Vector3d ray = Normalized(map, feature.image_id, feature.index).homogeneous();
+      point.rays.push_back({feature.image_id, averaging.rotations.at(feature.image_id).transpose() *
+                                                  ray.normalized()});
+    }
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+void RegisterAt(const RotationAveraging& averaging,
+                const std::map<uint32_t, Eigen::Vector3d>& centers, SceneMap* map) {
+  for (const auto& [id, center] : centers) {
+    const Eigen::Matrix3d& R = averaging.rotations.at(id);
+    map->SetPose(id, colmap::RotationMatrixToQuaternion(R), -R * center);
+    map->Register(id);
+  }
+}
+
+// Rounds with ever smaller limits, as poses that come from directions are off by some pixels.
+void AdjustCoarseToFine(const SubmapOptions& options, SceneMap* map) {
+  for (const double factor : {8.0, 4.0, 2.0, 1.0}) {
+    if (options.IsStopped()) return;
+    TriangulateAnew(options.triangulation, options.num_threads, map);
+    Bundle bundle = BuildGlobalBundle(*map, true);
+    BundleOptions solve;
+    solve.num_threads = options.num_threads;
+    solve.loss_scale_px = factor;
+    solve.stop = options.stop;
+    if (!SolveBundle(solve, &bundle).usable) return;
+    ApplyBundle(bundle, map);
+    FilterOptions filter = options.filter;
+    filter.max_reprojection_error_px *= factor;
+    FilterPoints(filter, AllPoints(*map), map);
+    LogInfo("global: {} points, {} observations, error {:.2f} px",
+            map->reconstruction().NumPoints3D(), map->reconstruction().ComputeNumObservations(),
+            map->reconstruction().ComputeMeanReprojectionError());
+  }
+}
+
+void PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& without, SceneMap* map) {
+  constexpr double kMaxRotationErrorDeg = 10;
+  Timer timer;
+  const std::vector<RelativeRotation> relative = EstimateRotations(options, without, *map);
+  const double relative_s = timer.ElapsedS();
+  const RotationAveraging averaging = AverageRotations(relative, kMaxRotationErrorDeg);
+  if (averaging.rotations.size() < 3 || options.IsStopped()) return;
+  std::vector<RelativeRotation> fitting;
+  for (size_t i = 0; i < relative.size(); ++i) {
+    if (averaging.fits[i]) fitting.push_back(relative[i]);
+  }
+  const std::vector<Track> tracks = FindTracks(*map, fitting);
+  const std::vector<PointRays> rays = RaysOf(*map, averaging, tracks);
+  timer.Restart();
+  const auto centers = FindPositions(rays, options.num_threads, options.stop);
+  LogInfo(
+      "global: {} of {} pairs fit, {} rotations ({:.2f} s), {} of {} tracks, {} positions "
+      "({:.2f} s)",
+      fitting.size(), relative.size(), averaging.rotations.size(), relative_s, rays.size(),
+      tracks.size(), centers.size(), timer.ElapsedS());
+  if (options.IsStopped()) return;
+  RegisterAt(averaging, centers, map);
+  AdjustCoarseToFine(options, map);
+}
+
+// Of cameras with several registered photos.
+std::map<CameraId, double> FocalLengths(const SceneMap& map) {
+  std::map<CameraId, double> focal;
+  for (const auto& [id, state] : map.camera_states()) {
+    if (state.num_registered >= 2) focal[id] = map.reconstruction().Camera(id).MeanFocalLength();
+  }
+  return focal;
+}
+
+}  // namespace
+
+void ClearButIntrinsics(SceneMap* map) {
+  std::map<CameraId, std::vector<double>> found;
+  for (const auto& [id, state] : map->camera_states()) {
+    const colmap::Camera& camera = map->reconstruction().Camera(id);
+    const bool is_told = state.refined || state.num_registered >= 2;
+    if (is_told && HasPossibleIntrinsics(camera)) found[id] = camera.Params();
+  }
+  map->Clear();
+  for (const auto& [id, params] : found) {
+    map->SetCamera(id, params);
+    map->SetCameraRefined(id, true);
+  }
+}
+
+void MapGlobally(const SubmapOptions& options, const std::set<ImageId>& without, SceneMap* map) {
+  constexpr int kMaxRounds = 3;
+  constexpr double kMaxFocalChange = 0.05;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::map<CameraId, double> before;
+    for (const auto& [id, camera] : map->reconstruction().Cameras())
+      before[id] = camera.MeanFocalLength();
+    PlaceGlobally(options, without, map);
+    const std::map<CameraId, double> after = FocalLengths(*map);
+    const bool has_changed = std::any_of(after.begin(), after.end(), [&](const auto& focal) {
+      return std::abs(focal.second / before.at(focal.first) - 1) > kMaxFocalChange;
+    });
+    if (!has_changed || round + 1 == kMaxRounds || options.IsStopped()) return;
+    ClearButIntrinsics(map);
+  }
+}
+
+}  // namespace skein

@@ -1,0 +1,98 @@
+#include "mapping/global_map.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "mapping/global_positions.h"
+#include "mapping/submap_rig_test.h"
+
+namespace skein {
+namespace {
+
+// Points in a cube, seen from a ring of centres.
+struct Ring {
+  explicit Ring(double noise_rad) {
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::normal_distribution<double> normal(0, noise_rad);
+    for (int i = 0; i < 12; ++i) {
+      const double angle = 2 * M_PI * i / 12;
+      centers[i + 1] = Eigen::Vector3d(4 * std::cos(angle), 0.3 * (i % 3), 4 * std::sin(angle));
+    }
+    for (int k = 0; k < 200; ++k) {
+      const Eigen::Vector3d xyz(uniform(random), uniform(random), uniform(random));
+      PointRays point;
+      for (int i = 0; i < 4; ++i) {
+        const uint32_t id = static_cast<uint32_t>((k + i) % 12 + 1);
+        const Eigen::Vector3d noise(normal(random), normal(random), normal(random));
+        point.rays.push_back({id, ((xyz - centers[id]).normalized() + noise).normalized()});
+      }
+      points.push_back(point);
+    }
+  }
+
+  // After the best similarity, of the ring's radius.
+  double LargestError(const std::map<uint32_t, Eigen::Vector3d>& found) const {
+    Eigen::Matrix3Xd from(3, found.size()), to(3, found.size());
+    int column = 0;
+    for (const auto& [id, center] : found) {
+      from.col(column) = center;
+      to.col(column++) = centers.at(id);
+    }
+    const Eigen::Matrix4d similarity = Eigen::umeyama(from, to);
+    const Eigen::Matrix3Xd moved = (similarity.topLeftCorner<3, 3>() * from).colwise() +
+                                   similarity.topRightCorner<3, 1>().col(0);
+    return (moved - to).colwise().norm().maxCoeff() / 4;
+  }
+
+  std::mt19937 random{1};
+  std::map<uint32_t, Eigen::Vector3d> centers;
+  std::vector<PointRays> points;
+};
+
+TEST(FindPositions, OfExactRays) {
+  const Ring ring(0);
+  const auto found = FindPositions(ring.points, 1, nullptr);
+  ASSERT_EQ(found.size(), 12u);
+  EXPECT_LT(ring.LargestError(found), 0.02);
+}
+
+TEST(FindPositions, OfRaysWithOutliers) {
+  Ring ring(0.005);
+  for (size_t k = 0; k < ring.points.size(); k += 10) {
+    ring.points[k].rays[0].direction = Eigen::Vector3d(0.6, 0.8, 0);
+  }
+  const auto found = FindPositions(ring.points, 1, nullptr);
+  ASSERT_EQ(found.size(), 12u);
+  EXPECT_LT(ring.LargestError(found), 0.05);
+}
+
+TEST(FindPositions, EndsWhereItIsToStop) {
+  const Ring ring(0);
+  EXPECT_TRUE(FindPositions(ring.points, 1, [] { return true; }).empty());
+}
+
+TEST(MapGlobally, PlacesAllPhotosAtOnce) {
+  SubmapRig run(NoisyArc());
+  for (size_t i = 0; i < run.scene.photos.size(); ++i) run.Add(i);
+  MapGlobally(SubmapOptions(), {}, &run.map.map());
+  EXPECT_EQ(run.NumRegistered(), static_cast<int>(run.scene.photos.size()));
+  EXPECT_LT(run.PositionErrorPercent(), 0.5);
+}
+
+TEST(MapGlobally, PassesOverPhotosToLeaveOut) {
+  SubmapRig run(NoisyArc());
+  for (size_t i = 0; i < run.scene.photos.size(); ++i) run.Add(i);
+  MapGlobally(SubmapOptions(), {3, 4}, &run.map.map());
+  EXPECT_EQ(run.NumRegistered(), static_cast<int>(run.scene.photos.size()) - 2);
+  EXPECT_FALSE(run.map.map().IsRegistered(3));
+}
+
+TEST(MapGlobally, WithoutPairsRegistersNothing) {
+  SceneMap map;
+  MapGlobally(SubmapOptions(), {}, &map);
+  EXPECT_EQ(map.reconstruction().NumRegImages(), 0u);
+}
+
+}  // namespace
+}  // namespace skein
