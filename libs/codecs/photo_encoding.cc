@@ -98,11 +98,10 @@ std::vector<Entry> GpsEntries(const GpsPosition& gps) {
     const double seconds = (minutes - std::floor(minutes)) * 60;
     return Rationals(tag, {{whole, 1}, {std::floor(minutes), 1}, {seconds, 1000000}});
   };
-  std::vector<Entry> entries = {Entry{0, kByte, 4, {2, 3, 0, 0}},
-                                Ascii(1, gps.latitude_deg >= 0 ? "N" : "S"),
-                                angle(2, gps.latitude_deg),
-                                Ascii(3, gps.longitude_deg >= 0 ? "E" : "W"),
-                                angle(4, gps.longitude_deg)};
+  std::vector<Entry> entries = {
+      Entry{0, kByte, 4, {2, 3, 0, 0}}, Ascii(1, gps.latitude_deg >= 0 ? "N" : "S"),
+      angle(2, gps.latitude_deg), Ascii(3, gps.longitude_deg >= 0 ? "E" : "W"),
+      angle(4, gps.longitude_deg)};
   if (gps.altitude_m) {
     entries.push_back({5, kByte, 1, {static_cast<uint8_t>(*gps.altitude_m < 0)}});
     entries.push_back(Rationals(6, {{std::abs(*gps.altitude_m), 1000}}));

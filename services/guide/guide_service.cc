@@ -181,9 +181,7 @@ PlaceInput GuideService::InputOf(const ShapePtr& shape) const {
     const PhotoState* known = state_.FindPhoto(photo.image_id);
     if (known == nullptr) continue;
     const image_t& image = known->image;
-    input.photos[photo.image_id] = {image.agent,
-                                    image.name,
-                                    image.has_gps != 0,
+    input.photos[photo.image_id] = {image.agent, image.name, image.has_gps != 0,
                                     PositionOf(image).value_or(GeodeticPosition()),
                                     TextureOf(*known)};
   }
