@@ -24,12 +24,14 @@ std::optional<int64_t> IntegerField(const HttpRequest& request, const char* name
   return value;
 }
 
-// "47.5,8.2,430". False where it makes no sense.
+// "47.5,8.2,430", or "47.5,8.2," where the altitude is not known. False where it makes no sense.
 bool ReadGps(const std::string& text, UploadInfo* info) {
   double values[3] = {0, 0, 0};
+  const bool has_altitude = !text.empty() && text.back() != ',';
   const char* at = text.c_str();
   for (int count = 0; count < 3; ++count) {
     if (count > 0 && *at++ != ',') return false;
+    if (count == 2 && *at == '\0') break;
     char* end = nullptr;
     values[count] = std::strtod(at, &end);
     if (end == at || !std::isfinite(values[count])) return false;
@@ -41,7 +43,7 @@ bool ReadGps(const std::string& text, UploadInfo* info) {
   info->has_gps = true;
   info->latitude_deg = values[0];
   info->longitude_deg = values[1];
-  if (count == 3) info->altitude_m = values[2];
+  if (has_altitude) info->altitude_m = values[2];
   return true;
 }
 
@@ -114,7 +116,9 @@ class UploadSink : public BodySink, public std::enable_shared_from_this<UploadSi
     info.capture_utime_us = IntegerField(request_, "upload-taken").value_or(0);
     const auto gps = request_.fields.find("upload-gps");
     if (gps != request_.fields.end() && !ReadGps(gps->second, &info)) {
-      return HttpError(400, "Upload-Gps: give latitude,longitude[,altitude] in degrees and metres");
+      return HttpError(400,
+                       "Upload-Gps: give latitude,longitude,altitude in degrees and metres; an "
+                       "altitude that is not known is empty");
     }
     Result<UploadStore::Receiver> begun =
         store_.Begin(request_.visitor.name, blob_id_, info, *offset);

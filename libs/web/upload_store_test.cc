@@ -200,7 +200,7 @@ TEST_F(UploadStoreTest, TheLatestConnectionOfAPhotoCounts) {
   EXPECT_FALSE(store_->Take(*second, BytesOf("c")).ok()) << "what was told stays true";
 }
 
-TEST_F(UploadStoreTest, APositionHasThreeNumbers) {
+TEST_F(UploadStoreTest, APositionHasTwoNumbersAndAnAltitudeWhereItIsKnown) {
   JobPool pool(1, 1);
   const auto is_taken = [&](const std::string& gps) {
     HttpRequest request;
@@ -218,8 +218,9 @@ TEST_F(UploadStoreTest, APositionHasThreeNumbers) {
     return said == 0;
   };
   EXPECT_TRUE(is_taken("47.5,8.2,430"));
+  EXPECT_TRUE(is_taken("47.5,8.2,"));
   for (const char* gps :
-       {"1,2", "1,2,", "1,2,3,", "1,2,3,4", "1 2 3", "nan,2,3", "1,2,inf", "", ",,", "91,2,3"}) {
+       {"1,2", "1,,3", "1,2,3,", "1,2,3,4", "1 2 3", "nan,2,3", "1,2,inf", "", ",,", "91,2,3"}) {
     EXPECT_FALSE(is_taken(gps)) << gps;
   }
 }

@@ -154,9 +154,10 @@ Environment FaultAt(const Fault& fault, int number, const fs::path& dir) {
           {"SKEIN_FAIL_UNDER", dir.string()}};
 }
 
-// Of thousands of allocations ever fewer are tried.
+// Of hundreds of opens and thousands of allocations ever fewer are tried.
 int Next(const Fault& fault, int number) {
-  const bool is_dense = std::string(fault.call) != "malloc" || number < 50;
+  const std::string call = fault.call;
+  const bool is_dense = (call != "malloc" && call != "open") || number < 50;
   return is_dense ? number + 1 : number + 1 + number / 25;
 }
 

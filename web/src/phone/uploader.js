@@ -96,7 +96,7 @@ export class Uploader {
         'Upload-Offset': String(offset), 'Upload-Length': String(bytes.size), 'Upload-Name': encodeURIComponent(photo.name),
         'Upload-Taken': String(photo.taken),
       };
-      if (photo.gps) headers['Upload-Gps'] = photo.gps.join(',');
+      if (photo.gps) headers['Upload-Gps'] = [photo.gps[0], photo.gps[1], photo.gps[2] ?? ''].join(',');
       const answer = await this.request(path, { method: 'PATCH', headers, body: piece }, kPieceMs);
       if (answer.ok) {
         this.pause = kFirstPauseMs;
