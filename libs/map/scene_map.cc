@@ -258,6 +258,17 @@ void SceneMap::GiveOwnCamera(ImageId image_id) {
   }
   image.SetCameraId(own);
   given_cameras_[image_id] = given;
+  if (!image.IsRegistered()) return;
+  ++cameras_.at(own).num_registered;
+  if (--cameras_.at(given).num_registered == 0) ResetCamera(given);
+}
+
+bool SceneMap::HaveItsPhotosOwnCameras(CameraId given) const {
+  const auto state = cameras_.find(given);
+  if (state == cameras_.end() || state->second.num_registered > 0) return false;
+  return std::any_of(given_cameras_.begin(), given_cameras_.end(), [&](const auto& photo) {
+    return photo.second == given && IsRegistered(photo.first);
+  });
 }
 
 CameraId SceneMap::GivenCamera(ImageId image_id) const {

@@ -82,9 +82,11 @@ class SceneMap {
   void Register(ImageId image_id);
   void Deregister(ImageId image_id);
 
-  // Of a photo that is not registered: its intrinsics are no longer those of other photos and start
-  // from their prior, until it is taken out.
+  // The photo's intrinsics are no longer those of other photos and start from their prior, until it
+  // is taken out.
   void GiveOwnCamera(ImageId image_id);
+  // Of a camera that photos came with: registered ones have their own, and none has this one.
+  bool HaveItsPhotosOwnCameras(CameraId given) const;
   // The camera that it came with / the id of its own.
   CameraId GivenCamera(ImageId image_id) const;
   static CameraId OwnCamera(ImageId image_id) { return kFirstOwnCamera + image_id; }

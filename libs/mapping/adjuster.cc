@@ -9,6 +9,7 @@
 #include "map/filters.h"
 #include "map/retriangulation.h"
 #include "map/track_completion.h"
+#include "mapping/own_cameras.h"
 
 namespace skein {
 namespace {
@@ -133,6 +134,13 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   adjusted_ = map_.reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();
+}
+
+bool Adjuster::GiveOwnCameras() {
+  const Timer timer;
+  const bool any = skein::GiveOwnCameras(GlobalBaOptions(false), &map_);
+  cost_.solve_s += timer.ElapsedS();
+  return any;
 }
 
 void Adjuster::Check(bool shape_is_known) {

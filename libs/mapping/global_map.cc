@@ -266,7 +266,19 @@ void ClearButIntrinsics(SceneMap* map) {
     const bool is_told = state.refined || state.num_registered >= 2;
     if (is_told && HasPossibleIntrinsics(camera)) found[id] = camera.Params();
   }
+  std::map<ImageId, std::vector<double>> own;
+  for (const ImageId id : map->reconstruction().RegImageIds()) {
+    const colmap::Camera& camera =
+        map->reconstruction().Camera(map->reconstruction().Image(id).CameraId());
+    const bool is_own = camera.CameraId() == SceneMap::OwnCamera(id) &&
+                        map->HaveItsPhotosOwnCameras(map->GivenCamera(id));
+    if (is_own && HasPossibleIntrinsics(camera)) own[id] = camera.Params();
+  }
   map->Clear();
+  for (const auto& [id, params] : own) {
+    map->GiveOwnCamera(id);
+    map->SetCamera(SceneMap::OwnCamera(id), params);
+  }
   for (const auto& [id, params] : found) {
     map->SetCamera(id, params);
     map->SetCameraRefined(id, true);

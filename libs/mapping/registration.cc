@@ -424,6 +424,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few inliers");
   estimate = found.estimate;
   camera = found.camera;
+  estimate.has_own_camera |= map.HaveItsPhotosOwnCameras(camera.CameraId());
   estimate.camera_params = camera.Params();
   if (estimate.num_inliers < options.min_num_inliers)
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few inliers");

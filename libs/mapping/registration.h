@@ -69,7 +69,7 @@ struct PoseEstimate {
   int num_inliers = 0;
   BundlePose pose;                    // cam_from_world
   std::vector<double> camera_params;  // as given, or refined with the pose
-  bool has_own_camera = false;        // it does not fit with the intrinsics of its camera's photos
+  bool has_own_camera = false;        // its camera's photos have others, or each its own
   std::vector<char> inlier_mask;      // of the visible points
   PoseSigmas sigmas;                  // the points taken for certain
 };

@@ -342,6 +342,7 @@ void Submap::RefineUntilStable(const EventSink& sink) {
     if (settled_.checked && settled_.none_misplaced) return;
     if (!settled_.checked) {
       AdjustGlobally(2, true, false);
+      if (!options_.IsStopped() && adjuster_.GiveOwnCameras()) AdjustGlobally(2, true, false);
       if (options_.IsStopped()) return;
       settled_.refined = settled_.checked = true;  // until a photo comes or goes
       WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,11 @@ TEST(Submap, TakesOtherCameraModels) {
   }
 }
 
+double FocalOf(const Submap& map, ImageId id) {
+  const colmap::Reconstruction& reconstruction = map.map().reconstruction();
+  return reconstruction.Camera(reconstruction.Image(id).CameraId()).Params(0);
+}
+
 TEST(Submap, FocalLengthWithstandsAFewZoomedPhotos) {
   SyntheticOptions options;
   options.num_photos = 16;
@@ -52,13 +58,8 @@ TEST(Submap, FocalLengthWithstandsAFewZoomedPhotos) {
   SubmapRig run(options);
   run.FeedAll();
   run.map.Finish(run.Sink());
-  EXPECT_NEAR(run.Focal(), 1000, 10);
+  EXPECT_NEAR(FocalOf(run.map, 1), 1000, 10);
   EXPECT_GE(run.NumRegistered(), 14);
-}
-
-double FocalOf(const Submap& map, ImageId id) {
-  const colmap::Reconstruction& reconstruction = map.map().reconstruction();
-  return reconstruction.Camera(reconstruction.Image(id).CameraId()).Params(0);
 }
 
 // Photos of one size without EXIF count as of one camera, until one does not fit.
@@ -82,6 +83,26 @@ TEST(Submap, WithoutExifAZoomedPhotoGetsIntrinsicsOfItsOwn) {
   for (size_t i = 0; i < 16; ++i) other.Add(i);
   ASSERT_TRUE(RestoreSubmap(SaveSubmap(&run.map), &other.map).ok());
   EXPECT_NEAR(FocalOf(other.map, 6), 1300, 10);
+}
+
+// One focal length for all of them would fit well, and bend the map.
+TEST(Submap, PhotosThatWereZoomedEachGetIntrinsicsOfTheirOwn) {
+  for (const bool exif : {false, true}) {
+    SyntheticOptions options;
+    options.num_photos = 16;
+    options.focal_from_exif = exif;
+    options.zoomed_photos = {1, 3, 4, 7, 9, 10, 12, 15};
+    SubmapRig run(options);
+    run.FeedAll();
+    run.map.Finish(run.Sink());
+    EXPECT_EQ(run.NumRegistered(), 16) << exif;
+    EXPECT_LT(run.PositionErrorPercent(), 0.5) << exif;
+    for (ImageId id = 1; id <= 16; ++id) {
+      const std::vector<int>& ids = options.zoomed_photos;
+      const bool zoomed = std::count(ids.begin(), ids.end(), static_cast<int>(id) - 1) > 0;
+      EXPECT_NEAR(FocalOf(run.map, id), zoomed ? 1300 : 1000, 15) << exif << ", " << id;
+    }
+  }
 }
 
 TEST(Submap, LocalBundleAdjustmentsLeaveTheIntrinsics) {

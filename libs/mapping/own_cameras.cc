@@ -1,0 +1,87 @@
+#include "mapping/own_cameras.h"
+
+#include <map>
+#include <set>
+#include <vector>
+
+#include "core/log.h"
+#include "map/bundle_builder.h"
+
+namespace skein {
+namespace {
+
+constexpr double kMaxRemaining = 0.5;
+constexpr int kMinPhotos = 3;
+
+std::set<CameraId> SharedCameras(const SceneMap& map) {
+  std::set<CameraId> shared;
+  for (const auto& [id, state] : map.camera_states()) {
+    if (!state.fixed && state.num_registered >= kMinPhotos) shared.insert(id);
+  }
+  return shared;
+}
+
+// The cameras of the poses that share one of these become cameras of their own, which start from
+// its parameters and have its prior.
+void Split(const std::set<CameraId>& shared, Bundle* bundle) {
+  for (BundlePose& pose : bundle->poses) {
+    BundleCamera camera = bundle->cameras[pose.camera];
+    if (shared.count(camera.camera_id) == 0) continue;
+    camera.camera_id = SceneMap::OwnCamera(pose.image_id);
+    pose.camera = static_cast<int>(bundle->cameras.size());
+    bundle->cameras.push_back(std::move(camera));
+  }
+}
+
+// By the camera that the photos came to the bundle with.
+std::map<CameraId, double> SumsOfSquares(const Bundle& bundle,
+                                         const std::vector<CameraId>& camera_of_pose) {
+  std::map<CameraId, double> sums;
+  const std::vector<double> errors = ReprojectionErrors(bundle);
+  for (size_t i = 0; i < errors.size(); ++i) {
+    sums[camera_of_pose[bundle.observations[i].pose]] += errors[i] * errors[i];
+  }
+  return sums;
+}
+
+}  // namespace
+
+bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
+  const std::set<CameraId> shared = SharedCameras(*map);
+  if (shared.empty()) return false;
+  Bundle bundle = BuildGlobalBundle(*map, true);
+  std::vector<CameraId> camera_of_pose;
+  for (const BundlePose& pose : bundle.poses) {
+    camera_of_pose.push_back(bundle.cameras[pose.camera].camera_id);
+  }
+  const auto before = SumsOfSquares(bundle, camera_of_pose);
+  Split(shared, &bundle);
+  options.factor = nullptr;  // of other unknowns
+  if (!SolveBundle(options, &bundle).usable) return false;
+  const auto after = SumsOfSquares(bundle, camera_of_pose);
+  std::set<CameraId> left;
+  for (const CameraId id : shared) {
+    const double remaining = before.count(id) > 0 ? after.at(id) / before.at(id) : 1;
+    LogInfo("camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos", id,
+            remaining, map->camera_state(id).num_registered);
+    if (remaining < kMaxRemaining) left.insert(id);
+  }
+  if (left.empty()) return false;
+  // What stays shared keeps its parameters.
+  for (size_t i = 0; i < bundle.poses.size(); ++i) {
+    BundleCamera& camera = bundle.cameras[bundle.poses[i].camera];
+    if (left.count(camera_of_pose[i]) > 0) {
+      map->GiveOwnCamera(bundle.poses[i].image_id);
+    } else if (shared.count(camera_of_pose[i]) > 0) {
+      camera.camera_id = camera_of_pose[i];
+      camera.params = map->reconstruction().Camera(camera_of_pose[i]).Params();
+    }
+  }
+  for (BundleCamera& camera : bundle.cameras) {
+    if (left.count(camera.camera_id) > 0) camera.refined.clear();
+  }
+  ApplyBundle(bundle, map);
+  return true;
+}
+
+}  // namespace skein
