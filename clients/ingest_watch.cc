@@ -1,6 +1,7 @@
 #include "clients/ingest_watch.h"
 
 #include "core/clock.h"
+#include "photo/photo_name.h"
 
 namespace skein {
 
@@ -16,8 +17,9 @@ IngestWatch::IngestWatch(Node& node, double silent_s)
       heard_s_(MonotonicS()),
       subscription_(node.bus().Subscribe<heartbeat_t>(kHeartbeatChannel,
                                                       [this](const heartbeat_t& heartbeat) {
-                                                        if (heartbeat.service == "ingest")
-                                                          heard_s_ = MonotonicS();
+                                                        if (heartbeat.service != "ingest") return;
+                                                        heard_s_ = MonotonicS();
+                                                        problem_ = heartbeat.problem;
                                                       })) {}
 
 IngestWatch::~IngestWatch() { node_.bus().Unsubscribe(subscription_); }
@@ -25,6 +27,13 @@ IngestWatch::~IngestWatch() { node_.bus().Unsubscribe(subscription_); }
 bool IngestWatch::is_silent() const { return MonotonicS() - heard_s_ > silent_s_; }
 
 void IngestWatch::TellChange(const std::string& command, std::ostream& out) {
+  if (problem_ != told_problem_) {
+    told_problem_ = problem_;
+    out << command << ": "
+        << (problem_.empty() ? "ingest goes on"
+                             : "ingest: " + Printable(problem_, 400) + ". Waiting")
+        << std::endl;
+  }
   if (is_silent() == told_silent_) return;
   told_silent_ = !told_silent_;
   out << command << ": "

@@ -24,7 +24,8 @@ class IngestWatch {
 
   // No heartbeat for silent_s, or since the watch began.
   bool is_silent() const;
-  // A line on `out` when ingest has fallen silent, and one when it is heard again; else nothing.
+  // A line on `out` when ingest has fallen silent or tells of a problem, and one when that is over;
+  // else nothing.
   // To be called once a second.
   void TellChange(const std::string& command, std::ostream& out);
 
@@ -33,6 +34,7 @@ class IngestWatch {
   const double silent_s_;
   double heard_s_;
   bool told_silent_ = false;
+  std::string problem_, told_problem_;  // heartbeat_t.problem
   Bus::SubscriptionId subscription_;
 };
 

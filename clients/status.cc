@@ -48,9 +48,9 @@ class StatusWatch {
     node.bus().Subscribe<heartbeat_t>(kHeartbeatChannel, [this](const heartbeat_t& heartbeat) {
       if (heartbeat.instance == node_.instance()) return;
       if (heartbeat.state == kEndedState) {
-        instances_.erase(heartbeat.instance);
+        processes_.erase(heartbeat.instance);
       } else {
-        instances_[heartbeat.instance] = {heartbeat, MonotonicS()};
+        processes_[heartbeat.instance] = {heartbeat, MonotonicS(), heartbeat.utime_us - NowUs()};
       }
     });
     node.bus().Subscribe<submap_status_t>(
@@ -64,8 +64,9 @@ class StatusWatch {
   IngestWatch& ingest() { return ingest_; }
 
   void Print(bool as_json) const {
-    const nlohmann::json status =
-        MakeStatus({node_.session_id(), session_, instances_, submaps_, MonotonicS(), guidance_});
+    const double now_s = MonotonicS();
+    const nlohmann::json status = MakeStatus({node_.session_id(), session_, processes_, submaps_,
+                                              now_s, now_s - listens_since_s_, guidance_});
     if (as_json) {
       std::cout << status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                 << std::endl;
@@ -80,7 +81,8 @@ class StatusWatch {
   Node& node_;
   IngestWatch ingest_;
   SessionRecord session_;
-  std::map<std::string, HeardInstance> instances_;
+  const double listens_since_s_ = MonotonicS();
+  HeardProcesses processes_;
   std::map<int64_t, submap_status_t> submaps_;
   std::map<int64_t, guidance_t> guidance_;
   LedgerFollower follower_;

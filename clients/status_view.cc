@@ -9,14 +9,25 @@
 #include "session/guidance_json.h"
 #include "session/model_verdict.h"
 #include "session/report.h"
+#include "session/troubles.h"
 
 namespace skein {
 namespace {
 
 using nlohmann::json;
 
-constexpr double kSilentS = 3;
 constexpr size_t kMaxPhotosShown = 12;
+
+json TroublesOf(const StatusInput& input) {
+  json troubles = TroublesJson(
+      FindTroubles(input.session.state, input.processes, input.now_s, input.listened_s));
+  for (json& trouble : troubles) {
+    for (const char* key : {"what", "remedy"}) {
+      trouble[key] = Printable(trouble[key].get<std::string>(), 400);
+    }
+  }
+  return troubles;
+}
 
 // From its birth to its end, for a person. `live`: what its mapper tells, null if nothing yet.
 std::string SubmapStage(const SessionState& state, const SubmapLife& submap,
@@ -46,7 +57,7 @@ json ImagesOf(const SessionRecord& session) {
 
 json InstancesOf(const StatusInput& input) {
   json instances = json::array();
-  for (const auto& [name, heard] : input.instances) {
+  for (const auto& [name, heard] : input.processes) {
     const heartbeat_t& beat = heard.heartbeat;
     instances.push_back({{"instance", Printable(name)},
                          {"service", Printable(beat.service)},
@@ -162,7 +173,7 @@ std::string Line(const char* format, T... values) {
 
 std::string FormatInstance(const json& i) {
   const double silent_s = i["silent_s"];
-  std::string state = silent_s > kSilentS
+  std::string state = silent_s > kSilentProcessS
                           ? "silent for " + std::to_string(static_cast<int>(silent_s)) + " s"
                           : i["state"].get<std::string>();
   const long long dropped = i["decode_failures"], refused = i["refused"];
@@ -248,6 +259,7 @@ json MakeStatus(const StatusInput& input) {
   return {{"session_id", input.session_id},
           {"ledger", state.head()},
           {"images", ImagesOf(input.session)},
+          {"troubles", TroublesOf(input)},
           {"latency_s", LatencyPart(input.session)},
           {"retrieval", RetrievalPart(input.session.history)},
           {"finishing", state.finishing()},
@@ -265,13 +277,21 @@ std::string FormatStatus(const json& status) {
   std::string text =
       Line("session %s   facts %lld%s", status["session_id"].get<std::string>().c_str(),
            status["ledger"].get<long long>(), status["finishing"] ? "   finishing" : "");
-  text += Line("photos  %lld received, %lld in flight, %lld registered, %lld deferred, %lld failed",
-               images["received"].get<long long>(), images["in_flight"].get<long long>(),
-               images["registered"].get<long long>(), images["deferred"].get<long long>(),
-               images["failed"].get<long long>());
-  text += Line("photo to pose  p50 %.2f s   p95 %.2f s   p99 %.2f s", latency["p50"].get<double>(),
-               latency["p95"].get<double>(), latency["p99"].get<double>());
-  text += FormatStages(latency["stages"]);
+  for (const json& trouble : status["troubles"]) {
+    text += "! " + trouble["what"].get<std::string>() + "\n  " +
+            trouble["remedy"].get<std::string>() + "\n";
+  }
+  text += Line(
+      "photos  %lld received, %lld in work, %lld placed, %lld waiting or not placed, %lld failed",
+      images["received"].get<long long>(), images["in_flight"].get<long long>(),
+      images["registered"].get<long long>(), images["deferred"].get<long long>(),
+      images["failed"].get<long long>());
+  if (latency["p95"].get<double>() > 0) {
+    text += Line("photo to pose  half within %.2f s   95 %% within %.2f s   99 %% within %.2f s",
+                 latency["p50"].get<double>(), latency["p95"].get<double>(),
+                 latency["p99"].get<double>());
+    text += FormatStages(latency["stages"]);
+  }
   const json& retrieval = status["retrieval"];
   text += Line(
       "retrieval  %.2f ms a photo   %lld candidates, %lld verified   pairs: %lld matched, "

@@ -6,30 +6,26 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "session/heard_processes.h"
 #include "session/session_history.h"
 #include "transport/channels.h"
 
 namespace skein {
 
-// A process as it was last heard.
-struct HeardInstance {
-  heartbeat_t heartbeat;
-  double heard_s = 0;  // MonotonicS
-};
-
 struct StatusInput {
   std::string session_id;
   const SessionRecord& session;
-  const std::map<std::string, HeardInstance>& instances;      // by instance
+  const HeardProcesses& processes;
   const std::map<int64_t, submap_status_t>& submap_statuses;  // latest of SKEIN_SUBMAP_STATUS
-  double now_s = 0;
-  std::map<int64_t, guidance_t> guidance = {};  // by submap, the latest
+  double now_s = 0;                                           // MonotonicS
+  double listened_s = 0;                                      // to heartbeats
+  std::map<int64_t, guidance_t> guidance = {};                // by submap, the latest
 };
 
 // Keys:
 //
 //   {session_id, ledger, images{received, in_flight, registered, deferred, failed},
-//    latency_s{p50, p95, p99}, finishing,
+//    troubles[{what, remedy}], latency_s{p50, p95, p99}, finishing,
 //    instances[{instance, service, host, pid, state, backlog, done, mean_s, memory_bytes, ...}],
 //    submaps[{id, owner, epoch, state, images, deferred, points, mean_reprojection_error_px,
 //             guidance (GuidanceJson; null: not heard)}],

@@ -117,7 +117,7 @@ TEST(StatusView, SaysThatASubmapMayBeBent) {
 
 TEST(StatusView, TellsWhoIsSilentAndWhoCannotReadItsMessages) {
   const SessionRecord session;
-  std::map<std::string, HeardInstance> instances;
+  HeardProcesses instances;
   instances["matching-1"].heartbeat.state = "idle";
   instances["matching-1"].heard_s = 100;
   instances["mapper-1"].heartbeat.state = "idle";

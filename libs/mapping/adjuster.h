@@ -39,7 +39,8 @@ class Adjuster {
   // many that converge. Where the options say stop, it ends with the step that it is at; at least
   // one is taken.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
-  // After a global BA (own_cameras.h). True if photos got their own cameras: another one must follow.
+  // After a global BA (own_cameras.h). True if photos got cameras of their own: another global BA
+  // must follow.
   bool GiveOwnCameras();
   // The options of a global BA. It begins with what the last one decomposed.
   BundleOptions GlobalBaOptions(bool converge) const;

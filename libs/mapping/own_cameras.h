@@ -7,10 +7,10 @@ namespace skein {
 
 // Photos of one agent, size and EXIF count as of one camera. That is a guess: they may have been
 // zoomed, cropped, or taken by several phones. Where they were, one focal length for all bends the
-// map and still fits it well. So both hypotheses are adjusted, from the map as it is: if each
-// photo's own intrinsics leave less than half of the camera's sum of squared errors, its photos get
-// their own (SceneMap::GiveOwnCamera), and poses and points are those found with them. Photos of
-// one camera leave 0.93 or more, zoomed ones 0.2. Only cameras of three or more registered photos
+// map and still fits it well. So both hypotheses are adjusted, from the map as it is. If own
+// intrinsics leave less than half of the camera's sum of squared errors, its photos get them
+// (SceneMap::GiveOwnCamera), with the poses and points that were found along. Photos of one camera
+// leave 0.86 or more, zoomed ones 0.15 to 0.25. Only cameras of three or more registered photos
 // whose intrinsics are not fixed. True if photos got any.
 bool GiveOwnCameras(BundleOptions options, SceneMap* map);
 

@@ -248,6 +248,7 @@ void Node::SendHeartbeat() {
   beat.host = HostName();
   beat.pid = static_cast<int32_t>(::getpid());
   beat.version = SKEIN_VERSION;
+  beat.utime_us = NowUs();
   beat.state = "running";
   beat.ledger_seq = ledger_seq_;
   beat.memory_bytes = ResidentMemoryBytes();

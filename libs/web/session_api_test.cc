@@ -104,7 +104,11 @@ class SessionApiTest : public ::testing::Test {
     model.submap_id = kSubmap;
     model.kind = submap_model_t::FINAL;
     model.num_images = 8;
-    model.model_blob = Keep(EncodeModelArchive(EncodeModel(map_.reconstruction())));
+    colmap::Reconstruction written = map_.reconstruction();
+    for (const colmap::image_t id : written.RegImageIds()) {
+      written.Image(id).SetName("alice/" + std::to_string(id) + ".jpg");
+    }
+    model.model_blob = Keep(EncodeModelArchive(EncodeModel(written)));
     Commit(model);
   }
 

@@ -6,10 +6,12 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "auth/certificate.h"
 #include "core/bytes.h"
 #include "core/result.h"
+#include "session/troubles.h"
 #include "skein/advice_t.hpp"
 #include "web/upload_store.h"
 
@@ -54,6 +56,9 @@ struct SessionSource {
   // What the guide last advised an agent, in a submap that lives; null: nothing is known of a
   // guide.
   std::function<std::optional<advice_t>(const std::string& agent)> advice;
+
+  // What a person has to mend; null: nothing is known of it.
+  std::function<std::vector<Trouble>()> troubles;
 
   PublicAddresses addresses;
   UploadStore* uploads = nullptr;  // null: nothing is uploaded

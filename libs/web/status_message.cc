@@ -80,20 +80,17 @@ json AdvicePart(const SessionState& state, const HeardGuidance& guidance) {
 }  // namespace
 
 std::string StatusMessage(const SessionRecord& session, const HeardProcesses& processes,
-                          double now_s, const HeardGuidance& guidance) {
+                          double now_s, const std::vector<Trouble>& troubles,
+                          const HeardGuidance& guidance) {
   const SessionState& state = session.state;
   int64_t described = 0, registered = 0;
-  int64_t for_features = 0, for_retrieval = 0, for_matching = 0, for_mapper = 0;
+  const StageBacklog backlog = BacklogOf(state);
+  int64_t for_mapper = 0;
   std::map<std::string, Agent> agents;
   for (const auto& [id, photo] : state.photos()) {
     const bool is_registered = state.IsRegistered(id);
     described += photo.features_seq > 0 ? 1 : 0;
     registered += is_registered ? 1 : 0;
-    if (!photo.failed()) {
-      for_features += photo.features_seq == 0 ? 1 : 0;
-      for_retrieval += photo.features_seq > 0 && photo.candidates_seq == 0 ? 1 : 0;
-      for_matching += photo.candidates_seq > 0 && photo.matches_seq == 0 ? 1 : 0;
-    }
     Agent& agent = agents[photo.image.agent];
     ++agent.sent;
     agent.placed += is_registered ? 1 : 0;
@@ -124,10 +121,11 @@ std::string StatusMessage(const SessionRecord& session, const HeardProcesses& pr
                  {"waiting", counts.deferred},
                  {"failed", counts.failed}}},
                {"backlog",
-                {{"features", for_features},
-                 {"retrieval", for_retrieval},
-                 {"matching", for_matching},
+                {{"features", backlog.features},
+                 {"retrieval", backlog.retrieval},
+                 {"matching", backlog.matching},
                  {"mapper", for_mapper}}},
+               {"troubles", TroublesJson(troubles)},
                {"diagnoses", DiagnosesPart(state)},
                {"guidance", GuidancePart(state, guidance)},
                {"advice", AdvicePart(state, guidance)},

@@ -4,17 +4,12 @@
 #include <map>
 #include <string>
 
+#include "session/heard_processes.h"
 #include "session/session_history.h"
+#include "session/troubles.h"
 #include "transport/channels.h"
 
 namespace skein {
-
-// A process as it was last heard.
-struct HeardProcess {
-  heartbeat_t heartbeat;
-  double heard_s = 0;  // monotonic
-};
-using HeardProcesses = std::map<std::string, HeardProcess>;  // by instance
 
 // What the guide last told; of submaps that have ended, too.
 struct HeardGuidance {
@@ -24,6 +19,7 @@ struct HeardGuidance {
 
 // {"type":"status", ...}, see services/web/README.md. Costs the number of photos.
 std::string StatusMessage(const SessionRecord& session, const HeardProcesses& processes,
-                          double now_s, const HeardGuidance& guidance = {});
+                          double now_s, const std::vector<Trouble>& troubles,
+                          const HeardGuidance& guidance = {});
 
 }  // namespace skein

@@ -85,7 +85,7 @@ void UploadsApi::Head(const std::string& agent, const std::string& blob_id,
 }
 
 // {"photos": [[SHA256, name], ...]} -> {"states": [...], in the same order, "advice": AdviceJson or
-// null}.
+// null, "troubles": TroublesJson}.
 void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) const {
   const json asked = json::parse(request.body, nullptr, false);
   if (!asked.is_object() || !asked.contains("photos") || !asked["photos"].is_array() ||
@@ -121,8 +121,10 @@ void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) c
   }
   const std::optional<advice_t> advice = source_.advice ? source_.advice(agent) : std::nullopt;
   const json next = advice ? AdviceJson(*advice) : json(nullptr);
-  respond(JsonResponse(json({{"states", std::move(states)}, {"advice", next}})
-                           .dump(-1, ' ', false, json::error_handler_t::replace)));
+  const json troubles = source_.troubles ? TroublesJson(source_.troubles()) : json::array();
+  respond(
+      JsonResponse(json({{"states", std::move(states)}, {"advice", next}, {"troubles", troubles}})
+                       .dump(-1, ' ', false, json::error_handler_t::replace)));
 }
 
 }  // namespace skein

@@ -53,6 +53,7 @@ class FinishDriver {
   void Step(double now_s);
   // For a person; "" if no finish runs.
   std::string Describe() const;
+  const std::string& problem() const { return problem_; }  // for a person; "" if there is none
 
  private:
   struct WrittenResults {

@@ -126,6 +126,9 @@ void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
     if (!state.empty() && !part.empty()) state += "; ";
     state += part;
   }
+  for (const std::string& problem : {writer_.problem(), intake_.problem(), finish_.problem()}) {
+    if (heartbeat->problem.empty()) heartbeat->problem = ClampText(problem);
+  }
   heartbeat->state = state.empty() ? ReadyState() : ClampText(state);
   heartbeat->ledger_seq = writer_.durable_head();
   heartbeat->backlog = intake_.num_pending();

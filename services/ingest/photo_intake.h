@@ -69,6 +69,8 @@ class PhotoIntake {
   // Why photos are not taken in, what is being received and what hangs, for a person; "" if
   // nothing.
   std::string Describe() const;
+  // Why no photo is taken in, for a person; "" if photos are.
+  std::string problem() const { return room_.Describe(); }
 
  private:
   struct Pending {

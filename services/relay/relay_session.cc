@@ -95,6 +95,7 @@ heartbeat_t RelaySession::Heartbeat(const std::vector<std::unique_ptr<Relay>>& r
   beat.instance = instance_;
   beat.host = HostName();
   beat.pid = static_cast<int32_t>(::getpid());
+  beat.utime_us = NowUs();
   beat.state = std::to_string(num_clients) + " clients" +
                CountOf(sum.num_dropped, "messages dropped for clients that do not keep up") +
                CountOf(sum.num_refused_subscriptions, "subscriptions refused") +

@@ -49,7 +49,8 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
 
 }  // namespace
 
-WebService::WebService(Node& node, const WebOptions& options) : node_(node), options_(options) {
+WebService::WebService(Node& node, const WebOptions& options)
+    : node_(node), options_(options), listens_since_s_(node.loop().now_s()) {
   if (options.is_public()) {
     upload_jobs_ = std::make_unique<JobPool>(kNumUploadThreads, kMoreUploadThreads);
     const auto run_job = [&jobs = *upload_jobs_](std::function<void()> job) {
@@ -151,6 +152,7 @@ SessionSource WebService::Source() {
                         SessionSource::Done done) { Fetch(blob_id, owner, std::move(done)); };
   source.may_use_model = [this](int64_t submap_id) { return shapes_->MayUseModel(submap_id); };
   source.advice = [this](const std::string& agent) { return AdviceFor(agent); };
+  source.troubles = [this] { return Troubles(); };
   source.on_look = [this] { shapes_->NoteLook(); };
   if (visitors_) AddVisitors(&source);
   return source;
@@ -185,7 +187,7 @@ void WebService::OnFact(const Fact& fact) {
   server_->NoteEvents();
   if (const auto* end = std::get_if<submap_end_t>(&fact)) {
     api_->shapes().Drop(end->submap_id);
-    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    const std::lock_guard<std::mutex> lock(told_mutex_);
     guidance_.places.erase(end->submap_id);
     server_->TellLatest("shape/" + std::to_string(end->submap_id), GoneMessage(end->submap_id));
   }
@@ -195,7 +197,8 @@ void WebService::OnHeartbeat(const heartbeat_t& heartbeat) {
   if (heartbeat.state == kEndedState) {
     processes_.erase(heartbeat.instance);
   } else {
-    processes_[heartbeat.instance] = {heartbeat, node_.loop().now_s()};
+    processes_[heartbeat.instance] = {heartbeat, node_.loop().now_s(),
+                                      heartbeat.utime_us - NowUs()};
   }
 }
 
@@ -204,7 +207,7 @@ void WebService::OnGuidance(const guidance_t& guidance) {
   const bool is_live = view_.With(
       [&](const SessionRecord& session) { return session.state.IsLive(guidance.submap_id); });
   if (!is_live) return;
-  const std::lock_guard<std::mutex> lock(guidance_mutex_);
+  const std::lock_guard<std::mutex> lock(told_mutex_);
   guidance_.places[guidance.submap_id] = guidance;
 }
 
@@ -214,7 +217,7 @@ void WebService::OnAdvice(const advice_t& advice) {
     return photo != nullptr && photo->image.agent == advice.agent;
   });
   if (!is_known) return;
-  const std::lock_guard<std::mutex> lock(guidance_mutex_);
+  const std::lock_guard<std::mutex> lock(told_mutex_);
   guidance_.advice[advice.agent] = advice;
 }
 
@@ -222,7 +225,7 @@ void WebService::OnAdvice(const advice_t& advice) {
 std::optional<advice_t> WebService::AdviceFor(const std::string& agent) const {
   std::optional<advice_t> advice;
   {
-    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    const std::lock_guard<std::mutex> lock(told_mutex_);
     const auto found = guidance_.advice.find(agent);
     if (found != guidance_.advice.end()) advice = found->second;
   }
@@ -232,19 +235,32 @@ std::optional<advice_t> WebService::AdviceFor(const std::string& agent) const {
   return is_live ? advice : std::nullopt;
 }
 
+// On threads of the API.
+std::vector<Trouble> WebService::Troubles() const {
+  const std::lock_guard<std::mutex> lock(told_mutex_);
+  return troubles_;
+}
+
 void WebService::TellStatus() {
   const double now_s = node_.loop().now_s();
   for (auto process = processes_.begin(); process != processes_.end();) {
     const bool gone = now_s - process->second.heard_s > kForgetProcessS;
     process = gone ? processes_.erase(process) : std::next(process);
   }
+  const std::vector<Trouble> troubles = view_.With([&](const SessionRecord& session) {
+    return FindTroubles(session.state, processes_, now_s, now_s - listens_since_s_);
+  });
+  {
+    const std::lock_guard<std::mutex> lock(told_mutex_);
+    troubles_ = troubles;
+  }
   if (server_->num_viewers() == 0 && !told_status_.empty()) return;
   const HeardGuidance guidance = [this] {
-    const std::lock_guard<std::mutex> lock(guidance_mutex_);
+    const std::lock_guard<std::mutex> lock(told_mutex_);
     return guidance_;
   }();
   std::string status = view_.With([&](const SessionRecord& session) {
-    return StatusMessage(session, processes_, now_s, guidance);
+    return StatusMessage(session, processes_, now_s, troubles, guidance);
   });
   if (status == told_status_) return;
   told_status_ = status;

@@ -47,6 +47,7 @@ class WebService {
   void OnGuidance(const guidance_t& guidance);
   void OnAdvice(const advice_t& advice);
   std::optional<advice_t> AdviceFor(const std::string& agent) const;
+  std::vector<Trouble> Troubles() const;
   void TellStatus();
 
   Node& node_;
@@ -63,8 +64,10 @@ class WebService {
   std::unique_ptr<UploadDesk> desk_;
   std::unique_ptr<FinishAsker> finish_asker_;
   HeardProcesses processes_;
-  mutable std::mutex guidance_mutex_;
-  HeardGuidance guidance_;  // guarded by guidance_mutex_
+  const double listens_since_s_;
+  mutable std::mutex told_mutex_;  // guards the next two
+  HeardGuidance guidance_;
+  std::vector<Trouble> troubles_;
   std::string told_status_;
   std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;

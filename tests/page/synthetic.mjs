@@ -82,6 +82,22 @@ const cases = {
     return server.url;
   },
 
+  async 'what stands in the way is told until it is mended'({ browser, start }) {
+    const server = await start('--hold=-1');
+    const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
+    await page.goto(server.url);
+    await browser.until('it is connected', (s) => s.synced);
+    assert.equal(await page.locator('#troubles').isVisible(), false);
+    server.tell('full');
+    await page.locator('#troubles').filter({ hasText: 'the disk is almost full' }).waitFor();
+    await picture(page, 'troubles');
+    assert.deepEqual(await contrastFaults(page), {});
+    server.tell('obey');
+    await page.locator('#troubles').waitFor({ state: 'hidden' });
+    return server.url;
+  },
+
   async 'what to photograph next is told and shown'({ browser, url }) {
     const { page } = browser;
     await page.goto(url);

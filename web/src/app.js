@@ -22,6 +22,7 @@ import { Overview } from './ui/overview.js';
 import { Settings } from './ui/settings.js';
 import { Tabs } from './ui/tabs.js';
 import { Timebar } from './ui/timebar.js';
+import { showTroubles } from './ui/troubles.js';
 import { Unplaced } from './ui/unplaced.js';
 import { Viewer } from './view/viewer.js';
 import { World } from './world.js';
@@ -256,6 +257,7 @@ export class App {
     else this.viewer.cameras.setLinks([]);
     this.showPictures(view);
     this.autoFit(cameras.length);
+    showTroubles(byId('troubles'), (view.timeline.isLive && view.status?.troubles) || []);
     this.header.update(view);
     this.timebar.update(view);
     this.updatePanels(view);

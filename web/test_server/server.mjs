@@ -7,6 +7,7 @@
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
 //   refuse    answers no request              obey      behaves again
 //   revoke    closes every WebSocket as that of an invitation that was revoked
+//   full      tells that the disk is full, until it obeys
 //   go        time goes on: with --hold it stands still after each S, in seconds of the session
 import { createHash } from 'node:crypto';
 import { readFile } from 'node:fs/promises';
@@ -38,6 +39,7 @@ const utimeNow = () => (options.at === 'end' ? Infinity : Math.min(held, running
 let told = 0; // events so far
 let refusing = false;
 let silent = false;
+let troubles = [];
 const sockets = new Set();
 const head = () => (told ? events[told - 1].seq : 2);
 
@@ -173,7 +175,7 @@ function tellStatus() {
   const now = events[told - 1]?.t ?? 0;
   const waiting = session.photos.filter((p) => p.received <= now && p.placedAt > now).length;
   tell({
-    type: 'status', ...guidanceAt(session, now), backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
+    type: 'status', troubles, ...guidanceAt(session, now), backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
     processes: ['ingest', 'features-1', 'retrieval', 'matching-1', 'mapper-1', 'mapper-2', 'merger'].map((instance, i) => ({
       instance, state: instance.startsWith('mapper') ? `submap ${i - 3}` : 'idle', backlog: i % 3, memory: 40e6 + 30e6 * i, seen_s: 0.4 })),
   });
@@ -189,12 +191,16 @@ createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'refuse') refusing = true;
   if (line === 'revoke') for (const socket of sockets) socket.end(closing(1008, 'this invitation was revoked'));
   if (line === 'silence') silent = true;
+  if (line === 'full') {
+    troubles = [{ what: 'ingest on laptop: the disk is almost full: 3 MB are free.', remedy: 'Once that is mended it goes on by itself, and nothing is lost.' }];
+  }
   if (line === 'go') {
     began += Math.max(0, running() - held) / (1000 * speed);
     held = holds.shift() ?? Infinity;
   }
   if (line === 'obey') {
     refusing = silent = false;
+    troubles = [];
     if (toldHead !== head()) tell({ type: 'head', head: head() });
     toldHead = head();
   }

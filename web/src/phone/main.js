@@ -1,6 +1,7 @@
 // The phone's page: takes photos, keeps them, sends them, and tells of each what became of it.
 import { enter } from '../enter.js';
 import { byId, h, keyed, setText } from '../ui/dom.js';
+import { showTroubles } from '../ui/troubles.js';
 import { advise, bytes as size, groups, plural } from '../words.js';
 import { adviceWords } from './advice.js';
 import { Camera } from './camera.js';
@@ -90,6 +91,7 @@ class PhonePage {
       queue: this.queue,
       on: {
         advice: (advice) => this.showAdvice(advice),
+        troubles: (troubles) => showTroubles(byId('troubles'), troubles),
         changed: () => this.soon(),
         connection: (c) => this.setConnection(c),
       },

@@ -20,7 +20,7 @@ class Refused extends Error {}
 class NotNow extends Error {}
 
 export class Uploader {
-  // on: {changed(sha), connection({ok, why}), advice(of the guide or null)}
+  // on: {changed(sha), connection({ok, why}), advice(of the guide or null), troubles([{what, remedy}])}
   constructor({ queue, on, fetch = globalThis.fetch.bind(globalThis), setTimeout = globalThis.setTimeout.bind(globalThis), clearTimeout = globalThis.clearTimeout.bind(globalThis) }) {
     Object.assign(this, { queue, on, fetch, setTimeout, clearTimeout });
     this.sending = new Set();
@@ -181,8 +181,9 @@ export class Uploader {
       if (answer.status === 401 || answer.status === 403) await this.refuse(answer).catch(() => {});
       throw new NotNow(String(answer.status));
     }
-    const { states, advice } = await answer.json();
+    const { states, advice, troubles } = await answer.json();
     this.on.advice?.(advice ?? null);
+    this.on.troubles?.(troubles ?? []);
     for (const [i, told] of states.entries()) await this.learn(photos[i], told);
   }
 

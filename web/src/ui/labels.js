@@ -78,7 +78,8 @@ export class Labels {
   // A bar of a round length at the distance of what is looked at.
   placeScale() {
     const { camera, controls, size } = this.viewer;
-    if (!size || this.world.measures.size === 0) return;
+    byId('scale').hidden = !size || this.world.measures.size === 0;
+    if (byId('scale').hidden) return;
     const metres = this.measure.metresPerUnit() ?? this.world.metresPerUnit()?.metres;
     const perPx = ((2 * controls.now.distance * Math.tan((camera.fov * Math.PI) / 360)) / size.height) * (metres ?? 1);
     const power = 10 ** Math.floor(Math.log10(kScalePx * perPx));

@@ -1,0 +1,101 @@
+#include "session/troubles.h"
+
+#include <cmath>
+#include <utility>
+
+namespace skein {
+namespace {
+
+// Signed messages are refused, and invitations end, by the receiver's clock.
+constexpr int64_t kMaxClockDifferenceUs = 5'000'000;
+
+bool IsHeard(const HeardProcess& process, double now_s) {
+  return now_s - process.heard_s <= kSilentProcessS;
+}
+
+bool RunsAny(const HeardProcesses& processes, const std::string& service, double now_s) {
+  for (const auto& [instance, process] : processes) {
+    if (process.heartbeat.service == service && IsHeard(process, now_s)) return true;
+  }
+  return false;
+}
+
+std::string Photos(int64_t count) {
+  return count == 1 ? "1 photo waits" : std::to_string(count) + " photos wait";
+}
+
+Trouble NoWorker(const std::string& service, int64_t num_waiting) {
+  return {Photos(num_waiting) + ", and no process of " + service + " is running.",
+          "Start scripts/launch.sh on the session again, or give it a worker: launch.sh --join."};
+}
+
+Trouble ClockApart(const HeardProcess& process) {
+  const auto seconds = std::llabs(process.clock_ahead_us) / 1'000'000;
+  return {"The clock of " + process.heartbeat.host + " is " + std::to_string(seconds) + " s " +
+              (process.clock_ahead_us > 0 ? "ahead." : "behind."),
+          "Set the clocks of all computers of the session by the network, then start " +
+              process.heartbeat.instance + " again."};
+}
+
+}  // namespace
+
+StageBacklog BacklogOf(const SessionState& state) {
+  StageBacklog backlog;
+  for (const auto& [id, photo] : state.photos()) {
+    if (photo.failed()) continue;
+    backlog.features += photo.features_seq == 0 ? 1 : 0;
+    backlog.retrieval += photo.features_seq > 0 && photo.candidates_seq == 0 ? 1 : 0;
+    backlog.matching += photo.candidates_seq > 0 && photo.matches_seq == 0 ? 1 : 0;
+    const bool may_be_placed = photo.matches_seq > 0 && !photo.pairs_blob.empty();
+    backlog.mapper +=
+        may_be_placed && !state.IsRegistered(id) && state.FindTrial(id) == nullptr ? 1 : 0;
+  }
+  return backlog;
+}
+
+Trouble IngestIsSilent() {
+  return {"Ingest does not answer: no photo is taken in.",
+          "Start scripts/launch.sh on the session again. Until then photos stay where they were "
+          "taken, and none is lost."};
+}
+
+Trouble TroubleOf(const heartbeat_t& heartbeat) {
+  return {heartbeat.service + " on " + heartbeat.host + ": " + heartbeat.problem + ".",
+          "Once that is mended it goes on by itself, and nothing is lost."};
+}
+
+std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesses& processes,
+                                  double now_s, double listened_s) {
+  std::vector<Trouble> troubles;
+  for (const auto& [instance, process] : processes) {
+    const bool has_problem = IsHeard(process, now_s) && !process.heartbeat.problem.empty();
+    if (has_problem) troubles.push_back(TroubleOf(process.heartbeat));
+  }
+  if (listened_s >= kSilentProcessS) {
+    if (!RunsAny(processes, "ingest", now_s)) troubles.push_back(IngestIsSilent());
+    const StageBacklog backlog = BacklogOf(state);
+    const std::pair<const char*, int64_t> stages[] = {{"features", backlog.features},
+                                                      {"retrieval", backlog.retrieval},
+                                                      {"matching", backlog.matching},
+                                                      {"mapper", backlog.mapper}};
+    for (const auto& [service, num_waiting] : stages) {
+      const bool is_missing = num_waiting > 0 && !RunsAny(processes, service, now_s);
+      if (is_missing) troubles.push_back(NoWorker(service, num_waiting));
+    }
+  }
+  for (const auto& [instance, process] : processes) {
+    const bool is_apart = std::llabs(process.clock_ahead_us) > kMaxClockDifferenceUs;
+    if (is_apart && IsHeard(process, now_s)) troubles.push_back(ClockApart(process));
+  }
+  return troubles;
+}
+
+nlohmann::json TroublesJson(const std::vector<Trouble>& troubles) {
+  nlohmann::json part = nlohmann::json::array();
+  for (const Trouble& trouble : troubles) {
+    part.push_back({{"what", trouble.what}, {"remedy", trouble.remedy}});
+  }
+  return part;
+}
+
+}  // namespace skein

@@ -1,0 +1,45 @@
+// What stands in the way of a session until a person mends it: a full disk, processes that are
+// missing, clocks that differ. One wording for the page, the phone, agents and `skein status`.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "session/heard_processes.h"
+#include "session/session_state.h"
+
+namespace skein {
+
+// Heartbeats come once a second.
+inline constexpr double kSilentProcessS = 5;
+
+// Both are whole sentences.
+struct Trouble {
+  std::string what;
+  std::string remedy;
+};
+
+// Photos that wait for each stage.
+struct StageBacklog {
+  int64_t features = 0;
+  int64_t retrieval = 0;
+  int64_t matching = 0;
+  int64_t mapper = 0;  // matched, in no map, and not tried in vain
+};
+StageBacklog BacklogOf(const SessionState& state);
+
+// That ingest does not answer, and what that means.
+Trouble IngestIsSilent();
+// heartbeat_t.problem, which must not be empty.
+Trouble TroubleOf(const heartbeat_t& heartbeat);
+
+// Worst first. `listened_s`: how long the heartbeats of `processes` have been listened to; of
+// processes that were not heard, nothing is said before kSilentProcessS.
+std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesses& processes,
+                                  double now_s, double listened_s);
+
+// [{what, remedy}]
+nlohmann::json TroublesJson(const std::vector<Trouble>& troubles);
+
+}  // namespace skein

@@ -1,0 +1,81 @@
+#include "session/troubles.h"
+
+#include <gtest/gtest.h>
+
+namespace skein {
+namespace {
+
+constexpr double kNowS = 100;
+
+HeardProcess Heard(const std::string& service, double heard_s = kNowS - 1) {
+  HeardProcess process;
+  process.heartbeat.service = service;
+  process.heartbeat.instance = service + "-1";
+  process.heartbeat.host = "laptop";
+  process.heard_s = heard_s;
+  return process;
+}
+
+HeardProcesses AllProcesses() {
+  HeardProcesses processes;
+  for (const char* service : {"ingest", "features", "retrieval", "matching", "mapper"}) {
+    processes[service] = Heard(service);
+  }
+  return processes;
+}
+
+SessionState WithOnePhoto() {
+  SessionState state;
+  image_t image{};
+  image.header.seq = 1;
+  image.image_id = 1;
+  image.agent = "alice";
+  image.name = "a.jpg";
+  state.Apply(image);
+  return state;
+}
+
+std::vector<std::string> Told(const SessionState& state, const HeardProcesses& processes,
+                              double listened_s = 60) {
+  std::vector<std::string> told;
+  for (const Trouble& trouble : FindTroubles(state, processes, kNowS, listened_s)) {
+    EXPECT_FALSE(trouble.remedy.empty());
+    told.push_back(trouble.what);
+  }
+  return told;
+}
+
+TEST(Troubles, AreNoneWhereAllRuns) { EXPECT_TRUE(Told(WithOnePhoto(), AllProcesses()).empty()); }
+
+TEST(Troubles, AFullDiskIsToldInTheServicesWords) {
+  HeardProcesses processes = AllProcesses();
+  processes["ingest"].heartbeat.problem = "the disk is almost full: 3 MB are free";
+  EXPECT_EQ(Told({}, processes),
+            std::vector<std::string>{"ingest on laptop: the disk is almost full: 3 MB are free."});
+}
+
+TEST(Troubles, ASilentIngestIsToldOnceItWasListenedFor) {
+  HeardProcesses processes = AllProcesses();
+  processes["ingest"].heard_s = kNowS - kSilentProcessS - 1;
+  EXPECT_EQ(Told({}, processes), std::vector<std::string>{IngestIsSilent().what});
+  EXPECT_EQ(Told({}, {}), std::vector<std::string>{IngestIsSilent().what});
+  EXPECT_TRUE(Told({}, {}, kSilentProcessS - 1).empty());
+}
+
+TEST(Troubles, AMissingWorkerIsToldWherePhotosWaitForIt) {
+  HeardProcesses processes = AllProcesses();
+  processes.erase("features");
+  EXPECT_TRUE(Told({}, processes).empty());
+  EXPECT_EQ(Told(WithOnePhoto(), processes),
+            std::vector<std::string>{"1 photo waits, and no process of features is running."});
+}
+
+TEST(Troubles, ClocksThatDiffer) {
+  HeardProcesses processes = AllProcesses();
+  processes["matching"].clock_ahead_us = -65'000'000;
+  processes["features"].clock_ahead_us = 1'000'000;
+  EXPECT_EQ(Told({}, processes), std::vector<std::string>{"The clock of laptop is 65 s behind."});
+}
+
+}  // namespace
+}  // namespace skein
