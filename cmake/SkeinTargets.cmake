@@ -59,6 +59,7 @@ function(skein_test name)
   skein_configure(${name})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} GTest::gtest GTest::gtest_main)
   skein_use_precompiled(${name} ${ARG_LINKS})
+  skein_use_unity(${name})
   target_compile_definitions(${name} PRIVATE SKEIN_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     SKEIN_BINARY_DIR="${CMAKE_BINARY_DIR}")
   set(environment "XDG_STATE_HOME=${CMAKE_BINARY_DIR}/test_state") # not the user's own

@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 
 // For those jobs that the disk holds up: no more than connections, each of which has one request.
 constexpr int kMoreThreads = 254;
+constexpr double kMaxWithinS = 86'400;
 
 PathParts SplitPath(const std::string& path) {
   PathParts parts;
@@ -73,7 +74,7 @@ void SessionApi::HandleApi(const PathParts& parts, const HttpRequest& request, R
   if (what == "session" && alone) return GetSession(request, respond);
   if (what == "uploads" && parts.size() == 2) return uploads_.Handle(parts, request, respond);
   if (what == "invitations" && alone) return Invite(request, respond);
-  if (what == "finish" && alone) return AskToFinish(respond);
+  if (what == "finish" && alone) return AskToFinish(request, respond);
   if (what == "events" && alone) return GetEvents(request, respond);
   if (what == "report" && alone) return GetReport(respond);
   if (what == "submaps" && parts.size() >= 2) return submaps_.Handle(parts, request, respond);
@@ -91,7 +92,8 @@ void SessionApi::GetSession(const HttpRequest& request, Respond respond) const {
                  {"head", view_.events().head()},
                  {"page_limits", {{"points", kPagePoints}}},
                  {"visitor", nullptr},
-                 {"invites", source_.invite != nullptr}};
+                 {"invites", source_.invite != nullptr},
+                 {"finishes", source_.finish && request.visitor.role == Role::kOperator}};
   if (request.visitor.role) {
     answer["visitor"] = {{"role", RoleName(*request.visitor.role)}, {"name", request.visitor.name}};
   }
@@ -147,9 +149,18 @@ void SessionApi::Invite(const HttpRequest& request, Respond respond) {
   });
 }
 
-void SessionApi::AskToFinish(const Respond& respond) {
+// {"within_s": S}, or nothing: as long as it takes.
+void SessionApi::AskToFinish(const HttpRequest& request, const Respond& respond) {
   if (!source_.finish) return respond(HttpError(404, "the session is not finished from here"));
-  source_.finish([respond](const Status& status) {
+  const json asked =
+      request.body.empty() ? json::object() : json::parse(request.body, nullptr, false);
+  const json within = asked.is_object() ? asked.value("within_s", json(0)) : json();
+  const double within_s = within.is_number() ? within.get<double>() : -1;
+  if (!(within_s >= 0 && within_s <= kMaxWithinS)) {
+    return respond(HttpError(
+        400, "within_s: give seconds, at most " + std::to_string(static_cast<int>(kMaxWithinS))));
+  }
+  source_.finish(within_s, [respond](const Status& status) {
     if (!status.ok()) return AnswerError(respond, status);
     HttpResponse response = JsonResponse("{\"finish\":\"requested\"}");
     response.status = 202;

@@ -44,7 +44,7 @@ class SessionApi {
   void GetEvents(const HttpRequest& request, Respond respond) const;
   void GetReport(Respond respond);
   void Invite(const HttpRequest& request, Respond respond);
-  void AskToFinish(const Respond& respond);
+  void AskToFinish(const HttpRequest& request, const Respond& respond);
 
   const SessionView& view_;
   const SessionSource source_;

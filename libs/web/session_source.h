@@ -68,8 +68,9 @@ struct SessionSource {
   std::function<bool()> has_read_ledger;
   // Null: nobody is invited here. May block.
   std::function<Result<WebInvitation>(Role role, const std::string& name)> invite;
-  // Asks ingest to finish the session; null: it is not asked from here. Answers once it has begun.
-  std::function<void(std::function<void(Status)> done)> finish;
+  // Asks ingest to finish the session, within so many seconds where they are not 0; null: it is not
+  // asked from here. Answers once it has begun.
+  std::function<void(double within_s, std::function<void(Status)> done)> finish;
 };
 
 }  // namespace skein

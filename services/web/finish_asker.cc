@@ -20,9 +20,10 @@ FinishAsker::FinishAsker(Node& node, std::function<bool(int64_t)> has_begun)
 
 FinishAsker::~FinishAsker() { node_.loop().CancelTimer(timer_); }
 
-void FinishAsker::Ask(Done done) {
+void FinishAsker::Ask(double within_s, Done done) {
   if (asked_.size() >= kMaxAsked) return done(Unavailable("ingest is being asked already"));
-  asked_[static_cast<int64_t>(RandomU64() >> 1)] = {node_.loop().now_s(), std::move(done)};
+  asked_[static_cast<int64_t>(RandomU64() >> 1)] = {within_s, node_.loop().now_s(),
+                                                    std::move(done)};
   Tick();
 }
 
@@ -40,6 +41,7 @@ void FinishAsker::Tick() {
     command.command_id = command_id;
     command.sender = node_.instance();
     command.verb = "finish";
+    if (what.within_s > 0) command.argument = std::to_string(what.within_s);
     node_.Publish(kCommandChannel, command);
     ++asked;
   }

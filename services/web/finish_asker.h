@@ -22,14 +22,15 @@ class FinishAsker {
   FinishAsker(const FinishAsker&) = delete;
   FinishAsker& operator=(const FinishAsker&) = delete;
 
-  // Calls back once: Ok when the finish has begun, or is under way; kUnavailable where ingest does
-  // not answer.
-  void Ask(Done done);
+  // `within_s`: seconds after which the finish is cut; 0: never. Calls back once: Ok when the
+  // finish has begun, or is under way; kUnavailable where ingest does not answer.
+  void Ask(double within_s, Done done);
 
  private:
   void Tick();
 
   struct Asked {
+    double within_s = 0;
     double since_s = 0;
     Done done;
   };

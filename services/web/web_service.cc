@@ -166,8 +166,9 @@ void WebService::AddVisitors(SessionSource* source) {
   source->invite = [this](Role role, const std::string& name) {
     return visitors_->Invite(role, name, 0);
   };
-  source->finish = [this](std::function<void(Status)> done) {
-    node_.loop().Post([this, done = std::move(done)] { finish_asker_->Ask(done); });
+  source->finish = [this](double within_s, std::function<void(Status)> done) {
+    node_.loop().Post(
+        [this, within_s, done = std::move(done)] { finish_asker_->Ask(within_s, done); });
   };
 }
 

@@ -98,6 +98,28 @@ const cases = {
     return server.url;
   },
 
+  async 'an operator finishes from the page'({ browser, start }) {
+    const server = await start('--speed', '4', '--hold', '12');
+    const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
+    await page.goto(server.url);
+    await browser.until('it grows', (s) => s.counts.placed > 2);
+    const part = page.locator('.finish_part');
+    server.tell('unasked');
+    await part.locator('select').selectOption('30');
+    await part.locator('button').click();
+    await part.filter({ hasText: 'It does not begin: ingest does not answer' }).waitFor();
+    server.tell('obey');
+    const asked = page.waitForRequest((r) => r.url().endsWith('/api/finish'));
+    await part.locator('button').click();
+    assert.deepEqual((await asked).postDataJSON(), { within_s: 30 });
+    await picture(page, 'finish');
+    assert.deepEqual(await contrastFaults(page), {});
+    server.tell('go');
+    await part.filter({ hasText: 'Finished.' }).waitFor();
+    return server.url;
+  },
+
   async 'what to photograph next is told and shown'({ browser, url }) {
     const { page } = browser;
     await page.goto(url);

@@ -7,6 +7,7 @@
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
 //   refuse    answers no request              obey      behaves again
 //   revoke    closes every WebSocket as that of an invitation that was revoked
+//   unasked   refuses to finish, until it obeys
 //   full      tells that the disk is full, until it obeys
 //   go        time goes on: with --hold it stands still after each S, in seconds of the session
 import { createHash } from 'node:crypto';
@@ -39,6 +40,7 @@ const utimeNow = () => (options.at === 'end' ? Infinity : Math.min(held, running
 let told = 0; // events so far
 let refusing = false;
 let silent = false;
+let refusesFinish = false;
 let troubles = [];
 const sockets = new Set();
 const head = () => (told ? events[told - 1].seq : 2);
@@ -65,7 +67,8 @@ function makeShapes() {
 }
 
 const routes = [
-  [/^\/api\/session$/, (r) => sendJson(r, { session_id: 'synthetic', folder: '/sessions/market street', live: true, version: '0.1.0', head: head(), page_limits: { points: 2000000 } })],
+  [/^\/api\/session$/, (r) => sendJson(r, { session_id: 'synthetic', folder: '/sessions/market street', live: true, version: '0.1.0', head: head(), page_limits: { points: 2000000 }, finishes: true })],
+  [/^\/api\/finish$/, (r) => sendJson(r, ...(refusesFinish ? [{ error: 'ingest does not answer: is it running? Try again' }, 503] : [{ finish: 'requested' }, 202]))],
   [/^\/api\/events$/, (r, _, query) => {
     const from = Number(query.get('from') ?? 0);
     sendJson(r, { head: head(), events: events.slice(0, told).filter((e) => e.seq >= from).slice(0, 2000) });
@@ -191,6 +194,7 @@ createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'refuse') refusing = true;
   if (line === 'revoke') for (const socket of sockets) socket.end(closing(1008, 'this invitation was revoked'));
   if (line === 'silence') silent = true;
+  if (line === 'unasked') refusesFinish = true;
   if (line === 'full') {
     troubles = [{ what: 'ingest on laptop: the disk is almost full: 3 MB are free.', remedy: 'Once that is mended it goes on by itself, and nothing is lost.' }];
   }
@@ -201,6 +205,7 @@ createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'obey') {
     refusing = silent = false;
     troubles = [];
+    refusesFinish = false;
     if (toldHead !== head()) tell({ type: 'head', head: head() });
     toldHead = head();
   }

@@ -4,6 +4,7 @@ import { percentile } from '../fold.js';
 import { guidanceOf } from '../guidance.js';
 import { ago, bytes, clock, groups, plural, seconds, sentence } from '../words.js';
 import { h, icon, keyed, setText } from './dom.js';
+import { Finish } from './finish.js';
 import { Plot, runningMedian } from './plots.js';
 
 const kDownloads = [
@@ -47,12 +48,14 @@ export class Overview {
     this.processes = h('ul', { className: 'rows processes' });
     this.processesPart = h('details', {}, h('summary', {}, 'Processes'), this.processes);
     this.downloads = h('div', { className: 'downloads' });
+    this.finish = new Finish();
     this.element = h(
       'div', {},
       h('section', {}, h('h2', {}, 'Agents'), this.agents),
       this.placesPart,
       h('section', {}, h('h2', {}, 'Photo to pose'), this.latencyWords, h('div', { className: 'plot_box' }, this.latency.element, this.latencyTop)),
       h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages),
+      this.finish.element,
       h('section', {}, h('h2', {}, 'Downloads'), this.downloads),
       h('section', { className: 'processes_part' }, this.processesPart));
     this.showDownloads(false, false);
@@ -75,6 +78,7 @@ export class Overview {
     this.updateLatency(view);
     this.updateBacklog(view);
     this.updateProcesses(view);
+    this.finish.update(view);
     this.showDownloads(
       [...view.timeline.live.submaps.values()].some((s) => !s.ended && (s.state === 'checkpoint' || s.state === 'final')),
       [...view.timeline.live.photos.values()].some((p) => p.gps));
