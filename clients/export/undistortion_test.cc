@@ -92,7 +92,8 @@ TEST(Undistortion, MovesPixelsAndPointsAlike) {
       cv::cvtColor(undistortion->Apply(photo), grey, cv::COLOR_BGR2GRAY);
       const cv::Moments moments = cv::moments(grey);
       const Eigen::Vector2d found(moments.m10 / moments.m00 + 0.5, moments.m01 / moments.m00 + 0.5);
-      EXPECT_LT((found - undistortion->Apply(point)).norm(), 0.2) << point.transpose();
+      // A fisheye moves the middle of a disc off its centre, too.
+      EXPECT_LT((found - undistortion->Apply(point)).norm(), 0.3) << point.transpose();
     }
   }
 }
