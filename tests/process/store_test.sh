@@ -21,11 +21,18 @@ echo "a disk that is almost full: photos wait, and come in once there is room"
 cat >"$workspace/full.toml" <<<$'[ingest]\nmin-free = 1000000000000000'
 start_services "$session" "$url" --config "$workspace/full.toml"
 publish "$session"
-wait_until 30 "status tells it" bash -c "'$skein' status --once --session '$session' --lcm-url '$url' | grep -F 'disk is almost full'"
+# tells WHAT: as what a person has to mend
+tells() {
+  "$skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null |
+    jq -e --arg what "$1" 'any(.troubles[]; (.what | contains($what)) and .remedy != "")' >/dev/null
+}
+wait_until 30 "status tells it" tells 'the disk is almost full'
 [[ $(count_facts "$session" image) == 0 ]] || fail "a photo was taken in without room"
 stop_services
 start_services "$session" "$url" --mappers 1
 await_agents
+is_trouble_over() { "$skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null | jq -e '.troubles == []' >/dev/null; }
+wait_until 30 "nothing is to be mended" is_trouble_over
 
 echo "a copy beside the live session ends nothing of it, and does not run"
 cp -a "$session" "$workspace/copy"
