@@ -11,8 +11,7 @@
 #include "testing/synthetic_scene.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::model_pool_test {
 
 // Twelve photos of a wall, with a bright spot at each keypoint. Of two cameras, with distortion.
 class ModelPoolTest : public testing::Test {
@@ -189,5 +188,4 @@ TEST_F(ModelPoolTest, RefusesAPhotoThatIsMissingOrOfAnotherSize) {
   EXPECT_THROW(MakePool(), std::runtime_error);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::model_pool_test

@@ -9,8 +9,7 @@
 #include "clients/sim/test_places.h"
 #include "core/statistics.h"
 
-namespace skein {
-namespace {
+namespace skein::plane_sweep_test {
 
 constexpr double kWallM = 5, kPlateM = 4;  // along y
 
@@ -112,5 +111,4 @@ TEST(PlaneSweep, RefusesDepthsThatAreNotSound) {
   EXPECT_THROW(SweepDepth(even, photos, 1), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::plane_sweep_test

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace skein {
-namespace {
+namespace skein::rank_correlation_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -32,5 +31,4 @@ TEST(AreaUnderRoc, CountsPairsInTheRightOrder) {
   EXPECT_DOUBLE_EQ(AreaUnderRoc({1, 2}, {true, true}), 0.5);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::rank_correlation_test

@@ -5,8 +5,7 @@
 #include <cstdio>
 #include <fstream>
 
-namespace skein {
-namespace {
+namespace skein::surface_distance_test {
 
 // The square [0, 2] x [0, 2] in z = 0 and a triangle in x = 10.
 SurfaceDistance SquareAndTriangle() {
@@ -40,5 +39,4 @@ TEST(SurfaceDistance, RefusesWhatIsNoMesh) {
   EXPECT_THROW(SurfaceDistance("/does/not/exist.ply"), std::runtime_error);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::surface_distance_test

@@ -14,8 +14,7 @@
 #include "core/statistics.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::synthetic_pool_test {
 
 // Eight stations along façades, 32 photos.
 SyntheticPoolOptions SmallPool(const TestFolder& cache) {
@@ -126,5 +125,4 @@ TEST(FeedbackQuality, IsOneForTheBestAndZeroForTheWorst) {
   EXPECT_TRUE(FeedbackQuality({}).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::synthetic_pool_test

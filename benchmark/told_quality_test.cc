@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::told_quality_test {
 
 Piece PieceAt(const Eigen::Vector3d& position, bool good) {
   Piece piece;
@@ -44,5 +43,4 @@ TEST(WhatIsTold, IsNothingWithoutPieces) {
             std::vector<Told>{Told::kNothing});
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::told_quality_test

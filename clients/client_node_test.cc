@@ -7,8 +7,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::client_node_test {
 
 class ClientNodeTest : public testing::Test {
  protected:
@@ -47,5 +46,4 @@ TEST_F(ClientNodeTest, AFolderThatWasNeverLaunchedHasNoUrl) {
   EXPECT_EQ(LaunchedUrl(SessionPaths{folder_.path()}), "");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::client_node_test

@@ -7,8 +7,7 @@
 #include "core/clock.h"
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::finish_test {
 
 constexpr double kDeadlineS = 20;
 
@@ -130,5 +129,4 @@ TEST_F(FinishTest, TellsWhatTheSubmapsDoMeanwhile) {
             std::string::npos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::finish_test

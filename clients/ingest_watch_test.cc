@@ -6,8 +6,7 @@
 
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::ingest_watch_test {
 
 constexpr double kDeadlineS = 20;
 constexpr double kSilentS = 0.2;
@@ -54,5 +53,4 @@ TEST_F(IngestWatchTest, AnotherServiceIsNoSign) {
   EXPECT_TRUE(loop_.RunUntil([&] { return watch_.is_silent(); }, kDeadlineS));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::ingest_watch_test

@@ -12,8 +12,7 @@
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::photo_folder_test {
 
 namespace fs = std::filesystem;
 
@@ -382,5 +381,4 @@ TEST_F(FolderWatchTest, ForgetsNothingWhileTheFolderIsGone) {
   for (int i = 0; i < 3; ++i) EXPECT_EQ(Scan(), std::vector<std::string>());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_folder_test

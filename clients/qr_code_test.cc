@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace skein {
-namespace {
+namespace skein::qr_code_test {
 
 struct HalfBlock {
   const char* text;
@@ -69,5 +68,4 @@ TEST(QrCode, RefusesATextThatIsTooLong) {
   EXPECT_THROW(QrCode(std::string(3000, 'x')), std::runtime_error);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::qr_code_test

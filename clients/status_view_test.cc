@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::status_view_test {
 
 // A session's facts, one after the other, and what the status says of its submaps.
 class Session {
@@ -153,5 +152,4 @@ TEST(StatusView, SaysWhichSubmapsMergeAndHowThatEnded) {
   EXPECT_NE(text.find("submap 2: merged into submap 1"), std::string::npos) << text;
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::status_view_test

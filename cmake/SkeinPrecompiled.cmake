@@ -2,7 +2,7 @@
 #
 # Unity builds: the files of a target are compiled as one, so a header is parsed and a template is instantiated once.
 # After a change of one file its whole target is compiled; -DSKEIN_UNITY=OFF suits who works on the code.
-option(SKEIN_UNITY "Compile the files of a library as one" OFF)
+option(SKEIN_UNITY "Compile the files of a library, a program or a test as one" OFF)
 function(skein_use_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${SKEIN_UNITY} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()

@@ -44,6 +44,7 @@ function(skein_executable name)
   endif()
 endfunction()
 
+# The files of a test are compiled as one: each has a namespace of its name, skein::core_test.
 function(skein_test name)
   if(NOT SKEIN_TESTS)
     return()

@@ -11,8 +11,7 @@
 #include "photo/image_view.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::variants_test {
 
 constexpr double kFocalPx = 400;
 const cv::Size kSize(320, 240);
@@ -197,5 +196,4 @@ TEST(ExifOf, IsEmptyForASegmentThatIsCut) {
   EXPECT_TRUE(ExifOf(with_exif).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::variants_test

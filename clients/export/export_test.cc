@@ -21,8 +21,7 @@
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::export_test {
 
 namespace fs = std::filesystem;
 
@@ -378,5 +377,4 @@ TEST(ModelWriter, TellsThatAFolderCannotBeWrittenTo) {
   EXPECT_FALSE(WriteModel(MakeModel(3, "SIMPLE_RADIAL"), "nerfstudio", folder / "none").ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::export_test

@@ -22,8 +22,7 @@
 #include "export/written_names.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::read_back_test {
 
 namespace fs = std::filesystem;
 using Eigen::Matrix3d;
@@ -737,5 +736,4 @@ TEST(ReadBack, TrainingFoldersSayWhatIsMissing) {
             "photo alice/0.png has 20 x 10 pixels, its camera in the model 640 x 480");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::read_back_test

@@ -4,8 +4,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace skein {
-namespace {
+namespace skein::undistortion_test {
 
 colmap::Camera MakeCamera(const std::string& model, const std::vector<double>& params) {
   colmap::Camera camera;
@@ -137,5 +136,4 @@ TEST(Undistortion, WantsThePhotoInTheCamerasSize) {
   EXPECT_THROW(undistortion->Apply(cv::Mat3b(240, 320)), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::undistortion_test

@@ -10,7 +10,7 @@
 #include "clients/sim/truth.h"
 
 namespace skein::sim {
-namespace {
+namespace capture_test {
 
 SimOptions Small(Scenario scenario, int photos, uint64_t seed) {
   SimOptions options;
@@ -143,5 +143,5 @@ TEST(Truth, TracksLeaveOutPhotosWhereAPasserByHidesThePoint) {
   std::filesystem::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace capture_test
 }  // namespace skein::sim

@@ -9,7 +9,7 @@
 #include "clients/sim/test_places.h"
 
 namespace skein::sim {
-namespace {
+namespace effects_test {
 
 const Camera kCamera{640, 480, 550, -0.06};
 
@@ -165,5 +165,5 @@ TEST(MotionBlur, IsAsLongAsTheImageMotionOfTheExposure) {
   EXPECT_GT(level(320 + length_px / 2 + 1.5), 0.98);
 }
 
-}  // namespace
+}  // namespace effects_test
 }  // namespace skein::sim

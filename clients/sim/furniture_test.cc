@@ -6,7 +6,7 @@
 #include "clients/sim/scenario.h"
 
 namespace skein::sim {
-namespace {
+namespace furniture_test {
 
 using Eigen::Isometry3d;
 using Eigen::Translation3d;
@@ -64,5 +64,5 @@ TEST(Furniture, AgentsOfTheSharedObjectKeepToTheirRooms) {
   }
 }
 
-}  // namespace
+}  // namespace furniture_test
 }  // namespace skein::sim

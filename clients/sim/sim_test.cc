@@ -9,7 +9,7 @@
 #include "clients/sim/test_places.h"
 
 namespace skein::sim {
-namespace {
+namespace sim_test {
 
 TEST(Camera, UndistorterInvertsColmapsModel) {
   const Camera camera{1280, 960, 1100, -0.08};
@@ -84,5 +84,5 @@ TEST(Walks, TwinAgentsKeepApart) {
   }
 }
 
-}  // namespace
+}  // namespace sim_test
 }  // namespace skein::sim

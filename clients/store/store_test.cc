@@ -22,8 +22,7 @@
 #include "ledger/photo_file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::store_test {
 
 namespace fs = std::filesystem;
 
@@ -429,5 +428,4 @@ TEST_F(BitFlipTest, AreToldInTheLogOfALedgerThatWasNotClosed) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::store_test

@@ -12,8 +12,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::video_test {
 
 constexpr int kWidth = 320, kHeight = 240;
 
@@ -157,5 +156,4 @@ TEST(FramePickerOptions, AreChecked) {
   EXPECT_FALSE(options.Check().ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::video_test

@@ -82,7 +82,7 @@ HeardGuidance ReadGuidance(const SessionPaths& paths) {
 // What a page is told when it comes: how the session went, and the submaps' models.
 void TellState(const SessionView& view, const HeardGuidance& guidance, WebServer* server) {
   view.With([&](const SessionRecord& session) {
-    server->TellLatest("status", StatusMessage(session, {}, 0, guidance));
+    server->TellLatest("status", StatusMessage(session, {}, 0, {}, guidance));
     for (const auto& [id, submap] : session.state.submaps()) {
       if (submap.ended || !submap.latest_model) continue;
       const auto version = static_cast<uint64_t>(submap.latest_model->header.utime_us);

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::certificate_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 
@@ -94,5 +93,4 @@ TEST(Base64Url, ComesBackAndRefusesWhatIsNone) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::certificate_test

@@ -10,8 +10,7 @@
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
 
-namespace skein {
-namespace {
+namespace skein::home_mark_test {
 
 namespace fs = std::filesystem;
 
@@ -100,5 +99,4 @@ TEST_F(HomeMarkTest, WithoutAStateFolderTheErrorSaysWhatToSet) {
   EXPECT_NE(access.error().find("XDG_STATE_HOME"), std::string::npos) << access.error();
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::home_mark_test

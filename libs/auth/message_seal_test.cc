@@ -6,8 +6,7 @@
 
 #include "core/clock.h"
 
-namespace skein {
-namespace {
+namespace skein::message_seal_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 constexpr char kChannel[] = "SKEIN_IMAGE_OFFER";
@@ -214,5 +213,4 @@ TEST_F(MessageSealTest, CostOfSealingAndOpening) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::message_seal_test

@@ -6,8 +6,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::relay_certificate_test {
 
 class RelayCertificateTest : public testing::Test {
  protected:
@@ -61,5 +60,4 @@ TEST_F(RelayCertificateTest, SaysThatItIsDamaged) {
   EXPECT_NE(OpenRelayCertificate(dir_).error().find("delete it"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::relay_certificate_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::replay_window_test {
 
 TEST(ReplayWindow, TakesEachCounterOnceInAnyOrder) {
   ReplayWindow window;
@@ -31,5 +30,4 @@ TEST(ReplayWindow, HoldsItsSizeAndRefusesWhatIsOlder) {
   EXPECT_TRUE(window.Accept(2 * (kNum - ReplayWindow::kSize / 2) + 1)) << "late, never seen";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::replay_window_test

@@ -13,8 +13,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::revocations_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 
@@ -141,5 +140,4 @@ TEST_F(RevocationsTest, ADamagedListRevokesNobodyLessAndInvitesNobody) {
   EXPECT_FALSE(RevokeName(dir_, "bob").ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::revocations_test

@@ -13,8 +13,7 @@
 #include "core/folder.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::session_keys_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 constexpr int64_t kNowS = 1'800'000'000;
@@ -149,5 +148,4 @@ TEST_F(SessionKeysTest, ACredentialOfAnotherKeyIsRefused) {
   EXPECT_FALSE(DecodeCredential({}).ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::session_keys_test

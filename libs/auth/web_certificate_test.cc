@@ -8,8 +8,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::web_certificate_test {
 
 constexpr int64_t kNowS = 1'800'000'000;
 constexpr int64_t kDayS = 86'400;
@@ -81,5 +80,4 @@ TEST_F(WebCertificateTest, SaysThatItIsDamaged) {
   EXPECT_NE(opened.error().find("delete it"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::web_certificate_test

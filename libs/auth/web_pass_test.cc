@@ -8,8 +8,7 @@
 #include "auth/session_keys.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::web_pass_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 constexpr int64_t kNowS = 1'800'000'000;
@@ -74,5 +73,4 @@ TEST_F(WebPassTest, OpensNoOtherRoles) {
   EXPECT_THROW(Issue({Role::kAgent, "", 0}), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::web_pass_test

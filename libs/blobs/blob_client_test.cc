@@ -8,8 +8,7 @@
 #include "core/hash.h"
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::blob_client_test {
 
 Bytes RandomBytes(size_t size, uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -539,5 +538,4 @@ TEST(PullWindow, HalvesOnceARoundTrip) {
   EXPECT_EQ(window.size(), 64);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::blob_client_test

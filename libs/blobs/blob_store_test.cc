@@ -8,8 +8,7 @@
 #include "core/hash.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::blob_store_test {
 
 const Bytes kContent = {1, 2, 3, 0, 255};
 
@@ -75,5 +74,4 @@ TEST(BlobStore, WritersOfOneBlobDoNotDisturbEachOther) {
   EXPECT_EQ(*store.Get(HashBytes(content.data(), content.size())), content);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::blob_store_test

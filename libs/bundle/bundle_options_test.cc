@@ -5,8 +5,7 @@
 #include "bundle/bundle.h"
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::bundle_options_test {
 
 TEST(BundleOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<BundleOptions>({
@@ -19,5 +18,4 @@ TEST(BundleOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::bundle_options_test

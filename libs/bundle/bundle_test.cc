@@ -12,8 +12,7 @@
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::bundle_test {
 
 // The scene at its truth, disturbed by `shift`; the first two poses held.
 Bundle MakeBundle(const SyntheticScene& scene, double shift) {
@@ -490,5 +489,4 @@ TEST(Bundle, APointBehindACameraLeavesTheRestSolvable) {
   EXPECT_LT(errors[bundle.points[1].first], 1);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::bundle_test

@@ -8,8 +8,7 @@
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::loosest_mode_test {
 
 constexpr double kWallRadius = 19, kPathRadius = 15;
 constexpr double kStepDeg = 3.6, kThinDeg = 12;
@@ -223,5 +222,4 @@ TEST(WeakestCut, OfAHingeItIsTheHinge) {
   EXPECT_NEAR(cut.explained_share, 1, 1e-6);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::loosest_mode_test

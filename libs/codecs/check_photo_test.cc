@@ -8,8 +8,7 @@
 #include "codecs/exif_reader.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::check_photo_test {
 
 std::string Reason(const Bytes& bytes) { return CheckPhoto(bytes, PhotoLimits()).error(); }
 
@@ -255,5 +254,4 @@ TEST(Exif, IsEmptyWithoutABlock) {
   EXPECT_EQ(exif.make, "");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::check_photo_test

@@ -13,8 +13,7 @@
 #include <functional>
 #include <vector>
 
-namespace skein {
-namespace {
+namespace skein::confinement_test {
 
 constexpr int kUnused = 3;
 
@@ -87,5 +86,4 @@ TEST(Confinement, AnAbortStaysAnAbort) {
   EXPECT_EXIT(Try([]() -> bool { std::abort(); }), testing::KilledBySignal(SIGABRT), "");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::confinement_test

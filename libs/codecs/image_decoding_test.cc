@@ -12,8 +12,7 @@
 
 #include "photo/exif.h"
 
-namespace skein {
-namespace {
+namespace skein::image_decoding_test {
 
 Bytes Encode(const std::string& extension, const cv::Mat& image) {
   Bytes bytes;
@@ -188,5 +187,4 @@ TEST(DecodePhoto, RefusesMorePixelsThanAllowed) {
   EXPECT_FALSE(DecodePhoto(png, 9'999).ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::image_decoding_test

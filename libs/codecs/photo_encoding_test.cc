@@ -4,8 +4,7 @@
 
 #include "codecs/exif_reader.h"
 
-namespace skein {
-namespace {
+namespace skein::photo_encoding_test {
 
 Exif WriteAndRead(const ExifInfo* info) {
   const Bytes jpeg = EncodePhoto(cv::Mat3b(48, 64, cv::Vec3b(9, 9, 9)), info, 90);
@@ -46,5 +45,4 @@ TEST(EncodePhoto, WhatIsNotKnownIsLeftOut) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_encoding_test

@@ -5,8 +5,7 @@
 #include "codecs/exif_reader.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::xmp_reader_test {
 
 constexpr char kBegin[] =
     "<?xpacket begin=\"\xEF\xBB\xBF\" id=\"W5M0MpCehiHzreSzNTczkc9d\"?>\n"
@@ -143,5 +142,4 @@ TEST(DronePosition, FillsInWhatExifLacks) {
   EXPECT_EQ(ReadAll(WithPacket(high.Into(SmallJpeg()), kMavic)).gps->altitude_m, 600);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::xmp_reader_test

@@ -10,8 +10,7 @@
 #include "core/option_check.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::config_test {
 
 struct Values {
   int max_features = 8192;
@@ -235,5 +234,4 @@ TEST(Usage, TellsOfANumberOnlyWhatMatters) {
   EXPECT_EQ(Refusal({"--images", "x", "--rate", "0", "--within", "0.5"}), "");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::config_test

@@ -4,8 +4,7 @@
 
 #include "core/result.h"
 
-namespace skein {
-namespace {
+namespace skein::bytes_test {
 
 TEST(Bytes, ReadsBackWhatWasWritten) {
   ByteWriter writer;
@@ -87,5 +86,4 @@ TEST(Result, HoldsAStringAsValue) {
   EXPECT_EQ(*value, "text");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::bytes_test

@@ -7,8 +7,7 @@
 #include "core/hash.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::checksum_list_test {
 
 class ChecksumListTest : public testing::Test {
  protected:
@@ -60,5 +59,4 @@ TEST_F(ChecksumListTest, DoesNotListWhatIsNotThere) {
   EXPECT_FALSE(WriteChecksumList(folder_.path(), "list", {"absent"}).ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::checksum_list_test

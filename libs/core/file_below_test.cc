@@ -13,8 +13,7 @@
 #include "core/file.h"
 #include "core/folder.h"
 
-namespace skein {
-namespace {
+namespace skein::file_below_test {
 
 namespace fs = std::filesystem;
 
@@ -157,5 +156,4 @@ TEST_F(FileBelowTest, CopiesRegularFilesAndLeavesTheRestOut) {
   EXPECT_TRUE(OddEntriesUnder(to).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::file_below_test

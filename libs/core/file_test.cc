@@ -9,8 +9,7 @@
 
 #include "core/folder.h"
 
-namespace skein {
-namespace {
+namespace skein::file_test {
 
 class FileTest : public testing::Test {
  protected:
@@ -82,5 +81,4 @@ TEST_F(FileTest, FindsTheFilesUnderAFolder) {
   EXPECT_TRUE(FilesUnder(Path("absent")).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::file_test

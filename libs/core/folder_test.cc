@@ -6,8 +6,7 @@
 
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::folder_test {
 
 namespace fs = std::filesystem;
 
@@ -35,5 +34,4 @@ TEST(SyncFolder, FailsWhereThereIsNone) {
   EXPECT_FALSE(SyncFolder(folder / "nowhere").ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::folder_test

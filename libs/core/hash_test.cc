@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::hash_test {
 
 // FIPS 180-2 examples.
 constexpr char kEmpty[] = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
@@ -31,5 +30,4 @@ TEST(Hash, TellsBlobIdsFromOtherText) {
   EXPECT_FALSE(IsBlobId("../" + std::string(61, 'a')));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::hash_test

@@ -9,8 +9,7 @@
 
 #include "core/one_line.h"
 
-namespace skein {
-namespace {
+namespace skein::log_test {
 
 TEST(Log, ATextStaysOneLineAndDoesNothingToATerminal) {
   EXPECT_EQ(OneLine("a\nready ingest\r\x1b[2J\x7f"), "a\\x0aready ingest\\x0d\\x1b[2J\\x7f");
@@ -44,5 +43,4 @@ TEST(Log, WhatIsWrittenToAFileIsACommentToAShell) {
   std::system(("rm -r " + folder).c_str());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::log_test

@@ -7,8 +7,7 @@
 
 #include "core/clock.h"
 
-namespace skein {
-namespace {
+namespace skein::process_test {
 
 TEST(Process, KnowsItsMemoryAndHost) {
   EXPECT_GT(ResidentMemoryBytes(), 100 * 1024);
@@ -31,5 +30,4 @@ TEST(Clock, Advances) {
   EXPECT_GT(NowUs(), 1'600'000'000'000'000);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::process_test

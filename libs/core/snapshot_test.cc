@@ -8,8 +8,7 @@
 #include <cerrno>
 #include <stdexcept>
 
-namespace skein {
-namespace {
+namespace skein::snapshot_test {
 
 TEST(Snapshot, HoldsWhatWasThereWhenItWasTaken) {
   Bytes state(3 << 20, 1);
@@ -45,5 +44,4 @@ TEST(Snapshot, LeavesNoProcessWhenItIsDropped) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::snapshot_test

@@ -4,8 +4,7 @@
 
 #include <stdexcept>
 
-namespace skein {
-namespace {
+namespace skein::statistics_test {
 
 TEST(Statistics, PercentileInterpolatesBetweenRanks) {
   EXPECT_DOUBLE_EQ(percentile({4, 1, 3, 2}, 50), 2.5);
@@ -21,5 +20,4 @@ TEST(Statistics, MeanOfNothingIsZero) {
   EXPECT_DOUBLE_EQ(mean({1, 2, 6}), 3);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::statistics_test

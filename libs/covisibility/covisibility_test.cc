@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::covisibility_test {
 
 TEST(CovisibilityGraph, BothPhotosOfAPairHaveItInTheOrderItCame) {
   CovisibilityGraph graph;
@@ -22,5 +21,4 @@ TEST(CovisibilityGraph, AnUnknownPhotoHasNoPairs) {
   EXPECT_TRUE(CovisibilityGraph().EdgesOf(7).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::covisibility_test

@@ -3,8 +3,7 @@
 #include "disambiguation/similar_structures.h"
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::similar_structures_options_test {
 
 TEST(SimilarStructuresOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<SimilarStructuresOptions>({
@@ -25,5 +24,4 @@ TEST(SimilarStructuresOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::similar_structures_options_test

@@ -7,8 +7,7 @@
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::similar_structures_test {
 
 constexpr double kDistance = 8;  // of the cameras from the façade
 constexpr int kNumFirst = 7, kNumSecond = 6;
@@ -134,5 +133,4 @@ TEST(SimilarStructures, SidesOfAMergeAreCompared) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::similar_structures_test

@@ -5,8 +5,7 @@
 #include <functional>
 #include <optional>
 
-namespace skein {
-namespace {
+namespace skein::alive_test {
 
 TEST(Alive, CallsAGuardedFunctionWithItsArguments) {
   const Alive alive;
@@ -37,5 +36,4 @@ TEST(Alive, AFunctionMayEndItsOwnObject) {
   EXPECT_EQ(num_calls, 1);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::alive_test

@@ -10,8 +10,7 @@
 #include "core/clock.h"
 #include "event_loop/worker_thread.h"
 
-namespace skein {
-namespace {
+namespace skein::poll_loop_test {
 
 TEST(PollLoop, RunsWhatOtherThreadsPostInOrder) {
   PollLoop loop;
@@ -136,5 +135,4 @@ TEST(WorkerThread, AnExceptionOfAJobLeavesRun) {
   EXPECT_THROW(loop.Run(), std::runtime_error);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::poll_loop_test

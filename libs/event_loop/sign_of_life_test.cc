@@ -11,8 +11,7 @@
 
 #include "event_loop/worker_thread.h"
 
-namespace skein {
-namespace {
+namespace skein::sign_of_life_test {
 
 namespace fs = std::filesystem;
 
@@ -120,5 +119,4 @@ TEST(HungJobDeathTest, EndsTheProcessByASignalOfItsOwn) {
   EXPECT_EXIT(WorkerThread::EndHungProcess(), testing::KilledBySignal(SIGALRM), "");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::sign_of_life_test

@@ -10,8 +10,7 @@
 
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::step_record_test {
 
 class StepRecordTest : public testing::Test {
  protected:
@@ -98,5 +97,4 @@ TEST_F(StepRecordTest, AnExceptionIsPutDownToTheInnermostStep) {
   EXPECT_EQ(record.TakeThrown(0).item, 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::step_record_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::georeferenced_test {
 
 constexpr double kMetresPerDegree = 111'320;  // along the equator
 
@@ -67,5 +66,4 @@ TEST(Georeferenced, TakesOutAModelThatCannotBePlacedAndSaysWhy) {
   EXPECT_EQ(refusals[0], "grid of 3: 3 registered photos carry a position; it takes 5");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::georeferenced_test

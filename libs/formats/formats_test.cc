@@ -7,8 +7,7 @@
 
 #include "formats/texture_fields.h"
 
-namespace skein {
-namespace {
+namespace skein::formats_test {
 
 TEST(TextureFields, EachFieldHasItsBit) {
   TextureFields fields;
@@ -183,5 +182,4 @@ TEST(Formats, EmptyValuesAreValid) {
   EXPECT_TRUE(DecodeSharedImages(EncodeSharedImages({}))->empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::formats_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::shape_test {
 
 ShapeChunk SmallChunk() {
   ShapeChunk chunk;
@@ -93,5 +92,4 @@ TEST(Shape, ManifestsComeBackAsTheyWere) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shape_test

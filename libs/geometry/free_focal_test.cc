@@ -8,8 +8,7 @@
 
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::free_focal_test {
 
 constexpr double kBelievedPx = 1200, kNoisePx = 0.5;
 
@@ -104,5 +103,4 @@ TEST(Rotation, IsNoMotionWithParallax) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::free_focal_test

@@ -4,8 +4,7 @@
 #include "geometry/sim3_ransac.h"
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::geometry_options_test {
 
 TEST(GeoreferenceOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<GeoreferenceOptions>({
@@ -32,5 +31,4 @@ TEST(Sim3Options, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::geometry_options_test

@@ -7,8 +7,7 @@
 #include "geometry/georeference_json.h"
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::georeference_test {
 
 constexpr double kMetresPerDegree = 111'000;
 
@@ -331,5 +330,4 @@ TEST(Georeference, JsonHoldsTransformAndResiduals) {
   EXPECT_EQ(json["enu_from_model"]["scale"], result.enu_from_model.scale);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::georeference_test

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <fstream>
 
-namespace skein {
-namespace {
+namespace skein::model_poses_test {
 
 namespace fs = std::filesystem;
 
@@ -103,5 +102,4 @@ TEST_F(ModelPosesTest, NonsenseIsAnError) {
   EXPECT_FALSE(ReadPoses(folder_ / "missing").ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::model_poses_test

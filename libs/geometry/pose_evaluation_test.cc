@@ -6,8 +6,7 @@
 
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::pose_evaluation_test {
 
 constexpr unsigned kSeed = 7;
 
@@ -134,5 +133,4 @@ TEST(MatchPoses, NumberedTruthIsPairedByOrder) {
   EXPECT_EQ(MatchPoses(estimate, truth).size(), 2u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::pose_evaluation_test

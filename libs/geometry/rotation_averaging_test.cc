@@ -5,8 +5,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
-namespace skein {
-namespace {
+namespace skein::rotation_averaging_test {
 
 constexpr double kMaxErrorDeg = 10;
 
@@ -97,5 +96,4 @@ TEST(AverageRotations, OfNothingIsNothing) {
   EXPECT_TRUE(AverageRotations({}, kMaxErrorDeg).rotations.empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::rotation_averaging_test

@@ -8,8 +8,7 @@
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::sim3_ransac_test {
 
 using Path = SyntheticOptions::Path;
 
@@ -300,5 +299,4 @@ TEST(PairSharedViews, TakesCommonPhotosAndCommonPoints) {
   EXPECT_EQ(shared[0].points[0].target_xyz.x(), 4);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::sim3_ransac_test

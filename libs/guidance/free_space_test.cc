@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::free_space_test {
 
 // A photo at the origin observes points on a wall, 10 units ahead and 2 to each side.
 GuidedMap OnePhotoOfAWall() {
@@ -39,5 +38,4 @@ TEST(FreeSpace, WhatIsFarOutsideOfAllCellsIsNoFault) {
   EXPECT_FALSE(space.IsClear({1e12, 0, 0}, {0, 0, 1e12}) && space.IsClear({1, 0, 0}, {1, 0, 10}));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::free_space_test

@@ -10,8 +10,7 @@
 #include "guidance/surface.h"
 #include "guidance/test_site.h"
 
-namespace skein {
-namespace {
+namespace skein::guidance_test {
 
 TEST(Guidance, SurfelsLieOnTheSurfaceAndFaceThePhotos) {
   const GuidedMap map = SiteOfARow(FrontWall(-4, 8), -2, 2).Map();
@@ -383,5 +382,4 @@ TEST(Guidance, RefusesOptionsWithoutSense) {
               StationOptions{}.Check().ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::guidance_test

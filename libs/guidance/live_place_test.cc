@@ -11,8 +11,7 @@
 
 #include "guidance/test_poses.h"
 
-namespace skein {
-namespace {
+namespace skein::live_place_test {
 
 using Positions = std::vector<Eigen::Vector3d>;
 
@@ -341,5 +340,4 @@ TEST(LivePlace, WithToleranceSaysNearlyTheSame) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::live_place_test

@@ -5,8 +5,7 @@
 #include "guidance/place_summary.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::model_map_test {
 
 class ModelMapTest : public testing::Test {
  protected:
@@ -63,5 +62,4 @@ TEST_F(ModelMapTest, OfManyPointsAPartSaysTheSame) {
   EXPECT_EQ(MapOfModel(colmap::Reconstruction(), 10).points.size(), 0u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::model_map_test

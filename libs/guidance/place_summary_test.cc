@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::place_summary_test {
 
 TEST(PlaceSentence, SaysHowCompleteItIs) {
   QualityOptions options;
@@ -44,5 +43,4 @@ TEST(PlaceSentence, SaysHowCompleteItIs) {
             "too little to say yet, with 3 photos: keep going");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::place_summary_test

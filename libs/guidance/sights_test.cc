@@ -7,8 +7,7 @@
 
 #include "guidance/test_poses.h"
 
-namespace skein {
-namespace {
+namespace skein::sights_test {
 
 constexpr uint32_t kNear = 0, kFar = 1;
 constexpr size_t kNumPhotos = 40;
@@ -75,5 +74,4 @@ TEST(Sights, WhereNothingIsHeldWhatHasGoneHidesNoMore) {
   EXPECT_EQ(scene.sights.PhotosOf(kFar).size(), kNumPhotos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::sights_test

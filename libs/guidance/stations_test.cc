@@ -8,8 +8,7 @@
 
 #include "guidance/test_site.h"
 
-namespace skein {
-namespace {
+namespace skein::stations_test {
 
 TEST(Stations, LookAtTheWeakPart) {
   Site site({FrontWall(-8, 16)});
@@ -173,5 +172,4 @@ TEST(Stations, MayBeAsCloseToASurfaceAsPhotosWere) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::stations_test

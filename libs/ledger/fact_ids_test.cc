@@ -6,8 +6,7 @@
 
 #include "skein/finish_t.hpp"
 
-namespace skein {
-namespace {
+namespace skein::fact_ids_test {
 
 TEST(FactIds, NameWhatMustBeInTheLedgerOnce) {
   EXPECT_EQ(ImageFactId("ab"), "image/ab");
@@ -48,5 +47,4 @@ TEST(FactIds, AFinishIsRequestedByACommandAlone) {
   EXPECT_THROW(FinishFactId(5, finish_t::REQUESTED), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::fact_ids_test

@@ -15,8 +15,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::ledger_store_test {
 
 LedgerRecord Record(int64_t seq, size_t payload_bytes = 3) {
   return {seq, "features/" + std::to_string(seq), "features", 1000 + seq,
@@ -316,5 +315,4 @@ TEST_F(ForeignLedgerTest, LinksAndFifosInPlaceOfItsFilesAreRefusedAtOnce) {
   EXPECT_TRUE(Ledger::Open(file_).ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::ledger_store_test

@@ -7,8 +7,7 @@
 #include "core/folder.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::photo_file_test {
 
 TEST(StorePhoto, KeepsTheBytesUnderBothNames) {
   TestFolder folder;
@@ -34,5 +33,4 @@ TEST(StorePhoto, RefusesNamesThatLeadOutOfTheFolder) {
   EXPECT_TRUE(FilesUnder(folder.path()).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_file_test

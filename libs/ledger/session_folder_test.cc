@@ -10,8 +10,7 @@
 
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::session_folder_test {
 
 TEST(Session, KeepsItsIdWhenOpenedAgain) {
   TestFolder folder;
@@ -68,5 +67,4 @@ TEST(Session, MustExistToBeOpened) {
   EXPECT_FALSE(OpenSession(folder / "nothing").ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::session_folder_test

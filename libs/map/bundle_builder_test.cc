@@ -4,8 +4,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::bundle_builder_test {
 
 TEST(Bundle, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
   for (const int num_observations : {200, 200 * 16}) {
@@ -78,5 +77,4 @@ TEST_F(BuildBundleTest, CompletePointsHaveTheirObservationsByAllImages) {
   for (size_t i = 0; i < bundle.poses.size(); ++i) EXPECT_EQ(bundle.poses[i].constant, i > 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::bundle_builder_test

@@ -7,8 +7,7 @@
 #include "map/map_access.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::filters_test {
 
 class FiltersTest : public testing::Test {
  protected:
@@ -109,5 +108,4 @@ TEST_F(FiltersTest, APointThatIsGoneIsPassedOver) {
   EXPECT_EQ(FilterPoints({}, {id}, &map_), 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::filters_test

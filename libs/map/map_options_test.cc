@@ -4,8 +4,7 @@
 #include "map/retriangulation.h"
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::map_options_test {
 
 TEST(FilterOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<FilterOptions>({
@@ -22,5 +21,4 @@ TEST(RetriangulationOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::map_options_test

@@ -4,8 +4,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::model_io_test {
 
 class ModelIoTest : public testing::Test {
  protected:
@@ -109,5 +108,4 @@ TEST(CopyRegistered, LeavesOutWhatIsNotRegistered) {
   EXPECT_EQ(copy.NumPoints3D(), 2u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::model_io_test

@@ -13,8 +13,7 @@
 #include "map/filters.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::points_anew_test {
 
 using Observations = std::set<std::pair<ImageId, Point2DIdx>>;
 using Points = std::map<Observations, std::array<double, 3>>;
@@ -120,5 +119,4 @@ TEST(PointsAnew, NeedNoMoreMemoryWithMoreThreads) {
   EXPECT_LT(PeakMemoryBytes() - before, 8 * keypoint_bytes);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::points_anew_test

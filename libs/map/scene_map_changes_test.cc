@@ -5,8 +5,7 @@
 #include "map/scene_map.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::scene_map_changes_test {
 
 TEST(SceneMap, RefusesBadInput) {
   SyntheticScene scene = MakeScene({});
@@ -84,5 +83,4 @@ TEST_F(SceneMapChanges, ContinuedTracksCountAsModifiedUntilForgotten) {
   EXPECT_TRUE(map_.ModifiedPoints().empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::scene_map_changes_test

@@ -9,8 +9,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::scene_map_test {
 
 class SceneMapTest : public testing::Test {
  protected:
@@ -123,5 +122,4 @@ TEST(Without, KeepsTheOrder) {
   EXPECT_TRUE(Without({}, {1}).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::scene_map_test

@@ -9,8 +9,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::shape_maker_test {
 
 constexpr int kChunkPoints = 100;
 
@@ -336,5 +335,4 @@ TEST(ShapeMaker, AThousandMovesLeaveWhatOneUpdateWouldMake) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shape_maker_test

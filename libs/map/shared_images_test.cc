@@ -4,8 +4,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::shared_images_test {
 
 TEST(SharedImages, HoldRegisteredImagesWithTheirTriangulatedKeypoints) {
   const SyntheticScene scene = MakeScene({});
@@ -24,5 +23,4 @@ TEST(SharedImages, HoldRegisteredImagesWithTheirTriangulatedKeypoints) {
   EXPECT_EQ(point.xyz[2], map.reconstruction().Point3D(point2D.Point3DId()).XYZ().z());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shared_images_test

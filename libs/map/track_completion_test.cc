@@ -10,8 +10,7 @@
 #include "map/map_access.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::track_completion_test {
 
 constexpr ImageId kNewPhoto = 20;
 
@@ -195,5 +194,4 @@ TEST_F(GrowTracksTest, IsTheSameWithAnyNumberOfThreads) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::track_completion_test

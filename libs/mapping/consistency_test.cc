@@ -8,8 +8,7 @@
 #include "mapping/rebuild.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::consistency_test {
 
 std::vector<ImageId> Range(ImageId first, ImageId last) {
   std::vector<ImageId> ids;
@@ -58,5 +57,4 @@ TEST(Consistency, PhotosOfOnePlaceThatStandElsewhereAreMisplaced) {
   EXPECT_GT(groups.matches_to_win, 1000);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::consistency_test

@@ -7,8 +7,7 @@
 #include "testing/test_random.h"
 #include "util/random.h"
 
-namespace skein {
-namespace {
+namespace skein::focal_length_test {
 
 constexpr double kFocal = 1300;
 
@@ -109,5 +108,4 @@ TEST(EstimateFocalLength, FalseMatchesAloneHaveNone) {
   EXPECT_FALSE(EstimateFocalLength(Options(), seen.pixels, seen.points).has_value());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::focal_length_test

@@ -5,8 +5,7 @@
 #include "map/bundle_builder.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::fold_back_test {
 
 // It was withdrawn and registered elsewhere while the bundle was refined.
 TEST(FoldBack, APhotoThatIsConstantInTheBundleFollowsItsAnchor) {
@@ -28,5 +27,4 @@ TEST(FoldBack, APhotoThatIsConstantInTheBundleFollowsItsAnchor) {
   EXPECT_LT((map.reconstruction().Image(id).ProjectionCenter() - before - shift).norm(), 1e-6);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::fold_back_test

@@ -7,8 +7,7 @@
 #include "mapping/global_positions.h"
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::global_map_test {
 
 // Points in a cube, seen from a ring of centres.
 struct Ring {
@@ -94,5 +93,4 @@ TEST(MapGlobally, WithoutPairsRegistersNothing) {
   EXPECT_EQ(map.reconstruction().NumRegImages(), 0u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::global_map_test

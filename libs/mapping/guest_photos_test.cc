@@ -6,8 +6,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::guest_photos_test {
 
 // The scene at its truth, with all photos but 7 and 8 registered.
 class GuestPhotosTest : public testing::Test {
@@ -50,5 +49,4 @@ TEST_F(GuestPhotosTest, AGuestMustPassItsTrial) {
   EXPECT_FALSE(map_.IsRegistered(7));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::guest_photos_test

@@ -4,8 +4,7 @@
 #include "mapping/submap.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::known_camera_test {
 
 const std::vector<double> kGiven = {1012, 640, 480, 0.01};  // of a true focal length of 1000 px
 
@@ -91,5 +90,4 @@ TEST_F(KnownCamera, IsRefusedWithParametersOfAnotherModel) {
   EXPECT_TRUE(map.photos().empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::known_camera_test

@@ -7,8 +7,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::local_adjustment_test {
 
 TEST(ColmapWindow, TakesTheImagesWithMostPointsInCommon) {
   SyntheticOptions scene_options;
@@ -46,5 +45,4 @@ TEST(ColmapWindow, HoldsTwoImagesOfASmallMap) {
   EXPECT_EQ(request.held.size(), 2u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::local_adjustment_test

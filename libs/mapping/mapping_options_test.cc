@@ -4,8 +4,7 @@
 #include "mapping/submap_options.h"
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::mapping_options_test {
 
 TEST(InitialPairOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<InitialPairOptions>({
@@ -74,5 +73,4 @@ TEST(SubmapOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::mapping_options_test

@@ -6,8 +6,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::misplaced_test {
 
 // Photos 1 to 6 stand at their true poses. Photos 7 and 8 have points of their own and their true
 // relative pose, but stand elsewhere.
@@ -72,5 +71,4 @@ TEST(Misplaced, AnObjectThatTwoPlacesHaveInCommonContradictsNobody) {
   EXPECT_TRUE(FindMisplaced(options, map).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::misplaced_test

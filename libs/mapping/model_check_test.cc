@@ -5,8 +5,7 @@
 #include "map/bundle_builder.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::model_check_test {
 
 TEST(ModelCheck, OfAStiffMapTheExpectedErrorIsSmall) {
   SceneMap map;
@@ -95,5 +94,4 @@ TEST(ModelCheck, TornPairsContradictThoughTheyReproject) {
   EXPECT_GE(check.num_contradicting_matches, 30);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::model_check_test

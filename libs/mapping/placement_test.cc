@@ -4,8 +4,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::placement_test {
 
 constexpr ImageId kNewPhoto = 8;
 
@@ -66,5 +65,4 @@ TEST_F(PlacementTest, UndoPutsTheMapBack) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::placement_test

@@ -10,8 +10,7 @@
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::registration_test {
 
 Eigen::Matrix3d TurnedBy(double degrees) {
   return Eigen::AngleAxisd(degrees * M_PI / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
@@ -167,5 +166,4 @@ TEST(PoseSigmas, OneCertainPointAmongThemClosesIt) {
   EXPECT_LT(SigmasOfFirstPose(bundle).position, 0.02);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::registration_test

@@ -5,8 +5,7 @@
 
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::submap_batch_test {
 
 std::vector<int64_t> Ids(int64_t first, int64_t last) {
   std::vector<int64_t> ids(last - first + 1);
@@ -53,5 +52,4 @@ TEST(Submap, ABatchThatWouldLosePhotosIsDropped) {
   EXPECT_EQ(place.run.NumRegistered(), 5);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_batch_test

@@ -4,8 +4,7 @@
 
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::submap_begun_anew_test {
 
 // Two photos in wrong places, without a point that another could be registered with.
 colmap::Reconstruction DeadEnd(const Submap& submap) {
@@ -85,5 +84,4 @@ TEST(Submap, AMapAnewThatIsNotCompleteIsDropped) {
   EXPECT_EQ(rig->NumRegistered(), static_cast<int>(rig->scene.photos.size()));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_begun_anew_test

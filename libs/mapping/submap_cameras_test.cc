@@ -7,8 +7,7 @@
 #include "mapping/checkpoint.h"
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::submap_cameras_test {
 
 TEST(Submap, RecoversAFocalPriorThatIsWrongByAQuarterAndDistortion) {
   for (const double factor : {0.75, 1.25}) {
@@ -121,5 +120,4 @@ TEST(Submap, LocalBundleAdjustmentsLeaveTheIntrinsics) {
   EXPECT_EQ(run.map.map().reconstruction().Camera(1).Params(), params);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_cameras_test

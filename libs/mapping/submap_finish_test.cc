@@ -10,8 +10,7 @@
 #include "mapping/checkpoint.h"
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::submap_finish_test {
 
 using Observations = std::set<std::pair<ImageId, Point2DIdx>>;
 
@@ -170,5 +169,4 @@ TEST(Submap, BackgroundBundleAdjustmentKeepsPhotosInTheirPlace) {
   EXPECT_GT(run.map.EstimateFinishS(), 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_finish_test

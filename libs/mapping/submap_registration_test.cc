@@ -5,8 +5,7 @@
 
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::submap_registration_test {
 
 TEST(Submap, RegistersAllPhotosOfAnArc) {
   SubmapRig run(SyntheticOptions{});
@@ -135,5 +134,4 @@ TEST(Submap, DefersAPhotoWhosePointsLieInOneCorner) {
       << run.events.back().num_visible << " points";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_registration_test

@@ -6,8 +6,7 @@
 #include "mapping/checkpoint.h"
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::submap_test {
 
 TEST(Submap, APhotoThatAnotherSubmapHoldsIsNotTriedUntilThatIsOver) {
   SubmapRig rig({});
@@ -94,5 +93,4 @@ TEST(Submap, RefusesADamagedArchive) {
   EXPECT_EQ(run.NumRegistered(), 8);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_test

@@ -6,8 +6,7 @@
 
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::submap_twins_test {
 
 // Every `every`-th keypoint of `photo` that sees the first twin is matched to the second one.
 // Keypoints of the second twin have no matches.
@@ -114,5 +113,4 @@ TEST(Submap, MovesAGroupThatGrewInTheWrongPlace) {
   EXPECT_LT(run.PositionErrorPercent(), 0.3);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_twins_test

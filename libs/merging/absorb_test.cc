@@ -7,8 +7,7 @@
 #include "base/pose.h"
 #include "testing/synthetic_submaps.h"
 
-namespace skein {
-namespace {
+namespace skein::absorb_test {
 
 using colmap::image_t;
 
@@ -304,5 +303,4 @@ TEST(Absorb, AnOwnCameraOfAPhotoWhosePoseTheTargetKeeps) {
   EXPECT_EQ(result.merged.Image(12).CameraId(), 1u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::absorb_test

@@ -5,8 +5,7 @@
 #include "merging/seam_bundle.h"
 #include "testing/synthetic_submaps.h"
 
-namespace skein {
-namespace {
+namespace skein::fuse_test {
 
 class FuseTest : public testing::Test {
  protected:
@@ -49,5 +48,4 @@ TEST_F(FuseTest, ASeamsBundleHoldsWhatIsNotOfIt) {
   EXPECT_LT((model.Image(4).ProjectionCenter() - target_.Image(4).ProjectionCenter()).norm(), 0.01);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::fuse_test

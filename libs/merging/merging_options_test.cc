@@ -3,8 +3,7 @@
 #include "merging/absorb.h"
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::merging_options_test {
 
 TEST(AbsorbOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<AbsorbOptions>({
@@ -21,5 +20,4 @@ TEST(AbsorbOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::merging_options_test

@@ -5,8 +5,7 @@
 #include "map/shared_images.h"
 #include "testing/synthetic_submaps.h"
 
-namespace skein {
-namespace {
+namespace skein::shared_views_test {
 
 class SharedViewsTest : public testing::Test {
  protected:
@@ -30,5 +29,4 @@ TEST_F(SharedViewsTest, CamerasThatColmapDoesNotKnowAreLeftOut) {
   EXPECT_TRUE(ViewsOf(images_).empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shared_views_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::demand_test {
 
 demand_t Demand(const std::string& author, int num_waiting, const std::string& kind = "submap") {
   demand_t demand{};
@@ -64,5 +63,4 @@ TEST(DemandBook, ForgetsWhoIsSilent) {
   EXPECT_EQ(book.NumShort(6.1), 0);  // and so is the merger
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::demand_test

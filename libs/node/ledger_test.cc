@@ -7,8 +7,7 @@
 #include "node/ledger_follower.h"
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::ledger_test {
 
 class LedgerTest : public testing::Test {
  protected:
@@ -216,5 +215,4 @@ TEST(LedgerRange, IsBoundedInFactsAndBytes) {
   EXPECT_FALSE(writer.Add(0, large.data(), 1));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::ledger_test

@@ -11,8 +11,7 @@
 #include "testing/test_folder.h"
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::publisher_test {
 
 constexpr double kDeadlineS = 20;
 
@@ -238,5 +237,4 @@ TEST(AgentInstance, IsTheSameForANameAndFitForAChannel) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::publisher_test

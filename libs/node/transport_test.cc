@@ -16,8 +16,7 @@
 #include "testing/test_node.h"
 #include "testing/test_process.h"
 
-namespace skein {
-namespace {
+namespace skein::transport_test {
 
 constexpr int kPort = 7700;
 constexpr char kUdpm[] = "udpm://239.255.76.67:7667?ttl=0";
@@ -264,5 +263,4 @@ TEST_F(TransportTest, TcpqWaitsForARelayThatComesLater) {
   loop.CancelTimer(timer);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::transport_test

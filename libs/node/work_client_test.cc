@@ -6,8 +6,7 @@
 
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::work_client_test {
 
 class WorkClientTest : public testing::Test {
  protected:
@@ -134,5 +133,4 @@ TEST(NodeTest, HeartbeatTellsWhatTheServiceFillsIn) {
   EXPECT_GT(heard.memory_bytes, 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::work_client_test

@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-namespace skein {
-namespace {
+namespace skein::decoder_wire_test {
 
 DecoderAnswer Answer() {
   DecoderAnswer answer;
@@ -106,5 +105,4 @@ TEST(DecoderWire, RefusesWhatNoDecoderSays) {
   EXPECT_FALSE(Parse(EncodeDecoderAnswer(answer)).ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::decoder_wire_test

@@ -7,8 +7,7 @@
 
 #include "photo/photo_check.h"
 
-namespace skein {
-namespace {
+namespace skein::heif_test {
 
 Bytes FileOf(const std::string& major, const std::vector<std::string>& compatible) {
   std::string box = "ftyp" + major + std::string(4, '\0');
@@ -56,5 +55,4 @@ TEST(Heif, IsRefusedWithWhatToDo) {
   EXPECT_NE(header.status().error().find("Most Compatible"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::heif_test

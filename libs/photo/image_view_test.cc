@@ -6,8 +6,7 @@
 
 #include "photo/exif.h"
 
-namespace skein {
-namespace {
+namespace skein::image_view_test {
 
 TEST(UprightView, BringsTheMarkedCornerToTheUpperLeft) {
   // Where the upright view's upper left pixel is stored, by orientation. A decoded photo is
@@ -35,5 +34,4 @@ TEST(ShrinkTo, NeverEnlarges) {
   EXPECT_EQ(ShrinkTo(cv::Mat(3000, 4000, CV_8UC3), 1600).size(), cv::Size(1600, 1200));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::image_view_test

@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-namespace skein {
-namespace {
+namespace skein::photo_check_test {
 
 // Without tables or data of any sense: what is to be known without decoding.
 Bytes JpegWithScans(int num_scans) {
@@ -69,5 +68,4 @@ TEST(CameraKey, IsSharedByPhotosOfOneBodySizeAndZoom) {
   EXPECT_NE(CameraKey("alice", photo, {1200, false}), key);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_check_test

@@ -15,8 +15,7 @@
 #include "testing/test_decoder.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::photo_decoder_test {
 
 namespace fs = std::filesystem;
 
@@ -285,5 +284,4 @@ TEST(PhotoDecoder, LeavesNoProcessBehind) {
   EXPECT_EQ(DecoderProcess(), 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_decoder_test

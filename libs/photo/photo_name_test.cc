@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::photo_name_test {
 
 TEST(PhotoName, TakesWhatCamerasAndFoldersCallPhotos) {
   for (const std::string name : {"P1180141.JPG", "a", "left/0001.png", "with space.jpg",
@@ -87,5 +86,4 @@ TEST(NumberedName, StaysValidWhenTheNameIsAsLongAsCanBe) {
   EXPECT_TRUE(CheckPhotoName(NumberedName(accents + ".jpg", 2)).ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_name_test

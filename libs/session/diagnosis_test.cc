@@ -4,8 +4,7 @@
 
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::diagnosis_test {
 
 using Cause = Diagnosis::Cause;
 
@@ -162,5 +161,4 @@ TEST_F(DiagnosisTest, EachCauseHasAName) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::diagnosis_test

@@ -6,8 +6,7 @@
 #include "session/report.h"
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::finish_cut_test {
 
 // Photos 1 to 4 are matched, of which 4 was never tried; 5 is in work. Submap 1 has 1 to 3.
 class FinishCutTest : public testing::Test {
@@ -111,5 +110,4 @@ TEST_F(FinishCutTest, APhotoThatNoSubmapSpokeOfWasNotTriedInTime) {
   EXPECT_EQ(cause(), Diagnosis::Cause::kNotInTime);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::finish_cut_test

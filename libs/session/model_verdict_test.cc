@@ -4,8 +4,7 @@
 
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::model_verdict_test {
 
 // A submap of photos 1 and 2 and a model with this check.
 class ModelVerdictTest : public testing::Test {
@@ -83,5 +82,4 @@ TEST_F(ModelVerdictTest, ManyContradictingPairsAreTold) {
             "alice/1.jpg - alice/2.jpg by 83 matches");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::model_verdict_test

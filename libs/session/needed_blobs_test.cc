@@ -4,8 +4,7 @@
 
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::needed_blobs_test {
 
 class NeededBlobsTest : public testing::Test {
  protected:
@@ -87,5 +86,4 @@ TEST_F(NeededBlobsTest, KeepTheFrozenModelOfASourceThatGoesOn) {
   EXPECT_EQ(Needed(), Set{});
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::needed_blobs_test

@@ -7,8 +7,7 @@
 
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::places_test {
 
 // Photos 1 to 6 are a chain of pairs. 7 has a pair with 6 that is too weak to register it.
 class PlacesTest : public testing::Test {
@@ -74,5 +73,4 @@ TEST_F(PlacesTest, AMapOfASimilarPlaceStaysOut) {
   EXPECT_EQ(place->photos, (std::vector<int64_t>{3, 4, 5, 6}));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::places_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::read_session_test {
 
 class PositionsTest : public testing::Test {
  protected:
@@ -65,5 +64,4 @@ TEST_F(PositionsTest, HeightsAboveTheTakeOffNeedItsAltitude) {
   EXPECT_FALSE(positions.at("other/6.jpg").altitude_m) << "another drone took off elsewhere";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::read_session_test

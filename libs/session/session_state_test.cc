@@ -7,8 +7,7 @@
 #include "session/submap_facts.h"
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::session_state_test {
 
 using Edges = std::map<int64_t, int64_t>;  // photo -> seq
 
@@ -270,5 +269,4 @@ TEST_F(SessionStateTest, AFactsCostDoesNotGrowWithTheLedger) {
   EXPECT_EQ(state().covisibility().EdgesOf(1).size(), 9999u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::session_state_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::troubles_test {
 
 constexpr double kNowS = 100;
 
@@ -77,5 +76,4 @@ TEST(Troubles, ClocksThatDiffer) {
   EXPECT_EQ(Told({}, processes), std::vector<std::string>{"The clock of laptop is 65 s behind."});
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::troubles_test

@@ -7,8 +7,7 @@
 
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::shape_follower_test {
 
 constexpr char kMapper[] = "mapper-1";
 constexpr int64_t kSubmap = 3;
@@ -239,5 +238,4 @@ TEST_F(ShapeFollowerTest, ASilentMappersMapIsShownByItsModel) {
   EXPECT_EQ(told_.back(), 32u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shape_follower_test

@@ -8,8 +8,7 @@
 #include "core/clock.h"
 #include "ledger/facts.h"
 
-namespace skein {
-namespace {
+namespace skein::bus_test {
 
 class BusTest : public testing::Test {
  protected:
@@ -293,5 +292,4 @@ TEST(LcmUrl, SaysWhatIsWrong) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::bus_test

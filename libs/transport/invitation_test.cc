@@ -5,8 +5,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::invitation_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 
@@ -108,5 +107,4 @@ TEST(LcmUrl, TellsWhetherItLeavesTheHost) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::invitation_test

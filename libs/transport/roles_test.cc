@@ -8,8 +8,7 @@
 
 #include "ledger/facts.h"
 
-namespace skein {
-namespace {
+namespace skein::roles_test {
 
 const std::vector<Sender> kSenders = {std::nullopt,
                                       Speaker{Role::kIngest, "ingest"},
@@ -196,5 +195,4 @@ TEST(Roles, WithoutASignatureOneMayOfferPhotosAndRead) {
                "its role may not say so");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::roles_test

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace skein::tcpq {
-namespace {
+namespace tcpq_wire_test {
 
 using State = FrameParser::State;
 
@@ -46,5 +46,5 @@ TEST(TcpqWire, HangsUpOnAnotherProtocolAndOnSizesThatCannotBe) {
   EXPECT_EQ(parser.Next(&frame), State::kBroken);
 }
 
-}  // namespace
+}  // namespace tcpq_wire_test
 }  // namespace skein::tcpq

@@ -11,8 +11,7 @@
 
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::tls_test {
 
 class TlsTest : public testing::Test {
  protected:
@@ -115,5 +114,4 @@ TEST_F(TlsTest, TakesNoUnusablePinOrCertificate) {
   EXPECT_THROW(TlsContext::ForRelay({"no PEM", certificate_.pin}), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::tls_test

@@ -12,8 +12,7 @@
 #include "skein/work_request_t.hpp"
 #include "transport/decode.h"
 
-namespace skein {
-namespace {
+namespace skein::type_layout_test {
 
 template <class T>
 Bytes Encode(const T& message) {
@@ -140,5 +139,4 @@ TEST(TypeLayout, RefusesAStringWithAZeroInside) {
   EXPECT_FALSE(measured());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::type_layout_test

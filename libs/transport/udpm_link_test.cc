@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-namespace skein {
-namespace {
+namespace skein::udpm_link_test {
 
 Bytes Datagram(const std::string& text) { return {text.begin(), text.end()}; }
 
@@ -86,5 +85,4 @@ TEST(UdpmLink, SaysWhatGroupItNeeds) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::udpm_link_test

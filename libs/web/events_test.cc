@@ -4,8 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace skein {
-namespace {
+namespace skein::events_test {
 
 using nlohmann::json;
 
@@ -168,5 +167,4 @@ TEST(Events, TextsCannotBreakTheJson) {
   EXPECT_EQ(EventOfFact(failure)["reason"], failure.reason);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::events_test

@@ -10,8 +10,7 @@
 #include "web/static_files.h"
 #include "web/thumbnails.h"
 
-namespace skein {
-namespace {
+namespace skein::http_test {
 
 TEST(Http, TargetsAreSplitAndDecoded) {
   const auto request = ParseTarget("/api/a%20b?from=3&x=%2F+y&flag&from=4");
@@ -270,5 +269,4 @@ TEST(Thumbnails, ThoseThatWereNotAskedForLongestGo) {
   EXPECT_EQ(cache.size_bytes(), 80u) << "once";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::http_test

@@ -11,8 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace skein {
-namespace {
+namespace skein::job_pool_test {
 
 constexpr std::chrono::seconds kDeadline(20);
 constexpr double kLongS = 1000, kShortS = 0.02;
@@ -119,5 +118,4 @@ TEST(JobPool, WhatAJobHeldMayGiveAJob) {
   EXPECT_TRUE(IsDoneSoon(&done));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::job_pool_test

@@ -16,8 +16,7 @@
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::session_api_test {
 
 using nlohmann::json;
 
@@ -448,5 +447,4 @@ TEST_F(SessionApiTest, OtherPathsAreNone) {
   EXPECT_EQ(StatusOf("/api/submaps/x"), 400);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::session_api_test

@@ -27,8 +27,7 @@
 #include "web/job_pool.h"
 #include "web/upload_sink.h"
 
-namespace skein {
-namespace {
+namespace skein::upload_store_test {
 
 // A disk that does not answer: writes to a file that is held wait until it is released, and fail.
 class HangingFiles {
@@ -61,19 +60,18 @@ HangingFiles& HangingDisk() {
   return files;
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::upload_store_test
 
 // In place of the C library's.
 extern "C" ssize_t pwrite(int fd, const void* data, size_t size, off_t offset) {
   const auto file = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd));
-  if (!skein::HangingDisk().Wait(file)) return ::syscall(SYS_pwrite64, fd, data, size, offset);
+  if (!skein::upload_store_test::HangingDisk().Wait(file))
+    return ::syscall(SYS_pwrite64, fd, data, size, offset);
   errno = EIO;
   return -1;
 }
 
-namespace skein {
-namespace {
+namespace skein::upload_store_test {
 
 class UploadStoreTest : public testing::Test {
  protected:
@@ -447,5 +445,4 @@ TEST_F(UploadStoreTest, ClearsAwayWhatACrashLeft) {
   EXPECT_EQ(NumFiles(), 2u) << "the whole photo and what is known of it";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::upload_store_test

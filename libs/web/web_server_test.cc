@@ -21,8 +21,7 @@
 #include "testing/test_folder.h"
 #include "web/asio.h"
 
-namespace skein {
-namespace {
+namespace skein::web_server_test {
 
 using nlohmann::json;
 
@@ -577,5 +576,4 @@ TEST_F(WebServerTest, ManyWhoAskAtOnceAreAllAnswered) {
   EXPECT_EQ(num_good, 1600);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::web_server_test

@@ -7,8 +7,7 @@
 
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::describe_photo_test {
 
 // Blobs from 3 to 400 pixels, the larger the stronger, as in nature.
 cv::Mat Texture(cv::Size size) {
@@ -121,5 +120,4 @@ TEST(DescribePhoto, RefusesAPhotoOfAnotherSizeThanIngestRead) {
             "decodes to 96 x 80 pixels, its header says 97 x 80");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::describe_photo_test

@@ -4,8 +4,7 @@
 
 #include <vector>
 
-namespace skein {
-namespace {
+namespace skein::extremum_refinement_test {
 
 constexpr int kColumns = 11, kCentre = 5;
 constexpr int kRows = 2 * kMaxRefinementSteps + 3;
@@ -62,5 +61,4 @@ TEST(Refine, LeavesOutWhatIsFarLowOrOnAnEdge) {
   EXPECT_FALSE(Peak(0, 0, 0, 11).Find());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::extremum_refinement_test

@@ -7,8 +7,7 @@
 #include "config/option_section.h"
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::features_options_test {
 
 TEST(FeaturesOptions, RefuseNonsense) {
   ExpectChecked<FeaturesOptions>({
@@ -31,5 +30,4 @@ TEST(FeaturesOptions, TakeAKernelByItsName) {
   EXPECT_THROW(app.parse("--kernel mmx"), CLI::ValidationError);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::features_options_test

@@ -10,8 +10,7 @@
 #include "testing/test_node.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::features_service_test {
 
 constexpr double kDeadlineS = 60;
 constexpr char kWorker[] = "features-1";
@@ -187,5 +186,4 @@ TEST_F(FeaturesServiceTest, GivesBackWorkThatIsDoneAlready) {
   Await([&] { return IsFree(); }, "all items given back");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::features_service_test

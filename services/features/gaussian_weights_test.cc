@@ -5,8 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace skein {
-namespace {
+namespace skein::gaussian_weights_test {
 
 double Sum(const std::vector<float>& weights) {
   return std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -49,5 +48,4 @@ TEST(GaussianWeights, BlursOfAnOctaveDoubleItsSigma) {
   EXPECT_NEAR(std::sqrt(variance), 3.2, 1e-4);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::gaussian_weights_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::idle_cores_test {
 
 TEST(ThreadsForIdleCores, TakesTheCoresThatNobodyRunsOn) {
   EXPECT_EQ(ThreadsForIdleCores("0.10 0.20 0.30 1/321 99", 8, 8), 8);
@@ -21,5 +20,4 @@ TEST(ThreadsForIdleCores, IsTheLimitWhereNothingIsKnown) {
   EXPECT_GE(ThreadsForIdleCores(4), 1);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::idle_cores_test

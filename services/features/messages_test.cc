@@ -4,8 +4,7 @@
 
 #include "ledger/facts.h"
 
-namespace skein {
-namespace {
+namespace skein::messages_test {
 
 PhotoDescription SomeDescription() {
   PhotoDescription photo;
@@ -56,5 +55,4 @@ TEST(FeaturesMessages, NamesItsBlobsForIngestToPull) {
   EXPECT_EQ(blobs, (std::vector<std::string>{kBlobs.keypoints, kBlobs.descriptors, kBlobs.global}));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::messages_test

@@ -9,8 +9,7 @@
 
 #include "features/model_choice.h"
 
-namespace skein {
-namespace {
+namespace skein::onnx_descriptor_test {
 
 // Protocol buffer wire format, as much of it as an ONNX model needs.
 std::string Varint(uint64_t value) {
@@ -192,5 +191,4 @@ TEST_F(OnnxDescriptor, ReadsTheJsonBesideTheModel) {
   EXPECT_THROW(LoadModel(choice), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::onnx_descriptor_test

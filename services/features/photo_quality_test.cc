@@ -5,8 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace skein {
-namespace {
+namespace skein::photo_quality_test {
 
 // Squares of many sizes and greys, as a place shows edges of many sizes.
 cv::Mat Scene(cv::Size size) {
@@ -73,5 +72,4 @@ TEST(PhotoQuality, ATinyPhotoHasSomeBlur) {
   EXPECT_GE(BlurOf(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9))), 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_quality_test

@@ -4,8 +4,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace skein {
-namespace {
+namespace skein::photo_texture_test {
 
 constexpr int kAll = TextureFields::kColumns * TextureFields::kRows;
 
@@ -60,5 +59,4 @@ TEST(PhotoTexture, ColourPhotosOfAnySizeAreTaken) {
   EXPECT_EQ(Count(FindTexture(Noise({6, 40}, 30))), 0) << "smaller than a window";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_texture_test

@@ -13,8 +13,7 @@
 
 #include "features/usual_contrast.h"
 
-namespace skein {
-namespace {
+namespace skein::sift_test {
 
 // A bright Gaussian blob with its centre at `centre` (pixel centres at 0.5) on grey.
 cv::Mat Blob(cv::Size size, cv::Point2d centre, double sigma) {
@@ -529,5 +528,4 @@ TEST(UsualContrast, FollowsThePhotosContrastAndIsThatOfMostOfIt) {
   EXPECT_NEAR(UsualContrast(cv::Mat1b(100, 100, uint8_t{9})), 0, 1e-6);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::sift_test

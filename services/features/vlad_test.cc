@@ -9,8 +9,7 @@
 #include "features/describe_photo.h"
 #include "features/train_codebook.h"
 
-namespace skein {
-namespace {
+namespace skein::vlad_test {
 
 LocalFeatures RandomFeatures(size_t count, uint32_t seed) {
   std::mt19937 random(seed);
@@ -137,5 +136,4 @@ TEST(AugmentPhoto, IsDeterministicAndChangesThePhoto) {
   EXPECT_GT(cv::norm(view, photo), 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::vlad_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::guide_options_test {
 
 TEST(GuideOptions, TheDefaultsAreSound) { EXPECT_TRUE(GuideOptions().Check().ok()); }
 
@@ -51,5 +50,4 @@ TEST(NoGo, RefusesWhatIsNoPolygon) {
   EXPECT_NE(ParseNoGo("48 11\n48 north\n").error().find("line 2"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::guide_options_test

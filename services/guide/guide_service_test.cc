@@ -7,8 +7,7 @@
 #include "guide/test_place.h"
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::guide_service_test {
 
 constexpr char kMapper[] = "mapper-1";
 constexpr int64_t kSubmap = 3;
@@ -221,5 +220,4 @@ TEST_F(GuideServiceTest, ShapesThatCannotBeReadHoldUpNobody) {
   EXPECT_TRUE(WaitFor([&] { return Version() == 20; }));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::guide_service_test

@@ -9,8 +9,7 @@
 #include "transport/bus.h"
 #include "transport/decode.h"
 
-namespace skein {
-namespace {
+namespace skein::messages_test {
 
 template <class T>
 T RoundTrip(const T& message) {
@@ -153,5 +152,4 @@ TEST(GuideMessages, JsonTakesWhatItDoesNotKnow) {
   EXPECT_EQ(GuidanceJson(guidance)["verdict"], "growing");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::messages_test

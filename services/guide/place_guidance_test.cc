@@ -4,8 +4,7 @@
 
 #include "guide/test_place.h"
 
-namespace skein {
-namespace {
+namespace skein::place_guidance_test {
 
 PlaceGuidance Guide(const TestPlace& place, const GuideOptions& options = {},
                     const NoGoAreas& no_go = {}) {
@@ -182,5 +181,4 @@ TEST(PlaceGuidance, OfNothingSaysSo) {
   EXPECT_TRUE(guidance.advice[0].stations.empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::place_guidance_test

@@ -4,8 +4,7 @@
 
 #include "guidance/test_poses.h"
 
-namespace skein {
-namespace {
+namespace skein::sentences_test {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
@@ -83,5 +82,4 @@ TEST(StationSentence, SaysTurnAndTilt) {
             std::string::npos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::sentences_test

@@ -11,8 +11,7 @@
 
 #include "guide/test_place.h"
 
-namespace skein {
-namespace {
+namespace skein::shape_map_test {
 
 constexpr int64_t kAll = 1'000'000;
 
@@ -167,5 +166,4 @@ TEST(ShapeMap, WithoutTracksThereIsNone) {
   EXPECT_EQ(ShapeMap().Update(*shape, {}, kAll).code, StatusCode::kDataLoss);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shape_map_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::vain_advice_test {
 
 constexpr int64_t kSubmap = 3;
 
@@ -129,5 +128,4 @@ TEST_F(VainAdviceTest, WithoutAdviceNothingIsInVain) {
   EXPECT_TRUE(CommonPointsOf("alice").empty()) << "the submap has ended";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::vain_advice_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::work_share_test {
 
 TEST(WorkShare, WorkBeginsAtOnce) { EXPECT_LE(WorkShare(0.1).due_s(), 0); }
 
@@ -39,5 +38,4 @@ TEST(WorkShare, TimeInWhichWorkWaitedForACoreIsRest) {
   EXPECT_NEAR(share.due_s() - end_s, 4, 1e-9);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::work_share_test

@@ -6,8 +6,7 @@
 
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::diagnosis_teller_test {
 
 class DiagnosisTellerTest : public testing::Test {
  protected:
@@ -79,5 +78,4 @@ TEST_F(DiagnosisTellerTest, ManyAreToldOneAfterTheOther) {
   EXPECT_EQ(At(2).size(), 20u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::diagnosis_teller_test

@@ -4,8 +4,7 @@
 
 #include <map>
 
-namespace skein {
-namespace {
+namespace skein::fair_queue_test {
 
 class FairQueueTest : public testing::Test {
  protected:
@@ -75,5 +74,4 @@ TEST_F(FairQueueTest, ForgetsPartiesThatHaveNothingToDo) {
   EXPECT_LT(queue_.num_parties(), 5u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::fair_queue_test

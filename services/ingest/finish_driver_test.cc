@@ -14,8 +14,7 @@
 #include "testing/test_node.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::finish_driver_test {
 
 SyntheticScene WallOfTwelvePhotos() {
   SyntheticOptions options;
@@ -400,5 +399,4 @@ TEST_F(FinishDriverTimesTest, InEachFinishASeedHasItsTimeToFindAMapper) {
   EXPECT_TRUE(has_ended());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::finish_driver_test

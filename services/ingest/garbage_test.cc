@@ -13,8 +13,7 @@
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::garbage_test {
 
 namespace fs = std::filesystem;
 
@@ -114,5 +113,4 @@ TEST_F(GarbageTest, WithoutRoomOnTheDiskPhotosWait) {
   EXPECT_EQ(Decide(offer).status, +image_ack_t::STORED);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::garbage_test

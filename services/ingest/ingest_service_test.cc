@@ -5,8 +5,7 @@
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::ingest_service_test {
 
 TEST_F(IngestServiceTest, NotesWhatItRunsWithOnce) {
   configuration_ = "[ingest]\nlease = 6\n";
@@ -116,5 +115,4 @@ TEST_F(HeldUpIngestTest, GivesUpNoAgentThatItCouldNotHear) {
   EXPECT_EQ(Find<failure_t>([](const failure_t&) { return true; }), nullptr);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::ingest_service_test

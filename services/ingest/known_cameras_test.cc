@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::known_cameras_test {
 
 constexpr char kEntry[] =
     "[[cameras]]\nagent = \"drone*\"\nbody = \"DJI FC?30\"\nsize = \"4000x3000\"\n"
@@ -84,5 +83,4 @@ TEST(KnownCameras, ReadBackAsTheyAreWritten) {
   EXPECT_EQ(KnownCamerasText({}, false), "");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::known_cameras_test

@@ -12,8 +12,7 @@
 #include "session/submap_facts.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::ledger_writer_test {
 
 // Commits facts on a clock that advances a second a fact.
 class LedgerWriterTest : public testing::Test {
@@ -393,5 +392,4 @@ TEST_F(LedgerWriterTest, DerivesTheOpenWorkFromTheLedger) {
   EXPECT_EQ(grants[1].item, 2);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::ledger_writer_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::listening_clock_test {
 
 TEST(ListeningClock, CountsRoundsAsLongAsTheyTake) {
   ListeningClock clock;
@@ -28,5 +27,4 @@ TEST(ListeningClock, NeverGoesBack) {
   EXPECT_EQ(clock.now_s(), 0);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::listening_clock_test

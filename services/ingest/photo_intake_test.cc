@@ -11,8 +11,7 @@
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::photo_intake_test {
 
 using PhotoIntakeTest = IngestServiceTest;
 
@@ -497,5 +496,4 @@ TEST_F(VanishedAgentsTest, AreBoundedInNumber) {
   EXPECT_EQ(Publish("a.jpg", SmallJpeg()).status, +image_ack_t::STORED);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_intake_test

@@ -11,8 +11,7 @@
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
-namespace skein {
-namespace {
+namespace skein::submission_desk_test {
 
 using SubmissionDeskTest = IngestServiceTest;
 
@@ -220,5 +219,4 @@ TEST_F(FailedStepTest, WithoutWhichThereIsNoSubmapEndsIt) {
         "the submap's end");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submission_desk_test

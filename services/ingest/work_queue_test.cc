@@ -4,8 +4,7 @@
 
 #include <csignal>
 
-namespace skein {
-namespace {
+namespace skein::work_queue_test {
 
 using Request = WorkQueue::Request;
 
@@ -264,5 +263,4 @@ TEST(WorkQueue, IgnoresReportsOfWhoHoldsNothing) {
   EXPECT_TRUE(queue.Has(1));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::work_queue_test

@@ -5,8 +5,7 @@
 #include "map/model_io.h"
 #include "mapping/submap_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::absorb_source_test {
 
 // The photo gets a camera of its own, with a focal length that no camera has.
 void LeadCameraAstray(ImageId id, colmap::Reconstruction* model) {
@@ -45,5 +44,4 @@ TEST(AbsorbSource, APhotoWhoseCameraWentAstrayInTheSourceIsLeftOut) {
   EXPECT_LT(target.PositionErrorPercent(), 0.3);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::absorb_source_test

@@ -5,8 +5,7 @@
 #include "mapper/mapper_service_rig_test.h"
 #include "session/submap_steps.h"
 
-namespace skein {
-namespace {
+namespace skein::failed_steps_test {
 
 constexpr int kMaxFailures = 3;
 
@@ -136,5 +135,4 @@ TEST_F(FailedStepsTest, ACheckpointThatCannotBeRestoredEndsTheSubmap) {
   EXPECT_EQ(attempts_["restoring"], kMaxFailures);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::failed_steps_test

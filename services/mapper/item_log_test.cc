@@ -4,8 +4,7 @@
 
 #include <utility>
 
-namespace skein {
-namespace {
+namespace skein::item_log_test {
 
 class ItemLogTest : public testing::Test {
  protected:
@@ -122,5 +121,4 @@ TEST_F(ItemLogTest, ACursorStartsBehindWhatACheckpointKnows) {
   EXPECT_TRUE(cursor_.HasReached(100)) << "all that there is";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::item_log_test

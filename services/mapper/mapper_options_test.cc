@@ -4,8 +4,7 @@
 
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::mapper_options_test {
 
 TEST(MapperOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MapperOptions>({
@@ -23,5 +22,4 @@ TEST(MapperOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::mapper_options_test

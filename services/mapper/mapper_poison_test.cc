@@ -3,8 +3,7 @@
 
 #include "mapper/mapper_service_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::mapper_poison_test {
 
 // A photo whose features or matches no map can use: what its blobs hold instead.
 struct PoisonedPhoto {
@@ -250,5 +249,4 @@ TEST_P(PoisonedModelTest, OfASourceLeavesTheTargetAsItWas) {
 INSTANTIATE_TEST_SUITE_P(Table, PoisonedModelTest, testing::ValuesIn(kPoisonedModels),
                          [](const auto& test) { return std::string(test.param.name); });
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::mapper_poison_test

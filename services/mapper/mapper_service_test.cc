@@ -1,7 +1,6 @@
 #include "mapper/mapper_service_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::mapper_service_test {
 
 TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
   Give(8);
@@ -326,5 +325,4 @@ TEST_F(MapperServiceTest, TargetBecomesWhatItWasWhenTheMergesEndIsRefused) {
   EXPECT_TRUE(holds_submap_);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::mapper_service_test

@@ -8,8 +8,7 @@
 #include "ledger/fact_ids.h"
 #include "ledger/facts.h"
 
-namespace skein {
-namespace {
+namespace skein::messages_test {
 
 PhotoEvent SomeEvent() {
   PhotoEvent event;
@@ -140,5 +139,4 @@ TEST(MapperMessages, DistancesThatCannotBeAreLeftOut) {
   EXPECT_EQ(distances[1], (std::pair<uint32_t, double>{4, 0}));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::messages_test

@@ -4,8 +4,7 @@
 
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::offered_photos_test {
 
 constexpr int64_t kUs = 1, kOther = 2;
 constexpr int64_t kOurPhoto = 10, kTheirPhoto = 20, kNew = 30;
@@ -124,5 +123,4 @@ TEST_F(OfferedPhotosTest, WithoutHomesEverySubmapTries) {
   EXPECT_EQ(photos.TakeOurs(), Ids{kNew});
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::offered_photos_test

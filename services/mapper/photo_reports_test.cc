@@ -8,8 +8,7 @@
 #include <variant>
 #include <vector>
 
-namespace skein {
-namespace {
+namespace skein::photo_reports_test {
 
 // A mapper's process that begins where the ledger is at `seq`.
 class Process {
@@ -78,5 +77,4 @@ TEST(PhotoReports, TakesNoIdOfAnEarlierProcessOfTheEpoch) {
   EXPECT_NE(second.Commit(7, PhotoEvent::State::kWithdrawn), registered);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_reports_test

@@ -7,8 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace skein {
-namespace {
+namespace skein::run_state_test {
 
 constexpr Life kLives[] = {Life::kAwaitingLease, Life::kSeeding,    Life::kRestoring,
                            Life::kRunning,       Life::kDissolving, Life::kEnded};
@@ -106,5 +105,4 @@ TEST(RunState, AnEndEndsWhatIsBeingDone) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::run_state_test

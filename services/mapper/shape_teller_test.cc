@@ -5,8 +5,7 @@
 #include "mapper/shape_telling_mapper.h"
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::shape_teller_test {
 
 constexpr double kDeadlineS = 20;
 
@@ -54,5 +53,4 @@ TEST_F(ShapeTellerTest, ANewPhotoDoesNotWaitForTheNextCopyOfALargeMap) {
   EXPECT_GT(mapper_.desk.due_s(), mapper_.loop.now_s() + 400) << "its time counts, too";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shape_teller_test

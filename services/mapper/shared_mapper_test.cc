@@ -1,7 +1,6 @@
 #include "mapper/mapper_service_rig_test.h"
 
-namespace skein {
-namespace {
+namespace skein::shared_mapper_test {
 
 class SharedMapperTest : public MapperServiceTest {
  protected:
@@ -97,5 +96,4 @@ TEST_F(SharedMapperTest, MergesTwoOfItsOwnSubmaps) {
   EXPECT_EQ(Registered(2).size(), 8u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::shared_mapper_test

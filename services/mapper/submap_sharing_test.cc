@@ -4,8 +4,7 @@
 
 #include <string>
 
-namespace skein {
-namespace {
+namespace skein::submap_sharing_test {
 
 using Load = SubmapSharing::Load;
 
@@ -104,5 +103,4 @@ TEST_F(SubmapSharingTest, TakesWhatExistsBeyondItsLimit) {
   EXPECT_LT(OffersAfterS({3, 0}, "ingest"), 5);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::submap_sharing_test

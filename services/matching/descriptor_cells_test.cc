@@ -6,8 +6,7 @@
 #include <random>
 #include <set>
 
-namespace skein {
-namespace {
+namespace skein::descriptor_cells_test {
 
 constexpr int kNumCells = 20;
 
@@ -103,5 +102,4 @@ TEST(DescriptorCells, WithoutFeaturesAreEmpty) {
   EXPECT_TRUE(FeatureCells().empty());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::descriptor_cells_test

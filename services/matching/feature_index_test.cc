@@ -6,8 +6,7 @@
 
 #include "matching/kernel.h"
 
-namespace skein {
-namespace {
+namespace skein::feature_index_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -55,5 +54,4 @@ TEST(FeatureIndex, RefusesCountsThatDiffer) {
                std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::feature_index_test

@@ -10,8 +10,7 @@
 #include "estimators/essential_matrix.h"
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::five_point_test {
 
 using Points = std::vector<Eigen::Vector2d>;
 
@@ -163,5 +162,4 @@ TEST(RealRoots, WhereThePiecesMeetAreFoundOnce) {
 
 TEST(RealRoots, OfNothingAreNone) { EXPECT_TRUE(RealRoots({}).empty()); }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::five_point_test

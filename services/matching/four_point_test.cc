@@ -8,8 +8,7 @@
 
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::four_point_test {
 
 TEST(FourPoint, MapsThePointsAndAllOthersOfThePlane) {
   std::mt19937 random(1);
@@ -46,5 +45,4 @@ TEST(FourPoint, RefusesMorePoints) {
   EXPECT_THROW(FourPointEstimator::Estimate(points, points), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::four_point_test

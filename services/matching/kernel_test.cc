@@ -6,8 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace skein {
-namespace {
+namespace skein::kernel_test {
 
 using Descriptors = std::vector<uint8_t>;
 
@@ -320,5 +319,4 @@ TEST(MatchOptions, RefusesNonsense) {
   EXPECT_THROW(DescriptorMatcher{options}, std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::kernel_test

@@ -4,8 +4,7 @@
 
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::matching_options_test {
 
 TEST(MatchingServiceOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MatchingServiceOptions>({
@@ -28,5 +27,4 @@ TEST(MatchingServiceOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::matching_options_test

@@ -14,8 +14,7 @@
 #include "node/ledger_server.h"
 #include "testing/synthetic_features.h"
 
-namespace skein {
-namespace {
+namespace skein::matching_service_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 constexpr double kDeadlineS = 60;
@@ -347,5 +346,4 @@ TEST_F(Matching, FeaturesThatCannotBeUsedHoldUpNobody) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::matching_service_test

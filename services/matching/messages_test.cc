@@ -5,8 +5,7 @@
 #include "ledger/facts.h"
 #include "transport/bus.h"
 
-namespace skein {
-namespace {
+namespace skein::messages_test {
 
 PhotoMatches SomeMatches(int num_pairs) {
   PhotoMatches matches;
@@ -68,5 +67,4 @@ TEST(MatchingMessages, CameraNeedsSizeAndFocalLength) {
   EXPECT_FALSE(CameraFromMessage(image).ok());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::messages_test

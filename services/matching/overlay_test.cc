@@ -8,8 +8,7 @@
 
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::overlay_test {
 
 constexpr int kWidthPx = 1600, kHeightPx = 1200;
 constexpr double kFocalPx = 1300;
@@ -233,5 +232,4 @@ TEST_F(OverlayOfAPhoto, IsNoBackgroundThatMovesInAnotherPair) {
   EXPECT_EQ(NumInliers(3), 40u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::overlay_test

@@ -7,8 +7,7 @@
 
 #include "testing/test_random.h"
 
-namespace skein {
-namespace {
+namespace skein::pair_matcher_test {
 
 constexpr int kWidthPx = 1600, kHeightPx = 1200;
 constexpr double kFocalPx = 1300;
@@ -191,5 +190,4 @@ TEST_F(Cascade, IsDeterministic) {
   EXPECT_EQ(one.geometry.inlier_matches.size(), two.geometry.inlier_matches.size());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::pair_matcher_test

@@ -8,8 +8,7 @@
 #include "matching/feature_cache.h"
 #include "testing/synthetic_features.h"
 
-namespace skein {
-namespace {
+namespace skein::photo_matches_test {
 
 PhotoMatches Match(const PhotoFeatures& photo, const std::vector<PhotoFeaturesPtr>& others) {
   PairMatcher matcher{PairMatcherOptions()};
@@ -147,5 +146,4 @@ TEST(FeatureCache, ReplacesAndRefusesWhatIsTooLarge) {
   EXPECT_EQ(cache.num_bytes(), 0u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::photo_matches_test

@@ -7,8 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace skein {
-namespace {
+namespace skein::second_look_test {
 
 constexpr int64_t kPhoto = 1000;
 constexpr int64_t kNow = 100;
@@ -258,5 +257,4 @@ TEST(SecondLook, RefusesToBeToldTwiceOrOfWhatItDidNotGiveAndBadOptions) {
   EXPECT_THROW(SecondLook({1}, nothing, kNow, IsEarlier, options), std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::second_look_test

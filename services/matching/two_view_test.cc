@@ -10,8 +10,7 @@
 #include "testing/test_random.h"
 #include "util/random.h"
 
-namespace skein {
-namespace {
+namespace skein::two_view_test {
 
 using colmap::TwoViewGeometry;
 using Points = std::vector<Eigen::Vector2d>;
@@ -292,5 +291,4 @@ TEST_F(TwoView, FindsFundamentalMatrixWhereThePriorIsWrong) {
   EXPECT_GE(geometry.inlier_matches.size(), 290u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::two_view_test

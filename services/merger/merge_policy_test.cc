@@ -4,8 +4,7 @@
 
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::merge_policy_test {
 
 // Submap 1 has photos 1..10, submap 2 has 11..15 and the first `num_shared` of submap 1.
 class TwoSubmaps : public TestLedger {
@@ -245,5 +244,4 @@ TEST(SubmapDirectory, WithdrawnIsNotRegistered) {
   EXPECT_TRUE(SubmapDirectory(ledger.state()).IsDeferred(1));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::merge_policy_test

@@ -4,8 +4,7 @@
 
 #include "testing/test_options.h"
 
-namespace skein {
-namespace {
+namespace skein::merger_options_test {
 
 TEST(MergerOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MergerOptions>({
@@ -24,5 +23,4 @@ TEST(MergerOptions, RefusesWhatMakesNoSense) {
   });
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::merger_options_test

@@ -15,8 +15,7 @@
 #include "testing/synthetic_submaps.h"
 #include "testing/test_node.h"
 
-namespace skein {
-namespace {
+namespace skein::merger_service_test {
 
 constexpr double kDeadlineS = 30;
 constexpr int64_t kSource = 2, kTarget = 1;  // the smaller one is the source
@@ -244,5 +243,4 @@ TEST_P(PoisonedAnswerTest, FailsWithItsReasonAndTheNextAttemptSucceeds) {
 INSTANTIATE_TEST_SUITE_P(Table, PoisonedAnswerTest, testing::ValuesIn(kPoisonedAnswers),
                          [](const auto& test) { return std::string(test.param.name); });
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::merger_service_test

@@ -6,8 +6,7 @@
 
 #include "session/merge_similarity.h"
 
-namespace skein {
-namespace {
+namespace skein::messages_test {
 
 Similarity SomeSimilarity() {
   return {2.5, Eigen::Quaterniond(1, 2, 3, 4).normalized(), {5, -6, 7}};
@@ -52,5 +51,4 @@ TEST(MergerMessages, ASeedIsOneFactWhicheverPhotoComesFirst) {
   EXPECT_EQ(seed.submap_id, 0) << "ingest gives it";
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::messages_test

@@ -9,8 +9,7 @@
 #include "session/submap_steps.h"
 #include "testing/test_ledger.h"
 
-namespace skein {
-namespace {
+namespace skein::seed_policy_test {
 
 two_view_t Pair(int64_t other, int inliers, double angle_deg, double forward = 0.1) {
   return TestLedger::Pair(other, inliers, static_cast<float>(angle_deg * M_PI / 180),
@@ -238,5 +237,4 @@ TEST(SeedPolicy, RefusesNonsenseOptions) {
   EXPECT_THROW(SeedPolicy{options}, std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::seed_policy_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::channel_set_test {
 
 TEST(ChannelSet, TakesNamesPrefixesAndEverything) {
   ChannelSet channels;
@@ -60,5 +59,4 @@ TEST(ChannelSet, WhatIsAddedTwiceIsRemovedTwice) {
   EXPECT_TRUE(channels.Matches("A"));
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::channel_set_test

@@ -4,8 +4,7 @@
 
 #include <vector>
 
-namespace skein {
-namespace {
+namespace skein::fair_queue_test {
 
 class FairQueueTest : public testing::Test {
  protected:
@@ -87,5 +86,4 @@ TEST_F(FairQueueTest, ClearsAndCountsWhatIsHeldOnce) {
   EXPECT_EQ(Drain(&one), std::vector<int>{2});
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::fair_queue_test

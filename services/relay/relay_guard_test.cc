@@ -4,8 +4,7 @@
 
 #include "core/clock.h"
 
-namespace skein {
-namespace {
+namespace skein::relay_guard_test {
 
 constexpr char kSession[] = "0123456789abcdef";
 constexpr char kOther[] = "fedcba9876543210";
@@ -86,5 +85,4 @@ TEST_F(RelayGuardTest, AnotherSessionNeedsItsOwnRelayWhereSignaturesAreRequired)
   EXPECT_FALSE(warns_.Check("SKEIN_IMAGE", sealed).is_signed);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::relay_guard_test

@@ -16,8 +16,7 @@
 #include "testing/test_process.h"
 #include "transport/link.h"
 
-namespace skein {
-namespace {
+namespace skein::relay_limits_test {
 
 constexpr double kSoonS = 10;
 
@@ -525,5 +524,4 @@ TEST_F(RelayLimits, AFloodLeavesOthersTheirShareMeasured) {
   }
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::relay_limits_test

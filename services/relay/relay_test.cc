@@ -14,8 +14,7 @@
 #include "testing/test_node.h"
 #include "testing/test_process.h"
 
-namespace skein {
-namespace {
+namespace skein::relay_test {
 
 constexpr int kPort = 7700;
 constexpr char kUrl[] = "tcpq://127.0.0.1:7700";
@@ -372,5 +371,4 @@ TEST_F(RelayTest, HangsUpOnWhoSpeaksAnotherProtocol) {
   ::close(fd);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::relay_test

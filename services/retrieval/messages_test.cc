@@ -5,8 +5,7 @@
 #include "ledger/facts.h"
 #include "transport/bus.h"
 
-namespace skein {
-namespace {
+namespace skein::messages_test {
 
 Candidates SomeCandidates(int count) {
   Candidates candidates;
@@ -47,5 +46,4 @@ TEST(RetrievalMessages, ThirtyCandidatesFitOneFrame) {
   EXPECT_LE(EncodeFact(message).size() + kMaxTrailerBytes, kMaxDatagramBytes);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::messages_test

@@ -14,8 +14,7 @@
 #include "node/ledger_server.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::retrieval_service_test {
 
 constexpr double kDeadlineS = 60;
 constexpr int kDim = 16;
@@ -274,5 +273,4 @@ TEST_F(Retrieval, PhotoThatWasGivenUpIsNoCandidate) {
   EXPECT_EQ(std::count(others.begin(), others.end(), 4), 1);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::retrieval_service_test

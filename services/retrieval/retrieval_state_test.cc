@@ -12,8 +12,7 @@
 #include "core/file.h"
 #include "testing/test_folder.h"
 
-namespace skein {
-namespace {
+namespace skein::retrieval_state_test {
 
 constexpr size_t kDim = 32;
 
@@ -470,5 +469,4 @@ TEST_F(Checkpoint, VersionFromTheFutureAndAnotherSessionAreRefused) {
   EXPECT_NE(Decode(future).error().find("version 99"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::retrieval_state_test

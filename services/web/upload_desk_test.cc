@@ -15,8 +15,7 @@
 #include "testing/test_node.h"
 #include "web/job_pool.h"
 
-namespace skein {
-namespace {
+namespace skein::upload_desk_test {
 
 constexpr double kDeadlineS = 20;
 
@@ -154,5 +153,4 @@ TEST_F(UploadDeskTest, TellsWhyPhotosWaitAndDropsThoseThatAreRefused) {
   EXPECT_EQ(store_->Refusals("anna").begin()->second, "no JPEG");
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::upload_desk_test

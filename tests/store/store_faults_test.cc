@@ -23,7 +23,7 @@
 #include "testing/test_folder.h"
 
 namespace skein::store_test {
-namespace {
+namespace store_faults_test {
 
 namespace fs = std::filesystem;
 
@@ -326,5 +326,5 @@ TEST(PowerLoss, CloningASession) {
       });
 }
 
-}  // namespace
+}  // namespace store_faults_test
 }  // namespace skein::store_test

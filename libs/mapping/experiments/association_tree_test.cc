@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace skein {
-namespace {
+namespace skein::association_tree_test {
 
 const auto kAll = [](uint32_t) { return true; };
 
@@ -50,5 +49,4 @@ TEST(AssociationTree, OfAPhotoWithoutSimilarOnesIsThePhoto) {
   EXPECT_EQ(BuildAssociationTree({}, SimilarityLists(), 7, kAll).size(), 1u);
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::association_tree_test

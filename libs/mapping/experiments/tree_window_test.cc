@@ -6,8 +6,7 @@
 
 #include "testing/synthetic_scene.h"
 
-namespace skein {
-namespace {
+namespace skein::tree_window_test {
 
 // A long chain: the photos at its ends share their points with few others.
 TEST(TreeWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
@@ -43,5 +42,4 @@ TEST(TreeWindow, TakesAllPointsWithinTheLimit) {
   EXPECT_EQ(request.points.size(), map.reconstruction().NumPoints3D());
 }
 
-}  // namespace
-}  // namespace skein
+}  // namespace skein::tree_window_test
