@@ -11,12 +11,13 @@ namespace skein {
 namespace {
 
 constexpr double kMaxRemaining = 0.5;
-constexpr int kMinPhotos = 3;
+constexpr size_t kMinPhotos = 3;
 
 std::set<CameraId> SharedCameras(const SceneMap& map) {
   std::set<CameraId> shared;
+  if (map.reconstruction().NumRegImages() < kMinPhotos) return shared;
   for (const auto& [id, state] : map.camera_states()) {
-    if (!state.fixed && state.num_registered >= kMinPhotos) shared.insert(id);
+    if (!state.fixed && state.num_registered >= 2) shared.insert(id);
   }
   return shared;
 }
