@@ -195,14 +195,14 @@ std::string FormatSubmap(const json& s) {
 std::string FormatVerdict(const json& s) {
   const std::string verdict = s["verdict"];
   if (verdict.empty()) return "";
-  return Line("  submap %lld %s", s["id"].get<long long>(), verdict.c_str());
+  return Line("  map %lld %s", s["id"].get<long long>(), verdict.c_str());
 }
 
 // How complete its place is.
 std::string FormatGuidance(const json& s) {
   const json& guidance = s["guidance"];
   if (guidance.is_null()) return "";
-  return Line("  submap %lld: %s", s["id"].get<long long>(),
+  return Line("  map %lld: %s", s["id"].get<long long>(),
               Printable(guidance["sentence"].get<std::string>(), 200).c_str());
 }
 
@@ -213,7 +213,7 @@ std::string FormatMerges(const json& merges, const json& ended) {
   std::string text = Line("\nmerges  %d done, %d undone, %d under way", merges["done"].get<int>(),
                           merges["undone"].get<int>(), merges["open"].get<int>());
   for (const json& submap : ended) {
-    text += Line("  submap %lld: %s", submap["id"].get<long long>(),
+    text += Line("  map %lld: %s", submap["id"].get<long long>(),
                  submap["reason"].get<std::string>().c_str());
   }
   const std::string undone = merges["last_undone"];
@@ -303,15 +303,14 @@ std::string FormatStatus(const json& status) {
                "memory MB", "state");
   for (const json& instance : status["instances"]) text += FormatInstance(instance);
   if (!status["submaps"].empty()) {
-    text += Line("\n  %-6s %-14s %6s %-18s %7s %9s %9s %9s", "submap", "owner", "epoch", "state",
-                 "images", "deferred", "points", "error px");
+    text += Line("\n  %-6s %-14s %6s %-18s %7s %9s %9s %9s", "map", "mapper", "epoch", "state",
+                 "placed", "waiting", "points", "error px");
     for (const json& submap : status["submaps"]) text += FormatSubmap(submap);
     for (const json& submap : status["submaps"]) text += FormatVerdict(submap);
     for (const json& submap : status["submaps"]) text += FormatGuidance(submap);
   }
   text += FormatMerges(status["merges"], status["ended_submaps"]);
-  if (!status["deferred"].empty())
-    text += "\nnot registered yet\n" + FormatPhotos(status["deferred"]);
+  if (!status["deferred"].empty()) text += "\nnot placed\n" + FormatPhotos(status["deferred"]);
   if (!status["failures"].empty()) text += "\nfailures\n" + FormatPhotos(status["failures"]);
   return text;
 }

@@ -105,9 +105,9 @@ status=0
 publish || status=1
 "$skein" finish --session "$session" --lcm-url "$url" || die "the session did not finish"
 jq -r 'def seconds: . * 100 | round / 100;
-  (.images | "photos: \(.received) received, \(.registered) registered, \(.deferred) deferred, \(.failed) failed, \(.duplicates) duplicates"),
-  "submaps: \(.submaps | length) of \([.submaps[].images] | join(", ")) photos, \([.merges[] | select(.state == "done")] | length) merged on the way",
-  "photo to pose: p50 \(.latency_s.p50 | seconds) s, p95 \(.latency_s.p95 | seconds) s, from receipt; \(.wall_s | seconds) s in all"' \
+  (.images | "photos: \(.received) received, \(.registered) placed, \(.deferred) not placed, \(.failed) failed, \(.duplicates) duplicates"),
+  "maps: \(.submaps | length) of \([.submaps[].images] | join(", ")) photos, \([.merges[] | select(.state == "done")] | length) merged on the way",
+  "photo to pose: half within \(.latency_s.p50 | seconds) s, 95 % within \(.latency_s.p95 | seconds) s, from receipt; \(.wall_s | seconds) s in all"' \
   "$session/report.json"
 is_accounted_for "$session/report.json" ||
   { status=1; warn "not every photo is accounted for: see $session/report.json"; }

@@ -300,7 +300,7 @@ std::string FinishDriver::Summary(const std::map<int64_t, std::string>& places) 
   const PhotoCounts counts = CountPhotos(writer_.session(), environment_.num_duplicates());
   const size_t num_models = Models().size();
   std::string text = std::to_string(counts.registered) + " of " + std::to_string(counts.received) +
-                     " photos registered, " + std::to_string(num_models) +
+                     " photos placed, " + std::to_string(num_models) +
                      (num_models == 1 ? " model in sparse/" : " models in sparse/");
   const SessionState& state = writer_.state();
   if (state.finish().is_cut()) {
@@ -315,10 +315,10 @@ std::string FinishDriver::Summary(const std::map<int64_t, std::string>& places) 
   }
   for (const auto& [id, submap] : state.submaps()) {
     const std::string verdict = submap.ended ? "" : VerdictOf(state, submap);
-    if (!verdict.empty()) text += "\nsubmap " + std::to_string(id) + " " + verdict;
+    if (!verdict.empty()) text += "\nmap " + std::to_string(id) + " " + verdict;
   }
   for (const auto& [id, sentence] : places) {
-    text += "\nsubmap " + std::to_string(id) + ": " + sentence;
+    text += "\nmap " + std::to_string(id) + ": " + sentence;
   }
   return ClampText(text, kMaxSummaryBytes);
 }

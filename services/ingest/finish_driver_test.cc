@@ -101,7 +101,7 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   EXPECT_EQ(replies[0].command_id, 77);
   EXPECT_EQ(
       replies[0].text,
-      "2 of 3 photos registered, 1 model in sparse/; `skein status` and report.json tell of the "
+      "2 of 3 photos placed, 1 model in sparse/; `skein status` and report.json tell of the "
       "others");
   EXPECT_EQ(*ReadFile((Paths().Sparse() / "0" / "images.bin").string()), (Bytes{2, 2}));
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0" / "side.bin"));
@@ -157,7 +157,7 @@ TEST_F(FinishDriverTest, AMapWhosePhotosAreAllInALargerOneIsNoModelOfItsOwn) {
   ASSERT_NE(end, nullptr);
   EXPECT_EQ(end->submap_id, 2);
   EXPECT_EQ(end->reason, "submap 1 holds all its photos");
-  EXPECT_EQ(ReplyTo(77)->text, "7 of 7 photos registered, 2 models in sparse/");
+  EXPECT_EQ(ReplyTo(77)->text, "7 of 7 photos placed, 2 models in sparse/");
   EXPECT_EQ(Report()["submaps"].size(), 2u);
 }
 
@@ -179,7 +179,7 @@ TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
   const std::string sentence = place["sentence"];
   EXPECT_NE(sentence.find("of the surface is good"), std::string::npos) << sentence;
   EXPECT_EQ(ReplyTo(77)->text,
-            "2 of 2 photos registered, 1 model in sparse/\nsubmap 1: " + sentence);
+            "2 of 2 photos placed, 1 model in sparse/\nmap 1: " + sentence);
 }
 
 TEST_F(FinishDriverTest, APlaceWhosePhotosShowNoTextureIsNotGood) {
@@ -205,7 +205,7 @@ TEST_F(FinishDriverTest, EndsASubmapWhoseModelCannotBeReadAndIsDoneWithoutIt) {
   EXPECT_EQ(Submit(model), "");
   AwaitReplyTo(77);
   EXPECT_EQ(ReplyTo(77)->text,
-            "0 of 2 photos registered, 0 models in sparse/; `skein status` and report.json tell of "
+            "0 of 2 photos placed, 0 models in sparse/; `skein status` and report.json tell of "
             "the others");
   const auto* end = Find<submap_end_t>([](const submap_end_t&) { return true; });
   ASSERT_NE(end, nullptr);
@@ -250,7 +250,7 @@ TEST_F(FinishDriverTest, LeavesOutAtTheDeadlineWhatIsInWork) {
   EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq())), "");
   AwaitReplyTo(77);
   EXPECT_TRUE(ReplyTo(77)->ok);
-  EXPECT_NE(ReplyTo(77)->text.find("2 of 3 photos registered, 1 model in sparse/; cut after"),
+  EXPECT_NE(ReplyTo(77)->text.find("2 of 3 photos placed, 1 model in sparse/; cut after"),
             std::string::npos);
   EXPECT_NE(ReplyTo(77)->text.find("1 photo not matched in time (alice/3.jpg)"), std::string::npos);
   EXPECT_EQ(Report()["cut"]["not_matched"], nlohmann::json({"alice/3.jpg"}));

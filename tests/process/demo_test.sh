@@ -28,7 +28,7 @@ wait_until 60 "the address of the live view" prints_address '== view: ' "$worksp
 wait_until 20 "the live view answers" session_is true
 kill -0 "$demo" || fail "demo.sh had ended before the live view was looked at"
 wait "$demo" || fail "demo.sh: $(tail -n 20 "$workspace/demo.log")"
-grep -q '^photos: 6 received, 6 registered' "$workspace/demo.log" || fail "$(grep '^photos' "$workspace/demo.log")"
+grep -q '^photos: 6 received, 6 placed' "$workspace/demo.log" || fail "$(grep '^photos' "$workspace/demo.log")"
 ! answers "${address}api/session" || fail "the live view is still there after the demo"
 
 command=$(sed -n 's/^== in a browser: //p' "$workspace/demo.log")
