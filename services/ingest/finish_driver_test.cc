@@ -99,10 +99,9 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   EXPECT_EQ(Submit(FinalModel(1, 1, follower_->processed_seq())), "");
   Await([&] { return !replies.empty(); }, "the reply");
   EXPECT_EQ(replies[0].command_id, 77);
-  EXPECT_EQ(
-      replies[0].text,
-      "2 of 3 photos placed, 1 model in sparse/; `skein status` and report.json tell of the "
-      "others");
+  EXPECT_EQ(replies[0].text,
+            "2 of 3 photos placed, 1 model in sparse/; `skein status` and report.json tell of the "
+            "others");
   EXPECT_EQ(*ReadFile((Paths().Sparse() / "0" / "images.bin").string()), (Bytes{2, 2}));
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0" / "side.bin"));
   const auto report = nlohmann::json::parse(std::ifstream(Paths().Report()));
@@ -178,8 +177,7 @@ TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
   EXPECT_EQ(place["metres_per_unit"], 0);
   const std::string sentence = place["sentence"];
   EXPECT_NE(sentence.find("of the surface is good"), std::string::npos) << sentence;
-  EXPECT_EQ(ReplyTo(77)->text,
-            "2 of 2 photos placed, 1 model in sparse/\nmap 1: " + sentence);
+  EXPECT_EQ(ReplyTo(77)->text, "2 of 2 photos placed, 1 model in sparse/\nmap 1: " + sentence);
 }
 
 TEST_F(FinishDriverTest, APlaceWhosePhotosShowNoTextureIsNotGood) {
