@@ -20,7 +20,7 @@ export class Timebar {
     this.placedBars = svg('path', { class: 'bars_placed' });
     this.chart = svg('svg', { viewBox: `0 0 ${kBins} 24`, preserveAspectRatio: 'none', class: 'time_chart', 'aria-hidden': 'true' }, this.bars, this.placedBars);
     this.time = h('span', { className: 'time_text' });
-    this.nowButton = h('button', { type: 'button', className: 'now', onclick: () => this.toNow() }, 'Now');
+    this.nowButton = h('button', { type: 'button', className: 'now', 'aria-label': 'Now', onclick: () => this.toNow() }, 'Now');
     byId('timeline').append(this.playButton, this.speed, h('div', { className: 'track' }, this.chart, this.slider), this.time, this.nowButton);
     this.setPlaying(false);
   }
