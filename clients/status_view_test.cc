@@ -110,7 +110,7 @@ TEST(StatusView, SaysThatASubmapMayBeBent) {
   model.check.position_sigma = 0.02;
   session.Commit(model, "model/2");
   const std::string text = FormatStatus(session.Status());
-  EXPECT_NE(text.find("submap 1 may be bent: expected position error 2.0 %"), std::string::npos)
+  EXPECT_NE(text.find("map 1 may be bent: expected position error 2.0 %"), std::string::npos)
       << text;
 }
 
@@ -149,7 +149,7 @@ TEST(StatusView, SaysWhichSubmapsMergeAndHowThatEnded) {
   EXPECT_EQ(session.Stage(2), "not shown");
   const std::string text = FormatStatus(session.Status());
   EXPECT_NE(text.find("merges  1 done, 1 undone, 0 under way"), std::string::npos) << text;
-  EXPECT_NE(text.find("submap 2: merged into submap 1"), std::string::npos) << text;
+  EXPECT_NE(text.find("map 2: merged into submap 1"), std::string::npos) << text;
 }
 
 }  // namespace skein::status_view_test
