@@ -10,7 +10,7 @@ namespace skein {
 // map and still fits it well. So both hypotheses are adjusted, from the map as it is. If own
 // intrinsics leave less than half of the camera's sum of squared errors, its photos get them
 // (SceneMap::GiveOwnCamera), with the poses and points that were found along. Photos of one camera
-// leave 0.86 or more, zoomed ones 0.15 to 0.25. Of maps of two photos nothing is known, and
+// leave 0.78 or more, zoomed ones 0.15 to 0.49. Of maps of two photos nothing is known, and
 // fixed intrinsics stay. True if photos got any.
 bool GiveOwnCameras(BundleOptions options, SceneMap* map);
 
