@@ -1,7 +1,6 @@
 #include "session/troubles.h"
 
-#include <cmath>
-#include <utility>
+#include <cstdlib>
 
 namespace skein {
 namespace {
@@ -22,6 +21,30 @@ bool RunsAny(const HeardProcesses& processes, const std::string& service, double
 
 std::string Photos(int64_t count) {
   return count == 1 ? "1 photo waits" : std::to_string(count) + " photos wait";
+}
+
+// heartbeat_t.problem, which is not empty.
+Trouble TroubleOf(const heartbeat_t& heartbeat) {
+  return {heartbeat.service + " on " + heartbeat.host + ": " + heartbeat.problem + ".",
+          "Once that is mended it goes on by itself, and nothing is lost."};
+}
+
+// Matched, in no map, and not tried in vain.
+int64_t NumWaitingForMappers(const SessionState& state) {
+  int64_t count = 0;
+  for (const auto& [id, photo] : state.photos()) {
+    const bool may_be_placed =
+        !photo.failed() && photo.matches_seq > 0 && !photo.pairs_blob.empty();
+    count += may_be_placed && !state.IsRegistered(id) && state.FindTrial(id) == nullptr ? 1 : 0;
+  }
+  return count;
+}
+
+int64_t NumWaitingFor(const std::string& service, const SessionState& state) {
+  if (service == "mapper") return NumWaitingForMappers(state);
+  const StageBacklog backlog = BacklogOf(state);
+  if (service == "features") return backlog.features;
+  return service == "retrieval" ? backlog.retrieval : backlog.matching;
 }
 
 Trouble NoWorker(const std::string& service, int64_t num_waiting) {
@@ -46,9 +69,6 @@ StageBacklog BacklogOf(const SessionState& state) {
     backlog.features += photo.features_seq == 0 ? 1 : 0;
     backlog.retrieval += photo.features_seq > 0 && photo.candidates_seq == 0 ? 1 : 0;
     backlog.matching += photo.candidates_seq > 0 && photo.matches_seq == 0 ? 1 : 0;
-    const bool may_be_placed = photo.matches_seq > 0 && !photo.pairs_blob.empty();
-    backlog.mapper +=
-        may_be_placed && !state.IsRegistered(id) && state.FindTrial(id) == nullptr ? 1 : 0;
   }
   return backlog;
 }
@@ -57,11 +77,6 @@ Trouble IngestIsSilent() {
   return {"Ingest does not answer: no photo is taken in.",
           "Start scripts/launch.sh on the session again. Until then photos stay where they were "
           "taken, and none is lost."};
-}
-
-Trouble TroubleOf(const heartbeat_t& heartbeat) {
-  return {heartbeat.service + " on " + heartbeat.host + ": " + heartbeat.problem + ".",
-          "Once that is mended it goes on by itself, and nothing is lost."};
 }
 
 std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesses& processes,
@@ -73,14 +88,11 @@ std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesse
   }
   if (listened_s >= kSilentProcessS) {
     if (!RunsAny(processes, "ingest", now_s)) troubles.push_back(IngestIsSilent());
-    const StageBacklog backlog = BacklogOf(state);
-    const std::pair<const char*, int64_t> stages[] = {{"features", backlog.features},
-                                                      {"retrieval", backlog.retrieval},
-                                                      {"matching", backlog.matching},
-                                                      {"mapper", backlog.mapper}};
-    for (const auto& [service, num_waiting] : stages) {
-      const bool is_missing = num_waiting > 0 && !RunsAny(processes, service, now_s);
-      if (is_missing) troubles.push_back(NoWorker(service, num_waiting));
+    // Photos are counted only where nobody works on them: this is asked once a second.
+    for (const char* service : {"features", "retrieval", "matching", "mapper"}) {
+      if (RunsAny(processes, service, now_s)) continue;
+      const int64_t num_waiting = NumWaitingFor(service, state);
+      if (num_waiting > 0) troubles.push_back(NoWorker(service, num_waiting));
     }
   }
   for (const auto& [instance, process] : processes) {

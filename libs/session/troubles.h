@@ -20,19 +20,16 @@ struct Trouble {
   std::string remedy;
 };
 
-// Photos that wait for each stage.
+// Photos that wait for each stage before the mappers.
 struct StageBacklog {
   int64_t features = 0;
   int64_t retrieval = 0;
   int64_t matching = 0;
-  int64_t mapper = 0;  // matched, in no map, and not tried in vain
 };
 StageBacklog BacklogOf(const SessionState& state);
 
 // That ingest does not answer, and what that means.
 Trouble IngestIsSilent();
-// heartbeat_t.problem, which must not be empty.
-Trouble TroubleOf(const heartbeat_t& heartbeat);
 
 // Worst first. `listened_s`: how long the heartbeats of `processes` have been listened to; of
 // processes that were not heard, nothing is said before kSilentProcessS.
