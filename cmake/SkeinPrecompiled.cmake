@@ -29,6 +29,10 @@ function(skein_precompile name)
   add_library(${name} STATIC ${CMAKE_BINARY_DIR}/${name}.cc)
   skein_configure(${name})
   target_link_libraries(${name} PUBLIC ${ARG_LINKS})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Else ccache's preprocessor takes the header of the last build for its own, and nothing seems to have changed.
+    target_compile_options(${name} PRIVATE -fno-pch-preprocess)
+  endif()
   target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
 endfunction()
 
