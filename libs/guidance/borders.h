@@ -1,4 +1,5 @@
-// Where a surface ends, and whether photos show what lies beyond. Inside of libs/guidance.
+// Finds the ends of a surface, and tells whether photos show what lies beyond. Inside of
+// libs/guidance.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +13,7 @@ namespace skein {
 
 // An end of the surface at a surfel: by the surfels around it.
 struct End {
-  bool is_ground = false;  // it ends nowhere
+  bool is_ground = false;  // ground has no end
   bool is_end = false;
   bool may_turn = false;                                // away, as at the corner of a house
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // away from the surface, unit
@@ -26,7 +27,7 @@ bool IsGround(const Surfel& surfel, const Eigen::Vector3d& up, bool looks_ahead)
 End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
             const Eigen::Vector3d& up, bool looks_ahead);
 
-// What photos show of ends.
+// Tells which ends of a surface are open: less than two photos show what lies beyond.
 class Borders {
  public:
   Borders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,

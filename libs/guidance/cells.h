@@ -17,7 +17,7 @@ class Cells {
 
   explicit Cells(double width) : width_(width) {}
 
-  // None for a place too far away to have a cell.
+  // nullopt for a place too far away to have a cell.
   std::optional<Cell> CellOf(const Eigen::Vector3d& xyz) const {
     const Eigen::Array3d scaled = (xyz.array() / width_).floor();
     if (!(scaled.abs() < kMax).all()) return std::nullopt;

@@ -1,4 +1,4 @@
-// Where photos have looked through. Inside of libs/guidance.
+// Space that photos have looked through. Inside of libs/guidance.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,12 +10,12 @@
 
 namespace skein {
 
-// Space in voxels: one is free if a photo observes a point through it. What no photo has looked
-// through may hold anything.
+// Space in voxels: one is free if a photo observes a point through it. Any other voxel may hold
+// something.
 class FreeSpace {
  public:
-  // Of each line of sight the first `reach`, submap units. Costs the number of observations times
-  // reach / width.
+  // Walks the first `reach` (submap units) of each line of sight. Costs the number of observations
+  // times reach / width.
   FreeSpace(const GuidedMap& map, double width, double reach);
 
   // Whether nine tenths of the way, as far as `reach` from the first, are free. The last voxel and

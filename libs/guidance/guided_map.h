@@ -16,7 +16,8 @@ struct GuidedCamera {
   int width_px = 0, height_px = 0;
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
 
-  // Of a point in the camera's frame. False: behind it, or outside the photo.
+  // Projects a point given in the camera's frame. False if the point is behind the camera or
+  // outside the photo.
   bool Project(const Eigen::Vector3d& in_camera, Eigen::Vector2d* pixel) const;
   double FocalPx() const { return 0.5 * (fx_px + fy_px); }
 };

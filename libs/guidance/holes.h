@@ -8,10 +8,10 @@
 
 namespace skein {
 
-// Of what the photos show, the part that is a hole, in squares a tenth of a photo wide. A square
-// without a point of its own photo is a hole if the photo has points above it and on two of its
-// other sides: neither the sky is, nor what the photos look past. Points that other photos observe
-// do not fill it, as they may lie behind bare paint. 0 without points. Costs the observations.
+// Share of holes in what the photos show, in squares a tenth of a photo wide. A square without a
+// point of its own photo is a hole if the photo has points above it and on two of its other sides:
+// neither the sky nor a background without points is a hole. Points that other photos observe do
+// not fill it, as they may lie behind bare paint. 0 without points. Costs the observations.
 double ShareOfHoles(const GuidedMap& map);
 
 // The same of a map that changes.

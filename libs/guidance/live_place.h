@@ -13,16 +13,20 @@
 
 namespace skein {
 
-// Of each update only what has changed is made anew: cells with other points, the depth grids of
-// photos that have such a cell in their frame, and the quality of what other photos see. Beside
-// that an update looks once at each observation of the map.
+// An update recomputes only what has changed: cells with other points, the depth grids of photos
+// that have such a cell in their frame, and the quality of what other photos see. Beside that it
+// looks once at each observation of the map.
 //
-// Some is held until it is off by more than Holding::tolerance, and so part of what AssessPlace of
-// the same map gives. That is of surfels their cell and a radian in their normal, of poses and
-// cameras a cell in the photo. Points are held within 2.5 times that of a part's cell. What hides a
-// surfel is drawn within 5 times that of its cell, and for up to 16 updates after it went (Sights).
-// Of the vertical it is a tenth in radians. When a length of PlaceScale is off by more than
-// `tolerance`, all is made anew. With tolerance 0 nothing is held.
+// Values are updated only if they moved by more than a share of t = Holding::tolerance. Results
+// therefore differ from AssessPlace(map) by at most that. The shares:
+//   surfels, parts   position t * (width of their cell); normal t rad
+//   poses, cameras   t * (a square of the depth grid), in the photo
+//   points           2.5 * t * (a part's cell)
+//   depth grids      a surfel is drawn within 5 * t * cell of its position, and hides others for up
+//                    to 16 updates after it went (Sights)
+//   vertical         t / 10 rad
+// If a length of PlaceScale is off by more than t of it, all is recomputed. With t = 0 every value
+// is updated.
 //
 // Memory: about 40 KB a photo of 640 x 480, and 1 KB a surfel with its parts and points.
 class LivePlace {
@@ -33,9 +37,9 @@ class LivePlace {
   LivePlace& operator=(const LivePlace&) = delete;
 
   // The map as it is now. Photos, cameras and points keep their index from update to update, new
-  // ones follow; a point without photos is none. Where photos are no longer the same, all is made
-  // anew, as a first update. target_gsd: as QualityOptions has it; held until it is off by a fifth
-  // of the tolerance.
+  // ones follow; a point without photos is none. If the photos are no longer the same, all is made
+  // again, as in a first update. target_gsd: as QualityOptions has it; held until it is off by a
+  // fifth of the tolerance.
   const PlaceQuality& Update(const GuidedMap& map, double target_gsd);
 
   const PlaceQuality& place() const { return place_; }

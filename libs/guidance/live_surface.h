@@ -16,7 +16,7 @@
 
 namespace skein {
 
-// What is held from update to update (live_place.h).
+// Tolerance and scale of values that are held from update to update (live_place.h).
 struct Holding {
   double tolerance = 0.1;
   std::optional<PlaceScale> scale = std::nullopt;  // not measured then
@@ -36,7 +36,7 @@ class LiveSurface {
   // A surfel or part that came, went, or changed, but for its border.
   struct Change {
     uint32_t index = 0;
-    // Where photos came to those that see it, and nothing else changed: these.
+    // Photos that came to those that see the surfel or part, if nothing else changed.
     std::optional<std::vector<uint32_t>> came;
   };
   // By the last update. Lists are ascending.
@@ -53,7 +53,7 @@ class LiveSurface {
   void Update(const GuidedMap& map);
 
   const std::vector<Surfel>& parts() const { return parts_.surfels; }
-  // Of each part the surfel that it is in.
+  // Index of the surfel that holds each part.
   const std::vector<uint32_t>& whole_of() const { return whole_of_; }
   double part_width() const { return scale_.part_cell; }
   bool IsGround(const Surfel& part) const { return skein::IsGround(part, up_, looks_ahead_); }
@@ -62,7 +62,7 @@ class LiveSurface {
   const GuidedMap& map() const { return map_; }
 
  private:
-  // Surfels in cells of one width. What changes in an update is flagged by surfel.
+  // Surfels in cells of one width. Changes of an update are flagged by surfel.
   struct Population {
     static constexpr uint32_t kNone = PointCells::kNone;
 

@@ -8,8 +8,8 @@
 
 namespace skein {
 
-// The registered photos and the points. Of more than max_points every n-th is taken, in the order
-// of their ids. Agents are not told apart.
+// The registered photos and the points. If there are more than max_points points, every n-th is
+// taken, in the order of their ids. Agents are not told apart.
 GuidedMap MapOfModel(const colmap::Reconstruction& model, size_t max_points);
 
 }  // namespace skein

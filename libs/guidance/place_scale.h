@@ -16,7 +16,7 @@ struct PlaceScale {
   double part_cell = 0;         // width of a part's cell
 };
 
-// Of each photo.
+// Number of observations of each photo.
 std::vector<uint32_t> CountObservations(const GuidedMap& map);
 
 // Medians of distances are over some 10,000 points, evenly spread over their order.

@@ -1,4 +1,4 @@
-// What is said of a place as a whole: how complete it is, in figures, in a word, in a sentence.
+// Summary of a place as a whole: how complete the place is, in figures, in a word, in a sentence.
 #pragma once
 
 #include <cstdint>

@@ -31,7 +31,7 @@ class PointCells {
   PointCells(double width, const Eigen::Vector3d& origin, int radius = 0)
       : cells_(width), origin_(origin), radius_(radius) {}
 
-  // Points by their index in the map. What is too far away has no cell.
+  // Points by their index in the map. A point too far away has no cell.
   void Add(uint32_t point, const Eigen::Vector3d& xyz);
   void Remove(uint32_t point, const Eigen::Vector3d& xyz);
   // A point at `xyz` has other observers, or its cell is to be looked at again.

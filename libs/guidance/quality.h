@@ -24,11 +24,11 @@ struct QualityOptions {
   // completeness from which a surfel is truly good in docs/experiments/guidance.md.
   double min_textured_share = 0.8;
   // The part of the surface that counts: two photos have it at this ground sampling distance. 0: at
-  // target_gsd, or at twice that of the median point where that is more. What is further away is
-  // the background of what was meant.
+  // target_gsd, or at twice that of the median point where that is more. Surface further away is
+  // background.
   double max_gsd = 0;
-  // A place is complete when at least this part of what the photos show is good, and at most that
-  // part of where it ends has an open border: bushes and eaves have ends that nobody can close.
+  // A place is complete if good share >= min_good_share and open share <= max_open_share: bushes
+  // and eaves have ends that nobody can close.
   double min_good_share = 0.9;
   double max_open_share = 0.03;
 
@@ -61,15 +61,15 @@ struct SurfelQuality {
   bool good = false;
 };
 
-// What is judged: a part of a surfel (DetailedSurface), or the whole of one where points are too
-// few for parts. A surfel may be as wide as a chair: its normal is none of the chair's sides', and
-// a photo that sees its middle may see half of it.
+// Unit of assessment: a part of a surfel (DetailedSurface), or the whole surfel if its points are
+// too few for parts. A surfel may be as wide as a chair: its normal is none of the chair's sides',
+// and a photo that sees its middle may see half of it.
 struct Piece {
   Surfel surfel;
   double width = 0;    // of its cell
   uint32_t whole = 0;  // the surfel that it is of: index into PlaceQuality::surface
-  // What it stands for, submap units squared: pieces share their surfel's area, as there is surface
-  // between the points, too.
+  // (area of the surfel) / (number of its pieces), submap units squared: there is surface between
+  // the points, too.
   double area = 0;
   SurfelQuality quality;
 
@@ -94,16 +94,17 @@ struct Completeness {
   double hole_share = 0;    // of what the photos show: without points (holes.h)
   double median_sigma = 0;  // submap units at 1 px of noise; of what counts
   double target_gsd = 0;
-  double max_gsd = 0;  // what two photos have at it counts
+  double max_gsd = 0;  // surface counts that two photos have at this ground sampling distance
   bool complete = false;
 
-  // Of what the photos show, with and without points.
+  // Good share of all that the photos show, with and without points.
   double GoodOfShown() const { return good_share * (1 - hole_share); }
 };
 
-// One that LivePlace keeps has gaps: surfels that have gone, and pieces without width.
+// A place kept by LivePlace has gaps: surfels that have gone, and pieces without width.
 struct PlaceQuality {
-  // Of surface.surfels. The ground of photos that look ahead goes on without end and is seen flat.
+  // Whether surface.surfels[surfel] counts. The ground of photos that look ahead goes on without
+  // end and is seen flat.
   bool Counts(size_t surfel) const {
     return surfels[surfel].counts && !surface.surfels[surfel].is_ground;
   }
@@ -114,7 +115,7 @@ struct PlaceQuality {
   Completeness completeness;
 };
 
-// Of each surfel the part of its area that is good; 0 where it has no pieces.
+// Good share of each surfel's area; 0 if it has no pieces.
 std::vector<double> GoodSharesOf(const PlaceQuality& place);
 
 // LivePlace's first update.

@@ -1,4 +1,4 @@
-// What photos have in view of a surface, as photos and surfels come, move and go. Inside of
+// Visibility of a surface's surfels in photos, as photos and surfels come, move and go. Inside of
 // libs/guidance.
 #pragma once
 
@@ -24,8 +24,9 @@ class Sights {
         depth_tolerance_(depth_tolerance),
         max_move_(max_move) {}
 
-  // Where a surfel is from the next Update on; not finite: nowhere. While it is within max_move of
-  // where it was drawn it is held there: what lies up to a surfel's width behind is not hidden.
+  // Position of a surfel from the next Update on; not finite: the surfel has none. A surfel stays
+  // drawn where it was until it moves by more than max_move: surfaces up to a surfel's width behind
+  // are not hidden anyway.
   void Place(uint32_t surfel, const Eigen::Vector3d& position);
   // Draws what changed: all of photos that are new or stale (by their index), of others the surfels
   // that came. Photos that have drawn a surfel which has gone are drawn anew by a sixteenth of all

@@ -1,4 +1,4 @@
-// What to photograph next.
+// Viewpoints (stations) from which to photograph next.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// Where an agent can stand.
+// Space in which an agent can stand.
 struct Reach {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();  // unit; zero: as the photos tell (UpOf)
   // Heights along `up`, submap units; min > max: between those of the agent's own photos.
@@ -24,8 +24,8 @@ struct Reach {
 struct StationOptions {
   int num_stations = 5;            // of each agent
   double min_common_points = 100;  // predicted, with the map
-  // Of the map's points in view, from where they were seen by less than 30 degrees: as many are
-  // matched.
+  // Share of the map's points in view that are matched, if they were seen before from a direction
+  // less than 30 degrees away.
   double match_rate = 0.3;
   // A station this many working distances from where the agent is counts half.
   double half_distance = 3;
@@ -37,36 +37,36 @@ struct StationOptions {
 // A photo to take.
 struct Station {
   CameraPose cam_from_world;
-  Eigen::Vector3d target = Eigen::Vector3d::Zero();  // what it is for: a weak place
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();  // the weak place that it is for
   double gain = 0;             // area that becomes good or comes nearer to it, submap units squared
   double common_points = 0;    // predicted, with the map
   uint32_t nearest_photo = 0;  // index: start from where this was taken
   enum class Why : int8_t {
     kFewPhotos = 1,   // fewer than three photos see the place
-    kNoParallax = 2,  // they are too close together
-    kTooSlanted = 3,  // they look at it too flatly, or in too different directions to match
+    kNoParallax = 2,  // the photos are too close together
+    kTooSlanted = 3,  // the photos look at the place too flatly, or in too different directions to
+                      // match
     kTooFar = 4,      // too coarse for the target
     kOpenBorder = 5,  // the surface goes on where nobody has looked
   };
   Why why = Why::kFewPhotos;
 };
 
-// An advised photo that was taken and did not get into the map.
+// A failed photo: advised and taken, but not registered in the map.
 struct VainPhoto {
   CameraPose cam_from_world;  // of its station
   double common_points = 0;   // that were predicted
 };
 
-// Who asks for stations.
+// An agent that asks for stations.
 struct StationSeeker {
   int32_t agent = 0;        // its number in GuidedPhoto
   uint32_t last_photo = 0;  // where it is: index into GuidedMap::photos; its camera is used
   Reach reach;
-  // Where there are some, common points are those alone that a station sees through space that
-  // photos have looked through, as something may stand in the rest.
-  // Stations are chosen as if these had been photographed, and none within a fifth of a working
-  // distance (HowFar) of one. But one where twice as many common points are predicted by now counts
-  // no more.
+  // Failed photos. If there are some, common points count only where the station sees them through
+  // space that photos have looked through, as something may stand in the rest. Stations are chosen
+  // as if these photos had been taken, and none with HowFar < 0.2 from one. A failed photo counts
+  // no more once twice as many common points are predicted at its pose.
   std::vector<VainPhoto> in_vain;
 };
 

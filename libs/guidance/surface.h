@@ -25,7 +25,7 @@ struct SurfaceOptions {
 
 // A piece of surface, as large as a cell.
 struct Surfel {
-  // What LivePlace has in place of a surfel that has gone: without points, photos and position.
+  // Placeholder in LivePlace for a surfel that has gone: without points, photos and position.
   static Surfel Gone();
   bool IsGone() const { return num_points == 0; }
 
@@ -36,16 +36,16 @@ struct Surfel {
   // That see it, ascending indices into GuidedMap::photos: those that observe a point of it, and
   // those that have it in view with nothing in front.
   std::vector<uint32_t> photos;
-  // Where the surface ends here and less than two photos show what lies beyond, the place to look
-  // at and the direction to look from; else the surfel's own. A surface that was never photographed
-  // has no points: all that tells of it is such an open border. Beyond lies either more of the same
-  // surface, or another one around the corner.
+  // If the border is open (less than two photos show what lies beyond): the place to look at and
+  // the direction to look from; else the surfel's own position and normal. A surface that was never
+  // photographed has no points: all that tells of it is such an open border. Beyond lies either
+  // more of the same surface, or another one around the corner.
   Eigen::Vector3d beyond = Eigen::Vector3d::Zero();
   Eigen::Vector3d beyond_normal = Eigen::Vector3d::Zero();
   double beyond_max_deg = 0;  // a photo from further off that direction does not show it
   bool is_ground = false;     // faces up, and the photos look ahead
   bool at_end = false;        // the surface ends here
-  bool open_border = false;   // it does, and what lies beyond was not photographed
+  bool open_border = false;   // at_end, and less than two photos show what lies beyond
 };
 
 struct Surface {

@@ -15,7 +15,7 @@ ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
                       const Eigen::Vector3d& position);
 std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel);
 
-// What photos of a surfel are worth together, and what with one more.
+// Joint quality of a surfel's photos, and the quality with one more.
 class AssessedViews {
  public:
   AssessedViews() = default;
@@ -35,7 +35,7 @@ class AssessedViews {
   struct Sums {
     int num_photos = 0;
     double best_gsd = std::numeric_limits<double>::infinity(), second_gsd = best_gsd;
-    // Of the best ones' pairs, and of those that match another one.
+    // Over pairs of the best views, and over those that match another one.
     double reconstructability = 0;
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     double sigma = std::numeric_limits<double>::infinity();  // along the normal, of `information`

@@ -9,8 +9,9 @@
 
 namespace skein {
 
-// Of a square of 1.5 cells around the surfel, in the photo in which that is the min_photos-th
-// largest, or the least of fewer. A photo whose texture is not known counts as textured.
+// Texture share of a square, 1.5 cells wide, centred on the surfel: the `min_photos`-th largest
+// over the photos, or the smallest if fewer photos see it. A photo whose texture is not known
+// counts as textured.
 class TexturedShare {
  public:
   // 0 without photos.

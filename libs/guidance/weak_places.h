@@ -1,4 +1,5 @@
-// What photos may make better, and which of it lies together. Inside of libs/guidance.
+// Weak places, which photos may make better, and clusters of those that lie together. Inside of
+// libs/guidance.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,10 +27,10 @@ struct Weak {
   std::shared_ptr<const AssessedViews> assessed = {};  // the same; of a piece alone
 };
 
-// Of a piece: 0 without photos, 1 where it is good. The first photos count a little: without them
-// no further one makes it good.
+// Utility of a piece: 0 without photos, 1 if it is good. The first photos count a little: without
+// them no further one makes it good.
 double UtilityOf(const QualityOptions& options, const SurfelQuality& quality);
-// Of what lies beyond an open border, which closes with the second photo.
+// Utility of what lies beyond an open border, which closes with the second photo.
 double UtilityOfBorder(size_t num_photos);
 
 // Area that is not good, as a part of it.
@@ -37,24 +38,24 @@ inline double Missing(const Weak& weak) { return weak.area * (1 - weak.utility);
 // Whether a photo from there looks at its front.
 bool Shows(const Eigen::Vector3d& centre, const Weak& weak);
 
-// They point into `place`.
+// The result points into `place`.
 std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place);
 
-// Weak places near each other and facing one way, as one place to look at. Where it is does not
-// change as they become better.
+// Weak places near each other and facing one way, as one place to look at. A cluster stays where it
+// is as its members become better.
 struct Cluster {
   Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   std::vector<uint32_t> members;  // weak places
 };
 std::vector<Cluster> ClusterWeak(const std::vector<Weak>& weak, double width);
 
-// One that is weak.
+// A cluster with weak members.
 struct WeakCluster {
   const Cluster* cluster = nullptr;
   double missing = 0;             // area, of all members
   std::vector<uint32_t> weakest;  // of these the six that miss most, first
 };
-// Of `clusters` those that miss most, first.
+// The `max_num` clusters with the largest missing area, largest first.
 std::vector<WeakCluster> FindWeakest(const std::vector<Weak>& weak,
                                      const std::vector<Cluster>& clusters, size_t max_num);
 

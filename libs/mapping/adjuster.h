@@ -13,7 +13,7 @@
 
 namespace skein {
 
-// What global BAs took.
+// Work and time of global BAs.
 struct GlobalBaCost {
   int num_rounds = 0;
   int num_iterations = 0;
@@ -36,20 +36,20 @@ class Adjuster {
   // Free images, their points, and held images that see these points.
   void AdjustImages(const std::vector<ImageId>& images);
   // Up to `max_rounds` global BAs, until hardly an observation changes after one. `final`: then as
-  // many that converge. Where the options say stop, it ends with the step that it is at; at least
-  // one is taken.
+  // many that converge. If SubmapOptions::stop returns true, the BA ends with its present step,
+  // after at least one.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
   // After a global BA (own_cameras.h). True if photos got cameras of their own: another global BA
   // must follow.
   bool GiveOwnCameras();
-  // The options of a global BA. It begins with what the last one decomposed.
+  // The options of a global BA. The BA starts from the last decomposition (`factor_`).
   BundleOptions GlobalBaOptions(bool converge) const;
-  // Of a global BA elsewhere: what it decomposed, and its wall time.
+  // Notes a global BA that ran elsewhere: its decomposition, and its wall time.
   void NoteGlobalBa(std::shared_ptr<const BundleFactor> factor, double seconds) {
     factor_ = std::move(factor);
     last_global_ba_s_ = seconds;
   }
-  // What the map's residuals don't show, as of the last call, of background BA or of Check.
+  // Notes the map's shape as a background BA found it; Check computes it otherwise.
   void NoteShape(const ShapeCheck& shape) { check_.shape = shape; }
   // `shape_is_known`: a background BA of the same photos has told it.
   void Check(bool shape_is_known);
@@ -57,7 +57,7 @@ class Adjuster {
   // Wall time of the last global BA; 0 before the first.
   double last_global_ba_s() const { return last_global_ba_s_; }
 
-  // Of the global BAs since the last call; those in the background are not among them.
+  // Cost of the global BAs since the last call, without those in the background.
   GlobalBaCost TakeCost() { return std::exchange(cost_, {}); }
 
   // Images whose observations the last BA filtered, once.

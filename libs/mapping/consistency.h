@@ -14,7 +14,7 @@ namespace skein {
 struct Withdrawal {
   std::vector<ImageId> photos;
   Refusal refusal;
-  bool of_similar_place = false;  // they are of a visually similar place
+  bool of_similar_place = false;  // the photos show a visually similar place
 };
 
 // Finds photos that contradict the map; changes nothing.
@@ -38,8 +38,8 @@ class Consistency {
   // Groups of photos in the wrong place: by matches that contradict their poses, else by missing
   // correspondences. `first` is a photo of the group that stays.
   Withdrawal FindMisplacedPhotos(ImageId first) const;
-  // Registered photos that match a visually similar place and have too many missing cells. They may
-  // be of that place: without points of their own no cell is different.
+  // Registered photos that match a visually similar place and have too many missing cells. Such
+  // photos may show that place: a cell can only differ where they have points of their own.
   std::vector<ImageId> FindPhotosWithTooManyMissingCells() const;
 
  private:

@@ -16,8 +16,8 @@ struct InitialPairOptions {
   Status Check() const;
 };
 
-// For a pair that was chosen by what its verified matches say. That is held to a half here, as the
-// relative pose is estimated anew.
+// For a pair that was chosen by what its verified matches say. Half of both figures is asked for,
+// as the relative pose is estimated again.
 InitialPairOptions OptionsOfSeed(int num_inliers, double triangulation_angle_rad);
 
 struct InitialPairResult {

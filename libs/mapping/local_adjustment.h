@@ -18,8 +18,8 @@ class LocalAdjustment {
 
   virtual BundleRequest SelectWindow(const SceneMap& map, ImageId new_image) const = 0;
 
-  // Whether the window leaves out points that its free images see. They are then moved, each by
-  // itself, to where their observations meet after the BA.
+  // Whether the window leaves out points that its free images see. Such points are moved after the
+  // BA, each by itself, to where their observations meet.
   virtual bool LeavesPointsOut() const { return false; }
 
   // Other photos with the distances of their global descriptors, 0 to 2.

@@ -43,7 +43,7 @@ class Maintenance {
   void OnLocalBa();
   // A global BA was done in turn: its images are still to be looked at.
   void OnGlobalBa();
-  // A photo left the map. Where it comes back, it is new to the BA that runs.
+  // A photo left the map. If the photo comes back, it counts as new to the BA that runs.
   void OnWithdrawn(ImageId id);
   // Drops the BA and what follows it.
   void Drop();
@@ -62,7 +62,7 @@ class Maintenance {
   std::set<ImageId> withdrawn_;  // since it began
   int rounds_at_rest_ = 0;       // global BAs that a map at rest is still due
   Phase phase_ = Phase::kNone;
-  // What is left of each phase.
+  // Remaining work of each phase.
   std::vector<Point3DId> points_;
   std::vector<std::pair<ImageId, ImageId>> pairs_;
   std::vector<ImageId> images_;

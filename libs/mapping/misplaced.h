@@ -10,37 +10,38 @@
 namespace skein {
 
 struct MisplacedOptions {
-  // Of a matched point seen from the other photo, as in registration.
+  // Largest reprojection error of a matched point in the other photo, as in registration.
   double max_error_px = limits::kMaxPoseErrorPx;
   int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
   // Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody.
-  // They are as often false, of an object that two places share (docs/experiments/false_pairs.md).
+  // Such weak pairs are as often false, of an object that two places share
+  // (docs/experiments/false_pairs.md).
   double min_pair_share = 0.03;
   std::size_t max_photos_around = 100;  // that FindMisplacedAround looks at
 
   Status Check() const;
 };
 
-// What the matches of two registered photos say of their poses: a match agrees if one photo's point
-// is seen in the other where it was matched. Those of which both keypoints have a point count. Of a
-// weak pair nothing contradicts.
+// Votes of the matches of two registered photos on their poses: a match agrees if one photo's point
+// projects into the other within `max_error_px` of the matched keypoint. A match counts if both
+// keypoints have a point. A weak pair (IsStrongPair is false) has contradict = 0.
 Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2);
 
-// Of the matches whose two keypoints both have points: those with one point for both agree, those
-// with one each contradict.
+// Votes of the matches whose two keypoints both have points: a match agrees if they have one point
+// in common, and contradicts if each has its own.
 Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2);
 
-// By its CountCommonPoints. Where a part of a map has another scale than the rest, or is bent, the
-// two have points of their own for what both see, and still reproject well. In good maps one match
-// in 4 to 12 is so, of all pairs alike.
+// By its CountCommonPoints. If a part of a map has another scale than the rest, or is bent, its
+// photos have points of their own for what both parts see, and still reproject well. In good maps
+// one match in 4 to 12 is so, of all pairs alike.
 bool IsTorn(const Votes& common_points);
 
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
 // photo to a wrong spot by a few matches that agree, and then all that grows from it. Once the
 // right neighbours are registered, many more matches between the two parts contradict. Photos are
 // joined along their verified pairs, those with most agreeing matches first. Two groups with more
-// contradicting than agreeing matches are never joined. Of groups that contradict each other the
-// larger one stays. The photos of the others are returned, ascending. Visits all pairs.
+// contradicting than agreeing matches are never joined. If groups contradict each other, the
+// largest stays. The photos of the others are returned, ascending. Visits all pairs.
 std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map);
 
 // The same among the registered photos nearest to `center` along verified pairs, at most

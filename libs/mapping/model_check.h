@@ -18,7 +18,7 @@ struct ShapeCheck {
   int num_loose_images = 0;  // on the side of loose_image
 };
 
-// Of a whole map after global BA: a bundle of all its photos, none of them constant. Costs a
+// Shape of a whole map after global BA. `bundle` has all its photos, none of them constant. Costs a
 // decomposition of the reduced system, as the first step of the BA did, and 21 solutions with it.
 ShapeCheck CheckShape(const Bundle& bundle);
 
@@ -35,7 +35,7 @@ struct PairCheck {
 // by min_contradiction at least. A torn pair contradicts, too. Visits all pairs.
 PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map);
 
-// What the residuals of a map don't show.
+// Errors of a map that its residuals don't show.
 struct ModelCheck {
   ShapeCheck shape;
   PairCheck pairs;

@@ -5,13 +5,13 @@
 
 namespace skein {
 
-// Photos of one agent, size and EXIF count as of one camera. That is a guess: they may have been
-// zoomed, cropped, or taken by several phones. Where they were, one focal length for all bends the
-// map and still fits it well. So both hypotheses are adjusted, from the map as it is. If own
+// Photos of one agent, size and EXIF count as of one camera. The grouping is a guess: such photos
+// may have been zoomed, cropped, or taken by several phones. If so, one focal length for all bends
+// the map and still fits it well. So both hypotheses are adjusted, from the map as it is. If own
 // intrinsics leave less than half of the camera's sum of squared errors, its photos get them
 // (SceneMap::GiveOwnCamera), with the poses and points that were found along. Photos of one camera
-// leave 0.78 or more, zoomed ones 0.15 to 0.49. Of maps of two photos nothing is known, and
-// fixed intrinsics stay. True if photos got any.
+// leave 0.78 or more, zoomed ones 0.15 to 0.49. Maps of fewer than three photos, and fixed
+// intrinsics, stay as they are. True if photos got any.
 bool GiveOwnCameras(BundleOptions options, SceneMap* map);
 
 }  // namespace skein

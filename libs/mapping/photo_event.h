@@ -8,7 +8,7 @@
 
 namespace skein {
 
-// What became of a photo.
+// A photo was registered, deferred, rejected or withdrawn.
 struct PhotoEvent {
   enum class State { kRegistered, kDeferred, kRejected, kWithdrawn };
   int64_t image_id = 0;

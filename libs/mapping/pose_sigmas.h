@@ -7,9 +7,9 @@ namespace skein {
 // How well a pose is determined: standard deviations for 1 px of noise, along the worst axis.
 struct PoseSigmas {
   double position = 0;  // as a fraction of the median depth of the points it sees
-  // Of where the photo sees a point at that depth, in the worst corner of its frame, px. Rotation
-  // and position of a lens with a small field of view compensate each other: this tells whether
-  // that matters for what the photo shows.
+  // Deviation of the pixel at which the photo sees a point at that depth, largest over the corners
+  // of its frame, px. Rotation and position of a lens with a small field of view compensate each
+  // other: this tells whether that matters for what the photo shows.
   double frame_px = 0;
 };
 

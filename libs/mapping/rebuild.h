@@ -14,7 +14,7 @@ namespace skein {
 // it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held);
 
-// What the verified matches say of a map.
+// Matches that agree with a map, and matches that another map could win.
 struct MatchAgreement {
   int64_t agreeing = 0;  // matches between registered photos that are one point
   // Matches that another map of the same photos may agree with: those of strong pairs that are

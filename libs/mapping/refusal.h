@@ -10,7 +10,7 @@ struct Refusal {
   enum class Cause {
     kOther = 0,
     kTooFewCommonPoints = 1,  // with the map's, or too few that agree on a pose
-    kSimilarPlace = 2,        // what it shows may be of another, visually similar place
+    kSimilarPlace = 2,        // the photo may show another, visually similar place
     kContradicted = 3,        // its matches, or other photos', say that it is elsewhere
     kCamera = 4,              // no possible focal length or distortion fits
   };

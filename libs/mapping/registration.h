@@ -26,7 +26,7 @@ struct RegistrationOptions {
   int min_num_trials = 100;
   int max_num_trials = 10000;
   double confidence = 0.99999;
-  // Largest standard deviations of a refined pose (pose_sigmas.h). They are larger when its points
+  // Largest standard deviations of a refined pose (pose_sigmas.h). Deviations grow when the points
   // lie in one corner, on a line or too far away.
   double max_position_sigma = 0.02;
   double max_frame_sigma_px = 2 * limits::kMaxErrorPx;
@@ -41,7 +41,8 @@ struct RegistrationOptions {
   double max_epipolar_error_px = limits::kMaxErrorPx;
   SimilarStructuresOptions similar_structures;
   // Focal lengths taken, as a factor of the prior, for a camera that has none from EXIF and was
-  // never refined. They cover 17 to 108 mm equivalents of a guess of 1.2; COLMAP takes 0.1 to 10.
+  // never refined. The bounds cover 17 to 108 mm equivalents of a guess of 1.2; COLMAP takes 0.1 to
+  // 10.
   double min_focal_factor = 0.4;
   double max_focal_factor = 2.5;
 
@@ -81,8 +82,8 @@ struct PoseEstimate {
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options, const TrialContext& context = {});
 
-// Where a registered photo would stand by its matches with one other registered photo alone, with
-// its camera as it is: cam_from_world. Nothing where fewer than min_num_inliers agree.
+// Pose (cam_from_world) of a registered photo by its matches with one other registered photo alone,
+// with its camera as it is. nullopt if fewer than min_num_inliers agree.
 std::optional<Eigen::Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
                                                     const SceneMap& map, ImageId image_id,
                                                     ImageId other);
@@ -95,11 +96,11 @@ bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, 
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
                     const BundlePose& pose, double max_error_px);
 
-// Of a registered photo, with its own pose and camera.
+// The same with the pose and camera of a registered photo.
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
 
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
-// pose. It is enough if some are where the photo has a camera of its own, or should have one: it
+// pose. Some outliers suffice if the photo has a camera of its own, or should have one: the photo
 // may have settled for a wrong focal length and distance, where bundle adjustment finds no way out.
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options);

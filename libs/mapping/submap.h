@@ -33,8 +33,9 @@ struct SubmapStatistics {
   ModelCheck check;  // of the last background BA or finish
 };
 
-// One submap. It takes photos with their matches one after the other and registers those it can.
-// Others wait until a neighbour of theirs is registered. It carries out what its parts find:
+// One submap. Photos come with their matches one after the other; the submap registers those it
+// can. Others wait until a neighbour of theirs is registered. Submap carries out the findings of
+// its parts:
 //   WaitingPhotos  what was tried with photos that are not registered, who is next
 //   PhotoTrial     one photo's registration, step by step
 //   Adjuster       local and global bundle adjustment
@@ -105,45 +106,47 @@ class Submap {
   // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much.
   // The finished model hardly depends on the order of the photos. Points anew show what points that
   // grew with the map hide: if the map is inconsistent with them, it is mapped anew as well. Points
-  // of two photos that do not fit are removed (FilterPointsOfTwoPhotos). Where the options say
-  // stop, the parts that are left are left out, here and in what is above.
+  // of two photos that do not fit are removed (FilterPointsOfTwoPhotos). If the options say stop,
+  // the remaining parts are left out, here and in the functions above.
   void Finish(const EventSink& sink);
   // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
   double EstimateConsolidateS() const;
   double EstimateFinishS() const;
 
-  // Withdraws a photo for a reason from outside. It is tried again when a neighbour registers, as
-  // often as other withdrawn photos. False, and nothing has changed, if no map would be left. No
-  // effect on a photo that is not registered.
+  // Withdraws a photo for a reason from outside. The photo is tried again when a neighbour
+  // registers, as often as other withdrawn photos. False, and nothing has changed, if no map would
+  // be left. No effect on a photo that is not registered.
   bool TakeBack(int64_t image_id, const Refusal& refusal, const EventSink& sink);
 
   // Withdraws the photos of which another submap, of a visually similar place, sees far more
-  // points. They come back only if they show enough of this place to be told from the other.
+  // points. Such photos come back only if they show enough of this place to be told from the other.
   void YieldPhotosTo(const colmap::Reconstruction& other, const EventSink& sink);
 
   // Tries all deferred photos again at the next steps.
   void RetryDeferred() { waiting_.RetryDeferred(); }
 
-  // Of a map that was made of all pairs at once: photos whose points agree on two poses leave it,
-  // to be tried as others are.
+  // For a map made of all pairs at once: removes the photos whose points agree on two poses, to be
+  // tried as others are.
   void TakeOutAmbiguous();
-  // It is mapped anew: only with more pairs may another map win.
+  // Notes that the map was just mapped anew: another map may replace it only with more pairs.
   void NoteMappedAnew() { num_pairs_rebuilt_ = map_->pairs().size(); }
 
   // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its
   // images must be in the submap. On failure nothing has changed.
   Status ReplaceModel(const colmap::Reconstruction& model);
 
-  // What a checkpoint holds besides the model, and the reverse: what is registered is replaced.
+  // State of a submap besides the model, as a checkpoint holds it, and the reverse, which replaces
+  // all that is registered.
   SubmapState State() const;
   Status Restore(const colmap::Reconstruction& model, const SubmapState& state);
 
-  // What a merger needs of the photos among `image_ids` that are here: of each its pose and the
-  // points that it sees. Those that are not registered are guests for it.
+  // Poses of the photos among `image_ids` that are here, and the points that each sees, for a
+  // merger. Photos that are here and not registered are placed as guests during the call.
   SharedImages ExportShared(const std::vector<int64_t>& image_ids);
 
   // Registers photos of another submap beside it: the two are compared through photos that both
-  // hold. Their trials are as strict as they can be. They stand until what is returned is gone.
+  // hold. Their trials are as strict as they can be. The guests stay until the returned object is
+  // destroyed.
   std::unique_ptr<GuestPhotos> PlaceGuests(const std::vector<int64_t>& image_ids);
   // The model's photos that are here and not registered, those with most matches to registered
   // ones and to those before them, at most `max_num`.
@@ -182,7 +185,7 @@ class Submap {
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
   void TryAllWaiting(const EventSink& sink);
 
-  // What contradicts the map leaves it.
+  // Both withdraw those of `images` that contradict the map: too few observations, or most matches.
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
   bool WithdrawMisplaced(const EventSink& sink);
@@ -213,11 +216,11 @@ class Submap {
   ImageId first_ = 0;              // of the initial pair
   bool is_maintained_ = true;      // see LeaveOutMaintenance
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
-  // What a finish need not do again, as no photo has come or gone since:
+  // Parts of a finish that need not be repeated, as no photo has come or gone since:
   struct Settled {
     bool refined = false;         // a global BA has begun, or has been done
     bool shape_known = false;     // by a background BA
-    bool checked = false;         // it is done, and no photo contradicts the map
+    bool checked = false;         // the refinement is complete, and no photo contradicts the map
     bool none_misplaced = false;  // nor is a group of photos misplaced
     bool all_tried = false;       // every waiting photo was tried against it
     bool consistent = false;      // the map is, as a whole

@@ -34,7 +34,7 @@ struct SubmapOptions {
   // times more points of it.
   double min_yield_ratio = 2.0;
   // Part of the matches that agree with a map which the same photos, mapped anew, must win for that
-  // map to stay. Where so many can't be won, nothing is mapped anew.
+  // map to stay. If the map cannot win so many, nothing is mapped anew.
   double min_rebuild_gain = 0.005;
   // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
   // depends only on the order of the calls.

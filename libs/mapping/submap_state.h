@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// What a checkpoint holds of a submap besides its COLMAP model.
+// State of a submap that a checkpoint holds besides its COLMAP model.
 struct SubmapState {
   std::vector<int64_t> photos;  // registered or waiting, in the order they came
   std::map<CameraId, bool> is_camera_refined;

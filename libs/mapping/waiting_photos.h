@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// What was tried with a photo.
+// Earlier trials of a photo, and their outcome.
 struct TrialRecord {
   int last_visible = 0;  // points visible when it was last tried
   int num_withdrawals = 0;
@@ -31,17 +31,18 @@ class WaitingPhotos {
   // Puts neighbours of a photo into the queue that see more points than when they were last tried.
   void EnqueueNeighbours(ImageId id);
   void Dequeue(ImageId id) { queue_.erase(id); }
-  // Another submap holds the photo: it is not tried here until that is over. It may come before the
-  // photo does.
+  // Another submap holds the photo: it is not tried here until that is over. May be called before
+  // the photo is added.
   void SetHeldElsewhere(int64_t image_id, bool held);
-  // The photo is never tried again. It may come before the photo does.
+  // The photo is never tried again. May be called before the photo is added.
   void LeaveOut(int64_t image_id);
   // There, not registered, and neither left out nor held elsewhere.
   bool MayBeTried(int64_t image_id) const;
   const std::set<int64_t>& left_out() const { return left_out_; }
   bool IsHeldElsewhere(int64_t image_id) const { return held_elsewhere_.count(image_id) > 0; }
   const std::set<int64_t>& held_elsewhere() const { return held_elsewhere_; }
-  // Of the queue the photo that sees most points; the first by id of equals.
+  // Takes the photo that sees most points from the queue, the lowest id of equals; nullopt if the
+  // queue is empty.
   std::optional<ImageId> TakeNext();
 
   // All deferred photos that are not rejected. A withdrawn photo only if it sees more points than
@@ -51,13 +52,13 @@ class WaitingPhotos {
   // because the map was wrong.
   void RetryAll();
 
-  // What became of a photo.
+  // Outcomes of a photo's trial, which change its record.
   void OnTried(ImageId id, int num_visible) { records_[id].last_visible = num_visible; }
   bool OnDeferred(ImageId id);  // false if that was told before
   void OnAmbiguous(ImageId id);
   void OnRegistered(ImageId id);
   bool OnWithdrawn(ImageId id);  // true if it was withdrawn too often and is rejected now
-  void OnReplaced(ImageId id);   // it is registered in a model from outside
+  void OnReplaced(ImageId id);   // the photo is registered in a model from outside
   void MarkOfSimilarPlace(ImageId id) { records_[id].of_similar_place = true; }
   void ForgetVisible(ImageId id) { records_[id].last_visible = 0; }
   void ForgetAmbiguous() { ambiguous_.clear(); }
@@ -67,7 +68,7 @@ class WaitingPhotos {
   bool IsOfSimilarPlace(ImageId id) const;
   // Whether it, or a photo that it matches with, was found to be of a visually similar place.
   bool MatchesSimilarPlace(ImageId id) const;
-  // What its next trial must know.
+  // Context of the photo's next trial.
   TrialContext ContextOf(ImageId id) const;
   int NumDeferred() const;
 
