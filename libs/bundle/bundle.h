@@ -12,8 +12,8 @@
 
 namespace skein {
 
-// A bundle adjustment problem as plain values. It is a copy of what it refines, so any thread can
-// solve it while the map changes. map/bundle_assembly.h makes one from a map.
+// A bundle adjustment problem as plain values. The bundle copies all values that it refines, so any
+// thread can solve it while the map changes. map/bundle_assembly.h makes one from a map.
 
 // How a free pose's block of the normal equations differs from that of least squares.
 struct PoseStiffness {
@@ -81,9 +81,9 @@ struct BundleOptions {
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration; the bundle is as it was
   // Asked after each iteration, where there is one: true ends with what the bundle is by then.
   std::function<bool()> stop;
-  // Of an earlier solution of much the same bundle. Where tracks are long, summing and decomposing
-  // the Schur complement takes most of the time. Conjugate gradients with an earlier
-  // decomposition as preconditioner do without; they have the same solution.
+  // Factor of an earlier solution of much the same bundle; null: none. If tracks are long, summing
+  // and decomposing the Schur complement takes most of the time. Conjugate gradients with an
+  // earlier decomposition as preconditioner do without; they have the same solution.
   std::shared_ptr<const BundleFactor> factor;
 
   Status Check() const;

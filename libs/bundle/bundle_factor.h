@@ -21,7 +21,8 @@ class BundleFactor {
                std::unique_ptr<ExplicitSystem> system);
 
   int size() const { return size_; }
-  // Of each row of `layout` the factor's row; -1 where it does not know the pose or camera.
+  // For each row of `layout` the row of the factor; -1 if the factor does not know the pose or
+  // camera.
   std::vector<int> RowsOf(const Bundle& bundle, const BundleLayout& layout) const;
   // Solves with the decomposed matrix.
   Eigen::VectorXd Apply(const Eigen::VectorXd& b) const { return system_->SolveAgain(b); }

@@ -57,7 +57,7 @@ class ImplicitSystem : public ReducedSystem {
   std::vector<Eigen::Matrix<double, 6, kMaxIntrinsics>> cross_;
   std::vector<Rows> camera_of_pose_;
   std::vector<Rows> camera_of_row_;  // from the first camera's row on
-  // What the points are coupled with.
+  // Blocks that couple the points with poses and cameras.
   std::vector<Eigen::Matrix<double, 6, 3>> poses_;
   std::vector<int> pose_rows_;
   std::vector<Coupling> cameras_;

@@ -18,23 +18,24 @@ struct LoosestMode {
   // Standard deviation of an observation's coordinate: the a posteriori standard deviation of unit
   // weight, from the residuals and the redundancy.
   double noise_px = 0;
-  // Of each pose's centre at one sigma, world frame. Free of translation, rotation and scale.
+  // Displacement of each pose's centre at one sigma, world frame. Free of translation, rotation and
+  // scale.
   std::vector<Eigen::Vector3d> displacements;
 };
 
-// Of a bundle of a whole map at its minimum, by linearisation there. The points are eliminated, the
-// refined intrinsics are unknowns with their priors. C is the covariance of the centres once the
-// best similarity is taken out (the S-transformation of Baarda, as in Triggs et al., Bundle
-// Adjustment - A Modern Synthesis, section 9). The mode is C's largest eigenvector, by 20
-// Lanczos iterations with one Cholesky decomposition of the reduced system; the expected error sums
-// the eigenvalues that these find. `loss`: what the bundle was
-// minimised with; its scale is 1 px. Nothing if the observations leave a pose undetermined. Throws
-// std::invalid_argument if a pose is constant.
+// `bundle`: a whole map at its minimum; the mode is found by linearisation there. The points are
+// eliminated, the refined intrinsics are unknowns with their priors. C is the covariance of the
+// centres once the best similarity is taken out (the S-transformation of Baarda, as in Triggs et
+// al., Bundle Adjustment - A Modern Synthesis, section 9). The mode is C's largest eigenvector, by
+// 20 Lanczos iterations with one Cholesky decomposition of the reduced system; the expected error
+// sums the eigenvalues that these find. `loss`: what the bundle was minimised with; its scale is 1
+// px. Nothing if the observations leave a pose undetermined. Throws std::invalid_argument if a pose
+// is constant.
 std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss = Loss::kSoftL1);
 
-// Where a deformation bends. Poses are joined by the points that they share. Each edge of the
-// maximum spanning tree cuts them into two parts. Of these cuts it is the one by which two
-// similarities, one for each part, explain most of the deformation.
+// Cut of a map at which a deformation bends. Poses are joined by the points that they share. Each
+// edge of the maximum spanning tree cuts them into two parts. FindWeakestCut returns the cut with
+// the largest explained_share, by two similarities, one for each part.
 struct WeakestCut {
   int loose = -1;              // pose at the cut, on the side with fewer poses; -1: there is no cut
   int anchor = -1;             // pose at the cut, on the other side

@@ -9,7 +9,8 @@
 namespace skein {
 
 // Accumulates the normal equations of the cameras, U and its right-hand side, by blocks at the rows
-// of a BundleLayout: upper triangle. What eliminating the points subtracts is the subclasses'.
+// of a BundleLayout: upper triangle. Eliminating the points subtracts a part of U, which the
+// subclasses hold.
 class ReducedSystem {
  public:
   explicit ReducedSystem(int size)
@@ -72,7 +73,8 @@ using PosePattern = std::vector<std::vector<int>>;
 PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout);
 
 // Whether the sparse system's Cholesky takes less time than the dense one's. The sparse factor
-// fills up where most photos share points. It goes entry by entry, the dense one by blocks.
+// fills up where most photos share points. Sparse Cholesky goes entry by entry, dense Cholesky by
+// blocks.
 bool IsFasterSparse(const PosePattern& pattern);
 
 // Keeps only the blocks of the pattern.

@@ -7,12 +7,13 @@
 
 namespace skein {
 
-// What speaks for and against two photos, or groups of photos, standing where they do.
+// Observations that support (agree) or oppose (contradict) the poses of two photos, or groups of
+// photos, relative to each other.
 struct Votes {
   int agree = 0;
   int contradict = 0;
   int Sum() const { return agree + contradict; }
-  // Of all; 1 if there are none.
+  // Share of `agree` in all; 1 if there are none.
   double AgreeingShare() const { return Sum() == 0 ? 1.0 : static_cast<double>(agree) / Sum(); }
   void Add(const Votes& other) {
     agree += other.agree;
@@ -36,8 +37,9 @@ class PhotoGroups {
   // contradiction than agreement between them are never joined.
   void JoinByVotes(std::vector<PhotoEdge> edges);
 
-  // Photos of groups that a remaining group contradicts by this many votes, ascending. Of two
-  // groups the larger remains; the group with the photo `first` remains before all others.
+  // Photos of groups that a remaining group contradicts by this many votes, ascending. Groups are
+  // judged in the order of their size, the group with the photo `first` before all others: only
+  // groups that remain can contradict later ones.
   std::vector<ImageId> Contradicted(int min_contradiction,
                                     ImageId first = colmap::kInvalidImageId) const;
 

@@ -8,8 +8,9 @@
 //   angle(a, b) <= max_view_angle,       angle(u, v) at X between the rays to c_u and c_v,
 //   some other photo t in X's track has angle(t, b) >= 0.75 angle(a, b).
 //
-// A cell counts with min_points expected points and as many keypoints. It is seen when a verified
-// match ties one of its expected points to a, else missing. A missing cell is different when
+// A cell counts with min_points expected points and as many keypoints. A cell is seen when a
+// verified match ties one of its expected points to a, else missing. A missing cell is different
+// when
 //
 //   1/max_depth_ratio < z_X / z_a < max_depth_ratio,
 //
@@ -61,8 +62,8 @@ struct CellVotes {
 bool ShowsAnotherPlace(const SimilarStructuresOptions& options, const CellVotes& votes);
 bool HasTooManyMissingCells(const SimilarStructuresOptions& options, const CellVotes& votes);
 
-// Compares a photo that is not registered, at cam_from_world, with its registered neighbours. It
-// has no points yet, so no cell is different.
+// Compares a photo that is not registered, at cam_from_world, with its registered neighbours. The
+// photo has no points yet, so no cell is different.
 CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const SceneMap& map,
                                 ImageId image_id, const colmap::Camera& camera,
                                 const Eigen::Matrix3x4d& cam_from_world);
@@ -84,9 +85,9 @@ std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& op
 
 // Photos that are judged by missing cells.
 struct SimilarPlaceCandidates {
-  // They match photos that were found to be of a visually similar place.
+  // Photos that match photos of a visually similar place.
   std::set<ImageId> registered;
-  // They have too many missing cells at the pose of their matches (cam_from_world). Such a photo
+  // Photos with too many missing cells at the pose of their matches (cam_from_world). Such a photo
   // belongs to the photos it matches most, and contradicts those whose points it misses.
   std::map<ImageId, Eigen::Matrix3x4d> waiting;
   bool Contains(ImageId id) const { return registered.count(id) > 0 || waiting.count(id) > 0; }

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the matches of two photos say while their focal lengths are not known for certain.
+// Relation of two photos by their matches, while their focal lengths are not known for certain.
 
 #include "geometry/two_view_fit.h"
 

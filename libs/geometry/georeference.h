@@ -41,9 +41,8 @@ struct GeoreferenceOptions {
   int min_inliers = 4;        // and at least half of the photos with a position
   int num_trials = 500;       // triples tried
   double min_sigma_m = 0.02;  // positions are not taken for better than this, per axis
-  // Of the fit with altitudes: h, v, the median horizontal and vertical residuals. Of the fit
-  // without: h0, the median horizontal residual. t: the tilt between both. Altitudes are left out
-  // when
+  // h, v: the median horizontal and vertical residuals of the fit with altitudes. h0: the median
+  // horizontal residual of the fit without. t: the tilt between both. Altitudes are left out when
   //
   //   h0 < min_horizontal_gain * h, or
   //   h0 <= max_horizontal_loss * h and (v > max_vertical_ratio * h or t > max_tilt_deg).

@@ -21,8 +21,8 @@ struct RotationAveraging {
 
 // A maximum spanning tree, then iteratively reweighted least squares on the tangent space: first
 // L1, then Geman-McClure of 5 degrees (Chatterjee and Govindu, ICCV 2013). A relative rotation fits
-// if it differs by at most `max_error_deg`. Of the graph of those that fit, only the largest
-// connected component is kept. Empty input gives an empty result.
+// if it differs by at most `max_error_deg`. Only the largest connected component of the graph of
+// fitting rotations is kept. Empty input gives an empty result.
 RotationAveraging AverageRotations(const std::vector<RelativeRotation>& pairs,
                                    double max_error_deg);
 

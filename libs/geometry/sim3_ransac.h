@@ -1,8 +1,8 @@
 // Similarity between two submaps from the photos that both hold: SfM on-the-fly v2, section 3.4,
 // Algorithm 3. Two departures make collinear and coincident camera centres work:
-//  - A hypothesis never rests on camera centres alone. It comes from 3D points that both submaps
-//    see through the same (image, point2D). Or it comes from whole poses: rotation from rotations,
-//    scale from the depths of common points.
+//  - A hypothesis never rests on camera centres alone. Its source is either 3D points that both
+//    submaps see through the same (image, point2D), or whole poses: rotation from rotations, scale
+//    from the depths of common points.
 //  - The best hypothesis is refined on the symmetric reprojection error of all inliers.
 #pragma once
 
@@ -53,8 +53,8 @@ std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
 struct Sim3Options {
   // Share of a photo's common points that must reproject in both directions (min_ior).
   double min_inlier_ratio = 0.3;
-  // max_re: largest reprojection error of an inlier, for a photo whose longer side is 1,600 px. It
-  // scales with the photo's longer side.
+  // max_re: largest reprojection error of an inlier, for a photo whose longer side is 1,600 px. The
+  // limit scales with the photo's longer side.
   double max_reprojection_error_px = limits::kMaxPoseErrorPx;
   // Trials (num_trials). Triples are enumerated when there are no more than that.
   int num_trials = 1000;

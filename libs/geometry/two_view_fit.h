@@ -18,7 +18,7 @@ struct PairPixels {
 // so more would not say more.
 PairPixels Thinned(const PairPixels& pixels);
 
-// What is known of a photo's focal length beforehand: its logarithm is normally distributed.
+// Prior of a photo's focal length: its logarithm is normally distributed.
 struct FocalBelief {
   double focal_px = 0;
   double sigma = 0;
@@ -26,8 +26,8 @@ struct FocalBelief {
 
 struct TwoViewModel {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // of the second photo's camera from the first's
-  // Of the focal lengths over those believed, the mean logarithm, and that of the second's over the
-  // first's.
+  // log_focal = (log(f1 / g1) + log(f2 / g2)) / 2, log_ratio = log(f2 / g2) - log(f1 / g1); f1, f2:
+  // focal lengths, g1, g2: those believed.
   double log_focal = 0;
   double log_ratio = 0;
   double distortion = 0;  // SIMPLE_RADIAL's, of both photos

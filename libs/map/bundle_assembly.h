@@ -21,8 +21,8 @@ class BundleAssembly {
   void AddPose(colmap::image_t id, bool constant, const PoseStiffness& stiffness = {});
 
   // Adds the point with its observations in the added poses. A point with less than two of them is
-  // left out. With `hold_open` a point that other images observe, too, is constant. Of such a point
-  // only observations in free poses or free cameras are added, and one is enough.
+  // left out. With `hold_open` a point that other images observe, too, is constant. For such a
+  // constant point only observations in free poses or free cameras are added, and one is enough.
   void AddPoint(colmap::point3D_t id, bool hold_open = false);
 
   Bundle Take() { return std::move(bundle_); }

@@ -14,8 +14,8 @@ struct BundleRequest {
   std::vector<PoseStiffness> stiffness;  // of `free`; empty: plain least squares
   std::vector<ImageId> held;      // constant poses, whose observations count; `free` comes first
   std::vector<Point3DId> points;  // to refine; those with < 2 observations in it are left out
-  // Of `points`, those that images other than `free` and `held` see are constant, as in COLMAP's
-  // local BA.
+  // If true, those of `points` that other images than `free` and `held` see are constant, as in
+  // COLMAP's local BA.
   bool hold_open_points = false;
   // To refine with the observations of all images, none of them among `points`. Images that are not
   // in the bundle get constant poses.

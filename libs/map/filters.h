@@ -29,10 +29,10 @@ int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& poi
 // Removes what no third photo confirms and does not fit well. A false match is on the epipolar line
 // by chance, so the errors of such a point of two photos are spread over the whole limit. The rows
 // and columns of a right one have a standard deviation sigma, so the sum of its squared errors is
-// sigma^2 chi^2 of 1 degree of freedom (Hartley and Zisserman 2004, section 4.7.1). It stays below
-// the 99th percentile of that. sigma^2 is that of the points of more photos: the sum of their
-// squared errors, divided by 2n - 3 for each point of n photos. Without these nothing is removed.
-// Returns the number of removed points.
+// sigma^2 chi^2 of 1 degree of freedom (Hartley and Zisserman 2004, section 4.7.1). A point stays
+// if the sum is below the 99th percentile of that. sigma^2 is that of the points of more photos:
+// the sum of their squared errors, divided by 2n - 3 for each point of n photos. Without these
+// nothing is removed. Returns the number of removed points.
 int FilterPointsOfTwoPhotos(SceneMap* map);
 
 // Ascending ids of all points, for FilterPoints.

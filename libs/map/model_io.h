@@ -16,7 +16,7 @@ Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive);
 // The same; each file is freed once it is read.
 Result<colmap::Reconstruction> DecodeModel(ModelArchive&& archive);
 
-// What encoding and decoding gives, without either: the registered images and their cameras;
+// Same result as encoding and decoding, without either: the registered images and their cameras;
 // the points get new ids, in the order of the old ones.
 colmap::Reconstruction CopyRegistered(const colmap::Reconstruction& reconstruction);
 

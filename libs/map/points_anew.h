@@ -14,7 +14,7 @@ namespace skein {
 // share out the connected components of keypoints, and the points are those of one thread. Together
 // the threads hold one copy of the matched keypoints and of the matches.
 //
-// Where there is a `stop`, the calling thread asks it before each photo of its own share, and then
+// `stop`, if not null, is asked by the calling thread before each photo of its own share, and then
 // after each photo that another thread has done: once a photo and thread, so it's asked until all
 // is done. At true the former points are still there, and the result is false.
 bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, int num_threads,

@@ -41,7 +41,7 @@ struct PhotoInput {
   Keypoints keypoints;
 };
 
-// What a camera started from, and how far it has come.
+// Prior of a camera, and how far its parameters are refined.
 struct CameraState {
   std::vector<double> prior_params;
   bool focal_from_exif = false;
@@ -85,7 +85,8 @@ class SceneMap {
   // The photo's intrinsics are no longer those of other photos and start from their prior, until it
   // is taken out.
   void GiveOwnCamera(ImageId image_id);
-  // Of a camera that photos came with: registered ones have their own, and none has this one.
+  // `given`: a camera that photos came with. True if such photos are registered, and each of them
+  // has a camera of its own.
   bool HaveItsPhotosOwnCameras(CameraId given) const;
   // The camera that it came with / the id of its own.
   CameraId GivenCamera(ImageId image_id) const;
@@ -172,7 +173,7 @@ class SceneMap {
   std::unordered_map<ImageId, std::map<ImageId, colmap::FeatureMatches>> waiting_;
   std::unordered_map<ImageId, std::vector<std::array<uint8_t, 3>>> colours_;
   std::vector<std::pair<ImageId, ImageId>> pairs_;
-  // By pairs_. They never change, so clones share them.
+  // By pairs_. Matches by pair. An entry never changes, so clones share it.
   std::map<std::pair<ImageId, ImageId>, std::shared_ptr<const colmap::FeatureMatches>> matches_;
   std::vector<ImageId> photos_;
 };
@@ -188,7 +189,7 @@ constexpr size_t kLongTrackLength = 15;
 bool IsLongTrack(const SceneMap& map, Point3DId id);
 std::vector<Point3DId> WithoutLongTracks(const SceneMap& map, const std::vector<Point3DId>& points);
 
-// Of ids in ascending order those that are not among others, in ascending order as well.
+// `ids` without `others`, all three ascending.
 std::vector<Point3DId> Without(const std::vector<Point3DId>& ids,
                                const std::vector<Point3DId>& others);
 

@@ -13,7 +13,7 @@
 
 namespace skein {
 
-// What a shape needs of a map.
+// Points, tracks, photos and cameras of a map, from which a map snapshot (shape) is made.
 struct ShapeSource {
   struct Point {
     uint64_t id = 0;  // later points have higher ids
@@ -34,9 +34,9 @@ struct ShapeSource {
 ShapeSource CopyForShape(const SceneMap& map, uint64_t coloured_up_to);
 // With the colours that the points have.
 ShapeSource CopyForShape(const colmap::Reconstruction& reconstruction);
-// What is new since the map was copied: all photos and cameras, and of the points those with ids
-// above `above` that photos other than `known` (ascending) see. Visits the observations of these
-// photos alone.
+// Copies the changes since the map was copied: all photos and cameras, and the points with ids >
+// `above` that photos other than `known` (ascending) see. Visits the observations of these photos
+// alone.
 ShapeSource CopyNewForShape(const SceneMap& map, const std::vector<ImageId>& known, uint64_t above);
 
 struct MapShape {

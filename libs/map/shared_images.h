@@ -10,7 +10,8 @@
 
 namespace skein {
 
-// Those of `image_ids` that are registered in the model, with every keypoint that has a 3D point.
+// Photos among `image_ids` that are registered in the model, with every keypoint that has a 3D
+// point.
 SharedImages SharedImagesOf(const colmap::Reconstruction& model,
                             const std::vector<int64_t>& image_ids);
 

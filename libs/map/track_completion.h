@@ -11,18 +11,19 @@ namespace skein {
 //  - merges tracks that a verified match joins;
 //  - adds the observations that matches lead to;
 //  - triangulates the photo's remaining matches.
-// Points modified since ClearModifiedPoints3D are visited. Of a point with a short track all
-// observations' matches are followed, as in COLMAP. Of a long track (scene_map.h) the new
-// photo's matches are followed: those of the others were followed when these were new. Cost per
-// photo is independent of track length. The next global BA completes the rest. Points that change
-// count as modified.
+// Points modified since ClearModifiedPoints3D are visited. For a short track the matches of all its
+// observations are followed, as in COLMAP. For a long track (scene_map.h) only the new photo's
+// matches are followed: those of the others were followed when these were new. Cost per photo is
+// independent of track length. The next global BA completes the rest. Points that change count as
+// modified.
 void CompleteLocally(const colmap::IncrementalTriangulator::Options& options, ImageId new_image,
                      SceneMap* map);
 
 // Completes the tracks of points, then merges those of one point, as COLMAP's CompleteTracks and
 // MergeTracks do; of two that are one it is enough to give that of the smaller id. Threads look for
-// what gains, which few points do once a map is complete. These alone are changed then, one after
-// another. The result is that of one thread. Returns the number of observations added or merged.
+// what gains, which few points do once a map is complete. The points that gain are then changed one
+// after another. The result is that of one thread. Returns the number of observations added or
+// merged.
 size_t GrowTracks(const colmap::IncrementalTriangulator::Options& options, int num_threads,
                   const std::vector<Point3DId>& points, SceneMap* map);
 

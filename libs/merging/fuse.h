@@ -19,7 +19,7 @@ std::set<colmap::image_t> RegisteredIn(const colmap::Reconstruction& model);
 std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
                                         const colmap::Reconstruction& target);
 
-// What became of the models' parts.
+// Photos and points of the two models by outcome.
 struct FuseResult {
   Status status;                          // an error: why the models cannot be fused
   std::set<colmap::image_t> agreeing;     // shared photos whose two poses agree: they are the seam
@@ -32,8 +32,8 @@ struct FuseResult {
 };
 
 // Fuses `source` into `merged`, which is a copy of the target.
-//  - A shared photo keeps the target's pose. Where the poses disagree, the submap with more
-//    observations of the photo keeps its own, and the other's observations are removed.
+//  - A shared photo keeps the target's pose. If the poses disagree, the submap with more
+//    observations of the photo keeps its pose, and the other's observations are removed.
 //  - Tracks that meet in one (image, point2D) become one when every observation reprojects within
 //    the limit of `options`, with the intrinsics of its submap.
 //  - A camera of both submaps starts the adjustment with the intrinsics of the submap with more

@@ -1,4 +1,5 @@
-// What a merge must not make worse, measured on a model before and after it.
+// Residuals of a model before and after a merge, and the tolerance within which a merge may make
+// them worse.
 #pragma once
 
 #include <set>
