@@ -47,7 +47,7 @@ std::vector<std::string> BlobsOf(const Fact& fact);
 bool HasValidTexts(const Fact& fact);
 
 // At most max_bytes of the text, cut between UTF-8 characters, for reasons that go into messages.
-// What is not valid UTF-8 in it becomes '?'.
+// Invalid UTF-8 in the text becomes '?'.
 std::string ClampText(const std::string& text, size_t max_bytes = 200);
 
 // Channels of T as a fact and as a submission.

@@ -27,7 +27,7 @@ struct LedgerRecord {
   Bytes payload;
 };
 
-// What ingest remembers beside the facts, e.g. the camera of a photo's make and size.
+// A value that ingest remembers beside the facts, e.g. the camera of a photo's make and size.
 struct LedgerNote {
   std::string kind;
   std::string key;
@@ -46,7 +46,7 @@ class LedgerLock {
   FileDescriptor file_;
 };
 
-// What of a damaged ledger can be read.
+// Readable part of a damaged ledger.
 struct LedgerSurvey {
   std::vector<LedgerRecord> records;  // in order; without those that are damaged or missing
   std::vector<LedgerNote> notes;
@@ -57,8 +57,8 @@ struct LedgerSurvey {
   bool IsWhole() const { return damage.empty(); }
 };
 
-// The session's facts in order: an SQLite file in WAL mode with synchronous=FULL. What Append wrote
-// survives a crash and a power loss. Each record has a SHA-256, which is checked whenever it is
+// The session's facts in order: an SQLite file in WAL mode with synchronous=FULL. Appended records
+// survive a crash and a power loss. Each record has a SHA-256, which is checked whenever it is
 // read. One process writes (a lock file ensures it), any number may read. One thread uses an
 // object.
 //
@@ -72,7 +72,8 @@ class Ledger {
   static Result<std::unique_ptr<Ledger>> Open(const std::filesystem::path& path);
   // For readers; the file must exist. A row has at most kMaxRowBytes.
   static Result<std::unique_ptr<Ledger>> OpenReadOnly(const std::filesystem::path& path);
-  // Reads a ledger that may be damaged, record by record. What cannot be opened holds nothing.
+  // Reads a ledger that may be damaged, record by record. A file that cannot be opened gives an
+  // empty survey, which names the damage.
   static LedgerSurvey Survey(const std::filesystem::path& path);
   ~Ledger();
   Ledger(const Ledger&) = delete;

@@ -38,8 +38,8 @@ struct Session {
   SessionPaths paths;
 };
 
-// Opens DIR, creating it and DIR/session.json when absent. Of several processes that create it at
-// once, all get the same id. A damaged or newer session.json is an error that says what to do.
+// Opens DIR, creating it and DIR/session.json when absent. If several processes create it at once,
+// all get the same id. A damaged or newer session.json is an error that says what to do.
 Result<Session> OpenOrCreateSession(const std::filesystem::path& dir);
 
 // As above, but the folder must hold a session.

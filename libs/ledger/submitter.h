@@ -14,7 +14,7 @@
 
 namespace skein {
 
-// What became of a submission.
+// Outcome of a submission.
 struct Submission {
   enum class State {
     kCommitted,  // in the ledger at `seq`, by this submission or another of its fact_id

@@ -10,7 +10,7 @@ namespace skein {
 
 // A line for a person where the log at `path` holds damaged frames of the present generation; ""
 // if not, or if there is none. A power loss can leave such frames of a transaction that was not yet
-// committed. Nobody must write meanwhile.
+// committed. Precondition: no process writes meanwhile.
 std::string DamageOfWriteAheadLog(const std::filesystem::path& path);
 
 }  // namespace skein

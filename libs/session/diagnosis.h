@@ -19,16 +19,16 @@ struct Diagnosis {
     kBare = 5,           // few keypoints, or on a small part of the photo
     kNoOverlap = 6,      // with no photo it has a verified pair
     kWeakOverlap = 7,    // too few common points with the map, or a start of none
-    kRotationOnly = 8,   // it and all photos that overlap it were taken from one spot
-    kPlanarOnly = 9,     // it and all photos that overlap it show one plane
-    kSimilarPlace = 10,  // it may be of another, visually similar place
+    kRotationOnly = 8,   // the photo and all that overlap it were taken from one spot
+    kPlanarOnly = 9,     // the photo and all that overlap it show one plane
+    kSimilarPlace = 10,  // the photo may show another, visually similar place
     kContradicted = 11,  // its matches lead to different poses
     kCamera = 12,        // no possible focal length or distortion fits
     kNotInTime = 13,     // the finish was cut before its turn
   };
   Cause cause = Cause::kWaiting;
   std::string what;           // with numbers: "12 of 30 inliers with alice/0031.jpg"
-  std::string remedy;         // what to do; "" for what waits
+  std::string remedy;         // advice for the photographer; "" if waiting helps
   int32_t num_inliers = 0;    // of its best verified pair, or with the map; 0: none
   int64_t best_other_id = 0;  // the photo of that pair; 0: none
 
@@ -38,9 +38,9 @@ struct Diagnosis {
 
 const char* CauseName(Diagnosis::Cause cause);  // "weak overlap"
 
-// Of a photo that is registered nowhere. The cause that stands nearest to the camera is told first:
-// light, blur, texture, overlap, geometry, the map. A pure function of the facts; thresholds are
-// absolute, and stand in the source.
+// Cause and remedy for a photo that is registered nowhere. The cause that stands nearest to the
+// camera is told first: light, blur, texture, overlap, geometry, the map. A pure function of the
+// facts; thresholds are absolute, and stand in the source.
 Diagnosis Diagnose(const SessionState& state, const PhotoState& photo);
 
 }  // namespace skein

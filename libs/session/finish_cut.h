@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// What a finish left out at its deadline. All is a function of the ledger.
+// Photos and submaps that a finish left out at its deadline. All is a function of the ledger.
 struct FinishCut {
   struct Submap {
     int64_t submap_id = 0;
@@ -24,7 +24,7 @@ struct FinishCut {
   std::vector<Submap> submaps;  // living ones whose final model is not what it would have become
 };
 
-// Of a session whose finish is cut and not DONE yet.
+// Precondition: the session's finish is cut and not DONE yet.
 FinishCut FindCut(const SessionState& session);
 
 // report.json's "cut".

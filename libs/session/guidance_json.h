@@ -1,4 +1,4 @@
-// What is said of a place and what the guide tells, as messages and as JSON.
+// Guidance of a place and advice of the guide, as messages and as JSON.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ guidance_t ToMessage(const PlaceSummary& place, double metres_per_unit);
 nlohmann::json PlaceJson(const guidance_t& guidance);
 nlohmann::json GuidanceJson(const guidance_t& guidance);
 
-// The places of a report.json, by submap: those with a completeness. What is missing or of another
-// type in a place is 0.
+// The places of a report.json, by submap: those with a completeness. A field that is missing or of
+// another type is 0.
 std::map<int64_t, guidance_t> PlacesOfReport(const nlohmann::json& report);
 
 // {agent, submap, version, last_photo, working_distance, metres_per_unit,

@@ -14,9 +14,10 @@ constexpr double kMaxPositionSigma = 0.01;
 // pairs of visually similar structures, or noise: up to 2.5 % in good maps.
 constexpr double kMaxContradictingShare = 0.05;
 
-// What a submap's latest model says of itself beside its residuals (mapping/model_check.h), for a
-// person: expected position error and weakest link where the error is above kMaxPositionSigma, and
-// verified pairs that contradict the poses where there are many. "": nothing to tell.
+// Verdict on a submap's latest model beside its residuals (mapping/model_check.h), for a person:
+// expected position error and weakest link if the error is above kMaxPositionSigma, and verified
+// pairs that contradict the poses if their share is above kMaxContradictingShare. "": nothing to
+// tell.
 std::string VerdictOf(const SessionState& state, const SubmapLife& submap);
 
 // The same with all figures, for report.json. Null where they are not known.

@@ -16,15 +16,15 @@ namespace skein {
 // The state of the whole ledger. Error: a fact cannot be read.
 Result<SessionState> ReadSession(const Ledger& ledger);
 
-// Where the photo was taken, as it says; nothing where it does not.
+// Position at which the photo was taken, as its file says; nullopt if it says none.
 std::optional<GeodeticPosition> PositionOf(const image_t& image);
 
-// The positions that photos carry, by the name that they have in models, AGENT/NAME. Where only the
+// The positions that photos carry, by the name that they have in models, AGENT/NAME. If only the
 // altitude above the take-off is known, the altitude is that plus the altitude of the take-off: the
 // median over the agent's photos that carry both.
 std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state);
 
-// Where photos have texture, by image id, of those with features.
+// Texture fields by image id, for photos with features.
 std::map<int64_t, TextureFields> TexturesOf(const SessionState& state);
 
 }  // namespace skein

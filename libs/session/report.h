@@ -25,9 +25,9 @@ std::vector<double> PhotoToPoseSeconds(const SessionRecord& session);
 // {p50, p95, p99, stages: [{stage, p50, p95, work_p50, work_p95}]}
 //
 // Seconds of the photos that are registered: from ingest's receipt to the commit of the first
-// registration. A stage (PhotoStage) begins when the one before has ended. What of it is not work
-// is waiting for a free worker, transfer and commit. Matching tells sums over its threads, so work
-// is cut to its stage. It is null where no fact tells it.
+// registration. A stage (PhotoStage) begins when the one before has ended. The rest of a stage,
+// beside work, is waiting for a free worker, transfer and commit. Matching tells sums over its
+// threads, so work is cut to its stage. Work is null if no fact tells it.
 nlohmann::json LatencyPart(const SessionRecord& session);
 
 // [{image, cause, reason, remedy}] of the photos that are in no submap, those on their way

@@ -28,7 +28,7 @@ struct StageTimes {
   std::map<std::string, std::vector<float>> by_stage;
 };
 
-// What happens to each photo, in this order. Each stage ends when ingest commits its fact.
+// Stages of each photo, in this order. Each stage ends when ingest commits its fact.
 enum class PhotoStage { kIngest, kFeatures, kRetrieval, kMatching, kMapper };
 constexpr std::array<const char*, 5> kPhotoStages = {"ingest", "features", "retrieval", "matching",
                                                      "mapper"};
@@ -41,7 +41,7 @@ struct PhotoPath {
   std::array<float, kPhotoStages.size()> work_s{};  // 0: not known
 };
 
-// What a service ran with: instances with one text and version together.
+// Configuration of a service's instances: those with one text and version together.
 struct Configuration {
   std::string service;
   std::string text;  // its section of a config file
@@ -51,8 +51,8 @@ struct Configuration {
   }
 };
 
-// What only ingest and the status ask of the ledger: which facts and contents there are, what
-// failed, how long everything took. Grows with the number of facts.
+// Queries of the ledger that only ingest and the status need: which facts and contents there are,
+// what failed, how long everything took. Grows with the number of facts.
 class SessionHistory {
  public:
   struct FirstRegistration {
@@ -116,7 +116,7 @@ class SessionHistory {
   std::set<std::pair<int64_t, int64_t>> placements_;  // photo, submap
   std::map<int64_t, failure_t> failures_;             // by seq
   std::unordered_map<std::string, int64_t> failure_by_id_;
-  // Of agents that vanished: fact ids by the content that they were sending.
+  // Fact ids of vanished agents, by the content that they were sending.
   std::unordered_map<std::string, std::vector<std::string>> vanished_;
   std::map<int64_t, int64_t> finish_of_command_;
   std::map<int64_t, std::string> finish_results_;

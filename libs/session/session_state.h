@@ -17,7 +17,7 @@ namespace skein {
 // AGENT/NAME, or NAME where there is no agent.
 std::string PhotoName(const std::string& agent, const std::string& name);
 
-// What the facts say of one photo.
+// State of one photo, as the facts tell it.
 struct PhotoState {
   image_t image{};
   features_t features;         // once features_seq > 0
@@ -34,7 +34,7 @@ struct PhotoState {
   bool through_matching() const { return matches_seq > 0 || failed(); }
 };
 
-// Where its photo has texture; nullopt where that is not known yet.
+// Texture of the photo, by field of a grid; nullopt if not known yet.
 std::optional<TextureFields> TextureOf(const PhotoState& photo);
 
 // A submap's life: seed, leases, models, end. `latest_model` is the newest checkpoint or final
@@ -103,16 +103,16 @@ struct FinishState {
   bool is_cut() const { return cut_seq > 0 && state != finish_t::DONE; }
 };
 
-// What the facts so far come to: a pure function of the ledger, folded here and nowhere else.
-// Replaying a ledger gives the same state as having lived through it. Cost per fact is independent
-// of the ledger's length; memory is about 2 KB and 40 bytes a verified pair for each photo.
+// State of a session: a pure function of the ledger, folded here and nowhere else. Replaying a
+// ledger gives the same state as having lived through it. Cost per fact is independent of the
+// ledger's length; memory is about 2 KB and 40 bytes a verified pair for each photo.
 //
 // Merges. ORDERED opens a merge; DONE and UNDONE close it, and so does the end of either submap.
 // FAILED is an attempt that found no similarity: nothing was ordered, it has no merge_id, and it
 // stands in failed_merges() alone. DONE ends the source, which is `merged_into` the target; the
 // source's end fact follows in the same commit. DONE moves no photo. The target has submitted a
-// registration before it for each photo that came with the source. It holds no other photo of the
-// source.
+// registration before it for each photo that came with the source. The target holds no other photo
+// of the source.
 class SessionState {
  public:
   // Facts in the order of seq, without gaps; throws std::logic_error otherwise.
@@ -136,13 +136,13 @@ class SessionState {
   const CovisibilityGraph& covisibility() const { return covisibility_; }
   // Registered in at least one submap that lives.
   bool IsRegistered(int64_t image_id) const;
-  // What the youngest submap that lives and tried the photo says of it; null if none tried.
+  // State of the photo in the youngest living submap that tried it; null if none tried.
   const SubmapLife::Photo* FindTrial(int64_t image_id) const;
 
   const std::map<int64_t, SubmapLife>& submaps() const { return submaps_; }
   const SubmapLife* FindSubmap(int64_t submap_id) const;  // null if unknown
   bool IsLive(int64_t submap_id) const;
-  // Of all living and ended ones.
+  // Whether any submap, living or ended, was seeded with the two photos.
   bool WasSeeded(int64_t image_id1, int64_t image_id2) const;
   // In the initial pair of a submap that has not ended, if it was withdrawn from it, too. Costs the
   // submaps.

@@ -1,4 +1,4 @@
-// What the states of facts are called in reports, events and status.
+// Names of facts' states in reports, events and status.
 #pragma once
 
 #include <cstdint>

@@ -13,7 +13,7 @@ namespace skein {
 submap_end_t MakeSubmapEnd(int64_t submap_id, int64_t epoch, const std::string& reason,
                            int64_t merged_into = 0);
 
-// Of a merge's source, once the merge is DONE.
+// The end of a merge's source, once the merge is DONE.
 submap_end_t MakeMergedEnd(const merge_t& done, const SessionState& state);
 
 }  // namespace skein

@@ -7,8 +7,9 @@
 
 namespace skein {
 
-std::string PhotoStep(int64_t image_id);           // it is not tried again in this submap
-std::string MergeStep(int64_t merge_id);           // it ends UNDONE
+std::string PhotoStep(int64_t image_id);           // left out: the photo is not tried again in this
+                                                   // submap
+std::string MergeStep(int64_t merge_id);           // left out: the merge ends UNDONE
 std::string ComparisonStep(int64_t other_submap);  // for a merge: the other gets no photos
 std::string ConsolidationStep(int64_t finish_id);  // the map stays as it was before it
 std::string BatchStep(int64_t finish_id);          // the same
@@ -19,7 +20,7 @@ std::string ShapeStep();                           // the live view does not sho
 // Without these there is no submap: it ends, and its photos may be seeded anew.
 std::string SeedStep();
 std::string RestoreStep();
-std::string TrialsStep();  // what a trip to the worker does besides its photos
+std::string TrialsStep();  // work of a trip to the worker beside its photos
 std::string ModelStep();   // encoding and storing
 
 bool CanBeLeftOut(const std::string& step);

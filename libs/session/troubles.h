@@ -1,5 +1,5 @@
-// What stands in the way of a session until a person mends it: a full disk, processes that are
-// missing, clocks that differ. One wording for the page, the phone, agents and `skein status`.
+// Troubles of a session until a person mends them: a full disk, processes that are missing, clocks
+// that differ. One wording for the page, the phone, agents and `skein status`.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -28,7 +28,7 @@ struct StageBacklog {
 };
 StageBacklog BacklogOf(const SessionState& state);
 
-// That ingest does not answer, and what that means.
+// The trouble that ingest does not answer, and its consequence.
 Trouble IngestIsSilent();
 
 // Worst first. `listened_s`: how long the heartbeats of `processes` have been listened to; of

@@ -174,7 +174,7 @@ class Bus {
   std::set<std::string> warned_of_size_;  // channels
   std::unique_ptr<MessageSeal> seal_;
   bool takes_unsigned_ = true;
-  // Of the message that is handled; null without a seal.
+  // Sender of the message that is handled; null without a seal.
   const Sender* sender_ = nullptr;
   std::function<bool(const std::string&)> drop_received_;
 };

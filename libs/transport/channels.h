@@ -112,8 +112,8 @@ inline constexpr Channel<blob_request_t> kBlobRequestChannel{"SKEIN_BLOB_REQUEST
 // letters and the length (63) that LCM takes. Two instances may share one: chunks name their blob.
 std::string BlobChunkChannel(const std::string& instance);
 
-// The instance under which an agent serves its photos. It is the same for every run, so an
-// interrupted pull goes on. At most 64 letters, digits and hyphens.
+// The instance under which an agent serves its photos. The instance is the same for every run, so
+// an interrupted pull goes on. At most 64 letters, digits and hyphens.
 std::string AgentInstance(const std::string& agent);
 
 }  // namespace skein

@@ -1,4 +1,4 @@
-// What one who joins needs to know, as a link: where the session is, whom to trust, a credential.
+// Link with everything that a new member needs: address of the session, its root key, a credential.
 //
 //   skein://HOST:PORT/PROVIDER/SESSION/ROLE/NAME/CODE      PROVIDER: tcpq, tcpqs, or udpm-TTL
 //

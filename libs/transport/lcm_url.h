@@ -1,4 +1,4 @@
-// What Skein reads from an LCM URL.
+// Fields of an LCM URL that Skein reads.
 #pragma once
 
 #include <string>

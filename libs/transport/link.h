@@ -28,7 +28,8 @@ class Link {
   virtual void Unsubscribe(const std::string& channel) = 0;
   // False if it was dropped here: not connected, or too much is waiting to be sent.
   virtual bool Publish(const std::string& channel, const void* data, size_t size) = 0;
-  // Of the connection to the relay (transport/stream.h); none while it is not reached.
+  // Binding of the connection to the relay (transport/stream.h); nullopt while the relay is not
+  // reached.
   virtual std::optional<Bytes> Binding() const { return std::nullopt; }
   // Called whenever a relay is reached: over TLS once both have shaken hands.
   virtual void SetOnConnected(std::function<void()> /*on_connected*/) {}

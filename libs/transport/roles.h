@@ -1,5 +1,5 @@
-// Who may say what: the channels of each role, and the names in messages that must be the signer's.
-// Each receiver holds every message against it (docs/security.md).
+// Permissions: the channels on which each role may publish, and the names in messages that must be
+// the signer's. Each receiver holds every message against it (docs/security.md).
 #pragma once
 
 #include <optional>
@@ -11,7 +11,8 @@
 
 namespace skein {
 
-// Who sent a message; none for one without a signature. Such a sender may offer photos and read.
+// Signer of a message; nullopt for a message without a signature. Unsigned messages may offer
+// photos and read.
 using Sender = std::optional<Speaker>;
 
 bool MayPublish(const Sender& sender, const std::string& channel);

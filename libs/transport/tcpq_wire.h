@@ -21,13 +21,14 @@ inline constexpr uint32_t kVersion = 0x0100;
 
 enum class FrameType : uint32_t { kPublish = 1, kSubscribe = 2, kUnsubscribe = 3 };
 
-// Who sends anything larger is hung up on. Skein's messages have up to 32 KiB; an uncompressed
-// colour image of 1280 x 960, as other LCM programs send them, has 3.7 MB.
+// Limits of a frame: the receiver hangs up on a larger one. Skein's messages have up to 32 KiB; an
+// uncompressed colour image of 1280 x 960, as other LCM programs send them, has 3.7 MB.
 inline constexpr uint32_t kMaxChannelBytes = 1024;
 inline constexpr uint32_t kMaxMessageBytes = 4 << 20;
 
 // Over TLS, by which a client shows the relay that it belongs to the session: the connection's
-// binding (transport/stream.h), signed. It counts on that connection alone, and goes no further.
+// binding (transport/stream.h), signed. The signature counts on that connection alone, and the
+// relay does not forward it.
 inline constexpr char kHelloChannel[] = "SKEIN_HELLO";
 
 struct Frame {

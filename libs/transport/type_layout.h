@@ -13,7 +13,7 @@ namespace skein {
 
 class TypeLayout {
  public:
-  // Of one of the types in lcmtypes/, by its name without the package. Lives as long as the
+  // Layout of one of the types in lcmtypes/, by its name without the package. Lives as long as the
   // process. Throws std::invalid_argument for another name.
   static const TypeLayout& Of(const std::string& type_name);
   static std::vector<std::string> AllNames();

@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// What is known of a request before it is looked at.
+// Properties of a request that decide about its access.
 struct AccessRequest {
   std::string method;                 // "GET"
   std::string path;                   // decoded

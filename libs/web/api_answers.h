@@ -13,7 +13,7 @@
 
 namespace skein {
 
-// Of a path behind "/api", e.g. {"photos", "3", "thumbnail"}.
+// Parts of a path behind "/api", e.g. {"photos", "3", "thumbnail"}.
 using PathParts = std::vector<std::string>;
 
 // Significant digits of a keypoint's place in answers.

@@ -1,4 +1,4 @@
-// What a connection of the server asks of it.
+// Services of the server to its connections.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Door {
 class ConnectionHost {
  public:
   virtual const WebServerOptions& options() const = 0;
-  // Who shows these cookies.
+  // The visitor who shows these cookies.
   virtual Visitor FindVisitor(const std::string& cookies) const = 0;
   virtual std::string AgentOfPhoto(int64_t image_id) const = 0;
   // Notes who a connection is for. An error: it has no place any more, and is to be closed with it.
@@ -40,7 +40,7 @@ class ConnectionHost {
   // The connection goes on as a WebSocket.
   virtual void Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) = 0;
   virtual void OnClosed(int64_t connection_id) = 0;
-  // Of the last event that was sent to the pages.
+  // Sequence number of the last event that was sent to the pages.
   virtual int64_t sent_seq() const = 0;
 
  protected:

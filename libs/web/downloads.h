@@ -1,4 +1,5 @@
-// /download: the newest models as files. One is made at a time.
+// /download: the newest models as files. The server makes one download at a time; a request
+// meanwhile is answered with 503.
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// The ledger as the page of the live view reads it: one JSON object a fact. What each kind holds is
-// listed in services/web/README.md.
+// The ledger as the page of the live view reads it: one JSON object a fact. services/web/README.md
+// lists the fields of each kind.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Who comes by a public port: a pass (auth/web_pass.h) in a cookie that scripts cannot read.
+// Visitors by a public port: a pass (auth/web_pass.h) in a cookie that scripts cannot read.
 #pragma once
 
 #include <functional>

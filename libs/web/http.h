@@ -17,7 +17,7 @@
 
 namespace skein {
 
-// Who asks, as access.h takes it.
+// Sender of a request, as access.h takes it.
 struct Visitor {
   bool is_local = false;     // a process of this host, by the server's own port
   std::optional<Role> role;  // of its pass; none without a pass that holds
@@ -46,19 +46,20 @@ struct HttpResponse {
   std::shared_ptr<const Bytes> bytes;  // before text, if not null
   std::filesystem::path file;          // before both, if not empty
   std::filesystem::path file_root;     // the file lies below it; opened as core/file_below.h does
-  bool immutable = false;              // what is at this URL never changes
+  bool immutable = false;              // the content of this URL never changes
   bool ranges = false;                 // of bytes: a part may be asked for
   std::shared_ptr<const void> keep;    // lives until it was sent
-  std::string download_name;           // what a browser saves it as; "": it shows it
+  std::string download_name;           // name under which a browser saves it; "": the browser shows
+                                       // it
   bool gzipped = false;                // the file is compressed
   std::vector<std::pair<std::string, std::string>> fields;  // more of the header
 };
 
-// Of the status, with a line that says what to do.
+// Response with the status, and a line that says what to do.
 HttpResponse HttpError(int status, const std::string& line);
 HttpResponse JsonResponse(std::string text);
 
-// Where the body of a PATCH goes, part by part. A part is given once the one before was taken. Ends
+// Receiver of a PATCH's body, part by part. A part is given once the one before was taken. Ends
 // with End, or is destroyed where the connection is lost.
 class BodySink {
  public:
@@ -77,14 +78,14 @@ using SinkMaker = std::function<std::shared_ptr<BodySink>(const HttpRequest&)>;
 // Answers a request, once, from any thread.
 using Respond = std::function<void(HttpResponse)>;
 
-// What a server answers with. On the server's thread, so it must not block.
+// Answers the server's requests. On the server's thread, so it must not block.
 using HttpHandler = std::function<void(const HttpRequest&, Respond)>;
 
-// The target of a request line, e.g. "/api/events?from=3". None where it is malformed: not
+// The target of a request line, e.g. "/api/events?from=3". nullopt if it is malformed: not
 // absolute, a bad escape, a zero byte.
 std::optional<HttpRequest> ParseTarget(std::string_view target);
 
-// Of its ASCII letters.
+// The text with its ASCII letters in lower case.
 std::string LowerCase(std::string text);
 
 // By a file's name; "application/octet-stream" for what is not known.

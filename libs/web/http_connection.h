@@ -24,9 +24,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   // Answers that there is no room, and closes.
   void Refuse();
 
-  // Without a request under way: since when, in MonotonicS. None: it works.
+  // Without a request under way: since when, in MonotonicS. Time (MonotonicS) since which the
+  // connection is without a request under way; nullopt if one is.
   std::optional<double> waiting_since_s() const { return waiting_since_s_; }
-  // For a part of an answer, of whoever makes it or of a file: since when. None: for nothing.
+  // For a part of an answer, of whoever makes it or of a file: since when. Time since which a part
+  // of an answer is due, from its maker or a file; nullopt if none is.
   std::optional<double> due_since_s() const { return due_since_s_; }
 
  private:
@@ -70,14 +72,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   bool is_head_ = false;
   bool keep_alive_ = false;
   std::string range_;
-  // Of an upload.
+  // State of an upload.
   std::optional<http::request_parser<http::buffer_body>> upload_parser_;
   std::shared_ptr<BodySink> sink_;
-  Bytes part_;  // what was read and is not taken yet: the first part_bytes_
+  Bytes part_;  // bytes read and not taken yet: the first part_bytes_
   size_t part_bytes_ = 0;
   double pace_since_s_ = 0;
   uint64_t pace_bytes_ = 0;
-  std::array<char, 4096> lingering_;  // what is read to be dropped
+  std::array<char, 4096> lingering_;  // bytes read and dropped
   bool closed_ = false;
 };
 

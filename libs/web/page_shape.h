@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// Of the newest model of a submap. `version`: of the shape.
+// Map snapshot (shape) of a submap's newest model. `version`: of the shape.
 Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob, Bytes archive,
                               int64_t version);
 

@@ -13,8 +13,8 @@ namespace skein {
 
 using SharedText = std::shared_ptr<const std::string>;
 
-// The WebSocket of one page. What waits for a page is bounded: its events by max_queue_bytes, the
-// rest by one message a topic. The server's thread only; the host outlives it.
+// The WebSocket of one page. Bounds of the data that waits for a page: max_queue_bytes for its
+// events, one message a topic for the rest. The server's thread only; the host outlives it.
 class PageSocket : public std::enable_shared_from_this<PageSocket> {
  public:
   PageSocket(ConnectionHost& host, int64_t id, WebStream stream);

@@ -1,5 +1,5 @@
-// What the live view's server answers: paths to JSON, chunks, photos, models. All paths are listed
-// in services/web/README.md.
+// Answers of the live view's server: paths to JSON, chunks, photos, models. All paths are listed in
+// services/web/README.md.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ constexpr int64_t kPagePoints = 10'000'000;
 
 class SessionApi {
  public:
-  // `view` outlives this. Of `num_threads` jobs at a time those that the disk holds up count no
-  // longer.
+  // `view` outlives this. At most `num_threads` jobs run at a time; jobs that the disk holds up do
+  // not count.
   SessionApi(const SessionView& view, SessionSource source, int num_threads);
 
   ShapeStore& shapes() { return submaps_.shapes(); }

@@ -1,4 +1,4 @@
-// What the process that serves a session gives to its API.
+// Values and functions that the process which serves a session gives to its API.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,7 @@ struct PublicAddresses {
   Bytes certificate_der;
 };
 
-// Where the API's answers come from. The functions are called on the API's threads and the
-// server's.
+// Sources of the API's answers. The functions are called on the API's threads and the server's.
 struct SessionSource {
   std::string session_id;
   bool live = false;
@@ -53,11 +52,10 @@ struct SessionSource {
   // Somebody asks for shapes.
   std::function<void()> on_look;
 
-  // What the guide last advised an agent, in a submap that lives; null: nothing is known of a
-  // guide.
+  // Latest advice of the guide to an agent, in a submap that lives; null: no guide is known.
   std::function<std::optional<advice_t>(const std::string& agent)> advice;
 
-  // What a person has to mend; null: nothing is known of it.
+  // Troubles that a person has to mend; null: they are not known.
   std::function<std::vector<Trouble>()> troubles;
 
   PublicAddresses addresses;

@@ -8,8 +8,8 @@
 
 namespace skein {
 
-// The files of a folder: "/" is index.html, and "/phone" is phone.html. Where NAME.gz lies beside
-// a file, it is given to who takes it. Nothing outside of the folder is given, by whatever
+// The files of a folder: "/" is index.html, and "/phone" is phone.html. If NAME.gz lies beside a
+// file, clients that accept gzip get NAME.gz. Nothing outside of the folder is given, by whatever
 // path or symbolic link; nor is a file or folder whose name begins with a dot. Any thread.
 class StaticFiles {
  public:
@@ -18,7 +18,7 @@ class StaticFiles {
   // An error where the page was never built: a line for the log.
   Status Check() const;
 
-  // Where it was never built, in place of the pages: a text for people that says what to do.
+  // If the page was never built, pages are answered with a text for people that says what to do.
   HttpResponse Get(const std::string& path, bool takes_gzip = false) const;
 
  private:

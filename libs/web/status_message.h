@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// What the guide last told; of submaps that have ended, too.
+// Latest messages of the guide, for submaps that have ended, too.
 struct HeardGuidance {
   std::map<int64_t, guidance_t> places;    // by submap
   std::map<std::string, advice_t> advice;  // by agent

@@ -30,7 +30,7 @@ class SubmapsApi {
 
  private:
   void WithShape(int64_t submap_id, const Respond& respond, std::function<void(ShapePtr)> then);
-  // Of a submap's newest model.
+  // Map snapshot (shape) of a submap's newest model.
   Result<ShapePtr> MakeShape(int64_t submap_id, const std::string& model_blob, Bytes archive,
                              int64_t version);
   void GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,

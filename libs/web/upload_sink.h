@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// Of a request to /api/uploads/SHA256. `store` and `pool` outlive it; the pool writes.
+// Sink for a request to /api/uploads/SHA256. `store` and `pool` outlive it; the pool writes.
 std::shared_ptr<BodySink> MakeUploadSink(UploadStore& store, JobPool& pool,
                                          const HttpRequest& request, const std::string& blob_id);
 

@@ -37,7 +37,7 @@ struct UploadLimits {
   double want_s = 60;
 };
 
-// What a browser says of a photo.
+// Properties of a photo, as the browser tells them.
 struct UploadInfo {
   std::string name;
   int64_t size_bytes = 0;
@@ -59,15 +59,15 @@ struct WaitingUpload {
 // deleted by jobs of their own, of an agent one at a time. A photo has one receiver at a time: the
 // latest, so that a connection which was lost, and does not know it, holds up nobody.
 //
-// Where max_bytes are taken, each agent that is here or wants room has an equal share of them. What
-// an agent within its share begins gets the place of unfinished photos of agents beyond theirs: the
-// one that was silent for longest goes first, and its phone begins it anew. Whole photos stay. An
+// If max_bytes are taken, share = max_bytes / (number of agents that are here or want room).
+// Eviction: if an agent is within its share, its new upload evicts an unfinished one of an agent
+// beyond its share, least recently active first, whose phone begins it again. Whole photos stay. An
 // agent beyond its share begins nothing while another one wants room.
 class UploadStore {
  public:
   static constexpr size_t kMaxRefusals = 200;
 
-  // Where a photo's bytes go: of one connection.
+  // Destination of a photo's bytes from one connection.
   struct Receiver {
     std::string agent;
     std::string blob_id;
@@ -102,7 +102,7 @@ class UploadStore {
   Status Finish(const Receiver& receiver);
   void Leave(const Receiver& receiver);
 
-  // Of all photos of an agent that are here, by blob.
+  // Progress of all photos of an agent that are here, by blob.
   std::map<std::string, Progress> ProgressOf(const std::string& agent) const;
   // Whole photos, in the order in which they came.
   std::vector<WaitingUpload> Waiting() const;
@@ -183,7 +183,7 @@ class UploadStore {
 // The session folder of an upload's file, SESSION/uploads/AGENT/FILE.
 std::filesystem::path SessionOfUpload(const std::filesystem::path& file);
 
-// What a browser's agent may be called here: what stands in an invitation.
+// Whether a browser's agent may have this name here: one that may stand in an invitation.
 bool IsUploadAgent(const std::string& agent);
 
 }  // namespace skein

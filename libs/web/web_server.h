@@ -64,16 +64,18 @@ struct Uploads {
 //
 // A WebSocket gets hello, what TellLatest was last given of each topic, then events as they come. A
 // page that does not take its events as fast as they come is told the ledger's head instead, until
-// its queue is empty. It pulls what it lacks from /api/events.
-// A connection with a pass is closed within two seconds after the pass ends, a WebSocket with the
-// reason (RFC 6455, code 1008).
+// its queue is empty. The page pulls the missing events from /api/events. A connection with a pass
+// is closed within two seconds after the pass ends, a WebSocket with the reason (RFC 6455, code
+// 1008).
 //
 // Files of answers are read on further threads: a disk that hangs holds up those who wait for it.
 //
-// Where all places are taken, the connection that has been without a request for longest makes
-// room; where all have one, that whose answer has been due for longest, beyond idle_s. If there is
-// none, the oldest WebSocket goes of whoever has most places, by pass or else by address, if more
-// than one. Who comes by a door takes no place of the own port; who is no operator, none of theirs.
+// If all places are taken, one connection is closed, the first of these that exists: the one
+// without a request for longest; the one whose answer has been due for longest, if for more than
+// idle_s; the oldest WebSocket of the owner (pass, or else address) with most places, if these are
+// more than one. If there is none, the oldest WebSocket goes of whoever has most places, by pass or
+// else by address, if more than one. kept_places stay free for the own port, and as many more for
+// operators.
 class WebServer {
  public:
   // `log` outlives the server. Fails where the address cannot be had, with a line for the user;
@@ -87,7 +89,7 @@ class WebServer {
   WebServer& operator=(const WebServer&) = delete;
 
   int port() const;
-  // Of options.doors, in their order.
+  // Ports of options.doors, in their order.
   std::vector<int> door_ports() const;
 
   // Any thread.

@@ -57,7 +57,7 @@ void async_teardown(beast::role_type, WebStream& stream, Handler&& handler) {
              beast::bind_front_handler(std::forward<Handler>(handler), error));
 }
 
-// Where a WebSocket's peer does not answer.
+// Closes a WebSocket whose peer does not answer.
 inline void beast_close_socket(WebStream& stream) { stream.lowest().close(); }
 
 }  // namespace skein

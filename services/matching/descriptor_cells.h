@@ -23,7 +23,7 @@ struct CellLists {
   }
 };
 
-// Of one photo's features; empty without cells.
+// Features of one photo by cell; empty without cells.
 struct FeatureCells {
   CellLists home;   // each feature in its nearest cell
   CellLists close;  // each feature in its 4 nearest cells
@@ -47,8 +47,9 @@ class DescriptorCells {
   KernelVersion kernel_;
 };
 
-// What is compared of two photos: each feature of the first, by its `home`, with those of the
-// second that have its cell in `others`, which are `close` or `near`. Both of the same cells.
+// Parts of the product of two photos: each feature of the first, by its `home`, with the features
+// of the second that have its cell in `others`, which are `close` or `near`. Both of the same
+// cells.
 std::vector<ProductPart> PartsOf(const CellLists& home, const CellLists& others);
 
 }  // namespace skein

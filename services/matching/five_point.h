@@ -2,8 +2,8 @@
 
 // Essential matrices of five points (Nister 2004, "An efficient solution to the five-point relative
 // pose problem"), for COLMAP's RANSAC. COLMAP's own estimator does the same with singular value
-// decompositions and the eigenvalues of a 10 x 10 matrix, in four times the time. It remains the
-// one for more points.
+// decompositions and the eigenvalues of a 10 x 10 matrix, in four times the time. For more points
+// COLMAP's estimator is used.
 
 #include <Eigen/Core>
 #include <array>
@@ -28,7 +28,7 @@ class FivePointEstimator {
                         const M_t& E, std::vector<double>* residuals);
 };
 
-// Simple real roots of sum_i coefficients[i] z^i in any order; no multiple ones. They are isolated
+// Simple real roots of sum_i coefficients[i] z^i in any order; no multiple ones. Roots are isolated
 // by Descartes' rule of signs on Bernstein coefficients and bisection (Rouillier and Zimmermann
 // 2004, "Efficient isolation of polynomial's real roots"), then refined by Newton's method.
 std::vector<double> RealRoots(const std::array<double, 11>& coefficients);

@@ -2,7 +2,7 @@
 
 // Homography of four points by the direct linear transform (Hartley and Zisserman 2004, algorithm
 // 4.1), for COLMAP's RANSAC. COLMAP's own estimator solves the same by a singular value
-// decomposition, in several times the time. It remains the one for more points.
+// decomposition, in several times the time. For more points COLMAP's estimator is used.
 
 #include <Eigen/Core>
 #include <vector>
@@ -17,7 +17,7 @@ class FourPointEstimator {
 
   static constexpr int kMinNumSamples = 4;
 
-  // One, of exactly four points.
+  // The one homography of exactly four points.
   static std::vector<M_t> Estimate(const std::vector<X_t>& points1,
                                    const std::vector<Y_t>& points2);
 

@@ -6,7 +6,7 @@
 // version gives identical results. Each distance is computed once and serves both directions.
 //
 // A pair (i, j) matches when all of these hold:
-//  - j is the nearest neighbour of i in the second set, and i that of j in the first. Of equally
+//  - j is the nearest neighbour of i in the second set, and i that of j in the first. Among equally
 //    near neighbours the lowest index counts as the nearest.
 //  - best^2 < max_ratio^2 * second^2 in both directions, strictly. The second neighbour may be as
 //    near as the best, so duplicates never match below ratio 1. A single neighbour (the other set
@@ -56,8 +56,8 @@ constexpr std::array<KernelVersion, 4> kKernelVersions = {
 // "portable", "avx2", "avx512vnni", "amx".
 std::string KernelName(KernelVersion version);
 
-// Whether this processor and operating system run it. Of AMX the kernel is asked for permission
-// once, for the whole process.
+// Whether this processor and operating system run it. For AMX the operating system is asked for
+// permission once, for the whole process.
 bool IsKernelSupported(KernelVersion version);
 
 // The fastest one supported here.

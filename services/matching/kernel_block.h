@@ -1,7 +1,7 @@
 #pragma once
 
-// Interface between kernel.cc and its files for each instruction set. Those are compiled with -m
-// flags: they include no inline code that the linker could use in other files.
+// Interface between kernel.cc and its files for each instruction set. These files are compiled with
+// -m flags: they include no inline code that the linker could use in other files.
 //
 // A block is up to 256 rows against up to 256 vectors of columns. One int32 holds a distance and
 // its place, so min and max alone keep best and second best:
@@ -40,7 +40,7 @@ struct KernelFormat {
   int lanes;          // columns in a vector
   int panel_columns;  // columns in a panel, a multiple of lanes
   int group;          // dimensions of one column that lie together in a panel
-  // What rows and columns consist of. kSigned8: rows int8 (a - 128), columns uint8.
+  // Type of the elements of rows and columns. kSigned8: rows int8 (a - 128), columns uint8.
   enum class Element { kInt16, kSigned8, kUnsigned8 } element;
   void (*process)(const BlockTask& task);
 };

@@ -24,8 +24,8 @@ namespace skein {
 
 // Holds two items: the pairs of one are matched on num_threads worker threads, the features of the
 // other are fetched. The result depends on the photo's candidates and the ledger up to
-// computed_at_seq. That grows with every pair, so pairs verified by other workers count at once.
-// Loop's thread only.
+// computed_at_seq. The ledger grows with every pair, so pairs verified by other workers count at
+// once. Loop's thread only.
 class MatchingService {
  public:
   MatchingService(Node& node, const MatchingServiceOptions& options);
@@ -39,7 +39,7 @@ class MatchingService {
     Timer since_begun;     // from when it is the active one
   };
 
-  // Of the active job, taken and loaded, for the next free worker.
+  // A pair of the active job, taken and loaded, for the next free worker.
   struct ReadyPair {
     int64_t other_id = 0;
     PhotoFeaturesPtr other;  // null if it is damaged

@@ -10,14 +10,14 @@
 //
 // A pair. Its still matches, S of the photo's N keypoints, are
 //
-//  contradicted  if the other matches verify the pair, and by their geometry F a still match is
-//                rather one of an overlay than one of the scene. It agrees with F with probability
-//                1 - kNoise if it is of the scene, else with p, the share of the photo's keypoints
-//                x with x^T F x within the error: the likelihood of all still matches decides.
-//                Where p >= 1 - kNoise, as of a camera that does not turn, they are not.
-//  few           if most of the photo does not stand still. Of the fields of an 8 x 8 grid, field f
-//                with n_f keypoints holds one with probability 1 - (1 - S/N)^n_f if they are spread
-//                as the keypoints are. They are few if less than half of the expected fields do.
+//  contradicted  if the other matches verify the pair, and the still matches fit an overlay better
+//                than the pair's geometry F. A match agrees with F with probability 1 - kNoise if
+//                it is of the scene, else with p, the share of the photo's keypoints x with
+//                x^T F x within the error: the likelihood of all still matches decides. If
+//                p >= 1 - kNoise, as for a camera that does not turn, they are not contradicted.
+//  few           if most of the photo does not stand still. If still matches were spread as the
+//                keypoints are, field f of an 8 x 8 grid, with n_f keypoints, would hold one with
+//                probability 1 - (1 - S/N)^n_f. Few: less than half of the expected fields do.
 //
 // Few that are contradicted are an overlay. Few without another geometry verify nothing: the photos
 // do not stand still, so they have no overlap that a map could use. Many that are contradicted
@@ -39,11 +39,11 @@
 
 namespace skein {
 
-// Of a pair, from the first photo to the second.
+// Overlay evidence of a pair, from the first photo to the second.
 struct OverlayEvidence {
   std::vector<uint32_t> overlay;     // keypoints of the first photo
   std::vector<uint32_t> background;  // the same of many that are contradicted
-  // Of the moving matches, with `background`.
+  // Geometry of the moving matches, if there is `background`.
   std::optional<colmap::TwoViewGeometry> without_background;
 };
 
@@ -58,12 +58,12 @@ PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatu
                                     const colmap::FeatureMatches& matches, uint32_t seed,
                                     const TwoViewOptions& options);
 
-// Of a pair that has an overlay by its evidence: the same of matches along its geometry. Those that
-// stand still go from `matches` to the overlay.
+// Does the same to further matches along the geometry of a pair; no effect without an overlay in
+// `evidence`. Still matches go from `matches` to the overlay.
 void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, double max_error_px,
                      colmap::FeatureMatches* matches, OverlayEvidence* evidence);
 
-// Of each match, whether it stands still.
+// For each match, whether it stands still.
 std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& second,
                              const colmap::FeatureMatches& matches, double max_error_px);
 

@@ -6,8 +6,8 @@
 //     (preemptive matching, Wu 2013).
 //  2. If its matches verify the pair, all features are matched by close cells (descriptor_cells.h),
 //     a tenth of the full product. If a geometry explains half of these matches, it is the pair's.
-//  3. Otherwise all features are matched by near cells, a fifth of the full product. They miss one
-//     match of 200, close cells one of 30 of a weak pair.
+//  3. Otherwise all features are matched by near cells, a fifth of the full product. Near cells
+//     miss one match of 200, close cells one of 30 of a weak pair.
 //
 // The geometry is searched among the matches of all features, as the coarsest may have another one
 // where structures repeat. The ratio test compares with all features that look alike. Matching

@@ -1,7 +1,7 @@
 #pragma once
 
-// What matching asks of the session's state: each photo's camera and feature blobs, its candidates,
-// and who came before whom. Loop's thread only.
+// Data of the session's state that matching uses: each photo's camera and feature blobs, its
+// candidates, and who came before whom. Loop's thread only.
 
 #include <cstdint>
 #include <optional>
@@ -26,7 +26,8 @@ class PhotoIndex {
 
   // Whether the ledger was read up to the photo's candidates.
   bool HasCandidates(int64_t image_id) const;
-  // Those whose features were known when retrieval named them, each once, without the photo itself.
+  // Candidates whose features were known when retrieval named them, each once, without the photo
+  // itself.
   std::vector<int64_t> CandidatesOf(int64_t image_id) const;
 
   // Whether `other_id` has features and came before `image_id`, which has, too.

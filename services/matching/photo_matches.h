@@ -1,6 +1,6 @@
 #pragma once
 
-// What came of matching one photo with others.
+// Result of matching one photo with others.
 
 #include <utility>
 #include <vector>

@@ -16,9 +16,9 @@
 //   expected(c) = weighted mean of strength(photo, v), weights weight(v, c),
 //   carried(c)  = max_v min(inliers(photo, v), inliers(v, c)),
 //
-// where a chain photo - v - c can carry that many points. Candidates come by falling expected(c) *
-// carried(c), then the unknown ones in the order of retrieval. A photo outside of retrieval's list
-// joins when it should overlap.
+// carried(c): a chain photo - v - c can carry that many points. Candidates come by falling
+// expected(c) * carried(c), then the unknown ones in the order of retrieval. A photo outside of
+// retrieval's list joins when it should overlap.
 //
 // One of the first num_sure candidates is left out for two reasons only, with a total weight of at
 // least min_evidence:
@@ -59,21 +59,21 @@ struct SecondLookOptions {
   Status Check() const;
 };
 
-// The order for one photo. It is a function of the candidates, the outcomes, and the graph up to
-// `seq` or Advance's seq. Which pair in work ends first does not matter: a choice rests on the
-// outcomes of all but the last max_in_work - 1, or of more if these leave none. The graph must
+// The order for one photo. The order is a function of the candidates, the outcomes, and the graph
+// up to `seq` or Advance's seq. Which pair in work ends first does not matter: a choice rests on
+// the outcomes of all but the last max_in_work - 1, or of more if these leave none. The graph must
 // outlive it.
 class SecondLook {
  public:
   // `candidates`: best first, each once, without the photo. `may_join`: whether a photo outside of
-  // them may be matched. It is true of earlier photos only, so each pair is matched once.
+  // them may be matched. `may_join` is true of earlier photos only, so each pair is matched once.
   // Throws std::invalid_argument on nonsensical options.
   using MayJoin = std::function<bool(int64_t)>;
   SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph, int64_t seq,
              MayJoin may_join, const SecondLookOptions& options);
 
-  // The next photo to match, which is in work from then on. None: Tell of one in work first; it is
-  // enough if none is.
+  // The next photo to match, which is in work from then on. nullopt: call Tell for a photo in work
+  // first; if none is in work, the photo has enough pairs.
   std::optional<int64_t> Take();
   // The first `count` to take in order as known now. One of whom nothing is known waits for those
   // before it that will speak for it.
@@ -110,7 +110,7 @@ class SecondLook {
     std::optional<int32_t> num_inliers;  // once it is told
   };
 
-  // Of those in work the first, whose outcome is told.
+  // Learns from the first in work, whose outcome is told.
   void LearnFirstInWork();
   // Adds the evidence of a tried photo's edges after `after_seq` to their other photos.
   void Learn(const Outcome& outcome, int64_t after_seq);

@@ -7,14 +7,14 @@
 // have been found. Here E is searched where both cameras have focal priors, else F:
 //  - Samples come from the surest matches first (PROSAC; Chum and Matas 2005), so few trials do:
 //    after t of them from the best (t / 200,000)^(1 / k) of the matches, with k matches a sample.
-//    1,000 trials of five matches reach the best third. They find a model, with confidence 0.999,
-//    if 0.37 of this third are its inliers. A pair without geometry costs no more than that.
+//    1,000 trials of five matches reach the best third. A model is found with confidence 0.999 if
+//    0.37 of this third are its inliers. A pair without geometry costs no more than that.
 //  - The pair needs 15 inliers, so with 30 matches the ratio is 0.5. The search ends, with the same
 //    confidence, once such a model would have been found.
 //  - With priors F is fitted to E's inliers and grows from there, so it is F where the priors are
 //    wrong.
-//  - H matters if it explains 0.8 of the inliers of E and F. It is searched among these. Without E
-//    and F it is searched among all matches.
+//  - H matters if it explains 0.8 of the inliers of E and F. H is searched among these inliers.
+//    Without E and F it is searched among all matches.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -47,7 +47,7 @@ struct TwoViewOptions {
 // unless the sizes and the focal length are positive and finite.
 colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior);
 
-// Points are full-resolution pixels, one a keypoint. `matches`: the surest first. They index the
+// Points are full-resolution pixels, one a keypoint. `matches`: the surest first. Matches index the
 // points and must be in range (throws std::invalid_argument, as on nonsensical options). E is used
 // when both cameras have a focal prior. Deterministic by `seed`. The result has
 //

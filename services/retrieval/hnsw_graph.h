@@ -1,7 +1,7 @@
 #pragma once
 
 // hnswlib's graph with Skein's own search and insertion; file format and choice of links are
-// hnswlib's. What differs:
+// hnswlib's. Differences:
 //  - One search serves a photo's query and its insertion (paper, 3.2). hnswlib would search twice.
 //  - All levels are searched with ef_construction, and all results enter the level below. hnswlib
 //    and the paper (algorithm 1) follow one node above the photo's level. Photos of a place are

@@ -24,7 +24,7 @@ std::vector<Int8Dot> Int8Dots();
 
 size_t Int8VectorSize(size_t dim);  // in bytes
 
-// Of `dim` finite values.
+// Encodes `dim` finite values.
 Int8Vector ToInt8(const float* values, size_t dim);
 
 // Squared Euclidean distance of two stored vectors of *dim values, in the form that hnswlib calls.
