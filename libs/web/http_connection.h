@@ -24,11 +24,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   // Answers that there is no room, and closes.
   void Refuse();
 
-  // Without a request under way: since when, in MonotonicS. Time (MonotonicS) since which the
-  // connection is without a request under way; nullopt if one is.
+  // Time (MonotonicS) since which the connection is without a request under way; nullopt if one is.
   std::optional<double> waiting_since_s() const { return waiting_since_s_; }
-  // For a part of an answer, of whoever makes it or of a file: since when. Time since which a part
-  // of an answer is due, from its maker or a file; nullopt if none is.
+  // Time since which a part of an answer is due, from its maker or a file; nullopt if none is.
   std::optional<double> due_since_s() const { return due_since_s_; }
 
  private:

@@ -73,9 +73,7 @@ struct Uploads {
 // If all places are taken, one connection is closed, the first of these that exists: the one
 // without a request for longest; the one whose answer has been due for longest, if for more than
 // idle_s; the oldest WebSocket of the owner (pass, or else address) with most places, if these are
-// more than one. If there is none, the oldest WebSocket goes of whoever has most places, by pass or
-// else by address, if more than one. kept_places stay free for the own port, and as many more for
-// operators.
+// more than one. kept_places stay free for the own port, and as many more for operators.
 class WebServer {
  public:
   // `log` outlives the server. Fails where the address cannot be had, with a line for the user;

@@ -23,8 +23,8 @@
 
 namespace skein {
 
-// What it knows comes from the ledger and the mappers, so it may die and return at any time; which
-// advice was in vain it has forgotten then. Loop's thread; what is worked out is worked out on
+// GuideService knows only what the ledger and the mappers tell, so it may die and return at any
+// time; it then has forgotten which advice failed. Loop's thread; guidance is worked out on
 // another.
 class GuideService {
  public:

@@ -1,4 +1,4 @@
-// What is worked out of a place, as messages.
+// Guidance and advice of a place, as messages.
 #pragma once
 
 #include <string>

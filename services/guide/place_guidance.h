@@ -22,7 +22,7 @@
 
 namespace skein {
 
-// What the ledger says of a photo.
+// Data of a photo from the ledger.
 struct GuidePhoto {
   std::string agent, name;
   bool has_position = false;
@@ -59,11 +59,11 @@ struct PlaceGuidance {
   std::vector<AgentAdvice> advice;  // of the agents that have a photo in the shape
 };
 
-// Of one submap, as its shape changes: of each update only what has changed is worked out anew
-// (LivePlace), but for the stations. One thread at a time.
+// Guidance of one submap as its map snapshot (shape) changes: an update works out only what has
+// changed (LivePlace), but for the stations. One thread at a time.
 class PlaceGuide {
  public:
-  // no_go: of options.no_go. Both must outlive it. Where options.altitude or no_go is given and the
+  // no_go: of options.no_go. Both must outlive it. If options.altitude or no_go is given and the
   // place has no position on the earth, no stations are chosen: they might lie where nobody may be.
   PlaceGuide(const GuideOptions& options, const NoGoAreas& no_go);
 

@@ -14,15 +14,15 @@
 
 namespace skein {
 
-// Points with who sees them: of shapes with tracks, as they follow each other. Of more than
-// max_points a part of each chunk is taken, which is a random one (map/shape_maker.h); that part is
+// Points with who sees them: of shapes with tracks, as they follow each other. If a shape has more
+// than max_points points, a random part of each chunk is taken (map/shape_maker.h); that part is
 // held until it is off by a tenth. Photos and points that make no sense (a camera without a focal
 // length, a pose that is not finite) are left out.
 //
 // Photos, cameras and points keep their index from shape to shape, so new photos follow those that
 // were there, and a point that has gone is one without photos. A point that two shapes have is
-// known by its first observation. Where a photo has gone, all begins anew. Only chunks with another
-// version are read.
+// known by its first observation. If a photo has gone, the map is rebuilt from nothing. Only chunks
+// with another version are read.
 class ShapeMap {
  public:
   // agent_of_image: numbers that tell agents apart; 0 for images that are not in it. On failure the

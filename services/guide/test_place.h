@@ -74,7 +74,7 @@ class TestPlace {
     return pose;
   }
 
-  // What two photos see, in chunks of 1,000 points.
+  // Shape of the points that two photos see, in chunks of 1,000 points.
   std::shared_ptr<Shape> MakeShape(int64_t submap_id, uint64_t version) const {
     constexpr size_t kChunkPoints = 1000;
     auto shape = std::make_shared<Shape>();

@@ -16,7 +16,7 @@ namespace skein {
 // register, loses stations of its own advice, and of nobody else's.
 class VainAdvice {
  public:
-  // What the agent is told from now on.
+  // Notes the agent's present advice, which replaces the one before.
   void NoteAdvice(int64_t submap_id, const AgentAdvice& advice);
   void NotePhoto(const std::string& agent, int64_t image_id);
   // After a fact of the photo: the submap in which advice has to be chosen anew, 0 if in none. In
@@ -25,7 +25,7 @@ class VainAdvice {
   int64_t NoteOutcome(const SessionState& state, int64_t image_id);
   void Drop(int64_t submap_id);
 
-  // Of the agent's photos, in the submap's frame.
+  // Failed photos of the agent, in the submap's frame.
   std::vector<VainPhoto> Of(const std::string& agent, int64_t submap_id) const;
 
  private:

@@ -10,7 +10,7 @@ namespace skein {
 // need room, too: so intake stops before the disk is full, and goes on when there is room again.
 class DiskRoom {
  public:
-  // Of the file system that holds `dir`.
+  // `dir` lies on the file system that is watched.
   DiskRoom(std::filesystem::path dir, int64_t min_free_bytes);
 
   // Looks at the disk; about once a second.

@@ -35,7 +35,7 @@ class FairQueue {
   };
 
   std::map<std::string, Party> parties_;
-  double level_s_ = 0;  // what the party of the latest job has had
+  double level_s_ = 0;  // time that the party of the latest job has had
 };
 
 }  // namespace skein

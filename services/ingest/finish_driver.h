@@ -31,9 +31,9 @@ struct FinishOptions {
 //  - DONE: the final model of every living submap is written. A submap whose model cannot be read
 //    ends, with the reason; its photos may be seeded anew.
 // A command may give seconds. When they are over the finish is CUT: it is DRAINED and SETTLED at
-// once, and mappers write their models as they are. Of a mapper that does not do so within the
-// grace the newest model in the ledger is taken. The ledger holds where the finish stands, so a
-// restart goes on. Loop's thread only.
+// once, and mappers write their models as they are. If a mapper does not do so within the grace,
+// the newest model in the ledger is taken. The ledger holds where the finish stands, so a restart
+// goes on. Loop's thread only.
 class FinishDriver {
  public:
   struct Environment {

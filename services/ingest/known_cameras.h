@@ -10,7 +10,8 @@
 
 namespace skein {
 
-// Whose photos, and what is known of their camera. Patterns as of file names: * and ?.
+// Intrinsics of some photos: patterns that select the photos, and parameters. Patterns as for file
+// names: * and ?.
 struct KnownCamera {
   std::string agent = "*";
   std::string body = "*";  // EXIF's make and model, "MAKE MODEL"

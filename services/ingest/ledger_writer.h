@@ -15,7 +15,7 @@ namespace skein {
 
 // The one place where facts are committed. A staged fact counts for `state()` at once, so the next
 // one is judged with it. Flush makes all staged facts durable by one sync of the disk, then tells
-// the observers. Nobody outside may learn of a fact before that.
+// the observers. No other process may learn of a fact before that.
 class LedgerWriter {
  public:
   using OnCommitted = std::function<void(const Fact&)>;

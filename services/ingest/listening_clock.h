@@ -6,9 +6,9 @@
 
 namespace skein {
 
-// Seconds for which a loop has gone round and so has heard who spoke. Of a round that took longer
-// than kLongestRoundS, as where the process was stopped or the disk held it up, that much counts:
-// else everybody would seem to have been silent meanwhile.
+// Seconds for which a loop has gone round and so has heard who spoke. A round counts for at most
+// kLongestRoundS, even if the process was stopped or the disk held it up: else everybody would seem
+// to have been silent meanwhile.
 class ListeningClock {
  public:
   static constexpr double kLongestRoundS = 1;

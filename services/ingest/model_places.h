@@ -14,7 +14,7 @@ namespace skein {
 // By the name that the photo has in models, AGENT/NAME.
 using PhotoPositions = std::map<std::string, GeodeticPosition>;
 
-// What the ledger says of photos.
+// Positions and texture of photos, from the ledger.
 struct PlacePhotos {
   PhotoPositions positions;
   std::map<int64_t, TextureFields> textures;  // by image id

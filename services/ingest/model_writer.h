@@ -12,11 +12,11 @@ namespace skein {
 
 constexpr const char* kModelFiles[] = {"cameras.bin", "images.bin", "points3D.bin"};
 
-// What became of writing models.
+// Outcome of writing models.
 struct WrittenModels {
   Status status;  // of the disk; unless ok, another try may succeed
-  // Those that cannot be read, by their place in `model_blobs`, with the reason. Unless there are
-  // none, nothing was replaced.
+  // Models that cannot be read, by their index in `model_blobs`, with the reason. If there are any,
+  // nothing was replaced.
   std::map<size_t, std::string> damaged;
 
   bool ok() const { return status.ok() && damaged.empty(); }

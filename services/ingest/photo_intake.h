@@ -27,8 +27,8 @@ struct IntakeOptions {
   double rests_after_s = 3;              // without an answer a photo yields its place to others
   double vanished_after_s = 10;          // the same: given up, once a finish was asked for
   int64_t min_free_bytes = 512'000'000;  // on the disk, for a photo to be taken in
-  // In the ledger, of one agent; ten times as many of all. They are kept for ever, a refusal goes
-  // to every process, and anybody can offer without end.
+  // In the ledger, of one agent; ten times as many of all. Refusals and duplicates are kept for
+  // ever, a refusal goes to every process, and anybody can offer without end.
   int max_refusals_agent = 1000;
   int max_duplicates_agent = 10'000;
 };
@@ -46,7 +46,7 @@ struct IntakeOptions {
 // duplicates have a bound in the ledger; what is beyond is answered each time anew, and counted.
 //
 // A pull whose agent does not answer rests: it takes no place from others, keeps what has come and
-// goes on when its agent is back. Of those that rest the longest are forgotten beyond a bound.
+// goes on when its agent is back. Beyond a bound the photo that has rested longest is forgotten.
 //
 // A photo whose file was lost is pulled again when its agent offers it. Photos that lie in images/
 // and that no fact names are taken in as if they had been offered: what a crash, or a repair of the
@@ -63,7 +63,7 @@ class PhotoIntake {
   // in images/.
   void Tick();
 
-  // Those that rest, too.
+  // Includes photos that rest.
   int num_pending() const { return static_cast<int>(pending_.size()); }
   int num_duplicates() const { return static_cast<int>(duplicates_.size()); }  // that are kept
   // Why photos are not taken in, what is being received and what hangs, for a person; "" if
@@ -83,7 +83,7 @@ class PhotoIntake {
     bool rests = false;
   };
   using Key = std::string;  // RefusedOfferFactId of the offer
-  // What the ledger keeps of offers that give no photo.
+  // Number of offers that gave no photo and that the ledger keeps.
   struct Kept {
     const int max_of_agent;
     std::map<std::string, int> of_agent = {};

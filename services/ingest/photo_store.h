@@ -15,7 +15,7 @@
 
 namespace skein {
 
-// What became of a photo's bytes.
+// Outcome of taking a photo's bytes.
 struct TakenPhoto {
   enum class Outcome {
     kStored,   // durable as images/AGENT/name
@@ -45,7 +45,7 @@ struct LeftPhoto {
 };
 LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const PhotoFile& file);
 
-// Takes photos into the session folder. What it stored is expected to be committed. One thread.
+// Takes photos into the session folder. A stored photo is expected to be committed. One thread.
 class PhotoStore {
  public:
   using Names = std::set<std::pair<std::string, std::string>>;  // agent, name
@@ -54,8 +54,8 @@ class PhotoStore {
   PhotoStore(SessionPaths paths, PhotoLimits limits, Names taken,
              std::unique_ptr<PhotoDecoder> decoder);
 
-  // Checks the photo, finds a free name for it and stores it. Of photos of one name from one agent
-  // all are kept: NAME, NAME~2, ...
+  // Checks the photo, finds a free name for it and stores it. Photos of one name from one agent are
+  // all kept: NAME, NAME~2, ...
   TakenPhoto Take(const std::string& agent, const std::string& name, const std::string& blob_id,
                   const Bytes& bytes);
 

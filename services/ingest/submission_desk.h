@@ -16,8 +16,8 @@
 namespace skein {
 
 // Takes submitted facts: answers repeats, judges new ones (submission_rules.h), pulls missing blobs
-// from the author, commits. What is pulled at a time is bounded, in all and of one author; the rest
-// is pulled when its author repeats it. Loop's thread only.
+// from the author, commits. Pulls at a time are bounded, in all and of one author; other blobs are
+// pulled when their author repeats the submission. Loop's thread only.
 class SubmissionDesk {
  public:
   // By `listened` authors have stopped repeating.

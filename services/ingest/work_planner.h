@@ -32,8 +32,8 @@ class WorkPlanner {
   // Takes up the work that is open in `session`, which must outlive it. `now_s` as in WorkQueue.
   WorkPlanner(const SessionRecord& session, LeaseOptions options, double now_s);
 
-  // What was committed since, in order; `session` is ahead of it or at it. A worker must not learn
-  // of a fact before it is durable, so this goes by the facts.
+  // `fact` was committed, in order; `session` is ahead of it or at it. A worker must not learn of a
+  // fact before it is durable, so this goes by the facts.
   void OnFact(const Fact& fact, double now_s);
   std::vector<Failure> OnRequest(const std::string& kind, const WorkQueue::Request& request,
                                  double now_s);

@@ -54,7 +54,7 @@ class WorkQueue {
   // No effect if it is there.
   void Add(int64_t item);
   void Remove(int64_t item);  // done or parked
-  // What the ledger knows of earlier tries.
+  // Number of failures in earlier tries, from the ledger.
   void NoteEarlier(int64_t item, int failures);
   // The worker is known to have it: starts a lease, unless it has one. No effect on unknown items.
   void Lease(int64_t item, const std::string& worker, double now_s);

@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// What absorbing came to.
+// Outcome of absorbing a source.
 struct Absorption {
   Status status;
   bool shows_another_place = false;  // why it failed: two visually similar places
@@ -19,7 +19,7 @@ struct Absorption {
   std::vector<PhotoEvent> events;
 };
 
-// What the ledger says of a merge.
+// A merge, as the ledger orders it.
 struct MergeTask {
   merge_t order;
   bool same_epochs = false;  // as in the order: both submaps kept their frames
@@ -27,9 +27,9 @@ struct MergeTask {
 };
 
 // Merges the source's model into the target's submap, which has the source's photos. Starts from
-// the order's similarity, refined on what both submaps show now. Where that does not fit any more,
-// the similarity is estimated anew with the order's options. A merge that was done never fails for
-// want of a similarity. Worker's thread.
+// the order's similarity, refined on what both submaps show now. If the order's similarity does not
+// fit any more, it is estimated again with the order's options. A merge that was done never fails
+// for want of a similarity. Worker's thread.
 Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap);
 
 // The same for a map of the same photos that was made here, without an order.

@@ -1,4 +1,4 @@
-// What the ledger gives submaps to work through, and how far one of them has come.
+// Items of the ledger that submaps work through, and a submap's position among them.
 #pragma once
 
 #include <cstddef>
@@ -39,18 +39,18 @@ class ItemCursor {
   void StartAfter(int64_t seq, int64_t merge_seq);
   // Opens the next item; nullopt if there is none.
   std::optional<Item> Next();
-  // The next merge, by id. It waits for no item, not for the open one either: what the source has
-  // not worked through is the target's then.
+  // The next merge, by id. A merge waits for no item, not for the open one either: items that the
+  // source has not worked through become the target's.
   std::optional<int64_t> NextMerge();
   std::optional<int64_t> PeekMerge() const;
-  // What was open is done.
+  // The open item is done.
   void Close() { is_open_ = false; }
   // All items are done, and the ledger was read up to `seq`.
   void SkipTo(int64_t seq);
 
-  // Of the item opened last.
+  // Sequence number of the item opened last.
   int64_t seq() const { return seq_; }
-  // Of the last NextMerge.
+  // Id of the last merge that NextMerge returned.
   int64_t merge_seq() const { return merge_seq_; }
   // Everything up to here is done.
   int64_t done_seq() const { return is_open_ ? seq_ - 1 : seq_; }

@@ -25,9 +25,9 @@ struct PoolOptions {
   Status Check() const;
 };
 
-// Holds leased submaps: one, and more where no other mapper is idle for them (SubmapSharing). They
-// share the worker's thread. Without one it follows the ledger and asks for the next. Loop's thread
-// only.
+// Holds leased submaps: one, and more where no other mapper is idle for them (SubmapSharing). All
+// submaps share the worker's thread. Without a submap the service follows the ledger and asks for
+// one. Loop's thread only.
 class MapperService {
  public:
   MapperService(Node& node, const SubmapRunOptions& options, const PoolOptions& pool = {});

@@ -157,7 +157,7 @@ class MapperServiceTest : public testing::Test {
     ingest_node_.Publish(kWorkChannel, work);
   }
 
-  // Who comes to the bus from here on must ask for what was committed before.
+  // Delivers what was committed before: services that join the bus from here on must ask for it.
   void DeliverCommitted() {
     bool delivered = false;
     const auto id = bus_.Subscribe<shared_request_t>(
@@ -298,7 +298,7 @@ class MapperServiceTest : public testing::Test {
     return found == facts.rend() ? nullptr : &*found;
   }
 
-  // What the ledger holds of a photo, in order: of all submaps, or of one.
+  // States of a photo in the ledger, in order: in all submaps, or in one.
   std::vector<int> States(int64_t image_id, int64_t submap_id = 0) const {
     std::vector<int> states;
     for (const Fact& fact : ingest_.facts()) {

@@ -18,11 +18,11 @@ class SubmapRun;
 
 // The part of a run's submap in merges, by the ledger. The source freezes and submits its model.
 // The target absorbs a copy of it (merging/absorb.h verifies). If that passes, the result replaces
-// its model, and it says DONE. Else it stays as it was, and says UNDONE with the reason. A target
-// that replays an order which ended DONE absorbs again and says nothing. Where the other submap
-// ends before, the order is abandoned: this one goes on as it was. At most two trips to the worker:
-// to decode the source, which names the photos to fetch, and to absorb it. Loop's thread only; a
-// part of the run.
+// the target's model, and the target submits DONE. Else its model stays as it was, and it submits
+// UNDONE with the reason. A target that replays an order which ended DONE absorbs again and says
+// nothing. If the other submap ends before, the order is abandoned: this one goes on as it was. At
+// most two trips to the worker: to decode the source, which names the photos to fetch, and to
+// absorb it. Loop's thread only; a part of the run.
 class MergeExecutor {
  public:
   MergeExecutor(Node& node, const SessionState& session, SubmapRun& run)

@@ -33,7 +33,7 @@ void SetFigures(const SubmapStatistics& statistics, T* message) {
   message->mean_track_length = statistics.mean_track_length;
 }
 
-// What the model's residuals don't show.
+// Errors of the model that its residuals don't show.
 model_check_t ToMessage(const ModelCheck& check);
 
 }  // namespace skein

@@ -49,8 +49,8 @@ class ModelWriter {
   void HurryCheckpoint() { last_checkpoint_s_ = 0; }
   bool IsHurried() const { return last_checkpoint_s_ == 0; }
 
-  // What is to be written now. all_decided: the ledger has taken all that it has been told, which a
-  // final model must hold.
+  // The kind of model that is to be written now; nullopt if none. all_decided: the ledger has taken
+  // all that it has been told, which a final model must hold.
   std::optional<Kind> Due(int num_images, bool all_decided) const;
 
   // Writes the submap as it is when all items up to there are done. `encoded` is called once

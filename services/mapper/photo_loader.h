@@ -43,7 +43,7 @@ class PhotoLoader {
 
   // Gives those of the photos that were not loaded before, in the order of `image_ids`; within the
   // call if there are none and no load is under way. A photo must have features in the ledger;
-  // without matches it has no pairs. One that could not be fetched is fetched anew where it is
+  // without matches it has no pairs. A photo that could not be fetched is fetched again if it is
   // asked for again.
   void Load(const std::vector<int64_t>& image_ids, OnLoaded on_loaded);
 

@@ -38,7 +38,8 @@ class PhotoReports {
   int num_registered() const { return static_cast<int>(registered_.size()); }
 
   // Registrations that ingest refused, with the reason. These photos must not stay in the map:
-  // nobody would know of them. Of what else it refuses the ledger goes on holding what it held.
+  // nobody would know of them. If ingest refuses another fact of a photo, the ledger still holds
+  // the state before.
   bool HasRefused() const { return !refused_.empty(); }
   std::map<int64_t, std::string> TakeRefused();
 

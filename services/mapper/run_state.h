@@ -1,4 +1,4 @@
-// Where a mapper's run of one submap stands: its life, and what it does within it. The tables of
+// State of a mapper's run of one submap: its life, and its activity within it. The tables of
 // allowed transitions are in run_state.cc; everything else throws std::logic_error.
 //
 //   kAwaitingLease -> kSeeding | kRestoring -> kRunning -> kDissolving -> kEnded
@@ -40,7 +40,7 @@ class RunState {
   bool Is(Activity activity) const { return activity_ == activity; }
   bool IsIdle() const { return activity_ == Activity::kNone; }
 
-  // What was being done is over with the former life.
+  // Enters a life; the former life's activity is over.
   void Become(Life life);
   void Become(Activity activity);
 

@@ -45,7 +45,7 @@ struct MapperThreads {
   ShapeDesk& shapes;              // makes what the live view shows
 };
 
-// What a run reads of the ledger; it outlives the run.
+// Parts of the ledger that a run reads; all outlive the run.
 struct LedgerView {
   const SessionState& session;
   const ItemLog& items;
@@ -55,8 +55,8 @@ struct LedgerView {
 // One leased submap, from its seed or its last checkpoint on (run_state.h). Works through the
 // ledger's items in order, one after the other; an item is done when the photos it unlocked are
 // tried, too. A merge waits for no item. A photo takes one trip to the worker: decode, add, try.
-// The state of a single submap is a function of seed, ledger and epoch. Of several it is not:
-// homes and merges go by what each has read so far. Loop's thread only.
+// The state of a single submap is a function of seed, ledger and epoch. With several submaps the
+// state is no such function: homes and merges go by what each has read so far. Loop's thread only.
 class SubmapRun {
  public:
   // Why a run ended. `failed_step`: of the work on the submap, which the next run tries again or
@@ -110,7 +110,7 @@ class SubmapRun {
   void OnMergeOver();
 
  private:
-  // What a job found out, for the loop.
+  // Result of a job, for the loop.
   struct Outcome {
     std::vector<PhotoEvent> events;
     bool more = false;         // the submap's queue is not empty

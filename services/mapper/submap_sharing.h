@@ -8,7 +8,8 @@
 namespace skein {
 
 struct SharingOptions {
-  // Of one mapper, for a seed. What exists is taken beyond that: a finish waits for it.
+  // Limit of one mapper, for a seed. Submaps that exist are taken beyond that limit: a finish waits
+  // for them.
   int max_submaps = 8;
   double after_s = 4;  // that no mapper is idle: a pool may start one meanwhile
 
@@ -17,8 +18,8 @@ struct SharingOptions {
 
 // When a mapper that holds submaps takes one more: one waits, no mapper is idle, and a pool had the
 // time to start one. Mappers agree on nothing. Each waits the longer the more photos it holds; its
-// offer is capacity in its requests for work, which the others hear. Where a message is lost two
-// may offer, and one of them for nothing. `now_s` is any monotonic time.
+// offer is capacity in its requests for work, which the others hear. If a message is lost, two
+// mappers may offer, and one of them for nothing. `now_s` is any monotonic time.
 class SubmapSharing {
  public:
   struct Load {

@@ -17,7 +17,7 @@
 
 namespace skein {
 
-// What threads of a mapper record their steps in: each has a slot.
+// Slots in which threads of a mapper record their steps.
 enum StepSlot { kWorkerSlot, kShapeSlot, kWriterSlot };
 
 // A submap and the thread that owns it: every access is a job there. The submaps of one thread take

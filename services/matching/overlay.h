@@ -1,11 +1,11 @@
 #pragma once
 
-// Overlays: what stands at one place of the photos although the scene moves. Burnt-in text, a date
-// stamp, dirt on the lens, a car's bonnet, the background of a turntable. Their matches agree with
-// each other better than those of the scene, so they would be taken for the geometry of a pair.
+// Overlays stand at one place of the photos although the scene moves: burnt-in text, a date stamp,
+// dirt on the lens, a car's bonnet, the background of a turntable. Their matches agree with each
+// other better than those of the scene, so they would be taken for the geometry of a pair.
 //
-// A match stands still if both keypoints lie within the largest error of one pixel. That alone
-// proves nothing: photos of a burst or from a tripod stand still as a whole, and so does a far
+// A match stands still if both keypoints lie within the largest error of one pixel. Still matches
+// alone prove nothing: photos of a burst or from a tripod stand still as a whole, and so does a far
 // background before a camera that moves without turning.
 //
 // A pair. Its still matches, S of the photo's N keypoints, are
