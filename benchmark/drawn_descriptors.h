@@ -23,8 +23,8 @@ class DrawnDescriptors {
   // `sets`: a row of unit length a photo; all of one dimension, none empty.
   DrawnDescriptors(std::vector<RowMatrix> sets, uint64_t seed);
 
-  // Of photo i >= 0, unit length; a function of sets, seed and i. Fast when i is the photo after
-  // the one before.
+  // Descriptor of photo i >= 0, unit length; a function of sets, seed and i. Fast when i is the
+  // photo after the one before.
   Eigen::RowVectorXf Get(int64_t i);
   int64_t PlaceOf(int64_t i);
   Eigen::Index dim() const { return sets_[0].cols(); }

@@ -26,7 +26,7 @@ class ModelPool : public PhotoPool {
   // missing, is not of its camera's size, or can't be freed of its distortion.
   explicit ModelPool(const ModelPoolOptions& options);
 
-  // What stands in front is not known.
+  // Occlusion is not known: surfaces in front do not count.
   bool Shows(int photo, const SurfaceSample& sample) const override;
 
   // The model restricted to `taken`: a point stays where two of these observe it 1.5 degrees
@@ -51,7 +51,8 @@ class ModelPool : public PhotoPool {
 
   void AddPhotos(const colmap::Reconstruction& model, const ModelPoolOptions& options);
   void AddPoints(const colmap::Reconstruction& model);
-  // Of the last point. Of two of one photo the first counts.
+  // Adds an observation to the last point. If a photo observes the point twice, the first
+  // observation counts.
   void AddObservation(int photo, const Eigen::Vector2d& original);
   double ErrorOf(const Observation& observation, const Eigen::Vector3d& xyz) const;
   // Whether two of the photos see the point 1.5 degrees apart.

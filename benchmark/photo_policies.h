@@ -1,4 +1,4 @@
-// Who chooses the next photo of a pool.
+// Policies that choose the next photo of a pool.
 #pragma once
 
 #include <functional>
@@ -24,15 +24,15 @@ struct Capture {
 using Policy = std::function<int(const PhotoPool& pool, const Capture& capture)>;
 
 const std::vector<std::string>& PolicyNames();
-// Of these all but "advice". `seed`: of what is random.
+// `name`: one of PolicyNames() other than "advice". `seed`: of what is random.
 Policy PolicyNamed(const std::string& name, uint64_t seed);
 
 // The left photo nearest to the station: position in units of the distance to what the station
 // looks at, plus direction in radians.
 int NearestLeft(const PhotoPool& pool, const Capture& capture, const Station& station);
 
-// "advice": takes the photo of the best station. Where guidance has none to give, the farthest one
-// of the pool that overlaps.
+// "advice": takes the photo of the best station. If guidance has no station to give, it takes the
+// farthest overlapping photo of the pool.
 class Follower {
  public:
   // Takes the photo of a station: index into the pool.

@@ -46,8 +46,8 @@ class PhotoPool {
   virtual PoolMap MapOf(const std::vector<int>& taken) const = 0;
   // Points that the photo has in common with the map of `taken`, which need not be made for it.
   virtual int CommonPoints(int photo, const std::vector<int>& taken) const = 0;
-  // Those of `taken` that find 30 common points with the ones before, in this order. The first
-  // two are taken for granted. Who fails is tried again after each one that does not.
+  // Photos of `taken` that find 30 common points with the ones before, in this order. The first two
+  // are taken for granted. A photo that fails is tried again after each one that does not.
   std::vector<int> Registered(const std::vector<int>& taken) const;
 
  protected:

@@ -27,7 +27,7 @@ class SyntheticPool : public PhotoPool {
   // One more photo of the place, from anywhere: its index. Not kept in the cache.
   int Add(const CameraPose& cam_from_world, int agent);
 
-  // Of the true surface: what some photo sees.
+  // Samples of the true surface that some photo sees.
   const std::vector<SurfaceSample>& samples() const { return samples_; }
   const sim::Place& place() const { return place_; }
 

@@ -1,4 +1,4 @@
-// What guidance says of a place, piece by piece of its surface.
+// Guidance's verdict on a place, piece by piece of its surface.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@ namespace skein {
 
 enum class Told { kNothing, kNotGood, kGood };
 
-// Of each sample what is told of the piece nearest to it: within 0.75 of the piece's width, its
-// normal within 60 degrees of the sample's where that is known. kNothing: there is no such piece.
+// For each sample the verdict on the piece nearest to it: within 0.75 of the piece's width, its
+// normal within 60 degrees of the sample's if that is known. kNothing: there is no such piece.
 std::vector<Told> WhatIsTold(const PlaceQuality& place, const std::vector<SurfaceSample>& samples);
 
 // Which samples are of the ground that does not count: by their normals, or else the piece nearest

@@ -9,8 +9,8 @@
 namespace skein {
 
 struct FolderWalk {
-  // Regular files, also behind links, in no particular order. None is hidden or below a folder that
-  // is skipped.
+  // Regular files, also behind links, in no particular order. No file is hidden or below a folder
+  // that is skipped.
   std::vector<std::filesystem::path> files;
   // Files and folders that are skipped by their names (IsSkippedName).
   std::vector<std::filesystem::path> skipped;
@@ -27,7 +27,7 @@ bool IsSkippedName(const std::string& name);
 
 // Walks `folder` and what is below it. A folder is known by its device and inode, and walked once:
 // by its own path rather than by a link's, by the first of several links in the order of their
-// paths. Links to files are followed. The name of `folder` itself may be a skipped one. What
+// paths. Links to files are followed. The name of `folder` itself may be a skipped one. A file that
 // vanishes meanwhile is left out. Throws std::filesystem::filesystem_error if `folder` itself
 // cannot be read.
 FolderWalk WalkFolder(const std::filesystem::path& folder);

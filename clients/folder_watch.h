@@ -20,7 +20,7 @@ class FolderWatch {
   FolderWatch(std::filesystem::path folder, PhotoOrder order)
       : folder_(std::move(folder)), order_(order) {}
 
-  // These have been given as they are now.
+  // Treats `photos` as given, with their present size and time.
   void Skip(const std::vector<PhotoFile>& photos);
 
   // Photos that became complete, or complete anew, since the last scan.

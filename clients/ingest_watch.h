@@ -8,7 +8,7 @@
 
 namespace skein {
 
-// Of ingest's heartbeats, which come once a second.
+// Silence after which ingest counts as absent; its heartbeats come once a second.
 inline constexpr double kIngestSilentS = 5;
 
 // One sentence: ingest is not heard, where it was listened for, and what to look at.

@@ -33,7 +33,7 @@ Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
 // does.
 std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
 
-// What ListPhotos leaves out, in words; "" if nothing.
+// Files that ListPhotos leaves out, in words; "" if none.
 struct OtherFiles {
   std::string kinds;       // no photos: "12 .heic, 3 .mp4, 1 without an extension", most first
   bool have_heif = false;  // by their bytes
@@ -44,9 +44,9 @@ struct OtherFiles {
 // Throws as WalkFolder does.
 OtherFiles FindOtherFiles(const std::filesystem::path& folder);
 
-// The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side. It becomes
-// a JPEG of quality 95 with the original's EXIF and XMP, pixels as stored. An undecodable file is
-// returned as it is: ingest reports what is wrong.
+// The file's bytes. With max_size_px > 0 a larger photo is shrunk to that longest side. The shrunk
+// photo is a JPEG of quality 95 with the original's EXIF and XMP, pixels as stored. An undecodable
+// file is returned as it is: ingest reports what is wrong.
 Result<Bytes> ReadPhoto(const std::filesystem::path& path, int max_size_px);
 
 // The same of a file that may be written just now. Error: it does not decode wholly (CheckDecodes),

@@ -1,4 +1,4 @@
-// What `skein status` shows, from facts and heartbeats.
+// Output of `skein status`, from facts and heartbeats.
 #pragma once
 
 #include <cstdint>

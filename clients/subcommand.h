@@ -1,4 +1,4 @@
-// What subcommands share: their row in main.cc's table, exit codes, parsing of options.
+// Common parts of subcommands: their row in main.cc's table, exit codes, parsing of options.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,7 +13,8 @@ namespace skein {
 // Exit codes of every subcommand.
 enum ExitCode : int {
   kExitOk = 0,
-  kExitError = 1,  // it was understood and could not be done; one line on stderr says why
+  kExitError = 1,  // the command was understood and could not be carried out; one line on stderr
+                   // says why
   kExitUsage = 2,  // bad option or argument; one line on stderr says what to do
 };
 

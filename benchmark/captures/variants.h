@@ -30,7 +30,7 @@ struct Turn {
   double yaw_rad = 0, pitch_rad = 0, roll_rad = 0;
 };
 
-// What the camera shows after `turn`, of `size`, with the same focal length: the photo by the
+// View of the camera after `turn`, of `size`, with the same focal length: the photo by the
 // homography K' R K^-1 of a lens without distortion. Outside the photo its border is repeated.
 cv::Mat3b Turned(const cv::Mat3b& photo, double focal_px, const Turn& turn, cv::Size size);
 

@@ -23,7 +23,7 @@ inline constexpr char kGaussianSplatting[] = "gaussian-splatting";
 //  - "nerfstudio": transforms.json with PINHOLE cameras, points.ply;
 //  - "gaussian-splatting": sparse/0 in COLMAP's binary format with PINHOLE cameras, as the
 //    program of Kerbl et al. 2023 and gsplat read it.
-// Where a photo has borders, all photos are PNG files whose alpha is 0 there, and transforms.json
+// If a photo has borders, all photos are PNG files whose alpha is 0 there, and transforms.json
 // names a mask for each, masks/camera-ID.png. on_photo: after each photo. `folder` must exist.
 // Error: what cannot be undistorted, read or written; the folder is then incomplete.
 Status WriteTrainingFolder(const colmap::Reconstruction& model,

@@ -14,8 +14,8 @@ namespace skein {
 // principal point in the middle of the photo, as programs want it that know a field of view alone.
 //
 // Its sides are the longest that leave no border, as in COLMAP's UndistortCamera with blank_pixels
-// = 0, at most twice the photo's. Where the distortion cannot be inverted up to the photo's edges
-// the photo is as large as what can, and has borders.
+// = 0, at most twice the photo's. If the distortion cannot be inverted up to the photo's edges, the
+// photo covers only the part where it can, and has borders.
 class Undistortion {
  public:
   // Error: the parameters are absurd even in the middle of the photo.

@@ -34,7 +34,7 @@ struct Pose {
   Eigen::Vector3d Translation() const { return -(cam_from_world * center); }  // cam_from_world
 };
 
-// Of a camera, constant for the time of one photo.
+// Motion of a camera, constant for the time of one photo.
 struct Motion {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // of the centre, world, m/s
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // of the camera, its frame, rad/s

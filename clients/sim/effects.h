@@ -1,4 +1,5 @@
-// What a camera does to the light that reaches it: blur, exposure, noise. Pure functions of images.
+// Effects of a camera on the light that reaches it: blur, exposure, noise. Pure functions of
+// images.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +17,8 @@ struct Exposure {
   double vignetting = 0.12;  // loss of light in the corners
   double noise_sigma = 1.5;  // grey levels, in the dark; grows with the square root of light
   uint64_t seed = 1;         // of the noise
-  // A small sensor's: grey levels at black, none at white. It is what a gamma curve makes of
-  // constant sensor noise.
+  // A small sensor's: grey levels at black, none at white. A gamma curve makes this of constant
+  // sensor noise.
   double shadow_noise = 0;
   double softness_px = 0;               // of the lens: a Gaussian's standard deviation
   cv::Vec3f white_balance = {1, 1, 1};  // gains of blue, green, red

@@ -17,7 +17,7 @@ struct View {
 };
 
 // The light that reaches the sensor, BGR, 255 at white. Each row is seen from where the camera is
-// at the row's time, and is blurred along the image motion of the row's exposure. Where one surface
+// at the row's time, and is blurred along the image motion of the row's exposure. If one surface
 // fills a pixel and its neighbours, its texture is averaged over 2 x 2 band-limited samples. At
 // edges 3 x 3 rays are cast.
 cv::Mat3f RenderLight(const Place& place, const Camera& camera, const View& view);

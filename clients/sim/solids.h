@@ -28,7 +28,7 @@ void AddColumn(const Eigen::Isometry3d& foot, const Eigen::Vector2d& radii, doub
 struct Clothes {
   Material skin, hair, upper, lower;
 };
-// One who stands or walks, front to -y.
+// A person who stands or walks, front to -y.
 void AddPerson(const Eigen::Isometry3d& foot, double height_m, const Clothes& clothes,
                Random* random, std::vector<Surface>* surfaces);
 // A passenger car along x.

@@ -1,4 +1,4 @@
-// What of a session folder is damaged. Reads everything once: the ledger's records, photos and
+// Finds the damage of a session folder. Reads everything once: the ledger's records, photos and
 // blobs by their hash, results by their list of checksums, and keys.
 #pragma once
 

@@ -1,9 +1,9 @@
 // Makes a damaged session folder whole.
 //
-// What is damaged goes to DIR/damaged/. A photo comes back from its second copy. Where facts, or
-// blobs that facts need, are lost, the ledger is written anew: photos, features, candidates and
-// matches that are whole keep their place. Maps go: the mappers make them anew from the matches,
-// as after a finish. The services make anew what else is lacking.
+// Damaged files go to DIR/damaged/. A photo comes back from its second copy. If facts, or blobs
+// that facts need, are lost, the ledger is written anew: photos, features, candidates and matches
+// that are whole keep their place. Maps go: the mappers make them anew from the matches, as after a
+// finish. The services make anew what else is lacking.
 #pragma once
 
 #include <string>

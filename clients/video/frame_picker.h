@@ -12,8 +12,8 @@
 namespace skein {
 
 struct FramePickerOptions {
-  // Motion from photo to photo, as a share of the frame's longest side. Of the frames in between,
-  // the sharpest becomes a photo.
+  // Motion from photo to photo, as a share of the frame's longest side. The sharpest frame within
+  // that range becomes a photo.
   double min_motion = 0.05;
   double max_motion = 0.15;
   // Share of a photo's points that must be found again; below it the view has changed as far as by
@@ -56,7 +56,8 @@ class FramePicker {
   std::optional<VideoFrame> Pick(const Candidate& current);
   void Consider(const Candidate& candidate);
   bool IsBlurred(double sharpness);
-  // Of the frame since the last photo; nothing where too little of the photo is found again.
+  // Motion of the frame since the last photo, as a share of its longest side; nullopt if too little
+  // of the photo is found again.
   std::optional<double> MotionTo(const cv::Mat1b& grey) const;
   void SetReference(const cv::Mat1b& grey);
 

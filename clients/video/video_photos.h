@@ -50,7 +50,7 @@ class VideoPhotos {
   void ReadOn();
   void OnBatch(const Batch& batch);
   void OpenAgain();
-  // These three on the worker's thread.
+  // On the worker's thread: Read, Keep, NameOf.
   Batch Read();
   void Keep(const VideoFrame& frame, Batch* batch);
   std::string NameOf(const VideoFrame& frame) const;
@@ -59,7 +59,7 @@ class VideoPhotos {
   const std::string source_name_;
   const std::filesystem::path folder_;
   const OnPhotos on_photos_;
-  // Of the worker, while a job runs.
+  // Used by the worker alone while a job runs.
   std::optional<VideoSource> source_;
   FramePicker picker_;
   std::set<std::string> known_;

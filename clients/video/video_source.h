@@ -19,12 +19,12 @@ class VideoSource {
   static Result<VideoSource> Open(const std::string& source);
 
   bool is_live() const { return is_live_; }
-  // Of a file, as it says itself; 0: not known.
+  // Number of frames of a file, as it says itself; 0: not known.
   int64_t NumFrames() const;
 
-  // The next frame; nothing at the end of a file, or when a live source failed. A frame's time: of
-  // a live one the clock when it came. Of a file the time that it was last written, when the
-  // recording ended, less what follows the frame; 0 where the length is not known.
+  // The next frame; nothing at the end of a file, or when a live source failed. utime_us of a live
+  // frame is the clock when it came. For a file it is the time of its last write, when the
+  // recording ended, less the duration of what follows the frame; 0 if the length is not known.
   std::optional<VideoFrame> Next();
 
  private:

@@ -1,4 +1,4 @@
-// Who a key belongs to: role and name, signed by the session's root key.
+// Owner of a key: role and name, signed by the session's root key.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ enum class Role : uint8_t {
 const char* RoleName(Role role);
 std::optional<Role> RoleFromName(const std::string& name);
 
-// Whom a session trusts: a certificate holds in it if its root signed it for it.
+// Trust of a session: a certificate holds in it if the root signed it for this session id.
 struct SessionTrust {
   std::string session_id;
   PublicKey root{};

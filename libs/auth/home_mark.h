@@ -2,7 +2,7 @@
 // it, and who made them can speak in every role. The mark of own keys is SESSION/keys/home: the
 // HMAC-SHA256 of the root's public key under a secret of this user, which lies outside of every
 // session folder: $XDG_STATE_HOME/skein/home.key, by default ~/.local/state/skein/home.key, 0600.
-// It is made when it is first needed. A session may be moved or restored on its host.
+// The secret is made when it is first needed. A session may be moved or restored on its host.
 #pragma once
 
 #include <string>

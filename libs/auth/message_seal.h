@@ -23,7 +23,7 @@
 
 namespace skein {
 
-// Of a trailer, at most.
+// Largest size of a trailer.
 inline constexpr size_t kMaxTrailerBytes = 256;
 
 // Bytes of the message without its trailer; all of them if it has none.
@@ -58,7 +58,7 @@ class MessageSeal {
   // a session's id that is not 16 hexadecimal digits.
   MessageSeal(SessionTrust trust, Credential credential, SignerCounters used, ClockUs now_us);
 
-  // Whose messages are refused from now on, by the name in their certificate.
+  // Refuses messages from now on whose certificate has a name for which `is_revoked` is true.
   void SetRevoked(std::function<bool(const std::string& name)> is_revoked);
 
   // The message with this signer's trailer.

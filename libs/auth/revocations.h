@@ -40,15 +40,15 @@ class RevokedList {
  public:
   explicit RevokedList(std::string dir) : dir_(std::move(dir)) {}
 
-  // Reads the file where it is another than the one that was read. Where it cannot be read what was
-  // known stays.
+  // Reads the file where it is another than the one that was read. If the new file cannot be read,
+  // the names read before stay.
   void Refresh();
   const RevokedNames& names() const { return names_; }
 
  private:
   std::string dir_;
   RevokedNames names_;
-  std::string read_as_;  // what the file system told of the file that was read
+  std::string read_as_;  // stat of the file that was read
 };
 
 // Follows the file while a process runs: looks at it at most once a second, when it is asked. A

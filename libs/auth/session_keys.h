@@ -1,4 +1,4 @@
-// The keys of a session, in its folder. Who can read the root key can speak in every role.
+// The keys of a session, in its folder. A reader of the root key can speak in every role.
 //
 //   keys/                       0700
 //   keys/root.key               the root's seed
@@ -23,7 +23,8 @@ struct SessionAccess {
   SignerCounters used;
 };
 
-// Makes the folder keys/, for the user alone, where it is missing. It stays after a power loss.
+// Makes the folder keys/, for the user alone, where it is missing. The folder stays after a power
+// loss.
 Status MakeKeysFolder(const std::string& dir);
 
 // Whether a process of this host has had a credential of this name, in any role.
@@ -34,8 +35,8 @@ bool HasCredentialOf(const std::string& dir, const std::string& name);
 Result<SessionAccess> OpenSessionKeys(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name);
 
-// A new credential, for an invitation. It is kept nowhere; its name is recorded. Fails for a name
-// that may not be invited (auth/revocations.h).
+// A new credential, for an invitation. The credential is kept nowhere; its name is recorded. Fails
+// for a name that may not be invited (auth/revocations.h).
 Result<SessionAccess> IssueInvitation(const std::string& dir, const std::string& session_id,
                                       Role role, const std::string& name, int64_t expires_s);
 

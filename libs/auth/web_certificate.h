@@ -18,7 +18,7 @@ namespace skein {
 struct WebCertificate {
   std::string chain_pem;    // certificate, then issuer
   std::string key_pem;      // the certificate's private key
-  Bytes issuer_der;         // what a phone installs
+  Bytes issuer_der;         // for a phone to install
   std::string fingerprint;  // SHA-256 of the issuer's certificate, as browsers show it: "AB:CD:..."
 };
 

@@ -1,5 +1,5 @@
-// A pass for a browser: role, name and expiry, signed by the session's root. Who shows it has the
-// role at the session's web server, and nowhere else: no message can be signed with it.
+// A pass for a browser: role, name and expiry, signed by the session's root. A browser that shows
+// it has the role at the session's web server, and nowhere else: no message can be signed with it.
 //
 //   role 1 byte, size of the name 1 byte, name, expiry int64, signature 64 bytes; as base64url
 //

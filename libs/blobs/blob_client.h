@@ -48,8 +48,8 @@ class BlobClient {
     double unknown_patience_s = 3;
     // Whether the owner may serve it without a signature, as one that offered it so.
     bool takes_unsigned = false;
-    // Whom the pull is for: parties share chunks in flight and places of active pulls equally. "":
-    // the owner.
+    // Party for which the pull is made: parties share chunks in flight and places of active pulls
+    // equally. "": the owner.
     std::string party = {};
   };
 
@@ -61,9 +61,9 @@ class BlobClient {
   // Calls back with the blob's bytes, their hash checked, or an error; never within the call. Looks
   // in memory and in the session folder, then pulls from `owner`. The owner is the instance that
   // offered the blob, or "ingest", which holds every blob of a committed fact. A pull survives
-  // restarts of the owner. It ends when the owner answers repeatedly that it has no such blob, when
-  // bytes came several times that are not the blob's, or at Cancel. Fetches of one blob share a
-  // pull where owner, party, size_bytes and takes_unsigned are the same, with the largest limits
+  // restarts of the owner. A pull ends when the owner answers repeatedly that it has no such blob,
+  // when bytes came several times that are not the blob's, or at Cancel. Fetches of one blob share
+  // a pull where owner, party, size_bytes and takes_unsigned are the same, with the largest limits
   // given. Others have nothing in common: what one owner sends cannot spoil what another sends. The
   // first bytes that match the name end all pulls of the blob.
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched) {
@@ -84,8 +84,8 @@ class BlobClient {
   // and may write a file.
   std::string Offer(Bytes bytes);
   void Release(const std::string& blob_id) { shelf_.Release(blob_id); }
-  // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file. Of many,
-  // those go first that nobody asked for for longest: BlobShelf::kMaxServedBytes.
+  // Answers for the blob from memory, until nobody asked for it for ttl_s; writes no file. Beyond
+  // BlobShelf::kMaxServedBytes the blobs go first that were not asked for for longest.
   std::string Serve(Bytes bytes, double ttl_s = 60);
   // Answers for the blob, whose id is that of its bytes, until as many calls of Release.
   void Keep(const std::string& blob_id, BlobPtr blob) { shelf_.Hold(blob_id, std::move(blob)); }

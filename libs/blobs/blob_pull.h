@@ -62,9 +62,9 @@ class BlobPull {
 
   // chunk_bytes: what is asked for at once; a sender may use less. max_bytes: the largest blob
   // accepted. size_bytes: the blob's, where it is known; chunks that tell another are ignored.
-  // Where it is not, the first chunk's word holds. When nothing more of that size comes, but chunks
-  // of another, the pull begins anew: one chunk that lies costs a timeout. Memory grows with what
-  // was asked for and came, not with what a chunk claims.
+  // If it is not known, the first chunk's word holds. When nothing more of that size comes, but
+  // chunks of another, the pull begins anew: one chunk that lies costs a timeout. Memory grows with
+  // what was asked for and came, not with what a chunk claims.
   BlobPull(int chunk_bytes, int64_t max_bytes, int64_t size_bytes = kUnknownSize)
       : full_chunk_bytes_(chunk_bytes),
         max_bytes_(max_bytes),

@@ -6,8 +6,8 @@
 
 namespace skein {
 
-// CheckHeader, then decodes fully and reads EXIF, in this process. What processes that hear a
-// network use instead is PhotoDecoder (photo/photo_decoder.h).
+// CheckHeader, then decodes fully and reads EXIF, in this process. Processes that hear a network
+// use PhotoDecoder (photo/photo_decoder.h) instead.
 Result<CheckedPhoto> CheckPhoto(ByteView bytes, const PhotoLimits& limits);
 
 }  // namespace skein

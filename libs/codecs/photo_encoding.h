@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// What is 0 is left out.
+// Fields that are 0 are left out.
 struct ExifInfo {
   std::string make, model;
   int64_t capture_utime_us = 0;  // UTC

@@ -32,7 +32,7 @@ struct ConfigFile {
 // all sections.
 Result<ConfigFile> ReadConfigFile(const std::string& path);
 
-// Of `text`; `path` is for messages.
+// Parses `text`; `path` is for messages.
 Result<ConfigFile> ParseConfigFile(const std::string& text, const std::string& path);
 
 }  // namespace skein

@@ -8,8 +8,8 @@
 
 namespace skein {
 
-// --kernel NAME: one of `versions` by `name_of`, or "fastest". What is the fastest on this
-// processor is told as "fastest", so that a file of options serves on other hosts, too.
+// --kernel NAME: one of `versions` by `name_of`, or "fastest". The version that is fastest on this
+// processor is printed as "fastest", so that a file of options serves on other hosts, too.
 template <typename Versions, typename Version>
 void AddKernelChoice(CLI::App& app, const Versions& versions, std::string (*name_of)(Version),
                      Version fastest, Version* kernel, const std::string& help) {

@@ -17,7 +17,7 @@ namespace skein {
 struct Program {
   std::string section;                         // the service's name
   std::string description;                     // one line, for --help
-  std::function<void(CLI::App&)> add_options;  // those of the section
+  std::function<void(CLI::App&)> add_options;  // options of the section
   // Options that say where the process runs; the file has none of them. May be unset.
   std::function<void(CLI::App&)> add_place_options;
   // Reads further sections; may be unset.

@@ -1,4 +1,4 @@
-// What a user is told of a command line that cannot be taken.
+// Error messages for a command line that cannot be taken.
 #pragma once
 
 #include <string>

@@ -10,7 +10,7 @@
 namespace skein {
 
 // Lists the files, and those in the folders, under `paths` (relative to `root`) in root/list_name.
-// They must not change meanwhile.
+// The files must not change meanwhile.
 Status WriteChecksumList(const std::filesystem::path& root, const std::string& list_name,
                          const std::vector<std::string>& paths);
 

@@ -21,7 +21,8 @@ inline double MonotonicS() {
   return duration<double>(steady_clock::now().time_since_epoch()).count();
 }
 
-// Seconds, as MonotonicS; a test gives its own. What is due when goes by one that is passed in.
+// Seconds, as MonotonicS; a test gives its own. Code that asks what is due uses a Clock that is
+// passed in.
 using Clock = std::function<double()>;
 
 // Seconds of CPU that the calling thread has used.

@@ -21,8 +21,8 @@ bool IsTemporaryName(const std::string& name);
 // A new one for `path`, beside it.
 std::string TemporaryName(const std::string& path);
 
-// The whole file; an error says which file and why. What is no regular file, as a FIFO, is refused
-// without waiting for it. kInvalidArgument: it has more than `max_bytes`.
+// The whole file; an error says which file and why. A path that is no regular file, as a FIFO, is
+// refused without waiting for it. kInvalidArgument: it has more than `max_bytes`.
 Result<Bytes> ReadFile(const std::string& path,
                        size_t max_bytes = std::numeric_limits<size_t>::max());
 // The same of an open file, from its begin; `path` is for messages.

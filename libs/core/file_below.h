@@ -71,8 +71,8 @@ Status CreateFoldersBelow(const std::filesystem::path& root, const std::filesyst
 Status RenameBelow(const std::filesystem::path& root, const std::filesystem::path& from,
                    const std::filesystem::path& to);
 
-// Copies the regular files under `from`, a file or a folder, to `to` below `to_root`. What else is
-// there is left out. Nothing is copied where `from` does not exist.
+// Copies the regular files under `from`, a file or a folder, to `to` below `to_root`. All other
+// entries are left out. Nothing is copied where `from` does not exist.
 Status CopyFilesBelow(const std::filesystem::path& root, const std::filesystem::path& from,
                       const std::filesystem::path& to_root, const std::filesystem::path& to,
                       size_t max_bytes);

@@ -18,8 +18,8 @@ Status CreateFolders(const std::filesystem::path& dir);
 Status SyncFileSystem(const std::filesystem::path& path);
 
 // The regular files below `folder`, at any depth, sorted. Symbolic links are neither listed nor
-// followed, `folder` itself included. What vanishes meanwhile is left out; a folder that is absent
-// holds none.
+// followed, `folder` itself included. A file that vanishes meanwhile is left out; a folder that is
+// absent holds none.
 std::vector<std::filesystem::path> FilesUnder(const std::filesystem::path& folder);
 
 }  // namespace skein

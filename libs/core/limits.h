@@ -1,23 +1,24 @@
-// Limits of geometry that several stages share. They stand in the lowest room because
-// stages from matching to merging need them.
+// Limits of geometry that several stages share. The limits stand in the lowest room because stages
+// from matching to merging need them.
 #pragma once
 
 #include <array>
 
 namespace skein::limits {
 
-// Of an observation that stays in the map: COLMAP's filter_max_reproj_error. Also of Sampson's
-// error of a verified match: COLMAP's two-view max_error.
+// Largest reprojection error of an observation that stays in the map: COLMAP's
+// filter_max_reproj_error. Also the largest Sampson error of a verified match: COLMAP's two-view
+// max_error.
 constexpr double kMaxErrorPx = 4.0;
 
-// Of an inlier of an absolute pose, which the map's points are not adjusted to yet: COLMAP's
-// abs_pose_max_error.
+// Largest error of an inlier of an absolute pose, which the map's points are not adjusted to yet:
+// COLMAP's abs_pose_max_error.
 constexpr double kMaxPoseErrorPx = 12.0;
 
 // Inliers that an absolute pose needs: COLMAP's abs_pose_min_num_inliers.
 constexpr int kMinPoseInliers = 30;
 
-// Of a point that stays in the map: COLMAP's filter_min_tri_angle.
+// Smallest triangulation angle of a point that stays in the map: COLMAP's filter_min_tri_angle.
 constexpr double kMinTriangulationAngleDeg = 1.5;
 
 // Median triangulation angle asked of an initial pair, and its relaxations. The first is COLMAP's
@@ -30,8 +31,8 @@ constexpr double kMinFocalRatio = 0.1;
 constexpr double kMaxFocalRatio = 10.0;
 constexpr double kMaxDistortion = 1.0;
 
-// What is known of intrinsics beforehand, as standard deviations: of a focal length, over it, where
-// EXIF tells it and where it is guessed; of a distortion parameter.
+// Priors of intrinsics, as standard deviations: of a focal length, over it, if EXIF tells it and if
+// it is guessed; of a distortion parameter.
 constexpr double kFocalSigmaExif = 0.1;
 constexpr double kFocalSigmaGuess = 0.3;
 constexpr double kDistortionSigma = 0.1;

@@ -1,4 +1,4 @@
-// What the Check() of an options struct is made of.
+// Parts of the Check() of an options struct.
 #pragma once
 
 #include <initializer_list>

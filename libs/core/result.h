@@ -11,9 +11,9 @@ namespace skein {
 
 enum class StatusCode {
   kOk,
-  kInvalidArgument,     // what was given is wrong, whatever the state of the rest
+  kInvalidArgument,     // the input is wrong, whatever the state of the rest
   kNotFound,            // a file, blob or entry that is not there
-  kAlreadyExists,       // what must be new is there
+  kAlreadyExists,       // an entry that must be new is there
   kDataLoss,            // damaged, cut short, or of another format or version
   kUnavailable,         // not now: a device, file or process refuses; a retry may succeed
   kResourceExhausted,   // above a limit of size or number

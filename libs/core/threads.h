@@ -6,7 +6,7 @@
 namespace skein {
 
 // Calls function(0) to function(num_threads - 1) at once, the first one on the calling thread, and
-// returns when all have returned. They must not throw.
+// returns when all have returned. The calls must not throw.
 template <typename Function>
 void RunOnThreads(int num_threads, const Function& function) {
   std::vector<std::thread> threads;

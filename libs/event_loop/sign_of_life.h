@@ -1,4 +1,4 @@
-// What a process shows to the one that supervises it: that its loop comes round.
+// Shows the supervisor of a process that its loop comes round.
 #pragma once
 
 #include <string>

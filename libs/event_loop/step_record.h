@@ -1,4 +1,5 @@
-// What a process works on, told to the one that replaces it: a crash or a hang counts against that.
+// Records the steps that a process works on, for the process that replaces it: a crash or a hang
+// counts against them.
 #pragma once
 
 #include <array>
@@ -36,7 +37,8 @@ class StepRecord {
   // The file that the supervisor names in SKEIN_STEP_FILE; "" without one.
   static std::string FileOfSupervisor();
 
-  // For tests: called on the slot's thread when a step begins. What it throws fails the step.
+  // For tests: called on the slot's thread when a step begins. An exception of `observer` fails the
+  // step.
   void OnBegin(std::function<void(const Step&)> observer) { on_begin_ = std::move(observer); }
 
   // The innermost steps of the process before: of the thread that crashed, else of each thread that
@@ -44,7 +46,7 @@ class StepRecord {
   const std::vector<Step>& left() const { return left_; }
   // A name for that process's life; 0: there was none, or it had no step.
   int64_t left_life() const { return left_life_; }
-  // Of this process's life.
+  // Name of this process's life.
   int64_t life() const { return life_; }
 
   // A step is under way as long as its scope lives, on the slot's thread.

@@ -53,7 +53,7 @@ class WorkerThread {
     }
   }
 
-  // Of the running job: one of its steps is done. Any thread.
+  // Notes that a step of the running job is done. Any thread.
   void NoteProgress() { ++num_steps_; }
 
   // Ends this process by SIGALRM, which the supervisor tells the next one of its name.

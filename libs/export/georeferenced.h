@@ -15,7 +15,7 @@ namespace skein {
 // positions. Sets `georeference` of each. A model that cannot be placed is removed; `refusals` gets
 // a line with the reason.
 //
-// Where no photo carries an altitude the models' heights are above their own cameras: the json says
+// If no photo carries an altitude, the models' heights are above their own cameras: the json says
 // so (GeoreferenceToJson).
 void PlaceOnEarth(const std::map<std::string, GeodeticPosition>& positions,
                   std::vector<ExportModel>* models, std::vector<std::string>* refusals);

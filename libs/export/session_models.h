@@ -1,4 +1,4 @@
-// What is exported: the newest model of each submap, and the facts of the photos.
+// Models for export: the newest of each submap, and the facts of the photos.
 #pragma once
 
 #include <base/reconstruction.h>
@@ -27,7 +27,7 @@ struct ExportModel {
 // The latest model of each submap that lives, most photos first.
 std::vector<submap_model_t> LatestModels(const SessionState& state);
 
-// Of the bytes of its blob.
+// Reads a model from the bytes of its blob.
 Result<ExportModel> ReadModelArchive(const submap_model_t& submap, const Bytes& archive);
 
 // The newest checkpoint or final model of every live submap in the ledger, most photos first. Works

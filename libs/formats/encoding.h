@@ -1,5 +1,5 @@
-// What the encodings of this folder share: header, arrays, lists whose counts are held against the
-// bytes.
+// Common parts of the encodings in this folder: header, arrays, lists whose counts are held against
+// the bytes.
 #pragma once
 
 #include <array>

@@ -91,7 +91,7 @@ struct SharedImage {
   uint64_t width = 0, height = 0;
   std::array<double, 4> qvec{1, 0, 0, 0};  // cam_from_world, wxyz
   std::array<double, 3> tvec{};
-  std::vector<SharedPoint> points;  // those of its keypoints that have a 3D point
+  std::vector<SharedPoint> points;  // keypoints that have a 3D point
 };
 using SharedImages = std::vector<SharedImage>;
 

@@ -14,7 +14,7 @@
 
 namespace skein {
 
-// Of a chunk: position = origin + step * xyz, in the submap's frame.
+// A point of a chunk: position = origin + step * xyz, in the submap's frame.
 struct ShapePoint {
   std::array<uint16_t, 3> xyz{};
   std::array<uint8_t, 3> rgb{};
@@ -36,7 +36,7 @@ constexpr size_t kShapeChunkHeaderBytes = 48, kShapePointBytes = 10;
 Bytes EncodeShapeChunk(const ShapeChunk& chunk);
 Result<ShapeChunk> DecodeShapeChunk(const Bytes& bytes);
 
-// Who sees the points of a chunk, in the order of its points.
+// Observations of a chunk's points, in the order of the points.
 struct PointObservation {
   uint32_t image_id = 0;
   uint32_t point2D_idx = 0;  // keypoint index
@@ -73,7 +73,7 @@ struct ShapeCamera {
   }
 };
 
-// What a mapper tells of a submap's shape; the bytes of chunks are blobs of their own.
+// Map snapshot (shape) as a mapper publishes it; the bytes of chunks are blobs of their own.
 struct ShapeManifest {
   struct Chunk {
     uint64_t id = 0;

@@ -6,8 +6,8 @@
 
 namespace skein {
 
-// Where in a photo, as stored, dense matching by windows finds texture: a bit for each of 64 x 48
-// fields, row by row, the first one in the lowest bit. Any bits are valid.
+// Fields of a photo, as stored, in which dense matching by windows finds texture: a bit for each of
+// 64 x 48, row by row, the first one in the lowest bit. Any bits are valid.
 struct TextureFields {
   static constexpr int kColumns = 64, kRows = 48;
 

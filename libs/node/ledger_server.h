@@ -16,8 +16,8 @@
 
 namespace skein {
 
-// Who asks for the same gets the same blob, and who asks for much gets it in parts that begin at
-// fixed places: many who read the ledger at once cost little memory. Loop's thread only.
+// Equal requests get the same blob, and large requests get it in parts that begin at fixed places:
+// many who read the ledger at once cost little memory. Loop's thread only.
 class LedgerServer {
  public:
   // Calls `visit(kind, payload)` for the committed facts from_seq..to_seq in order, while visit

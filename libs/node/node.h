@@ -1,4 +1,4 @@
-// What every Skein process has: loop, bus, session, blobs, submissions, heartbeat.
+// Node holds the parts of every Skein process: loop, bus, session, blobs, submissions, heartbeat.
 //
 // A service, whole:
 //
@@ -77,10 +77,10 @@ struct NodeOptions {
   int threads = 1;          // --threads
   bool verbose = false;     // --verbose
   size_t cache_bytes = 128 << 20;
-  std::string configuration;  // what the service runs with, as its section of a config file
+  std::string configuration;           // the service's options, as its section of a config file
   double auto_session_timeout_s = 30;  // how long "auto" waits to hear a session
 
-  // What it signs as (docs/security.md).
+  // Role under which the process signs (docs/security.md).
   Role role = Role::kWorker;
   std::string certified_name;  // "": the instance up to its first dot
   std::string keys_dir;        // keys/ of a session's folder that this process does not share; ""
@@ -89,7 +89,7 @@ struct NodeOptions {
 
 // --session, --session-id, --lcm-url, --auth, --invite, --instance, --threads, --verbose.
 void AddCommonOptions(CLI::App& app, NodeOptions* options);
-// Of these --session-id, --lcm-url, --auth and --invite.
+// Adds --session-id, --lcm-url, --auth and --invite alone.
 void AddPlaceOptions(CLI::App& app, NodeOptions* options);
 
 // Loop's thread only, but for what its parts say of themselves.
@@ -117,7 +117,7 @@ class Node {
   const NodeOptions& options() const { return options_; }
   const std::string& session_id() const { return session_id_; }
   const std::string& instance() const { return options_.instance; }
-  // What the process is at, for the one that replaces it.
+  // Present steps of the process, for the one that replaces it.
   StepRecord& steps() { return steps_; }
   // Whether this process shares the session folder, options().session_dir.
   bool shares_folder() const { return !options_.session_dir.empty(); }
@@ -163,12 +163,12 @@ class Node {
   PollLoop::TimerId counters_timer_ = 0;
 };
 
-// What is done about messages without a signature (docs/security.md).
+// Treatment of messages without a signature (docs/security.md).
 enum class Auth { kOff, kWarn, kRequire };
-// Of --auth; "" goes by where the URL leads. Throws std::invalid_argument for anything else.
+// Value of --auth; "" goes by where the URL leads. Throws std::invalid_argument for anything else.
 Auth AuthOf(const std::string& text, const LcmUrl& url);
 
-// What an instance runs with, as a fact; the same id as long as that stays.
+// Configuration of an instance, as a fact; the fact id stays as long as the configuration does.
 configuration_t ConfigurationOf(const NodeOptions& options);
 
 // Sets up logging and threads, makes the node, submits its configuration (ingest commits its own)

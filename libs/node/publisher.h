@@ -28,14 +28,14 @@ struct PhotoToOffer {
   std::string name;  // valid or not: ingest decides
   // Its bytes. Called once, on another thread.
   std::function<Result<Bytes>()> read;
-  // What its EXIF may lack.
+  // Fields that the photo's EXIF may lack.
   int64_t capture_utime_us = 0;  // 0: not known
   bool has_gps = false;          // whether the next two are set: WGS84
   double latitude_deg = 0, longitude_deg = 0;
   std::optional<double> altitude_m;  // needs has_gps
 };
 
-// What became of one photo.
+// Outcome of offering one photo.
 struct PublishedPhoto {
   std::string name;
   std::string blob_id;  // "": it could not be read

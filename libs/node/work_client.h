@@ -33,8 +33,8 @@ class WorkClient {
   void Fail(int64_t item_id, const std::string& reason, bool permanent);
   // A step of the work on a submap threw: it counts against the step (session/submap_steps.h).
   void FailStep(int64_t item_id, const std::string& step, const std::string& reason);
-  // Of several held items the one that is being worked on, which is to blame if the process dies.
-  // Unset: the one with the lowest id. Told at once.
+  // Names the held item that is being worked on, which is to blame if the process dies. Unset: the
+  // one with the lowest id. Told at once.
   void SetCurrent(int64_t item_id);
   // At once effective; 0 takes nothing new.
   void SetCapacity(int capacity);

@@ -1,6 +1,6 @@
-// What PhotoDecoder and its child, skein-decoder, say to each other. The photo's bytes and its
-// pixels lie in memory that both map; messages of a SOCK_SEQPACKET socket say what to do with them.
-// Neither leaves the host.
+// Messages between PhotoDecoder and its child, skein-decoder. The photo's bytes and its pixels lie
+// in memory that both map; messages of a SOCK_SEQPACKET socket say what to do with them. Neither
+// memory nor messages leave the host.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct DecoderRequest {
   uint8_t reduction = 1;  // of kDecode: both sides are divided by 1, 2, 4 or 8
 };
 
-// Of the pixels, of kDecode.
+// Bytes of the pixels, for kDecode.
 inline size_t DecodedBytes(const DecoderRequest& request) {
   return 3 * static_cast<size_t>(ReducedSide(request.header.width_px, request.reduction)) *
          static_cast<size_t>(ReducedSide(request.header.height_px, request.reduction));

@@ -25,7 +25,7 @@ inline int RotationOf(int orientation) {
   return orientation >= 1 && orientation <= 8 ? kRotation[orientation] : 1;
 }
 
-// What EXIF says; what is absent or absurd is left unset.
+// Fields of a photo's EXIF; a field that is absent or absurd is left unset.
 struct Exif {
   int orientation = 1;  // 1..8
   std::string make;

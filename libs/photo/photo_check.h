@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// What OpenCV decodes.
+// Limits of OpenCV's decoders.
 constexpr int64_t kMaxPhotoBytes = (int64_t{1} << 31) - 1;
 constexpr int64_t kMaxPhotoPixels = int64_t{1} << 30;
 

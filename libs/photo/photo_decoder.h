@@ -14,8 +14,8 @@
 namespace skein {
 
 struct DecodedPhoto {
-  // 8-bit BGR, pixels as stored (codecs/image_decoding.h). It lies in memory that is used again: it
-  // is valid until the next call.
+  // 8-bit BGR, pixels as stored (codecs/image_decoding.h). The pixels lie in memory that is used
+  // again: the image is valid until the next call.
   cv::Mat image;
   PhotoHeader header;
   int reduction = 1;  // the image's sides are 1 / reduction of the header's, rounded up

@@ -9,7 +9,7 @@ namespace skein {
 
 enum class PhotoFormat { kJpeg, kPng, kTiff };
 
-// What a photo's header claims. Nothing is decoded to learn it, so it costs the same for a bomb.
+// Claims of a photo's header. Nothing is decoded to learn it, so it costs the same for a bomb.
 struct PhotoHeader {
   PhotoFormat format = PhotoFormat::kJpeg;
   int64_t width_px = 0;

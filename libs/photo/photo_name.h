@@ -11,12 +11,12 @@ namespace skein {
 constexpr size_t kMaxAgentBytes = 64;
 constexpr size_t kMaxNameBytes = 255;
 
-// An agent's name is one path component: 1..64 bytes of UTF-8. It has no '/' or '\', no dot at the
-// start and no control characters, to which those of bidirectional text belong.
+// An agent's name is one path component: 1..64 bytes of UTF-8. Forbidden are '/' and '\', a dot at
+// the start, and control characters, to which those of bidirectional text belong.
 Status CheckAgentName(const std::string& agent);
 
-// A photo's name is a relative path: 1..255 bytes of UTF-8. It has no control characters and no
-// empty, "." or ".." component.
+// A photo's name is a relative path: 1..255 bytes of UTF-8. Forbidden are control characters, and
+// an empty, "." or ".." component." or ".." component.
 Status CheckPhotoName(const std::string& name);
 
 // Text for a log or a terminal: bytes that are not UTF-8 and control characters become '?', cut to

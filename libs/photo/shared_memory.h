@@ -7,9 +7,9 @@
 
 namespace skein {
 
-// Memory that this process shares with a child: a memfd (memfd_create(2)) and its mapping. It can
-// grow, never shrink (F_SEAL_SHRINK): a child that could cut it would make the parent's reads
-// fault.
+// Memory that this process shares with a child: a memfd (memfd_create(2)) and its mapping. The
+// memory can grow, never shrink (F_SEAL_SHRINK): a child that could cut it would make the parent's
+// reads fault.
 class SharedMemory {
  public:
   // `name` is shown in /proc.

@@ -17,7 +17,7 @@ class TiffDirectory {
   // First value of a SHORT or LONG entry; nothing without one.
   std::optional<uint32_t> Find(uint32_t tag) const;
 
-  // What a BYTE, ASCII or UNDEFINED entry of more than four bytes holds; empty without one.
+  // Content of a BYTE, ASCII or UNDEFINED entry of more than four bytes; empty without one.
   ByteView FindBytes(uint32_t tag) const;
 
  private:

@@ -25,7 +25,7 @@ struct ShapeFollowerOptions {
   std::function<bool()> is_wanted;
   // Pulls who sees the points, too (Shape::Chunk::tracks); else these stay with the mapper.
   bool with_tracks = false;
-  // Of that submap there is a new one in the store.
+  // Called when the store has a new shape of that submap.
   std::function<void(int64_t submap_id, uint64_t version)> on_shape;
   // Its mapper tells none, and it has a model that is newer than what is in the store; that shape's
   // version. Null: models are not looked at.

@@ -18,8 +18,8 @@ class SyntheticFeatures {
 
   SyntheticFeatures();
 
-  // A photo from (x, 0, 0) along z. It has all points in view, so feature i is of point i. The
-  // first `num_common` have the scene's descriptors, the others random ones.
+  // A photo from (x, 0, 0) along z. The photo has all points in view, so feature i is of point i.
+  // The first `num_common` have the scene's descriptors, the others random ones.
   PhotoFeaturesPtr Photo(int64_t id, double x, size_t num_common);
 
  private:

@@ -48,7 +48,7 @@ struct SyntheticOptions {
 };
 
 struct SyntheticScene {
-  // What stands, and from where it is photographed: Photograph takes these.
+  // Points and poses of the scene, which Photograph takes.
   std::vector<Eigen::Vector3d> points;
   std::vector<Eigen::Matrix3d> rotations;  // cam_from_world
   std::vector<Eigen::Vector3d> translations;
@@ -74,12 +74,12 @@ struct SyntheticScene {
 
 SyntheticScene MakeScene(const SyntheticOptions& options);
 
-// Photos and pairs of a scene whose points and poses are given. Of the options it takes camera,
-// noise, detection, clutter and outliers.
+// Photos and pairs of a scene whose points and poses are given. Only camera, noise, detection,
+// clutter and outliers of the options count.
 void Photograph(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene);
 
-// The same for the first pose without a photo. Of earlier photos the scene needs `visible` of those
-// that pairs are made with.
+// The same for the first pose without a photo. Earlier photos need `visible` only if pairs are made
+// with them.
 void PhotographNext(const SyntheticOptions& options, std::mt19937* random, SyntheticScene* scene);
 
 // All photos with these pairs (of each photo, as SyntheticScene::pairs), none registered.
@@ -97,7 +97,7 @@ void FillMap(const SyntheticScene& scene, SceneMap* map);
 // see. Nothing is held.
 Bundle BundleAtTruth(const SyntheticOptions& options, const SyntheticScene& scene);
 
-// Of the points those that the image observes.
+// Number of `points` that the image observes.
 size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id);
 
 }  // namespace skein

@@ -21,7 +21,7 @@ class SyntheticWorld {
   CameraPose Pose(int image_id) const;
 
   // Photos first..last in a frame of their own (submap_from_world), made with a focal length that
-  // is wrong by `focal_factor`. Of two places, photos of both may be put into one submap.
+  // is wrong by `focal_factor`. If there are two places, photos of both may be put into one submap.
   colmap::Reconstruction Submap(int first, int last, const Similarity& submap_from_world,
                                 double focal_factor) const;
 

@@ -20,7 +20,7 @@
 
 namespace skein {
 
-// A process that runs a function or a program. It dies with this object or with the test.
+// A process that runs a function or a program. The process dies with this object or with the test.
 class Child {
  public:
   explicit Child(const std::function<void()>& body) {

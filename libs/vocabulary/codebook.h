@@ -12,7 +12,7 @@ namespace skein {
 // How the descriptors of a photo are aggregated. Learned values hold for one choice only, so it is
 // saved with them.
 struct VladOptions {
-  uint32_t max_features = 4000;  // those of largest scale are used
+  uint32_t max_features = 4000;  // features of largest scale are used
   float scale_exponent = 1;      // weight of a descriptor = scale^exponent
   float power = 0.4f;            // x -> sign(x) |x|^power
 };
@@ -46,8 +46,8 @@ Bytes EncodeCodebook(const Codebook& codebook);
 Result<Codebook> DecodeCodebook(const Bytes& bytes);
 Result<Codebook> LoadCodebook(const std::string& path);
 
-// Of `path`, or the shipped one if that is "": of share/skein beside the folder of the program,
-// else of where it was built from. Throws std::invalid_argument, saying why and what to do, if it
+// Codebook in `path`, or the shipped one if that is "": in share/skein beside the folder of the
+// program, else in the source tree. Throws std::invalid_argument, saying why and what to do, if it
 // cannot be used.
 Codebook CodebookOf(const std::string& path);
 

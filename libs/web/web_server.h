@@ -70,10 +70,12 @@ struct Uploads {
 //
 // Files of answers are read on further threads: a disk that hangs holds up those who wait for it.
 //
-// If all places are taken, one connection is closed, the first of these that exists: the one
-// without a request for longest; the one whose answer has been due for longest, if for more than
-// idle_s; the oldest WebSocket of the owner (pass, or else address) with most places, if these are
-// more than one. kept_places stay free for the own port, and as many more for operators.
+// If all places are taken, one connection is closed, the first of these that exists:
+//  - the one without a request for longest;
+//  - the one whose answer has been due for longest, if for more than idle_s;
+//  - the oldest WebSocket of the owner (pass, or else address) with most places, if these are more
+//    than one.
+// kept_places stay free for the own port, and as many more for operators.
 class WebServer {
  public:
   // `log` outlives the server. Fails where the address cannot be had, with a line for the user;

@@ -27,9 +27,8 @@ struct RefinedExtremum {
 };
 
 // Lowe 2004, section 4 (Brown and Lowe 2002): the extremum of a quadratic through the 3 x 3 x 3
-// values around it, moved to the next pixel while it lies nearer to that. None if it leaves the
-// rows or the layers, is too low, or lies on an edge (section 4.1).
-// `min_contrast`: grey levels.
+// values around it, moved to the next pixel while it lies nearer to that. nullopt if it leaves the
+// rows or the layers, is too low, or lies on an edge (section 4.1). `min_contrast`: grey levels.
 std::optional<RefinedExtremum> Refine(const DogRows& dog, const FoundExtremum& found,
                                       double min_contrast, double edge_threshold);
 

@@ -51,8 +51,8 @@ class FeaturesService {
   SiftExtractor sift_;                                  // used by worker_ only
   const std::shared_ptr<GlobalDescriptorModel> model_;  // id and dim aside, used by worker_ only
   const std::unique_ptr<PhotoDecoder> decoder_;         // used by worker_ only
-  std::map<int64_t, image_t> images_;                   // those without features
-  std::unordered_set<int64_t> described_;               // those with features
+  std::map<int64_t, image_t> images_;                   // photos without features
+  std::unordered_set<int64_t> described_;               // photos with features
   std::map<int64_t, Job> jobs_;
   int64_t num_done_ = 0;
   double sum_elapsed_s_ = 0;

@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// What an ONNX file says of the model's ends. Read without running it.
+// Inputs and outputs of a model, as its ONNX file describes them. Read without running it.
 struct OnnxTensor {
   std::string name;
   std::vector<int64_t> shape;  // -1: open (dynamic)

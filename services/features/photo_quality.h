@@ -1,4 +1,4 @@
-// What a photo's pixels say of its worth for a map, whatever it shows.
+// Figures of a photo's pixels that tell its worth for a map, whatever it shows.
 #pragma once
 
 #include <opencv2/core.hpp>

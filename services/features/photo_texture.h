@@ -1,4 +1,4 @@
-// Where a photo has texture that dense matching could use.
+// Finds the texture of a photo that dense matching could use.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -7,7 +7,7 @@
 
 namespace skein {
 
-// A window of 7 x 7 pixels has texture if its grey levels, 0 to 255, deviate by 2. Where texture of
+// A window of 7 x 7 pixels has texture if its grey levels, 0 to 255, deviate by 2. If texture of
 // deviation s has noise n, two photos match with an expected ZNCC of s^2 / (s^2 + n^2). The sum is
 // what is measured. With the 1.2 levels of a small sensor's noise 2 levels make 0.64; dense
 // matching asks for 0.6 (benchmark/plane_sweep.h). A field has texture where half of its windows

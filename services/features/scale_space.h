@@ -3,9 +3,8 @@
 // The scale space of a photo and its extrema (Lowe 2004, sections 3 and 4).
 //
 // An octave is worked on in tiles, and in a tile row by row: a block of rows goes through all
-// blurs, differences and the search while it is in the cache. Of each level only as many rows are
-// held as later steps need. What stays are the three levels in which keypoints lie, as 16-bit
-// pixels.
+// blurs, differences and the search while it is in the cache. Each level holds only as many rows as
+// later steps need. The three levels in which keypoints lie are kept whole, as 16-bit pixels.
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -58,7 +57,7 @@ class ScaleSpace {
   // `threads` of OpenCV's threads; the result is independent of their number.
   std::vector<Extremum> Build(const cv::Mat& grey, double contrast_threshold, int threads);
 
-  // Where `extremum` of the last photo lies, for orientations and descriptors.
+  // The surroundings of `extremum` in the last photo, for orientations and descriptors.
   KeypointPatch Patch(const Extremum& extremum, float angle_rad) const;
 
  private:

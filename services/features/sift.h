@@ -45,7 +45,7 @@ class SiftExtractor {
   std::unique_ptr<class OwnSift> own_;  // null: OpenCV's
 };
 
-// Of one photo alone.
+// Extracts the features of a single photo.
 LocalFeatures ExtractSift(const cv::Mat& photo, const SiftOptions& options);
 
 // Rows of OpenCV's float SIFT -> L1-normalised, square root, times 512, rounded, at most 255: the

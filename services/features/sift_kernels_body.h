@@ -152,7 +152,7 @@ void Keep(const float* row, int width, LevelPixel* out) {
 
 // ---- Extrema ----
 
-// Of a column of 3 x 3 values: three rows of three differences of Gaussians.
+// Extrema of a column of 3 x 3 values: three rows of three differences of Gaussians.
 inline void ColumnExtrema(const ExtremaRow& task, int x, int stride) {
   Floats most[kDogLevels], least[kDogLevels];
   for (int d = 0; d < kDogLevels; ++d) {
@@ -273,8 +273,8 @@ void Orientations(const KeypointPatch& patch, float* histogram) {
 
 // ---- Descriptor ----
 
-// The window is 5 cells wide: 4 and half of one to each side, where the weight falls to 0. It is
-// sampled at kSamples x kSamples places.
+// The window is 5 cells wide: 4 and half of one to each side, where the weight falls to 0. Samples
+// of the window: kSamples x kSamples.
 constexpr int kCells = 4;
 constexpr int kBins = 8;
 constexpr int kSamples = 16;

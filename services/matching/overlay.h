@@ -11,9 +11,9 @@
 // A pair. Its still matches, S of the photo's N keypoints, are
 //
 //  contradicted  if the other matches verify the pair, and the still matches fit an overlay better
-//                than the pair's geometry F. A match agrees with F with probability 1 - kNoise if
-//                it is of the scene, else with p, the share of the photo's keypoints x with
-//                x^T F x within the error: the likelihood of all still matches decides. If
+//                than the pair's geometry F. A match of the scene agrees with F with probability
+//                1 - kNoise, a match of an overlay with p, the share of the photo's keypoints x
+//                with x^T F x within the error: the likelihood of all still matches decides. If
 //                p >= 1 - kNoise, as for a camera that does not turn, they are not contradicted.
 //  few           if most of the photo does not stand still. If still matches were spread as the
 //                keypoints are, field f of an 8 x 8 grid, with n_f keypoints, would hold one with

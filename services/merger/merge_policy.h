@@ -21,8 +21,8 @@ struct MergeOptions {
   bool enabled = true;
   int min_shared_images = 3;          // N_si; shared or linked
   int min_shared_when_finishing = 1;  // nothing more can come then
-  // Of a photo's verified pairs with the other submap's photos. Some 30 of their matches have
-  // points then, which a pose takes.
+  // Inliers of a photo's verified pairs with the other submap's photos. Some 30 of their matches
+  // have points then, as many as a pose needs.
   int min_linking_inliers = 60;
   // Looked at in an attempt, of both submaps, beside shared ones. Neighbours of linked photos fill
   // them up, and the whole attempt to as many: a thin link grows, as in one map.
@@ -37,8 +37,8 @@ struct MergeAttempt {
   int64_t target_id = 0;
   std::vector<int64_t> images;  // through which the two are compared
   int num_images = 0;           // shared and linked: the evidence
-  // Of the finish whose worked-over maps are tried, 0 before the first: tells a repeated attempt
-  // from the earlier one.
+  // Sequence number of the latest DRAINED, after which the mappers have worked over their maps; 0
+  // before the first.
   int64_t drained_seq = 0;
 };
 
@@ -47,7 +47,7 @@ class MergeEvidence {
  public:
   // The session's state is of `utime_us`.
   void Note(const SubmapDirectory::Overlaps& overlaps, int min_shared_images, int64_t utime_us);
-  // What the source was evidence for passes to the target.
+  // Evidence of the source passes to the target.
   void OnMerged(int64_t source_id, int64_t target_id);
   // 0 if there is none.
   int64_t UtimeOf(int64_t submap_id1, int64_t submap_id2) const;
@@ -76,9 +76,9 @@ class MergePolicy {
   using Direction = std::pair<int64_t, int64_t>;  // source, target
   using Failures = std::map<Direction, int>;      // photos of the last attempt
 
-  // What failed since the latest DRAINED: an UNDONE in its direction, a FAILED in both, as no
+  // Failed attempts since the latest DRAINED: an UNDONE in its direction, a FAILED in both, as no
   // similarity was found in either. At DRAINED the mappers have worked over their maps with all
-  // that the session has. What failed before may succeed now, and is tried once more.
+  // that the session has. An attempt that failed before may succeed now, and is made once more.
   static Failures FailuresOf(const SessionState& session);
   std::vector<int64_t> BestOf(const SubmapDirectory& directory, const SubmapDirectory::Pair& pair,
                               const Overlap& overlap) const;

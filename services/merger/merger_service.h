@@ -1,6 +1,6 @@
-// The merger's handlers. The merger follows the ledger and the submaps' status. It decides on
-// seeds, merges and the end of a finish, one thing at a time. It keeps nothing that the ledger does
-// not hold.
+// The merger's handlers. The merger follows the ledger and the submaps' status. Decisions on seeds,
+// merges and the end of a finish are made one at a time. The merger keeps nothing that the ledger
+// does not hold.
 #pragma once
 
 #include <cstdint>

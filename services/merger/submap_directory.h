@@ -1,6 +1,7 @@
-// What seeds and merges are chosen from: the session's live submaps and how they overlap. It
-// is a view of the session's state, but for one thing that is in no fact: how far each submap's
-// mapper has worked. A mapper's status tells that every second, so a restart loses nothing.
+// Directory of the session's live submaps and of how they overlap, from which seeds and merges are
+// chosen. The directory is a view of the session's state, but for one thing that is in no fact: how
+// far each submap's mapper has worked. A mapper's status tells that every second, so a restart
+// loses nothing.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +30,7 @@ struct Overlap {
 
 class SubmapDirectory {
  public:
-  // Of live submaps, smaller id first.
+  // Two live submaps, smaller id first.
   using Pair = std::pair<int64_t, int64_t>;
 
   // `session` must outlive it.

@@ -1,4 +1,5 @@
-// What one client may say: a token bucket. It holds what the rate brings in a second.
+// Limit on one client's messages: a token bucket. The bucket holds as many tokens as the rate
+// brings in a second.
 #pragma once
 
 #include <algorithm>

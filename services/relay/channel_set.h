@@ -15,7 +15,7 @@ class ChannelSet {
   static constexpr size_t kMaxNames = 256;    // of a client, different ones
   static constexpr size_t kMaxPrefixes = 16;  // each is held against each message
 
-  // Null if it is taken, else why not. One that is added twice is to be removed twice.
+  // Null if it is taken, else why not. A pattern that is added twice has to be removed twice.
   const char* Add(const std::string& pattern);
   // No effect if it is not there.
   void Remove(const std::string& pattern);

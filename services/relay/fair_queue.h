@@ -1,8 +1,8 @@
-// What waits to be sent to one client, fair among those who sent it.
+// Queue of frames to be sent to one client, fair among their senders.
 //
 // Deficit round robin (Shreedhar and Varghese, SIGCOMM 1995): each sender has its turn, and in it
-// as many bytes as any other. Where the queue is full, the sender with most bytes loses its newest.
-// So one that floods fills no one else's share, and delays no one by more than a turn.
+// as many bytes as any other. If the queue is full, the sender with most bytes loses its newest
+// frame. So one that floods fills no one else's share, and delays no one by more than a turn.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ class SharedFrame {
   SharedFrame& operator=(const SharedFrame&) = delete;
 
   const Bytes& bytes() const { return bytes_; }
-  // What it takes of a limit: its bytes and what holds them.
+  // Bytes that count against a limit: the frame's own and its overhead.
   size_t cost() const { return bytes_.size() + 128; }
 
  private:

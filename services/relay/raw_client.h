@@ -31,7 +31,7 @@ class RawClient {
 
   bool connected() const { return connected_; }
   void Send(const Bytes& bytes) const { Send(bytes, bytes.size()); }
-  // The first `size` bytes of these. What the relay does not take is left out.
+  // The first `size` bytes of these. Bytes that the relay does not take are left out.
   void Send(const Bytes& bytes, size_t size) const {
     [[maybe_unused]] const ssize_t sent = ::send(fd_, bytes.data(), size, MSG_NOSIGNAL);
   }

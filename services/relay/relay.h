@@ -1,8 +1,9 @@
 // The hub of LCM's tcpq:// transport: forwards every client's messages to every subscribed client.
 //
-// It speaks the protocol of LCM's own relay (class lcm.lcm.TCPService). That relay writes to its
-// clients in turn and blocks, so one stopped client stalls all. This one never blocks: each client
-// has a bounded queue. What does not fit is dropped for that client alone, as UDP would.
+// The relay speaks the protocol of LCM's own relay (class lcm.lcm.TCPService). LCM's relay writes
+// to its clients in turn and blocks, so one stopped client stalls all. Skein's never blocks: each
+// client has a bounded queue. A message that does not fit is dropped for that client alone, as UDP
+// would.
 //
 // Nothing that a client does is taken on trust: connections, time, memory and turns have limits.
 #pragma once
@@ -36,11 +37,13 @@ struct RelayOptions {
   double message_s = 10;  // so is one whose message is not whole this long after it began
   size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
   size_t max_held_bytes = 256 << 20;       // in all queues
-  // Of one client, where a guard checks their signatures; and as many at once. Who says more is
-  // read later, so that its connection fills up: nothing of it is lost.
+  // Rate of one client's messages, and their number at once, if a guard checks their signatures.
+  // Beyond the rate the relay reads the client later, so that its connection fills up: nothing is
+  // lost.
   double max_messages_per_s = 1000;
   std::optional<TlsContext> tls = {};  // of the port; none: in the clear
-  // Who has said no hello that holds for a minute hears nothing. Needs a guard.
+  // Messages are forwarded only to clients whose last valid hello is less than 60 s old. Needs a
+  // guard.
   bool members_only = false;
   // A second port, in the clear and for this host alone, for LCM's own tools: who connects there
   // hears everything, and is not heard. 0: any, see Relay::watch_port().
@@ -99,9 +102,9 @@ class Relay {
     ChannelSet channels;
     double heard_s = 0;    // when it came, then of its last frame
     double began_s = 0;    // not after the message that is not whole began
-    bool is_late = false;  // it has had its turn, and more of its frames are here
+    bool is_late = false;  // the client has had its turn, and more of its frames are here
     Allowance allowance;
-    PollLoop::TimerId held_until = 0;  // it is not read meanwhile
+    PollLoop::TimerId held_until = 0;  // the client is not read until then
     FairQueue queue;
     FairQueue::FramePtr frame;  // being sent
     size_t frame_at = 0;

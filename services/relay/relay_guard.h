@@ -1,6 +1,6 @@
-// What a relay that has its session's keys forwards: what the receivers would take, too
-// (docs/security.md). They check again. A relay is not to be trusted, and a session may have
-// another.
+// Decides what a relay with its session's keys forwards: messages that the receivers would take
+// (docs/security.md). The receivers check again. A relay is not to be trusted, and a session may
+// have another.
 #pragma once
 
 #include <string>

@@ -21,11 +21,11 @@ class RelaySession {
   // no use; both say what to do.
   explicit RelaySession(const RelayProgramOptions& options);
 
-  // None for a URL without TLS.
+  // nullopt for a URL without TLS.
   std::optional<TlsContext> Tls() const;
   // Whether only who has a credential may hear: over TLS, where signatures are required.
   bool is_closed() const { return certificate_ && auth_ == Auth::kRequire; }
-  // Of each relay its own; null where nothing is signed.
+  // A guard for each relay; null if nothing is signed.
   std::unique_ptr<RelayGuard> MakeGuard() const;
   // Tells of the relays once a second from now on, as any process of the session does. The loop and
   // the relays must live as long as this.

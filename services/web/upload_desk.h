@@ -16,8 +16,8 @@
 namespace skein {
 
 // A photo stays in the store until ingest has decided it: what a crash interrupts is offered again
-// at the next start. One that ingest has stays until the ledger's reader here knows of it, too: a
-// phone that asks between the two would be told that the photo is unknown, and send it again.
+// at the next start. A photo that ingest has stays until the ledger's reader here knows of it, too:
+// a phone that asks between the two would be told that the photo is unknown, and send it again.
 // Loop's thread only.
 class UploadDesk {
  public:

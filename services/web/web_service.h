@@ -24,8 +24,8 @@
 
 namespace skein {
 
-// What it holds comes from the ledger and the folder uploads/, so it may die and return at any
-// time.
+// WebService restores its state from the ledger and the folder uploads/, so it may die and return
+// at any time.
 class WebService {
  public:
   // Throws std::runtime_error where it cannot listen.

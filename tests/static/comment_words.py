@@ -95,7 +95,7 @@ def prose_of(readme):
     start, texts, in_code = 0, [], False
     for number, line in enumerate(open(readme, encoding='utf-8'), 1):
         in_code ^= line.startswith('```')
-        is_prose = line.strip() and not in_code and not re.match(r'\s*([|#`<]|    )', line)
+        is_prose = line.strip() and not in_code and not re.match(r'\s*([|#<]|```|    )', line)
         if texts and (not is_prose or LIST_ITEM.match(line)):
             yield start, texts, False
             texts = []
