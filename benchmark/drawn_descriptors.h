@@ -3,7 +3,7 @@
 // Draws any number of global descriptors like real ones.
 //
 // Places come one after another. Each is one of the real sets with all its photos in order. The
-// signs of all values are drawn anew for the place, and each photo gets some noise. A change of
+// signs of all values are drawn again for each place, and each photo gets some noise. A change of
 // signs keeps every distance within a place, so a photo's neighbours are those of the real photo.
 // Photos of two places are on average as dissimilar as photos of two real sets. Their cosines
 // scatter by 1 / sqrt(values), less than real ones: two drawn places have nothing in common. So

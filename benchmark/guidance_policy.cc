@@ -206,7 +206,7 @@ class Contest {
   }
 
   void Run(const std::string& name) {
-    std::optional<SyntheticPool> own;  // that stations are photographed into
+    std::optional<SyntheticPool> own;  // that viewpoints are photographed into
     std::optional<Follower> follower;
     if (name == "advice" && synthetic_) {
       own = synthetic_;

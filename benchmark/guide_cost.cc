@@ -3,7 +3,8 @@
 // and, with --photos, for as many of its photos as came first (by their ids). Then the mean CPU
 // time of an update (LivePlace) by a few photos more, over the next ones. In each a part of the
 // points moves by up to seven times the median ground sampling distance, as bundle adjustment moves
-// them: in a session 0.02 to 0.07. off: the good share in the end, less that of the map anew.
+// them: in a session 0.02 to 0.07. off: the good share in the end, less that of a map assessed
+// afresh.
 //
 //   guide_cost --model SPARSE_DIR [--photos N,N...] [--agents 1] [--updates 20] [--step 1]
 //              [--moving 0.03]
@@ -74,7 +75,7 @@ struct Updates {
 // Mean CPU seconds of an update.
 struct UpdateCost {
   double place_s = 0, stations_s = 0;
-  double off = 0;  // the good share in the end, less that of the map anew
+  double off = 0;  // the good share in the end, less that of a map assessed afresh
 };
 
 void MovePoints(double share, double by, std::mt19937_64* random, GuidedMap* map) {

@@ -1,5 +1,5 @@
 // model_figures: what can be said of a COLMAP model for a comparison, as one line of JSON. All
-// figures are computed anew from poses, points and observations, whatever the model's files say.
+// figures are computed again from poses, points and observations, whatever the model's files say.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

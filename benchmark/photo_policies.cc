@@ -20,7 +20,7 @@ bool Sees(const DepthGrid& view, const Eigen::Vector3d& centre, const Surfel& su
 }
 
 // The left photo with the highest score, among those that are predicted to share points with the
-// map; as `skein` predicts it for stations.
+// map; as `skein` predicts it for viewpoints.
 class Scorer {
  public:
   Scorer(const PhotoPool& pool, const Capture& capture)
@@ -164,7 +164,7 @@ int TakeFarthestOverlapping(const PhotoPool& pool, const Capture& capture) {
   });
 }
 
-// Position in units of the distance to what the station looks at, and direction in radians.
+// Position in units of the distance to what the viewpoint looks at, and direction in radians.
 double FromStation(const Station& station, const GuidedPhoto& photo) {
   const double distance = (station.cam_from_world.Centre() - station.target).norm();
   return HowFar(station.cam_from_world, photo.cam_from_world, distance);

@@ -27,15 +27,15 @@ const std::vector<std::string>& PolicyNames();
 // `name`: one of PolicyNames() other than "advice". `seed`: of what is random.
 Policy PolicyNamed(const std::string& name, uint64_t seed);
 
-// The left photo nearest to the station: position in units of the distance to what the station
+// The left photo nearest to the viewpoint: position in units of the distance to what the viewpoint
 // looks at, plus direction in radians.
 int NearestLeft(const PhotoPool& pool, const Capture& capture, const Station& station);
 
-// "advice": takes the photo of the best station. If guidance has no station to give, it takes the
-// farthest overlapping photo of the pool.
+// "advice": takes the photo of the best viewpoint. If guidance has no viewpoint to give, it takes
+// the farthest overlapping photo of the pool.
 class Follower {
  public:
-  // Takes the photo of a station: index into the pool.
+  // Takes the photo of a viewpoint: index into the pool.
   using Photographer = std::function<int(const Capture&, const Station&, int agent)>;
 
   Follower(const PhotoPool& pool, const Photographer& photograph)
@@ -43,7 +43,7 @@ class Follower {
 
   int Take(const Capture& capture);
 
-  // How far from its station each photo was taken, as NearestLeft has it.
+  // How far from its viewpoint each photo was taken, as NearestLeft has it.
   const std::vector<double>& from_station() const { return from_station_; }
   // How often there was none.
   int without_station() const { return without_station_; }

@@ -120,7 +120,7 @@ Method RunExact(const Vectors& vectors) {
   return method;
 }
 
-// Hierarchical k-means over the photos so far, built anew for each photo, which favours the tree.
+// Hierarchical k-means over the photos so far, rebuilt for each photo, which favours the tree.
 // Only the search is timed. FLANN's default of 32 leaves is checked.
 Method RunTree(const Vectors& vectors) {
   Method method{"vocabulary tree", {}, {}};

@@ -20,7 +20,7 @@ namespace {
 
 using sim::kDegree;
 
-// How a station of a walk is taken anew: turned, moved towards what it looks at, lifted.
+// How a station of a walk is taken again: turned, moved towards what it looks at, lifted.
 struct Variant {
   double turn_deg, forward_share, lift_m;
 };

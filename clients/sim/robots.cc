@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTickS = 0.2;
 constexpr double kClearanceM = 0.5;
-// Two stations are one if both differences are smaller.
+// Two viewpoints are one if both differences are smaller.
 constexpr double kSameM = 0.3, kSameRad = 0.15;
 
 CameraPose ToCameraPose(const Pose& pose) { return {pose.cam_from_world, pose.Translation()}; }

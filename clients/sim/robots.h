@@ -28,7 +28,7 @@ using TakePhoto = std::function<void(const Capture& capture, const Camera& camer
 
 // Each robot takes a few photos of its walk, then goes where advice_t sends it. A robot knows its
 // own true poses, as odometry would tell it, and the poses of registration_t. The similarity
-// between both leads from the submap to the place. A station where no camera fits (it has a sense
+// between both leads from the submap to the place. A viewpoint where no camera fits (it has a sense
 // of distance) is left out. A robot ends when guidance_t says that its submap is complete, when it
 // has nothing to do that it has not done, or after max_photos. Loop's thread only.
 class Robots {

@@ -20,9 +20,9 @@ namespace skein {
 // A line for a person, with what becomes of it.
 struct Finding {
   enum class Remedy {
-    kNone,       // nothing is lost: it is made anew by itself, or was not needed
+    kNone,       // nothing is lost: it is made again by itself, or was not needed
     kRepair,     // `skein repair` makes it whole
-    kMakeAnew,   // `skein repair` takes it out, and the services make it anew
+    kMakeAnew,   // `skein repair` takes it out, and the services make it again
     kNewKeys,    // `skein repair` takes it out, and invitations that hang on it end
     kSendAgain,  // a photo that is nowhere else: its agent must send it again
   };
@@ -54,7 +54,7 @@ struct SessionCheck {
   size_t num_photos = 0;
 
   bool IsWhole() const { return findings.empty(); }
-  // Facts must go, so that the services make anew what they tell.
+  // Facts must go, so that the services derive again what they tell.
   bool MustRebuildLedger() const { return !ledger.IsWhole() || !lost_blobs.empty(); }
 };
 

@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kLedgerSuffixes[] = {"", "-wal", "-shm"};
 
-// A ledger that is being written anew. What is there without ledger.db is complete.
+// A ledger that is being rewritten. What is there without ledger.db is complete.
 fs::path NewLedger(const SessionPaths& paths) { return paths.Ledger().string() + ".new"; }
 
 // Which facts of a ledger stay when others are lost.
@@ -148,7 +148,7 @@ class Repairer {
     repaired_.done.push_back("photo " + name + " is restored from its second copy");
   }
 
-  // The file itself goes first: without it the rest is done anew by FinishInterrupted.
+  // The file itself goes first: without it the rest is done again by FinishInterrupted.
   void PutInPlace(const fs::path& fresh) {
     for (const char* suffix : kLedgerSuffixes) SetAside(paths_.Ledger().string() + suffix);
     Require(RenameBelow(paths_.root, fresh, paths_.Ledger()));

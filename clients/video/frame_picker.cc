@@ -92,7 +92,7 @@ void FramePicker::Consider(const Candidate& candidate) {
   if (!best_ || candidate.sharpness > best_->sharpness) best_ = candidate;
 }
 
-// What came after the photo is considered anew with the next frames.
+// What came after the photo is considered again with the next frames.
 std::optional<VideoFrame> FramePicker::Pick(const Candidate& current) {
   if (!best_) best_ = current;
   const Candidate photo = *std::exchange(best_, std::nullopt);

@@ -21,7 +21,7 @@ constexpr double kLookS = 1.0;
 std::string RevokedPath(const std::string& dir) { return dir + "/revoked"; }
 std::string InvitedPath(const std::string& dir) { return dir + "/invited"; }
 
-// "" where it is missing. A file that is written anew is another inode.
+// "" where it is missing. A file that is rewritten is another inode.
 std::string StampOf(const std::string& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0) return "";
@@ -47,7 +47,7 @@ Status WriteNames(const std::string& path, const std::string& identifier,
   return WriteKeysFile(path, identifier, out.Take());
 }
 
-// One that is damaged begins anew: without it a name is revoked all the same.
+// One that is damaged begins again: without it a name is revoked all the same.
 InvitedNames InvitedOrNone(const std::string& dir) {
   Result<InvitedNames> names = ReadInvitedNames(dir);
   if (names.ok()) return *std::move(names);

@@ -84,7 +84,7 @@ bool Holds(const Credential& credential, const SessionTrust& trust, Role role,
          IsGenuine(certificate, trust);
 }
 
-// One that does not hold, of a root that was replaced or damaged, is made anew. On a full disk it
+// One that does not hold, of a root that was replaced or damaged, is made again. On a full disk it
 // is kept nowhere.
 Credential OpenCredential(const std::string& dir, const SigningKey& root, const SessionTrust& trust,
                           Role role, const std::string& name) {

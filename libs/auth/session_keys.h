@@ -52,7 +52,7 @@ Status SaveCounters(const std::string& dir, const SignerCounters& counters);
 // A damaged file of the folder keys/, named by its path in there.
 struct KeysDamage {
   std::string file;
-  // Without it nobody can tell who may do what: new keys must be made, and all invitations anew.
+  // Without it nobody can tell who may do what: new keys must be made, and all invitations again.
   bool ends_all_keys = false;
   // The next start makes another of its kind, and nothing is lost.
   bool is_made_anew = false;

@@ -25,7 +25,7 @@ struct WebCertificate {
 // Browsers take no certificate that is valid for longer (Apple's rule).
 inline constexpr int kWebCertificateDays = 397;
 
-// For these names, IP addresses or host names; at least one. Made anew where it is missing, does
+// For these names, IP addresses or host names; at least one. Made again where it is missing, does
 // not hold for one of them, or ends within 30 days of `now_s` (since 1970 UTC): what was installed
 // of it is of no use then. `dir` is the folder keys/. An error says which file and what to do.
 Result<WebCertificate> OpenWebCertificate(const std::string& dir,

@@ -63,8 +63,8 @@ class BlobPull {
   // chunk_bytes: what is asked for at once; a sender may use less. max_bytes: the largest blob
   // accepted. size_bytes: the blob's, where it is known; chunks that tell another are ignored.
   // If it is not known, the first chunk's word holds. When nothing more of that size comes, but
-  // chunks of another, the pull begins anew: one chunk that lies costs a timeout. Memory grows with
-  // what was asked for and came, not with what a chunk claims.
+  // chunks of another, the pull begins again: one chunk that lies costs a timeout. Memory grows
+  // with what was asked for and came, not with what a chunk claims.
   BlobPull(int chunk_bytes, int64_t max_bytes, int64_t size_bytes = kUnknownSize)
       : full_chunk_bytes_(chunk_bytes),
         max_bytes_(max_bytes),

@@ -18,7 +18,7 @@ class BlobStore {
   explicit BlobStore(std::filesystem::path dir);  // created at the first Put
 
   // Returns the blob's id once it is durable. A whole blob that is there is left alone, a damaged
-  // one is written anew.
+  // one is rewritten.
   Result<std::string> Put(const Bytes& bytes);
   bool Has(const std::string& blob_id) const;  // false for what is no id, too
   // Checks the hash; a damaged or missing blob is an error.

@@ -96,7 +96,7 @@ struct BundleSummary {
   double final_cost = 0;
   int num_free_poses = 0;
   int num_decompositions = 0;
-  // For the next solution; null where decomposing anew costs little.
+  // For the next solution; null where decomposing again costs little.
   std::shared_ptr<const BundleFactor> factor;
 };
 

@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// Writes `path` anew: temporary name in the same folder, fsync, size check, rename, fsync of the
+// Rewrites `path`: temporary name in the same folder, fsync, size check, rename, fsync of the
 // folder. The folder must exist. After an error the old file, if any, is untouched. Several
 // processes may write one path: the last rename wins.
 Status WriteFileAtomic(const std::string& path, const void* data, size_t size);

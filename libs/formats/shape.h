@@ -1,5 +1,5 @@
-// The shape of a map for the live view: chunks of coloured points, who sees them, and what the
-// shape is made of. Encodings as in formats.h, but for a chunk, which a browser reads
+// Map snapshot (shape) for the live view: chunks of coloured points, their observers, and the list
+// of chunks. Encodings as in formats.h, but for a chunk, which a browser reads
 // (services/web/README.md).
 #pragma once
 

@@ -201,7 +201,7 @@ std::vector<bool> InlierImages(const std::vector<SharedPhoto>& shared,
   return inliers;
 }
 
-// Refine, find the inliers anew, refine again, as long as that is better.
+// Refine, find the inliers again, refine again, as long as that is better.
 Similarity RefineBest(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& usable,
                       Similarity similarity, const Sim3Options& options) {
   TotalScore score = Score(shared, usable, similarity, options, 0);

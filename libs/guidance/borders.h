@@ -27,7 +27,7 @@ bool IsGround(const Surfel& surfel, const Eigen::Vector3d& up, bool looks_ahead)
 End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
             const Eigen::Vector3d& up, bool looks_ahead);
 
-// Tells which ends of a surface are open: less than two photos show what lies beyond.
+// Finds frontiers: ends of a surface beyond which less than two photos look.
 class Borders {
  public:
   Borders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,

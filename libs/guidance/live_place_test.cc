@@ -1,4 +1,4 @@
-// What a place that follows its map says, and what one made anew says of the same map.
+// Compares a place that follows its map with one made afresh of the same map.
 #include "guidance/live_place.h"
 
 #include <gtest/gtest.h>
@@ -182,7 +182,7 @@ void ExpectSame(const PlaceQuality& live, const PlaceQuality& anew) {
   EXPECT_EQ(live.completeness.complete, anew.completeness.complete);
 }
 
-// Lengths are given: as they change with every photo, all would be made anew.
+// Lengths are given: as they change with every photo, all would be recomputed.
 const Holding kNothingHeld{0, PlaceScale{0.007, 8, 0.35, 0.15}};
 
 void ExpectSameAnew(LivePlace* live, const GuidedMap& map) {

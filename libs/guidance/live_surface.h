@@ -1,4 +1,4 @@
-// A surface that follows a map: of each update only what has changed is made anew. Inside of
+// A surface that follows a map: an update recomputes only what has changed. Inside of
 // libs/guidance.
 #pragma once
 
@@ -41,7 +41,7 @@ class LiveSurface {
   };
   // By the last update. Lists are ascending.
   struct Changes {
-    bool all = false;  // everything is made anew, and has other indices
+    bool all = false;  // everything is recomputed, and has other indices
     std::vector<Change> surfels, parts;
     // By photo: new or moved, or it observes other points.
     std::vector<bool> other_observations;

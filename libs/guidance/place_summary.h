@@ -13,7 +13,7 @@ enum class PlaceVerdict : int8_t { kGrowing = 0, kWeak = 1, kNearly = 2, kComple
 
 struct PlaceSummary {
   size_t num_photos = 0, num_surfels = 0;
-  size_t num_open = 0;  // surfels that count, with an open border
+  size_t num_open = 0;  // surfels that count, at a frontier
   Completeness completeness;
   PlaceVerdict verdict = PlaceVerdict::kGrowing;
   std::string sentence;  // for a person

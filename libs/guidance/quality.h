@@ -28,7 +28,7 @@ struct QualityOptions {
   // background.
   double max_gsd = 0;
   // A place is complete if good share >= min_good_share and open share <= max_open_share: bushes
-  // and eaves have ends that nobody can close.
+  // and eaves have frontiers that no photo can close.
   double min_good_share = 0.9;
   double max_open_share = 0.03;
 
@@ -90,7 +90,7 @@ struct Completeness {
   double area = 0;          // that counts, submap units squared
   double ground_share = 0;  // that would count, were it no ground: as a part of both
   double good_share = 0;
-  double open_share = 0;    // of the surfels at an end of the surface: with an open border
+  double open_share = 0;    // of the surfels at an end of the surface: at a frontier
   double hole_share = 0;    // of what the photos show: without points (holes.h)
   double median_sigma = 0;  // submap units at 1 px of noise; of what counts
   double target_gsd = 0;

@@ -29,7 +29,7 @@ class Sights {
   // are not hidden anyway.
   void Place(uint32_t surfel, const Eigen::Vector3d& position);
   // Draws what changed: all of photos that are new or stale (by their index), of others the surfels
-  // that came. Photos that have drawn a surfel which has gone are drawn anew by a sixteenth of all
+  // that came. Photos that have drawn a surfel which has gone are drawn again by a sixteenth of all
   // photos an update, longest ago first, so it hides for sixteen updates at most; all at once where
   // max_move is 0.
   void Update(const GuidedMap& map, const std::vector<bool>& stale_photos);

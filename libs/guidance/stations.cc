@@ -20,7 +20,7 @@ namespace skein {
 namespace {
 
 constexpr double kDepthTolerance = 0.1;
-constexpr double kMoreIsKnown = 2;  // times as many common points: what was in vain may succeed
+constexpr double kMoreIsKnown = 2;  // times as many common points: a failed photo may succeed
 
 // As a person holds a camera. `right`: of the photo where it looks straight up or down.
 CameraPose LookAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target,
@@ -65,7 +65,7 @@ double DistanceTo(const SurfelBlocks& blocks, const Eigen::Vector3d& position, d
   return least;
 }
 
-// Chooses for one map; weak places become better as stations are chosen.
+// Chooses for one map; weak places become better as viewpoints are chosen.
 class Chooser {
  public:
   Chooser(const StationOptions& options, const QualityOptions& quality, const GuidedMap& map,
@@ -108,7 +108,7 @@ class Chooser {
     double common_points = 0;
     std::vector<Shown> shown;
   };
-  // A pose that may become a station.
+  // A pose that may become a viewpoint.
   struct Candidate {
     CameraPose pose;
     Eigen::Vector3d centre;
@@ -165,8 +165,8 @@ class Chooser {
   SurfelBlocks blocks_;                              // the surfels
   SurfelBlocks weak_blocks_;                         // the weak places
   std::map<double, std::vector<Cluster>> clusters_;  // of the weak places, by width
-  std::map<int32_t, double> clearances_;             // of agents' stations from surfaces
-  // By the agent, and where it would stand and look: most candidates come again for each station.
+  std::map<int32_t, double> clearances_;             // of agents' viewpoints from surfaces
+  // By the agent, and where it would stand and look: most candidates come again for each viewpoint.
   std::map<std::array<double, 7>, Stand> stands_;
   std::optional<FreeSpace> free_space_;  // once it is asked for
   uint64_t last_version_ = 0;
@@ -307,7 +307,7 @@ Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& grou
   return &stand;
 }
 
-// Nobody stands more exactly where it was told to. What was in vain may succeed with a map that has
+// Nobody stands more exactly where it was told to. A failed photo may succeed with a map that has
 // grown there.
 bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
                         double common_points) const {
@@ -318,8 +318,8 @@ bool Chooser::WasInVain(const StationSeeker& seeker, const CameraPose& pose,
   });
 }
 
-// As if what was in vain had been photographed, so that advice goes to other places: what hides one
-// from a station hides it from those beside it, too. Returns what was weak before, of what changed.
+// As if failed photos had been taken, so that advice goes to other places: what hides one from a
+// viewpoint hides it from those beside it, too. Returns what was weak before, of what changed.
 std::vector<std::pair<uint32_t, Weak>> Chooser::TakeInVain(const StationSeeker& seeker) {
   std::vector<std::pair<uint32_t, Weak>> before;
   for (const VainPhoto& photo : seeker.in_vain) {
@@ -398,8 +398,8 @@ double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, std::vect
 }
 
 // Predicted, with the map. Points look alike from directions less than 30 degrees apart, at up to
-// twice the size. What nobody has looked through is mostly free outdoors, but something may stand
-// in it, as among furniture: who has been somewhere in vain counts on points through known space
+// twice the size. Space that no photo has looked through is mostly free outdoors, but something may
+// stand in it, as among furniture: an agent with failed photos counts on points through known space
 // alone.
 double Chooser::CountCommon(const StationSeeker& seeker, const View& view,
                             const Eigen::Vector3d& centre) {

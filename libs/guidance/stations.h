@@ -27,14 +27,14 @@ struct StationOptions {
   // Share of the map's points in view that are matched, if they were seen before from a direction
   // less than 30 degrees away.
   double match_rate = 0.3;
-  // A station this many working distances from where the agent is counts half.
+  // A viewpoint this many working distances from where the agent is counts half.
   double half_distance = 3;
   int max_candidates = 2000;  // that are looked at for an agent
 
   Status Check() const;
 };
 
-// A photo to take.
+// A viewpoint: the pose of a photo to take, and why.
 struct Station {
   CameraPose cam_from_world;
   Eigen::Vector3d target = Eigen::Vector3d::Zero();  // the weak place that it is for
@@ -54,23 +54,23 @@ struct Station {
 
 // A failed photo: advised and taken, but not registered in the map.
 struct VainPhoto {
-  CameraPose cam_from_world;  // of its station
+  CameraPose cam_from_world;  // of its viewpoint
   double common_points = 0;   // that were predicted
 };
 
-// An agent that asks for stations.
+// An agent that asks for viewpoints.
 struct StationSeeker {
   int32_t agent = 0;        // its number in GuidedPhoto
   uint32_t last_photo = 0;  // where it is: index into GuidedMap::photos; its camera is used
   Reach reach;
-  // Failed photos. If there are some, common points count only where the station sees them through
-  // space that photos have looked through, as something may stand in the rest. Stations are chosen
-  // as if these photos had been taken, and none with HowFar < 0.2 from one. A failed photo counts
-  // no more once twice as many common points are predicted at its pose.
+  // Failed photos. If there are some, common points count only where the viewpoint sees them
+  // through space that photos have looked through, as something may stand in the rest. Viewpoints
+  // are chosen as if these photos had been taken, and none with HowFar < 0.2 from one. A failed
+  // photo counts no more once twice as many common points are predicted at its pose.
   std::vector<VainPhoto> in_vain;
 };
 
-// For each agent its stations, best first. A station is chosen as if those before it had been
+// For each agent its viewpoints, best first. A viewpoint is chosen as if those before it had been
 // photographed, and agents take turns, so no two get the same. Empty where nothing is weak within
 // reach. Deterministic. quality_options: `place` was assessed with these.
 std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,

@@ -37,7 +37,7 @@ TEST(Stations, LookAtTheWeakPart) {
   EXPECT_NEAR(seen.y() / seen.z(), 0, 1e-9);
 }
 
-// What was taken far away and in vain: stations are through known space then.
+// A failed photo far away: viewpoints must then see through known space.
 VainPhoto VainElsewhere() {
   CameraPose pose;
   pose.translation = {1000, 1000, 1000};

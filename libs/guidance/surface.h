@@ -36,16 +36,16 @@ struct Surfel {
   // That see it, ascending indices into GuidedMap::photos: those that observe a point of it, and
   // those that have it in view with nothing in front.
   std::vector<uint32_t> photos;
-  // If the border is open (less than two photos show what lies beyond): the place to look at and
-  // the direction to look from; else the surfel's own position and normal. A surface that was never
-  // photographed has no points: all that tells of it is such an open border. Beyond lies either
-  // more of the same surface, or another one around the corner.
+  // At a frontier (open_border): the place to look at and the direction to look from; else the
+  // surfel's own position and normal. A surface that was never photographed has no points: only
+  // such a frontier tells of it. Beyond lies either more of the same surface, or another one around
+  // the corner.
   Eigen::Vector3d beyond = Eigen::Vector3d::Zero();
   Eigen::Vector3d beyond_normal = Eigen::Vector3d::Zero();
   double beyond_max_deg = 0;  // a photo from further off that direction does not show it
   bool is_ground = false;     // faces up, and the photos look ahead
   bool at_end = false;        // the surface ends here
-  bool open_border = false;   // at_end, and less than two photos show what lies beyond
+  bool open_border = false;   // a frontier: at_end, and less than two photos show what lies beyond
 };
 
 struct Surface {

@@ -13,8 +13,8 @@
 
 namespace skein {
 
-// A piece of surface that photos may make better: one that counts and has texture, or what lies
-// beyond an open border.
+// A piece of surface that photos may make better: one that counts and has texture, or the unknown
+// surface beyond a frontier (open_border).
 struct Weak {
   Eigen::Vector3d position, normal;
   double area = 0;
@@ -30,7 +30,7 @@ struct Weak {
 // Utility of a piece: 0 without photos, 1 if it is good. The first photos count a little: without
 // them no further one makes it good.
 double UtilityOf(const QualityOptions& options, const SurfelQuality& quality);
-// Utility of what lies beyond an open border, which closes with the second photo.
+// Utility of the unknown surface beyond a frontier, which closes with the second photo.
 double UtilityOfBorder(size_t num_photos);
 
 // Area that is not good, as a part of it.

@@ -51,7 +51,7 @@ Result<Session> OpenSession(const std::filesystem::path& dir);
 // on.
 Status ClaimSession(const Session& session);
 
-// Writes DIR/session.json anew, for a session of that id.
+// Rewrites DIR/session.json, for a session of that id.
 Status WriteSessionFile(const SessionPaths& paths, const std::string& session_id);
 
 std::string RandomSessionId();

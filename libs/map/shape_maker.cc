@@ -230,7 +230,7 @@ void ShapeMaker::Match(std::vector<Known>* points) {
   }
 }
 
-// The few points of chunks that most have left are born anew. True if a chunk has gone.
+// The few points of chunks that most have left are made again. True if a chunk has gone.
 bool ShapeMaker::Dissolve(std::vector<Known>* points) {
   const auto is_small = [this](uint64_t id) {
     return id != open_near_ && id != open_far_ &&

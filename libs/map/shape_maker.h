@@ -1,5 +1,5 @@
-// The shape of a map in chunks, for the live view: of each update only what has changed is made
-// anew.
+// Map snapshot (shape) in chunks, for the live view: an update makes only the chunks that have
+// changed.
 #pragma once
 
 #include <array>

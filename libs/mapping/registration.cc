@@ -68,7 +68,7 @@ double SampsonError(const Eigen::Matrix3d& E, const Eigen::Vector3d& x, const Ei
 
 // What is estimated of a photo's camera along with its pose.
 struct CameraUse {
-  bool estimate_focal = false;  // anew
+  bool estimate_focal = false;  // again
   bool refine = false;          // focal length and distortion
 };
 
@@ -132,7 +132,7 @@ bool EstimateWithRansac(const RegistrationOptions& options, double max_error_px,
   return RunRansac(RansacOptions(options, max_error_px), visible, camera, estimate);
 }
 
-// Refines pose (and camera) on the inliers; counts them anew at the refined pose.
+// Refines pose (and camera) on the inliers; counts them again at the refined pose.
 bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine_camera,
             const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
   Bundle bundle = PoseOnlyBundle(map, *camera, refine_camera, visible, *estimate);

@@ -80,20 +80,20 @@ class Submap {
   // something is left to do.
   bool Maintain(double idle_s, const EventSink& sink);
 
-  // RefineUntilStable. A map that is inconsistent even then is mapped anew (MapAsBatch).
+  // RefineUntilStable. A map that is inconsistent even then is mapped again (MapAsBatch).
   void Consolidate(const EventSink& sink);
 
   // A place that is mapped as a batch.
   struct Batch {
     // All its photos are there, and are mapped whoever holds them. False: this map's own photos are
-    // mapped anew, and only if the map contradicts its matches.
+    // mapped again, and only if the map contradicts its matches.
     bool is_of_place = false;
     std::vector<std::vector<int64_t>> others;  // photos of each other submap of it, ascending
     // Merges a map with photos that this one lacks into this one; tells what came of it. False:
     // nothing has changed. Null: never.
     std::function<bool(const Submap& anew)> absorb;
   };
-  // Maps the photos anew, by all pairs at once (rebuild.h), with the intrinsics that were found.
+  // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
   // The new map stays if more verified matches agree with it, if no photo is lost that no other map
   // has, and if what it takes from another submap shows no visually similar place. Else its photos
   // may be absorbed. True if the map is another one now.
@@ -103,11 +103,12 @@ class Submap {
   // photos that contradict it. Ends when no photo comes or goes, or after a few rounds.
   void RefineUntilStable(const EventSink& sink);
 
-  // Consolidate, then all points anew (retriangulation.h) and global BA until nothing changes much.
-  // The finished model hardly depends on the order of the photos. Points anew show what points that
-  // grew with the map hide: if the map is inconsistent with them, it is mapped anew as well. Points
-  // of two photos that do not fit are removed (FilterPointsOfTwoPhotos). If the options say stop,
-  // the remaining parts are left out, here and in the functions above.
+  // Consolidate, then all points triangulated again (retriangulation.h) and global BA until nothing
+  // changes much. The finished model hardly depends on the order of the photos. Points triangulated
+  // again show what points that grew with the map hide: if the map is inconsistent with them, it is
+  // mapped again as well. Points of two photos that do not fit are removed
+  // (FilterPointsOfTwoPhotos). If the options say stop, the remaining parts are left out, here and
+  // in the functions above.
   void Finish(const EventSink& sink);
   // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
   double EstimateConsolidateS() const;
@@ -128,7 +129,7 @@ class Submap {
   // For a map made of all pairs at once: removes the photos whose points agree on two poses, to be
   // tried as others are.
   void TakeOutAmbiguous();
-  // Notes that the map was just mapped anew: another map may replace it only with more pairs.
+  // Notes that the map was just mapped again: another map may replace it only with more pairs.
   void NoteMappedAnew() { num_pairs_rebuilt_ = map_->pairs().size(); }
 
   // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its

@@ -161,7 +161,7 @@ TEST(Submap, BackgroundBundleAdjustmentKeepsPhotosInTheirPlace) {
   while (run.map.Maintain(std::numeric_limits<double>::infinity(), run.Sink())) continue;
   EXPECT_EQ(run.NumRegistered(), 30);
   EXPECT_LT(run.PositionErrorPercent(), 0.5);
-  // A finish finds nothing left to refine before it triangulates anew.
+  // A finish finds nothing left to refine before it triangulates again.
   const Eigen::Vector3d center = run.map.map().reconstruction().Image(5).ProjectionCenter();
   run.map.Consolidate(run.Sink());
   EXPECT_EQ(run.map.map().reconstruction().Image(5).ProjectionCenter(), center);

@@ -33,8 +33,8 @@ struct SubmapOptions {
   // A photo is left to the submap of a visually similar place when that submap observes so many
   // times more points of it.
   double min_yield_ratio = 2.0;
-  // Part of the matches that agree with a map which the same photos, mapped anew, must win for that
-  // map to stay. If the map cannot win so many, nothing is mapped anew.
+  // Part of the matches that agree with a map which the same photos, mapped again, must win for
+  // that map to stay. If the map cannot win so many, nothing is mapped again.
   double min_rebuild_gain = 0.005;
   // Global BA beside registration, in a thread of its own. Off: in turn with it, and the result
   // depends only on the order of the calls.

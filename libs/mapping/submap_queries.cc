@@ -12,7 +12,7 @@
 namespace skein {
 namespace {
 
-// Of the work that visits all matches, on one core: judging the photos, and triangulating anew.
+// Of the work that visits all matches, on one core: judging the photos, and triangulating again.
 constexpr double kJudgeS = 0.01, kTriangulateS = 0.015;
 constexpr int kFinalGlobalBas = 3;
 

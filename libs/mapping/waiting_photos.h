@@ -74,7 +74,7 @@ class WaitingPhotos {
 
   const std::map<ImageId, TrialRecord>& records() const { return records_; }
   void set_records(std::map<ImageId, TrialRecord> records) { records_ = std::move(records); }
-  // The records of a submap that was mapped anew. A photo marked as of a similar place stays
+  // The records of a submap that was mapped again. A photo marked as of a similar place stays
   // marked. Empties the queue.
   void ReplaceRecords(const std::map<ImageId, TrialRecord>& records);
 

@@ -17,7 +17,7 @@ std::string FinalStep(int64_t finish_id);          // the same
 std::string MaintenanceStep();                     // no bundle adjustment in the background
 std::string ShapeStep();                           // the live view does not show the submap
 
-// Without these there is no submap: it ends, and its photos may be seeded anew.
+// Without these there is no submap: it ends, and its photos may be seeded again.
 std::string SeedStep();
 std::string RestoreStep();
 std::string TrialsStep();  // work of a trip to the worker beside its photos

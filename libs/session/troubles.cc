@@ -29,7 +29,7 @@ Trouble TroubleOf(const heartbeat_t& heartbeat) {
           "Once that is mended it goes on by itself, and nothing is lost."};
 }
 
-// Matched, in no map, and not tried in vain.
+// Matched, in no map, and no submap's trial of it failed.
 int64_t NumWaitingForMappers(const SessionState& state) {
   int64_t count = 0;
   for (const auto& [id, photo] : state.photos()) {

@@ -1,4 +1,4 @@
-// The shapes that mappers tell, pulled chunk by chunk.
+// Map snapshots (shapes) that mappers publish, pulled chunk by chunk.
 #pragma once
 
 #include <atomic>

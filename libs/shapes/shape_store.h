@@ -1,4 +1,4 @@
-// The newest shape of each submap.
+// The newest map snapshot (shape) of each submap.
 #pragma once
 
 #include <cstdint>

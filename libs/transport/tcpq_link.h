@@ -20,7 +20,7 @@
 namespace skein {
 
 // Connects, to the addresses of the host in turn; after a broken connection connects again after
-// 0.1 s, doubling up to 2 s, and subscribes anew. Messages are dropped while it is not connected,
+// 0.1 s, doubling up to 2 s, and subscribes again. Messages are dropped while it is not connected,
 // or while 8 MiB wait for a relay that does not read. A relay whose certificate has not the URL's
 // pin is as good as absent; the log says why.
 class TcpqLink : public Link {

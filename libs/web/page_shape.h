@@ -1,5 +1,5 @@
-// A submap's shape for the page: of its newest model where no mapper tells one, as JSON, and what
-// pages are told of it.
+// Map snapshot (shape) of a submap for the page: made of its newest model if no mapper publishes
+// one, as JSON, and the messages that tell pages of it.
 #pragma once
 
 #include <cstdint>

@@ -47,7 +47,7 @@ struct SessionSource {
   using Fetch = std::function<void(const std::string& blob_id, const std::string& owner, Done)>;
   Fetch fetch;
   // Whether a submap without a shape may be shown by its newest model: not while its mapper is
-  // about to tell its shape.
+  // about to publish one.
   std::function<bool(int64_t submap_id)> may_use_model;
   // Somebody asks for shapes.
   std::function<void()> on_look;

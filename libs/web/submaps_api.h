@@ -1,4 +1,4 @@
-// /api/submaps: shapes, their chunks, and who sees a point.
+// /api/submaps: map snapshots (shapes), their chunks, and the photos that see a point.
 #pragma once
 
 #include <cstdint>

@@ -436,7 +436,7 @@ Status UploadStore::Finish(const Receiver& receiver) {
       deletes = deleting_.insert(key.first).second;
     }
   }
-  if (deletes) DeleteAllOf(key.first);  // not by a job: it is sent anew at once
+  if (deletes) DeleteAllOf(key.first);  // not by a job: it is sent again at once
   if (on_whole) on_whole();
   return made;
 }
@@ -475,7 +475,7 @@ std::vector<WaitingUpload> UploadStore::Waiting() const {
   return waiting;
 }
 
-// A photo that is busy is not whole: it came anew, and goes its way.
+// A photo that is busy is not whole: it came again, and goes its way.
 void UploadStore::Remove(const std::string& agent, const std::string& blob_id) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -122,7 +122,7 @@ void GuideService::OnFact(const Fact& fact) {
   }
 }
 
-// Advice that turned out to be in vain is replaced at once: no new shape would come of it.
+// Failed advice is replaced at once: no new shape would come of it.
 void GuideService::NoteOutcome(const Fact& fact) {
   int64_t image_id = 0;
   if (const auto* tried = std::get_if<registration_t>(&fact)) image_id = tried->image_id;

@@ -1,5 +1,5 @@
-// The guide's process: follows the ledger and the shapes of the submaps, and tells how complete
-// each place is and what each agent can photograph next.
+// The guide's process: follows the ledger and the map snapshots (shapes) of the submaps, and tells
+// how complete each place is and what each agent can photograph next.
 #pragma once
 
 #include <cstdint>

@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// With its session, author and trailer an advice fits into one Ethernet frame: stations that do
+// With its session, author and trailer an advice fits into one Ethernet frame: viewpoints that do
 // not, the last ones, are left out.
 constexpr int kMaxAdviceBytes = 1040;
 

@@ -60,11 +60,12 @@ struct PlaceGuidance {
 };
 
 // Guidance of one submap as its map snapshot (shape) changes: an update works out only what has
-// changed (LivePlace), but for the stations. One thread at a time.
+// changed (LivePlace), but for the viewpoints. One thread at a time.
 class PlaceGuide {
  public:
   // no_go: of options.no_go. Both must outlive it. If options.altitude or no_go is given and the
-  // place has no position on the earth, no stations are chosen: they might lie where nobody may be.
+  // place has no position on the earth, no viewpoints are chosen: they might lie where nobody may
+  // be.
   PlaceGuide(const GuideOptions& options, const NoGoAreas& no_go);
 
   Result<PlaceGuidance> Update(const PlaceInput& input);

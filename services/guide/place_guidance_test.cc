@@ -147,7 +147,7 @@ TEST(PlaceGuidance, StationsKeepOutOfNoGoAreas) {
   const TestPlace place = Located(3);
   const PlaceGuidance free = Guide(place);
   ASSERT_FALSE(free.advice[0].stations.empty());
-  // All that lies to the east of where the best station was, and then everything.
+  // All that lies to the east of where the best viewpoint was, and then everything.
   const Eigen::Vector3d best = CentreOf(free.advice[0].stations[0]);
   const auto at = [](double x, double y) {
     return GeodeticPosition{48 + 3 * y / 111'200.0,

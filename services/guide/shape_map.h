@@ -1,4 +1,4 @@
-// A submap's shape as guidance reads it.
+// A submap's map snapshot (shape) as guidance reads it.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ namespace skein {
 class ShapeMap {
  public:
   // agent_of_image: numbers that tell agents apart; 0 for images that are not in it. On failure the
-  // map is empty, and the next one begins anew.
+  // map is empty, and the next one begins again.
   Status Update(const Shape& shape, const std::map<int64_t, int32_t>& agent_of_image,
                 int64_t max_points);
 

@@ -1,4 +1,4 @@
-// Which advised photos did not get into the map, as far as the ledger tells.
+// Failed photos: advised, taken, and not registered, as far as the ledger tells.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 namespace skein {
 
 // No photo says where it was taken. The first one of an agent after its advice is taken to be of
-// the first station, the next one of the second. So who takes photos elsewhere, which then do not
-// register, loses stations of its own advice, and of nobody else's.
+// the first viewpoint, the next one of the second. So who takes photos elsewhere, which then do not
+// register, loses viewpoints of its own advice, and of nobody else's.
 class VainAdvice {
  public:
   // Notes the agent's present advice, which replaces the one before.
   void NoteAdvice(int64_t submap_id, const AgentAdvice& advice);
   void NotePhoto(const std::string& agent, int64_t image_id);
-  // After a fact of the photo: the submap in which advice has to be chosen anew, 0 if in none. In
-  // vain is a photo that a submap tried and does not hold, or that matches no other, unless it is
-  // blurred, too dark or too bright: its station is advised again.
+  // After a fact of the photo: the submap in which advice has to be chosen again, 0 if in none. A
+  // photo failed if a submap tried it and does not hold it, or if it matches no other, unless it is
+  // blurred, too dark or too bright: its viewpoint is advised again then.
   int64_t NoteOutcome(const SessionState& state, int64_t image_id);
   void Drop(int64_t submap_id);
 

@@ -29,7 +29,7 @@ struct FinishOptions {
 //  - SETTLED: comes from the merger. Submaps that are too small to be a model end, and those whose
 //    photos are all in a larger one.
 //  - DONE: the final model of every living submap is written. A submap whose model cannot be read
-//    ends, with the reason; its photos may be seeded anew.
+//    ends, with the reason; its photos may be seeded again.
 // A command may give seconds. When they are over the finish is CUT: it is DRAINED and SETTLED at
 // once, and mappers write their models as they are. If a mapper does not do so within the grace,
 // the newest model in the ledger is taken. The ledger holds where the finish stands, so a restart

@@ -136,7 +136,7 @@ TEST_F(FinishDriverTest, APairOfPhotosIsNoModelWhereThereAreMore) {
   EXPECT_FALSE(std::filesystem::exists(Paths().Sparse() / "0"));
 }
 
-// A bent map of a video could not merge with a fragment of four photos. Mapped anew in the finish,
+// A bent map of a video could not merge with a fragment of four photos. Mapped again in the finish,
 // it took these photos, and the fragment was delivered beside it.
 TEST_F(FinishDriverTest, AMapWhosePhotosAreAllInALargerOneIsNoModelOfItsOwn) {
   for (const uint8_t id : {1, 2, 3, 4, 5, 6, 7}) AddMatchedPhoto(id);

@@ -409,7 +409,7 @@ void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string&
   });
 }
 
-// Not the photo's fault: a later offer of it starts anew.
+// Not the photo's fault: a later offer of it starts again.
 void PhotoIntake::Abandon(const Key& key, const std::string& reason) {
   const image_offer_t offer = pending_.at(key).offer;
   pending_.erase(key);

@@ -42,8 +42,9 @@ struct IntakeOptions {
 // Every offer is answered, every time, from the ledger where it is decided. A photo is refused for
 // good only when its bytes have come and their hash is right: for its name, or as no photo. Offers
 // that cannot be pulled (CheckPullable) are answered, counted among the bus' refused messages, and
-// leave nothing behind. Whatever else goes wrong, a later offer of it starts anew. Refusals and
-// duplicates have a bound in the ledger; what is beyond is answered each time anew, and counted.
+// leave nothing behind. Whatever else goes wrong, a later offer of it starts again. Refusals and
+// duplicates have a bound in the ledger; an offer beyond it is answered again each time, and
+// counted.
 //
 // A pull whose agent does not answer rests: it takes no place from others, keeps what has come and
 // goes on when its agent is back. Beyond a bound the photo that has rested longest is forgotten.

@@ -116,7 +116,7 @@ void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_
   if (writer_.history().FindFact(fact_id) == 0) CommitOrRefuse(fact);
 }
 
-// The author's next repeat starts anew.
+// The author's next repeat starts again.
 void SubmissionDesk::Drop(const std::string& fact_id, const std::string& reason) {
   const auto found = pulling_.find(fact_id);
   LogWarn("blobs of {} did not come: {}", Printable(fact_id), reason);

@@ -113,7 +113,7 @@ void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures)
   }
 }
 
-// Its photos become orphans, which the merger may seed anew.
+// Its photos become orphans, which the merger may seed again.
 void WorkDesk::EndSubmap(int64_t submap_id, const std::string& reason) {
   const SubmapLife* submap = writer_.state().FindSubmap(submap_id);
   if (submap == nullptr || submap->ended) return;

@@ -92,7 +92,7 @@ struct Comparison {
   Status status;                     // why they stay apart
   bool shows_another_place = false;  // visually similar places are why
   colmap::Reconstruction merged;     // only if status is ok
-  std::set<ImageId> left_out;        // of it: they are to be tried anew
+  std::set<ImageId> left_out;        // of it: they are to be tried again
 };
 
 // Of two visually similar places a photo shows one.

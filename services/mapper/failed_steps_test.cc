@@ -31,7 +31,7 @@ class FailedStepsTest : public MapperServiceTest {
     });
   }
 
-  // As ingest: counts, and leases the submap anew.
+  // As ingest: counts, and leases the submap again.
   void OnFailed(const work_failed_t& failed) {
     if (failed.epoch != epoch_) return;
     failed_.insert(failed.step);

@@ -39,7 +39,7 @@ TEST_F(MapperServiceTest, TellsTheShapeOfItsMapWhileSomebodyLooks) {
   EXPECT_GT(num_points, 100);
   EXPECT_EQ(num_points, told.num_points);
 
-  // It is told again, and anew when the map grows.
+  // The snapshot is told repeatedly, and a new one when the map grows.
   const int64_t version = told.version;
   const int before = num_told;
   Await([&] { return num_told > before; }, "the shape once more");

@@ -1,4 +1,4 @@
-// Tells the shapes of submaps to whoever looks at them.
+// Publishes map snapshots (shapes) of submaps while somebody looks at them.
 #pragma once
 
 #include <cstdint>
@@ -45,11 +45,11 @@ class ShapeDesk {
   Bus::SubscriptionId subscription_ = 0;
 };
 
-// The shape of one submap: made anew at most once a second while it changes and somebody looks, and
-// told once a second. The worker copies the map between two photos; what is made of the copy, on
-// another thread, is served from memory, with what was told before it. A large map is copied whole
-// every few seconds only (ShapeDesk). Meanwhile new photos come with their poses and new points: a
-// copy of what they alone see. Loop's thread only.
+// The shape of one submap: made again at most once a second while it changes and somebody looks,
+// and told once a second. The worker copies the map between two photos; what is made of the copy,
+// on another thread, is served from memory, with what was told before it. A large map is copied
+// whole every few seconds only (ShapeDesk). Meanwhile new photos come with their poses and new
+// points: a copy of what they alone see. Loop's thread only.
 class ShapeTeller {
  public:
   ShapeTeller(Node& node, SubmapWorker& worker, ShapeDesk& desk, const Lease& lease);

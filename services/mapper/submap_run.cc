@@ -409,7 +409,7 @@ void SubmapRun::DoMatches(int64_t image_id) {
   }
 }
 
-// The largest map of a place that has several takes all photos of the place, and is mapped anew.
+// The largest map of a place that has several takes all photos of the place, and is mapped again.
 void SubmapRun::DoBatch(const Item& item) {
   const std::string step = BatchStep(item.id);
   if (IsOver(item) || IsLeftOut(step)) return;
@@ -481,7 +481,7 @@ void SubmapRun::Maintain() {
       MaintenanceStep(),
       [idle_s](Submap& submap, Outcome* outcome) {
         outcome->maintaining = submap.Maintain(idle_s, outcome->Sink());
-        outcome->more = !outcome->events.empty();  // what was withdrawn may be tried anew
+        outcome->more = !outcome->events.empty();  // what was withdrawn may be tried again
       },
       [this](const Outcome& outcome) {
         maintaining_ = outcome.maintaining;

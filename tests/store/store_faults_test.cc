@@ -220,7 +220,7 @@ void DamageSession(const SessionPaths& paths) {
   ASSERT_NE(Damage(CheckSession(paths)), "");
 }
 
-// A repair that was interrupted, begun anew: whole, and no more is lost than the damage took.
+// A repair that was interrupted, begun again: whole, and no more is lost than the damage took.
 std::string RepairedAnew(const SessionPaths& paths) {
   if (RunScenario("repair", paths.root.parent_path()).code != 0) return "is not repaired";
   const SessionCheck check = CheckSession(paths);
