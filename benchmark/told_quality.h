@@ -14,8 +14,8 @@ enum class Told { kNothing, kNotGood, kGood };
 // normal within 60 degrees of the sample's if that is known. kNothing: there is no such piece.
 std::vector<Told> WhatIsTold(const PlaceQuality& place, const std::vector<SurfaceSample>& samples);
 
-// Which samples are of the ground that does not count: by their normals, or else the piece nearest
-// to each, as above. place: of the map.
+// Whether each sample is of the ground, which does not count: by its normal, or else by the piece
+// nearest to it, as above. place: of the map.
 std::vector<bool> AreGround(const GuidedMap& map, const PlaceQuality& place,
                             const std::vector<SurfaceSample>& samples);
 

@@ -1,4 +1,4 @@
-// Which files of a folder are somebody's own, and which a file manager, a NAS or a trash keeps
+// Separates a folder's files of its owner from those that a file manager, a NAS or a trash keeps
 // there.
 #pragma once
 

@@ -23,7 +23,7 @@ class FolderWatch {
   // Treats `photos` as given, with their present size and time.
   void Skip(const std::vector<PhotoFile>& photos);
 
-  // Photos that became complete, or complete again, since the last scan.
+  // Photos that became complete, again included, since the last scan.
   std::vector<PhotoFile> Scan();
 
   // By the last scan: there is no such folder, or it may not be read.

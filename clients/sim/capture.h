@@ -1,4 +1,5 @@
-// Which photos a session takes: each one's camera, pose, exposure, what stands in front, and EXIF.
+// Plan of the photos that a session takes: each one's camera, pose, exposure, objects in front, and
+// EXIF.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Which frames of a video become photos: sharp ones, with enough motion between them.
+// Picks the frames of a video that become photos: sharp ones, with enough motion between them.
 #pragma once
 
 #include <cstdint>

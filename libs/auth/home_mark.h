@@ -1,8 +1,9 @@
-// Which session keys were made on this host, by this user. A folder that was sent brings keys with
-// it, and who made them can speak in every role. The mark of own keys is SESSION/keys/home: the
-// HMAC-SHA256 of the root's public key under a secret of this user, which lies outside of every
-// session folder: $XDG_STATE_HOME/skein/home.key, by default ~/.local/state/skein/home.key, 0600.
-// The secret is made when it is first needed. A session may be moved or restored on its host.
+// Mark of session keys that were made on this host, by this user. A folder that was sent brings
+// keys with it, and who made them can speak in every role. The mark of own keys is
+// SESSION/keys/home: the HMAC-SHA256 of the root's public key under a secret of this user, which
+// lies outside of every session folder: $XDG_STATE_HOME/skein/home.key, by default
+// ~/.local/state/skein/home.key, 0600. The secret is made when it is first needed. A session may be
+// moved or restored on its host.
 #pragma once
 
 #include <string>

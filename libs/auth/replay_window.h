@@ -1,4 +1,4 @@
-// Which messages of one signer came already (RFC 4303, section 3.4.3).
+// Window of one signer's message counters that were seen (RFC 4303, section 3.4.3).
 #pragma once
 
 #include <cstddef>

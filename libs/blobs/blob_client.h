@@ -64,8 +64,8 @@ class BlobClient {
   // restarts of the owner. A pull ends when the owner answers repeatedly that it has no such blob,
   // when bytes came several times that are not the blob's, or at Cancel. Fetches of one blob share
   // a pull where owner, party, size_bytes and takes_unsigned are the same, with the largest limits
-  // given. Others have nothing in common: what one owner sends cannot spoil what another sends. The
-  // first bytes that match the name end all pulls of the blob.
+  // given. Other fetches have nothing in common: bytes that one owner sends cannot spoil those of
+  // another. The first bytes that match the name end all pulls of the blob.
   FetchId Fetch(const std::string& blob_id, const std::string& owner, OnFetched on_fetched) {
     return Fetch(blob_id, owner, std::move(on_fetched), FetchOptions());
   }
@@ -73,9 +73,10 @@ class BlobClient {
                 const FetchOptions& options);
   // The fetch's function is not called any more.
   void Cancel(FetchId id);
-  // Bytes that came over the bus for it so far; 0 once it is done.
+  // Bytes of the fetch that came over the bus so far; 0 once it is done.
   int64_t ReceivedBytes(FetchId id) const;
-  // Whether its owner has not answered when it was last asked; false while it waits for its turn.
+  // Whether the owner left the last request of this fetch unanswered; false while the fetch waits
+  // for its turn.
   bool IsLate(FetchId id) const;
 
   // Offers the blob to others under the returned id. A shared session folder keeps it, durably when

@@ -1,5 +1,5 @@
-// How one blob is pulled: what to ask for next, what is lost, when it is whole. No messages, no
-// clock, no I/O.
+// Pull of one blob: which chunk to ask for next, which is lost, when the blob is whole. No
+// messages, no clock, no I/O.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ class PullWindow {
   PullWindow(int initial_chunks, int max_chunks);
 
   int size() const { return static_cast<int>(size_); }
-  // Number of the next chunk asked for; they tell what was asked before what.
+  // Number of the next chunk asked for: chunks with lower tickets were asked for earlier.
   int64_t NextTicket() { return ++last_ticket_; }
   void OnArrival();
   // The chunk of that ticket is lost.

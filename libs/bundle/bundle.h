@@ -79,7 +79,7 @@ struct BundleOptions {
   int max_dense_poses = 250;
   int max_filled_poses = 1500;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration; the bundle is as it was
-  // Asked after each iteration, where there is one: true ends with what the bundle is by then.
+  // Called after each iteration if not null: true ends the solution, with the bundle as it is.
   std::function<bool()> stop;
   // Factor of an earlier solution of much the same bundle; null: none. If tracks are long, summing
   // and decomposing the Schur complement takes most of the time. Conjugate gradients with an

@@ -1,4 +1,4 @@
-// Which instructions a process's inner loops use, as an option.
+// Option for the instruction set of a process's inner loops.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Folders: what is in them, and that a power loss leaves it so. An entry of a folder, as a new
+// Folders: their files, and syncing so that a power loss loses none. An entry of a folder, as a new
 // file's or a new folder's, is only there after a power loss when the folder was synced.
 #pragma once
 

@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// `option`: the key as a config file has it. An error says what it is and what to give.
+// `option`: the key as a config file has it. An error says the value and the range.
 template <class T>
 Status InRange(const std::string& option, T value, T low, T high) {
   if (value >= low && value <= high) return Status::Ok();

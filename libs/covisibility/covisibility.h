@@ -1,6 +1,7 @@
 #pragma once
 
-// Which photos are known to see the same scene: the verified pairs of the ledger's matches_t.
+// Graph of photos that are known to see the same scene: the verified pairs of the ledger's
+// matches_t.
 
 #include <cstdint>
 #include <unordered_map>

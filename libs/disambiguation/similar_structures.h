@@ -38,8 +38,8 @@ struct SimilarStructuresOptions {
   // different / (seen + missing). One place: 0.00 to 0.01 in the mean, up to 0.05 for a pair. Two
   // buildings of one design: 0.4.
   double max_different_share = 0.15;
-  // missing / (seen + missing). One place: 0.01 to 0.1 in the mean, up to 0.7 behind a tree. So
-  // only photos for which there is other evidence are judged by it.
+  // missing / (seen + missing). One place: 0.01 to 0.1 in the mean, up to 0.7 behind a tree.
+  // Therefore missing cells alone judge no photo: there must be other evidence.
   double max_missing_share = 0.4;
   int min_cells = 60;            // by which a photo or two sets of photos are judged
   int min_different_cells = 60;  // by which a group of photos must be contradicted
@@ -69,7 +69,7 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
                                 const Eigen::Matrix3x4d& cam_from_world);
 
 // A registered photo as if it stood at cam_from_world, compared with another one. Its own depths
-// are those of where it stands.
+// are taken at its registered pose.
 CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
                            ImageId image_id, const Eigen::Matrix3x4d& cam_from_world,
                            ImageId other);

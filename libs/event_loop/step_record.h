@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// A part of the work on an item that can fail for itself.
+// A part of the work on an item, whose failures are counted separately.
 struct Step {
   int64_t item = 0;  // 0: none
   std::string name;

@@ -84,8 +84,8 @@ struct Sim3Result {
 // Deterministic for equal input and seed.
 Sim3Result EstimateSim3(const std::vector<SharedPhoto>& shared, const Sim3Options& options);
 
-// From a similarity that is known, e.g. of the same submaps before they were adjusted: refines it
-// on its inliers. Fails where fewer photos than options.min_inlier_images agree with it.
+// Refines a known similarity, e.g. of the same submaps before they were adjusted, on its inliers.
+// Fails where fewer photos than options.min_inlier_images agree with it.
 Sim3Result RefineSim3From(const Similarity& initial, const std::vector<SharedPhoto>& shared,
                           const Sim3Options& options);
 

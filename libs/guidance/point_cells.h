@@ -46,7 +46,7 @@ class PointCells {
   Moments MomentsAround(uint32_t cell) const;
   // kNone where no point was.
   uint32_t Find(const Eigen::Vector3d& xyz) const;
-  // visit(cell) for it and those beside it.
+  // visit(other) for `cell` and the cells beside it.
   template <class Visit>
   void VisitBeside(uint32_t cell, const Visit& visit) const {
     for (const uint32_t other : members_[cell].beside) {

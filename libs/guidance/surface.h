@@ -33,8 +33,8 @@ struct Surfel {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // unit, towards the photos that see it
   double area = 0;                                     // submap units squared
   uint32_t num_points = 0;
-  // That see it, ascending indices into GuidedMap::photos: those that observe a point of it, and
-  // those that have it in view with nothing in front.
+  // Photos that see the surfel, ascending indices into GuidedMap::photos: photos that observe a
+  // point of it, and photos that have it in view with nothing in front.
   std::vector<uint32_t> photos;
   // At a frontier (open_border): the place to look at and the direction to look from; else the
   // surfel's own position and normal. A surface that was never photographed has no points: only

@@ -1,5 +1,5 @@
-// Surfels by where they are, so that a photo leaves out at once what is far outside of its frame.
-// Inside of libs/guidance.
+// Surfels in blocks of space, so that a photo skips whole blocks far outside of its frame. Inside
+// of libs/guidance.
 #pragma once
 
 #include <Eigen/Core>

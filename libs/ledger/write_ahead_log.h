@@ -1,6 +1,6 @@
-// SQLite's write-ahead log, only as far as its checksums go. SQLite reads it up to the first frame
-// that is damaged, and says nothing of those behind it.
-// Source: SQLite, Database File Format, section 4 (The Write-Ahead Log).
+// SQLite's write-ahead log, only as far as its checksums go. SQLite reads the log up to the first
+// damaged frame, and does not report the frames behind it. Source: SQLite, Database File Format,
+// section 4 (The Write-Ahead Log).
 #pragma once
 
 #include <filesystem>

@@ -8,7 +8,7 @@
 
 namespace skein {
 
-// Which part of a map a bundle holds.
+// Part of a map that a bundle holds.
 struct BundleRequest {
   std::vector<ImageId> free;             // poses to refine
   std::vector<PoseStiffness> stiffness;  // of `free`; empty: plain least squares

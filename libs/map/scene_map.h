@@ -76,9 +76,9 @@ class SceneMap {
   // either photo.
   bool IsStrongPair(ImageId id1, ImageId id2, double min_share) const;
 
-  // Registers with the pose that the image has been given / takes it and its observations out. A
-  // camera whose last photo is out starts from its prior again, and a photo that is out has the
-  // camera again that it came with.
+  // Registers with the pose that the image has been given / takes it and its observations out.
+  // After the last photo of a camera is out, the camera starts from its prior again. A photo that
+  // is out gets the camera that it came with.
   void Register(ImageId image_id);
   void Deregister(ImageId image_id);
 

@@ -20,10 +20,9 @@ void CompleteLocally(const colmap::IncrementalTriangulator::Options& options, Im
                      SceneMap* map);
 
 // Completes the tracks of points, then merges those of one point, as COLMAP's CompleteTracks and
-// MergeTracks do; of two that are one it is enough to give that of the smaller id. Threads look for
-// what gains, which few points do once a map is complete. The points that gain are then changed one
-// after another. The result is that of one thread. Returns the number of observations added or
-// merged.
+// MergeTracks do; if two points are one, the smaller id suffices. Threads look for what gains,
+// which few points do once a map is complete. The points that gain are then changed one after
+// another. The result is that of one thread. Returns the number of observations added or merged.
 size_t GrowTracks(const colmap::IncrementalTriangulator::Options& options, int num_threads,
                   const std::vector<Point3DId>& points, SceneMap* map);
 

@@ -6,8 +6,8 @@
 
 namespace skein {
 
-// Photos of another submap that stand in this map for as long as the two are compared. Their end
-// puts the map back to what it was; nothing else may change the map meanwhile.
+// Photos of another submap that stand in this map for as long as the two are compared. The
+// destructor restores the map as it was; no other code may change the map meanwhile.
 class GuestPhotos {
  public:
   // Both must outlive this.

@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// Which part of a map a new photo's local BA refines. One object serves one submap.
+// Selects the part of a map that a new photo's local BA refines. One object serves one submap.
 class LocalAdjustment {
  public:
   virtual ~LocalAdjustment() = default;

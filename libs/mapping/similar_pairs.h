@@ -10,9 +10,9 @@
 
 namespace skein {
 
-// Whether that holds for these pairs together. The first photo of each is placed where its matches
-// with the second one want it, and compared with it there (disambiguation/similar_structures.h).
-// Costs a pose estimation a pair.
+// Whether these pairs together are of similar structures. The first photo of each pair is placed at
+// the pose by its matches with the second photo, and the two are compared
+// (disambiguation/similar_structures.h). Costs a pose estimation a pair.
 bool AreOfSimilarStructures(const RegistrationOptions& options, const SceneMap& map,
                             const std::vector<std::pair<ImageId, ImageId>>& pairs);
 

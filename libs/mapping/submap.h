@@ -34,8 +34,8 @@ struct SubmapStatistics {
 };
 
 // One submap. Photos come with their matches one after the other; the submap registers those it
-// can. Others wait until a neighbour of theirs is registered. Submap carries out the findings of
-// its parts:
+// can. Photos that wait are tried again when a neighbour of theirs is registered. Submap carries
+// out the findings of its parts:
 //   WaitingPhotos  what was tried with photos that are not registered, who is next
 //   PhotoTrial     one photo's registration, step by step
 //   Adjuster       local and global bundle adjustment
@@ -85,11 +85,12 @@ class Submap {
 
   // A place that is mapped as a batch.
   struct Batch {
-    // All its photos are there, and are mapped whoever holds them. False: this map's own photos are
-    // mapped again, and only if the map contradicts its matches.
+    // True: all photos of the place are in this submap, and all are mapped, also those that another
+    // submap holds. False: this map's own photos are mapped again, and only if the map contradicts
+    // its matches.
     bool is_of_place = false;
     std::vector<std::vector<int64_t>> others;  // photos of each other submap of it, ascending
-    // Merges a map with photos that this one lacks into this one; tells what came of it. False:
+    // Merges a map, with photos that this map lacks, into this one; true if that succeeded. False:
     // nothing has changed. Null: never.
     std::function<bool(const Submap& anew)> absorb;
   };

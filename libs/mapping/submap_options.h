@@ -44,10 +44,10 @@ struct SubmapOptions {
   // true ends them with the map as it is. Null: they go on to their end.
   std::function<bool()> stop;
 
-  // Parts of a job that may fail for themselves.
+  // Parts of a job that may fail without failing the job.
   enum class Part { kPhoto, kMaintenance };
-  // Called when one begins; what it returns lives until the part has ended. `image_id`: of kPhoto.
-  // Null: nobody asks.
+  // Called when a part begins; the returned object lives until the part has ended. `image_id`: of
+  // kPhoto. Null: no call.
   std::function<std::shared_ptr<void>(Part part, int64_t image_id)> enter;
 
   std::shared_ptr<void> Enter(Part part, int64_t image_id = 0) const {

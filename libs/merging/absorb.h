@@ -39,12 +39,12 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options);
 
 struct AbsorbResult {
   Status status;
-  bool shows_another_place = false;  // that the two show different places is why
+  bool shows_another_place = false;  // the merge failed because the submaps show different places
   colmap::Reconstruction merged;     // only if status is ok
   FuseResult fused;
   BundleSummary bundle;
   // Photos whose camera has impossible intrinsics in its submap (limits.h), so that their poses
-  // mean nothing. One such camera vetoes no merge: the merged model is without them.
+  // mean nothing. Such a camera vetoes no merge: the merged model is without its photos.
   std::set<colmap::image_t> left_out;
   std::set<colmap::image_t> seam;  // adjusted images
   Residuals target_before, target_after;

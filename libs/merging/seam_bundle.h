@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// Which cameras may be refined: those with enough photos, and none outside of the free images.
+// Conditions on cameras to be refined: enough photos, and none outside of the free images.
 struct SeamIntrinsics {
   int min_images = 6;                // free ones of a camera
   std::set<colmap::camera_t> fixed;  // known: never refined

@@ -19,9 +19,9 @@ struct FinishCut {
   double after_s = 0;                // since the request
   std::string during;                // the stage, for a person
   std::vector<int64_t> not_matched;  // photos that were still in work, by id
-  // Photos with verified pairs of which no living submap has said a word, by id.
+  // Photos with verified pairs that no living submap has tried, by id.
   std::vector<int64_t> not_tried;
-  std::vector<Submap> submaps;  // living ones whose final model is not what it would have become
+  std::vector<Submap> submaps;  // living submaps whose final model was cut short
 };
 
 // Precondition: the session's finish is cut and not DONE yet.

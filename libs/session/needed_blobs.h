@@ -1,5 +1,5 @@
-// Which blobs a session still needs. The rest may go: models that a newer one supersedes, and what
-// no fact names.
+// Blobs that a session still needs. The rest may go: models that a newer one supersedes, and blobs
+// that no fact names.
 #pragma once
 
 #include <set>

@@ -1,6 +1,7 @@
-// Which submap a photo belongs to. Every submap with a verified neighbour could take it; that costs
-// each of them a trial and a bundle adjustment, and says little that the first did not. So a photo
-// has one home. Several submaps of one place meet through the verified pairs between their photos.
+// Home of a photo: the submap that tries it. Every submap with a verified neighbour could try it,
+// but each trial costs a bundle adjustment, and later ones tell little that the first did not. So a
+// photo has one home. Several submaps of one place meet through the verified pairs between their
+// photos.
 //
 // A submap holds its photos against others once it has three. An initial pair may be wrong, and
 // must not keep its photos from a map that could take them.
@@ -28,8 +29,8 @@ int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t sub
 // there is none. Costs the submaps' photos.
 int64_t HolderOfAll(const SessionState& session, int64_t submap_id);
 
-// The submap that tries the photo next: of those that support it and have not turned it down, the
-// one with most support, the older of equals. 0 if a submap holds it, or none is left.
+// The submap that tries the photo next: most support (SupportOf) among those that have not refused
+// the photo, the older of equals. 0 if a submap holds the photo, or none is left.
 int64_t HomeOf(const SessionState& session, int64_t image_id);
 
 }  // namespace skein

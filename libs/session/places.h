@@ -12,8 +12,8 @@ namespace skein {
 struct Place {
   std::vector<int64_t> photos;   // through matching, ascending
   std::vector<int64_t> submaps;  // live ones with a photo of it, most photos first; older of equals
-  // A merge found that a submap shows another place than the first one, which looks alike: neither
-  // it nor its photos are among these.
+  // Left out, with its photos: a submap that a merge found to show another place, which looks like
+  // the first submap's.
   bool IsDivided() const { return submaps.size() > 1; }
 };
 

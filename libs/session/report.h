@@ -7,7 +7,7 @@
 
 namespace skein {
 
-// How many photos came and what became of them. received = registered + deferred + failed.
+// Number of photos that came, by outcome. received = registered + deferred + failed.
 struct PhotoCounts {
   int64_t received = 0;    // accepted or refused
   int64_t registered = 0;  // in at least one living submap
@@ -26,8 +26,8 @@ std::vector<double> PhotoToPoseSeconds(const SessionRecord& session);
 //
 // Seconds of the photos that are registered: from ingest's receipt to the commit of the first
 // registration. A stage (PhotoStage) begins when the one before has ended. The rest of a stage,
-// beside work, is waiting for a free worker, transfer and commit. Matching tells sums over its
-// threads, so work is cut to its stage. Work is null if no fact tells it.
+// beside work, is waiting for a free worker, transfer and commit. Matching reports sums over its
+// threads, so work is clamped to the stage's length. Work is null if no fact tells it.
 nlohmann::json LatencyPart(const SessionRecord& session);
 
 // [{image, cause, reason, remedy}] of the photos that are in no submap, those on their way

@@ -77,7 +77,7 @@ struct SubmapLife {
 // The facts of a merge that was ordered, in order, from ORDERED on.
 struct MergeState {
   std::vector<merge_t> facts;
-  bool abandoned = false;  // one of its submaps ended before it was done or undone
+  bool abandoned = false;  // a submap of the merge ended before DONE or UNDONE
 
   const merge_t& ordered() const { return facts.front(); }
   const merge_t& latest() const { return facts.back(); }

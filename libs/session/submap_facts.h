@@ -8,8 +8,8 @@
 
 namespace skein {
 
-// The fact that a submap is no more; everyone who ends one makes it here. `epoch`: of its latest
-// lease, 0 if it never had one. `merged_into`: 0 unless a merge brought its photos there.
+// The fact that a submap has ended. `epoch`: of its latest lease, 0 if it was never leased.
+// `merged_into`: the target if a merge moved its photos, else 0.
 submap_end_t MakeSubmapEnd(int64_t submap_id, int64_t epoch, const std::string& reason,
                            int64_t merged_into = 0);
 

@@ -23,12 +23,12 @@ struct ShapeFollowerOptions {
   std::function<void(const std::function<void(const SessionState&)>&)> read_session;
   // Whether shapes are wanted, besides by NoteLook. Loop's thread.
   std::function<bool()> is_wanted;
-  // Pulls who sees the points, too (Shape::Chunk::tracks); else these stay with the mapper.
+  // Pulls the tracks of the points, too (Shape::Chunk::tracks).
   bool with_tracks = false;
   // Called when the store has a new shape of that submap.
   std::function<void(int64_t submap_id, uint64_t version)> on_shape;
-  // Its mapper tells none, and it has a model that is newer than what is in the store; that shape's
-  // version. Null: models are not looked at.
+  // Called when a submap's mapper publishes no shape, and its model is newer than the stored shape.
+  // `version`: for the shape to be made of the model. Null: models are not looked at.
   std::function<void(int64_t submap_id, uint64_t version)> on_model;
 };
 

@@ -43,7 +43,7 @@ class ShapeStore {
   // Chunks beyond this together are refused.
   static constexpr int64_t kMaxBytes = int64_t{1} << 30;
 
-  // False, and nothing has changed, if it is older than what is here, or there is no room for it.
+  // False, and nothing has changed, if the submap's stored shape is newer, or there is no room.
   bool Set(ShapePtr shape);
   void Drop(int64_t submap_id);
   // Null if there is none.

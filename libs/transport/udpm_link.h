@@ -1,5 +1,5 @@
-// udpm://, LCM's multicast of datagrams, without LCM's library: that one puts fragments together at
-// offsets which it reads from the wire. This one takes and sends short messages alone, as LCM 1.3.1
+// udpm://, LCM's multicast of datagrams, without LCM's library, which puts fragments together at
+// offsets that it reads from the wire. UdpmLink takes and sends short messages alone, as LCM 1.3.1
 // lays them out (lcm/lcm_udpm.c): every LCM tool hears it, and it hears all that Skein sends.
 //
 //   "LC02", sequence number (uint32, big endian), channel's name, 0, message

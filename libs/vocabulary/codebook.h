@@ -9,8 +9,8 @@
 
 namespace skein {
 
-// How the descriptors of a photo are aggregated. Learned values hold for one choice only, so it is
-// saved with them.
+// How the descriptors of a photo are aggregated. The learned values hold for one choice of options
+// only, so the options are saved with them.
 struct VladOptions {
   uint32_t max_features = 4000;  // features of largest scale are used
   float scale_exponent = 1;      // weight of a descriptor = scale^exponent

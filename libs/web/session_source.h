@@ -66,8 +66,8 @@ struct SessionSource {
   std::function<bool()> has_read_ledger;
   // Null: nobody is invited here. May block.
   std::function<Result<WebInvitation>(Role role, const std::string& name)> invite;
-  // Asks ingest to finish the session, within so many seconds where they are not 0; null: it is not
-  // asked from here. Answers once it has begun.
+  // Asks ingest to finish the session, within `within_s` seconds if not 0; calls `done` once the
+  // finish has begun. Null: no finish can be asked for.
   std::function<void(double within_s, std::function<void(Status)> done)> finish;
 };
 

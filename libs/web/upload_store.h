@@ -87,8 +87,8 @@ class UploadStore {
   UploadStore(std::filesystem::path folder, UploadLimits limits, RunJob run_job,
               Clock clock = MonotonicS);
 
-  // How much of it is here; none if nothing is. Its receiver, if there is one, is not heard any
-  // more: what is told stays true. Bytes that are being written do not count.
+  // Progress of a photo; nullopt if no byte is here. A receiver of the photo, if there is one, is
+  // refused from now on, so the progress stays true. Bytes that are being written do not count.
   std::optional<Progress> Look(const std::string& agent, const std::string& blob_id);
 
   // A receiver for the bytes from `offset` on, which must be what is here. kAlreadyExists: the

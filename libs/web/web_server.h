@@ -41,12 +41,12 @@ struct WebServerOptions {
   int max_body_bytes = 64 << 10;   // of a POST
   int max_part_bytes = 256 << 10;  // of an upload that are in memory at a time
   double upload_idle_s = 30;       // an upload of which nothing comes for so long is closed
-  double min_upload_bytes_per_s = 1 << 10;  // one that is slower for a minute, too
+  double min_upload_bytes_per_s = 1 << 10;  // a slower upload is closed after a minute
   double idle_s = 60;  // of a connection: without a request, or without taking a byte
 
   int max_frame_bytes = 1 << 10;    // of a message that a page sends
   int max_frames_per_s = 20;        // the same
-  int max_queue_bytes = 256 << 10;  // events that wait for one page; beyond, it pulls them itself
+  int max_queue_bytes = 256 << 10;  // events that wait for one page; beyond, the page pulls events
   double stalled_s = 30;            // a page that takes nothing for so long is closed
   double gather_s = 0.05;           // events are sent at most so often
 

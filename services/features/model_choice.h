@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// Which global descriptor, as the command line says it.
+// Choice of the global descriptor, as the command line gives it.
 struct ModelChoice {
   std::string codebook_path;  // "": the one shipped with Skein
   std::string onnx_path;      // "": VLAD

@@ -26,8 +26,8 @@ struct LocalFeatures {
 };
 
 // SIFT (Lowe 2004) by Skein's code or OpenCV's, RootSIFT (Arandjelovic and Zisserman 2012) as
-// uint8. Keeps its memory from photo to photo (own_sift.h). One thread's; what it calls runs on up
-// to `threads` of OpenCV's threads (cv::setNumThreads). The result is independent of their number.
+// uint8. Keeps its memory from photo to photo (own_sift.h). Used by one thread; OpenCV's functions
+// run on up to `threads` threads (cv::setNumThreads). The result is independent of their number.
 class SiftExtractor {
  public:
   // Throws std::invalid_argument if this processor does not run options.kernel.

@@ -19,8 +19,8 @@ namespace skein {
 // held until it is off by a tenth. Photos and points that make no sense (a camera without a focal
 // length, a pose that is not finite) are left out.
 //
-// Photos, cameras and points keep their index from shape to shape, so new photos follow those that
-// were there, and a point that has gone is one without photos. A point that two shapes have is
+// Photos, cameras and points keep their index from shape to shape, so new photos follow the known
+// ones, and a point that has gone stays as a point without photos. A point that two shapes have is
 // known by its first observation. If a photo has gone, the map is rebuilt from nothing. Only chunks
 // with another version are read.
 class ShapeMap {

@@ -11,9 +11,9 @@
 
 namespace skein {
 
-// No photo says where it was taken. The first one of an agent after its advice is taken to be of
-// the first viewpoint, the next one of the second. So who takes photos elsewhere, which then do not
-// register, loses viewpoints of its own advice, and of nobody else's.
+// No photo says which viewpoint it was taken for. An agent's first photo after its advice counts
+// for the first viewpoint, the next photo for the second. An agent that takes photos elsewhere,
+// which then do not register, therefore loses viewpoints, but only of its own advice.
 class VainAdvice {
  public:
   // Notes the agent's present advice, which replaces the one before.

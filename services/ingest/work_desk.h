@@ -18,7 +18,7 @@ class WorkDesk {
 
   void OnRequest(const work_request_t& request);
   void OnFailed(const work_failed_t& failed);
-  // Pushes what waits to who can take it; several times a second.
+  // Leases waiting items to workers with free capacity; several times a second.
   void Tick();
 
   const WorkPlanner& planner() const { return planner_; }

@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// Which work there is, by kind, derived from the ledger. An item is an image id, or a submap id.
+// Plans the open work, by kind, derived from the ledger. An item is an image id, or a submap id.
 //  - "features": photos without features.
 //  - "matching": photos with candidates and without matches.
 //  - "submap": seeds, and submaps without a mapper.

@@ -4,7 +4,7 @@
 
 namespace skein {
 
-// Which submap a run has, and in which epoch of it.
+// Submap of a run, and the epoch of its lease.
 struct Lease {
   int64_t submap_id = 0;
   int64_t epoch = 0;

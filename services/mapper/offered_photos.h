@@ -11,9 +11,9 @@
 
 namespace skein {
 
-// The photos with a verified neighbour in a run's submap, and whose turn each is: the submap tries
-// those whose home it is (session/photo_homes.h). The others wait until the ledger makes it their
-// home. Loop's thread only.
+// Photos with a verified neighbour in a run's submap. The submap tries a photo if it is the photo's
+// home (session/photo_homes.h); other photos wait until the ledger makes it their home. Loop's
+// thread only.
 class OfferedPhotos {
  public:
   // `one_home` false: every submap tries every photo that it can, as in the paper.

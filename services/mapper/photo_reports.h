@@ -16,9 +16,9 @@
 
 namespace skein {
 
-// Tells the ledger what became of photos, a fact for each change, and keeps what it told. The next
-// fact of a photo waits until ingest has decided on the one before: one that is lost is submitted
-// again, and would be taken for the newer one. Loop's thread only.
+// Submits each change of a photo's state to the ledger as a fact. The next fact of a photo waits
+// until ingest has decided on the one before: otherwise a lost fact, submitted again, would be
+// taken for the newer one. Loop's thread only.
 class PhotoReports {
  public:
   using Submit = std::function<void(Fact, Submissions::OnCommitted, Submissions::OnRefused)>;

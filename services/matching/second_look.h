@@ -60,9 +60,9 @@ struct SecondLookOptions {
 };
 
 // The order for one photo. The order is a function of the candidates, the outcomes, and the graph
-// up to `seq` or Advance's seq. Which pair in work ends first does not matter: a choice rests on
-// the outcomes of all but the last max_in_work - 1, or of more if these leave none. The graph must
-// outlive it.
+// up to `seq` or Advance's seq. The order in which pairs in work end does not matter: a choice
+// rests on the outcomes of all but the last max_in_work - 1, or of more if these leave none. The
+// graph must outlive it.
 class SecondLook {
  public:
   // `candidates`: best first, each once, without the photo. `may_join`: whether a photo outside of
@@ -75,8 +75,8 @@ class SecondLook {
   // The next photo to match, which is in work from then on. nullopt: call Tell for a photo in work
   // first; if none is in work, the photo has enough pairs.
   std::optional<int64_t> Take();
-  // The first `count` to take in order as known now. One of whom nothing is known waits for those
-  // before it that will speak for it.
+  // The first `count` to take in order as known now. A candidate without enough evidence waits
+  // while a verified neighbour of it is in work or comes before it.
   std::vector<int64_t> Best(size_t count) const;
   // The outcome of one in work, 0 inliers: not verified, or cannot be matched. Throws
   // std::invalid_argument if it is not in work.

@@ -1,5 +1,6 @@
-// Which two submaps to join next, and what was tried already. Everything is recovered from the
-// ledger: an attempt is known by the number of photos it could be compared through.
+// Chooses the next two submaps to join, and knows the attempts that were made. Everything is
+// recovered from the ledger: an attempt is known by the number of photos it could be compared
+// through.
 //
 // Smaller into larger; if that fails, the other way round. If both fail, the pair waits for half as
 // many photos more (after SfM on-the-fly v2, section 3.4). A submap takes part in one merge at a

@@ -51,8 +51,9 @@ class SubmapDirectory {
   // submaps, once a state of the session. Stands until the session has another fact.
   const Overlaps& FindOverlaps(int min_linking_inliers) const;
 
-  // `images` and more photos that one of the two holds alone, up to `num`: each time the one with
-  // most inliers with those before it that the same submap holds. As guests they follow these.
+  // Adds to `images`, up to `num`, photos that one of the two submaps holds alone. The next photo
+  // is the one with most inliers with earlier photos of its own submap, so it can follow them as a
+  // guest.
   std::vector<int64_t> WithNeighbours(const Pair& pair, std::vector<int64_t> images, int num) const;
 
  private:

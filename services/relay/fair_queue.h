@@ -2,7 +2,8 @@
 //
 // Deficit round robin (Shreedhar and Varghese, SIGCOMM 1995): each sender has its turn, and in it
 // as many bytes as any other. If the queue is full, the sender with most bytes loses its newest
-// frame. So one that floods fills no one else's share, and delays no one by more than a turn.
+// frame. A sender that floods therefore fills no other's share, and delays no other by more than a
+// turn.
 #pragma once
 
 #include <cstddef>

@@ -34,7 +34,7 @@ struct RelayOptions {
   int max_clients = 512;              // connections
   int max_clients_of_address = 256;
   double greeting_s = 5;  // a client that has said nothing by then is hung up on
-  double message_s = 10;  // so is one whose message is not whole this long after it began
+  double message_s = 10;  // a client whose message is not whole by then is hung up on
   size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
   size_t max_held_bytes = 256 << 20;       // in all queues
   // Rate of one client's messages, and their number at once, if a guard checks their signatures.
@@ -45,8 +45,8 @@ struct RelayOptions {
   // Messages are forwarded only to clients whose last valid hello is less than 60 s old. Needs a
   // guard.
   bool members_only = false;
-  // A second port, in the clear and for this host alone, for LCM's own tools: who connects there
-  // hears everything, and is not heard. 0: any, see Relay::watch_port().
+  // A second port, in the clear and for this host alone, for LCM's own tools: a client there hears
+  // everything, and is not heard. 0: any, see Relay::watch_port().
   std::optional<int> watch_port = {};
 };
 

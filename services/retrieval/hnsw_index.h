@@ -30,9 +30,9 @@ struct Neighbour {
 };
 
 // Vectors by id in a hierarchical navigable small world graph (Malkov and Yashunin 2018; hnswlib).
-// Values are kept as one byte each (int8_vector.h). One thread owns it: hnswlib must not insert
-// while it searches. The graph depends on the order of insertion only, also across Encode and
-// Decode.
+// Values are kept as one byte each (int8_vector.h). One thread owns the index: hnswlib must not
+// insert while it searches. The graph depends on the order of insertion only, also across Encode
+// and Decode.
 class HnswIndex {
  public:
   HnswIndex(size_t dim, const HnswOptions& options);

@@ -19,7 +19,7 @@ struct RetrievalOptions {
   HnswOptions hnsw;
 };
 
-// The photos most like one among those inserted before it.
+// The photos most similar to `image_id` among those inserted before it.
 struct Candidates {
   int64_t image_id = 0;
   std::vector<Neighbour> neighbours;  // best first

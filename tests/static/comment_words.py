@@ -19,7 +19,7 @@ COMMENT = re.compile(r'(?P<code>(?:[^"/]|"(?:\\.|[^"\\])*"|/(?!/))*)//[/!<]*\s?(
 ABBREVIATIONS = re.compile(r'\b(e\.g|i\.e|etc|cf|vs|al|Eq|Fig|Sec|eq|fig|sec|no)\.')
 LIST_ITEM = re.compile(r'^\s*([-*]|\d+\.)\s')
 # Beginnings after which a reader asks "which?". This, That, These, Those and One may stand before a noun.
-NAMELESS = {'what', 'who', 'whom', 'whose', 'where', 'of', 'nobody', 'none', 'it', 'they'}
+NAMELESS = {'what', 'who', 'whom', 'whose', 'where', 'which', 'of', 'nobody', 'none', 'it', 'they', 'others'}
 POINTING = {'this', 'that', 'these', 'those', 'one'}
 NUMERALS = {'two', 'three', 'four', 'five', 'six'}
 NO_NOUN = set('''alone also always and are as at be becomes been by can come comes could did do does done for from had has
@@ -73,7 +73,7 @@ def num_words(sentence):
 def has_nameless_subject(sentence, behind_code):
     """"One of the photos" has a noun; "This keeps" and "One that" have none: a singular noun rarely ends with one s.
     A note behind code may continue the name before it: `int num_points;  // of the map`."""
-    if behind_code and re.match(r'(of|that|where|whose|one|none)\b', sentence):
+    if behind_code and re.match(r'(of|that|where|whose|which|one|none)\b', sentence):
         return False
     words = re.match(r"[A-Za-z][\w']*(?:[ /]+[\w':`]+){0,2}", sentence)
     words = words[0].lower().replace('/', ' ').split() if words else []
