@@ -23,7 +23,7 @@ class FolderWatch {
   // Treats `photos` as given, with their present size and time.
   void Skip(const std::vector<PhotoFile>& photos);
 
-  // Photos that became complete, again included, since the last scan.
+  // Photos that became complete since the last scan, also those that changed after they were given.
   std::vector<PhotoFile> Scan();
 
   // By the last scan: there is no such folder, or it may not be read.

@@ -24,7 +24,7 @@ using CertificatePtr = std::unique_ptr<X509, FreeOpenSsl>;
 using ExtensionPtr = std::unique_ptr<X509_EXTENSION, FreeOpenSsl>;
 using BioPtr = std::unique_ptr<BIO, FreeOpenSsl>;
 
-// Throws unless `done`: these calls fail only for lack of memory or random numbers.
+// Throws std::bad_alloc unless `done`: these calls fail only for lack of memory or random numbers.
 inline void Need(bool done) {
   if (!done) throw std::bad_alloc();
 }

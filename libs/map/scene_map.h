@@ -173,7 +173,7 @@ class SceneMap {
   std::unordered_map<ImageId, std::map<ImageId, colmap::FeatureMatches>> waiting_;
   std::unordered_map<ImageId, std::vector<std::array<uint8_t, 3>>> colours_;
   std::vector<std::pair<ImageId, ImageId>> pairs_;
-  // By pairs_. Matches by pair. An entry never changes, so clones share it.
+  // Matches by pair, with the keys of pairs_. An entry never changes, so clones share it.
   std::map<std::pair<ImageId, ImageId>, std::shared_ptr<const colmap::FeatureMatches>> matches_;
   std::vector<ImageId> photos_;
 };

@@ -4,8 +4,8 @@ namespace skein {
 
 // Earlier findings on a photo that decide how strictly its pose is judged.
 struct TrialContext {
-  // The photo, or one that it matches, was found to show a visually similar place: missing cells
-  // are judged, too. Then it is judged by missing cells, too.
+  // The photo, or one that it matches, was found to show a visually similar place: it is judged by
+  // missing cells, too.
   bool matches_similar_place = false;
   bool needs_min_cells = false;  // at least SimilarStructuresOptions::min_cells must count
   bool takes_ambiguous = false;  // a pose is taken although the photo's points agree on another

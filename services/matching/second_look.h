@@ -16,7 +16,7 @@
 //   expected(c) = weighted mean of strength(photo, v), weights weight(v, c),
 //   carried(c)  = max_v min(inliers(photo, v), inliers(v, c)),
 //
-// carried(c): a chain photo - v - c can carry that many points. Candidates come by falling
+// carried(c): number of points that a chain photo - v - c can carry. Candidates come by falling
 // expected(c) * carried(c), then the unknown ones in the order of retrieval. A photo outside of
 // retrieval's list joins when it should overlap.
 //
