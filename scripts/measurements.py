@@ -106,9 +106,9 @@ def item(table, runs):
     rows = {}
     for record in table['records']:
         unit = '' if record['unit'] == 'ratio' else record['unit'] if record['unit'][:1] == '°' else ' ' + record['unit']
-        figure = f'{record["figure"]} {text_of(record["value"])}{unit.rstrip()}'
+        figure = f'{record["figure"]}: {text_of(record["value"])}{unit.rstrip()}'
         rows.setdefault(record['of'], []).append(figure)
-    text = f'- **{table["title"]}**. ' + ' '.join(f'*{row}*: {"; ".join(figures)}.' for row, figures in rows.items())
+    text = f'- **{table["title"]}**. ' + ' '.join(f'*{row}*. {"; ".join(figures)}.' for row, figures in rows.items())
     if 'note' in table:
         text += ' ' + table['note']
     keys = dict.fromkeys(record['run'] for record in table['records'])
