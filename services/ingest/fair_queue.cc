@@ -5,13 +5,13 @@
 
 namespace skein {
 
-void FairQueue::Add(const std::string& party, Job job) {
+void FairJobQueue::Add(const std::string& party, Job job) {
   Party& found = parties_[party];
   if (found.jobs.empty()) found.had_s = std::max(found.had_s, level_s_);
   found.jobs.push_back(std::move(job));
 }
 
-std::optional<FairQueue::Next> FairQueue::Take() {
+std::optional<FairJobQueue::Next> FairJobQueue::Take() {
   auto least = parties_.end();
   for (auto party = parties_.begin(); party != parties_.end();) {
     const Party& each = party->second;
@@ -30,7 +30,7 @@ std::optional<FairQueue::Next> FairQueue::Take() {
   return next;
 }
 
-void FairQueue::NoteWork(const std::string& party, double seconds) {
+void FairJobQueue::NoteWork(const std::string& party, double seconds) {
   const auto found = parties_.find(party);
   if (found != parties_.end()) found->second.had_s += seconds;
 }

@@ -12,7 +12,7 @@ namespace skein {
 // Jobs of several parties for one worker, so that parties whose jobs wait get equal shares of its
 // time: start-time fair queueing (Goyal, Vin and Cheng, SIGCOMM 1996) with equal weights. A party's
 // own jobs stay in order. Time that a party left unused is not saved up. One thread.
-class FairQueue {
+class FairJobQueue {
  public:
   using Job = std::function<void()>;
   struct Next {

@@ -6,7 +6,7 @@
 
 namespace skein::fair_queue_test {
 
-class FairQueueTest : public testing::Test {
+class FairJobQueueTest : public testing::Test {
  protected:
   void Add(const std::string& party, int num_jobs, double seconds) {
     for (int i = 0; i < num_jobs; ++i) {
@@ -25,19 +25,19 @@ class FairQueueTest : public testing::Test {
     }
   }
 
-  FairQueue queue_;
+  FairJobQueue queue_;
   std::string order_;
   std::map<std::string, double> had_s_;
 };
 
-TEST_F(FairQueueTest, AloneAPartyHasAll) {
+TEST_F(FairJobQueueTest, AloneAPartyHasAll) {
   Add("a", 3, 1);
   RunFor(10);
   EXPECT_EQ(order_, "aaa");
   EXPECT_FALSE(queue_.Take());
 }
 
-TEST_F(FairQueueTest, PartiesWithEqualJobsTakeTurns) {
+TEST_F(FairJobQueueTest, PartiesWithEqualJobsTakeTurns) {
   Add("a", 4, 1);
   Add("b", 4, 1);
   Add("c", 4, 1);
@@ -45,7 +45,7 @@ TEST_F(FairQueueTest, PartiesWithEqualJobsTakeTurns) {
   EXPECT_EQ(order_, "abcabcabcabc");
 }
 
-TEST_F(FairQueueTest, SlowJobsDelayTheirOwnPartyOnly) {
+TEST_F(FairJobQueueTest, SlowJobsDelayTheirOwnPartyOnly) {
   Add("slow", 16, 100);
   RunFor(1);
   Add("fast", 50, 1);
@@ -54,7 +54,7 @@ TEST_F(FairQueueTest, SlowJobsDelayTheirOwnPartyOnly) {
   EXPECT_EQ(had_s_["slow"], 200);
 }
 
-TEST_F(FairQueueTest, WhoComesLaterHasNoTimeSavedUp) {
+TEST_F(FairJobQueueTest, WhoComesLaterHasNoTimeSavedUp) {
   Add("a", 10, 1);
   RunFor(8);
   Add("b", 10, 1);
@@ -63,7 +63,7 @@ TEST_F(FairQueueTest, WhoComesLaterHasNoTimeSavedUp) {
   EXPECT_EQ(order_, "baba");
 }
 
-TEST_F(FairQueueTest, ForgetsPartiesThatHaveNothingToDo) {
+TEST_F(FairJobQueueTest, ForgetsPartiesThatHaveNothingToDo) {
   for (int i = 0; i < 100; ++i) {
     Add(std::to_string(i), 1, 1);
     RunFor(1);

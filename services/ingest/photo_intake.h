@@ -140,7 +140,7 @@ class PhotoIntake {
   double looked_s_ = 0;          // at the disk
   int64_t num_forgotten_ = 0;    // of those that rested, the longest
   int64_t num_not_kept_ = 0;     // refusals beyond the bound
-  FairQueue jobs_;               // by agent
+  FairJobQueue jobs_;            // by agent
   PhotoStore store_;             // the worker's
   std::vector<PhotoFile> left_;  // in images/, in no fact
   WorkerThread worker_;          // last: ends first

@@ -12,7 +12,7 @@ SharedFrame::SharedFrame(Bytes bytes, std::shared_ptr<size_t> held_bytes)
 
 SharedFrame::~SharedFrame() { *held_bytes_ -= cost(); }
 
-int64_t FairQueue::Push(int64_t sender, const FramePtr& frame) {
+int64_t FairFrameQueue::Push(int64_t sender, const FramePtr& frame) {
   auto [flow, is_new] = flows_.try_emplace(sender);
   if (is_new) {
     flow->second.turn = turns_.insert(turns_.end(), sender);
@@ -26,7 +26,7 @@ int64_t FairQueue::Push(int64_t sender, const FramePtr& frame) {
   return num_dropped;
 }
 
-FairQueue::FramePtr FairQueue::Pop() {
+FairFrameQueue::FramePtr FairFrameQueue::Pop() {
   while (!turns_.empty()) {
     const auto flow = flows_.find(turns_.front());
     Flow& first = flow->second;
@@ -47,7 +47,7 @@ FairQueue::FramePtr FairQueue::Pop() {
   return nullptr;
 }
 
-int64_t FairQueue::Clear() {
+int64_t FairFrameQueue::Clear() {
   int64_t num_frames = 0;
   for (const auto& [sender, flow] : flows_) num_frames += static_cast<int64_t>(flow.frames.size());
   flows_.clear();
@@ -56,13 +56,13 @@ int64_t FairQueue::Clear() {
   return num_frames;
 }
 
-FairQueue::Flows::iterator FairQueue::Largest() {
+FairFrameQueue::Flows::iterator FairFrameQueue::Largest() {
   return std::max_element(flows_.begin(), flows_.end(), [](const auto& a, const auto& b) {
     return a.second.bytes < b.second.bytes;
   });
 }
 
-void FairQueue::DropNewest(Flows::iterator flow) {
+void FairFrameQueue::DropNewest(Flows::iterator flow) {
   const size_t cost = flow->second.frames.back()->cost();
   flow->second.frames.pop_back();
   flow->second.bytes -= cost;
@@ -70,7 +70,7 @@ void FairQueue::DropNewest(Flows::iterator flow) {
   if (flow->second.frames.empty()) Forget(flow);
 }
 
-void FairQueue::Forget(Flows::iterator flow) {
+void FairFrameQueue::Forget(Flows::iterator flow) {
   turns_.erase(flow->second.turn);
   flows_.erase(flow);
 }

@@ -35,12 +35,12 @@ class SharedFrame {
   const std::shared_ptr<size_t> held_bytes_;
 };
 
-class FairQueue {
+class FairFrameQueue {
  public:
   using FramePtr = std::shared_ptr<const SharedFrame>;
   static constexpr size_t kTurnBytes = 32 << 10;
 
-  explicit FairQueue(size_t max_bytes) : max_bytes_(max_bytes) {}
+  explicit FairFrameQueue(size_t max_bytes) : max_bytes_(max_bytes) {}
 
   // Appends to the sender's frames, which keep their order. Says how many frames were lost for it,
   // of this sender or another.

@@ -391,7 +391,7 @@ const char* Relay::WhyRefused(Client* from, const tcpq::Frame& frame) {
 }
 
 void Relay::Forward(const Client& from, const tcpq::Frame& frame) {
-  FairQueue::FramePtr shared;
+  FairFrameQueue::FramePtr shared;
   for (auto& [fd, client] : clients_) {
     if (!Hears(client, frame.channel)) continue;
     if (!shared) {

@@ -105,8 +105,8 @@ class Relay {
     bool is_late = false;  // the client has had its turn, and more of its frames are here
     Allowance allowance;
     PollLoop::TimerId held_until = 0;  // the client is not read until then
-    FairQueue queue;
-    FairQueue::FramePtr frame;  // being sent
+    FairFrameQueue queue;
+    FairFrameQueue::FramePtr frame;  // being sent
     size_t frame_at = 0;
     Bytes out;  // the next of it, and of what follows
     size_t sent = 0;
