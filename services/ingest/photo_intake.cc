@@ -293,7 +293,7 @@ void PhotoIntake::Restore(const Key& key, const image_t& image, Bytes bytes) {
 // One after the other, as a finish must not run.
 void PhotoIntake::TakeInLeft() {
   if (left_.empty() || writer_.state().finishing() || !HasPlaceFor(left_.back().agent)) return;
-  const PhotoFile file = left_.back();
+  const LeftFile file = left_.back();
   left_.pop_back();
   RunInTurn(
       file.agent, [paths = paths_, file] { return ReadLeftPhoto(paths, file); },

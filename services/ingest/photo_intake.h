@@ -137,13 +137,13 @@ class PhotoIntake {
   Kept kept_refusals_, kept_duplicates_;
   const BlobStore blobs_;
   DiskRoom room_;
-  double looked_s_ = 0;          // at the disk
-  int64_t num_forgotten_ = 0;    // of those that rested, the longest
-  int64_t num_not_kept_ = 0;     // refusals beyond the bound
-  FairJobQueue jobs_;            // by agent
-  PhotoStore store_;             // the worker's
-  std::vector<PhotoFile> left_;  // in images/, in no fact
-  WorkerThread worker_;          // last: ends first
+  double looked_s_ = 0;         // at the disk
+  int64_t num_forgotten_ = 0;   // of those that rested, the longest
+  int64_t num_not_kept_ = 0;    // refusals beyond the bound
+  FairJobQueue jobs_;           // by agent
+  PhotoStore store_;            // the worker's
+  std::vector<LeftFile> left_;  // in images/, in no fact
+  WorkerThread worker_;         // last: ends first
 };
 
 }  // namespace skein

@@ -15,8 +15,8 @@ namespace skein {
 
 namespace fs = std::filesystem;
 
-std::vector<PhotoFile> FindLeftPhotos(const SessionPaths& paths, const PhotoStore::Names& taken) {
-  std::vector<PhotoFile> left;
+std::vector<LeftFile> FindLeftPhotos(const SessionPaths& paths, const PhotoStore::Names& taken) {
+  std::vector<LeftFile> left;
   for (const fs::path& file : FilesUnder(paths.Images())) {
     const fs::path path = file.lexically_relative(paths.Images());
     const std::string agent = path.begin()->string();
@@ -28,7 +28,7 @@ std::vector<PhotoFile> FindLeftPhotos(const SessionPaths& paths, const PhotoStor
   return left;
 }
 
-LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const PhotoFile& file) {
+LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const LeftFile& file) {
   Result<Bytes> bytes =
       ReadFileBelow(paths.root, paths.Image(file.agent, file.name), kMaxPhotoBytes);
   if (!bytes.ok()) return {file, "", {}};

@@ -29,21 +29,21 @@ struct TakenPhoto {
   CheckedPhoto photo;  // of kStored
 };
 
-// A file in images/.
-struct PhotoFile {
+// A file in images/ that no fact names.
+struct LeftFile {
   std::string agent, name;
 };
 
 // Photos in images/ with none of these names; without temporary files.
-std::vector<PhotoFile> FindLeftPhotos(const SessionPaths& paths,
-                                      const std::set<std::pair<std::string, std::string>>& taken);
+std::vector<LeftFile> FindLeftPhotos(const SessionPaths& paths,
+                                     const std::set<std::pair<std::string, std::string>>& taken);
 
 struct LeftPhoto {
-  PhotoFile file;
+  LeftFile file;
   std::string blob_id;  // "" if it cannot be read
   Bytes bytes;
 };
-LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const PhotoFile& file);
+LeftPhoto ReadLeftPhoto(const SessionPaths& paths, const LeftFile& file);
 
 // Takes photos into the session folder. A stored photo is expected to be committed. One thread.
 class PhotoStore {
