@@ -37,6 +37,9 @@ struct GuidedPoint {
 
 constexpr double kRadian = 0.017453292519943295;  // a degree
 
+// Points of a map that are assessed: the guide's default, and the report's limit.
+constexpr int64_t kMaxGuidedPoints = 300'000;
+
 // Lengths are in the submap's own unit.
 struct GuidedMap {
   std::vector<GuidedCamera> cameras;

@@ -6,6 +6,7 @@
 
 #include "core/result.h"
 #include "geometry/georeference.h"
+#include "guidance/guided_map.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
 #include "guidance/surface.h"
@@ -25,8 +26,8 @@ struct GuideOptions {
   double target_gsd_mm = 0;
   std::string altitude;  // "MIN:MAX", metres, as GPS tells them; "": as high as the agents' photos
   std::string no_go;     // file of polygons (ReadNoGo); "": none
-  double work_share = 0.1;       // of the host's processor time, at most
-  int64_t max_points = 300'000;  // of a map that are looked at
+  double work_share = 0.1;                // of the host's processor time, at most
+  int64_t max_points = kMaxGuidedPoints;  // of a map that are looked at
 
   Status Check() const;
 };

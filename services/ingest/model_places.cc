@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "geometry/georeference_json.h"
 #include "geometry/model_poses.h"
+#include "guidance/guided_map.h"
 #include "guidance/model_map.h"
 #include "guidance/place_summary.h"
 #include "ingest/model_writer.h"
@@ -17,8 +18,6 @@ namespace skein {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr size_t kMaxPoints = 300'000;  // that completeness looks at
 
 Georeference PlaceModel(const fs::path& folder, const GeodeticPosition& origin,
                         const PhotoPositions& positions) {
@@ -54,7 +53,7 @@ nlohmann::json CompletenessOf(const fs::path& folder, const Georeference& earth,
   const double metres_per_unit = earth.ok ? earth.enu_from_model.scale : 0;
   QualityOptions options;
   if (earth.ok && target_gsd_mm > 0) options.target_gsd = TargetGsd(target_gsd_mm, metres_per_unit);
-  GuidedMap map = MapOfModel(*model, kMaxPoints);
+  GuidedMap map = MapOfModel(*model, kMaxGuidedPoints);
   for (GuidedPhoto& photo : map.photos) {
     const auto texture = photos.textures.find(photo.image_id);
     if (texture != photos.textures.end()) photo.texture = texture->second;
