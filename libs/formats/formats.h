@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/bytes.h"
+#include "core/descriptor_dim.h"
 #include "core/result.h"
 
 // Contents of blobs. Every encoding starts with a four-letter identifier and a uint32 version, is
@@ -31,7 +32,7 @@ Result<Keypoints> DecodeKeypoints(const Bytes& bytes);
 
 // N x 128, row major; row i describes keypoint i.
 struct Descriptors {
-  static constexpr size_t kDim = 128;
+  static constexpr size_t kDim = kDescriptorDim;
   std::vector<uint8_t> data;
 
   size_t rows() const { return data.size() / kDim; }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/descriptor_dim.h"
 #include "core/file.h"
 #include "core/hash.h"
 
@@ -43,9 +44,8 @@ bool GetVector(ByteReader* reader, Eigen::VectorXf* vector) {
 }
 
 bool FitTogether(const Codebook& c) {
-  return c.mean.size() == Codebook::kDescriptorDim &&
-         c.projection.cols() == Codebook::kDescriptorDim && c.local_dim() > 0 &&
-         c.num_cells() > 0 && c.centres.cols() == c.local_dim() &&
+  return c.mean.size() == kDescriptorDim && c.projection.cols() == kDescriptorDim &&
+         c.local_dim() > 0 && c.num_cells() > 0 && c.centres.cols() == c.local_dim() &&
          c.cell_axes.cols() == c.local_dim() && c.cell_dim() > 0 &&
          c.cell_axes.rows() == static_cast<Eigen::Index>(c.num_cells()) * c.cell_dim() &&
          c.photo_mean.size() == c.cell_axes.rows();
@@ -125,11 +125,9 @@ Codebook CodebookOf(const std::string& path) {
 }
 
 Matrix ProjectDescriptors(const Codebook& codebook, const uint8_t* descriptors, size_t n) {
-  using Uint8Matrix =
-      Eigen::Matrix<uint8_t, Eigen::Dynamic, Codebook::kDescriptorDim, Eigen::RowMajor>;
+  using Uint8Matrix = Eigen::Matrix<uint8_t, Eigen::Dynamic, kDescriptorDim, Eigen::RowMajor>;
   const auto rows = static_cast<Eigen::Index>(n);
-  Matrix unit =
-      Eigen::Map<const Uint8Matrix>(descriptors, rows, Codebook::kDescriptorDim).cast<float>();
+  Matrix unit = Eigen::Map<const Uint8Matrix>(descriptors, rows, kDescriptorDim).cast<float>();
   unit.rowwise().normalize();
   unit.rowwise() -= codebook.mean.transpose();
   return unit * codebook.projection.transpose();

@@ -22,8 +22,6 @@ struct VladOptions {
 // File: 'SKCB', uint32 version, text `id`, the three options in order. Then each matrix as uint32
 // rows, uint32 columns, values. Last the SHA-256 of everything before it, as 64 hex digits.
 struct Codebook {
-  static constexpr int kDescriptorDim = 128;
-
   using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   std::string id;  // names training set and version; descriptors of two ids never mix

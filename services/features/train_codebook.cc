@@ -6,17 +6,17 @@
 #include <random>
 #include <stdexcept>
 
+#include "core/descriptor_dim.h"
 #include "features/vlad.h"
 
 namespace skein {
 namespace {
 
 using Matrix = Codebook::Matrix;
-constexpr int kDim = Codebook::kDescriptorDim;
 
 void Check(const TrainingOptions& options, size_t num_descriptors) {
-  if (options.local_dim > kDim || options.cell_dim > options.local_dim || options.cell_dim < 1 ||
-      options.num_cells < 1) {
+  if (options.local_dim > kDescriptorDim || options.cell_dim > options.local_dim ||
+      options.cell_dim < 1 || options.num_cells < 1) {
     throw std::invalid_argument("codebook dimensions must be 128 >= local >= cell >= 1");
   }
   if (num_descriptors < 10 * static_cast<size_t>(options.num_cells)) {
@@ -41,8 +41,8 @@ std::vector<uint8_t> Sample(const std::vector<LocalFeatures>& photos, size_t cou
   std::shuffle(rows.begin(), rows.end(), *random);
   rows.resize(std::min(rows.size(), count));
   std::vector<uint8_t> sample;
-  sample.reserve(rows.size() * kDim);
-  for (const uint8_t* row : rows) sample.insert(sample.end(), row, row + kDim);
+  sample.reserve(rows.size() * kDescriptorDim);
+  for (const uint8_t* row : rows) sample.insert(sample.end(), row, row + kDescriptorDim);
   return sample;
 }
 
@@ -55,9 +55,10 @@ Matrix PrincipalAxes(const Matrix& rows, int count) {
 }
 
 void LearnProjection(const std::vector<uint8_t>& descriptors, int local_dim, Codebook* codebook) {
-  codebook->mean = Eigen::VectorXf::Zero(kDim);
-  codebook->projection = Matrix::Identity(kDim, kDim);
-  Matrix centred = ProjectDescriptors(*codebook, descriptors.data(), descriptors.size() / kDim);
+  codebook->mean = Eigen::VectorXf::Zero(kDescriptorDim);
+  codebook->projection = Matrix::Identity(kDescriptorDim, kDescriptorDim);
+  Matrix centred =
+      ProjectDescriptors(*codebook, descriptors.data(), descriptors.size() / kDescriptorDim);
   codebook->mean = centred.cast<double>().colwise().mean().transpose().cast<float>();
   centred.rowwise() -= codebook->mean.transpose();
   codebook->projection = PrincipalAxes(centred, local_dim);
@@ -122,7 +123,7 @@ Codebook TrainCodebook(const std::vector<LocalFeatures>& photos, const std::stri
   codebook.id = id;
   codebook.vlad = options.vlad;
   LearnProjection(sample, options.local_dim, &codebook);
-  const Matrix points = ProjectDescriptors(codebook, sample.data(), sample.size() / kDim);
+  const Matrix points = ProjectDescriptors(codebook, sample.data(), sample.size() / kDescriptorDim);
   codebook.centres = LearnCentres(points, options);
   LearnCellAxes(points, options.cell_dim, &codebook);
   LearnPhotoMean(photos, &codebook);

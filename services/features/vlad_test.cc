@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "core/descriptor_dim.h"
 #include "features/describe_photo.h"
 #include "features/train_codebook.h"
 
@@ -16,7 +17,7 @@ LocalFeatures RandomFeatures(size_t count, uint32_t seed) {
   LocalFeatures features;
   features.keypoints.resize(count);
   for (auto& keypoint : features.keypoints) keypoint.scale_px = 2.f + random() % 1000 / 500.f;
-  features.descriptors.data.resize(count * Codebook::kDescriptorDim);
+  features.descriptors.data.resize(count * kDescriptorDim);
   for (uint8_t& value : features.descriptors.data) value = static_cast<uint8_t>(random() % 100);
   return features;
 }

@@ -19,11 +19,10 @@
 #include <string>
 #include <vector>
 
+#include "core/descriptor_dim.h"
 #include "core/result.h"
 
 namespace skein {
-
-constexpr int kDescriptorDim = 128;
 
 // count x 128 uint8, row major; not owned.
 struct DescriptorView {
