@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/option_check.h"
+#include "core/statistics.h"
 
 namespace skein {
 namespace {
@@ -76,9 +77,7 @@ std::optional<double> FramePicker::MotionTo(const cv::Mat1b& grey) const {
   }
   const double overlap = static_cast<double>(motions.size()) / corners_.size();
   if (motions.empty() || overlap < options_.min_overlap) return std::nullopt;
-  const auto middle = motions.begin() + static_cast<std::ptrdiff_t>(motions.size() / 2);
-  std::nth_element(motions.begin(), middle, motions.end());
-  return *middle / std::max(grey.cols, grey.rows);
+  return UpperMedian(std::move(motions)) / std::max(grey.cols, grey.rows);
 }
 
 bool FramePicker::IsBlurred(double sharpness) {

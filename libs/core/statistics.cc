@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 #include <stdexcept>
 
@@ -17,6 +18,13 @@ double percentile(std::vector<double> samples, double p) {
   if (low + 1 == samples.size()) return below;
   const double above = *std::min_element(samples.begin() + low + 1, samples.end());
   return below + (rank - static_cast<double>(low)) * (above - below);
+}
+
+double UpperMedian(std::vector<double> samples) {
+  if (samples.empty()) return 0;
+  const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
+  std::nth_element(samples.begin(), middle, samples.end());
+  return *middle;
 }
 
 double mean(const std::vector<double>& samples) {

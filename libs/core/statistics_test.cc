@@ -15,6 +15,12 @@ TEST(Statistics, PercentileInterpolatesBetweenRanks) {
   EXPECT_THROW(percentile({1}, 101), std::invalid_argument);
 }
 
+TEST(Statistics, UpperMedianIsOneOfTheSamples) {
+  EXPECT_DOUBLE_EQ(UpperMedian({4, 1, 3, 2}), 3);
+  EXPECT_DOUBLE_EQ(UpperMedian({9, 1, 5}), 5);
+  EXPECT_DOUBLE_EQ(UpperMedian({}), 0);
+}
+
 TEST(Statistics, MeanOfNothingIsZero) {
   EXPECT_DOUBLE_EQ(mean({}), 0);
   EXPECT_DOUBLE_EQ(mean({1, 2, 6}), 3);

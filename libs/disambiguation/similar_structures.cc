@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/option_check.h"
+#include "core/statistics.h"
 #include "core/threads.h"
 #include "disambiguation/photo_groups.h"
 #include "disambiguation/shared_photos.h"
@@ -23,12 +24,6 @@ constexpr int kCellsPerRegion = 3;    // in width and height, where points are s
 
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + values->size() / 2;
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 // Points that verified matches with registered photos tie to a photo, sorted.
@@ -117,7 +112,7 @@ class View {
       if (std::min(num_expected, num_keypoints_[i]) < options_.min_points) continue;
       ++(cell.seen ? votes.num_seen : votes.num_missing);
       if (cell.seen || own_depths_[i] <= 0) continue;
-      const double ratio = Median(&cell.depths) / own_depths_[i];
+      const double ratio = UpperMedian(std::move(cell.depths)) / own_depths_[i];
       votes.num_different +=
           ratio < options_.max_depth_ratio && ratio > 1 / options_.max_depth_ratio;
     }
@@ -137,7 +132,7 @@ class View {
     own_depths_.assign(depths.size(), 0.0);
     for (size_t i = 0; i < depths.size(); ++i) {
       const int num_points = static_cast<int>(depths[i].size());
-      if (num_points >= options_.min_own_points) own_depths_[i] = Median(&depths[i]);
+      if (num_points >= options_.min_own_points) own_depths_[i] = UpperMedian(std::move(depths[i]));
     }
   }
 

@@ -13,6 +13,7 @@
 #include "base/gps.h"
 #include "core/option_check.h"
 #include "core/result.h"
+#include "core/statistics.h"
 
 namespace skein {
 namespace {
@@ -30,13 +31,6 @@ constexpr size_t kNumConcentrated = 10;  // hypotheses that are concentrated to 
 // Degrees, degrees, metres.
 Eigen::Vector3d ToVector(const GeodeticPosition& p, double altitude_m) {
   return {p.latitude_deg, p.longitude_deg, altitude_m};
-}
-
-// Of at least one.
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::string Text(const char* format, double a, double b = 0) {
@@ -75,7 +69,7 @@ class Fitter {
   double RobustSigma(const Similarity& fit) const {
     const double correction = 1.0 + 5.0 / std::max<double>(1.0, from_.size() - 3.0);
     const double sigma =
-        correction * std::sqrt(Median(SquaredResiduals(fit)) / kMedianOfChi2[level_ ? 0 : 1]);
+        correction * std::sqrt(UpperMedian(SquaredResiduals(fit)) / kMedianOfChi2[level_ ? 0 : 1]);
     return std::max(sigma, options_.min_sigma_m);
   }
 
@@ -376,8 +370,8 @@ class Estimator {
       horizontal.push_back(residual.enu_m.head<2>().norm());
       if (residual.has_altitude) vertical.push_back(std::abs(residual.enu_m.z()));
     }
-    attempt.horizontal_m = Median(horizontal);
-    if (!vertical.empty()) attempt.vertical_m = Median(vertical);
+    attempt.horizontal_m = UpperMedian(horizontal);
+    if (!vertical.empty()) attempt.vertical_m = UpperMedian(vertical);
     return attempt;
   }
 
@@ -400,7 +394,7 @@ class Estimator {
       if (by_altitudes && !photos_[i].has_altitude) continue;
       heights.push_back((by_altitudes ? to_[i].z() : 0) - fit->Apply(from_[i]).z());
     }
-    fit->translation.z() += Median(heights);
+    fit->translation.z() += UpperMedian(heights);
   }
 
   Status Check(const Georeference& result) const {
@@ -451,13 +445,13 @@ GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const Eigen::Vector3d& p : xyz) values.push_back(p[axis]);
-    median[axis] = Median(values);
+    median[axis] = UpperMedian(values);
   }
   const auto nearest = std::min_element(xyz.begin(), xyz.end(), [&](const auto& a, const auto& b) {
     return (a - median).squaredNorm() < (b - median).squaredNorm();
   });
   GeodeticPosition origin = plausible[static_cast<size_t>(nearest - xyz.begin())];
-  origin.altitude_m = altitudes.empty() ? std::nullopt : std::optional(Median(altitudes));
+  origin.altitude_m = altitudes.empty() ? std::nullopt : std::optional(UpperMedian(altitudes));
   return origin;
 }
 

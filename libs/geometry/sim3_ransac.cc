@@ -6,8 +6,10 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <utility>
 
 #include "core/option_check.h"
+#include "core/statistics.h"
 #include "geometry/sim3_score.h"
 
 namespace skein {
@@ -58,12 +60,6 @@ TotalScore Score(const std::vector<SharedPhoto>& shared, const std::vector<size_
   return total;
 }
 
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + values->size() / 2;
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 std::optional<ImageHypothesis> HypothesisOfImage(const SharedPhoto& image) {
   std::vector<double> log_ratios;
   const size_t step = std::max<size_t>(1, image.points.size() / kDepthSamples);
@@ -76,7 +72,7 @@ std::optional<ImageHypothesis> HypothesisOfImage(const SharedPhoto& image) {
   ImageHypothesis hypothesis;
   hypothesis.rotation =
       (image.cam_from_target.rotation.conjugate() * image.cam_from_source.rotation).normalized();
-  hypothesis.log_scale = Median(&log_ratios);
+  hypothesis.log_scale = UpperMedian(std::move(log_ratios));
   return hypothesis;
 }
 

@@ -3,8 +3,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/limits.h"
+#include "core/statistics.h"
 
 namespace skein {
 namespace {
@@ -228,9 +230,7 @@ double RobustSigma(const std::vector<double>& errors) {
   constexpr double kSigmaOfMedian = 1.4826;  // of a normal distribution's median magnitude
   std::vector<double> magnitudes;
   for (const double error : errors) magnitudes.push_back(std::abs(error));
-  const auto middle = magnitudes.begin() + static_cast<ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return kSigmaOfMedian * *middle;
+  return kSigmaOfMedian * UpperMedian(std::move(magnitudes));
 }
 
 }  // namespace skein

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/statistics.h"
+
 namespace skein {
 namespace {
 
@@ -17,13 +19,6 @@ constexpr double kPointsPerPart = 1;
 // A window of dense matching tells nothing of what is smaller than itself (7 x 7 pixels in
 // benchmark/plane_sweep.h; 5 x 5 to 11 x 11 are usual).
 constexpr double kMinPartPx = 7;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Distances {
   double median_gsd = 0;        // of a point in its nearest photo
@@ -48,7 +43,8 @@ Distances MeasureDistances(const GuidedMap& map) {
     }
     if (!point.photos.empty()) nearest.push_back(best);
   }
-  return {Median(std::move(nearest)), Median(std::move(observed)), Median(std::move(distances))};
+  return {UpperMedian(std::move(nearest)), UpperMedian(std::move(observed)),
+          UpperMedian(std::move(distances))};
 }
 
 double CellWidth(const SurfaceOptions& options, const GuidedMap& map, double points_per_photo,
@@ -59,10 +55,10 @@ double CellWidth(const SurfaceOptions& options, const GuidedMap& map, double poi
     widths.push_back(camera.width_px);
     areas.push_back(static_cast<double>(camera.width_px) * camera.height_px);
   }
-  const double wanted_px = std::sqrt(Median(std::move(areas)) * options.points_per_cell /
+  const double wanted_px = std::sqrt(UpperMedian(std::move(areas)) * options.points_per_cell /
                                      std::max(1.0, points_per_photo));
   const double max_px =
-      std::max(options.min_cell_px, options.max_cell_share * Median(std::move(widths)));
+      std::max(options.min_cell_px, options.max_cell_share * UpperMedian(std::move(widths)));
   return std::clamp(wanted_px, options.min_cell_px, max_px) * observed_gsd;
 }
 
@@ -84,7 +80,7 @@ PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map,
   of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
   of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
   const double points_per_photo =
-      Median(std::vector<double>(num_observations.begin(), num_observations.end()));
+      UpperMedian(std::vector<double>(num_observations.begin(), num_observations.end()));
   return {distances.median_gsd, distances.working_distance,
           CellWidth(options, map, points_per_photo, distances.observed_gsd),
           CellWidth(of_parts, map, points_per_photo, distances.observed_gsd)};

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/option_check.h"
+#include "core/statistics.h"
 #include "guidance/live_place.h"
 #include "guidance/surfel_views.h"
 
@@ -111,11 +112,7 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
     sigmas.push_back(place.surfels[i].sigma);
   }
   result.open_share = static_cast<double>(open) / std::max(1, ends);
-  if (!sigmas.empty()) {
-    const auto middle = sigmas.begin() + static_cast<ptrdiff_t>(sigmas.size() / 2);
-    std::nth_element(sigmas.begin(), middle, sigmas.end());
-    result.median_sigma = *middle;
-  }
+  if (!sigmas.empty()) result.median_sigma = UpperMedian(std::move(sigmas));
   result.complete =
       result.GoodOfShown() >= options.min_good_share && result.open_share <= options.max_open_share;
   return result;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/statistics.h"
 #include "features/usual_contrast.h"
 
 namespace skein::sift_test {
@@ -107,12 +108,6 @@ double DescriptorDistance(const uint8_t* a, const uint8_t* b) {
   double sum = 0;
   for (size_t d = 0; d < Descriptors::kDim; ++d) sum += (a[d] - b[d]) * (a[d] - b[d]);
   return std::sqrt(sum);
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 SiftOptions With(const std::string& method) {
@@ -224,8 +219,8 @@ TEST(Sift, DescribesAsOpenCvDoes) {
   }
   EXPECT_GT(angles.size(), 0.85 * ours.keypoints.size());
   EXPECT_NEAR(ours.keypoints.size(), theirs.keypoints.size(), 0.1 * theirs.keypoints.size());
-  EXPECT_LT(Median(angles), 0.02);
-  EXPECT_LT(Median(distances), 60);  // of vectors of length 512
+  EXPECT_LT(UpperMedian(angles), 0.02);
+  EXPECT_LT(UpperMedian(distances), 60);  // of vectors of length 512
 }
 
 TEST(Sift, IsTheSameOnAnyNumberOfThreads) {
