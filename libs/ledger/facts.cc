@@ -12,9 +12,9 @@
 namespace skein {
 namespace {
 
-constexpr std::array<const char*, kNumFactKinds> kNames = {
-    "image",        "features",   "candidates", "matches", "seed",   "submap_lease", "registration",
-    "submap_model", "submap_end", "merge",      "failure", "finish", "configuration"};
+#define SKEIN_FACT_NAME(type, Name, COMMITTED, SUBMITTED) #type,
+constexpr std::array<const char*, kNumFactKinds> kNames = {SKEIN_FACT_KINDS(SKEIN_FACT_NAME)};
+#undef SKEIN_FACT_NAME
 
 template <size_t kKind>
 bool DecodeKind(const void* data, size_t size, Fact* fact) {

@@ -13,11 +13,17 @@
 
 namespace skein {
 
-// The order is part of the ledger range format (ledger/ledger_range.h): a change of it raises that
-// format's version.
-using Fact = std::variant<image_t, features_t, candidates_t, matches_t, seed_t, submap_lease_t,
-                          registration_t, submap_model_t, submap_end_t, merge_t, failure_t,
-                          finish_t, configuration_t>;
+namespace facts_internal {
+template <class Nothing, class... T>
+struct VariantOf {
+  using Type = std::variant<T...>;
+};
+}  // namespace facts_internal
+
+// image_t, features_t, ..., configuration_t: the kinds of SKEIN_FACT_KINDS in their order.
+#define SKEIN_FACT_TYPE(type, Name, COMMITTED, SUBMITTED) , type##_t
+using Fact = facts_internal::VariantOf<void SKEIN_FACT_KINDS(SKEIN_FACT_TYPE)>::Type;
+#undef SKEIN_FACT_TYPE
 
 inline constexpr int kNumFactKinds = static_cast<int>(std::variant_size_v<Fact>);
 
@@ -53,25 +59,13 @@ std::string ClampText(const std::string& text, size_t max_bytes = 200);
 // Channels of T as a fact and as a submission.
 template <class T>
 struct FactChannels;
-#define SKEIN_FACT_CHANNELS(type, name)                                \
-  template <>                                                          \
-  struct FactChannels<type> {                                          \
-    static constexpr Channel<type> committed = k##name##Channel;       \
-    static constexpr Channel<type> submitted = kSubmit##name##Channel; \
+#define SKEIN_FACT_CHANNELS(type, Name, COMMITTED, SUBMITTED)              \
+  template <>                                                              \
+  struct FactChannels<type##_t> {                                          \
+    static constexpr Channel<type##_t> committed = k##Name##Channel;       \
+    static constexpr Channel<type##_t> submitted = kSubmit##Name##Channel; \
   };
-SKEIN_FACT_CHANNELS(image_t, Image)
-SKEIN_FACT_CHANNELS(features_t, Features)
-SKEIN_FACT_CHANNELS(candidates_t, Candidates)
-SKEIN_FACT_CHANNELS(matches_t, Matches)
-SKEIN_FACT_CHANNELS(registration_t, Registration)
-SKEIN_FACT_CHANNELS(submap_lease_t, SubmapLease)
-SKEIN_FACT_CHANNELS(submap_model_t, SubmapModel)
-SKEIN_FACT_CHANNELS(submap_end_t, SubmapEnd)
-SKEIN_FACT_CHANNELS(seed_t, Seed)
-SKEIN_FACT_CHANNELS(merge_t, Merge)
-SKEIN_FACT_CHANNELS(failure_t, Failure)
-SKEIN_FACT_CHANNELS(finish_t, Finish)
-SKEIN_FACT_CHANNELS(configuration_t, Configuration)
+SKEIN_FACT_KINDS(SKEIN_FACT_CHANNELS)
 #undef SKEIN_FACT_CHANNELS
 
 namespace facts_internal {

@@ -3,42 +3,7 @@
 
 #include <string>
 
-#include "skein/advice_t.hpp"
-#include "skein/blob_chunk_t.hpp"
-#include "skein/blob_request_t.hpp"
-#include "skein/candidates_t.hpp"
-#include "skein/command_reply_t.hpp"
-#include "skein/command_t.hpp"
-#include "skein/configuration_t.hpp"
-#include "skein/demand_t.hpp"
-#include "skein/failure_t.hpp"
-#include "skein/features_t.hpp"
-#include "skein/finish_t.hpp"
-#include "skein/guidance_t.hpp"
-#include "skein/heartbeat_t.hpp"
-#include "skein/image_ack_t.hpp"
-#include "skein/image_offer_t.hpp"
-#include "skein/image_t.hpp"
-#include "skein/ledger_head_t.hpp"
-#include "skein/ledger_range_t.hpp"
-#include "skein/ledger_request_t.hpp"
-#include "skein/matches_t.hpp"
-#include "skein/merge_t.hpp"
-#include "skein/photo_diagnosis_t.hpp"
-#include "skein/registration_t.hpp"
-#include "skein/seed_t.hpp"
-#include "skein/shape_wanted_t.hpp"
-#include "skein/shared_reply_t.hpp"
-#include "skein/shared_request_t.hpp"
-#include "skein/submap_end_t.hpp"
-#include "skein/submap_lease_t.hpp"
-#include "skein/submap_model_t.hpp"
-#include "skein/submap_shape_t.hpp"
-#include "skein/submap_status_t.hpp"
-#include "skein/submit_reply_t.hpp"
-#include "skein/work_failed_t.hpp"
-#include "skein/work_request_t.hpp"
-#include "skein/work_t.hpp"
+#include "skein/all_types.h"
 
 namespace skein {
 
@@ -48,35 +13,34 @@ struct Channel {
   const char* name;
 };
 
-// Committed facts, broadcast by ingest. A LedgerFollower makes a gapless sequence of them.
-inline constexpr Channel<image_t> kImageChannel{"SKEIN_IMAGE"};
-inline constexpr Channel<features_t> kFeaturesChannel{"SKEIN_FEATURES"};
-inline constexpr Channel<candidates_t> kCandidatesChannel{"SKEIN_CANDIDATES"};
-inline constexpr Channel<matches_t> kMatchesChannel{"SKEIN_MATCHES"};
-inline constexpr Channel<registration_t> kRegistrationChannel{"SKEIN_REGISTRATION"};
-inline constexpr Channel<submap_lease_t> kSubmapLeaseChannel{"SKEIN_SUBMAP_LEASE"};
-inline constexpr Channel<submap_model_t> kSubmapModelChannel{"SKEIN_SUBMAP_MODEL"};
-inline constexpr Channel<submap_end_t> kSubmapEndChannel{"SKEIN_SUBMAP_END"};
-inline constexpr Channel<seed_t> kSeedChannel{"SKEIN_SEED"};
-inline constexpr Channel<merge_t> kMergeChannel{"SKEIN_MERGE"};
-inline constexpr Channel<failure_t> kFailureChannel{"SKEIN_FAILURE"};
-inline constexpr Channel<finish_t> kFinishChannel{"SKEIN_FINISH"};
-inline constexpr Channel<configuration_t> kConfigurationChannel{"SKEIN_CONFIGURATION"};
+// Every kind of fact, in the order of its number: the name of its type and of its constants, the
+// channel where ingest broadcasts committed ones, the channel of submissions to ingest. A new kind
+// is the last row: the order is part of the ledger range format (ledger/ledger_range.h), and any
+// other change raises that format's version.
+#define SKEIN_FACT_KINDS(X)                                                        \
+  X(image, Image, "SKEIN_IMAGE", "SKEIN_SUBMIT_IMAGE")                             \
+  X(features, Features, "SKEIN_FEATURES", "SKEIN_SUBMIT_FEATURES")                 \
+  X(candidates, Candidates, "SKEIN_CANDIDATES", "SKEIN_SUBMIT_CANDIDATES")         \
+  X(matches, Matches, "SKEIN_MATCHES", "SKEIN_SUBMIT_MATCHES")                     \
+  X(seed, Seed, "SKEIN_SEED", "SKEIN_SUBMIT_SEED")                                 \
+  X(submap_lease, SubmapLease, "SKEIN_SUBMAP_LEASE", "SKEIN_SUBMIT_SUBMAP_LEASE")  \
+  X(registration, Registration, "SKEIN_REGISTRATION", "SKEIN_SUBMIT_REGISTRATION") \
+  X(submap_model, SubmapModel, "SKEIN_SUBMAP_MODEL", "SKEIN_SUBMIT_SUBMAP_MODEL")  \
+  X(submap_end, SubmapEnd, "SKEIN_SUBMAP_END", "SKEIN_SUBMIT_SUBMAP_END")          \
+  X(merge, Merge, "SKEIN_MERGE", "SKEIN_SUBMIT_MERGE")                             \
+  X(failure, Failure, "SKEIN_FAILURE", "SKEIN_SUBMIT_FAILURE")                     \
+  X(finish, Finish, "SKEIN_FINISH", "SKEIN_SUBMIT_FINISH")                         \
+  X(configuration, Configuration, "SKEIN_CONFIGURATION", "SKEIN_SUBMIT_CONFIGURATION")
 
-// Submissions to ingest; a Submitter repeats them until they are answered.
-inline constexpr Channel<image_t> kSubmitImageChannel{"SKEIN_SUBMIT_IMAGE"};
-inline constexpr Channel<features_t> kSubmitFeaturesChannel{"SKEIN_SUBMIT_FEATURES"};
-inline constexpr Channel<candidates_t> kSubmitCandidatesChannel{"SKEIN_SUBMIT_CANDIDATES"};
-inline constexpr Channel<matches_t> kSubmitMatchesChannel{"SKEIN_SUBMIT_MATCHES"};
-inline constexpr Channel<registration_t> kSubmitRegistrationChannel{"SKEIN_SUBMIT_REGISTRATION"};
-inline constexpr Channel<submap_lease_t> kSubmitSubmapLeaseChannel{"SKEIN_SUBMIT_SUBMAP_LEASE"};
-inline constexpr Channel<submap_model_t> kSubmitSubmapModelChannel{"SKEIN_SUBMIT_SUBMAP_MODEL"};
-inline constexpr Channel<submap_end_t> kSubmitSubmapEndChannel{"SKEIN_SUBMIT_SUBMAP_END"};
-inline constexpr Channel<seed_t> kSubmitSeedChannel{"SKEIN_SUBMIT_SEED"};
-inline constexpr Channel<merge_t> kSubmitMergeChannel{"SKEIN_SUBMIT_MERGE"};
-inline constexpr Channel<failure_t> kSubmitFailureChannel{"SKEIN_SUBMIT_FAILURE"};
-inline constexpr Channel<finish_t> kSubmitFinishChannel{"SKEIN_SUBMIT_FINISH"};
-inline constexpr Channel<configuration_t> kSubmitConfigurationChannel{"SKEIN_SUBMIT_CONFIGURATION"};
+// kImageChannel ... kConfigurationChannel: a LedgerFollower makes a gapless sequence of these
+// facts. kSubmitImageChannel ... kSubmitConfigurationChannel: a Submitter repeats until it is
+// answered.
+#define SKEIN_FACT_CHANNELS(type, Name, COMMITTED, SUBMITTED)     \
+  inline constexpr Channel<type##_t> k##Name##Channel{COMMITTED}; \
+  inline constexpr Channel<type##_t> kSubmit##Name##Channel{SUBMITTED};
+SKEIN_FACT_KINDS(SKEIN_FACT_CHANNELS)
+#undef SKEIN_FACT_CHANNELS
+
 inline constexpr Channel<submit_reply_t> kSubmitReplyChannel{"SKEIN_SUBMIT_REPLY"};
 
 inline constexpr Channel<image_offer_t> kImageOfferChannel{"SKEIN_IMAGE_OFFER"};

@@ -23,33 +23,9 @@ constexpr RoleSet kReader = kSigned | kUnsigned;
 constexpr std::string_view kChunkPrefix = "SKEIN_BLOB_CHUNK_";
 constexpr RoleSet kMayServeBlobs = kIngest | kWorker | kAgent | kWeb | kUnsigned;
 
+#define SKEIN_FACT_RIGHTS(type, Name, COMMITTED, SUBMITTED) \
+  {k##Name##Channel.name, kIngest}, {kSubmit##Name##Channel.name, kWorker},
 const std::map<std::string_view, RoleSet> kMayPublish = {
-    {kImageChannel.name, kIngest},
-    {kFeaturesChannel.name, kIngest},
-    {kCandidatesChannel.name, kIngest},
-    {kMatchesChannel.name, kIngest},
-    {kRegistrationChannel.name, kIngest},
-    {kSubmapLeaseChannel.name, kIngest},
-    {kSubmapModelChannel.name, kIngest},
-    {kSubmapEndChannel.name, kIngest},
-    {kSeedChannel.name, kIngest},
-    {kMergeChannel.name, kIngest},
-    {kFailureChannel.name, kIngest},
-    {kFinishChannel.name, kIngest},
-    {kConfigurationChannel.name, kIngest},
-    {kSubmitImageChannel.name, kWorker},
-    {kSubmitFeaturesChannel.name, kWorker},
-    {kSubmitCandidatesChannel.name, kWorker},
-    {kSubmitMatchesChannel.name, kWorker},
-    {kSubmitRegistrationChannel.name, kWorker},
-    {kSubmitSubmapLeaseChannel.name, kWorker},
-    {kSubmitSubmapModelChannel.name, kWorker},
-    {kSubmitSubmapEndChannel.name, kWorker},
-    {kSubmitSeedChannel.name, kWorker},
-    {kSubmitMergeChannel.name, kWorker},
-    {kSubmitFailureChannel.name, kWorker},
-    {kSubmitFinishChannel.name, kWorker},
-    {kSubmitConfigurationChannel.name, kWorker},
     {kSubmitReplyChannel.name, kIngest},
     {kImageOfferChannel.name, kAgent | kWeb | kUnsigned},
     {kImageAckChannel.name, kIngest},
@@ -72,7 +48,8 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kCommandChannel.name, kOperator | kWeb},
     {kCommandReplyChannel.name, kIngest},
     {kBlobRequestChannel.name, kReader},
-};
+    SKEIN_FACT_KINDS(SKEIN_FACT_RIGHTS)};
+#undef SKEIN_FACT_RIGHTS
 
 RoleSet RoleOf(const Sender& sender) { return sender ? Bit(sender->role) : kUnsigned; }
 

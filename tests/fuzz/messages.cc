@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
   std::vector<std::string> all = TypeLayout::AllNames();
   std::sort(names.begin(), names.end());
   std::sort(all.begin(), all.end());
-  fuzz::Expect(names == all, "message_types.h lists all types of lcmtypes/");
+  fuzz::Expect(names == all, "all_types.h lists all types of lcmtypes/");
   return 0;
 }
 
