@@ -19,6 +19,7 @@
 #include "clients/store/commands.h"
 #include "clients/subcommand.h"
 #include "clients/view/view.h"
+#include "core/version.h"
 
 namespace {
 
@@ -54,7 +55,7 @@ void PrintUsage(std::ostream& out) {
     out << "  " << subcommand.name << std::string(12 - std::string(subcommand.name).size(), ' ')
         << subcommand.help << "\n";
   }
-  out << "\n  --help      this text\n  --version   Skein's version\n"
+  out << "\n  --help      this text\n  --version   version and commit\n"
       << "\nExit codes: 0 done, 1 error, 2 bad usage.\n";
 }
 
@@ -76,7 +77,7 @@ int main(int argc, char** argv) {
     return skein::kExitOk;
   }
   if (first == "--version") {
-    std::cout << "skein " << SKEIN_VERSION << std::endl;
+    std::cout << "skein " << skein::VersionWithCommit() << std::endl;
     return skein::kExitOk;
   }
   for (const Subcommand& subcommand : kSubcommands) {

@@ -143,6 +143,7 @@ class ProgramOptions : public testing::Test {
   std::optional<int> Parse(std::vector<std::string> arguments) {
     Program program;
     program.section = "mapper";
+    program.version = "1.2.3 (abc)";
     program.add_options = [this](CLI::App& app) { Bind(app, &values_); };
     program.check = [this] { return InRange("ratio", values_.ratio, 0.0, 1.0); };
     std::vector<char*> argv;
@@ -189,6 +190,14 @@ TEST_F(ProgramOptions, RefuseNumbersThatAreNone) {
   EXPECT_NE(said.find("[mapper] --mean is nan: give a number\n"), std::string::npos) << said;
   EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), num_lines) << said;
   EXPECT_EQ(Parse({"--mean", "1", "2", "3", "--camera-model", "nan"}), std::nullopt) << "a name";
+}
+
+TEST_F(ProgramOptions, PrintTheVersionAndEnd) {
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(Parse({"--version"}), 0);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "skein-mapper 1.2.3 (abc)\n");
+  EXPECT_EQ(Parse({}), std::nullopt);
+  EXPECT_EQ(configuration_.find("version"), std::string::npos) << configuration_;
 }
 
 TEST_F(ProgramOptions, PrintTheSectionAndEnd) {

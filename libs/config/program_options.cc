@@ -45,6 +45,10 @@ std::optional<int> ParseProgramOptions(const Program& program, int argc, char** 
   app.add_option("--config", path,
                  "TOML file of all services' options; the command line goes first");
   app.add_flag("--print-config", print, "Print this service's section of such a file, and end");
+  if (!program.version.empty()) {
+    app.set_version_flag("--version", "skein-" + program.section + " " + program.version,
+                         "Print version and commit, and end");
+  }
   app.option_defaults()->configurable(true);
   program.add_options(app);
   for (CLI::Option* option : app.get_options()) {

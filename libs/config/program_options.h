@@ -17,6 +17,7 @@ namespace skein {
 struct Program {
   std::string section;                         // the service's name
   std::string description;                     // one line, for --help
+  std::string version;                         // for --version; "": there is no such option
   std::function<void(CLI::App&)> add_options;  // options of the section
   // Options that say where the process runs; the file has none of them. May be unset.
   std::function<void(CLI::App&)> add_place_options;
@@ -28,8 +29,8 @@ struct Program {
 };
 
 // Parses the command line over --config FILE over the defaults. Returns the exit code if the
-// program ends now: 0 after --help and --print-config, 2 for bad usage, explained by one line on
-// stderr. `configuration` becomes the section as it is now, without comments.
+// program ends now: 0 after --help, --version and --print-config, 2 for bad usage, explained by one
+// line on stderr. `configuration` becomes the section as it is now, without comments.
 std::optional<int> ParseProgramOptions(const Program& program, int argc, char** argv,
                                        std::string* configuration);
 

@@ -14,12 +14,9 @@
 #include "core/clock.h"
 #include "core/log.h"
 #include "core/process.h"
+#include "core/version.h"
 #include "ledger/fact_ids.h"
 #include "ledger/session_folder.h"
-
-#ifndef SKEIN_VERSION
-#define SKEIN_VERSION "0.1.0"
-#endif
 
 namespace skein {
 namespace {
@@ -247,7 +244,7 @@ void Node::SendHeartbeat() {
   beat.instance = options_.instance;
   beat.host = HostName();
   beat.pid = static_cast<int32_t>(::getpid());
-  beat.version = SKEIN_VERSION;
+  beat.version = Version();
   beat.utime_us = NowUs();
   beat.state = "running";
   beat.ledger_seq = ledger_seq_;
@@ -290,7 +287,7 @@ configuration_t ConfigurationOf(const NodeOptions& options) {
   fact.service = options.service;
   fact.instance = options.instance.empty() ? options.service : options.instance;
   fact.text = options.configuration;
-  fact.version = SKEIN_VERSION;
+  fact.version = Version();
   fact.header.fact_id = ConfigurationFactId(fact.instance, fact.service, fact.version, fact.text);
   return fact;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "config/program_options.h"
+#include "core/version.h"
 #include "node/node.h"
 
 namespace skein {
@@ -18,6 +19,7 @@ template <class Options>
 std::optional<int> ParseServiceOptions(const char* description, int argc, char** argv,
                                        NodeOptions* node, Options* options) {
   Program program = ServiceProgram(description, node);
+  program.version = VersionWithCommit();
   program.add_options = [options](CLI::App& app) { AddOptions(app, options); };
   program.check = [options] { return options->Check(); };
   return ParseProgramOptions(program, argc, argv, &node->configuration);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/file_below.h"
+#include "core/version.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
 #include "web/qr_code.h"
@@ -88,7 +89,7 @@ void SessionApi::GetSession(const HttpRequest& request, Respond respond) const {
   json answer = {{"session_id", source_.session_id},
                  {"folder", folder},
                  {"live", source_.live},
-                 {"version", SKEIN_VERSION},
+                 {"version", Version()},
                  {"head", view_.events().head()},
                  {"page_limits", {{"points", kPagePoints}}},
                  {"visitor", nullptr},

@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "core/version.h"
 #include "ingest/ingest_options.h"
 #include "ingest/ingest_service.h"
 #include "ledger/session_folder.h"
@@ -11,7 +12,8 @@ int main(int argc, char** argv) {
   node_options.role = skein::Role::kIngest;
   node_options.cache_bytes = 64 << 20;
   skein::IngestOptions options;
-  const skein::Program program = skein::IngestProgram(&node_options, &options);
+  skein::Program program = skein::IngestProgram(&node_options, &options);
+  program.version = skein::VersionWithCommit();
   if (const auto code =
           skein::ParseProgramOptions(program, argc, argv, &node_options.configuration)) {
     return *code;

@@ -5,9 +5,12 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
+#include "config/program_options.h"
 #include "core/log.h"
+#include "core/version.h"
 #include "event_loop/poll_loop.h"
 #include "event_loop/sign_of_life.h"
 #include "relay/relay.h"
@@ -70,7 +73,12 @@ void Run(const skein::RelayProgramOptions& options) {
 
 int main(int argc, char** argv) {
   skein::RelayProgramOptions options;
-  if (const auto code = skein::ParseRelayOptions(argc, argv, &options)) return *code;
+  skein::Program program = skein::RelayProgram(&options);
+  program.version = skein::VersionWithCommit();
+  std::string configuration;  // the relay belongs to no session that would note it
+  if (const auto code = skein::ParseProgramOptions(program, argc, argv, &configuration)) {
+    return *code;
+  }
   try {
     skein::InitLog(options.instance, options.verbose);
     Run(options);

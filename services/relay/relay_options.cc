@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "config/program_options.h"
 #include "core/option_check.h"
 
 namespace skein {
@@ -24,7 +23,7 @@ Status RelayProgramOptions::Check() const {
                      InRange("max_clients", max_clients, 4, 10'000)});
 }
 
-std::optional<int> ParseRelayOptions(int argc, char** argv, RelayProgramOptions* options) {
+Program RelayProgram(RelayProgramOptions* options) {
   Program program;
   program.section = "relay";
   program.description =
@@ -58,8 +57,7 @@ std::optional<int> ParseRelayOptions(int argc, char** argv, RelayProgramOptions*
                    "Connections a port, half of them from one address at most");
   };
   program.check = [options] { return options->Check(); };
-  std::string configuration;  // the relay belongs to no session that would note it
-  return ParseProgramOptions(program, argc, argv, &configuration);
+  return program;
 }
 
 }  // namespace skein

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "config/program_options.h"
 #include "core/result.h"
 
 namespace skein {
@@ -24,7 +25,7 @@ struct RelayProgramOptions {
   Status Check() const;
 };
 
-// Command line, and [relay] of a config file. The exit code, if the program is to end now.
-std::optional<int> ParseRelayOptions(int argc, char** argv, RelayProgramOptions* options);
+// Command line, and [relay] of a config file.
+Program RelayProgram(RelayProgramOptions* options);
 
 }  // namespace skein

@@ -14,7 +14,7 @@ for service in ingest features retrieval matching mapper merger guide relay web;
   # Every option of --help stands in the file, but for those that say where a process runs.
   "$SKEIN_BUILD/bin/skein-$service" --help | grep -oE -- '^ +--[a-z-]+' | tr -d ' ' | sort -u >"$workspace/help"
   while read -r option; do
-    [[ ! " --session --session-id --invite --lcm-url --auth --instance --threads --verbose --config --print-config --retire-after --help --port --loopback --watch-port " == *" $option "* ]] || continue
+    [[ ! " --session --session-id --invite --lcm-url --auth --instance --threads --verbose --config --print-config --retire-after --help --version --port --loopback --watch-port " == *" $option "* ]] || continue
     key=${option#--}
     "$SKEIN_BUILD/bin/skein-$service" --print-config | grep -E "^(# )?${key//-/_} =" >/dev/null || fail "skein-$service: $option is not in its section"
   done <"$workspace/help"

@@ -1,0 +1,7 @@
+#include "core/version.h"
+
+namespace skein {
+
+const char* Version() { return SKEIN_VERSION; }
+
+}  // namespace skein
