@@ -5,7 +5,7 @@
 # child's end and waits for it for ever (scripts/launch.sh hung so). Every JSON file is JSON.
 source "$(dirname "$0")/../harness.sh"
 cd "$SKEIN_ROOT"
-tracked_files '*.sh' .ci/run | while IFS= read -r -d '' script; do
+tracked_files '*.sh' .ci/run scripts/hooks/pre-commit | while IFS= read -r -d '' script; do
   bash -n "$script" || fail "$script doesn't parse"
   [[ $(head -c 2 "$script") != '#!' || -x $script ]] || fail "$script is not executable"
   ! grep -nE '[^|]\| *grep +-[a-zA-Z]*q' "$script" || fail "$script: a pipe into grep -q (send its output to /dev/null instead)"
