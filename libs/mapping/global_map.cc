@@ -173,7 +173,7 @@ std::vector<Track> FindTracks(const SceneMap& map, std::vector<RelativeRotation>
 // Some tracks of each photo are enough.
 std::vector<PointRays> RaysOf(const SceneMap& map, const RotationAveraging& averaging,
                               const std::vector<Track>& tracks) {
-  constexpr int kTracksOfPhoto = 150;
+  constexpr int kTracksOfPhoto = 50;
   std::map<ImageId, int> num_tracks;
   std::vector<PointRays> points;
   for (const Track& track : tracks) {

@@ -364,9 +364,8 @@ void Submap::TryAllWaiting(const EventSink& sink) {
 
 bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
-  // A few more pairs than at the last time change nothing.
-  const bool is_known =
-      settled_.consistent || 100 * map_->pairs().size() <= 101 * num_pairs_rebuilt_;
+  // The verdict of the last time holds until there are half as many pairs more.
+  const bool is_known = settled_.consistent || 2 * map_->pairs().size() < 3 * num_pairs_rebuilt_;
   if (!batch.is_of_place && is_known) return false;
   const MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
@@ -446,18 +445,10 @@ bool Submap::MixesPlaces(const SceneMap& anew,
   });
 }
 
-// A small map that a photo could not join is looked at when its pairs have grown by half: the first
-// pairs of a video, or of cameras with unknown focal lengths, often are poor beginnings.
+// For a small map that a photo could not join: the first pairs of a video, or of cameras with
+// unknown focal lengths, often are poor beginnings.
 void Submap::BeginAnewIfSmall(const EventSink& sink) {
-  if (!adjuster_.IsMapSmall() || !map_->HasPhoto(first_) ||
-      2 * map_->pairs().size() < 3 * num_pairs_rebuilt_) {
-    return;
-  }
-  num_pairs_rebuilt_ = map_->pairs().size();
-  const MatchAgreement now = CountMatches(options_, *map_, waiting_);
-  if (!MayWin(now)) return;
-  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, false);
-  if (anew == nullptr || !TakeIfBetter(anew.get(), now, sink)) return;
+  if (!adjuster_.IsMapSmall() || !MapAsBatch(Batch(), sink)) return;
   for (const ImageId id : map_->photos()) {
     if (!waiting_.MatchesSimilarPlace(id)) waiting_.Enqueue(id);
   }
