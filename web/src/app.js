@@ -366,7 +366,7 @@ export class App {
     const text = !connection.connected && connection.heard === null
       ? ['Connecting', 'The page asks the server of this session.']
       : summary.counts.received === 0
-        ? ['No photos yet', 'Start an agent; the map appears here as its photos arrive.']
+        ? ['No photos yet', `${byId('invite_button').hidden ? 'Start' : 'Invite a phone at the upper right, or start'} an agent; the map appears here as photos arrive.`]
         : ['The map begins soon', 'The first two photos that overlap well begin it.'];
     empty.replaceChildren(h('b', {}, text[0]), h('span', {}, text[1]));
   }
@@ -490,7 +490,7 @@ export class App {
   makeActions() {
     byId('mark').append(h('img', { src: '/assets/icon.svg', alt: '', width: 24, height: 24 }));
     byId('actions').append(
-      iconButton('invite', 'Invite a phone or a person', showInvite, { id: 'invite_button', hidden: true }),
+      iconButton('invite', 'Invite a phone or a person', () => showInvite({ agents: [...this.timeline.live.agents.keys()] }), { id: 'invite_button', hidden: true }),
       iconButton('theme', 'Dark or light', () => this.applyTheme(this.theme === 'dark' ? 'light' : 'dark', true), { id: 'theme_button' }),
       iconButton('help', 'Keys and help (?)', () => showHelp(this.session.version ?? '')));
   }
