@@ -203,8 +203,12 @@ export class App {
     this.world = new World(this.viewer, this.timeline);
     const { viewer, world } = this;
     this.measure = new Measure({ viewer, world, timeline: this.timeline, notice: (text) => this.notice(text), changed: () => this.changed() });
-    byId('messages').append(this.measure.form);
+    byId('messages').append(this.measure.form, this.measure.done);
     this.labels = new Labels({ viewer, world, measure: this.measure });
+    byId('north').addEventListener('click', () => {
+      viewer.controls.moved = true;
+      viewer.controls.goTo({ yaw: 0 });
+    });
   }
 
   // Everything follows in one go, soon, and at most eight times a second.
@@ -306,7 +310,8 @@ export class App {
   }
 
   resized() {
-    if (this.fittedCameras && !this.viewer.controls.moved && !this.follow) this.viewer.fit();
+    // What is being measured stays where it is.
+    if (this.fittedCameras && !this.viewer.controls.moved && !this.follow && this.measure.picked.length === 0) this.viewer.fit();
   }
 
   // ---- selecting
@@ -327,8 +332,8 @@ export class App {
     this.changed();
   }
 
-  async selectPoint({ submap, chunk, index, version, point }) {
-    const selection = { submap, chunk, index, version, point, seen: null };
+  async selectPoint({ submap, chunk, index, version, own, point }) {
+    const selection = { submap, chunk, index, version, own, point, at: this.world.coordinatesOf(submap, own), seen: null };
     this.select(selection);
     try {
       const answer = await fetch(`/api/submaps/${submap}/chunks/${chunk}/points/${index}?v=${version}`);

@@ -91,6 +91,25 @@ export function length(value, inMetres) {
   return `${Number((value / 1000).toPrecision(3))} km`;
 }
 
+// [[name, value]] of coordinatesOf() of a point. nameOf(image): of the photo that metres are counted from.
+export function coordinateWords(at, nameOf) {
+  const metres = (v) => `${v.toFixed(at.error < 0.1 ? 2 : 1)}\u00a0m`;
+  const along = (v, positive, negative) => `${metres(Math.abs(v))} ${v < 0 ? negative : positive}`;
+  const parts = [along(at.east, 'east', 'west'), along(at.north, 'north', 'south'), ...(at.up === null ? [] : [along(at.up, 'up', 'down')])];
+  return [
+    ['Degrees', degrees(at)],
+    ...(at.altitude === null ? [] : [['Altitude', `${metres(at.altitude)} by the photos’ GPS`]]),
+    ['Metres', `${parts.join(', ')} from ${nameOf(at.from)}`],
+    ['Accuracy', `${length(at.error, true)} between the photos’ GPS and the map; more away from them`],
+  ];
+}
+
+// Latitude and longitude, to 1 cm where that means something.
+export function degrees({ latitude, longitude, error }) {
+  const digits = error < 0.1 ? 7 : 6;
+  return `${latitude.toFixed(digits)}, ${longitude.toFixed(digits)}`;
+}
+
 export function clock(utime) {
   return new Date(utime / 1000).toLocaleTimeString([], { hour: '2-digit', minute: '2-digit', second: '2-digit' });
 }
