@@ -1,7 +1,8 @@
 // The page: what comes from the server goes into the timeline and the shapes; what is shown follows from them.
 import { kGrid, kMark, kPaper, rgb } from './colours.js';
+import { Dismissed } from './dismissed.js';
 import { Feed } from './feed.js';
-import { heirOf, liveSubmaps, placeOf, standingOf, summarize } from './fold.js';
+import { heirOf, liveSubmaps, notPlacedOf, placeOf, standingOf, summarize } from './fold.js';
 import { guidanceOf } from './guidance.js';
 import { thumbnailUrl } from './photo_urls.js';
 import * as sim from './similarity.js';
@@ -38,6 +39,7 @@ const reducedMotion = () => matchMedia('(prefers-reduced-motion: reduce)').match
 export class App {
   constructor() {
     this.timeline = new Timeline();
+    this.dismissed = new Dismissed();
     this.session = {};
     this.status = null;
     this.connection = { connected: false, heard: null };
@@ -66,6 +68,9 @@ export class App {
       this.changed();
     });
     window.addEventListener('online', () => this.feed.retryNow());
+    window.addEventListener('storage', (e) => {
+      if (this.dismissed.heard(e.key)) this.changed();
+    });
     document.addEventListener('keydown', (e) => this.shortcut(e));
     setInterval(() => this.tick(), 1000);
     this.connect();
@@ -117,6 +122,7 @@ export class App {
 
   begin(session) {
     this.timeline.reset();
+    this.dismissed.open(session);
     this.measure.begin(session);
     this.shapes.reset();
     this.world.reset();
@@ -227,10 +233,14 @@ export class App {
     const { timeline } = this;
     const state = timeline.shown;
     return {
-      state, timeline, summary: summarize(state), status: this.status, connection: this.connection, session: this.session,
+      state, timeline, summary: { ...summarize(state), dismissed: this.numDismissed(state) }, status: this.status, connection: this.connection, session: this.session,
       selection: this.selection, theme: this.theme, now: performance.now(), utimeNow: this.utimeNow(),
       pointsOf: (id) => (timeline.isLive ? this.world.shapes.get(id)?.manifest.chunks.reduce((n, c) => n + c.points, 0) ?? 0 : 0),
     };
+  }
+
+  numDismissed(state) {
+    return this.dismissed.list.length === 0 ? 0 : notPlacedOf(state).filter(({ key }) => this.dismissed.has(key)).length;
   }
 
   // By the server's clock as far as it was heard: the browser's may be wrong.
@@ -241,6 +251,7 @@ export class App {
   }
 
   update() {
+    if (this.feed.synced) this.dismissed.forgetPlaced(this.timeline.live);
     const view = this.view();
     const nowS = performance.now() / 1000;
     for (const id of this.world.takeJoined(nowS)) this.shapes.drop(id);
@@ -391,7 +402,7 @@ export class App {
     this.header = new Header({ openUnplaced: () => this.tabs.open('unplaced') });
     this.overview = new Overview({ followAgent: (agent) => this.showAgent(agent) });
     this.maps = new Maps({ lookAt: (id) => this.lookAtMap(id) });
-    this.unplaced = new Unplaced({ select });
+    this.unplaced = new Unplaced({ select, dismissed: this.dismissed, dismiss: (key, on) => this.dismiss(key, on) });
     this.compareDialog = new Compare();
     this.inspect = new Inspect({ select, hover, lookAt, compare: (a, b) => this.compare(a, b), clear: () => this.select(null) });
     this.newestCard = new Newest({ lookAt: () => this.lookAtNewest() });
@@ -404,9 +415,15 @@ export class App {
     this.tabs.open('overview', { keepSheet: true });
   }
 
+  dismiss(key, on) {
+    this.dismissed.set(key, on);
+    this.changed();
+  }
+
   updatePanels(view) {
     const numMaps = liveSubmaps(view.state).length;
-    this.tabs.setBadge('unplaced', view.summary.notPlaced ? String(view.summary.notPlaced) : '');
+    const { notPlaced, dismissed } = view.summary;
+    this.tabs.setBadge('unplaced', notPlaced > dismissed ? String(notPlaced - dismissed) : '');
     this.tabs.setBadge('maps', numMaps > 1 ? String(numMaps) : '');
     this.tabs.update(view);
   }
@@ -532,6 +549,7 @@ export class App {
     const { shown, live } = this.timeline;
     const { counts, notPlaced } = summarize(shown);
     return {
+      dismissed: this.numDismissed(shown),
       session: this.feed.sessionId, head: live.head, shownHead: shown.head, isLive: this.timeline.isLive,
       connected: this.connection.connected, connections: this.numConnections, synced: this.feed.synced, counts, notPlaced,
       agents: [...shown.agents.values()].map((a) => ({ name: a.name, sent: a.sent })),
