@@ -179,7 +179,7 @@ const cases = {
     await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
     await page.locator('#tab_unplaced').click();
     await page.locator('.unplaced_list li').nth(3).waitFor();
-    const text = await page.locator('.unplaced_list').innerText();
+    const text = await page.locator('.unplaced_list').first().innerText();
     assert.match(text, /No other photo shows the same place yet/);
     assert.match(text, /only in one corner or from too far/);
     assert.match(text, /notes\.txt/);
@@ -739,6 +739,11 @@ const cases = {
     await picture(page, 'camera_series');
     await page.getByRole('button', { name: 'Stop the series' }).click();
     await browser.until('it ends', (s) => !s.series);
+    await page.locator('#camera_counts').filter({ hasText: / taken, 0 placed$/ }).waitFor();
+    server.tell('full');
+    await page.locator('#camera_note').filter({ hasText: 'the disk is almost full' }).waitFor();
+    server.tell('obey');
+    await page.locator('#camera_note').filter({ hasText: /^$/ }).waitFor();
     // A photo of somebody else is no ghost; without advice there is neither.
     server.tell('unadvised');
     await browser.until('no advice, no photo', (s) => s.ghost === 0);

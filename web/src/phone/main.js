@@ -33,7 +33,7 @@ class PhonePage {
       place: this.place,
       take: (blob, name, time) => this.add(blob, name, time, this.place.at(time)),
       said: () => this.show(),
-      hint: (isWide) => this.ghostHint(isWide),
+      hint: (isWide) => this.problem || this.trouble || this.ghostHint(isWide),
     });
     this.ghost = new Ghost({ changed: () => this.showGhost() });
     this.wantsGhost = true;
@@ -42,6 +42,7 @@ class PhonePage {
     this.connection = { ok: null, why: '' }; // ok: null until the first request is answered or has failed
     this.adding = 0;
     this.problem = '';
+    this.trouble = ''; // the first that a person has to mend
     // Photos may be taken before this browser's storage is open.
     this.opened = new Promise((resolve) => { this.tellOpened = resolve; });
     // While photos are taken or sent.
@@ -61,7 +62,7 @@ class PhonePage {
       await navigator.serviceWorker.ready;
       this.opensOffline = true;
     } catch {
-      this.opensOffline = false;
+      this.opensOffline = Boolean(navigator.serviceWorker?.controller);
     }
     this.show();
   }
@@ -107,7 +108,10 @@ class PhonePage {
       queue: this.queue,
       on: {
         advice: (advice) => this.takeAdvice(advice),
-        troubles: (troubles) => showTroubles(byId('troubles'), troubles),
+        troubles: (troubles) => {
+          showTroubles(byId('troubles'), troubles);
+          this.trouble = troubles[0]?.what ?? '';
+        },
         changed: () => this.soon(),
         connection: (c) => this.setConnection(c),
       },
@@ -235,6 +239,7 @@ class PhonePage {
   show() {
     const counts = this.counts();
     for (const [key, n] of Object.entries(counts)) setText(byId(`count_${key}`), groups(n));
+    setText(byId('camera_counts'), `${groups(counts.taken)} taken, ${groups(counts.placed)} placed`);
     const unsent = this.numUnsent();
     this.screenLock.check();
     const words = this.problem || (this.adding > 0 ? `${plural(this.adding, 'photo')} being kept…` : this.connectionWords(unsent));
