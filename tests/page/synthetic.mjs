@@ -780,7 +780,7 @@ const cases = {
     await page.goto(url);
     await browser.until('the server has answered', (s) => s.connection.ok && s.opensOffline === false);
     assert.equal(await page.evaluate(() => isSecureContext), false);
-    const line = page.locator('#secure > p');
+    const line = page.locator('#secure_line');
     await line.filter({ hasText: 'https adds a camera view with the next step, series, position and reloading without a network' }).waitFor();
     assert.match(await line.locator('a').getAttribute('href'), /^https:.*\/phone$/);
     await page.locator('#keep_open').filter({ hasText: 'without a network it does not open again' }).waitFor();

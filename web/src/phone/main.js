@@ -64,6 +64,7 @@ class PhonePage {
     } catch {
       this.opensOffline = Boolean(navigator.serviceWorker?.controller);
     }
+    this.showSecure();
     this.show();
   }
 
@@ -319,11 +320,13 @@ class PhonePage {
     setText(byId('door_note'), why[0].toUpperCase() + why.slice(1) + (/[.!?]$/.test(why) ? '' : '.'));
   }
 
-  // What a page without TLS lacks, and how to get it.
+  // What a page without TLS lacks, or one whose certificate was only waved through, and how to get it.
   showSecure() {
-    const { addresses } = this.session;
+    const addresses = this.session?.addresses;
+    const isSecure = isSecureContext && location.protocol === 'https:' && Camera.possible;
     byId('position_part').hidden = !this.place.possible;
-    byId('secure').hidden = !addresses || (isSecureContext && location.protocol === 'https:' && Camera.possible);
+    byId('secure').hidden = !addresses || (isSecure && this.opensOffline !== false);
+    byId('secure_line').hidden = isSecure;
     if (!addresses) return;
     byId('secure_link').href = `${addresses.secure}/phone`;
     setText(byId('fingerprint'), addresses.fingerprint);
