@@ -2,6 +2,8 @@
 // swallows. node synthetic.mjs SERVER.mjs PAGE_DIR [WORDS]: the cases with these words in their names
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
@@ -38,6 +40,27 @@ const view = async (browser) => {
 };
 const picture = async (page, name) => process.env.PAGE_PICTURES && page.screenshot({ path: join(process.env.PAGE_PICTURES, `${name}.png`) });
 const isShown = (s) => s.synced && s.points > 5000 && s.loading === 0 && s.cameras.length === 45;
+
+// A camera that sees another, equally sharp scene each second: a film of a JPEG a frame.
+async function filmOf(scenes, { openOther }) {
+  const browser = await openOther();
+  await browser.page.goto('about:blank');
+  const jpegs = await browser.page.evaluate((n) => Array.from({ length: n }, (_, scene) => {
+    const canvas = Object.assign(document.createElement('canvas'), { width: 640, height: 480 });
+    const context = canvas.getContext('2d');
+    for (let i = 0, x = 1 + scene; i < 1200; i++) {
+      x = (x * 48271) % 2147483647;
+      context.fillStyle = `hsl(${x % 360} 60% ${20 + (x % 61)}%)`;
+      context.fillRect((x >> 4) % 640, (x >> 13) % 480, 40, 40);
+    }
+    return canvas.toDataURL('image/jpeg', 0.8).split(',')[1];
+  }), scenes);
+  await browser.close();
+  const folder = mkdtempSync(join(tmpdir(), 'skein_film.'));
+  const film = join(folder, 'film.mjpeg');
+  writeFileSync(film, Buffer.concat(jpegs.flatMap((jpeg) => Array(30).fill(Buffer.from(jpeg, 'base64')))));
+  return { film, remove: () => rmSync(folder, { recursive: true }) };
+}
 
 const kCamera = { width: 390, height: 844, more: ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream'] };
 
@@ -709,7 +732,8 @@ const cases = {
 
   async 'the camera view: the next step, the photo to stand at, one shutter'({ openOther, start }) {
     const server = await start('--at', 'end');
-    const browser = await openOther(kCamera);
+    const { film, remove } = await filmOf(4, { openOther });
+    const browser = await openOther({ ...kCamera, more: [...kCamera.more, `--use-file-for-fake-video-capture=${film}`] });
     const { page } = browser;
     await page.goto(`${server.url}phone`);
     await browser.until('the server has answered', (s) => s.connection.ok);
@@ -769,6 +793,7 @@ const cases = {
     await page.context().setOffline(false);
     expectClean(browser, server.url);
     await browser.close();
+    remove();
   },
 
   async 'a phone without https: what that would add, and a warning before a reload'({ openOther, start }) {
