@@ -103,8 +103,7 @@ void FeaturesService::Fail(int64_t image_id, const std::string& reason, bool per
 }
 
 void FeaturesService::FillHeartbeat(heartbeat_t* heartbeat) const {
-  heartbeat->state = (jobs_.empty() ? "idle, " : "computing, ") + model_->id() + " of " +
-                     std::to_string(model_->dim()) + " dimensions";
+  heartbeat->state = jobs_.empty() ? "idle" : "computing";
   heartbeat->backlog = static_cast<int32_t>(jobs_.size());
   heartbeat->num_done = num_done_;
   heartbeat->mean_s = num_done_ > 0 ? static_cast<float>(sum_elapsed_s_ / num_done_) : 0;

@@ -127,7 +127,9 @@ std::string MapperService::Describe() const {
   if (runs_.empty()) return retiring_ ? "retiring" : "idle";
   std::string ids;
   for (const auto& [id, run] : runs_) ids += (ids.empty() ? "" : " + ") + std::to_string(id);
-  return "submap " + ids + ", " + std::to_string(NumPhotos()) + " photos";
+  const int num_photos = NumPhotos();
+  return "map " + ids + ", " + std::to_string(num_photos) +
+         (num_photos == 1 ? " photo" : " photos");
 }
 
 void MapperService::FillHeartbeat(heartbeat_t* heartbeat) const {

@@ -87,7 +87,9 @@ WebService::WebService(Node& node, const WebOptions& options)
   });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
     heartbeat->ledger_seq = follower_->processed_seq();
-    heartbeat->state = std::to_string(server_->num_viewers()) + " viewers, port " +
+    const int num_viewers = server_->num_viewers();
+    heartbeat->state = std::to_string(num_viewers) +
+                       (num_viewers == 1 ? " viewer, port " : " viewers, port ") +
                        std::to_string(server_->port());
     if (desk_ && desk_->num_offered() > 0) {
       heartbeat->state += ", " + std::to_string(desk_->num_offered()) + " uploaded photos offered";

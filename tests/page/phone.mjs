@@ -47,6 +47,8 @@ assert.equal(await page.evaluate(() => document.cookie), '', 'a script can read 
 assert.equal(await page.locator('#open_camera').isVisible(), false, 'there is no camera without TLS');
 await plain.until('it is told before the first photo that the server answers', (s) => s.connection.ok);
 await page.locator('#note', { hasText: /^Connected\.$/ }).waitFor();
+await page.locator('#keep_open').waitFor(); // without TLS no browser keeps the page
+await page.locator('#secure a[href^="https:"]').first().waitFor();
 await picture('phone_first');
 
 await page.locator('#take').setInputFiles(photos[0]);
@@ -122,15 +124,16 @@ await taken.waitForFunction(() => document.getElementById('video').videoWidth > 
 await taken.locator('#shutter').click();
 let s = await secure.until('a photo of the camera is received', (now) => now.counts.received === 1);
 assert.deepEqual(s.photos[0].gps.slice(0, 2), [47.5, 8.25]);
-await taken.locator('#burst').click();
+await taken.locator('#series').click();
+await taken.locator('#shutter').click();
 s = await secure.until('a series takes photos by itself', (now) => now.counts.taken >= 3);
-await taken.locator('#burst').click();
+await taken.locator('#shutter').click();
 await picture('phone_camera', taken);
 await taken.locator('#close_camera').click();
 await secure.until('all of them are received', (now) => now.counts.received === now.counts.taken && now.adding === 0);
 told(`camera-${s.photos[0].sha}`);
-const hasWorker = await taken.evaluate(() => navigator.serviceWorker.ready.then(() => true));
-assert.ok(hasWorker);
+await secure.until('the browser keeps the page', (now) => now.opensOffline);
+assert.equal(await taken.locator('#keep_open').isVisible(), false);
 await taken.reload(); // the worker has the page from here on
 await secure.until('the page is back', (now) => now.photos.length >= 3);
 await taken.context().setOffline(true);

@@ -2,6 +2,8 @@
 // swallows. node synthetic.mjs SERVER.mjs PAGE_DIR [WORDS]: the cases with these words in their names
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
@@ -38,6 +40,29 @@ const view = async (browser) => {
 };
 const picture = async (page, name) => process.env.PAGE_PICTURES && page.screenshot({ path: join(process.env.PAGE_PICTURES, `${name}.png`) });
 const isShown = (s) => s.synced && s.points > 5000 && s.loading === 0 && s.cameras.length === 45;
+
+// A camera that sees another, equally sharp scene each second: a film of a JPEG a frame.
+async function filmOf(scenes, { openOther }) {
+  const browser = await openOther();
+  await browser.page.goto('about:blank');
+  const jpegs = await browser.page.evaluate((n) => Array.from({ length: n }, (_, scene) => {
+    const canvas = Object.assign(document.createElement('canvas'), { width: 640, height: 480 });
+    const context = canvas.getContext('2d');
+    for (let i = 0, x = 1 + scene; i < 1200; i++) {
+      x = (x * 48271) % 2147483647;
+      context.fillStyle = `hsl(${x % 360} 60% ${20 + (x % 61)}%)`;
+      context.fillRect((x >> 4) % 640, (x >> 13) % 480, 40, 40);
+    }
+    return canvas.toDataURL('image/jpeg', 0.8).split(',')[1];
+  }), scenes);
+  await browser.close();
+  const folder = mkdtempSync(join(tmpdir(), 'skein_film.'));
+  const film = join(folder, 'film.mjpeg');
+  writeFileSync(film, Buffer.concat(jpegs.flatMap((jpeg) => Array(30).fill(Buffer.from(jpeg, 'base64')))));
+  return { film, remove: () => rmSync(folder, { recursive: true }) };
+}
+
+const kCamera = { width: 390, height: 844, more: ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream'] };
 
 // Fingers on the page: each call says where they are now. Chromium makes pointer events of them, as of a real screen's.
 async function fingersOn(page) {
@@ -177,13 +202,154 @@ const cases = {
     await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
     await page.locator('#tab_unplaced').click();
     await page.locator('.unplaced_list li').nth(3).waitFor();
-    const text = await page.locator('.unplaced_list').innerText();
+    const text = await page.locator('.unplaced_list').first().innerText();
     assert.match(text, /No other photo shows the same place yet/);
     assert.match(text, /only in one corner or from too far/);
     assert.match(text, /notes\.txt/);
     await page.evaluate(() => window.skein.select(12));
     await page.locator('.inspect h2').filter({ hasText: '<img src=x onerror=alert(1)>.jpg' }).waitFor();
     assert.equal(await page.locator('img[src="x"]').count(), 0);
+  },
+
+  async 'a photo that is dismissed counts no more, and is brought back'({ browser, url }) {
+    const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
+    await page.goto(url);
+    await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
+    await page.locator('#tab_unplaced').click();
+    // Each has a picture but what was refused, of which nothing was kept.
+    await page.locator('.unplaced_list li').nth(3).waitFor();
+    assert.deepEqual([await page.locator('.unplaced_list img').count(), await page.locator('.unplaced_list .no_picture').count()], [3, 1]);
+    const tells = async (on, badge, sentence) => {
+      await on.locator('#tab_unplaced .badge').filter({ hasText: new RegExp(`^${badge}$`) }).waitFor({ state: 'attached' });
+      await on.locator('.count.unplaced dd').filter({ hasText: new RegExp(`^${badge || 0}$`) }).waitFor();
+      await on.locator('#sentence').filter({ hasText: sentence }).waitFor();
+    };
+    await tells(page, '4', 'One map. 4 photos not placed.');
+    await page.locator('.unplaced_list li', { hasText: 'notes.txt' }).getByRole('button', { name: /^Dismiss/ }).click();
+    await tells(page, '3', 'One map. 3 photos not placed, and 1 dismissed.');
+    await page.locator('.count.unplaced .aside', { hasText: ', 1 dismissed' }).waitFor();
+    await page.locator('.dismissed_part summary').filter({ hasText: 'Dismissed: 1 photo' }).click();
+    await page.locator('.dismissed_part li', { hasText: 'notes.txt' }).waitFor();
+    await picture(page, 'dismissed');
+    assert.deepEqual(await contrastFaults(page), {});
+    // Another page of this browser has it at once, and a reload keeps it.
+    const other = await page.context().newPage();
+    await other.goto(url);
+    await tells(other, '3', 'and 1 dismissed');
+    await page.reload();
+    await tells(page, '3', 'and 1 dismissed');
+    await page.locator('#tab_unplaced').click();
+    for (let left = 3; left > 0; left--) {
+      await page.locator('.unplaced_list li:visible').first().getByRole('button', { name: /^Dismiss/ }).click();
+      await browser.until('one less is left', (s) => s.dismissed === 5 - left);
+    }
+    await tells(page, '', '4 photos not placed, and dismissed.');
+    await page.locator('#panel_unplaced').filter({ hasText: 'All of them are dismissed.' }).waitFor();
+    await page.locator('.dismissed_part summary').click();
+    await page.locator('.dismissed_part li', { hasText: 'notes.txt' }).getByRole('button', { name: /^Bring back/ }).click();
+    await tells(page, '1', '1 photo not placed, and 3 dismissed.');
+    await tells(other, '1', 'and 3 dismissed');
+    await other.close();
+  },
+
+  async 'an operator has what is not placed tried again, where that may help'({ browser, start }) {
+    const server = await start('--speed', '10', '--hold', '25');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('a photo is not placed', (s) => s.unplaced.includes(17));
+    await page.locator('#tab_unplaced').click();
+    const part = page.locator('.retry_part');
+    await part.filter({ hasText: 'is tried again by itself when one that shows the same place is placed' }).waitFor();
+    await picture(page, 'retry');
+    server.tell('unasked');
+    await part.locator('button').click();
+    await part.filter({ hasText: 'They are not tried: ingest does not answer' }).waitFor();
+    server.tell('obey');
+    const asked = page.waitForRequest((r) => r.url().endsWith('/api/finish'));
+    await part.locator('button').click();
+    assert.deepEqual((await asked).postDataJSON(), { within_s: 0 });
+    await part.filter({ hasText: 'Asked: they are tried again.' }).waitFor();
+    server.tell('go');
+    await part.filter({ hasText: 'another try would find the same' }).waitFor();
+    assert.equal(await part.locator('button').isVisible(), false);
+    return server.url;
+  },
+
+  async 'before the first photo there are no figures of none'({ browser, start }) {
+    const server = await start('--hold=-1', '--speed', '20');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('it is connected', (s) => s.synced);
+    await page.locator('.processes_part', { hasText: 'Processes: 7' }).waitFor();
+    const text = await page.locator('#panel_overview').innerText();
+    assert.doesNotMatch(text, /Photo to pose|In work|Finish|\d s\b/);
+    server.tell('go');
+    await page.locator('#panel_overview', { hasText: 'half within' }).waitFor();
+    await browser.until('all is there', (s) => s.finish?.state === 'done' && s.cameras.length === 45);
+    // Numbers agree: what the agents sent, refused ones among them, is what was received.
+    const rows = await page.locator('.agents .value').allInnerTexts();
+    const [placed, received] = [/^\d+/, /(?<=of )\d+/].map((number) => rows.reduce((sum, row) => sum + Number(number.exec(row)[0]), 0));
+    assert.deepEqual([placed, received], [45, 49]);
+    return server.url;
+  },
+
+  async 'an invitation asks whose it is'({ browser, url }) {
+    const { page } = browser;
+    await page.goto(url);
+    await page.locator('#invite_button').click();
+    const dialog = page.locator('dialog[open]');
+    const invite = async (name, label) => {
+      await dialog.getByLabel('Whose phone').fill(name);
+      const asked = page.waitForRequest((r) => r.url().endsWith('/api/invitations'));
+      await dialog.locator('button', { hasText: label }).click();
+      return (await asked).postDataJSON();
+    };
+    assert.deepEqual(await invite('J\u00fcrgen M.', 'A phone that takes photos'), { role: 'agent', name: 'Jurgen-M' });
+    await dialog.locator('.invitation', { hasText: 'For Jurgen-M.' }).waitFor();
+    assert.doesNotMatch(await dialog.innerText(), /null|false/);
+    await picture(page, 'invited');
+    await invite('anna', 'A phone that takes photos');
+    await dialog.locator('.invitation', { hasText: 'Photos of anna are here already' }).waitFor();
+    assert.deepEqual(await invite('', 'Somebody who looks'), { role: 'viewer', name: '' });
+    await dialog.getByLabel('Whose phone').fill('\u5f20\u4f1f');
+    await dialog.locator('button', { hasText: 'Somebody who looks' }).click();
+    await dialog.locator('.invitation', { hasText: 'letters from a to z' }).waitFor();
+  },
+
+  async 'where GPS tells: north, and where a point is on earth'({ browser, start, url }) {
+    const server = await start('--at', 'end', '--gps');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', isShown);
+    await browser.rest();
+    const turn = () => page.locator('#needle').evaluate((needle) => Number(/rotate\(([-\d.e]+)rad/.exec(needle.style.transform)[1]));
+    assert.ok(Math.abs((await turn()) - (await browser.state()).view.yaw) < 1e-3 && Math.abs(await turn()) > 0.05);
+    // The street runs east: seen from the south anna's first photo, its western end, is at the left.
+    await page.locator('#north').click();
+    const north = await view(browser);
+    assert.ok(Math.abs(north.yaw) < 1e-3 && Math.abs(await turn()) < 1e-3 && Math.abs(north.forward[0]) < 1e-3);
+    const [west, east] = await page.evaluate(() => [1, 2].map((image) => window.skein.project(image)));
+    assert.ok(west.x < east.x, 'west is at the right');
+    const box = await page.locator('#canvas').boundingBox();
+    const [{ x, y }] = await twoPoints(page);
+    await page.mouse.click(box.x + x, box.y + y);
+    const where = page.locator('.inspect .facts');
+    await where.filter({ hasText: /Metres\s*\d+\.\d+\sm (east|west), .* from anna\/IMG_0001\.jpg/ }).waitFor();
+    const [latitude, longitude] = /Degrees\s*([\d.]+), ([\d.]+)/.exec(await where.innerText()).slice(1).map(Number);
+    assert.ok(Math.abs(latitude - 52.5) < 3e-4 && Math.abs(longitude - 13.4) < 6e-4, `${latitude}, ${longitude}`);
+    await picture(page, 'where');
+    await page.locator('#tool_measure').click();
+    await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('#notice').filter({ hasText: /^52\.\d+, 13\.\d+\. Click the second point\.$/ }).waitFor();
+    // Without GPS neither is told.
+    const other = await page.context().newPage();
+    await other.goto(url);
+    await other.waitForFunction(() => window.skein?.state().cameras.length === 45 && window.skein.state().framesDrawn > 0);
+    assert.equal(await other.locator('#north').isVisible(), false);
+    await other.close();
+    browser.hosts.delete(new URL(url).host);
+    return server.url;
   },
 
   async 'the time slider shows the session as it was'({ browser, url }) {
@@ -353,13 +519,17 @@ const cases = {
     await other.close();
   },
 
-  async 'a known length on a phone: nothing lies over anything'({ openPhone, url }) {
+  async 'a known length on a phone: nothing lies over anything, and the map is seen'({ openPhone, url }) {
     const browser = await openPhone();
     const { page } = browser;
     await page.goto(url);
     await browser.until('the map is there', isShown);
+    await page.locator('#tab_overview').tap(); // the panels are open
     await browser.rest();
     await page.locator('#tool_measure').tap();
+    await browser.rest();
+    const stage = await page.locator('#stage').boundingBox();
+    assert.ok(stage.height > 0.6 * 740, `of the map ${stage.height} px are left`);
     const points = await page.evaluate(() => {
       const found = [];
       const { clientWidth, clientHeight } = document.getElementById('canvas');
@@ -372,15 +542,19 @@ const cases = {
     for (const { x, y } of points) await page.touchscreen.tap(box.x + x, box.y + y);
     const nothingIsOver = async (when) => {
       await picture(page, `known_length_phone_${when}`);
-      const boxes = await Promise.all(['#tools', '#notice', '#known_length', '#newest', '#scale'].map(async (id) => [id, await page.locator(id).boundingBox()]));
+      assert.deepEqual(await page.locator('#stage').boundingBox(), stage, `${when}: the map moves`);
+      const boxes = await Promise.all(['#tools', '#notice', '#measure_done', '#known_length', '#scale'].map(async (id) => [id, await page.locator(id).boundingBox()]));
       for (const [a, p] of boxes) {
         for (const [b, q] of boxes) {
           const apart = a === b || p.x + p.width <= q.x || q.x + q.width <= p.x || p.y + p.height <= q.y || q.y + q.height <= p.y;
           assert.ok(apart, `${when}: ${a} lies over ${b}`);
         }
         assert.ok(p.x >= 0 && p.x + p.width <= 360, `${when}: ${a} is cut off`);
+        assert.ok(p.y + p.height <= 740, `${when}: ${a} is below the screen`);
+        const isBelow = p.y >= stage.y + stage.height;
+        assert.ok(isBelow || ['#tools', '#scale'].includes(a), `${when}: ${a} lies over the map`);
       }
-      const small = await page.evaluate(() => [...document.querySelectorAll('#known_length button, #known_length input')].filter((e) => e.checkVisibility() && e.getBoundingClientRect().height < 40).length);
+      const small = await page.evaluate(() => [...document.querySelectorAll('#known_length button, #known_length input, #measure_done')].filter((e) => e.checkVisibility() && e.getBoundingClientRect().height < 40).length);
       assert.equal(small, 0, 'too small for fingers');
     };
     await page.locator('#known_length input').waitFor();
@@ -397,6 +571,9 @@ const cases = {
       await picture(page, `known_length_phone_${theme}`);
       assert.deepEqual(await contrastFaults(page), {}, theme);
     }
+    await page.locator('#measure_done').tap();
+    await page.locator('#tabs').waitFor();
+    assert.equal(await page.locator('#notice').isVisible(), false);
     expectClean(browser, url);
     await browser.close();
   },
@@ -550,6 +727,103 @@ const cases = {
     await browser.page.locator('#tab_unplaced').click();
     await browser.page.locator('.unplaced_list li').nth(3).waitFor();
     expectClean({ hosts: browser.hosts, faults: browser.faults.filter((f) => !/WebGLRenderer: /.test(f)) }, url);
+    await browser.close();
+  },
+
+  async 'the camera view: the next step, the photo to stand at, one shutter'({ openOther, start }) {
+    const server = await start('--at', 'end');
+    const { film, remove } = await filmOf(4, { openOther });
+    const browser = await openOther({ ...kCamera, more: [...kCamera.more, `--use-file-for-fake-video-capture=${film}`] });
+    const { page } = browser;
+    await page.goto(`${server.url}phone`);
+    await browser.until('the server has answered', (s) => s.connection.ok);
+    assert.equal(await page.locator('#open_camera').evaluate((b) => b.classList.contains('primary')), true);
+    await page.locator('#open_camera').click();
+    await browser.until('the camera is open, with the photo to stand at', (s) => s.camera && s.ghost === 47);
+    await page.locator('#camera_advice').filter({ hasText: '2 steps to the right' }).waitFor();
+    const fits = await page.evaluate(() => {
+      const [video, ghost, shutter, camera] = ['video', 'ghost', 'shutter', 'camera'].map((id) => document.getElementById(id).getBoundingClientRect());
+      const isSame = ['left', 'top', 'width', 'height'].every((k) => Math.abs(video[k] - ghost[k]) < 1);
+      return { isSame, isWhole: camera.width === innerWidth && camera.height === innerHeight, shutter: shutter.bottom <= innerHeight, opacity: Number(getComputedStyle(document.getElementById('ghost')).opacity) };
+    });
+    assert.ok(fits.isSame && fits.isWhole && fits.shutter && fits.opacity > 0.2 && fits.opacity < 0.6, JSON.stringify(fits));
+    await page.locator('#ghost').evaluate((img) => img.decode());
+    await picture(page, 'camera_view');
+    assert.deepEqual(await contrastFaults(page), {});
+    await page.locator('#ghost_switch').click();
+    assert.equal(await page.locator('#ghost').isVisible(), false);
+    await page.locator('#ghost_switch').click();
+    // One shutter: a photo, or a series that it begins and ends.
+    assert.equal(await page.locator('#camera button[aria-label]').count(), 1);
+    await page.getByRole('button', { name: 'Take a photo' }).click();
+    await browser.until('a photo is taken', (s) => s.counts.taken === 1);
+    await page.locator('#series').click();
+    await page.getByRole('button', { name: 'Start the series' }).click();
+    await browser.until('a series is taken', (s) => s.series && s.counts.taken >= 3);
+    await picture(page, 'camera_series');
+    await page.getByRole('button', { name: 'Stop the series' }).click();
+    await browser.until('it ends', (s) => !s.series);
+    await page.locator('#camera_counts').filter({ hasText: / taken, 0 placed$/ }).waitFor();
+    server.tell('full');
+    await page.locator('#camera_note').filter({ hasText: 'the disk is almost full' }).waitFor();
+    server.tell('obey');
+    await page.locator('#camera_note').filter({ hasText: /^$/ }).waitFor();
+    // A photo of somebody else is no ghost; without advice there is neither.
+    server.tell('unadvised');
+    await browser.until('no advice, no photo', (s) => s.ghost === 0);
+    assert.equal(await page.locator('#camera_advice').isVisible(), false);
+    server.tell('obey');
+    await browser.until('both are back', (s) => s.ghost === 47);
+    server.tell('unadvised');
+    server.tell('private');
+    await browser.until('it is gone', (s) => s.ghost === 0);
+    server.tell('obey');
+    server.tell('private');
+    await page.locator('#camera_advice').waitFor();
+    assert.equal((await browser.state()).ghost, 0);
+    assert.equal(await page.locator('#ghost_switch').isVisible(), false);
+    // The page opens without a network once the browser keeps it.
+    await browser.until('the page is kept', (s) => s.opensOffline);
+    await page.locator('#close_camera').click();
+    assert.equal(await page.locator('#keep_open').isVisible(), false);
+    await browser.until('all are received', (s) => s.counts.received === s.counts.taken);
+    await page.context().setOffline(true);
+    await page.reload();
+    await browser.until('it opens without a network', (s) => s.counts.taken >= 3);
+    await page.context().setOffline(false);
+    expectClean(browser, server.url);
+    await browser.close();
+    remove();
+  },
+
+  async 'a phone without https: what that would add, and a warning before a reload'({ openOther, start }) {
+    const server = await start('--at', 'end');
+    // Loopback's own name counts as safe.
+    const url = `http://phone.test:${new URL(server.url).port}/phone`;
+    const browser = await openOther({ ...kCamera, theme: 'light', more: [...kCamera.more, '--host-resolver-rules=MAP phone.test 127.0.0.1'] });
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the server has answered', (s) => s.connection.ok && s.opensOffline === false);
+    assert.equal(await page.evaluate(() => isSecureContext), false);
+    const line = page.locator('#secure_line');
+    await line.filter({ hasText: 'https adds a camera view with the next step, series, position and reloading without a network' }).waitFor();
+    assert.match(await line.locator('a').getAttribute('href'), /^https:.*\/phone$/);
+    await page.locator('#keep_open').filter({ hasText: 'without a network it does not open again' }).waitFor();
+    const isAsked = () => page.evaluate(() => !dispatchEvent(new Event('beforeunload', { cancelable: true })));
+    assert.equal(await isAsked(), false);
+    await page.context().setOffline(true);
+    await browser.until('the network is gone', (s) => s.connection.ok === false);
+    assert.equal(await isAsked(), true, 'the page goes without a word');
+    await page.locator('#keep_open.bad').waitFor();
+    await page.locator('#choose').setInputFiles({ name: 'a.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no matter') });
+    await page.locator('#note').filter({ hasText: 'No connection: 1 photo waits on this phone' }).waitFor();
+    await picture(page, 'phone_offline');
+    assert.deepEqual(await contrastFaults(page), {});
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page is wider than a phone');
+    await page.context().setOffline(false);
+    await browser.until('it is sent', (s) => s.counts.received === 1);
+    assert.equal(await isAsked(), false);
+    expectClean(browser, url);
     await browser.close();
   },
 

@@ -1,7 +1,8 @@
 // The page: what comes from the server goes into the timeline and the shapes; what is shown follows from them.
 import { kGrid, kMark, kPaper, rgb } from './colours.js';
+import { Dismissed } from './dismissed.js';
 import { Feed } from './feed.js';
-import { heirOf, liveSubmaps, placeOf, standingOf, summarize } from './fold.js';
+import { heirOf, liveSubmaps, notPlacedOf, placeOf, standingOf, summarize } from './fold.js';
 import { guidanceOf } from './guidance.js';
 import { thumbnailUrl } from './photo_urls.js';
 import * as sim from './similarity.js';
@@ -38,6 +39,7 @@ const reducedMotion = () => matchMedia('(prefers-reduced-motion: reduce)').match
 export class App {
   constructor() {
     this.timeline = new Timeline();
+    this.dismissed = new Dismissed();
     this.session = {};
     this.status = null;
     this.connection = { connected: false, heard: null };
@@ -66,6 +68,9 @@ export class App {
       this.changed();
     });
     window.addEventListener('online', () => this.feed.retryNow());
+    window.addEventListener('storage', (e) => {
+      if (this.dismissed.heard(e.key)) this.changed();
+    });
     document.addEventListener('keydown', (e) => this.shortcut(e));
     setInterval(() => this.tick(), 1000);
     this.connect();
@@ -117,6 +122,7 @@ export class App {
 
   begin(session) {
     this.timeline.reset();
+    this.dismissed.open(session);
     this.measure.begin(session);
     this.shapes.reset();
     this.world.reset();
@@ -203,8 +209,12 @@ export class App {
     this.world = new World(this.viewer, this.timeline);
     const { viewer, world } = this;
     this.measure = new Measure({ viewer, world, timeline: this.timeline, notice: (text) => this.notice(text), changed: () => this.changed() });
-    byId('messages').append(this.measure.form);
+    byId('messages').append(this.measure.form, this.measure.done);
     this.labels = new Labels({ viewer, world, measure: this.measure });
+    byId('north').addEventListener('click', () => {
+      viewer.controls.moved = true;
+      viewer.controls.goTo({ yaw: 0 });
+    });
   }
 
   // Everything follows in one go, soon, and at most eight times a second.
@@ -223,10 +233,14 @@ export class App {
     const { timeline } = this;
     const state = timeline.shown;
     return {
-      state, timeline, summary: summarize(state), status: this.status, connection: this.connection, session: this.session,
+      state, timeline, summary: { ...summarize(state), dismissed: this.numDismissed(state) }, status: this.status, connection: this.connection, session: this.session,
       selection: this.selection, theme: this.theme, now: performance.now(), utimeNow: this.utimeNow(),
       pointsOf: (id) => (timeline.isLive ? this.world.shapes.get(id)?.manifest.chunks.reduce((n, c) => n + c.points, 0) ?? 0 : 0),
     };
+  }
+
+  numDismissed(state) {
+    return this.dismissed.list.length === 0 ? 0 : notPlacedOf(state).filter(({ key }) => this.dismissed.has(key)).length;
   }
 
   // By the server's clock as far as it was heard: the browser's may be wrong.
@@ -237,6 +251,7 @@ export class App {
   }
 
   update() {
+    if (this.feed.synced) this.dismissed.forgetPlaced(this.timeline.live);
     const view = this.view();
     const nowS = performance.now() / 1000;
     for (const id of this.world.takeJoined(nowS)) this.shapes.drop(id);
@@ -306,7 +321,8 @@ export class App {
   }
 
   resized() {
-    if (this.fittedCameras && !this.viewer.controls.moved && !this.follow) this.viewer.fit();
+    // What is being measured stays where it is.
+    if (this.fittedCameras && !this.viewer.controls.moved && !this.follow && this.measure.picked.length === 0) this.viewer.fit();
   }
 
   // ---- selecting
@@ -327,8 +343,8 @@ export class App {
     this.changed();
   }
 
-  async selectPoint({ submap, chunk, index, version, point }) {
-    const selection = { submap, chunk, index, version, point, seen: null };
+  async selectPoint({ submap, chunk, index, version, own, point }) {
+    const selection = { submap, chunk, index, version, own, point, at: this.world.coordinatesOf(submap, own), seen: null };
     this.select(selection);
     try {
       const answer = await fetch(`/api/submaps/${submap}/chunks/${chunk}/points/${index}?v=${version}`);
@@ -366,7 +382,7 @@ export class App {
     const text = !connection.connected && connection.heard === null
       ? ['Connecting', 'The page asks the server of this session.']
       : summary.counts.received === 0
-        ? ['No photos yet', 'Start an agent; the map appears here as its photos arrive.']
+        ? ['No photos yet', `${byId('invite_button').hidden ? 'Start' : 'Invite a phone at the upper right, or start'} an agent; the map appears here as photos arrive.`]
         : ['The map begins soon', 'The first two photos that overlap well begin it.'];
     empty.replaceChildren(h('b', {}, text[0]), h('span', {}, text[1]));
   }
@@ -386,7 +402,7 @@ export class App {
     this.header = new Header({ openUnplaced: () => this.tabs.open('unplaced') });
     this.overview = new Overview({ followAgent: (agent) => this.showAgent(agent) });
     this.maps = new Maps({ lookAt: (id) => this.lookAtMap(id) });
-    this.unplaced = new Unplaced({ select });
+    this.unplaced = new Unplaced({ select, dismissed: this.dismissed, dismiss: (key, on) => this.dismiss(key, on) });
     this.compareDialog = new Compare();
     this.inspect = new Inspect({ select, hover, lookAt, compare: (a, b) => this.compare(a, b), clear: () => this.select(null) });
     this.newestCard = new Newest({ lookAt: () => this.lookAtNewest() });
@@ -399,9 +415,15 @@ export class App {
     this.tabs.open('overview', { keepSheet: true });
   }
 
+  dismiss(key, on) {
+    this.dismissed.set(key, on);
+    this.changed();
+  }
+
   updatePanels(view) {
     const numMaps = liveSubmaps(view.state).length;
-    this.tabs.setBadge('unplaced', view.summary.notPlaced ? String(view.summary.notPlaced) : '');
+    const { notPlaced, dismissed } = view.summary;
+    this.tabs.setBadge('unplaced', notPlaced > dismissed ? String(notPlaced - dismissed) : '');
     this.tabs.setBadge('maps', numMaps > 1 ? String(numMaps) : '');
     this.tabs.update(view);
   }
@@ -490,7 +512,7 @@ export class App {
   makeActions() {
     byId('mark').append(h('img', { src: '/assets/icon.svg', alt: '', width: 24, height: 24 }));
     byId('actions').append(
-      iconButton('invite', 'Invite a phone or a person', showInvite, { id: 'invite_button', hidden: true }),
+      iconButton('invite', 'Invite a phone or a person', () => showInvite({ agents: [...this.timeline.live.agents.keys()] }), { id: 'invite_button', hidden: true }),
       iconButton('theme', 'Dark or light', () => this.applyTheme(this.theme === 'dark' ? 'light' : 'dark', true), { id: 'theme_button' }),
       iconButton('help', 'Keys and help (?)', () => showHelp(this.session.version ?? '')));
   }
@@ -527,6 +549,7 @@ export class App {
     const { shown, live } = this.timeline;
     const { counts, notPlaced } = summarize(shown);
     return {
+      dismissed: this.numDismissed(shown),
       session: this.feed.sessionId, head: live.head, shownHead: shown.head, isLive: this.timeline.isLive,
       connected: this.connection.connected, connections: this.numConnections, synced: this.feed.synced, counts, notPlaced,
       agents: [...shown.agents.values()].map((a) => ({ name: a.name, sent: a.sent })),

@@ -239,6 +239,24 @@ export function standingOf(state, photo) {
   return { standing: 'waiting', reason: 'waits for its place' };
 }
 
+// Photos that are not placed, the newest first, and then those that were refused before they had an id:
+// [{key, photo or refused, standing}]. A key tells a photo from one that a repaired ledger numbers alike.
+export function notPlacedOf(state) {
+  const list = [];
+  for (const photo of state.photos.values()) {
+    const standing = standingOf(state, photo);
+    if (standing.standing !== 'unplaced' && standing.standing !== 'failed') continue;
+    list.push({ key: photoKey(photo), photo, standing });
+  }
+  list.reverse();
+  for (const refused of state.refused) {
+    list.push({ key: `r${refused.t}/${refused.agent}/${refused.name}`, refused, standing: { standing: 'failed', reason: refused.reason } });
+  }
+  return list;
+}
+
+export const photoKey = ({ id, stored }) => `p${id}/${stored}`;
+
 // Everything that is counted, in one pass over the photos. `received` holds refused ones, as report.json does.
 export function summarize(state) {
   const counts = {
@@ -246,17 +264,20 @@ export function summarize(state) {
     described: 0, matched: 0, placed: 0, waiting: 0, unplaced: 0, failed: state.refused.length,
   };
   const placedOf = new Map(); // agent -> photos placed
+  const receivedOf = new Map(); // agent -> photos received, refused ones among them
+  for (const { agent } of state.refused) receivedOf.set(agent, (receivedOf.get(agent) ?? 0) + 1);
   const latencies = []; // {t, s} of the photos that were placed, by the time of their first place
   for (const photo of state.photos.values()) {
     counts.described += photo.described > 0;
     counts.matched += photo.matched > 0;
     const { standing } = standingOf(state, photo);
     counts[standing]++;
+    receivedOf.set(photo.agent, (receivedOf.get(photo.agent) ?? 0) + 1);
     if (standing === 'placed') placedOf.set(photo.agent, (placedOf.get(photo.agent) ?? 0) + 1);
     if (photo.firstPlaced) latencies.push({ t: photo.firstPlaced, s: (photo.firstPlaced - photo.received) / 1e6 });
   }
   latencies.sort((a, b) => a.t - b.t);
-  return { counts, placedOf, latencies, notPlaced: counts.unplaced + counts.failed };
+  return { counts, placedOf, receivedOf, latencies, notPlaced: counts.unplaced + counts.failed };
 }
 
 export function liveSubmaps(state) {

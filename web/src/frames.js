@@ -38,16 +38,17 @@ export function guessUp(places) {
   return sign < 0 ? scaled(up, -1) : up;
 }
 
+const metresPerDegree = (latitude) => [111132.95, 111319.49 * Math.cos((latitude * Math.PI) / 180)];
+
 // Metres per unit and the direction up of photos with GPS; null where they don't determine it. Local coordinates:
-// x east, y up, z south of the first photo. Photos without altitude have no say where enough have one.
+// x east, y up, z south of the first photo, `origin`. Photos without altitude have no say where enough have one.
 export function georeference(all) {
   const high = all.filter((p) => Number.isFinite(p.gps[2]));
   const photos = high.length >= 4 ? high : all;
   if (photos.length < 4) return null;
   const [lat0, lon0] = photos[0].gps;
   const alt0 = high.length >= 4 ? photos[0].gps[2] : 0;
-  const perLat = 111132.95;
-  const perLon = 111319.49 * Math.cos((lat0 * Math.PI) / 180);
+  const [perLat, perLon] = metresPerDegree(lat0);
   const local = ({ gps: [lat, lon, alt] }) => [
     (lon - lon0) * perLon, high.length >= 4 ? alt - alt0 : 0, -(lat - lat0) * perLat,
   ];
@@ -61,7 +62,19 @@ export function georeference(all) {
   m = (kept.length >= 4 && fit(kept)) || m;
   const error = median(errors(m));
   const extent = Math.max(...photos.map((p) => distance(local(p), local(photos[0]))));
-  return extent > 4 * error && extent > 2 ? { localFromSubmap: m, error, extent } : null;
+  return extent > 4 * error && extent > 2 ? { localFromSubmap: m, error, extent, origin: { image: photos[0].image, gps: [lat0, lon0, high.length >= 4 ? alt0 : null] } } : null;
+}
+
+// Of a point of the submap, by `geo` of georeference(): metres from the origin, degrees, and the altitude where GPS has it.
+export function coordinatesOf({ localFromSubmap, error, origin }, own) {
+  const [x, y, z] = apply(localFromSubmap, own);
+  const [lat0, lon0, alt0] = origin.gps;
+  const [perLat, perLon] = metresPerDegree(lat0);
+  const isHigh = alt0 !== null;
+  return {
+    east: x, north: -z, up: isHigh ? y : null, latitude: lat0 - z / perLat, longitude: lon0 + x / perLon, altitude: isHigh ? alt0 + y : null,
+    error, from: origin.image,
+  };
 }
 
 // What decides how a submap is shown. `photos`: [{centre, worldFromCam, gps?}], `points`: a sample of its points.

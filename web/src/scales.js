@@ -1,81 +1,27 @@
-// Scales from lengths that somebody knows: metres per unit of a submap's frame. Kept in this browser, session by session, so
-// that a reload has them, and so do other pages of the same address.
+// Scales from lengths that somebody knows: metres per unit of a submap's frame. Kept in this browser, session by session.
+import { Kept } from './kept.js';
 
-const kPrefix = 'skein.scales.';
+const isSound = (g) => Number.isFinite(g?.submap) && Number.isFinite(g.born) && Number.isFinite(g.metres) && g.metres > 0;
 
-function browserStorage() {
-  try {
-    return globalThis.localStorage ?? null;
-  } catch {
-    return null; // storage may be forbidden
-  }
-}
-
-// What another version, or somebody by hand, may have left there.
-function parse(text) {
-  try {
-    const given = JSON.parse(text);
-    return Array.isArray(given) ? given.filter((g) => Number.isFinite(g?.submap) && Number.isFinite(g.born) && Number.isFinite(g.metres) && g.metres > 0) : [];
-  } catch {
-    return [];
-  }
-}
-
-export class Scales {
-  constructor(storage = browserStorage()) {
-    this.storage = storage;
-    this.key = null;
-    this.given = []; // {submap, born, metres}, the latest last. born: a submap that a repair made anew is another one
-    this.kept = false; // in the browser
-  }
-
-  open(session) {
-    this.key = kPrefix + session;
-    this.given = [];
-    this.read();
-  }
-
-  // key: of a browser's storage event. Returns whether scales have changed.
-  heard(key) {
-    if (this.key === null || (key !== this.key && key !== null)) return false;
-    this.read();
-    return true;
-  }
-
-  read() {
-    try {
-      const text = this.storage.getItem(this.key);
-      this.given = parse(text ?? '[]');
-      this.kept = true;
-    } catch {
-      this.kept = false;
-    }
+// {submap, born, metres}, the latest last. born: a submap that a repair made anew is another one
+export class Scales extends Kept {
+  constructor(storage) {
+    super('skein.scales.', isSound, storage);
   }
 
   set({ id, born }, metres) {
-    this.change([...this.given.filter((g) => g.submap !== id), { submap: id, born, metres }]);
+    this.change([...this.list.filter((g) => g.submap !== id), { submap: id, born, metres }]);
   }
 
   // Of the map, and of those that it was joined from: else theirs would come back.
   forget(state, id) {
-    this.change(this.given.filter((g) => !this.heirs(state, g).has(id)));
-  }
-
-  change(given) {
-    this.given = given;
-    try {
-      if (given.length > 0) this.storage.setItem(this.key, JSON.stringify(given));
-      else this.storage.removeItem(this.key);
-      this.kept = true;
-    } catch {
-      this.kept = false; // then it lasts as long as the page
-    }
+    this.change(this.list.filter((g) => !this.heirs(state, g).has(id)));
   }
 
   // Metres per unit by submap id, the latest given one last. A map that was joined to another one gave it its scale.
   bySubmap(state) {
     const scales = new Map();
-    for (const given of this.given) {
+    for (const given of this.list) {
       for (const [id, metres] of this.heirs(state, given)) {
         scales.delete(id);
         scales.set(id, metres);

@@ -91,6 +91,25 @@ export function length(value, inMetres) {
   return `${Number((value / 1000).toPrecision(3))} km`;
 }
 
+// [[name, value]] of coordinatesOf() of a point. nameOf(image): of the photo that metres are counted from.
+export function coordinateWords(at, nameOf) {
+  const metres = (v) => `${v.toFixed(at.error < 0.1 ? 2 : 1)}\u00a0m`;
+  const along = (v, positive, negative) => `${metres(Math.abs(v))} ${v < 0 ? negative : positive}`;
+  const parts = [along(at.east, 'east', 'west'), along(at.north, 'north', 'south'), ...(at.up === null ? [] : [along(at.up, 'up', 'down')])];
+  return [
+    ['Degrees', degrees(at)],
+    ...(at.altitude === null ? [] : [['Altitude', `${metres(at.altitude)} by the photos’ GPS`]]),
+    ['Metres', `${parts.join(', ')} from ${nameOf(at.from)}`],
+    ['Accuracy', `${length(at.error, true)} between the photos’ GPS and the map; more away from them`],
+  ];
+}
+
+// Latitude and longitude, to 1 cm where that means something.
+export function degrees({ latitude, longitude, error }) {
+  const digits = error < 0.1 ? 7 : 6;
+  return `${latitude.toFixed(digits)}, ${longitude.toFixed(digits)}`;
+}
+
 export function clock(utime) {
   return new Date(utime / 1000).toLocaleTimeString([], { hour: '2-digit', minute: '2-digit', second: '2-digit' });
 }
@@ -108,7 +127,7 @@ const kFinishing = {
 
 // What happens now, in one sentence. `summary` of summarize(); `status` is the newest status message or null.
 export function whatHappens(state, summary, status, isLive) {
-  const { counts, notPlaced } = summary;
+  const { counts, notPlaced, dismissed = 0 } = summary;
   const maps = liveSubmaps(state).filter((s) => s.numRegistered > 0);
   const open = [...state.merges.values()].find((m) => m.state === 'ordered' || m.state === 'frozen');
   const finishing = kFinishing[state.finish?.state];
@@ -122,11 +141,32 @@ export function whatHappens(state, summary, status, isLive) {
   }
   if (maps.length === 0) return 'No map yet: two photos that overlap well are needed to begin one.';
   const where = maps.length === 1 ? 'One map' : `${maps.length} separate maps`;
-  const rest = notPlaced === 0 ? ', every photo placed.' : `. ${plural(notPlaced, 'photo')} could not be placed.`;
+  const rest = notPlaced === 0 ? ', every photo placed.' : `. ${notPlacedWords(notPlaced, dismissed)}`;
   const finished = state.finish?.state === 'done' && lastPhotoBefore(state, state.finish.utime);
   if (finished) return `Finished. ${where}${rest}`;
   if (maps.length > 1) return `${where}${rest} Photos that show parts of two maps join them.`;
   return `${where}${rest} Ready for more.`;
+}
+
+// notPlaced: those that were dismissed among them.
+export function notPlacedWords(notPlaced, dismissed) {
+  const open = notPlaced - dismissed;
+  if (dismissed === 0) return `${plural(open, 'photo')} not placed.`;
+  return open === 0 ? `${plural(dismissed, 'photo')} not placed, and dismissed.` : `${plural(open, 'photo')} not placed, and ${groups(dismissed)} dismissed.`;
+}
+
+// Of photos that are not placed, {words, can}: how they are tried again, and whether a finish would try them with more than
+// was known before. triable: how many of them are no failures.
+export function retryWords(state, triable, mayFinish) {
+  const { finish } = state;
+  if (triable === 0) return { words: 'None of these can be tried again as it is: each says what would help.', can: false };
+  if (finish && finish.state !== 'done') return { words: 'A finish is under way: it tries each of them once more.', can: false };
+  if (finish && !finish.cut && lastPhotoBefore(state, finish.utime)) {
+    return { words: `The finish of ${clock(finish.utime)} tried them against the whole map. No photo has come since, so another try would find the same.`, can: false };
+  }
+  const byItself = 'A photo is tried again by itself when one that shows the same place is placed.';
+  if (!mayFinish) return { words: byItself, can: false };
+  return { words: `${byItself} Trying all again is a finish: seconds to some minutes, and the session goes on.`, can: true };
 }
 
 function lastPhotoBefore(state, utime) {

@@ -2,7 +2,7 @@
 // colours and links.
 import { agentColour, mapColour, rgb } from './colours.js';
 import { heirOf, liveSubmaps, placeOf } from './fold.js';
-import { joined, measureSubmap, sideBySide } from './frames.js';
+import { coordinatesOf, joined, measureSubmap, sideBySide } from './frames.js';
 import { stationCameras } from './guidance.js';
 import { prepareCameras, ranksOf } from './reveal.js';
 import * as sim from './similarity.js';
@@ -92,12 +92,12 @@ export class World {
     const shape = this.shapes.get(submap.id);
     const { photos } = this.timeline.live;
     if (shape && shape.cameras.size > 0) {
-      return [...shape.cameras].map(([image, c]) => ({ ...c, gps: photos.get(image)?.gps ?? null }));
+      return [...shape.cameras].map(([image, c]) => ({ ...c, image, gps: photos.get(image)?.gps ?? null }));
     }
     const found = [];
     for (const [image, trial] of submap.trials) {
       if (trial.state !== 'registered' || !isPose(trial.pose)) continue;
-      found.push({ ...sim.cameraPlace(trial.pose), gps: photos.get(image)?.gps ?? null });
+      found.push({ ...sim.cameraPlace(trial.pose), image, gps: photos.get(image)?.gps ?? null });
     }
     return found;
   }
@@ -147,6 +147,17 @@ export class World {
       best = { photos, metres: measure.geo.localFromSubmap.s / place.s, error: measure.geo.error };
     }
     return best;
+  }
+
+  // Of a point in a submap's frame: coordinatesOf(); null where GPS does not tell.
+  coordinatesOf(submap, own) {
+    const geo = this.measures.get(submap)?.measure.geo;
+    return geo ? coordinatesOf(geo, own) : null;
+  }
+
+  // Whether north is -z in the display: of each map that is shown.
+  knowsNorth() {
+    return this.measures.size > 0 && [...this.measures.values()].every(({ measure }) => measure.geo);
   }
 
   // Where a photo of the shown state stands: {submap, centre, worldFromCam, aspect} in the frame of a submap that the

@@ -1,7 +1,8 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { georeference, guessUp, joined, measureSubmap, sideBySide, standing } from '../src/frames.js';
+import { coordinatesOf, georeference, guessUp, joined, measureSubmap, sideBySide, standing } from '../src/frames.js';
 import * as sim from '../src/similarity.js';
+import { coordinateWords } from '../src/words.js';
 import { makeSession, randomOf } from '../test_server/synthetic.mjs';
 
 const near = (a, b, eps = 1e-9) => assert.ok(a.every((v, i) => Math.abs(v - b[i]) <= eps), `${a} is not ${b}`);
@@ -109,4 +110,26 @@ test('A joined submap falls on its target', () => {
   for (const point of session.points.slice(0, 10)) {
     near(sim.apply(place, sim.apply(session.frames[2], point.xyz)), sim.apply(display, sim.apply(session.frames[1], point.xyz)), 1e-9);
   }
+});
+
+test('A point has metres from a photo and degrees where GPS tells, and no altitude where photos have none', () => {
+  const session = makeSession({ photosEach: 12, numPoints: 300, gps: true });
+  const frame = session.frames[1];
+  const gps = session.events.filter((e) => e.kind === 'photo').map((e) => e.gps);
+  const photos = placesOf(session, frame).map((p, i) => ({ ...p, image: i + 1, gps: gps[i] }));
+  const point = [3, 8, 2.5]; // metres east, north and up of 52.5 N, 13.4 E, 34 m
+  const own = sim.apply(frame, point);
+  const at = coordinatesOf(georeference(photos), own);
+  const [east, north, up] = sim.subtract(point, session.photos[0].centre);
+  near([at.east, at.north, at.up, at.altitude], [east, north, up, 36.5], 0.02);
+  near([at.latitude, at.longitude], [52.5 + 8 / 111132.95, 13.4 + 3 / (111319.49 * Math.cos((52.5 * Math.PI) / 180))], 3e-7);
+  const words = new Map(coordinateWords(at, (image) => `photo ${image}`));
+  assert.match(words.get('Metres'), /^2[12]\.\d+\sm east, 1\d\.\d+\sm north, 0\.\d+\sm up from photo 1$/);
+  assert.match(words.get('Degrees'), /^52\.50007\d+, 13\.40004\d+$/);
+  assert.match(words.get('Altitude'), /^36\.\d+\sm/);
+  const level = coordinatesOf(georeference(photos.map((p) => ({ ...p, gps: p.gps.slice(0, 2) }))), own);
+  assert.deepEqual([level.up, level.altitude], [null, null]);
+  assert.ok(Math.abs(level.north - north) < 3, `${level.north} m north`); // photos along a street hardly tell its roll
+  assert.ok(!new Map(coordinateWords(level, String)).has('Altitude'));
+  assert.match(new Map(coordinateWords({ ...at, east: -2, north: -1, up: -3 }, String)).get('Metres'), /m west, .*m south, .*m down/);
 });

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { guidanceOf, stationCameras } from '../src/guidance.js';
-import { adviceWords } from '../src/phone/advice.js';
+import { adviceWords, Ghost } from '../src/phone/advice.js';
 
 const timelineWith = (ended, isLive = true) => ({ isLive, live: { submaps: new Map([[1, { ended: false }], [2, { ended }]]) } });
 const place = (submap) => ({ submap, good_share: 0.5, verdict: 'weak' });
@@ -37,10 +37,46 @@ test('stations become cameras with what the last photo was taken with', () => {
 
 test('a phone is told by an arrow, steps where the scale is known, and the sentence', () => {
   const advice = (offset, metres = 0) => ({ working_distance: 4, metres_per_unit: metres, stations: [{ offset, sentence: 'half a metre' }] });
-  assert.deepEqual(adviceWords(advice([-2, 0, 0], 0.7)), { arrow: '←', steps: '2 steps to the left', text: 'Half a metre.' });
-  assert.deepEqual(adviceWords(advice([1, 0, 1])), { arrow: '↗', steps: 'Next photo', text: 'Half a metre.' });
+  assert.deepEqual(adviceWords(advice([-2, 0, 0], 0.7)), { arrow: '←', steps: '2 steps to the left', text: 'Half a metre.', from: 0 });
+  assert.deepEqual(adviceWords(advice([1, 0, 1])), { arrow: '↗', steps: 'Next photo', text: 'Half a metre.', from: 0 });
   assert.equal(adviceWords(advice([0, 0, -1], 0.7)).steps, '1 step back');
   assert.equal(adviceWords(advice([0.1, -3, 0.1])).arrow, '', 'straight up');
   assert.equal(adviceWords(advice(null)).steps, 'Next photo');
   for (const none of [null, undefined, {}, { stations: [] }, { stations: [{}] }]) assert.equal(adviceWords(none), null);
+});
+
+test('the photo to stand at is fetched once, kept without a network, and dropped for the next one', async () => {
+  const asked = [];
+  const urls = { made: 0, revoked: 0, createObjectURL: () => `blob:${++urls.made}`, revokeObjectURL: () => urls.revoked++ };
+  let answer = async () => ({ ok: true, blob: async () => 'picture' });
+  const shown = [];
+  const ghost = new Ghost({ changed: () => shown.push(ghost.url), urls, fetch: (path) => { asked.push(path); return answer(); } });
+  await ghost.show(7);
+  await ghost.show(7);
+  assert.deepEqual([asked, ghost.url], [['/api/photos/7/thumbnail'], 'blob:1']);
+  answer = async () => ({ ok: false });
+  await ghost.show(8); // of somebody else
+  await ghost.show(8);
+  assert.deepEqual([asked.length, ghost.url, urls.revoked], [2, '', 1]);
+  answer = async () => { throw new TypeError('no network'); };
+  await ghost.show(9);
+  answer = async () => ({ ok: true, blob: async () => 'picture' });
+  await ghost.show(9);
+  assert.deepEqual([asked.length, ghost.url], [4, 'blob:2']);
+  await ghost.show(0);
+  assert.deepEqual(shown, ['blob:1', '', 'blob:2', '']);
+  assert.equal(urls.revoked, 2);
+});
+
+test('a photo that comes late is not that of a later advice', async () => {
+  let arrive = null;
+  const ghost = new Ghost({
+    changed: () => {}, urls: { createObjectURL: (picture) => picture, revokeObjectURL: () => {} },
+    fetch: async (path) => (path.includes('/1/') ? new Promise((r) => { arrive = r; }) : { ok: true, blob: async () => 'two' }),
+  });
+  const first = ghost.show(1);
+  await ghost.show(2);
+  arrive({ ok: true, blob: async () => 'one' });
+  await first;
+  assert.equal(ghost.url, 'two');
 });

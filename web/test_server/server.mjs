@@ -9,7 +9,11 @@
 //   revoke    closes every WebSocket as that of an invitation that was revoked
 //   unasked   refuses to finish, until it obeys
 //   full      tells that the disk is full, until it obeys
+//   private   gives no photo, as to a phone those of others
+//   unadvised tells a phone of no photo to take, until it obeys
 //   go        time goes on: with --hold it stands still after each S, in seconds of the session
+//
+// A phone at /phone is anna's: what it sends counts as received.
 import { createHash } from 'node:crypto';
 import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
@@ -41,6 +45,8 @@ let told = 0; // events so far
 let refusing = false;
 let silent = false;
 let refusesFinish = false;
+let advises = true;
+let refusesPhotos = false;
 let troubles = [];
 const sockets = new Set();
 const head = () => (told ? events[told - 1].seq : 2);
@@ -50,6 +56,13 @@ const kHeaders = {
   'X-Content-Type-Options': 'nosniff', 'Referrer-Policy': 'no-referrer',
 };
 const kTypes = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
+
+const uploads = new Set(); // SHA-256s
+async function bodyOf(request) {
+  let text = '';
+  for await (const part of request) text += part;
+  return JSON.parse(text || '{}');
+}
 
 function send(response, status, body, type = 'application/json', more = {}) {
   response.writeHead(status, { ...kHeaders, 'Content-Type': type, ...more });
@@ -67,8 +80,31 @@ function makeShapes() {
 }
 
 const routes = [
-  [/^\/api\/session$/, (r) => sendJson(r, { session_id: 'synthetic', folder: '/sessions/market street', live: true, version: '0.1.0', head: head(), page_limits: { points: 2000000 }, finishes: true })],
+  [/^\/api\/session$/, (r) => sendJson(r, { session_id: 'synthetic', folder: '/sessions/market street', live: true, version: '0.1.0', head: head(), page_limits: { points: 2000000 }, finishes: true, invites: true, visitor: { role: 'operator', name: 'anna' }, addresses: { secure: `https://127.0.0.1:${options.port}`, plain: '', fingerprint: 'AB:CD' } })],
   [/^\/api\/finish$/, (r) => sendJson(r, ...(refusesFinish ? [{ error: 'ingest does not answer: is it running? Try again' }, 503] : [{ finish: 'requested' }, 202]))],
+  [/^\/api\/invitations$/, async (r, _, __, request) => {
+    const { name, role } = await bodyOf(request);
+    const link = `https://127.0.0.1/#${'x'.repeat(90)}`;
+    sendJson(r, { name: name || `${role}-123456`, secure: { link, qr: ['101', '010', '101'] }, plain: null });
+  }],
+  [/^\/api\/uploads\/states$/, async (r, _, __, request) => {
+    const { photos } = await bodyOf(request);
+    const { advice } = guidanceAt(session, events[told - 1]?.t ?? 0);
+    sendJson(r, {
+      states: photos.map(([sha]) => ({ state: uploads.has(sha) ? 'received' : 'unknown' })), troubles,
+      advice: (advises && advice.find((a) => a.agent === 'anna')) || null,
+    });
+  }],
+  [/^\/api\/uploads\/([0-9a-f]{64})$/, async (r, [sha], _, request) => {
+    const { method, headers } = request;
+    if (method === 'HEAD') return send(r, uploads.has(sha) ? 200 : 404, null, 'text/plain', uploads.has(sha) ? { 'Upload-Stored': '1' } : {});
+    let bytes = 0;
+    for await (const part of request) bytes += part.length;
+    const offset = Number(headers['upload-offset']) + bytes;
+    const isWhole = offset === Number(headers['upload-length']);
+    if (isWhole) uploads.add(sha);
+    return send(r, isWhole ? 201 : 200, '', 'text/plain', { 'Upload-Offset': String(offset), ...(isWhole ? { 'Upload-Stored': '1' } : {}) });
+  }],
   [/^\/api\/events$/, (r, _, query) => {
     const from = Number(query.get('from') ?? 0);
     sendJson(r, { head: head(), events: events.slice(0, told).filter((e) => e.seq >= from).slice(0, 2000) });
@@ -102,6 +138,7 @@ const routes = [
   [/^\/api\/photos\/(\d+)(\/thumbnail)?$/, (r, [id, small]) => {
     const photo = session.photos[Number(id) - 1];
     if (!photo) return sendJson(r, { error: 'no such photo' }, 404);
+    if (refusesPhotos) return sendJson(r, { error: 'this invitation is not for that' }, 403);
     return send(r, 200, drawing(session, photo, small ? 320 : session.width), 'image/svg+xml');
   }],
   [/^\/api\/photos\/(\d+)\/matches\/(\d+)$/, (r, [a, b]) => {
@@ -119,7 +156,7 @@ const server = createServer(async (request, response) => {
     const match = pattern.exec(url.pathname);
     if (match) return answer(response, match.slice(1), url.searchParams, request);
   }
-  const name = normalize(url.pathname === '/' ? '/index.html' : url.pathname);
+  const name = normalize({ '/': '/index.html', '/phone': '/phone.html' }[url.pathname] ?? url.pathname);
   try {
     return send(response, 200, await readFile(join(resolve(options.page), name)), kTypes[extname(name)] ?? 'application/octet-stream');
   } catch {
@@ -180,7 +217,7 @@ function tellStatus() {
   tell({
     type: 'status', troubles, ...guidanceAt(session, now), backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
     processes: ['ingest', 'features-1', 'retrieval', 'matching-1', 'mapper-1', 'mapper-2', 'merger'].map((instance, i) => ({
-      instance, state: instance.startsWith('mapper') ? `submap ${i - 3}` : 'idle', backlog: i % 3, memory: 40e6 + 30e6 * i, seen_s: 0.4 })),
+      instance, state: instance.startsWith('mapper') ? `map ${i - 3}` : 'idle', backlog: i % 3, memory: 40e6 + 30e6 * i, seen_s: 0.4 })),
   });
 }
 advance();
@@ -195,6 +232,8 @@ createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'revoke') for (const socket of sockets) socket.end(closing(1008, 'this invitation was revoked'));
   if (line === 'silence') silent = true;
   if (line === 'unasked') refusesFinish = true;
+  if (line === 'unadvised') advises = false;
+  if (line === 'private') refusesPhotos = true;
   if (line === 'full') {
     troubles = [{ what: 'ingest on laptop: the disk is almost full: 3 MB are free.', remedy: 'Once that is mended it goes on by itself, and nothing is lost.' }];
   }
@@ -206,6 +245,8 @@ createInterface({ input: process.stdin }).on('line', (line) => {
     refusing = silent = false;
     troubles = [];
     refusesFinish = false;
+    advises = true;
+    refusesPhotos = false;
     if (toldHead !== head()) tell({ type: 'head', head: head() });
     toldHead = head();
   }

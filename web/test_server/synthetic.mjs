@@ -259,9 +259,9 @@ export function guidanceAt(session, utime) {
   const advice = [...newest.values()].map((p) => {
     const [qw, qx, qy, qz, x, y, z] = poseIn(session.frames[mapOf(p)], p);
     return {
-      agent: p.agent, submap: mapOf(p), last_photo: p.id,
+      agent: p.agent, submap: mapOf(p), last_photo: p.id, working_distance: 6, metres_per_unit: 1,
       stations: [0.5, 1].map((right) => ({
-        pose: [qw, qx, qy, qz, x - right, y, z], nearest: p.id, why: 'few_photos',
+        pose: [qw, qx, qy, qz, x - right, y, z], nearest: p.id, why: 'few_photos', offset: [3 * right, 0, right],
         sentence: `${right.toFixed(1)} m to the right from where ${p.agent}/${p.id}.jpg was taken: too few photos see this place`,
       })),
     };

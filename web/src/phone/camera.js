@@ -1,4 +1,5 @@
-// The camera view: shutter, a burst that takes a photo whenever the view has moved, and a word where it is blurred.
+// The camera view: one shutter, for a photo or for a series that takes one whenever the view has moved, and a word where
+// it is blurred.
 // Browsers give pages a camera over TLS alone.
 import { byId, h, setText } from '../ui/dom.js';
 import { withExif } from './exif.js';
@@ -10,13 +11,14 @@ const kJpegQuality = 0.93;
 const kBlurredShown = 4; // looks
 
 export class Camera {
-  // take(blob, name, time): a photo was taken
-  constructor({ place, take, said }) {
-    Object.assign(this, { place, take, said });
+  // take(blob, name, time): a photo was taken. hint(isWide): what else to say of the view, of that shape
+  constructor({ place, take, said, hint }) {
+    Object.assign(this, { place, take, said, hint });
     this.small = h('canvas');
     this.stream = null;
     this.starting = false;
-    this.burst = false;
+    this.series = false; // what the shutter takes
+    this.running = false; // a series
     this.blurred = 0;
     this.number = 0;
   }
@@ -61,16 +63,28 @@ export class Camera {
     clearInterval(this.timer);
     for (const track of this.stream?.getTracks() ?? []) track.stop();
     this.stream = null;
-    this.setBurst(false);
+    this.setSeries(false);
     byId('video').srcObject = null;
     byId('camera').hidden = true;
     this.said();
   }
 
-  setBurst(on) {
-    this.burst = on;
-    byId('burst').setAttribute('aria-pressed', String(on));
-    setText(byId('burst'), on ? 'Stop the series' : 'Series');
+  setSeries(on) {
+    this.series = on;
+    byId('series').setAttribute('aria-pressed', String(on));
+    this.setRunning(false);
+  }
+
+  setRunning(on) {
+    this.running = on;
+    const shutter = byId('shutter');
+    shutter.className = on ? 'running' : this.series ? 'series' : '';
+    shutter.setAttribute('aria-label', on ? 'Stop the series' : this.series ? 'Start the series' : 'Take a photo');
+  }
+
+  press() {
+    if (this.series) this.setRunning(!this.running);
+    else this.shoot();
   }
 
   async look() {
@@ -84,8 +98,9 @@ export class Camera {
     const seen = this.picker.look(grey, width, height);
     this.grey = grey;
     this.blurred = seen.isBlurred ? kBlurredShown : Math.max(0, this.blurred - 1);
-    setText(byId('camera_note'), this.blurred > 0 ? 'Blurred: hold still, or move more slowly.' : this.burst ? 'Walk slowly: a photo is taken whenever the view has moved.' : '');
-    if (this.burst && seen.take) await this.shoot();
+    setText(byId('camera_note'), this.blurred > 0 ? 'Blurred: hold still, or move more slowly.'
+      : this.running ? 'Walk slowly: a photo is taken whenever the view has moved.' : this.hint(video.videoWidth > video.videoHeight));
+    if (this.running && seen.take) await this.shoot();
   }
 
   async shoot() {

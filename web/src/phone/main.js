@@ -3,7 +3,7 @@ import { enter } from '../enter.js';
 import { byId, h, keyed, setText } from '../ui/dom.js';
 import { showTroubles } from '../ui/troubles.js';
 import { advise, bytes as size, groups, plural } from '../words.js';
-import { adviceWords } from './advice.js';
+import { adviceWords, Ghost, showAdvice } from './advice.js';
 import { Camera } from './camera.js';
 import { gpsOf, Place } from './place.js';
 import { Queue } from './queue.js';
@@ -33,11 +33,16 @@ class PhonePage {
       place: this.place,
       take: (blob, name, time) => this.add(blob, name, time, this.place.at(time)),
       said: () => this.show(),
+      hint: (isWide) => this.problem || this.trouble || this.ghostHint(isWide),
     });
+    this.ghost = new Ghost({ changed: () => this.showGhost() });
+    this.wantsGhost = true;
+    this.opensOffline = null; // whether this page opens without a network; null: not known yet
     this.urls = new Map(); // sha -> object URL of its thumbnail
     this.connection = { ok: null, why: '' }; // ok: null until the first request is answered or has failed
     this.adding = 0;
     this.problem = '';
+    this.trouble = ''; // the first that a person has to mend
     // Photos may be taken before this browser's storage is open.
     this.opened = new Promise((resolve) => { this.tellOpened = resolve; });
     // While photos are taken or sent.
@@ -45,9 +50,22 @@ class PhonePage {
   }
 
   async start() {
-    if ('serviceWorker' in navigator && isSecureContext) navigator.serviceWorker.register('/phone_worker.js').catch(() => {});
+    this.keepPage();
     this.wire();
     await this.join();
+  }
+
+  // Browsers have workers over https alone, and none where the certificate was only waved through.
+  async keepPage() {
+    try {
+      await navigator.serviceWorker.register('/phone_worker.js');
+      await navigator.serviceWorker.ready;
+      this.opensOffline = true;
+    } catch {
+      this.opensOffline = Boolean(navigator.serviceWorker?.controller);
+    }
+    this.showSecure();
+    this.show();
   }
 
   // The server may be away: the photos of the last session are here, and may be added to.
@@ -90,8 +108,11 @@ class PhonePage {
     this.uploader = new Uploader({
       queue: this.queue,
       on: {
-        advice: (advice) => this.showAdvice(advice),
-        troubles: (troubles) => showTroubles(byId('troubles'), troubles),
+        advice: (advice) => this.takeAdvice(advice),
+        troubles: (troubles) => {
+          showTroubles(byId('troubles'), troubles);
+          this.trouble = troubles[0]?.what ?? '';
+        },
         changed: () => this.soon(),
         connection: (c) => this.setConnection(c),
       },
@@ -121,8 +142,12 @@ class PhonePage {
       this.show();
     });
     byId('close_camera').addEventListener('click', () => this.camera.stop());
-    byId('shutter').addEventListener('click', () => this.camera.shoot());
-    byId('burst').addEventListener('click', () => this.camera.setBurst(!this.camera.burst));
+    byId('shutter').addEventListener('click', () => this.camera.press());
+    byId('series').addEventListener('click', () => this.camera.setSeries(!this.camera.series));
+    byId('ghost_switch').addEventListener('click', () => {
+      this.wantsGhost = !this.wantsGhost;
+      this.showGhost();
+    });
     byId('position').addEventListener('change', (e) => {
       if (e.target.checked) this.place.start((why) => setText(byId('position_note'), why));
       else this.place.stop();
@@ -136,7 +161,7 @@ class PhonePage {
       if (this.connection.ok === false) this.uploader?.retryNow();
     });
     addEventListener('beforeunload', (e) => {
-      if (this.adding > 0) e.preventDefault();
+      if (this.adding > 0 || this.isLostIfLeft()) e.preventDefault();
     });
   }
 
@@ -193,6 +218,11 @@ class PhonePage {
     this.soon();
   }
 
+  // The network is away, and the page with it once it is closed.
+  isLostIfLeft() {
+    return this.connection.ok === false && !this.connection.stopped && this.opensOffline !== true;
+  }
+
   soon() {
     this.frame ??= setTimeout(() => {
       this.frame = null;
@@ -210,27 +240,46 @@ class PhonePage {
   show() {
     const counts = this.counts();
     for (const [key, n] of Object.entries(counts)) setText(byId(`count_${key}`), groups(n));
+    setText(byId('camera_counts'), `${groups(counts.taken)} taken, ${groups(counts.placed)} placed`);
     const unsent = this.numUnsent();
     this.screenLock.check();
     const words = this.problem || (this.adding > 0 ? `${plural(this.adding, 'photo')} being kept…` : this.connectionWords(unsent));
     setText(byId('note'), words);
     byId('note').classList.toggle('bad', Boolean(this.problem) || (this.connection.ok === false && unsent > 0));
     byId('retry').hidden = this.connection.ok !== false || unsent === 0;
-    byId('open_camera').hidden = !Camera.possible || this.camera.open;
+    byId('keep_open').hidden = this.opensOffline !== false;
+    byId('keep_open').classList.toggle('bad', this.isLostIfLeft());
+    // One way to take photos: the camera view, where there is one.
+    byId('open_camera').hidden = !Camera.possible;
+    byId('take_label').classList.toggle('primary', !Camera.possible);
+    setText(byId('take_words'), Camera.possible ? 'With the phone’s camera app' : 'Take a photo');
     const photos = this.queue ? [...this.queue.photos.values()].reverse() : [];
     byId('none').hidden = photos.length > 0;
     keyed(byId('photos'), photos.slice(0, kShown), (p) => p.sha, (p) => this.makeTile(p), (tile, p) => this.updateTile(tile, p));
-    setText(byId('more'), photos.length > kShown ? `And ${groups(photos.length - kShown)} earlier ones.` : '');
+    setText(byId('more'), photos.length > kShown ? `And ${plural(photos.length - kShown, 'earlier one')}.` : '');
   }
 
   // What the guide would have this phone photograph next.
-  showAdvice(advice) {
+  takeAdvice(advice) {
     const words = adviceWords(advice);
-    byId('advice').hidden = !words;
-    if (!words) return;
-    setText(byId('advice_arrow'), words.arrow);
-    setText(byId('advice_steps'), words.steps);
-    setText(byId('advice_text'), words.text);
+    showAdvice(byId('advice'), words);
+    showAdvice(byId('camera_advice'), words);
+    this.ghost.show(words?.from ?? 0);
+  }
+
+  showGhost() {
+    const { url } = this.ghost;
+    const picture = byId('ghost');
+    if (url) picture.src = url;
+    picture.hidden = !url || !this.wantsGhost;
+    byId('ghost_switch').hidden = !url;
+    byId('ghost_switch').setAttribute('aria-pressed', String(this.wantsGhost));
+  }
+
+  ghostHint(isWide) {
+    const { hidden, naturalWidth, naturalHeight } = byId('ghost');
+    if (hidden || naturalWidth === 0 || (naturalWidth > naturalHeight) === isWide) return '';
+    return `The faint photo is ${isWide ? 'upright' : 'wide'}: turn the phone.`;
   }
 
   connectionWords(unsent) {
@@ -238,7 +287,7 @@ class PhonePage {
     if (this.connection.ok && unsent > 0) return `Sending: ${plural(unsent, 'photo')} to go.`;
     if (this.connection.ok) return this.queue.photos.size > 0 ? 'Everything is sent.' : 'Connected.';
     if (this.connection.why) return `Waiting: ${this.connection.why}.`;
-    return unsent > 0 ? `No connection: ${plural(unsent, 'photo')} wait on this phone and go on by themselves.` : 'No connection.';
+    return unsent > 0 ? `No connection: ${plural(unsent, 'photo waits', 'photos wait')} on this phone, to be sent once it is back.` : 'No connection.';
   }
 
   makeTile(photo) {
@@ -271,21 +320,23 @@ class PhonePage {
     setText(byId('door_note'), why[0].toUpperCase() + why.slice(1) + (/[.!?]$/.test(why) ? '' : '.'));
   }
 
-  // What a page without TLS lacks, and how to get it.
+  // What a page without TLS lacks, or one whose certificate was only waved through, and how to get it.
   showSecure() {
-    const { addresses } = this.session;
+    const addresses = this.session?.addresses;
+    const isSecure = isSecureContext && location.protocol === 'https:' && Camera.possible;
     byId('position_part').hidden = !this.place.possible;
-    byId('secure').hidden = !addresses || (isSecureContext && location.protocol === 'https:' && Camera.possible);
+    byId('secure').hidden = !addresses || (isSecure && this.opensOffline !== false);
+    byId('secure_line').hidden = isSecure;
     if (!addresses) return;
     byId('secure_link').href = `${addresses.secure}/phone`;
-    setText(byId('secure_link'), addresses.secure);
     setText(byId('fingerprint'), addresses.fingerprint);
     byId('certificate').href = '/skein.crt';
   }
 
   describe() {
     return {
-      counts: this.counts(), connection: this.connection, adding: this.adding, problem: this.problem, camera: this.camera.open, awake: this.screenLock.held,
+      counts: this.counts(), connection: this.connection, adding: this.adding, problem: this.problem, camera: this.camera.open, series: this.camera.running,
+      awake: this.screenLock.held, opensOffline: this.opensOffline, ghost: this.ghost.url ? this.ghost.image : 0,
       photos: this.queue ? [...this.queue.photos.values()].map(({ sha, name, state, reason, image, gps, size: n, offset }) => ({ sha, name, state, reason, image, gps, size: n, offset })) : [],
     };
   }

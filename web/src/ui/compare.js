@@ -64,7 +64,7 @@ export class Compare {
     const box = this.pair.getBoundingClientRect();
     if (box.width === 0 || this.points.length === 0) return;
     const n = Math.min(Number(this.amount.value), this.points.length);
-    setText(this.note, `${groups(n)} of ${groups(this.points.length)} points are joined by lines.`);
+    setText(this.note, `Lines join ${groups(n)} of ${plural(this.points.length, 'point')}.`);
     this.lines.setAttribute('viewBox', `0 0 ${box.width} ${box.height}`);
     const boxes = this.pictures.map((p) => p.getBoundingClientRect());
     const at = (i, x, y) => {

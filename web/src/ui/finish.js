@@ -9,6 +9,12 @@ const kWords = {
   settled: 'The final adjustment.', done: 'Finished. Photos that come later are taken in, too: finish again after them.',
 };
 
+// Throws with the reason where it does not begin.
+export async function askToFinish(within) {
+  const answer = await fetch('/api/finish', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ within_s: within }) });
+  if (!answer.ok) throw new Error((await answer.json()).error);
+}
+
 export class Finish {
   constructor() {
     this.within = h('select', { 'aria-label': 'Time for the finish' }, kTimes.map(([s, label]) => h('option', { value: s }, label)));
@@ -20,8 +26,8 @@ export class Finish {
     this.told = '';
   }
 
-  update({ session, state }) {
-    this.element.hidden = !session.finishes;
+  update({ session, state, summary }) {
+    this.element.hidden = !session.finishes || summary.counts.received === 0;
     const { finish } = state;
     const step = finish ? kSteps.indexOf(finish.state) : -1;
     const isRunning = step >= 0 && finish.state !== 'done';
@@ -40,8 +46,7 @@ export class Finish {
     this.told = within ? `Asking for a finish within ${seconds(within)}\u2026` : 'Asking\u2026';
     setText(this.words, this.told);
     try {
-      const answer = await fetch('/api/finish', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ within_s: within }) });
-      if (!answer.ok) throw new Error((await answer.json()).error);
+      await askToFinish(within);
       this.told = '';
     } catch (error) {
       this.told = `It does not begin: ${error.message}.`;

@@ -18,7 +18,9 @@ export class Header {
     for (const [key, label, title] of kCounts) {
       const value = h('dd', {}, '0');
       this.values[key] = value;
-      const content = [h('dt', {}, label), value];
+      const aside = h('span', { className: 'aside', hidden: true });
+      if (key === 'unplaced') this.dismissed = aside;
+      const content = [h('dt', {}, label, aside), value];
       list.append(h('div', { className: `count ${key}`, title }, content));
     }
     this.values.unplaced.parentElement.addEventListener('click', openUnplaced);
@@ -27,8 +29,10 @@ export class Header {
   }
 
   update(view) {
-    const { counts, notPlaced } = view.summary;
-    const numbers = { received: counts.received, placed: counts.placed, waiting: counts.waiting, unplaced: notPlaced };
+    const { counts, notPlaced, dismissed } = view.summary;
+    const numbers = { received: counts.received, placed: counts.placed, waiting: counts.waiting, unplaced: notPlaced - dismissed };
+    this.dismissed.hidden = dismissed === 0;
+    setText(this.dismissed, `, ${groups(dismissed)} dismissed`);
     for (const [key, value] of Object.entries(this.values)) {
       setText(value, groups(numbers[key]));
       value.parentElement.classList.toggle('none', numbers[key] === 0);

@@ -3,7 +3,7 @@ import { agentColour } from '../colours.js';
 import { photoName, standingOf } from '../fold.js';
 import { uprightPoint, uprightSize } from '../orientation.js';
 import { photoUrl, thumbnailUrl } from '../photo_urls.js';
-import { bytes, clock, explain, groups, linkWords, plural, seconds } from '../words.js';
+import { advise, bytes, clock, coordinateWords, groups, linkWords, plural, seconds } from '../words.js';
 import { h, icon, svg } from './dom.js';
 
 const kMatchesShown = 60;
@@ -62,7 +62,7 @@ export class Inspect {
         h('button', { type: 'button', className: 'plain', onclick: () => this.lookAt(photo.id), dataset: { keep: 'look' } }, icon('look'), 'Look'));
     }
     if (standing.standing === 'waiting') return h('div', { className: 'verdict waiting' }, h('p', {}, h('b', {}, 'Waiting'), `It ${standing.reason}.`));
-    const { what, help } = explain(standing.reason);
+    const { what, help } = advise(diagnosisOf(view, photo.id), standing.reason);
     return h('div', { className: 'verdict unplaced' },
       h('p', {}, h('b', {}, standing.standing === 'failed' ? 'Failed' : 'Not placed'), what), h('p', { className: 'help' }, help),
       h('p', { className: 'muted' }, [linkWords(view.state, photo.id), `The service says: ${standing.reason || 'nothing'}.`].filter(Boolean).join(' ')));
@@ -86,7 +86,7 @@ export class Inspect {
         h('span', { className: 'text' }, h('span', { className: 'name' }, photoName(o.agent, o.name)), bar, h('small', {}, plural(inliers, 'common point')))),
         h('button', { type: 'button', className: 'icon_button', 'aria-label': `Select ${photoName(o.agent, o.name)}`, title: 'Select this photo', onclick: () => this.select(other) }, icon('look')));
     });
-    const more = edges.length > kMatchesShown ? h('p', { className: 'muted' }, `And ${groups(edges.length - kMatchesShown)} weaker ones.`) : null;
+    const more = edges.length > kMatchesShown ? h('p', { className: 'muted' }, `And ${plural(edges.length - kMatchesShown, 'weaker one')}.`) : null;
     return h('section', {}, h('h3', {}, edges.length ? `Matches ${plural(edges.length, 'photo')}` : 'Matches'),
       edges.length ? h('ul', { className: 'matches' }, rows) : h('p', { className: 'muted' }, photo.matched ? 'No photo shows the same.' : 'Not compared yet.'), more);
   }
@@ -95,6 +95,7 @@ export class Inspect {
     const { seen } = selection;
     const parts = [h('div', { className: 'head_row' }, h('h2', {}, 'Point'),
       h('button', { type: 'button', className: 'icon_button', 'aria-label': 'Deselect', title: 'Deselect (Esc)', onclick: this.clear, dataset: { keep: 'close' } }, icon('close')))];
+    parts.push(places(view, selection));
     if (!seen) parts.push(h('p', { className: 'muted' }, 'Asking who sees it…'));
     else if (seen.error) parts.push(h('p', { className: 'muted' }, seen.error));
     else {
@@ -119,8 +120,12 @@ export class Inspect {
   }
 }
 
+// As the list of photos that are not placed has it.
+const diagnosisOf = ({ timeline, status }, image) => (timeline.isLive ? status?.diagnoses?.find((d) => d.image === image) : undefined);
+
 // What the panel shows: it is made anew only when that changes, so that the focus and the scroll position stay.
-function signatureOf({ state, selection, theme }) {
+function signatureOf(view) {
+  const { state, selection, theme } = view;
   if (!selection) return 'none';
   if (!selection.image) return JSON.stringify(['point', theme, selection.submap, selection.chunk, selection.index, selection.seen ?? null]);
   const photo = state.photos.get(selection.image);
@@ -128,7 +133,7 @@ function signatureOf({ state, selection, theme }) {
   const { standing, reason, submap, trial } = standingOf(state, photo);
   const edges = state.edges.get(photo.id);
   return JSON.stringify([
-    theme, photo.id, photo.described, photo.matched, photo.firstPlaced, standing, reason, submap?.id, trial?.inliers, edges?.size,
+    theme, photo.id, photo.described, photo.matched, photo.firstPlaced, standing, reason, diagnosisOf(view, photo.id)?.what, submap?.id, trial?.inliers, edges?.size,
     [...(edges ?? [])].slice(-3),
   ]);
 }
@@ -158,6 +163,19 @@ function times(photo) {
   return h('div', {}, bar, list);
 }
 
+// In the map's own frame, as its model has it, and on earth where GPS tells.
+function places({ timeline }, { submap, own, at }) {
+  const nameOf = (image) => {
+    const photo = timeline.live.photos.get(image);
+    return photo ? photoName(photo.agent, photo.name) : `photo ${image}`;
+  };
+  const rows = at ? coordinateWords(at, nameOf) : [];
+  rows.push([`Map ${submap}`, own.map((v) => Number(v.toPrecision(6))).join(', ')]);
+  return rowsOf(rows);
+}
+
+const rowsOf = (rows) => h('dl', { className: 'facts' }, rows.map(([k, v]) => h('div', {}, h('dt', {}, k), h('dd', {}, v))));
+
 function facts(photo, standing) {
   const rows = [
     ['Agent', photo.agent || 'no name'],
@@ -169,6 +187,5 @@ function facts(photo, standing) {
   ];
   if (photo.gps) rows.push(['GPS', photo.gps.slice(0, 2).map((v) => v.toFixed(6)).join(', ') + (Number.isFinite(photo.gps[2]) ? `, ${photo.gps[2].toFixed(1)} m` : '')]);
   if (standing.trial?.s) rows.push(['Mapping', seconds(standing.trial.s)]);
-  return h('dl', { className: 'facts' }, rows.map(([k, v]) => h('div', {}, h('dt', {}, k), h('dd', {}, v))));
+  return rowsOf(rows);
 }
-

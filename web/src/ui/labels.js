@@ -53,6 +53,13 @@ export class Labels {
       elements[i].style.transform = `translate(${Math.round(x)}px, ${Math.round(at.y)}px)`;
     });
     this.placeScale();
+    this.placeNorth();
+  }
+
+  // North is -z in the display: straight up on the screen where the view's yaw is 0.
+  placeNorth() {
+    byId('north').hidden = !this.world.knowsNorth();
+    byId('needle').style.transform = `rotate(${this.viewer.controls.now.yaw}rad)`;
   }
 
   // The middle of a label of that width that is wholly seen.

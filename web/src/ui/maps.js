@@ -1,7 +1,7 @@
 // Submaps and their merges. On the page a submap is called a map.
 import { mapColour } from '../colours.js';
 import { liveSubmaps } from '../fold.js';
-import { clock, groups, mergeWords, plural, seconds, submapWords } from '../words.js';
+import { clock, mergeWords, plural, seconds, submapWords } from '../words.js';
 import { h, keyed, setText } from './dom.js';
 
 export class Maps {
@@ -27,7 +27,7 @@ export class Maps {
       swatch.style.background = mapColour(view.theme, s.id);
       setText(name, `Map ${s.id}`);
       const points = view.pointsOf(s.id) || s.points;
-      setText(value, `${plural(s.numRegistered, 'photo')}${points ? `, ${groups(points)} points` : ''}`);
+      setText(value, `${plural(s.numRegistered, 'photo')}${points ? `, ${plural(points, 'point')}` : ''}`);
       const merge = view.state.merges.get(s.openMerge);
       const parts = [submapWords(s, merge?.source === s.id)];
       if (s.errorPx) parts.push(`${s.errorPx.toFixed(2)} px error`);

@@ -1,8 +1,10 @@
 // Distance of two points of one map; a length that somebody knows gives that map its scale.
 import { Scales } from '../scales.js';
 import * as sim from '../similarity.js';
-import { length } from '../words.js';
+import { degrees, length } from '../words.js';
 import { byId, h, setText } from './dom.js';
+
+const kPress = globalThis.matchMedia?.('(pointer: coarse)').matches ? 'Tap' : 'Click';
 
 export class Measure {
   constructor({ viewer, world, timeline, notice, changed }) {
@@ -15,6 +17,7 @@ export class Measure {
     this.keptNote = h('span', { className: 'muted' });
     this.ask = h('div', {}, h('label', {}, h('span', {}, 'True length, m'), this.input), h('button', { type: 'submit', className: 'strong' }, 'Set scale'));
     this.given = h('div', {}, this.keptNote, h('button', { type: 'button', onclick: () => this.forget() }, 'Forget it'));
+    this.done = h('button', { type: 'button', id: 'measure_done', className: 'plain', onclick: () => this.setActive(false) }, 'Done');
     this.form = h('form', { id: 'known_length', hidden: true, onsubmit: (e) => this.setLength(e) }, this.ask, this.given);
     addEventListener('storage', (e) => {
       if (this.scales.heard(e.key)) this.scaleChanged();
@@ -54,7 +57,7 @@ export class Measure {
   }
 
   tell() {
-    this.notice(`${this.words()}. Click again to measure anew.`);
+    this.notice(`${this.words()}. ${kPress} again to measure anew.`);
   }
 
   // Metres per unit of the display by the latest known length of a map that is shown; undefined where there is none.
@@ -70,25 +73,32 @@ export class Measure {
     this.active = on;
     this.picked = [];
     byId('tool_measure').setAttribute('aria-pressed', String(on));
-    this.notice(on ? 'Measure: click the first point.' : '');
+    document.body.classList.toggle('measuring', on); // a phone then shows little but the map
+    this.notice(on ? `Measure: ${kPress.toLowerCase()} the first point.` : '');
     this.changed();
   }
 
   pick(hit) {
     if (!hit?.own) {
-      this.notice('No point there: zoom in and click one of the points.');
+      this.notice(`No point there: zoom in and ${kPress.toLowerCase()} one of the points.`);
       return;
     }
     if (this.picked.length === 2) this.picked = [];
     const [first] = this.picked;
     if (first && first.submap !== hit.submap) {
-      this.notice('That is another map: there is no distance between maps that are not joined. Click a point of the first one.');
+      this.notice('That is another map: there is no distance between maps that are not joined. Choose a point of the first one.');
       return;
     }
     this.picked.push({ submap: hit.submap, own: hit.own });
     if (this.picked.length === 2) this.tell();
-    else this.notice('Click the second point.');
+    else this.notice(`${this.whereIs(hit)}${kPress} the second point.`);
     this.changed();
+  }
+
+  // Where GPS tells.
+  whereIs({ submap, own }) {
+    const at = this.world.coordinatesOf(submap, own);
+    return at ? `${degrees(at)}. ` : '';
   }
 
   words() {
@@ -114,7 +124,7 @@ export class Measure {
     const points = this.points();
     if (!points) {
       this.picked = [];
-      this.notice('The map of these points has changed: click the first point again.');
+      this.notice('The map of these points has changed: choose the first point again.');
     }
     this.known = this.scales.bySubmap(this.timeline.live); // maps are joined
     this.form.hidden = !this.active || this.picked.length < 2;

@@ -1,6 +1,6 @@
 // Agents, pace, backlog, processes, downloads.
 import { agentColour } from '../colours.js';
-import { percentile } from '../fold.js';
+import { percentile, standingOf } from '../fold.js';
 import { guidanceOf } from '../guidance.js';
 import { ago, bytes, clock, groups, plural, seconds, sentence } from '../words.js';
 import { h, icon, keyed, setText } from './dom.js';
@@ -49,12 +49,12 @@ export class Overview {
     this.processesPart = h('details', {}, h('summary', {}, 'Processes'), this.processes);
     this.downloads = h('div', { className: 'downloads' });
     this.finish = new Finish();
+    this.latencyPart = h('section', {}, h('h2', {}, 'Photo to pose'), this.latencyWords, h('div', { className: 'plot_box' }, this.latency.element, this.latencyTop));
+    this.backlogPart = h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages);
     this.element = h(
       'div', {},
       h('section', {}, h('h2', {}, 'Agents'), this.agents),
-      this.placesPart,
-      h('section', {}, h('h2', {}, 'Photo to pose'), this.latencyWords, h('div', { className: 'plot_box' }, this.latency.element, this.latencyTop)),
-      h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages),
+      this.placesPart, this.latencyPart, this.backlogPart,
       this.finish.element,
       h('section', {}, h('h2', {}, 'Downloads'), this.downloads),
       h('section', { className: 'processes_part' }, this.processesPart));
@@ -85,7 +85,10 @@ export class Overview {
   }
 
   updateAgents(view) {
+    const { placedOf, receivedOf } = view.summary;
     const agents = [...view.state.agents.values()];
+    // All that they sent was refused.
+    for (const name of receivedOf.keys()) if (!view.state.agents.has(name)) agents.push({ name, index: agents.length, last: 0 });
     keyed(this.agents, agents, (a) => a.name, (a) => {
       const swatch = h('span', { className: 'swatch', 'aria-hidden': 'true' });
       const row = h('li', {},
@@ -94,13 +97,14 @@ export class Overview {
           h('span', { className: 'bar', 'aria-hidden': 'true' }, h('span')), h('span', { className: 'value' }), h('small')));
       return row;
     }, (row, a) => {
-      const placed = view.summary.placedOf.get(a.name) ?? 0;
+      const placed = placedOf.get(a.name) ?? 0;
+      const received = receivedOf.get(a.name) ?? 0;
       const [swatch, , bar, value, last] = row.firstChild.children;
       swatch.style.background = agentColour(view.theme, a.index);
-      bar.firstChild.style.width = `${(100 * placed) / Math.max(a.sent, 1)}%`;
+      bar.firstChild.style.width = `${(100 * placed) / Math.max(received, 1)}%`;
       bar.firstChild.style.background = agentColour(view.theme, a.index);
-      setText(value, `${groups(placed)} of ${groups(a.sent)} placed`);
-      setText(last, `last photo ${view.session.live === false ? clock(a.last) : ago((view.utimeNow - a.last) / 1e6)}`);
+      setText(value, `${groups(placed)} of ${groups(received)} placed`);
+      setText(last, a.last === 0 ? 'no photo that could be used' : `last photo ${view.session.live === false ? clock(a.last) : ago((view.utimeNow - a.last) / 1e6)}`);
     });
     if (agents.length === 0 && !this.agents.firstChild) {
       this.agents.append(h('li', { className: 'muted' }, 'No agent has sent a photo yet.'));
@@ -138,9 +142,10 @@ export class Overview {
     this.latency.set(runningMedian(dots, 3), { dots });
     setText(this.latencyTop, this.latency.highest);
     const values = dots.map((d) => d.y);
+    this.latencyPart.hidden = values.length === 0;
     const p50 = percentile(values, 50);
     setText(this.latencyWords, values.length === 0
-      ? 'No photo is placed yet.'
+      ? ''
       : `half within ${seconds(p50)}, 95 % within ${seconds(percentile(values, 95))}; last ${seconds(values[values.length - 1])}`);
   }
 
@@ -149,9 +154,10 @@ export class Overview {
     const steps = [];
     for (const photo of view.state.photos.values()) {
       steps.push([photo.received, 1]);
-      const done = photo.firstPlaced || (photo.failed?.t ?? 0) || (photo.numPairs === 0 ? photo.matched : 0);
+      const done = photo.firstPlaced || whenGivenUp(view.state, photo);
       if (done) steps.push([done, -1]);
     }
+    this.backlogPart.hidden = steps.length === 0;
     steps.sort((a, b) => a[0] - b[0]);
     let count = 0;
     const series = steps.map(([x, d]) => ({ x, y: (count += d) }));
@@ -178,4 +184,11 @@ export class Overview {
         row.classList.toggle('warn', p.seen_s > kSilentS);
       });
   }
+}
+
+// When a photo that was never placed was found to have no place so far; 0: it waits.
+function whenGivenUp(state, photo) {
+  const { standing, trial } = standingOf(state, photo);
+  if (standing === 'failed') return photo.failed.t;
+  return standing === 'unplaced' ? trial?.t || photo.matched || photo.described : 0;
 }
