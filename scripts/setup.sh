@@ -3,7 +3,7 @@
 #
 #   scripts/setup.sh [--tests]
 #
-#   --tests   also what only the tests use (clang-format, clang-tidy, colmap's command, Xvfb, Chromium)
+#   --tests   also what only the tests use (clang-format, clang-tidy, colmap's command, Xvfb, Chromium, Prometheus)
 #
 # Packages that are there already are left alone. The part of COLMAP 3.8 that Skein links
 # is built into .deps/ from the Debian source package, once (2 to 5 minutes). The packages that the live
@@ -176,6 +176,19 @@ provide_web_modules() {
   fi
 }
 
+# For process.metrics, 19 MB. Unpacked alone: installed, the package would start a server on port 9090.
+provide_prometheus() {
+  local prometheus=$SKEIN_DEPS/prometheus
+  if command -v prometheus >/dev/null || [[ -x $prometheus/usr/bin/prometheus ]]; then return; fi
+  rm -rf "$prometheus"
+  mkdir -p "$prometheus"
+  say "getting prometheus"
+  (cd "$prometheus" && apt-get download -q prometheus && dpkg-deb -x prometheus_*.deb . && rm prometheus_*.deb) \
+    >"$SKEIN_DEPS/prometheus.log" 2>&1 && return
+  warn "prometheus cannot be had ($SKEIN_DEPS/prometheus.log): process.metrics goes without it"
+  rm -rf "$prometheus"
+}
+
 require_elsewhere() {
   warn "this is not Debian 12: install yourself what corresponds to ${build_packages[*]}"
   [[ -n ${SKEIN_COLMAP_SOURCE:-} || -e ${SKEIN_COLMAP_DIR:-$SKEIN_DEPS/colmap}/lib/libskein_colmap.a ]] ||
@@ -197,4 +210,5 @@ flock 8
 if is_debian_12; then install_packages "${packages[@]}"; else require_elsewhere; fi
 provide_colmap
 provide_web_modules
+if ((tests)) && is_debian_12; then provide_prometheus; fi
 say "set-up is complete"

@@ -149,11 +149,8 @@ PhotoCounts CountPhotos(const SessionRecord& session, int64_t num_duplicates) {
     const bool registered = state.IsRegistered(id);
     ++(registered ? counts.registered : photo.failed() ? counts.failed : counts.deferred);
   }
-  for (const failure_t& failure : session.history.Failures()) {
-    if (failure.image_id != 0 || failure.stage != "ingest") continue;
-    ++counts.received;
-    ++counts.failed;
-  }
+  counts.received += session.history.num_refused();
+  counts.failed += session.history.num_refused();
   return counts;
 }
 

@@ -17,6 +17,10 @@ std::string VanishedBlob(const failure_t& failure) {
   return id.substr(kPrefix.size(), id.rfind('/') - kPrefix.size());
 }
 
+bool IsRefusal(const failure_t& failure) {
+  return failure.image_id == 0 && failure.stage == "ingest";
+}
+
 }  // namespace
 
 void SessionHistory::Apply(const Fact& fact) {
@@ -62,6 +66,11 @@ void SessionHistory::EndStage(int64_t image_id, PhotoStage stage, int64_t utime_
   path.work_s[index] = FiniteOrZero(work_s);
 }
 
+void SessionHistory::AddTime(const std::string& stage, float seconds) {
+  times_.by_stage[stage].push_back(seconds);
+  times_.sum_s[stage] += std::max(FiniteOrZero(seconds), 0.F);
+}
+
 void SessionHistory::ApplyFact(const image_t& fact) {
   paths_[fact.image_id].received_utime_us = fact.received_utime_us;
   EndStage(fact.image_id, PhotoStage::kIngest, fact.header.utime_us, 0);
@@ -75,7 +84,9 @@ void SessionHistory::ForgetVanished(const std::string& blob_id) {
   const auto found = vanished_.find(blob_id);
   if (found == vanished_.end()) return;
   for (const std::string& id : found->second) {
-    failures_.erase(failure_by_id_.at(id));
+    const auto failure = failures_.find(failure_by_id_.at(id));
+    num_refused_ -= IsRefusal(failure->second) ? 1 : 0;
+    failures_.erase(failure);
     failure_by_id_.erase(id);
   }
   vanished_.erase(found);
@@ -141,6 +152,7 @@ void SessionHistory::ApplyFact(const merge_t& fact) {
 
 void SessionHistory::ApplyFact(const failure_t& fact) {
   failures_[fact.header.seq] = fact;
+  num_refused_ += IsRefusal(fact) ? 1 : 0;
   failure_by_id_[fact.header.fact_id] = fact.header.seq;
   if (const std::string blob = VanishedBlob(fact); !blob.empty()) {
     vanished_[blob].push_back(fact.header.fact_id);

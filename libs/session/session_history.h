@@ -23,9 +23,10 @@ struct RetrievalCounts {
   int64_t pairs_verified = 0;  // of these
 };
 
-// Times in seconds of what a stage did, in the order of commit.
+// Times in seconds of what a stage did, in the order of commit. "STAGE.STEP" is a part of STAGE.
 struct StageTimes {
   std::map<std::string, std::vector<float>> by_stage;
+  std::map<std::string, double> sum_s;  // of by_stage; times that are not above 0 count as 0
 };
 
 // Stages of each photo, in this order. Each stage ends when ingest commits its fact.
@@ -76,6 +77,8 @@ class SessionHistory {
   std::vector<failure_t> Failures() const;
   const std::map<int64_t, failure_t>& all_failures() const { return failures_; }  // by seq
   const failure_t* FindFailure(const std::string& fact_id) const;
+  // Failures() of photos that ingest refused or that were lost with their agent.
+  int64_t num_refused() const { return num_refused_; }
 
   // Command id -> finish id, and finish id -> what was told of one that is DONE.
   const std::map<int64_t, int64_t>& finish_of_command() const { return finish_of_command_; }
@@ -105,9 +108,7 @@ class SessionHistory {
   void CountHits(const matches_t& fact);
   void ForgetVanished(const std::string& blob_id);
   void EndStage(int64_t image_id, PhotoStage stage, int64_t utime_us, float work_s);
-  void AddTime(const std::string& stage, float seconds) {
-    times_.by_stage[stage].push_back(seconds);
-  }
+  void AddTime(const std::string& stage, float seconds);
 
   std::unordered_map<std::string, int64_t> fact_ids_;
   std::unordered_map<std::string, int64_t> image_by_blob_;
@@ -116,6 +117,7 @@ class SessionHistory {
   std::set<std::pair<int64_t, int64_t>> placements_;  // photo, submap
   std::map<int64_t, failure_t> failures_;             // by seq
   std::unordered_map<std::string, int64_t> failure_by_id_;
+  int64_t num_refused_ = 0;
   // Fact ids of vanished agents, by the content that they were sending.
   std::unordered_map<std::string, std::vector<std::string>> vanished_;
   std::map<int64_t, int64_t> finish_of_command_;

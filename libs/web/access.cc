@@ -33,6 +33,7 @@ enum class Right {
   kRead,      // everything
   kOnePhoto,  // a photo
   kSend,      // photos, and what became of the sender's own
+  kMetrics,   // figures of the session and its processes
   kInvite,
   kFinish,
 };
@@ -70,6 +71,7 @@ std::optional<Right> RightFor(const std::string& method, const std::string& path
   }
   if (!reads) return std::nullopt;
   if (path == "/api/session") return Right::kKnow;
+  if (path == "/metrics") return Right::kMetrics;
   if (PhotoOf(path)) return Right::kOnePhoto;
   if (BeginsWith(path, "/api/") || BeginsWith(path, "/download/") || path == "/api" ||
       path == "/ws") {
@@ -86,7 +88,8 @@ AccessDecision DecideRight(Right right, const AccessRequest& request) {
   const Visitor& visitor = request.visitor;
   if (right == Right::kPage || right == Right::kEnter) return {};
   if (visitor.is_local) {
-    const bool reads = right == Right::kKnow || right == Right::kRead || right == Right::kOnePhoto;
+    const bool reads = right == Right::kKnow || right == Right::kRead ||
+                       right == Right::kOnePhoto || right == Right::kMetrics;
     const bool invites = right == Right::kInvite && IsLoopback(request.local_address);
     if (reads || invites) return {};
     return Denied("photos and commands come with an invitation, or from the skein command");
@@ -102,6 +105,7 @@ AccessDecision DecideRight(Right right, const AccessRequest& request) {
     case Role::kViewer:
       if (right == Right::kSend) return Denied("it is for looking; ask for one for an agent");
       if (right == Right::kInvite || right == Right::kFinish) return Denied("it is for looking");
+      if (right == Right::kMetrics) return Denied("figures are for an operator's");
       return {};
     case Role::kAgent:
       if (right == Right::kKnow || right == Right::kSend) return {};

@@ -33,8 +33,8 @@ struct AccessDecision {
 
 // By the server's own port everyone who reaches it may read everything; a visitor of this host may
 // also make invitations. By a public port a pass is needed for all but the page itself: a viewer
-// reads, an agent sends photos and sees its own, an operator does all of that, finishes and
-// invites.
+// reads, an agent sends photos and sees its own, an operator does all of that, finishes, invites
+// and reads /metrics.
 //
 // A request has to name the server by the address that it came to, by public_host, or as localhost:
 // a page of another site that lets its own name resolve to this host (DNS rebinding) is refused. A

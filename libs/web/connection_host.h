@@ -23,8 +23,9 @@ struct Door {
 class ConnectionHost {
  public:
   virtual const WebServerOptions& options() const = 0;
-  // The visitor who shows these cookies.
-  virtual Visitor FindVisitor(const std::string& cookies) const = 0;
+  // The visitor who shows a pass by the Cookie or the Authorization header.
+  virtual Visitor FindVisitor(const std::string& cookies,
+                              const std::string& authorization) const = 0;
   virtual std::string AgentOfPhoto(int64_t image_id) const = 0;
   // Notes who a connection is for. An error: it has no place any more, and is to be closed with it.
   virtual Status NoteVisitor(int64_t connection_id, const Visitor& visitor) = 0;

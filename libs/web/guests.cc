@@ -25,6 +25,13 @@ std::string CookieOf(const std::string& cookies, const std::string& name) {
   return "";
 }
 
+// "Bearer x" -> "x"; "" for another scheme.
+std::string BearerOf(const std::string& authorization) {
+  constexpr size_t kSchemeBytes = 7;
+  const bool is_bearer = LowerCase(authorization.substr(0, kSchemeBytes)) == "bearer ";
+  return is_bearer ? authorization.substr(kSchemeBytes) : "";
+}
+
 Status Revoked() { return InvalidArgument("this invitation was revoked"); }
 
 }  // namespace
@@ -41,9 +48,11 @@ bool Guests::IsRevokedName(const std::string& name) const {
   return is_revoked_(name);
 }
 
-Visitor Guests::Find(const std::string& cookies, int64_t now_s) const {
+Visitor Guests::Find(const std::string& cookies, const std::string& authorization,
+                     int64_t now_s) const {
   Visitor visitor;
-  const std::string text = CookieOf(cookies, CookieName());
+  std::string text = CookieOf(cookies, CookieName());
+  if (text.empty()) text = BearerOf(authorization);
   if (text.empty()) return visitor;
   const Result<WebPass> pass = Open(text, now_s);
   if (!pass.ok()) return visitor;

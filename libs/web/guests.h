@@ -1,4 +1,5 @@
-// Visitors by a public port: a pass (auth/web_pass.h) in a cookie that scripts cannot read.
+// Visitors by a public port: a pass (auth/web_pass.h) in a cookie that scripts cannot read, or as
+// the bearer token (RFC 6750) of a program.
 #pragma once
 
 #include <functional>
@@ -21,8 +22,8 @@ class Guests {
   Guests(SessionTrust trust, IsRevoked is_revoked)
       : trust_(std::move(trust)), is_revoked_(std::move(is_revoked)) {}
 
-  // By the Cookie header, "" if there is none.
-  Visitor Find(const std::string& cookies, int64_t now_s) const;
+  // By the Cookie header, else by the Authorization header; "" where there is none.
+  Visitor Find(const std::string& cookies, const std::string& authorization, int64_t now_s) const;
 
   // Whether the pass of a visitor that Find returned still holds; the error is a line for who has
   // it.

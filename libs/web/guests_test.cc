@@ -57,8 +57,18 @@ TEST_F(GuestsTest, ACookieIsForHttpsAloneAndNotForScripts) {
 // The browser may keep it longer than told: the pass decides.
 TEST_F(GuestsTest, AnExpiredPassCountsNoMoreWhateverTheCookieSays) {
   const std::string cookie = "skein_" + std::string(kSession) + "=" + PassOf(kNowS + 60);
-  EXPECT_EQ(guests_.Find(cookie, kNowS).name, "anna");
-  EXPECT_FALSE(guests_.Find(cookie, kNowS + 61).role.has_value());
+  EXPECT_EQ(guests_.Find(cookie, "", kNowS).name, "anna");
+  EXPECT_FALSE(guests_.Find(cookie, "", kNowS + 61).role.has_value());
+}
+
+TEST_F(GuestsTest, AProgramShowsItsPassAsABearerToken) {
+  const std::string pass = PassOf(kNowS + 60);
+  EXPECT_EQ(guests_.Find("", "Bearer " + pass, kNowS).name, "anna");
+  EXPECT_EQ(guests_.Find("", "bearer " + pass, kNowS).name, "anna") << "RFC 9110, 11.1";
+  EXPECT_FALSE(guests_.Find("", "Bearer " + pass, kNowS + 61).role.has_value());
+  for (const std::string other : {"Basic " + pass, pass, std::string("Bearer "), "Bearer" + pass}) {
+    EXPECT_FALSE(guests_.Find("", other, kNowS).role.has_value()) << other;
+  }
 }
 
 }  // namespace skein::guests_test

@@ -184,7 +184,8 @@ std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& r
     if (name.compare(0, 7, "upload-") == 0) parsed->fields[name] = std::string(field.value());
   }
   if (door_.is_public) {
-    parsed->visitor = host_.FindVisitor(Header(request, http::field::cookie).value_or(""));
+    parsed->visitor = host_.FindVisitor(Header(request, http::field::cookie).value_or(""),
+                                        Header(request, http::field::authorization).value_or(""));
   } else {
     parsed->visitor.is_local = true;
   }

@@ -89,6 +89,7 @@ TEST(Access, RequestsNameTheServerAsItIsReached) {
 TEST(Access, ByItsOwnPortOneReadsAndInvitesFromThisHost) {
   EXPECT_TRUE(DecideAccess(Asked("HEAD", "/api/report")).allowed());
   EXPECT_TRUE(DecideAccess(Asked("GET", "/api/photos/3")).allowed());
+  EXPECT_TRUE(DecideAccess(Asked("GET", "/metrics")).allowed());
   EXPECT_TRUE(DecideAccess(Asked("POST", "/api/invitations")).allowed());
   EXPECT_EQ(DecideAccess(Asked("POST", "/api/finish")).status, 403);
   EXPECT_EQ(DecideAccess(Asked("PATCH", "/api/uploads/0")).status, 403);
@@ -132,6 +133,9 @@ TEST(Access, EachRoleTriesEachPath) {
   EXPECT_EQ(who_may("PATCH", "/api/uploads/00"), "ao");
   EXPECT_EQ(who_may("HEAD", "/api/uploads/00"), "ao");
   EXPECT_EQ(who_may("POST", "/api/uploads/states"), "ao");
+  EXPECT_EQ(who_may("GET", "/metrics"), "o");
+  EXPECT_EQ(who_may("HEAD", "/metrics"), "o");
+  EXPECT_EQ(who_may("POST", "/metrics"), "");
   EXPECT_EQ(who_may("POST", "/api/finish"), "o");
   EXPECT_EQ(who_may("POST", "/api/invitations"), "o");
   for (const char* method : {"PUT", "DELETE", "TRACE", "PATCH", "POST"}) {

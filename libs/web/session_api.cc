@@ -6,10 +6,12 @@
 #include <optional>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/file_below.h"
 #include "core/version.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
+#include "web/metrics.h"
 #include "web/qr_code.h"
 
 namespace skein {
@@ -42,6 +44,15 @@ void GetCertificate(const PublicAddresses& addresses, const Respond& respond) {
   respond(std::move(response));
 }
 
+// nullopt where the file system does not tell it. May block.
+std::optional<DiskSpace> DiskSpaceOf(const fs::path& folder) {
+  if (folder.empty()) return std::nullopt;
+  std::error_code error;
+  const fs::space_info space = fs::space(folder, error);
+  if (error) return std::nullopt;
+  return DiskSpace{static_cast<int64_t>(space.available), static_cast<int64_t>(space.capacity)};
+}
+
 }  // namespace
 
 SessionApi::SessionApi(const SessionView& view, SessionSource source, int num_threads)
@@ -60,6 +71,7 @@ void SessionApi::Handle(const HttpRequest& request, Respond respond) {
   const std::string first = parts.empty() ? "" : parts.front();
   if (first != "api" && first != "download") {
     if (request.path == "/skein.crt") return GetCertificate(source_.addresses, respond);
+    if (request.path == "/metrics") return GetMetrics(respond);
     pool_.Run([this, path = request.path, takes_gzip = request.takes_gzip, respond] {
       respond(page_.Get(path, takes_gzip));
     });
@@ -189,6 +201,26 @@ void SessionApi::GetReport(Respond respond) {
     if (!IsFileBelow(response.file_root, response.file)) {
       return respond(HttpError(404, "there is no report before the first `skein finish`"));
     }
+    respond(std::move(response));
+  });
+}
+
+// Counters that begin anew while the ledger is read would be told as if all of it happened again.
+void SessionApi::GetMetrics(const Respond& respond) {
+  if (source_.has_read_ledger && !source_.has_read_ledger()) {
+    return respond(HttpError(503, "the ledger is not read yet: try again"));
+  }
+  pool_.Run([this, respond] {
+    const HeardProcesses processes = source_.processes ? source_.processes() : HeardProcesses{};
+    std::optional<int64_t> num_troubles;
+    if (source_.troubles) num_troubles = static_cast<int64_t>(source_.troubles().size());
+    const std::optional<DiskSpace> disk = DiskSpaceOf(source_.session_dir);
+    HttpResponse response;
+    response.content_type = "text/plain; version=0.0.4; charset=utf-8";
+    response.text = view_.WithTally([&](const SessionRecord& session, const SessionTally& tally) {
+      return MetricsText(
+          {source_.session_id, session, tally, processes, NowUs(), num_troubles, disk});
+    });
     respond(std::move(response));
   });
 }

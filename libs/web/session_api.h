@@ -43,6 +43,7 @@ class SessionApi {
   void GetSession(const HttpRequest& request, Respond respond) const;
   void GetEvents(const HttpRequest& request, Respond respond) const;
   void GetReport(Respond respond);
+  void GetMetrics(const Respond& respond);
   void Invite(const HttpRequest& request, Respond respond);
   void AskToFinish(const HttpRequest& request, const Respond& respond);
 

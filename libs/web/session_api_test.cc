@@ -333,6 +333,33 @@ TEST_F(SessionApiTest, TheReportComesWithTheFirstFinish) {
   EXPECT_EQ(Get("/api/report").file, folder_ / "report.json");
 }
 
+TEST_F(SessionApiTest, MetricsAreThoseOfTheSession) {
+  const HttpResponse response = Get("/metrics");
+  EXPECT_EQ(response.status, 200);
+  EXPECT_EQ(response.content_type, "text/plain; version=0.0.4; charset=utf-8");
+  for (const char* line :
+       {"\nskein_photos_accepted_total 8\n", "\nskein_disk_available_bytes ",
+        "\nskein_submaps{state=\"live\"} 1\n", "\nskein_workers{stage=\"mapper\"} 0\n"}) {
+    EXPECT_NE(response.text.find(line), std::string::npos) << line;
+  }
+  EXPECT_EQ(StatusOf("/metrics/x"), 404);
+}
+
+// Counters that begin at 0 once more would look like a second session's.
+TEST_F(SessionApiTest, ThereAreNoMetricsBeforeTheLedgerIsRead) {
+  std::atomic<bool> has_read_ledger{false};
+  source_.has_read_ledger = [&has_read_ledger] { return has_read_ledger.load(); };
+  source_.processes = [] {
+    heartbeat_t beat{};
+    beat.service = "mapper";
+    return HeardProcesses{{"mapper-1", {beat, 0, 0}}};
+  };
+  api_ = std::make_unique<SessionApi>(view_, source_, 2);
+  EXPECT_EQ(StatusOf("/metrics"), 503);
+  has_read_ledger = true;
+  EXPECT_NE(Get("/metrics").text.find("\nskein_workers{stage=\"mapper\"} 1\n"), std::string::npos);
+}
+
 TEST_F(SessionApiTest, PhotosThatTheDiskHoldsUpHoldUpNothingElse) {
   std::promise<void> disk_answers;
   source_.fetch = [answers = disk_answers.get_future().share()](

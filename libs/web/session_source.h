@@ -11,6 +11,7 @@
 #include "auth/certificate.h"
 #include "core/bytes.h"
 #include "core/result.h"
+#include "session/heard_processes.h"
 #include "session/troubles.h"
 #include "skein/advice_t.hpp"
 #include "web/upload_store.h"
@@ -57,6 +58,8 @@ struct SessionSource {
 
   // Troubles that a person has to mend; null: they are not known.
   std::function<std::vector<Trouble>()> troubles;
+  // Processes that were heard within kSilentProcessS, as of a second ago; null: none is heard here.
+  std::function<HeardProcesses()> processes;
 
   PublicAddresses addresses;
   UploadStore* uploads = nullptr;  // null: nothing is uploaded

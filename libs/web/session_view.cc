@@ -9,6 +9,7 @@ void SessionView::Apply(const Fact& fact) {
   {
     const std::unique_lock<std::shared_mutex> lock(mutex_);
     record_.Apply(fact);
+    tally_.Apply(fact, record_.state);
   }
   events_.Append(Header(fact).seq, EventOf(fact));
 }

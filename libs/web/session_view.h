@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "session/session_history.h"
+#include "session/session_tally.h"
 #include "web/event_log.h"
 
 namespace skein {
@@ -25,10 +26,17 @@ class SessionView {
     const std::shared_lock<std::shared_mutex> lock(mutex_);
     return read(std::as_const(record_));
   }
+  // The same with read(const SessionRecord&, const SessionTally&).
+  template <class Read>
+  auto WithTally(Read read) const {
+    const std::shared_lock<std::shared_mutex> lock(mutex_);
+    return read(std::as_const(record_), std::as_const(tally_));
+  }
 
  private:
   mutable std::shared_mutex mutex_;
   SessionRecord record_;
+  SessionTally tally_;
   EventLog events_;
 };
 

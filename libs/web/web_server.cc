@@ -82,7 +82,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   int num_connections() const { return num_connections_; }
 
   const WebServerOptions& options() const override { return options_; }
-  Visitor FindVisitor(const std::string& cookies) const override;
+  Visitor FindVisitor(const std::string& cookies, const std::string& authorization) const override;
   Status NoteVisitor(int64_t connection_id, const Visitor& visitor) override;
   std::string AgentOfPhoto(int64_t image_id) const override;
   void Handle(int64_t connection_id, const HttpRequest& request) override;
@@ -355,8 +355,9 @@ void WebServer::Impl::Count() {
   num_connections_ = static_cast<int>(connections_.size() + pages_.size());
 }
 
-Visitor WebServer::Impl::FindVisitor(const std::string& cookies) const {
-  return guests_ ? guests_->Find(cookies, NowUs() / 1'000'000) : Visitor();
+Visitor WebServer::Impl::FindVisitor(const std::string& cookies,
+                                     const std::string& authorization) const {
+  return guests_ ? guests_->Find(cookies, authorization, NowUs() / 1'000'000) : Visitor();
 }
 
 std::string WebServer::Impl::AgentOfPhoto(int64_t image_id) const {

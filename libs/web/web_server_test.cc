@@ -444,6 +444,23 @@ TEST_F(WebDoorTest, AWebSocketEndsWithItsPass) {
   EXPECT_EQ(own.Hear()["type"], "events") << "none is needed on the session's own host";
 }
 
+TEST_F(WebDoorTest, AnOperatorsProgramReadsTheMetrics) {
+  Start();
+  const auto ask = [this](Role role) {
+    RawClient client(door());
+    client.Say("GET /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n" +
+               ("Authorization: Bearer " + *IssueWebPass(keys_, "0123", {role, "prometheus", 0})) +
+               "\r\n\r\n");
+    return StatusOf(client.HearAll());
+  };
+  EXPECT_EQ(ask(Role::kOperator), 200);
+  EXPECT_EQ(ask(Role::kViewer), 403);
+  EXPECT_EQ(ask(Role::kAgent), 403);
+  EXPECT_EQ(StatusOf(AskDoor("GET /metrics", "")), 401);
+  EXPECT_EQ(StatusOf(AskDoor("GET /metrics", CookieOf(Role::kOperator, "olga"))), 200);
+  EXPECT_EQ(StatusOf(Ask("GET /metrics")), 200) << "by the own port";
+}
+
 // Neither a page that does not answer the goodbye nor a download keeps its TCP connection.
 TEST_F(WebDoorTest, RevokingClosesConnectionsWithinTwoSeconds) {
   Start();

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/log.h"
+#include "ledger/session_folder.h"
 #include "web/page_shape.h"
 #include "web/static_files.h"
 
@@ -155,6 +156,8 @@ SessionSource WebService::Source() {
   source.may_use_model = [this](int64_t submap_id) { return shapes_->MayUseModel(submap_id); };
   source.advice = [this](const std::string& agent) { return AdviceFor(agent); };
   source.troubles = [this] { return Troubles(); };
+  source.processes = [this] { return ProcessesHeard(); };
+  source.has_read_ledger = [this] { return has_read_ledger_.load(); };
   source.on_look = [this] { shapes_->NoteLook(); };
   if (visitors_) AddVisitors(&source);
   return source;
@@ -164,7 +167,6 @@ void WebService::AddVisitors(SessionSource* source) {
   source->addresses = visitors_->addresses();
   source->uploads = uploads_.get();
   source->upload_jobs = upload_jobs_.get();
-  source->has_read_ledger = [this] { return has_read_ledger_.load(); };
   source->invite = [this](Role role, const std::string& name) {
     return visitors_->Invite(role, name, 0);
   };
@@ -244,6 +246,12 @@ std::vector<Trouble> WebService::Troubles() const {
   return troubles_;
 }
 
+// On threads of the API.
+HeardProcesses WebService::ProcessesHeard() const {
+  const std::lock_guard<std::mutex> lock(told_mutex_);
+  return heard_processes_;
+}
+
 void WebService::TellStatus() {
   const double now_s = node_.loop().now_s();
   for (auto process = processes_.begin(); process != processes_.end();) {
@@ -253,9 +261,14 @@ void WebService::TellStatus() {
   const std::vector<Trouble> troubles = view_.With([&](const SessionRecord& session) {
     return FindTroubles(session.state, processes_, now_s, now_s - listens_since_s_);
   });
+  HeardProcesses heard;
+  for (const auto& [instance, process] : processes_) {
+    if (now_s - process.heard_s <= kSilentProcessS) heard.emplace(instance, process);
+  }
   {
     const std::lock_guard<std::mutex> lock(told_mutex_);
     troubles_ = troubles;
+    heard_processes_ = std::move(heard);
   }
   if (server_->num_viewers() == 0 && !told_status_.empty()) return;
   const HeardGuidance guidance = [this] {

@@ -48,6 +48,7 @@ class WebService {
   void OnAdvice(const advice_t& advice);
   std::optional<advice_t> AdviceFor(const std::string& agent) const;
   std::vector<Trouble> Troubles() const;
+  HeardProcesses ProcessesHeard() const;
   void TellStatus();
 
   Node& node_;
@@ -65,9 +66,10 @@ class WebService {
   std::unique_ptr<FinishAsker> finish_asker_;
   HeardProcesses processes_;
   const double listens_since_s_;
-  mutable std::mutex told_mutex_;  // guards the next two
+  mutable std::mutex told_mutex_;  // guards the next three
   HeardGuidance guidance_;
   std::vector<Trouble> troubles_;
+  HeardProcesses heard_processes_;  // of processes_, as of the last TellStatus
   std::string told_status_;
   std::vector<Bus::SubscriptionId> subscriptions_;
   PollLoop::TimerId timer_ = 0;
