@@ -14,6 +14,7 @@
 #include "clients/invite.h"
 #include "clients/probe.h"
 #include "clients/revoke.h"
+#include "clients/script.h"
 #include "clients/sim/sim.h"
 #include "clients/status.h"
 #include "clients/store/commands.h"
@@ -27,6 +28,9 @@ using skein::Subcommand;
 
 // Sorted as a user meets them.
 const std::vector<Subcommand> kSubcommands = {
+    {"demo", "reconstructs a synthetic place, to see all of it at work", skein::RunScript},
+    {"reconstruct", "folders of photos in, a model out", skein::RunScript},
+    {"launch", "runs the services of a session, until Ctrl-C", skein::RunScript},
     {"agent", "publishes the photos of a folder to a session", skein::RunAgent},
     {"status", "stages, photos, submaps and failures of a session, live", skein::RunStatus},
     {"advise", "how complete each place is, and what to photograph next, live", skein::RunAdvise},

@@ -1,20 +1,23 @@
 #!/usr/bin/env bash
-# From a bare Debian 12 to a model: sets up, builds, and reconstructs a synthetic place that three
-# simulated agents photograph, or your own photos.
+# Reconstructs a synthetic place that three simulated agents photograph, or your own photos. The
+# script of a checkout sets up and builds first, from a bare Debian 12.
 #
 #   scripts/demo.sh                                         the synthetic place
 #   scripts/demo.sh --images [NAME=]DIR [--images ...]      your photos, one agent a folder
 #
-#   --session DIR   session folder (default: build/demo/session, anew each time)
+#   --session DIR   session folder (default, anew each time: build/demo/session; installed,
+#                   skein/demo/session in $XDG_CACHE_HOME or ~/.cache)
 #   --photos N      photos of each simulated agent (default 20)
-#   --build DIR     a build that is there: nothing is set up or built
+#   --build DIR     a build that is there (as that of `skein demo` is): nothing is set up or built
 #   Everything else is passed on to scripts/reconstruct.sh (--config, --rate, --order, ...).
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
 
 agents=3 photos=20 session='' own_photos=0 build='' options=()
+[[ -z ${SKEIN_SUBCOMMANDS:-}$SKEIN_INSTALLED ]] || build=$SKEIN_BUILD
 demo=$SKEIN_ROOT/build/demo
+[[ -z $SKEIN_INSTALLED ]] || demo=${XDG_CACHE_HOME:-${HOME:?}/.cache}/skein/demo
 while (($#)); do
   case $1 in
     --session | --photos | --images | --build) (($# > 1)) || usage_error "$1 needs a value" ;;&

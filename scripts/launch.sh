@@ -48,6 +48,7 @@
 #
 # Logs are in DIR/log/INSTANCE.log, process ids in DIR/run/INSTANCE.pid. A process touches
 # DIR/run/INSTANCE.alive twice a second.
+# Under systemd (Type=notify) it tells when all are ready, and each half of WatchdogSec that it still watches.
 # Exit codes: 0 stopped by a signal, 1 a service cannot run, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
 
@@ -121,6 +122,18 @@ why=$("$bin/skein" admit "$session" "${adopt[@]}" 2>&1) || die "${why#skein admi
 why=$({ mkdir -p "$session/log" "$session/run" && : >>"$session/run/launch.lock"; } 2>&1) ||
   die "cannot write to $session: ${why##*: }"
 session=$(cd "$session" && pwd)
+
+# Not for the services: NotifyAccess=all hears each process of the unit.
+notify_socket=${NOTIFY_SOCKET:-} watchdog_period_ms=$((${WATCHDOG_USEC:-0} / 2000)) watchdog_told_ms=0
+unset NOTIFY_SOCKET WATCHDOG_USEC WATCHDOG_PID
+tell_systemd() { [[ -z $notify_socket ]] || NOTIFY_SOCKET=$notify_socket systemd-notify "$@" || true; }
+tell_watchdog() {
+  ((watchdog_period_ms > 0)) || return 0
+  read_clock
+  ((clock_ms - watchdog_told_ms >= watchdog_period_ms)) || return 0
+  watchdog_told_ms=$clock_ms
+  tell_systemd WATCHDOG=1
+}
 
 # What runs, by instance. A command is its words, one a line; due_ms is when to start it (again).
 instances=()
@@ -411,6 +424,7 @@ supervise() {
   local instance
   set +e
   while ((!interrupted)); do
+    tell_watchdog
     kill_hung
     reap_dead
     grow_pool
@@ -496,16 +510,20 @@ await_ready "${instances[@]}"
 say "${#instances[@]} processes are ready on $url"
 [[ -n $join ]] || say "session $(jq -r .session_id "$session/session.json" 2>/dev/null || echo "$session")"
 ((!web_port)) || say "view: http://127.0.0.1:$web_port/"
-[[ -z $web_host ]] || say "for phones and others: $SKEIN_BUILD/bin/skein invite --session ${session@Q} --role agent --browser --qr   (or viewer, operator)"
-[[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $SKEIN_BUILD/bin/skein invite --session ${session@Q} --role agent   (or worker, operator, viewer)"
+skein=$(skein_command)
+[[ -z $web_host ]] || say "for phones and others: $skein invite --session ${session@Q} --role agent --browser --qr   (or viewer, operator)"
+[[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $skein invite --session ${session@Q} --role agent   (or worker, operator, viewer)"
 watched="--session ${session@Q} --lcm-url ${url@Q}"
 [[ $join != skein://* ]] || watched="--invite @${session@Q}/run/invitation"
 spied_url=${watch_url:-$url}
 spied="   or   scripts/spy.sh --lcm-url ${spied_url@Q}"
 [[ $url != tcpqs:* || -n $watch_url ]] || spied='' # the relay's host has a port for it
-say "watch:  $SKEIN_BUILD/bin/skein status $watched$spied"
+[[ -x $SKEIN_ROOT/scripts/spy.sh ]] || spied=''
+say "watch:  $skein status $watched$spied"
 [[ -z $ready_file ]] || echo "$url" >"$ready_file"
+tell_systemd --ready --status="${#instances[@]} processes on $url"
 
 supervise
 say "stopping"
+tell_systemd STOPPING=1
 stop_all

@@ -3,21 +3,40 @@ set -euo pipefail
 
 SKEIN_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 SKEIN_DEPS=${SKEIN_DEPS:-$SKEIN_ROOT/.deps}
-SKEIN_BUILD=${SKEIN_BUILD:-$SKEIN_ROOT/build/release}
+# Installed, scripts/ lies beside the programs' folder; a checkout has neither bin/ nor an installed skein.
+if [[ -x $SKEIN_ROOT/bin/skein ]]; then
+  SKEIN_INSTALLED=1 SKEIN_BUILD=${SKEIN_BUILD:-$SKEIN_ROOT}
+else
+  SKEIN_INSTALLED='' SKEIN_BUILD=${SKEIN_BUILD:-$SKEIN_ROOT/build/release}
+fi
+
+# The script as its user called it: "launch.sh", or "skein launch" (clients/script.cc).
+called=${0##*/}
+[[ -z ${SKEIN_SUBCOMMANDS:-} ]] || called="skein ${called%.sh}"
 
 say() { printf '== %s\n' "$*"; }
-warn() { printf '%s: %s\n' "${0##*/}" "$*" >&2; }
+warn() { printf '%s: %s\n' "$called" "$*" >&2; }
 die() {
   warn "$*"
   exit 1
 }
 usage_error() {
-  warn "$*; see ${0##*/} --help"
+  warn "$*; see $called --help"
   exit 2
 }
 
 # Prints the comment block at the head of the calling script: that is its --help.
-print_help() { awk 'NR > 1 && /^#/ { sub(/^# ?/, ""); print; next } NR > 1 { exit }' "$0"; }
+print_help() {
+  local names=()
+  [[ -z ${SKEIN_SUBCOMMANDS:-} ]] || names=(-e 's/\(scripts\/\)\?\b\(launch\|reconstruct\|demo\)\.sh\b/skein \2/g')
+  awk 'NR > 1 && /^#/ { sub(/^# ?/, ""); print; next } NR > 1 { exit }' "$0" | sed "${names[@]}" -e ''
+}
+
+# The command of this build as a user types it: "skein" where the shell finds it so, else its path.
+skein_command() {
+  local program=$SKEIN_BUILD/bin/skein
+  if [[ $program -ef $(type -P skein) ]]; then echo skein; else printf '%q\n' "$program"; fi
+}
 
 # take_options "NAME..." ARGUMENT...: `--NAME VALUE` sets the variable NAME of the calling script.
 take_options() {

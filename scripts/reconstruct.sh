@@ -118,11 +118,11 @@ if [[ -d $session/sparse/0 ]]; then
   "$skein" export --model "$session/sparse/0" --picture "$session/model.png" || status=1
   say "picture: $session/model.png"
   say "model: $session/sparse/0 (\`skein export\` writes other formats)"
-  say "in COLMAP: $skein export --session ${session@Q} --output ${session@Q}/export --format database && colmap gui --import_path ${session@Q}/sparse/0 --image_path ${session@Q}/images --database_path ${session@Q}/export/database.db"
+  say "in COLMAP: $(skein_command) export --session ${session@Q} --output ${session@Q}/export --format database && colmap gui --import_path ${session@Q}/sparse/0 --image_path ${session@Q}/images --database_path ${session@Q}/export/database.db"
 else
   say "no model: no two photos overlap enough; $session/report.json tells of each photo"
 fi
-say "in a browser: $skein view ${session@Q}"
+say "in a browser: $(skein_command) view ${session@Q}"
 if ((keep)); then
   say "the services keep running; Ctrl-C stops them"
   wait "$launch_pid" || true

@@ -52,12 +52,9 @@ bool FitTogether(const Codebook& c) {
 }
 
 std::string ShippedPath() {
-  namespace fs = std::filesystem;
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path() / "../share/skein" / kFileName;
-  if (!error && fs::exists(installed)) return installed;
-  return std::string(SKEIN_DATA_DIR) + "/" + kFileName;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  return program.parent_path().parent_path() / "data" / kFileName;
 }
 
 }  // namespace

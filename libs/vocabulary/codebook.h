@@ -44,9 +44,9 @@ Bytes EncodeCodebook(const Codebook& codebook);
 Result<Codebook> DecodeCodebook(const Bytes& bytes);
 Result<Codebook> LoadCodebook(const std::string& path);
 
-// Codebook in `path`, or the shipped one if that is "": in share/skein beside the folder of the
-// program, else in the source tree. Throws std::invalid_argument, saying why and what to do, if it
-// cannot be used.
+// Codebook in `path`, or the shipped one if that is "": in data/ beside the folder of the program
+// (cmake/SkeinInstall.cmake). Throws std::invalid_argument, saying why and what to do, if it cannot
+// be used.
 Codebook CodebookOf(const std::string& path);
 
 // N x 128 uint8 RootSIFT -> N x L: unit length, minus mean, projected.
