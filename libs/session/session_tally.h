@@ -41,7 +41,8 @@ struct LatencyCounts {
 };
 
 // A pure function of the ledger, as SessionState. A fact costs the submaps, and O(log n) for n
-// waiting photos; the end of a submap costs the submap's photos. About 100 bytes a photo.
+// waiting photos; the end of a submap costs the submap's photos. Memory: one or two map entries a
+// photo.
 class SessionTally {
  public:
   // Facts in the order of seq; `state` has worked in the fact.

@@ -29,7 +29,7 @@ struct MetricsInput {
   std::optional<DiskSpace> disk;        // of the session folder; nullopt: not known
 };
 
-// Text for Prometheus (prometheus_text.h), 6 KB and 1 KB more a process. Counters never fall while
+// Text for Prometheus (prometheus_text.h), seven lines a process. Counters never fall while
 // the ledger lasts, also when the server starts again; those of a process begin at 0 with it.
 // Costs the submaps, merges and processes. The photos are not looked at: their counts are kept.
 // Labels: names of stages, steps and states, which the code has, and of processes, of which the
