@@ -6,20 +6,19 @@
 #   --build DIR     a release build that is there; default: sets up and builds build/release
 #   --output DIR    where the package goes (default build/package)
 #   --version V     default: CMakeLists.txt's, revision 1 and the release, as 0.1.0-1+deb12
-#   --maintainer M  default: $DEBFULLNAME <$DEBEMAIL>, else git's user
+#   --maintainer M  default: $DEBFULLNAME <$DEBEMAIL>, else git's user, else this one
 #
-# Needs dpkg-dev, python3 and, to write stripped programs, binutils.
+# With --build it needs dpkg-dev, python3 and binutils, which scripts/setup.sh installs otherwise.
 # Exit codes: 0 built, 1 error, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
 
 build='' output=$SKEIN_ROOT/build/package maintainer=''
 version=$(sed -n 's/^project(skein VERSION \([0-9.]*\) .*/\1/p' "$SKEIN_ROOT/CMakeLists.txt")-1+deb$(. /etc/os-release && echo "${VERSION_ID:-}")
 take_options 'build output version maintainer' "$@"
-for tool in dpkg-shlibdeps dpkg-deb python3 strip; do
-  command -v "$tool" >/dev/null || die "no $tool: install dpkg-dev, python3 and binutils"
-done
+setting() { git -C "$SKEIN_ROOT" config "user.$1" 2>/dev/null || true; }
 if [[ -z $maintainer ]]; then
-  maintainer="${DEBFULLNAME:-$(git -C "$SKEIN_ROOT" config user.name || true)} <${DEBEMAIL:-$(git -C "$SKEIN_ROOT" config user.email || true)}>"
+  name=${DEBFULLNAME:-$(setting name)} address=${DEBEMAIL:-$(setting email)}
+  maintainer="${name:-$(id -un)} <${address:-$(id -un)@$(hostname)}>"
 fi
 [[ $maintainer =~ ^[^\<]*[^\<[:space:]][[:space:]]\<[^@]+@[^@]+\>$ ]] || usage_error "--maintainer needs \"NAME <ADDRESS>\", not '$maintainer'"
 
@@ -28,6 +27,9 @@ if [[ -z $build ]]; then
   build_skein release reconstruction
   build=$SKEIN_ROOT/build/release
 fi
+for tool in dpkg-shlibdeps dpkg-deb python3 strip; do
+  command -v "$tool" >/dev/null || die "no $tool: install dpkg-dev, python3 and binutils"
+done
 SKEIN_BUILD=$(cd "$build" && pwd)
 [[ -e $SKEIN_BUILD/web/index.html ]] || die "no page in $SKEIN_BUILD/web: scripts/setup.sh says what it lacks"
 packaging=$SKEIN_ROOT/packaging
