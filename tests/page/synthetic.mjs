@@ -228,7 +228,7 @@ const cases = {
     await tells(page, '4', 'One map. 4 photos not placed.');
     await page.locator('.unplaced_list li', { hasText: 'notes.txt' }).getByRole('button', { name: /^Dismiss/ }).click();
     await tells(page, '3', 'One map. 3 photos not placed, and 1 dismissed.');
-    await page.locator('.count.unplaced .aside', { hasText: ', 1 dismissed' }).waitFor();
+    await page.locator('.count.unplaced .aside', { hasText: '1 dismissed' }).waitFor();
     await page.locator('.dismissed_part summary').filter({ hasText: 'Dismissed: 1 photo' }).click();
     await page.locator('.dismissed_part li', { hasText: 'notes.txt' }).waitFor();
     await picture(page, 'dismissed');

@@ -32,7 +32,7 @@ export class Header {
     const { counts, notPlaced, dismissed } = view.summary;
     const numbers = { received: counts.received, placed: counts.placed, waiting: counts.waiting, unplaced: notPlaced - dismissed };
     this.dismissed.hidden = dismissed === 0;
-    setText(this.dismissed, `, ${groups(dismissed)} dismissed`);
+    setText(this.dismissed, `${groups(dismissed)} dismissed`);
     for (const [key, value] of Object.entries(this.values)) {
       setText(value, groups(numbers[key]));
       value.parentElement.classList.toggle('none', numbers[key] === 0);
