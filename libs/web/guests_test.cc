@@ -66,7 +66,8 @@ TEST_F(GuestsTest, AProgramShowsItsPassAsABearerToken) {
   EXPECT_EQ(guests_.Find("", "Bearer " + pass, kNowS).name, "anna");
   EXPECT_EQ(guests_.Find("", "bearer " + pass, kNowS).name, "anna") << "RFC 9110, 11.1";
   EXPECT_FALSE(guests_.Find("", "Bearer " + pass, kNowS + 61).role.has_value());
-  for (const std::string& other : {"Basic " + pass, pass, std::string("Bearer "), "Bearer" + pass}) {
+  for (const std::string& other :
+       {"Basic " + pass, pass, std::string("Bearer "), "Bearer" + pass}) {
     EXPECT_FALSE(guests_.Find("", other, kNowS).role.has_value()) << other;
   }
 }
