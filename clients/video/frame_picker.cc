@@ -91,7 +91,7 @@ void FramePicker::Consider(const Candidate& candidate) {
   if (!best_ || candidate.sharpness > best_->sharpness) best_ = candidate;
 }
 
-// What came after the photo is considered again with the next frames.
+// Frames that came after the photo are considered again with the next ones.
 std::optional<VideoFrame> FramePicker::Pick(const Candidate& current) {
   if (!best_) best_ = current;
   const Candidate photo = *std::exchange(best_, std::nullopt);

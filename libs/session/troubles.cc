@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 
+#include "session/session_tally.h"
+
 namespace skein {
 namespace {
 
@@ -29,13 +31,10 @@ Trouble TroubleOf(const heartbeat_t& heartbeat) {
           "Once that is mended it goes on by itself, and nothing is lost."};
 }
 
-// Matched, in no map, and no submap's trial of it failed.
 int64_t NumWaitingForMappers(const SessionState& state) {
   int64_t count = 0;
   for (const auto& [id, photo] : state.photos()) {
-    const bool may_be_placed =
-        !photo.failed() && photo.matches_seq > 0 && !photo.pairs_blob.empty();
-    count += may_be_placed && !state.IsRegistered(id) && state.FindTrial(id) == nullptr ? 1 : 0;
+    count += PhaseOf(state, id, photo) == PhotoPhase::kMapper ? 1 : 0;
   }
   return count;
 }
