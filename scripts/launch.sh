@@ -8,7 +8,7 @@
 #   --adopt         take a session whose keys were made by somebody else or on another host: new keys
 #                   are made, and all invitations end (docs/exchange.md)
 #   --join LINK     only workers (features, matching, mappers) for a session on another host, where
-#                   `skein invite --session DIR --role worker` prints the link; DIR then holds nothing
+#                   `skein invite --session DIR --role worker` prints the link, or @FILE with it; DIR then holds nothing
 #                   but their logs. Without signatures the session's id, with --auth off and --lcm-url
 #   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq:// or
 #                   tcpqs:// (encrypted) URL on this host the two relays (port and port + 1) are started
@@ -77,7 +77,7 @@ while (($#)); do
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --adopt) adopt=(--adopt) ;;
-    --join) join=$2; shift ;;
+    --join) join=$2; [[ $join != @* ]] || join=$(cat -- "${join#@}") || die "--join $2: no such file"; shift ;;
     --lcm-url) url=$2; shift ;;
     --auth) auth_options=(--auth "$2"); shift ;;
     --config) [[ -f $2 && -r $2 ]] || usage_error "--config: '$2' is no file that can be read"; config_options=(--config "$(realpath "$2")"); shift ;;

@@ -27,6 +27,18 @@ encrypted=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role agent 2>
 ! timeout 10 "$workspace/offer_photo" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 || fail "LCM's library took an encrypted session"
 grep -q "LCM's library has no TLS" "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
 
+if python3 -c 'import nacl.signing' 2>/dev/null; then
+  lcm-gen -p --ppath "$workspace/types" "$SKEIN_ROOT"/lcmtypes/*.lcm || fail "lcm-gen -p"
+  export PYTHONPATH=$workspace/types PYTHONDONTWRITEBYTECODE=1
+  offer_python() { offer "$1" "$2" python3 "$SKEIN_ROOT/clients/examples/offer_photo.py"; }
+  offer_python glue "${photos[2]}"
+  ! timeout 10 python3 "$SKEIN_ROOT/clients/examples/offer_photo.py" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 ||
+    fail "the Python agent took an encrypted session"
+  grep -qx 'offer_photo.py: this program has no TLS: join the session with `skein agent`' "$workspace/said" || fail "unclear: $(<"$workspace/said")"
+else
+  echo "SKIPPED: no PyNaCl (scripts/setup.sh --tests installs python3-nacl): offer_photo.py is not tested"
+fi
+
 ! timeout 10 "$SKEIN_BUILD/bin/skein" agent --session-id "$(jq -r .session_id "$session/session.json")" --lcm-url "$url" \
   --name nobody --images "$place/images/agent-2" >"$workspace/unsigned.log" 2>&1 || fail "an unsigned photo was taken"
 
