@@ -17,4 +17,9 @@ status_of_scale() {
 }
 # scale_tells REGEX: in `skein status`
 scale_tells() { status_of_scale | grep -E -- "$1" >/dev/null; }
+# hears_workers NUMBER: with features, not counting what has been silent for 3 s
+hears_workers() {
+  (($("$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null |
+    jq '[.instances[] | select((.instance | test("^w[0-9a-f]+-[0-9]+[.]")) and .service == "features" and .silent_s < 3)] | length') == $1))
+}
 scale_says() { grep -qE -- "$1" "$workspace/scale.log"; }

@@ -95,13 +95,12 @@ void WorkerPool::GiveUp(const PoolTime& now, Plan* plan) {
             life.is_running ? "its invitation has ended"
                             : "its invitation ended while it waited in the queue",
             plan);
-    } else if (life.is_running &&
-               now.monotonic_s - std::max(life.ran_s, life.heard_s) > options_.silent_s) {
-      if (life.heard_s < 0) NoteUnheard(now.monotonic_s);
-      Leave(name,
-            life.heard_s < 0 ? "it runs and was never heard: does its node reach the session?"
-                             : "it is silent: its node may be down",
-            plan);
+    } else if (life.is_running && life.heard_s < 0) {
+      if (now.monotonic_s - life.ran_s <= 2 * options_.silent_s) continue;
+      NoteUnheard(now.monotonic_s);
+      Leave(name, "it runs and was never heard: does its node reach the session?", plan);
+    } else if (life.is_running && now.monotonic_s - life.heard_s > options_.silent_s) {
+      Leave(name, "it is silent: its node may be down", plan);
     }
   }
 }

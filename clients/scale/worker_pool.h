@@ -41,8 +41,9 @@ class WorkerPool {
   struct Options {
     double grow_after_s = 5;     // for so long more workers are wanted than there are
     double shrink_after_s = 60;  // for so long fewer are wanted
-    double silent_s = 60;        // a running worker that is not heard for so long is given up
-    double patience_s = 120;     // a job that waits for so long is told
+    double silent_s =
+        60;  // a running worker that falls silent is given up; one never heard after twice that
+    double patience_s = 120;  // a job that waits for so long is told
   };
   struct Plan {
     int num_new = 0;
@@ -62,7 +63,7 @@ class WorkerPool {
 
   int num_running() const { return num_running_; }
   int num_waiting() const { return num_waiting_; }
-  // What a person has to mend, "" if nothing.
+  // Trouble that a person has to mend, "" if there is none.
   const std::string& problem() const { return problem_; }
 
  private:

@@ -155,10 +155,10 @@ TEST_F(WorkerPoolTest, RefusalsAreToldAndTriedAgainLaterAndLater) {
   EXPECT_EQ(LookUntilDecided(1, 10).num_new, 1);
   pool_.OnSubmitted({a_}, Unavailable("no right"), now_.monotonic_s);
   EXPECT_EQ(pool_.problem(), "no right");
-  EXPECT_EQ(LookUntilDecided(1, 9).num_new, 0);
+  EXPECT_EQ(LookUntilDecided(1, 8).num_new, 0);
   EXPECT_EQ(LookUntilDecided(1, 4).num_new, 1);
   pool_.OnSubmitted({a_}, Unavailable("no right"), now_.monotonic_s);
-  EXPECT_EQ(LookUntilDecided(1, 19).num_new, 0);
+  EXPECT_EQ(LookUntilDecided(1, 18).num_new, 0);
   EXPECT_EQ(LookUntilDecided(1, 4).num_new, 1);
   pool_.OnSubmitted({a_}, Status::Ok(), now_.monotonic_s);
   EXPECT_EQ(pool_.problem(), "");

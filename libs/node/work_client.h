@@ -14,8 +14,8 @@ namespace skein {
 
 // Requests go out once a second, and at once when capacity frees. Each names the held items, which
 // renews their leases. Destruction gives the held items back, so that another worker has them at
-// once. Where a signal stopped the loop, this process then ends within kLeaveS, whatever its
-// threads do: what counts is in the ledger. Loop's thread only.
+// once. If a signal stopped the loop, this process then ends within kLeaveS, whatever its
+// threads do: results that count are in the ledger. Loop's thread only.
 class WorkClient {
  public:
   using OnWork = std::function<void(const work_t&)>;

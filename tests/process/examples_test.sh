@@ -27,12 +27,13 @@ encrypted=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role agent 2>
 ! timeout 10 "$workspace/offer_photo" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 || fail "LCM's library took an encrypted session"
 grep -q "LCM's library has no TLS" "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
 
-if python3 -c 'import nacl.signing' 2>/dev/null; then
+python=/usr/bin/python3 # Debian's, which has Debian's packages
+if "$python" -c 'import nacl.signing' 2>/dev/null; then
   lcm-gen -p --ppath "$workspace/types" "$SKEIN_ROOT"/lcmtypes/*.lcm || fail "lcm-gen -p"
   export PYTHONPATH=$workspace/types PYTHONDONTWRITEBYTECODE=1
-  offer_python() { offer "$1" "$2" python3 "$SKEIN_ROOT/clients/examples/offer_photo.py"; }
+  offer_python() { offer "$1" "$2" "$python" "$SKEIN_ROOT/clients/examples/offer_photo.py"; }
   offer_python glue "${photos[2]}"
-  ! timeout 10 python3 "$SKEIN_ROOT/clients/examples/offer_photo.py" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 ||
+  ! timeout 10 "$python" "$SKEIN_ROOT/clients/examples/offer_photo.py" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 ||
     fail "the Python agent took an encrypted session"
   grep -qx 'offer_photo.py: this program has no TLS: join the session with `skein agent`' "$workspace/said" || fail "unclear: $(<"$workspace/said")"
 else

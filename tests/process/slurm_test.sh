@@ -74,9 +74,8 @@ start_node() {
 }
 is_apart() { [[ $(readlink "/proc/$1/ns/net") != "$(readlink /proc/self/ns/net)" ]]; }
 nodes_are() { [[ $(sinfo -h -N -o %T 2>/dev/null | sort | uniq -c | xargs) == "$1" ]]; }
-# num_jobs STATE: of all
-num_jobs() { squeue -h -r -t "$1" -o %i | wc -l; }
-num_jobs_is() { (($(num_jobs "$1") == $2)); }
+# num_jobs_is STATES NUMBER
+num_jobs_is() { (($(squeue -h -r -t "$1" -o %i | wc -l) == $2)); }
 
 node_pids=()
 mkdir -p "$cluster"
@@ -110,21 +109,21 @@ wait_until 120 "the dead controller is told" scale_says 'slurm: .*[Uu]nable to c
 start_controller
 finish "$session"
 expect_model "$session" 1
-wait_until 120 "spare workers leave" num_jobs_is all 0
+wait_until 120 "spare workers leave" num_jobs_is PD,R,CG 0
 scale_says 'workers leave: they are spare|worker leave: they are spare' || fail "it does not say that they leave"
 stop_scale
 
 # A node dies with its worker: another takes the place.
 start_scale --engine slurm --min 1 --max 1
-wait_until 90 "a worker runs" scale_tells '^1 workers run'
+wait_until 120 "a worker runs and is heard" hears_workers 1
 node=$(squeue -h -t R -o %N)
 kill -9 "${node_pids[${node#node}]}"
 wait_until 120 "the dead node's worker is told" scale_says 'has ended, and was not told to|its node may be down'
 wait_until 120 "another runs" num_jobs_is R 1
 [[ $(squeue -h -t R -o %N) != "$node" ]] || fail "a job runs on the dead $node"
-wait_until 60 "the worker is heard" scale_tells '^1 workers run'
+wait_until 120 "it is heard" hears_workers 1
 stop_scale
-wait_until 60 "it leaves with skein scale" num_jobs_is R 0
+wait_until 60 "it leaves with skein scale" num_jobs_is PD,R 0
 
 # Slurm refuses.
 start_scale --engine slurm --min 1 --max 1 --job-option --partition=nowhere
