@@ -43,9 +43,16 @@ fi
 ! timeout 10 "$SKEIN_BUILD/bin/skein" agent --session-id "$(jq -r .session_id "$session/session.json")" --lcm-url "$url" \
   --name nobody --images "$place/images/agent-2" >"$workspace/unsigned.log" 2>&1 || fail "an unsigned photo was taken"
 
-if ! command -v javac >/dev/null; then
-  echo "no Java compiler: OfferPhoto.java is not tested"
-  exit 0
+if command -v javac >/dev/null; then
+  offer robot "${photos[1]}" java -Djava.net.preferIPv4Stack=true -cp "$(lcm_jar):$SKEIN_BUILD/skein_lcmtypes.jar" \
+    "$SKEIN_ROOT/clients/examples/OfferPhoto.java"
+else
+  echo "SKIPPED: no Java compiler: OfferPhoto.java is not tested"
 fi
-offer robot "${photos[1]}" java -Djava.net.preferIPv4Stack=true -cp "$(lcm_jar):$SKEIN_BUILD/skein_lcmtypes.jar" \
-  "$SKEIN_ROOT/clients/examples/OfferPhoto.java"
+
+# The Python agent speaks LCM itself: also with the relay.
+if declare -F offer_python >/dev/null; then
+  stop_services
+  start_services "$session" tcpq://127.0.0.1:7790 --auth require --features 0 --matching 0 --mappers 0 --web 0
+  offer_python relayed "${photos[3]}"
+fi
