@@ -1,8 +1,8 @@
 #pragma once
 
-// Which of many photos overlap a photo, by a look at the coarsest features of each (preemptive
-// matching; Wu, Towards Linear-time Incremental Structure from Motion, 2013). Matches of the 1,024
-// coarsest features are a sixty-fourth of a full product. The number of mutual matches that pass
+// Finds photos that overlap a photo, among many, by the coarsest features of each (preemptive
+// matching; Wu, Towards Linear-time Incremental Structure from Motion, 2013). Matching the 1,024
+// coarsest features costs a sixty-fourth of a full product. The number of mutual matches that pass
 // the ratio test orders photos far better than the distance of their global descriptors.
 
 #include <cstdint>
@@ -20,8 +20,8 @@ class CoarseSearch {
   std::vector<int64_t> Take(size_t count);
   // Number of matches among the coarsest features of the photo and this one.
   void Tell(int64_t image_id, int num_matches);
-  // The ten photos with most matches, most first; of as many the lower id. Those that have too few
-  // for a verified pair are left out.
+  // The ten photos with most matches, most first; of as many the lower id. A photo with too few
+  // for a verified pair is left out.
   std::vector<int64_t> Best() const;
 
  private:

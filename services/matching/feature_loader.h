@@ -25,7 +25,7 @@ class FeatureLoader {
   // Calls on_loaded once, later, or within the call if the photo is cached. Loads of one photo
   // share their fetches.
   void Load(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded);
-  // The same, with the photo's coarsest features at least. They are kept longer than the others.
+  // The same, with the photo's coarsest features at least, which are kept longer than the others.
   void LoadCoarsest(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded);
 
  private:

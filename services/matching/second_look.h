@@ -31,8 +31,8 @@
 // pairs, those after num_named only if they should overlap. With no known pair this is plain
 // matching in the order of retrieval.
 //
-// A photo may be lonely then: fewer than num_connected overlapping pairs. Of the candidates that
-// were not tried, ToCompare() names those of which either photo is lonely. coarse_search.h finds
+// A photo may be lonely then: fewer than num_connected overlapping pairs. ToCompare() names the
+// candidates that were not tried although one of the two photos is lonely. coarse_search.h finds
 // the best of them by their features, and these are matched, too: global descriptors say little
 // about bare walls or photos that overlap by a corner.
 
