@@ -107,6 +107,10 @@ colmap::FeatureMatches PairMatcher::MatchCoarsest(const PhotoFeatures& first,
   return matches;
 }
 
+int PairMatcher::CountCoarseMatches(const PhotoFeatures& first, const PhotoFeatures& second) {
+  return static_cast<int>(matcher_.Match(CoarsestOf(first), CoarsestOf(second)).size());
+}
+
 bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& second,
                             PairResult* result) {
   colmap::FeatureMatches matches;
