@@ -36,7 +36,7 @@ fi
 start_scale --engine local --max 2 --target 1 --idle-after 6
 refuses 1 'another skein scale runs on' --max 2
 publish "$session"
-wait_until 60 "two workers come" scale_tells '^2 workers run, 0 wait in the queue of local'
+wait_until 120 "two workers come" scale_tells '^2 workers run, 0 wait in the queue of local'
 workers=("$session"/run/scale/*.pid)
 
 kill -9 "$scale_pid"
@@ -58,7 +58,7 @@ echo "a worker of $(wc -w <<<"$group") processes left within $took_ms ms"
 finish "$session"
 expect_model "$session" 1
 [[ $(jq '.failures | length' "$session/report.json") == 0 ]] || fail "work failed: $(jq -c .failures "$session/report.json")"
-wait_until 60 "spare workers leave" num_workers_is 0
+wait_until 120 "spare workers leave" num_workers_is 0
 [[ -z $(find "${TMPDIR:-/tmp}" -maxdepth 1 -name "skein-$(basename "${workers[0]}" .pid).*") ]] || fail "a worker left its folder"
 
 publish_part "$session" 1 1

@@ -97,7 +97,7 @@ refused=$("$SKEIN_BUILD/bin/skein" scale --session "$session" --lcm-url 'udpm://
 # From none to two, one a node, and through the finish.
 start_scale --engine slurm --max 2 --target 1 --idle-after 6
 publish "$session"
-wait_until 90 "two jobs run" scale_tells '^2 workers run, 0 wait in the queue of slurm'
+wait_until 120 "two jobs run" scale_tells '^2 workers run, 0 wait in the queue of slurm'
 nodes_are '2 allocated' || fail "the jobs run on one node: $(sinfo -N)"
 await_agents
 
@@ -127,13 +127,13 @@ wait_until 60 "it leaves with skein scale" num_jobs_is PD,R 0
 
 # Slurm refuses.
 start_scale --engine slurm --min 1 --max 1 --job-option --partition=nowhere
-wait_until 60 "a refusal is told" scale_says 'slurm: sbatch: error: .*; the session goes on without more workers'
+wait_until 120 "a refusal is told" scale_says 'slurm: sbatch: error: .*; the session goes on without more workers'
 stop_scale
 
 # No node is up, and the invitation ends in the queue.
 scontrol update nodename=node1,node2 state=down reason=test
-start_scale --engine slurm --min 1 --max 1 --expires 65s
-wait_until 60 "a job waits" scale_tells '^0 workers run, 1 wait in the queue of slurm'
-wait_until 60 "an invitation that ends in the queue is told" scale_says 'is cancelled: its invitation ended while it waited in the queue'
+start_scale --engine slurm --min 1 --max 1 --expires 120s
+wait_until 120 "a job waits" scale_tells '^0 workers run, 1 wait in the queue of slurm'
+wait_until 120 "an invitation that ends in the queue is told" scale_says 'is cancelled: its invitation ended while it waited in the queue'
 stop_scale
 echo "said: $(grep -c . "$workspace/scale.log") lines"
