@@ -89,7 +89,7 @@ start_node 1
 start_node 2
 wait_until 60 "both nodes are idle" nodes_are '2 idle'
 
-start_services "$session" "$url" --features 0 --matching 0
+start_services "$session" "$url" --features 0 --matching 0 --web 0 --guide off
 refused=$("$SKEIN_BUILD/bin/skein" scale --session "$session" --lcm-url 'udpm://239.255.76.67:7667?ttl=0' --engine slurm --max 2 2>&1) &&
   fail "workers of other hosts for a session that they cannot hear"
 [[ $refused == *'is heard on this host alone'* ]] || fail "unclear: $refused"
