@@ -27,7 +27,7 @@ class FeatureLoader {
 
  private:
   struct Loading {
-    colmap::Camera camera;
+    Camera camera;
     Bytes keypoints;
     Bytes descriptors;
     int num_missing = 2;
