@@ -331,9 +331,11 @@ void Submap::Consolidate(const EventSink& sink) {
           map_->reconstruction().NumRegImages(), ToString(cost), refine_s, timer.ElapsedS());
 }
 
-// A background adjustment that came to its end spares the first round its bundle adjustment.
+// A background adjustment that came to its end spares the first round its bundle adjustment. Photos
+// that come and go at each round would have no end: the last round settles the map as well.
 void Submap::RefineUntilStable(const EventSink& sink) {
   constexpr int kMaxRounds = 4;
+  if (!settled_.all_tried || !settled_.checked) waiting_.RetryAll();
   for (int round = 0; round < kMaxRounds; ++round) {
     TryAllWaiting(sink);
     if (options_.IsStopped()) return;
@@ -353,11 +355,12 @@ void Submap::RefineUntilStable(const EventSink& sink) {
     }
     settled_.none_misplaced = !WithdrawMisplaced(sink) && settled_.checked;
   }
+  settled_.refined = settled_.checked = settled_.none_misplaced = settled_.all_tried = true;
 }
 
 void Submap::TryAllWaiting(const EventSink& sink) {
   if (options_.IsStopped()) return;
-  if (!settled_.all_tried || !settled_.checked) waiting_.RetryAll();
+  if (!settled_.all_tried || !settled_.checked) waiting_.RetryDeferred();
   while (!options_.IsStopped() && Step(sink)) continue;
   settled_.all_tried = settled_.checked && !options_.IsStopped();
 }

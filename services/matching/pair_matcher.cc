@@ -105,6 +105,10 @@ FeatureMatches PairMatcher::MatchCoarsest(const PhotoFeatures& first, const Phot
   return matches;
 }
 
+int PairMatcher::CountCoarseMatches(const PhotoFeatures& first, const PhotoFeatures& second) {
+  return static_cast<int>(matcher_.Match(CoarsestOf(first), CoarsestOf(second)).size());
+}
+
 bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& second,
                             PairResult* result) {
   FeatureMatches matches;

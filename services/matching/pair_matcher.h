@@ -50,6 +50,8 @@ class PairMatcher {
 
   // Deterministic by the photos' ids.
   PairResult Match(const PhotoFeatures& first, const PhotoFeatures& second);
+  // Mutual matches of the coarsest features alone, verified by no geometry.
+  int CountCoarseMatches(const PhotoFeatures& first, const PhotoFeatures& second);
 
  private:
   // Each adds its times to the result and replaces its geometry.

@@ -18,6 +18,14 @@ size_t PhotoFeatures::MemoryBytes() const {
          index.MemoryBytes();
 }
 
+PhotoFeaturesPtr CoarsestAlone(const PhotoFeatures& features) {
+  auto coarsest = std::make_shared<PhotoFeatures>();
+  coarsest->image_id = features.image_id;
+  coarsest->index.coarsest = features.index.coarsest;
+  coarsest->index.coarse_descriptors = features.index.coarse_descriptors;
+  return coarsest;
+}
+
 Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const Camera& camera,
                                              const Bytes& keypoints, const Bytes& descriptors,
                                              const DescriptorCells* cells) {

@@ -27,6 +27,9 @@ struct PhotoFeatures {
 
 using PhotoFeaturesPtr = std::shared_ptr<const PhotoFeatures>;
 
+// The coarsest features alone, for PairMatcher::CountCoarseMatches.
+PhotoFeaturesPtr CoarsestAlone(const PhotoFeatures& features);
+
 // Decodes the blobs of a features_t (formats/formats.h). Fails if they are damaged, disagree on the
 // number of keypoints, or hold a keypoint outside the image. cells: of the index.
 Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const Camera& camera,
