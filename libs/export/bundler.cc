@@ -42,7 +42,7 @@ void AddPoint(const Reconstruction& model, const Point3D& point,
   *text << "\n";
 }
 
-Status Write(const std::filesystem::path& file, const std::string& text) {
+Status WriteWhole(const std::filesystem::path& file, const std::string& text) {
   return WriteFileAtomic(file.string(), text.data(), text.size());
 }
 
@@ -66,8 +66,8 @@ Status WriteBundlerFiles(const Reconstruction& model, const std::filesystem::pat
   for (const Point3DId id : AscendingPoints(model)) {
     AddPoint(model, model.Point3D(id), position, &text);
   }
-  const Status written = Write(file, text.str());
-  return written.ok() ? Write(list, names.str()) : written;
+  const Status written = WriteWhole(file, text.str());
+  return written.ok() ? WriteWhole(list, names.str()) : written;
 }
 
 }  // namespace skein

@@ -18,6 +18,7 @@ class Point2D {
   const Eigen::Vector2d& XY() const { return xy_; }  // in pixels
   double X() const { return xy_.x(); }
   double Y() const { return xy_.y(); }
+  void SetXY(const Eigen::Vector2d& pixel) { xy_ = pixel; }
 
   skein::Point3DId Point3DId() const { return point3D_id_; }
   bool HasPoint3D() const { return point3D_id_ != kInvalidPoint3DId; }
@@ -43,10 +44,9 @@ class Image {
   void SetRegistered(bool is_registered) { is_registered_ = is_registered; }
 
   const Eigen::Vector4d& Qvec() const { return qvec_; }  // w, x, y, z; not always of norm 1
-  Eigen::Vector4d& Qvec() { return qvec_; }
+  double Qvec(size_t i) const { return qvec_[static_cast<Eigen::Index>(i)]; }
   void SetQvec(const Eigen::Vector4d& qvec_wxyz) { qvec_ = qvec_wxyz; }
   const Eigen::Vector3d& Tvec() const { return tvec_; }
-  Eigen::Vector3d& Tvec() { return tvec_; }
   double Tvec(size_t axis) const { return tvec_[static_cast<Eigen::Index>(axis)]; }
   void SetTvec(const Eigen::Vector3d& tvec) { tvec_ = tvec; }
 
@@ -59,6 +59,7 @@ class Image {
   const std::vector<class Point2D>& Points2D() const { return points2D_; }
   // Throws std::out_of_range.
   const class Point2D& Point2D(Point2DIdx i) const { return points2D_.at(i); }
+  class Point2D& Point2D(Point2DIdx i) { return points2D_.at(i); }
   // Of an image that has no keypoints yet: throws std::logic_error else.
   void SetPoints2D(const std::vector<Eigen::Vector2d>& pixels);
 

@@ -45,8 +45,8 @@ void AddImage(const Image& image, std::ostream* text) {
   *text << " " << image.CameraId() << " " << image.Name() << "\n";
   const char* separator = "";
   for (const Point2D& point : image.Points2D()) {
-    *text << std::exchange(separator, " ") << point.X() << " " << point.Y() << " ";
-    point.HasPoint3D() ? *text << point.Point3DId() : *text << -1;
+    *text << std::exchange(separator, " ") << point.X() << " " << point.Y() << " "
+          << (point.HasPoint3D() ? std::to_string(point.Point3DId()) : "-1");
   }
   *text << "\n";
 }
