@@ -114,8 +114,9 @@ class TrackBuilder {
       if (track.size() >= 3) tracks.push_back(std::move(track));
     }
     tracks_.clear();
-    std::stable_sort(tracks.begin(), tracks.end(),
-                     [](const FeatureTrack& a, const FeatureTrack& b) { return a.size() > b.size(); });
+    std::stable_sort(
+        tracks.begin(), tracks.end(),
+        [](const FeatureTrack& a, const FeatureTrack& b) { return a.size() > b.size(); });
     return tracks;
   }
 

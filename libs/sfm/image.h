@@ -59,7 +59,9 @@ class Image {
   const std::vector<class Point2D>& Points2D() const { return points2D_; }
   // Throws std::out_of_range.
   const class Point2D& Point2D(Point2DIdx i) const { return points2D_.at(i); }
-  class Point2D& Point2D(Point2DIdx i) { return points2D_.at(i); }
+  class Point2D& Point2D(Point2DIdx i) {
+    return points2D_.at(i);
+  }
   // Of an image that has no keypoints yet: throws std::logic_error else.
   void SetPoints2D(const std::vector<Eigen::Vector2d>& pixels);
 
