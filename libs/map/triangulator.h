@@ -89,8 +89,8 @@ class Triangulator {
   const CorrespondenceGraph& graph_;
   Reconstruction& model_;
   std::unordered_set<Point3DId> modified_;
-  // Of one call: cameras that are out of range or not, pairs of points that were tried, the matches
-  // of one keypoint.
+  // Caches of one call: whether a camera is out of range, pairs of points that were tried, the
+  // matches of one keypoint.
   std::unordered_map<CameraId, bool> is_bogus_;
   std::unordered_map<Point3DId, std::unordered_set<Point3DId>> tried_;
   std::vector<Sight> matches_;

@@ -21,7 +21,7 @@ class CorrespondenceGraph {
 
   // Throws std::logic_error if the image is there.
   void AddImage(ImageId id, size_t num_keypoints);
-  // The pair's matches, once. One-to-one: no keypoint has two of them.
+  // The pair's matches, once. Matches are one-to-one: no keypoint has two of them.
   void AddCorrespondences(ImageId id1, ImageId id2, const FeatureMatches& matches);
 
   // In the order in which the pairs were added.

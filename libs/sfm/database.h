@@ -27,7 +27,7 @@ class ColmapDatabase {
   bool ExistsInlierMatches(ImageId id1, ImageId id2) const;
   size_t NumCameras() const;
 
-  // Of the camera's id; a camera without one gets the next. Returns the id.
+  // A camera without an id gets the next. Returns the id.
   CameraId WriteCamera(const Camera& camera);
   void WriteImage(ImageId id, CameraId camera_id, const std::string& name);
   void WriteKeypoints(ImageId id, const Keypoints& keypoints);

@@ -62,7 +62,7 @@ class Image {
   class Point2D& Point2D(Point2DIdx i) {
     return points2D_.at(i);
   }
-  // Of an image that has no keypoints yet: throws std::logic_error else.
+  // Throws std::logic_error if the image has keypoints already.
   void SetPoints2D(const std::vector<Eigen::Vector2d>& pixels);
 
   void SetPoint3DForPoint2D(Point2DIdx i, Point3DId id);

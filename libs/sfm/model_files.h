@@ -8,7 +8,7 @@
 namespace skein {
 
 // A model in a folder as COLMAP has it (colmap.github.io/format.html): cameras, images, points3D,
-// as .bin or .txt. What is written is ordered by id and holds registered images alone.
+// as .bin or .txt. Files are written in the order of ids, with registered images alone.
 
 // Reads the binary files if points3D.bin is there, else the text. Every count, id and index is
 // checked. An error names the file that is missing or damaged. Points get new ids, in the order of

@@ -6,7 +6,7 @@
 
 namespace skein {
 
-// Rotations as quaternions (w, x, y, z). Those of any norm but 0 stand for a rotation.
+// Rotations as quaternions (w, x, y, z). A quaternion q != 0 stands for the rotation of q / |q|.
 Eigen::Vector4d NormalizeQuaternion(const Eigen::Vector4d& qvec);
 Eigen::Matrix3d QuaternionToRotationMatrix(const Eigen::Vector4d& qvec);
 Eigen::Vector4d RotationMatrixToQuaternion(const Eigen::Matrix3d& R);
@@ -19,7 +19,7 @@ Eigen::Matrix3d CrossProductMatrix(const Eigen::Vector3d& v);
 Matrix3x4d ComposeProjectionMatrix(const Eigen::Vector4d& qvec, const Eigen::Vector3d& tvec);
 Matrix3x4d ComposeProjectionMatrix(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
 
-// Of the pose x_cam = R x_world + t: -R' t.
+// The camera's centre -R' t, for the pose x_cam = R x_world + t.
 Eigen::Vector3d ProjectionCenterFromPose(const Eigen::Vector4d& qvec, const Eigen::Vector3d& tvec);
 
 inline double DegToRad(double degrees) { return degrees * 0.0174532925199432954743716805978692718; }

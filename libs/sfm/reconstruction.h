@@ -48,9 +48,9 @@ class Reconstruction {
   bool ExistsPoint3D(Point3DId id) const { return points3D_.count(id) > 0; }
   bool IsImageRegistered(ImageId id) const { return Image(id).IsRegistered(); }
 
-  // Of an id that is not there yet. The camera's parameters are those of its model.
+  // The id is not there yet. The camera has as many parameters as its model.
   void AddCamera(class Camera camera);
-  // Of an id that is not there yet; not registered.
+  // The id is not there yet; the image is not registered.
   void AddImage(class Image image);
   // The images of the track are there, and its keypoints observe no point.
   Point3DId AddPoint3D(const Eigen::Vector3d& xyz, Track track, const Rgb& color = Rgb::Zero());

@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// What a search has found.
+// Result of a search.
 struct RobustModel {
   bool found = false;
   double num_inliers = 0;
@@ -18,7 +18,7 @@ struct RobustModel {
   std::vector<char> inlier_mask;
 };
 
-// Which matches a search draws its samples from.
+// Matches from which a search draws its samples.
 enum class Sampling {
   kUniform,      // all: COLMAP's searches, to the bit
   kSurestFirst,  // the first, surest ones, and more with each draw (PROSAC; Chum and Matas 2005)

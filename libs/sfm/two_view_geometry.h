@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// What two images have in common. Values of `config` are those of COLMAP's database.
+// Relation of two images: model, pose, inliers. Values of `config` are those of COLMAP's database.
 struct TwoViewGeometry {
   enum ConfigurationType {
     UNDEFINED = 0,
