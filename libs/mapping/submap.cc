@@ -13,10 +13,10 @@ namespace skein {
 namespace {
 
 // Whether the model's registered part can replace the map's.
-Status CheckFits(const SceneMap& map, const colmap::Reconstruction& model) {
+Status CheckFits(const SceneMap& map, const Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
     if (!map.HasPhoto(id)) return NotFound("model with an image that is not there");
-    const colmap::Image& image = map.reconstruction().Image(id);
+    const Image& image = map.reconstruction().Image(id);
     if (model.Image(id).NumPoints2D() != image.NumPoints2D()) {
       return InvalidArgument("model with other keypoints");
     }
@@ -276,7 +276,7 @@ bool Submap::TakeBack(int64_t image_id, const Refusal& refusal, const EventSink&
   return true;
 }
 
-void Submap::YieldPhotosTo(const colmap::Reconstruction& other, const EventSink& sink) {
+void Submap::YieldPhotosTo(const Reconstruction& other, const EventSink& sink) {
   const std::vector<ImageId> ids = map_->reconstruction().RegImageIds();
   for (const ImageId id : ids) {
     if (!IsRegisteredIn(other, id)) continue;
@@ -307,7 +307,7 @@ bool Submap::Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink)
   return true;
 }
 
-Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
+Status Submap::ReplaceModel(const Reconstruction& model) {
   maintenance_.Drop();
   const Status status = CheckFits(*map_, model);
   if (!status.ok()) return status;

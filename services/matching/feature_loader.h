@@ -30,7 +30,7 @@ class FeatureLoader {
 
  private:
   struct Loading {
-    colmap::Camera camera;
+    Camera camera;
     Bytes keypoints;
     Bytes descriptors;
     int num_missing = 2;

@@ -6,7 +6,7 @@ namespace skein {
 namespace {
 
 // Also false for NaN.
-bool IsInside(const Keypoint& keypoint, const colmap::Camera& camera) {
+bool IsInside(const Keypoint& keypoint, const Camera& camera) {
   return keypoint.x >= 0 && keypoint.y >= 0 && keypoint.x <= camera.Width() &&
          keypoint.y <= camera.Height();
 }
@@ -26,7 +26,7 @@ PhotoFeaturesPtr CoarsestAlone(const PhotoFeatures& features) {
   return coarsest;
 }
 
-Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
+Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const Camera& camera,
                                              const Bytes& keypoints, const Bytes& descriptors,
                                              const DescriptorCells* cells) {
   const std::string photo = "features of image " + std::to_string(image_id);
