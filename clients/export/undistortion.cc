@@ -23,9 +23,7 @@ struct Borders {
 Borders FindBorders(const Camera& camera) {
   const Eigen::Array2d size(static_cast<double>(camera.Width()),
                             static_cast<double>(camera.Height()));
-  const Eigen::Array2d focal(
-      camera.FocalLengthIdxs().size() == 1 ? camera.FocalLength() : camera.FocalLengthX(),
-      camera.FocalLengthIdxs().size() == 1 ? camera.FocalLength() : camera.FocalLengthY());
+  const Eigen::Array2d focal(camera.FocalLengthX(), camera.FocalLengthY());
   Borders borders{kLargestScale * size / 2};
   for (int axis = 0; axis < 2; ++axis) {
     const int along = 1 - axis;
@@ -52,9 +50,8 @@ Borders FindBorders(const Camera& camera) {
 Undistortion::Undistortion(const Camera& camera) : distorted_(camera) {
   pinhole_.SetCameraId(camera.CameraId());
   pinhole_.SetModelId(kPinhole);
-  const bool one_focal = camera.FocalLengthIdxs().size() == 1;
-  pinhole_.SetFocalLengthX(one_focal ? camera.FocalLength() : camera.FocalLengthX());
-  pinhole_.SetFocalLengthY(one_focal ? camera.FocalLength() : camera.FocalLengthY());
+  pinhole_.SetFocalLengthX(camera.FocalLengthX());
+  pinhole_.SetFocalLengthY(camera.FocalLengthY());
 }
 
 Result<Undistortion> Undistortion::Of(const Camera& camera) {
