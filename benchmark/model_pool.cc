@@ -14,6 +14,7 @@
 #include "codecs/image_decoding.h"
 #include "core/file.h"
 #include "features/photo_texture.h"
+#include "sfm/model_files.h"
 
 namespace skein {
 namespace {

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "benchmark/photo_policies.h"
+#include "sfm/model_files.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_folder.h"
 

@@ -18,6 +18,7 @@
 #include "ledger/ledger_store.h"
 #include "session/read_session.h"
 #include "sfm/database.h"
+#include "sfm/model_files.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
@@ -264,11 +265,11 @@ TEST_F(ExportTest, DatabaseHoldsWhatColmapNeeds) {
   EXPECT_EQ(database.NumCameras(), 1u);
   EXPECT_EQ(database.ReadCamera(1).MeanFocalLength(), 1000);
   EXPECT_TRUE(database.ReadCamera(1).HasPriorFocalLength());
-  EXPECT_EQ(database.ReadImage(2).Name(), "alice/2.jpg");
+  EXPECT_EQ(database.ReadAllImages().at(1).Name(), "alice/2.jpg");
   ASSERT_EQ(database.ReadKeypoints(2).size(), 2u);
   EXPECT_EQ(database.ReadKeypoints(2)[1].x, 2);
-  EXPECT_NEAR(database.ReadKeypoints(2)[1].ComputeScale(), 2, 1e-5);
-  EXPECT_EQ(database.ReadDescriptors(3)(1, 127), 3);
+  EXPECT_NEAR(database.ReadKeypoints(2)[1].scale_px, 2, 1e-5);
+  EXPECT_EQ(database.ReadDescriptors(3).row(1)[127], 3);
   const auto geometry = database.ReadTwoViewGeometry(3, 1);
   EXPECT_EQ(geometry.config, 2);
   ASSERT_EQ(geometry.inlier_matches.size(), 2u);

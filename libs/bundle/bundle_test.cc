@@ -1,6 +1,7 @@
 #include "bundle/bundle.h"
 
 #include <ceres/ceres.h>
+#include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
 #include "bundle/bundle_terms.h"

@@ -176,7 +176,7 @@ TEST(Absorb, TakesAPhotoThatTheTargetOnlyHasDeferred) {
 TEST(Absorb, APhotoWithAWrongPoseInOneSideKeepsTheOther) {
   Merge m{Case()};
   m.target.DeRegisterImage(12);
-  m.target.Image(12).Tvec() += Eigen::Vector3d(4, 0, 0);
+  m.target.Image(12).SetTvec(m.target.Image(12).Tvec() + Eigen::Vector3d(4, 0, 0));
   m.target.RegisterImage(12);
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
   ASSERT_TRUE(result.status.ok()) << result.status.error();
@@ -245,7 +245,7 @@ class RandomMerge : public testing::TestWithParam<int> {
     const std::vector<ImageId> ids = model.RegImageIds();
     for (const ImageId id : ids) {
       if (Chance(0.2)) GiveOwnCamera(id, &model);
-      if (Chance(0.1)) model.Image(id).Tvec() += Eigen::Vector3d(2, 0, 0);
+      if (Chance(0.1)) model.Image(id).SetTvec(model.Image(id).Tvec() + Eigen::Vector3d(2, 0, 0));
       if (Chance(0.1) && model.NumRegImages() > 4) model.DeRegisterImage(id);
     }
     return model;

@@ -36,7 +36,8 @@ TEST_F(FuseTest, OneStructureInTheTargetsFrame) {
 
 TEST_F(FuseTest, ASeamsBundleHoldsWhatIsNotOfIt) {
   Reconstruction model = target_;
-  for (const ImageId id : {4, 5}) model.Image(id).Tvec() += Eigen::Vector3d(0.05, 0, 0);
+  for (const ImageId id : {4, 5})
+    model.Image(id).SetTvec(model.Image(id).Tvec() + Eigen::Vector3d(0.05, 0, 0));
   SeamIntrinsics never;
   never.min_images = 10;
   const BundleSummary summary = AdjustSeam({4, 5}, never, &model);

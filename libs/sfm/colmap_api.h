@@ -174,6 +174,17 @@ inline colmap::TwoViewGeometry EstimateCalibrated(const colmap::Camera& camera1,
   return geometry;
 }
 
+inline colmap::TwoViewGeometry Estimate(const colmap::Camera& camera1,
+                                        const std::vector<Eigen::Vector2d>& points1,
+                                        const colmap::Camera& camera2,
+                                        const std::vector<Eigen::Vector2d>& points2,
+                                        const colmap::FeatureMatches& matches,
+                                        const TwoViewOptions& options) {
+  colmap::TwoViewGeometry geometry;
+  geometry.Estimate(camera1, points1, camera2, points2, matches, options);
+  return geometry;
+}
+
 inline colmap::TwoViewGeometry EstimateMultiple(const colmap::Camera& camera1,
                                                 const std::vector<Eigen::Vector2d>& points1,
                                                 const colmap::Camera& camera2,
@@ -314,6 +325,15 @@ inline colmap::TwoViewGeometry EstimateCalibrated(const colmap::Camera& camera1,
                                                   const TwoViewOptions& options) {
   return colmap::EstimateCalibratedTwoViewGeometry(camera1, points1, camera2, points2, matches,
                                                    options);
+}
+
+inline colmap::TwoViewGeometry Estimate(const colmap::Camera& camera1,
+                                        const std::vector<Eigen::Vector2d>& points1,
+                                        const colmap::Camera& camera2,
+                                        const std::vector<Eigen::Vector2d>& points2,
+                                        const colmap::FeatureMatches& matches,
+                                        const TwoViewOptions& options) {
+  return colmap::EstimateTwoViewGeometry(camera1, points1, camera2, points2, matches, options);
 }
 
 inline colmap::TwoViewGeometry EstimateMultiple(const colmap::Camera& camera1,

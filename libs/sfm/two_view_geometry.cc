@@ -88,6 +88,15 @@ TwoViewGeometry EstimateCalibrated(const ImagePair& pair, const FeatureMatches& 
       pair.points2, colmap_api::ToColmap(matches), ColmapOptions(limits)));
 }
 
+TwoViewGeometry EstimateByColmap(const ImagePair& pair, const FeatureMatches& matches,
+                                 const RansacLimits& limits) {
+  colmap_api::TwoViewOptions options = ColmapOptions(limits);
+  options.compute_relative_pose = true;
+  return colmap_api::FromColmap(colmap_api::Estimate(
+      colmap_api::ToColmap(pair.camera1), pair.points1, colmap_api::ToColmap(pair.camera2),
+      pair.points2, colmap_api::ToColmap(matches), options));
+}
+
 TwoViewGeometry EstimateMultiple(const ImagePair& pair, const FeatureMatches& matches,
                                  const RansacLimits& limits) {
   colmap_api::TwoViewOptions options = ColmapOptions(limits);

@@ -57,6 +57,11 @@ void PoseFromEssentialMatrix(const Eigen::Matrix3d& E, const std::vector<Eigen::
 TwoViewGeometry EstimateCalibrated(const ImagePair& pair, const FeatureMatches& matches,
                                    const RansacLimits& limits);
 
+// COLMAP's whole decision on a pair: by E if both focal lengths are known, else by F; with a pose.
+// Uses the thread's random numbers.
+TwoViewGeometry EstimateByColmap(const ImagePair& pair, const FeatureMatches& matches,
+                                 const RansacLimits& limits);
+
 // COLMAP's estimation of several geometries, one after the other, until too few matches are left;
 // with a pose if there is one geometry.
 TwoViewGeometry EstimateMultiple(const ImagePair& pair, const FeatureMatches& matches,

@@ -222,16 +222,14 @@ TEST_F(TwoView, IsDeterministic) {
 
 TwoViewGeometry EstimateByColmap(const Scene& scene, bool prior) {
   const Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
-  TwoViewGeometry::Options options;
-  options.ransac_options.max_error = 4;
-  options.ransac_options.confidence = 0.999;
-  options.ransac_options.min_inlier_ratio = 0.25;
-  options.ransac_options.max_num_trials = 10000;
-  options.compute_relative_pose = true;
+  RansacLimits limits;
+  limits.max_error = 4;
+  limits.confidence = 0.999;
+  limits.min_inlier_ratio = 0.25;
+  limits.max_num_trials = 10000;
   SetRandomSeed(5);
-  TwoViewGeometry geometry;
-  geometry.Estimate(camera, scene.points1, camera, scene.points2, scene.matches, options);
-  return geometry;
+  return skein::EstimateByColmap({camera, scene.points1, camera, scene.points2}, scene.matches,
+                                 limits);
 }
 
 void ExpectSameInliers(const TwoViewGeometry& a, const TwoViewGeometry& b) {
