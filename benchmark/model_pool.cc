@@ -28,16 +28,13 @@ ImageIds RegisteredByName(const Reconstruction& model) {
   return ids;
 }
 
-// COLMAP ends the program where a file is missing.
-
 Reconstruction ReadModel(const std::string& folder) {
-  Result<Reconstruction> read = ReadModelFiles(folder);
-  if (!read) throw std::runtime_error(read.error());
-  Reconstruction model = std::move(*read);
-  if (model.NumRegImages() < 2 || model.NumPoints3D() == 0) {
+  Result<Reconstruction> model = ReadModelFiles(folder);
+  if (!model) throw std::runtime_error(model.error());
+  if (model->NumRegImages() < 2 || model->NumPoints3D() == 0) {
     throw std::runtime_error(folder + ": a pool needs a model with two photos and points");
   }
-  return model;
+  return std::move(*model);
 }
 
 CameraPose CamFromWorldOf(const Image& image) {
