@@ -281,7 +281,9 @@ TEST(HnswIndex, ExpandedQueryPrefersThoseLikeItsNearest) {
 }
 
 TEST(RetrievalState, PhotoHasThoseBeforeItAsCandidates) {
-  RetrievalState state(RetrievalOptions{});
+  RetrievalOptions options;
+  options.top_n = 30;
+  RetrievalState state(options);
   const auto vectors = RandomUnits(40);
   for (int64_t id = 1; id <= 40; ++id) {
     const auto candidates = state.Add(id, Descriptor(vectors[id - 1]));
