@@ -9,6 +9,7 @@ new_workspace
 url=$(test_lcm_url)
 use_place 2 8 --seed 1
 session=$workspace/session
+mkdir "$workspace/without_slurm"
 skein=$SKEIN_BUILD/bin/skein
 
 # refuses STATUS TEXT OPTION...: one line that holds TEXT
@@ -26,14 +27,17 @@ refuses 2 '--max is required' --min 1
 refuses 2 '--min is above --max' --min 3 --max 2
 refuses 2 '--engine' --max 2 --engine cloud
 refuses 2 '--expires soon: give a number of s, m, h or d' --max 2 --expires soon
-if [[ -n $IN_NAMESPACE ]]; then
-  for command in sbatch squeue scancel; do
-    [[ ! -e /usr/bin/$command ]] || mount --bind /dev/null "/usr/bin/$command"
-  done
-  refuses 1 'slurm: no command sbatch: install Slurm' --max 2 --engine slurm --lcm-url tcpq://10.99.0.1:7700
-fi
+# A host without Slurm's commands.
+cp -s /usr/bin/* "$workspace/without_slurm/" 2>/dev/null || true
+rm -f "$workspace/without_slurm/"{sbatch,squeue,scancel}
+status=0
+PATH=$workspace/without_slurm timeout 60 "$skein" scale --session "$session" --lcm-url tcpq://10.99.0.1:7700 \
+  --max 2 --engine slurm >"$workspace/said" 2>&1 || status=$?
+((status == 1)) && grep -qF 'slurm: no command sbatch: install Slurm' "$workspace/said" ||
+  fail "without Slurm: exit code $status: $(<"$workspace/said")"
 
 start_scale --engine local --max 2 --target 1 --idle-after 6
+wait_until 60 "it is heard" scale_tells 'workers? runs?'
 refuses 1 'another skein scale runs on' --max 2
 publish "$session"
 wait_until 120 "two workers come" scale_tells '^2 workers run, 0 wait in the queue of local'
