@@ -24,7 +24,7 @@ build_packages=(
   libboost-filesystem-dev libboost-system-dev libarchive-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libsodium-dev libseccomp-dev
   libqrencode-dev libgtest-dev libbenchmark-dev iproute2 util-linux jq)
 test_packages=(curl unzip zbar-tools clang libclang-rt-14-dev clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth openjdk-17-jre
-  python3-nacl slurmctld slurmd slurm-client munge)
+  python3-nacl)
 
 is_debian_12() { (. /etc/os-release && [[ $ID == debian && ${VERSION_ID:-} == 12 ]]) 2>/dev/null; }
 

@@ -6,7 +6,7 @@ source "$(dirname "$0")/../harness.sh"
 source "$(dirname "$0")/../session.sh"
 source "$(dirname "$0")/../scaling.sh"
 for program in slurmctld slurmd sbatch munged; do
-  command -v "$program" >/dev/null || skip "no $program (scripts/setup.sh --tests installs slurmctld, slurmd, slurm-client, munge)"
+  command -v "$program" >/dev/null || skip "no $program: apt-get install slurmctld slurmd slurm-client munge"
 done
 ((EUID == 0)) || skip "slurmd runs as root alone"
 enter_network_namespace "$@"
@@ -51,8 +51,9 @@ CONF
 start_munge() {
   mkdir -p "$cluster/munge" "$cluster/state"
   (umask 077 && head -c 1024 /dev/urandom >"$cluster/munge.key")
-  munged --force --key-file="$cluster/munge.key" --socket="$cluster/munge/socket" --pid-file="$cluster/munge/pid" \
-    --log-file="$workspace/munge.log" --seed-file="$cluster/munge/seed" || fail "munged does not start"
+  setpriv --pdeathsig KILL -- munged --foreground --force --key-file="$cluster/munge.key" --socket="$cluster/munge/socket" --pid-file="$cluster/munge/pid" \
+    --log-file="$workspace/munge.log" --seed-file="$cluster/munge/seed" >>"$workspace/munge.log" 2>&1 &
+  wait_until 20 "munged answers" munge -S "$cluster/munge/socket" -n -o /dev/null
 }
 
 start_controller() {
