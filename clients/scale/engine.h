@@ -1,16 +1,13 @@
 // An engine runs worker jobs: a script scripts/engines/NAME.sh, so that another engine is another
 // file.
 //
-//   NAME.sh list                                  prints a line a job of this session: its worker's
-//   name,
-//                                                 "waiting" or "running", and why it waits
+//   NAME.sh list                 prints a line a job of this session: its worker's name, "waiting"
+//                                or "running", and why it waits
 //   NAME.sh submit BATCH [JOB_OPTION...] -- [LAUNCH_OPTION...]
-//                                                 reads one invitation a line; for line I a job
-//                                                 runs scripts/worker_job.sh BATCH-I I
-//                                                 LAUNCH_OPTION... with these lines as its input
-//   NAME.sh cancel WORKER...                      their processes get SIGTERM, and SIGKILL no
-//   earlier
-//                                                 than 5 s later
+//                                reads one invitation a line; for line I a job runs
+//                                scripts/worker_job.sh BATCH-I I LAUNCH_OPTION... with these lines
+//                                as its input
+//   NAME.sh cancel WORKER...     sends their processes SIGTERM; SIGKILL after 5 s at the earliest
 //
 // A script fails with its reason on the last line of stderr. Exit code 2: this host cannot run the
 // engine at all. A script keeps nothing between calls: what it lists comes from the engine itself.

@@ -236,7 +236,7 @@ class Scaler {
         });
   }
 
-  // Of listing or cancelling; the pool knows of submissions.
+  // `status` is of listing or cancelling; the pool knows of submissions.
   void OnDone(const Status& status) {
     is_busy_ = false;
     const std::string& problem = status.ok() ? pool_.problem() : status.error();

@@ -41,8 +41,8 @@ class WorkerPool {
   struct Options {
     double grow_after_s = 5;     // for so long more workers are wanted than there are
     double shrink_after_s = 60;  // for so long fewer are wanted
-    double silent_s =
-        60;  // a running worker that falls silent is given up; one never heard after twice that
+    // A running worker that falls silent is given up; one never heard after twice that.
+    double silent_s = 60;
     double patience_s = 120;  // a job that waits for so long is told
   };
   struct Plan {

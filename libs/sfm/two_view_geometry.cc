@@ -16,6 +16,20 @@ colmap_api::TwoViewOptions ColmapOptions(const RansacLimits& limits) {
   return options;
 }
 
+colmap_api::TwoViewOptions WithPose(colmap_api::TwoViewOptions options) {
+  options.compute_relative_pose = true;
+  return options;
+}
+
+// One of colmap_api's estimations.
+template <class Estimation>
+TwoViewGeometry Run(Estimation estimation, const ImagePair& pair, const FeatureMatches& matches,
+                    const colmap_api::TwoViewOptions& options) {
+  return colmap_api::FromColmap(estimation(colmap_api::ToColmap(pair.camera1), pair.points1,
+                                           colmap_api::ToColmap(pair.camera2), pair.points2,
+                                           colmap_api::ToColmap(matches), options));
+}
+
 struct Inliers {
   std::vector<Eigen::Vector2d> points1, points2;  // on the plane at depth 1
 };
@@ -83,27 +97,17 @@ void PoseFromEssentialMatrix(const Eigen::Matrix3d& E, const std::vector<Eigen::
 
 TwoViewGeometry EstimateCalibrated(const ImagePair& pair, const FeatureMatches& matches,
                                    const RansacLimits& limits) {
-  return colmap_api::FromColmap(colmap_api::EstimateCalibrated(
-      colmap_api::ToColmap(pair.camera1), pair.points1, colmap_api::ToColmap(pair.camera2),
-      pair.points2, colmap_api::ToColmap(matches), ColmapOptions(limits)));
+  return Run(colmap_api::EstimateCalibrated, pair, matches, ColmapOptions(limits));
 }
 
 TwoViewGeometry EstimateByColmap(const ImagePair& pair, const FeatureMatches& matches,
                                  const RansacLimits& limits) {
-  colmap_api::TwoViewOptions options = ColmapOptions(limits);
-  options.compute_relative_pose = true;
-  return colmap_api::FromColmap(colmap_api::Estimate(
-      colmap_api::ToColmap(pair.camera1), pair.points1, colmap_api::ToColmap(pair.camera2),
-      pair.points2, colmap_api::ToColmap(matches), options));
+  return Run(colmap_api::Estimate, pair, matches, WithPose(ColmapOptions(limits)));
 }
 
 TwoViewGeometry EstimateMultiple(const ImagePair& pair, const FeatureMatches& matches,
                                  const RansacLimits& limits) {
-  colmap_api::TwoViewOptions options = ColmapOptions(limits);
-  options.compute_relative_pose = true;
-  return colmap_api::FromColmap(colmap_api::EstimateMultiple(
-      colmap_api::ToColmap(pair.camera1), pair.points1, colmap_api::ToColmap(pair.camera2),
-      pair.points2, colmap_api::ToColmap(matches), options));
+  return Run(colmap_api::EstimateMultiple, pair, matches, WithPose(ColmapOptions(limits)));
 }
 
 bool IsWatermark(const ImagePair& pair, size_t num_inliers, const std::vector<char>& inlier_mask,

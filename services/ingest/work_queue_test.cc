@@ -80,7 +80,7 @@ TEST(WorkQueue, AWorkerThatLeavesGivesBackAllThatItHolds) {
   EXPECT_EQ(grants[0].attempt, 1);
 }
 
-// Whoever comes under its name begins anew.
+// A process that comes under its name begins anew.
 TEST(WorkQueue, AWorkerThatLeftMayComeBack) {
   WorkQueue queue;
   queue.OnRequest({"w", 1, 0, {}}, 0);
