@@ -50,8 +50,8 @@ struct Arguments {
   bool global = false;
 };
 
-// What the mapper can do without, for ablations (docs/experiments/ablations.md): each sets limits
-// that nothing exceeds.
+// Parts of the mapper that --without leaves out (docs/experiments/ablations.md): each function sets
+// limits that nothing exceeds.
 using LeaveOut = void (*)(SubmapOptions*);
 const std::map<std::string, LeaveOut> kParts = {
     {"narrow-ransac",

@@ -6,16 +6,12 @@
 namespace skein {
 namespace {
 
-constexpr int8_t kPanoramic = 5;  // COLMAP's TwoViewGeometry::ConfigurationType
-
 // A rotation leads to the edge's photo, by more inliers than `num_inliers`.
 bool Turns(const CovisibilityGraph::Edge& edge, int32_t num_inliers) {
   return edge.IsRotation() && edge.num_inliers > num_inliers;
 }
 
 }  // namespace
-
-bool CovisibilityGraph::Edge::IsRotation() const { return geometry == kPanoramic; }
 
 void CovisibilityGraph::Add(int64_t image_id, const Edge& edge) {
   std::vector<Edge>& mine = edges_[image_id];

@@ -12,6 +12,9 @@ namespace skein {
 class CovisibilityGraph {
  public:
   struct Edge {
+    // Values of COLMAP's TwoViewGeometry::ConfigurationType.
+    static constexpr int8_t kPlanar = 4, kPanoramic = 5;
+
     int64_t other_id = 0;
     int32_t num_inliers = 0;
     int64_t seq = 0;           // ledger position of the first fact that tells of the pair
@@ -19,7 +22,8 @@ class CovisibilityGraph {
     float forward_motion = 0;  // |z| of the unit relative translation, 0..1
     int8_t geometry = 0;       // two_view_t's
 
-    bool IsRotation() const;  // its matches tell of no translation
+    // The matches tell of no translation.
+    bool IsRotation() const { return geometry == kPanoramic; }
   };
 
   // A pair that is known already stays as it is. Costs the smaller number of edges of the two.

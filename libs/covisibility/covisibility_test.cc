@@ -21,7 +21,7 @@ TEST(CovisibilityGraph, AnUnknownPhotoHasNoPairs) {
   EXPECT_TRUE(CovisibilityGraph().EdgesOf(7).empty());
 }
 
-constexpr int8_t kCalibrated = 2, kPanoramic = 5;
+constexpr int8_t kCalibrated = 2, kPanoramic = CovisibilityGraph::Edge::kPanoramic;
 
 void AddPair(CovisibilityGraph* graph, int64_t id1, int64_t id2, int32_t num_inliers,
              int8_t geometry) {

@@ -420,6 +420,8 @@ PlacesOfTwoSets ComparePlaces(const SimilarStructuresOptions& options, const Sce
                                      " cells that both show are " + how};
   };
   if (ShowsAnotherPlace(options, across)) return differ(across.num_different, "different");
+  // Also without a missing cell within the sets the limit is half of this share.
+  if (!IsAbove(options.max_missing_share / 2, across.num_missing, options, across)) return {};
   CellVotes within = ComparePhotoSets(options, map, model, photos1, photos1);
   within.Add(ComparePhotoSets(options, map, model, photos2, photos2));
   const double max_missing_share = (options.max_missing_share + MissingShare(within)) / 2;

@@ -6,7 +6,6 @@
 #include "core/angles.h"
 #include "core/option_check.h"
 #include "map/map_access.h"
-#include "sfm/pose.h"
 #include "sfm/reprojection.h"
 #include "sfm/triangulation.h"
 

@@ -5,7 +5,7 @@
 #include "core/angles.h"
 #include "core/option_check.h"
 #include "map/map_access.h"
-#include "sfm/pose.h"
+#include "sfm/ids.h"
 #include "sfm/random.h"
 #include "sfm/reprojection.h"
 #include "sfm/triangulation.h"

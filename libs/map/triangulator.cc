@@ -7,7 +7,6 @@
 
 #include "core/angles.h"
 #include "core/option_check.h"
-#include "sfm/pose.h"
 #include "sfm/reprojection.h"
 
 namespace skein {

@@ -1,8 +1,8 @@
 #include "mapping/fold_back.h"
 
-#include <algorithm>
 #include <map>
 #include <unordered_map>
+#include <utility>
 
 #include "core/statistics.h"
 #include "map/bundle_builder.h"

@@ -7,7 +7,7 @@
 #include "core/angles.h"
 #include "core/option_check.h"
 #include "mapping/registration.h"
-#include "sfm/pose.h"
+#include "sfm/ids.h"
 #include "sfm/random.h"
 #include "sfm/reprojection.h"
 #include "sfm/triangulation.h"

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "bundle/bundle_terms.h"
 #include "core/statistics.h"

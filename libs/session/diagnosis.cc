@@ -25,8 +25,6 @@ constexpr int kBareKeypoints = 300;
 constexpr int kNeededInliers = 30, kSeedInliers = 100;
 // COLMAP triangulates no point below 1.5 degrees: a step of a fortieth of the distance.
 constexpr float kParallaxRad = 0.026F;
-// COLMAP's TwoViewGeometry::ConfigurationType.
-constexpr int8_t kPlanar = 4;
 
 std::string Percent(float share) { return std::to_string(std::lround(100 * share)) + " %"; }
 
@@ -102,7 +100,7 @@ std::optional<Diagnosis> InItsPairs(const CovisibilityGraph& graph, int64_t imag
               "take a step sideways, a tenth of the distance to what " + best +
                   " shows, and shoot again");
   }
-  if (AllStrong(edges, [](const Edge& e) { return e.geometry == kPlanar; })) {
+  if (AllStrong(edges, [](const Edge& e) { return e.geometry == Edge::kPlanar; })) {
     return Of(Cause::kPlanarOnly, "it and what overlaps it show one flat surface alone",
               "shoot again with something in view that stands out of the surface");
   }

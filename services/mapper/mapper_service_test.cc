@@ -251,7 +251,7 @@ TEST_F(MapperServiceTest, SourceFreezesAgainWhenRefusedAndGoesOnWhenUndone) {
 
 // A seed that looked good before other photos came.
 TEST_F(MapperServiceTest, AMapWhosePairsAreAllRotationsEnds) {
-  constexpr int8_t kPanoramic = 5;
+  constexpr int8_t kPanoramic = CovisibilityGraph::Edge::kPanoramic;
   Give(3, kPanoramic);
   Await([&] { return Registered().size() == 3; }, "all photos registered");
   Match(4, 4, kPanoramic);

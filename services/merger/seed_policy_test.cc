@@ -54,9 +54,8 @@ TEST_F(SeedPolicyTest, TakesTheBestPairByInliersTimesAngle) {
 }
 
 TEST_F(SeedPolicyTest, PhotosOfOneSpotAreNoSeedWhateverAWeakPairSays) {
-  constexpr int8_t kPanoramic = 5;
   two_view_t turned = Pair(1, 600, 0);
-  turned.geometry = kPanoramic;
+  turned.geometry = CovisibilityGraph::Edge::kPanoramic;
   ledger_.Matches(1, {});
   ledger_.Matches(2, {turned});
   ledger_.Matches(3, {Pair(1, 200, 17)});

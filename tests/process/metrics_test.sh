@@ -91,17 +91,17 @@ expect 'bytes of photos' "$(told skein_photo_bytes_total | awk '{ printf "%d", $
 
 # Against skein status and the kernel. A mapper without a submap retires after 10 s, perhaps between the two answers.
 num_workers() { jq --arg stage "$1" '[.instances[] | select(.service == $stage)] | length' <<<"$status"; }
-agrees_with_status() {
+same_workers() {
   scrape || return 1
   status=$("$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url") || return 1
-  [[ $(told 'skein_photos{state="in_flight"}') == "$(jq .images.in_flight <<<"$status")" &&
-    $(told 'skein_merges_total{result="undone"}') == "$(jq .merges.undone <<<"$status")" ]] || return 1
   local stage
   for stage in ingest features retrieval matching mapper; do
     [[ $(told "skein_workers{stage=\"$stage\"}") == "$(num_workers "$stage")" ]] || return 1
   done
 }
-wait_until 30 "the metrics and skein status agree" agrees_with_status
+wait_until 30 "the metrics and skein status tell the same workers" same_workers
+expect 'in flight' "$(told 'skein_photos{state="in_flight"}')" "$(jq .images.in_flight <<<"$status")"
+expect 'merges undone' "$(told 'skein_merges_total{result="undone"}')" "$(jq .merges.undone <<<"$status")"
 told_kb=$(awk '/^skein_process_resident_memory_bytes\{process="features-1"/ { print int($2 / 1024) }' "$workspace/metrics")
 kernel_kb=$(awk '/^VmRSS/ { print $2 }' "/proc/$(<"$session/run/features-1.pid")/status")
 ((told_kb > kernel_kb / 2 && told_kb < kernel_kb * 2)) || fail "features-1 has $kernel_kb kB, and $told_kb kB are told"
