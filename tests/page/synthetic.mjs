@@ -6,12 +6,13 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
-import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
+import { contrastFaults, expectClean, openBrowser, startChromium } from './browser.mjs';
 
 const [serverPath, pageDir, only = ''] = process.argv.slice(2);
 
 async function startServer(...more) {
-  const server = spawn(process.execPath, [serverPath, '--port', '0', '--page', pageDir, ...more], { stdio: ['pipe', 'pipe', 'inherit'] });
+  // As many points as the cases need: software draws them.
+  const server = spawn(process.execPath, [serverPath, '--port', '0', '--page', pageDir, '--points', '12000', ...more], { stdio: ['pipe', 'pipe', 'inherit'] });
   for await (const line of createInterface({ input: server.stdout })) {
     const url = /^ready (\S+)/.exec(line)?.[1];
     if (url) return { url, tell: (word) => server.stdin.write(`${word}\n`), stop: () => server.kill() };
@@ -19,16 +20,14 @@ async function startServer(...more) {
   return assert.fail('the test server did not start');
 }
 
-// Two places on the canvas where points of the map are, far apart.
-const twoPoints = (page) => page.evaluate(() => {
-  const found = [];
-  for (let x = 150; x < 850; x += 37) {
-    for (let y = 250; y < 600; y += 37) {
-      if (window.skein.pickAt(x, y)?.chunk) found.push({ x, y });
-    }
-  }
-  return [found[0], found[found.length - 1]];
-});
+// Two places on the canvas where points of the map are, far apart: the first from the left, and from the right. Each
+// look is a picture of its own, so none is made in vain.
+const twoPoints = (page, { left, right, top, bottom, step } = { left: 150, right: 850, top: 250, bottom: 600, step: 37 }) => page.evaluate((area) => {
+  const places = [];
+  for (let x = area.left; x < area.right; x += area.step) for (let y = area.top; y < area.bottom; y += area.step) places.push({ x, y });
+  const isPoint = ({ x, y }) => window.skein.pickAt(x, y)?.chunk;
+  return [places.find(isPoint), places.findLast(isPoint)];
+}, { left, right, top, bottom, step });
 
 // Of places in the scene.
 const minus = (a, b) => a.map((v, k) => v - b[k]);
@@ -42,10 +41,8 @@ const picture = async (page, name) => process.env.PAGE_PICTURES && page.screensh
 const isShown = (s) => s.synced && s.points > 5000 && s.loading === 0 && s.cameras.length === 45;
 
 // A camera that sees another, equally sharp scene each second: a film of a JPEG a frame.
-async function filmOf(scenes, { openOther }) {
-  const browser = await openOther();
-  await browser.page.goto('about:blank');
-  const jpegs = await browser.page.evaluate((n) => Array.from({ length: n }, (_, scene) => {
+async function filmOf(scenes, page) {
+  const jpegs = await page.evaluate((n) => Array.from({ length: n }, (_, scene) => {
     const canvas = Object.assign(document.createElement('canvas'), { width: 640, height: 480 });
     const context = canvas.getContext('2d');
     for (let i = 0, x = 1 + scene; i < 1200; i++) {
@@ -55,13 +52,13 @@ async function filmOf(scenes, { openOther }) {
     }
     return canvas.toDataURL('image/jpeg', 0.8).split(',')[1];
   }), scenes);
-  await browser.close();
   const folder = mkdtempSync(join(tmpdir(), 'skein_film.'));
   const film = join(folder, 'film.mjpeg');
   writeFileSync(film, Buffer.concat(jpegs.flatMap((jpeg) => Array(30).fill(Buffer.from(jpeg, 'base64')))));
   return { film, remove: () => rmSync(folder, { recursive: true }) };
 }
 
+const kPhone = { width: 360, height: 740, theme: 'light' };
 const kCamera = { width: 390, height: 844, more: ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream'] };
 
 // Fingers on the page: each call says where they are now. Chromium makes pointer events of them, as of a real screen's.
@@ -110,7 +107,6 @@ const cases = {
   async 'what stands in the way is told until it is mended'({ browser, start }) {
     const server = await start('--hold=-1');
     const { page } = browser;
-    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
     await page.goto(server.url);
     await browser.until('it is connected', (s) => s.synced);
     assert.equal(await page.locator('#troubles').isVisible(), false);
@@ -124,9 +120,8 @@ const cases = {
   },
 
   async 'an operator finishes from the page'({ browser, start }) {
-    const server = await start('--speed', '4', '--hold', '12');
+    const server = await start('--speed', '12', '--hold', '12');
     const { page } = browser;
-    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
     await page.goto(server.url);
     await browser.until('it grows', (s) => s.counts.placed > 2);
     const part = page.locator('.finish_part');
@@ -213,7 +208,6 @@ const cases = {
 
   async 'a photo that is dismissed counts no more, and is brought back'({ browser, url }) {
     const { page } = browser;
-    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
     await page.goto(url);
     await browser.until('everything is known', (s) => s.synced && s.counts.received === 49);
     await page.locator('#tab_unplaced').click();
@@ -377,8 +371,9 @@ const cases = {
 
   async 'two maps grow, are joined, and what the server swallowed is pulled'({ browser, start }) {
     // Time stands still before the silence, and before the merge ends: a join is seen where both maps are drawn by then.
-    const server = await start('--speed', '4', '--hold', '25,31');
+    const server = await start('--speed', '12', '--hold', '25,32');
     const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'no-preference' });
     await page.goto(server.url);
     const areTwo = (s) => s.submaps.length === 2 && s.cameras.length >= 8 && s.shapes.length === 2;
     await browser.until('two maps grow side by side', areTwo);
@@ -399,12 +394,13 @@ const cases = {
   },
 
   async 'a server that goes and comes back is told, and missed by nothing'({ browser, start }) {
-    const server = await start('--speed', '4');
+    const server = await start('--speed', '12', '--hold', '12');
     const { page } = browser;
     await page.goto(server.url);
     await browser.until('it grows', (s) => s.counts.placed > 2);
     server.tell('refuse');
     server.tell('drop');
+    server.tell('go'); // nobody hears of what happens now
     await page.locator('#connection.lost').filter({ hasText: /Not connected: last heard .* ago/ }).waitFor();
     await page.waitForTimeout(2500);
     server.tell('obey');
@@ -426,7 +422,6 @@ const cases = {
 
   async 'keyboard, focus and names for those who do not see it'({ browser, url }) {
     const { page } = browser;
-    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
     await page.goto(url);
     await browser.until('everything is known', (s) => s.synced && s.cameras.length === 45);
     await page.locator('#tab_overview').focus();
@@ -474,7 +469,6 @@ const cases = {
 
   async 'a known length gives the scale, and is kept'({ browser, url }) {
     const { page } = browser;
-    await page.emulateMedia({ reducedMotion: 'reduce' }); // colours change at once
     await page.goto(url);
     await browser.until('the map is there', (s) => s.points > 5000 && s.loading === 0 && s.cameras.length === 45);
     await browser.rest();
@@ -530,15 +524,8 @@ const cases = {
     await browser.rest();
     const stage = await page.locator('#stage').boundingBox();
     assert.ok(stage.height > 0.6 * 740, `of the map ${stage.height} px are left`);
-    const points = await page.evaluate(() => {
-      const found = [];
-      const { clientWidth, clientHeight } = document.getElementById('canvas');
-      for (let x = 20; x < clientWidth - 20; x += 11) {
-        for (let y = clientHeight * 0.55; y < clientHeight - 20; y += 11) if (window.skein.pickAt(x, y)?.chunk) found.push({ x, y });
-      }
-      return [found[0], found[found.length - 1]];
-    });
     const box = await page.locator('#canvas').boundingBox();
+    const points = await twoPoints(page, { left: 20, right: box.width - 20, top: box.height * 0.55, bottom: box.height - 20, step: 11 });
     for (const { x, y } of points) await page.touchscreen.tap(box.x + x, box.y + y);
     const nothingIsOver = async (when) => {
       await picture(page, `known_length_phone_${when}`);
@@ -580,6 +567,7 @@ const cases = {
 
   async 'flying: keys move the eye where it looks, the mouse turns it on the spot'({ browser, url }) {
     const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'no-preference' });
     await page.goto(url);
     await browser.until('the map is there', isShown);
     const start = await view(browser);
@@ -625,6 +613,7 @@ const cases = {
   async 'fingers: one turns, two zoom and move, none of them clicks'({ openPhone, url }) {
     const browser = await openPhone();
     const { page } = browser;
+    await page.emulateMedia({ reducedMotion: 'no-preference' });
     await page.goto(url);
     await browser.until('the map is there', isShown);
     const box = await page.locator('#canvas').boundingBox();
@@ -673,7 +662,7 @@ const cases = {
   },
 
   async 'the newest photo has a card with its picture'({ browser, start, openPhone }) {
-    const server = await start('--speed', '4', '--hold', '12');
+    const server = await start('--speed', '12', '--hold', '12');
     const { page } = browser;
     await page.goto(server.url);
     assert.equal(await page.locator('#newest').isVisible(), false, 'a card of no photo');
@@ -730,9 +719,9 @@ const cases = {
     await browser.close();
   },
 
-  async 'the camera view: the next step, the photo to stand at, one shutter'({ openOther, start }) {
+  async 'the camera view: the next step, the photo to stand at, one shutter'({ browser: other, openOther, start }) {
     const server = await start('--at', 'end');
-    const { film, remove } = await filmOf(4, { openOther });
+    const { film, remove } = await filmOf(4, other.page);
     const browser = await openOther({ ...kCamera, more: [...kCamera.more, `--use-file-for-fake-video-capture=${film}`] });
     const { page } = browser;
     await page.goto(`${server.url}phone`);
@@ -857,18 +846,24 @@ const cases = {
 };
 
 const still = await startServer('--at', 'end');
+const chromium = await startChromium();
 let failed = 0;
 for (const [name, run] of Object.entries(cases)) {
   if (!name.includes(only)) continue;
-  const browser = await openBrowser();
   const began = Date.now();
+  const opened = [];
+  const open = async (looks = {}) => {
+    opened.push(await chromium.open({ reducedMotion: 'reduce', ...looks })); // the view and colours change at once
+    return opened.at(-1);
+  };
+  const browser = await open();
   const servers = [];
   const start = async (...more) => {
     servers.push(await startServer(...more));
     return servers.at(-1);
   };
   try {
-    const url = (await run({ browser, url: still.url, start, openOther: openBrowser, openPhone: () => openBrowser({ width: 360, height: 740, theme: 'light' }) })) ?? still.url;
+    const url = (await run({ browser, url: still.url, start, openOther: openBrowser, openPhone: () => open(kPhone) })) ?? still.url;
     if (browser.hosts.size > 0) expectClean(browser, url);
     console.log(`ok: ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
   } catch (error) {
@@ -876,7 +871,8 @@ for (const [name, run] of Object.entries(cases)) {
     console.log(`FAILED: ${name}\n${error.stack}\n${browser.faults.join('\n')}`);
   }
   for (const server of servers) server.stop(); // also of a case that failed: who waits for their output waits for them
-  await browser.close();
+  for (const page of opened) await page.close();
 }
 still.stop();
+await chromium.close();
 process.exit(failed ? 1 : 0);

@@ -67,6 +67,11 @@ export class Viewer {
     requestAnimationFrame((now) => this.frame(now));
   }
 
+  // Whether neither a frame nor a look at what is under the pointer is to come.
+  get atRest() {
+    return !this.pending && !this.hoverPending;
+  }
+
   frame(now) {
     this.pending = false;
     if (!this.size) return;
