@@ -3,15 +3,16 @@
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { join } from 'node:path';
-import { contrastFaults, expectClean, openBrowser } from './browser.mjs';
+import { contrastFaults, expectClean, startChromium } from './browser.mjs';
 
 const [url, out, photo] = process.argv.slice(2);
 // What is written in the picture's code.
 const read = (picture) => execFileSync('zbarimg', ['--quiet', '--nodbus', '--raw', '-Sdisable', '-Sqrcode.enable', picture], { encoding: 'utf8' }).trimEnd();
 
+const chromium = await startChromium({ more: ['--ignore-certificate-errors'] });
 const links = {};
 for (const [name, options] of [['wide', { theme: 'dark' }], ['narrow', { width: 360, height: 740, theme: 'light' }]]) {
-  const browser = await openBrowser(options);
+  const browser = await chromium.open(options);
   const { page } = browser;
   await page.goto(url);
   await browser.until('it is connected', (s) => s.connected);
@@ -38,17 +39,18 @@ for (const [name, options] of [['wide', { theme: 'dark' }], ['narrow', { width: 
   await browser.close();
 }
 
-const phone = await openBrowser({ width: 390, height: 844, more: ['--ignore-certificate-errors'] });
+const phone = await chromium.open({ width: 390, height: 844 });
 await phone.page.goto(links.wide_agent);
 await phone.until('the phone is let in', (s) => s.photos?.length === 0);
 await phone.page.locator('#choose').setInputFiles(photo);
 await phone.until('its photo is received', (s) => s.counts.received === 1);
 expectClean(phone, links.wide_agent);
 await phone.close();
-const viewer = await openBrowser({ more: ['--ignore-certificate-errors'] });
+const viewer = await chromium.open();
 await viewer.page.goto(links.narrow_viewer);
 await viewer.until('who looks is let in', (s) => s.connected && s.counts.received === 1);
 assert.equal(await viewer.page.locator('#invite_button').isVisible(), false, 'who looks may invite');
 expectClean(viewer, links.narrow_viewer);
 await viewer.close();
+await chromium.close();
 console.log('4 invitations, each read from its QR code');
