@@ -80,12 +80,13 @@ enter_network_namespace() {
   echo "no network namespace may be made here: going on over TCP on 127.0.0.1"
 }
 
-# The LCM URL of this test.
+# test_lcm_url [LANE=0]: the LCM URL of this test, or of one of the lanes of side_by_side
 test_lcm_url() {
+  local lane=${1:-0}
   if [[ -n ${IN_NAMESPACE:-} ]]; then
-    echo 'udpm://239.255.76.67:7667?ttl=0'
+    echo "udpm://239.255.76.67:$((7667 + lane))?ttl=0"
   else
-    echo "tcpq://127.0.0.1:$((20000 + 2 * ($$ % 5000)))"
+    echo "tcpq://127.0.0.1:$((20000 + 2 * (($$ + 500 * lane) % 5000)))"
   fi
 }
 

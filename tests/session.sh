@@ -65,6 +65,31 @@ two_submaps_have() {
     cut -d / -f 3 | sort | uniq -c | awk -v n="$2" '$1 >= n' | wc -l) == 2 ]]
 }
 
+# side_by_side LANES COUNT COMMAND: `COMMAND N` for each N below COUNT, LANES of them at a time: much of a session is
+# waiting. Each is a subshell with a `workspace`, a `url` and a `web_port` of its own. Fails when one failed, after all.
+side_by_side() {
+  local lane pid pids=() failed=0
+  for ((lane = 0; lane < $1; lane++)); do
+    run_lane "$lane" "$@" &
+    pids+=($!)
+  done
+  for pid in "${pids[@]}"; do wait "$pid" || failed=1; done
+  ((failed == 0)) || fail "see above"
+}
+run_lane() {
+  local number failed=0
+  for ((number = $1; number < $3; number += $2)); do
+    run_apart "$1" "$4" "$number" &
+    wait "$!" || failed=1
+  done
+  return "$failed"
+}
+run_apart() {
+  TMPDIR=$workspace new_workspace
+  url=$(test_lcm_url "$1") web_port=$((8470 + 100 * $1))
+  "$2" "$3"
+}
+
 finish() {
   "$SKEIN_BUILD/bin/skein" finish --session "$1" --lcm-url "$url" >"$workspace/finish.log" 2>&1 ||
     { cat "$workspace/finish.log"; fail "finish failed"; }

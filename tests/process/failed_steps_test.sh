@@ -22,7 +22,7 @@ run_with() {
   (
     SKEIN_BUILD=$programs
     export SKEIN_TEST_FAULTS=$2
-    start_services "$session" "$url" --mappers 2
+    start_services "$session" "$url" --web "$web_port" --mappers 2
     publish "$session"
     await_agents
     finish "$session"
@@ -42,11 +42,19 @@ registered_at_least() {
 }
 
 # A merge that throws: services/mapper/failed_steps_test.cc.
-run_with throw "photo 3=throw,consolidation=throw,final=throw,maintenance=throw"
-for step in "photo 3" maintenance consolidation final; do was_left_out "$step"; done
-registered_at_least 12
+throwing() {
+  run_with throw "photo 3=throw,consolidation=throw,final=throw,maintenance=throw"
+  for step in "photo 3" maintenance consolidation final; do was_left_out "$step"; done
+  registered_at_least 12
+}
 
 # launch.sh waits longer after each crash, so there are few.
-run_with crash "photo 3=crash,final=crash"
-for step in "photo 3" final; do was_left_out "$step"; done
-registered_at_least 12
+crashing() {
+  run_with crash "photo 3=crash,final=crash"
+  for step in "photo 3" final; do was_left_out "$step"; done
+  registered_at_least 12
+}
+
+sessions=(throwing crashing)
+run_session() { "${sessions[$1]}"; }
+side_by_side 2 2 run_session
