@@ -2,7 +2,7 @@
 # kill -9 of the source's mapper, the target's mapper and the merger at every step of a merge: what was
 # two submaps is one map in the end, of all photos, without anybody's help.
 #
-# A session with two submaps is made once, without merging; each case goes on from a copy of it. A shim
+# A session with two submaps is made once, without merging; each case goes on from a copy of it, three at a time. A shim
 # stops the process that is about to submit the step's fact, or has just done so; then the victim is
 # killed, and the stopped one goes on.
 source "$(dirname "$0")/../harness.sh"
@@ -49,11 +49,10 @@ victim_instance() {
 # kill_at WHEN STEP WHO: one case
 kill_at() {
   local mark=$workspace/mark stopped victim
-  session=$workspace/$1-$2-$3
-  "$SKEIN_BUILD/bin/skein" clone "$workspace/two" "$session" 2>/dev/null
-  rm -f "$mark"
+  session=$workspace/session
+  "$SKEIN_BUILD/bin/skein" clone "$two" "$session" 2>/dev/null
   LD_PRELOAD=$stop_shim SKEIN_STOP_AT=$1 SKEIN_STOP_TEXT="SKEIN_SUBMIT_MERGE /$2" SKEIN_STOP_MARK=$mark \
-    start_services "$session" "$url" --mappers 2 --hang-after 0 # the stopped one goes on
+    start_services "$session" "$url" --web "$web_port" --mappers 2 --hang-after 0 # the stopped one goes on
   wait_until 120 "somebody submits a merge's '$2'" test -s "$mark"
   stopped=$(<"$mark")
   [[ $1 == before ]] || wait_until 20 "'$2' is in the ledger" has_fact_like "$session" "merge/%/$2%"
@@ -64,7 +63,6 @@ kill_at() {
   finish "$session"
   stop_services
   expect_one_map
-  rm -rf "$session"
 }
 
 expect_one_map() {
@@ -78,14 +76,16 @@ expect_one_map() {
   expect_model "$session" 1
 }
 
-make_two_submaps "$workspace/two"
-for step in ordered frozen end; do
-  for who in source target merger; do
-    for when in before after; do
-      start=$SECONDS log=$workspace/$when-$step-$who.log
-      kill_at "$when" "$step" "$who" >"$log" 2>&1
-      echo "$when '$step' was submitted, $who killed: $(tail -n 1 "$log"), $((SECONDS - start)) s"
-      rm "$log"
-    done
-  done
-done
+# run_case NUMBER: of `cases`
+run_case() {
+  local started=$SECONDS when step who log
+  read -r when step who <<<"${cases[$1]}"
+  log=$workspace/$when-$step-$who.log
+  kill_at "$when" "$step" "$who" >"$log" 2>&1
+  echo "$when '$step' was submitted, $who killed: $(tail -n 1 "$log"), $((SECONDS - started)) s"
+}
+
+two=$workspace/two
+make_two_submaps "$two"
+cases=({before,after}' '{ordered,frozen,end}' '{source,target,merger})
+side_by_side 3 "${#cases[@]}" run_case
