@@ -10,7 +10,8 @@ make_capture=$SKEIN_BUILD/bin/make_capture cases=$SKEIN_ROOT/../shared/cases
 [[ -x $make_capture ]] || skip "no make_capture in this build: it comes with the benchmarks (SKEIN_BENCHMARKS)"
 use_place 2 8 --seed 1
 
-failures=()
+failures=$workspace/failures
+touch "$failures"
 # capture_of NAME KIND: sets `capture`, a folder of photos called like the place's first agent
 capture_of() {
   local photos
@@ -30,7 +31,7 @@ capture_of() {
 run_capture() {
   local session=$workspace/session-$1
   report=$session/report.json
-  start_services "$session" "$url" --max-size 1000 >"$workspace/$1.log" 2>&1
+  start_services "$session" "$url" --web "$web_port" --max-size 1000 >"$workspace/$1.log" 2>&1
   publish_agent "$session" "$capture"
   await_agents
   finish "$session"
@@ -58,7 +59,7 @@ check_row() {
     ([.submaps[].images] | max // 0) >= $largest and (.submaps | length) <= $maps
     and ($limit == "-" or $error != null and $error <= ($limit | tonumber))
     and ($cause == "any" or all(.deferred[]; .cause == $cause))' "$report" >/dev/null ||
-    failures+=("$1 $2: $found; not $3 in $4, error $5, left out: $6")
+    echo "$1 $2: $found; not $3 in $4, error $5, left out: $6" >>"$failures"
 }
 
 # check_export NAME CAMERA_MODEL: the model is written with its camera as it is, or refused
@@ -69,16 +70,22 @@ check_export() {
     return
   fi
   find "$out" -name transforms.json -exec jq -se --arg model "$2" 'length > 0 and all(.[]; .camera_model == $model and .fl_x != .fl_y)' {} + >/dev/null ||
-    failures+=("$1: not written as $2, nor refused")
+    echo "$1: not written as $2, nor refused" >>"$failures"
 }
 
-while read -r name kind largest maps error cause; do
-  [[ -n $name && $name != '#'* ]] || continue
-  [[ $name == place || -d $cases/$name ]] || { echo "$name: no $cases/$name: left out"; continue; }
-  if [[ $kind == export ]]; then
+# run_row NUMBER: of `rows`
+run_row() {
+  local name kind largest maps error cause
+  read -r name kind largest maps error cause <<<"${rows[$1]}"
+  if [[ $name != place && ! -d $cases/$name ]]; then
+    echo "$name: no $cases/$name: left out"
+  elif [[ $kind == export ]]; then
     check_export "$name" "$largest"
   else
     check_row "$name" "$kind" "$largest" "$maps" "$error" "$cause"
-  fi </dev/null
-done <"$SKEIN_ROOT/tests/process/captures.txt"
-((${#failures[@]} == 0)) || fail "$(printf '%s\n' "${failures[@]}")"
+  fi
+}
+
+mapfile -t rows < <(grep -v '^ *\(#\|$\)' "$SKEIN_ROOT/tests/process/captures.txt")
+side_by_side 2 "${#rows[@]}" run_row
+[[ ! -s $failures ]] || fail "$(<"$failures")"
