@@ -662,10 +662,12 @@ const cases = {
   },
 
   async 'the newest photo has a card with its picture'({ browser, start, openPhone }) {
-    const server = await start('--speed', '12', '--hold', '12');
+    const server = await start('--speed', '12', '--hold=-1,12');
     const { page } = browser;
     await page.goto(server.url);
+    await browser.until('it is connected', (s) => s.synced);
     assert.equal(await page.locator('#newest').isVisible(), false, 'a card of no photo');
+    server.tell('go');
     await browser.until('time stands still', (s) => s.counts.placed >= 4 && s.loading === 0);
     const shows = async (on, image) => {
       await on.page.locator(`#newest img[src^="/api/photos/${image}/thumbnail?"]`).waitFor();
