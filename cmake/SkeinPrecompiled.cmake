@@ -4,7 +4,8 @@
 # After a change of one file its whole target is compiled; -DSKEIN_UNITY=OFF suits who works on the code.
 option(SKEIN_UNITY "Compile the files of a library, a program or a test as one" OFF)
 function(skein_use_unity target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${SKEIN_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${SKEIN_UNITY} UNITY_BUILD_BATCH_SIZE 12
+    UNITY_BUILD_CODE_BEFORE_INCLUDE "// NOLINTNEXTLINE(bugprone-suspicious-include)")
 endfunction()
 
 # Precompiled headers: parsing Eigen and the variant of all facts takes most of a compilation.

@@ -2,7 +2,8 @@
 
   tidy.py ROOT BUILD BUDGET_S [JOBS]
 
-A file that was found clean is not looked at again while it, the headers of ours that it includes, its compile
+The files that a unity build compiles as one are looked at as one: most of the time goes into headers of others.
+What was found clean is not looked at again while its files, the headers of ours that they include, its compile
 command and .clang-tidy are the same: BUILD/tidy_cache.json remembers. Files of the last commit and those changed
 since come first, then those whose headers changed, then the rest, in an order that the commit decides, so that runs
 without a cache reach every file in time. A finding fails; what the time did not suffice for is counted and said.
@@ -47,9 +48,16 @@ def arguments(command):
     return kept
 
 
+def files_of(source):
+    """What is compiled as `source`: the files that a unity build's includes, else itself."""
+    if '/Unity/' not in source: return [source]
+    return [os.path.realpath(path) for path in re.findall(r'^#include "([^"]+)"', read(source), re.M)]
+
+
 def digest(source, flags):
     sha = hashlib.sha256(read(os.path.join(root, '.clang-tidy')).encode() + ' '.join(flags).encode())
-    for path in [source] + headers(source): sha.update(read(path).encode())
+    for file in files_of(source):
+        for path in [file] + headers(file): sha.update(read(path).encode())
     return sha.hexdigest()
 
 
@@ -68,38 +76,40 @@ def main():
     jobs = {}
     for entry in json.load(open(os.path.join(build, 'compile_commands.json'))):
         source = os.path.realpath(entry['file'])
-        inside = os.path.relpath(source, root)
-        if os.path.dirname(inside) not in FOLDERS: continue
-        if source.endswith('.cc'): jobs.setdefault(inside, (source, arguments(entry['command']), entry['directory']))
+        if not any(os.path.relpath(os.path.dirname(file), root) in FOLDERS for file in files_of(source)): continue
+        name = os.path.relpath(source, root)
+        if source.endswith(('.cc', '.cxx')): jobs.setdefault(name, (source, arguments(entry['command']), entry['directory']))
     digests = {name: digest(source, flags) for name, (source, flags, _) in jobs.items()}
     todo = [name for name in jobs if cache.get(name) != digests[name]]
     changed = {os.path.join(root, name) for name in git('diff', '--name-only', 'HEAD~1')}
     commit = ''.join(git('rev-parse', 'HEAD'))
 
     def turn(name):
-        source = jobs[name][0]
-        rank = 0 if source in changed else 1 if changed.intersection(headers(source)) else 2
-        return rank, hashlib.sha256((commit + name).encode()).hexdigest()
+        files = files_of(jobs[name][0])
+        is_changed, has_changed_headers = changed.intersection(files), any(changed.intersection(headers(file)) for file in files)
+        return 0 if is_changed else 1 if has_changed_headers else 2, hashlib.sha256((commit + name).encode()).hexdigest()
 
     def work(name):
         if time.monotonic() - start_s > budget_s: return name, None
         return name, look(*jobs[name])
 
-    num_looked_at = num_found = 0
+    def num_files(names): return sum(len(files_of(jobs[name][0])) for name in names)
+
+    looked_at, num_found = [], 0
     with concurrent.futures.ThreadPoolExecutor(num_jobs) as pool:
         for name, result in pool.map(work, sorted(todo, key=turn)):
             if result is None: continue
-            num_looked_at += 1
+            looked_at.append(name)
             if result[0] == 0:
                 cache[name] = digests[name]
                 json.dump(cache, open(cache_path, 'w'), indent=0)
             else:
                 num_found += 1
                 print(result[1], flush=True)
-    num_known = len(jobs) - len(todo)
-    print(f'{len(jobs)} files: {num_looked_at} looked at in {time.monotonic() - start_s:.0f} s, {num_known} unchanged '
-          f'since they were found clean, {len(todo) - num_looked_at} not reached; {num_found} with findings')
-    if len(jobs) < 40: sys.exit(f'only {len(jobs)} files in compile_commands.json')
+    num_all, num_looked_at, num_todo = num_files(jobs), num_files(looked_at), num_files(todo)
+    print(f'{num_all} files: {num_looked_at} looked at in {time.monotonic() - start_s:.0f} s, {num_all - num_todo} unchanged '
+          f'since they were found clean, {num_todo - num_looked_at} not reached; {num_found} findings')
+    if num_all < 40: sys.exit(f'only {num_all} files in compile_commands.json')
     sys.exit(1 if num_found else 0)
 
 
