@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <random>
@@ -44,9 +45,48 @@ struct Arguments {
   int max_photos = 0;
   bool background = false;
   bool verbose = false;
+  std::vector<std::string> without;
   bool batch = false;
   bool global = false;
 };
+
+// What the mapper can do without, for ablations (docs/experiments/ablations.md): each sets limits
+// that nothing exceeds.
+using LeaveOut = void (*)(SubmapOptions*);
+const std::map<std::string, LeaveOut> kParts = {
+    {"narrow-ransac",
+     [](SubmapOptions* o) { o->registration.ransac_limits_px = {o->registration.max_error_px}; }},
+    {"pose-sigmas",
+     [](SubmapOptions* o) {
+       o->registration.max_position_sigma = o->registration.max_frame_sigma_px = 1e6;
+     }},
+    {"rivals",
+     [](SubmapOptions* o) {
+       o->registration.min_rival_position = 1e6;
+       o->registration.min_rival_rotation_deg = 180;
+     }},
+    {"epipolar", [](SubmapOptions* o) { o->registration.min_epipolar_share = 0; }},
+    {"missing-cells",
+     [](SubmapOptions* o) { o->registration.similar_structures.min_cells = 1'000'000; }},
+    {"ambiguous", [](SubmapOptions* o) { o->max_ambiguous = 1'000'000; }},
+    {"observed", [](SubmapOptions* o) { o->min_observed_ratio = 0; }},
+    {"weak", [](SubmapOptions* o) { o->min_observations = 0; }},
+    {"withdrawals", [](SubmapOptions* o) { o->max_withdrawals = 1'000'000; }},
+    {"again", [](SubmapOptions* o) { o->min_rebuild_gain = 1; }},
+    {"weak-pairs", [](SubmapOptions* o) { o->misplaced.min_pair_share = 0; }},
+    {"misplaced", [](SubmapOptions* o) { o->misplaced.min_contradiction = 1'000'000; }},
+    {"focal-bounds",
+     [](SubmapOptions* o) {
+       o->registration.min_focal_factor = 0.1;
+       o->registration.max_focal_factor = 10;
+     }},
+};
+
+std::vector<std::string> PartNames() {
+  std::vector<std::string> names;
+  for (const auto& [name, leave_out] : kParts) names.push_back(name);
+  return names;
+}
 
 double CpuSeconds() {
   rusage usage;
@@ -275,6 +315,7 @@ class Run {
     if (!arguments.global_ba) options.global_growth = std::numeric_limits<double>::infinity();
     options.num_threads = arguments.threads;
     options.background = arguments.background;
+    for (const std::string& part : arguments.without) kParts.at(part)(&options);
     return options;
   }
 
@@ -450,6 +491,8 @@ int main(int argc, char** argv) {
   app.add_flag("--background", arguments.background, "global BA beside registration");
   app.add_flag("--batch", arguments.batch, "maps all photos as a batch before the finish");
   app.add_flag("--global", arguments.global, "maps all photos globally, too, and tells of it");
+  app.add_option("--without", arguments.without, "parts of the mapper to leave out")
+      ->check(CLI::IsMember(skein::PartNames()));
   app.add_flag("--verbose", arguments.verbose, "tell about each photo");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -18,6 +18,8 @@ class CovisibilityGraph {
     float tri_angle_rad = 0;   // median triangulation angle
     float forward_motion = 0;  // |z| of the unit relative translation, 0..1
     int8_t geometry = 0;       // two_view_t's
+
+    bool IsRotation() const;  // its matches tell of no translation
   };
 
   // A pair that is known already stays as it is. Costs the smaller number of edges of the two.
@@ -28,6 +30,11 @@ class CovisibilityGraph {
 
   // In the order of Add, that is of seq; empty for an unknown photo.
   const std::vector<Edge>& EdgesOf(int64_t image_id) const;
+
+  // Whether a photo and that of its edge were taken from one spot. A rotation explains the pair, or
+  // the pairs of both photos with a third one, each of more inliers: an epipolar geometry explains
+  // the noise of a weak pair, too. Costs the number of edges of the two.
+  bool IsOfOneSpot(int64_t image_id, const Edge& edge) const;
 
  private:
   std::unordered_map<int64_t, std::vector<Edge>> edges_;

@@ -92,8 +92,12 @@ bool AllStrong(const std::vector<Edge>& edges, Predicate predicate) {
 }
 
 // Of its pairs, which no map could begin with.
-std::optional<Diagnosis> InItsPairs(const std::vector<Edge>& edges, const std::string& best) {
-  if (AllStrong(edges, [](const Edge& e) { return e.tri_angle_rad < kParallaxRad; })) {
+std::optional<Diagnosis> InItsPairs(const CovisibilityGraph& graph, int64_t image_id,
+                                    const std::string& best) {
+  const std::vector<Edge>& edges = graph.EdgesOf(image_id);
+  if (AllStrong(edges, [&](const Edge& e) {
+        return e.tri_angle_rad < kParallaxRad || graph.IsOfOneSpot(image_id, e);
+      })) {
     return Of(Cause::kRotationOnly, "taken from the same spot as all photos that overlap it",
               "take a step sideways, a tenth of the distance to what " + best +
                   " shows, and shoot again");
@@ -197,7 +201,7 @@ Diagnosis Diagnose(const SessionState& state, const PhotoState& photo) {
   if (trial == nullptr && state.finish().is_cut()) {
     diagnosis = Of(Cause::kNotInTime, "not tried in time", "finish again, with more time");
   } else if (!is_linked && best->num_inliers >= kNeededInliers) {
-    diagnosis = InItsPairs(edges, other);
+    diagnosis = InItsPairs(state.covisibility(), id, other);
   }
   if (!diagnosis && trial == nullptr) {
     diagnosis = BeforeItsTurn(state, photo, best->num_inliers, is_linked);

@@ -98,6 +98,23 @@ TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
   EXPECT_EQ(of_three_with(Pair(60, kCalibrated, 0.1F)), Cause::kWeakOverlap);
 }
 
+TEST_F(DiagnosisTest, AWeakPairDoesNotHideThatAllIsOfOneSpot) {
+  TestLedger ledger;
+  for (const int64_t id : {2, 3, 4}) ledger.Describe(id, 1);
+  const auto pair = [](int64_t other, int inliers, int8_t geometry, float angle) {
+    two_view_t view = Pair(inliers, geometry, angle);
+    view.other_id = other;
+    return view;
+  };
+  ledger.Matches(2, {});
+  ledger.Matches(3, {pair(2, 600, kPanoramic, 0)});
+  ledger.Matches(4, {pair(3, 700, kPanoramic, 0), pair(2, 200, kCalibrated, 0.1F)});
+  for (const int64_t id : {2, 3, 4}) {
+    EXPECT_EQ(Diagnose(ledger.state(), *ledger.state().FindPhoto(id)).cause, Cause::kRotationOnly)
+        << id;
+  }
+}
+
 // Who stands at the site is not sent back for a photo that its map will take in a moment.
 TEST_F(DiagnosisTest, APhotoThatNobodyTriedYetWaits) {
   ledger_.Describe(2, 1);

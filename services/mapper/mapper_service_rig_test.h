@@ -108,7 +108,7 @@ class MapperServiceTest : public testing::Test {
     ingest_.Commit(features);
   }
 
-  void Match(int64_t first, int64_t last) {
+  void Match(int64_t first, int64_t last, int8_t geometry = 0) {
     for (int64_t id = first; id <= last; ++id) {
       matches_t matches{};
       matches.header.fact_id = "matches/" + std::to_string(id);
@@ -117,6 +117,7 @@ class MapperServiceTest : public testing::Test {
         two_view_t message{};
         message.other_id = pair.other_id;
         message.num_inliers = static_cast<int32_t>(pair.inliers.size());
+        message.geometry = geometry;
         matches.pairs.push_back(message);
       }
       matches.num_pairs = static_cast<int32_t>(matches.pairs.size());
@@ -168,8 +169,8 @@ class MapperServiceTest : public testing::Test {
   }
 
   // Gives the mapper a submap of the photos up to `last`.
-  void Give(int64_t last) {
-    Match(1, last);
+  void Give(int64_t last, int8_t geometry = 0) {
+    Match(1, last, geometry);
     Seed(1, 3);
     CommitLease(kMapper, 1);
     Grant(kMapper);

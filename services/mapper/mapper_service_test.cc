@@ -249,6 +249,16 @@ TEST_F(MapperServiceTest, SourceFreezesAgainWhenRefusedAndGoesOnWhenUndone) {
   Await([&] { return IsRegistered(7); }, "a photo registered after the merge");
 }
 
+// A seed that looked good before other photos came.
+TEST_F(MapperServiceTest, AMapWhosePairsAreAllRotationsEnds) {
+  constexpr int8_t kPanoramic = 5;
+  Give(3, kPanoramic);
+  Await([&] { return Registered().size() == 3; }, "all photos registered");
+  Match(4, 4, kPanoramic);
+  Await([&] { return Find(IsEnd); }, "the submap's end");
+  EXPECT_FALSE(IsRegistered(4));
+}
+
 // The target's mapper may have crashed again and again over this merge.
 TEST_F(MapperServiceTest, SourceGoesOnWhenTheTargetEnds) {
   Give(6);

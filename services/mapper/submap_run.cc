@@ -11,6 +11,7 @@
 #include "core/process.h"
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
+#include "session/one_spot.h"
 #include "session/places.h"
 #include "session/submap_facts.h"
 #include "session/submap_steps.h"
@@ -375,6 +376,8 @@ void SubmapRun::TryNext() {
 }
 
 void SubmapRun::DoItem(const Item& item) {
+  // A photo that came later tells so of a map that one weak pair began.
+  if (IsOfOneSpot(ledger_.session, submap_id())) return Dissolve("its photos are of one spot");
   switch (item.kind) {
     case Item::Kind::kMatches:
       return DoMatches(item.id);

@@ -145,6 +145,7 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
       return;
     }
     if (best && pair.num_inliers * angle_rad <= best->num_inliers * best->tri_angle_rad) return;
+    if (session.covisibility().IsOfOneSpot(image_id, pair)) return;
     best = SeedChoice{image_id, pair.other_id, pair.num_inliers, angle_rad};
   };
   for (const int64_t image_id : orphans) {

@@ -53,6 +53,23 @@ TEST_F(SeedPolicyTest, TakesTheBestPairByInliersTimesAngle) {
   EXPECT_EQ(choice->image_id2, 1);
 }
 
+TEST_F(SeedPolicyTest, PhotosOfOneSpotAreNoSeedWhateverAWeakPairSays) {
+  constexpr int8_t kPanoramic = 5;
+  two_view_t turned = Pair(1, 600, 0);
+  turned.geometry = kPanoramic;
+  ledger_.Matches(1, {});
+  ledger_.Matches(2, {turned});
+  ledger_.Matches(3, {Pair(1, 200, 17)});
+  EXPECT_TRUE(Finishing());
+  TestLedger with_all;
+  with_all.Matches(1, {});
+  with_all.Matches(2, {turned});
+  turned.other_id = 2;
+  with_all.Matches(3, {Pair(1, 200, 17), turned});
+  const SubmapDirectory directory(with_all.state());
+  EXPECT_FALSE(policy_.Choose(directory, {0, true, with_all.head()}));
+}
+
 TEST_F(SeedPolicyTest, NothingIsNoSeed) {
   EXPECT_FALSE(Finishing());
   ledger_.Matches(1, {});
