@@ -1,5 +1,5 @@
-# Everything Skein links. All are Debian 12 packages (scripts/setup.sh installs them),
-# but for the part of COLMAP 3.8 that scripts/setup.sh builds.
+# Everything Skein links. All are packages of Debian 12 and 13 (scripts/setup.sh installs them),
+# but for the part of COLMAP that scripts/setup.sh builds.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})

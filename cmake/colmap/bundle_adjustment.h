@@ -1,4 +1,5 @@
-// Stands in for COLMAP's header of this name. estimators/pose.cc includes it for this function alone.
+// Stands in for COLMAP's header of this name. estimators/pose.cc includes it for this function
+// alone.
 #pragma once
 
 #include <ceres/ceres.h>
