@@ -60,15 +60,9 @@ const std::map<std::string, LeaveOut> kParts = {
      [](SubmapOptions* o) {
        o->registration.max_position_sigma = o->registration.max_frame_sigma_px = 1e6;
      }},
-    {"rivals",
-     [](SubmapOptions* o) {
-       o->registration.min_rival_position = 1e6;
-       o->registration.min_rival_rotation_deg = 180;
-     }},
     {"epipolar", [](SubmapOptions* o) { o->registration.min_epipolar_share = 0; }},
     {"missing-cells",
      [](SubmapOptions* o) { o->registration.similar_structures.min_cells = 1'000'000; }},
-    {"ambiguous", [](SubmapOptions* o) { o->max_ambiguous = 1'000'000; }},
     {"observed", [](SubmapOptions* o) { o->min_observed_ratio = 0; }},
     {"weak", [](SubmapOptions* o) { o->min_observations = 0; }},
     {"withdrawals", [](SubmapOptions* o) { o->max_withdrawals = 1'000'000; }},

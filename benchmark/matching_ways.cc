@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "benchmark/retrieval_photos.h"
+#include "core/angles.h"
 #include "core/clock.h"
 #include "features/vlad.h"
 #include "geometry/model_poses.h"
@@ -27,7 +28,7 @@
 namespace skein::benchmark {
 namespace {
 
-constexpr double kMaxLineErrorPx = 4, kMaxPointErrorPx = 8, kMinAngleRad = 3 * M_PI / 180;
+constexpr double kMaxLineErrorPx = 4, kMaxPointErrorPx = 8, kMinAngleRad = DegToRad(3);
 
 struct Options {
   std::string set, cache, poses;

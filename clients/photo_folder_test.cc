@@ -154,7 +154,7 @@ TEST_F(PhotoFolderTest, ReadsAFolderWhoseOwnNameIsHidden) {
 
 TEST_F(PhotoFolderTest, ReadsEachFolderOnceAndNoneAbove) {
   const TestFolder elsewhere;
-  ASSERT_TRUE(WriteFileAtomic((elsewhere / "x.jpg").string(), {1}).ok());
+  ASSERT_TRUE(WriteFileAtomic((elsewhere / "x.jpg").string(), Bytes{1}).ok());
   Write("trip/z/a.jpg", {1});
   Write("beside/b.jpg", {1});
   const fs::path trip = folder_ / "trip";

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/angles.h"
 #include "sfm/pose.h"
 
 namespace skein {
@@ -130,7 +131,7 @@ cv::Mat3b DrawModel(const Reconstruction& model, int side_px) {
   const Matrix3d upright = Upright(cloud);
   cv::Mat3b picture(side_px, 2 * side_px);
   DrawView(cloud, upright, picture.colRange(0, side_px));
-  const double tilt = 55 * M_PI / 180;
+  const double tilt = DegToRad(55);
   const Matrix3d oblique = Eigen::AngleAxisd(-tilt, Vector3d::UnitX()).toRotationMatrix() *
                            Eigen::AngleAxisd(M_PI / 5, Vector3d::UnitZ()).toRotationMatrix() *
                            upright;

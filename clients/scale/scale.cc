@@ -21,6 +21,7 @@
 #include "clients/scale/worker_pool.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
+#include "core/counted.h"
 #include "core/file_below.h"
 #include "event_loop/worker_thread.h"
 #include "node/ledger_follower.h"
@@ -141,8 +142,7 @@ class Scaler {
   void CheckEngine() {
     const auto jobs = engine_.List();
     if (jobs.code() == StatusCode::kFailedPrecondition) throw std::runtime_error(jobs.error());
-    if (jobs.ok() && !jobs->empty())
-      Tell("takes over " + std::to_string(jobs->size()) + " workers");
+    if (jobs.ok() && !jobs->empty()) Tell("takes over " + Counted(jobs->size(), "worker"));
   }
 
   // All workers leave.

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <tuple>
 
+#include "core/counted.h"
+
 namespace skein {
 namespace {
 
@@ -13,9 +15,7 @@ constexpr int kMostDoublings = 5;
 // A worker that starts so late would hardly have begun.
 constexpr int64_t kLeastInvitationS = 60;
 
-std::string Workers(size_t count) {
-  return count == 1 ? "1 worker" : std::to_string(count) + " workers";
-}
+std::string Workers(size_t count) { return Counted(count, "worker"); }
 
 }  // namespace
 

@@ -7,9 +7,11 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/angles.h"
+
 namespace skein::sim {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;  // radians
+constexpr double kDegree = DegToRad(1);
 
 struct Camera {
   int width = 1280;

@@ -8,6 +8,7 @@
 #include "clients/sim/crowd.h"
 #include "clients/sim/parallel.h"
 #include "clients/sim/random.h"
+#include "core/angles.h"
 
 namespace skein::sim {
 namespace {
@@ -39,11 +40,10 @@ std::vector<Camera> BodyOfEachAgent(const SimOptions& options) {
 GpsPosition GpsAt(const Eigen::Vector3d& center, Random* random) {
   const double east = center.x() + 2 * random->Gaussian(),
                north = center.y() + 2 * random->Gaussian();
-  return {
-      kOriginLatitudeDeg + north / kMetresPerDegree,
-      kOriginLongitudeDeg + east / (kMetresPerDegree * std::cos(kOriginLatitudeDeg * M_PI / 180)),
-      kOriginAltitudeM + center.z() + 3 * random->Gaussian(),
-      {}};
+  return {kOriginLatitudeDeg + north / kMetresPerDegree,
+          kOriginLongitudeDeg + east / (kMetresPerDegree * std::cos(DegToRad(kOriginLatitudeDeg))),
+          kOriginAltitudeM + center.z() + 3 * random->Gaussian(),
+          {}};
 }
 
 // `sensor_px`: the sensor's longer side, in the photo's pixels.

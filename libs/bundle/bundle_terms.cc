@@ -4,16 +4,12 @@
 #include <limits>
 #include <stdexcept>
 
+#include "sfm/pose.h"
+
 namespace skein {
 namespace {
 
 constexpr double kBehindCameraResidualPx = 1000.0;
-
-Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d S;
-  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return S;
-}
 
 void CheckIndices(const Bundle& bundle) {
   const auto fail = [] { throw std::invalid_argument("bundle: index out of range"); };
@@ -98,7 +94,7 @@ bool Linearise(const Bundle& bundle, const BundleLayout& layout, const RobustLos
     term->J_camera.col(i) = root * J_all.col(camera.refined[i]);
   }
   if (term->pose_row < 0) return true;
-  term->J_pose.leftCols<3>().noalias() = -J * Skew(in_cam);
+  term->J_pose.leftCols<3>().noalias() = -J * CrossProductMatrix(in_cam);
   term->J_pose.rightCols<3>() = -J;
   term->W.noalias() = term->J_pose.transpose() * term->J_point;
   return true;
@@ -138,8 +134,9 @@ double CameraPriorCost(const Bundle& bundle) {
 void IncrementPose(const Eigen::Matrix<double, 6, 1>& delta, BundlePose* pose) {
   const Eigen::Vector3d w = delta.head<3>();
   const double angle = w.norm();
-  const Eigen::Matrix3d dR = angle < 1e-12 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() + Skew(w))
-                                           : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+  const Eigen::Matrix3d dR =
+      angle < 1e-12 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() + CrossProductMatrix(w))
+                    : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
   pose->R = Eigen::Quaterniond(dR * pose->R).normalized().toRotationMatrix();
   pose->t = dR * pose->t - delta.tail<3>();
 }

@@ -52,6 +52,10 @@ Status WriteFileAtomic(const std::string& path, const Bytes& bytes) {
   return WriteFileAtomic(path, bytes.data(), bytes.size());
 }
 
+Status WriteFileAtomic(const std::string& path, const std::string& text) {
+  return WriteFileAtomic(path, text.data(), text.size());
+}
+
 bool IsTemporaryName(const std::string& name) {
   return name.find(kTemporaryMark) != std::string::npos;
 }

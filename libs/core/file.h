@@ -15,6 +15,7 @@ namespace skein {
 // processes may write one path: the last rename wins.
 Status WriteFileAtomic(const std::string& path, const void* data, size_t size);
 Status WriteFileAtomic(const std::string& path, const Bytes& bytes);
+Status WriteFileAtomic(const std::string& path, const std::string& text);
 
 // Whether a file of this name is one that is still being written, or was when its process died.
 bool IsTemporaryName(const std::string& name);

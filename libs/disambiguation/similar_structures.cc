@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "core/angles.h"
 #include "core/option_check.h"
 #include "core/statistics.h"
 #include "core/threads.h"
@@ -279,6 +280,11 @@ bool IsAbove(double max_share, int num, const SimilarStructuresOptions& options,
   return votes.num_cells() >= options.min_cells && num > max_share * votes.num_cells();
 }
 
+// 0 without cells.
+double MissingShare(const CellVotes& votes) {
+  return votes.num_missing / std::max<double>(1, votes.num_cells());
+}
+
 // Other photos that observe points of this one, with how many.
 std::map<ImageId, int> CountCommonPoints(const Reconstruction& model, ImageId image_id) {
   std::map<ImageId, int> counts;
@@ -403,6 +409,24 @@ CellVotes ComparePhotoSets(const SimilarStructuresOptions& options, const SceneM
     if (across) sum.Add(views.CompareBothWays(id1, id2));
   }
   return sum;
+}
+
+PlacesOfTwoSets ComparePlaces(const SimilarStructuresOptions& options, const SceneMap& map,
+                              const Reconstruction& model, const std::set<ImageId>& photos1,
+                              const std::set<ImageId>& photos2) {
+  const CellVotes across = ComparePhotoSets(options, map, model, photos1, photos2);
+  const auto differ = [&](int num, const char* how) {
+    return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(across.num_cells()) +
+                                     " cells that both show are " + how};
+  };
+  if (ShowsAnotherPlace(options, across)) return differ(across.num_different, "different");
+  CellVotes within = ComparePhotoSets(options, map, model, photos1, photos1);
+  within.Add(ComparePhotoSets(options, map, model, photos2, photos2));
+  const double max_missing_share = (options.max_missing_share + MissingShare(within)) / 2;
+  if (IsAbove(max_missing_share, across.num_missing, options, across)) {
+    return differ(across.num_missing, "missing");
+  }
+  return {};
 }
 
 SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options) {

@@ -133,4 +133,23 @@ TEST(SimilarStructures, SidesOfAMergeAreCompared) {
   }
 }
 
+PlacesOfTwoSets PlacesOf(Street* street) {
+  street->Register(kNumFirst + kNumSecond);
+  return ComparePlaces({}, street->map(), street->map().reconstruction(), {1, 2, 3, 4},
+                       {9, 10, 11, 12});
+}
+
+// `skein sim --scenario shared-object`: what stands around the object has another depth in each of
+// its two rooms, so no cell is different.
+TEST(SimilarStructures, PhotosOfOneObjectInTwoPlacesAreToldByWhatTheyMiss) {
+  Street two(kDistance / 2);
+  const PlacesOfTwoSets places = PlacesOf(&two);
+  EXPECT_TRUE(places.differ);
+  EXPECT_NE(places.reason.find("are missing"), std::string::npos) << places.reason;
+  Street alike(kDistance);
+  EXPECT_NE(PlacesOf(&alike).reason.find("are different"), std::string::npos);
+  Street one(kDistance, true);
+  EXPECT_FALSE(PlacesOf(&one).differ);
+}
+
 }  // namespace skein::similar_structures_test

@@ -42,10 +42,6 @@ void AddPoint(const Reconstruction& model, const Point3D& point,
   *text << "\n";
 }
 
-Status WriteWhole(const std::filesystem::path& file, const std::string& text) {
-  return WriteFileAtomic(file.string(), text.data(), text.size());
-}
-
 }  // namespace
 
 Status WriteBundlerFiles(const Reconstruction& model, const std::filesystem::path& file,
@@ -66,8 +62,8 @@ Status WriteBundlerFiles(const Reconstruction& model, const std::filesystem::pat
   for (const Point3DId id : AscendingPoints(model)) {
     AddPoint(model, model.Point3D(id), position, &text);
   }
-  const Status written = WriteWhole(file, text.str());
-  return written.ok() ? WriteWhole(list, names.str()) : written;
+  const Status written = WriteFileAtomic(file.string(), text.str());
+  return written.ok() ? WriteFileAtomic(list.string(), names.str()) : written;
 }
 
 }  // namespace skein

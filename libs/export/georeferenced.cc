@@ -53,7 +53,7 @@ void PlaceOnEarth(const std::map<std::string, GeodeticPosition>& positions,
 Status WriteGeoreference(const ExportModel& model, const std::filesystem::path& folder) {
   if (model.georeference.is_null()) return Status::Ok();
   const std::string text = model.georeference.dump(2) + "\n";
-  return WriteFileAtomic((folder / "georeference.json").string(), text.data(), text.size());
+  return WriteFileAtomic((folder / "georeference.json").string(), text);
 }
 
 }  // namespace skein

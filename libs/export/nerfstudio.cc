@@ -128,7 +128,7 @@ Status WriteNerfstudio(const Reconstruction& model, const std::filesystem::path&
   const Result<std::string> text = NerfstudioJson(model, files_of);
   if (!text.ok()) return text.status();
   if (Status status = WritePointsPly(model, folder / kPoints); !status.ok()) return status;
-  return WriteFileAtomic((folder / "transforms.json").string(), text->data(), text->size());
+  return WriteFileAtomic((folder / "transforms.json").string(), *text);
 }
 
 }  // namespace skein

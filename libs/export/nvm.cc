@@ -129,7 +129,7 @@ class NvmText {
 Status WriteNvmFile(const Reconstruction& model, const std::filesystem::path& file) {
   const Result<std::string> text = NvmText(model).Write();
   if (!text.ok()) return text.status();
-  return WriteFileAtomic(file.string(), text->data(), text->size());
+  return WriteFileAtomic(file.string(), *text);
 }
 
 }  // namespace skein

@@ -18,7 +18,7 @@ Status WritePointsPly(const Reconstruction& model, const std::filesystem::path& 
     ply.append(reinterpret_cast<const char*>(xyz.data()), sizeof(xyz));
     ply.append(reinterpret_cast<const char*>(point.Color().data()), 3);
   }
-  return WriteFileAtomic(file.string(), ply.data(), ply.size());
+  return WriteFileAtomic(file.string(), ply);
 }
 
 }  // namespace skein

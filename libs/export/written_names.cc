@@ -84,7 +84,7 @@ Status WriteNames(const Reconstruction& model, const WrittenNames& names,
                   const std::filesystem::path& file) {
   std::string text;
   for (const auto& [id, name] : names) text += name + "\t" + model.Image(id).Name() + "\n";
-  return WriteFileAtomic(file.string(), text.data(), text.size());
+  return WriteFileAtomic(file.string(), text);
 }
 
 }  // namespace skein

@@ -10,6 +10,7 @@
 #include <optional>
 #include <random>
 
+#include "core/angles.h"
 #include "core/option_check.h"
 #include "core/result.h"
 #include "core/statistics.h"
@@ -257,7 +258,7 @@ std::vector<Eigen::Vector3d> UpDirections(const std::vector<const GeoPhoto*>& ph
     ups.push_back(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0));
   }
   const double length = view.norm() / static_cast<double>(photos.size());
-  if (length > std::cos(kMaxSpreadOfViewsDeg * M_PI / 180)) ups.push_back(view.normalized());
+  if (length > std::cos(DegToRad(kMaxSpreadOfViewsDeg))) ups.push_back(view.normalized());
   const size_t count = ups.size();
   for (size_t i = 0; i < count; ++i) ups.push_back(-ups[i]);
   return ups;
@@ -276,7 +277,7 @@ void SetSigmas(const Points& centres_m, double min_sigma_m, Georeference* result
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues().cwiseMax(0);
   const double sigma_m = std::max(result->sigma_m, min_sigma_m);
   result->scale_sigma = sigma_m / std::sqrt(moments.sum());
-  result->rotation_sigma_deg = sigma_m / std::sqrt(moments[0] + moments[1]) * 180.0 / M_PI;
+  result->rotation_sigma_deg = RadToDeg(sigma_m / std::sqrt(moments[0] + moments[1]));
 }
 
 Status CheckSpread(const Georeference& result, const GeoreferenceOptions& options) {
@@ -332,7 +333,7 @@ struct Attempt {
 
 double TiltDeg(const Similarity& a, const Similarity& b) {
   const Eigen::Vector3d up = a.rotation * (b.rotation.conjugate() * Eigen::Vector3d::UnitZ());
-  return std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180.0 / M_PI;
+  return RadToDeg(std::acos(std::clamp(up.z(), -1.0, 1.0)));
 }
 
 bool AltitudesAreBad(const Attempt& with, const Attempt& without,

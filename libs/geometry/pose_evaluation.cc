@@ -9,10 +9,11 @@
 #include <optional>
 #include <set>
 
+#include "core/angles.h"
+
 namespace skein {
 namespace {
 
-constexpr double kDegreesPerRad = 180 / M_PI;
 constexpr std::array<double, 3> kAucLimitsDeg = {1, 3, 5};
 
 using Key = std::function<std::string(const std::string&)>;
@@ -46,12 +47,12 @@ std::vector<PosePair> MatchByOrder(const ModelPoses& estimate, const ModelPoses&
 }
 
 double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * kDegreesPerRad;
+  return RadToDeg(std::atan2(a.cross(b).norm(), a.dot(b)));
 }
 
 double AngleDeg(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   const Eigen::Quaterniond difference = a * b.conjugate();
-  return 2 * std::atan2(difference.vec().norm(), std::abs(difference.w())) * kDegreesPerRad;
+  return RadToDeg(2 * std::atan2(difference.vec().norm(), std::abs(difference.w())));
 }
 
 ErrorSummary Summarize(std::vector<double> errors) {

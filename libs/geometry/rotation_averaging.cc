@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "core/angles.h"
 #include "core/disjoint_sets.h"
 
 namespace skein {
@@ -14,8 +15,7 @@ namespace {
 
 using Rotations = std::map<uint32_t, Eigen::Matrix3d>;
 
-constexpr double kRadPerDeg = M_PI / 180;
-constexpr double kGemanMcClureRad = 5 * kRadPerDeg;
+constexpr double kGemanMcClureRad = DegToRad(5);
 
 Eigen::Vector3d Log(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd rotation(R);
@@ -161,7 +161,7 @@ RotationAveraging AverageRotations(const std::vector<RelativeRotation>& all, dou
   }
   for (size_t i = 0; i < all.size(); ++i) {
     result.fits[i] = rotations.count(all[i].id1) > 0 &&
-                     Error(all[i], rotations).norm() <= max_error_deg * kRadPerDeg;
+                     Error(all[i], rotations).norm() <= DegToRad(max_error_deg);
   }
   const std::set<uint32_t> largest = LargestComponent(all, result.fits);
   for (const uint32_t id : largest) result.rotations[id] = rotations.at(id);

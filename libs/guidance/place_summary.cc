@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/counted.h"
+
 namespace skein {
 namespace {
 
@@ -49,7 +51,7 @@ std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness
     text += ", " + std::to_string(holes_percent) + " % of what the photos show has no points";
   }
   if (num_open > 0) {
-    text += ", " + std::to_string(num_open) + (num_open == 1 ? " open border" : " open borders");
+    text += ", " + Counted(num_open, "open border");
   }
   if (completeness.ground_share > kMuchGround) text += ", not counting the ground";
   if (verdict == PlaceVerdict::kComplete) return text + ": complete";

@@ -6,13 +6,14 @@
 #include <utility>
 #include <vector>
 
+#include "core/angles.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
 #include "guidance/test_poses.h"
 
 namespace skein {
 
-inline constexpr double kDegree = 3.14159265358979323846 / 180;
+inline constexpr double kDegree = DegToRad(1);
 
 // A rectangle of points; `normal`: right x down, towards who looks at it.
 struct Wall {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/angles.h"
 #include "core/option_check.h"
 #include "map/map_access.h"
 #include "sfm/pose.h"

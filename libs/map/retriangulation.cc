@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/angles.h"
 #include "core/option_check.h"
 #include "map/map_access.h"
 #include "sfm/pose.h"

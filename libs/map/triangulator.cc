@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/angles.h"
 #include "core/option_check.h"
 #include "sfm/pose.h"
 #include "sfm/reprojection.h"

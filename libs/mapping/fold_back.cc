@@ -4,6 +4,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/statistics.h"
 #include "map/bundle_builder.h"
 
 namespace skein {
@@ -66,8 +67,7 @@ class Folder {
     LocalSimilarity similarity;
     std::vector<double>& ratios = ratios_[after.image_id];
     if (!ratios.empty()) {
-      std::nth_element(ratios.begin(), ratios.begin() + ratios.size() / 2, ratios.end());
-      similarity.scale = ratios[ratios.size() / 2];
+      similarity.scale = UpperMedian(std::move(ratios));
     }
     similarity.R = after.R.transpose() * now.R;
     similarity.t = after.R.transpose() * (similarity.scale * now.t - after.t);

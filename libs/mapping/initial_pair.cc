@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/angles.h"
 #include "core/option_check.h"
 #include "mapping/registration.h"
 #include "sfm/pose.h"
@@ -141,7 +142,7 @@ InitialPairOptions OptionsOfSeed(int num_inliers, double triangulation_angle_rad
   InitialPairOptions options;
   options.min_num_inliers = std::clamp(num_inliers / 2, 30, options.min_num_inliers);
   options.min_triangulation_angle_deg =
-      std::min(options.min_triangulation_angle_deg, 0.5 * triangulation_angle_rad * 180.0 / M_PI);
+      std::min(options.min_triangulation_angle_deg, RadToDeg(0.5 * triangulation_angle_rad));
   return options;
 }
 

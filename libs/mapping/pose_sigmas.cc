@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bundle/bundle_terms.h"
+#include "core/statistics.h"
 #include "sfm/camera.h"
 
 namespace skein {
@@ -97,8 +98,7 @@ PoseSigmas SigmasOfFirstPose(const Bundle& bundle) {
   const Eigen::FullPivLU<Matrix6d> lu(of_map.Scaled() + of_pairs.Scaled());
   if (depths.empty() || !lu.isInvertible()) return {HUGE_VAL, HUGE_VAL};
   const Matrix6d covariance = lu.inverse();
-  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  const double depth = depths[depths.size() / 2];
+  const double depth = UpperMedian(std::move(depths));
   return {LargestSigma(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>())) / depth,
           FrameSigma(bundle.cameras[bundle.poses[0].camera], covariance, depth)};
 }

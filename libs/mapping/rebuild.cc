@@ -62,7 +62,6 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
   state.first = model.IsImageRegistered(first) ? first : model.RegImageIds().front();
   if (!anew->Restore(model, state).ok()) return nullptr;
   anew->NoteMappedAnew();
-  anew->TakeOutAmbiguous();
   EnqueuePhotos(submap, takes_held, without, anew.get());
   anew->RefineUntilStable(Ignore);
   return anew;

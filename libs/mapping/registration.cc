@@ -5,7 +5,9 @@
 #include <optional>
 #include <unordered_map>
 
+#include "core/angles.h"
 #include "core/option_check.h"
+#include "core/statistics.h"
 #include "map/bundle_builder.h"
 #include "map/image_pose.h"
 #include "sfm/absolute_pose.h"
@@ -27,6 +29,9 @@ constexpr double kSigmasOfAStart = 5;
 // intrinsics that other photos determine, too, and with intrinsics of its own. Of 150 photos of 150
 // cameras those with focal lengths within 3 % observed 0.8 or more, 0.98 in the median.
 constexpr double kMinObserved = 0.5, kMinObservedAlone = 0.85;
+
+// Poses that differ by more are poses of two places. The position is over the median depth.
+constexpr double kElsewherePosition = 0.05, kElsewhereDeg = 5;
 
 // A search over focal lengths looks at no more points: the pose is then estimated on all of them.
 constexpr size_t kMaxFocalSearchPoints = 500;
@@ -220,52 +225,21 @@ Candidate FindPose(const SceneMap& map, const RegistrationOptions& options, cons
   return searched.cost < best.cost ? searched : best;
 }
 
-VisiblePoints OutliersOf(const VisiblePoints& visible, const PoseEstimate& estimate) {
-  VisiblePoints outliers;
-  for (size_t i = 0; i < visible.size(); ++i) {
-    if (estimate.inlier_mask[i]) continue;
-    outliers.point2D_idxs.push_back(visible.point2D_idxs[i]);
-    outliers.point3D_ids.push_back(visible.point3D_ids[i]);
-    outliers.pixels.push_back(visible.pixels[i]);
-    outliers.xyz.push_back(visible.xyz[i]);
-  }
-  return outliers;
-}
-
 double MedianDepth(const VisiblePoints& visible, const PoseEstimate& estimate) {
   std::vector<double> depths;
   for (size_t i = 0; i < visible.size(); ++i) {
     if (!estimate.inlier_mask[i]) continue;
     depths.push_back((estimate.pose.R * visible.xyz[i] + estimate.pose.t).z());
   }
-  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  return depths[depths.size() / 2];
+  return UpperMedian(std::move(depths));
 }
 
-bool Differ(const RegistrationOptions& options, const VisiblePoints& visible,
-            const PoseEstimate& estimate, const BundlePose& other) {
+bool Differ(const VisiblePoints& visible, const PoseEstimate& estimate, const BundlePose& other) {
   const Eigen::Vector3d center = -(estimate.pose.R.transpose() * estimate.pose.t);
   const Eigen::Vector3d other_center = -(other.R.transpose() * other.t);
   const double angle = Eigen::AngleAxisd(estimate.pose.R * other.R.transpose()).angle();
-  return (center - other_center).norm() >
-             options.min_rival_position * MedianDepth(visible, estimate) ||
-         RadToDeg(angle) > options.min_rival_rotation_deg;
-}
-
-// Whether the points that don't fit the estimate agree on a pose elsewhere, nearly as many. The
-// search is made only where there are enough of them.
-bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
-              const Camera& camera, const PoseEstimate& estimate) {
-  const VisiblePoints outliers = OutliersOf(visible, estimate);
-  const double needed =
-      std::max<double>(options.min_num_inliers, options.max_rival_ratio * estimate.num_inliers);
-  if (static_cast<double>(outliers.size()) < needed) return false;
-  PoseEstimate rival;
-  if (!RunRansac(LimitsOf(options, options.max_error_px), outliers, camera, &rival) ||
-      rival.num_inliers < needed) {
-    return false;
-  }
-  return Differ(options, visible, estimate, rival.pose);
+  return (center - other_center).norm() > kElsewherePosition * MedianDepth(visible, estimate) ||
+         RadToDeg(angle) > kElsewhereDeg;
 }
 
 Status CheckLimits(const std::vector<double>& limits_px) {
@@ -298,9 +272,6 @@ Status RegistrationOptions::Check() const {
                      InRange("confidence", confidence, 0.0, 0.999999999),
                      InRange("max_position_sigma", max_position_sigma, 1e-6, 1e6),
                      InRange("max_frame_sigma_px", max_frame_sigma_px, 1e-6, 1e6),
-                     InRange("max_rival_ratio", max_rival_ratio, 0.0, 1.0),
-                     InRange("min_rival_position", min_rival_position, 0.0, 1e6),
-                     InRange("min_rival_rotation_deg", min_rival_rotation_deg, 0.0, 180.0),
                      InRange("min_epipolar_share", min_epipolar_share, 0.0, 1.0),
                      InRange("max_epipolar_error_px", max_epipolar_error_px, 0.01, 1000.0),
                      similar_structures.Check().Within("similar_structures"),
@@ -432,11 +403,6 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints,
                   "pose badly determined by its inliers");
   }
-  if (!context.takes_ambiguous && HasRival(options, visible, camera, estimate)) {
-    estimate.is_ambiguous = true;
-    return Refuse(estimate, Refusal::Cause::kSimilarPlace,
-                  "ambiguous: its points agree on two poses");
-  }
   const CellVotes votes =
       CompareWithNeighbours(options.similar_structures, map, image_id, camera,
                             ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
@@ -467,8 +433,7 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
   }
   BundlePose pose;
   GetPose(image, &pose);
-  if (!estimate.ok || !IsDetermined(options, estimate.sigmas) ||
-      !Differ(options, visible, estimate, pose)) {
+  if (!estimate.ok || !IsDetermined(options, estimate.sigmas) || !Differ(visible, estimate, pose)) {
     return false;
   }
   Camera camera = map.reconstruction().Camera(image.CameraId());

@@ -30,11 +30,6 @@ struct RegistrationOptions {
   // lie in one corner, on a line or too far away.
   double max_position_sigma = 0.02;
   double max_frame_sigma_px = 2 * limits::kMaxErrorPx;
-  // Repeated structure: neither pose is taken when the outliers agree on another one with at least
-  // this share of the inliers. Poses differ from these distances on (position as above).
-  double max_rival_ratio = 0.75;
-  double min_rival_position = 0.05;
-  double min_rival_rotation_deg = 5;
   // Share of the verified matches with registered photos that must agree with the refined pose
   // (placement.h). Sampson's error, in pixels.
   double min_epipolar_share = 0.65;
@@ -63,8 +58,7 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id);
 
 struct PoseEstimate {
   bool ok = false;
-  Refusal refusal;  // why not
-  bool is_ambiguous = false;
+  Refusal refusal;                          // why not
   bool has_too_many_missing_cells = false;  // similar_structures.h
   int num_visible = 0;
   int num_inliers = 0;

@@ -127,6 +127,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
   const Verdict verdict = trial.Judge();
   if (verdict.decision == Verdict::Decision::kUndo) {
     trial.Undo();
+    may_be_misplaced_ |= verdict.refusal.cause == Refusal::Cause::kContradicted;
     Defer(trial, verdict.refusal, sink);
     return false;
   }
@@ -140,8 +141,7 @@ bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
 void Submap::NoteTried(const PhotoTrial& trial) {
   const PoseEstimate& estimate = trial.estimate();
   waiting_.OnTried(trial.id(), estimate.num_visible);
-  may_be_misplaced_ |= estimate.has_too_many_missing_cells || estimate.is_ambiguous;
-  if (estimate.is_ambiguous) waiting_.OnAmbiguous(trial.id());
+  may_be_misplaced_ |= estimate.has_too_many_missing_cells;
 }
 
 void Submap::Defer(const PhotoTrial& trial, const Refusal& refusal, const EventSink& sink) {
@@ -260,10 +260,7 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
       found.photos.push_back(id);
   }
   WithdrawForRetry(found.photos, found.refusal, sink);
-  if (!found.photos.empty()) {
-    waiting_.ForgetAmbiguous();
-    waiting_.RetryDeferred();
-  }
+  if (!found.photos.empty()) waiting_.RetryDeferred();
   may_be_misplaced_ = false;
   return !found.photos.empty();
 }
@@ -381,17 +378,6 @@ bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   return anew != nullptr && TakeFromBatch(batch, anew.get(), now, sink);
 }
 
-void Submap::TakeOutAmbiguous() {
-  std::vector<ImageId> ambiguous;
-  for (const ImageId id : map_->reconstruction().RegImageIds()) {
-    if (options_.IsStopped()) return;
-    const PoseEstimate estimate = EstimatePose(*map_, id, FindVisiblePoints(*map_, id),
-                                               options_.registration, waiting_.ContextOf(id));
-    if (estimate.is_ambiguous) ambiguous.push_back(id);
-  }
-  for (const ImageId id : ambiguous) map_->Deregister(id);
-}
-
 // True if the map is another one now.
 bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                            const EventSink& sink) {
@@ -399,7 +385,7 @@ bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreemen
   const bool mixes = !loses && MixesPlaces(anew->map(), batch.others);
   const size_t num_before = map_->reconstruction().NumRegImages();
   if (!loses && !mixes && TakeIfBetter(anew, now, sink)) return true;
-  const bool absorbed = batch.absorb && HasOthers(anew->map()) && batch.absorb(*anew);
+  const bool absorbed = !mixes && batch.absorb && HasOthers(anew->map()) && batch.absorb(*anew);
   LogInfo("batch: {} of {} photos, {} before, {} matches agree, {} before; {}",
           anew->map().reconstruction().NumRegImages(), map_->photos().size(), num_before,
           CountMatches(options_, anew->map(), anew->waiting_).agreeing, now.agreeing,
@@ -443,8 +429,7 @@ bool Submap::MixesPlaces(const SceneMap& anew,
       if (is_theirs && !map_->IsRegistered(id)) theirs.insert(id);
     }
     if (ours.empty() || theirs.empty()) return false;
-    return ShowsAnotherPlace(options,
-                             ComparePhotoSets(options, anew, anew.reconstruction(), ours, theirs));
+    return ComparePlaces(options, anew, anew.reconstruction(), ours, theirs).differ;
   });
 }
 

@@ -127,9 +127,6 @@ class Submap {
   // Tries all deferred photos again at the next steps.
   void RetryDeferred() { waiting_.RetryDeferred(); }
 
-  // For a map made of all pairs at once: removes the photos whose points agree on two poses, to be
-  // tried as others are.
-  void TakeOutAmbiguous();
   // Notes that the map was just mapped again: another map may replace it only with more pairs.
   void NoteMappedAnew() { num_pairs_rebuilt_ = map_->pairs().size(); }
 

@@ -18,7 +18,6 @@ Status CheckCameraModel(const std::string& name) {
 Status SubmapOptions::Check() const {
   return FirstError({CheckCameraModel(camera_model), registration.Check().Within("registration"),
                      filter.Check().Within("filter"), misplaced.Check().Within("misplaced"),
-                     InRange("max_ambiguous", max_ambiguous, 0, 1'000'000),
                      triangulation.Check().Within("triangulation"),
                      make_local ? Status::Ok() : InvalidArgument("make_local is empty: give one"),
                      InRange("max_images_all_global", max_images_all_global, 0, 1'000'000),

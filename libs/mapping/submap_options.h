@@ -18,9 +18,6 @@ struct SubmapOptions {
   RegistrationOptions registration;
   FilterOptions filter;
   MisplacedOptions misplaced;
-  // So many ambiguous photos say that the map holds one place twice. Then they are registered where
-  // most points agree, and misplaced ones show by their matches.
-  int max_ambiguous = 3;
   TriangulationOptions triangulation;
   LocalAdjustmentMaker make_local = [] { return std::make_shared<ColmapWindow>(); };
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map

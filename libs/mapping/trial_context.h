@@ -8,7 +8,6 @@ struct TrialContext {
   // missing cells, too.
   bool matches_similar_place = false;
   bool needs_min_cells = false;  // at least SimilarStructuresOptions::min_cells must count
-  bool takes_ambiguous = false;  // a pose is taken although the photo's points agree on another
 };
 
 }  // namespace skein

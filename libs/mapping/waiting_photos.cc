@@ -78,14 +78,8 @@ void WaitingPhotos::RetryAll() {
 
 bool WaitingPhotos::OnDeferred(ImageId id) { return !std::exchange(records_[id].deferred, true); }
 
-void WaitingPhotos::OnAmbiguous(ImageId id) {
-  if (!ambiguous_.insert(id).second || !TakesAmbiguous()) return;
-  for (const ImageId waiting : ambiguous_) Enqueue(waiting);
-}
-
 void WaitingPhotos::OnRegistered(ImageId id) {
   records_[id].deferred = records_[id].of_similar_place = false;
-  ambiguous_.erase(id);
 }
 
 bool WaitingPhotos::OnWithdrawn(ImageId id) {
@@ -99,10 +93,6 @@ bool WaitingPhotos::OnWithdrawn(ImageId id) {
 void WaitingPhotos::OnReplaced(ImageId id) {
   queue_.erase(id);
   records_[id].deferred = false;
-}
-
-bool WaitingPhotos::TakesAmbiguous() const {
-  return static_cast<int>(ambiguous_.size()) >= options_.max_ambiguous;
 }
 
 bool WaitingPhotos::IsOfSimilarPlace(ImageId id) const {
@@ -134,7 +124,6 @@ TrialContext WaitingPhotos::ContextOf(ImageId id) const {
   TrialContext context;
   context.matches_similar_place = MatchesSimilarPlace(id);
   context.needs_min_cells = IsOfSimilarPlace(id);
-  context.takes_ambiguous = TakesAmbiguous();
   return context;
 }
 

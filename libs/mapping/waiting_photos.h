@@ -55,16 +55,12 @@ class WaitingPhotos {
   // Outcomes of a photo's trial, which change its record.
   void OnTried(ImageId id, int num_visible) { records_[id].last_visible = num_visible; }
   bool OnDeferred(ImageId id);  // false if that was told before
-  void OnAmbiguous(ImageId id);
   void OnRegistered(ImageId id);
   bool OnWithdrawn(ImageId id);  // true if it was withdrawn too often and is rejected now
   void OnReplaced(ImageId id);   // the photo is registered in a model from outside
   void MarkOfSimilarPlace(ImageId id) { records_[id].of_similar_place = true; }
   void ForgetVisible(ImageId id) { records_[id].last_visible = 0; }
-  void ForgetAmbiguous() { ambiguous_.clear(); }
 
-  // So many photos are ambiguous that they are registered nevertheless.
-  bool TakesAmbiguous() const;
   bool IsOfSimilarPlace(ImageId id) const;
   // Whether it, or a photo that it matches with, was found to be of a visually similar place.
   bool MatchesSimilarPlace(ImageId id) const;
@@ -85,7 +81,6 @@ class WaitingPhotos {
   const SceneMap& map_;
   std::map<ImageId, TrialRecord> records_;
   std::map<ImageId, int> queue_;  // with the number of points it sees
-  std::set<ImageId> ambiguous_;   // photos that wait for that reason
   std::set<int64_t> held_elsewhere_;
   std::set<int64_t> left_out_;
 };

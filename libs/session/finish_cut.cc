@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/counted.h"
+
 namespace skein {
 namespace {
 
@@ -63,8 +65,7 @@ std::string PhotosText(const SessionState& session, const std::vector<int64_t>& 
     names += (i > 0 ? ", " : "") + session.NameOf(image_ids[i]);
   }
   if (image_ids.size() > kNamedPhotos) names += ", ...";
-  return "; " + std::to_string(image_ids.size()) +
-         (image_ids.size() == 1 ? " photo " : " photos ") + what + " (" + names + ")";
+  return "; " + Counted(image_ids.size(), "photo") + " " + what + " (" + names + ")";
 }
 
 }  // namespace

@@ -84,10 +84,6 @@ std::string PointsText(const Reconstruction& model) {
   return text.str();
 }
 
-Status WriteFile(const fs::path& file, const std::string& text) {
-  return WriteFileAtomic(file.string(), text.data(), text.size());
-}
-
 // Readers return false on damage.
 class TextReader {
  public:
@@ -254,9 +250,10 @@ Status WriteModelBinary(const Reconstruction& model, const fs::path& folder) {
 }
 
 Status WriteModelText(const Reconstruction& model, const fs::path& folder) {
-  Status written = WriteFile(folder / "cameras.txt", CamerasText(model));
-  if (written.ok()) written = WriteFile(folder / "images.txt", ImagesText(model));
-  return written.ok() ? WriteFile(folder / "points3D.txt", PointsText(model)) : written;
+  Status written = WriteFileAtomic((folder / "cameras.txt").string(), CamerasText(model));
+  if (written.ok()) written = WriteFileAtomic((folder / "images.txt").string(), ImagesText(model));
+  return written.ok() ? WriteFileAtomic((folder / "points3D.txt").string(), PointsText(model))
+                      : written;
 }
 
 }  // namespace skein

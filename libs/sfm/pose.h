@@ -22,7 +22,4 @@ Matrix3x4d ComposeProjectionMatrix(const Eigen::Matrix3d& R, const Eigen::Vector
 // The camera's centre -R' t, for the pose x_cam = R x_world + t.
 Eigen::Vector3d ProjectionCenterFromPose(const Eigen::Vector4d& qvec, const Eigen::Vector3d& tvec);
 
-inline double DegToRad(double degrees) { return degrees * 0.0174532925199432954743716805978692718; }
-inline double RadToDeg(double radians) { return radians * 57.29577951308232286464772187173366547; }
-
 }  // namespace skein

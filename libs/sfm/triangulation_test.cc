@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/angles.h"
 #include "sfm/pose.h"
 #include "sfm/reprojection.h"
 

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "core/angles.h"
 #include "sfm/pose.h"
 #include "sfm/random.h"
 #include "testing/test_random.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/angles.h"
 #include "map/image_pose.h"
 #include "sfm/camera.h"
 #include "testing/test_random.h"
@@ -53,7 +54,7 @@ void AddBox(const SyntheticOptions& options, std::mt19937* random, SyntheticScen
 }
 
 void AddPoseOnPath(const SyntheticOptions& options, int i, SyntheticScene* scene) {
-  const double angle = (i - 0.5 * options.num_photos) * options.step_deg * M_PI / 180.0;
+  const double angle = DegToRad((i - 0.5 * options.num_photos) * options.step_deg);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).matrix();
   Eigen::Matrix3d R = turn;
   Eigen::Vector3d center = turn.transpose() * Eigen::Vector3d(0, 0.1 * (i % 3), -kDistance);
@@ -68,7 +69,7 @@ void AddPoseOnPath(const SyntheticOptions& options, int i, SyntheticScene* scene
         scene->Center(options.num_photos / 2) + R.transpose() * Eigen::Vector3d(0, 0, 0.4 * ahead);
   }
   if (i == options.turned_photo) {
-    constexpr double kTurnRad = 8 * M_PI / 180;
+    constexpr double kTurnRad = DegToRad(8);
     R = Eigen::AngleAxisd(kTurnRad, Eigen::Vector3d::UnitY()).matrix() * scene->rotations[i - 1];
     center = scene->Center(i - 1) + Eigen::Vector3d(options.turned_distance, 0, 0);
   }

@@ -6,10 +6,11 @@
 #include <cstdio>
 #include <vector>
 
+#include "core/angles.h"
+
 namespace skein {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr size_t kMaxParts = 2;  // of an offset: the longest
 constexpr double kMinTurnDeg = 7.5;
 constexpr double kMinPart = 0.06;  // of the distance to the object: less is not spoken of
@@ -84,7 +85,7 @@ Eigen::Vector3d Heading(const CameraPose& pose, const Eigen::Vector3d& up) {
 // Of where the camera looks, above level.
 double PitchDeg(const CameraPose& pose, const Eigen::Vector3d& up) {
   const Eigen::Vector3d ahead = AheadOf(pose);
-  return std::asin(std::clamp(ahead.dot(up), -1.0, 1.0)) / kDegree;
+  return RadToDeg(std::asin(std::clamp(ahead.dot(up), -1.0, 1.0)));
 }
 
 struct Part {
@@ -128,7 +129,7 @@ std::string AngleText(double degrees) {
 std::string TurnText(const Wording& wording, const CameraPose& near, const CameraPose& there) {
   const Eigen::Vector3d before = Heading(near, wording.up), after = Heading(there, wording.up);
   const double to_left_deg =
-      std::atan2(before.cross(after).dot(wording.up), before.dot(after)) / kDegree;
+      RadToDeg(std::atan2(before.cross(after).dot(wording.up), before.dot(after)));
   const double tilt_deg = PitchDeg(there, wording.up) - PitchDeg(near, wording.up);
   std::string text;
   if (std::abs(to_left_deg) >= kMinTurnDeg) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/checksum_list.h"
+#include "core/counted.h"
 #include "core/file_below.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
@@ -300,8 +301,7 @@ std::string FinishDriver::Summary(const std::map<int64_t, std::string>& places) 
   const PhotoCounts counts = CountPhotos(writer_.session(), environment_.num_duplicates());
   const size_t num_models = Models().size();
   std::string text = std::to_string(counts.registered) + " of " + std::to_string(counts.received) +
-                     " photos placed, " + std::to_string(num_models) +
-                     (num_models == 1 ? " model in sparse/" : " models in sparse/");
+                     " photos placed, " + Counted(num_models, "model") + " in sparse/";
   const SessionState& state = writer_.state();
   if (state.finish().is_cut()) {
     const int num_receiving = environment_.num_receiving();
@@ -334,8 +334,7 @@ std::string FinishDriver::DescribeStage() const {
   switch (writer_.state().finish().state) {
     case finish_t::REQUESTED:
       return "waits for " +
-             std::to_string(environment_.num_receiving() + writer_.state().num_in_flight()) +
-             " photos";
+             Counted(environment_.num_receiving() + writer_.state().num_in_flight(), "photo");
     case finish_t::DRAINED:
       return "waits for the merger to settle";
     default:

@@ -76,13 +76,11 @@ std::set<ImageId> MergedOnlyFrom(const Reconstruction& model, const Reconstructi
 Status CheckBothModels(const Submap& submap, const Reconstruction& target,
                        const Reconstruction& source, const Reconstruction& merged) {
   const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
-  const CellVotes votes =
-      ComparePhotoSets(options, submap.map(), merged, MergedOnlyFrom(target, source, merged),
-                       MergedOnlyFrom(source, target, merged));
-  if (!ShowsAnotherPlace(options, votes)) return Status::Ok();
-  return FailedPrecondition("visually similar places: " + std::to_string(votes.num_different) +
-                            " of " + std::to_string(votes.num_cells()) +
-                            " cells that both models show are different");
+  const PlacesOfTwoSets places =
+      ComparePlaces(options, submap.map(), merged, MergedOnlyFrom(target, source, merged),
+                    MergedOnlyFrom(source, target, merged));
+  if (!places.differ) return Status::Ok();
+  return FailedPrecondition("visually similar places: " + places.reason);
 }
 
 // What became of comparing the two.

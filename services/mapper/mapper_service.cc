@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/counted.h"
 #include "core/log.h"
 #include "core/option_check.h"
 
@@ -127,9 +128,7 @@ std::string MapperService::Describe() const {
   if (runs_.empty()) return retiring_ ? "retiring" : "idle";
   std::string ids;
   for (const auto& [id, run] : runs_) ids += (ids.empty() ? "" : " + ") + std::to_string(id);
-  const int num_photos = NumPhotos();
-  return "map " + ids + ", " + std::to_string(num_photos) +
-         (num_photos == 1 ? " photo" : " photos");
+  return "map " + ids + ", " + Counted(NumPhotos(), "photo");
 }
 
 void MapperService::FillHeartbeat(heartbeat_t* heartbeat) const {

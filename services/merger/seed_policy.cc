@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "core/angles.h"
 #include "core/disjoint_sets.h"
 #include "core/option_check.h"
 #include "covisibility/covisibility.h"
@@ -11,8 +12,6 @@
 
 namespace skein {
 namespace {
-
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 
 // The pairs that the photo's own matches tell of, by the other photo's id: of two equally good
 // pairs the first is chosen.
@@ -160,11 +159,11 @@ std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orpha
                                                const SeedSituation& situation) const {
   const size_t last_step = RelaxationOf(situation);
   for (size_t step = 0; step <= last_step; ++step) {
-    const double min_angle_rad = options_.min_tri_angle_steps_deg[step] * kRadPerDeg;
+    const double min_angle_rad = DegToRad(options_.min_tri_angle_steps_deg[step]);
     const auto best = BestPair(orphans, min_angle_rad, options_.min_inliers, directory);
     if (best) return best;
   }
-  const double least_angle_rad = options_.min_tri_angle_steps_deg.back() * kRadPerDeg;
+  const double least_angle_rad = DegToRad(options_.min_tri_angle_steps_deg.back());
   if (situation.finishing) {
     return BestPair(orphans, least_angle_rad, options_.min_inliers_at_last, directory);
   }

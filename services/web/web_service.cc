@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/counted.h"
 #include "core/log.h"
 #include "ledger/session_folder.h"
 #include "web/page_shape.h"
@@ -88,10 +89,8 @@ WebService::WebService(Node& node, const WebOptions& options)
   });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
     heartbeat->ledger_seq = follower_->processed_seq();
-    const int num_viewers = server_->num_viewers();
-    heartbeat->state = std::to_string(num_viewers) +
-                       (num_viewers == 1 ? " viewer, port " : " viewers, port ") +
-                       std::to_string(server_->port());
+    heartbeat->state =
+        Counted(server_->num_viewers(), "viewer") + ", port " + std::to_string(server_->port());
     if (desk_ && desk_->num_offered() > 0) {
       heartbeat->state += ", " + std::to_string(desk_->num_offered()) + " uploaded photos offered";
     }
