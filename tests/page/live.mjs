@@ -61,7 +61,7 @@ told('back');
 await heard('restarted');
 const connectedBefore = state.connections;
 await browser.until('the page is connected to the services that were started again', (s) =>
-  s.connected && s.connections > connectedBefore && s.cameras.length === state.cameras.length && s.loading === 0);
+  s.connected && s.connections > connectedBefore && s.synced && s.cameras.length === s.counts.placed && s.loading === 0);
 told('back_again');
 
 await heard('finished');
