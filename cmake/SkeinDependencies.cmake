@@ -1,5 +1,5 @@
-# Everything Skein links. All are Debian 12 packages (scripts/setup.sh installs them),
-# but for the part of COLMAP 3.8 that scripts/setup.sh builds.
+# Everything Skein links. All are packages of Debian 12 and 13 (scripts/setup.sh installs them),
+# but for the part of COLMAP that scripts/setup.sh builds.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
@@ -68,7 +68,6 @@ find_library(SKEIN_COLMAP_LIBRARY skein_colmap PATHS ${SKEIN_COLMAP_DIR}/lib NO_
 if(NOT SKEIN_COLMAP_LIBRARY)
   message(FATAL_ERROR "No libskein_colmap.a in ${SKEIN_COLMAP_DIR}/lib; run scripts/setup.sh first")
 endif()
-find_library(FREEIMAGE_LIBRARY freeimage REQUIRED)
 find_library(GLOG_LIBRARY glog REQUIRED)
 # Imported, so that the linker sees what it needs after it whatever else needs the same.
 add_library(colmap STATIC IMPORTED GLOBAL)
@@ -85,7 +84,7 @@ if(SKEIN_SANITIZE)
   add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 target_link_libraries(colmap INTERFACE Ceres::ceres Eigen3::Eigen
-  Boost::filesystem Boost::system SQLite::SQLite3 ${FREEIMAGE_LIBRARY} ${GLOG_LIBRARY} Threads::Threads)
+  Boost::filesystem Boost::system SQLite::SQLite3 ${GLOG_LIBRARY} Threads::Threads)
 
 if(SKEIN_TESTS)
   find_package(GTest REQUIRED)

@@ -62,6 +62,16 @@ build_jobs() {
   echo $((cores < by_memory ? cores : by_memory))
 }
 
+# The mirror of this host's Debian release, of apt's sources.
+debian_mirror() {
+  local codename mirror
+  codename=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
+  mirror=$(apt-get indextargets --format '$(SITE)|$(RELEASE)|$(COMPONENT)' 'Created-By: Packages' |
+    sed -n "s/|$codename|main$//p" | head -n 1)
+  [[ -n $mirror ]] || die "apt's sources hold no $codename main"
+  echo "$mirror"
+}
+
 # The COLMAP part to link and what lets ccache serve a second clone from the first one's work.
 export_build_environment() {
   export SKEIN_COLMAP_DIR=${SKEIN_COLMAP_DIR:-$SKEIN_DEPS/colmap}

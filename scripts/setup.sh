@@ -1,32 +1,36 @@
 #!/usr/bin/env bash
-# Installs what Skein is built from. Debian 12, as root or with sudo, safe to run again.
+# Installs what Skein is built from. Debian 12 or 13, as root or with sudo, safe to run again.
 #
 #   scripts/setup.sh [--tests]
 #
 #   --tests   also what only the tests use (clang-format, clang-tidy, colmap's command, Xvfb, Chromium, Prometheus, Slurm)
 #
-# Packages that are there already are left alone. The part of COLMAP 3.8 that Skein links
-# is built into .deps/ from the Debian source package, once (2 to 5 minutes). The packages that the live
-# view's page is made of come from npm's registry into .deps/web/; where it cannot be reached, Skein is
-# built without the page.
+# Packages that are there already are left alone. The part of COLMAP that Skein links is built into .deps/
+# from the release's source (3.8 on Debian 12, 3.10 on 13), once. The packages that the live view's page is
+# made of come from npm's registry into .deps/web/; where it cannot be reached, Skein is built without the page.
 #
 # Environment:
 #   SKEIN_DEPS           where to put it instead of .deps/
 #   SKEIN_COLMAP_DIR     an installed COLMAP part: nothing is fetched or built
-#   SKEIN_COLMAP_SOURCE  COLMAP 3.8's unpacked source: nothing is fetched
+#   SKEIN_COLMAP_SOURCE  COLMAP's unpacked source, 3.8 or 3.10: nothing is fetched
 #   SKEIN_WEB_MODULES    a node_modules folder with what web/package.json names: nothing is fetched
 source "$(dirname "$0")/lib.sh"
 
 build_packages=(
   g++ cmake ninja-build ccache dpkg-dev python3
   liblcm-dev liblcm-bin liblcm-java libjchart2d-java libeigen3-dev libceres-dev libopencv-dev
-  libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libexpat1-dev libfreeimage-dev libgoogle-glog-dev
+  libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libexpat1-dev libgoogle-glog-dev
   libboost-filesystem-dev libboost-system-dev libarchive-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libsodium-dev libseccomp-dev
   libqrencode-dev libgtest-dev libbenchmark-dev iproute2 util-linux jq)
-test_packages=(curl unzip zbar-tools clang libclang-rt-14-dev clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth openjdk-17-jre
-  python3-nacl)
+test_packages=(curl unzip zbar-tools clang clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth python3-nacl)
 
-is_debian_12() { (. /etc/os-release && [[ $ID == debian && ${VERSION_ID:-} == 12 ]]) 2>/dev/null; }
+# What a release calls otherwise: its name, COLMAP's version, packages of the tests.
+release=$(. /etc/os-release && echo "$ID${VERSION_ID:-}")
+case $release in
+  debian12) codename=bookworm colmap=3.8 test_packages+=(libclang-rt-14-dev openjdk-17-jre) ;;
+  debian13) codename=trixie colmap=3.10 test_packages+=(libclang-rt-19-dev openjdk-21-jre) ;;
+  *) codename='' colmap='' ;;
+esac
 
 as_root() {
   if ((EUID == 0)); then
@@ -81,7 +85,7 @@ install_packages() {
 # Debian's own stanzas of the configured sources, asking for source packages instead of binaries.
 write_source_entries() {
   local out=$1 file
-  local suites='(^|[ \t])(bookworm|stable)(-updates|-security|\/updates)?([ \t]|$)'
+  local suites="(^|[ \t])($codename|stable)(-updates|-security|\/updates)?([ \t]|\$)"
   for file in /etc/apt/sources.list.d/*.sources; do
     [[ -e $file ]] && awk -v suites="$suites" 'BEGIN { RS = ""; ORS = "\n\n" }
       match($0, /(^|\n)Suites:[^\n]*/) && substr($0, RSTART, RLENGTH) ~ suites &&
@@ -93,30 +97,34 @@ write_source_entries() {
       sed 's/^deb[ \t]/deb-src /' >"$out/$(basename "$file" .list)-list.list"
   done
   find "$out" -type f -empty -delete
-  [[ -n $(ls "$out") ]] || die "no Debian 12 source with component main is configured in /etc/apt"
+  [[ -n $(ls "$out") ]] || die "no source of $codename with component main is configured in /etc/apt"
 }
 
+# COLMAP's own archive alone: cmake/colmap needs none of Debian's changes, and a mirror can lack the .dsc.
 # Uses an apt configuration of its own: nothing of the system's is changed.
 fetch_colmap_source() {
-  local work=$SKEIN_DEPS/apt
+  local work=$SKEIN_DEPS/apt uri checksum
   rm -rf "$work"
-  mkdir -p "$work/parts" "$work/lists/partial" "$work/cache/archives/partial" "$work/source"
+  mkdir -p "$work/parts" "$work/lists/partial" "$work/cache/archives/partial"
   write_source_entries "$work/parts"
-  local apt=(apt-get -q -o Dir::Etc::sourcelist=/dev/null -o "Dir::Etc::sourceparts=$work/parts"
+  local options=(-o Dir::Etc::sourcelist=/dev/null -o "Dir::Etc::sourceparts=$work/parts"
     -o "Dir::State::lists=$work/lists" -o "Dir::Cache=$work/cache" -o APT::Sandbox::User=root
     -o Acquire::Retries=3 -o Acquire::Languages=none)
-  say "getting COLMAP 3.8's source"
-  "${apt[@]}" update >"$work/log" 2>&1 || warn "apt-get update for source packages had errors; going on"
-  (cd "$work/source" && "${apt[@]}" source colmap >>"$work/log" 2>&1) ||
-    { tail -n 5 "$work/log" >&2; die "COLMAP's source package cannot be had from the configured apt sources"; }
+  say "getting COLMAP $colmap's source"
+  apt-get -q "${options[@]}" update >"$work/log" 2>&1 || warn "apt-get update for source packages had errors; going on"
+  # Lines of 'URI' NAME SIZE CHECKSUM
+  read -r uri checksum < <(apt-get -q "${options[@]}" source --print-uris colmap 2>>"$work/log" |
+    awk -v name="colmap_$colmap.orig.tar.gz" '$2 == name { gsub("\047", "", $1); print $1, $4 }') &&
+    /usr/lib/apt/apt-helper "${options[@]}" download-file "$uri" "$work/colmap.tar.gz" "$checksum" >>"$work/log" 2>&1 ||
+    { tail -n 5 "$work/log" >&2; die "COLMAP $colmap's source cannot be had from the configured apt sources"; }
   mkdir -p "$SKEIN_DEPS/src"
-  mv "$work"/source/colmap-3.8 "$SKEIN_DEPS/src/"
+  tar -xzf "$work/colmap.tar.gz" -C "$SKEIN_DEPS/src"
   rm -rf "$work"
 }
 
 colmap_stamp() {
   (cd "$SKEIN_ROOT/cmake/colmap" && find . -type f -print0 | sort -z | xargs -0 sha256sum) |
-    cat - <(echo "COLMAP 3.8 $(g++ -dumpfullversion)") | sha256sum | cut -d' ' -f1
+    cat - <(echo "COLMAP $colmap $(g++ -dumpfullversion)") | sha256sum | cut -d' ' -f1
 }
 
 build_colmap() {
@@ -140,8 +148,8 @@ provide_colmap() {
   elif [[ -n ${SKEIN_COLMAP_SOURCE:-} ]]; then
     build_colmap "$SKEIN_COLMAP_SOURCE"
   else
-    [[ -e $SKEIN_DEPS/src/colmap-3.8/src/base/reconstruction.cc ]] || fetch_colmap_source
-    build_colmap "$SKEIN_DEPS/src/colmap-3.8"
+    [[ -e $SKEIN_DEPS/src/colmap-$colmap/COPYING.txt ]] || fetch_colmap_source
+    build_colmap "$SKEIN_DEPS/src/colmap-$colmap"
   fi
 }
 
@@ -191,9 +199,9 @@ provide_prometheus() {
 }
 
 require_elsewhere() {
-  warn "this is not Debian 12: install yourself what corresponds to ${build_packages[*]}"
+  warn "this is neither Debian 12 nor 13: install yourself what corresponds to ${build_packages[*]}"
   [[ -n ${SKEIN_COLMAP_SOURCE:-} || -e ${SKEIN_COLMAP_DIR:-$SKEIN_DEPS/colmap}/lib/libskein_colmap.a ]] ||
-    die "and set SKEIN_COLMAP_SOURCE to COLMAP 3.8's unpacked source (its release tagged 3.8)"
+    die "and set SKEIN_COLMAP_SOURCE to COLMAP's unpacked source, 3.8 or 3.10 (its releases of these tags)"
 }
 
 packages=("${build_packages[@]}") tests=0 given_modules=${SKEIN_WEB_MODULES:-}
@@ -208,8 +216,8 @@ done
 mkdir -p "$SKEIN_DEPS"
 exec 8>"$SKEIN_DEPS/lock"
 flock 8
-if is_debian_12; then install_packages "${packages[@]}"; else require_elsewhere; fi
+if [[ -n $codename ]]; then install_packages "${packages[@]}"; else require_elsewhere; fi
 provide_colmap
 provide_web_modules
-if ((tests)) && is_debian_12; then provide_prometheus; fi
+if ((tests)) && [[ -n $codename ]]; then provide_prometheus; fi
 say "set-up is complete"

@@ -52,8 +52,7 @@ offline() {
 install_package() { inside apt-get install -y -q "/root/$1"; }
 version() { inside dpkg-query -W -f '${Version}' skein; }
 
-mirror=$(apt-get indextargets --format '$(SITE)|$(RELEASE)|$(COMPONENT)' 'Created-By: Packages' | sed -n "s/|$codename|main$//p" | head -n 1)
-[[ -n $mirror ]] || die "apt's sources hold no $codename main"
+mirror=$(debian_mirror)
 if [[ -z $root ]]; then
   root=$work/root
   timed "debootstrap of $codename" debootstrap --variant=minbase "$codename" "$root" "$mirror"

@@ -15,7 +15,9 @@ using Bytes = std::vector<uint8_t>;
 enum Type : uint16_t { kByte = 1, kAscii = 2, kShort = 3, kLong = 4, kRational = 5 };
 
 void Put(uint64_t value, int bytes, Bytes* out) {
-  for (int i = 0; i < bytes; ++i) out->push_back(static_cast<uint8_t>(value >> (8 * i)));
+  const size_t at = out->size();
+  out->resize(at + bytes);
+  for (int i = 0; i < bytes; ++i) (*out)[at + i] = static_cast<uint8_t>(value >> (8 * i));
 }
 
 struct Entry {

@@ -58,10 +58,12 @@ class TypeLayout::Reader {
   bool has_valid_texts_ = true;
 };
 
-const TypeLayout& TypeLayout::Of(const std::string& type_name) {
+const TypeLayout& TypeLayout::Of(std::string_view type_name) {
   static const Layouts layouts = ParseAll();
   const auto found = layouts.find(type_name);
-  if (found == layouts.end()) throw std::invalid_argument("there is no LCM type " + type_name);
+  if (found == layouts.end()) {
+    throw std::invalid_argument("there is no LCM type " + std::string(type_name));
+  }
   return found->second;
 }
 

@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -15,7 +17,7 @@ class TypeLayout {
  public:
   // Layout of one of the types in lcmtypes/, by its name without the package. Lives as long as the
   // process. Throws std::invalid_argument for another name.
-  static const TypeLayout& Of(const std::string& type_name);
+  static const TypeLayout& Of(std::string_view type_name);
   static std::vector<std::string> AllNames();
 
   // Bytes of the value (without a fingerprint) that begins at `data`; nullopt if it does not fit
@@ -35,7 +37,7 @@ class TypeLayout {
   };
   class Reader;
 
-  using Layouts = std::map<std::string, TypeLayout>;
+  using Layouts = std::map<std::string, TypeLayout, std::less<>>;
   static Layouts ParseAll();
   // With those that its fields have.
   static const TypeLayout& Parse(const std::string& type_name, Layouts* layouts);
