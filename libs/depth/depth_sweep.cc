@@ -343,15 +343,41 @@ class DepthSweep::Workspace {
     return std::sqrt(sum);
   }
 
-  void FillMap(DepthMap* map) {
-    const Timer timer(&times_.choice);
-    const cv::Mat1f evidence = Evidence();
+  // Step and sub-step of each pixel, -1 at holes.
+  cv::Mat1f FoundSteps(const cv::Mat1f& evidence) const {
+    cv::Mat1f found(height_, width_, -1.0f);
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
         const StepChoice& choice = choices_[static_cast<size_t>(y) * width_ + x];
         if (!photo_->valid.empty() && photo_->valid(y, x) == 0) continue;
         if (!IsFound(choice, evidence(y, x))) continue;
-        const double inverse = InverseDepth(choice.step + SubStep(choice));
+        found(y, x) = static_cast<float>(choice.step + SubStep(choice));
+      }
+    }
+    return found;
+  }
+
+  // Mean over the pixels around that are at most a step away: an edge stays where it is.
+  static float MeanAround(const cv::Mat1f& steps, int x, int y) {
+    const float middle = steps(y, x);
+    float sum = 0, count = 0;
+    for (int v = std::max(0, y - 1); v <= std::min(y + 1, steps.rows - 1); ++v) {
+      for (int u = std::max(0, x - 1); u <= std::min(x + 1, steps.cols - 1); ++u) {
+        if (std::abs(steps(v, u) - middle) > 1 || steps(v, u) < 0) continue;
+        sum += steps(v, u);
+        count += 1;
+      }
+    }
+    return sum / count;
+  }
+
+  void FillMap(DepthMap* map) {
+    const Timer timer(&times_.choice);
+    const cv::Mat1f evidence = Evidence(), steps = FoundSteps(evidence);
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) {
+        if (steps(y, x) < 0) continue;
+        const double inverse = InverseDepth(MeanAround(steps, x, y));
         const Eigen::Vector2d ray = photo_->camera.Ray({x + 0.5, y + 0.5});
         const double parallax = Parallax(ray, inverse);
         if (!(parallax > 0)) continue;
