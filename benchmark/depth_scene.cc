@@ -7,49 +7,47 @@
 #include <set>
 #include <stdexcept>
 
-#include "base/reconstruction.h"
 #include "export/session_models.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 namespace {
 
-LensCamera LensOf(const colmap::Camera& camera) {
+LensCamera LensOf(const Camera& camera) {
   LensCamera lens;
   lens.width = static_cast<int>(camera.Width());
   lens.height = static_cast<int>(camera.Height());
-  lens.focal_px = {
-      camera.FocalLengthIdxs().size() == 1 ? camera.FocalLength() : camera.FocalLengthX(),
-      camera.FocalLengthIdxs().size() == 1 ? camera.FocalLength() : camera.FocalLengthY()};
+  lens.focal_px = {camera.FocalLengthX(), camera.FocalLengthY()};
   lens.principal_point_px = {camera.PrincipalPointX(), camera.PrincipalPointY()};
-  const auto shared = std::make_shared<colmap::Camera>(camera);
+  const auto shared = std::make_shared<Camera>(camera);
   lens.project = [shared](const Eigen::Vector2d& ray) {
     return std::optional<Eigen::Vector2d>(shared->WorldToImage(ray));
   };
   return lens;
 }
 
-DepthPose PoseOf(const colmap::Image& image) { return {image.RotationMatrix(), image.Tvec()}; }
+DepthPose PoseOf(const Image& image) { return {image.RotationMatrix(), image.Tvec()}; }
 
 }  // namespace
 
 DepthScene ReadDepthScene(const std::string& model) {
   const Result<ExportModel> read = ReadModelFolder(model);
   if (!read) throw std::runtime_error(read.error());
-  const colmap::Reconstruction& reconstruction = *read->reconstruction;
+  const Reconstruction& reconstruction = *read->reconstruction;
   DepthScene scene;
   std::map<uint64_t, int> index_of_point;
   for (const auto& [id, point] : reconstruction.Points3D()) {
     index_of_point[id] = static_cast<int>(scene.points.size());
     scene.points.push_back(point.XYZ());
   }
-  std::map<std::string, const colmap::Image*> by_name;
+  std::map<std::string, const Image*> by_name;
   for (const auto id : reconstruction.RegImageIds()) {
-    const colmap::Image& image = reconstruction.Image(id);
+    const Image& image = reconstruction.Image(id);
     by_name[image.Name()] = &image;
   }
   for (const auto& [name, image] : by_name) {
     std::set<int> points;
-    for (const colmap::Point2D& point : image->Points2D()) {
+    for (const Point2D& point : image->Points2D()) {
       if (point.HasPoint3D()) points.insert(index_of_point.at(point.Point3DId()));
     }
     scene.names.push_back(name);

@@ -222,7 +222,7 @@ class Run {
   double RmsePercent() const {
     ModelPoses model;
     for (const ImageId id : submap_.map().reconstruction().RegImageIds()) {
-      const colmap::Image& image = submap_.map().reconstruction().Image(id);
+      const Image& image = submap_.map().reconstruction().Image(id);
       const Eigen::Vector4d& q = image.Qvec();
       model.poses.push_back(
           {image.Name(), {Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized(), image.Tvec()}});

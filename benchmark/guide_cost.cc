@@ -21,13 +21,13 @@
 #include <utility>
 #include <vector>
 
-#include "base/reconstruction.h"
 #include "core/process.h"
 #include "guidance/live_place.h"
 #include "guidance/model_map.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
 #include "guidance/surface.h"
+#include "sfm/model_files.h"
 
 namespace skein {
 namespace {
@@ -144,9 +144,9 @@ int Main(int argc, char** argv) {
   app.add_option("--step", updates.step, "Photos an update")->check(CLI::Range(1, 100));
   app.add_option("--moving", updates.moving, "Part of the points")->check(CLI::Range(0.0, 1.0));
   CLI11_PARSE(app, argc, argv);
-  colmap::Reconstruction model;
-  model.Read(folder);
-  const GuidedMap map = MapOfModel(model, size_t{1} << 30);
+  const Result<Reconstruction> model = ReadModelFiles(folder);
+  if (!model) throw std::runtime_error(model.error());
+  const GuidedMap map = MapOfModel(*model, size_t{1} << 30);
   counts.push_back(map.photos.size());
   std::printf(
       "| photos | points | surfels | parts | good | place s | of which surface s | stations s | "

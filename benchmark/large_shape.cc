@@ -31,9 +31,9 @@
 #include "core/log.h"
 #include "ledger/ledger_record.h"
 #include "ledger/session_folder.h"
-#include "map/model_io.h"
 #include "map/shape_maker.h"
 #include "node/node.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -58,7 +58,7 @@ void Require(const Status& status) {
 class Street {
  public:
   explicit Street(int track) : track_(track) {
-    colmap::Camera camera;
+    Camera camera;
     camera.SetCameraId(1);
     camera.InitializeWithName("SIMPLE_RADIAL", 1200, 1600, 1200);
     model_.AddCamera(camera);
@@ -67,12 +67,12 @@ class Street {
   void Grow(int num_points) {
     std::uniform_real_distribution<double> any(0, 1);
     for (; num_points_ < num_points; ++num_points_) {
-      const auto first = static_cast<colmap::image_t>(1 + num_points_ / kPointsAPhoto);
-      colmap::Track track;
+      const auto first = static_cast<ImageId>(1 + num_points_ / kPointsAPhoto);
+      Track track;
       for (int i = 0; i < track_; ++i) {
         AddPhotosUpTo(first + i);
-        const auto index = static_cast<colmap::point2D_t>(num_points_ % kPointsAPhoto +
-                                                          (track_ - 1 - i) * kPointsAPhoto);
+        const auto index =
+            static_cast<Point2DIdx>(num_points_ % kPointsAPhoto + (track_ - 1 - i) * kPointsAPhoto);
         track.AddElement(first + i, index);
       }
       const Eigen::Vector3d xyz(first * 0.25 + any(random_), 3 * any(random_), 6 + any(random_));
@@ -80,16 +80,16 @@ class Street {
     }
   }
   void MoveAll(double distance) {
-    for (const colmap::point3D_t id : model_.Point3DIds()) {
+    for (const Point3DId id : model_.Point3DIds()) {
       model_.Point3D(id).XYZ().x() += distance;
     }
   }
-  const colmap::Reconstruction& model() const { return model_; }
+  const Reconstruction& model() const { return model_; }
 
  private:
-  void AddPhotosUpTo(colmap::image_t id) {
+  void AddPhotosUpTo(ImageId id) {
     for (; num_photos_ < id; ++num_photos_) {
-      colmap::Image image;
+      Image image;
       image.SetImageId(num_photos_ + 1);
       image.SetCameraId(1);
       image.SetName("walk/" + std::to_string(num_photos_ + 1) + ".jpg");
@@ -102,9 +102,9 @@ class Street {
 
   const int track_;
   int num_points_ = 0;
-  colmap::image_t num_photos_ = 0;
+  ImageId num_photos_ = 0;
   std::mt19937 random_{1};
-  colmap::Reconstruction model_;
+  Reconstruction model_;
 };
 
 Fact Committed(Fact fact, const std::string& session_id, int64_t seq) {
@@ -130,7 +130,7 @@ image_t Photo(int64_t id) {
 }
 
 // `model` is null: none.
-void WriteSession(const fs::path& dir, const colmap::Reconstruction* model) {
+void WriteSession(const fs::path& dir, const Reconstruction* model) {
   const Session session = Take(OpenOrCreateSession(dir));
   seed_t seed{};
   seed.submap_id = kSubmap;
@@ -215,7 +215,7 @@ int Tell(const fs::path& dir, int num_points) {
   return 0;
 }
 
-double UpdateS(const colmap::Reconstruction& model, ShapeMaker* maker) {
+double UpdateS(const Reconstruction& model, ShapeMaker* maker) {
   const ShapeSource source = CopyForShape(model);
   const Timer timer;
   maker->Update(source, NowUs());

@@ -17,7 +17,6 @@
 #include <random>
 #include <thread>
 
-#include "base/database.h"
 #include "geometry/model_poses.h"
 #include "geometry/pose_evaluation.h"
 #include "mapper/absorb_source.h"
@@ -26,6 +25,8 @@
 #include "mapping/submap.h"
 #include "matching/two_view.h"
 #include "merger/seed_policy.h"
+#include "sfm/database.h"
+#include "sfm/model_files.h"
 #include "testing/test_ledger.h"
 
 namespace skein {
@@ -54,9 +55,8 @@ double CpuSeconds() {
          usage.ru_stime.tv_usec * 1e-6;
 }
 
-std::vector<colmap::Image> OrderedImages(const colmap::Database& database,
-                                         const Arguments& arguments) {
-  std::vector<colmap::Image> images = database.ReadAllImages();
+std::vector<Image> OrderedImages(const ColmapDatabase& database, const Arguments& arguments) {
+  std::vector<Image> images = database.ReadAllImages();
   std::sort(images.begin(), images.end(),
             [](const auto& a, const auto& b) { return a.Name() < b.Name(); });
   if (arguments.order == "id") {
@@ -73,9 +73,9 @@ std::vector<colmap::Image> OrderedImages(const colmap::Database& database,
   return images;
 }
 
-PhotoInput ReadPhoto(const colmap::Database& database, const colmap::Image& image,
+PhotoInput ReadPhoto(const ColmapDatabase& database, const Image& image,
                      const Arguments& arguments) {
-  const colmap::Camera camera = database.ReadCamera(image.CameraId());
+  const Camera camera = database.ReadCamera(image.CameraId());
   PhotoInput photo;
   photo.image_id = image.ImageId();
   photo.camera_id = image.CameraId();
@@ -84,19 +84,17 @@ PhotoInput ReadPhoto(const colmap::Database& database, const colmap::Image& imag
   photo.height_px = static_cast<int>(camera.Height());
   photo.focal_px = camera.MeanFocalLength() * arguments.focal_factor;
   photo.focal_from_exif = camera.HasPriorFocalLength();
-  for (const colmap::FeatureKeypoint& k : database.ReadKeypoints(image.ImageId())) {
-    photo.keypoints.push_back({k.x, k.y, k.ComputeScale(), k.ComputeOrientation(), 0, 0, 0});
-  }
+  photo.keypoints = database.ReadKeypoints(image.ImageId());
   return photo;
 }
 
 // Verified pairs with the photos that came before, most inliers first.
-TwoViewPairs ReadPairs(const colmap::Database& database, ImageId id,
+TwoViewPairs ReadPairs(const ColmapDatabase& database, ImageId id,
                        const std::vector<ImageId>& before, size_t max_pairs) {
   TwoViewPairs pairs;
   for (const ImageId other : before) {
     if (!database.ExistsInlierMatches(id, other)) continue;
-    const colmap::TwoViewGeometry geometry = database.ReadTwoViewGeometry(id, other);
+    const TwoViewGeometry geometry = database.ReadTwoViewGeometry(id, other);
     if (geometry.inlier_matches.size() < 15) continue;
     TwoViewPair pair;
     pair.other_id = other;
@@ -142,15 +140,15 @@ DistancesOfPhoto DistancesFromInliers(const TwoViewPairs& pairs) {
   return distances;
 }
 
-CameraPose PoseOf(const colmap::Image& image) {
+CameraPose PoseOf(const Image& image) {
   const Eigen::Vector4d& q = image.Qvec();
   return {Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized(), image.Tvec()};
 }
 
-ModelPoses PosesOf(const colmap::Reconstruction& reconstruction) {
+ModelPoses PosesOf(const Reconstruction& reconstruction) {
   ModelPoses model;
   for (const ImageId id : reconstruction.RegImageIds()) {
-    const colmap::Image& image = reconstruction.Image(id);
+    const Image& image = reconstruction.Image(id);
     model.poses.push_back({image.Name(), PoseOf(image)});
   }
   return model;
@@ -163,7 +161,7 @@ ModelPoses ReadTruth(const std::string& path) {
 }
 
 // As the matching service has it.
-colmap::Camera PriorOf(const PhotoInput& photo) {
+Camera PriorOf(const PhotoInput& photo) {
   return PriorCamera(photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif);
 }
 
@@ -200,9 +198,9 @@ class Seeds {
  private:
   two_view_t Measure(const PhotoInput& photo, const TwoViewPair& pair) const {
     const PhotoInput& other = photos_.at(pair.other_id);
-    colmap::FeatureMatches matches;
+    FeatureMatches matches;
     for (const auto& [index, other_index] : pair.inliers) matches.emplace_back(index, other_index);
-    const colmap::TwoViewGeometry geometry =
+    const TwoViewGeometry geometry =
         EstimateTwoView(PriorOf(photo), PixelsOf(photo), PriorOf(other), PixelsOf(other), matches,
                         static_cast<uint32_t>(photo.image_id), TwoViewOptions());
     return TestLedger::Pair(pair.other_id, static_cast<int>(geometry.inlier_matches.size()),
@@ -228,11 +226,11 @@ class Run {
   }
 
   int Execute() {
-    const colmap::Database database(arguments_.database);
-    const std::vector<colmap::Image> images = OrderedImages(database, arguments_);
+    const ColmapDatabase database(arguments_.database);
+    const std::vector<Image> images = OrderedImages(database, arguments_);
     candidates_ = ReadCandidates(arguments_.database);
     double mapper_s = 0;
-    for (const colmap::Image& image : images) {
+    for (const Image& image : images) {
       const PhotoInput photo = ReadPhoto(database, image, arguments_);
       const TwoViewPairs pairs =
           ReadPairs(database, image.ImageId(), before_, arguments_.max_pairs);
@@ -295,8 +293,9 @@ class Run {
 
   // Goes on from a model that an earlier run wrote.
   void TakeModel() {
-    colmap::Reconstruction model;
-    model.Read(arguments_.model);
+    const Result<Reconstruction> read = ReadModelFiles(arguments_.model);
+    if (!read) throw std::runtime_error(read.error());
+    const Reconstruction& model = *read;
     SubmapState state = submap_.State();
     state.first = model.RegImageIds().front();
     const Status status = submap_.Restore(model, state);
@@ -384,8 +383,11 @@ class Run {
               << s.check.pairs.num_contradicting << "/" << s.check.pairs.num_pairs << " cpu_s "
               << seconds << " per photo " << seconds / num_photos << "\n";
     for (const auto& [id, state] : submap_.map().camera_states()) {
-      std::cout << "  camera " << id << ": "
-                << submap_.map().reconstruction().Camera(id).ParamsToString() << "\n";
+      std::cout << "  camera " << id << ":";
+      for (const double param : submap_.map().reconstruction().Camera(id).Params()) {
+        std::cout << " " << param;
+      }
+      std::cout << "\n";
     }
   }
 
@@ -398,7 +400,8 @@ class Run {
 
   void Write(const std::string& folder) const {
     std::filesystem::create_directories(folder);
-    submap_.map().reconstruction().Write(folder);
+    const Status written = WriteModelBinary(submap_.map().reconstruction(), folder);
+    if (!written.ok()) throw std::runtime_error(written.error());
   }
 
   const Arguments arguments_;

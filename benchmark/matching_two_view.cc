@@ -64,7 +64,7 @@ struct Totals {
   long inliers = 0;
   double kept_ms = 0, rejected_ms = 0;
 
-  void Add(const colmap::TwoViewGeometry& geometry, double ms) {
+  void Add(const skein::TwoViewGeometry& geometry, double ms) {
     const bool verified = skein::IsVerified(geometry);
     (verified ? kept_ms : rejected_ms) += ms;
     if (!verified) return;
@@ -80,8 +80,8 @@ struct Totals {
   }
 };
 
-colmap::TwoViewGeometry Verify(const skein::PhotoFeatures& a, const skein::PhotoFeatures& b,
-                               const colmap::FeatureMatches& matches, bool limit, Totals* totals) {
+skein::TwoViewGeometry Verify(const skein::PhotoFeatures& a, const skein::PhotoFeatures& b,
+                              const skein::FeatureMatches& matches, bool limit, Totals* totals) {
   skein::TwoViewOptions options;
   options.limit_trials_by_outcome = limit;
   if (!limit) options.max_num_trials = 10000;
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
     for (const auto& b : photos) {
       if (a.image_id <= b.image_id) continue;
       const double start = ThreadCpuMs();
-      colmap::FeatureMatches matches;
+      skein::FeatureMatches matches;
       auto found = matcher.Match({a.descriptors.data(), int(a.points.size())},
                                  {b.descriptors.data(), int(b.points.size())});
       std::sort(found.begin(), found.end(),

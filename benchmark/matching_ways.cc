@@ -15,13 +15,13 @@
 #include <map>
 #include <optional>
 
-#include "base/database.h"
-#include "base/triangulation.h"
 #include "benchmark/retrieval_photos.h"
 #include "core/clock.h"
 #include "features/vlad.h"
 #include "geometry/model_poses.h"
 #include "matching/pair_matcher.h"
+#include "sfm/database.h"
+#include "sfm/triangulation.h"
 #include "vocabulary/codebook.h"
 
 namespace skein::benchmark {
@@ -41,7 +41,7 @@ struct Options {
 
 // A photo by the truth: its pose, and its features on the plane z = 1.
 struct TruePhoto {
-  Eigen::Matrix3x4d pose;  // cam_from_world
+  Matrix3x4d pose;  // cam_from_world
   std::vector<Eigen::Vector2d> rays;
 };
 
@@ -103,7 +103,7 @@ class Truth {
     if (!Knows(i) || !Knows(j) || !Knows(k) || !IsOnLines(i, k, a, c)) return std::nullopt;
     const auto &first = *photos_[i], &second = *photos_[k];
     const Eigen::Vector3d xyz =
-        colmap::TriangulatePoint(first.pose, second.pose, first.rays[a], second.rays[c]);
+        TriangulatePoint(first.pose, second.pose, first.rays[a], second.rays[c]);
     const Eigen::Vector3d in1 = first.pose * xyz.homogeneous();
     const Eigen::Vector3d in2 = second.pose * xyz.homogeneous();
     const Eigen::Vector3d in3 = photos_[j]->pose * xyz.homogeneous();
@@ -150,7 +150,7 @@ PairResult MatchAsColmap(const PhotoFeatures& a, const PhotoFeatures& b) {
   static DescriptorMatcher matcher{MatchOptions()};
   PairResult result;
   Timer timer;
-  colmap::FeatureMatches matches;
+  FeatureMatches matches;
   for (const IndexPair& pair : matcher.Match({a.descriptors.data(), int(a.points.size())},
                                              {b.descriptors.data(), int(b.points.size())})) {
     matches.emplace_back(pair.first, pair.second);
@@ -158,16 +158,14 @@ PairResult MatchAsColmap(const PhotoFeatures& a, const PhotoFeatures& b) {
   result.product_s = timer.ElapsedS();
   timer.Restart();
   const TwoViewOptions ours;
-  colmap::TwoViewGeometry::Options options;
-  options.ransac_options.max_error = ours.max_error_px;
-  options.ransac_options.confidence = ours.confidence;
-  options.ransac_options.min_inlier_ratio = ours.min_inlier_ratio;
-  options.ransac_options.max_num_trials = 10000;
-  options.compute_relative_pose = true;
-  options.min_num_inliers = ours.min_num_inliers;
-  result.geometry.EstimateMultiple(a.camera, a.points, b.camera, b.points, matches, options);
-  if (result.geometry.config == colmap::TwoViewGeometry::MULTIPLE) {
-    result.geometry.config = colmap::TwoViewGeometry::UNCALIBRATED;  // counts as verified
+  RansacLimits limits;
+  limits.max_error = ours.max_error_px;
+  limits.confidence = ours.confidence;
+  limits.min_inlier_ratio = ours.min_inlier_ratio;
+  limits.max_num_trials = 10000;
+  result.geometry = EstimateMultiple({a.camera, a.points, b.camera, b.points}, matches, limits);
+  if (result.geometry.config == TwoViewGeometry::MULTIPLE) {
+    result.geometry.config = TwoViewGeometry::UNCALIBRATED;  // counts as verified
   }
   result.geometry_s = timer.ElapsedS();
   return result;
@@ -217,7 +215,7 @@ Tracks TracksOf(const Way& way, const std::vector<Pair>& pairs, size_t num_photo
 }
 
 // By a third photo; nothing where none tells.
-std::optional<bool> IsWrong(const Pair& pair, const colmap::FeatureMatch& match, const Truth& truth,
+std::optional<bool> IsWrong(const Pair& pair, const FeatureMatch& match, const Truth& truth,
                             const Tracks& tracks) {
   const auto [i, j] = pair;
   const auto track = tracks[i].find(match.point2D_idx1);
@@ -300,8 +298,7 @@ struct Share {
   size_t matches = 0, told = 0, wrong = 0;
   std::vector<double> errors_px;
 
-  void Add(const Pair& pair, const colmap::FeatureMatch& match, const Truth& truth,
-           const Tracks& tracks) {
+  void Add(const Pair& pair, const FeatureMatch& match, const Truth& truth, const Tracks& tracks) {
     ++matches;
     const auto [i, j] = pair;
     if (!truth.Knows(i) || !truth.Knows(j)) return;
@@ -354,26 +351,19 @@ void PrintShares(const Way& first, const Way& other, const std::vector<Pair>& pa
 }
 
 // Photos of one size and focal length have one camera.
-void WritePhotos(const StudySet& set, colmap::Database* database) {
-  std::map<std::tuple<int, int, double, bool>, colmap::camera_t> cameras;
+void WritePhotos(const StudySet& set, ColmapDatabase* database) {
+  std::map<std::tuple<int, int, double, bool>, CameraId> cameras;
   for (size_t i = 0; i < set.photos.size(); ++i) {
     const StudyPhoto& photo = set.photos[i];
-    colmap::camera_t& camera_id =
+    CameraId& camera_id =
         cameras[{photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif}];
     if (camera_id == 0) {
       camera_id = database->WriteCamera(
           PriorCamera(photo.width_px, photo.height_px, photo.focal_px, photo.focal_from_exif));
     }
-    colmap::Image image;
-    image.SetImageId(static_cast<colmap::image_t>(i + 1));
-    image.SetCameraId(camera_id);
-    image.SetName(std::filesystem::path(photo.path).filename());
-    database->WriteImage(image, true);
-    colmap::FeatureKeypoints keypoints;
-    for (const Keypoint& k : photo.features.keypoints) {
-      keypoints.emplace_back(k.x, k.y, k.scale_px, k.angle_rad);
-    }
-    database->WriteKeypoints(image.ImageId(), keypoints);
+    const auto id = static_cast<ImageId>(i + 1);
+    database->WriteImage(id, camera_id, std::filesystem::path(photo.path).filename());
+    database->WriteKeypoints(id, photo.features.keypoints);
   }
 }
 
@@ -385,13 +375,12 @@ void WriteDatabase(const StudySet& set, const std::vector<Pair>& pairs, const Wa
   const std::filesystem::path file = std::filesystem::path(folder) / (name + ".db");
   std::filesystem::create_directories(folder);
   std::filesystem::remove(file);
-  colmap::Database database(file);
-  const colmap::DatabaseTransaction transaction(&database);
+  ColmapDatabase database(file.string());
   WritePhotos(set, &database);
   for (size_t p = 0; p < pairs.size(); ++p) {
     if (way.outcomes[p].inliers() == 0) continue;
-    const auto id = [](size_t i) { return static_cast<colmap::image_t>(i + 1); };
-    const colmap::TwoViewGeometry& geometry = way.outcomes[p].result.geometry;
+    const auto id = [](size_t i) { return static_cast<ImageId>(i + 1); };
+    const TwoViewGeometry& geometry = way.outcomes[p].result.geometry;
     database.WriteMatches(id(pairs[p].first), id(pairs[p].second), geometry.inlier_matches);
     database.WriteTwoViewGeometry(id(pairs[p].first), id(pairs[p].second), geometry);
   }

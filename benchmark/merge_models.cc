@@ -10,23 +10,23 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/reconstruction.h"
 #include "core/clock.h"
 #include "merging/absorb.h"
 #include "merging/fuse.h"
+#include "sfm/model_files.h"
 
 namespace skein {
 namespace {
 
-colmap::Reconstruction Read(const std::string& folder) {
-  colmap::Reconstruction model;
-  model.ReadBinary(folder);
-  return model;
+Reconstruction Read(const std::string& folder) {
+  Result<Reconstruction> model = ReadModelFiles(folder);
+  if (!model) throw std::runtime_error(model.error());
+  return std::move(*model);
 }
 
 // Returns the exit code.
 int Run(const std::string& first, const std::string& second, const std::string& output) {
-  colmap::Reconstruction target = Read(first), source = Read(second);
+  Reconstruction target = Read(first), source = Read(second);
   if (target.NumRegImages() < source.NumRegImages()) std::swap(target, source);
   const double start_s = MonotonicS();
   const std::vector<SharedPhoto> shared = SharedPhotosOf(source, target);
@@ -41,8 +41,10 @@ int Run(const std::string& first, const std::string& second, const std::string& 
             << std::round(duration_s * 10) / 10 << " s\n";
   if (!result.status.ok()) return 1;
   std::filesystem::create_directories(output);
-  result.merged.WriteBinary(output);
-  return 0;
+  const Status written = WriteModelBinary(result.merged, output);
+  if (written.ok()) return 0;
+  std::cerr << written.error() << "\n";
+  return 1;
 }
 
 }  // namespace

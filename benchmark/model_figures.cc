@@ -10,11 +10,11 @@
 #include <stdexcept>
 #include <vector>
 
-#include "base/projection.h"
-#include "base/reconstruction.h"
 #include "benchmark/surface_distance.h"
 #include "geometry/model_poses.h"
 #include "geometry/pose_evaluation.h"
+#include "sfm/model_files.h"
+#include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
@@ -36,13 +36,13 @@ PoseEvaluation Compare(const std::string& model, const std::string& with) {
 
 // Mean reprojection error over points, each the mean over its observations, as COLMAP's
 // model_analyzer has it.
-double MeanReprojectionError(const colmap::Reconstruction& model) {
+double MeanReprojectionError(const Reconstruction& model) {
   double sum = 0;
   for (const auto& [id, point] : model.Points3D()) {
     double of_point = 0;
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
-      const colmap::Image& image = model.Image(element.image_id);
-      of_point += std::sqrt(colmap::CalculateSquaredReprojectionError(
+    for (const TrackElement& element : point.Track().Elements()) {
+      const Image& image = model.Image(element.image_id);
+      of_point += std::sqrt(CalculateSquaredReprojectionError(
           image.Point2D(element.point2D_idx).XY(), point.XYZ(), image.Qvec(), image.Tvec(),
           model.Camera(image.CameraId())));
     }
@@ -51,7 +51,7 @@ double MeanReprojectionError(const colmap::Reconstruction& model) {
   return sum / static_cast<double>(std::max<size_t>(1, model.NumPoints3D()));
 }
 
-json PointErrors(const colmap::Reconstruction& model, const Similarity& truth_from_model,
+json PointErrors(const Reconstruction& model, const Similarity& truth_from_model,
                  const std::string& surfaces) {
   const SurfaceDistance distance(surfaces);
   std::vector<double> errors;
@@ -66,8 +66,9 @@ json PointErrors(const colmap::Reconstruction& model, const Similarity& truth_fr
 }
 
 json Figures(const Arguments& arguments) {
-  colmap::Reconstruction model;
-  model.Read(arguments.model);
+  const Result<Reconstruction> read = ReadModelFiles(arguments.model);
+  if (!read) throw std::runtime_error(read.error());
+  const Reconstruction& model = *read;
   json figures = {{"registered", model.NumRegImages()},
                   {"points", model.NumPoints3D()},
                   {"mre_px", MeanReprojectionError(model)},

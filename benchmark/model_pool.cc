@@ -18,42 +18,33 @@
 namespace skein {
 namespace {
 
-using ImageIds = std::vector<colmap::image_t>;
+using ImageIds = std::vector<ImageId>;
 
-ImageIds RegisteredByName(const colmap::Reconstruction& model) {
+ImageIds RegisteredByName(const Reconstruction& model) {
   ImageIds ids = model.RegImageIds();
-  std::sort(ids.begin(), ids.end(), [&](colmap::image_t a, colmap::image_t b) {
-    return model.Image(a).Name() < model.Image(b).Name();
-  });
+  std::sort(ids.begin(), ids.end(),
+            [&](ImageId a, ImageId b) { return model.Image(a).Name() < model.Image(b).Name(); });
   return ids;
 }
 
 // COLMAP ends the program where a file is missing.
-bool HoldsModel(const std::string& folder, const std::string& extension) {
-  const std::filesystem::path path(folder);
-  return std::filesystem::exists(path / ("cameras" + extension)) &&
-         std::filesystem::exists(path / ("images" + extension)) &&
-         std::filesystem::exists(path / ("points3D" + extension));
-}
 
-colmap::Reconstruction ReadModel(const std::string& folder) {
-  if (!HoldsModel(folder, ".bin") && !HoldsModel(folder, ".txt")) {
-    throw std::runtime_error(folder + ": no cameras, images and points3D of a COLMAP model");
-  }
-  colmap::Reconstruction model;
-  model.Read(folder);
+Reconstruction ReadModel(const std::string& folder) {
+  Result<Reconstruction> read = ReadModelFiles(folder);
+  if (!read) throw std::runtime_error(read.error());
+  Reconstruction model = std::move(*read);
   if (model.NumRegImages() < 2 || model.NumPoints3D() == 0) {
     throw std::runtime_error(folder + ": a pool needs a model with two photos and points");
   }
   return model;
 }
 
-CameraPose CamFromWorldOf(const colmap::Image& image) {
+CameraPose CamFromWorldOf(const Image& image) {
   const Eigen::Vector4d& q = image.Qvec();
   return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(), image.Tvec()};
 }
 
-cv::Mat1b ReadGrey(const std::string& path, const colmap::Camera& camera) {
+cv::Mat1b ReadGrey(const std::string& path, const Camera& camera) {
   const Result<Bytes> bytes = ReadFile(path);
   if (!bytes) throw std::runtime_error(bytes.error());
   const Result<cv::Mat> photo = DecodePhoto(*bytes);
@@ -75,18 +66,18 @@ bool IsInPhoto(const GuidedCamera& camera, const Eigen::Vector2d& pixel) {
 }  // namespace
 
 ModelPool::ModelPool(const ModelPoolOptions& options) {
-  const colmap::Reconstruction model = ReadModel(options.model);
+  const Reconstruction model = ReadModel(options.model);
   AddPhotos(model, options);
   AddPoints(model);
 }
 
-void ModelPool::AddPhotos(const colmap::Reconstruction& model, const ModelPoolOptions& options) {
-  std::map<colmap::camera_t, int> index_of;
+void ModelPool::AddPhotos(const Reconstruction& model, const ModelPoolOptions& options) {
+  std::map<CameraId, int> index_of;
   std::map<std::string, int> agents;
   const ImageIds ids = RegisteredByName(model);
-  for (const colmap::image_t id : ids) {
-    const colmap::Image& image = model.Image(id);
-    const colmap::camera_t camera_id = image.CameraId();
+  for (const ImageId id : ids) {
+    const Image& image = model.Image(id);
+    const CameraId camera_id = image.CameraId();
     const auto [camera, is_new] = index_of.try_emplace(camera_id, undistortions_.size());
     if (is_new) undistortions_.emplace_back(model.Camera(camera_id), options.width);
     const std::string folder = std::filesystem::path(image.Name()).parent_path().string();
@@ -96,7 +87,7 @@ void ModelPool::AddPhotos(const colmap::Reconstruction& model, const ModelPoolOp
   for (const Undistortion& u : undistortions_) cameras_.push_back(u.camera());
   greys_.resize(ids.size());
   sim::ParallelFor(size(), options.threads, [&](int i) {
-    const colmap::Image& image = model.Image(ids[i]);
+    const Image& image = model.Image(ids[i]);
     const cv::Mat1b grey =
         ReadGrey(options.images + "/" + image.Name(), model.Camera(image.CameraId()));
     const cv::Mat1b undistorted = undistortions_[photos_[i].camera].Photo(grey);
@@ -105,16 +96,16 @@ void ModelPool::AddPhotos(const colmap::Reconstruction& model, const ModelPoolOp
   });
 }
 
-void ModelPool::AddPoints(const colmap::Reconstruction& model) {
+void ModelPool::AddPoints(const Reconstruction& model) {
   std::map<int64_t, int> photo_of;
   for (int i = 0; i < size(); ++i) photo_of[photos_[i].image_id] = i;
   points_of_photo_.resize(photos_.size());
-  std::map<colmap::point3D_t, const colmap::Point3D*> by_id;
+  std::map<Point3DId, const Point3D*> by_id;
   for (const auto& [id, point] : model.Points3D()) by_id[id] = &point;
   for (const auto& [id, point] : by_id) {
     points_.push_back({point->XYZ(), {}});
-    for (const colmap::TrackElement& element : point->Track().Elements()) {
-      const colmap::Image& image = model.Image(element.image_id);
+    for (const TrackElement& element : point->Track().Elements()) {
+      const Image& image = model.Image(element.image_id);
       AddObservation(photo_of.at(element.image_id), image.Point2D(element.point2D_idx).XY());
     }
   }

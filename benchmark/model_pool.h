@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "base/reconstruction.h"
 #include "benchmark/photo_pool.h"
 #include "benchmark/undistortion.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
@@ -49,8 +49,8 @@ class ModelPool : public PhotoPool {
     std::vector<Observation> observations;  // of one photo one
   };
 
-  void AddPhotos(const colmap::Reconstruction& model, const ModelPoolOptions& options);
-  void AddPoints(const colmap::Reconstruction& model);
+  void AddPhotos(const Reconstruction& model, const ModelPoolOptions& options);
+  void AddPoints(const Reconstruction& model);
   // Adds an observation to the last point. If a photo observes the point twice, the first
   // observation counts.
   void AddObservation(int photo, const Eigen::Vector2d& original);

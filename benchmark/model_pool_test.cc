@@ -35,8 +35,8 @@ class ModelPoolTest : public testing::Test {
       model_.Camera(id).SetParams({Options().focal_px, camera.PrincipalPointX(),
                                    camera.PrincipalPointY(), Options().distortion});
     }
-    for (const colmap::image_t id : model_.RegImageIds()) {
-      colmap::Image& image = model_.Image(id);
+    for (const ImageId id : model_.RegImageIds()) {
+      Image& image = model_.Image(id);
       image.SetName((id < 10 ? "walk/0" : "walk/") + std::to_string(id) + ".png");
       Draw(image);
     }
@@ -45,13 +45,13 @@ class ModelPoolTest : public testing::Test {
 
   void WriteModel() const {
     std::filesystem::create_directories(folder_ / "model");
-    model_.Write((folder_ / "model").string());
+    ASSERT_TRUE(WriteModelBinary(model_, folder_ / "model").ok());
   }
 
-  void Draw(const colmap::Image& image) const {
-    const colmap::Camera& camera = model_.Camera(image.CameraId());
+  void Draw(const Image& image) const {
+    const Camera& camera = model_.Camera(image.CameraId());
     cv::Mat1b photo(static_cast<int>(camera.Height()), static_cast<int>(camera.Width()), 40);
-    for (const colmap::Point2D& keypoint : image.Points2D()) {
+    for (const Point2D& keypoint : image.Points2D()) {
       if (!keypoint.HasPoint3D()) continue;
       cv::circle(photo, cv::Point2d(keypoint.X() - 0.5, keypoint.Y() - 0.5), 4, 200, cv::FILLED);
     }
@@ -69,7 +69,7 @@ class ModelPoolTest : public testing::Test {
   }
 
   TestFolder folder_;
-  colmap::Reconstruction model_;
+  Reconstruction model_;
 };
 
 TEST_F(ModelPoolTest, HasThePhotosInTheOrderOfTheirNamesWithoutDistortion) {

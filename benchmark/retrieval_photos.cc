@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <optional>
 
+#include "codecs/exif_reader.h"
 #include "codecs/image_decoding.h"
 #include "core/file.h"
 #include "formats/formats.h"
 #include "matching/pair_matcher.h"
-#include "util/bitmap.h"
+#include "photo/photo_header.h"
 
 namespace skein::benchmark {
 namespace fs = std::filesystem;
@@ -53,9 +55,11 @@ Result<StudyPhoto> LoadPhoto(const std::string& path, const std::string& folder)
   photo.path = path;
   photo.width_px = image->cols;
   photo.height_px = image->rows;
-  colmap::Bitmap bitmap;
-  photo.focal_from_exif = bitmap.Read(path) && bitmap.ExifFocalLength(&photo.focal_px);
-  if (!photo.focal_from_exif) photo.focal_px = 1.2 * std::max(image->cols, image->rows);
+  const Result<PhotoHeader> header = ReadPhotoHeader(*bytes);
+  if (!header) return header.status().Within(path);
+  const std::optional<double> focal_px = ReadExif(*bytes, *header).focal_px;
+  photo.focal_from_exif = focal_px.has_value();
+  photo.focal_px = focal_px.value_or(1.2 * std::max(image->cols, image->rows));
   const std::string base = folder + "/" + fs::path(path).filename().string();
   const Status found = FindFeatures(base, *image, &photo.features);
   if (!found.ok()) return found;

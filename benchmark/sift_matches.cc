@@ -18,12 +18,12 @@
 #include <string>
 #include <vector>
 
-#include "base/reconstruction.h"
 #include "codecs/image_decoding.h"
 #include "core/clock.h"
 #include "core/file.h"
 #include "features/sift.h"
 #include "matching/kernel.h"
+#include "sfm/model_files.h"
 
 namespace {
 
@@ -42,8 +42,8 @@ struct Method {
 };
 
 struct Photo {
-  const colmap::Image* image;
-  const colmap::Camera* camera;
+  const skein::Image* image;
+  const skein::Camera* camera;
   std::string path;
 };
 
@@ -55,7 +55,7 @@ fs::path FindPhoto(const fs::path& folder, const std::string& name) {
 }
 
 // Some in a row, so that neighbours overlap, from all over the set.
-std::vector<Photo> PhotosOf(const colmap::Reconstruction& model, const Arguments& arguments) {
+std::vector<Photo> PhotosOf(const skein::Reconstruction& model, const Arguments& arguments) {
   std::map<std::string, Photo> all;
   for (const auto& [id, image] : model.Images()) {
     const fs::path path = FindPhoto(arguments.images, image.Name());
@@ -76,7 +76,7 @@ std::vector<Photo> PhotosOf(const colmap::Reconstruction& model, const Arguments
   return some;
 }
 
-Eigen::Matrix3d Essential(const colmap::Image& a, const colmap::Image& b) {
+Eigen::Matrix3d Essential(const skein::Image& a, const skein::Image& b) {
   const Eigen::Matrix3d rotation = b.RotationMatrix() * a.RotationMatrix().transpose();
   const Eigen::Vector3d t = b.Tvec() - rotation * a.Tvec();
   Eigen::Matrix3d cross;
@@ -189,8 +189,9 @@ int Main(int argc, char** argv) {
   app.add_option("--only", arguments.only, "opencv, portable, avx2 or avx512 alone");
   CLI11_PARSE(app, argc, argv);
   cv::setNumThreads(1);
-  colmap::Reconstruction model;
-  model.Read(arguments.model);
+  const skein::Result<skein::Reconstruction> read = skein::ReadModelFiles(arguments.model);
+  if (!read) throw std::runtime_error(read.error());
+  const skein::Reconstruction& model = *read;
   const auto photos = PhotosOf(model, arguments);
   if (photos.empty()) throw std::runtime_error("no photo of the model in " + arguments.images);
 

@@ -1,6 +1,7 @@
 #include "benchmark/undistortion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
@@ -8,15 +9,17 @@
 namespace skein {
 namespace {
 
-colmap::Camera Shrink(colmap::Camera camera, int width) {
-  camera.Rescale(static_cast<double>(width) /
-                 static_cast<double>(std::max(camera.Width(), camera.Height())));
+Camera Shrink(Camera camera, int width) {
+  const double scale =
+      static_cast<double>(width) / static_cast<double>(std::max(camera.Width(), camera.Height()));
+  camera.Rescale(static_cast<size_t>(std::lround(scale * camera.Width())),
+                 static_cast<size_t>(std::lround(scale * camera.Height())));
   return camera;
 }
 
 }  // namespace
 
-Undistortion::Undistortion(const colmap::Camera& camera, int width)
+Undistortion::Undistortion(const Camera& camera, int width)
     : original_(camera), small_(Shrink(camera, width)) {
   pinhole_ = {static_cast<int>(small_.Width()), static_cast<int>(small_.Height()),
               small_.MeanFocalLength(),         small_.MeanFocalLength(),

@@ -3,8 +3,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "base/camera.h"
 #include "guidance/guided_map.h"
+#include "sfm/camera.h"
 
 namespace skein {
 
@@ -13,7 +13,7 @@ class Undistortion {
   // `width`: of the longer side, in pixels. The focal length is the camera's, or as much longer as
   // it takes for every pixel to lie in the photo. Throws std::runtime_error where twice is not
   // enough.
-  Undistortion(const colmap::Camera& camera, int width);
+  Undistortion(const Camera& camera, int width);
 
   const GuidedCamera& camera() const { return pinhole_; }
 
@@ -28,8 +28,8 @@ class Undistortion {
   bool BorderLiesInPhoto() const;
   Eigen::Vector2d InSmallPhoto(double x, double y) const;
 
-  const colmap::Camera original_;
-  colmap::Camera small_;  // the original one, of the size that is wanted
+  const Camera original_;
+  Camera small_;  // the original one, of the size that is wanted
   GuidedCamera pinhole_;
 };
 

@@ -74,21 +74,6 @@ std::string NameOf(const InviteOptions& options) {
                               ": give 1 to 24 letters, digits, '-' or '_'");
 }
 
-// Seconds since 1970 UTC; 0: never.
-int64_t ExpiryOf(const std::string& duration) {
-  if (duration.empty()) return 0;
-  int64_t count = 0;
-  const char* end = duration.data() + duration.size();
-  const auto read = std::from_chars(duration.data(), end, count);
-  const std::string unit(read.ptr, end);
-  const int64_t unit_s = unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 86400;
-  if (read.ec != std::errc() || count <= 0 || count > 100'000'000 ||
-      (unit != "s" && unit != "m" && unit != "h" && unit != "d")) {
-    throw std::invalid_argument("--expires " + duration + ": give a number of s, m, h or d: 12h");
-  }
-  return NowUs() / 1'000'000 + count * unit_s;
-}
-
 LcmUrl UrlOf(const InviteOptions& options) {
   std::string text = options.lcm_url;
   if (text.empty()) text = LaunchedUrl(SessionPaths{options.session_dir});
@@ -154,22 +139,35 @@ void PrintBrowserLinks(const Invited& invited, const std::vector<std::string>& l
   if (fingerprint.ok()) std::cout << "certificate, SHA-256: " << *fingerprint << std::endl;
 }
 
-Invitation MakeInvitation(const InviteOptions& options, const Invited& invited) {
-  LcmUrl url = UrlOf(options);
-  const Session* session = &invited.session;
+}  // namespace
+
+int64_t ExpiryOf(const std::string& duration) {
+  if (duration.empty()) return 0;
+  int64_t count = 0;
+  const char* end = duration.data() + duration.size();
+  const auto read = std::from_chars(duration.data(), end, count);
+  const std::string unit(read.ptr, end);
+  const int64_t unit_s = unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 86400;
+  if (read.ec != std::errc() || count <= 0 || count > 100'000'000 ||
+      (unit != "s" && unit != "m" && unit != "h" && unit != "d")) {
+    throw std::invalid_argument("--expires " + duration + ": give a number of s, m, h or d: 12h");
+  }
+  return NowUs() / 1'000'000 + count * unit_s;
+}
+
+Invitation MakeInvitation(const Session& session, LcmUrl url, Role role, const std::string& name,
+                          int64_t expires_s) {
+  const std::string keys = session.paths.Keys().string();
   const Result<SessionAccess> access =
-      IssueInvitation(session->paths.Keys().string(), session->session_id, invited.role,
-                      invited.name, invited.expires_s);
+      IssueInvitation(keys, session.session_id, role, name, expires_s);
   if (!access.ok()) throw std::runtime_error(access.error());
   if (url.provider == "tcpqs" && url.pin.empty()) {
-    const Result<std::string> pin = ReadRelayPin(session->paths.Keys().string());
+    const Result<std::string> pin = ReadRelayPin(keys);
     if (!pin.ok()) throw std::runtime_error(pin.error());
     url.pin = *pin;
   }
   return {url, access->trust, access->credential};
 }
-
-}  // namespace
 
 int RunInvite(int argc, char** argv) {
   InviteOptions options;
@@ -187,7 +185,8 @@ int RunInvite(int argc, char** argv) {
     const bool on_terminal = isatty(STDOUT_FILENO) != 0;
     std::string shown;
     if (!options.browser) {
-      shown = ToLink(MakeInvitation(options, invited));
+      shown = ToLink(MakeInvitation(invited.session, UrlOf(options), invited.role, invited.name,
+                                    invited.expires_s));
       std::cout << shown << std::endl;
     }
     if (options.browser || on_terminal) {

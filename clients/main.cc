@@ -14,6 +14,7 @@
 #include "clients/invite.h"
 #include "clients/probe.h"
 #include "clients/revoke.h"
+#include "clients/scale/scale.h"
 #include "clients/script.h"
 #include "clients/sim/sim.h"
 #include "clients/status.h"
@@ -39,6 +40,8 @@ const std::vector<Subcommand> kSubcommands = {
     {"finish", "finishes a session: final models and report", skein::RunFinish},
     {"invite", "a link and a QR code with which another host or person takes part",
      skein::RunInvite},
+    {"scale", "workers come and go with a session's backlog, by Slurm or on this host",
+     skein::RunScale},
     {"revoke", "takes an invitation back", skein::RunRevoke},
     {"probe", "does an LCM URL carry messages on this host?", skein::RunProbe},
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},

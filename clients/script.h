@@ -2,7 +2,13 @@
 // folder of this program.
 #pragma once
 
+#include <string>
+
 namespace skein {
+
+// The folder of the scripts. From now on the scripts that this process starts take the programs of
+// this build. Throws std::runtime_error where the folder is missing.
+std::string UseScripts();
 
 // Becomes the script argv[0].sh, with the programs of this build: its exit code and its signals are
 // the script's. Throws std::runtime_error if the script cannot be run.

@@ -58,8 +58,8 @@ if(SKEIN_SANITIZE)
   target_compile_definitions(hnswlib INTERFACE NO_MANUAL_VECTORIZATION)
 endif()
 
-# COLMAP 3.8: the BSD part that cmake/colmap builds. Headers are included as COLMAP's own
-# files include each other ("base/reconstruction.h").
+# COLMAP: the BSD part that cmake/colmap builds. Headers are included as COLMAP's own files include each other
+# ("base/camera.h" in 3.8, "colmap/scene/camera.h" from 3.9 on); libs/sfm/colmap_api.h alone does.
 set(SKEIN_COLMAP_DIR "${CMAKE_SOURCE_DIR}/.deps/colmap" CACHE PATH "Where scripts/setup.sh installed COLMAP's part")
 if(NOT "$ENV{SKEIN_COLMAP_DIR}" STREQUAL "")
   set(SKEIN_COLMAP_DIR "$ENV{SKEIN_COLMAP_DIR}" CACHE PATH "" FORCE)
@@ -74,11 +74,15 @@ find_library(GLOG_LIBRARY glog REQUIRED)
 add_library(colmap STATIC IMPORTED GLOBAL)
 set_target_properties(colmap PROPERTIES IMPORTED_LOCATION ${SKEIN_COLMAP_LIBRARY})
 target_include_directories(colmap SYSTEM INTERFACE ${SKEIN_COLMAP_DIR}/include/skein_colmap)
-target_compile_definitions(colmap INTERFACE GLOG_NO_ABBREVIATED_SEVERITIES)
+set(SKEIN_COLMAP_VERSION 308)
+if(EXISTS ${SKEIN_COLMAP_DIR}/include/skein_colmap/colmap/scene/camera.h)
+  set(SKEIN_COLMAP_VERSION 310)
+endif()
+target_compile_definitions(colmap INTERFACE SKEIN_COLMAP_VERSION=${SKEIN_COLMAP_VERSION} GLOG_NO_ABBREVIATED_SEVERITIES)
 if(SKEIN_SANITIZE)
   # Under AddressSanitizer Eigen would allocate otherwise than in COLMAP's library, which is built
   # without, and each would free the other's memory.
-  target_compile_definitions(colmap INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 target_link_libraries(colmap INTERFACE Ceres::ceres Eigen3::Eigen
   Boost::filesystem Boost::system SQLite::SQLite3 ${FREEIMAGE_LIBRARY} ${GLOG_LIBRARY} Threads::Threads)

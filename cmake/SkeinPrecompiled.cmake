@@ -7,7 +7,7 @@ function(skein_use_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${SKEIN_UNITY} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()
 
-# Precompiled headers: parsing Eigen, COLMAP and the variant of all facts takes most of a compilation.
+# Precompiled headers: parsing Eigen and the variant of all facts takes most of a compilation.
 # They only save time: every file includes what it uses, and SKEIN_PRECOMPILED=OFF (the sanitizer presets) builds without.
 option(SKEIN_PRECOMPILED "Precompile the heavy headers" ON)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
@@ -17,7 +17,7 @@ endif()
 set(precompiled_std <algorithm> <cmath> <filesystem> <functional> <map> <memory> <optional> <set> <string>
   <unordered_map> <variant> <vector>)
 set(precompiled_messages "${CMAKE_SOURCE_DIR}/libs/ledger/facts.h")
-set(precompiled_colmap <base/reconstruction.h> <base/correspondence_graph.h> <sfm/incremental_triangulator.h>)
+set(precompiled_scene <Eigen/Core> <Eigen/Geometry> "${CMAKE_SOURCE_DIR}/libs/sfm/reconstruction.h")
 
 # skein_precompile(NAME LINKS x... HEADERS h...): what skein_use_precompiled takes headers from.
 function(skein_precompile name)
@@ -56,11 +56,11 @@ function(skein_use_precompiled target)
       endif()
     endif()
   endwhile()
-  if(skein_ledger IN_LIST seen AND colmap IN_LIST seen)
+  if(skein_ledger IN_LIST seen AND skein_sfm IN_LIST seen)
     target_precompile_headers(${target} REUSE_FROM skein_precompiled_both)
   elseif(skein_ledger IN_LIST seen)
     target_precompile_headers(${target} REUSE_FROM skein_precompiled_messages)
-  elseif(colmap IN_LIST seen)
-    target_precompile_headers(${target} REUSE_FROM skein_precompiled_colmap)
+  elseif(skein_sfm IN_LIST seen)
+    target_precompile_headers(${target} REUSE_FROM skein_precompiled_scene)
   endif()
 endfunction()

@@ -1,4 +1,5 @@
-# skein_library(NAME SOURCES a.cc ... LINKS x y ...)    a library of our own, warnings are errors
+# skein_library(NAME SOURCES a.cc ... LINKS x y ...)    a library of our own, warnings are errors;
+#   PRIVATE_LINKS z ...: what its headers do not include
 # skein_executable(NAME SOURCES main.cc ... LINKS ...)
 # skein_test_needs(NAME TARGET ...)                     programs that the test starts
 # skein_test(NAME SOURCES x_test.cc ... LINKS ... [LABELS process] [TIMEOUT s])
@@ -24,10 +25,10 @@ function(skein_configure target)
 endfunction()
 
 function(skein_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   skein_configure(${name})
-  target_link_libraries(${name} PUBLIC ${ARG_LINKS})
+  target_link_libraries(${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS})
   skein_use_precompiled(${name} ${ARG_LINKS})
   skein_use_unity(${name})
 endfunction()

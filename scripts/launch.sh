@@ -8,7 +8,7 @@
 #   --adopt         take a session whose keys were made by somebody else or on another host: new keys
 #                   are made, and all invitations end (docs/exchange.md)
 #   --join LINK     only workers (features, matching, mappers) for a session on another host, where
-#                   `skein invite --session DIR --role worker` prints the link; DIR then holds nothing
+#                   `skein invite --session DIR --role worker` prints the link, or @FILE with it; DIR then holds nothing
 #                   but their logs. Without signatures the session's id, with --auth off and --lcm-url
 #   --lcm-url URL   default: $LCM_DEFAULT_URL, else udpm://239.255.76.67:7667?ttl=0. For a tcpq:// or
 #                   tcpqs:// (encrypted) URL on this host the two relays (port and port + 1) are started
@@ -22,7 +22,7 @@
 #   --mappers MIN:MAX  mappers: MIN always, one more whenever a submap waits and none is idle, up to
 #                   MAX; those leave again when they have been idle for 10 s. At MAX, submaps share a
 #                   mapper in turn. N: always N. Default 1:16. Every host may have such a pool
-#   --top-n N       candidates that retrieval names a photo (default 30)
+#   --top-n N       candidates that retrieval names a photo (default 200: 30 to be matched, more to be looked at)
 #   --no-second-look  match with all candidates in retrieval's order, for comparison
 #   --no-merge      leave the submaps apart, for comparison
 #   --no-background-ba  mappers refine the whole map in turn with registration, for comparison
@@ -77,7 +77,7 @@ while (($#)); do
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --adopt) adopt=(--adopt) ;;
-    --join) join=$2; shift ;;
+    --join) join=$2; [[ $join != @* ]] || join=$(cat -- "${join#@}") || die "--join $2: no such file"; shift ;;
     --lcm-url) url=$2; shift ;;
     --auth) auth_options=(--auth "$2"); shift ;;
     --config) [[ -f $2 && -r $2 ]] || usage_error "--config: '$2' is no file that can be read"; config_options=(--config "$(realpath "$2")"); shift ;;

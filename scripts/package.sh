@@ -45,7 +45,7 @@ install_programs() {
   DESTDIR=$root cmake --install "$SKEIN_BUILD" --prefix /usr >"$work/install.log" || die "$(tail -n 5 "$work/install.log")"
   for program in "$root"/usr/lib/skein/bin/*; do strip --strip-unneeded -R .comment -R .note "$program"; done
   # Debian's own bash, whatever comes first on the path.
-  sed -i '1s|^#!/usr/bin/env bash$|#!/bin/bash|' "$root"/usr/lib/skein/scripts/{demo,launch,reconstruct,service}.sh
+  sed -i '1s|^#!/usr/bin/env bash$|#!/bin/bash|' "$root"/usr/lib/skein/scripts/{demo,launch,reconstruct,service,worker_job,engines/*}.sh
 }
 
 install_pages() {

@@ -3,7 +3,7 @@
 #
 #   scripts/setup.sh [--tests]
 #
-#   --tests   also what only the tests use (clang-format, clang-tidy, colmap's command, Xvfb, Chromium, Prometheus)
+#   --tests   also what only the tests use (clang-format, clang-tidy, colmap's command, Xvfb, Chromium, Prometheus, Slurm)
 #
 # Packages that are there already are left alone. The part of COLMAP 3.8 that Skein links
 # is built into .deps/ from the Debian source package, once (2 to 5 minutes). The packages that the live
@@ -23,7 +23,8 @@ build_packages=(
   libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libexpat1-dev libfreeimage-dev libgoogle-glog-dev
   libboost-filesystem-dev libboost-system-dev libarchive-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libsodium-dev libseccomp-dev
   libqrencode-dev libgtest-dev libbenchmark-dev iproute2 util-linux jq)
-test_packages=(curl unzip zbar-tools clang libclang-rt-14-dev clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth openjdk-17-jre)
+test_packages=(curl unzip zbar-tools clang libclang-rt-14-dev clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth openjdk-17-jre
+  python3-nacl slurmctld slurmd slurm-client munge)
 
 is_debian_12() { (. /etc/os-release && [[ $ID == debian && ${VERSION_ID:-} == 12 ]]) 2>/dev/null; }
 

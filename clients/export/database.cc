@@ -1,8 +1,5 @@
 #include "clients/export/database.h"
 
-#include <base/camera_models.h>
-#include <base/database.h>
-#include <estimators/two_view_geometry.h>
 #include <sqlite3.h>
 
 #include <memory>
@@ -14,6 +11,9 @@
 #include "clients/progress_bar.h"
 #include "formats/formats.h"
 #include "ledger/ledger_record.h"
+#include "sfm/camera.h"
+#include "sfm/database.h"
+#include "sfm/two_view_geometry.h"
 
 namespace skein {
 namespace {
@@ -27,7 +27,7 @@ Eigen::Matrix3d ToMatrix(const std::array<double, 9>& row_major) {
 class DatabaseWriter {
  public:
   DatabaseWriter(const BlobStore& blobs, const fs::path& file)
-      : blobs_(blobs), database_(file.string()), transaction_(&database_) {}
+      : blobs_(blobs), database_(file.string()) {}
 
   Status Write(const Fact& fact) {
     if (const auto* image = std::get_if<skein::image_t>(&fact)) return WriteImage(*image);
@@ -42,25 +42,22 @@ class DatabaseWriter {
 
  private:
   Status WriteImage(const skein::image_t& fact) {
-    const auto camera_id = static_cast<colmap::camera_t>(fact.camera_id);
+    const auto camera_id = static_cast<CameraId>(fact.camera_id);
     if (!database_.ExistsCamera(camera_id)) {
-      colmap::Camera camera;
+      Camera camera;
       camera.SetCameraId(camera_id);
       camera.InitializeWithName("SIMPLE_RADIAL", fact.focal_px, fact.width_px, fact.height_px);
       camera.SetPriorFocalLength(fact.focal_from_exif != 0);
-      database_.WriteCamera(camera, true);
+      database_.WriteCamera(camera);
     }
-    colmap::Image image;
-    image.SetImageId(static_cast<colmap::image_t>(fact.image_id));
-    image.SetCameraId(camera_id);
-    image.SetName(fact.agent + "/" + fact.name);
-    database_.WriteImage(image, true);
+    database_.WriteImage(static_cast<ImageId>(fact.image_id), camera_id,
+                         fact.agent + "/" + fact.name);
     ++counts_.images;
     return Status::Ok();
   }
 
   Status WriteFeatures(const features_t& fact) {
-    const auto image_id = static_cast<colmap::image_t>(fact.image_id);
+    const auto image_id = static_cast<ImageId>(fact.image_id);
     const Result<Bytes> keypoint_bytes = blobs_.Get(fact.keypoints_blob);
     if (!keypoint_bytes) return keypoint_bytes.status();
     const Result<Keypoints> keypoints = DecodeKeypoints(*keypoint_bytes);
@@ -69,13 +66,8 @@ class DatabaseWriter {
     if (!descriptor_bytes) return descriptor_bytes.status();
     const Result<Descriptors> descriptors = DecodeDescriptors(*descriptor_bytes);
     if (!descriptors) return descriptors.status();
-
-    colmap::FeatureKeypoints rows;
-    for (const Keypoint& k : *keypoints) rows.emplace_back(k.x, k.y, k.scale_px, k.angle_rad);
-    colmap::FeatureDescriptors matrix(descriptors->rows(), Descriptors::kDim);
-    std::copy(descriptors->data.begin(), descriptors->data.end(), matrix.data());
-    database_.WriteKeypoints(image_id, rows);
-    database_.WriteDescriptors(image_id, matrix);
+    database_.WriteKeypoints(image_id, *keypoints);
+    database_.WriteDescriptors(image_id, *descriptors);
     return Status::Ok();
   }
 
@@ -86,15 +78,15 @@ class DatabaseWriter {
     const Result<TwoViewPairs> pairs = DecodeTwoViewPairs(*bytes);
     if (!pairs) return pairs.status();
     for (const TwoViewPair& pair : *pairs) {
-      WritePair(static_cast<colmap::image_t>(fact.image_id), pair);
+      WritePair(static_cast<ImageId>(fact.image_id), pair);
     }
     return Status::Ok();
   }
 
-  void WritePair(colmap::image_t image_id, const TwoViewPair& pair) {
-    const auto other_id = static_cast<colmap::image_t>(pair.other_id);
+  void WritePair(ImageId image_id, const TwoViewPair& pair) {
+    const auto other_id = static_cast<ImageId>(pair.other_id);
     if (database_.ExistsMatches(image_id, other_id)) return;
-    colmap::TwoViewGeometry geometry;
+    TwoViewGeometry geometry;
     geometry.config = pair.geometry;
     geometry.E = ToMatrix(pair.E);
     geometry.F = ToMatrix(pair.F);
@@ -111,8 +103,7 @@ class DatabaseWriter {
   }
 
   const BlobStore& blobs_;
-  colmap::Database database_;
-  colmap::DatabaseTransaction transaction_;
+  ColmapDatabase database_;
   DatabaseCounts counts_;
   std::vector<candidates_t> candidates_;
 };

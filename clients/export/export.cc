@@ -61,7 +61,7 @@ void PlaceModels(const ExportOptions& options, std::vector<ExportModel>* models)
   if (models->empty()) throw std::runtime_error("no model can be georeferenced");
 }
 
-void WritePicture(const colmap::Reconstruction& model, const fs::path& path) {
+void WritePicture(const Reconstruction& model, const fs::path& path) {
   Bytes png;
   if (!cv::imencode(".png", DrawModel(model, kPictureSidePx), png)) {
     throw std::runtime_error("OpenCV could not encode a PNG");
@@ -102,7 +102,7 @@ void WriteModels(const std::vector<ExportModel>& models, const ExportOptions& op
   ProgressBar progress("models", static_cast<int64_t>(models.size() * formats.size()));
   for (size_t i = 0; i < models.size(); ++i) {
     const fs::path folder = fs::path(options.output) / std::to_string(i);
-    const colmap::Reconstruction& model = *models[i].reconstruction;
+    const Reconstruction& model = *models[i].reconstruction;
     fs::create_directories(folder);
     for (const std::string& format : formats) {
       ThrowUnlessOk(WriteModel(model, format, folder));

@@ -1,5 +1,4 @@
 // What `skein export` reads out of a session folder, and what it writes.
-#include <base/database.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -18,6 +17,7 @@
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
 #include "session/read_session.h"
+#include "sfm/database.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
 
@@ -26,14 +26,14 @@ namespace skein::export_test {
 namespace fs = std::filesystem;
 
 // Photos side by side that see the same four points, one camera.
-colmap::Reconstruction MakeModel(int num_photos, const std::string& camera_model) {
-  colmap::Reconstruction model;
-  colmap::Camera camera;
+Reconstruction MakeModel(int num_photos, const std::string& camera_model) {
+  Reconstruction model;
+  Camera camera;
   camera.SetCameraId(1);
   camera.InitializeWithName(camera_model, 1000, 1200, 900);
   model.AddCamera(camera);
   for (int i = 0; i < num_photos; ++i) {
-    colmap::Image image;
+    Image image;
     image.SetImageId(i + 1);
     image.SetCameraId(1);
     image.SetName("alice/" + std::to_string(i) + ".jpg");
@@ -44,16 +44,16 @@ colmap::Reconstruction MakeModel(int num_photos, const std::string& camera_model
     model.RegisterImage(i + 1);
   }
   for (int p = 0; p < 4; ++p) {
-    colmap::Track track;
+    Track track;
     for (int i = 0; i < num_photos; ++i) track.AddElement(i + 1, p);
     model.AddPoint3D(Eigen::Vector3d(p, 1, 5), track);
   }
   return model;
 }
 
-Bytes ArchiveOf(const colmap::Reconstruction& model, const fs::path& scratch) {
+Bytes ArchiveOf(const Reconstruction& model, const fs::path& scratch) {
   fs::create_directories(scratch);
-  model.WriteBinary(scratch.string());
+  EXPECT_TRUE(WriteModelBinary(model, scratch).ok());
   ModelArchive archive;
   for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
     archive[name] = *ReadFile((scratch / name).string());
@@ -221,7 +221,7 @@ TEST_F(ExportTest, TakesTheNewestModelOfEachLivingSubmapLargestFirst) {
 TEST_F(ExportTest, FallsBackOnTheFinishedModels) {
   EXPECT_TRUE(Models().empty());
   fs::create_directories(paths_.Sparse() / "0");
-  MakeModel(4, "SIMPLE_RADIAL").WriteBinary((paths_.Sparse() / "0").string());
+  ASSERT_TRUE(WriteModelBinary(MakeModel(4, "SIMPLE_RADIAL"), paths_.Sparse() / "0").ok());
   ASSERT_EQ(Models().size(), 1u);
   EXPECT_EQ(Models()[0].reconstruction->NumRegImages(), 4u);
 }
@@ -260,7 +260,7 @@ TEST_F(ExportTest, DatabaseHoldsWhatColmapNeeds) {
   ASSERT_TRUE(counts.ok()) << counts.error();
   EXPECT_EQ(counts->images, 3);
   EXPECT_EQ(counts->pairs, 3);
-  const colmap::Database database(file.string());
+  const ColmapDatabase database(file.string());
   EXPECT_EQ(database.NumCameras(), 1u);
   EXPECT_EQ(database.ReadCamera(1).MeanFocalLength(), 1000);
   EXPECT_TRUE(database.ReadCamera(1).HasPriorFocalLength());
@@ -332,7 +332,7 @@ TEST_F(ExportTest, LeavesNoHalfDatabase) {
 }
 
 TEST(ModelWriter, ColmapFormatsReadBackAlike) {
-  const colmap::Reconstruction model = MakeModel(3, "OPENCV");
+  const Reconstruction model = MakeModel(3, "OPENCV");
   for (const char* format : {"bin", "text"}) {
     const TestFolder folder;
     ASSERT_TRUE(WriteModel(model, format, folder.path()).ok()) << format;
@@ -352,7 +352,7 @@ TEST(ModelWriter, WritesTheFilesOfEachFormat) {
       {"nerfstudio", {"transforms.json", "points.ply"}},
       {"bundler", {"bundle.out", "bundle.out.list.txt"}},
       {"nvm", {"model.nvm"}}};
-  const colmap::Reconstruction model = MakeModel(3, "SIMPLE_RADIAL");
+  const Reconstruction model = MakeModel(3, "SIMPLE_RADIAL");
   for (const auto& [format, files] : expected) {
     const TestFolder folder;
     const Status written = WriteModel(model, format, folder.path());
@@ -363,7 +363,7 @@ TEST(ModelWriter, WritesTheFilesOfEachFormat) {
 
 TEST(ModelWriter, SaysWhatAFormatCannotHold) {
   const TestFolder folder;
-  const colmap::Reconstruction model = MakeModel(3, "OPENCV");
+  const Reconstruction model = MakeModel(3, "OPENCV");
   for (const char* format : {"bundler", "nvm"}) {
     const Status written = WriteModel(model, format, folder.path());
     ASSERT_FALSE(written.ok()) << format;

@@ -1,13 +1,13 @@
 #include "clients/export/picture.h"
 
-#include <base/pose.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
+
+#include "sfm/pose.h"
 
 namespace skein {
 namespace {
@@ -34,21 +34,21 @@ struct Cloud {
   std::vector<CameraMark> cameras;
 };
 
-Cloud Collect(const colmap::Reconstruction& model) {
+Cloud Collect(const Reconstruction& model) {
   Cloud cloud;
   for (const auto& [id, point] : model.Points3D()) {
     cloud.points.push_back(point.XYZ());
     cloud.colors.emplace_back(point.Color(2), point.Color(1), point.Color(0));
   }
   std::map<std::string, size_t> agents;
-  for (const colmap::image_t id : model.RegImageIds()) {
-    const colmap::Image& image = model.Image(id);
-    const colmap::Camera& camera = model.Camera(image.CameraId());
+  for (const ImageId id : model.RegImageIds()) {
+    const Image& image = model.Image(id);
+    const Camera& camera = model.Camera(image.CameraId());
     const std::string agent = image.Name().substr(0, image.Name().find_last_of('/'));
     const size_t index = agents.emplace(agent, agents.size()).first->second;
     const double focal = camera.MeanFocalLength();
     cloud.cameras.push_back({image.ProjectionCenter(),
-                             colmap::QuaternionToRotationMatrix(image.Qvec()).transpose(),
+                             QuaternionToRotationMatrix(image.Qvec()).transpose(),
                              camera.Width() / focal / 2, camera.Height() / focal / 2,
                              kColors[index % std::size(kColors)]});
   }
@@ -125,7 +125,7 @@ void DrawView(const Cloud& cloud, const Matrix3d& view, cv::Mat3b image) {
 
 }  // namespace
 
-cv::Mat3b DrawModel(const colmap::Reconstruction& model, int side_px) {
+cv::Mat3b DrawModel(const Reconstruction& model, int side_px) {
   const Cloud cloud = Collect(model);
   const Matrix3d upright = Upright(cloud);
   cv::Mat3b picture(side_px, 2 * side_px);

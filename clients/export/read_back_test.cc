@@ -1,6 +1,5 @@
 // What `skein export` writes, read by readers after each format's own documentation. They share no
 // code with the writers, nor with COLMAP: OpenCV projects.
-#include <base/reconstruction.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -20,6 +19,7 @@
 #include "export/nerfstudio.h"
 #include "export/nvm.h"
 #include "export/written_names.h"
+#include "sfm/reconstruction.h"
 #include "testing/test_folder.h"
 
 namespace skein::read_back_test {
@@ -48,8 +48,8 @@ class Scene {
  public:
   explicit Scene(const std::vector<Lens>& lenses, const std::string& name_begin = "alice/") {
     for (size_t i = 0; i < lenses.size(); ++i) {
-      colmap::Camera camera;
-      camera.SetCameraId(static_cast<colmap::camera_t>(i + 1));
+      Camera camera;
+      camera.SetCameraId(static_cast<CameraId>(i + 1));
       camera.SetModelIdFromName(lenses[i].model);
       camera.SetWidth(kWidth);
       camera.SetHeight(kHeight);
@@ -63,12 +63,12 @@ class Scene {
     for (size_t p = 0; p < points_.size(); ++p) AddPoint(p);
   }
 
-  const colmap::Reconstruction& model() const { return model_; }
+  const Reconstruction& model() const { return model_; }
   const std::vector<Vector3d>& points() const { return points_; }
 
   PhotoSource Photos() const {
     return [this](const std::string& name) -> Result<cv::Mat3b> {
-      for (const colmap::image_t id : model_.RegImageIds()) {
+      for (const ImageId id : model_.RegImageIds()) {
         if (model_.Image(id).Name() == name) return Draw(model_.Image(id));
       }
       return NotFound("no photo " + name);
@@ -77,16 +77,16 @@ class Scene {
 
  private:
   void AddPhoto(int i, const std::string& name_begin, size_t num_lenses) {
-    colmap::Image image;
-    image.SetImageId(static_cast<colmap::image_t>(i + 1));
-    image.SetCameraId(static_cast<colmap::camera_t>(i % num_lenses + 1));
+    Image image;
+    image.SetImageId(static_cast<ImageId>(i + 1));
+    image.SetCameraId(static_cast<CameraId>(i % num_lenses + 1));
     image.SetName(name_begin + std::to_string(i) + ".png");
     const Eigen::Quaterniond q(
         Eigen::AngleAxisd(0.1 * (i - 1), Vector3d(0.3, 1, 0.2).normalized()));
     const Vector3d centre(0.4 * i - 0.6, 0.1 * i, 0.2 * i);
     image.SetQvec({q.w(), q.x(), q.y(), q.z()});
     image.SetTvec(-(q * centre));
-    const colmap::Camera& camera = model_.Camera(image.CameraId());
+    const Camera& camera = model_.Camera(image.CameraId());
     std::vector<Vector2d> pixels;
     for (const Vector3d& point : points_) {
       pixels.push_back(camera.WorldToImage((q * (point - centre)).hnormalized()));
@@ -96,17 +96,17 @@ class Scene {
     model_.RegisterImage(image.ImageId());
   }
   void AddPoint(size_t p) {
-    colmap::Track track;
+    Track track;
     for (int i = 0; i < 4; ++i) {
-      track.AddElement(static_cast<colmap::image_t>(i + 1), static_cast<colmap::point2D_t>(p));
+      track.AddElement(static_cast<ImageId>(i + 1), static_cast<Point2DIdx>(p));
     }
     const auto red = static_cast<uint8_t>(10 * p);
     model_.AddPoint3D(points_[p], track, Eigen::Matrix<uint8_t, 3, 1>(red, 100, 200));
   }
-  static cv::Mat3b Draw(const colmap::Image& image) {
+  static cv::Mat3b Draw(const Image& image) {
     constexpr int kShift = 6;
     cv::Mat3b photo(kHeight, kWidth, cv::Vec3b::all(0));
-    for (const colmap::Point2D& point : image.Points2D()) {
+    for (const Point2D& point : image.Points2D()) {
       const cv::Point centre(static_cast<int>(std::lround((point.X() - 0.5) * (1 << kShift))),
                              static_cast<int>(std::lround((point.Y() - 0.5) * (1 << kShift))));
       cv::circle(photo, centre, 6 << kShift, cv::Scalar::all(255), -1, cv::LINE_AA, kShift);
@@ -114,7 +114,7 @@ class Scene {
     return photo;
   }
 
-  colmap::Reconstruction model_;
+  Reconstruction model_;
   std::vector<Vector3d> points_;
 };
 
@@ -518,11 +518,11 @@ TEST(ReadBack, NerfstudioHasEachCameraAsItIsWithoutPhotos) {
     ExpectPoints(ReadPly(folder / ply).points, scene.points());
     ASSERT_EQ(frames.size(), 4u);
     for (size_t i = 0; i < frames.size(); ++i) {
-      const colmap::Image& image = scene.model().Image(static_cast<colmap::image_t>(i + 1));
+      const Image& image = scene.model().Image(static_cast<ImageId>(i + 1));
       EXPECT_EQ(frames[i].photo, "images/" + image.Name());
       for (size_t p = 0; p < scene.points().size(); ++p) {
         const Vector2d pixel = frames[i].Project(scene.points()[p]);
-        EXPECT_LT((pixel - image.Point2D(static_cast<colmap::point2D_t>(p)).XY()).norm(), 1e-3)
+        EXPECT_LT((pixel - image.Point2D(static_cast<Point2DIdx>(p)).XY()).norm(), 1e-3)
             << lens.model;
       }
     }
@@ -709,9 +709,9 @@ TEST(ReadBack, ColmapModelsAreWhatTheyWere) {
 
 TEST(WrittenNames, AreToldApart) {
   const Scene scene({kSimpleRadial});
-  colmap::Reconstruction model = scene.model();
+  Reconstruction model = scene.model();
   const char* names[] = {"a/b c.png", "a/b_c.png", "a/b\tc.png", "a_b/c.jpg"};
-  for (int i = 0; i < 4; ++i) model.Image(static_cast<colmap::image_t>(i + 1)).SetName(names[i]);
+  for (int i = 0; i < 4; ++i) model.Image(static_cast<ImageId>(i + 1)).SetName(names[i]);
   EXPECT_EQ(NumNamesWithBlanks(model), 2);
   EXPECT_EQ(
       NamesWithoutBlanks(model),

@@ -21,7 +21,7 @@ constexpr int kTrainingJpegQuality = 95;
 
 class TrainingFolder {
  public:
-  TrainingFolder(const colmap::Reconstruction& model, const PhotoSource& photos,
+  TrainingFolder(const Reconstruction& model, const PhotoSource& photos,
                  const std::function<void()>& on_photo, const fs::path& folder)
       : model_(model), photos_(photos), on_photo_(on_photo), folder_(folder) {}
 
@@ -41,11 +41,11 @@ class TrainingFolder {
   }
 
  private:
-  using PhotosOfCamera = std::map<colmap::camera_t, std::vector<colmap::image_t>>;
+  using PhotosOfCamera = std::map<CameraId, std::vector<ImageId>>;
 
   PhotosOfCamera PhotosByCamera() const {
     PhotosOfCamera photos;
-    for (const colmap::image_t id : model_.RegImageIds()) {
+    for (const ImageId id : model_.RegImageIds()) {
       photos[model_.Image(id).CameraId()].push_back(id);
     }
     return photos;
@@ -62,7 +62,7 @@ class TrainingFolder {
     return Status::Ok();
   }
 
-  Status WritePhotos(colmap::camera_t camera_id, const std::vector<colmap::image_t>& image_ids) {
+  Status WritePhotos(CameraId camera_id, const std::vector<ImageId>& image_ids) {
     const Result<Undistortion> undistortion = Undistortion::Of(model_.Camera(camera_id));
     if (!undistortion.ok()) return undistortion.status();
     undistorted_.Camera(camera_id) = undistortion->camera();
@@ -70,24 +70,24 @@ class TrainingFolder {
       const Status written = WriteImage(undistortion->mask(), folder_ / MaskPath(camera_id));
       if (!written.ok()) return written;
     }
-    for (const colmap::image_t id : image_ids) {
+    for (const ImageId id : image_ids) {
       if (Status status = WritePhoto(*undistortion, id); !status.ok()) return status;
       on_photo_();
     }
     return Status::Ok();
   }
 
-  Status WritePhoto(const Undistortion& undistortion, colmap::image_t id) {
-    colmap::Image& image = undistorted_.Image(id);
+  Status WritePhoto(const Undistortion& undistortion, ImageId id) {
+    Image& image = undistorted_.Image(id);
     const Result<cv::Mat3b> photo = photos_(image.Name());
     if (!photo.ok()) return photo.status();
-    const colmap::Camera& camera = model_.Camera(image.CameraId());
+    const Camera& camera = model_.Camera(image.CameraId());
     const cv::Size size(static_cast<int>(camera.Width()), static_cast<int>(camera.Height()));
     if (photo->size() != size) {
       return InvalidArgument("photo " + image.Name() + " has " + SizeText(photo->size()) +
                              " pixels, its camera in the model " + SizeText(size));
     }
-    for (colmap::point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
       image.Point2D(i).SetXY(undistortion.Apply(image.Point2D(i).XY()));
     }
     cv::Mat pixels = undistortion.Apply(*photo);
@@ -99,7 +99,7 @@ class TrainingFolder {
     return std::to_string(size.width) + " x " + std::to_string(size.height);
   }
 
-  static std::string MaskPath(colmap::camera_t camera_id) {
+  static std::string MaskPath(CameraId camera_id) {
     return "masks/camera-" + std::to_string(camera_id) + ".png";
   }
 
@@ -113,7 +113,7 @@ class TrainingFolder {
   }
 
   Status WriteTransforms() const {
-    return WriteNerfstudio(undistorted_, folder_, [this](const colmap::Image& image) {
+    return WriteNerfstudio(undistorted_, folder_, [this](const Image& image) {
       return NerfstudioFiles{"images/" + image.Name(),
                              has_borders_ ? MaskPath(image.CameraId()) : ""};
     });
@@ -125,20 +125,20 @@ class TrainingFolder {
     return WriteModel(undistorted_, "bin", sparse);
   }
 
-  const colmap::Reconstruction& model_;
+  const Reconstruction& model_;
   const PhotoSource& photos_;
   const std::function<void()>& on_photo_;
   const fs::path folder_;
-  colmap::Reconstruction undistorted_ = model_;
+  Reconstruction undistorted_ = model_;
   WrittenNames names_;
   bool has_borders_ = false;
 };
 
 }  // namespace
 
-Status WriteTrainingFolder(const colmap::Reconstruction& model,
-                           const std::set<std::string>& formats, const PhotoSource& photos,
-                           const std::function<void()>& on_photo, const fs::path& folder) {
+Status WriteTrainingFolder(const Reconstruction& model, const std::set<std::string>& formats,
+                           const PhotoSource& photos, const std::function<void()>& on_photo,
+                           const fs::path& folder) {
   return TrainingFolder(model, photos, on_photo, folder).Write(formats);
 }
 

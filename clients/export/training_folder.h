@@ -1,8 +1,6 @@
 // Folders that programs for radiance fields train on as they are.
 #pragma once
 
-#include <base/reconstruction.h>
-
 #include <filesystem>
 #include <functional>
 #include <set>
@@ -10,6 +8,7 @@
 
 #include "clients/export/photo_source.h"
 #include "core/result.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
@@ -26,9 +25,8 @@ inline constexpr char kGaussianSplatting[] = "gaussian-splatting";
 // If a photo has borders, all photos are PNG files whose alpha is 0 there, and transforms.json
 // names a mask for each, masks/camera-ID.png. on_photo: after each photo. `folder` must exist.
 // Error: what cannot be undistorted, read or written; the folder is then incomplete.
-Status WriteTrainingFolder(const colmap::Reconstruction& model,
-                           const std::set<std::string>& formats, const PhotoSource& photos,
-                           const std::function<void()>& on_photo,
+Status WriteTrainingFolder(const Reconstruction& model, const std::set<std::string>& formats,
+                           const PhotoSource& photos, const std::function<void()>& on_photo,
                            const std::filesystem::path& folder);
 
 }  // namespace skein

@@ -1,12 +1,12 @@
 #include "clients/export/undistortion.h"
 
-#include <base/camera_models.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
+
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
@@ -20,7 +20,7 @@ struct Borders {
   bool are_inverse = true;  // each pixel of them can be undistorted; else it sets no limit
 };
 
-Borders FindBorders(const colmap::Camera& camera) {
+Borders FindBorders(const Camera& camera) {
   const Eigen::Array2d size(static_cast<double>(camera.Width()),
                             static_cast<double>(camera.Height()));
   const Eigen::Array2d focal(
@@ -49,15 +49,15 @@ Borders FindBorders(const colmap::Camera& camera) {
 
 }  // namespace
 
-Undistortion::Undistortion(const colmap::Camera& camera) : distorted_(camera) {
+Undistortion::Undistortion(const Camera& camera) : distorted_(camera) {
   pinhole_.SetCameraId(camera.CameraId());
-  pinhole_.SetModelId(colmap::PinholeCameraModel::model_id);
+  pinhole_.SetModelId(kPinhole);
   const bool one_focal = camera.FocalLengthIdxs().size() == 1;
   pinhole_.SetFocalLengthX(one_focal ? camera.FocalLength() : camera.FocalLengthX());
   pinhole_.SetFocalLengthY(one_focal ? camera.FocalLength() : camera.FocalLengthY());
 }
 
-Result<Undistortion> Undistortion::Of(const colmap::Camera& camera) {
+Result<Undistortion> Undistortion::Of(const Camera& camera) {
   Undistortion undistortion(camera);
   const Eigen::Array2d half = FindBorders(camera).nearest;
   undistortion.SetSize(
@@ -67,9 +67,7 @@ Result<Undistortion> Undistortion::Of(const colmap::Camera& camera) {
   return undistortion;
 }
 
-bool Undistortion::MayHaveBorders(const colmap::Camera& camera) {
-  return !FindBorders(camera).are_inverse;
-}
+bool Undistortion::MayHaveBorders(const Camera& camera) { return !FindBorders(camera).are_inverse; }
 
 void Undistortion::SetSize(cv::Size size) {
   pinhole_.SetWidth(static_cast<size_t>(std::max(1, size.width)));

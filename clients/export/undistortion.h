@@ -1,12 +1,11 @@
 // Photos as a camera without distortion would have taken them.
 #pragma once
 
-#include <base/camera.h>
-
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
 #include "core/result.h"
+#include "sfm/camera.h"
 
 namespace skein {
 
@@ -19,13 +18,13 @@ namespace skein {
 class Undistortion {
  public:
   // Error: the parameters are absurd even in the middle of the photo.
-  static Result<Undistortion> Of(const colmap::Camera& camera);
+  static Result<Undistortion> Of(const Camera& camera);
 
   // Whether Of(camera) may have borders, at the cost of the photo's edges alone.
-  static bool MayHaveBorders(const colmap::Camera& camera);
+  static bool MayHaveBorders(const Camera& camera);
 
   // PINHOLE, with the id of the camera.
-  const colmap::Camera& camera() const { return pinhole_; }
+  const Camera& camera() const { return pinhole_; }
 
   // Bilinear; black in borders. The photo has the size of the camera (std::invalid_argument).
   cv::Mat3b Apply(const cv::Mat3b& photo) const;
@@ -38,14 +37,14 @@ class Undistortion {
   bool has_borders() const { return has_borders_; }
 
  private:
-  explicit Undistortion(const colmap::Camera& camera);
+  explicit Undistortion(const Camera& camera);
   void SetSize(cv::Size size);
   void Map();
   cv::Mat1b Valid() const;
   Status Crop();
 
-  const colmap::Camera distorted_;
-  colmap::Camera pinhole_;
+  const Camera distorted_;
+  Camera pinhole_;
   cv::Mat1f map_x_, map_y_;  // OpenCV's pixels, whose upper-left centre is 0, 0
   cv::Mat1b mask_;
   bool has_borders_ = false;

@@ -6,8 +6,8 @@
 
 namespace skein::undistortion_test {
 
-colmap::Camera MakeCamera(const std::string& model, const std::vector<double>& params) {
-  colmap::Camera camera;
+Camera MakeCamera(const std::string& model, const std::vector<double>& params) {
+  Camera camera;
   camera.SetCameraId(7);
   camera.SetModelIdFromName(model);
   camera.SetWidth(640);
@@ -17,7 +17,7 @@ colmap::Camera MakeCamera(const std::string& model, const std::vector<double>& p
 }
 
 // Lens models from a pincushion to a fisheye, one of them with the principal point off the middle.
-std::vector<colmap::Camera> Lenses() {
+std::vector<Camera> Lenses() {
   return {MakeCamera("SIMPLE_RADIAL", {500, 320, 240, -0.1}),
           MakeCamera("SIMPLE_RADIAL", {500, 320, 240, 0.1}),
           MakeCamera("RADIAL", {450, 320, 240, -0.2, 0.05}),
@@ -49,7 +49,7 @@ TEST(Undistortion, PutsThePrincipalPointIntoTheMiddle) {
 
 TEST(Undistortion, LeavesNoBorderAndWastesLittle) {
   const cv::Mat3b white(480, 640, cv::Vec3b::all(255));
-  for (const colmap::Camera& camera : Lenses()) {
+  for (const Camera& camera : Lenses()) {
     SCOPED_TRACE(camera.ModelName());
     EXPECT_FALSE(Undistortion::MayHaveBorders(camera));
     const auto undistortion = Undistortion::Of(camera);
@@ -61,7 +61,7 @@ TEST(Undistortion, LeavesNoBorderAndWastesLittle) {
     cv::minMaxLoc(undistortion->Apply(white).reshape(1), &least);
     EXPECT_EQ(least, 255);
     // One more pixel at each side, and the nearer border of the photo is passed.
-    const colmap::Camera& pinhole = undistortion->camera();
+    const Camera& pinhole = undistortion->camera();
     const double width = static_cast<double>(pinhole.Width());
     const double height = static_cast<double>(pinhole.Height());
     double nearest = HUGE_VAL;
@@ -77,7 +77,7 @@ TEST(Undistortion, LeavesNoBorderAndWastesLittle) {
 
 // A point's pixel in the photo, and that of the same direction in the undistorted one.
 TEST(Undistortion, MovesPixelsAndPointsAlike) {
-  for (const colmap::Camera& camera : Lenses()) {
+  for (const Camera& camera : Lenses()) {
     SCOPED_TRACE(camera.ModelName());
     const auto undistortion = Undistortion::Of(camera);
     ASSERT_TRUE(undistortion.ok());
@@ -99,7 +99,7 @@ TEST(Undistortion, MovesPixelsAndPointsAlike) {
 
 // k = -0.4: beyond a radius of 0.91 focal lengths the polynomial turns back.
 TEST(Undistortion, MasksWhatTheLensModelDoesNotReach) {
-  const colmap::Camera camera = MakeCamera("SIMPLE_RADIAL", {250, 320, 240, -0.4});
+  const Camera camera = MakeCamera("SIMPLE_RADIAL", {250, 320, 240, -0.4});
   EXPECT_TRUE(Undistortion::MayHaveBorders(camera));
   const auto undistortion = Undistortion::Of(camera);
   ASSERT_TRUE(undistortion.ok());

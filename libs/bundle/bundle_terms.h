@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "bundle/bundle.h"
-#include "bundle/projection.h"
+#include "sfm/projection.h"
 
 namespace skein {
 

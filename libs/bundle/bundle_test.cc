@@ -3,12 +3,11 @@
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
-#include "base/camera_models.h"
-#include "base/cost_functions.h"
-#include "base/pose.h"
 #include "bundle/bundle_terms.h"
-#include "bundle/projection.h"
 #include "bundle/reduced_system.h"
+#include "sfm/camera.h"
+#include "sfm/pose.h"
+#include "sfm/projection.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
@@ -52,9 +51,9 @@ TEST(Projection, DerivativesAreCentralDifferencesForEveryCameraModel) {
   for (const std::string name :
        {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE",
         "FULL_OPENCV", "FOV", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE"}) {
-    const int id = colmap::CameraModelNameToId(name);
-    std::vector<double> params = colmap::CameraModelInitializeParams(id, 900, 1200, 900);
-    for (const size_t i : colmap::CameraModelExtraParamsIdxs(id)) params[i] = 0.05;
+    const int id = CameraModelId(name);
+    std::vector<double> params = InitialCameraParams(id, 900, 1200, 900);
+    for (const size_t i : CameraModelExtraParamsIdxs(id)) params[i] = 0.05;
     Eigen::Vector3d point(0.3, -0.2, 1.5);
     Eigen::Vector2d pixel;
     Eigen::Matrix<double, 2, 3> J;
@@ -77,8 +76,7 @@ TEST(Projection, DerivativesAreCentralDifferencesForEveryCameraModel) {
 
 TEST(Projection, FailsBehindTheCamera) {
   Eigen::Vector2d pixel;
-  EXPECT_FALSE(
-      Project(colmap::SimpleRadialCameraModel::model_id, {1000, 600, 450, 0}, {0, 0, -1}, &pixel));
+  EXPECT_FALSE(Project(kSimpleRadial, {1000, 600, 450, 0}, {0, 0, -1}, &pixel));
 }
 
 TEST(Bundle, ConvergesToTheTruthWithoutNoise) {
@@ -151,12 +149,29 @@ TEST(Bundle, SparseAndThreadedSolutionsAreTheDenseOne) {
   }
 }
 
-// The same problem with Ceres and COLMAP's residuals; refines all of the one camera but its centre.
+// A SIMPLE_RADIAL camera's residual by Ceres' automatic differentiation.
+struct RadialResidual {
+  template <typename T>
+  bool operator()(const T* q, const T* t, const T* point, const T* params, T* residuals) const {
+    T in_camera[3];
+    ceres::UnitQuaternionRotatePoint(q, point, in_camera);
+    const T u = (in_camera[0] + t[0]) / (in_camera[2] + t[2]);
+    const T v = (in_camera[1] + t[1]) / (in_camera[2] + t[2]);
+    const T scale = params[0] * (T(1) + params[3] * (u * u + v * v));
+    residuals[0] = scale * u + params[1] - T(pixel.x());
+    residuals[1] = scale * v + params[2] - T(pixel.y());
+    return true;
+  }
+
+  Eigen::Vector2d pixel;
+};
+
+// The same problem with Ceres; refines all of the one camera but its centre.
 class CeresBundle {
  public:
   explicit CeresBundle(const Bundle& bundle) : bundle_(bundle) {
     for (const BundlePose& pose : bundle.poses) {
-      qvecs_.push_back(colmap::RotationMatrixToQuaternion(pose.R));
+      qvecs_.push_back(RotationMatrixToQuaternion(pose.R));
       tvecs_.push_back(pose.t);
     }
     for (const BundlePoint& point : bundle.points) points_.push_back(point.xyz);
@@ -164,13 +179,13 @@ class CeresBundle {
   }
 
   double Solve() {
-    using Model = colmap::SimpleRadialCameraModel;
+    using Cost = ceres::AutoDiffCostFunction<RadialResidual, 2, 4, 3, 3, 4>;
     ceres::Problem problem;
     for (size_t p = 0; p < points_.size(); ++p) {
       const BundlePoint& point = bundle_.points[p];
       for (int i = point.first; i < point.first + point.count; ++i) {
         const BundleObservation& o = bundle_.observations[i];
-        problem.AddResidualBlock(colmap::BundleAdjustmentCostFunction<Model>::Create(o.pixel),
+        problem.AddResidualBlock(new Cost(new RadialResidual{o.pixel}),
                                  new ceres::SoftLOneLoss(1.0), qvecs_[o.pose].data(),
                                  tvecs_[o.pose].data(), points_[p].data(), params.data());
       }
@@ -192,7 +207,7 @@ class CeresBundle {
   }
 
   Eigen::Vector3d Center(size_t pose) const {
-    return colmap::ProjectionCenterFromPose(qvecs_[pose], tvecs_[pose]);
+    return ProjectionCenterFromPose(qvecs_[pose], tvecs_[pose]);
   }
   std::vector<double> params;
 

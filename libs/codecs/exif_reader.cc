@@ -8,8 +8,8 @@
 #include <ctime>
 #include <memory>
 
-#include "base/camera_database.h"
 #include "codecs/xmp_reader.h"
+#include "sfm/sensor_width.h"
 
 namespace skein {
 namespace {
@@ -228,12 +228,8 @@ std::optional<double> SensorWidthMm(const ExifReader& exif, const Exif& info,
                                            full_height.value_or(header.height_px));
     return longer / *resolution * MmPerUnit(unit);
   }
-  double width_mm = 0;
-  colmap::CameraDatabase database;
-  if (!info.make.empty() && database.QuerySensorWidth(info.make, info.model, &width_mm)) {
-    return width_mm;
-  }
-  return std::nullopt;
+  if (info.make.empty()) return std::nullopt;
+  return FindSensorWidthMm(info.make, info.model);
 }
 
 int OrientationOf(const ExifReader& exif) {

@@ -1,6 +1,7 @@
 #include "core/process.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <stdexcept>
@@ -20,6 +21,15 @@ TEST(Process, CapsThreads) {
   CapThreads(2);
   EXPECT_STREQ(std::getenv("OMP_NUM_THREADS"), "2");
   EXPECT_THROW(CapThreads(0), std::invalid_argument);
+}
+
+TEST(Process, EndsWithinItsTimeWhateverItsThreadsDo) {
+  EXPECT_EXIT(
+      {
+        EndProcessWithin(0.05);
+        while (true) ::pause();
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 TEST(Clock, Advances) {

@@ -40,8 +40,7 @@ class PhotoGroups {
   // Photos of groups that a remaining group contradicts by this many votes, ascending. Groups are
   // judged in the order of their size, the group with the photo `first` before all others: only
   // groups that remain can contradict later ones.
-  std::vector<ImageId> Contradicted(int min_contradiction,
-                                    ImageId first = colmap::kInvalidImageId) const;
+  std::vector<ImageId> Contradicted(int min_contradiction, ImageId first = kInvalidImageId) const;
 
  private:
   // A group goes by the id of one of its photos.

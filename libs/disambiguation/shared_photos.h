@@ -17,13 +17,12 @@ SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options
 
 // Between the shared photos and the others of one model, along the tracks they
 // have in common.
-CellVotes CompareShared(const SimilarStructuresOptions& options,
-                        const colmap::Reconstruction& model, const std::set<ImageId>& shared);
+CellVotes CompareShared(const SimilarStructuresOptions& options, const Reconstruction& model,
+                        const std::set<ImageId>& shared);
 
 // An error if the shared photos are not of one place. Each model in its own
 // frame; `shared` is registered in both. `options`: those of mapping.
-Status CheckSharedPhotos(const SimilarStructuresOptions& options,
-                         const colmap::Reconstruction& target, const colmap::Reconstruction& source,
-                         const std::set<ImageId>& shared);
+Status CheckSharedPhotos(const SimilarStructuresOptions& options, const Reconstruction& target,
+                         const Reconstruction& source, const std::set<ImageId>& shared);
 
 }  // namespace skein

@@ -12,7 +12,7 @@
 #include "core/threads.h"
 #include "disambiguation/photo_groups.h"
 #include "disambiguation/shared_photos.h"
-#include "util/math.h"
+#include "sfm/pose.h"
 
 namespace skein {
 namespace {
@@ -27,16 +27,16 @@ double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 }
 
 // Points that verified matches with registered photos tie to a photo, sorted.
-std::vector<Point3DId> MatchedPoints(const colmap::CorrespondenceGraph* graph,
-                                     const colmap::Reconstruction& model, ImageId image_id) {
+std::vector<Point3DId> MatchedPoints(const CorrespondenceGraph* graph, const Reconstruction& model,
+                                     ImageId image_id) {
   std::vector<Point3DId> points;
-  const colmap::Image& image = model.Image(image_id);
+  const Image& image = model.Image(image_id);
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     if (image.Point2D(i).HasPoint3D()) points.push_back(image.Point2D(i).Point3DId());
     if (graph == nullptr) continue;
     for (const auto& match : graph->FindCorrespondences(image_id, i)) {
       if (!model.ExistsImage(match.image_id)) continue;
-      const colmap::Point2D& point2D = model.Image(match.image_id).Point2D(match.point2D_idx);
+      const Point2D& point2D = model.Image(match.image_id).Point2D(match.point2D_idx);
       if (point2D.HasPoint3D()) points.push_back(point2D.Point3DId());
     }
   }
@@ -48,7 +48,7 @@ std::vector<Point3DId> MatchedPoints(const colmap::CorrespondenceGraph* graph,
 // Projection centres, each computed once. Threads may ask at once for those that are known.
 class Centers {
  public:
-  explicit Centers(const colmap::Reconstruction& model) : model_(model) {}
+  explicit Centers(const Reconstruction& model) : model_(model) {}
   const Eigen::Vector3d& Of(ImageId id) {
     const auto known = centers_.find(id);
     if (known != centers_.end()) return known->second;
@@ -56,16 +56,16 @@ class Centers {
   }
 
  private:
-  const colmap::Reconstruction& model_;
+  const Reconstruction& model_;
   std::unordered_map<ImageId, Eigen::Vector3d> centers_;
 };
 
 // A photo in which points of others are looked for.
 class View {
  public:
-  View(const SimilarStructuresOptions& options, const colmap::CorrespondenceGraph* graph,
-       const colmap::Reconstruction& model, Centers* centers, ImageId image_id,
-       const colmap::Camera& camera, const Eigen::Matrix3x4d& cam_from_world)
+  View(const SimilarStructuresOptions& options, const CorrespondenceGraph* graph,
+       const Reconstruction& model, Centers* centers, ImageId image_id, const Camera& camera,
+       const Matrix3x4d& cam_from_world)
       : options_(options),
         model_(model),
         centers_(*centers),
@@ -75,7 +75,7 @@ class View {
         cam_from_world_(cam_from_world),
         center_(-cam_from_world.leftCols<3>().transpose() * cam_from_world.col(3)),
         num_keypoints_(options.num_columns * options.num_rows) {
-    for (const colmap::Point2D& point2D : model.Image(image_id).Points2D()) {
+    for (const Point2D& point2D : model.Image(image_id).Points2D()) {
       const int cell = CellOfPixel(point2D.XY());
       if (cell >= 0) ++num_keypoints_[cell];
     }
@@ -85,9 +85,9 @@ class View {
   CellVotes Compare(ImageId other_id) const {
     std::vector<Expected> expected(num_keypoints_.size());
     const Eigen::Vector3d other_center = centers_.Of(other_id);
-    for (const colmap::Point2D& point2D : model_.Image(other_id).Points2D()) {
+    for (const Point2D& point2D : model_.Image(other_id).Points2D()) {
       if (!point2D.HasPoint3D()) continue;
-      const colmap::Point3D& point = model_.Point3D(point2D.Point3DId());
+      const Point3D& point = model_.Point3D(point2D.Point3DId());
       const Eigen::Vector3d in_camera = cam_from_world_ * point.XYZ().homogeneous();
       const int cell = CellOfPoint(in_camera);
       if (cell < 0 || !ShouldBeSeen(point, other_id, other_center)) continue;
@@ -122,8 +122,8 @@ class View {
   // Of the photo's own points in each cell, as it stands in the model; 0 if there are too few.
   void SetOwnDepths() {
     std::vector<std::vector<double>> depths(num_keypoints_.size());
-    const Eigen::Matrix3x4d registered = model_.Image(image_id_).ProjectionMatrix();
-    for (const colmap::Point2D& point2D : model_.Image(image_id_).Points2D()) {
+    const Matrix3x4d registered = model_.Image(image_id_).ProjectionMatrix();
+    for (const Point2D& point2D : model_.Image(image_id_).Points2D()) {
       if (!point2D.HasPoint3D()) continue;
       const Eigen::Vector3d xyz = model_.Point3D(point2D.Point3DId()).XYZ();
       const int cell = CellOfPixel(point2D.XY());
@@ -149,7 +149,7 @@ class View {
     return CellOfPixel(camera_.WorldToImage(in_camera.hnormalized()));
   }
 
-  bool ShouldBeSeen(const colmap::Point3D& point, ImageId other,
+  bool ShouldBeSeen(const Point3D& point, ImageId other,
                     const Eigen::Vector3d& other_center) const {
     const Eigen::Vector3d ray = center_ - point.XYZ(), other_ray = other_center - point.XYZ();
     const double ratio = ray.norm() / other_ray.norm();
@@ -157,8 +157,8 @@ class View {
       return false;
     }
     const double angle = AngleBetween(ray, other_ray);
-    if (angle > colmap::DegToRad(options_.max_view_angle_deg)) return false;
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
+    if (angle > DegToRad(options_.max_view_angle_deg)) return false;
+    for (const TrackElement& element : point.Track().Elements()) {
       if (element.image_id == image_id_ || element.image_id == other) continue;
       const Eigen::Vector3d third_ray = centers_.Of(element.image_id) - point.XYZ();
       if (AngleBetween(third_ray, other_ray) >= kAngleCover * angle) return true;
@@ -167,12 +167,12 @@ class View {
   }
 
   const SimilarStructuresOptions& options_;
-  const colmap::Reconstruction& model_;
+  const Reconstruction& model_;
   Centers& centers_;
   const ImageId image_id_;
   const std::vector<Point3DId> matched_;
-  const colmap::Camera& camera_;
-  const Eigen::Matrix3x4d cam_from_world_;
+  const Camera& camera_;
+  const Matrix3x4d cam_from_world_;
   const Eigen::Vector3d center_;
   std::vector<int> num_keypoints_;
   std::vector<double> own_depths_;
@@ -182,12 +182,12 @@ class View {
 class Views {
  public:
   // Without a graph a photo sees the points that it observes.
-  Views(const SimilarStructuresOptions& options, const colmap::CorrespondenceGraph* graph,
-        const colmap::Reconstruction& model)
+  Views(const SimilarStructuresOptions& options, const CorrespondenceGraph* graph,
+        const Reconstruction& model)
       : options_(options), graph_(graph), model_(model), centers_(model) {}
 
   // As if the photo stood there.
-  void Place(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
+  void Place(ImageId id, const Matrix3x4d& cam_from_world) {
     views_[id] = Make(id, cam_from_world);
   }
 
@@ -226,14 +226,14 @@ class Views {
   }
 
  private:
-  std::unique_ptr<View> Make(ImageId id, const Eigen::Matrix3x4d& cam_from_world) {
-    const colmap::Camera& camera = model_.Camera(model_.Image(id).CameraId());
+  std::unique_ptr<View> Make(ImageId id, const Matrix3x4d& cam_from_world) {
+    const Camera& camera = model_.Camera(model_.Image(id).CameraId());
     return std::make_unique<View>(options_, graph_, model_, &centers_, id, camera, cam_from_world);
   }
 
   const SimilarStructuresOptions& options_;
-  const colmap::CorrespondenceGraph* const graph_;
-  const colmap::Reconstruction& model_;
+  const CorrespondenceGraph* const graph_;
+  const Reconstruction& model_;
   Centers centers_;
   std::map<ImageId, std::unique_ptr<View>> views_;
 };
@@ -280,9 +280,9 @@ bool IsAbove(double max_share, int num, const SimilarStructuresOptions& options,
 }
 
 // Other photos that observe points of this one, with how many.
-std::map<ImageId, int> CountCommonPoints(const colmap::Reconstruction& model, ImageId image_id) {
+std::map<ImageId, int> CountCommonPoints(const Reconstruction& model, ImageId image_id) {
   std::map<ImageId, int> counts;
-  for (const colmap::Point2D& point2D : model.Image(image_id).Points2D()) {
+  for (const Point2D& point2D : model.Image(image_id).Points2D()) {
     if (!point2D.HasPoint3D()) continue;
     for (const auto& element : model.Point3D(point2D.Point3DId()).Track().Elements()) {
       if (element.image_id != image_id) ++counts[element.image_id];
@@ -325,8 +325,8 @@ bool HasTooManyMissingCells(const SimilarStructuresOptions& options, const CellV
 }
 
 CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const SceneMap& map,
-                                ImageId image_id, const colmap::Camera& camera,
-                                const Eigen::Matrix3x4d& cam_from_world) {
+                                ImageId image_id, const Camera& camera,
+                                const Matrix3x4d& cam_from_world) {
   Centers centers(map.reconstruction());
   const View view(options, &map.graph(), map.reconstruction(), &centers, image_id, camera,
                   cam_from_world);
@@ -338,8 +338,7 @@ CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const S
 }
 
 CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
-                           ImageId image_id, const Eigen::Matrix3x4d& cam_from_world,
-                           ImageId other) {
+                           ImageId image_id, const Matrix3x4d& cam_from_world, ImageId other) {
   Views views(options, &map.graph(), map.reconstruction());
   views.Place(image_id, cam_from_world);
   return views.Of(image_id).Compare(other);
@@ -394,7 +393,7 @@ std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
 }
 
 CellVotes ComparePhotoSets(const SimilarStructuresOptions& options, const SceneMap& map,
-                           const colmap::Reconstruction& model, const std::set<ImageId>& photos1,
+                           const Reconstruction& model, const std::set<ImageId>& photos1,
                            const std::set<ImageId>& photos2) {
   CellVotes sum;
   Views views(options, &map.graph(), model);
@@ -413,8 +412,8 @@ SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options
   return coarse;
 }
 
-CellVotes CompareShared(const SimilarStructuresOptions& options,
-                        const colmap::Reconstruction& model, const std::set<ImageId>& shared) {
+CellVotes CompareShared(const SimilarStructuresOptions& options, const Reconstruction& model,
+                        const std::set<ImageId>& shared) {
   CellVotes sum;
   Views views(options, nullptr, model);
   for (const ImageId id : shared) {
@@ -426,12 +425,11 @@ CellVotes CompareShared(const SimilarStructuresOptions& options,
   return sum;
 }
 
-Status CheckSharedPhotos(const SimilarStructuresOptions& options,
-                         const colmap::Reconstruction& target, const colmap::Reconstruction& source,
-                         const std::set<ImageId>& shared) {
+Status CheckSharedPhotos(const SimilarStructuresOptions& options, const Reconstruction& target,
+                         const Reconstruction& source, const std::set<ImageId>& shared) {
   const SimilarStructuresOptions coarse = ForSharedPhotos(options);
-  const std::pair<const char*, const colmap::Reconstruction*> models[] = {{"target", &target},
-                                                                          {"source", &source}};
+  const std::pair<const char*, const Reconstruction*> models[] = {{"target", &target},
+                                                                  {"source", &source}};
   for (const auto& [name, model] : models) {
     const CellVotes votes = CompareShared(coarse, *model, shared);
     if (!ShowsAnotherPlace(coarse, votes)) continue;

@@ -65,14 +65,13 @@ bool HasTooManyMissingCells(const SimilarStructuresOptions& options, const CellV
 // Compares a photo that is not registered, at cam_from_world, with its registered neighbours. The
 // photo has no points yet, so no cell is different.
 CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const SceneMap& map,
-                                ImageId image_id, const colmap::Camera& camera,
-                                const Eigen::Matrix3x4d& cam_from_world);
+                                ImageId image_id, const Camera& camera,
+                                const Matrix3x4d& cam_from_world);
 
 // A registered photo as if it stood at cam_from_world, compared with another one. Its own depths
 // are taken at its registered pose.
 CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
-                           ImageId image_id, const Eigen::Matrix3x4d& cam_from_world,
-                           ImageId other);
+                           ImageId image_id, const Matrix3x4d& cam_from_world, ImageId other);
 
 // Photos of another place than the map's, by different cells, ascending. Photos are joined into
 // groups along their verified pairs, those with most seen cells first. Groups that show different
@@ -89,7 +88,7 @@ struct SimilarPlaceCandidates {
   std::set<ImageId> registered;
   // Photos with too many missing cells at the pose of their matches (cam_from_world). Such a photo
   // belongs to the photos it matches most, and contradicts those whose points it misses.
-  std::map<ImageId, Eigen::Matrix3x4d> waiting;
+  std::map<ImageId, Matrix3x4d> waiting;
   bool Contains(ImageId id) const { return registered.count(id) > 0 || waiting.count(id) > 0; }
   bool IsEmpty() const { return registered.empty() && waiting.empty(); }
 };
@@ -103,7 +102,7 @@ std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
 // Sums the cells between photos of two sets in one model, along the verified pairs of `map`. The
 // map must hold all of these photos; its own poses and points are not used.
 CellVotes ComparePhotoSets(const SimilarStructuresOptions& options, const SceneMap& map,
-                           const colmap::Reconstruction& model, const std::set<ImageId>& photos1,
+                           const Reconstruction& model, const std::set<ImageId>& photos1,
                            const std::set<ImageId>& photos2);
 
 }  // namespace skein

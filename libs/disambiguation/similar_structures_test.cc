@@ -44,7 +44,7 @@ class Street {
   }
 
   CellVotes CompareSecond(int photo) {
-    colmap::Image image = map_.reconstruction().Image(photo);
+    Image image = map_.reconstruction().Image(photo);
     image.SetQvec({1, 0, 0, 0});
     image.SetTvec(-scene_.Center(photo - 1));
     return CompareWithNeighbours({}, map_, photo, map_.reconstruction().Camera(1),

@@ -1,7 +1,5 @@
 #include "export/georeferenced.h"
 
-#include <base/similarity_transform.h>
-
 #include <algorithm>
 
 #include "core/file.h"
@@ -10,13 +8,13 @@
 namespace skein {
 namespace {
 
-std::vector<GeoPhoto> PhotosWithPosition(const colmap::Reconstruction& model,
+std::vector<GeoPhoto> PhotosWithPosition(const Reconstruction& model,
                                          const std::map<std::string, GeodeticPosition>& positions) {
   std::vector<GeoPhoto> photos;
-  std::vector<colmap::image_t> ids = model.RegImageIds();
+  std::vector<ImageId> ids = model.RegImageIds();
   std::sort(ids.begin(), ids.end());
-  for (const colmap::image_t id : ids) {
-    const colmap::Image& image = model.Image(id);
+  for (const ImageId id : ids) {
+    const Image& image = model.Image(id);
     const auto position = positions.find(image.Name());
     if (position == positions.end()) continue;
     const Eigen::Vector4d& q = image.Qvec();
@@ -26,9 +24,8 @@ std::vector<GeoPhoto> PhotosWithPosition(const colmap::Reconstruction& model,
   return photos;
 }
 
-void Move(const Similarity& s, colmap::Reconstruction* model) {
-  model->Transform(colmap::SimilarityTransform3(
-      s.scale, {s.rotation.w(), s.rotation.x(), s.rotation.y(), s.rotation.z()}, s.translation));
+void Move(const Similarity& s, Reconstruction* model) {
+  model->Transform(s.scale, s.rotation.toRotationMatrix(), s.translation);
 }
 
 }  // namespace

@@ -10,13 +10,13 @@ constexpr double kMetresPerDegree = 111'320;  // along the equator
 ExportModel GridModel(int num_photos) {
   ExportModel model;
   model.label = "grid of " + std::to_string(num_photos);
-  model.reconstruction = std::make_unique<colmap::Reconstruction>();
-  colmap::Camera camera;
+  model.reconstruction = std::make_unique<Reconstruction>();
+  Camera camera;
   camera.SetCameraId(1);
   camera.InitializeWithName("SIMPLE_RADIAL", 1000, 1200, 900);
   model.reconstruction->AddCamera(camera);
   for (int i = 0; i < num_photos; ++i) {
-    colmap::Image image;
+    Image image;
     image.SetImageId(i + 1);
     image.SetCameraId(1);
     image.SetName("a/" + std::to_string(i));

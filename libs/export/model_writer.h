@@ -1,13 +1,12 @@
 // Writes a model in the formats of other programs.
 #pragma once
 
-#include <base/reconstruction.h>
-
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "core/result.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
@@ -15,14 +14,13 @@ namespace skein {
 const std::vector<std::string>& ModelFormats();
 
 // Writes cameras/images/points3D.bin or .txt, points.ply, transforms.json with points.ply,
-// bundle.out with bundle.out.list.txt, or model.nvm into `folder`, which must exist. COLMAP's
-// writers ignore write errors, so their files are checked afterwards. An error names the incomplete
-// file, or the camera that the format cannot hold (export/nerfstudio.h, export/nvm.h,
-// export/simple_camera.h).
+// bundle.out with bundle.out.list.txt, or model.nvm into `folder`, which must exist. An error
+// names the file that could not be written, or the camera that the format cannot hold
+// (export/nerfstudio.h, export/nvm.h, export/simple_camera.h).
 //
 // "nerfstudio" is with the cameras and photos as they are: images/AGENT/NAME beside transforms.json
 // are to be those of the session.
-Status WriteModel(const colmap::Reconstruction& model, const std::string& format,
+Status WriteModel(const Reconstruction& model, const std::string& format,
                   const std::filesystem::path& folder);
 
 // "text", "bundler", "nvm": their readers part a line at blanks. Photos with blanks in their names

@@ -1,7 +1,5 @@
 #include "export/nerfstudio.h"
 
-#include <base/pose.h>
-
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,6 +8,7 @@
 
 #include "core/file.h"
 #include "export/points_ply.h"
+#include "sfm/pose.h"
 
 namespace skein {
 namespace {
@@ -44,7 +43,7 @@ const std::map<std::string, ModelNames>& KnownModels() {
   return models;
 }
 
-Result<NerfstudioCamera> Convert(const colmap::Camera& camera) {
+Result<NerfstudioCamera> Convert(const Camera& camera) {
   const auto found = KnownModels().find(camera.ModelName());
   const auto refuse = [&](const std::string& why) {
     return InvalidArgument("nerfstudio cannot hold camera " + std::to_string(camera.CameraId()) +
@@ -74,9 +73,9 @@ Result<NerfstudioCamera> Convert(const colmap::Camera& camera) {
 }
 
 // World-from-camera with OpenGL's axes: y up, z backwards.
-json TransformMatrix(const colmap::Image& image) {
+json TransformMatrix(const Image& image) {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
-  transform.topLeftCorner<3, 3>() = colmap::QuaternionToRotationMatrix(image.Qvec()).transpose() *
+  transform.topLeftCorner<3, 3>() = QuaternionToRotationMatrix(image.Qvec()).transpose() *
                                     Eigen::Vector3d(1, -1, -1).asDiagonal();
   transform.topRightCorner<3, 1>() = image.ProjectionCenter();
   json rows = json::array();
@@ -88,14 +87,13 @@ json TransformMatrix(const colmap::Image& image) {
 
 }  // namespace
 
-Result<std::string> NerfstudioJson(const colmap::Reconstruction& model,
-                                   const NerfstudioFilesOf& files_of) {
-  std::vector<colmap::image_t> ids = model.RegImageIds();
+Result<std::string> NerfstudioJson(const Reconstruction& model, const NerfstudioFilesOf& files_of) {
+  std::vector<ImageId> ids = model.RegImageIds();
   std::sort(ids.begin(), ids.end());
-  std::map<colmap::camera_t, NerfstudioCamera> cameras;
+  std::map<CameraId, NerfstudioCamera> cameras;
   std::set<std::string> models;
-  for (const colmap::image_t id : ids) {
-    const colmap::camera_t camera_id = model.Image(id).CameraId();
+  for (const ImageId id : ids) {
+    const CameraId camera_id = model.Image(id).CameraId();
     if (cameras.count(camera_id) > 0) continue;
     const Result<NerfstudioCamera> camera = Convert(model.Camera(camera_id));
     if (!camera.ok()) return camera.status();
@@ -114,8 +112,8 @@ Result<std::string> NerfstudioJson(const colmap::Reconstruction& model,
                      {"frames", json::array()}};
   // What all photos share stands once.
   if (cameras.size() == 1) transforms.update(cameras.begin()->second.intrinsics);
-  for (const colmap::image_t id : ids) {
-    const colmap::Image& image = model.Image(id);
+  for (const ImageId id : ids) {
+    const Image& image = model.Image(id);
     const NerfstudioFiles files = files_of(image);
     json frame = {{"file_path", files.photo}, {"transform_matrix", TransformMatrix(image)}};
     if (!files.mask.empty()) frame["mask_path"] = files.mask;
@@ -125,7 +123,7 @@ Result<std::string> NerfstudioJson(const colmap::Reconstruction& model,
   return transforms.dump(1);
 }
 
-Status WriteNerfstudio(const colmap::Reconstruction& model, const std::filesystem::path& folder,
+Status WriteNerfstudio(const Reconstruction& model, const std::filesystem::path& folder,
                        const NerfstudioFilesOf& files_of) {
   const Result<std::string> text = NerfstudioJson(model, files_of);
   if (!text.ok()) return text.status();

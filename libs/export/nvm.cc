@@ -47,11 +47,11 @@ double FitInverse(const Radii& radii) {
   return numerator / denominator;
 }
 
-Result<double> NvmDistortion(const colmap::Camera& camera) {
+Result<double> NvmDistortion(const Camera& camera) {
   if (Status simple = ExpectSimpleCamera(camera, "nvm"); !simple.ok()) return simple;
   const double k = camera.ModelName() == "SIMPLE_RADIAL" ? camera.Params(3) : 0;
   if (k == 0) return 0.0;
-  const double focal = camera.FocalLength();
+  const double focal = camera.MeanFocalLength();
   const Radii radii = SampleRadii(k, std::hypot(camera.Width(), camera.Height()) / 2 / focal);
   const double r = radii.empty() ? 0 : FitInverse(radii);
   double error_px = 0;
@@ -69,32 +69,32 @@ Result<double> NvmDistortion(const colmap::Camera& camera) {
 
 class NvmText {
  public:
-  explicit NvmText(const colmap::Reconstruction& model) : model_(model) { text_.precision(17); }
+  explicit NvmText(const Reconstruction& model) : model_(model) { text_.precision(17); }
 
   Result<std::string> Write() {
-    std::vector<colmap::image_t> ids = model_.RegImageIds();
+    std::vector<ImageId> ids = model_.RegImageIds();
     std::sort(ids.begin(), ids.end());
     text_ << "NVM_V3\n\n" << ids.size() << "\n";
-    for (const colmap::image_t id : ids) {
+    for (const ImageId id : ids) {
       if (Status status = WriteCamera(model_.Image(id)); !status.ok()) return status;
       index_.emplace(id, index_.size());
     }
     text_ << "\n" << model_.NumPoints3D() << "\n";
-    std::vector<colmap::point3D_t> points;
+    std::vector<Point3DId> points;
     for (const auto& [id, point] : model_.Points3D()) points.push_back(id);
     std::sort(points.begin(), points.end());
-    for (const colmap::point3D_t id : points) WritePoint(model_.Point3D(id));
+    for (const Point3DId id : points) WritePoint(model_.Point3D(id));
     text_ << "\n\n0\n";  // no further model
     return text_.str();
   }
 
  private:
-  Status WriteCamera(const colmap::Image& image) {
-    const colmap::Camera& camera = model_.Camera(image.CameraId());
+  Status WriteCamera(const Image& image) {
+    const Camera& camera = model_.Camera(image.CameraId());
     const Result<double> distortion = NvmDistortion(camera);
     if (!distortion.ok()) return distortion.status();
     const Eigen::Vector3d centre = image.ProjectionCenter();
-    text_ << image.Name() << " " << camera.FocalLength();
+    text_ << image.Name() << " " << camera.MeanFocalLength();
     for (int i = 0; i < 4; ++i) text_ << " " << image.Qvec(i);
     for (int i = 0; i < 3; ++i) text_ << " " << centre[i];
     text_ << " " << *distortion << " 0\n";
@@ -102,16 +102,16 @@ class NvmText {
   }
 
   // Of several observations in a photo the first: VisualSFM knows one.
-  void WritePoint(const colmap::Point3D& point) {
+  void WritePoint(const Point3D& point) {
     for (int i = 0; i < 3; ++i) text_ << point.XYZ(i) << " ";
     for (int i = 0; i < 3; ++i) text_ << static_cast<int>(point.Color(i)) << " ";
-    std::map<colmap::image_t, colmap::point2D_t> seen;
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
+    std::map<ImageId, Point2DIdx> seen;
+    for (const TrackElement& element : point.Track().Elements()) {
       seen.emplace(element.image_id, element.point2D_idx);
     }
     text_ << seen.size();
     for (const auto& [id, index] : seen) {
-      const colmap::Camera& camera = model_.Camera(model_.Image(id).CameraId());
+      const Camera& camera = model_.Camera(model_.Image(id).CameraId());
       const Eigen::Vector2d pixel = model_.Image(id).Point2D(index).XY();
       text_ << " " << index_.at(id) << " " << index << " " << pixel.x() - camera.PrincipalPointX()
             << " " << pixel.y() - camera.PrincipalPointY();
@@ -119,14 +119,14 @@ class NvmText {
     text_ << "\n";
   }
 
-  const colmap::Reconstruction& model_;
-  std::map<colmap::image_t, size_t> index_;
+  const Reconstruction& model_;
+  std::map<ImageId, size_t> index_;
   std::ostringstream text_;
 };
 
 }  // namespace
 
-Status WriteNvmFile(const colmap::Reconstruction& model, const std::filesystem::path& file) {
+Status WriteNvmFile(const Reconstruction& model, const std::filesystem::path& file) {
   const Result<std::string> text = NvmText(model).Write();
   if (!text.ok()) return text.status();
   return WriteFileAtomic(file.string(), text->data(), text->size());

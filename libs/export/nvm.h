@@ -1,10 +1,9 @@
 #pragma once
 
-#include <base/reconstruction.h>
-
 #include <filesystem>
 
 #include "core/result.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
@@ -19,6 +18,6 @@ inline constexpr double kMaxNvmError = 0.002;
 // photo. Names are written as they are: blanks part fields. Error: a camera whose distortion is off
 // by more than kMaxNvmError anywhere in the photo, or which ExpectSimpleCamera refuses; or the file
 // cannot be written.
-Status WriteNvmFile(const colmap::Reconstruction& model, const std::filesystem::path& file);
+Status WriteNvmFile(const Reconstruction& model, const std::filesystem::path& file);
 
 }  // namespace skein

@@ -6,7 +6,7 @@
 
 namespace skein {
 
-Status WritePointsPly(const colmap::Reconstruction& model, const std::filesystem::path& file) {
+Status WritePointsPly(const Reconstruction& model, const std::filesystem::path& file) {
   constexpr size_t kVertexBytes = 3 * sizeof(float) + 3;
   std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " +
                     std::to_string(model.NumPoints3D()) +

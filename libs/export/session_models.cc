@@ -3,12 +3,11 @@
 #include <algorithm>
 
 #include "blobs/blob_store.h"
-#include "core/file.h"
-#include "export/temporary_folder.h"
 #include "formats/formats.h"
-#include "geometry/model_poses.h"
 #include "ledger/ledger_store.h"
 #include "session/read_session.h"
+#include "sfm/model_files.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -30,6 +29,14 @@ Result<std::vector<ExportModel>> ReadSparse(const fs::path& sparse) {
   return models;
 }
 
+Result<ExportModel> ExportModelOf(Result<Reconstruction> read, const std::string& label) {
+  if (!read) return read.status();
+  ExportModel model;
+  model.label = label;
+  model.reconstruction = std::make_unique<Reconstruction>(std::move(*read));
+  return model;
+}
+
 }  // namespace
 
 std::vector<submap_model_t> LatestModels(const SessionState& state) {
@@ -44,37 +51,16 @@ std::vector<submap_model_t> LatestModels(const SessionState& state) {
 }
 
 Result<ExportModel> ReadModelArchive(const submap_model_t& submap, const Bytes& bytes) {
-  const Result<ModelArchive> archive = DecodeModelArchive(bytes);
+  Result<ModelArchive> archive = DecodeModelArchive(bytes);
   if (!archive) return archive.status();
-  const TemporaryFolder folder;
-  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
-    const auto file = archive->find(name);
-    if (file == archive->end()) return DataLoss(std::string("a model lacks ") + name);
-    const Status written = WriteFileAtomic((folder.path() / name).string(), file->second);
-    if (!written.ok()) return written;
-  }
-  Result<ExportModel> model = ReadModelFolder(folder.path());
-  if (!model) return model;
-  model->label = "submap " + std::to_string(submap.submap_id) +
-                 (submap.kind == submap_model_t::FINAL ? ", final at " : ", checkpoint at ") +
-                 std::to_string(submap.ledger_seq);
-  return model;
+  const std::string kind = submap.kind == submap_model_t::FINAL ? "final" : "checkpoint";
+  return ExportModelOf(DecodeModel(std::move(*archive)),
+                       "submap " + std::to_string(submap.submap_id) + ", " + kind + " at " +
+                           std::to_string(submap.ledger_seq));
 }
 
 Result<ExportModel> ReadModelFolder(const fs::path& folder) {
-  const bool binary = fs::exists(folder / "points3D.bin");
-  for (const char* name : {"cameras", "images", "points3D"}) {
-    const fs::path file = folder / (std::string(name) + (binary ? ".bin" : ".txt"));
-    if (!fs::exists(file)) return NotFound("there is no " + file.string());
-  }
-  // COLMAP's reader aborts on damaged files, so the file is checked first.
-  const Result<ModelPoses> readable = ReadColmapPoses(folder);
-  if (!readable) return readable.status();
-  ExportModel model;
-  model.label = folder.string();
-  model.reconstruction = std::make_unique<colmap::Reconstruction>();
-  model.reconstruction->Read(folder.string());
-  return model;
+  return ExportModelOf(ReadModelFiles(folder), folder.string());
 }
 
 Result<std::vector<ExportModel>> ReadSessionModels(const SessionPaths& paths) {

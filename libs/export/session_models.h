@@ -1,8 +1,6 @@
 // Models for export: the newest of each submap, and the facts of the photos.
 #pragma once
 
-#include <base/reconstruction.h>
-
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -15,12 +13,13 @@
 #include "geometry/georeference.h"
 #include "ledger/session_folder.h"
 #include "session/session_state.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
 struct ExportModel {
   std::string label;  // "submap 3, checkpoint at 812" or the folder
-  std::unique_ptr<colmap::Reconstruction> reconstruction;
+  std::unique_ptr<Reconstruction> reconstruction;
   nlohmann::json georeference;  // see GeoreferenceToJson; null in the mapper's frame
 };
 

@@ -10,7 +10,7 @@ constexpr double kMaxOffCentrePx = 1;
 
 }  // namespace
 
-Status ExpectSimpleCamera(const colmap::Camera& camera, const std::string& format) {
+Status ExpectSimpleCamera(const Camera& camera, const std::string& format) {
   const std::string& name = camera.ModelName();
   const std::string who = format + " cannot hold camera " + std::to_string(camera.CameraId());
   const bool is_simple = name == "SIMPLE_RADIAL" || name == "SIMPLE_PINHOLE" ||

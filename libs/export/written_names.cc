@@ -28,13 +28,13 @@ std::pair<std::string, std::string> Split(const std::string& name) {
 }
 
 // Names that `change` leaves alone are theirs whoever else becomes the same.
-WrittenNames Rename(const colmap::Reconstruction& model,
+WrittenNames Rename(const Reconstruction& model,
                     const std::function<std::string(const std::string&)>& change) {
   WrittenNames names;
   std::set<std::string> taken;
-  std::vector<colmap::image_t> changed, ids = model.RegImageIds();
+  std::vector<ImageId> changed, ids = model.RegImageIds();
   std::sort(ids.begin(), ids.end());
-  for (const colmap::image_t id : ids) {
+  for (const ImageId id : ids) {
     const std::string& name = model.Image(id).Name();
     if (change(name) != name) {
       changed.push_back(id);
@@ -42,7 +42,7 @@ WrittenNames Rename(const colmap::Reconstruction& model,
       taken.insert(names[id] = name);
     }
   }
-  for (const colmap::image_t id : changed) {
+  for (const ImageId id : changed) {
     const std::string name = change(model.Image(id).Name());
     const auto [stem, extension] = Split(name);
     std::string free = name;
@@ -56,19 +56,19 @@ WrittenNames Rename(const colmap::Reconstruction& model,
 
 }  // namespace
 
-WrittenNames NamesWithoutBlanks(const colmap::Reconstruction& model) {
+WrittenNames NamesWithoutBlanks(const Reconstruction& model) {
   return Rename(model, WithoutBlanks);
 }
 
-int NumNamesWithBlanks(const colmap::Reconstruction& model) {
-  const std::vector<colmap::image_t>& ids = model.RegImageIds();
-  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&](colmap::image_t id) {
+int NumNamesWithBlanks(const Reconstruction& model) {
+  const std::vector<ImageId>& ids = model.RegImageIds();
+  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&](ImageId id) {
     const std::string& name = model.Image(id).Name();
     return std::any_of(name.begin(), name.end(), IsBlank);
   }));
 }
 
-WrittenNames FlatNames(const colmap::Reconstruction& model, const std::string& extension) {
+WrittenNames FlatNames(const Reconstruction& model, const std::string& extension) {
   return Rename(model, [&](const std::string& name) {
     std::string flat = WithoutBlanks(Split(name).first);
     std::replace(flat.begin(), flat.end(), '/', '_');
@@ -76,11 +76,11 @@ WrittenNames FlatNames(const colmap::Reconstruction& model, const std::string& e
   });
 }
 
-void RenameImages(const WrittenNames& names, colmap::Reconstruction* model) {
+void RenameImages(const WrittenNames& names, Reconstruction* model) {
   for (const auto& [id, name] : names) model->Image(id).SetName(name);
 }
 
-Status WriteNames(const colmap::Reconstruction& model, const WrittenNames& names,
+Status WriteNames(const Reconstruction& model, const WrittenNames& names,
                   const std::filesystem::path& file) {
   std::string text;
   for (const auto& [id, name] : names) text += name + "\t" + model.Image(id).Name() + "\n";

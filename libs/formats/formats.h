@@ -58,7 +58,7 @@ Result<GlobalDescriptor> DecodeGlobalDescriptor(const Bytes& bytes);
 // other: x_other^T E x_this = 0, x_other ~ H x_this. An unset matrix is zero.
 struct TwoViewPair {
   int64_t other_id = 0;
-  int8_t geometry = 0;  // colmap::TwoViewGeometry::ConfigurationType
+  int8_t geometry = 0;  // TwoViewGeometry::ConfigurationType
   std::array<double, 9> E{}, F{}, H{};
   std::array<double, 4> qvec{1, 0, 0, 0};              // other_from_this, wxyz
   std::array<double, 3> tvec{};                        // other_from_this, unit length or zero

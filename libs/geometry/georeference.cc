@@ -10,10 +10,10 @@
 #include <optional>
 #include <random>
 
-#include "base/gps.h"
 #include "core/option_check.h"
 #include "core/result.h"
 #include "core/statistics.h"
+#include "sfm/pose.h"
 
 namespace skein {
 namespace {
@@ -31,6 +31,30 @@ constexpr size_t kNumConcentrated = 10;  // hypotheses that are concentrated to 
 // Degrees, degrees, metres.
 Eigen::Vector3d ToVector(const GeodeticPosition& p, double altitude_m) {
   return {p.latitude_deg, p.longitude_deg, altitude_m};
+}
+
+// ECEF in metres on WGS 84.
+Eigen::Vector3d EcefFromGeodetic(const Eigen::Vector3d& lat_lon_altitude) {
+  constexpr double kEquatorM = 6378137.0, kFlattening = 1.0 / 298.257223563;
+  constexpr double kEccentricity2 = kFlattening * (2.0 - kFlattening);
+  const double latitude = DegToRad(lat_lon_altitude[0]), longitude = DegToRad(lat_lon_altitude[1]);
+  const double altitude_m = lat_lon_altitude[2];
+  const double sine = std::sin(latitude);
+  const double normal_m = kEquatorM / std::sqrt(1 - kEccentricity2 * sine * sine);
+  const double to_axis_m = (normal_m + altitude_m) * std::cos(latitude);
+  return {to_axis_m * std::cos(longitude), to_axis_m * std::sin(longitude),
+          (normal_m * (1 - kEccentricity2) + altitude_m) * sine};
+}
+
+// Rows: east, north and up at a place, in ECEF.
+Eigen::Matrix3d EnuAxes(const GeodeticPosition& place) {
+  const double latitude = DegToRad(place.latitude_deg), longitude = DegToRad(place.longitude_deg);
+  const double sin_lat = std::sin(latitude), cos_lat = std::cos(latitude);
+  const double sin_lon = std::sin(longitude), cos_lon = std::cos(longitude);
+  Eigen::Matrix3d axes;
+  axes << -sin_lon, cos_lon, 0, -sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat, cos_lat * cos_lon,
+      cos_lat * sin_lon, sin_lat;
+  return axes;
 }
 
 std::string Text(const char* format, double a, double b = 0) {
@@ -420,12 +444,11 @@ bool IsPlausible(const GeodeticPosition& p) {
 }
 
 Eigen::Vector3d EnuFromGeodetic(const GeodeticPosition& origin, const GeodeticPosition& position) {
-  const colmap::GPSTransform transform(colmap::GPSTransform::WGS84);
-  // COLMAP measures from the first of the points.
   const double base_m = origin.altitude_m.value_or(0);
-  return transform.EllToENU(
-      {ToVector(origin, base_m), ToVector(position, position.altitude_m.value_or(base_m))},
-      origin.latitude_deg, origin.longitude_deg)[1];
+  const Eigen::Vector3d from = EcefFromGeodetic(ToVector(origin, base_m));
+  const Eigen::Vector3d to =
+      EcefFromGeodetic(ToVector(position, position.altitude_m.value_or(base_m)));
+  return EnuAxes(origin) * (to - from);
 }
 
 GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
@@ -440,7 +463,8 @@ GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
   }
   if (plausible.empty()) return {};
   // On the earth's axes: longitudes have a seam.
-  const Points xyz = colmap::GPSTransform(colmap::GPSTransform::WGS84).EllToXYZ(on_ellipsoid);
+  Points xyz;
+  for (const Eigen::Vector3d& p : on_ellipsoid) xyz.push_back(EcefFromGeodetic(p));
   Eigen::Vector3d median;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;

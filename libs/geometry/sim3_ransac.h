@@ -11,10 +11,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "base/camera.h"
 #include "core/limits.h"
 #include "core/result.h"
 #include "geometry/sim3_similarity.h"
+#include "sfm/camera.h"
 
 namespace skein {
 
@@ -25,7 +25,7 @@ struct SharedView {
     Eigen::Vector2d pixel;  // where the photo sees it, COLMAP's convention
   };
   int64_t image_id = 0;
-  colmap::Camera camera;
+  Camera camera;
   CameraPose cam_from_world;
   std::unordered_map<uint32_t, Observation> observations;  // by point2D index
 };
@@ -39,8 +39,8 @@ struct SharedPhoto {
     Eigen::Vector2d pixel;
   };
   int64_t image_id = 0;
-  colmap::Camera source_camera;
-  colmap::Camera target_camera;
+  Camera source_camera;
+  Camera target_camera;
   CameraPose cam_from_source;
   CameraPose cam_from_target;
   std::vector<CommonPoint> points;  // by point2D index

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "base/camera_models.h"
+#include "sfm/projection.h"
 
 namespace skein {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double kReferenceSizePx = 1600.0;
 constexpr size_t kMaxRefinedPoints = 600;  // of one photo: more adds time, not accuracy
 
-double ErrorPx(const CameraPose& pose, const colmap::Camera& camera, const Eigen::Vector3d& xyz,
+double ErrorPx(const CameraPose& pose, const Camera& camera, const Eigen::Vector3d& xyz,
                const Eigen::Vector2d& pixel) {
   const Eigen::Vector3d in_camera = pose.Apply(xyz);
   if (!(in_camera.z() > std::numeric_limits<double>::epsilon())) {
@@ -59,23 +59,33 @@ struct TransferError {
     ceres::UnitQuaternionRotatePoint(camera_q, world, in_camera);
     for (int i = 0; i < 3; ++i) in_camera[i] += T(pose.translation[i]);
     if (in_camera[2] <= T(1e-12)) return false;
-    std::vector<T> camera_params(params.begin(), params.end());
-    Project(camera_params, in_camera[0] / in_camera[2], in_camera[1] / in_camera[2], residuals);
+    if (!ToPixel(in_camera, residuals)) return false;
     residuals[0] -= T(pixel.x());
     residuals[1] -= T(pixel.y());
     return true;
   }
 
-  template <typename T>
-  void Project(const std::vector<T>& camera_params, const T& u, const T& v, T* out) const {
-    switch (model_id) {
-#define CAMERA_MODEL_CASE(CameraModel)                                               \
-  case colmap::CameraModel::kModelId:                                                \
-    colmap::CameraModel::WorldToImage(camera_params.data(), u, v, &out[0], &out[1]); \
-    break;
-      CAMERA_MODEL_SWITCH_CASES
-#undef CAMERA_MODEL_CASE
+  bool ToPixel(const double* in_camera, double* out) const {
+    Eigen::Vector2d projected;
+    if (!Project(model_id, params, Eigen::Map<const Eigen::Vector3d>(in_camera), &projected)) {
+      return false;
     }
+    std::copy(projected.data(), projected.data() + 2, out);
+    return true;
+  }
+
+  // The chain rule with the camera's derivatives.
+  template <int N>
+  bool ToPixel(const ceres::Jet<double, N>* in_camera, ceres::Jet<double, N>* out) const {
+    const Eigen::Vector3d point(in_camera[0].a, in_camera[1].a, in_camera[2].a);
+    Eigen::Vector2d projected;
+    Eigen::Matrix<double, 2, 3> J;
+    if (!ProjectWithJacobians(model_id, params, point, &projected, &J, nullptr)) return false;
+    for (int k = 0; k < 2; ++k) {
+      out[k].a = projected[k];
+      out[k].v = J(k, 0) * in_camera[0].v + J(k, 1) * in_camera[1].v + J(k, 2) * in_camera[2].v;
+    }
+    return true;
   }
 };
 

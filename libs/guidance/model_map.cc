@@ -7,14 +7,14 @@
 namespace skein {
 namespace {
 
-GuidedCamera CameraOf(const colmap::Camera& camera) {
+GuidedCamera CameraOf(const Camera& camera) {
   const std::vector<size_t>& focal = camera.FocalLengthIdxs();
   return {static_cast<int>(camera.Width()), static_cast<int>(camera.Height()),
           camera.Params(focal.front()),     camera.Params(focal.back()),
           camera.PrincipalPointX(),         camera.PrincipalPointY()};
 }
 
-CameraPose PoseOf(const colmap::Image& image) {
+CameraPose PoseOf(const Image& image) {
   const Eigen::Vector4d& q = image.Qvec();
   CameraPose pose;
   pose.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
@@ -23,13 +23,13 @@ CameraPose PoseOf(const colmap::Image& image) {
 }
 
 // By image id: where the photo is in the map.
-std::map<colmap::image_t, uint32_t> AddPhotos(const colmap::Reconstruction& model, GuidedMap* map) {
-  std::map<colmap::camera_t, int32_t> cameras;
-  std::vector<colmap::image_t> ids = model.RegImageIds();
+std::map<ImageId, uint32_t> AddPhotos(const Reconstruction& model, GuidedMap* map) {
+  std::map<CameraId, int32_t> cameras;
+  std::vector<ImageId> ids = model.RegImageIds();
   std::sort(ids.begin(), ids.end());
-  std::map<colmap::image_t, uint32_t> index_of;
-  for (const colmap::image_t id : ids) {
-    const colmap::Image& image = model.Image(id);
+  std::map<ImageId, uint32_t> index_of;
+  for (const ImageId id : ids) {
+    const Image& image = model.Image(id);
     const auto [camera, is_new] =
         cameras.try_emplace(image.CameraId(), static_cast<int32_t>(map->cameras.size()));
     if (is_new) map->cameras.push_back(CameraOf(model.Camera(image.CameraId())));
@@ -39,11 +39,10 @@ std::map<colmap::image_t, uint32_t> AddPhotos(const colmap::Reconstruction& mode
   return index_of;
 }
 
-GuidedPoint PointOf(const colmap::Point3D& point,
-                    const std::map<colmap::image_t, uint32_t>& index_of) {
+GuidedPoint PointOf(const Point3D& point, const std::map<ImageId, uint32_t>& index_of) {
   GuidedPoint guided;
   guided.xyz = point.XYZ();
-  for (const colmap::TrackElement& element : point.Track().Elements()) {
+  for (const TrackElement& element : point.Track().Elements()) {
     guided.photos.push_back(index_of.at(element.image_id));
   }
   std::sort(guided.photos.begin(), guided.photos.end());
@@ -53,10 +52,10 @@ GuidedPoint PointOf(const colmap::Point3D& point,
 
 }  // namespace
 
-GuidedMap MapOfModel(const colmap::Reconstruction& model, size_t max_points) {
+GuidedMap MapOfModel(const Reconstruction& model, size_t max_points) {
   GuidedMap map;
-  const std::map<colmap::image_t, uint32_t> index_of = AddPhotos(model, &map);
-  std::vector<colmap::point3D_t> ids;
+  const std::map<ImageId, uint32_t> index_of = AddPhotos(model, &map);
+  std::vector<Point3DId> ids;
   for (const auto& [id, point] : model.Points3D()) ids.push_back(id);
   std::sort(ids.begin(), ids.end());
   const size_t step = (ids.size() + max_points - 1) / max_points;

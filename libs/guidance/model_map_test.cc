@@ -24,7 +24,7 @@ class ModelMapTest : public testing::Test {
 };
 
 TEST_F(ModelMapTest, HasThePhotosAndThePoints) {
-  const colmap::Reconstruction& model = map_.reconstruction();
+  const Reconstruction& model = map_.reconstruction();
   const GuidedMap map = MapOfModel(model, 1'000'000);
   ASSERT_EQ(map.photos.size(), 12u);
   EXPECT_EQ(map.points.size(), model.NumPoints3D());
@@ -50,7 +50,7 @@ TEST_F(ModelMapTest, HasThePhotosAndThePoints) {
 }
 
 TEST_F(ModelMapTest, OfManyPointsAPartSaysTheSame) {
-  const colmap::Reconstruction& model = map_.reconstruction();
+  const Reconstruction& model = map_.reconstruction();
   const auto summary_of = [&](size_t max_points) {
     const GuidedMap map = MapOfModel(model, max_points);
     EXPECT_LE(map.points.size(), max_points);
@@ -59,7 +59,7 @@ TEST_F(ModelMapTest, OfManyPointsAPartSaysTheSame) {
   const PlaceSummary all = summary_of(10'000), half = summary_of(model.NumPoints3D() / 2);
   EXPECT_GT(all.num_surfels, 20u);
   EXPECT_NEAR(half.completeness.good_share, all.completeness.good_share, 0.15);
-  EXPECT_EQ(MapOfModel(colmap::Reconstruction(), 10).points.size(), 0u);
+  EXPECT_EQ(MapOfModel(Reconstruction(), 10).points.size(), 0u);
 }
 
 }  // namespace skein::model_map_test

@@ -4,39 +4,39 @@
 #include <unordered_map>
 #include <utility>
 
-#include "base/reconstruction.h"
 #include "bundle/bundle.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
-// Builds a bundle from a part of a COLMAP model, which must outlive it. Add the poses first, then
+// Builds a bundle from a part of a model, which must outlive it. Add the poses first, then
 // their points. A camera is added with its first pose.
 class BundleAssembly {
  public:
-  using CameraMaker = std::function<BundleCamera(colmap::camera_t)>;
+  using CameraMaker = std::function<BundleCamera(CameraId)>;
 
-  BundleAssembly(const colmap::Reconstruction& model, CameraMaker make_camera);
+  BundleAssembly(const Reconstruction& model, CameraMaker make_camera);
 
   // No effect on an image that is in, or not registered.
-  void AddPose(colmap::image_t id, bool constant, const PoseStiffness& stiffness = {});
+  void AddPose(ImageId id, bool constant, const PoseStiffness& stiffness = {});
 
   // Adds the point with its observations in the added poses. A point with less than two of them is
   // left out. With `hold_open` a point that other images observe, too, is constant. For such a
   // constant point only observations in free poses or free cameras are added, and one is enough.
-  void AddPoint(colmap::point3D_t id, bool hold_open = false);
+  void AddPoint(Point3DId id, bool hold_open = false);
 
   Bundle Take() { return std::move(bundle_); }
 
  private:
-  int CameraIndex(colmap::camera_t id);
-  bool IsOpen(const colmap::Track& track) const;
+  int CameraIndex(CameraId id);
+  bool IsOpen(const Track& track) const;
   bool HasUnknowns(const BundlePose& pose) const;
 
-  const colmap::Reconstruction& model_;
+  const Reconstruction& model_;
   const CameraMaker make_camera_;
   Bundle bundle_;
-  std::unordered_map<colmap::image_t, int> pose_index_;
-  std::unordered_map<colmap::camera_t, int> camera_index_;
+  std::unordered_map<ImageId, int> pose_index_;
+  std::unordered_map<CameraId, int> camera_index_;
 };
 
 }  // namespace skein

@@ -20,7 +20,7 @@ constexpr double kIndependentObservations = 100;
 
 BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
                               bool refine_distortion) {
-  const colmap::Camera& camera = map.reconstruction().Camera(id);
+  const Camera& camera = map.reconstruction().Camera(id);
   const CameraState& state = map.camera_state(id);
   BundleCamera result;
   result.camera_id = id;

@@ -3,24 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/projection.h"
-#include "base/triangulation.h"
 #include "core/option_check.h"
 #include "map/map_access.h"
-#include "util/math.h"
+#include "sfm/pose.h"
+#include "sfm/reprojection.h"
+#include "sfm/triangulation.h"
 
 namespace skein {
 namespace {
 
 // Deletes the observations of a point that are in `bad`; true if the point is left.
-bool DeleteObservations(const std::vector<colmap::TrackElement>& bad, Point3DId id,
-                        colmap::Reconstruction* reconstruction) {
+bool DeleteObservations(const std::vector<TrackElement>& bad, Point3DId id,
+                        Reconstruction* reconstruction) {
   const size_t length = reconstruction->Point3D(id).Track().Length();
   if (length - bad.size() < 2) {
     reconstruction->DeletePoint3D(id);
     return false;
   }
-  for (const colmap::TrackElement& element : bad) {
+  for (const TrackElement& element : bad) {
     reconstruction->DeleteObservation(element.image_id, element.point2D_idx);
   }
   return true;
@@ -28,10 +28,10 @@ bool DeleteObservations(const std::vector<colmap::TrackElement>& bad, Point3DId 
 
 // One point: `elements` with their errors. Returns the observations taken out.
 int FilterPoint(const FilterOptions& options, Point3DId id,
-                const std::vector<std::pair<colmap::TrackElement, double>>& errors,
-                colmap::Reconstruction* reconstruction) {
+                const std::vector<std::pair<TrackElement, double>>& errors,
+                Reconstruction* reconstruction) {
   const int length = static_cast<int>(reconstruction->Point3D(id).Track().Length());
-  std::vector<colmap::TrackElement> bad;
+  std::vector<TrackElement> bad;
   double sum = 0;
   for (const auto& [element, error] : errors) {
     if (error <= options.max_reprojection_error_px) {
@@ -41,9 +41,9 @@ int FilterPoint(const FilterOptions& options, Point3DId id,
     }
   }
   if (!DeleteObservations(bad, id, reconstruction)) return length;
-  colmap::Point3D& point = reconstruction->Point3D(id);
+  Point3D& point = reconstruction->Point3D(id);
   if (!HasTriangulationAngle(*reconstruction, point,
-                             colmap::DegToRad(options.min_triangulation_angle_deg))) {
+                             DegToRad(options.min_triangulation_angle_deg))) {
     reconstruction->DeletePoint3D(id);
     return length;
   }
@@ -53,18 +53,17 @@ int FilterPoint(const FilterOptions& options, Point3DId id,
   return static_cast<int>(bad.size());
 }
 
-double SquaredError(const colmap::Reconstruction& reconstruction, const colmap::Point3D& point,
-                    const colmap::TrackElement& element) {
-  const colmap::Image& image = reconstruction.Image(element.image_id);
-  return colmap::CalculateSquaredReprojectionError(image.Point2D(element.point2D_idx).XY(),
-                                                   point.XYZ(), image.Qvec(), image.Tvec(),
-                                                   reconstruction.Camera(image.CameraId()));
+double SquaredError(const Reconstruction& reconstruction, const Point3D& point,
+                    const TrackElement& element) {
+  const Image& image = reconstruction.Image(element.image_id);
+  return CalculateSquaredReprojectionError(image.Point2D(element.point2D_idx).XY(), point.XYZ(),
+                                           image.Qvec(), image.Tvec(),
+                                           reconstruction.Camera(image.CameraId()));
 }
 
-double SumOfSquaredErrors(const colmap::Reconstruction& reconstruction,
-                          const colmap::Point3D& point) {
+double SumOfSquaredErrors(const Reconstruction& reconstruction, const Point3D& point) {
   double sum = 0;
-  for (const colmap::TrackElement& element : point.Track().Elements()) {
+  for (const TrackElement& element : point.Track().Elements()) {
     sum += SquaredError(reconstruction, point, element);
   }
   return sum;
@@ -79,11 +78,11 @@ std::vector<Point3DId> AllPoints(const SceneMap& map) {
   return ids;
 }
 
-bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,
-                           const colmap::Point3D& point, double min_angle_rad) {
+bool HasTriangulationAngle(const Reconstruction& reconstruction, const Point3D& point,
+                           double min_angle_rad) {
   const double max_cosine = std::cos(min_angle_rad);
   std::vector<Eigen::Vector3d> rays;
-  for (const colmap::TrackElement& element : point.Track().Elements()) {
+  for (const TrackElement& element : point.Track().Elements()) {
     const Eigen::Vector3d center = reconstruction.Image(element.image_id).ProjectionCenter();
     rays.push_back((point.XYZ() - center).normalized());
     for (size_t i = 0; i + 1 < rays.size(); ++i) {
@@ -100,17 +99,17 @@ Status FilterOptions::Check() const {
 }
 
 int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
+  Reconstruction& reconstruction = MapAccess::Model(map);
   const std::vector<double> errors = ReprojectionErrors(bundle);
   int num_filtered = 0;
-  std::vector<std::pair<colmap::TrackElement, double>> of_point;
+  std::vector<std::pair<TrackElement, double>> of_point;
   for (const BundlePoint& point : bundle.points) {
     if (!reconstruction.ExistsPoint3D(point.point3D_id)) continue;
     of_point.clear();
     for (int i = point.first; i < point.first + point.count; ++i) {
       const BundleObservation& observation = bundle.observations[i];
       of_point.emplace_back(
-          colmap::TrackElement(bundle.poses[observation.pose].image_id, observation.point2D_idx),
+          TrackElement(bundle.poses[observation.pose].image_id, observation.point2D_idx),
           errors[i]);
     }
     num_filtered += FilterPoint(options, point.point3D_id, of_point, &reconstruction);
@@ -120,28 +119,32 @@ int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* m
 
 int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
                  SceneMap* map) {
-  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
+  return FilterPoints(options, points, &MapAccess::Model(map));
+}
+
+int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
+                 Reconstruction* model) {
   int num_filtered = 0;
-  std::vector<std::pair<colmap::TrackElement, double>> errors;
+  std::vector<std::pair<TrackElement, double>> errors;
   for (const Point3DId id : points) {
-    if (!reconstruction.ExistsPoint3D(id)) continue;
-    const colmap::Point3D& point = reconstruction.Point3D(id);
+    if (!model->ExistsPoint3D(id)) continue;
+    const Point3D& point = model->Point3D(id);
     errors.clear();
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
-      errors.emplace_back(element, std::sqrt(SquaredError(reconstruction, point, element)));
+    for (const TrackElement& element : point.Track().Elements()) {
+      errors.emplace_back(element, std::sqrt(SquaredError(*model, point, element)));
     }
-    num_filtered += FilterPoint(options, id, errors, &reconstruction);
+    num_filtered += FilterPoint(options, id, errors, model);
   }
   return num_filtered;
 }
 
 int FilterPointsOfTwoPhotos(SceneMap* map) {
   constexpr double kChiSquared99 = 6.635;  // 1 degree of freedom
-  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
+  Reconstruction& reconstruction = MapAccess::Model(map);
   double sum = 0, freedom = 0;
   std::vector<std::pair<Point3DId, double>> of_two;  // with the sum of squared errors
   for (const Point3DId id : AllPoints(*map)) {
-    const colmap::Point3D& point = reconstruction.Point3D(id);
+    const Point3D& point = reconstruction.Point3D(id);
     const double squared = SumOfSquaredErrors(reconstruction, point);
     const double length = static_cast<double>(point.Track().Length());
     if (length <= 2) {

@@ -25,6 +25,8 @@ int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* m
 
 // The same for given points with all their observations.
 int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points, SceneMap* map);
+int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
+                 Reconstruction* model);
 
 // Removes what no third photo confirms and does not fit well. A false match is on the epipolar line
 // by chance, so the errors of such a point of two photos are spread over the whole limit. The rows
@@ -39,7 +41,7 @@ int FilterPointsOfTwoPhotos(SceneMap* map);
 std::vector<Point3DId> AllPoints(const SceneMap& map);
 
 // Whether two of the track's images see the point under at least this angle.
-bool HasTriangulationAngle(const colmap::Reconstruction& reconstruction,
-                           const colmap::Point3D& point, double min_angle_rad);
+bool HasTriangulationAngle(const Reconstruction& reconstruction, const Point3D& point,
+                           double min_angle_rad);
 
 }  // namespace skein

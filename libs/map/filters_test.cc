@@ -16,7 +16,7 @@ class FiltersTest : public testing::Test {
     RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
   }
 
-  const colmap::Point3D& Point(Point3DId id) const { return map_.reconstruction().Point3D(id); }
+  const Point3D& Point(Point3DId id) const { return map_.reconstruction().Point3D(id); }
   // The first point with a track of at least that length.
   Point3DId FindPoint(size_t min_length) {
     for (const Point3DId id : AllPoints(map_)) {
@@ -40,8 +40,8 @@ TEST_F(FiltersTest, APointThatFitsKeepsAllAndGetsItsMeanError) {
 TEST_F(FiltersTest, AnObservationWithALargeErrorGoesAlone) {
   const Point3DId id = FindPoint(4);
   const size_t length = Point(id).Track().Length();
-  const colmap::TrackElement wrong = Point(id).Track().Element(1);
-  colmap::Image& image = MapAccess::Model(&map_).Image(wrong.image_id);
+  const TrackElement wrong = Point(id).Track().Element(1);
+  Image& image = MapAccess::Model(&map_).Image(wrong.image_id);
   image.Point2D(wrong.point2D_idx).SetXY(image.Point2D(wrong.point2D_idx).XY().array() + 10);
   EXPECT_EQ(FilterPoints({}, {id}, &map_), 1);
   EXPECT_EQ(Point(id).Track().Length(), length - 1);
@@ -68,20 +68,20 @@ TEST_F(FiltersTest, APointUnderTooSmallAnAngleGoes) {
 // would tell.
 TEST_F(FiltersTest, APointOfTwoPhotosHasToFitAsWellAsThoseOfMore) {
   FilterPoints({}, AllPoints(map_), &map_);  // sets the errors
-  colmap::Reconstruction& model = MapAccess::Model(&map_);
+  Reconstruction& model = MapAccess::Model(&map_);
   const std::vector<Point3DId> ids = AllPoints(map_);
   const Point3DId good = *std::find_if(ids.begin(), ids.end(), [this](Point3DId id) {
     return Point(id).Track().Length() >= 4 && Point(id).Error() < 0.25;
   });
   while (Point(good).Track().Length() > 2) {
-    const colmap::TrackElement last = Point(good).Track().Elements().back();
+    const TrackElement last = Point(good).Track().Elements().back();
     model.DeleteObservation(last.image_id, last.point2D_idx);
   }
   FilterPointsOfTwoPhotos(&map_);
   ASSERT_TRUE(map_.reconstruction().ExistsPoint3D(good));
   const auto move = [&](Point3DId id) {
-    const colmap::TrackElement element = Point(id).Track().Element(0);
-    colmap::Point2D& point = model.Image(element.image_id).Point2D(element.point2D_idx);
+    const TrackElement element = Point(id).Track().Element(0);
+    Point2D& point = model.Image(element.image_id).Point2D(element.point2D_idx);
     point.SetXY(point.XY() + Eigen::Vector2d(2.5, 0));
   };
   const Point3DId of_three = FindPoint(3);

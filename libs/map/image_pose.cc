@@ -1,31 +1,31 @@
 #include "map/image_pose.h"
 
-#include "base/pose.h"
 #include "core/limits.h"
+#include "sfm/pose.h"
 
 namespace skein {
 
-void GetPose(const colmap::Image& image, BundlePose* pose) {
+void GetPose(const Image& image, BundlePose* pose) {
   pose->image_id = image.ImageId();
-  pose->R = colmap::QuaternionToRotationMatrix(image.Qvec());
+  pose->R = QuaternionToRotationMatrix(image.Qvec());
   pose->t = image.Tvec();
 }
 
-void SetPose(const BundlePose& pose, colmap::Image* image) {
-  image->SetQvec(colmap::RotationMatrixToQuaternion(pose.R));
+void SetPose(const BundlePose& pose, Image* image) {
+  image->SetQvec(RotationMatrixToQuaternion(pose.R));
   image->SetTvec(pose.t);
 }
 
-bool IsRegisteredIn(const colmap::Reconstruction& model, colmap::image_t id) {
+bool IsRegisteredIn(const Reconstruction& model, ImageId id) {
   return model.ExistsImage(id) && model.IsImageRegistered(id);
 }
 
-bool HasPossibleIntrinsics(const colmap::Camera& camera) {
+bool HasPossibleIntrinsics(const Camera& camera) {
   return !camera.HasBogusParams(limits::kMinFocalRatio, limits::kMaxFocalRatio,
                                 limits::kMaxDistortion);
 }
 
-void ApplyBundle(const Bundle& bundle, colmap::Reconstruction* model) {
+void ApplyBundle(const Bundle& bundle, Reconstruction* model) {
   for (const BundlePose& pose : bundle.poses) {
     if (!pose.constant && IsRegisteredIn(*model, pose.image_id))
       SetPose(pose, &model->Image(pose.image_id));

@@ -4,13 +4,11 @@
 
 namespace skein {
 
-// COLMAP's structures inside of a map, to change. For libs/map alone; others say what they do by
+// Structures inside of a map, to change. For libs/map alone; others say what they do by
 // SceneMap's functions (tests/static/layering_test.sh).
 struct MapAccess {
-  static colmap::Reconstruction& Model(SceneMap* map) { return *map->reconstruction_; }
-  static colmap::IncrementalTriangulator& Triangulator(SceneMap* map) {
-    return *map->triangulator_;
-  }
+  static Reconstruction& Model(SceneMap* map) { return *map->reconstruction_; }
+  static class Triangulator& Triangulator(SceneMap* map) { return *map->triangulator_; }
 };
 
 }  // namespace skein

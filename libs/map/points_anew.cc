@@ -29,7 +29,7 @@ class KeypointComponents {
     std::iota(parent_.begin(), parent_.end(), size_t{0});
     is_matched_.resize(num_keypoints);
     for (const auto& [id1, id2] : map.pairs()) {
-      for (const colmap::FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
+      for (const FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
         parent_[Find(id1, match.point2D_idx1)] = Find(id2, match.point2D_idx2);
         is_matched_[begin_.at(id1) + match.point2D_idx1] = true;
         is_matched_[begin_.at(id2) + match.point2D_idx2] = true;
@@ -54,13 +54,13 @@ class KeypointComponents {
 // A photo's keypoints keep their order.
 class Part {
  public:
-  explicit Part(const colmap::Reconstruction& model) {
+  explicit Part(const Reconstruction& model) {
     for (const auto& [id, camera] : model.Cameras()) model_.AddCamera(camera);
   }
 
   // Its keypoints in this part, ascending.
-  void AddImage(const colmap::Image& from, std::vector<Point2DIdx> keypoints) {
-    colmap::Image image;
+  void AddImage(const Image& from, std::vector<Point2DIdx> keypoints) {
+    Image image;
     image.SetImageId(from.ImageId());
     image.SetCameraId(from.CameraId());
     image.SetQvec(from.Qvec());
@@ -75,22 +75,22 @@ class Part {
   }
 
   // By the keypoints of this part.
-  void AddMatches(ImageId id1, ImageId id2, const colmap::FeatureMatches& matches) {
+  void AddMatches(ImageId id1, ImageId id2, const FeatureMatches& matches) {
     if (!matches.empty()) graph_.AddCorrespondences(id1, id2, matches);
   }
 
-  void Triangulate(const SceneMap::TriangulatorOptions& options, ImageId id) {
-    colmap::IncrementalTriangulator(&graph_, &model_).TriangulateImage(options, id);
+  void Triangulate(const TriangulationOptions& options, ImageId id) {
+    Triangulator(&graph_, &model_).TriangulateImage(options, id);
   }
 
-  void CopyPointsTo(colmap::Reconstruction* model) const {
+  void CopyPointsTo(Reconstruction* model) const {
     const auto ids = model_.Point3DIds();
     std::vector<Point3DId> ascending(ids.begin(), ids.end());
     std::sort(ascending.begin(), ascending.end());
     for (const Point3DId id : ascending) {
-      const colmap::Point3D& point = model_.Point3D(id);
-      colmap::Track track;
-      for (const colmap::TrackElement& element : point.Track().Elements()) {
+      const Point3D& point = model_.Point3D(id);
+      Track track;
+      for (const TrackElement& element : point.Track().Elements()) {
         track.AddElement(element.image_id, keypoints_.at(element.image_id)[element.point2D_idx]);
       }
       model->AddPoint3D(point.XYZ(), std::move(track));
@@ -98,8 +98,8 @@ class Part {
   }
 
  private:
-  colmap::Reconstruction model_;
-  colmap::CorrespondenceGraph graph_;
+  Reconstruction model_;
+  CorrespondenceGraph graph_;
   std::unordered_map<ImageId, std::vector<Point2DIdx>> keypoints_;  // in the map
 };
 
@@ -110,7 +110,7 @@ std::vector<Part> Divide(const SceneMap& map, int num_parts) {
   for (int i = 0; i < num_parts; ++i) parts.emplace_back(map.reconstruction());
   std::unordered_map<ImageId, std::vector<Point2DIdx>> index_in_part;
   for (const ImageId id : map.photos()) {
-    const colmap::Image& image = map.reconstruction().Image(id);
+    const Image& image = map.reconstruction().Image(id);
     std::vector<std::vector<Point2DIdx>> keypoints(num_parts);
     std::vector<Point2DIdx>& index = index_in_part[id];
     index.resize(image.NumPoints2D());
@@ -122,12 +122,12 @@ std::vector<Part> Divide(const SceneMap& map, int num_parts) {
     }
     for (int i = 0; i < num_parts; ++i) parts[i].AddImage(image, std::move(keypoints[i]));
   }
-  std::vector<colmap::FeatureMatches> shares(num_parts);
+  std::vector<FeatureMatches> shares(num_parts);
   for (const auto& [id1, id2] : map.pairs()) {
-    for (colmap::FeatureMatches& share : shares) share.clear();
+    for (FeatureMatches& share : shares) share.clear();
     const std::vector<Point2DIdx>& index1 = index_in_part.at(id1);
     const std::vector<Point2DIdx>& index2 = index_in_part.at(id2);
-    for (const colmap::FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
+    for (const FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
       shares[components.Find(id1, match.point2D_idx1) % num_parts].emplace_back(
           index1[match.point2D_idx1], index2[match.point2D_idx2]);
     }
@@ -155,7 +155,7 @@ class DoneCount {
   size_t done_ = 0;  // guarded by mutex_
 };
 
-std::vector<ImageId> RegisteredByName(const colmap::Reconstruction& model) {
+std::vector<ImageId> RegisteredByName(const Reconstruction& model) {
   std::vector<ImageId> images = model.RegImageIds();
   std::sort(images.begin(), images.end(),
             [&](ImageId a, ImageId b) { return model.Image(a).Name() < model.Image(b).Name(); });
@@ -164,8 +164,8 @@ std::vector<ImageId> RegisteredByName(const colmap::Reconstruction& model) {
 
 }  // namespace
 
-bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, int num_threads,
-                     SceneMap* map, const std::function<bool()>& stop) {
+bool TriangulateAnew(const TriangulationOptions& options, int num_threads, SceneMap* map,
+                     const std::function<bool()>& stop) {
   std::vector<Part> parts = Divide(*map, std::max(1, num_threads));
   const std::vector<ImageId> order = RegisteredByName(map->reconstruction());
   std::atomic<bool> stopped = false;
@@ -184,7 +184,7 @@ bool TriangulateAnew(const colmap::IncrementalTriangulator::Options& options, in
     }
   });
   if (stopped) return false;
-  colmap::Reconstruction& model = MapAccess::Model(map);
+  Reconstruction& model = MapAccess::Model(map);
   for (const Point3DId id : model.Point3DIds()) model.DeletePoint3D(id);
   for (const Part& part : parts) part.CopyPointsTo(&model);
   map->ForgetModifiedPoints();

@@ -22,7 +22,7 @@ Points PointsOf(const SceneMap& map) {
   Points points;
   for (const auto& [id, point] : map.reconstruction().Points3D()) {
     Observations track;
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
+    for (const TrackElement& element : point.Track().Elements()) {
       track.emplace(element.image_id, element.point2D_idx);
     }
     points[track] = {point.X(), point.Y(), point.Z()};
@@ -48,7 +48,7 @@ class PointsAnewTest : public testing::Test {
   }
 
   const SyntheticScene scene_ = MakeScene(Noisy());
-  const colmap::IncrementalTriangulator::Options options_;
+  const TriangulationOptions options_;
 };
 
 // As COLMAP's triangulator does over the whole map, photo by photo.
@@ -111,7 +111,7 @@ TEST(PointsAnew, NeedNoMoreMemoryWithMoreThreads) {
   RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
   int64_t keypoint_bytes = 0;
   for (const ImageId id : map.photos()) {
-    keypoint_bytes += map.reconstruction().Image(id).NumPoints2D() * sizeof(colmap::Point2D);
+    keypoint_bytes += map.reconstruction().Image(id).NumPoints2D() * sizeof(Point2D);
   }
   ASSERT_TRUE(TriangulateAnew({}, 1, &map));
   const int64_t before = PeakMemoryBytes();

@@ -2,22 +2,22 @@
 
 #include <algorithm>
 
-#include "base/projection.h"
-#include "base/triangulation.h"
 #include "core/option_check.h"
 #include "map/map_access.h"
-#include "util/math.h"
-#include "util/random.h"
+#include "sfm/pose.h"
+#include "sfm/random.h"
+#include "sfm/reprojection.h"
+#include "sfm/triangulation.h"
 
 namespace skein {
 namespace {
 
-bool IsUnderReconstructed(const colmap::FeatureMatches& matches, const colmap::Image& image1,
-                          const colmap::Image& image2, double min_ratio) {
+bool IsUnderReconstructed(const FeatureMatches& matches, const Image& image1, const Image& image2,
+                          double min_ratio) {
   size_t num_common = 0;
-  for (const colmap::FeatureMatch& match : matches) {
-    const colmap::Point2D& point1 = image1.Point2D(match.point2D_idx1);
-    const colmap::Point2D& point2 = image2.Point2D(match.point2D_idx2);
+  for (const FeatureMatch& match : matches) {
+    const Point2D& point1 = image1.Point2D(match.point2D_idx1);
+    const Point2D& point2 = image2.Point2D(match.point2D_idx2);
     num_common += point1.HasPoint3D() && point1.Point3DId() == point2.Point3DId();
   }
   return static_cast<double>(num_common) < min_ratio * static_cast<double>(matches.size());
@@ -26,54 +26,52 @@ bool IsUnderReconstructed(const colmap::FeatureMatches& matches, const colmap::I
 // A registered photo of a pair.
 class View {
  public:
-  View(const colmap::Reconstruction& reconstruction, const colmap::Image& image)
+  View(const Reconstruction& reconstruction, const Image& image)
       : image_(image),
         camera_(reconstruction.Camera(image.CameraId())),
         cam_from_world_(image.ProjectionMatrix()),
         center_(image.ProjectionCenter()) {}
 
-  const colmap::Point2D& At(Point2DIdx index) const { return image_.Point2D(index); }
-  colmap::TrackElement Element(Point2DIdx index) const { return {image_.ImageId(), index}; }
-  const Eigen::Matrix3x4d& cam_from_world() const { return cam_from_world_; }
+  const Point2D& At(Point2DIdx index) const { return image_.Point2D(index); }
+  TrackElement Element(Point2DIdx index) const { return {image_.ImageId(), index}; }
+  const Matrix3x4d& cam_from_world() const { return cam_from_world_; }
   const Eigen::Vector3d& center() const { return center_; }
   Eigen::Vector2d Normalized(Point2DIdx index) const {
     return camera_.ImageToWorld(At(index).XY());
   }
   double AngularError(Point2DIdx index, const Eigen::Vector3d& xyz) const {
-    return colmap::CalculateAngularError(At(index).XY(), xyz, cam_from_world_, camera_);
+    return CalculateAngularError(At(index).XY(), xyz, cam_from_world_, camera_);
   }
 
  private:
-  const colmap::Image& image_;
-  const colmap::Camera& camera_;
-  const Eigen::Matrix3x4d cam_from_world_;
+  const Image& image_;
+  const Camera& camera_;
+  const Matrix3x4d cam_from_world_;
   const Eigen::Vector3d center_;
 };
 
 // Adds the free keypoint of `to` to the track of the other if the point is seen there.
 bool Continue(double max_angle_error_rad, Point3DId point3D_id, const View& to, Point2DIdx index,
-              colmap::Reconstruction* reconstruction) {
+              Reconstruction* reconstruction) {
   const double error = to.AngularError(index, reconstruction->Point3D(point3D_id).XYZ());
   if (!(error <= max_angle_error_rad)) return false;
   reconstruction->AddObservation(point3D_id, to.Element(index));
   return true;
 }
 
-bool Create(const colmap::IncrementalTriangulator::Options& options, const View& view1,
-            Point2DIdx index1, const View& view2, Point2DIdx index2,
-            colmap::Reconstruction* reconstruction) {
-  const Eigen::Vector3d xyz =
-      colmap::TriangulatePoint(view1.cam_from_world(), view2.cam_from_world(),
-                               view1.Normalized(index1), view2.Normalized(index2));
-  const double max_error = colmap::DegToRad(options.create_max_angle_error);
-  if (!colmap::HasPointPositiveDepth(view1.cam_from_world(), xyz) ||
-      !colmap::HasPointPositiveDepth(view2.cam_from_world(), xyz) ||
-      colmap::CalculateTriangulationAngle(view1.center(), view2.center(), xyz) <
-          colmap::DegToRad(options.min_angle) ||
+bool Create(const TriangulationOptions& options, const View& view1, Point2DIdx index1,
+            const View& view2, Point2DIdx index2, Reconstruction* reconstruction) {
+  const Eigen::Vector3d xyz = TriangulatePoint(view1.cam_from_world(), view2.cam_from_world(),
+                                               view1.Normalized(index1), view2.Normalized(index2));
+  const double max_error = DegToRad(options.create_max_angle_error);
+  if (!HasPointPositiveDepth(view1.cam_from_world(), xyz) ||
+      !HasPointPositiveDepth(view2.cam_from_world(), xyz) ||
+      CalculateTriangulationAngle(view1.center(), view2.center(), xyz) <
+          DegToRad(options.min_angle) ||
       view1.AngularError(index1, xyz) > max_error || view2.AngularError(index2, xyz) > max_error) {
     return false;
   }
-  colmap::Track track;
+  Track track;
   track.AddElement(view1.Element(index1));
   track.AddElement(view2.Element(index2));
   reconstruction->AddPoint3D(xyz, track);
@@ -82,33 +80,28 @@ bool Create(const colmap::IncrementalTriangulator::Options& options, const View&
 
 }  // namespace
 
-Status CheckTriangulation(const colmap::IncrementalTriangulator::Options& options) {
-  if (options.Check()) return Status::Ok();
-  return InvalidArgument("triangulation: COLMAP's log says which option to change");
-}
-
 Status RetriangulationOptions::Check() const {
   return FirstError({InRange("min_ratio", min_ratio, 0.0, 1.0),
                      InRange("max_angle_error_deg", max_angle_error_deg, 0.0, 180.0),
-                     CheckTriangulation(triangulation)});
+                     triangulation.Check().Within("triangulation")});
 }
 
 int Retriangulate(const RetriangulationOptions& options,
                   const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map) {
   ThrowUnlessSound(options.Check());
-  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
-  const double max_angle = colmap::DegToRad(options.max_angle_error_deg);
+  Reconstruction& reconstruction = MapAccess::Model(map);
+  const double max_angle = DegToRad(options.max_angle_error_deg);
   int num_added = 0;
   for (const auto& [id1, id2] : pairs) {
-    const colmap::Image& image1 = reconstruction.Image(id1);
-    const colmap::Image& image2 = reconstruction.Image(id2);
+    const Image& image1 = reconstruction.Image(id1);
+    const Image& image2 = reconstruction.Image(id2);
     if (!image1.IsRegistered() || !image2.IsRegistered()) continue;
-    const colmap::FeatureMatches matches = map->MatchesOfPair(id1, id2);
+    const FeatureMatches matches = map->MatchesOfPair(id1, id2);
     if (!IsUnderReconstructed(matches, image1, image2, options.min_ratio)) continue;
     const View view1(reconstruction, image1), view2(reconstruction, image2);
-    for (const colmap::FeatureMatch& match : matches) {
+    for (const FeatureMatch& match : matches) {
       const Point2DIdx i1 = match.point2D_idx1, i2 = match.point2D_idx2;
-      const colmap::Point2D &point1 = view1.At(i1), &point2 = view2.At(i2);
+      const Point2D &point1 = view1.At(i1), &point2 = view2.At(i2);
       const bool has1 = point1.HasPoint3D(), has2 = point2.HasPoint3D();
       if (has1 && !has2) {
         num_added += Continue(max_angle, point1.Point3DId(), view2, i2, &reconstruction);

@@ -11,12 +11,10 @@ namespace skein {
 struct RetriangulationOptions {
   double min_ratio = 0.2;            // pairs with a smaller part of triangulated matches are tried
   double max_angle_error_deg = 5.0;  // to continue a track
-  colmap::IncrementalTriangulator::Options triangulation;
+  TriangulationOptions triangulation;
 
   Status Check() const;
 };
-
-Status CheckTriangulation(const colmap::IncrementalTriangulator::Options& options);
 
 // Continues tracks and triangulates over the matches of under-reconstructed pairs, which drift has
 // kept apart (COLMAP's Retriangulate, whose counters need its database). Returns the number of

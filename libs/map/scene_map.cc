@@ -1,5 +1,6 @@
 #include "map/scene_map.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -7,9 +8,8 @@
 #include <stdexcept>
 #include <unordered_set>
 
-#include "base/camera_models.h"
-#include "base/similarity_transform.h"
 #include "map/image_pose.h"
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
@@ -20,18 +20,24 @@ constexpr int kMaxSize = 1 << 20;
 
 bool IsValidId(int64_t id) { return id >= 1 && id <= kMaxImageId; }
 
-void SortByKeypoint(colmap::FeatureMatches* matches) {
+void SortByKeypoint(FeatureMatches* matches) {
   std::sort(matches->begin(), matches->end(),
             [](const auto& a, const auto& b) { return a.point2D_idx1 < b.point2D_idx1; });
 }
 
+Eigen::Matrix3Xd Columns(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Matrix3Xd columns(3, points.size());
+  for (size_t i = 0; i < points.size(); ++i) columns.col(i) = points[i];
+  return columns;
+}
+
 // With new ids, in the order of the old ones.
-void AddPoints(const colmap::Reconstruction& from, colmap::Reconstruction* to) {
+void AddPoints(const Reconstruction& from, Reconstruction* to) {
   std::vector<Point3DId> points;
   for (const auto& [id, point] : from.Points3D()) points.push_back(id);
   std::sort(points.begin(), points.end());
   for (const Point3DId id : points) {
-    const colmap::Point3D& point = from.Point3D(id);
+    const Point3D& point = from.Point3D(id);
     const Point3DId added = to->AddPoint3D(point.XYZ(), point.Track(), point.Color());
     to->Point3D(added).SetError(point.Error());
   }
@@ -40,14 +46,13 @@ void AddPoints(const colmap::Reconstruction& from, colmap::Reconstruction* to) {
 }  // namespace
 
 SceneMap::SceneMap(const std::string& camera_model)
-    : reconstruction_(std::make_unique<colmap::Reconstruction>()),
-      graph_(std::make_unique<colmap::CorrespondenceGraph>()),
-      triangulator_(
-          std::make_unique<colmap::IncrementalTriangulator>(graph_.get(), reconstruction_.get())) {
-  if (!colmap::ExistsCameraModelWithName(camera_model)) {
+    : reconstruction_(std::make_unique<Reconstruction>()),
+      graph_(std::make_unique<CorrespondenceGraph>()),
+      triangulator_(std::make_unique<Triangulator>(graph_.get(), reconstruction_.get())) {
+  if (!ExistsCameraModel(camera_model)) {
     throw std::invalid_argument("unknown camera model " + camera_model);
   }
-  camera_model_id_ = colmap::CameraModelNameToId(camera_model);
+  camera_model_id_ = CameraModelId(camera_model);
 }
 
 Status SceneMap::CheckPhoto(const PhotoInput& photo) const {
@@ -72,22 +77,22 @@ Status SceneMap::CheckPhoto(const PhotoInput& photo) const {
 
 Status SceneMap::CheckCamera(const PhotoInput& photo) const {
   if (photo.camera_model.empty()) return Status::Ok();
-  if (!colmap::ExistsCameraModelWithName(photo.camera_model)) {
+  if (!ExistsCameraModel(photo.camera_model)) {
     return InvalidArgument("unknown camera model " + photo.camera_model);
   }
-  const int model = colmap::CameraModelNameToId(photo.camera_model);
+  const int model = CameraModelId(photo.camera_model);
   const bool finite = std::all_of(photo.camera_params.begin(), photo.camera_params.end(),
                                   [](double value) { return std::isfinite(value); });
-  if (finite && colmap::CameraModelVerifyParams(model, photo.camera_params)) return Status::Ok();
+  if (finite && AreParamsOfModel(model, photo.camera_params)) return Status::Ok();
   return InvalidArgument("parameters that are none of camera model " + photo.camera_model);
 }
 
 void SceneMap::AddCamera(const PhotoInput& photo) {
   const CameraId id = static_cast<CameraId>(photo.camera_id);
   if (cameras_.count(id) > 0) return;
-  colmap::Camera camera;
+  Camera camera;
   const bool known = !photo.camera_model.empty();
-  const int model = known ? colmap::CameraModelNameToId(photo.camera_model) : camera_model_id_;
+  const int model = known ? CameraModelId(photo.camera_model) : camera_model_id_;
   camera.InitializeWithId(model, photo.focal_px, photo.width_px, photo.height_px);
   if (known) camera.SetParams(photo.camera_params);
   camera.SetCameraId(id);
@@ -110,7 +115,7 @@ Status SceneMap::AddPhoto(const PhotoInput& photo) {
     points.emplace_back(k.x, k.y);
     colours.push_back({k.r, k.g, k.b});
   }
-  colmap::Image image;
+  Image image;
   image.SetImageId(id);
   image.SetCameraId(static_cast<CameraId>(photo.camera_id));
   image.SetName(photo.name);
@@ -157,7 +162,7 @@ Status SceneMap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
   for (const TwoViewPair& pair : pairs) {
     const ImageId other = static_cast<ImageId>(pair.other_id);
     if (neighbours_[id].count(other) > 0) continue;
-    colmap::FeatureMatches matches;
+    FeatureMatches matches;
     for (const auto& [index, other_index] : pair.inliers) {
       matches.emplace_back(index, other_index);
     }
@@ -172,14 +177,13 @@ Status SceneMap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
   return result;
 }
 
-Status SceneMap::Connect(ImageId image_id1, ImageId image_id2,
-                         const colmap::FeatureMatches& matches) {
+Status SceneMap::Connect(ImageId image_id1, ImageId image_id2, const FeatureMatches& matches) {
   const size_t n1 = reconstruction_->Image(image_id1).NumPoints2D();
   const size_t n2 = reconstruction_->Image(image_id2).NumPoints2D();
   // One-to-one: COLMAP's graph holds at most one correspondence of a keypoint with an image.
   std::unordered_set<Point2DIdx> used1, used2;
-  colmap::FeatureMatches valid;
-  for (const colmap::FeatureMatch& match : matches) {
+  FeatureMatches valid;
+  for (const FeatureMatch& match : matches) {
     if (match.point2D_idx1 >= n1 || match.point2D_idx2 >= n2) {
       return InvalidArgument("pair with a keypoint index out of range");
     }
@@ -191,17 +195,16 @@ Status SceneMap::Connect(ImageId image_id1, ImageId image_id2,
   SortByKeypoint(&valid);
   graph_->AddCorrespondences(image_id1, image_id2, valid);
   pairs_.emplace_back(image_id1, image_id2);
-  matches_[{image_id1, image_id2}] =
-      std::make_shared<const colmap::FeatureMatches>(std::move(valid));
+  matches_[{image_id1, image_id2}] = std::make_shared<const FeatureMatches>(std::move(valid));
   return Status::Ok();
 }
 
-colmap::FeatureMatches SceneMap::MatchesOfPair(ImageId id1, ImageId id2) const {
+FeatureMatches SceneMap::MatchesOfPair(ImageId id1, ImageId id2) const {
   if (const auto it = matches_.find({id1, id2}); it != matches_.end()) return *it->second;
   const auto it = matches_.find({id2, id1});
   if (it == matches_.end()) return {};
-  colmap::FeatureMatches matches = *it->second;
-  for (colmap::FeatureMatch& match : matches) std::swap(match.point2D_idx1, match.point2D_idx2);
+  FeatureMatches matches = *it->second;
+  for (FeatureMatch& match : matches) std::swap(match.point2D_idx1, match.point2D_idx2);
   SortByKeypoint(&matches);
   return matches;
 }
@@ -237,21 +240,21 @@ void SceneMap::Register(ImageId image_id) {
 void SceneMap::Deregister(ImageId image_id) {
   if (!reconstruction_->IsImageRegistered(image_id)) return;
   reconstruction_->DeRegisterImage(image_id);
-  colmap::Image& image = reconstruction_->Image(image_id);
+  Image& image = reconstruction_->Image(image_id);
   if (--cameras_.at(image.CameraId()).num_registered == 0) ResetCamera(image.CameraId());
   image.SetCameraId(GivenCamera(image_id));
   given_cameras_.erase(image_id);
 }
 
 void SceneMap::GiveOwnCamera(ImageId image_id) {
-  colmap::Image& image = reconstruction_->Image(image_id);
+  Image& image = reconstruction_->Image(image_id);
   const CameraId given = image.CameraId(), own = OwnCamera(image_id);
   if (given == own) return;
   if (cameras_.count(own) == 0) {
     CameraState state;
     state.prior_params = cameras_.at(given).prior_params;
     cameras_[own] = state;
-    colmap::Camera camera = reconstruction_->Camera(given);
+    Camera camera = reconstruction_->Camera(given);
     camera.SetCameraId(own);
     camera.SetParams(state.prior_params);
     reconstruction_->AddCamera(camera);
@@ -296,7 +299,7 @@ void SceneMap::SetCamera(CameraId id, const std::vector<double>& params) {
   reconstruction_->Camera(id).SetParams(params);
 }
 
-Point3DId SceneMap::AddPoint(const Eigen::Vector3d& xyz, const colmap::Track& track) {
+Point3DId SceneMap::AddPoint(const Eigen::Vector3d& xyz, const Track& track) {
   return reconstruction_->AddPoint3D(xyz, track);
 }
 
@@ -315,7 +318,7 @@ void SceneMap::DeleteObservation(ImageId image_id, Point2DIdx index) {
   reconstruction_->DeleteObservation(image_id, index);
 }
 
-size_t SceneMap::TriangulateImage(const TriangulatorOptions& options, ImageId id) {
+size_t SceneMap::TriangulateImage(const TriangulationOptions& options, ImageId id) {
   return triangulator_->TriangulateImage(options, id);
 }
 
@@ -328,11 +331,11 @@ std::vector<Point3DId> SceneMap::ModifiedPoints() {
 
 void SceneMap::ForgetModifiedPoints() { triangulator_->ClearModifiedPoints3D(); }
 
-void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
+void SceneMap::ReplaceRegistered(const Reconstruction& model) {
   const std::vector<ImageId> old_ids = reconstruction_->RegImageIds();
   for (const ImageId id : old_ids) Deregister(id);
   for (const ImageId id : model.RegImageIds()) {
-    colmap::Image& image = reconstruction_->Image(id);
+    Image& image = reconstruction_->Image(id);
     if (model.Image(id).CameraId() == OwnCamera(id)) GiveOwnCamera(id);
     SetCamera(image.CameraId(), model.Camera(image.CameraId()).Params());
     image.SetQvec(model.Image(id).Qvec());
@@ -343,25 +346,28 @@ void SceneMap::ReplaceRegistered(const colmap::Reconstruction& model) {
   triangulator_->ClearModifiedPoints3D();
 }
 
-void SceneMap::AlignTo(const colmap::Reconstruction& model) {
+void SceneMap::AlignTo(const Reconstruction& model) {
   std::vector<Eigen::Vector3d> from, to;
   for (const ImageId id : reconstruction_->RegImageIds()) {
     if (!model.IsImageRegistered(id)) continue;
     from.push_back(reconstruction_->Image(id).ProjectionCenter());
     to.push_back(model.Image(id).ProjectionCenter());
   }
-  colmap::SimilarityTransform3 transform;
-  if (from.size() >= 3 && transform.Estimate<true>(from, to)) reconstruction_->Transform(transform);
+  if (from.size() < 3) return;
+  const Eigen::Matrix4d moved = Eigen::umeyama(Columns(from), Columns(to), true);
+  const double scale = moved.block<1, 3>(0, 0).norm();
+  if (!moved.allFinite() || !(scale > 0)) return;
+  reconstruction_->Transform(scale, moved.topLeftCorner<3, 3>() / scale, moved.block<3, 1>(0, 3));
 }
 
 void SceneMap::Clear() {
-  ReplaceRegistered(colmap::Reconstruction());
+  ReplaceRegistered(Reconstruction());
   for (const auto& [id, unused] : cameras_) ResetCamera(id);
 }
 
-std::array<uint8_t, 3> SceneMap::MeanColour(const colmap::Track& track) const {
+std::array<uint8_t, 3> SceneMap::MeanColour(const Track& track) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const colmap::TrackElement& element : track.Elements()) {
+  for (const TrackElement& element : track.Elements()) {
     const auto& colour = colours_.at(element.image_id)[element.point2D_idx];
     sum += Eigen::Vector3d(colour[0], colour[1], colour[2]);
   }
@@ -372,7 +378,7 @@ std::array<uint8_t, 3> SceneMap::MeanColour(const colmap::Track& track) const {
 
 void SceneMap::ColourPoints() {
   for (const Point3DId id : reconstruction_->Point3DIds()) {
-    colmap::Point3D& point = reconstruction_->Point3D(id);
+    Point3D& point = reconstruction_->Point3D(id);
     const std::array<uint8_t, 3> mean = MeanColour(point.Track());
     point.SetColor({mean[0], mean[1], mean[2]});
   }
@@ -397,7 +403,7 @@ std::unique_ptr<SceneMap> SceneMap::Clone() const {
 std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images) {
   std::vector<Point3DId> points;
   for (const ImageId id : images) {
-    for (const colmap::Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
+    for (const Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
       if (point2D.HasPoint3D()) points.push_back(point2D.Point3DId());
     }
   }

@@ -10,20 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "base/correspondence_graph.h"
-#include "base/reconstruction.h"
 #include "bundle/bundle.h"
 #include "core/result.h"
 #include "formats/formats.h"
-#include "sfm/incremental_triangulator.h"
+#include "map/triangulator.h"
+#include "sfm/correspondence_graph.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
-
-// COLMAP's ids; its own names are those of Skein's messages.
-using ImageId = colmap::image_t;
-using CameraId = colmap::camera_t;
-using Point2DIdx = colmap::point2D_t;
-using Point3DId = colmap::point3D_t;
 
 // A photo as the mapper takes it.
 struct PhotoInput {
@@ -50,10 +44,8 @@ struct CameraState {
   int num_registered = 0;  // registered photos of it
 };
 
-// A growing scene in COLMAP's structures: photos with their keypoints, verified correspondences,
-// poses, points. All input is validated, because COLMAP aborts the process on bad indices. COLMAP's
-// Reconstruction::SetUp is never called (it needs a database), so its counters of visible points
-// stay unset. Owned by one thread.
+// A growing scene: photos with their keypoints, verified correspondences, poses, points. All input
+// is validated. Owned by one thread.
 class SceneMap {
  public:
   // `camera_model`: one of COLMAP's names. Throws std::invalid_argument for another.
@@ -99,7 +91,7 @@ class SceneMap {
   void SetCameraRefined(CameraId id, bool is_refined) { cameras_.at(id).refined = is_refined; }
 
   // Points and their tracks. An observation goes to a point at most.
-  Point3DId AddPoint(const Eigen::Vector3d& xyz, const colmap::Track& track);
+  Point3DId AddPoint(const Eigen::Vector3d& xyz, const Track& track);
   void SetPoint(Point3DId id, const Eigen::Vector3d& xyz);
   void DeletePoint(Point3DId id);
   // The track counts as modified.
@@ -107,21 +99,20 @@ class SceneMap {
   // A point that fewer than two photos would see goes with it.
   void DeleteObservation(ImageId image_id, Point2DIdx index);
 
-  // COLMAP's IncrementalTriangulator along the verified matches. Returns the number of observations
+  // Triangulator::TriangulateImage along the verified matches. Returns the number of observations
   // added; tracks that change count as modified.
-  using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
-  size_t TriangulateImage(const TriangulatorOptions& options, ImageId id);
+  size_t TriangulateImage(const TriangulationOptions& options, ImageId id);
   // Ascending ids of the points whose tracks were modified since ForgetModifiedPoints.
   std::vector<Point3DId> ModifiedPoints();
   void ForgetModifiedPoints();
 
   // Drops all poses and points and takes those of `model`. Its images must be there with the same
   // keypoints, and cameras that they came with or of their own. Its points get new ids.
-  void ReplaceRegistered(const colmap::Reconstruction& model);
+  void ReplaceRegistered(const Reconstruction& model);
 
   // Moves the map into the frame of a model with the same photos, by their centres. No effect if
   // they share fewer than three.
-  void AlignTo(const colmap::Reconstruction& model);
+  void AlignTo(const Reconstruction& model);
 
   // Drops all poses and points; cameras get their priors back.
   void Clear();
@@ -129,20 +120,20 @@ class SceneMap {
   // Ids of the photos in the order they came.
   const std::vector<ImageId>& photos() const { return photos_; }
 
-  const colmap::Reconstruction& reconstruction() const { return *reconstruction_; }
-  const colmap::CorrespondenceGraph& graph() const { return *graph_; }
+  const Reconstruction& reconstruction() const { return *reconstruction_; }
+  const CorrespondenceGraph& graph() const { return *graph_; }
   const CameraState& camera_state(CameraId id) const { return cameras_.at(id); }
   const std::map<CameraId, CameraState>& camera_states() const { return cameras_; }
   std::set<CameraId> FixedCameras() const;
   // Pairs of photos that are both there, in the order they came.
   const std::vector<std::pair<ImageId, ImageId>>& pairs() const { return pairs_; }
   // The verified matches of a pair, keypoints of id1 first and ascending; empty if the two are no
-  // pair. COLMAP's graph has them by keypoint: to gather a pair's costs as much as all of a
+  // pair. The graph has them by keypoint: to gather a pair's costs as much as all of a
   // photo's.
-  colmap::FeatureMatches MatchesOfPair(ImageId id1, ImageId id2) const;
+  FeatureMatches MatchesOfPair(ImageId id1, ImageId id2) const;
 
   // Mean colour of a track's observations.
-  std::array<uint8_t, 3> MeanColour(const colmap::Track& track) const;
+  std::array<uint8_t, 3> MeanColour(const Track& track) const;
   // Colours each point with the mean of its observations. Visits all points.
   void ColourPoints();
 
@@ -160,21 +151,21 @@ class SceneMap {
   Status CheckCamera(const PhotoInput& photo) const;
   void AddCamera(const PhotoInput& photo);
   Status CheckPair(ImageId image_id, const TwoViewPair& pair) const;
-  Status Connect(ImageId image_id1, ImageId image_id2, const colmap::FeatureMatches& matches);
+  Status Connect(ImageId image_id1, ImageId image_id2, const FeatureMatches& matches);
 
   int camera_model_id_;
-  std::unique_ptr<colmap::Reconstruction> reconstruction_;
-  std::unique_ptr<colmap::CorrespondenceGraph> graph_;
-  std::unique_ptr<colmap::IncrementalTriangulator> triangulator_;
+  std::unique_ptr<Reconstruction> reconstruction_;
+  std::unique_ptr<CorrespondenceGraph> graph_;
+  std::unique_ptr<Triangulator> triangulator_;
   std::map<CameraId, CameraState> cameras_;
   std::map<ImageId, CameraId> given_cameras_;  // of photos that have their own
   std::unordered_map<ImageId, std::map<ImageId, int>> neighbours_;
   // For a photo that is not there: pairs of photos that are with it (their index first).
-  std::unordered_map<ImageId, std::map<ImageId, colmap::FeatureMatches>> waiting_;
+  std::unordered_map<ImageId, std::map<ImageId, FeatureMatches>> waiting_;
   std::unordered_map<ImageId, std::vector<std::array<uint8_t, 3>>> colours_;
   std::vector<std::pair<ImageId, ImageId>> pairs_;
   // Matches by pair, with the keys of pairs_. An entry never changes, so clones share it.
-  std::map<std::pair<ImageId, ImageId>, std::shared_ptr<const colmap::FeatureMatches>> matches_;
+  std::map<std::pair<ImageId, ImageId>, std::shared_ptr<const FeatureMatches>> matches_;
   std::vector<ImageId> photos_;
 };
 

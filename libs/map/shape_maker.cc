@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "base/camera_models.h"
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
@@ -36,7 +36,7 @@ double Quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-ShapeCamera CameraOf(const colmap::Camera& camera) {
+ShapeCamera CameraOf(const Camera& camera) {
   ShapeCamera shape{camera.CameraId(), camera.Width(), camera.Height()};
   const std::vector<size_t>& focal = camera.FocalLengthIdxs();
   shape.fx = camera.Params(focal.front());
@@ -46,12 +46,12 @@ ShapeCamera CameraOf(const colmap::Camera& camera) {
   return shape;
 }
 
-void CopyPhotos(const colmap::Reconstruction& reconstruction, ShapeSource* source) {
+void CopyPhotos(const Reconstruction& reconstruction, ShapeSource* source) {
   std::vector<ImageId> ids = reconstruction.RegImageIds();
   std::sort(ids.begin(), ids.end());
   std::map<CameraId, ShapeCamera> cameras;
   for (const ImageId id : ids) {
-    const colmap::Image& image = reconstruction.Image(id);
+    const Image& image = reconstruction.Image(id);
     const Eigen::Vector4d& q = image.Qvec();
     const Eigen::Vector3d& t = image.Tvec();
     source->photos.push_back({id, image.CameraId(), {q[0], q[1], q[2], q[3]}, {t[0], t[1], t[2]}});
@@ -60,17 +60,17 @@ void CopyPhotos(const colmap::Reconstruction& reconstruction, ShapeSource* sourc
   for (const auto& [id, camera] : cameras) source->cameras.push_back(camera);
 }
 
-void CopyPoint(Point3DId id, const colmap::Point3D& point, const std::array<uint8_t, 3>& rgb,
+void CopyPoint(Point3DId id, const Point3D& point, const std::array<uint8_t, 3>& rgb,
                ShapeSource* source) {
   source->points.push_back({id, {point.X(), point.Y(), point.Z()}, rgb});
-  for (const colmap::TrackElement& element : point.Track().Elements()) {
+  for (const TrackElement& element : point.Track().Elements()) {
     source->tracks.observations.push_back({element.image_id, element.point2D_idx});
   }
   source->tracks.ends.push_back(static_cast<uint32_t>(source->tracks.observations.size()));
 }
 
 template <class ColourOf>
-ShapeSource CopyAll(const colmap::Reconstruction& reconstruction, ColourOf colour_of) {
+ShapeSource CopyAll(const Reconstruction& reconstruction, ColourOf colour_of) {
   ShapeSource source;
   CopyPhotos(reconstruction, &source);
   source.points.reserve(reconstruction.NumPoints3D());
@@ -90,33 +90,33 @@ uint64_t ShapeSource::MaxId() const {
 }
 
 ShapeSource CopyForShape(const SceneMap& map, uint64_t coloured_up_to) {
-  return CopyAll(map.reconstruction(), [&](Point3DId id, const colmap::Point3D& point) {
+  return CopyAll(map.reconstruction(), [&](Point3DId id, const Point3D& point) {
     return id > coloured_up_to ? map.MeanColour(point.Track()) : std::array<uint8_t, 3>{};
   });
 }
 
-ShapeSource CopyForShape(const colmap::Reconstruction& reconstruction) {
-  return CopyAll(reconstruction, [](Point3DId, const colmap::Point3D& point) {
+ShapeSource CopyForShape(const Reconstruction& reconstruction) {
+  return CopyAll(reconstruction, [](Point3DId, const Point3D& point) {
     return std::array<uint8_t, 3>{point.Color(0), point.Color(1), point.Color(2)};
   });
 }
 
 ShapeSource CopyNewForShape(const SceneMap& map, const std::vector<ImageId>& known,
                             uint64_t above) {
-  const colmap::Reconstruction& model = map.reconstruction();
+  const Reconstruction& model = map.reconstruction();
   ShapeSource source;
   CopyPhotos(model, &source);
   std::set<Point3DId> ids;
   for (const ShapePhoto& photo : source.photos) {
     if (std::binary_search(known.begin(), known.end(), photo.image_id)) continue;
-    for (const colmap::Point2D& observation : model.Image(photo.image_id).Points2D()) {
+    for (const Point2D& observation : model.Image(photo.image_id).Points2D()) {
       if (observation.HasPoint3D() && observation.Point3DId() > above) {
         ids.insert(observation.Point3DId());
       }
     }
   }
   for (const Point3DId id : ids) {
-    const colmap::Point3D& point = model.Point3D(id);
+    const Point3D& point = model.Point3D(id);
     CopyPoint(id, point, map.MeanColour(point.Track()), &source);
   }
   return source;

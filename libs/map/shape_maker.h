@@ -33,7 +33,7 @@ struct ShapeSource {
 // colour; the others are black. On the thread that owns the map.
 ShapeSource CopyForShape(const SceneMap& map, uint64_t coloured_up_to);
 // With the colours that the points have.
-ShapeSource CopyForShape(const colmap::Reconstruction& reconstruction);
+ShapeSource CopyForShape(const Reconstruction& reconstruction);
 // Copies the changes since the map was copied: all photos and cameras, and the points with ids >
 // `above` that photos other than `known` (ascending) see. Visits the observations of these photos
 // alone.

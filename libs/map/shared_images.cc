@@ -5,8 +5,8 @@
 namespace skein {
 namespace {
 
-SharedImage DescribeOne(const colmap::Reconstruction& model, const colmap::Image& image) {
-  const colmap::Camera& camera = model.Camera(image.CameraId());
+SharedImage DescribeOne(const Reconstruction& model, const Image& image) {
+  const Camera& camera = model.Camera(image.CameraId());
   SharedImage shared;
   shared.image_id = image.ImageId();
   shared.camera_model_id = camera.ModelId();
@@ -15,8 +15,8 @@ SharedImage DescribeOne(const colmap::Reconstruction& model, const colmap::Image
   shared.height = camera.Height();
   for (int i = 0; i < 4; ++i) shared.qvec[i] = image.Qvec()(i);
   for (int i = 0; i < 3; ++i) shared.tvec[i] = image.Tvec()(i);
-  for (colmap::point2D_t i = 0; i < image.NumPoints2D(); ++i) {
-    const colmap::Point2D& point2D = image.Point2D(i);
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    const Point2D& point2D = image.Point2D(i);
     if (!point2D.HasPoint3D()) continue;
     const Eigen::Vector3d& xyz = model.Point3D(point2D.Point3DId()).XYZ();
     shared.points.push_back({i,
@@ -29,11 +29,10 @@ SharedImage DescribeOne(const colmap::Reconstruction& model, const colmap::Image
 
 }  // namespace
 
-SharedImages SharedImagesOf(const colmap::Reconstruction& model,
-                            const std::vector<int64_t>& image_ids) {
+SharedImages SharedImagesOf(const Reconstruction& model, const std::vector<int64_t>& image_ids) {
   SharedImages shared;
   for (const int64_t id : image_ids) {
-    const auto image_id = static_cast<colmap::image_t>(id);
+    const auto image_id = static_cast<ImageId>(id);
     if (!IsRegisteredIn(model, image_id)) continue;
     shared.push_back(DescribeOne(model, model.Image(image_id)));
   }

@@ -5,14 +5,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/reconstruction.h"
 #include "formats/formats.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
 // Photos among `image_ids` that are registered in the model, with every keypoint that has a 3D
 // point.
-SharedImages SharedImagesOf(const colmap::Reconstruction& model,
-                            const std::vector<int64_t>& image_ids);
+SharedImages SharedImagesOf(const Reconstruction& model, const std::vector<int64_t>& image_ids);
 
 }  // namespace skein

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <unordered_set>
 
-#include "base/projection.h"
 #include "core/threads.h"
 #include "map/map_access.h"
+#include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
-
-using TriangulatorOptions = colmap::IncrementalTriangulator::Options;
 
 std::unordered_set<Point3DId> ModifiedShortTracks(SceneMap* map) {
   std::unordered_set<Point3DId> points;
@@ -20,26 +18,26 @@ std::unordered_set<Point3DId> ModifiedShortTracks(SceneMap* map) {
   return points;
 }
 
-bool IsSeenAt(const colmap::Reconstruction& reconstruction, const colmap::TrackElement& element,
+bool IsSeenAt(const Reconstruction& reconstruction, const TrackElement& element,
               const Eigen::Vector3d& xyz, double max_error_px) {
-  const colmap::Image& image = reconstruction.Image(element.image_id);
-  return colmap::CalculateSquaredReprojectionError(
+  const Image& image = reconstruction.Image(element.image_id);
+  return CalculateSquaredReprojectionError(
              image.Point2D(element.point2D_idx).XY(), xyz, image.Qvec(), image.Tvec(),
              reconstruction.Camera(image.CameraId())) <= max_error_px * max_error_px;
 }
 
 // Whether the images of both see the point between the two, nearer to the one with the longer
 // track.
-bool AreOne(const colmap::Reconstruction& reconstruction, double max_error_px, Point3DId id1,
+bool AreOne(const Reconstruction& reconstruction, double max_error_px, Point3DId id1,
             Point3DId id2) {
-  const colmap::Point3D& point1 = reconstruction.Point3D(id1);
-  const colmap::Point3D& point2 = reconstruction.Point3D(id2);
+  const Point3D& point1 = reconstruction.Point3D(id1);
+  const Point3D& point2 = reconstruction.Point3D(id2);
   const double length1 = static_cast<double>(point1.Track().Length());
   const double length2 = static_cast<double>(point2.Track().Length());
   const Eigen::Vector3d xyz =
       (length1 * point1.XYZ() + length2 * point2.XYZ()) / (length1 + length2);
-  for (const colmap::Point3D* point : {&point1, &point2}) {
-    for (const colmap::TrackElement& element : point->Track().Elements()) {
+  for (const Point3D* point : {&point1, &point2}) {
+    for (const TrackElement& element : point->Track().Elements()) {
       if (!IsSeenAt(reconstruction, element, xyz, max_error_px)) return false;
     }
   }
@@ -53,30 +51,29 @@ struct Gain {
 };
 
 // Only reads the map.
-Gain GainOf(const TriangulatorOptions& options, const SceneMap& map, Point3DId id) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
+Gain GainOf(const TriangulationOptions& options, const SceneMap& map, Point3DId id) {
+  const Reconstruction& reconstruction = map.reconstruction();
   Gain gain;
   if (!reconstruction.ExistsPoint3D(id)) return gain;
-  const colmap::Point3D& point = reconstruction.Point3D(id);
+  const Point3D& point = reconstruction.Point3D(id);
   std::vector<Point3DId> tried;
   const auto is_twin = [&](Point3DId other) {
     if (other <= id || std::find(tried.begin(), tried.end(), other) != tried.end()) return false;
     tried.push_back(other);
     return AreOne(reconstruction, options.merge_max_reproj_error, id, other);
   };
-  for (const colmap::TrackElement& element : point.Track().Elements()) {
+  for (const TrackElement& element : point.Track().Elements()) {
     for (const auto& match :
          map.graph().FindCorrespondences(element.image_id, element.point2D_idx)) {
-      const colmap::Image& image = reconstruction.Image(match.image_id);
+      const Image& image = reconstruction.Image(match.image_id);
       if (!image.IsRegistered()) continue;
-      const colmap::Point2D& point2D = image.Point2D(match.point2D_idx);
+      const Point2D& point2D = image.Point2D(match.point2D_idx);
       if (point2D.HasPoint3D()) {
         gain.merges = gain.merges || is_twin(point2D.Point3DId());
       } else {
-        gain.completes =
-            gain.completes ||
-            IsSeenAt(reconstruction, colmap::TrackElement(match.image_id, match.point2D_idx),
-                     point.XYZ(), options.complete_max_reproj_error);
+        gain.completes = gain.completes ||
+                         IsSeenAt(reconstruction, TrackElement(match.image_id, match.point2D_idx),
+                                  point.XYZ(), options.complete_max_reproj_error);
       }
       if (gain.completes && gain.merges) return gain;
     }
@@ -85,7 +82,7 @@ Gain GainOf(const TriangulatorOptions& options, const SceneMap& map, Point3DId i
 }
 
 bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
-  colmap::Reconstruction& reconstruction = MapAccess::Model(map);
+  Reconstruction& reconstruction = MapAccess::Model(map);
   if (!AreOne(reconstruction, max_error_px, id1, id2)) return false;
   MapAccess::Triangulator(map).AddModifiedPoint3D(reconstruction.MergePoints3D(id1, id2));
   return true;
@@ -94,14 +91,14 @@ bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
 // What matches tie to a point with a long track that the new photo sees.
 class LongTrack {
  public:
-  LongTrack(const TriangulatorOptions& options, ImageId image_id, Point2DIdx index, SceneMap* map)
+  LongTrack(const TriangulationOptions& options, ImageId image_id, Point2DIdx index, SceneMap* map)
       : options_(options), image_id_(image_id), index_(index), map_(*map) {}
 
   void Merge() const {
     std::unordered_set<Point3DId> tried;
     for (const auto& match : map_.graph().FindCorrespondences(image_id_, index_)) {
-      const colmap::Image& other = map_.reconstruction().Image(match.image_id);
-      const colmap::Point2D& point2D = other.Point2D(match.point2D_idx);
+      const Image& other = map_.reconstruction().Image(match.image_id);
+      const Point2D& point2D = other.Point2D(match.point2D_idx);
       if (!point2D.HasPoint3D() || point2D.Point3DId() == id()) continue;
       if (!tried.insert(point2D.Point3DId()).second) continue;
       skein::Merge(options_.merge_max_reproj_error, id(), point2D.Point3DId(), &map_);
@@ -110,10 +107,10 @@ class LongTrack {
 
   // Follows the matches of what it adds, too.
   void Complete() const {
-    std::vector<colmap::TrackElement> ends{{image_id_, index_}};
+    std::vector<TrackElement> ends{{image_id_, index_}};
     for (int i = 0; i < options_.complete_max_transitivity && !ends.empty(); ++i) {
-      std::vector<colmap::TrackElement> added;
-      for (const colmap::TrackElement& end : ends) AddMatchesOf(end, &added);
+      std::vector<TrackElement> added;
+      for (const TrackElement& end : ends) AddMatchesOf(end, &added);
       ends.swap(added);
     }
   }
@@ -123,14 +120,13 @@ class LongTrack {
     return map_.reconstruction().Image(image_id_).Point2D(index_).Point3DId();
   }
 
-  void AddMatchesOf(const colmap::TrackElement& element,
-                    std::vector<colmap::TrackElement>* added) const {
-    colmap::Reconstruction& reconstruction = MapAccess::Model(&map_);
+  void AddMatchesOf(const TrackElement& element, std::vector<TrackElement>* added) const {
+    Reconstruction& reconstruction = MapAccess::Model(&map_);
     for (const auto& match :
          map_.graph().FindCorrespondences(element.image_id, element.point2D_idx)) {
-      const colmap::Image& other = reconstruction.Image(match.image_id);
+      const Image& other = reconstruction.Image(match.image_id);
       if (!other.IsRegistered() || other.Point2D(match.point2D_idx).HasPoint3D()) continue;
-      const colmap::TrackElement found(match.image_id, match.point2D_idx);
+      const TrackElement found(match.image_id, match.point2D_idx);
       if (!IsSeenAt(reconstruction, found, reconstruction.Point3D(id()).XYZ(),
                     options_.complete_max_reproj_error)) {
         continue;
@@ -141,16 +137,16 @@ class LongTrack {
     if (!added->empty()) MapAccess::Triangulator(&map_).AddModifiedPoint3D(id());
   }
 
-  const TriangulatorOptions& options_;
+  const TriangulationOptions& options_;
   const ImageId image_id_;
   const Point2DIdx index_;
   SceneMap& map_;
 };
 
 template <typename Function>
-void ForEachLongTrack(const TriangulatorOptions& options, ImageId image_id, SceneMap* map,
+void ForEachLongTrack(const TriangulationOptions& options, ImageId image_id, SceneMap* map,
                       const Function& function) {
-  const colmap::Image& image = map->reconstruction().Image(image_id);
+  const Image& image = map->reconstruction().Image(image_id);
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     if (!image.Point2D(i).HasPoint3D() || !IsLongTrack(*map, image.Point2D(i).Point3DId()))
       continue;
@@ -160,18 +156,18 @@ void ForEachLongTrack(const TriangulatorOptions& options, ImageId image_id, Scen
 
 }  // namespace
 
-void CompleteLocally(const TriangulatorOptions& options, ImageId new_image, SceneMap* map) {
-  colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(map);
+void CompleteLocally(const TriangulationOptions& options, ImageId new_image, SceneMap* map) {
+  Triangulator& triangulator = MapAccess::Triangulator(map);
   triangulator.MergeTracks(options, ModifiedShortTracks(map));
   ForEachLongTrack(options, new_image, map, [](const LongTrack& point) { point.Merge(); });
   triangulator.CompleteTracks(options, ModifiedShortTracks(map));
   ForEachLongTrack(options, new_image, map, [](const LongTrack& point) { point.Complete(); });
-  TriangulatorOptions creating = options;
+  TriangulationOptions creating = options;
   creating.complete_max_transitivity = 0;  // the photo's tracks are complete
   triangulator.CompleteImage(creating, new_image);
 }
 
-size_t GrowTracks(const TriangulatorOptions& options, int num_threads,
+size_t GrowTracks(const TriangulationOptions& options, int num_threads,
                   const std::vector<Point3DId>& points, SceneMap* map) {
   std::vector<Gain> gains(points.size());
   ForEachOnThreads(num_threads, points.size(),
@@ -182,7 +178,7 @@ size_t GrowTracks(const TriangulatorOptions& options, int num_threads,
     // What a point gains may lead on to its twin.
     if (gains[i].completes || gains[i].merges) merging.insert(points[i]);
   }
-  colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(map);
+  Triangulator& triangulator = MapAccess::Triangulator(map);
   const size_t num_completed = triangulator.CompleteTracks(options, completing);
   return num_completed + triangulator.MergeTracks(options, merging);
 }

@@ -40,8 +40,8 @@ class TrackCompletionTest : public testing::Test {
                                    visible.begin());
   }
   Point3DId PointAt(ImageId id, int point) const {
-    const colmap::Point2D& point2D = map_.reconstruction().Image(id).Point2D(KeypointOf(id, point));
-    return point2D.HasPoint3D() ? point2D.Point3DId() : colmap::kInvalidPoint3DId;
+    const Point2D& point2D = map_.reconstruction().Image(id).Point2D(KeypointOf(id, point));
+    return point2D.HasPoint3D() ? point2D.Point3DId() : kInvalidPoint3DId;
   }
   size_t Length(int point) const {
     return map_.reconstruction().Point3D(PointAt(kNewPhoto, point)).Track().Length();
@@ -71,16 +71,16 @@ TEST_F(TrackCompletionTest, ExtendsShortAndLongTracksByWhatTheNewPhotoMatches) {
 TEST_F(TrackCompletionTest, DoesNotTakeInWhatIsSeenElsewhere) {
   TakeOut(1, 3, 5);
   const Point2DIdx moved = KeypointOf(1, 5);
-  colmap::Image& image = MapAccess::Model(&map_).Image(1);
+  Image& image = MapAccess::Model(&map_).Image(1);
   image.Point2D(moved).SetXY(image.Point2D(moved).XY() + Eigen::Vector2d(20, 0));
   Complete();
-  EXPECT_EQ(PointAt(1, 5), colmap::kInvalidPoint3DId);
+  EXPECT_EQ(PointAt(1, 5), kInvalidPoint3DId);
   EXPECT_EQ(Length(5), 19u);
 }
 
 TEST_F(TrackCompletionTest, MergesALongTrackWithAnotherOfTheSamePoint) {
   TakeOut(1, 4, 5);
-  colmap::Track other;
+  Track other;
   for (ImageId id = 1; id < 4; ++id) other.AddElement(id, KeypointOf(id, 5));
   map_.AddPoint(scene_.points[5], other);
   const size_t num_points = map_.reconstruction().NumPoints3D();
@@ -92,7 +92,7 @@ TEST_F(TrackCompletionTest, MergesALongTrackWithAnotherOfTheSamePoint) {
 
 TEST_F(TrackCompletionTest, DoesNotMergePointsInDifferentPlaces) {
   TakeOut(1, 4, 5);
-  colmap::Track other;
+  Track other;
   for (ImageId id = 1; id < 4; ++id) other.AddElement(id, KeypointOf(id, 5));
   map_.AddPoint(scene_.points[5] + Eigen::Vector3d(1, 0, 0), other);
   const size_t num_points = map_.reconstruction().NumPoints3D();
@@ -145,9 +145,9 @@ class GrowTracksTest : public testing::Test {
   }
 
   void Divide(Point3DId id) {
-    const colmap::Point3D point = map_.reconstruction().Point3D(id);
+    const Point3D point = map_.reconstruction().Point3D(id);
     const auto& elements = point.Track().Elements();
-    colmap::Track other;
+    Track other;
     for (size_t i = 1; i < elements.size(); i += 2) {
       map_.DeleteObservation(elements[i].image_id, elements[i].point2D_idx);
       if (id % 2 == 0) other.AddElement(elements[i]);
@@ -167,21 +167,22 @@ class GrowTracksTest : public testing::Test {
     return tracks;
   }
 
-  const colmap::IncrementalTriangulator::Options options_;
+  const TriangulationOptions options_;
   SceneMap map_;
 };
 
 TEST_F(GrowTracksTest, DoesWhatColmapDoesToAllPoints) {
   const auto map = map_.Clone(), colmaps = map_.Clone();
-  colmap::IncrementalTriangulator& triangulator = MapAccess::Triangulator(colmaps.get());
+  Triangulator& triangulator = MapAccess::Triangulator(colmaps.get());
   const size_t num_changed = GrowTracks(options_, 1, AllPoints(*map), map.get());
   EXPECT_GT(num_changed, 1000u);
-  size_t expected = triangulator.CompleteAllTracks(options_);
-  expected += triangulator.MergeAllTracks(options_);
+  const auto all = [](const SceneMap& of) { return of.reconstruction().Point3DIds(); };
+  size_t expected = triangulator.CompleteTracks(options_, all(*colmaps));
+  expected += triangulator.MergeTracks(options_, all(*colmaps));
   EXPECT_NEAR(num_changed, expected, 0.01 * expected);  // who is first takes what two points want
   EXPECT_EQ(map->reconstruction().NumPoints3D(), colmaps->reconstruction().NumPoints3D());
-  EXPECT_EQ(MapAccess::Triangulator(map.get()).CompleteAllTracks(options_), 0u);
-  EXPECT_EQ(MapAccess::Triangulator(map.get()).MergeAllTracks(options_), 0u);
+  EXPECT_EQ(MapAccess::Triangulator(map.get()).CompleteTracks(options_, all(*map)), 0u);
+  EXPECT_EQ(MapAccess::Triangulator(map.get()).MergeTracks(options_, all(*map)), 0u);
 }
 
 TEST_F(GrowTracksTest, IsTheSameWithAnyNumberOfThreads) {

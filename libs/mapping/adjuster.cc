@@ -159,7 +159,7 @@ bool Adjuster::IsMapSmall() const {
 }
 
 bool Adjuster::HasMapGrown() const {
-  const colmap::Reconstruction& model = map_.reconstruction();
+  const Reconstruction& model = map_.reconstruction();
   return model.NumRegImages() >= options_.global_growth * size_at_global_.num_images ||
          model.NumPoints3D() >= options_.global_growth * size_at_global_.num_points;
 }

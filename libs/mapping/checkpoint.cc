@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/bytes.h"
-#include "map/model_io.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -126,7 +126,7 @@ Result<std::vector<int64_t>> PhotosOfArchive(const ModelArchive& archive) {
 Status RestoreSubmap(const ModelArchive& archive, Submap* submap) {
   const Result<SubmapState> state = DecodeState(archive);
   if (!state.ok()) return state.status();
-  const Result<colmap::Reconstruction> model = DecodeModel(archive);
+  const Result<Reconstruction> model = DecodeModel(archive);
   if (!model.ok()) return model.status();
   return submap->Restore(*model, *state);
 }

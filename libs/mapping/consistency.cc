@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "base/pose.h"
-#include "base/projection.h"
 #include "disambiguation/similar_structures.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
 #include "mapping/similar_pairs.h"
+#include "sfm/pose.h"
+#include "sfm/reprojection.h"
 
 namespace skein {
 
@@ -66,7 +66,7 @@ std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {
     const PoseEstimate estimate = EstimatePose(map_, id, FindVisiblePoints(map_, id),
                                                options_.registration, waiting_.ContextOf(id));
     if (!estimate.has_too_many_missing_cells) continue;
-    candidates.waiting[id] = colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
+    candidates.waiting[id] = ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
   }
   if (candidates.IsEmpty()) return {};
   return FindPhotosOfAnotherPlaceByMissingCells(options_.registration.similar_structures, map_,
@@ -78,7 +78,7 @@ std::vector<ImageId> Consistency::FindPhotosWithTooManyMissingCells() const {
   std::vector<ImageId> ids;
   for (const ImageId id : map_.reconstruction().RegImageIds()) {
     if (waiting_.IsOfSimilarPlace(id) || !waiting_.MatchesSimilarPlace(id)) continue;
-    const colmap::Image& image = map_.reconstruction().Image(id);
+    const Image& image = map_.reconstruction().Image(id);
     const CellVotes votes =
         CompareWithNeighbours(options, map_, id, map_.reconstruction().Camera(image.CameraId()),
                               image.ProjectionMatrix());

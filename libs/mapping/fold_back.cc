@@ -80,31 +80,31 @@ class Folder {
       if (similarities_.count(id) > 0) continue;
       new_images_.push_back(id);
       const ImageId anchor = FindAnchor(id);
-      if (anchor != colmap::kInvalidImageId) similarities_[id] = similarities_.at(anchor);
+      if (anchor != kInvalidImageId) similarities_[id] = similarities_.at(anchor);
     }
   }
 
   ImageId FindAnchor(ImageId id) const {
     std::map<ImageId, int> counts;
-    for (const colmap::Point2D& point2D : map_.reconstruction().Image(id).Points2D()) {
+    for (const Point2D& point2D : map_.reconstruction().Image(id).Points2D()) {
       if (!point2D.HasPoint3D()) continue;
-      const colmap::Point3D& point = map_.reconstruction().Point3D(point2D.Point3DId());
+      const Point3D& point = map_.reconstruction().Point3D(point2D.Point3DId());
       for (const auto& element : point.Track().Elements()) {
         if (element.image_id != id && similarities_.count(element.image_id) > 0) {
           ++counts[element.image_id];
         }
       }
     }
-    ImageId best = colmap::kInvalidImageId;
+    ImageId best = kInvalidImageId;
     for (const auto& [other, count] : counts) {
-      if (best == colmap::kInvalidImageId || count > counts.at(best)) best = other;
+      if (best == kInvalidImageId || count > counts.at(best)) best = other;
     }
     return best;
   }
 
   void MoveNew() {
     for (const Point3DId id : new_points_) {
-      const colmap::Point3D& point = map_.reconstruction().Point3D(id);
+      const Point3D& point = map_.reconstruction().Point3D(id);
       for (const auto& element : point.Track().Elements()) {
         const auto it = similarities_.find(element.image_id);
         if (it == similarities_.end()) continue;

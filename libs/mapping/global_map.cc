@@ -7,11 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/essential_matrix.h"
-#include "base/pose.h"
 #include "core/clock.h"
 #include "core/log.h"
-#include "estimators/essential_matrix.h"
 #include "geometry/rotation_averaging.h"
 #include "map/bundle_builder.h"
 #include "map/filters.h"
@@ -19,8 +16,10 @@
 #include "map/points_anew.h"
 #include "mapping/global_positions.h"
 #include "mapping/registration.h"
-#include "optim/loransac.h"
-#include "util/random.h"
+#include "sfm/pose.h"
+#include "sfm/random.h"
+#include "sfm/robust_model.h"
+#include "sfm/two_view_geometry.h"
 
 namespace skein {
 namespace {
@@ -29,19 +28,17 @@ namespace {
 constexpr size_t kMaxMatches = 300;
 
 Eigen::Vector2d Normalized(const SceneMap& map, ImageId id, Point2DIdx index) {
-  const colmap::Image& image = map.reconstruction().Image(id);
+  const Image& image = map.reconstruction().Image(id);
   return map.reconstruction().Camera(image.CameraId()).ImageToWorld(image.Point2D(index).XY());
 }
 
 // The weight is the number of inliers; 0 where too few agree.
 RelativeRotation EstimateRotation(const SceneMap& map, ImageId id1, ImageId id2) {
-  using Ransac = colmap::LORANSAC<colmap::EssentialMatrixFivePointEstimator,
-                                  colmap::EssentialMatrixFivePointEstimator>;
-  const colmap::FeatureMatches matches = map.MatchesOfPair(id1, id2);
+  const FeatureMatches matches = map.MatchesOfPair(id1, id2);
   const size_t count = std::min(matches.size(), kMaxMatches);
   std::vector<Eigen::Vector2d> points1, points2;
   for (size_t i = 0; i < count; ++i) {
-    const colmap::FeatureMatch& match = matches[i * matches.size() / count];
+    const FeatureMatch& match = matches[i * matches.size() / count];
     points1.push_back(Normalized(map, id1, match.point2D_idx1));
     points2.push_back(Normalized(map, id2, match.point2D_idx2));
   }
@@ -51,22 +48,22 @@ RelativeRotation EstimateRotation(const SceneMap& map, ImageId id1, ImageId id2)
         .ImageToWorldThreshold(limits::kMaxErrorPx);
   };
   RelativeRotation rotation{id1, id2, Eigen::Matrix3d::Identity(), 0};
-  colmap::RANSACOptions options;
-  options.max_error = (threshold(id1) + threshold(id2)) / 2;
-  options.min_inlier_ratio = 0.25;
-  options.max_num_trials = 1000;
-  colmap::SetPRNGSeed(SeedFromIds(id1, id2));
-  const auto report = Ransac(options).Estimate(points1, points2);
-  if (!report.success) return rotation;
+  RansacLimits limits;
+  limits.max_error = (threshold(id1) + threshold(id2)) / 2;
+  limits.min_inlier_ratio = 0.25;
+  limits.max_num_trials = 1000;
+  SetRandomSeed(SeedFromIds(id1, id2));
+  const RobustModel E = SearchEssential(limits, Sampling::kUniform, points1, points2);
+  if (!E.found) return rotation;
   std::vector<Eigen::Vector2d> inliers1, inliers2;
   for (size_t i = 0; i < count; ++i) {
-    if (!report.inlier_mask[i]) continue;
+    if (!E.inlier_mask[i]) continue;
     inliers1.push_back(points1[i]);
     inliers2.push_back(points2[i]);
   }
   Eigen::Vector3d t;
   std::vector<Eigen::Vector3d> points3D;
-  colmap::PoseFromEssentialMatrix(report.model, inliers1, inliers2, &rotation.R, &t, &points3D);
+  PoseFromEssentialMatrix(E.matrix, inliers1, inliers2, &rotation.R, &t, &points3D);
   const double num_inliers =
       static_cast<double>(inliers1.size()) * matches.size() / std::max<size_t>(1, count);
   if (num_inliers >= limits::kMinPoseInliers) rotation.weight = num_inliers;
@@ -91,7 +88,7 @@ struct Feature {
   ImageId image_id;
   Point2DIdx index;
 };
-using Track = std::vector<Feature>;  // by image, each once
+using FeatureTrack = std::vector<Feature>;  // by image, each once
 
 // Features that belong together by the matches, surest pairs first. A match that would make a photo
 // show a track twice is false, or an earlier one is: it is passed over.
@@ -105,20 +102,21 @@ class TrackBuilder {
   }
 
   void AddPair(ImageId id1, ImageId id2) {
-    for (const colmap::FeatureMatch& match : map_.MatchesOfPair(id1, id2)) {
+    for (const FeatureMatch& match : map_.MatchesOfPair(id1, id2)) {
       Join(TrackOf({id1, match.point2D_idx1}), TrackOf({id2, match.point2D_idx2}));
     }
   }
 
   // Those of at least three photos, longest first.
-  std::vector<Track> Take() {
-    std::vector<Track> tracks;
-    for (Track& track : tracks_) {
+  std::vector<FeatureTrack> Take() {
+    std::vector<FeatureTrack> tracks;
+    for (FeatureTrack& track : tracks_) {
       if (track.size() >= 3) tracks.push_back(std::move(track));
     }
     tracks_.clear();
-    std::stable_sort(tracks.begin(), tracks.end(),
-                     [](const Track& a, const Track& b) { return a.size() > b.size(); });
+    std::stable_sort(
+        tracks.begin(), tracks.end(),
+        [](const FeatureTrack& a, const FeatureTrack& b) { return a.size() > b.size(); });
     return tracks;
   }
 
@@ -144,7 +142,7 @@ class TrackBuilder {
     const auto by_image = [](const Feature& x, const Feature& y) {
       return x.image_id < y.image_id;
     };
-    Track joined;
+    FeatureTrack joined;
     std::merge(tracks_[a].begin(), tracks_[a].end(), tracks_[b].begin(), tracks_[b].end(),
                std::back_inserter(joined), by_image);
     const auto twice = std::adjacent_find(
@@ -159,10 +157,10 @@ class TrackBuilder {
   const SceneMap& map_;
   std::map<ImageId, size_t> begin_;
   std::vector<size_t> track_of_;  // of each keypoint of all photos
-  std::vector<Track> tracks_;
+  std::vector<FeatureTrack> tracks_;
 };
 
-std::vector<Track> FindTracks(const SceneMap& map, std::vector<RelativeRotation> pairs) {
+std::vector<FeatureTrack> FindTracks(const SceneMap& map, std::vector<RelativeRotation> pairs) {
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const auto& a, const auto& b) { return a.weight > b.weight; });
   TrackBuilder builder(map);
@@ -172,11 +170,11 @@ std::vector<Track> FindTracks(const SceneMap& map, std::vector<RelativeRotation>
 
 // Some tracks of each photo are enough.
 std::vector<PointRays> RaysOf(const SceneMap& map, const RotationAveraging& averaging,
-                              const std::vector<Track>& tracks) {
+                              const std::vector<FeatureTrack>& tracks) {
   constexpr int kTracksOfPhoto = 50;
   std::map<ImageId, int> num_tracks;
   std::vector<PointRays> points;
-  for (const Track& track : tracks) {
+  for (const FeatureTrack& track : tracks) {
     const bool is_wanted = std::any_of(track.begin(), track.end(), [&](const Feature& feature) {
       return num_tracks[feature.image_id] < kTracksOfPhoto;
     });
@@ -197,7 +195,7 @@ void RegisterAt(const RotationAveraging& averaging,
                 const std::map<uint32_t, Eigen::Vector3d>& centers, SceneMap* map) {
   for (const auto& [id, center] : centers) {
     const Eigen::Matrix3d& R = averaging.rotations.at(id);
-    map->SetPose(id, colmap::RotationMatrixToQuaternion(R), -R * center);
+    map->SetPose(id, RotationMatrixToQuaternion(R), -R * center);
     map->Register(id);
   }
 }
@@ -234,7 +232,7 @@ void PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& withou
   for (size_t i = 0; i < relative.size(); ++i) {
     if (averaging.fits[i]) fitting.push_back(relative[i]);
   }
-  const std::vector<Track> tracks = FindTracks(*map, fitting);
+  const std::vector<FeatureTrack> tracks = FindTracks(*map, fitting);
   const std::vector<PointRays> rays = RaysOf(*map, averaging, tracks);
   timer.Restart();
   const auto centers = FindPositions(rays, options.num_threads, options.stop);
@@ -262,14 +260,13 @@ std::map<CameraId, double> FocalLengths(const SceneMap& map) {
 void ClearButIntrinsics(SceneMap* map) {
   std::map<CameraId, std::vector<double>> found;
   for (const auto& [id, state] : map->camera_states()) {
-    const colmap::Camera& camera = map->reconstruction().Camera(id);
+    const Camera& camera = map->reconstruction().Camera(id);
     const bool is_told = state.refined || state.num_registered >= 2;
     if (is_told && HasPossibleIntrinsics(camera)) found[id] = camera.Params();
   }
   std::map<ImageId, std::vector<double>> own;
   for (const ImageId id : map->reconstruction().RegImageIds()) {
-    const colmap::Camera& camera =
-        map->reconstruction().Camera(map->reconstruction().Image(id).CameraId());
+    const Camera& camera = map->reconstruction().Camera(map->reconstruction().Image(id).CameraId());
     const bool is_own = camera.CameraId() == SceneMap::OwnCamera(id) &&
                         map->HaveItsPhotosOwnCameras(map->GivenCamera(id));
     if (is_own && HasPossibleIntrinsics(camera)) own[id] = camera.Params();

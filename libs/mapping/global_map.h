@@ -3,9 +3,9 @@
 
 #include <set>
 
-#include "base/reconstruction.h"
 #include "map/scene_map.h"
 #include "mapping/submap_options.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 

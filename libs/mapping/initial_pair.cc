@@ -4,14 +4,13 @@
 #include <cmath>
 #include <vector>
 
-#include "base/pose.h"
-#include "base/projection.h"
-#include "base/triangulation.h"
 #include "core/option_check.h"
-#include "estimators/two_view_geometry.h"
 #include "mapping/registration.h"
-#include "util/math.h"
-#include "util/random.h"
+#include "sfm/pose.h"
+#include "sfm/random.h"
+#include "sfm/reprojection.h"
+#include "sfm/triangulation.h"
+#include "sfm/two_view_geometry.h"
 
 namespace skein {
 namespace {
@@ -22,45 +21,43 @@ constexpr double kMaxPointAngleDeg = 16.0;
 // Another focal length than the prior must win by this.
 constexpr double kMinGain = 1.03;
 
-std::vector<Eigen::Vector2d> Points(const colmap::Image& image) {
+std::vector<Eigen::Vector2d> Points(const Image& image) {
   std::vector<Eigen::Vector2d> points;
-  for (const colmap::Point2D& point : image.Points2D()) points.push_back(point.XY());
+  for (const Point2D& point : image.Points2D()) points.push_back(point.XY());
   return points;
 }
 
-void ScaleFocal(double factor, colmap::Camera* camera) {
+void ScaleFocal(double factor, Camera* camera) {
   for (const size_t i : camera->FocalLengthIdxs()) camera->Params(i) *= factor;
 }
 
 struct Pair {
-  colmap::Camera camera1, camera2;
+  Camera camera1, camera2;
   std::vector<Eigen::Vector2d> points1, points2;
-  colmap::FeatureMatches matches;
+  FeatureMatches matches;
 };
 
-colmap::TwoViewGeometry Estimate(const InitialPairOptions& options, const Pair& pair) {
-  colmap::TwoViewGeometry::Options estimation;
-  estimation.ransac_options.min_num_trials = 30;
-  estimation.ransac_options.max_num_trials = 2000;
-  estimation.ransac_options.max_error = options.max_error_px;
-  colmap::TwoViewGeometry geometry;
-  geometry.EstimateCalibrated(pair.camera1, pair.points1, pair.camera2, pair.points2, pair.matches,
-                              estimation);
-  return geometry;
+TwoViewGeometry Estimate(const InitialPairOptions& options, const Pair& pair) {
+  RansacLimits limits;
+  limits.min_num_trials = 30;
+  limits.max_num_trials = 2000;
+  limits.max_error = options.max_error_px;
+  return EstimateCalibrated({pair.camera1, pair.points1, pair.camera2, pair.points2}, pair.matches,
+                            limits);
 }
 
 // Tries focal lengths for cameras that have none from EXIF; leaves the best in `pair`.
-colmap::TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, bool free1, bool free2,
-                                          Pair* pair) {
+TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, bool free1, bool free2,
+                                  Pair* pair) {
   const Pair prior = *pair;
-  colmap::TwoViewGeometry best;
+  TwoViewGeometry best;
   double best_score = -1;
   for (const double factor : kFocalFactors) {
     if (factor != 1.0 && !free1 && !free2) break;
     Pair scaled = prior;
     if (free1) ScaleFocal(factor, &scaled.camera1);
     if (free2) ScaleFocal(factor, &scaled.camera2);
-    const colmap::TwoViewGeometry geometry = Estimate(options, scaled);
+    const TwoViewGeometry geometry = Estimate(options, scaled);
     const double score =
         static_cast<double>(geometry.inlier_matches.size()) * (factor == 1.0 ? kMinGain : 1.0);
     if (score <= best_score) continue;
@@ -72,32 +69,32 @@ colmap::TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, boo
 }
 
 // Whether the camera's focal length is open.
-bool IsFree(const SceneMap& map, const colmap::Camera& camera) {
+bool IsFree(const SceneMap& map, const Camera& camera) {
   const CameraState& state = map.camera_state(camera.CameraId());
   return !state.focal_from_exif && !state.refined && state.num_registered == 0;
 }
 
 // Adds the points that both images see under at least `min_angle`.
-int TriangulatePair(const colmap::FeatureMatches& matches, double min_angle, ImageId image_id1,
+int TriangulatePair(const FeatureMatches& matches, double min_angle, ImageId image_id1,
                     ImageId image_id2, SceneMap* map) {
-  const colmap::Image& image1 = map->reconstruction().Image(image_id1);
-  const colmap::Image& image2 = map->reconstruction().Image(image_id2);
-  const colmap::Camera& camera1 = map->reconstruction().Camera(image1.CameraId());
-  const colmap::Camera& camera2 = map->reconstruction().Camera(image2.CameraId());
-  const Eigen::Matrix3x4d P1 = image1.ProjectionMatrix();
-  const Eigen::Matrix3x4d P2 = image2.ProjectionMatrix();
+  const Image& image1 = map->reconstruction().Image(image_id1);
+  const Image& image2 = map->reconstruction().Image(image_id2);
+  const Camera& camera1 = map->reconstruction().Camera(image1.CameraId());
+  const Camera& camera2 = map->reconstruction().Camera(image2.CameraId());
+  const Matrix3x4d P1 = image1.ProjectionMatrix();
+  const Matrix3x4d P2 = image2.ProjectionMatrix();
   int num_points = 0;
-  for (const colmap::FeatureMatch& match : matches) {
-    const Eigen::Vector3d xyz = colmap::TriangulatePoint(
-        P1, P2, camera1.ImageToWorld(image1.Point2D(match.point2D_idx1).XY()),
-        camera2.ImageToWorld(image2.Point2D(match.point2D_idx2).XY()));
-    const double angle = colmap::CalculateTriangulationAngle(image1.ProjectionCenter(),
-                                                             image2.ProjectionCenter(), xyz);
-    if (!(angle >= min_angle) || !colmap::HasPointPositiveDepth(P1, xyz) ||
-        !colmap::HasPointPositiveDepth(P2, xyz)) {
+  for (const FeatureMatch& match : matches) {
+    const Eigen::Vector3d xyz =
+        TriangulatePoint(P1, P2, camera1.ImageToWorld(image1.Point2D(match.point2D_idx1).XY()),
+                         camera2.ImageToWorld(image2.Point2D(match.point2D_idx2).XY()));
+    const double angle =
+        CalculateTriangulationAngle(image1.ProjectionCenter(), image2.ProjectionCenter(), xyz);
+    if (!(angle >= min_angle) || !HasPointPositiveDepth(P1, xyz) ||
+        !HasPointPositiveDepth(P2, xyz)) {
       continue;
     }
-    colmap::Track track;
+    Track track;
     track.AddElement(image_id1, match.point2D_idx1);
     track.AddElement(image_id2, match.point2D_idx2);
     map->AddPoint(xyz, track);
@@ -117,15 +114,15 @@ Status CheckGeometry(const InitialPairOptions& options, const InitialPairResult&
   return Status::Ok();
 }
 
-void Accept(const Pair& pair, const colmap::TwoViewGeometry& geometry, ImageId image_id1,
-            ImageId image_id2, SceneMap* map, InitialPairResult* result) {
-  map->SetPose(image_id1, colmap::ComposeIdentityQuaternion(), Eigen::Vector3d::Zero());
+void Accept(const Pair& pair, const TwoViewGeometry& geometry, ImageId image_id1, ImageId image_id2,
+            SceneMap* map, InitialPairResult* result) {
+  map->SetPose(image_id1, Eigen::Vector4d(1, 0, 0, 0), Eigen::Vector3d::Zero());
   map->SetPose(image_id2, geometry.qvec, geometry.tvec);
   map->SetCamera(pair.camera1.CameraId(), pair.camera1.Params());
   map->SetCamera(pair.camera2.CameraId(), pair.camera2.Params());
   map->Register(image_id1);
   map->Register(image_id2);
-  const double min_angle = std::min(colmap::DegToRad(kMaxPointAngleDeg), 0.5 * geometry.tri_angle);
+  const double min_angle = std::min(DegToRad(kMaxPointAngleDeg), 0.5 * geometry.tri_angle);
   result->num_points =
       TriangulatePair(geometry.inlier_matches, min_angle, image_id1, image_id2, map);
 }
@@ -153,21 +150,21 @@ InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId
   InitialPairResult result;
   result.status = options.Check();  // a seed's, which came over the bus
   if (!result.status.ok()) return result;
-  const colmap::Reconstruction& reconstruction = map->reconstruction();
-  const colmap::Image& image1 = reconstruction.Image(image_id1);
-  const colmap::Image& image2 = reconstruction.Image(image_id2);
+  const Reconstruction& reconstruction = map->reconstruction();
+  const Image& image1 = reconstruction.Image(image_id1);
+  const Image& image2 = reconstruction.Image(image_id2);
   Pair pair{reconstruction.Camera(image1.CameraId()), reconstruction.Camera(image2.CameraId()),
             Points(image1), Points(image2), map->MatchesOfPair(image_id1, image_id2)};
-  colmap::SetPRNGSeed(SeedFromIds(image_id1, image_id2));
-  colmap::TwoViewGeometry geometry =
+  SetRandomSeed(SeedFromIds(image_id1, image_id2));
+  TwoViewGeometry geometry =
       EstimateWithFocal(options, IsFree(*map, pair.camera1), IsFree(*map, pair.camera2), &pair);
   result.num_inliers = static_cast<int>(geometry.inlier_matches.size());
   if (result.num_inliers < options.min_num_inliers ||
-      !geometry.EstimateRelativePose(pair.camera1, pair.points1, pair.camera2, pair.points2)) {
+      !EstimateRelativePose({pair.camera1, pair.points1, pair.camera2, pair.points2}, &geometry)) {
     result.status = FailedPrecondition("no relative pose");
     return result;
   }
-  result.triangulation_angle_deg = colmap::RadToDeg(geometry.tri_angle);
+  result.triangulation_angle_deg = RadToDeg(geometry.tri_angle);
   result.forward_motion = std::abs(geometry.tvec.z());
   result.status = CheckGeometry(options, result);
   if (!result.status.ok()) return result;

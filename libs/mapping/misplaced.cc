@@ -2,17 +2,17 @@
 
 #include <set>
 
-#include "base/projection.h"
 #include "core/option_check.h"
+#include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
 
-bool SeenAt(const colmap::Reconstruction& reconstruction, const colmap::Image& image,
-            const Eigen::Vector2d& pixel, Point3DId id, double max_error_px) {
-  return colmap::CalculateSquaredReprojectionError(
-             pixel, reconstruction.Point3D(id).XYZ(), image.Qvec(), image.Tvec(),
-             reconstruction.Camera(image.CameraId())) <= max_error_px * max_error_px;
+bool SeenAt(const Reconstruction& reconstruction, const Image& image, const Eigen::Vector2d& pixel,
+            Point3DId id, double max_error_px) {
+  return CalculateSquaredReprojectionError(pixel, reconstruction.Point3D(id).XYZ(), image.Qvec(),
+                                           image.Tvec(), reconstruction.Camera(image.CameraId())) <=
+         max_error_px * max_error_px;
 }
 
 std::vector<ImageId> Contradicted(const MisplacedOptions& options, const std::vector<ImageId>& ids,
@@ -38,13 +38,13 @@ std::set<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t m
 }  // namespace
 
 Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
-  const colmap::Image& image1 = reconstruction.Image(id1);
-  const colmap::Image& image2 = reconstruction.Image(id2);
+  const Reconstruction& reconstruction = map.reconstruction();
+  const Image& image1 = reconstruction.Image(id1);
+  const Image& image2 = reconstruction.Image(id2);
   Votes votes;
   for (const auto& match : map.MatchesOfPair(id1, id2)) {
-    const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
-    const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
+    const Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
+    const Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
     if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
     const bool agree =
         keypoint1.Point3DId() == keypoint2.Point3DId() ||
@@ -58,12 +58,12 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
 }
 
 Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2) {
-  const colmap::Image& image1 = map.reconstruction().Image(id1);
-  const colmap::Image& image2 = map.reconstruction().Image(id2);
+  const Image& image1 = map.reconstruction().Image(id1);
+  const Image& image2 = map.reconstruction().Image(id2);
   Votes votes;
   for (const auto& match : map.MatchesOfPair(id1, id2)) {
-    const colmap::Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
-    const colmap::Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
+    const Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
+    const Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
     if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
     ++(keypoint1.Point3DId() == keypoint2.Point3DId() ? votes.agree : votes.contradict);
   }

@@ -20,9 +20,9 @@ Bundle BundleOfPhoto(const SceneMap& map, ImageId image_id) {
 }  // namespace
 
 Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
-                     const colmap::IncrementalTriangulator::Options& triangulation, SceneMap* map)
+                     const TriangulationOptions& triangulation, SceneMap* map)
     : image_id_(image_id), map_(*map) {
-  const colmap::Reconstruction& reconstruction = map->reconstruction();
+  const Reconstruction& reconstruction = map->reconstruction();
   params_before_ = reconstruction.Camera(reconstruction.Image(image_id).CameraId()).Params();
   RegisterWithPose(estimate, visible, image_id, map);
   map->TriangulateImage(triangulation, image_id);

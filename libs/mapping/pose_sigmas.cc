@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/camera_models.h"
 #include "bundle/bundle_terms.h"
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
@@ -61,8 +61,8 @@ double LargestSigma(const Covariance& covariance) {
 // The largest standard deviation of a pixel over the corners of the camera's frame, for points at
 // that depth. `covariance`: of the local increment (w, s), X' = exp(w) X - s.
 double FrameSigma(const BundleCamera& camera, const Matrix6d& covariance, double depth) {
-  const double focal = camera.params[colmap::CameraModelFocalLengthIdxs(camera.model_id)[0]];
-  const std::vector<size_t>& centre = colmap::CameraModelPrincipalPointIdxs(camera.model_id);
+  const double focal = camera.params[CameraModelFocalLengthIdxs(camera.model_id)[0]];
+  const std::vector<size_t>& centre = CameraModelPrincipalPointIdxs(camera.model_id);
   const double half_width = camera.params[centre[0]], half_height = camera.params[centre[1]];
   double largest = 0;
   for (const double x : {-half_width, half_width}) {

@@ -56,7 +56,7 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
   const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
   std::unique_ptr<Submap> anew = CopyWithoutModel(submap);
   MapGlobally(anew->options(), without, &anew->map());
-  const colmap::Reconstruction model = anew->map().reconstruction();
+  const Reconstruction model = anew->map().reconstruction();
   if (model.NumRegImages() < 3) return nullptr;
   SubmapState state;
   state.first = model.IsImageRegistered(first) ? first : model.RegImageIds().front();

@@ -5,17 +5,16 @@
 #include <optional>
 #include <unordered_map>
 
-#include "base/essential_matrix.h"
-#include "base/pose.h"
-#include "base/projection.h"
-#include "bundle/projection.h"
 #include "core/option_check.h"
-#include "estimators/pose.h"
 #include "map/bundle_builder.h"
 #include "map/image_pose.h"
-#include "mapping/focal_length.h"
-#include "util/math.h"
-#include "util/random.h"
+#include "sfm/absolute_pose.h"
+#include "sfm/focal_length.h"
+#include "sfm/pose.h"
+#include "sfm/projection.h"
+#include "sfm/random.h"
+#include "sfm/reprojection.h"
+#include "sfm/two_view_geometry.h"
 
 namespace skein {
 namespace {
@@ -33,7 +32,7 @@ constexpr double kMinObserved = 0.5, kMinObservedAlone = 0.85;
 constexpr size_t kMaxFocalSearchPoints = 500;
 
 // One free pose, all points constant.
-Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool refine_camera,
+Bundle PoseOnlyBundle(const SceneMap& map, const Camera& camera, bool refine_camera,
                       const VisiblePoints& visible, const PoseEstimate& estimate) {
   Bundle bundle;
   bundle.poses.push_back(estimate.pose);
@@ -54,10 +53,10 @@ Bundle PoseOnlyBundle(const SceneMap& map, const colmap::Camera& camera, bool re
 }
 
 // y' E x = 0 for x in the photo of `pose` and y in `other`, on the plane at depth 1.
-Eigen::Matrix3d EssentialMatrix(const BundlePose& pose, const colmap::Image& other) {
+Eigen::Matrix3d EssentialMatrix(const BundlePose& pose, const Image& other) {
   const Eigen::Matrix3d R = other.RotationMatrix() * pose.R.transpose();
   const Eigen::Vector3d t = (other.Tvec() - R * pose.t).normalized();
-  return colmap::CrossProductMatrix(t) * R;
+  return CrossProductMatrix(t) * R;
 }
 
 double SampsonError(const Eigen::Matrix3d& E, const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
@@ -78,36 +77,32 @@ PoseEstimate Refuse(PoseEstimate estimate, Refusal::Cause cause, const std::stri
   return estimate;
 }
 
-colmap::AbsolutePoseEstimationOptions RansacOptions(const RegistrationOptions& options,
-                                                    double max_error_px) {
-  colmap::AbsolutePoseEstimationOptions ransac;
-  ransac.num_threads = 1;
-  ransac.ransac_options.max_error = max_error_px;
-  ransac.ransac_options.min_inlier_ratio = options.min_inlier_ratio;
-  ransac.ransac_options.min_num_trials = options.min_num_trials;
-  ransac.ransac_options.max_num_trials = options.max_num_trials;
-  ransac.ransac_options.confidence = options.confidence;
-  return ransac;
+RansacLimits LimitsOf(const RegistrationOptions& options, double max_error_px) {
+  RansacLimits limits;
+  limits.max_error = max_error_px;
+  limits.min_inlier_ratio = options.min_inlier_ratio;
+  limits.min_num_trials = options.min_num_trials;
+  limits.max_num_trials = options.max_num_trials;
+  limits.confidence = options.confidence;
+  return limits;
 }
 
-bool RunRansac(const colmap::AbsolutePoseEstimationOptions& ransac, const VisiblePoints& visible,
-               colmap::Camera* camera, PoseEstimate* estimate) {
-  Eigen::Vector4d qvec;
-  Eigen::Vector3d tvec;
-  size_t num_inliers = 0;
-  if (!colmap::EstimateAbsolutePose(ransac, visible.pixels, visible.xyz, &qvec, &tvec, camera,
-                                    &num_inliers, &estimate->inlier_mask)) {
+bool RunRansac(const RansacLimits& limits, const VisiblePoints& visible, const Camera& camera,
+               PoseEstimate* estimate) {
+  AbsolutePose pose;
+  if (!EstimateAbsolutePose(limits, visible.pixels, visible.xyz, camera, &pose,
+                            &estimate->inlier_mask)) {
     return false;
   }
-  estimate->num_inliers = static_cast<int>(num_inliers);
-  estimate->pose.R = colmap::QuaternionToRotationMatrix(qvec);
-  estimate->pose.t = tvec;
+  estimate->num_inliers = static_cast<int>(pose.num_inliers);
+  estimate->pose.R = pose.R;
+  estimate->pose.t = pose.t;
   return true;
 }
 
 // Sets the camera's focal length to the one with which most points fit a pose.
 bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
-                     const VisiblePoints& visible, colmap::Camera* camera) {
+                     const VisiblePoints& visible, Camera* camera) {
   const size_t step = (visible.size() + kMaxFocalSearchPoints - 1) / kMaxFocalSearchPoints;
   const Eigen::Vector2d center(camera->PrincipalPointX(), camera->PrincipalPointY());
   std::vector<Eigen::Vector2d> pixels;
@@ -117,7 +112,7 @@ bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
     xyz.push_back(visible.xyz[i]);
   }
   const std::optional<double> found =
-      EstimateFocalLength(RansacOptions(options, max_error_px).ransac_options, pixels, xyz);
+      EstimateFocalLength(LimitsOf(options, max_error_px), pixels, xyz);
   if (!found) return false;
   const double factor = *found / camera->MeanFocalLength();
   if (factor < options.min_focal_factor || factor > options.max_focal_factor) return false;
@@ -126,15 +121,15 @@ bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
 }
 
 bool EstimateWithRansac(const RegistrationOptions& options, double max_error_px,
-                        bool estimate_focal, const VisiblePoints& visible, colmap::Camera* camera,
+                        bool estimate_focal, const VisiblePoints& visible, Camera* camera,
                         PoseEstimate* estimate) {
   if (estimate_focal && !FindFocalLength(options, max_error_px, visible, camera)) return false;
-  return RunRansac(RansacOptions(options, max_error_px), visible, camera, estimate);
+  return RunRansac(LimitsOf(options, max_error_px), visible, *camera, estimate);
 }
 
 // Refines pose (and camera) on the inliers; counts them again at the refined pose.
 bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine_camera,
-            const VisiblePoints& visible, colmap::Camera* camera, PoseEstimate* estimate) {
+            const VisiblePoints& visible, Camera* camera, PoseEstimate* estimate) {
   Bundle bundle = PoseOnlyBundle(map, *camera, refine_camera, visible, *estimate);
   BundleOptions solve;
   solve.loss = Loss::kCauchy;
@@ -157,7 +152,7 @@ bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine
 
 // Robust cost over all visible points, in px^2. An outlier costs as much as an error at the inlier
 // limit.
-double RobustCost(const RegistrationOptions& options, const colmap::Camera& camera,
+double RobustCost(const RegistrationOptions& options, const Camera& camera,
                   const VisiblePoints& visible, const BundlePose& pose) {
   double cost = 0;
   for (size_t i = 0; i < visible.size(); ++i) {
@@ -173,7 +168,7 @@ double RobustCost(const RegistrationOptions& options, const colmap::Camera& came
 
 struct Candidate {
   PoseEstimate estimate;
-  colmap::Camera camera;
+  Camera camera;
   double cost = HUGE_VAL;  // none was found
 };
 
@@ -254,19 +249,19 @@ bool Differ(const RegistrationOptions& options, const VisiblePoints& visible,
   const double angle = Eigen::AngleAxisd(estimate.pose.R * other.R.transpose()).angle();
   return (center - other_center).norm() >
              options.min_rival_position * MedianDepth(visible, estimate) ||
-         colmap::RadToDeg(angle) > options.min_rival_rotation_deg;
+         RadToDeg(angle) > options.min_rival_rotation_deg;
 }
 
 // Whether the points that don't fit the estimate agree on a pose elsewhere, nearly as many. The
 // search is made only where there are enough of them.
 bool HasRival(const RegistrationOptions& options, const VisiblePoints& visible,
-              colmap::Camera camera, const PoseEstimate& estimate) {
+              const Camera& camera, const PoseEstimate& estimate) {
   const VisiblePoints outliers = OutliersOf(visible, estimate);
   const double needed =
       std::max<double>(options.min_num_inliers, options.max_rival_ratio * estimate.num_inliers);
   if (static_cast<double>(outliers.size()) < needed) return false;
   PoseEstimate rival;
-  if (!RunRansac(RansacOptions(options, options.max_error_px), outliers, &camera, &rival) ||
+  if (!RunRansac(LimitsOf(options, options.max_error_px), outliers, camera, &rival) ||
       rival.num_inliers < needed) {
     return false;
   }
@@ -284,7 +279,7 @@ Status CheckLimits(const std::vector<double>& limits_px) {
 
 // No other registered photo says what the camera's intrinsics are.
 bool MayEstimateCamera(const SceneMap& map, ImageId image_id) {
-  const colmap::Image& image = map.reconstruction().Image(image_id);
+  const Image& image = map.reconstruction().Image(image_id);
   const CameraState& state = map.camera_state(image.CameraId());
   if (state.fixed) return false;
   if (image.IsRegistered()) return state.num_registered == 1;
@@ -313,26 +308,25 @@ Status RegistrationOptions::Check() const {
                      InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor)});
 }
 
-std::optional<Eigen::Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
-                                                    const SceneMap& map, ImageId image_id,
-                                                    ImageId other) {
-  const colmap::Reconstruction& model = map.reconstruction();
+std::optional<Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
+                                             const SceneMap& map, ImageId image_id, ImageId other) {
+  const Reconstruction& model = map.reconstruction();
   VisiblePoints visible;
   for (const auto& match : map.MatchesOfPair(image_id, other)) {
-    const colmap::Point2D& theirs = model.Image(other).Point2D(match.point2D_idx2);
+    const Point2D& theirs = model.Image(other).Point2D(match.point2D_idx2);
     if (!theirs.HasPoint3D()) continue;
     visible.pixels.push_back(model.Image(image_id).Point2D(match.point2D_idx1).XY());
     visible.xyz.push_back(model.Point3D(theirs.Point3DId()).XYZ());
   }
   if (static_cast<int>(visible.size()) < options.min_num_inliers) return std::nullopt;
-  colmap::SetPRNGSeed(SeedFromIds(image_id, other));
-  colmap::Camera camera = model.Camera(model.Image(image_id).CameraId());
+  SetRandomSeed(SeedFromIds(image_id, other));
+  const Camera& camera = model.Camera(model.Image(image_id).CameraId());
   PoseEstimate estimate;
-  if (!RunRansac(RansacOptions(options, options.max_error_px), visible, &camera, &estimate) ||
+  if (!RunRansac(LimitsOf(options, options.max_error_px), visible, camera, &estimate) ||
       estimate.num_inliers < options.min_num_inliers) {
     return std::nullopt;
   }
-  return colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
+  return ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
 }
 
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
@@ -340,10 +334,10 @@ bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, 
          sigmas.frame_px <= factor * options.max_frame_sigma_px;
 }
 
-Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const Camera& camera,
                     const BundlePose& pose, double max_error_px) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
-  const colmap::Image& image = reconstruction.Image(image_id);
+  const Reconstruction& reconstruction = map.reconstruction();
+  const Image& image = reconstruction.Image(image_id);
   const double max_error = max_error_px / camera.MeanFocalLength();
   std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
   Votes votes;
@@ -352,11 +346,11 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
     if (correspondences.empty()) continue;
     const Eigen::Vector3d x = camera.ImageToWorld(image.Point2D(i).XY()).homogeneous();
     for (const auto& correspondence : correspondences) {
-      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
+      const Image& other = reconstruction.Image(correspondence.image_id);
       if (!other.IsRegistered()) continue;
       const auto [entry, is_new] = essentials.try_emplace(correspondence.image_id);
       if (is_new) entry->second = EssentialMatrix(pose, other);
-      const colmap::Camera& other_camera = reconstruction.Camera(other.CameraId());
+      const Camera& other_camera = reconstruction.Camera(other.CameraId());
       const Eigen::Vector3d y =
           other_camera.ImageToWorld(other.Point2D(correspondence.point2D_idx).XY()).homogeneous();
       ++(SampsonError(entry->second, x, y) <= max_error ? votes.agree : votes.contradict);
@@ -366,7 +360,7 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera&
 }
 
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px) {
-  const colmap::Image& image = map.reconstruction().Image(image_id);
+  const Image& image = map.reconstruction().Image(image_id);
   BundlePose pose;
   GetPose(image, &pose);
   return EpipolarVotes(map, image_id, map.reconstruction().Camera(image.CameraId()), pose,
@@ -381,16 +375,16 @@ unsigned SeedFromIds(uint64_t a, uint64_t b) {
 }
 
 VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id) {
-  const colmap::Reconstruction& reconstruction = map.reconstruction();
-  const colmap::Image& image = reconstruction.Image(image_id);
+  const Reconstruction& reconstruction = map.reconstruction();
+  const Image& image = reconstruction.Image(image_id);
   VisiblePoints visible;
   std::vector<Point3DId> seen;
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     seen.clear();
     for (const auto& correspondence : map.graph().FindCorrespondences(image_id, i)) {
-      const colmap::Image& other = reconstruction.Image(correspondence.image_id);
+      const Image& other = reconstruction.Image(correspondence.image_id);
       if (!other.IsRegistered()) continue;
-      const colmap::Point2D& point2D = other.Point2D(correspondence.point2D_idx);
+      const Point2D& point2D = other.Point2D(correspondence.point2D_idx);
       if (!point2D.HasPoint3D()) continue;
       const Point3DId id = point2D.Point3DId();
       if (std::find(seen.begin(), seen.end(), id) != seen.end()) continue;
@@ -406,8 +400,8 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id) {
 
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                           const RegistrationOptions& options, const TrialContext& context) {
-  const colmap::Image& image = map.reconstruction().Image(image_id);
-  colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
+  const Image& image = map.reconstruction().Image(image_id);
+  Camera camera = map.reconstruction().Camera(image.CameraId());
   const CameraState& state = map.camera_state(camera.CameraId());
   const bool estimate_camera = MayEstimateCamera(map, image_id);
   if (estimate_camera) camera.SetParams(state.prior_params);  // not what the photo settled for
@@ -417,7 +411,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   if (estimate.num_visible < options.min_num_inliers) {
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few visible points");
   }
-  colmap::SetPRNGSeed(SeedFromIds(image_id, visible.size()));
+  SetRandomSeed(SeedFromIds(image_id, visible.size()));
   const CameraUse use{estimate_camera && !state.focal_from_exif, estimate_camera};
   const Candidate found = FindPose(map, options, use, visible, {estimate, camera});
   if (found.cost == HUGE_VAL)
@@ -445,7 +439,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   }
   const CellVotes votes =
       CompareWithNeighbours(options.similar_structures, map, image_id, camera,
-                            colmap::ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
+                            ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
   estimate.has_too_many_missing_cells = HasTooManyMissingCells(options.similar_structures, votes);
   if (estimate.has_too_many_missing_cells && context.matches_similar_place) {
     return Refuse(estimate, Refusal::Cause::kSimilarPlace,
@@ -462,7 +456,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
 
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
                    const RegistrationOptions& options) {
-  const colmap::Image& image = map.reconstruction().Image(image_id);
+  const Image& image = map.reconstruction().Image(image_id);
   const bool is_alone = MayEstimateCamera(map, image_id);
   const bool may_be_alone = is_alone || MayBeOfSeveralCameras(map.camera_state(image.CameraId()));
   const double observed = image.NumPoints3D();
@@ -477,7 +471,7 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
       !Differ(options, visible, estimate, pose)) {
     return false;
   }
-  colmap::Camera camera = map.reconstruction().Camera(image.CameraId());
+  Camera camera = map.reconstruction().Camera(image.CameraId());
   camera.SetParams(estimate.camera_params);
   const Votes votes =
       EpipolarVotes(map, image_id, camera, estimate.pose, options.max_epipolar_error_px);
@@ -486,8 +480,8 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
 
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
                       SceneMap* map) {
-  const colmap::Reconstruction& reconstruction = map->reconstruction();
-  const colmap::Image& image = reconstruction.Image(image_id);
+  const Reconstruction& reconstruction = map->reconstruction();
+  const Image& image = reconstruction.Image(image_id);
   if (estimate.has_own_camera) map->GiveOwnCamera(image_id);
   map->SetPose(estimate.pose);
   map->SetCamera(image.CameraId(), estimate.camera_params);

@@ -84,16 +84,15 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
 
 // Pose (cam_from_world) of a registered photo by its matches with one other registered photo alone,
 // with its camera as it is. nullopt if fewer than min_num_inliers agree.
-std::optional<Eigen::Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
-                                                    const SceneMap& map, ImageId image_id,
-                                                    ImageId other);
+std::optional<Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
+                                             const SceneMap& map, ImageId image_id, ImageId other);
 
 // Whether the sigmas are within `factor` times the limits.
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);
 
 // The photo's verified matches with registered photos. A match agrees if its Sampson error under
 // the pose is at most `max_error_px`.
-Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const colmap::Camera& camera,
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const Camera& camera,
                     const BundlePose& pose, double max_error_px);
 
 // The same with the pose and camera of a registered photo.
@@ -109,7 +108,7 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
                       SceneMap* map);
 
-// Seed for COLMAP's random numbers, from the ids of what is estimated.
+// Seed for the thread's random numbers, from the ids of what is estimated.
 unsigned SeedFromIds(uint64_t a, uint64_t b);
 
 }  // namespace skein

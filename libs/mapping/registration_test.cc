@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "base/pose.h"
 #include "map/filters.h"
 #include "map/image_pose.h"
+#include "sfm/pose.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
@@ -82,7 +82,7 @@ SceneMap WithWrongFocal(int num_of_camera, bool focal_from_exif) {
   SceneMap map;
   FillMap(MakeScene(options), &map);
   const ImageId id = options.num_photos;
-  const colmap::Image& image = map.reconstruction().Image(id);
+  const Image& image = map.reconstruction().Image(id);
   BundlePose pose;
   GetPose(image, &pose);
   std::vector<double> depths;

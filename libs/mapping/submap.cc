@@ -13,10 +13,10 @@ namespace skein {
 namespace {
 
 // Whether the model's registered part can replace the map's.
-Status CheckFits(const SceneMap& map, const colmap::Reconstruction& model) {
+Status CheckFits(const SceneMap& map, const Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
     if (!map.HasPhoto(id)) return NotFound("model with an image that is not there");
-    const colmap::Image& image = map.reconstruction().Image(id);
+    const Image& image = map.reconstruction().Image(id);
     if (model.Image(id).NumPoints2D() != image.NumPoints2D()) {
       return InvalidArgument("model with other keypoints");
     }
@@ -276,7 +276,7 @@ bool Submap::TakeBack(int64_t image_id, const Refusal& refusal, const EventSink&
   return true;
 }
 
-void Submap::YieldPhotosTo(const colmap::Reconstruction& other, const EventSink& sink) {
+void Submap::YieldPhotosTo(const Reconstruction& other, const EventSink& sink) {
   const std::vector<ImageId> ids = map_->reconstruction().RegImageIds();
   for (const ImageId id : ids) {
     if (!IsRegisteredIn(other, id)) continue;
@@ -307,7 +307,7 @@ bool Submap::Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink)
   return true;
 }
 
-Status Submap::ReplaceModel(const colmap::Reconstruction& model) {
+Status Submap::ReplaceModel(const Reconstruction& model) {
   maintenance_.Drop();
   const Status status = CheckFits(*map_, model);
   if (!status.ok()) return status;
@@ -331,9 +331,11 @@ void Submap::Consolidate(const EventSink& sink) {
           map_->reconstruction().NumRegImages(), ToString(cost), refine_s, timer.ElapsedS());
 }
 
-// A background adjustment that came to its end spares the first round its bundle adjustment.
+// A background adjustment that came to its end spares the first round its bundle adjustment. Photos
+// that come and go at each round would have no end: the last round settles the map as well.
 void Submap::RefineUntilStable(const EventSink& sink) {
   constexpr int kMaxRounds = 4;
+  if (!settled_.all_tried || !settled_.checked) waiting_.RetryAll();
   for (int round = 0; round < kMaxRounds; ++round) {
     TryAllWaiting(sink);
     if (options_.IsStopped()) return;
@@ -353,11 +355,12 @@ void Submap::RefineUntilStable(const EventSink& sink) {
     }
     settled_.none_misplaced = !WithdrawMisplaced(sink) && settled_.checked;
   }
+  settled_.refined = settled_.checked = settled_.none_misplaced = settled_.all_tried = true;
 }
 
 void Submap::TryAllWaiting(const EventSink& sink) {
   if (options_.IsStopped()) return;
-  if (!settled_.all_tried || !settled_.checked) waiting_.RetryAll();
+  if (!settled_.all_tried || !settled_.checked) waiting_.RetryDeferred();
   while (!options_.IsStopped() && Step(sink)) continue;
   settled_.all_tried = settled_.checked && !options_.IsStopped();
 }

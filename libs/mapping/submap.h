@@ -122,7 +122,7 @@ class Submap {
 
   // Withdraws the photos of which another submap, of a visually similar place, sees far more
   // points. Such photos come back only if they show enough of this place to be told from the other.
-  void YieldPhotosTo(const colmap::Reconstruction& other, const EventSink& sink);
+  void YieldPhotosTo(const Reconstruction& other, const EventSink& sink);
 
   // Tries all deferred photos again at the next steps.
   void RetryDeferred() { waiting_.RetryDeferred(); }
@@ -135,12 +135,12 @@ class Submap {
 
   // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its
   // images must be in the submap. On failure nothing has changed.
-  Status ReplaceModel(const colmap::Reconstruction& model);
+  Status ReplaceModel(const Reconstruction& model);
 
   // State of a submap besides the model, as a checkpoint holds it, and the reverse, which replaces
   // all that is registered.
   SubmapState State() const;
-  Status Restore(const colmap::Reconstruction& model, const SubmapState& state);
+  Status Restore(const Reconstruction& model, const SubmapState& state);
 
   // Poses of the photos among `image_ids` that are here, and the points that each sees, for a
   // merger. Photos that are here and not registered are placed as guests during the call.
@@ -152,7 +152,7 @@ class Submap {
   std::unique_ptr<GuestPhotos> PlaceGuests(const std::vector<int64_t>& image_ids);
   // The model's photos that are here and not registered, those with most matches to registered
   // ones and to those before them, at most `max_num`.
-  std::vector<int64_t> FindGuests(const colmap::Reconstruction& other, int max_num) const;
+  std::vector<int64_t> FindGuests(const Reconstruction& other, int max_num) const;
 
   // Tells of photos that are registered and were not, and the reverse, with that reason. `before`:
   // those that were, ascending.

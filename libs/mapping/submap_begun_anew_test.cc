@@ -7,8 +7,8 @@
 namespace skein::submap_begun_anew_test {
 
 // Two photos in wrong places, without a point that another could be registered with.
-colmap::Reconstruction DeadEnd(const Submap& submap) {
-  colmap::Reconstruction model = submap.map().reconstruction();
+Reconstruction DeadEnd(const Submap& submap) {
+  Reconstruction model = submap.map().reconstruction();
   for (const Point3DId id : model.Point3DIds()) model.DeletePoint3D(id);
   const std::vector<ImageId> ids = model.RegImageIds();
   for (const ImageId id : ids) {

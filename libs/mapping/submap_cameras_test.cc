@@ -45,7 +45,7 @@ TEST(Submap, TakesOtherCameraModels) {
 }
 
 double FocalOf(const Submap& map, ImageId id) {
-  const colmap::Reconstruction& reconstruction = map.map().reconstruction();
+  const Reconstruction& reconstruction = map.map().reconstruction();
   return reconstruction.Camera(reconstruction.Image(id).CameraId()).Params(0);
 }
 

@@ -18,7 +18,7 @@ std::set<Observations> TracksOf(const SceneMap& map) {
   std::set<Observations> tracks;
   for (const auto& [id, point] : map.reconstruction().Points3D()) {
     Observations track;
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
+    for (const TrackElement& element : point.Track().Elements()) {
       track.emplace(element.image_id, element.point2D_idx);
     }
     tracks.insert(track);

@@ -1,14 +1,14 @@
 #include "mapping/submap_options.h"
 
-#include "base/camera_models.h"
 #include "core/option_check.h"
 #include "map/retriangulation.h"
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
 
 Status CheckCameraModel(const std::string& name) {
-  if (colmap::ExistsCameraModelWithName(name)) return Status::Ok();
+  if (ExistsCameraModel(name)) return Status::Ok();
   return InvalidArgument("camera_model is \"" + name +
                          "\": give one of COLMAP's, as SIMPLE_RADIAL or OPENCV");
 }
@@ -19,7 +19,7 @@ Status SubmapOptions::Check() const {
   return FirstError({CheckCameraModel(camera_model), registration.Check().Within("registration"),
                      filter.Check().Within("filter"), misplaced.Check().Within("misplaced"),
                      InRange("max_ambiguous", max_ambiguous, 0, 1'000'000),
-                     CheckTriangulation(triangulation),
+                     triangulation.Check().Within("triangulation"),
                      make_local ? Status::Ok() : InvalidArgument("make_local is empty: give one"),
                      InRange("max_images_all_global", max_images_all_global, 0, 1'000'000),
                      InRange("global_growth", global_growth, 1.001, 1000.0),

@@ -6,10 +6,10 @@
 
 #include "core/result.h"
 #include "map/filters.h"
+#include "map/triangulator.h"
 #include "mapping/local_adjustment.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
-#include "sfm/incremental_triangulator.h"
 
 namespace skein {
 
@@ -21,7 +21,7 @@ struct SubmapOptions {
   // So many ambiguous photos say that the map holds one place twice. Then they are registered where
   // most points agree, and misplaced ones show by their matches.
   int max_ambiguous = 3;
-  colmap::IncrementalTriangulator::Options triangulation;
+  TriangulationOptions triangulation;
   LocalAdjustmentMaker make_local = [] { return std::make_shared<ColmapWindow>(); };
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
   double global_growth = 1.1;      // growth of images or points that calls for a global BA

@@ -5,9 +5,9 @@
 #include <limits>
 #include <map>
 
-#include "base/projection.h"
 #include "map/shared_images.h"
 #include "mapping/submap.h"
+#include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
@@ -18,15 +18,15 @@ constexpr int kFinalGlobalBas = 3;
 
 // Of the photo's own observations as the map stands.
 double MeanErrorPx(const SceneMap& map, ImageId id) {
-  const colmap::Image& image = map.reconstruction().Image(id);
-  const colmap::Camera& camera = map.reconstruction().Camera(image.CameraId());
+  const Image& image = map.reconstruction().Image(id);
+  const Camera& camera = map.reconstruction().Camera(image.CameraId());
   double sum = 0;
   int count = 0;
-  for (const colmap::Point2D& point2D : image.Points2D()) {
+  for (const Point2D& point2D : image.Points2D()) {
     if (!point2D.HasPoint3D()) continue;
     const Eigen::Vector3d& xyz = map.reconstruction().Point3D(point2D.Point3DId()).XYZ();
-    const double squared = colmap::CalculateSquaredReprojectionError(
-        point2D.XY(), xyz, image.Qvec(), image.Tvec(), camera);
+    const double squared =
+        CalculateSquaredReprojectionError(point2D.XY(), xyz, image.Qvec(), image.Tvec(), camera);
     if (squared == std::numeric_limits<double>::max()) continue;  // behind the camera
     sum += std::sqrt(squared);
     ++count;
@@ -82,7 +82,7 @@ std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& ima
   return guests;
 }
 
-std::vector<int64_t> Submap::FindGuests(const colmap::Reconstruction& other, int max_num) const {
+std::vector<int64_t> Submap::FindGuests(const Reconstruction& other, int max_num) const {
   std::map<ImageId, int> num_matches;  // with registered photos and with guests
   const auto count_with = [&](ImageId id) {
     for (const auto& [neighbour, inliers] : map_->Neighbours(id)) {
@@ -142,7 +142,7 @@ SubmapState Submap::State() const {
   return state;
 }
 
-Status Submap::Restore(const colmap::Reconstruction& model, const SubmapState& state) {
+Status Submap::Restore(const Reconstruction& model, const SubmapState& state) {
   const Status status = ReplaceModel(model);
   if (!status.ok()) return status;
   waiting_.set_records(state.trials);
@@ -156,7 +156,7 @@ Status Submap::Restore(const colmap::Reconstruction& model, const SubmapState& s
 
 SubmapStatistics Submap::Statistics() const {
   SubmapStatistics statistics;
-  const colmap::Reconstruction& reconstruction = map_->reconstruction();
+  const Reconstruction& reconstruction = map_->reconstruction();
   statistics.num_images = static_cast<int>(reconstruction.NumRegImages());
   statistics.num_deferred = waiting_.NumDeferred();
   statistics.num_points = static_cast<int>(reconstruction.NumPoints3D());

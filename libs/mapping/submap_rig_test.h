@@ -6,10 +6,11 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include "base/similarity_transform.h"
+#include "geometry/sim3_similarity.h"
 #include "mapping/submap.h"
 #include "testing/synthetic_scene.h"
 
@@ -58,12 +59,11 @@ class SubmapRig {
       from.push_back(map.map().reconstruction().Image(id).ProjectionCenter());
       to.push_back(scene.Center(id - 1));
     }
-    colmap::SimilarityTransform3 transform;
-    transform.Estimate<true>(from, to);
+    const std::optional<Similarity> similarity = SimilarityFromPoints(from, to);
+    if (!similarity) return HUGE_VAL;
     double sum = 0;
     for (size_t i = 0; i < from.size(); ++i) {
-      transform.TransformPoint(&from[i]);
-      sum += (from[i] - to[i]).squaredNorm();
+      sum += (similarity->Apply(from[i]) - to[i]).squaredNorm();
     }
     return 100 * std::sqrt(sum / from.size()) / 4.0;
   }

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "map/model_io.h"
 #include "mapping/checkpoint.h"
 #include "mapping/submap_rig_test.h"
+#include "sfm/model_io.h"
 
 namespace skein::submap_test {
 
@@ -37,8 +37,8 @@ TEST(Submap, ShowsAPhotoThatItDoesNotHoldAsItWouldHoldIt) {
 TEST(Submap, LeavesAPhotoToTheSubmapThatSeesFarMoreOfItsPoints) {
   SubmapRig run(SyntheticOptions{});
   run.FeedAll();
-  const colmap::Reconstruction other = run.map.map().reconstruction();
-  const colmap::Reconstruction& ours = run.map.map().reconstruction();
+  const Reconstruction other = run.map.map().reconstruction();
+  const Reconstruction& ours = run.map.map().reconstruction();
   for (Point2DIdx i = 0; i < ours.Image(5).NumPoints2D(); ++i) {
     const bool is_kept = 3 * ours.Image(5).NumPoints3D() < other.Image(5).NumPoints3D();
     if (ours.Image(5).Point2D(i).HasPoint3D() && !is_kept) run.map.map().DeleteObservation(5, i);

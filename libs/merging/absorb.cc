@@ -6,31 +6,28 @@
 #include <vector>
 
 #include "core/option_check.h"
+#include "map/filters.h"
 #include "map/image_pose.h"
 
 namespace skein {
 namespace {
 
-using colmap::camera_t;
-using colmap::image_t;
-using colmap::point3D_t;
-
 // The `max_neighbours` other photos that have most points in common with the shared ones.
-std::set<image_t> NeighboursOf(const std::set<image_t>& shared, int max_neighbours,
-                               const colmap::Reconstruction& model) {
-  std::map<image_t, int> common;
-  for (const image_t id : shared) {
-    for (const colmap::Point2D& point2D : model.Image(id).Points2D()) {
+std::set<ImageId> NeighboursOf(const std::set<ImageId>& shared, int max_neighbours,
+                               const Reconstruction& model) {
+  std::map<ImageId, int> common;
+  for (const ImageId id : shared) {
+    for (const Point2D& point2D : model.Image(id).Points2D()) {
       if (!point2D.HasPoint3D()) continue;
       for (const auto& element : model.Point3D(point2D.Point3DId()).Track().Elements()) {
         if (!shared.count(element.image_id)) ++common[element.image_id];
       }
     }
   }
-  std::vector<std::pair<int, image_t>> order;
+  std::vector<std::pair<int, ImageId>> order;
   for (const auto& [id, count] : common) order.emplace_back(-count, id);
   std::sort(order.begin(), order.end());
-  std::set<image_t> neighbours;
+  std::set<ImageId> neighbours;
   for (const auto& [count, id] : order) {
     if (static_cast<int>(neighbours.size()) >= max_neighbours) break;
     neighbours.insert(id);
@@ -38,39 +35,39 @@ std::set<image_t> NeighboursOf(const std::set<image_t>& shared, int max_neighbou
   return neighbours;
 }
 
-std::set<image_t> SeamOf(const FuseResult& fused, const AbsorbOptions& options,
-                         const colmap::Reconstruction& merged) {
+std::set<ImageId> SeamOf(const FuseResult& fused, const AbsorbOptions& options,
+                         const Reconstruction& merged) {
   if (static_cast<int>(merged.NumRegImages()) <= options.max_whole_images) {
     return {merged.RegImageIds().begin(), merged.RegImageIds().end()};
   }
-  std::set<image_t> seam = NeighboursOf(fused.agreeing, options.max_neighbours, merged);
+  std::set<ImageId> seam = NeighboursOf(fused.agreeing, options.max_neighbours, merged);
   seam.insert(fused.agreeing.begin(), fused.agreeing.end());
   return seam;
 }
 
-std::set<image_t> Without(std::set<image_t> images, const std::set<image_t>& left_out) {
-  for (const image_t id : left_out) images.erase(id);
+std::set<ImageId> Without(std::set<ImageId> images, const std::set<ImageId>& left_out) {
+  for (const ImageId id : left_out) images.erase(id);
   return images;
 }
 
 // A model's observations in those of its photos that the merge adjusts and whose pose stayed.
-std::vector<Observation> ModelObservations(const colmap::Reconstruction& model,
-                                           const std::set<image_t>& seam,
-                                           const std::set<image_t>& left_out) {
-  std::set<image_t> images;
-  for (const image_t id : Without(RegisteredIn(model), left_out)) {
+std::vector<Observation> ModelObservations(const Reconstruction& model,
+                                           const std::set<ImageId>& seam,
+                                           const std::set<ImageId>& left_out) {
+  std::set<ImageId> images;
+  for (const ImageId id : Without(RegisteredIn(model), left_out)) {
     if (seam.count(id)) images.insert(id);
   }
   return images.empty() ? std::vector<Observation>() : ObservationsOf(model, images);
 }
 
 // How many of the shared photos still fit both models' points after the adjustment.
-int CountAgreeing(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+int CountAgreeing(const Reconstruction& target, const Reconstruction& source,
                   const AbsorbOptions& options, const AbsorbResult& result) {
   int num_agreeing = 0;
-  for (const image_t id : result.fused.agreeing) {
+  for (const ImageId id : result.fused.agreeing) {
     bool fits = true;
-    for (const colmap::Reconstruction* model : {&target, &source}) {
+    for (const Reconstruction* model : {&target, &source}) {
       const std::vector<Observation> observations = ObservationsOf(*model, {id});
       const Residuals after =
           MeasureResiduals(result.merged, observations, 2 * options.max_reprojection_error_px);
@@ -95,10 +92,10 @@ Status CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
 }
 
 // Of registered photos.
-std::set<camera_t> ImpossibleCameras(const colmap::Reconstruction& model) {
-  std::set<camera_t> cameras;
-  for (const image_t id : model.RegImageIds()) {
-    const camera_t camera = model.Image(id).CameraId();
+std::set<CameraId> ImpossibleCameras(const Reconstruction& model) {
+  std::set<CameraId> cameras;
+  for (const ImageId id : model.RegImageIds()) {
+    const CameraId camera = model.Image(id).CameraId();
     if (!HasPossibleIntrinsics(model.Camera(camera))) cameras.insert(camera);
   }
   return cameras;
@@ -107,40 +104,40 @@ std::set<camera_t> ImpossibleCameras(const colmap::Reconstruction& model) {
 // A model without the photos whose camera went astray in it.
 class PossiblePart {
  public:
-  explicit PossiblePart(const colmap::Reconstruction& model) : model_(model) {
-    const std::set<camera_t> impossible = ImpossibleCameras(model);
+  explicit PossiblePart(const Reconstruction& model) : model_(model) {
+    const std::set<CameraId> impossible = ImpossibleCameras(model);
     if (impossible.empty()) return;
     part_ = model;
-    for (const image_t id : model.RegImageIds()) {
+    for (const ImageId id : model.RegImageIds()) {
       if (impossible.count(model.Image(id).CameraId()) == 0) continue;
       part_->DeRegisterImage(id);
       left_out_.push_back(id);
     }
   }
-  const colmap::Reconstruction& model() const { return part_ ? *part_ : model_; }
-  const std::vector<image_t>& left_out() const { return left_out_; }
+  const Reconstruction& model() const { return part_ ? *part_ : model_; }
+  const std::vector<ImageId>& left_out() const { return left_out_; }
 
  private:
-  const colmap::Reconstruction& model_;
-  std::optional<colmap::Reconstruction> part_;
-  std::vector<image_t> left_out_;
+  const Reconstruction& model_;
+  std::optional<Reconstruction> part_;
+  std::vector<ImageId> left_out_;
 };
 
 // A camera that goes astray in the adjustment keeps the intrinsics that it came with.
 Status AdjustWithPossibleCameras(const AbsorbOptions& options, AbsorbResult* result) {
   SeamIntrinsics intrinsics = options.intrinsics;
-  const colmap::Reconstruction before = result->merged;
+  const Reconstruction before = result->merged;
   for (;;) {
     result->bundle = AdjustSeam(result->seam, intrinsics, &result->merged);
     if (!result->bundle.usable) return FailedPrecondition("the adjustment of the seam failed");
-    const std::set<camera_t> astray = ImpossibleCameras(result->merged);
+    const std::set<CameraId> astray = ImpossibleCameras(result->merged);
     if (astray.empty()) return Status::Ok();
     intrinsics.fixed.insert(astray.begin(), astray.end());
     result->merged = before;
   }
 }
 
-Status CheckBothModels(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+Status CheckBothModels(const Reconstruction& target, const Reconstruction& source,
                        const AbsorbOptions& options, AbsorbResult* result) {
   const auto of_target = ModelObservations(target, result->seam, result->fused.kept_source);
   const auto of_source = ModelObservations(source, result->seam, result->fused.kept_target);
@@ -155,7 +152,7 @@ Status CheckBothModels(const colmap::Reconstruction& target, const colmap::Recon
        CompareResiduals(result->source_before, result->source_after, tolerance).Within("source")});
 }
 
-Status Verify(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+Status Verify(const Reconstruction& target, const Reconstruction& source,
               const AbsorbOptions& options, AbsorbResult* result) {
   const Status status = CheckBothModels(target, source, options, result);
   if (!status.ok()) return status;
@@ -169,13 +166,12 @@ Status Verify(const colmap::Reconstruction& target, const colmap::Reconstruction
 
 // Filters points that the adjustment left outside of the limits.
 void CleanUp(const AbsorbOptions& options, AbsorbResult* result) {
-  const std::unordered_set<image_t> seam(result->seam.begin(), result->seam.end());
-  result->merged.FilterPoints3DInImages(options.max_reprojection_error_px,
-                                        options.min_tri_angle_deg, seam);
+  const std::set<Point3DId> points = PointsSeenBy(result->seam, result->merged);
+  FilterPoints({options.max_reprojection_error_px, options.min_tri_angle_deg},
+               {points.begin(), points.end()}, &result->merged);
 }
 
-AbsorbResult AbsorbPossiblePart(const colmap::Reconstruction& target,
-                                const colmap::Reconstruction& source,
+AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstruction& source,
                                 const Similarity& target_from_source,
                                 const AbsorbOptions& options) {
   AbsorbResult result;
@@ -219,14 +215,14 @@ Status AbsorbOptions::Check() const {
                      InRange("intrinsics.min_images", intrinsics.min_images, 1, 1'000'000)});
 }
 
-AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+AbsorbResult Absorb(const Reconstruction& target, const Reconstruction& source,
                     const Similarity& target_from_source, const AbsorbOptions& options) {
   ThrowUnlessSound(options.Check());
   const PossiblePart of_target(target), of_source(source);
   AbsorbResult result =
       AbsorbPossiblePart(of_target.model(), of_source.model(), target_from_source, options);
   for (const PossiblePart* part : {&of_target, &of_source}) {
-    for (const image_t id : part->left_out()) {
+    for (const ImageId id : part->left_out()) {
       if (!IsRegisteredIn(result.merged, id)) result.left_out.insert(id);
     }
   }

@@ -4,7 +4,6 @@
 
 #include <set>
 
-#include "base/reconstruction.h"
 #include "core/limits.h"
 #include "core/result.h"
 #include "disambiguation/shared_photos.h"
@@ -12,6 +11,7 @@
 #include "merging/fuse.h"
 #include "merging/merge_checks.h"
 #include "merging/seam_bundle.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
@@ -40,20 +40,20 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options);
 struct AbsorbResult {
   Status status;
   bool shows_another_place = false;  // the merge failed because the submaps show different places
-  colmap::Reconstruction merged;     // only if status is ok
+  Reconstruction merged;             // only if status is ok
   FuseResult fused;
   BundleSummary bundle;
   // Photos whose camera has impossible intrinsics in its submap (limits.h), so that their poses
   // mean nothing. Such a camera vetoes no merge: the merged model is without its photos.
-  std::set<colmap::image_t> left_out;
-  std::set<colmap::image_t> seam;  // adjusted images
+  std::set<ImageId> left_out;
+  std::set<ImageId> seam;  // adjusted images
   Residuals target_before, target_after;
   Residuals source_before, source_after;
 };
 
 // Throws std::invalid_argument on nonsensical options; every failure of the merge is a status.
 // `source` is in its own frame; both models keep COLMAP's conventions.
-AbsorbResult Absorb(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+AbsorbResult Absorb(const Reconstruction& target, const Reconstruction& source,
                     const Similarity& target_from_source, const AbsorbOptions& options);
 
 }  // namespace skein

@@ -4,20 +4,18 @@
 
 #include <random>
 
-#include "base/pose.h"
+#include "sfm/pose.h"
 #include "testing/synthetic_submaps.h"
 
 namespace skein::absorb_test {
-
-using colmap::image_t;
 
 // Extent of the world's cameras; errors are stated relative to it.
 constexpr double kExtent = 20.0;
 
 // Largest distance of a camera centre from the truth after the best similarity.
-double MaxCentreError(const colmap::Reconstruction& model, const SyntheticWorld& world) {
+double MaxCentreError(const Reconstruction& model, const SyntheticWorld& world) {
   std::vector<Eigen::Vector3d> found, truth;
-  for (const image_t id : model.RegImageIds()) {
+  for (const ImageId id : model.RegImageIds()) {
     found.push_back(model.Image(id).ProjectionCenter());
     truth.push_back(world.Pose(id).Centre());
   }
@@ -30,8 +28,7 @@ double MaxCentreError(const colmap::Reconstruction& model, const SyntheticWorld&
   return worst;
 }
 
-Similarity AlignSubmaps(const colmap::Reconstruction& source,
-                        const colmap::Reconstruction& target) {
+Similarity AlignSubmaps(const Reconstruction& source, const Reconstruction& target) {
   const Sim3Result result = EstimateSim3(SharedPhotosOf(source, target), {});
   EXPECT_TRUE(result.success) << result.reason;
   return result.target_from_source;
@@ -50,7 +47,7 @@ class Merge {
         source(world.Submap(10, 24, setup.gauge, 1.0)) {}
 
   SyntheticWorld world;
-  colmap::Reconstruction target, source;
+  Reconstruction target, source;
 };
 
 TEST(Absorb, TwoHalvesBecomeOneMapAsGoodAsTheTruth) {
@@ -89,7 +86,7 @@ TEST(Absorb, ReconcilesDifferentIntrinsics) {
   const auto source = world.Submap(10, 24, setup.gauge, 0.997);
   const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
   ASSERT_TRUE(result.status.ok()) << result.status.error();
-  EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
+  EXPECT_NEAR(result.merged.Camera(1).MeanFocalLength() / world.TrueFocalPx(), 1.0, 0.003);
   EXPECT_LT(MaxCentreError(result.merged, world), 0.003 * kExtent);
 }
 
@@ -101,7 +98,7 @@ TEST(Absorb, JoinsASourceWhoseFocalLengthIsFarOff) {
   const AbsorbResult result = Absorb(target, source, AlignSubmaps(source, target), {});
   ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_GT(result.fused.num_fused_points, 0.9 * result.fused.num_common_points);
-  EXPECT_NEAR(result.merged.Camera(1).FocalLength() / world.TrueFocalPx(), 1.0, 0.003);
+  EXPECT_NEAR(result.merged.Camera(1).MeanFocalLength() / world.TrueFocalPx(), 1.0, 0.003);
 }
 
 // Photos 22 to 24 are of a camera of their own, whose focal length got out of hand.
@@ -113,7 +110,7 @@ TEST(Absorb, ACameraThatWentAstrayVetoesNoMerge) {
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
   ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_EQ(result.merged.NumRegImages(), 21u);
-  EXPECT_EQ(result.left_out, (std::set<image_t>{22, 23, 24}));
+  EXPECT_EQ(result.left_out, (std::set<ImageId>{22, 23, 24}));
   EXPECT_LT(MaxCentreError(result.merged, m.world), 0.002 * kExtent);
 }
 
@@ -163,8 +160,8 @@ TEST(Absorb, LeavesTheModelsAlone) {
 
 TEST(Absorb, TakesAPhotoThatTheTargetOnlyHasDeferred) {
   const Merge m{Case()};
-  colmap::Reconstruction target = m.target;
-  colmap::Image deferred;
+  Reconstruction target = m.target;
+  Image deferred;
   deferred.SetImageId(20);
   deferred.SetCameraId(1);
   std::vector<Eigen::Vector2d> pixels;
@@ -184,7 +181,7 @@ TEST(Absorb, APhotoWithAWrongPoseInOneSideKeepsTheOther) {
   const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), {});
   ASSERT_TRUE(result.status.ok()) << result.status.error();
   EXPECT_EQ(result.fused.agreeing.size(), 4u);
-  EXPECT_EQ(result.fused.kept_source, std::set<image_t>{12});
+  EXPECT_EQ(result.fused.kept_source, std::set<ImageId>{12});
 }
 
 TEST(Absorb, AdjustsOnlyTheSeamOfALargeModel) {
@@ -233,20 +230,20 @@ class RandomMerge : public testing::TestWithParam<int> {
   bool Chance(double probability) { return Uniform() < probability; }
   double Uniform() { return std::uniform_real_distribution<double>(0, 1)(random_); }
 
-  void GiveOwnCamera(image_t id, colmap::Reconstruction* model) {
-    colmap::Image& image = model->Image(id);
-    colmap::Camera own = model->Camera(image.CameraId());
+  void GiveOwnCamera(ImageId id, Reconstruction* model) {
+    Image& image = model->Image(id);
+    Camera own = model->Camera(image.CameraId());
     own.SetCameraId(SceneMap::OwnCamera(id));
-    own.SetFocalLength(own.FocalLength() * (0.9 + 0.2 * Uniform()));
+    own.SetFocalLength(own.MeanFocalLength() * (0.9 + 0.2 * Uniform()));
     model->AddCamera(own);
     image.SetCameraId(own.CameraId());
   }
 
-  colmap::Reconstruction RandomSubmap(const SyntheticWorld& world, int first, int last,
-                                      const Similarity& gauge) {
-    colmap::Reconstruction model = world.Submap(first, last, gauge, 0.98 + 0.04 * Uniform());
-    const std::vector<image_t> ids = model.RegImageIds();
-    for (const image_t id : ids) {
+  Reconstruction RandomSubmap(const SyntheticWorld& world, int first, int last,
+                              const Similarity& gauge) {
+    Reconstruction model = world.Submap(first, last, gauge, 0.98 + 0.04 * Uniform());
+    const std::vector<ImageId> ids = model.RegImageIds();
+    for (const ImageId id : ids) {
       if (Chance(0.2)) GiveOwnCamera(id, &model);
       if (Chance(0.1)) model.Image(id).Tvec() += Eigen::Vector3d(2, 0, 0);
       if (Chance(0.1) && model.NumRegImages() > 4) model.DeRegisterImage(id);
@@ -263,8 +260,8 @@ TEST_P(RandomMerge, GivesAWholeModelOrAReason) {
   options.second_camera_from = Chance(0.5) ? 15 : 0;
   const SyntheticWorld world(options, static_cast<unsigned>(GetParam()));
   const Similarity gauge{3.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}};
-  const colmap::Reconstruction target = RandomSubmap(world, 1, 14, Similarity());
-  const colmap::Reconstruction source = RandomSubmap(world, 9, 24, gauge);
+  const Reconstruction target = RandomSubmap(world, 1, 14, Similarity());
+  const Reconstruction source = RandomSubmap(world, 9, 24, gauge);
   AbsorbOptions absorb;
   absorb.verify = Chance(0.5);
   const AbsorbResult result = Absorb(target, source, gauge.Inverse(), absorb);
@@ -272,13 +269,13 @@ TEST_P(RandomMerge, GivesAWholeModelOrAReason) {
     EXPECT_NE(result.status.error(), "");
     return;
   }
-  const std::set<image_t> merged = RegisteredIn(result.merged);
-  for (const colmap::Reconstruction* model : {&target, &source}) {
-    for (const image_t id : RegisteredIn(*model)) {
+  const std::set<ImageId> merged = RegisteredIn(result.merged);
+  for (const Reconstruction* model : {&target, &source}) {
+    for (const ImageId id : RegisteredIn(*model)) {
       EXPECT_EQ(merged.count(id) + result.left_out.count(id), 1u) << "photo " << id;
     }
   }
-  for (const image_t id : merged) {
+  for (const ImageId id : merged) {
     ASSERT_TRUE(result.merged.ExistsCamera(result.merged.Image(id).CameraId())) << "photo " << id;
   }
   for (const auto& [id, point] : result.merged.Points3D()) {
@@ -294,7 +291,7 @@ INSTANTIATE_TEST_SUITE_P(Absorb, RandomMerge, testing::Range(1, 41));
 // Photo 12 has a camera of its own in the source alone, and the target keeps its pose.
 TEST(Absorb, AnOwnCameraOfAPhotoWhosePoseTheTargetKeeps) {
   Merge m{Case()};
-  colmap::Camera own = m.source.Camera(1);
+  Camera own = m.source.Camera(1);
   own.SetCameraId(SceneMap::OwnCamera(12));
   m.source.AddCamera(own);
   m.source.Image(12).SetCameraId(own.CameraId());

@@ -2,37 +2,32 @@
 
 #include <algorithm>
 
-#include "base/pose.h"
-#include "base/projection.h"
 #include "geometry/sim3_score.h"
+#include "sfm/pose.h"
+#include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
 
-using colmap::camera_t;
-using colmap::image_t;
-using colmap::point2D_t;
-using colmap::point3D_t;
-
-CameraPose PoseOf(const colmap::Image& image) {
+CameraPose PoseOf(const Image& image) {
   const Eigen::Vector4d& q = image.Qvec();
   return {Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized(), image.Tvec()};
 }
 
-void SetPose(const CameraPose& pose, colmap::Image* image) {
+void SetPose(const CameraPose& pose, Image* image) {
   const Eigen::Quaterniond& q = pose.rotation;
   image->SetQvec({q.w(), q.x(), q.y(), q.z()});
   image->SetTvec(pose.translation);
 }
 
-SharedView ViewOf(const colmap::Reconstruction& model, image_t id) {
-  const colmap::Image& image = model.Image(id);
+SharedView ViewOf(const Reconstruction& model, ImageId id) {
+  const Image& image = model.Image(id);
   SharedView view;
   view.image_id = id;
   view.camera = model.Camera(image.CameraId());
   view.cam_from_world = PoseOf(image);
-  for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
-    const colmap::Point2D& point2D = image.Point2D(i);
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    const Point2D& point2D = image.Point2D(i);
     if (!point2D.HasPoint3D()) continue;
     view.observations[i] = {model.Point3D(point2D.Point3DId()).XYZ(), point2D.XY()};
   }
@@ -41,8 +36,8 @@ SharedView ViewOf(const colmap::Reconstruction& model, image_t id) {
 
 class Fuser {
  public:
-  Fuser(const colmap::Reconstruction& source, const Similarity& target_from_source,
-        const Sim3Options& options, colmap::Reconstruction* merged)
+  Fuser(const Reconstruction& source, const Similarity& target_from_source,
+        const Sim3Options& options, Reconstruction* merged)
       : source_(source),
         target_from_source_(target_from_source),
         options_(options),
@@ -51,9 +46,9 @@ class Fuser {
   FuseResult Run() {
     result_.status = CheckCompatible();
     if (!result_.status.ok()) return result_;
-    const std::map<camera_t, int> target_photos = CountPhotos(merged_);
+    const std::map<CameraId, int> target_photos = CountPhotos(merged_);
     SortSharedImages();
-    for (const image_t id : result_.kept_source) merged_.DeRegisterImage(id);
+    for (const ImageId id : result_.kept_source) merged_.DeRegisterImage(id);
     AddImages();
     FusePoints();
     ReconcileCameras(target_photos);
@@ -67,8 +62,8 @@ class Fuser {
         return FailedPrecondition("camera " + std::to_string(id) + " has different models");
       }
     }
-    for (const image_t id : source_.RegImageIds()) {
-      const colmap::Image& image = source_.Image(id);
+    for (const ImageId id : source_.RegImageIds()) {
+      const Image& image = source_.Image(id);
       if (!source_.ExistsCamera(image.CameraId())) {
         return FailedPrecondition("image " + std::to_string(id) + " of the source has no camera");
       }
@@ -80,19 +75,19 @@ class Fuser {
     return Status::Ok();
   }
 
-  static std::map<camera_t, int> CountPhotos(const colmap::Reconstruction& model) {
-    std::map<camera_t, int> counts;
-    for (const image_t id : model.RegImageIds()) ++counts[model.Image(id).CameraId()];
+  static std::map<CameraId, int> CountPhotos(const Reconstruction& model) {
+    std::map<CameraId, int> counts;
+    for (const ImageId id : model.RegImageIds()) ++counts[model.Image(id).CameraId()];
     return counts;
   }
 
   // Two poses of one photo agree when the source's points reproject through the target's pose.
-  bool Agrees(image_t id) const {
-    const colmap::Image& target = merged_.Image(id);
-    const colmap::Image& image = source_.Image(id);
+  bool Agrees(ImageId id) const {
+    const Image& target = merged_.Image(id);
+    const Image& image = source_.Image(id);
     int num_points = 0, num_inliers = 0;
-    for (point2D_t i = 0; i < image.NumPoints2D(); ++i) {
-      const colmap::Point2D& point2D = image.Point2D(i);
+    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+      const Point2D& point2D = image.Point2D(i);
       if (!point2D.HasPoint3D()) continue;
       const Eigen::Vector3d xyz =
           target_from_source_.Apply(source_.Point3D(point2D.Point3DId()).XYZ());
@@ -102,28 +97,28 @@ class Fuser {
     return num_points > 0 && num_inliers >= options_.min_inlier_ratio * num_points;
   }
 
-  double LimitPx(const colmap::Image& image) const {
+  double LimitPx(const Image& image) const {
     SharedPhoto shared;
     shared.target_camera = merged_.Camera(image.CameraId());
     return MaxErrorPx(shared, options_);
   }
 
   // With the intrinsics of the model that the photo's pose is from.
-  const colmap::Camera& CameraOf(const colmap::Image& image) const {
+  const Camera& CameraOf(const Image& image) const {
     const bool of_source =
         result_.added.count(image.ImageId()) > 0 || result_.kept_source.count(image.ImageId()) > 0;
     return (of_source ? source_ : merged_).Camera(image.CameraId());
   }
 
-  double ErrorPx(const colmap::Image& image, const Eigen::Vector2d& pixel,
+  double ErrorPx(const Image& image, const Eigen::Vector2d& pixel,
                  const Eigen::Vector3d& xyz) const {
-    return std::sqrt(colmap::CalculateSquaredReprojectionError(pixel, xyz, image.Qvec(),
-                                                               image.Tvec(), CameraOf(image)));
+    return std::sqrt(
+        CalculateSquaredReprojectionError(pixel, xyz, image.Qvec(), image.Tvec(), CameraOf(image)));
   }
 
   void SortSharedImages() {
-    const std::set<image_t> registered = RegisteredIn(merged_);
-    for (const image_t id : RegisteredIn(source_)) {
+    const std::set<ImageId> registered = RegisteredIn(merged_);
+    for (const ImageId id : RegisteredIn(source_)) {
       if (!registered.count(id)) {
         result_.added.insert(id);
       } else if (Agrees(id)) {
@@ -139,7 +134,7 @@ class Fuser {
   // Comes after the points: until then observations are judged with the intrinsics of their submap.
   // A mean would fit neither submap: poses and points have compensated the errors of their
   // intrinsics.
-  void ReconcileCameras(const std::map<camera_t, int>& target_photos) {
+  void ReconcileCameras(const std::map<CameraId, int>& target_photos) {
     for (const auto& [id, num_source] : CountPhotos(source_)) {
       const auto it = target_photos.find(id);
       const int num_target = it == target_photos.end() ? 0 : it->second;
@@ -150,10 +145,10 @@ class Fuser {
   }
 
   void AddImages() {
-    std::set<image_t> ids = result_.added;
+    std::set<ImageId> ids = result_.added;
     ids.insert(result_.kept_source.begin(), result_.kept_source.end());
-    for (const image_t id : ids) {
-      const colmap::Image& image = source_.Image(id);
+    for (const ImageId id : ids) {
+      const Image& image = source_.Image(id);
       if (!merged_.ExistsCamera(image.CameraId())) {
         merged_.AddCamera(source_.Camera(image.CameraId()));
       }
@@ -164,32 +159,32 @@ class Fuser {
     }
   }
 
-  static colmap::Image WithoutStructure(const colmap::Image& image) {
-    colmap::Image bare;
+  static Image WithoutStructure(const Image& image) {
+    Image bare;
     bare.SetImageId(image.ImageId());
     bare.SetName(image.Name());
     bare.SetCameraId(image.CameraId());
     std::vector<Eigen::Vector2d> pixels;
     pixels.reserve(image.NumPoints2D());
-    for (const colmap::Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
+    for (const Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
     bare.SetPoints2D(pixels);
     return bare;
   }
 
   void FusePoints() {
-    const std::unordered_set<point3D_t> ids = source_.Point3DIds();
-    for (const point3D_t id : std::set<point3D_t>(ids.begin(), ids.end())) {
+    const std::unordered_set<Point3DId> ids = source_.Point3DIds();
+    for (const Point3DId id : std::set<Point3DId>(ids.begin(), ids.end())) {
       FusePoint(source_.Point3D(id));
     }
   }
 
-  void FusePoint(const colmap::Point3D& point) {
-    colmap::Track free;
-    std::vector<point3D_t> met;
+  void FusePoint(const Point3D& point) {
+    Track free;
+    std::vector<Point3DId> met;
     int num_common = 0;
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
+    for (const TrackElement& element : point.Track().Elements()) {
       if (result_.kept_target.count(element.image_id)) continue;
-      const colmap::Point2D& point2D = merged_.Image(element.image_id).Point2D(element.point2D_idx);
+      const Point2D& point2D = merged_.Image(element.image_id).Point2D(element.point2D_idx);
       if (!point2D.HasPoint3D()) {
         free.AddElement(element);
         continue;
@@ -207,19 +202,18 @@ class Fuser {
 
   // Makes one point of the source's free observations and of those target points that fit it.
   // Returns how many target points took part.
-  int Join(const colmap::Point3D& point, const colmap::Track& free,
-           const std::vector<point3D_t>& met) {
+  int Join(const Point3D& point, const Track& free, const std::vector<Point3DId>& met) {
     const Eigen::Vector3d xyz = target_from_source_.Apply(point.XYZ());
-    colmap::Point3D joined;
+    Point3D joined;
     joined.SetXYZ(xyz);
     joined.SetTrack(free);
     const double own_weight = static_cast<double>(point.Track().Length());
     double weight = own_weight;
-    std::vector<point3D_t> fitting;
-    for (const point3D_t id : met) {
-      const colmap::Point3D& other = merged_.Point3D(id);
+    std::vector<Point3DId> fitting;
+    for (const Point3DId id : met) {
+      const Point3D& other = merged_.Point3D(id);
       const double other_weight = static_cast<double>(other.Track().Length());
-      colmap::Point3D both = joined;
+      Point3D both = joined;
       both.SetXYZ((weight * joined.XYZ() + other_weight * other.XYZ()) / (weight + other_weight));
       both.Track().AddElements(other.Track().Elements());
       if (!Fits(both)) continue;
@@ -228,38 +222,38 @@ class Fuser {
       fitting.push_back(id);
     }
     if (fitting.empty() && free.Length() < 2) return 0;
-    for (const point3D_t id : fitting) merged_.DeletePoint3D(id);
+    for (const Point3DId id : fitting) merged_.DeletePoint3D(id);
     merged_.AddPoint3D(joined.XYZ(), joined.Track(), point.Color());
     return static_cast<int>(fitting.size());
   }
 
-  bool Fits(const colmap::Point3D& point) const {
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
-      const colmap::Image& image = merged_.Image(element.image_id);
+  bool Fits(const Point3D& point) const {
+    for (const TrackElement& element : point.Track().Elements()) {
+      const Image& image = merged_.Image(element.image_id);
       const Eigen::Vector2d& pixel = image.Point2D(element.point2D_idx).XY();
       if (!(ErrorPx(image, pixel, point.XYZ()) <= LimitPx(image))) return false;
     }
     return true;
   }
 
-  const colmap::Reconstruction& source_;
+  const Reconstruction& source_;
   const Similarity& target_from_source_;
   const Sim3Options& options_;
-  colmap::Reconstruction& merged_;
+  Reconstruction& merged_;
   FuseResult result_;
 };
 
 }  // namespace
 
-std::set<colmap::image_t> RegisteredIn(const colmap::Reconstruction& model) {
+std::set<ImageId> RegisteredIn(const Reconstruction& model) {
   return {model.RegImageIds().begin(), model.RegImageIds().end()};
 }
 
-std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
-                                        const colmap::Reconstruction& target) {
+std::vector<SharedPhoto> SharedPhotosOf(const Reconstruction& source,
+                                        const Reconstruction& target) {
   std::vector<SharedView> source_views, target_views;
-  const std::set<image_t> registered = RegisteredIn(target);
-  for (const image_t id : RegisteredIn(source)) {
+  const std::set<ImageId> registered = RegisteredIn(target);
+  for (const ImageId id : RegisteredIn(source)) {
     if (!registered.count(id)) continue;
     source_views.push_back(ViewOf(source, id));
     target_views.push_back(ViewOf(target, id));
@@ -267,8 +261,8 @@ std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
   return PairSharedViews(source_views, target_views);
 }
 
-FuseResult FuseModels(const colmap::Reconstruction& source, const Similarity& target_from_source,
-                      const Sim3Options& options, colmap::Reconstruction* merged) {
+FuseResult FuseModels(const Reconstruction& source, const Similarity& target_from_source,
+                      const Sim3Options& options, Reconstruction* merged) {
   return Fuser(source, target_from_source, options, merged).Run();
 }
 

@@ -6,29 +6,28 @@
 #include <string>
 #include <vector>
 
-#include "base/reconstruction.h"
 #include "core/result.h"
 #include "geometry/sim3_ransac.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
 // Ids of the registered photos.
-std::set<colmap::image_t> RegisteredIn(const colmap::Reconstruction& model);
+std::set<ImageId> RegisteredIn(const Reconstruction& model);
 
 // The photos registered in both models, with the points that both see through them.
-std::vector<SharedPhoto> SharedPhotosOf(const colmap::Reconstruction& source,
-                                        const colmap::Reconstruction& target);
+std::vector<SharedPhoto> SharedPhotosOf(const Reconstruction& source, const Reconstruction& target);
 
 // Photos and points of the two models by outcome.
 struct FuseResult {
-  Status status;                          // an error: why the models cannot be fused
-  std::set<colmap::image_t> agreeing;     // shared photos whose two poses agree: they are the seam
-  std::set<colmap::image_t> kept_target;  // shared photos that disagree: the target's pose stays
-  std::set<colmap::image_t> kept_source;  // the same, the source's pose stays
-  std::set<colmap::image_t> added;        // photos that only the source had registered
-  int num_common_points = 0;  // points of the target that tracks of the source meet in a photo
-  int num_fused_points = 0;   // of these, with one point now
-  int num_added_points = 0;   // points of the source without any in the target
+  Status status;                  // an error: why the models cannot be fused
+  std::set<ImageId> agreeing;     // shared photos whose two poses agree: they are the seam
+  std::set<ImageId> kept_target;  // shared photos that disagree: the target's pose stays
+  std::set<ImageId> kept_source;  // the same, the source's pose stays
+  std::set<ImageId> added;        // photos that only the source had registered
+  int num_common_points = 0;      // points of the target that tracks of the source meet in a photo
+  int num_fused_points = 0;       // of these, with one point now
+  int num_added_points = 0;       // points of the source without any in the target
 };
 
 // Fuses `source` into `merged`, which is a copy of the target.
@@ -40,7 +39,7 @@ struct FuseResult {
 //    photos of it.
 // COLMAP 3.8's Reconstruction::Merge takes images that merely exist for common ones, and keeps only
 // the target's intrinsics.
-FuseResult FuseModels(const colmap::Reconstruction& source, const Similarity& target_from_source,
-                      const Sim3Options& options, colmap::Reconstruction* merged);
+FuseResult FuseModels(const Reconstruction& source, const Similarity& target_from_source,
+                      const Sim3Options& options, Reconstruction* merged);
 
 }  // namespace skein

@@ -11,8 +11,8 @@ class FuseTest : public testing::Test {
  protected:
   const Similarity gauge_{2.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}};
   const SyntheticWorld world_{WallOptions(), 1};
-  const colmap::Reconstruction target_ = world_.Submap(1, 8, Similarity(), 1.0);
-  const colmap::Reconstruction source_ = world_.Submap(6, 12, gauge_, 1.0);
+  const Reconstruction target_ = world_.Submap(1, 8, Similarity(), 1.0);
+  const Reconstruction source_ = world_.Submap(6, 12, gauge_, 1.0);
 };
 
 TEST_F(FuseTest, SharedPhotosAreThoseRegisteredInBothModels) {
@@ -24,19 +24,19 @@ TEST_F(FuseTest, SharedPhotosAreThoseRegisteredInBothModels) {
 TEST_F(FuseTest, OneStructureInTheTargetsFrame) {
   const Sim3Result found = EstimateSim3(SharedPhotosOf(source_, target_), {});
   ASSERT_TRUE(found.success) << found.reason;
-  colmap::Reconstruction merged = target_;
+  Reconstruction merged = target_;
   const FuseResult fused = FuseModels(source_, found.target_from_source, {}, &merged);
   EXPECT_TRUE(fused.status.ok()) << fused.status.error();
-  EXPECT_EQ(fused.agreeing, (std::set<colmap::image_t>{6, 7, 8}));
-  EXPECT_EQ(fused.added, (std::set<colmap::image_t>{9, 10, 11, 12}));
+  EXPECT_EQ(fused.agreeing, (std::set<ImageId>{6, 7, 8}));
+  EXPECT_EQ(fused.added, (std::set<ImageId>{9, 10, 11, 12}));
   EXPECT_GT(fused.num_fused_points, 0.9 * fused.num_common_points);
   EXPECT_EQ(merged.NumPoints3D(), target_.NumPoints3D() + fused.num_added_points);
   EXPECT_EQ(merged.Image(2).ProjectionCenter(), target_.Image(2).ProjectionCenter());
 }
 
 TEST_F(FuseTest, ASeamsBundleHoldsWhatIsNotOfIt) {
-  colmap::Reconstruction model = target_;
-  for (const colmap::image_t id : {4, 5}) model.Image(id).Tvec() += Eigen::Vector3d(0.05, 0, 0);
+  Reconstruction model = target_;
+  for (const ImageId id : {4, 5}) model.Image(id).Tvec() += Eigen::Vector3d(0.05, 0, 0);
   SeamIntrinsics never;
   never.min_images = 10;
   const BundleSummary summary = AdjustSeam({4, 5}, never, &model);

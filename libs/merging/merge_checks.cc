@@ -3,13 +3,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "base/projection.h"
 #include "core/option_check.h"
+#include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
-
-using colmap::image_t;
 
 std::string Text(const char* format, double a, double b) {
   char text[160];
@@ -17,19 +15,19 @@ std::string Text(const char* format, double a, double b) {
   return text;
 }
 
-void MeasureOne(const colmap::Reconstruction& model, const Observation& observation,
-                double max_error_px, Residuals* residuals, double* sum_error_px) {
+void MeasureOne(const Reconstruction& model, const Observation& observation, double max_error_px,
+                Residuals* residuals, double* sum_error_px) {
   if (!model.ExistsImage(observation.first)) return;
-  const colmap::Image& image = model.Image(observation.first);
+  const Image& image = model.Image(observation.first);
   if (!image.IsRegistered()) return;
-  const colmap::Point2D& point2D = image.Point2D(observation.second);
+  const Point2D& point2D = image.Point2D(observation.second);
   if (!point2D.HasPoint3D()) return;
   const Eigen::Vector3d& xyz = model.Point3D(point2D.Point3DId()).XYZ();
-  if (!colmap::HasPointPositiveDepth(image.ProjectionMatrix(), xyz)) {
+  if (!HasPointPositiveDepth(image.ProjectionMatrix(), xyz)) {
     ++residuals->num_behind;
     return;
   }
-  const double error_px = std::sqrt(colmap::CalculateSquaredReprojectionError(
+  const double error_px = std::sqrt(CalculateSquaredReprojectionError(
       point2D.XY(), xyz, image.Qvec(), image.Tvec(), model.Camera(image.CameraId())));
   if (!(error_px <= max_error_px)) return;
   ++residuals->num_good;
@@ -45,20 +43,20 @@ Status ResidualTolerance::Check() const {
                      InRange("max_behind_share", max_behind_share, 0.0, 1.0)});
 }
 
-std::vector<Observation> ObservationsOf(const colmap::Reconstruction& model,
-                                        const std::set<image_t>& images) {
+std::vector<Observation> ObservationsOf(const Reconstruction& model,
+                                        const std::set<ImageId>& images) {
   std::vector<Observation> observations;
-  for (const image_t id : model.RegImageIds()) {
+  for (const ImageId id : model.RegImageIds()) {
     if (!images.empty() && !images.count(id)) continue;
-    const colmap::Image& image = model.Image(id);
-    for (colmap::point2D_t i = 0; i < image.NumPoints2D(); ++i) {
+    const Image& image = model.Image(id);
+    for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
       if (image.Point2D(i).HasPoint3D()) observations.emplace_back(id, i);
     }
   }
   return observations;
 }
 
-Residuals MeasureResiduals(const colmap::Reconstruction& model,
+Residuals MeasureResiduals(const Reconstruction& model,
                            const std::vector<Observation>& observations, double max_error_px) {
   Residuals residuals;
   residuals.num_observations = static_cast<int>(observations.size());

@@ -7,17 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "base/reconstruction.h"
 #include "core/result.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
 // An observation: image and point2D index.
-using Observation = std::pair<colmap::image_t, colmap::point2D_t>;
+using Observation = std::pair<ImageId, Point2DIdx>;
 
 // Every observation of a point by a registered photo, restricted to `images` unless that is empty.
-std::vector<Observation> ObservationsOf(const colmap::Reconstruction& model,
-                                        const std::set<colmap::image_t>& images);
+std::vector<Observation> ObservationsOf(const Reconstruction& model,
+                                        const std::set<ImageId>& images);
 
 struct Residuals {
   int num_observations = 0;    // asked for
@@ -31,7 +31,7 @@ struct Residuals {
 };
 
 // `observations` in `model`; one that has no point there any more is asked for and not good.
-Residuals MeasureResiduals(const colmap::Reconstruction& model,
+Residuals MeasureResiduals(const Reconstruction& model,
                            const std::vector<Observation>& observations, double max_error_px);
 
 struct ResidualTolerance {

@@ -4,15 +4,17 @@
 
 #include <set>
 
-#include "base/reconstruction.h"
 #include "bundle/bundle.h"
+#include "sfm/reconstruction.h"
 
 namespace skein {
 
+std::set<Point3DId> PointsSeenBy(const std::set<ImageId>& images, const Reconstruction& model);
+
 // Conditions on cameras to be refined: enough photos, and none outside of the free images.
 struct SeamIntrinsics {
-  int min_images = 6;                // free ones of a camera
-  std::set<colmap::camera_t> fixed;  // known: never refined
+  int min_images = 6;        // free ones of a camera
+  std::set<CameraId> fixed;  // known: never refined
 };
 
 // Refines poses of `free_images`, all points they see, and intrinsics. Other images that see those
@@ -22,7 +24,7 @@ struct SeamIntrinsics {
 //  - `intrinsics.min_images` of the free images are its photos, and
 //  - none of its photos is outside of them: a window alone never decides about a shared camera.
 // All of `free_images` must be registered. Loss: soft L1 at 1 px.
-BundleSummary AdjustSeam(const std::set<colmap::image_t>& free_images,
-                         const SeamIntrinsics& intrinsics, colmap::Reconstruction* model);
+BundleSummary AdjustSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& intrinsics,
+                         Reconstruction* model);
 
 }  // namespace skein

@@ -1,6 +1,6 @@
 #include "merging/shared_views.h"
 
-#include "base/camera_models.h"
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
@@ -27,8 +27,8 @@ SharedView ViewOf(const SharedImage& image) {
 std::vector<SharedView> ViewsOf(const SharedImages& images) {
   std::vector<SharedView> views;
   for (const SharedImage& image : images) {
-    if (!colmap::ExistsCameraModelWithId(image.camera_model_id)) continue;
-    if (!colmap::CameraModelVerifyParams(image.camera_model_id, image.params)) continue;
+    if (!ExistsCameraModel(image.camera_model_id)) continue;
+    if (!AreParamsOfModel(image.camera_model_id, image.params)) continue;
     views.push_back(ViewOf(image));
   }
   return views;

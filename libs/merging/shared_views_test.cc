@@ -9,15 +9,14 @@ namespace skein::shared_views_test {
 
 class SharedViewsTest : public testing::Test {
  protected:
-  const colmap::Reconstruction model_ =
-      SyntheticWorld(WallOptions(), 1).Submap(1, 4, Similarity(), 1.0);
+  const Reconstruction model_ = SyntheticWorld(WallOptions(), 1).Submap(1, 4, Similarity(), 1.0);
   SharedImages images_ = SharedImagesOf(model_, {2, 3});
 };
 
 TEST_F(SharedViewsTest, AreWhatTheModelHolds) {
   const std::vector<SharedView> views = ViewsOf(images_);
   ASSERT_EQ(views.size(), 2u);
-  const colmap::Image& image = model_.Image(3);
+  const Image& image = model_.Image(3);
   EXPECT_EQ(views[1].image_id, 3);
   EXPECT_LT((views[1].cam_from_world.Centre() - image.ProjectionCenter()).norm(), 1e-9);
   EXPECT_EQ(views[1].observations.size(), image.NumPoints3D());

@@ -39,6 +39,8 @@ WorkClient::WorkClient(Node& node, std::string kind, int capacity, OnWork on_wor
 }
 
 WorkClient::~WorkClient() {
+  GiveBack();
+  if (node_.loop().interrupted()) EndProcessWithin(kLeaveS);
   node_.bus().Unsubscribe(work_subscription_);
   node_.bus().Unsubscribe(failure_subscription_);
   node_.RemoveFactObserver(observer_);
@@ -121,6 +123,19 @@ void WorkClient::Tick() {
 
 void WorkClient::Request() {
   request_due_s_ = node_.loop().now_s() + kRequestS;
+  node_.Publish(kWorkRequestChannel, MakeRequest());
+}
+
+// Ingest that does not hear this lets the leases lapse.
+void WorkClient::GiveBack() {
+  work_request_t request = MakeRequest();
+  request.capacity = -1;
+  request.held.clear();
+  request.num_held = 0;
+  node_.Publish(kWorkRequestChannel, request);
+}
+
+work_request_t WorkClient::MakeRequest() const {
   work_request_t request{};
   request.worker = node_.instance();
   request.host = host_;
@@ -136,7 +151,7 @@ void WorkClient::Request() {
   request.num_previous = static_cast<int32_t>(request.previous_items.size());
   request.held = HeldCurrentFirst();
   request.num_held = static_cast<int32_t>(request.held.size());
-  node_.Publish(kWorkRequestChannel, request);
+  return request;
 }
 
 std::vector<int64_t> WorkClient::HeldCurrentFirst() const {

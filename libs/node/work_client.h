@@ -13,10 +13,13 @@
 namespace skein {
 
 // Requests go out once a second, and at once when capacity frees. Each names the held items, which
-// renews their leases. Loop's thread only.
+// renews their leases. Destruction gives the held items back, so that another worker has them at
+// once. If a signal stopped the loop, this process then ends within kLeaveS, whatever its
+// threads do: results that count are in the ledger. Loop's thread only.
 class WorkClient {
  public:
   using OnWork = std::function<void(const work_t&)>;
+  static constexpr double kLeaveS = 4;
 
   // kind: features, matching or submap. capacity: items held at a time. on_work is called once an
   // item, and again when a held item comes with a higher epoch.
@@ -55,6 +58,8 @@ class WorkClient {
   void Tell(work_failed_t message);
   void Tick();
   void Request();
+  work_request_t MakeRequest() const;
+  void GiveBack();
   std::vector<int64_t> HeldCurrentFirst() const;
 
   Node& node_;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "testing/test_node.h"
 
@@ -15,10 +16,11 @@ class WorkClientTest : public testing::Test {
                    [this](const work_request_t& r) { requests_.push_back(r); });
     bus_.Subscribe(kWorkFailedChannel, [this](const work_failed_t& f) { failures_.push_back(f); });
   }
-  void HandOut(int64_t item_id, int64_t epoch = 0, const std::string& worker = "worker") {
+  void HandOut(int64_t item_id, int64_t epoch = 0, const std::string& worker = "worker",
+               const std::string& kind = "features") {
     work_t work{};
     work.worker = worker;
-    work.kind = "features";
+    work.kind = kind;
     work.item_id = item_id;
     work.epoch = epoch;
     node_.Publish(kWorkChannel, work);
@@ -99,6 +101,17 @@ TEST_F(WorkClientTest, CapacityMayChange) {
   EXPECT_FALSE(loop_.RunUntil([&] { return !got_.empty(); }, 0.1));
   client_.SetCapacity(1);
   ASSERT_TRUE(WaitFor([&] { return !requests_.empty() && requests_.back().capacity == 1; }));
+}
+
+TEST_F(WorkClientTest, GivesBackWhatItHoldsWhenItEnds) {
+  auto leaving = std::make_unique<WorkClient>(node_, "submap", 1, [](const work_t&) {});
+  HandOut(5, 1, "worker", "submap");
+  ASSERT_TRUE(WaitFor([&] { return leaving->holds(5); }));
+  leaving.reset();
+  ASSERT_TRUE(WaitFor([&] { return !requests_.empty() && requests_.back().capacity < 0; }));
+  EXPECT_EQ(requests_.back().kind, "submap");
+  EXPECT_EQ(requests_.back().worker, "worker");
+  EXPECT_EQ(requests_.back().num_held, 0);
 }
 
 TEST(NodeTest, RefusesUnusableOptions) {

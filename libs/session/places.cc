@@ -72,6 +72,14 @@ const Place* FindDividedPlace(const std::vector<Place>& places, int64_t largest_
   return place == places.end() ? nullptr : &*place;
 }
 
+bool IsOfDividedPlace(const std::vector<Place>& places, int64_t submap_id) {
+  return std::any_of(places.begin(), places.end(), [submap_id](const Place& place) {
+    const auto& submaps = place.submaps;
+    return place.IsDivided() &&
+           std::find(submaps.begin(), submaps.end(), submap_id) != submaps.end();
+  });
+}
+
 bool HasDividedPlace(const std::vector<Place>& places) {
   return std::any_of(places.begin(), places.end(),
                      [](const Place& place) { return place.IsDivided(); });

@@ -23,7 +23,8 @@ std::vector<Place> FindPlaces(const SessionState& session);
 // The place that the submap is the largest of, if it has others, too; null otherwise.
 const Place* FindDividedPlace(const std::vector<Place>& places, int64_t largest_submap);
 
-// Whether any place has several submaps.
+// Whether any place has several submaps; whether the submap's place does.
 bool HasDividedPlace(const std::vector<Place>& places);
+bool IsOfDividedPlace(const std::vector<Place>& places, int64_t submap_id);
 
 }  // namespace skein

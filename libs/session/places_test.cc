@@ -36,6 +36,7 @@ TEST_F(PlacesTest, APlaceHasThePhotosThatPairsConnect) {
 TEST_F(PlacesTest, OfOneMapIsNotDivided) {
   AddSubmap(1, 1, 5);
   EXPECT_FALSE(HasDividedPlace(Find()));
+  EXPECT_FALSE(IsOfDividedPlace(Find(), 1));
   EXPECT_EQ(FindDividedPlace(Find(), 1), nullptr);
 }
 
@@ -44,6 +45,8 @@ TEST_F(PlacesTest, OfTwoMapsIsTheLargerOnes) {
   AddSubmap(2, 3, 6);
   const std::vector<Place> places = Find();
   EXPECT_TRUE(HasDividedPlace(places));
+  EXPECT_TRUE(IsOfDividedPlace(places, 1) && IsOfDividedPlace(places, 2));
+  EXPECT_FALSE(IsOfDividedPlace(places, 3));
   EXPECT_EQ(FindDividedPlace(places, 1), nullptr);
   const Place* place = FindDividedPlace(places, 2);
   ASSERT_NE(place, nullptr);

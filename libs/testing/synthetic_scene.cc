@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "base/camera_models.h"
 #include "map/image_pose.h"
+#include "sfm/camera.h"
 #include "testing/test_random.h"
 
 namespace skein {
@@ -190,7 +190,7 @@ void AddToMap(const SyntheticScene& scene, const std::vector<TwoViewPairs>& pair
 
 void RegisterAtTruth(const SyntheticScene& scene, const std::vector<ImageId>& ids,
                      const Eigen::Vector3d& shift, SceneMap* map) {
-  std::vector<colmap::Track> tracks(scene.points.size());
+  std::vector<Track> tracks(scene.points.size());
   for (const ImageId id : ids) {
     BundlePose pose;
     pose.image_id = id;
@@ -213,7 +213,7 @@ Bundle BundleAtTruth(const SyntheticOptions& options, const SyntheticScene& scen
   Bundle bundle;
   BundleCamera camera;
   camera.camera_id = 1;
-  camera.model_id = colmap::SimpleRadialCameraModel::model_id;
+  camera.model_id = kSimpleRadial;
   camera.params = {options.focal_px, options.width_px / 2.0, options.height_px / 2.0,
                    options.distortion};
   bundle.cameras.push_back(camera);

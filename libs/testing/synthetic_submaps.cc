@@ -41,13 +41,13 @@ CameraPose SyntheticWorld::Pose(int image_id) const {
 }
 
 void SyntheticWorld::AddImages(int first, int last, const Similarity& frame,
-                               colmap::Reconstruction* model) const {
+                               Reconstruction* model) const {
   for (int id = first; id <= last; ++id) {
     const PhotoInput& photo = scene_.photos.at(id - 1);
-    colmap::Image image;
+    Image image;
     image.SetImageId(id);
     image.SetName(photo.name);
-    image.SetCameraId(static_cast<colmap::camera_t>(photo.camera_id));
+    image.SetCameraId(static_cast<CameraId>(photo.camera_id));
     const CameraPose pose = TransformPose(frame, Pose(id));
     const Eigen::Quaterniond& q = pose.rotation;
     image.SetQvec({q.w(), q.x(), q.y(), q.z()});
@@ -61,8 +61,8 @@ void SyntheticWorld::AddImages(int first, int last, const Similarity& frame,
 }
 
 void SyntheticWorld::AddPoints(int first, int last, const Similarity& frame,
-                               colmap::Reconstruction* model) const {
-  std::map<int, colmap::Track> tracks;
+                               Reconstruction* model) const {
+  std::map<int, Track> tracks;
   for (int id = first; id <= last; ++id) {
     const std::vector<int>& visible = scene_.visible[id - 1];
     for (size_t k = 0; k < visible.size(); ++k) {
@@ -74,14 +74,13 @@ void SyntheticWorld::AddPoints(int first, int last, const Similarity& frame,
   }
 }
 
-colmap::Reconstruction SyntheticWorld::Submap(int first, int last,
-                                              const Similarity& submap_from_world,
-                                              double focal_factor) const {
-  colmap::Reconstruction model;
+Reconstruction SyntheticWorld::Submap(int first, int last, const Similarity& submap_from_world,
+                                      double focal_factor) const {
+  Reconstruction model;
   for (int id = first; id <= last; ++id) {
-    const auto camera_id = static_cast<colmap::camera_t>(scene_.photos.at(id - 1).camera_id);
+    const auto camera_id = static_cast<CameraId>(scene_.photos.at(id - 1).camera_id);
     if (model.ExistsCamera(camera_id)) continue;
-    colmap::Camera camera;
+    Camera camera;
     camera.SetCameraId(camera_id);
     camera.InitializeWithName("SIMPLE_RADIAL", TrueFocalPx() * focal_factor, options_.width_px,
                               options_.height_px);

@@ -3,8 +3,8 @@
 // adjusted, so it is consistent for any intrinsics.
 #pragma once
 
-#include "base/reconstruction.h"
 #include "geometry/sim3_similarity.h"
+#include "sfm/reconstruction.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein {
@@ -22,12 +22,12 @@ class SyntheticWorld {
 
   // Photos first..last in a frame of their own (submap_from_world), made with a focal length that
   // is wrong by `focal_factor`. If there are two places, photos of both may be put into one submap.
-  colmap::Reconstruction Submap(int first, int last, const Similarity& submap_from_world,
-                                double focal_factor) const;
+  Reconstruction Submap(int first, int last, const Similarity& submap_from_world,
+                        double focal_factor) const;
 
  private:
-  void AddImages(int first, int last, const Similarity& frame, colmap::Reconstruction* model) const;
-  void AddPoints(int first, int last, const Similarity& frame, colmap::Reconstruction* model) const;
+  void AddImages(int first, int last, const Similarity& frame, Reconstruction* model) const;
+  void AddPoints(int first, int last, const Similarity& frame, Reconstruction* model) const;
 
   const SyntheticOptions options_;
   const SyntheticScene scene_;

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "map/model_io.h"
 #include "map/shape_maker.h"
+#include "sfm/model_io.h"
 #include "web/events.h"
 
 namespace skein {
@@ -21,7 +21,7 @@ Result<ShapeSource> SourceOfModel(Bytes archive) {
   Result<ModelArchive> files = DecodeModelArchive(archive);
   if (!files.ok()) return files.status();
   archive = Bytes();
-  const Result<colmap::Reconstruction> model = DecodeModel(std::move(*files));
+  const Result<Reconstruction> model = DecodeModel(std::move(*files));
   if (!model.ok()) return model.status();
   return CopyForShape(*model);
 }

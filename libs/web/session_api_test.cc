@@ -11,7 +11,7 @@
 
 #include "core/hash.h"
 #include "formats/formats.h"
-#include "map/model_io.h"
+#include "sfm/model_io.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_folder.h"
 #include "testing/test_photos.h"
@@ -103,8 +103,8 @@ class SessionApiTest : public ::testing::Test {
     model.submap_id = kSubmap;
     model.kind = submap_model_t::FINAL;
     model.num_images = 8;
-    colmap::Reconstruction written = map_.reconstruction();
-    for (const colmap::image_t id : written.RegImageIds()) {
+    Reconstruction written = map_.reconstruction();
+    for (const ImageId id : written.RegImageIds()) {
       written.Image(id).SetName("alice/" + std::to_string(id) + ".jpg");
     }
     model.model_blob = Keep(EncodeModelArchive(EncodeModel(written)));

@@ -7,8 +7,8 @@
 
 #include "core/file.h"
 #include "core/hash.h"
-#include "map/model_io.h"
 #include "node/work_client.h"
+#include "sfm/model_io.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_ingest.h"
 #include "testing/test_node.h"

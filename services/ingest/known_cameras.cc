@@ -9,8 +9,8 @@
 #include <limits>
 #include <sstream>
 
-#include "base/camera_models.h"
 #include "core/limits.h"
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
@@ -108,19 +108,18 @@ Status KnownCamera::Check() const {
   if (width_px < 1 || height_px < 1) {
     return Wrong("size", "is needed, as params are pixels of it: give WIDTHxHEIGHT");
   }
-  if (!colmap::ExistsCameraModelWithName(camera_model)) {
+  if (!ExistsCameraModel(camera_model)) {
     return Wrong("camera_model", "is \"" + camera_model + "\": give one of COLMAP's, as OPENCV");
   }
-  const int model = colmap::CameraModelNameToId(camera_model);
-  if (!colmap::CameraModelVerifyParams(model, params)) {
+  const int model = CameraModelId(camera_model);
+  if (!AreParamsOfModel(model, params)) {
     return Wrong("params", "has " + std::to_string(params.size()) + " values; " + camera_model +
-                               " takes " + colmap::CameraModelParamsInfo(model));
+                               " takes " + CameraModelParamsInfo(model));
   }
   const bool finite =
       std::all_of(params.begin(), params.end(), [](double value) { return std::isfinite(value); });
-  if (!finite || colmap::CameraModelHasBogusParams(model, params, width_px, height_px,
-                                                   limits::kMinFocalRatio, limits::kMaxFocalRatio,
-                                                   std::numeric_limits<double>::max())) {
+  if (!finite || AsCamera().HasBogusParams(limits::kMinFocalRatio, limits::kMaxFocalRatio,
+                                           std::numeric_limits<double>::max())) {
     return Wrong("params", "cannot be of a photo of that size: focal length or principal point");
   }
   return Status::Ok();
@@ -131,12 +130,16 @@ bool KnownCamera::Fits(const std::string& agent_name, const CheckedPhoto& photo)
          Matches(agent, agent_name) && Matches(body, photo.exif.make + " " + photo.exif.model);
 }
 
-double KnownCamera::FocalPx() const {
-  const auto& idxs = colmap::CameraModelFocalLengthIdxs(colmap::CameraModelNameToId(camera_model));
-  double sum = 0;
-  for (const size_t i : idxs) sum += params[i];
-  return sum / static_cast<double>(idxs.size());
+Camera KnownCamera::AsCamera() const {
+  Camera camera;
+  camera.SetModelIdFromName(camera_model);
+  camera.SetParams(params);
+  camera.SetWidth(width_px);
+  camera.SetHeight(height_px);
+  return camera;
 }
+
+double KnownCamera::FocalPx() const { return AsCamera().MeanFocalLength(); }
 
 std::string KnownCamera::Text() const {
   std::string values;

@@ -7,6 +7,7 @@
 #include "config/config_file.h"
 #include "core/result.h"
 #include "photo/photo_check.h"
+#include "sfm/camera.h"
 
 namespace skein {
 
@@ -25,6 +26,8 @@ struct KnownCamera {
   Status Check() const;
   bool Fits(const std::string& agent_name, const CheckedPhoto& photo) const;
   double FocalPx() const;  // the mean, if there are two
+  // Throws std::invalid_argument for a camera model that does not exist.
+  Camera AsCamera() const;
   // As an entry of a config file.
   std::string Text() const;
 };

@@ -11,8 +11,8 @@
 #include "guidance/model_map.h"
 #include "guidance/place_summary.h"
 #include "ingest/model_writer.h"
-#include "map/model_io.h"
 #include "session/guidance_json.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -36,7 +36,7 @@ Georeference PlaceModel(const fs::path& folder, const GeodeticPosition& origin,
   return EstimateGeoreference(origin, photos);
 }
 
-Result<colmap::Reconstruction> ReadWhole(const fs::path& folder) {
+Result<Reconstruction> ReadWhole(const fs::path& folder) {
   ModelArchive archive;
   for (const char* name : kModelFiles) {
     Result<Bytes> bytes = ReadFile((folder / name).string());
@@ -48,7 +48,7 @@ Result<colmap::Reconstruction> ReadWhole(const fs::path& folder) {
 
 nlohmann::json CompletenessOf(const fs::path& folder, const Georeference& earth,
                               const PlacePhotos& photos, double target_gsd_mm) {
-  const Result<colmap::Reconstruction> model = ReadWhole(folder);
+  const Result<Reconstruction> model = ReadWhole(folder);
   if (!model.ok()) return {{"reason", model.error()}};
   const double metres_per_unit = earth.ok ? earth.enu_from_model.scale : 0;
   QualityOptions options;

@@ -47,7 +47,11 @@ void WorkQueue::Remove(int64_t item) {
 std::vector<WorkQueue::Failure> WorkQueue::OnRequest(const Request& request, double now_s) {
   Worker& worker = workers_[request.worker];
   std::vector<Failure> failures = NoteDeath(worker, request, now_s);
-  worker.capacity = std::max(0, request.capacity);
+  if (request.capacity < 0) {
+    Leave(request.worker);
+    return failures;
+  }
+  worker.capacity = request.capacity;
   worker.seen_s = now_s;
   worker.held = request.held;
   Renew(request, now_s);
@@ -91,6 +95,15 @@ void WorkQueue::Renew(const Request& request, double now_s) {
     lease->second.confirmed = true;
   }
   if (request.capacity <= 0) ReleaseUnnamed(request);
+}
+
+void WorkQueue::Leave(const std::string& worker) {
+  std::vector<int64_t> items;
+  for (const auto& [item, lease] : leases_) {
+    if (lease.worker == worker) items.push_back(item);
+  }
+  for (const int64_t item : items) Release(item);
+  workers_.erase(worker);
 }
 
 // A worker that takes nothing further has not taken what it doesn't name: it is leaving.

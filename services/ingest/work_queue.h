@@ -40,7 +40,7 @@ class WorkQueue {
   };
   struct Request {
     std::string worker;
-    int capacity = 0;              // further items it can take
+    int capacity = 0;              // further items it can take; below 0: the worker leaves
     int previous_exit_signal = 0;  // of the process that had the worker's name before
     std::vector<int64_t> held;     // the one being worked on first
   };
@@ -59,7 +59,8 @@ class WorkQueue {
   // The worker is known to have it: starts a lease, unless it has one. No effect on unknown items.
   void Lease(int64_t item, const std::string& worker, double now_s);
 
-  // Renews, notes capacity, and notices what the worker's previous process died of.
+  // Renews, notes capacity, and notices what the worker's previous process died of. The items of a
+  // worker that leaves wait again.
   std::vector<Failure> OnRequest(const Request& request, double now_s);
   // A reported error; nothing if the worker has no lease on the item (a repeat of the report).
   std::vector<Failure> OnFailed(const std::string& worker, int64_t item, const std::string& reason,
@@ -98,6 +99,7 @@ class WorkQueue {
   std::vector<Failure> NoteFailure(const std::string& worker, int64_t item,
                                    const std::string& reason, bool permanent, double now_s);
   void Renew(const Request& request, double now_s);
+  void Leave(const std::string& worker);
   void ReleaseUnnamed(const Request& request);
   void Release(int64_t item);
   bool TakeBack(const std::string& worker, int64_t item);

@@ -65,6 +65,32 @@ TEST(WorkQueue, AWorkerThatLeavesGivesBackWhatItWasJustGranted) {
   EXPECT_EQ(grants[0].worker, "other");
 }
 
+TEST(WorkQueue, AWorkerThatLeavesGivesBackAllThatItHolds) {
+  WorkQueue queue;
+  queue.OnRequest({"leaving", 2, 0, {}}, 0);
+  for (const int64_t item : {1, 2}) queue.Add(item);
+  queue.Assign(0);
+  queue.OnRequest({"leaving", 0, 0, {1, 2}}, 0.1);
+  EXPECT_TRUE(queue.OnRequest({"leaving", -1, 0, {}}, 0.2).empty());
+  EXPECT_TRUE(queue.Assign(0.2).empty());
+  queue.OnRequest({"other", 2, 0, {}}, 0.3);
+  const auto grants = queue.Assign(0.3);
+  ASSERT_EQ(Items(grants), (std::vector<int64_t>{1, 2}));
+  EXPECT_EQ(grants[0].worker, "other");
+  EXPECT_EQ(grants[0].attempt, 1);
+}
+
+// Whoever comes under its name begins anew.
+TEST(WorkQueue, AWorkerThatLeftMayComeBack) {
+  WorkQueue queue;
+  queue.OnRequest({"w", 1, 0, {}}, 0);
+  queue.Add(1);
+  queue.Assign(0);
+  queue.OnRequest({"w", -1, 0, {}}, 0.1);
+  queue.OnRequest({"w", 1, 0, {}}, 0.2);
+  EXPECT_EQ(Items(queue.Assign(0.2)), (std::vector<int64_t>{1}));
+}
+
 TEST(WorkQueue, AFullWorkerKeepsWhatItHolds) {
   WorkQueue queue;
   queue.OnRequest({"w", 2, 0, {}}, 0);

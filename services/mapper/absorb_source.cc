@@ -8,9 +8,9 @@
 #include "core/clock.h"
 #include "core/log.h"
 #include "map/image_pose.h"
-#include "map/model_io.h"
 #include "merging/absorb.h"
 #include "session/merge_similarity.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -53,8 +53,7 @@ std::optional<Similarity> FindSimilarity(const MergeTask& task,
   return std::nullopt;
 }
 
-std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
-                                   const colmap::Reconstruction& other) {
+std::set<ImageId> RegisteredOnlyIn(const Reconstruction& model, const Reconstruction& other) {
   std::set<ImageId> ids;
   for (const ImageId id : model.RegImageIds()) {
     if (!IsRegisteredIn(other, id)) ids.insert(id);
@@ -63,9 +62,8 @@ std::set<ImageId> RegisteredOnlyIn(const colmap::Reconstruction& model,
 }
 
 // Of the merged model those that `model` alone has: photos whose camera went astray are in neither.
-std::set<ImageId> MergedOnlyFrom(const colmap::Reconstruction& model,
-                                 const colmap::Reconstruction& other,
-                                 const colmap::Reconstruction& merged) {
+std::set<ImageId> MergedOnlyFrom(const Reconstruction& model, const Reconstruction& other,
+                                 const Reconstruction& merged) {
   std::set<ImageId> ids;
   for (const ImageId id : RegisteredOnlyIn(model, other)) {
     if (IsRegisteredIn(merged, id)) ids.insert(id);
@@ -75,8 +73,8 @@ std::set<ImageId> MergedOnlyFrom(const colmap::Reconstruction& model,
 
 // An error if the two parts of a merged model show different places. Along matches that neither
 // model was built from.
-Status CheckBothModels(const Submap& submap, const colmap::Reconstruction& target,
-                       const colmap::Reconstruction& source, const colmap::Reconstruction& merged) {
+Status CheckBothModels(const Submap& submap, const Reconstruction& target,
+                       const Reconstruction& source, const Reconstruction& merged) {
   const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
   const CellVotes votes =
       ComparePhotoSets(options, submap.map(), merged, MergedOnlyFrom(target, source, merged),
@@ -91,17 +89,17 @@ Status CheckBothModels(const Submap& submap, const colmap::Reconstruction& targe
 struct Comparison {
   Status status;                     // why they stay apart
   bool shows_another_place = false;  // visually similar places are why
-  colmap::Reconstruction merged;     // only if status is ok
+  Reconstruction merged;             // only if status is ok
   std::set<ImageId> left_out;        // of it: they are to be tried again
 };
 
 // Of two visually similar places a photo shows one.
-void YieldPhotos(const colmap::Reconstruction& source, Submap* submap, Absorption* absorption) {
+void YieldPhotos(const Reconstruction& source, Submap* submap, Absorption* absorption) {
   submap->YieldPhotosTo(source,
                         [&](const PhotoEvent& event) { absorption->events.push_back(event); });
 }
 
-Comparison Compare(const colmap::Reconstruction& target, const colmap::Reconstruction& source,
+Comparison Compare(const Reconstruction& target, const Reconstruction& source,
                    const MergeTask& task, const Submap& submap) {
   Comparison comparison;
   AbsorbOptions options = OptionsFor(task);
@@ -126,8 +124,8 @@ Comparison Compare(const colmap::Reconstruction& target, const colmap::Reconstru
 
 // The target with photos of the source as guests, and the source. The guests stay only in a merged
 // model.
-Comparison CompareWithGuests(const colmap::Reconstruction& source, const MergeTask& task,
-                             const colmap::Reconstruction& target, Submap* submap) {
+Comparison CompareWithGuests(const Reconstruction& source, const MergeTask& task,
+                             const Reconstruction& target, Submap* submap) {
   const size_t num_shared = source.NumRegImages() - RegisteredOnlyIn(source, target).size();
   const int num_guests = std::max(0, kComparedPhotos - static_cast<int>(num_shared));
   Timer timer;
@@ -141,10 +139,10 @@ Comparison CompareWithGuests(const colmap::Reconstruction& source, const MergeTa
   return comparison;
 }
 
-Status AbsorbModel(const colmap::Reconstruction& source, const MergeTask& task, Submap* submap,
+Status AbsorbModel(const Reconstruction& source, const MergeTask& task, Submap* submap,
                    Absorption* absorption) {
-  const auto target = std::make_shared<const colmap::Reconstruction>(
-      CopyRegistered(submap->map().reconstruction()));
+  const auto target =
+      std::make_shared<const Reconstruction>(CopyRegistered(submap->map().reconstruction()));
   absorption->before = target;
   const Comparison comparison = CompareWithGuests(source, task, *target, submap);
   absorption->shows_another_place = comparison.shows_another_place;
@@ -165,7 +163,7 @@ Status AbsorbModel(const colmap::Reconstruction& source, const MergeTask& task, 
 
 Absorption AbsorbSource(const ModelArchive& source, const MergeTask& task, Submap* submap) {
   Absorption absorption;
-  const Result<colmap::Reconstruction> model = DecodeModel(source);
+  const Result<Reconstruction> model = DecodeModel(source);
   absorption.status =
       model.ok() ? AbsorbModel(*model, task, submap, &absorption) : model.status().Within("source");
   return absorption;

@@ -13,8 +13,8 @@ namespace skein {
 // Outcome of absorbing a source.
 struct Absorption {
   Status status;
-  bool shows_another_place = false;  // why it failed: two visually similar places
-  std::shared_ptr<const colmap::Reconstruction> before;  // the target as it was
+  bool shows_another_place = false;              // why it failed: two visually similar places
+  std::shared_ptr<const Reconstruction> before;  // the target as it was
   // Photos that are new in the target or, if it failed, that the target left to the source.
   std::vector<PhotoEvent> events;
 };

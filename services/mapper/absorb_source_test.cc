@@ -2,16 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include "map/model_io.h"
 #include "mapping/submap_rig_test.h"
+#include "sfm/model_io.h"
 
 namespace skein::absorb_source_test {
 
 // The photo gets a camera of its own, with a focal length that no camera has.
-void LeadCameraAstray(ImageId id, colmap::Reconstruction* model) {
-  colmap::Camera camera = model->Camera(model->Image(id).CameraId());
+void LeadCameraAstray(ImageId id, Reconstruction* model) {
+  Camera camera = model->Camera(model->Image(id).CameraId());
   camera.SetCameraId(SceneMap::OwnCamera(id));
-  camera.SetFocalLength(1000 * camera.FocalLength());
+  camera.SetFocalLength(1000 * camera.MeanFocalLength());
   model->AddCamera(camera);
   model->Image(id).SetCameraId(camera.CameraId());
 }
@@ -33,7 +33,7 @@ TEST(AbsorbSource, APhotoWhoseCameraWentAstrayInTheSourceIsLeftOut) {
   SubmapRig whole(options), target(options);
   whole.FeedAll();
   FeedFirst(13, &target);
-  colmap::Reconstruction source = whole.map.map().reconstruction();
+  Reconstruction source = whole.map.map().reconstruction();
   LeadCameraAstray(16, &source);
   MergeTask task{};
   task.order.num_shared_images = 3;

@@ -171,7 +171,7 @@ void MergeExecutor::GoBack(const std::string& reason) {
   run_.RunOnWorker(
       Step(),
       [before = open_->absorption.before, reason](Submap& submap) {
-        const std::set<colmap::image_t> merged = RegisteredIn(submap.map().reconstruction());
+        const std::set<ImageId> merged = RegisteredIn(submap.map().reconstruction());
         const Status status = submap.ReplaceModel(*before);
         if (!status.ok()) throw std::logic_error("the submap's own model: " + status.error());
         std::vector<PhotoEvent> events;

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "base/pose.h"
+#include "sfm/pose.h"
 
 namespace skein {
 
@@ -56,7 +56,7 @@ registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epo
   message.reason = event.refusal.text;
   message.num_visible = event.num_visible;
   message.num_inliers = event.num_inliers;
-  const Eigen::Vector4d qvec = colmap::NormalizeQuaternion(event.qvec);
+  const Eigen::Vector4d qvec = NormalizeQuaternion(event.qvec);
   for (int i = 0; i < 4; ++i) message.cam_from_world_qwxyz[i] = qvec[i];
   for (int i = 0; i < 3; ++i) message.cam_from_world_xyz[i] = event.tvec[i];
   message.mean_reprojection_error_px = static_cast<float>(event.mean_error_px);

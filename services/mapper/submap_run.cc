@@ -394,8 +394,19 @@ void SubmapRun::Consolidate() {
   doing_ = "consolidates" + About(consolidate_s_);
   PublishStatus();
   RunJob(
-      step, [](Submap& submap, Outcome* outcome) { submap.Consolidate(outcome->Sink()); },
+      step,
+      [by_place = IsMappedWithItsPlace()](Submap& submap, Outcome* outcome) {
+        if (by_place) submap.NoteMappedAnew();
+        submap.Consolidate(outcome->Sink());
+      },
       [this](const Outcome& outcome) { Apply(outcome); });
+}
+
+// In a finish a place is mapped again once: by BATCH where it has several maps, else with its map's
+// first consolidation.
+bool SubmapRun::IsMappedWithItsPlace() const {
+  return ledger_.session.finish().batch_seq > 0 ||
+         IsOfDividedPlace(FindPlaces(ledger_.session), submap_id());
 }
 
 // A photo is the submap's business when it has a verified pair with a registered one.

@@ -148,6 +148,7 @@ class SubmapRun {
   void DoItem(const Item& item);
   void DoMatches(int64_t image_id);
   void Consolidate();
+  bool IsMappedWithItsPlace() const;
   void DoBatch(const Item& item);
   void DoSettled(const Item& item);
   void DoMerge(int64_t merge_id);

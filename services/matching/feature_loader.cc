@@ -6,7 +6,11 @@ namespace skein {
 
 FeatureLoader::FeatureLoader(PollLoop& loop, BlobClient& blobs,
                              std::shared_ptr<const DescriptorCells> cells, size_t cache_bytes)
-    : blobs_(blobs), cells_(std::move(cells)), cache_(cache_bytes), decoder_(loop) {}
+    : blobs_(blobs),
+      cells_(std::move(cells)),
+      cache_(cache_bytes / 5 * 4),
+      coarsest_(cache_bytes / 5),
+      decoder_(loop) {}
 
 void FeatureLoader::Load(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded) {
   if (PhotoFeaturesPtr cached = cache_.Find(image_id)) return on_loaded(std::move(cached));
@@ -16,6 +20,11 @@ void FeatureLoader::Load(int64_t image_id, const PhotoEntry& entry, OnLoaded on_
   loading->second.camera = entry.camera;
   Fetch(image_id, entry.keypoints_blob, &Loading::keypoints);
   Fetch(image_id, entry.descriptors_blob, &Loading::descriptors);
+}
+
+void FeatureLoader::LoadCoarsest(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded) {
+  if (PhotoFeaturesPtr cached = coarsest_.Find(image_id)) return on_loaded(std::move(cached));
+  Load(image_id, entry, std::move(on_loaded));
 }
 
 void FeatureLoader::Fetch(int64_t image_id, const std::string& blob_id, Bytes Loading::*target) {
@@ -38,7 +47,10 @@ void FeatureLoader::Decode(int64_t image_id, Loading* loading) {
         return DecodePhotoFeatures(image_id, camera, keypoints, descriptors, cells.get());
       },
       [this, image_id](const Result<PhotoFeaturesPtr>& features) {
-        if (features.ok()) cache_.Insert(*features);
+        if (features.ok()) {
+          cache_.Insert(*features);
+          coarsest_.Insert(CoarsestAlone(**features));
+        }
         Finish(image_id, features);
       });
 }

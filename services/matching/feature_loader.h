@@ -18,16 +18,19 @@ class FeatureLoader {
  public:
   using OnLoaded = std::function<void(const Result<PhotoFeaturesPtr>&)>;
 
+  // A fifth of cache_bytes is for the coarsest features.
   FeatureLoader(PollLoop& loop, BlobClient& blobs, std::shared_ptr<const DescriptorCells> cells,
                 size_t cache_bytes);
 
   // Calls on_loaded once, later, or within the call if the photo is cached. Loads of one photo
   // share their fetches.
   void Load(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded);
+  // The same, with the photo's coarsest features at least, which are kept longer than the others.
+  void LoadCoarsest(int64_t image_id, const PhotoEntry& entry, OnLoaded on_loaded);
 
  private:
   struct Loading {
-    colmap::Camera camera;
+    Camera camera;
     Bytes keypoints;
     Bytes descriptors;
     int num_missing = 2;
@@ -42,6 +45,7 @@ class FeatureLoader {
   BlobClient& blobs_;
   const std::shared_ptr<const DescriptorCells> cells_;
   FeatureCache cache_;
+  FeatureCache coarsest_;  // of cache_'s photos and others
   std::unordered_map<int64_t, Loading> loading_;
   WorkerThread decoder_;
 };

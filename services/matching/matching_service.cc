@@ -9,6 +9,7 @@ namespace skein {
 namespace {
 
 constexpr size_t kPrefetched = 8;
+constexpr size_t kLookedAtOnce = 16;
 
 // Null without the cascade.
 std::shared_ptr<const DescriptorCells> CellsOf(const MatchingServiceOptions& options) {
@@ -89,8 +90,46 @@ void MatchingService::TakePairs() {
   SecondLook& look = *jobs_.at(*active_).look;
   look.Advance(follower_.processed_seq());
   while (const std::optional<int64_t> other_id = look.Take()) LoadOther(*other_id);
-  if (look.num_in_work() == 0) return Submit();
-  Prefetch();
+  if (look.num_in_work() > 0) return Prefetch();
+  std::optional<CoarseSearch>& search = jobs_.at(*active_).search;
+  if (search) return Submit();
+  search.emplace(look.ToCompare());
+  LookAtSome();
+}
+
+void MatchingService::LookAtSome() {
+  Job& job = jobs_.at(*active_);
+  const std::vector<int64_t> ids = job.search->Take(kLookedAtOnce);
+  if (ids.empty()) {
+    job.look->Choose(job.search->Best());
+    return TakePairs();
+  }
+  const auto others = std::make_shared<std::vector<PhotoFeaturesPtr>>();
+  const auto num_missing = std::make_shared<size_t>(ids.size());
+  for (const int64_t id : ids) {
+    loader_.LoadCoarsest(id, *index_.FindFeatures(id),
+                         [this, others, num_missing](const Result<PhotoFeaturesPtr>& features) {
+                           if (features.ok()) others->push_back(*features);
+                           if (--*num_missing == 0) CountMatches(std::move(*others));
+                         });
+  }
+}
+
+void MatchingService::CountMatches(std::vector<PhotoFeaturesPtr> others) {
+  using Counts = std::vector<std::pair<int64_t, int>>;
+  Worker& worker = workers_.front();
+  worker.thread.Run(
+      [&worker, photo = jobs_.at(*active_).photo, others = std::move(others)] {
+        Counts counts;
+        for (const PhotoFeaturesPtr& other : others)
+          counts.emplace_back(other->image_id, worker.matcher.CountCoarseMatches(*photo, *other));
+        return counts;
+      },
+      [this](const Counts& counts) {
+        for (const auto& [id, num_matches] : counts)
+          jobs_.at(*active_).search->Tell(id, num_matches);
+        LookAtSome();
+      });
 }
 
 void MatchingService::LoadOther(int64_t other_id) {

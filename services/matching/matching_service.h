@@ -8,9 +8,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/clock.h"
 #include "event_loop/worker_thread.h"
+#include "matching/coarse_search.h"
 #include "matching/feature_loader.h"
 #include "matching/matching_options.h"
 #include "matching/photo_index.h"
@@ -35,8 +37,9 @@ class MatchingService {
   struct Job {
     std::optional<SecondLook> look;  // once the candidates are known
     PhotoFeaturesPtr photo;
-    PhotoMatches matches;  // so far
-    Timer since_begun;     // from when it is the active one
+    PhotoMatches matches;                // so far
+    std::optional<CoarseSearch> search;  // once the candidates that `look` takes are matched
+    Timer since_begun;                   // from when it is the active one
   };
 
   // A pair of the active job, taken and loaded, for the next free worker.
@@ -60,6 +63,9 @@ class MatchingService {
   void StartNext();
   void TakePairs();
   void LoadOther(int64_t other_id);
+  // The search for further photos, a group at a time.
+  void LookAtSome();
+  void CountMatches(std::vector<PhotoFeaturesPtr> others);
   void Prefetch();
   void MatchReadyPairs();
   // No result: the other photo is damaged.

@@ -278,6 +278,25 @@ TEST_F(Matching, SecondLookSparesWhatFailsAndFindsWhatRetrievalMissed) {
   EXPECT_EQ(ingest_.PairsOf(6).size(), 2u);
 }
 
+// The 31st candidate is the only one that overlaps.
+TEST_F(Matching, ALonelyPhotoIsComparedWithFurtherCandidates) {
+  std::vector<int64_t> candidates;
+  for (int64_t id = 1; id <= 30; ++id) {
+    ingest_.AddPhoto(*world_.Photo(id, 0, 0));
+    candidates.push_back(id);
+  }
+  ingest_.AddPhoto(*world_.Photo(31, 0.2, 350));
+  candidates.push_back(31);
+  ingest_.AddPhoto(*world_.Photo(40, 1.1, 350));
+  ingest_.AddCandidates(40, candidates);
+  ingest_.AddWork(40);
+  StartService();
+  ASSERT_TRUE(RunUntilMatched(1));
+  ASSERT_EQ(ingest_.matches().at(40).num_pairs, 1);
+  EXPECT_EQ(ingest_.matches().at(40).pairs[0].other_id, 31);
+  EXPECT_EQ(ingest_.matches().at(40).num_tried, 31);
+}
+
 TEST_F(Matching, WithoutSecondLookTheCandidatesAloneAreMatched) {
   AddTwoPlaces();
   StartService(false);

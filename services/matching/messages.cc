@@ -6,7 +6,7 @@
 
 namespace skein {
 
-Result<colmap::Camera> CameraFromMessage(const image_t& image) {
+Result<Camera> CameraFromMessage(const image_t& image) {
   try {
     return PriorCamera(image.width_px, image.height_px, image.focal_px, image.focal_from_exif);
   } catch (const std::invalid_argument& error) {

@@ -17,27 +17,27 @@ constexpr double kNoise = 0.05;
 // pairs do so by chance once in a thousand times.
 constexpr int kPairsOfABackground = 3;
 
-bool StandsStill(const PhotoFeatures& first, const PhotoFeatures& second,
-                 const colmap::FeatureMatch& match, double max_error_px) {
+bool StandsStill(const PhotoFeatures& first, const PhotoFeatures& second, const FeatureMatch& match,
+                 double max_error_px) {
   const Eigen::Vector2d& a = first.points[match.point2D_idx1];
   return (a - second.points[match.point2D_idx2]).norm() <= max_error_px;
 }
 
 struct SplitMatches {
-  colmap::FeatureMatches still, moving;
+  FeatureMatches still, moving;
 };
 
 SplitMatches Split(const PhotoFeatures& first, const PhotoFeatures& second,
-                   const colmap::FeatureMatches& matches, double max_error_px) {
+                   const FeatureMatches& matches, double max_error_px) {
   SplitMatches split;
-  for (const colmap::FeatureMatch& match : matches) {
+  for (const FeatureMatch& match : matches) {
     const bool is_still = StandsStill(first, second, match, max_error_px);
     (is_still ? split.still : split.moving).push_back(match);
   }
   return split;
 }
 
-bool HaveOneSize(const colmap::Camera& a, const colmap::Camera& b) {
+bool HaveOneSize(const Camera& a, const Camera& b) {
   return a.Width() == b.Width() && a.Height() == b.Height();
 }
 
@@ -49,10 +49,10 @@ size_t FieldOf(const PhotoFeatures& photo, const Eigen::Vector2d& point) {
   return along(point.y(), photo.camera.Height()) * kFields + along(point.x(), photo.camera.Width());
 }
 
-bool AreFew(const PhotoFeatures& photo, const colmap::FeatureMatches& still) {
+bool AreFew(const PhotoFeatures& photo, const FeatureMatches& still) {
   std::array<int, kFields * kFields> num_keypoints{}, num_still{};
   for (const Eigen::Vector2d& point : photo.points) ++num_keypoints[FieldOf(photo, point)];
-  for (const colmap::FeatureMatch& match : still) {
+  for (const FeatureMatch& match : still) {
     ++num_still[FieldOf(photo, photo.points[match.point2D_idx1])];
   }
   const double share = static_cast<double>(still.size()) / static_cast<double>(photo.points.size());
@@ -73,7 +73,7 @@ double SampsonError(const Eigen::Matrix3d& F, const Eigen::Vector2d& a, const Ei
 
 // By the geometry of the moving matches.
 bool AreContradicted(const PhotoFeatures& first, const PhotoFeatures& second,
-                     const colmap::FeatureMatches& still, const colmap::TwoViewGeometry& of_moving,
+                     const FeatureMatches& still, const TwoViewGeometry& of_moving,
                      double max_error_px) {
   if (!IsVerified(of_moving)) return false;
   const Eigen::Matrix3d F = EpipolarModel(first.camera, second.camera, of_moving);
@@ -81,8 +81,8 @@ bool AreContradicted(const PhotoFeatures& first, const PhotoFeatures& second,
   const auto agrees = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return SampsonError(F, a, b) <= max_error;
   };
-  const auto num_agreeing = static_cast<double>(
-      std::count_if(still.begin(), still.end(), [&](const colmap::FeatureMatch& match) {
+  const auto num_agreeing =
+      static_cast<double>(std::count_if(still.begin(), still.end(), [&](const FeatureMatch& match) {
         return agrees(first.points[match.point2D_idx1], second.points[match.point2D_idx2]);
       }));
   const auto num_by_chance = static_cast<double>(
@@ -96,9 +96,9 @@ bool AreContradicted(const PhotoFeatures& first, const PhotoFeatures& second,
   return log_likelihood_ratio > 0;
 }
 
-std::vector<uint32_t> FirstKeypoints(const colmap::FeatureMatches& matches) {
+std::vector<uint32_t> FirstKeypoints(const FeatureMatches& matches) {
   std::vector<uint32_t> keypoints;
-  for (const colmap::FeatureMatch& match : matches) keypoints.push_back(match.point2D_idx1);
+  for (const FeatureMatch& match : matches) keypoints.push_back(match.point2D_idx1);
   return keypoints;
 }
 
@@ -162,8 +162,8 @@ bool HaveABackground(const std::vector<PairWithEvidence>& pairs, int min_num_inl
 }
 
 void LeaveOut(const Marked& overlay, int min_num_inliers, PairWithEvidence* pair) {
-  colmap::FeatureMatches& inliers = pair->geometry.inlier_matches;
-  colmap::FeatureMatches kept;
+  FeatureMatches& inliers = pair->geometry.inlier_matches;
+  FeatureMatches kept;
   for (size_t i = 0; i < inliers.size(); ++i) {
     const bool is_overlay = pair->stand_still[i] != 0 && overlay.IsNear(inliers[i].point2D_idx1);
     if (!is_overlay) kept.push_back(inliers[i]);
@@ -171,17 +171,17 @@ void LeaveOut(const Marked& overlay, int min_num_inliers, PairWithEvidence* pair
   pair->stand_still.clear();
   inliers = std::move(kept);
   if (inliers.size() < static_cast<size_t>(min_num_inliers)) {
-    pair->geometry = colmap::TwoViewGeometry();
-    pair->geometry.config = colmap::TwoViewGeometry::DEGENERATE;
+    pair->geometry = TwoViewGeometry();
+    pair->geometry.config = TwoViewGeometry::DEGENERATE;
   }
 }
 
 }  // namespace
 
 PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatures& second,
-                                    const colmap::FeatureMatches& matches, uint32_t seed,
+                                    const FeatureMatches& matches, uint32_t seed,
                                     const TwoViewOptions& options) {
-  const auto estimate = [&](const colmap::FeatureMatches& of) {
+  const auto estimate = [&](const FeatureMatches& of) {
     return EstimateTwoView(first.camera, first.points, second.camera, second.points, of, seed,
                            options);
   };
@@ -191,7 +191,7 @@ PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatu
     return {estimate(matches), {}};
   }
   const bool are_few = AreFew(first, split.still);
-  colmap::TwoViewGeometry of_moving = estimate(split.moving);
+  TwoViewGeometry of_moving = estimate(split.moving);
   const bool are_contradicted =
       AreContradicted(first, second, split.still, of_moving, options.max_error_px);
   PairEstimate result;
@@ -209,7 +209,7 @@ PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatu
 }
 
 void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, double max_error_px,
-                     colmap::FeatureMatches* matches, OverlayEvidence* evidence) {
+                     FeatureMatches* matches, OverlayEvidence* evidence) {
   if (evidence->overlay.empty()) return;
   SplitMatches split = Split(first, second, *matches, max_error_px);
   const std::vector<uint32_t> still = FirstKeypoints(split.still);
@@ -218,10 +218,10 @@ void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, do
 }
 
 std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& second,
-                             const colmap::FeatureMatches& matches, double max_error_px) {
+                             const FeatureMatches& matches, double max_error_px) {
   std::vector<char> stand_still;
   const bool have_one_size = HaveOneSize(first.camera, second.camera);
-  for (const colmap::FeatureMatch& match : matches) {
+  for (const FeatureMatch& match : matches) {
     stand_still.push_back(have_one_size && StandsStill(first, second, match, max_error_px));
   }
   return stand_still;

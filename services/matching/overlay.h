@@ -33,9 +33,9 @@
 #include <optional>
 #include <vector>
 
-#include "estimators/two_view_geometry.h"
 #include "matching/photo_features.h"
 #include "matching/two_view.h"
+#include "sfm/two_view_geometry.h"
 
 namespace skein {
 
@@ -44,32 +44,32 @@ struct OverlayEvidence {
   std::vector<uint32_t> overlay;     // keypoints of the first photo
   std::vector<uint32_t> background;  // the same of many that are contradicted
   // Geometry of the moving matches, if there is `background`.
-  std::optional<colmap::TwoViewGeometry> without_background;
+  std::optional<TwoViewGeometry> without_background;
 };
 
 struct PairEstimate {
-  colmap::TwoViewGeometry geometry;  // of all matches, or of those that move
+  TwoViewGeometry geometry;  // of all matches, or of those that move
   OverlayEvidence evidence;
 };
 
 // EstimateTwoView with overlays left out. A second search is made only if at least
 // options.min_num_inliers matches stand still. Photos of different size have no place in common.
 PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatures& second,
-                                    const colmap::FeatureMatches& matches, uint32_t seed,
+                                    const FeatureMatches& matches, uint32_t seed,
                                     const TwoViewOptions& options);
 
 // Does the same to further matches along the geometry of a pair; no effect without an overlay in
 // `evidence`. Still matches go from `matches` to the overlay.
 void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, double max_error_px,
-                     colmap::FeatureMatches* matches, OverlayEvidence* evidence);
+                     FeatureMatches* matches, OverlayEvidence* evidence);
 
 // For each match, whether it stands still.
 std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& second,
-                             const colmap::FeatureMatches& matches, double max_error_px);
+                             const FeatureMatches& matches, double max_error_px);
 
 // A pair of the photo, as verified by itself.
 struct PairWithEvidence {
-  colmap::TwoViewGeometry geometry;
+  TwoViewGeometry geometry;
   std::vector<char> stand_still;  // of geometry.inlier_matches
   OverlayEvidence evidence;
 };

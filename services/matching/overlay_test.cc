@@ -73,17 +73,17 @@ class Overlay : public testing::Test {
   PairEstimate Estimate() const {
     return EstimateWithoutOverlay(first_, second_, matches_, 7, options_);
   }
-  int NumStill(const colmap::TwoViewGeometry& geometry) const {
+  int NumStill(const TwoViewGeometry& geometry) const {
     const std::vector<char> still =
         StandStill(first_, second_, geometry.inlier_matches, options_.max_error_px);
     return static_cast<int>(std::count(still.begin(), still.end(), 1));
   }
-  colmap::TwoViewGeometry EstimateOfAll() const {
+  TwoViewGeometry EstimateOfAll() const {
     return EstimateTwoView(first_.camera, first_.points, second_.camera, second_.points, matches_,
                            7, options_);
   }
   void ExpectAsOfAll() const {
-    const colmap::TwoViewGeometry ours = Estimate().geometry, all = EstimateOfAll();
+    const TwoViewGeometry ours = Estimate().geometry, all = EstimateOfAll();
     EXPECT_TRUE(IsVerified(ours));
     EXPECT_EQ(ours.config, all.config);
     EXPECT_EQ(ours.E, all.E);
@@ -92,7 +92,7 @@ class Overlay : public testing::Test {
 
   std::mt19937 random_{3};
   PhotoFeatures first_, second_;
-  colmap::FeatureMatches matches_;
+  FeatureMatches matches_;
   TwoViewOptions options_;
 };
 
@@ -106,7 +106,7 @@ TEST_F(Overlay, IsLeftOutWhereTheSceneMoves) {
   AddFalse(60);
   EXPECT_GT(NumStill(EstimateOfAll()), 250) << "it would win";
   const PairEstimate pair = Estimate();
-  EXPECT_EQ(pair.geometry.config, colmap::TwoViewGeometry::CALIBRATED);
+  EXPECT_EQ(pair.geometry.config, TwoViewGeometry::CALIBRATED);
   EXPECT_NEAR(std::abs(pair.geometry.tvec.dot(kStep.normalized())), 1, 0.01);
   EXPECT_EQ(NumStill(pair.geometry), 0);
   EXPECT_GE(pair.geometry.inlier_matches.size(), 95u);
@@ -170,7 +170,7 @@ class OverlayOfAPhoto : public testing::Test {
   // Inliers from `begin` to `end`.
   static PairWithEvidence Pair(uint32_t begin, uint32_t end, bool still) {
     PairWithEvidence pair;
-    pair.geometry.config = colmap::TwoViewGeometry::CALIBRATED;
+    pair.geometry.config = TwoViewGeometry::CALIBRATED;
     Append(begin, end, still, &pair);
     return pair;
   }

@@ -27,10 +27,10 @@ bool CanCascade(const PhotoFeatures& photo) {
 }
 
 // The surest first.
-colmap::FeatureMatches ToColmap(std::vector<IndexPair> pairs) {
+FeatureMatches ToMatches(std::vector<IndexPair> pairs) {
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const IndexPair& a, const IndexPair& b) { return a.ratio_sq < b.ratio_sq; });
-  colmap::FeatureMatches matches;
+  FeatureMatches matches;
   matches.reserve(pairs.size());
   for (const IndexPair& pair : pairs) matches.emplace_back(pair.first, pair.second);
   return matches;
@@ -46,7 +46,7 @@ class Stopwatch {
   Timer timer_;
 };
 
-void SortByFirst(colmap::FeatureMatches* matches) {
+void SortByFirst(FeatureMatches* matches) {
   std::sort(matches->begin(), matches->end(),
             [](const auto& a, const auto& b) { return a.point2D_idx1 < b.point2D_idx1; });
 }
@@ -71,7 +71,7 @@ PairMatcher::PairMatcher(const PairMatcherOptions& options)
 }
 
 void PairMatcher::Verify(const PhotoFeatures& first, const PhotoFeatures& second,
-                         const colmap::FeatureMatches& matches, PairResult* result) const {
+                         const FeatureMatches& matches, PairResult* result) const {
   const Stopwatch watch(&result->geometry_s);
   PairEstimate estimate = EstimateWithoutOverlay(
       first, second, matches, PairSeed(first.image_id, second.image_id), options_.two_view);
@@ -81,35 +81,37 @@ void PairMatcher::Verify(const PhotoFeatures& first, const PhotoFeatures& second
 
 void PairMatcher::MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second,
                               PairResult* result) {
-  colmap::FeatureMatches matches;
+  FeatureMatches matches;
   {
     const Stopwatch watch(&result->product_s);
-    matches = ToColmap(matcher_.Match(DescriptorsOf(first), DescriptorsOf(second)));
+    matches = ToMatches(matcher_.Match(DescriptorsOf(first), DescriptorsOf(second)));
   }
   Verify(first, second, matches, result);
 }
 
-colmap::FeatureMatches PairMatcher::MatchByCells(const PhotoFeatures& first,
-                                                 const PhotoFeatures& second,
-                                                 const CellLists& others, PairResult* result) {
+FeatureMatches PairMatcher::MatchByCells(const PhotoFeatures& first, const PhotoFeatures& second,
+                                         const CellLists& others, PairResult* result) {
   const Stopwatch watch(&result->product_s);
-  return ToColmap(matcher_.MatchParts(DescriptorsOf(first), DescriptorsOf(second),
-                                      PartsOf(first.index.cells.home, others)));
+  return ToMatches(matcher_.MatchParts(DescriptorsOf(first), DescriptorsOf(second),
+                                       PartsOf(first.index.cells.home, others)));
 }
 
-colmap::FeatureMatches PairMatcher::MatchCoarsest(const PhotoFeatures& first,
-                                                  const PhotoFeatures& second) {
-  colmap::FeatureMatches matches = ToColmap(matcher_.Match(CoarsestOf(first), CoarsestOf(second)));
-  for (colmap::FeatureMatch& match : matches) {
+FeatureMatches PairMatcher::MatchCoarsest(const PhotoFeatures& first, const PhotoFeatures& second) {
+  FeatureMatches matches = ToMatches(matcher_.Match(CoarsestOf(first), CoarsestOf(second)));
+  for (FeatureMatch& match : matches) {
     match.point2D_idx1 = first.index.coarsest[match.point2D_idx1];
     match.point2D_idx2 = second.index.coarsest[match.point2D_idx2];
   }
   return matches;
 }
 
+int PairMatcher::CountCoarseMatches(const PhotoFeatures& first, const PhotoFeatures& second) {
+  return static_cast<int>(matcher_.Match(CoarsestOf(first), CoarsestOf(second)).size());
+}
+
 bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& second,
                             PairResult* result) {
-  colmap::FeatureMatches matches;
+  FeatureMatches matches;
   {
     const Stopwatch watch(&result->product_s);
     matches = MatchCoarsest(first, second);
@@ -120,8 +122,7 @@ bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& sec
 
 bool PairMatcher::MatchByCloseCells(const PhotoFeatures& first, const PhotoFeatures& second,
                                     PairResult* result) {
-  const colmap::FeatureMatches matches =
-      MatchByCells(first, second, second.index.cells.close, result);
+  const FeatureMatches matches = MatchByCells(first, second, second.index.cells.close, result);
   Verify(first, second, matches, result);
   return IsVerified(result->geometry) &&
          2 * result->geometry.inlier_matches.size() >= matches.size();

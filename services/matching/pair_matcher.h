@@ -18,11 +18,11 @@
 //
 // Photos with few features, or without cells, are matched in full.
 
-#include "estimators/two_view_geometry.h"
 #include "matching/kernel.h"
 #include "matching/overlay.h"
 #include "matching/photo_features.h"
 #include "matching/two_view.h"
+#include "sfm/two_view_geometry.h"
 
 namespace skein {
 
@@ -35,7 +35,7 @@ struct PairMatcherOptions {
 };
 
 struct PairResult {
-  colmap::TwoViewGeometry geometry;  // as of EstimateTwoView, from the first photo to the second
+  TwoViewGeometry geometry;  // as of EstimateTwoView, from the first photo to the second
   OverlayEvidence evidence;
   std::vector<char> stand_still;  // of geometry.inlier_matches (overlay.h)
   bool by_close_cells = false;    // the cascade ended with its step 2
@@ -50,16 +50,18 @@ class PairMatcher {
 
   // Deterministic by the photos' ids.
   PairResult Match(const PhotoFeatures& first, const PhotoFeatures& second);
+  // Mutual matches of the coarsest features alone, verified by no geometry.
+  int CountCoarseMatches(const PhotoFeatures& first, const PhotoFeatures& second);
 
  private:
   // Each adds its times to the result and replaces its geometry.
   void Verify(const PhotoFeatures& first, const PhotoFeatures& second,
-              const colmap::FeatureMatches& matches, PairResult* result) const;
+              const FeatureMatches& matches, PairResult* result) const;
   void MatchInFull(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
   // `others`: of the second photo's cells.
-  colmap::FeatureMatches MatchByCells(const PhotoFeatures& first, const PhotoFeatures& second,
-                                      const CellLists& others, PairResult* result);
-  colmap::FeatureMatches MatchCoarsest(const PhotoFeatures& first, const PhotoFeatures& second);
+  FeatureMatches MatchByCells(const PhotoFeatures& first, const PhotoFeatures& second,
+                              const CellLists& others, PairResult* result);
+  FeatureMatches MatchCoarsest(const PhotoFeatures& first, const PhotoFeatures& second);
   // Whether the look verifies the pair.
   bool LookFirst(const PhotoFeatures& first, const PhotoFeatures& second, PairResult* result);
   // Whether half of the matches by close cells agree.

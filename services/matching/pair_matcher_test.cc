@@ -99,7 +99,7 @@ class Cascade : public testing::Test {
 TEST_F(Cascade, MatchesAnOverlappingPairWithoutTheFullProduct) {
   const PhotoFeatures a = Photo(2, 0, Each(2)), b = Photo(1, 0.5, Each(2));
   const PairResult result = Match(a, b, true);
-  EXPECT_EQ(result.geometry.config, colmap::TwoViewGeometry::CALIBRATED);
+  EXPECT_EQ(result.geometry.config, TwoViewGeometry::CALIBRATED);
   EXPECT_TRUE(result.by_close_cells);
   EXPECT_GE(result.geometry.inlier_matches.size(),
             0.97 * Match(a, b, false).geometry.inlier_matches.size());

@@ -6,7 +6,7 @@ namespace skein {
 namespace {
 
 // Also false for NaN.
-bool IsInside(const Keypoint& keypoint, const colmap::Camera& camera) {
+bool IsInside(const Keypoint& keypoint, const Camera& camera) {
   return keypoint.x >= 0 && keypoint.y >= 0 && keypoint.x <= camera.Width() &&
          keypoint.y <= camera.Height();
 }
@@ -18,7 +18,15 @@ size_t PhotoFeatures::MemoryBytes() const {
          index.MemoryBytes();
 }
 
-Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const colmap::Camera& camera,
+PhotoFeaturesPtr CoarsestAlone(const PhotoFeatures& features) {
+  auto coarsest = std::make_shared<PhotoFeatures>();
+  coarsest->image_id = features.image_id;
+  coarsest->index.coarsest = features.index.coarsest;
+  coarsest->index.coarse_descriptors = features.index.coarse_descriptors;
+  return coarsest;
+}
+
+Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const Camera& camera,
                                              const Bytes& keypoints, const Bytes& descriptors,
                                              const DescriptorCells* cells) {
   const std::string photo = "features of image " + std::to_string(image_id);

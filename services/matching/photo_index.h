@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "base/camera.h"
 #include "session/session_state.h"
+#include "sfm/camera.h"
 
 namespace skein {
 
 struct PhotoEntry {
-  colmap::Camera camera;
+  Camera camera;
   std::string keypoints_blob;
   std::string descriptors_blob;
 };

@@ -12,7 +12,7 @@ std::array<double, 9> RowMajor(const Eigen::Matrix3d& matrix) {
   return out;
 }
 
-TwoViewPair ToTwoViewPair(int64_t other_id, const colmap::TwoViewGeometry& geometry) {
+TwoViewPair ToTwoViewPair(int64_t other_id, const TwoViewGeometry& geometry) {
   TwoViewPair pair;
   pair.other_id = other_id;
   pair.geometry = static_cast<int8_t>(geometry.config);
@@ -23,7 +23,7 @@ TwoViewPair ToTwoViewPair(int64_t other_id, const colmap::TwoViewGeometry& geome
   Eigen::Map<Eigen::Vector3d>(pair.tvec.data()) = geometry.tvec;
   pair.tri_angle_rad = static_cast<float>(geometry.tri_angle);
   pair.forward_motion = static_cast<float>(ForwardMotion(geometry));
-  for (const colmap::FeatureMatch& match : geometry.inlier_matches) {
+  for (const FeatureMatch& match : geometry.inlier_matches) {
     pair.inliers.emplace_back(match.point2D_idx1, match.point2D_idx2);
   }
   return pair;
@@ -49,7 +49,7 @@ void PhotoMatches::Conclude(const std::vector<Eigen::Vector2d>& points,
                             const TwoViewOptions& options) {
   LeaveOutOverlay(points, options, &added_);
   for (size_t i = 0; i < added_.size(); ++i) {
-    const colmap::TwoViewGeometry& geometry = added_[i].geometry;
+    const TwoViewGeometry& geometry = added_[i].geometry;
     if (IsVerified(geometry)) pairs.push_back(ToTwoViewPair(other_ids_[i], geometry));
   }
   std::sort(pairs.begin(), pairs.end(), ComesBefore);

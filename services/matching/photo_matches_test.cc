@@ -31,7 +31,7 @@ TEST(PhotoMatches, KeepVerifiedPairsMostInliersFirst) {
   EXPECT_EQ(matches.pairs[0].other_id, 3);
   EXPECT_EQ(matches.pairs[1].other_id, 2);
   EXPECT_GE(matches.pairs[0].inliers.size(), 295u);
-  EXPECT_EQ(matches.pairs[0].geometry, colmap::TwoViewGeometry::CALIBRATED);
+  EXPECT_EQ(matches.pairs[0].geometry, TwoViewGeometry::CALIBRATED);
   EXPECT_NEAR(matches.pairs[0].tvec[0], -1, 1e-3);  // other_from_photo
   EXPECT_GT(matches.pairs[0].tri_angle_rad, 0.05);
   for (const auto& [in_photo, in_other] : matches.pairs[0].inliers) EXPECT_EQ(in_photo, in_other);
@@ -106,8 +106,8 @@ TEST_F(PhotoFeaturesBlobs, RefuseKeypointsOutsideTheImageOrNotNumbers) {
 }
 
 TEST_F(PhotoFeaturesBlobs, RefuseDamagedBytes) {
-  const colmap::Camera camera = PriorCamera(SyntheticFeatures::kSizePx, SyntheticFeatures::kSizePx,
-                                            SyntheticFeatures::kFocalPx, false);
+  const Camera camera = PriorCamera(SyntheticFeatures::kSizePx, SyntheticFeatures::kSizePx,
+                                    SyntheticFeatures::kFocalPx, false);
   Bytes damaged = EncodeDescriptors(descriptors_);
   damaged.pop_back();
   EXPECT_FALSE(DecodePhotoFeatures(7, camera, EncodeKeypoints(keypoints_), damaged).ok());

@@ -39,7 +39,7 @@ SecondLook::SecondLook(const std::vector<int64_t>& candidates, const Covisibilit
   ThrowUnlessSound(options_.Check());
   for (size_t rank = 0; rank < candidates.size(); ++rank) {
     Candidate& candidate = candidates_[candidates[rank]];
-    candidate.named = true;
+    candidate.named = rank < options_.num_named;
     candidate.rank = rank;
     candidate.prior = 1.0 / static_cast<double>(2 + rank);
   }
@@ -56,6 +56,7 @@ double SecondLook::ExpectedInliers(const Candidate& candidate) const {
 
 bool SecondLook::IsWorthwhile(const Candidate& candidate) const {
   if (candidate.taken) return false;
+  if (candidate.chosen) return true;
   if (!options_.enabled) return candidate.named;
   if (!candidate.named && num_joined_ >= options_.max_joined) return false;
   const bool is_sure =
@@ -64,6 +65,29 @@ bool SecondLook::IsWorthwhile(const Candidate& candidate) const {
   const double needed = is_sure ? options_.min_expected : options_.min_expected_joined;
   if (Expected(candidate) < needed) return false;
   return num_strong_ < options_.min_strong || 1 - candidate.not_implied < options_.max_implied;
+}
+
+bool SecondLook::IsLonely(int64_t image_id) const {
+  const auto& edges = graph_.EdgesOf(image_id);
+  const auto num_strong = std::count_if(edges.begin(), edges.end(), [this](const auto& edge) {
+    return edge.seq <= seq_ && edge.num_inliers >= kOverlapping;
+  });
+  return static_cast<size_t>(num_strong) < options_.num_connected;
+}
+
+std::vector<int64_t> SecondLook::ToCompare() const {
+  std::vector<int64_t> ids;
+  if (!options_.enabled) return ids;
+  for (const int64_t id : order_) {
+    const Candidate& candidate = candidates_.at(id);
+    const bool is_wanted = num_strong_ < options_.num_connected || IsLonely(id);
+    if (!candidate.taken && is_wanted) ids.push_back(id);
+  }
+  return ids;
+}
+
+void SecondLook::Choose(const std::vector<int64_t>& ids) {
+  for (const int64_t id : ids) candidates_.at(id).chosen = true;
 }
 
 std::vector<int64_t> SecondLook::WorthwhileBestFirst() const {

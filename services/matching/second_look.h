@@ -28,8 +28,13 @@
 //
 // So candidates that the tried photos know nothing about, such as those of another walk, are always
 // tried. Candidates after num_sure are tried while the photo has fewer than few_strong overlapping
-// pairs; after that only those that should overlap. With no known pair this is plain matching in
-// the order of retrieval.
+// pairs, those after num_named only if they should overlap. With no known pair this is plain
+// matching in the order of retrieval.
+//
+// A photo may be lonely then: fewer than num_connected overlapping pairs. ToCompare() names the
+// candidates that were not tried although one of the two photos is lonely. coarse_search.h finds
+// the best of them by their features, and these are matched, too: global descriptors say little
+// about bare walls or photos that overlap by a corner.
 
 #include <cstdint>
 #include <deque>
@@ -48,6 +53,8 @@ struct SecondLookOptions {
   size_t max_in_work = 3;  // pairs at once
   double prior_weight = 0.5;
   size_t num_sure = 20;
+  size_t num_named = 30;
+  size_t num_connected = 3;          // pairs of at least 50 inliers
   size_t few_strong = 6;             // pairs of at least 50 inliers
   double min_evidence = 0.5;         // as a tried photo that shows half of it gives
   double min_expected = 0.23;        // of the 15 inliers that keep a pair
@@ -78,6 +85,11 @@ class SecondLook {
   // The first `count` to take in order as known now. A candidate without enough evidence waits
   // while a verified neighbour of it is in work or comes before it.
   std::vector<int64_t> Best(size_t count) const;
+  // Once Take has ended: candidates that were not tried although one of the two photos is lonely,
+  // best first.
+  std::vector<int64_t> ToCompare() const;
+  // Take gives these candidates next, whatever is expected of them. Ignored if they were taken.
+  void Choose(const std::vector<int64_t>& ids);
   // The outcome of one in work, 0 inliers: not verified, or cannot be matched. Throws
   // std::invalid_argument if it is not in work.
   void Tell(int64_t other_id, int32_t num_inliers);
@@ -92,9 +104,10 @@ class SecondLook {
  private:
   struct Candidate {
     double prior = 0;
-    bool named = false;  // by retrieval
+    bool named = false;  // by retrieval, among the first
     size_t rank = 0;     // in retrieval, if named
     bool taken = false;
+    bool chosen = false;     // see Choose
     double weight = 0;       // sum of weight(v, c)
     int32_t bottleneck = 0;  // max of min(inliers(photo, v), inliers(v, c))
     double weighted = 0;     // sum of weight(v, c) strength(photo, v)
@@ -121,6 +134,7 @@ class SecondLook {
   double ExpectedInliers(const Candidate& candidate) const;
   std::vector<int64_t> WorthwhileBestFirst() const;
   bool IsWorthwhile(const Candidate& candidate) const;
+  bool IsLonely(int64_t image_id) const;
 
   const CovisibilityGraph& graph_;
   int64_t seq_;
@@ -131,7 +145,7 @@ class SecondLook {
   std::deque<InWork> in_work_;  // as they were taken, told or not, but not learned from
   std::vector<Outcome> told_;
   size_t num_strong_ = 0;
-  size_t num_joined_ = 0;  // taken ones that retrieval did not name
+  size_t num_joined_ = 0;  // taken ones that retrieval did not name among the first
 };
 
 }  // namespace skein

@@ -35,23 +35,29 @@ std::vector<int64_t> TakeAll(SecondLook* look) {
   return taken;
 }
 
-// Works to the end with the outcomes given, 0 where none is. Of those in work the last one taken
-// ends first, if `last_first`.
-std::vector<int64_t> Tried(SecondLook look, const std::map<int64_t, int32_t>& inliers,
-                           bool last_first = false) {
+// Works until nothing is left to take, with the outcomes given, 0 where none is. Of those in work
+// the last one taken ends first, if `last_first`.
+std::vector<int64_t> Work(SecondLook* look, const std::map<int64_t, int32_t>& inliers,
+                          bool last_first = false) {
   std::vector<int64_t> tried, in_work;
   while (true) {
-    for (const int64_t id : TakeAll(&look)) {
+    for (const int64_t id : TakeAll(look)) {
       tried.push_back(id);
       in_work.push_back(id);
     }
     if (in_work.empty()) break;
     const auto ends = last_first ? in_work.end() - 1 : in_work.begin();
     const auto found = inliers.find(*ends);
-    look.Tell(*ends, found == inliers.end() ? 0 : found->second);
+    look->Tell(*ends, found == inliers.end() ? 0 : found->second);
     in_work.erase(ends);
   }
-  EXPECT_EQ(look.num_in_work(), 0u);
+  EXPECT_EQ(look->num_in_work(), 0u);
+  return tried;
+}
+
+std::vector<int64_t> Tried(SecondLook look, const std::map<int64_t, int32_t>& inliers,
+                           bool last_first = false) {
+  const std::vector<int64_t> tried = Work(&look, inliers, last_first);
   EXPECT_EQ(look.num_tried(), tried.size());
   return tried;
 }
@@ -255,6 +261,47 @@ TEST(SecondLook, RefusesToBeToldTwiceOrOfWhatItDidNotGiveAndBadOptions) {
   SecondLookOptions options;
   options.max_in_work = 0;
   EXPECT_THROW(SecondLook({1}, nothing, kNow, IsEarlier, options), std::invalid_argument);
+}
+
+// The 31st candidate and further are matched only if somebody asks for them.
+TEST(SecondLook, ALonelyPhotoIsComparedWithAllThatWereNotTried) {
+  const CovisibilityGraph nothing;
+  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, {});
+  EXPECT_EQ(Work(&look, {{1, 80}, {2, 80}}).size(), 30u);
+  EXPECT_EQ(look.ToCompare(), Range(31, 10));
+}
+
+TEST(SecondLook, APhotoWithThreePairsIsComparedWithLonelyOnes) {
+  CovisibilityGraph graph;
+  AddPlace(31, 5, 80, &graph);
+  SecondLook look(Range(1, 40), graph, kNow, IsEarlier, {});
+  EXPECT_EQ(Work(&look, {{1, 80}, {2, 80}, {3, 80}}).size(), 30u);
+  EXPECT_EQ(look.ToCompare(), Range(36, 5));
+}
+
+TEST(SecondLook, WhoIsLonelyDoesNotDependOnLaterFacts) {
+  CovisibilityGraph graph;
+  AddPlace(31, 5, 80, &graph, kNow + 1);
+  SecondLook look(Range(1, 35), graph, kNow, IsEarlier, {});
+  Work(&look, {{1, 80}, {2, 80}, {3, 80}});
+  EXPECT_EQ(look.ToCompare(), Range(31, 5));
+}
+
+TEST(SecondLook, ChosenCandidatesAreTaken) {
+  const CovisibilityGraph nothing;
+  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, {});
+  Work(&look, {});
+  look.Choose({35, 3});
+  EXPECT_EQ(Work(&look, {{35, 20}}), std::vector<int64_t>{35});
+}
+
+TEST(SecondLook, SwitchedOffItComparesWithNone) {
+  const CovisibilityGraph nothing;
+  SecondLookOptions off;
+  off.enabled = false;
+  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, off);
+  EXPECT_EQ(Work(&look, {}).size(), 30u);
+  EXPECT_TRUE(look.ToCompare().empty());
 }
 
 }  // namespace skein::second_look_test

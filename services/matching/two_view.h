@@ -21,11 +21,11 @@
 #include <string>
 #include <vector>
 
-#include "base/camera.h"
 #include "core/limits.h"
 #include "core/result.h"
-#include "estimators/two_view_geometry.h"
-#include "feature/types.h"
+#include "sfm/camera.h"
+#include "sfm/feature_match.h"
+#include "sfm/two_view_geometry.h"
 
 namespace skein {
 
@@ -45,7 +45,7 @@ struct TwoViewOptions {
 
 // SIMPLE_RADIAL without distortion, principal point in the middle. Throws std::invalid_argument
 // unless the sizes and the focal length are positive and finite.
-colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior);
+Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior);
 
 // Points are full-resolution pixels, one a keypoint. `matches`: the surest first. Matches index the
 // points and must be in range (throws std::invalid_argument, as on nonsensical options). E is used
@@ -58,21 +58,19 @@ colmap::Camera PriorCamera(int width_px, int height_px, double focal_px, bool fo
 //
 // Without focal priors E, pose and angle follow from F and the assumed focal lengths. A pair that a
 // rotation explains, with whatever focal lengths, is panoramic (geometry/free_focal.h).
-colmap::TwoViewGeometry EstimateTwoView(const colmap::Camera& camera1,
-                                        const std::vector<Eigen::Vector2d>& points1,
-                                        const colmap::Camera& camera2,
-                                        const std::vector<Eigen::Vector2d>& points2,
-                                        const colmap::FeatureMatches& matches, uint32_t seed,
-                                        const TwoViewOptions& options);
+TwoViewGeometry EstimateTwoView(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
+                                const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
+                                const FeatureMatches& matches, uint32_t seed,
+                                const TwoViewOptions& options);
 
 // F between pixels of the model that explains the pair: from E where E does.
-Eigen::Matrix3d EpipolarModel(const colmap::Camera& camera1, const colmap::Camera& camera2,
-                              const colmap::TwoViewGeometry& geometry);
+Eigen::Matrix3d EpipolarModel(const Camera& camera1, const Camera& camera2,
+                              const TwoViewGeometry& geometry);
 
 // Whether the pair shows one scene from a geometry that can be used.
-bool IsVerified(const colmap::TwoViewGeometry& geometry);
+bool IsVerified(const TwoViewGeometry& geometry);
 
 // |z| of the unit relative translation; 0 without translation.
-double ForwardMotion(const colmap::TwoViewGeometry& geometry);
+double ForwardMotion(const TwoViewGeometry& geometry);
 
 }  // namespace skein

@@ -6,13 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sfm/random.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
-#include "util/random.h"
 
 namespace skein::two_view_test {
 
-using colmap::TwoViewGeometry;
 using Points = std::vector<Eigen::Vector2d>;
 
 constexpr double kFocalPx = 1200;
@@ -21,7 +20,7 @@ constexpr int kWidthPx = 1600, kHeightPx = 1200;
 // Two photos with their matches, of which the last are false.
 struct Scene {
   Points points1, points2;
-  colmap::FeatureMatches matches;
+  FeatureMatches matches;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // camera 2 from camera 1
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
 };
@@ -71,7 +70,7 @@ class TwoView : public testing::Test {
   }
 
   TwoViewGeometry Estimate(const Scene& scene, bool prior = true) {
-    const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
+    const Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
     return EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5,
                            options_);
   }
@@ -118,7 +117,7 @@ TEST_F(TwoView, RecognisesPlane) {
 TEST_F(TwoView, PureRotationIsKnownWithoutFocalPrior) {
   const Scene scene = MakeScene(200, 60, Eigen::Vector3d::Zero(), false);
   for (const double factor : {0.7, 1.0, 1.5}) {
-    const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
+    const Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
     const TwoViewGeometry geometry =
         EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_);
     EXPECT_EQ(geometry.config, TwoViewGeometry::PANORAMIC) << factor;
@@ -130,7 +129,7 @@ TEST_F(TwoView, PureRotationIsKnownWithoutFocalPrior) {
 TEST_F(TwoView, AWallBeforeAMovingCameraIsNoRotationWithoutFocalPrior) {
   const Scene scene = MakeScene(200, 60, Eigen::Vector3d(-1, 0.1, 0.1), true);
   for (const double factor : {0.7, 1.0, 1.5}) {
-    const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
+    const Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
     EXPECT_GT(
         EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_)
             .tri_angle,
@@ -222,14 +221,14 @@ TEST_F(TwoView, IsDeterministic) {
 }
 
 TwoViewGeometry EstimateByColmap(const Scene& scene, bool prior) {
-  const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
+  const Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
   TwoViewGeometry::Options options;
   options.ransac_options.max_error = 4;
   options.ransac_options.confidence = 0.999;
   options.ransac_options.min_inlier_ratio = 0.25;
   options.ransac_options.max_num_trials = 10000;
   options.compute_relative_pose = true;
-  colmap::SetPRNGSeed(5);
+  SetRandomSeed(5);
   TwoViewGeometry geometry;
   geometry.Estimate(camera, scene.points1, camera, scene.points2, scene.matches, options);
   return geometry;
@@ -284,7 +283,7 @@ TEST_F(TwoView, OneSearchDecidesAsColmap) {
 // Without the true focal length E explains less than F, which the search for E has to lead to.
 TEST_F(TwoView, FindsFundamentalMatrixWhereThePriorIsWrong) {
   const Scene scene = MakeScene(300, 30, Eigen::Vector3d(-1, 0.4, 0.6), false);
-  const colmap::Camera camera = PriorCamera(kWidthPx, kHeightPx, 1.6 * kFocalPx, true);
+  const Camera camera = PriorCamera(kWidthPx, kHeightPx, 1.6 * kFocalPx, true);
   const TwoViewGeometry geometry =
       EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_);
   EXPECT_TRUE(IsVerified(geometry));

@@ -139,8 +139,8 @@ class MergerServiceTest : public testing::Test {
 
   std::function<Bytes(SharedImages)> poison_;  // what mappers answer instead; null: the truth
   const SyntheticWorld world_{WallOptions(), 1};
-  const colmap::Reconstruction target_ = world_.Submap(1, 14, Similarity(), 1.0);
-  const colmap::Reconstruction source_ = world_.Submap(
+  const Reconstruction target_ = world_.Submap(1, 14, Similarity(), 1.0);
+  const Reconstruction source_ = world_.Submap(
       10, 20, {3.0, Eigen::Quaterniond(1, 0.3, -0.5, 0.2).normalized(), {5, -2, 8}}, 1.0);
   PollLoop loop_;
   Bus bus_{"memq://", loop_};

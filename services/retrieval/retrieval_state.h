@@ -14,7 +14,7 @@
 namespace skein {
 
 struct RetrievalOptions {
-  size_t top_n = 30;
+  size_t top_n = 200;        // of which matching takes the first 30 in any case (second_look.h)
   size_t num_expanding = 5;  // photos that a query is expanded by (hnsw_index.h); 0: none
   HnswOptions hnsw;
 };

@@ -27,12 +27,32 @@ encrypted=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role agent 2>
 ! timeout 10 "$workspace/offer_photo" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 || fail "LCM's library took an encrypted session"
 grep -q "LCM's library has no TLS" "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
 
+python=/usr/bin/python3 # Debian's, which has Debian's packages
+if "$python" -c 'import nacl.signing' 2>/dev/null; then
+  lcm-gen -p --ppath "$workspace/types" "$SKEIN_ROOT"/lcmtypes/*.lcm || fail "lcm-gen -p"
+  export PYTHONPATH=$workspace/types PYTHONDONTWRITEBYTECODE=1
+  offer_python() { offer "$1" "$2" "$python" "$SKEIN_ROOT/clients/examples/offer_photo.py"; }
+  offer_python glue "${photos[2]}"
+  ! timeout 10 "$python" "$SKEIN_ROOT/clients/examples/offer_photo.py" "$encrypted" "${photos[0]}" >"$workspace/said" 2>&1 ||
+    fail "the Python agent took an encrypted session"
+  grep -qx 'offer_photo.py: this program has no TLS: join the session with `skein agent`' "$workspace/said" || fail "unclear: $(<"$workspace/said")"
+else
+  echo "SKIPPED: no PyNaCl (scripts/setup.sh --tests installs python3-nacl): offer_photo.py is not tested"
+fi
+
 ! timeout 10 "$SKEIN_BUILD/bin/skein" agent --session-id "$(jq -r .session_id "$session/session.json")" --lcm-url "$url" \
   --name nobody --images "$place/images/agent-2" >"$workspace/unsigned.log" 2>&1 || fail "an unsigned photo was taken"
 
-if ! command -v javac >/dev/null; then
-  echo "no Java compiler: OfferPhoto.java is not tested"
-  exit 0
+if command -v javac >/dev/null; then
+  offer robot "${photos[1]}" java -Djava.net.preferIPv4Stack=true -cp "$(lcm_jar):$SKEIN_BUILD/skein_lcmtypes.jar" \
+    "$SKEIN_ROOT/clients/examples/OfferPhoto.java"
+else
+  echo "SKIPPED: no Java compiler: OfferPhoto.java is not tested"
 fi
-offer robot "${photos[1]}" java -Djava.net.preferIPv4Stack=true -cp "$(lcm_jar):$SKEIN_BUILD/skein_lcmtypes.jar" \
-  "$SKEIN_ROOT/clients/examples/OfferPhoto.java"
+
+# The Python agent speaks LCM itself: also with the relay.
+if declare -F offer_python >/dev/null; then
+  stop_services
+  start_services "$session" tcpq://127.0.0.1:7790 --auth require --features 0 --matching 0 --mappers 0 --web 0
+  offer_python relayed "${photos[3]}"
+fi

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Each folder links and includes only what layers.txt allows it: checked in CMake's own link graph and in
 # the #include lines. Benchmarks may use every library and the algorithms of the services. Tests may use more.
+# COLMAP is included by libs/sfm/colmap_api.h alone, and that by .cc files of libs/sfm.
 source "$(dirname "$0")/../harness.sh"
 python3 - "$SKEIN_ROOT" "$SKEIN_BUILD/link_graph.txt" <<'PY' || fail "see above: layers.txt says what may be used"
 import os, re, sys
@@ -51,6 +52,20 @@ for top in ('libs', 'services', 'clients'):
                 num_includes += 1
                 if include == 'map/map_access.h': errors.append(f'{path} changes a map past SceneMap')
                 if used not in allowed.get(user, ()): errors.append(f'{path} includes {include} ({used})')
+COLMAP = r'^\s*#\s*include\s*[<"](?:skein_colmap/)?(?:colmap|base|estimators|feature|optim|util)/[^">]*[">]'
+names_colmap = set()
+for top in ('libs', 'services', 'clients', 'benchmark', 'tests'):
+    for folder, _, names in os.walk(os.path.join(root, top)):
+        for name in names:
+            if not name.endswith(('.h', '.cc')): continue
+            path = os.path.relpath(os.path.join(folder, name), root)
+            text = open(os.path.join(root, path)).read()
+            if path != 'libs/sfm/colmap_api.h' and re.search(COLMAP, text, re.M): errors.append(f'{path} includes COLMAP')
+            if re.search(r'\bcolmap::', text): names_colmap.add(path)
+            if '#include "sfm/colmap_api.h"' in text and not re.fullmatch(r'libs/sfm/\w+\.cc', path):
+                errors.append(f'{path} includes sfm/colmap_api.h')
+errors += [f'{path} names colmap::' for path in sorted(names_colmap) if not path.startswith('libs/sfm/')]
+if len(names_colmap) < 5: errors.append('COLMAP is named nowhere: this test looks for it in vain')
 print(*errors, sep='\n')
 if num_links < 40 or num_includes < 200: sys.exit(f'only {num_links} links and {num_includes} includes were found')
 sys.exit(1 if errors else 0)

@@ -1,11 +1,11 @@
-#include "mapping/focal_length.h"
+#include "sfm/focal_length.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "sfm/random.h"
 #include "testing/test_random.h"
-#include "util/random.h"
 
 namespace skein::focal_length_test {
 
@@ -83,8 +83,8 @@ TEST(FivePoints, OnALineGiveNoPoseThatIsNotFinite) {
   }
 }
 
-colmap::RANSACOptions Options() {
-  colmap::RANSACOptions options;
+RansacLimits Options() {
+  RansacLimits options;
   options.max_error = 4;
   options.min_inlier_ratio = 0.25;
   options.min_num_trials = 100;
@@ -93,7 +93,7 @@ colmap::RANSACOptions Options() {
 }
 
 TEST(EstimateFocalLength, FindsItAmongFalseMatches) {
-  colmap::SetPRNGSeed(1);
+  SetRandomSeed(1);
   SeenPoints seen(300, false, -0.1, 0.5);
   seen.SpoilEvery(2);
   const std::optional<double> found = EstimateFocalLength(Options(), seen.pixels, seen.points);
@@ -102,7 +102,7 @@ TEST(EstimateFocalLength, FindsItAmongFalseMatches) {
 }
 
 TEST(EstimateFocalLength, FalseMatchesAloneHaveNone) {
-  colmap::SetPRNGSeed(1);
+  SetRandomSeed(1);
   SeenPoints seen(60, false);
   seen.SpoilEvery(1);
   EXPECT_FALSE(EstimateFocalLength(Options(), seen.pixels, seen.points).has_value());

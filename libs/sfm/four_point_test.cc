@@ -1,4 +1,4 @@
-#include "matching/four_point.h"
+#include "sfm/four_point.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "optim/ransac.h"
+#include "sfm/ransac.h"
 
 namespace skein {
 
@@ -14,7 +14,7 @@ namespace skein {
 // up to four times. The distances from the principal point then give that and the focal length by
 // least squares. Kukelova, Bujnak and Pajdla, "Real-time solution to the absolute pose problem with
 // unknown radial distortion and focal length" (ICCV 2013); here without their distortion.
-// An estimator for COLMAP's RANSAC.
+// An estimator for COLMAP's RANSAC (colmap_api.h).
 class FocalPoseEstimator {
  public:
   using X_t = Eigen::Vector2d;  // px, from the principal point
@@ -33,8 +33,8 @@ class FocalPoseEstimator {
 };
 
 // The focal length with which most points fit a pose; none if no pose has three times the points
-// that it takes. `pixels` are from the principal point. Uses COLMAP's random numbers.
-std::optional<double> EstimateFocalLength(const colmap::RANSACOptions& options,
+// that it takes. `pixels` are from the principal point. Uses the thread's random numbers.
+std::optional<double> EstimateFocalLength(const RansacLimits& limits,
                                           const std::vector<Eigen::Vector2d>& pixels,
                                           const std::vector<Eigen::Vector3d>& points);
 

@@ -1,9 +1,9 @@
-#include "matching/four_point.h"
+#include "sfm/four_point.h"
 
 #include <Eigen/QR>
 #include <stdexcept>
 
-#include "estimators/homography_matrix.h"
+#include "sfm/colmap_api.h"
 
 namespace skein {
 

@@ -1,40 +1,23 @@
-#include "map/model_io.h"
+#include "sfm/model_io.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 
-#include "base/camera_models.h"
-#include "base/pose.h"
 #include "core/bytes.h"
+#include "sfm/camera.h"
+#include "sfm/pose.h"
 
 namespace skein {
 namespace {
 
-template <typename Map>
-auto SortedKeys(const Map& map) {
-  std::vector<typename Map::key_type> keys;
-  for (const auto& [key, value] : map) keys.push_back(key);
-  std::sort(keys.begin(), keys.end());
-  return keys;
-}
-
-// Ascending.
-std::set<colmap::camera_t> UsedCameras(const colmap::Reconstruction& reconstruction) {
-  std::set<colmap::camera_t> ids;
-  for (const colmap::image_t id : reconstruction.RegImageIds()) {
-    ids.insert(reconstruction.Image(id).CameraId());
-  }
-  return ids;
-}
-
-Bytes EncodeCameras(const colmap::Reconstruction& reconstruction) {
+Bytes EncodeCameras(const Reconstruction& reconstruction) {
   ByteWriter writer;
-  const std::set<colmap::camera_t> ids = UsedCameras(reconstruction);
+  const std::vector<CameraId> ids = UsedCameras(reconstruction);
   writer.Put<uint64_t>(ids.size());
-  for (const colmap::camera_t id : ids) {
-    const colmap::Camera& camera = reconstruction.Camera(id);
+  for (const CameraId id : ids) {
+    const Camera& camera = reconstruction.Camera(id);
     writer.Put<uint32_t>(id);
     writer.Put<int32_t>(camera.ModelId());
     writer.Put<uint64_t>(camera.Width());
@@ -44,41 +27,41 @@ Bytes EncodeCameras(const colmap::Reconstruction& reconstruction) {
   return writer.Take();
 }
 
-void EncodeImage(const colmap::Image& image, ByteWriter* writer) {
+void EncodeImage(const Image& image, ByteWriter* writer) {
   writer->Put<uint32_t>(image.ImageId());
-  const Eigen::Vector4d qvec = colmap::NormalizeQuaternion(image.Qvec());
+  const Eigen::Vector4d qvec = NormalizeQuaternion(image.Qvec());
   for (int i = 0; i < 4; ++i) writer->Put(qvec[i]);
   for (int i = 0; i < 3; ++i) writer->Put(image.Tvec(i));
   writer->Put<uint32_t>(image.CameraId());
   writer->PutRaw(image.Name().c_str(), image.Name().size() + 1);
   writer->Put<uint64_t>(image.NumPoints2D());
-  for (const colmap::Point2D& point : image.Points2D()) {
+  for (const Point2D& point : image.Points2D()) {
     writer->Put(point.X());
     writer->Put(point.Y());
     writer->Put<uint64_t>(point.Point3DId());
   }
 }
 
-Bytes EncodeImages(const colmap::Reconstruction& reconstruction) {
+Bytes EncodeImages(const Reconstruction& reconstruction) {
   ByteWriter writer;
-  std::vector<colmap::image_t> ids = reconstruction.RegImageIds();
+  std::vector<ImageId> ids = reconstruction.RegImageIds();
   std::sort(ids.begin(), ids.end());
   writer.Put<uint64_t>(ids.size());
-  for (const colmap::image_t id : ids) EncodeImage(reconstruction.Image(id), &writer);
+  for (const ImageId id : ids) EncodeImage(reconstruction.Image(id), &writer);
   return writer.Take();
 }
 
-Bytes EncodePoints(const colmap::Reconstruction& reconstruction) {
+Bytes EncodePoints(const Reconstruction& reconstruction) {
   ByteWriter writer;
   writer.Put<uint64_t>(reconstruction.NumPoints3D());
-  for (const colmap::point3D_t id : SortedKeys(reconstruction.Points3D())) {
-    const colmap::Point3D& point = reconstruction.Point3D(id);
+  for (const Point3DId id : AscendingPoints(reconstruction)) {
+    const Point3D& point = reconstruction.Point3D(id);
     writer.Put<uint64_t>(id);
     for (int i = 0; i < 3; ++i) writer.Put(point.XYZ(i));
     for (int i = 0; i < 3; ++i) writer.Put<uint8_t>(point.Color(i));
     writer.Put(point.Error());
     writer.Put<uint64_t>(point.Track().Length());
-    for (const colmap::TrackElement& element : point.Track().Elements()) {
+    for (const TrackElement& element : point.Track().Elements()) {
       writer.Put<uint32_t>(element.image_id);
       writer.Put<uint32_t>(element.point2D_idx);
     }
@@ -119,7 +102,7 @@ class Decoder {
     return reader.remaining() == 0;
   }
 
-  colmap::Reconstruction Take() { return std::move(reconstruction_); }
+  Reconstruction Take() { return std::move(reconstruction_); }
 
  private:
   bool Camera(ByteReader* reader) {
@@ -127,11 +110,11 @@ class Decoder {
     int32_t model = 0;
     uint64_t width = 0, height = 0;
     if (!reader->Get(&id) || !reader->Get(&model) || !reader->Get(&width) ||
-        !reader->Get(&height) || id == colmap::kInvalidCameraId ||
-        !colmap::ExistsCameraModelWithId(model) || reconstruction_.ExistsCamera(id)) {
+        !reader->Get(&height) || id == kInvalidCameraId || !ExistsCameraModel(model) ||
+        reconstruction_.ExistsCamera(id)) {
       return false;
     }
-    colmap::Camera camera;
+    skein::Camera camera;
     camera.SetCameraId(id);
     camera.SetModelId(model);
     camera.SetWidth(width);
@@ -149,15 +132,15 @@ class Decoder {
     Eigen::Vector3d tvec;
     if (!reader->Get(&id) || !reader->GetRaw(qvec.data(), sizeof(double) * 4) ||
         !reader->GetRaw(tvec.data(), sizeof(double) * 3) || !reader->Get(&camera_id) ||
-        id == colmap::kInvalidImageId || reconstruction_.ExistsImage(id) ||
+        id == kInvalidImageId || reconstruction_.ExistsImage(id) ||
         !reconstruction_.ExistsCamera(camera_id) || !qvec.allFinite() || !tvec.allFinite() ||
         qvec.norm() < 1e-6) {
       return false;
     }
-    colmap::Image image;
+    skein::Image image;
     image.SetImageId(id);
     image.SetCameraId(camera_id);
-    image.SetQvec(colmap::NormalizeQuaternion(qvec));
+    image.SetQvec(NormalizeQuaternion(qvec));
     image.SetTvec(tvec);
     std::string name;
     std::vector<Eigen::Vector2d> points;
@@ -191,55 +174,47 @@ class Decoder {
     uint64_t id = 0, length = 0;
     double error = 0;
     Eigen::Vector3d xyz;
-    Eigen::Vector3ub color;
+    Rgb color;
     if (!reader->Get(&id) || !reader->GetRaw(xyz.data(), sizeof(double) * 3) ||
         !reader->GetRaw(color.data(), 3) || !reader->Get(&error) || !reader->Get(&length) ||
         !xyz.allFinite() || length < 2 || length > reader->remaining() / 8) {
       return false;
     }
-    colmap::Track track;
+    Track track;
+    track.Reserve(length);
     for (uint64_t i = 0; i < length; ++i) {
-      uint32_t image_id = 0, index = 0;
-      reader->Get(&image_id);
-      reader->Get(&index);
-      if (!IsFree(image_id, index)) return false;
-      for (const colmap::TrackElement& other : track.Elements()) {
-        if (other.image_id == image_id && other.point2D_idx == index) return false;
-      }
-      track.AddElement(image_id, index);
+      TrackElement element;
+      reader->Get(&element.image_id);
+      reader->Get(&element.point2D_idx);
+      if (!CanContinue(reconstruction_, track, element)) return false;
+      track.AddElement(element);
     }
-    const colmap::point3D_t added = reconstruction_.AddPoint3D(xyz, track, color);
+    const Point3DId added = reconstruction_.AddPoint3D(xyz, std::move(track), color);
     reconstruction_.Point3D(added).SetError(error);
     return true;
   }
 
-  bool IsFree(uint32_t image_id, uint32_t index) const {
-    return reconstruction_.ExistsImage(image_id) &&
-           index < reconstruction_.Image(image_id).NumPoints2D() &&
-           !reconstruction_.Image(image_id).Point2D(index).HasPoint3D();
-  }
-
-  colmap::Reconstruction reconstruction_;
+  Reconstruction reconstruction_;
 };
 
 // Id, camera, name, pose and keypoints.
-colmap::Image WithoutPoints(const colmap::Image& image) {
-  colmap::Image bare;
+Image WithoutPoints(const Image& image) {
+  Image bare;
   bare.SetImageId(image.ImageId());
   bare.SetCameraId(image.CameraId());
   bare.SetName(image.Name());
-  bare.SetQvec(colmap::NormalizeQuaternion(image.Qvec()));
+  bare.SetQvec(NormalizeQuaternion(image.Qvec()));
   bare.SetTvec(image.Tvec());
   std::vector<Eigen::Vector2d> pixels;
   pixels.reserve(image.NumPoints2D());
-  for (const colmap::Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
+  for (const Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
   bare.SetPoints2D(pixels);
   return bare;
 }
 
 // done(name): the file is needed no more.
 template <class Done>
-Result<colmap::Reconstruction> DecodeParts(const ModelArchive& archive, Done done) {
+Result<Reconstruction> DecodeParts(const ModelArchive& archive, Done done) {
   for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
     if (archive.count(name) == 0) return DataLoss(std::string("model without ") + name);
   }
@@ -254,34 +229,61 @@ Result<colmap::Reconstruction> DecodeParts(const ModelArchive& archive, Done don
 
 }  // namespace
 
-ModelArchive EncodeModel(const colmap::Reconstruction& reconstruction) {
+std::vector<CameraId> UsedCameras(const Reconstruction& reconstruction) {
+  std::set<CameraId> ids;
+  for (const ImageId id : reconstruction.RegImageIds()) {
+    ids.insert(reconstruction.Image(id).CameraId());
+  }
+  return {ids.begin(), ids.end()};
+}
+
+std::vector<Point3DId> AscendingPoints(const Reconstruction& reconstruction) {
+  std::vector<Point3DId> ids;
+  ids.reserve(reconstruction.NumPoints3D());
+  for (const auto& [id, point] : reconstruction.Points3D()) ids.push_back(id);
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+bool CanContinue(const Reconstruction& reconstruction, const Track& track,
+                 const TrackElement& element) {
+  const auto& elements = track.Elements();
+  return reconstruction.ExistsImage(element.image_id) &&
+         element.point2D_idx < reconstruction.Image(element.image_id).NumPoints2D() &&
+         !reconstruction.Image(element.image_id).Point2D(element.point2D_idx).HasPoint3D() &&
+         std::none_of(elements.begin(), elements.end(), [&](const TrackElement& other) {
+           return other.image_id == element.image_id && other.point2D_idx == element.point2D_idx;
+         });
+}
+
+ModelArchive EncodeModel(const Reconstruction& reconstruction) {
   return {{"cameras.bin", EncodeCameras(reconstruction)},
           {"images.bin", EncodeImages(reconstruction)},
           {"points3D.bin", EncodePoints(reconstruction)}};
 }
 
-Result<colmap::Reconstruction> DecodeModel(const ModelArchive& archive) {
+Result<Reconstruction> DecodeModel(const ModelArchive& archive) {
   return DecodeParts(archive, [](const char*) {});
 }
 
-Result<colmap::Reconstruction> DecodeModel(ModelArchive&& archive) {
+Result<Reconstruction> DecodeModel(ModelArchive&& archive) {
   return DecodeParts(archive, [&](const char* name) { archive.at(name) = Bytes(); });
 }
 
-colmap::Reconstruction CopyRegistered(const colmap::Reconstruction& reconstruction) {
-  colmap::Reconstruction copy;
-  for (const colmap::camera_t id : UsedCameras(reconstruction)) {
+Reconstruction CopyRegistered(const Reconstruction& reconstruction) {
+  Reconstruction copy;
+  for (const CameraId id : UsedCameras(reconstruction)) {
     copy.AddCamera(reconstruction.Camera(id));
   }
-  std::vector<colmap::image_t> ids = reconstruction.RegImageIds();
+  std::vector<ImageId> ids = reconstruction.RegImageIds();
   std::sort(ids.begin(), ids.end());
-  for (const colmap::image_t id : ids) {
+  for (const ImageId id : ids) {
     copy.AddImage(WithoutPoints(reconstruction.Image(id)));
     copy.RegisterImage(id);
   }
-  for (const colmap::point3D_t id : SortedKeys(reconstruction.Points3D())) {
-    const colmap::Point3D& point = reconstruction.Point3D(id);
-    const colmap::point3D_t added = copy.AddPoint3D(point.XYZ(), point.Track(), point.Color());
+  for (const Point3DId id : AscendingPoints(reconstruction)) {
+    const Point3D& point = reconstruction.Point3D(id);
+    const Point3DId added = copy.AddPoint3D(point.XYZ(), point.Track(), point.Color());
     copy.Point3D(added).SetError(point.Error());
   }
   return copy;

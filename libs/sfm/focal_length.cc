@@ -1,9 +1,9 @@
-#include "mapping/focal_length.h"
+#include "sfm/focal_length.h"
 
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "base/polynomial.h"
+#include "sfm/colmap_api.h"
 
 namespace skein {
 namespace {
@@ -123,10 +123,10 @@ void FocalPoseEstimator::Residuals(const std::vector<X_t>& pixels, const std::ve
   }
 }
 
-std::optional<double> EstimateFocalLength(const colmap::RANSACOptions& options,
+std::optional<double> EstimateFocalLength(const RansacLimits& limits,
                                           const std::vector<Eigen::Vector2d>& pixels,
                                           const std::vector<Eigen::Vector3d>& points) {
-  colmap::RANSAC<FocalPoseEstimator> ransac(options);
+  colmap::RANSAC<colmap_api::ForRansac<FocalPoseEstimator>> ransac(colmap_api::ToColmap(limits));
   const auto report = ransac.Estimate(pixels, points);
   if (!report.success || report.support.num_inliers < 3 * FocalPoseEstimator::kMinNumSamples) {
     return std::nullopt;

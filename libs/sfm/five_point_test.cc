@@ -1,4 +1,4 @@
-#include "matching/five_point.h"
+#include "sfm/five_point.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "estimators/essential_matrix.h"
+#include "sfm/colmap_api.h"
 #include "testing/test_random.h"
 
 namespace skein::five_point_test {
@@ -89,8 +89,8 @@ TEST(FivePoint, FindsWhatColmapFinds) {
     FivePoints points = Photographed(&random, Eigen::Vector3d(1, 0, 0));
     for (auto& point : points.second) point += Eigen::Vector2d(Uniform(-0.3, 0.3, &random), 0);
     const auto ours = FivePointEstimator::Estimate(points.first, points.second);
-    for (const Eigen::Matrix3d& E :
-         colmap::EssentialMatrixFivePointEstimator::Estimate(points.first, points.second)) {
+    for (const Eigen::Matrix3d& E : colmap_api::Models<colmap::EssentialMatrixFivePointEstimator>(
+             points.first, points.second)) {
       ++num_theirs;
       num_found += NearestDistance(ours, E) < 1e-4;
     }

@@ -1,4 +1,4 @@
-#include "matching/five_point.h"
+#include "sfm/five_point.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "estimators/utils.h"
+#include "sfm/colmap_api.h"
 
 namespace skein {
 namespace {
@@ -196,11 +196,11 @@ std::vector<Eigen::Matrix3d> FivePointEstimator::Estimate(
   // COLMAP's generated algebra: of E the 10 x 20 matrix A, of B the polynomial of degree 10,
   // highest power first.
   Eigen::Matrix<double, 10, 20> A;
-#include "estimators/essential_matrix_poly.h"
+#include SKEIN_ESSENTIAL_MATRIX_POLY
   const Eigen::Matrix<double, 13, 3> B =
       PolynomialsOf(A.leftCols<10>().partialPivLu().solve(A.rightCols<10>()));
   Eigen::Matrix<double, 11, 1> coeffs;
-#include "estimators/essential_matrix_coeffs.h"
+#include SKEIN_ESSENTIAL_MATRIX_COEFFS
   std::vector<Eigen::Matrix3d> models;
   if (!coeffs.allFinite()) return models;
   Polynomial polynomial;

@@ -1,4 +1,4 @@
-#include "map/model_io.h"
+#include "sfm/model_io.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ class ModelIoTest : public testing::Test {
 };
 
 TEST_F(ModelIoTest, ReadsBackWhatWasWritten) {
-  const Result<colmap::Reconstruction> model = DecodeModel(archive_);
+  const Result<Reconstruction> model = DecodeModel(archive_);
   ASSERT_TRUE(model.ok()) << model.error();
   EXPECT_EQ(model->NumRegImages(), 5u);
   EXPECT_EQ(model->NumPoints3D(), map_.reconstruction().NumPoints3D());
@@ -32,7 +32,7 @@ TEST_F(ModelIoTest, ReadsBackWhatWasWritten) {
 
 TEST_F(ModelIoTest, AMissingFileIsNamed) {
   archive_.erase("points3D.bin");
-  const Result<colmap::Reconstruction> model = DecodeModel(archive_);
+  const Result<Reconstruction> model = DecodeModel(archive_);
   ASSERT_FALSE(model.ok());
   EXPECT_NE(model.error().find("points3D.bin"), std::string::npos);
 }
@@ -56,16 +56,16 @@ TEST_F(ModelIoTest, NoCutOrFlippedByteGetsThroughToColmap) {
 
 // Photos 3, 1 and 2 of two cameras; 2 is not registered. Camera 7 has no photo. Points 1 and 3 of
 // three.
-colmap::Reconstruction MakeModel() {
-  colmap::Reconstruction model;
-  for (const colmap::camera_t id : {2, 1, 7}) {
-    colmap::Camera camera;
+Reconstruction MakeModel() {
+  Reconstruction model;
+  for (const CameraId id : {2, 1, 7}) {
+    Camera camera;
     camera.SetCameraId(id);
     camera.InitializeWithName("SIMPLE_RADIAL", 1000 + id, 800, 600);
     model.AddCamera(camera);
   }
-  for (const colmap::image_t id : {3, 1, 2}) {
-    colmap::Image image;
+  for (const ImageId id : {3, 1, 2}) {
+    Image image;
     image.SetImageId(id);
     image.SetCameraId(id == 3 ? 2 : 1);
     image.SetName("photo" + std::to_string(id));
@@ -75,33 +75,32 @@ colmap::Reconstruction MakeModel() {
     model.AddImage(image);
     if (id != 2) model.RegisterImage(id);
   }
-  for (colmap::point2D_t i = 0; i < 3; ++i) {
-    colmap::Track track;
+  for (Point2DIdx i = 0; i < 3; ++i) {
+    Track track;
     track.AddElement(1, i);
     track.AddElement(3, 2 - i);
-    model.Point3D(model.AddPoint3D({1.0 * i, 2, 5}, track, Eigen::Vector3ub(1, 2, 3)))
-        .SetError(0.5);
+    model.Point3D(model.AddPoint3D({1.0 * i, 2, 5}, track, Rgb(1, 2, 3))).SetError(0.5);
   }
   model.DeletePoint3D(2);
   return model;
 }
 
 TEST(CopyRegistered, IsWhatEncodingAndDecodingGives) {
-  const colmap::Reconstruction model = MakeModel();
-  const Result<colmap::Reconstruction> decoded = DecodeModel(EncodeModel(model));
+  const Reconstruction model = MakeModel();
+  const Result<Reconstruction> decoded = DecodeModel(EncodeModel(model));
   ASSERT_TRUE(decoded.ok()) << decoded.error();
   EXPECT_EQ(EncodeModel(CopyRegistered(model)), EncodeModel(*decoded));
 }
 
 TEST(EncodeModel, LeavesOutCamerasThatNoRegisteredPhotoUses) {
-  const Result<colmap::Reconstruction> decoded = DecodeModel(EncodeModel(MakeModel()));
+  const Result<Reconstruction> decoded = DecodeModel(EncodeModel(MakeModel()));
   ASSERT_TRUE(decoded.ok()) << decoded.error();
   EXPECT_EQ(decoded->NumCameras(), 2u);
   EXPECT_FALSE(decoded->ExistsCamera(7));
 }
 
 TEST(CopyRegistered, LeavesOutWhatIsNotRegistered) {
-  const colmap::Reconstruction copy = CopyRegistered(MakeModel());
+  const Reconstruction copy = CopyRegistered(MakeModel());
   EXPECT_EQ(copy.NumRegImages(), 2u);
   EXPECT_FALSE(copy.ExistsImage(2));
   EXPECT_TRUE(copy.IsImageRegistered(3));

@@ -1,8 +1,10 @@
-#include "bundle/projection.h"
+#include "sfm/projection.h"
 
 #include <ceres/jet.h>
 
-#include "base/camera_models.h"
+#include <stdexcept>
+
+#include "sfm/colmap_api.h"
 
 namespace skein {
 namespace {
@@ -34,12 +36,12 @@ template <typename Model>
 void ByAutomaticDifferentiation(const std::vector<double>& params, double u, double v,
                                 Eigen::Vector2d* pixel, Eigen::Matrix2d* J_uv,
                                 IntrinsicsJacobian* J_intrinsics) {
-  constexpr int kParams = Model::kNumParams;
+  constexpr int kParams = colmap_api::NumParamsOf<Model>();
   using Jet = ceres::Jet<double, kParams + 2>;
   Jet jet_params[kParams];
   for (int i = 0; i < kParams; ++i) jet_params[i] = Jet(params[i], i + 2);
   Jet x, y;
-  Model::WorldToImage(jet_params, Jet(u, 0), Jet(v, 1), &x, &y);
+  colmap_api::ImageFromPlane<Model>(jet_params, Jet(u, 0), Jet(v, 1), &x, &y);
   *pixel << x.a, y.a;
   *J_uv << x.v[0], x.v[1], y.v[0], y.v[1];
   if (J_intrinsics == nullptr) return;
@@ -49,13 +51,13 @@ void ByAutomaticDifferentiation(const std::vector<double>& params, double u, dou
 void Distort(int model_id, const std::vector<double>& params, double u, double v,
              Eigen::Vector2d* pixel, Eigen::Matrix2d* J_uv, IntrinsicsJacobian* J_intrinsics) {
   switch (model_id) {
-    case colmap::SimpleRadialCameraModel::kModelId:
+    case kSimpleRadial:
       return SimpleRadial(params[0], params[1], params[2], params[3], u, v, pixel, J_uv,
                           J_intrinsics);
-    case colmap::SimplePinholeCameraModel::kModelId:
+    case kSimplePinhole:
       return SimpleRadial(params[0], params[1], params[2], 0.0, u, v, pixel, J_uv, J_intrinsics);
-#define CAMERA_MODEL_CASE(Model) \
-  case colmap::Model::kModelId:  \
+#define CAMERA_MODEL_CASE(Model)          \
+  case colmap_api::IdOf<colmap::Model>(): \
     return ByAutomaticDifferentiation<colmap::Model>(params, u, v, pixel, J_uv, J_intrinsics);
       CAMERA_MODEL_CASE(PinholeCameraModel)
       CAMERA_MODEL_CASE(RadialCameraModel)
@@ -92,7 +94,7 @@ bool Project(int model_id, const std::vector<double>& params, const Eigen::Vecto
   if (!(point_in_cam.z() > kMinDepth)) return false;
   const double u = point_in_cam.x() / point_in_cam.z();
   const double v = point_in_cam.y() / point_in_cam.z();
-  if (model_id == colmap::SimpleRadialCameraModel::kModelId) {
+  if (model_id == kSimpleRadial) {
     const double fd = params[0] * (1.0 + params[3] * (u * u + v * v));
     *pixel << fd * u + params[1], fd * v + params[2];
     return true;

@@ -1,0 +1,103 @@
+// When worker jobs are submitted, and which of them leave.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+
+namespace skein {
+
+// A job as its engine lists it. The name is the worker's: "wEXPIRY-NUMBER", where EXPIRY is when
+// its invitation ends, in seconds since 1970 UTC as hexadecimal digits.
+struct WorkerJob {
+  std::string name;
+  bool is_running = false;  // false: it waits in the engine's queue
+  std::string reason;       // why it waits, in the engine's words
+};
+
+std::string WorkerName(int64_t expiry_utime_s, int number);
+// 0 for a name of another form.
+int64_t ExpiryOfWorker(const std::string& name);
+
+// A worker's processes as their heartbeats tell them.
+struct HeardWorker {
+  double heard_s = 0;   // monotonic, the latest
+  int64_t backlog = 0;  // items that it has in work
+};
+using HeardWorkers = std::map<std::string, HeardWorker>;  // by worker
+
+struct PoolTime {
+  double monotonic_s = 0;
+  int64_t utime_s = 0;  // since 1970 UTC
+};
+
+// Knows no engine, no messages and no clock. Everything follows from what is listed and heard, so a
+// pool that is made anew goes on with the workers that there are.
+class WorkerPool {
+ public:
+  struct Options {
+    double grow_after_s = 5;     // for so long more workers are wanted than there are
+    double shrink_after_s = 60;  // for so long fewer are wanted
+    double silent_s =
+        60;  // a running worker that falls silent is given up; one never heard after twice that
+    double patience_s = 120;  // a job that waits for so long is told
+  };
+  struct Plan {
+    int num_new = 0;
+    std::vector<std::string> leaving;
+    std::vector<std::string> told;  // lines for a person
+  };
+
+  explicit WorkerPool(const Options& options) : options_(options) {}
+
+  // At each listing. Expired, silent and spare workers leave; of spare ones first those that wait,
+  // then those with the least in work.
+  Plan Decide(const std::vector<WorkerJob>& jobs, const HeardWorkers& heard, int wanted,
+              const PoolTime& now);
+  // The engine took these jobs: they count from now on. Or it refused: the next try comes later,
+  // each time twice as late.
+  void OnSubmitted(const std::vector<std::string>& names, const Status& status, double now_s);
+
+  int num_running() const { return num_running_; }
+  int num_waiting() const { return num_waiting_; }
+  // Trouble that a person has to mend, "" if there is none.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  struct Life {
+    double since_s = 0;   // submitted or first seen
+    double ran_s = -1;    // first seen running
+    double heard_s = -1;  // last heard
+    int64_t backlog = 0;
+    bool is_running = false;
+    bool is_leaving = false;
+    std::string reason;
+  };
+
+  void See(const std::vector<WorkerJob>& jobs, const HeardWorkers& heard, double now_s);
+  void Forget(const std::vector<WorkerJob>& jobs, double now_s, Plan* plan);
+  void GiveUp(const PoolTime& now, Plan* plan);
+  void Leave(const std::string& name, const std::string& why, Plan* plan);
+  void Grow(int num_missing, double now_s, Plan* plan);
+  void Shrink(int num_spare, double now_s, Plan* plan);
+  void NoteUnheard(double now_s);
+  void NoteFailure(double now_s);
+  void Count(double now_s);
+
+  const Options options_;
+  std::map<std::string, Life> lives_;
+  int num_running_ = 0;
+  int num_waiting_ = 0;
+  int num_failures_ = 0;     // refused or unheard, one after the other
+  int num_unheard_ = 0;      // of these
+  double not_before_s_ = 0;  // of the next submission
+  double short_since_s_ = -1;
+  double spare_since_s_ = -1;
+  std::string refusal_;  // of the last submission
+  std::string problem_;
+};
+
+}  // namespace skein

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "sfm/ids.h"
+
+namespace skein {
+
+// Ids of COLMAP's camera models, as cameras.bin has them, with their parameters.
+constexpr int kInvalidCameraModel = -1;
+constexpr int kSimplePinhole = 0;  // f, cx, cy
+constexpr int kPinhole = 1;        // fx, fy, cx, cy
+constexpr int kSimpleRadial = 2;   // f, cx, cy, k
+constexpr int kRadial = 3;         // f, cx, cy, k1, k2
+
+bool ExistsCameraModel(int model_id);
+bool ExistsCameraModel(const std::string& name);
+// Throws std::invalid_argument for a name that no model has.
+int CameraModelId(const std::string& name);
+const std::string& CameraModelName(int model_id);
+// Names of the model's parameters, in order: "f, cx, cy, k".
+const std::string& CameraModelParamsInfo(int model_id);
+// By their number. False for a model that does not exist.
+bool AreParamsOfModel(int model_id, const std::vector<double>& params);
+// Without distortion, the principal point in the middle.
+std::vector<double> InitialCameraParams(int model_id, double focal_px, size_t width, size_t height);
+// Indices into the parameters: focal lengths, principal point, distortion.
+const std::vector<size_t>& CameraModelFocalLengthIdxs(int model_id);
+const std::vector<size_t>& CameraModelPrincipalPointIdxs(int model_id);
+const std::vector<size_t>& CameraModelExtraParamsIdxs(int model_id);
+
+// Intrinsics in pixels. The centre of the upper left pixel is (0.5, 0.5). Functions that need the
+// camera model throw std::invalid_argument until it is set.
+class Camera {
+ public:
+  skein::CameraId CameraId() const { return camera_id_; }
+  void SetCameraId(skein::CameraId id) { camera_id_ = id; }
+
+  int ModelId() const { return model_id_; }
+  const std::string& ModelName() const { return CameraModelName(model_id_); }
+  // Parameters that the camera had stay; new ones are 0.
+  void SetModelId(int model_id);
+  void SetModelIdFromName(const std::string& name) { SetModelId(CameraModelId(name)); }
+
+  size_t Width() const { return width_; }
+  size_t Height() const { return height_; }
+  void SetWidth(size_t width) { width_ = width; }
+  void SetHeight(size_t height) { height_ = height; }
+
+  double MeanFocalLength() const;
+  double FocalLengthX() const { return params_[FocalLengthIdxs().front()]; }
+  double FocalLengthY() const { return params_[FocalLengthIdxs().back()]; }
+  void SetFocalLength(double focal_px);
+  void SetFocalLengthX(double focal_px) { params_[FocalLengthIdxs().front()] = focal_px; }
+  void SetFocalLengthY(double focal_px) { params_[FocalLengthIdxs().back()] = focal_px; }
+
+  // Whether the focal length is known from elsewhere (EXIF, calibration).
+  bool HasPriorFocalLength() const { return has_prior_focal_length_; }
+  void SetPriorFocalLength(bool has_prior) { has_prior_focal_length_ = has_prior; }
+
+  double PrincipalPointX() const { return params_[PrincipalPointIdxs()[0]]; }
+  double PrincipalPointY() const { return params_[PrincipalPointIdxs()[1]]; }
+  void SetPrincipalPointX(double x) { params_[PrincipalPointIdxs()[0]] = x; }
+  void SetPrincipalPointY(double y) { params_[PrincipalPointIdxs()[1]] = y; }
+
+  // Indices into the parameters.
+  const std::vector<size_t>& FocalLengthIdxs() const {
+    return CameraModelFocalLengthIdxs(model_id_);
+  }
+  const std::vector<size_t>& PrincipalPointIdxs() const {
+    return CameraModelPrincipalPointIdxs(model_id_);
+  }
+  const std::vector<size_t>& ExtraParamsIdxs() const {  // distortion
+    return CameraModelExtraParamsIdxs(model_id_);
+  }
+
+  // Without the distortion.
+  Eigen::Matrix3d CalibrationMatrix() const;
+
+  const std::vector<double>& Params() const { return params_; }
+  std::vector<double>& Params() { return params_; }
+  double Params(size_t i) const { return params_[i]; }
+  double& Params(size_t i) { return params_[i]; }
+  size_t NumParams() const { return params_.size(); }
+  void SetParams(const std::vector<double>& params) { params_ = params; }
+  bool VerifyParams() const { return AreParamsOfModel(model_id_, params_); }
+
+  // Whether a focal length divided by the longer side, a principal point or a distortion parameter
+  // lies outside of these limits and of the photo.
+  bool HasBogusParams(double min_focal_ratio, double max_focal_ratio, double max_extra_param) const;
+
+  // As InitialCameraParams.
+  void InitializeWithId(int model_id, double focal_px, size_t width, size_t height);
+  void InitializeWithName(const std::string& model, double focal_px, size_t width, size_t height) {
+    InitializeWithId(CameraModelId(model), focal_px, width, height);
+  }
+
+  // Between pixels and the plane at depth 1 in the camera's frame (x right, y down, z forward).
+  Eigen::Vector2d ImageToWorld(const Eigen::Vector2d& pixel) const;
+  Eigen::Vector2d WorldToImage(const Eigen::Vector2d& on_plane) const;
+  // A distance in pixels, divided by the mean focal length.
+  double ImageToWorldThreshold(double distance_px) const { return distance_px / MeanFocalLength(); }
+
+  // The camera of a photo that is resized.
+  void Rescale(size_t width, size_t height);
+
+ private:
+  skein::CameraId camera_id_ = kInvalidCameraId;
+  int model_id_ = kInvalidCameraModel;
+  size_t width_ = 0;
+  size_t height_ = 0;
+  std::vector<double> params_;
+  bool has_prior_focal_length_ = false;
+};
+
+}  // namespace skein

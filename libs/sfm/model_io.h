@@ -1,0 +1,30 @@
+#pragma once
+
+#include "core/result.h"
+#include "formats/formats.h"
+#include "sfm/reconstruction.h"
+
+namespace skein {
+
+// cameras.bin, images.bin, points3D.bin as COLMAP 3.8 writes them, in memory and ordered by id, so
+// that equal models are equal bytes: registered images only, and cameras that they use.
+ModelArchive EncodeModel(const Reconstruction& reconstruction);
+
+// The reverse. Every count, id and index is checked, as COLMAP aborts the process on bad ones. The
+// points get new ids, in the order of the file. Fails on a missing or damaged file.
+Result<Reconstruction> DecodeModel(const ModelArchive& archive);
+// The same; each file is freed once it is read.
+Result<Reconstruction> DecodeModel(ModelArchive&& archive);
+
+// Ids of the cameras that registered images use, and of all points; ascending.
+std::vector<CameraId> UsedCameras(const Reconstruction& reconstruction);
+std::vector<Point3DId> AscendingPoints(const Reconstruction& reconstruction);
+// Whether the element is a keypoint of the model that observes no point and is not in the track.
+bool CanContinue(const Reconstruction& reconstruction, const Track& track,
+                 const TrackElement& element);
+
+// Same result as encoding and decoding, without either: the registered images and their cameras;
+// the points get new ids, in the order of the old ones.
+Reconstruction CopyRegistered(const Reconstruction& reconstruction);
+
+}  // namespace skein

@@ -1,0 +1,14 @@
+#include "sfm/track.h"
+
+#include <algorithm>
+
+namespace skein {
+
+void Track::DeleteElement(ImageId image_id, Point2DIdx index) {
+  const auto is_it = [&](const TrackElement& element) {
+    return element.image_id == image_id && element.point2D_idx == index;
+  };
+  elements_.erase(std::remove_if(elements_.begin(), elements_.end(), is_it), elements_.end());
+}
+
+}  // namespace skein
