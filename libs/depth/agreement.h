@@ -37,7 +37,7 @@ class Agreement {
  public:
   Agreement(const DepthMap& map, const DepthMap& other);
 
-  // What the other map says of a pixel's depth, if it agrees.
+  // The other map's estimate of a pixel's depth, if it agrees.
   std::optional<DepthEstimate> Find(int x, int y, float depth) const;
 
  private:

@@ -19,7 +19,7 @@ struct LensCamera {
   std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector2d& ray)> project;
 };
 
-// Where the pixels of a depth map lie in its photo; one serves all photos of a camera.
+// Positions of a depth map's pixels in its photo. One table serves all photos of a camera.
 class PhotoTable {
  public:
   // The pinhole camera has the photo's focal length and principal point, scaled so that its longer
