@@ -25,6 +25,8 @@
 #include "export/session_models.h"
 #include "export/written_names.h"
 #include "geometry/georeference_json.h"
+#include "export/written_names.h"
+#include "geometry/georeference_json.h"
 
 namespace skein {
 namespace {
