@@ -25,8 +25,6 @@
 #include "export/session_models.h"
 #include "export/written_names.h"
 #include "geometry/georeference_json.h"
-#include "export/written_names.h"
-#include "geometry/georeference_json.h"
 
 namespace skein {
 namespace {

@@ -10,11 +10,11 @@
 namespace skein {
 namespace {
 
-constexpr double kOutliers = 0.002;  // part of the points, on each side of the grid
+constexpr double kBeyondGrid = 0.002;  // part of the points, on each side of the grid
 constexpr double kTopCells =
     2;  // points of a cell's top surface lie so many sides below the highest
 constexpr int kFillPasses = 2, kFillNeighbours = 5;
-constexpr float kSameSurface = 0.02f;  // part of the depth
+constexpr float kSeenDepth = 0.02f;  // part of the depth
 constexpr float kHole = std::numeric_limits<float>::quiet_NaN();
 
 struct Span {
@@ -27,7 +27,7 @@ Span SpanOf(std::vector<float>* values) {
     std::nth_element(values->begin(), nth, values->end());
     return double{*nth};
   };
-  return {at(kOutliers), at(1 - kOutliers)};
+  return {at(kBeyondGrid), at(1 - kBeyondGrid)};
 }
 
 // The axis' coordinates of all points.
@@ -175,7 +175,7 @@ class GridMaker {
     }
     const float depth = map.depth(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
     const float z = static_cast<float>(camera.z());
-    if (!(std::abs(depth - z) <= kSameSurface * z)) return std::nullopt;
+    if (!(std::abs(depth - z) <= kSeenDepth * z)) return std::nullopt;
     return pixel;
   }
 
