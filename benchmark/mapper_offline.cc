@@ -55,14 +55,13 @@ struct Arguments {
 using LeaveOut = void (*)(SubmapOptions*);
 const std::map<std::string, LeaveOut> kParts = {
     {"narrow-ransac",
-     [](SubmapOptions* o) { o->registration.ransac_limits_px = {o->registration.max_error_px}; }},
+     [](SubmapOptions* o) { o->registration.ransac_limits_px = {limits::kMaxPoseErrorPx}; }},
     {"pose-sigmas",
      [](SubmapOptions* o) {
        o->registration.max_position_sigma = o->registration.max_frame_sigma_px = 1e6;
      }},
     {"epipolar", [](SubmapOptions* o) { o->registration.min_epipolar_share = 0; }},
-    {"missing-cells",
-     [](SubmapOptions* o) { o->registration.similar_structures.min_cells = 1'000'000; }},
+    {"missing-cells", [](SubmapOptions* o) { o->registration.min_cells = 1'000'000; }},
     {"observed", [](SubmapOptions* o) { o->min_observed_ratio = 0; }},
     {"weak", [](SubmapOptions* o) { o->min_observations = 0; }},
     {"withdrawals", [](SubmapOptions* o) { o->max_withdrawals = 1'000'000; }},

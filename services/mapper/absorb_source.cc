@@ -75,10 +75,9 @@ std::set<ImageId> MergedOnlyFrom(const Reconstruction& model, const Reconstructi
 // model was built from.
 Status CheckBothModels(const Submap& submap, const Reconstruction& target,
                        const Reconstruction& source, const Reconstruction& merged) {
-  const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
-  const PlacesOfTwoSets places =
-      ComparePlaces(options, submap.map(), merged, MergedOnlyFrom(target, source, merged),
-                    MergedOnlyFrom(source, target, merged));
+  const PlacesOfTwoSets places = ComparePlaces(
+      submap.map(), merged, MergedOnlyFrom(target, source, merged),
+      MergedOnlyFrom(source, target, merged), submap.options().registration.min_cells);
   if (!places.differ) return Status::Ok();
   return FailedPrecondition("visually similar places: " + places.reason);
 }
@@ -102,7 +101,7 @@ Comparison Compare(const Reconstruction& target, const Reconstruction& source,
   Comparison comparison;
   AbsorbOptions options = OptionsFor(task);
   options.intrinsics.fixed = submap.map().FixedCameras();
-  options.similar_structures = submap.options().registration.similar_structures;
+  options.min_cells = submap.options().registration.min_cells;
   const std::optional<Similarity> similarity =
       FindSimilarity(task, SharedPhotosOf(source, target), options.sim3);
   if (!similarity) {
