@@ -16,6 +16,8 @@
 #include "depth/dense_points.h"
 #include "depth/depth_scene.h"
 #include "depth/depth_sweep.h"
+#include "depth/ground_grid.h"
+#include "export/geotiff.h"
 #include "export/written_names.h"
 
 namespace skein {
@@ -43,15 +45,15 @@ nlohmann::json ToJson(const Eigen::Matrix3d& m) {
 
 class DenseFolder {
  public:
-  DenseFolder(const Reconstruction& model, int size_px, const PhotoSource& photos,
+  DenseFolder(const Reconstruction& model, const DenseOptions& options, const PhotoSource& photos,
               const std::function<void()>& on_photo)
       : model_(model),
         scene_(DepthSceneOf(model)),
-        size_px_(size_px),
+        options_(options),
         photo_source_(photos),
         on_photo_(on_photo) {}
 
-  Result<DenseFigures> Write(const std::set<std::string>& formats, const fs::path& folder) {
+  Result<DenseFigures> Write(const fs::path& folder) {
     if (Status status = ReadPhotos(); !status.ok()) return status;
     FindNeighbours();
     MakeMaps();
@@ -59,14 +61,17 @@ class DenseFolder {
     DenseFigures figures;
     for (const DepthMap& map : maps_) figures.completeness += map.Completeness() / maps_.size();
     Status status;
-    if (formats.count(kDepth) > 0) status = WriteDepths(folder / "depth");
-    if (status.ok() && formats.count(kDense) > 0) status = WritePoints(folder, &figures);
+    if (Has(kDepth)) status = WriteDepths(folder / "depth");
+    if (Has(kDense) || Has(kOrthophoto)) MakePoints();
+    if (status.ok() && Has(kDense)) status = WritePoints(folder, &figures);
+    if (status.ok() && Has(kOrthophoto)) status = WriteGround(folder, &figures);
     if (!status.ok()) return status;
     return figures;
   }
 
  private:
   size_t size() const { return scene_.names.size(); }
+  bool Has(const std::string& format) const { return options_.formats.count(format) > 0; }
 
   Status ReadPhotos() {
     std::map<int, PhotoTable> tables;
@@ -77,7 +82,7 @@ class DenseFolder {
       if (photo->size() != cv::Size(lens.width, lens.height)) {
         return InvalidArgument("photo " + scene_.names[i] + " has not its camera's size");
       }
-      const auto table = tables.try_emplace(scene_.cameras[i], lens, size_px_).first;
+      const auto table = tables.try_emplace(scene_.cameras[i], lens, options_.size_px).first;
       colours_.push_back(table->second.Apply(*photo));
       cv::Mat1b grey;
       cv::cvtColor(*photo, grey, cv::COLOR_BGR2GRAY);
@@ -206,23 +211,22 @@ class DenseFolder {
             {"completeness", maps_[i].Completeness()}};
   }
 
-  Status WritePoints(const fs::path& folder, DenseFigures* figures) const {
-    std::vector<std::string> parts(size());
-    std::atomic<int64_t> num_points{0};
+  void MakePoints() {
+    points_.resize(size());
     ForEachOnThreads(NumThreads(), size(), [&](size_t i) {
-      const std::vector<DensePoint> points = PointsOf(maps_[i], colours_[i], Confirming(i));
-      for (const DensePoint& point : points) Append(point, &parts[i]);
-      num_points += static_cast<int64_t>(points.size());
+      points_[i] = PointsOf(maps_[i], colours_[i], Confirming(i));
     });
-    figures->num_points = num_points;
+  }
+
+  Status WritePoints(const fs::path& folder, DenseFigures* figures) const {
+    for (const auto& points : points_) figures->num_points += static_cast<int64_t>(points.size());
     std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                      std::to_string(num_points) +
+                      std::to_string(figures->num_points) +
                       "\nproperty float x\nproperty float y\nproperty float z\n"
                       "property float nx\nproperty float ny\nproperty float nz\n"
                       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
-    for (std::string& part : parts) {
-      ply += part;
-      part = {};
+    for (const auto& points : points_) {
+      for (const DensePoint& point : points) Append(point, &ply);
     }
     return WriteFileAtomic((folder / "dense.ply").string(), ply);
   }
@@ -234,25 +238,39 @@ class DenseFolder {
     for (const int channel : {2, 1, 0}) ply->push_back(static_cast<char>(point.colour[channel]));
   }
 
+  Status WriteGround(const fs::path& folder, DenseFigures* figures) const {
+    std::vector<ColouredMap> maps;
+    for (size_t i = 0; i < size(); ++i) maps.push_back({&maps_[i], &colours_[i], &points_[i]});
+    GroundGrid grid = MakeGroundGrid(maps, GroundSamplingDistance(maps));
+    if (grid.height.empty()) return FailedPrecondition("no surface that two photos agree on");
+    figures->cell_m = grid.cell;
+    figures->grid_completeness = grid.Completeness();
+    grid.height += options_.origin->altitude_m.value_or(0);
+    const GridPlace place{*options_.origin, grid.west, grid.north, grid.cell};
+    const Status written = WriteGeoTiff(grid.colour, place, folder / "orthophoto.tif");
+    if (!written.ok()) return written;
+    return WriteGeoTiff(grid.height, place, folder / "elevation.tif");
+  }
+
   const Reconstruction& model_;
   const DepthScene scene_;
-  const int size_px_;
+  const DenseOptions& options_;
   const PhotoSource& photo_source_;
   const std::function<void()>& on_photo_;
   std::vector<DepthPhoto> photos_;
   std::vector<cv::Mat3b> colours_;
   std::vector<std::vector<int>> neighbours_, confirming_;  // of each photo
   std::vector<DepthMap> maps_;
+  std::vector<std::vector<DensePoint>> points_;  // of each map
 };
 
 }  // namespace
 
-Result<DenseFigures> WriteDenseFolder(const Reconstruction& model,
-                                      const std::set<std::string>& formats, int size_px,
+Result<DenseFigures> WriteDenseFolder(const Reconstruction& model, const DenseOptions& options,
                                       const PhotoSource& photos,
                                       const std::function<void()>& on_photo,
                                       const fs::path& folder) {
-  return DenseFolder(model, size_px, photos, on_photo).Write(formats, folder);
+  return DenseFolder(model, options, photos, on_photo).Write(folder);
 }
 
 }  // namespace skein

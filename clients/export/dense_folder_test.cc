@@ -68,8 +68,11 @@ Result<cv::Mat3b> Photo(const std::string& name) {
 class DenseFolderTest : public testing::Test {
  protected:
   Result<DenseFigures> Write(const std::set<std::string>& formats, const PhotoSource& photos) {
+    DenseOptions options;
+    options.formats = formats;
+    options.origin = GeodeticPosition{47, 8, 500.0};
     return WriteDenseFolder(
-        WallModel(), formats, kWallWidth, photos, [] {}, folder_.path());
+        WallModel(), options, photos, [] {}, folder_.path());
   }
 
   TestFolder folder_;
@@ -113,6 +116,26 @@ TEST_F(DenseFolderTest, DepthMapsComeWithTheirCameras) {
   EXPECT_NEAR(depth(60, 80), 10, 0.05);
   EXPECT_NEAR(levels(60, 80) * first["png_scale"].get<double>(), depth(60, 80), 1e-3);
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "dense.ply"));
+}
+
+// The wall as ground: seen along z, its height is 10 + 0.3 x.
+TEST_F(DenseFolderTest, AnOrthophotoHasColoursAndHeights) {
+  const Result<DenseFigures> figures = Write({kOrthophoto}, Photo);
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  EXPECT_NEAR(figures->cell_m, 10 / 150.0, 0.005);
+  EXPECT_GT(figures->grid_completeness, 0.8);
+  const cv::Mat4b colours =
+      cv::imread((folder_.path() / "orthophoto.tif").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat1f heights =
+      cv::imread((folder_.path() / "elevation.tif").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_FALSE(colours.empty());
+  ASSERT_EQ(colours.size(), heights.size());
+  const int row = heights.rows / 2;
+  const float left = heights(row, heights.cols / 4), right = heights(row, 3 * heights.cols / 4);
+  EXPECT_NEAR((right - left) / (figures->cell_m * (3 * heights.cols / 4 - heights.cols / 4)), 0.3,
+              0.02);
+  EXPECT_NEAR(left, 510, 2);
+  EXPECT_EQ(colours(row, heights.cols / 4)[3], 255);
 }
 
 TEST_F(DenseFolderTest, APhotoThatIsMissingOrOfAnotherSizeIsTold) {

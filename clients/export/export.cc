@@ -24,6 +24,9 @@
 #include "export/model_writer.h"
 #include "export/session_models.h"
 #include "export/written_names.h"
+#include "geometry/georeference_json.h"
+#include "export/written_names.h"
+#include "geometry/georeference_json.h"
 
 namespace skein {
 namespace {
@@ -32,12 +35,11 @@ namespace fs = std::filesystem;
 
 constexpr int kPictureSidePx = 1000;
 constexpr char kDatabase[] = "database";
-constexpr int kDepthSizePx = 800;
 
 struct ExportOptions {
   std::string session, model, images, output, picture;
   std::vector<std::string> formats = {"bin"};
-  int depth_size_px = kDepthSizePx;
+  int depth_size_px = DenseOptions().size_px;
   bool georeferenced = false;
 };
 
@@ -78,7 +80,9 @@ bool IsTraining(const std::string& format) {
   return format == kNerfstudio || format == kGaussianSplatting;
 }
 
-bool IsDense(const std::string& format) { return format == kDepth || format == kDense; }
+bool IsDense(const std::string& format) {
+  return format == kDepth || format == kDense || format == kOrthophoto;
+}
 
 using IsOfKind = bool (*)(const std::string& format);
 
@@ -178,13 +182,18 @@ void WriteDenseFolders(const std::vector<ExportModel>& models, const ExportOptio
   const PhotoSource photos = OpenPhotos(options);
   ProgressBar progress("depth maps", CountPhotos(models));
   for (size_t i = 0; i < models.size(); ++i) {
+    DenseOptions dense{FormatsOfKind(options, IsDense), options.depth_size_px, {}};
+    if (options.georeferenced) dense.origin = OriginOf(models[i].georeference);
     const Result<DenseFigures> figures = WriteDenseFolder(
-        *models[i].reconstruction, FormatsOfKind(options, IsDense), options.depth_size_px, photos,
-        [&] { progress.Add(); }, FolderOf(options, i));
+        *models[i].reconstruction, dense, photos, [&] { progress.Add(); }, FolderOf(options, i));
     ThrowUnlessOk(figures.status());
     std::cout << FolderOf(options, i).string() << ": depths at "
               << std::lround(100 * figures->completeness) << " % of the photos' pixels";
     if (Has(options, kDense)) std::cout << ", " << figures->num_points << " dense points";
+    if (Has(options, kOrthophoto)) {
+      std::cout << ", an orthophoto of " << figures->cell_m << " m a pixel, "
+                << std::lround(100 * figures->grid_completeness) << " % of its area known";
+    }
     std::cout << std::endl;
   }
 }
@@ -216,8 +225,11 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
   if (database && options.session.empty()) return "the database comes from a --session";
   if (options.georeferenced && options.session.empty()) return "positions come from a --session";
   if (!options.images.empty() && options.model.empty()) return "--images is for --model";
+  if (Has(options, kOrthophoto) && !options.georeferenced) {
+    return "an orthophoto lies on the earth: give --georeferenced";
+  }
   const bool has_photos = !options.session.empty() || !options.images.empty();
-  for (const char* format : {kGaussianSplatting, kDepth, kDense}) {
+  for (const char* format : {kGaussianSplatting, kDepth, kDense, kOrthophoto}) {
     if (Has(options, format) && !has_photos) {
       return std::string(format) + " needs the model's photos: give --images";
     }
@@ -230,14 +242,15 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
 int RunExport(int argc, char** argv) {
   ExportOptions options;
   std::vector<std::string> known = ModelFormats();
-  known.insert(known.end(), {kGaussianSplatting, kDatabase, kDepth, kDense});
+  known.insert(known.end(), {kGaussianSplatting, kDatabase, kDepth, kDense, kOrthophoto});
   CLI::App app(
       "Exports a session's submaps, at any time, also while it runs: OUTPUT/0 is the one with "
       "most\n"
       "photos. database: OUTPUT/database.db with features and verified matches for COLMAP.\n"
       "nerfstudio, gaussian-splatting: with undistorted photos, to be trained on as they are.\n"
       "dense: OUTPUT/N/dense.ply, the surface as points with normals and colours; depth: a depth\n"
-      "map of each photo in OUTPUT/N/depth.",
+      "map of each photo in OUTPUT/N/depth. orthophoto, with --georeferenced: orthophoto.tif and\n"
+      "elevation.tif, GeoTIFF.",
       "skein export");
   app.add_option("--session", options.session, "Session folder")->check(CLI::ExistingDirectory);
   app.add_option("--model", options.model, "Or: a COLMAP model folder")

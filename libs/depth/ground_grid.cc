@@ -11,7 +11,6 @@ namespace skein {
 namespace {
 
 constexpr double kOutliers = 0.002;  // part of the points, on each side of the grid
-constexpr double kMostCells = 25e6;
 constexpr double kTopCells =
     2;  // points of a cell's top surface lie so many sides below the highest
 constexpr int kFillPasses = 2, kFillNeighbours = 5;
@@ -42,7 +41,10 @@ std::vector<float> Coordinates(const std::vector<ColouredMap>& maps, int axis) {
 
 class GridMaker {
  public:
-  GridMaker(const std::vector<ColouredMap>& maps, double cell) : maps_(maps) { grid_.cell = cell; }
+  GridMaker(const std::vector<ColouredMap>& maps, double cell, double most_cells)
+      : maps_(maps), most_cells_(most_cells) {
+    grid_.cell = cell;
+  }
 
   GroundGrid Make() {
     if (!SetSize()) return {};
@@ -60,7 +62,7 @@ class GridMaker {
     if (x.empty() || !(grid_.cell > 0)) return false;
     const Span east = SpanOf(&x), north = SpanOf(&y);
     const double width = east.high - east.low, height = north.high - north.low;
-    grid_.cell = std::max(grid_.cell, std::sqrt(width * height / kMostCells));
+    grid_.cell = std::max(grid_.cell, std::sqrt(width * height / most_cells_));
     grid_.west = east.low;
     grid_.north = north.high;
     const cv::Size size(1 + static_cast<int>(width / grid_.cell),
@@ -124,19 +126,9 @@ class GridMaker {
     }
   }
 
-  // The cells that the map's points lie in, and those between.
-  cv::Rect Footprint(const ColouredMap& map) const {
-    cv::Rect footprint;
-    for (const DensePoint& point : *map.points) {
-      const auto cell = CellOf(point.position);
-      if (cell) footprint |= cv::Rect(*cell, cv::Size(1, 1));
-    }
-    return footprint;
-  }
-
   void AddColours(const ColouredMap& coloured) {
     const DepthMap& map = *coloured.map;
-    const cv::Rect footprint = WholeFootprint(coloured);
+    const cv::Rect footprint = Footprint(map);
     const Eigen::Matrix3d& rotation = map.cam_from_world.rotation;
     for (int row = footprint.y; row < footprint.br().y; ++row) {
       for (int column = footprint.x; column < footprint.br().x; ++column) {
@@ -155,12 +147,11 @@ class GridMaker {
     }
   }
 
-  // Points that another map shows better lie in the photo, too: the corners of its view bound them.
-  cv::Rect WholeFootprint(const ColouredMap& coloured) const {
-    cv::Rect footprint = Footprint(coloured);
-    const DepthMap& map = *coloured.map;
-    for (int y = 0; y < map.depth.rows; y += kFootprintStep) {
-      for (int x = 0; x < map.depth.cols; x += kFootprintStep) {
+  // The cells that the map's pixels lie in, and those between.
+  cv::Rect Footprint(const DepthMap& map) const {
+    cv::Rect footprint;
+    for (int y = 0; y < map.depth.rows; ++y) {
+      for (int x = 0; x < map.depth.cols; ++x) {
         if (!(map.depth(y, x) > 0)) continue;
         const Eigen::Vector3d camera =
             map.depth(y, x) * map.camera.Ray({x + 0.5, y + 0.5}).homogeneous();
@@ -221,9 +212,8 @@ class GridMaker {
     }
   }
 
-  static constexpr int kFootprintStep = 8;  // pixels
-
   const std::vector<ColouredMap>& maps_;
+  const double most_cells_;
   GroundGrid grid_;
   cv::Mat4f sums_;  // weighted colours, weights
 };
@@ -256,8 +246,8 @@ double GroundSamplingDistance(const std::vector<ColouredMap>& maps) {
   return sizes.empty() ? 0 : UpperMedian(std::move(sizes));
 }
 
-GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps, double cell) {
-  return GridMaker(maps, cell).Make();
+GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps, double cell, double most_cells) {
+  return GridMaker(maps, cell, most_cells).Make();
 }
 
 }  // namespace skein

@@ -31,12 +31,13 @@ struct ColouredMap {
 // Median over the maps of the surface that a pixel covers.
 double GroundSamplingDistance(const std::vector<ColouredMap>& maps);
 
-// A grid over the maps' points. `cell`: its side, made larger where it would have more than 25
-// million cells. A cell without points is a hole, but for gaps between samples: a hole with at
+// A grid over the maps' points. `cell`: its side, made larger where it would have more than
+// `most_cells`. A cell without points is a hole, but for gaps between samples: a hole with at
 // least five of eight neighbours gets their mean. A cell's colour is a mean over the photos whose
 // depth map shows it, weighted by (s cos a / g)^4. s: distance from the photo's border, a: angle
 // from the vertical, g: ground sampling distance. So the best photo prevails, and seams are soft.
 // Takes 29 bytes a cell. An empty grid without points.
-GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps, double cell);
+GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps, double cell,
+                          double most_cells = 25e6);
 
 }  // namespace skein
