@@ -60,14 +60,13 @@ struct Arguments {
 using LeaveOut = void (*)(SubmapOptions*);
 const std::map<std::string, LeaveOut> kParts = {
     {"narrow-ransac",
-     [](SubmapOptions* o) { o->registration.ransac_limits_px = {o->registration.max_error_px}; }},
+     [](SubmapOptions* o) { o->registration.ransac_limits_px = {limits::kMaxPoseErrorPx}; }},
     {"pose-sigmas",
      [](SubmapOptions* o) {
        o->registration.max_position_sigma = o->registration.max_frame_sigma_px = 1e6;
      }},
     {"epipolar", [](SubmapOptions* o) { o->registration.min_epipolar_share = 0; }},
-    {"missing-cells",
-     [](SubmapOptions* o) { o->registration.similar_structures.min_cells = 1'000'000; }},
+    {"missing-cells", [](SubmapOptions* o) { o->registration.min_cells = 1'000'000; }},
     {"observed", [](SubmapOptions* o) { o->min_observed_ratio = 0; }},
     {"weak", [](SubmapOptions* o) { o->min_observations = 0; }},
     {"withdrawals", [](SubmapOptions* o) { o->max_withdrawals = 1'000'000; }},
@@ -397,7 +396,6 @@ class Run {
 
   // Whether parts of one place would be taken for places of their own.
   void PrintParts() const {
-    const SimilarStructuresOptions& options = submap_.options().registration.similar_structures;
     const SceneMap& map = submap_.map();
     const std::vector<ImageId> ids = PhotosByTies();
     for (int part = 0; part < arguments_.parts; ++part) {
@@ -407,14 +405,16 @@ class Run {
       std::set<ImageId> others(ids.begin(), begin);
       others.insert(end, ids.end());
       const Reconstruction& model = map.reconstruction();
-      const CellVotes across = ComparePhotoSets(options, map, model, ours, others);
-      CellVotes within = ComparePhotoSets(options, map, model, ours, ours);
-      within.Add(ComparePhotoSets(options, map, model, others, others));
+      const CellVotes across = ComparePhotoSets(map, model, ours, others);
+      CellVotes within = ComparePhotoSets(map, model, ours, ours);
+      within.Add(ComparePhotoSets(map, model, others, others));
       std::cout << "part " << part + 1 << " of " << arguments_.parts << ": " << ours.size()
                 << " photos; missing of cells across " << across.num_missing << "/"
                 << across.num_cells() << " different " << across.num_different << ", within "
                 << within.num_missing << "/" << within.num_cells() << " "
-                << ComparePlaces(options, map, model, ours, others).reason << "\n";
+                << ComparePlaces(map, model, ours, others, submap_.options().registration.min_cells)
+                       .reason
+                << "\n";
     }
   }
 
