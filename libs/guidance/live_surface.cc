@@ -177,8 +177,7 @@ void LiveSurface::Restart(const GuidedMap& map, const PlaceScale& scale) {
   ends_to_find_.clear();
   ends_to_judge_.clear();
   up_.setZero();
-  sights_ =
-      Sights(scale.cell, scale.working_distance, kDepthTolerance, kDrawnPerTolerance * tolerance_);
+  sights_ = Sights(scale.cell, scale.working_distance, kDrawnPerTolerance * tolerance_);
   surface_ = {scale.cell, scale.median_gsd, scale.working_distance, {}};
 }
 
