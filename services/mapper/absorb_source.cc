@@ -7,6 +7,7 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "disambiguation/divided_photos.h"
 #include "map/image_pose.h"
 #include "merging/absorb.h"
 #include "session/merge_similarity.h"
@@ -61,24 +62,14 @@ std::set<ImageId> RegisteredOnlyIn(const Reconstruction& model, const Reconstruc
   return ids;
 }
 
-// Of the merged model those that `model` alone has: photos whose camera went astray are in neither.
-std::set<ImageId> MergedOnlyFrom(const Reconstruction& model, const Reconstruction& other,
-                                 const Reconstruction& merged) {
-  std::set<ImageId> ids;
-  for (const ImageId id : RegisteredOnlyIn(model, other)) {
-    if (IsRegisteredIn(merged, id)) ids.insert(id);
-  }
-  return ids;
-}
-
-// An error if the two parts of a merged model show different places. Along matches that neither
-// model was built from.
+// An error if the photos of the two models show different places. Few of the matches between them
+// took part in either model.
 Status CheckBothModels(const Submap& submap, const Reconstruction& target,
                        const Reconstruction& source, const Reconstruction& merged) {
   const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
+  const DividedPhotos divided = DividePhotos(submap.map(), target, source, merged);
   const PlacesOfTwoSets places =
-      ComparePlaces(options, submap.map(), merged, MergedOnlyFrom(target, source, merged),
-                    MergedOnlyFrom(source, target, merged));
+      ComparePlaces(options, submap.map(), merged, divided.of_first, divided.of_second);
   if (!places.differ) return Status::Ok();
   return FailedPrecondition("visually similar places: " + places.reason);
 }

@@ -1,0 +1,20 @@
+// Photos of a merged model, by the one of its two models that they belong to.
+#pragma once
+
+#include <set>
+
+#include "map/scene_map.h"
+
+namespace skein {
+
+struct DividedPhotos {
+  std::set<ImageId> of_first, of_second;
+};
+
+// A photo that both models have belongs to that with more of its verified matches: one that stands
+// in the wrong map, by an object that two places have in common, has few matches there. `map` has
+// the verified pairs of all photos. Costs the pairs of the merged model's photos.
+DividedPhotos DividePhotos(const SceneMap& map, const Reconstruction& first,
+                           const Reconstruction& second, const Reconstruction& merged);
+
+}  // namespace skein
