@@ -18,11 +18,12 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "benchmark/depth_scene.h"
 #include "benchmark/depth_truth.h"
 #include "benchmark/rgbd_scene.h"
 #include "depth/consistency.h"
+#include "depth/depth_scene.h"
 #include "depth/depth_sweep.h"
+#include "export/session_models.h"
 
 namespace skein {
 namespace {
@@ -39,6 +40,12 @@ struct Arguments {
 
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
+DepthScene ReadDepthScene(const std::string& folder) {
+  const Result<ExportModel> model = ReadModelFolder(folder);
+  if (!model) throw std::runtime_error(model.error());
+  return DepthSceneOf(*model->reconstruction);
+}
+
 struct Prepared {
   DepthPhoto photo;
   std::vector<int> neighbours;
@@ -51,7 +58,7 @@ std::vector<Prepared> Prepare(const Arguments& arguments, const DepthScene& scen
   const int count = std::min<int>(arguments.most, static_cast<int>(scene.photos.size()));
   for (int i = 0; i < count; ++i) {
     const auto table = tables.try_emplace(scene.cameras[i], scene.lenses[i], arguments.size).first;
-    const cv::Mat1b grey = ReadGreyPhoto(arguments.images, scene.names[i]);
+    const cv::Mat1b grey = ReadGreyPhoto(arguments.images + "/" + scene.names[i]);
     Prepared one{table->second.Apply(grey, scene.photos[i].cam_from_world), {}, {}};
     for (const int other : ChooseNeighbours(scene.photos, scene.points, i, arguments.agree_with)) {
       if (other < count) one.neighbours.push_back(other);
@@ -104,7 +111,7 @@ std::vector<DepthMap> Agreed(const std::vector<Prepared>& photos, const std::vec
   for (size_t i = 0; i < maps.size(); ++i) {
     std::vector<const DepthMap*> others;
     for (const int other : photos[i].neighbours) others.push_back(&maps[other]);
-    kept.push_back(KeepAgreed({}, maps[i], others));
+    kept.push_back(KeepAgreed(maps[i], others));
   }
   (*times)["agreement"] = (CpuSeconds() - start) / static_cast<double>(maps.size());
   return kept;
@@ -302,12 +309,6 @@ int Main(int argc, char** argv) {
   app.add_option("--kernel", arguments.kernel, "portable, avx2 or avx512");
   app.add_option("--min-steps", arguments.depth.min_steps);
   app.add_option("--max-steps", arguments.depth.max_steps);
-  app.add_option("--census-threshold", arguments.depth.census_threshold);
-  app.add_option("--truncation", arguments.depth.truncation);
-  app.add_option("--small-penalty", arguments.depth.small_penalty);
-  app.add_option("--large-penalty", arguments.depth.large_penalty);
-  app.add_option("--min-uniqueness", arguments.depth.min_uniqueness);
-  app.add_option("--min-evidence", arguments.depth.min_evidence);
   app.add_flag("--sgbm", arguments.sgbm, "Compare with OpenCV's StereoSGBM");
   CLI11_PARSE(app, argc, argv);
   if (!arguments.rgbd.empty()) arguments.images = arguments.rgbd;

@@ -24,8 +24,9 @@ class DepthFigures {
   void Add(const DepthMap& map, const cv::Mat1f& truth, const cv::Mat1b& grey);
 
   // Shares within 1 and 2 % of the true depth (a depth in the sky is wrong), completeness (of all,
-  // of textured), the median error in ground sampling distances; bins of the predicted error, each
-  // with the 68th percentile of the true ones, and the slope of a line through them.
+  // of textured), the median error in ground sampling distances. The calibration has bins of the
+  // predicted error, each with the 68th percentile of the true ones, and the slope of a line
+  // through them.
   nlohmann::json ToJson() const;
 
  private:

@@ -89,6 +89,12 @@ bool Confirms(const Frame& frame, const DepthCamera& camera, const Eigen::Vector
 
 }  // namespace
 
+cv::Mat1b ReadGreyPhoto(const std::string& path) {
+  const cv::Mat1b photo = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  if (photo.empty()) throw std::runtime_error(path + " is no photo");
+  return photo;
+}
+
 DepthScene ReadRgbdScene(const std::string& folder, const RgbdRig& rig) {
   const std::vector<Frame> frames = ReadFrames(folder);
   const DepthCamera depth = CameraOf(frames[0].depth.size(), rig.depth_focal_px);
@@ -142,8 +148,8 @@ double RgbdGreyDifference(const std::string& folder, const RgbdRig& rig, int ste
   double sum = 0;
   size_t count = 0;
   for (size_t i = 0; i + step < frames.size(); i += 3) {
-    const cv::Mat1b greys[] = {ReadGreyPhoto(folder, frames[i].name),
-                               ReadGreyPhoto(folder, frames[i + step].name)};
+    const cv::Mat1b greys[] = {ReadGreyPhoto(folder + "/" + frames[i].name),
+                               ReadGreyPhoto(folder + "/" + frames[i + step].name)};
     const DepthPose poses[] = {ColourPose(frames[i].pose, rig),
                                ColourPose(frames[i + step].pose, rig)};
     for (int y = 8; y < depth.height; y += 4) {

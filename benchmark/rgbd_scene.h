@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "benchmark/depth_scene.h"
+#include "depth/depth_scene.h"
 
 namespace skein {
 
@@ -16,6 +16,9 @@ struct RgbdRig {
   double colour_focal_px = 525;
   double colour_offset_m = 0.025;  // of the colour camera along x of the depth camera
 };
+
+// A photo in shades of grey, as it is stored. Throws std::runtime_error.
+cv::Mat1b ReadGreyPhoto(const std::string& path);
 
 // Points are depths of a grid of pixels; a photo observes those that its own depths confirm. Throws
 // std::runtime_error without frames.

@@ -14,6 +14,16 @@
 namespace skein {
 namespace {
 
+constexpr int kCensusThreshold = 2;  // grey levels
+constexpr int kTruncation = 6;       // of kCensusBits, of a neighbour's cost above the best one's
+// Penalties of a path, of a neighbour: of a change of depth by one step, and of a larger one.
+constexpr int kSmallPenalty = 5, kLargePenalty = 22;
+static_assert(kTruncation + kSmallPenalty + kLargePenalty <=
+              kMaxPathCost / kMaxSweepViews - kCensusBits);
+// A depth is a hole unless the sum of the paths' costs two steps away or more is this share higher,
+// and the cost at its step is this share below the mean over all steps around it.
+constexpr double kMinUniqueness = 0.02, kMinEvidence = 0.12;
+
 constexpr int kStopRows = 16;  // rows between two questions whether to stop
 constexpr int kEvidenceWindow = 5;
 // Standard errors: of a match with the least evidence that is kept, and of a sub-step (measured:
@@ -66,23 +76,12 @@ void CheckInput(const DepthPhoto& photo, const std::vector<const DepthPhoto*>& n
 }  // namespace
 
 Status DepthOptions::Check() const {
-  constexpr int kMostOfView = kMaxPathCost / kMaxSweepViews - kCensusBits;
   if (max_steps < min_steps) return InvalidArgument("max_steps is below min_steps");
-  if (truncation + small_penalty + large_penalty > kMostOfView) {
-    return InvalidArgument("truncation, small_penalty, large_penalty: give a sum of at most " +
-                           std::to_string(kMostOfView));
-  }
   if (!IsSweepKernelSupported(kernel)) {
     return InvalidArgument("this processor does not run kernel " + SweepKernelName(kernel));
   }
   return FirstError({InRange("min_steps", min_steps, kSweepLanes, kMaxSweepSteps),
-                     InRange("max_steps", max_steps, kSweepLanes, kMaxSweepSteps),
-                     InRange("census_threshold", census_threshold, 0, 64),
-                     InRange("truncation", truncation, 0, kCensusBits),
-                     InRange("small_penalty", small_penalty, 0, kMaxPathCost),
-                     InRange("large_penalty", large_penalty, small_penalty, kMaxPathCost),
-                     InRange("min_uniqueness", min_uniqueness, 0.0, 1.0),
-                     InRange("min_evidence", min_evidence, 0.0, 1.0)});
+                     InRange("max_steps", max_steps, kSweepLanes, kMaxSweepSteps)});
 }
 
 int64_t DepthSweepBytes(int width, int height, int steps, int neighbours) {
@@ -211,8 +210,8 @@ class DepthSweep::Workspace {
       }
     }
     for (int i = 0; i < task.num_views; ++i) views_[i].Range(y, &task.first[i], &task.last[i]);
-    task.threshold = options_.census_threshold;
-    task.truncation = options_.truncation;
+    task.threshold = kCensusThreshold;
+    task.truncation = kTruncation;
     task.width = width_;
     task.scratch = census_scratch_.data();
     task.out = CostRow(step, y);
@@ -254,12 +253,12 @@ class DepthSweep::Workspace {
   }
 
   int NumViews() const { return static_cast<int>(views_.size()); }
-  int SmallPenalty() const { return options_.small_penalty * NumViews(); }
+  int SmallPenalty() const { return kSmallPenalty * NumViews(); }
 
   // Less where the photo has an edge: depth may have one, too.
   void SetPenalties() {
     for (int difference = 0; difference < 256; ++difference) {
-      const int large = options_.large_penalty * NumViews() * 16 / (16 + difference);
+      const int large = kLargePenalty * NumViews() * 16 / (16 + difference);
       penalties_[difference] = static_cast<uint8_t>(std::max(large, SmallPenalty() + 1));
     }
   }
@@ -329,8 +328,8 @@ class DepthSweep::Workspace {
 
   bool IsFound(const StepChoice& choice, float evidence) const {
     if (choice.step == 0 || choice.step + 1 >= steps_) return false;  // truth may lie beyond
-    if (evidence < options_.min_evidence) return false;
-    return choice.second > (1 + options_.min_uniqueness) * choice.least;
+    if (evidence < kMinEvidence) return false;
+    return choice.second > (1 + kMinUniqueness) * choice.least;
   }
 
   // By which all neighbours move for a unit of inverse depth, taken together.
@@ -381,8 +380,7 @@ class DepthSweep::Workspace {
         const Eigen::Vector2d ray = photo_->camera.Ray({x + 0.5, y + 0.5});
         const double parallax = Parallax(ray, inverse);
         if (!(parallax > 0)) continue;
-        const double of_match =
-            kMatchErrorPx * std::sqrt(options_.min_evidence / evidence(y, x)) / parallax;
+        const double of_match = kMatchErrorPx * std::sqrt(kMinEvidence / evidence(y, x)) / parallax;
         const double error = std::hypot(of_match, kSubStepError * step_size_);
         map->depth(y, x) = static_cast<float>(1 / inverse);
         map->error(y, x) = static_cast<float>(error / (inverse * inverse));

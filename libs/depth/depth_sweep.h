@@ -24,16 +24,6 @@ struct DepthOptions {
   // limits, rounded up to a multiple of kSweepLanes.
   int min_steps = 64, max_steps = 128;
 
-  int census_threshold = 2;  // grey levels
-  int truncation = 6;        // of kCensusBits, of a neighbour's cost above the best one's
-  // Penalties of a path, of a neighbour: of a change of depth by one step, and of a larger one.
-  int small_penalty = 5, large_penalty = 22;
-
-  // A depth is a hole unless the sum of the paths' costs two steps away or more is this share
-  // higher, and the cost at its step is this share below the mean over all steps around it.
-  double min_uniqueness = 0.02;
-  double min_evidence = 0.12;
-
   SweepKernelVersion kernel = FastestSweepKernel();
 
   Status Check() const;

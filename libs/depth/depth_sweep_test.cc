@@ -177,11 +177,5 @@ TEST(DepthSweep, RefusesUnsoundInput) {
   EXPECT_THROW(sweep.Estimate(photo, {&lost}, kRange), std::invalid_argument);
 }
 
-TEST(DepthSweep, RefusesPenaltiesThatOverflow) {
-  DepthOptions options;
-  options.large_penalty = 60;
-  EXPECT_THROW(DepthSweep{options}, std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace skein::depth_test

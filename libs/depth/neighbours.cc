@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/angles.h"
+
 namespace skein {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kMinAngle = 1, kGoodAngle = 5, kLastGoodAngle = 25, kMaxAngle = 45;  // degrees
 constexpr double kSamePlaceAngle = 2;                                                 // degrees
 constexpr size_t kMinPoints = 8;
@@ -15,7 +16,7 @@ constexpr double kMargin = 0.15;    // of the range of inverse depth, at each en
 
 double AngleDeg(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d u = a - point, v = b - point;
-  return std::atan2(u.cross(v).norm(), u.dot(v)) / kDegree;
+  return RadToDeg(std::atan2(u.cross(v).norm(), u.dot(v)));
 }
 
 double WeightOfAngle(double degrees) {

@@ -1,4 +1,4 @@
-// Which photos a depth map is made from, and in what range of depths: from the sparse map.
+// The neighbours of a photo, and the range of its depths, from the sparse map.
 #pragma once
 
 #include <Eigen/Core>

@@ -29,23 +29,37 @@ PhotoTable::PhotoTable(const LensCamera& lens, int longer_side_px)
       const auto pixel = lens.project(camera_.Ray({u + 0.5, v + 0.5}));
       if (!pixel || !pixel->allFinite()) continue;
       const Eigen::Vector2d at = pixel->cwiseProduct(scales).array() - 0.5;
-      if (at.minCoeff() < -0.5 || at.x() > size.width - 0.5 || at.y() > size.height - 0.5) continue;
       x_(v, u) = static_cast<float>(at.x());
       y_(v, u) = static_cast<float>(at.y());
-      valid_(v, u) = 255;
+      const bool is_inside =
+          at.minCoeff() >= -0.5 && at.x() <= size.width - 0.5 && at.y() <= size.height - 0.5;
+      if (is_inside && KeepsOrientation(u, v)) valid_(v, u) = 255;
     }
   }
 }
 
-DepthPhoto PhotoTable::Apply(const cv::Mat1b& photo, const DepthPose& cam_from_world) const {
+// Where a polynomial of the radius turns back, it shows the photo's content a second time.
+bool PhotoTable::KeepsOrientation(int u, int v) const {
+  if (u == 0 || v == 0) return true;
+  const float dxu = x_(v, u) - x_(v, u - 1), dyu = y_(v, u) - y_(v, u - 1);
+  const float dxv = x_(v, u) - x_(v - 1, u), dyv = y_(v, u) - y_(v - 1, u);
+  return dxu * dyv - dxv * dyu > 0;
+}
+
+cv::Mat PhotoTable::Undistort(const cv::Mat& photo) const {
   if (photo.cols != photo_width_ || photo.rows != photo_height_) {
     throw std::invalid_argument("depth map: the photo has not its camera's size");
   }
-  cv::Mat1b small = photo;
+  cv::Mat small = photo, undistorted;
   if (small.size() != valid_.size()) cv::resize(photo, small, valid_.size(), 0, 0, cv::INTER_AREA);
-  DepthPhoto freed{{}, valid_, camera_, cam_from_world};
-  cv::remap(small, freed.grey, x_, y_, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-  return freed;
+  cv::remap(small, undistorted, x_, y_, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  return undistorted;
 }
+
+DepthPhoto PhotoTable::Apply(const cv::Mat1b& photo, const DepthPose& cam_from_world) const {
+  return {Undistort(photo), valid_, camera_, cam_from_world};
+}
+
+cv::Mat3b PhotoTable::Apply(const cv::Mat3b& photo) const { return Undistort(photo); }
 
 }  // namespace skein

@@ -19,7 +19,7 @@ struct LensCamera {
   std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector2d& ray)> project;
 };
 
-// Where the pixels of a depth map lie in its photo; one serves all photos of a camera.
+// Positions of a depth map's pixels in its photo. One table serves all photos of a camera.
 class PhotoTable {
  public:
   // The pinhole camera has the photo's focal length and principal point, scaled so that its longer
@@ -32,8 +32,12 @@ class PhotoTable {
   // `photo`: of the lens camera's size. Areas are averaged first, so that nothing aliases. Throws
   // std::invalid_argument for another size.
   DepthPhoto Apply(const cv::Mat1b& photo, const DepthPose& cam_from_world) const;
+  cv::Mat3b Apply(const cv::Mat3b& photo) const;
 
  private:
+  bool KeepsOrientation(int u, int v) const;  // of the table around a pixel and those before it
+  cv::Mat Undistort(const cv::Mat& photo) const;
+
   int photo_width_, photo_height_;
   DepthCamera camera_;
   cv::Mat1f x_, y_;  // in the photo shrunk to the depth map's size, its first centre at (0, 0)

@@ -45,6 +45,14 @@ TEST(PhotoTable, WhatThePhotoDoesNotShowIsInvalid) {
   EXPECT_NE(freed.valid(60, 80), 0);
 }
 
+// r (1 - 0.8 r^2) turns back at r = 0.65: beyond it the photo's middle would come again.
+TEST(PhotoTable, ALensThatTurnsBackShowsNothingTwice) {
+  const DepthPhoto freed =
+      PhotoTable(Lens(160, 120, -0.8), 160).Apply(cv::Mat1b(120, 160, uint8_t{9}), {});
+  EXPECT_EQ(freed.valid(4, 4), 0) << "r = 0.7";
+  EXPECT_NE(freed.valid(60, 12), 0) << "r = 0.53";
+}
+
 TEST(PhotoTable, FortyMegapixelsBecomeTheSizeThatIsWanted) {
   const PhotoTable table(Lens(7728, 5152, -0.02), 800);
   EXPECT_EQ(table.camera().width, 800);

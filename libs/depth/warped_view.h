@@ -11,8 +11,8 @@
 
 namespace skein {
 
-// Where the columns of a row of the reference lie in the warped neighbour, for one plane: as
-// WarpTask has it. The first column is -kWarpBorder.
+// Positions of a reference row's columns in the warped neighbour, for one plane, as WarpTask has
+// them. The first column is -kWarpBorder.
 struct PlaneColumns {
   std::vector<int32_t> window;
   std::vector<uint8_t> pairs;

@@ -1,14 +1,9 @@
-#include "benchmark/depth_scene.h"
+#include "depth/depth_scene.h"
 
-#include <algorithm>
 #include <map>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
-#include <stdexcept>
-
-#include "export/session_models.h"
-#include "sfm/reconstruction.h"
+#include <unordered_map>
 
 namespace skein {
 namespace {
@@ -30,39 +25,26 @@ DepthPose PoseOf(const Image& image) { return {image.RotationMatrix(), image.Tve
 
 }  // namespace
 
-DepthScene ReadDepthScene(const std::string& model) {
-  const Result<ExportModel> read = ReadModelFolder(model);
-  if (!read) throw std::runtime_error(read.error());
-  const Reconstruction& reconstruction = *read->reconstruction;
+DepthScene DepthSceneOf(const Reconstruction& model) {
   DepthScene scene;
-  std::map<uint64_t, int> index_of_point;
-  for (const auto& [id, point] : reconstruction.Points3D()) {
+  std::unordered_map<Point3DId, int> index_of_point;
+  for (const auto& [id, point] : model.Points3D()) {
     index_of_point[id] = static_cast<int>(scene.points.size());
     scene.points.push_back(point.XYZ());
   }
   std::map<std::string, const Image*> by_name;
-  for (const auto id : reconstruction.RegImageIds()) {
-    const Image& image = reconstruction.Image(id);
-    by_name[image.Name()] = &image;
-  }
+  for (const ImageId id : model.RegImageIds()) by_name[model.Image(id).Name()] = &model.Image(id);
   for (const auto& [name, image] : by_name) {
     std::set<int> points;
     for (const Point2D& point : image->Points2D()) {
       if (point.HasPoint3D()) points.insert(index_of_point.at(point.Point3DId()));
     }
     scene.names.push_back(name);
-    scene.lenses.push_back(LensOf(reconstruction.Camera(image->CameraId())));
+    scene.lenses.push_back(LensOf(model.Camera(image->CameraId())));
     scene.cameras.push_back(static_cast<int>(image->CameraId()));
     scene.photos.push_back({PoseOf(*image), {points.begin(), points.end()}});
   }
   return scene;
-}
-
-cv::Mat1b ReadGreyPhoto(const std::string& folder, const std::string& name) {
-  const cv::Mat1b photo =
-      cv::imread(folder + "/" + name, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  if (photo.empty()) throw std::runtime_error(folder + "/" + name + " is no photo");
-  return photo;
 }
 
 }  // namespace skein
