@@ -4,24 +4,13 @@
 #include <cmath>
 
 namespace skein {
-namespace {
-
-Eigen::Matrix3d Calibration(const DepthCamera& camera) {
-  Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
-  k.diagonal().head<2>() = camera.focal_px;
-  k.topRightCorner<2, 1>() = camera.principal_point_px.array() - 0.5;
-  return k;
-}
-
-}  // namespace
-
 Transfer::Transfer(const DepthMap& from, const DepthMap& to) {
   const Eigen::Matrix3d rotation =
       to.cam_from_world.rotation * from.cam_from_world.rotation.transpose();
   const Eigen::Vector3d translation =
       to.cam_from_world.translation - rotation * from.cam_from_world.translation;
-  const Eigen::Matrix3d k = Calibration(to.camera);
-  of_pixel_ = (k * rotation * Calibration(from.camera).inverse()).cast<float>();
+  const Eigen::Matrix3d k = to.camera.CalibrationOfIndices();
+  of_pixel_ = (k * rotation * from.camera.CalibrationOfIndices().inverse()).cast<float>();
   shift_ = (k * translation).cast<float>();
 }
 

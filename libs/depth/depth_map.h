@@ -27,6 +27,13 @@ struct DepthCamera {
   Eigen::Vector2d Pixel(const Eigen::Vector2d& ray) const {
     return ray.cwiseProduct(focal_px) + principal_point_px;
   }
+  // Calibration matrix of OpenCV's pixels: the centre of the upper left one is (0, 0).
+  Eigen::Matrix3d CalibrationOfIndices() const {
+    Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
+    k.diagonal().head<2>() = focal_px;
+    k.topRightCorner<2, 1>() = principal_point_px.array() - 0.5;
+    return k;
+  }
 };
 
 // x_camera = rotation * x_world + translation.

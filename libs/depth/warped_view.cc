@@ -13,14 +13,6 @@ namespace {
 constexpr double kMinScale = 0.4, kMaxScale = 1.9;  // a window of 16 bytes holds 8 columns and one
 constexpr double kMaxMargin = 0.75;                 // of the canvas on each side, of the photo's
 
-// OpenCV has the centre of the upper left pixel at (0, 0).
-Eigen::Matrix3d Calibration(const DepthCamera& camera) {
-  Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
-  k.diagonal().head<2>() = camera.focal_px;
-  k.topRightCorner<2, 1>() = camera.principal_point_px.array() - 0.5;
-  return k;
-}
-
 }  // namespace
 
 WarpedView::WarpedView(const DepthPhoto& reference, const DepthPhoto& neighbour, double middle,
@@ -34,7 +26,7 @@ WarpedView::WarpedView(const DepthPhoto& reference, const DepthPhoto& neighbour,
   if (std::abs(plane.determinant()) < 1e-3) return;
   motion_ = plane.partialPivLu().solve(translation);
   neighbour_from_reference_ =
-      Calibration(neighbour.camera) * plane * Calibration(camera_).inverse();
+      neighbour.camera.CalibrationOfIndices() * plane * camera_.CalibrationOfIndices().inverse();
   is_usable_ = true;
   SetSize();
   Render(neighbour);
