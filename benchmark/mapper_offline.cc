@@ -394,6 +394,29 @@ class Run {
     return sorted;
   }
 
+  // Of cells, and of pairs of photos with 20 cells or more: how many have a share above the limit.
+  void PrintCells(const std::string& what, const std::set<ImageId>& photos1,
+                  const std::set<ImageId>& photos2) const {
+    const SceneMap& map = submap_.map();
+    CellVotes sum;
+    int num_pairs = 0, num_missing = 0, num_different = 0;
+    for (const auto& [id1, id2] : map.pairs()) {
+      const bool is_between = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
+                              (photos2.count(id1) > 0 && photos1.count(id2) > 0);
+      if (!is_between) continue;
+      const CellVotes cells = ComparePhotoSets(map, map.reconstruction(), {id1}, {id2});
+      sum.Add(cells);
+      if (cells.num_cells() < 20) continue;
+      ++num_pairs;
+      num_missing += cells.num_missing > 0.4 * cells.num_cells();
+      num_different += cells.num_different > 0.15 * cells.num_cells();
+    }
+    std::cout << "  " << what << ": of " << sum.num_cells() << " cells missing " << sum.num_missing
+              << " different " << sum.num_different << "; of " << num_pairs
+              << " pairs above 0.4 missing " << num_missing << ", above 0.15 different "
+              << num_different << "\n";
+  }
+
   // Whether parts of one place would be taken for places of their own.
   void PrintParts() const {
     const SceneMap& map = submap_.map();
@@ -404,17 +427,15 @@ class Run {
       const std::set<ImageId> ours(begin, end);
       std::set<ImageId> others(ids.begin(), begin);
       others.insert(end, ids.end());
-      const Reconstruction& model = map.reconstruction();
-      const CellVotes across = ComparePhotoSets(map, model, ours, others);
-      CellVotes within = ComparePhotoSets(map, model, ours, ours);
-      within.Add(ComparePhotoSets(map, model, others, others));
       std::cout << "part " << part + 1 << " of " << arguments_.parts << ": " << ours.size()
-                << " photos; missing of cells across " << across.num_missing << "/"
-                << across.num_cells() << " different " << across.num_different << ", within "
-                << within.num_missing << "/" << within.num_cells() << " "
-                << ComparePlaces(map, model, ours, others, submap_.options().registration.min_cells)
+                << " photos "
+                << ComparePlaces(map, map.reconstruction(), ours, others,
+                                 submap_.options().registration.min_cells)
                        .reason
                 << "\n";
+      PrintCells("across", ours, others);
+      PrintCells("within", ours, ours);
+      PrintCells("within the others", others, others);
     }
   }
 
