@@ -404,7 +404,7 @@ class Run {
       const bool is_between = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
                               (photos2.count(id1) > 0 && photos1.count(id2) > 0);
       if (!is_between) continue;
-      const CellVotes cells = ComparePhotoSets(map, map.reconstruction(), {id1}, {id2});
+      const CellVotes cells = ComparePair(map, map.reconstruction(), id1, id2);
       sum.Add(cells);
       if (cells.num_cells() < 20) continue;
       ++num_pairs;

@@ -295,11 +295,6 @@ bool IsAbove(double max_share, int num, const CellVotes& votes, int min_cells) {
   return votes.num_cells() >= min_cells && num > max_share * votes.num_cells();
 }
 
-// 0 without cells.
-double MissingShare(const CellVotes& votes) {
-  return votes.num_missing / std::max<double>(1, votes.num_cells());
-}
-
 // Other photos that observe points of this one, with how many.
 std::map<ImageId, int> CountCommonPoints(const Reconstruction& model, ImageId image_id) {
   std::map<ImageId, int> counts;
@@ -405,35 +400,34 @@ std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
   return found;
 }
 
-CellVotes ComparePhotoSets(const SceneMap& map, const Reconstruction& model,
-                           const std::set<ImageId>& photos1, const std::set<ImageId>& photos2) {
-  CellVotes sum;
-  Views views(kGrid, &map.graph(), model);
-  for (const auto& [id1, id2] : map.pairs()) {
-    const bool across = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
-                        (photos2.count(id1) > 0 && photos1.count(id2) > 0);
-    if (across) sum.Add(views.CompareBothWays(id1, id2));
-  }
-  return sum;
+CellVotes ComparePair(const SceneMap& map, const Reconstruction& model, ImageId id1, ImageId id2) {
+  return Views(kGrid, &map.graph(), model).CompareBothWays(id1, id2);
 }
 
 PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
                               const std::set<ImageId>& photos1, const std::set<ImageId>& photos2,
                               int min_cells) {
-  const CellVotes across = ComparePhotoSets(map, model, photos1, photos2);
+  Views views(kGrid, &map.graph(), model);
+  CellVotes sum;
+  int num_pairs = 0, num_different = 0, num_missing = 0;
+  for (const auto& [id1, id2] : map.pairs()) {
+    const bool is_across = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
+                           (photos2.count(id1) > 0 && photos1.count(id2) > 0);
+    if (!is_across) continue;
+    const CellVotes votes = views.CompareBothWays(id1, id2);
+    sum.Add(votes);
+    if (votes.num_cells() < kMinPairCells) continue;
+    ++num_pairs;
+    num_different += ShowsAnotherPlace(votes, kMinPairCells);
+    num_missing += HasTooManyMissingCells(votes, kMinPairCells);
+  }
+  if (sum.num_cells() < min_cells) return {};
   const auto differ = [&](int num, const char* how) {
-    return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(across.num_cells()) +
+    return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(sum.num_cells()) +
                                      " cells that both show are " + how};
   };
-  if (ShowsAnotherPlace(across, min_cells)) return differ(across.num_different, "different");
-  // Also without a missing cell within the sets the limit is half of this share.
-  if (!IsAbove(kMaxMissingShare / 2, across.num_missing, across, min_cells)) return {};
-  CellVotes within = ComparePhotoSets(map, model, photos1, photos1);
-  within.Add(ComparePhotoSets(map, model, photos2, photos2));
-  const double max_missing_share = (kMaxMissingShare + MissingShare(within)) / 2;
-  if (IsAbove(max_missing_share, across.num_missing, across, min_cells)) {
-    return differ(across.num_missing, "missing");
-  }
+  if (2 * num_different > num_pairs) return differ(sum.num_different, "different");
+  if (2 * num_missing > num_pairs) return differ(sum.num_missing, "missing");
   return {};
 }
 

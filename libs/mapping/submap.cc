@@ -433,8 +433,12 @@ bool Submap::MixesPlaces(const SceneMap& anew,
       if (is_theirs && !map_->IsRegistered(id)) theirs.insert(id);
     }
     if (ours.empty() || theirs.empty()) return false;
-    return ComparePlaces(anew, anew.reconstruction(), ours, theirs, options_.registration.min_cells)
-        .differ;
+    const PlacesOfTwoSets places =
+        ComparePlaces(anew, anew.reconstruction(), ours, theirs, options_.registration.min_cells);
+    if (places.differ)
+      LogInfo("batch: {} and {} photos show two places: {}", ours.size(), theirs.size(),
+              places.reason);
+    return places.differ;
   });
 }
 
