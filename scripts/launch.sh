@@ -441,7 +441,7 @@ stop_leftovers() {
   local file pid leftovers=()
   for file in "$session"/run/*.pid; do
     [[ -e $file ]] || continue
-    pid=$(<"$file")
+    pid=$(head -c 20 -- "$file" | tr -d '\0') # a file that was sent may tell terabytes
     if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/environ" | grep -Fx "SKEIN_RUN_FOLDER=$session/run" >/dev/null; then
       leftovers+=("$pid")
     fi
