@@ -61,7 +61,7 @@ class Contest {
     std::vector<int> all;
     for (int i = 0; i < pool().size(); ++i) all.push_back(i);
     const PoolMap map = pool().MapOf(pool().Registered(all));
-    const PlaceQuality place = AssessPlace({}, {}, map.map);
+    const PlaceQuality place = AssessPlace(map.map);
     tolerance_ = 2 * place.completeness.target_gsd;
     // The pool's own matching takes each photo's depth map once and is not asked for again.
     const std::vector<Eigen::Vector3d> dense = DenseCloud(arguments.dense, pool()).Make(map);
@@ -156,7 +156,7 @@ class Contest {
   }
 
   static PlaceVerdict VerdictOf(const Capture& capture) {
-    return SummarisePlace({}, capture.place, capture.registered.size()).verdict;
+    return SummarisePlace(capture.place, capture.registered.size()).verdict;
   }
 
   Standing Measure(const Capture& capture, DenseCloud* dense) const {
@@ -228,7 +228,7 @@ class Contest {
     const size_t last = std::min(arguments_.max_photos, this->pool().size());
     while (true) {
       capture.map = pool.MapOf(capture.registered);
-      capture.place = AssessPlace({}, {}, capture.map.map);
+      capture.place = AssessPlace(capture.map.map);
       const bool is_last = capture.taken.size() >= last;
       Follow(name, capture, is_last, &dense, &course);
       if (is_last) break;

@@ -95,8 +95,8 @@ class Comparison {
       : arguments_(arguments), pool_(arguments.pool), distance_(WriteAndRead()) {
     const uint64_t seed = arguments.pool.scenario.seed;
     map_ = pool_.MapOf(LargestMap(pool_, TakeUnevenly(pool_, arguments.share, seed)));
-    place_ = AssessPlace({}, {}, map_.map);
-    summary_ = SummarisePlace({}, place_, map_.map.photos.size());
+    place_ = AssessPlace(map_.map);
+    summary_ = SummarisePlace(place_, map_.map.photos.size());
     target_gsd_ = place_.completeness.target_gsd;
   }
 

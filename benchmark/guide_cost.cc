@@ -87,7 +87,7 @@ void MovePoints(double share, double by, std::mt19937_64* random, GuidedMap* map
 }
 
 UpdateCost MeasureUpdates(GuidedMap map, size_t count, const Updates& updates, int agents) {
-  LivePlace live({}, {});
+  LivePlace live;
   const size_t num_photos = updates.num * updates.step;
   const size_t begin = std::min(count, map.photos.size() - num_photos);
   const double gsd = live.Update(FirstPhotos(map, begin, agents), 0).surface.median_gsd;
@@ -101,23 +101,23 @@ UpdateCost MeasureUpdates(GuidedMap map, size_t count, const Updates& updates, i
     const PlaceQuality& place = live.Update(now, 0);
     sum.place_s += lap.Take();
     good_share = place.completeness.good_share;
-    ChooseStations({}, {}, live.map(), place, SeekersOf(now, agents));
+    ChooseStations({}, live.map(), place, SeekersOf(now, agents));
     sum.stations_s += lap.Take();
   }
   const auto n = static_cast<double>(updates.num);
   const GuidedMap last = FirstPhotos(map, begin + num_photos, agents);
-  const double off = good_share - AssessPlace({}, {}, last).completeness.good_share;
+  const double off = good_share - AssessPlace(last).completeness.good_share;
   return {sum.place_s / n, sum.stations_s / n, off};
 }
 
 void PrintRow(const GuidedMap& all, size_t count, const Updates& updates, int agents) {
   const GuidedMap map = FirstPhotos(all, count, agents);
   Lap lap;
-  const DetailedSurface surface = MakeSurface({}, map);
+  const DetailedSurface surface = MakeSurface(map);
   const double surface_s = lap.Take();
-  const PlaceQuality place = AssessPlace({}, {}, map);
+  const PlaceQuality place = AssessPlace(map);
   const double place_s = lap.Take();
-  ChooseStations({}, {}, map, place, SeekersOf(map, agents));
+  ChooseStations({}, map, place, SeekersOf(map, agents));
   const double stations_s = lap.Take();
   const auto num_points = std::count_if(map.points.begin(), map.points.end(),
                                         [](const GuidedPoint& p) { return !p.photos.empty(); });

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -14,10 +15,13 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <random>
+#include <set>
 #include <thread>
 
+#include "disambiguation/similar_structures.h"
 #include "geometry/model_poses.h"
 #include "geometry/pose_evaluation.h"
 #include "mapper/absorb_source.h"
@@ -48,6 +52,7 @@ struct Arguments {
   std::vector<std::string> without;
   bool batch = false;
   bool global = false;
+  int parts = 0;
 };
 
 // Parts of the mapper that --without leaves out (docs/experiments/ablations.md): each function sets
@@ -55,14 +60,13 @@ struct Arguments {
 using LeaveOut = void (*)(SubmapOptions*);
 const std::map<std::string, LeaveOut> kParts = {
     {"narrow-ransac",
-     [](SubmapOptions* o) { o->registration.ransac_limits_px = {o->registration.max_error_px}; }},
+     [](SubmapOptions* o) { o->registration.ransac_limits_px = {limits::kMaxPoseErrorPx}; }},
     {"pose-sigmas",
      [](SubmapOptions* o) {
        o->registration.max_position_sigma = o->registration.max_frame_sigma_px = 1e6;
      }},
     {"epipolar", [](SubmapOptions* o) { o->registration.min_epipolar_share = 0; }},
-    {"missing-cells",
-     [](SubmapOptions* o) { o->registration.similar_structures.min_cells = 1'000'000; }},
+    {"missing-cells", [](SubmapOptions* o) { o->registration.min_cells = 1'000'000; }},
     {"observed", [](SubmapOptions* o) { o->min_observed_ratio = 0; }},
     {"weak", [](SubmapOptions* o) { o->min_observations = 0; }},
     {"withdrawals", [](SubmapOptions* o) { o->max_withdrawals = 1'000'000; }},
@@ -297,6 +301,7 @@ class Run {
     submap_.Finish(Sink());
     Print("after finish", images.size(), CpuSeconds() - start);
     PrintAgreement();
+    if (arguments_.parts > 1) PrintParts();
     if (!arguments_.output.empty()) Write(arguments_.output);
     return 0;
   }
@@ -361,6 +366,77 @@ class Run {
         CountMatches(submap_.options(), submap_.map(), submap_.waiting());
     std::cout << "  matches that agree " << agreement.agreeing << ", to win " << agreement.to_win
               << "\n";
+  }
+
+  // Photos that share most matches lie side by side: by the second eigenvector of the normalised
+  // Laplacian of the verified pairs (Shi and Malik 2000).
+  std::vector<ImageId> PhotosByTies() const {
+    const SceneMap& map = submap_.map();
+    const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+    const auto n = static_cast<Eigen::Index>(ids.size());
+    Eigen::MatrixXd ties = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const std::map<ImageId, int>& neighbours = map.Neighbours(ids[i]);
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const auto found = neighbours.find(ids[j]);
+        if (found != neighbours.end()) ties(i, j) = found->second;
+      }
+    }
+    const Eigen::VectorXd scale = ties.rowwise().sum().cwiseSqrt().cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * ties *
+                                                               scale.asDiagonal());
+    const Eigen::VectorXd second = scale.cwiseProduct(eigen.eigenvectors().col(n - 2));
+    std::vector<Eigen::Index> order(n);
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return second[a] < second[b]; });
+    std::vector<ImageId> sorted;
+    for (const Eigen::Index i : order) sorted.push_back(ids[i]);
+    return sorted;
+  }
+
+  // Of cells, and of pairs of photos with 20 cells or more: how many have a share above the limit.
+  void PrintCells(const std::string& what, const std::set<ImageId>& photos1,
+                  const std::set<ImageId>& photos2) const {
+    const SceneMap& map = submap_.map();
+    CellVotes sum;
+    int num_pairs = 0, num_missing = 0, num_different = 0;
+    for (const auto& [id1, id2] : map.pairs()) {
+      const bool is_between = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
+                              (photos2.count(id1) > 0 && photos1.count(id2) > 0);
+      if (!is_between) continue;
+      const CellVotes cells = ComparePhotoSets(map, map.reconstruction(), {id1}, {id2});
+      sum.Add(cells);
+      if (cells.num_cells() < 20) continue;
+      ++num_pairs;
+      num_missing += cells.num_missing > 0.4 * cells.num_cells();
+      num_different += cells.num_different > 0.15 * cells.num_cells();
+    }
+    std::cout << "  " << what << ": of " << sum.num_cells() << " cells missing " << sum.num_missing
+              << " different " << sum.num_different << "; of " << num_pairs
+              << " pairs above 0.4 missing " << num_missing << ", above 0.15 different "
+              << num_different << "\n";
+  }
+
+  // Whether parts of one place would be taken for places of their own.
+  void PrintParts() const {
+    const SceneMap& map = submap_.map();
+    const std::vector<ImageId> ids = PhotosByTies();
+    for (int part = 0; part < arguments_.parts; ++part) {
+      const auto begin = ids.begin() + part * ids.size() / arguments_.parts;
+      const auto end = ids.begin() + (part + 1) * ids.size() / arguments_.parts;
+      const std::set<ImageId> ours(begin, end);
+      std::set<ImageId> others(ids.begin(), begin);
+      others.insert(end, ids.end());
+      std::cout << "part " << part + 1 << " of " << arguments_.parts << ": " << ours.size()
+                << " photos "
+                << ComparePlaces(map, map.reconstruction(), ours, others,
+                                 submap_.options().registration.min_cells)
+                       .reason
+                << "\n";
+      PrintCells("across", ours, others);
+      PrintCells("within", ours, ours);
+      PrintCells("within the others", others, others);
+    }
   }
 
   bool IsStarted() const { return submap_.map().reconstruction().NumRegImages() > 0; }
@@ -485,6 +561,10 @@ int main(int argc, char** argv) {
   app.add_flag("--background", arguments.background, "global BA beside registration");
   app.add_flag("--batch", arguments.batch, "maps all photos as a batch before the finish");
   app.add_flag("--global", arguments.global, "maps all photos globally, too, and tells of it");
+  app.add_option(
+      "--parts", arguments.parts,
+      "cuts the final map where photos share fewest matches, and tells whether its parts "
+      "would be taken for two places");
   app.add_option("--without", arguments.without, "parts of the mapper to leave out")
       ->check(CLI::IsMember(skein::PartNames()));
   app.add_flag("--verbose", arguments.verbose, "tell about each photo");

@@ -161,7 +161,7 @@ PairResult MatchAsColmap(const PhotoFeatures& a, const PhotoFeatures& b) {
   const TwoViewOptions ours;
   RansacLimits limits;
   limits.max_error = ours.max_error_px;
-  limits.confidence = ours.confidence;
+  limits.confidence = kTwoViewConfidence;
   limits.min_inlier_ratio = ours.min_inlier_ratio;
   limits.max_num_trials = 10000;
   result.geometry = EstimateMultiple({a.camera, a.points, b.camera, b.points}, matches, limits);

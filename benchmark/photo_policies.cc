@@ -75,40 +75,38 @@ class Scorer {
 };
 
 using Utility =
-    std::function<double(const QualityOptions&, const Surfel&, const std::vector<ViewOfSurfel>&)>;
+    std::function<double(double target_gsd, const Surfel&, const std::vector<ViewOfSurfel>&)>;
 
 // How near to good a surfel is with these photos, 0 to 1. The first two count a little, as no
 // third one helps without them.
-double UpToGood(const QualityOptions& options, const Surfel& surfel,
-                const std::vector<ViewOfSurfel>& views) {
-  const SurfelQuality quality = AssessSurfel(options, surfel.normal, views);
+double UpToGood(double target_gsd, const Surfel& surfel, const std::vector<ViewOfSurfel>& views) {
+  const SurfelQuality quality = AssessSurfel(target_gsd, surfel.normal, views);
   if (quality.good) return 1;
-  const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
-                       std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma);
+  const double pairs = std::min(1.0, quality.reconstructability / kMinReconstructability) *
+                       std::min(1.0, kMaxSigmaGsd * target_gsd / quality.sigma);
   return 0.1 * std::min(quality.num_photos, 2) + 0.76 * pairs;
 }
 
 // Each photo adds less than the one before, and more where it makes the depth surer; good is not
 // the end.
-double Diminishing(const QualityOptions& options, const Surfel& surfel,
+double Diminishing(double target_gsd, const Surfel& surfel,
                    const std::vector<ViewOfSurfel>& views) {
-  const SurfelQuality quality = AssessSurfel(options, surfel.normal, views);
+  const SurfelQuality quality = AssessSurfel(target_gsd, surfel.normal, views);
   return 0.1 * std::min(quality.num_photos, 2) +
          0.8 * (1 - std::exp(-quality.reconstructability / 2)) *
-             std::min(1.0, options.target_gsd / quality.sigma);
+             std::min(1.0, target_gsd / quality.sigma);
 }
 
 // Area that becomes good or comes nearer to it, and what open borders promise.
 int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& utility_of) {
-  QualityOptions options;
-  options.target_gsd = capture.place.completeness.target_gsd;
+  const double target_gsd = capture.place.completeness.target_gsd;
   const GuidedMap& map = capture.map.map;
   const std::vector<Surfel>& surfels = capture.place.surface.surfels;
   std::vector<std::vector<ViewOfSurfel>> views(surfels.size());
   std::vector<double> utility(surfels.size(), 1);
   for (size_t i = 0; i < surfels.size(); ++i) {
     views[i] = ViewsOf(map, surfels[i]);
-    if (capture.place.Counts(i)) utility[i] = utility_of(options, surfels[i], views[i]);
+    if (capture.place.Counts(i)) utility[i] = utility_of(target_gsd, surfels[i], views[i]);
   }
   return Scorer(pool, capture).Best([&](int photo, const DepthGrid& view) {
     const Eigen::Vector3d centre = pool.photo(photo).cam_from_world.Centre();
@@ -122,7 +120,8 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& uti
       if (utility[i] >= 1 || !Sees(view, centre, surfels[i])) continue;
       std::vector<ViewOfSurfel> with = views[i];
       with.push_back(ViewFrom(centre, pool.camera(photo).FocalPx(), surfels[i].position));
-      gain += surfels[i].area * std::max(0.0, utility_of(options, surfels[i], with) - utility[i]);
+      gain +=
+          surfels[i].area * std::max(0.0, utility_of(target_gsd, surfels[i], with) - utility[i]);
     }
     return gain;
   });
@@ -187,8 +186,7 @@ int Follower::Take(const Capture& capture) {
     if (std::find(registered.begin(), registered.end(), photo) != registered.end()) continue;
     seeker.in_vain.push_back(advised);
   }
-  const auto stations =
-      ChooseStations({}, QualityOptions(), capture.map.map, capture.place, {seeker});
+  const auto stations = ChooseStations({}, capture.map.map, capture.place, {seeker});
   if (stations[0].empty()) {
     ++without_station_;
     return TakeFarthestOverlapping(pool_, capture);

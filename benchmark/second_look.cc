@@ -34,7 +34,7 @@ struct Options {
   size_t num_expanding = RetrievalOptions().num_expanding;
   int num_shuffles = 3;
   int num_workers = 1;
-  SecondLookOptions second_look;
+  bool second_look = true;
 };
 
 // One set in one order of arrival.
@@ -238,7 +238,7 @@ void Study(const StudySet& set, const VladModel& model, const InlierCounts& inli
     }
     const Session session = Arrange(set, model, inliers, order);
     Options plain_options = options;
-    plain_options.second_look.enabled = false;
+    plain_options.second_look = false;
     const Score plain = Replay(session, plain_options);
     Print("plain", plain, plain);
     Print("second look", Replay(session, options), plain);
@@ -265,7 +265,6 @@ void Run(const Options& options) {
 
 int main(int argc, char** argv) {
   skein::benchmark::Options options;
-  auto& look = options.second_look;
   CLI::App app("Pairs that the second look spares and loses, against plain top-30.");
   app.add_option("--set", options.sets, "NAME=FOLDER of photos")->required();
   app.add_option("--cache", options.cache, "Folder for features and pairs")->required();
@@ -279,14 +278,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--expand", options.num_expanding, "Photos that a query is expanded by")
       ->capture_default_str();
-  app.add_option("--in-work", look.max_in_work)->capture_default_str();
-  app.add_option("--min-evidence", look.min_evidence)->capture_default_str();
-  app.add_option("--min-expected", look.min_expected)->capture_default_str();
-  app.add_option("--num-sure", look.num_sure)->capture_default_str();
-  app.add_option("--few-strong", look.few_strong)->capture_default_str();
-  app.add_option("--min-strong", look.min_strong)->capture_default_str();
-  app.add_option("--max-implied", look.max_implied)->capture_default_str();
-  app.add_option("--max-joined", look.max_joined)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   std::printf("commit %s\n", SKEIN_COMMIT);
   try {

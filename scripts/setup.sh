@@ -18,7 +18,7 @@ source "$(dirname "$0")/lib.sh"
 
 build_packages=(
   g++ cmake ninja-build ccache dpkg-dev python3
-  liblcm-dev liblcm-bin liblcm-java libjchart2d-java libeigen3-dev libceres-dev libopencv-dev
+  liblcm-dev liblcm-bin liblcm-java libjchart2d-java libeigen3-dev libgeotiff-dev libtiff-dev libceres-dev libopencv-dev
   libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libexpat1-dev libgoogle-glog-dev
   libboost-filesystem-dev libboost-system-dev libarchive-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libsodium-dev libseccomp-dev
   libqrencode-dev libgtest-dev libbenchmark-dev iproute2 util-linux jq)

@@ -1,6 +1,7 @@
 #include "clients/export/export.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "clients/export/database.h"
+#include "clients/export/dense_folder.h"
 #include "clients/export/photo_source.h"
 #include "clients/export/picture.h"
 #include "clients/export/training_folder.h"
@@ -22,6 +24,7 @@
 #include "export/model_writer.h"
 #include "export/session_models.h"
 #include "export/written_names.h"
+#include "geometry/georeference_json.h"
 
 namespace skein {
 namespace {
@@ -34,6 +37,7 @@ constexpr char kDatabase[] = "database";
 struct ExportOptions {
   std::string session, model, images, output, picture;
   std::vector<std::string> formats = {"bin"};
+  int depth_size_px = DenseOptions().size_px;
   bool georeferenced = false;
 };
 
@@ -74,21 +78,37 @@ bool IsTraining(const std::string& format) {
   return format == kNerfstudio || format == kGaussianSplatting;
 }
 
-// Formats with photos; none where there are no photos to undistort.
-std::set<std::string> TrainingFormats(const ExportOptions& options) {
+bool IsDense(const std::string& format) {
+  return format == kDepth || format == kDense || format == kOrthophoto;
+}
+
+using IsOfKind = bool (*)(const std::string& format);
+
+std::set<std::string> FormatsOfKind(const ExportOptions& options, IsOfKind is_of_kind) {
   std::set<std::string> formats;
-  if (options.session.empty() && options.images.empty()) return formats;
   std::copy_if(options.formats.begin(), options.formats.end(),
-               std::inserter(formats, formats.end()), IsTraining);
+               std::inserter(formats, formats.end()), is_of_kind);
   return formats;
 }
 
-// What libs/export writes: neither the database nor folders with photos.
+bool Has(const ExportOptions& options, const std::string& format) {
+  return std::count(options.formats.begin(), options.formats.end(), format) > 0;
+}
+
+// Formats with photos; none where there are no photos to undistort.
+std::set<std::string> TrainingFormats(const ExportOptions& options) {
+  if (options.session.empty() && options.images.empty()) return {};
+  return FormatsOfKind(options, IsTraining);
+}
+
+// What libs/export writes: neither the database nor folders that photos are needed for.
 std::vector<std::string> PlainFormats(const ExportOptions& options) {
   const std::set<std::string> training = TrainingFormats(options);
   std::vector<std::string> formats;
   for (const std::string& format : options.formats) {
-    if (format != kDatabase && training.count(format) == 0) formats.push_back(format);
+    if (format != kDatabase && !IsDense(format) && training.count(format) == 0) {
+      formats.push_back(format);
+    }
   }
   return formats;
 }
@@ -97,11 +117,15 @@ void ThrowUnlessOk(const Status& status) {
   if (!status.ok()) throw std::runtime_error(status.error());
 }
 
+fs::path FolderOf(const ExportOptions& options, size_t i) {
+  return fs::path(options.output) / std::to_string(i);
+}
+
 void WriteModels(const std::vector<ExportModel>& models, const ExportOptions& options) {
   const std::vector<std::string> formats = PlainFormats(options);
   ProgressBar progress("models", static_cast<int64_t>(models.size() * formats.size()));
   for (size_t i = 0; i < models.size(); ++i) {
-    const fs::path folder = fs::path(options.output) / std::to_string(i);
+    const fs::path folder = FolderOf(options, i);
     const Reconstruction& model = *models[i].reconstruction;
     fs::create_directories(folder);
     for (const std::string& format : formats) {
@@ -126,21 +150,49 @@ void WriteModels(const std::vector<ExportModel>& models, const ExportOptions& op
   }
 }
 
-void WriteTrainingFolders(const std::vector<ExportModel>& models, const ExportOptions& options) {
-  const Result<PhotoSource> photos = options.session.empty()
-                                         ? PhotosOfFolder(options.images)
-                                         : PhotosOfSession(SessionPaths{options.session});
+PhotoSource OpenPhotos(const ExportOptions& options) {
+  Result<PhotoSource> photos = options.session.empty()
+                                   ? PhotosOfFolder(options.images)
+                                   : PhotosOfSession(SessionPaths{options.session});
   ThrowUnlessOk(photos.status());
-  int64_t num_photos = 0;
+  return *std::move(photos);
+}
+
+int64_t CountPhotos(const std::vector<ExportModel>& models) {
+  int64_t count = 0;
   for (const ExportModel& model : models) {
-    num_photos += static_cast<int64_t>(model.reconstruction->NumRegImages());
+    count += static_cast<int64_t>(model.reconstruction->NumRegImages());
   }
-  ProgressBar progress("photos", num_photos);
+  return count;
+}
+
+void WriteTrainingFolders(const std::vector<ExportModel>& models, const ExportOptions& options) {
+  const PhotoSource photos = OpenPhotos(options);
+  ProgressBar progress("photos", CountPhotos(models));
   for (size_t i = 0; i < models.size(); ++i) {
-    const fs::path folder = fs::path(options.output) / std::to_string(i);
     ThrowUnlessOk(WriteTrainingFolder(
-        *models[i].reconstruction, TrainingFormats(options), *photos, [&] { progress.Add(); },
-        folder));
+        *models[i].reconstruction, TrainingFormats(options), photos, [&] { progress.Add(); },
+        FolderOf(options, i)));
+  }
+}
+
+void WriteDenseFolders(const std::vector<ExportModel>& models, const ExportOptions& options) {
+  const PhotoSource photos = OpenPhotos(options);
+  ProgressBar progress("depth maps", CountPhotos(models));
+  for (size_t i = 0; i < models.size(); ++i) {
+    DenseOptions dense{FormatsOfKind(options, IsDense), options.depth_size_px, {}};
+    if (options.georeferenced) dense.origin = OriginOf(models[i].georeference);
+    const Result<DenseFigures> figures = WriteDenseFolder(
+        *models[i].reconstruction, dense, photos, [&] { progress.Add(); }, FolderOf(options, i));
+    ThrowUnlessOk(figures.status());
+    std::cout << FolderOf(options, i).string() << ": depths at "
+              << std::lround(100 * figures->completeness) << " % of the photos' pixels";
+    if (Has(options, kDense)) std::cout << ", " << figures->num_points << " dense points";
+    if (Has(options, kOrthophoto)) {
+      std::cout << ", an orthophoto of " << figures->cell_m << " m a pixel, "
+                << std::lround(100 * figures->grid_completeness) << " % of its area known";
+    }
+    std::cout << std::endl;
   }
 }
 
@@ -164,10 +216,6 @@ void ExportUnmirrored(const ExportOptions& options) {
             << std::endl;
 }
 
-bool Has(const ExportOptions& options, const std::string& format) {
-  return std::count(options.formats.begin(), options.formats.end(), format) > 0;
-}
-
 // Empty when the options go together; else what to do.
 std::string CheckOptions(const ExportOptions& options, bool database) {
   if (options.session.empty() == options.model.empty()) return "give --session or --model";
@@ -175,9 +223,14 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
   if (database && options.session.empty()) return "the database comes from a --session";
   if (options.georeferenced && options.session.empty()) return "positions come from a --session";
   if (!options.images.empty() && options.model.empty()) return "--images is for --model";
+  if (Has(options, kOrthophoto) && !options.georeferenced) {
+    return "an orthophoto lies on the earth: give --georeferenced";
+  }
   const bool has_photos = !options.session.empty() || !options.images.empty();
-  if (Has(options, kGaussianSplatting) && !has_photos) {
-    return "gaussian-splatting needs the model's photos: give --images";
+  for (const char* format : {kGaussianSplatting, kDepth, kDense, kOrthophoto}) {
+    if (Has(options, format) && !has_photos) {
+      return std::string(format) + " needs the model's photos: give --images";
+    }
   }
   return "";
 }
@@ -187,12 +240,15 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
 int RunExport(int argc, char** argv) {
   ExportOptions options;
   std::vector<std::string> known = ModelFormats();
-  known.insert(known.end(), {kGaussianSplatting, kDatabase});
+  known.insert(known.end(), {kGaussianSplatting, kDatabase, kDepth, kDense, kOrthophoto});
   CLI::App app(
       "Exports a session's submaps, at any time, also while it runs: OUTPUT/0 is the one with "
       "most\n"
       "photos. database: OUTPUT/database.db with features and verified matches for COLMAP.\n"
-      "nerfstudio, gaussian-splatting: with undistorted photos, to be trained on as they are.",
+      "nerfstudio, gaussian-splatting: with undistorted photos, to be trained on as they are.\n"
+      "dense: OUTPUT/N/dense.ply, the surface as points with normals and colours; depth: a depth\n"
+      "map of each photo in OUTPUT/N/depth. orthophoto, with --georeferenced: orthophoto.tif and\n"
+      "elevation.tif, GeoTIFF.",
       "skein export");
   app.add_option("--session", options.session, "Session folder")->check(CLI::ExistingDirectory);
   app.add_option("--model", options.model, "Or: a COLMAP model folder")
@@ -204,6 +260,10 @@ int RunExport(int argc, char** argv) {
   app.add_option("--format", options.formats, "One or more, separated by commas")
       ->delimiter(',')
       ->check(CLI::IsMember(known))
+      ->capture_default_str();
+  app.add_option("--depth-size", options.depth_size_px,
+                 "Longer side of the depth maps, pixels; half of it takes a quarter of the time")
+      ->check(CLI::Range(100, 2048))
       ->capture_default_str();
   app.add_option("--picture", options.picture,
                  "PNG of the largest model: points and cameras from above and obliquely");
@@ -234,6 +294,7 @@ int RunExport(int argc, char** argv) {
   if (!options.output.empty() && !only_database) {
     WriteModels(models, options);
     if (!TrainingFormats(options).empty()) WriteTrainingFolders(models, options);
+    if (!FormatsOfKind(options, IsDense).empty()) WriteDenseFolders(models, options);
   }
   if (!options.picture.empty()) WritePicture(*models.front().reconstruction, options.picture);
   return kExitOk;

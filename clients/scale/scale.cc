@@ -153,7 +153,7 @@ class Scaler {
       names.push_back(job.name);
     }
     const Status cancelled = names.empty() ? jobs.status() : engine_.Cancel(names);
-    Tell(cancelled.ok() ? "ends, and " + std::to_string(names.size()) + " workers leave"
+    Tell(cancelled.ok() ? "ends and tells " + Counted(names.size(), "worker") + " to leave"
                         : "ends; workers may be left: " + cancelled.error());
   }
 
@@ -230,8 +230,7 @@ class Scaler {
         },
         [this, names](const Status& status) {
           pool_.OnSubmitted(names, status, MonotonicS());
-          if (status.ok())
-            Tell(std::to_string(names.size()) + " workers are submitted for " + Photos());
+          if (status.ok()) Tell("submits " + Counted(names.size(), "worker") + " for " + Photos());
           OnDone(Status::Ok());
         });
   }
@@ -246,10 +245,10 @@ class Scaler {
     problem_ = problem;
   }
 
-  std::string Photos() const { return std::to_string(Demand().num_photos) + " photos in work"; }
+  std::string Photos() const { return Counted(Demand().num_photos, "photo") + " in work"; }
   std::string Describe() const {
-    return std::to_string(pool_.num_running()) + " workers run, " +
-           std::to_string(pool_.num_waiting()) + " wait in the queue of " + options_.engine + "; " +
+    return "running: " + Counted(pool_.num_running(), "worker") + ", waiting in the queue of " +
+           options_.engine + ": " + std::to_string(pool_.num_waiting()) + "; " +
            std::to_string(Wanted()) + " wanted for " + Photos();
   }
 

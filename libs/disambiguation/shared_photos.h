@@ -9,20 +9,14 @@
 
 #include <set>
 
+#include "core/result.h"
 #include "disambiguation/similar_structures.h"
 
 namespace skein {
 
-SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options);
-
-// Between the shared photos and the others of one model, along the tracks they
-// have in common.
-CellVotes CompareShared(const SimilarStructuresOptions& options, const Reconstruction& model,
-                        const std::set<ImageId>& shared);
-
 // An error if the shared photos are not of one place. Each model in its own
-// frame; `shared` is registered in both. `options`: those of mapping.
-Status CheckSharedPhotos(const SimilarStructuresOptions& options, const Reconstruction& target,
-                         const Reconstruction& source, const std::set<ImageId>& shared);
+// frame; `shared` is registered in both. `min_cells`: that of mapping.
+Status CheckSharedPhotos(const Reconstruction& target, const Reconstruction& source,
+                         const std::set<ImageId>& shared, int min_cells);
 
 }  // namespace skein

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/angles.h"
-#include "core/option_check.h"
 #include "core/statistics.h"
 #include "core/threads.h"
 #include "disambiguation/photo_groups.h"
@@ -20,8 +19,29 @@ namespace {
 
 // angle(t, b) / angle(a, b) from which on photo t shows that the point is recognised in a.
 constexpr double kAngleCover = 0.75;
-constexpr int kMinCommonPoints = 15;  // of two photos, for them to be compared
-constexpr int kCellsPerRegion = 3;    // in width and height, where points are sparse
+constexpr int kMinCommonPoints = 15;       // of two photos, for them to be compared
+constexpr int kMinExpectedPoints = 4;      // and keypoints, of a cell that counts
+constexpr double kMaxViewAngleDeg = 12.0;  // between the rays of two photos to an expected point
+constexpr double kMaxDistanceRatio = 1.3;  // of the lengths of these rays
+constexpr int kMinOwnPoints = 3;           // observed by the photo in a cell, for its depth there
+constexpr double kMaxDepthRatio = 1.15;    // of one surface
+// different / (seen + missing). One place: 0.00 to 0.01 in the mean, up to 0.05 for a pair. Two
+// buildings of one design: 0.4.
+constexpr double kMaxDifferentShare = 0.15;
+// missing / (seen + missing). One place: 0.01 to 0.1 in the mean, up to 0.7 behind a tree.
+// Therefore missing cells alone judge no photo: there must be other evidence.
+constexpr double kMaxMissingShare = 0.4;
+constexpr int kMinDifferentCells = 60;  // by which a group of photos must be contradicted
+constexpr int kMinMissingCells = 30;    // the same for a group judged by missing cells
+constexpr int kMinPairCells = 20;       // of a pair judged by missing cells
+constexpr size_t kMaxNeighbours = 10;  // registered photos with most matches, compared with a photo
+
+// Cells of a photo.
+struct CellGrid {
+  int num_columns, num_rows;
+};
+constexpr CellGrid kGrid = {24, 18};
+constexpr CellGrid kSharedGrid = {8, 6};  // of shared photos (shared_photos.h)
 
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -64,10 +84,9 @@ class Centers {
 // A photo in which points of others are looked for.
 class View {
  public:
-  View(const SimilarStructuresOptions& options, const CorrespondenceGraph* graph,
-       const Reconstruction& model, Centers* centers, ImageId image_id, const Camera& camera,
-       const Matrix3x4d& cam_from_world)
-      : options_(options),
+  View(const CellGrid& grid, const CorrespondenceGraph* graph, const Reconstruction& model,
+       Centers* centers, ImageId image_id, const Camera& camera, const Matrix3x4d& cam_from_world)
+      : grid_(grid),
         model_(model),
         centers_(*centers),
         image_id_(image_id),
@@ -75,7 +94,7 @@ class View {
         camera_(camera),
         cam_from_world_(cam_from_world),
         center_(-cam_from_world.leftCols<3>().transpose() * cam_from_world.col(3)),
-        num_keypoints_(options.num_columns * options.num_rows) {
+        num_keypoints_(grid.num_columns * grid.num_rows) {
     for (const Point2D& point2D : model.Image(image_id).Points2D()) {
       const int cell = CellOfPixel(point2D.XY());
       if (cell >= 0) ++num_keypoints_[cell];
@@ -110,12 +129,11 @@ class View {
     for (size_t i = 0; i < expected->size(); ++i) {
       Expected& cell = (*expected)[i];
       const int num_expected = static_cast<int>(cell.depths.size());
-      if (std::min(num_expected, num_keypoints_[i]) < options_.min_points) continue;
+      if (std::min(num_expected, num_keypoints_[i]) < kMinExpectedPoints) continue;
       ++(cell.seen ? votes.num_seen : votes.num_missing);
       if (cell.seen || own_depths_[i] <= 0) continue;
       const double ratio = UpperMedian(std::move(cell.depths)) / own_depths_[i];
-      votes.num_different +=
-          ratio < options_.max_depth_ratio && ratio > 1 / options_.max_depth_ratio;
+      votes.num_different += ratio < kMaxDepthRatio && ratio > 1 / kMaxDepthRatio;
     }
     return votes;
   }
@@ -133,15 +151,15 @@ class View {
     own_depths_.assign(depths.size(), 0.0);
     for (size_t i = 0; i < depths.size(); ++i) {
       const int num_points = static_cast<int>(depths[i].size());
-      if (num_points >= options_.min_own_points) own_depths_[i] = UpperMedian(std::move(depths[i]));
+      if (num_points >= kMinOwnPoints) own_depths_[i] = UpperMedian(std::move(depths[i]));
     }
   }
 
   int CellOfPixel(const Eigen::Vector2d& pixel) const {
     const double x = pixel.x() / camera_.Width(), y = pixel.y() / camera_.Height();
     if (!(x >= 0 && x < 1 && y >= 0 && y < 1)) return -1;
-    return static_cast<int>(y * options_.num_rows) * options_.num_columns +
-           static_cast<int>(x * options_.num_columns);
+    return static_cast<int>(y * grid_.num_rows) * grid_.num_columns +
+           static_cast<int>(x * grid_.num_columns);
   }
 
   int CellOfPoint(const Eigen::Vector3d& in_camera) const {
@@ -154,11 +172,11 @@ class View {
                     const Eigen::Vector3d& other_center) const {
     const Eigen::Vector3d ray = center_ - point.XYZ(), other_ray = other_center - point.XYZ();
     const double ratio = ray.norm() / other_ray.norm();
-    if (!(ratio < options_.max_distance_ratio && ratio > 1 / options_.max_distance_ratio)) {
+    if (!(ratio < kMaxDistanceRatio && ratio > 1 / kMaxDistanceRatio)) {
       return false;
     }
     const double angle = AngleBetween(ray, other_ray);
-    if (angle > DegToRad(options_.max_view_angle_deg)) return false;
+    if (angle > DegToRad(kMaxViewAngleDeg)) return false;
     for (const TrackElement& element : point.Track().Elements()) {
       if (element.image_id == image_id_ || element.image_id == other) continue;
       const Eigen::Vector3d third_ray = centers_.Of(element.image_id) - point.XYZ();
@@ -167,7 +185,7 @@ class View {
     return false;
   }
 
-  const SimilarStructuresOptions& options_;
+  const CellGrid grid_;
   const Reconstruction& model_;
   Centers& centers_;
   const ImageId image_id_;
@@ -183,9 +201,8 @@ class View {
 class Views {
  public:
   // Without a graph a photo sees the points that it observes.
-  Views(const SimilarStructuresOptions& options, const CorrespondenceGraph* graph,
-        const Reconstruction& model)
-      : options_(options), graph_(graph), model_(model), centers_(model) {}
+  Views(const CellGrid& grid, const CorrespondenceGraph* graph, const Reconstruction& model)
+      : grid_(grid), graph_(graph), model_(model), centers_(model) {}
 
   // As if the photo stood there.
   void Place(ImageId id, const Matrix3x4d& cam_from_world) {
@@ -229,10 +246,10 @@ class Views {
  private:
   std::unique_ptr<View> Make(ImageId id, const Matrix3x4d& cam_from_world) {
     const Camera& camera = model_.Camera(model_.Image(id).CameraId());
-    return std::make_unique<View>(options_, graph_, model_, &centers_, id, camera, cam_from_world);
+    return std::make_unique<View>(grid_, graph_, model_, &centers_, id, camera, cam_from_world);
   }
 
-  const SimilarStructuresOptions& options_;
+  const CellGrid grid_;
   const CorrespondenceGraph* const graph_;
   const Reconstruction& model_;
   Centers centers_;
@@ -240,25 +257,24 @@ class Views {
 };
 
 // The registered photos with most matches with this one.
-std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id, int max_neighbours) {
+std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id) {
   std::vector<std::pair<int, ImageId>> order;
   for (const auto& [other, inliers] : map.Neighbours(image_id)) {
     if (map.IsRegistered(other)) order.emplace_back(-inliers, other);
   }
   std::sort(order.begin(), order.end());
-  if (order.size() > static_cast<size_t>(max_neighbours)) order.resize(max_neighbours);
+  if (order.size() > kMaxNeighbours) order.resize(kMaxNeighbours);
   std::vector<ImageId> neighbours;
   for (const auto& [unused, other] : order) neighbours.push_back(other);
   return neighbours;
 }
 
 // Each photo with the registered ones that it matches most with.
-std::set<std::pair<ImageId, ImageId>> PairsToCompare(const SimilarStructuresOptions& options,
-                                                     const SceneMap& map,
+std::set<std::pair<ImageId, ImageId>> PairsToCompare(const SceneMap& map,
                                                      const std::vector<ImageId>& ids) {
   std::set<std::pair<ImageId, ImageId>> pairs;
   for (const ImageId id : ids) {
-    for (const ImageId other : BestNeighbours(map, id, options.max_neighbours)) {
+    for (const ImageId other : BestNeighbours(map, id)) {
       pairs.insert(std::minmax(id, other));
     }
   }
@@ -275,9 +291,8 @@ Votes Weigh(double max_share, int num_seen, int num_contradicting) {
   return {num_seen, static_cast<int>(std::lround(weight * num_contradicting))};
 }
 
-bool IsAbove(double max_share, int num, const SimilarStructuresOptions& options,
-             const CellVotes& votes) {
-  return votes.num_cells() >= options.min_cells && num > max_share * votes.num_cells();
+bool IsAbove(double max_share, int num, const CellVotes& votes, int min_cells) {
+  return votes.num_cells() >= min_cells && num > max_share * votes.num_cells();
 }
 
 // 0 without cells.
@@ -297,151 +312,10 @@ std::map<ImageId, int> CountCommonPoints(const Reconstruction& model, ImageId im
   return counts;
 }
 
-}  // namespace
-
-Status SimilarStructuresOptions::Check() const {
-  return FirstError({InRange("num_columns", num_columns, 1, 1000),
-                     InRange("num_rows", num_rows, 1, 1000),
-                     InRange("min_points", min_points, 1, 10'000),
-                     InRange("max_view_angle_deg", max_view_angle_deg, 0.1, 180.0),
-                     InRange("max_distance_ratio", max_distance_ratio, 1.0, 1000.0),
-                     InRange("min_own_points", min_own_points, 1, 10'000),
-                     InRange("max_depth_ratio", max_depth_ratio, 1.0, 1000.0),
-                     InRange("max_different_share", max_different_share, 0.0, 1.0),
-                     InRange("max_missing_share", max_missing_share, 0.0, 1.0),
-                     InRange("min_cells", min_cells, 1, 1'000'000),
-                     InRange("min_different_cells", min_different_cells, 1, 1'000'000),
-                     InRange("min_missing_cells", min_missing_cells, 1, 1'000'000),
-                     InRange("min_pair_cells", min_pair_cells, 1, 1'000'000),
-                     InRange("max_neighbours", max_neighbours, 1, 10'000)});
-}
-
-void CellVotes::Add(const CellVotes& other) {
-  num_seen += other.num_seen;
-  num_missing += other.num_missing;
-  num_different += other.num_different;
-}
-
-bool ShowsAnotherPlace(const SimilarStructuresOptions& options, const CellVotes& votes) {
-  return IsAbove(options.max_different_share, votes.num_different, options, votes);
-}
-
-bool HasTooManyMissingCells(const SimilarStructuresOptions& options, const CellVotes& votes) {
-  return IsAbove(options.max_missing_share, votes.num_missing, options, votes);
-}
-
-CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const SceneMap& map,
-                                ImageId image_id, const Camera& camera,
-                                const Matrix3x4d& cam_from_world) {
-  Centers centers(map.reconstruction());
-  const View view(options, &map.graph(), map.reconstruction(), &centers, image_id, camera,
-                  cam_from_world);
+// Between the shared photos and the others of one model, along the tracks they have in common.
+CellVotes CompareShared(const Reconstruction& model, const std::set<ImageId>& shared) {
   CellVotes sum;
-  for (const ImageId other : BestNeighbours(map, image_id, options.max_neighbours)) {
-    sum.Add(view.Compare(other));
-  }
-  return sum;
-}
-
-CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
-                           ImageId image_id, const Matrix3x4d& cam_from_world, ImageId other) {
-  Views views(options, &map.graph(), map.reconstruction());
-  views.Place(image_id, cam_from_world);
-  return views.Of(image_id).Compare(other);
-}
-
-std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,
-                                              const SceneMap& map, ImageId first, int num_threads) {
-  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
-  const auto to_compare = PairsToCompare(options, map, ids);
-  const std::vector<std::pair<ImageId, ImageId>> pairs(to_compare.begin(), to_compare.end());
-  const std::vector<CellVotes> votes =
-      Views(options, &map.graph(), map.reconstruction()).CompareAll(pairs, num_threads);
-  std::vector<PhotoEdge> by_cells, by_matches;
-  for (size_t i = 0; i < pairs.size(); ++i) {
-    const auto& [id1, id2] = pairs[i];
-    by_cells.push_back(
-        {id1, id2, Weigh(options.max_different_share, votes[i].num_seen, votes[i].num_different)});
-    by_matches.push_back(EdgeByMatches(map, id1, id2));
-  }
-  PhotoGroups groups(ids, by_cells);
-  groups.JoinByVotes(by_cells);
-  groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
-  const Votes limit = Weigh(options.max_different_share, 0, options.min_different_cells);
-  return groups.Contradicted(limit.contradict, first);
-}
-
-std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
-    const SimilarStructuresOptions& options, const SceneMap& map, ImageId first,
-    const SimilarPlaceCandidates& candidates) {
-  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
-  Views views(options, &map.graph(), map.reconstruction());
-  for (const auto& [id, cam_from_world] : candidates.waiting) {
-    views.Place(id, cam_from_world);
-    ids.push_back(id);
-  }
-  std::vector<PhotoEdge> by_cells, by_matches;
-  for (const auto& [id1, id2] : PairsToCompare(options, map, ids)) {
-    by_matches.push_back(EdgeByMatches(map, id1, id2));
-    if (!candidates.Contains(id1) && !candidates.Contains(id2)) continue;
-    const CellVotes cells = views.CompareBothWays(id1, id2);
-    if (cells.num_cells() < options.min_pair_cells) continue;
-    by_cells.push_back(
-        {id1, id2, Weigh(options.max_missing_share, cells.num_seen, cells.num_missing)});
-  }
-  PhotoGroups groups(ids, by_cells);
-  groups.JoinByVotes(by_matches);
-  const Votes limit = Weigh(options.max_missing_share, 0, options.min_missing_cells);
-  std::vector<ImageId> found = groups.Contradicted(limit.contradict, first);
-  const auto is_waiting = [&](ImageId id) { return candidates.waiting.count(id) > 0; };
-  found.erase(std::remove_if(found.begin(), found.end(), is_waiting), found.end());
-  return found;
-}
-
-CellVotes ComparePhotoSets(const SimilarStructuresOptions& options, const SceneMap& map,
-                           const Reconstruction& model, const std::set<ImageId>& photos1,
-                           const std::set<ImageId>& photos2) {
-  CellVotes sum;
-  Views views(options, &map.graph(), model);
-  for (const auto& [id1, id2] : map.pairs()) {
-    const bool across = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
-                        (photos2.count(id1) > 0 && photos1.count(id2) > 0);
-    if (across) sum.Add(views.CompareBothWays(id1, id2));
-  }
-  return sum;
-}
-
-PlacesOfTwoSets ComparePlaces(const SimilarStructuresOptions& options, const SceneMap& map,
-                              const Reconstruction& model, const std::set<ImageId>& photos1,
-                              const std::set<ImageId>& photos2) {
-  const CellVotes across = ComparePhotoSets(options, map, model, photos1, photos2);
-  const auto differ = [&](int num, const char* how) {
-    return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(across.num_cells()) +
-                                     " cells that both show are " + how};
-  };
-  if (ShowsAnotherPlace(options, across)) return differ(across.num_different, "different");
-  // Also without a missing cell within the sets the limit is half of this share.
-  if (!IsAbove(options.max_missing_share / 2, across.num_missing, options, across)) return {};
-  CellVotes within = ComparePhotoSets(options, map, model, photos1, photos1);
-  within.Add(ComparePhotoSets(options, map, model, photos2, photos2));
-  const double max_missing_share = (options.max_missing_share + MissingShare(within)) / 2;
-  if (IsAbove(max_missing_share, across.num_missing, options, across)) {
-    return differ(across.num_missing, "missing");
-  }
-  return {};
-}
-
-SimilarStructuresOptions ForSharedPhotos(const SimilarStructuresOptions& options) {
-  SimilarStructuresOptions coarse = options;
-  coarse.num_columns = std::max(1, options.num_columns / kCellsPerRegion);
-  coarse.num_rows = std::max(1, options.num_rows / kCellsPerRegion);
-  return coarse;
-}
-
-CellVotes CompareShared(const SimilarStructuresOptions& options, const Reconstruction& model,
-                        const std::set<ImageId>& shared) {
-  CellVotes sum;
-  Views views(options, nullptr, model);
+  Views views(kSharedGrid, nullptr, model);
   for (const ImageId id : shared) {
     for (const auto& [other, num_common] : CountCommonPoints(model, id)) {
       if (num_common < kMinCommonPoints || shared.count(other) > 0) continue;
@@ -451,14 +325,125 @@ CellVotes CompareShared(const SimilarStructuresOptions& options, const Reconstru
   return sum;
 }
 
-Status CheckSharedPhotos(const SimilarStructuresOptions& options, const Reconstruction& target,
-                         const Reconstruction& source, const std::set<ImageId>& shared) {
-  const SimilarStructuresOptions coarse = ForSharedPhotos(options);
+}  // namespace
+
+void CellVotes::Add(const CellVotes& other) {
+  num_seen += other.num_seen;
+  num_missing += other.num_missing;
+  num_different += other.num_different;
+}
+
+bool ShowsAnotherPlace(const CellVotes& votes, int min_cells) {
+  return IsAbove(kMaxDifferentShare, votes.num_different, votes, min_cells);
+}
+
+bool HasTooManyMissingCells(const CellVotes& votes, int min_cells) {
+  return IsAbove(kMaxMissingShare, votes.num_missing, votes, min_cells);
+}
+
+CellVotes CompareWithNeighbours(const SceneMap& map, ImageId image_id, const Camera& camera,
+                                const Matrix3x4d& cam_from_world) {
+  Centers centers(map.reconstruction());
+  const View view(kGrid, &map.graph(), map.reconstruction(), &centers, image_id, camera,
+                  cam_from_world);
+  CellVotes sum;
+  for (const ImageId other : BestNeighbours(map, image_id)) {
+    sum.Add(view.Compare(other));
+  }
+  return sum;
+}
+
+CellVotes CompareWithPhoto(const SceneMap& map, ImageId image_id, const Matrix3x4d& cam_from_world,
+                           ImageId other) {
+  Views views(kGrid, &map.graph(), map.reconstruction());
+  views.Place(image_id, cam_from_world);
+  return views.Of(image_id).Compare(other);
+}
+
+std::vector<ImageId> FindPhotosOfAnotherPlace(const SceneMap& map, ImageId first, int num_threads) {
+  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+  const auto to_compare = PairsToCompare(map, ids);
+  const std::vector<std::pair<ImageId, ImageId>> pairs(to_compare.begin(), to_compare.end());
+  const std::vector<CellVotes> votes =
+      Views(kGrid, &map.graph(), map.reconstruction()).CompareAll(pairs, num_threads);
+  std::vector<PhotoEdge> by_cells, by_matches;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    const auto& [id1, id2] = pairs[i];
+    by_cells.push_back(
+        {id1, id2, Weigh(kMaxDifferentShare, votes[i].num_seen, votes[i].num_different)});
+    by_matches.push_back(EdgeByMatches(map, id1, id2));
+  }
+  PhotoGroups groups(ids, by_cells);
+  groups.JoinByVotes(by_cells);
+  groups.JoinByVotes(by_matches);  // photos that are too far apart to see the same
+  const Votes limit = Weigh(kMaxDifferentShare, 0, kMinDifferentCells);
+  return groups.Contradicted(limit.contradict, first);
+}
+
+std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
+    const SceneMap& map, ImageId first, const SimilarPlaceCandidates& candidates) {
+  std::vector<ImageId> ids = map.reconstruction().RegImageIds();
+  Views views(kGrid, &map.graph(), map.reconstruction());
+  for (const auto& [id, cam_from_world] : candidates.waiting) {
+    views.Place(id, cam_from_world);
+    ids.push_back(id);
+  }
+  std::vector<PhotoEdge> by_cells, by_matches;
+  for (const auto& [id1, id2] : PairsToCompare(map, ids)) {
+    by_matches.push_back(EdgeByMatches(map, id1, id2));
+    if (!candidates.Contains(id1) && !candidates.Contains(id2)) continue;
+    const CellVotes cells = views.CompareBothWays(id1, id2);
+    if (cells.num_cells() < kMinPairCells) continue;
+    by_cells.push_back({id1, id2, Weigh(kMaxMissingShare, cells.num_seen, cells.num_missing)});
+  }
+  PhotoGroups groups(ids, by_cells);
+  groups.JoinByVotes(by_matches);
+  const Votes limit = Weigh(kMaxMissingShare, 0, kMinMissingCells);
+  std::vector<ImageId> found = groups.Contradicted(limit.contradict, first);
+  const auto is_waiting = [&](ImageId id) { return candidates.waiting.count(id) > 0; };
+  found.erase(std::remove_if(found.begin(), found.end(), is_waiting), found.end());
+  return found;
+}
+
+CellVotes ComparePhotoSets(const SceneMap& map, const Reconstruction& model,
+                           const std::set<ImageId>& photos1, const std::set<ImageId>& photos2) {
+  CellVotes sum;
+  Views views(kGrid, &map.graph(), model);
+  for (const auto& [id1, id2] : map.pairs()) {
+    const bool across = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
+                        (photos2.count(id1) > 0 && photos1.count(id2) > 0);
+    if (across) sum.Add(views.CompareBothWays(id1, id2));
+  }
+  return sum;
+}
+
+PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
+                              const std::set<ImageId>& photos1, const std::set<ImageId>& photos2,
+                              int min_cells) {
+  const CellVotes across = ComparePhotoSets(map, model, photos1, photos2);
+  const auto differ = [&](int num, const char* how) {
+    return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(across.num_cells()) +
+                                     " cells that both show are " + how};
+  };
+  if (ShowsAnotherPlace(across, min_cells)) return differ(across.num_different, "different");
+  // Also without a missing cell within the sets the limit is half of this share.
+  if (!IsAbove(kMaxMissingShare / 2, across.num_missing, across, min_cells)) return {};
+  CellVotes within = ComparePhotoSets(map, model, photos1, photos1);
+  within.Add(ComparePhotoSets(map, model, photos2, photos2));
+  const double max_missing_share = (kMaxMissingShare + MissingShare(within)) / 2;
+  if (IsAbove(max_missing_share, across.num_missing, across, min_cells)) {
+    return differ(across.num_missing, "missing");
+  }
+  return {};
+}
+
+Status CheckSharedPhotos(const Reconstruction& target, const Reconstruction& source,
+                         const std::set<ImageId>& shared, int min_cells) {
   const std::pair<const char*, const Reconstruction*> models[] = {{"target", &target},
                                                                   {"source", &source}};
   for (const auto& [name, model] : models) {
-    const CellVotes votes = CompareShared(coarse, *model, shared);
-    if (!ShowsAnotherPlace(coarse, votes)) continue;
+    const CellVotes votes = CompareShared(*model, shared);
+    if (!ShowsAnotherPlace(votes, min_cells)) continue;
     return FailedPrecondition("visually similar places: " + std::to_string(votes.num_different) +
                               " of " + std::to_string(votes.num_cells()) +
                               " cells that shared photos and the " + name +

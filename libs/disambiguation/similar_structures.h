@@ -4,15 +4,15 @@
 //
 // Photo a is divided into cells. A point X of photo b is expected in a when X projects into a and
 //
-//   1/max_distance_ratio < |X - c_a| / |X - c_b| < max_distance_ratio,   c: camera centres,
-//   angle(a, b) <= max_view_angle,       angle(u, v) at X between the rays to c_u and c_v,
+//   1/1.3 < |X - c_a| / |X - c_b| < 1.3,   c: camera centres,
+//   angle(a, b) <= 12 degrees,             angle(u, v) at X between the rays to c_u and c_v,
 //   some other photo t in X's track has angle(t, b) >= 0.75 angle(a, b).
 //
-// A cell counts with min_points expected points and as many keypoints. A cell is seen when a
+// A cell counts with 4 expected points and as many keypoints. A cell is seen when a
 // verified match ties one of its expected points to a, else missing. A missing cell is different
 // when
 //
-//   1/max_depth_ratio < z_X / z_a < max_depth_ratio,
+//   1/1.15 < z_X / z_a < 1.15,
 //
 // z_X: median depth of its expected points, z_a: of the points that a observes there. An occluder
 // is nearer, so its cell is missing, but not different. docs/methods/similar_structures.md
@@ -23,33 +23,12 @@
 #include <string>
 #include <vector>
 
-#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
 
-struct SimilarStructuresOptions {
-  int num_columns = 24;  // cells of a photo
-  int num_rows = 18;
-  int min_points = 4;                // expected points, and keypoints, of a cell that counts
-  double max_view_angle_deg = 12.0;  // between the rays of two photos to an expected point
-  double max_distance_ratio = 1.3;   // of the lengths of these rays
-  int min_own_points = 3;            // observed by the photo in a cell, for its depth there
-  double max_depth_ratio = 1.15;     // of one surface
-  // different / (seen + missing). One place: 0.00 to 0.01 in the mean, up to 0.05 for a pair. Two
-  // buildings of one design: 0.4.
-  double max_different_share = 0.15;
-  // missing / (seen + missing). One place: 0.01 to 0.1 in the mean, up to 0.7 behind a tree.
-  // Therefore missing cells alone judge no photo: there must be other evidence.
-  double max_missing_share = 0.4;
-  int min_cells = 60;            // by which a photo or two sets of photos are judged
-  int min_different_cells = 60;  // by which a group of photos must be contradicted
-  int min_missing_cells = 30;    // the same for a group judged by missing cells
-  int min_pair_cells = 20;       // of a pair judged by missing cells
-  int max_neighbours = 10;       // registered photos with most matches, compared with a photo
-
-  Status Check() const;
-};
+// Cells by which a photo or two sets of photos are judged.
+constexpr int kMinCells = 60;
 
 // Cells of one photo that count.
 struct CellVotes {
@@ -60,27 +39,26 @@ struct CellVotes {
   void Add(const CellVotes& other);
 };
 
-bool ShowsAnotherPlace(const SimilarStructuresOptions& options, const CellVotes& votes);
-bool HasTooManyMissingCells(const SimilarStructuresOptions& options, const CellVotes& votes);
+// False with fewer than `min_cells` cells.
+bool ShowsAnotherPlace(const CellVotes& votes, int min_cells);
+bool HasTooManyMissingCells(const CellVotes& votes, int min_cells);
 
 // Compares a photo that is not registered, at cam_from_world, with its registered neighbours. The
 // photo has no points yet, so no cell is different.
-CellVotes CompareWithNeighbours(const SimilarStructuresOptions& options, const SceneMap& map,
-                                ImageId image_id, const Camera& camera,
+CellVotes CompareWithNeighbours(const SceneMap& map, ImageId image_id, const Camera& camera,
                                 const Matrix3x4d& cam_from_world);
 
 // A registered photo as if it stood at cam_from_world, compared with another one. Its own depths
 // are taken at its registered pose.
-CellVotes CompareWithPhoto(const SimilarStructuresOptions& options, const SceneMap& map,
-                           ImageId image_id, const Matrix3x4d& cam_from_world, ImageId other);
+CellVotes CompareWithPhoto(const SceneMap& map, ImageId image_id, const Matrix3x4d& cam_from_world,
+                           ImageId other);
 
 // Photos of another place than the map's, by different cells, ascending. Photos are joined into
 // groups along their verified pairs, those with most seen cells first. Groups that show different
 // places are never joined. The group with the photo `first` stays if that is registered, else the
 // largest; the photos of the others are returned. So two maps never exchange their places. Visits
 // all photos, with several threads.
-std::vector<ImageId> FindPhotosOfAnotherPlace(const SimilarStructuresOptions& options,
-                                              const SceneMap& map, ImageId first,
+std::vector<ImageId> FindPhotosOfAnotherPlace(const SceneMap& map, ImageId first,
                                               int num_threads = 1);
 
 // Photos that are judged by missing cells.
@@ -97,12 +75,11 @@ struct SimilarPlaceCandidates {
 // The same by missing cells, where FindPhotosOfAnotherPlace finds none. Photos are joined by their
 // matches. Pairs with a candidate are judged; only registered photos are returned.
 std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
-    const SimilarStructuresOptions& options, const SceneMap& map, ImageId first,
-    const SimilarPlaceCandidates& candidates);
+    const SceneMap& map, ImageId first, const SimilarPlaceCandidates& candidates);
 
 // Whether two sets of photos show different places, although one model holds both: photos of one
 // object that two places share fit well together. Decided by different cells, or by missing ones. A
-// share of missing cells that is nearer to max_missing_share than to the share within the sets is
+// share of missing cells that is nearer to 0.4 than to the share within the sets is
 // that of two places: 0.4 against 0.03 for two rooms that share an object. Parts of seven maps of
 // one place have 0.00 to 0.07 against 0.00 to 0.04.
 struct PlacesOfTwoSets {
@@ -112,13 +89,12 @@ struct PlacesOfTwoSets {
 
 // Along the verified pairs of `map`, which must hold all of these photos; its own poses and points
 // are not used.
-PlacesOfTwoSets ComparePlaces(const SimilarStructuresOptions& options, const SceneMap& map,
-                              const Reconstruction& model, const std::set<ImageId>& photos1,
-                              const std::set<ImageId>& photos2);
+PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
+                              const std::set<ImageId>& photos1, const std::set<ImageId>& photos2,
+                              int min_cells);
 
 // Sums the cells between photos of two sets in one model, as ComparePlaces reads them.
-CellVotes ComparePhotoSets(const SimilarStructuresOptions& options, const SceneMap& map,
-                           const Reconstruction& model, const std::set<ImageId>& photos1,
-                           const std::set<ImageId>& photos2);
+CellVotes ComparePhotoSets(const SceneMap& map, const Reconstruction& model,
+                           const std::set<ImageId>& photos1, const std::set<ImageId>& photos2);
 
 }  // namespace skein

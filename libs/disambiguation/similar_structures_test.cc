@@ -47,7 +47,7 @@ class Street {
     Image image = map_.reconstruction().Image(photo);
     image.SetQvec({1, 0, 0, 0});
     image.SetTvec(-scene_.Center(photo - 1));
-    return CompareWithNeighbours({}, map_, photo, map_.reconstruction().Camera(1),
+    return CompareWithNeighbours(map_, photo, map_.reconstruction().Camera(1),
                                  image.ProjectionMatrix());
   }
 
@@ -71,7 +71,7 @@ TEST(SimilarStructures, OfTwoPlacesTheOneWithFewerPhotosIsFound) {
   Street street(kDistance);
   street.Register(kNumFirst + kNumSecond);
   for (const int num_threads : {1, 3}) {
-    EXPECT_EQ(FindPhotosOfAnotherPlace({}, street.map(), 0, num_threads),
+    EXPECT_EQ(FindPhotosOfAnotherPlace(street.map(), 0, num_threads),
               (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
   }
 }
@@ -79,38 +79,37 @@ TEST(SimilarStructures, OfTwoPlacesTheOneWithFewerPhotosIsFound) {
 TEST(SimilarStructures, ThePlaceThatTheMapBeganAtStays) {
   Street street(kDistance);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindPhotosOfAnotherPlace({}, street.map(), 9),
-            (std::vector<ImageId>{1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(FindPhotosOfAnotherPlace(street.map(), 9), (std::vector<ImageId>{1, 2, 3, 4, 5, 6, 7}));
 }
 
 TEST(SimilarStructures, OnePlaceIsLeftAlone) {
   Street street(kDistance, true);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindPhotosOfAnotherPlace({}, street.map(), 0).empty());
+  EXPECT_TRUE(FindPhotosOfAnotherPlace(street.map(), 0).empty());
 }
 
 TEST(SimilarStructures, WhatStandsBeforeThePlaceIsNoOtherPlace) {
   Street street(kDistance / 2);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindPhotosOfAnotherPlace({}, street.map(), 0).empty());
+  EXPECT_TRUE(FindPhotosOfAnotherPlace(street.map(), 0).empty());
 }
 
 TEST(SimilarStructures, CandidatesAreJudgedByMissingCells) {
   const SimilarPlaceCandidates candidates{{8, 9, 10, 11, 12, 13}, {}};
   Street street(kDistance / 2);
   street.Register(kNumFirst + kNumSecond);
-  EXPECT_EQ(FindPhotosOfAnotherPlaceByMissingCells({}, street.map(), 0, candidates),
+  EXPECT_EQ(FindPhotosOfAnotherPlaceByMissingCells(street.map(), 0, candidates),
             (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
   Street one_place(kDistance, true);
   one_place.Register(kNumFirst + kNumSecond);
-  EXPECT_TRUE(FindPhotosOfAnotherPlaceByMissingCells({}, one_place.map(), 0, candidates).empty());
+  EXPECT_TRUE(FindPhotosOfAnotherPlaceByMissingCells(one_place.map(), 0, candidates).empty());
 }
 
 TEST(SimilarStructures, APhotoOfAnotherPlaceMissesMuch) {
   Street street(kDistance);
   street.Register(kNumFirst);
   const CellVotes votes = street.CompareSecond(kNumFirst + 2);
-  EXPECT_TRUE(HasTooManyMissingCells({}, votes));
+  EXPECT_TRUE(HasTooManyMissingCells(votes, kMinCells));
   EXPECT_EQ(votes.num_different, 0);
   EXPECT_GT(votes.num_seen, 60);
 }
@@ -127,16 +126,16 @@ TEST(SimilarStructures, SidesOfAMergeAreCompared) {
   for (const bool same : {false, true}) {
     Street street(kDistance, same);
     street.Register(kNumFirst + kNumSecond);
-    const CellVotes votes = ComparePhotoSets({}, street.map(), street.map().reconstruction(),
+    const CellVotes votes = ComparePhotoSets(street.map(), street.map().reconstruction(),
                                              {1, 2, 3, 4}, {9, 10, 11, 12});
-    EXPECT_EQ(ShowsAnotherPlace({}, votes), !same);
+    EXPECT_EQ(ShowsAnotherPlace(votes, kMinCells), !same);
   }
 }
 
 PlacesOfTwoSets PlacesOf(Street* street) {
   street->Register(kNumFirst + kNumSecond);
-  return ComparePlaces({}, street->map(), street->map().reconstruction(), {1, 2, 3, 4},
-                       {9, 10, 11, 12});
+  return ComparePlaces(street->map(), street->map().reconstruction(), {1, 2, 3, 4}, {9, 10, 11, 12},
+                       kMinCells);
 }
 
 // `skein sim --scenario shared-object`: what stands around the object has another depth in each of

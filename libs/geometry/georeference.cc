@@ -11,7 +11,6 @@
 #include <random>
 
 #include "core/angles.h"
-#include "core/option_check.h"
 #include "core/result.h"
 #include "core/statistics.h"
 #include "sfm/pose.h"
@@ -27,6 +26,20 @@ constexpr double kInlierSigmas[] = {3.03, 3.37};    // 99 % of 2 and of 3 dimens
 constexpr double kMaxSpreadOfViewsDeg = 20;         // of photos that all look straight down
 constexpr double kCauchySigmas = 2.385;             // 95 % efficiency for normal noise
 constexpr int kMaxIterations = 30;
+constexpr int kMinAgreeing = 4;         // and at least half of the photos with a position
+constexpr int kNumTriples = 500;        // tried
+constexpr double kMinSigmaM = 0.02;     // positions are not taken for better than this, per axis
+constexpr double kMaxRotationDeg = 5;   // standard deviation of the rotation about its worst axis
+constexpr double kMaxScaleSigma = 0.1;  // relative standard deviation of the scale
+// h, v: the median horizontal and vertical residuals of the fit with altitudes. h0: the median
+// horizontal residual of the fit without. t: the tilt between both. Altitudes are left out when
+//
+//   h0 < kMinHorizontalGain * h, or
+//   h0 <= kMaxHorizontalLoss * h and (v > kMaxVerticalRatio * h or t > kMaxTiltDeg).
+constexpr double kMinHorizontalGain = 0.7;
+constexpr double kMaxHorizontalLoss = 1.25;
+constexpr double kMaxVerticalRatio = 4;
+constexpr double kMaxTiltDeg = 15;
 constexpr size_t kNumConcentrated = 10;  // hypotheses that are concentrated to the end
 
 // Degrees, degrees, metres.
@@ -68,15 +81,14 @@ std::string Text(const char* format, double a, double b = 0) {
 // third axis. With it only the rotation about that axis is estimated, from the horizontal parts.
 class Fitter {
  public:
-  Fitter(Points from, Points to, std::optional<Eigen::Quaterniond> level,
-         const GeoreferenceOptions& options)
-      : from_(std::move(from)), to_(std::move(to)), level_(level), options_(options) {}
+  Fitter(Points from, Points to, std::optional<Eigen::Quaterniond> level)
+      : from_(std::move(from)), to_(std::move(to)), level_(level) {}
 
   // Least trimmed squares over the better half. nullopt if no sample determines a similarity.
   std::optional<Similarity> FitHalf() const {
-    std::mt19937_64 random(options_.seed);
+    std::mt19937_64 random(1);
     std::vector<std::pair<double, Similarity>> hypotheses;
-    for (int trial = 0; trial < options_.num_trials; ++trial) {
+    for (int trial = 0; trial < kNumTriples; ++trial) {
       const auto fit = FitTo(Sample(&random));
       if (fit) hypotheses.emplace_back(TrimmedSum(*fit), *fit);
     }
@@ -95,7 +107,7 @@ class Fitter {
     const double correction = 1.0 + 5.0 / std::max<double>(1.0, from_.size() - 3.0);
     const double sigma =
         correction * std::sqrt(UpperMedian(SquaredResiduals(fit)) / kMedianOfChi2[level_ ? 0 : 1]);
-    return std::max(sigma, options_.min_sigma_m);
+    return std::max(sigma, kMinSigmaM);
   }
 
   Similarity Reweight(Similarity fit, double sigma) const {
@@ -233,7 +245,6 @@ class Fitter {
 
   const Points from_, to_;
   const std::optional<Eigen::Quaterniond> level_;
-  const GeoreferenceOptions options_;
 };
 
 Eigen::Quaterniond LevelFromUp(const Eigen::Vector3d& up) {
@@ -266,7 +277,7 @@ std::vector<Eigen::Vector3d> UpDirections(const std::vector<const GeoPhoto*>& ph
 
 // Standard deviations of a similarity's parameters from the spread of the inliers' centres in
 // metres.
-void SetSigmas(const Points& centres_m, double min_sigma_m, Georeference* result) {
+void SetSigmas(const Points& centres_m, Georeference* result) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& centre : centres_m) mean += centre / centres_m.size();
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -275,17 +286,17 @@ void SetSigmas(const Points& centres_m, double min_sigma_m, Georeference* result
   }
   const Eigen::Vector3d moments =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues().cwiseMax(0);
-  const double sigma_m = std::max(result->sigma_m, min_sigma_m);
+  const double sigma_m = std::max(result->sigma_m, kMinSigmaM);
   result->scale_sigma = sigma_m / std::sqrt(moments.sum());
   result->rotation_sigma_deg = RadToDeg(sigma_m / std::sqrt(moments[0] + moments[1]));
 }
 
-Status CheckSpread(const Georeference& result, const GeoreferenceOptions& options) {
-  if (!(result.scale_sigma <= options.max_scale)) {
+Status CheckSpread(const Georeference& result) {
+  if (!(result.scale_sigma <= kMaxScaleSigma)) {
     return FailedPrecondition(
         Text("the photos were taken in one spot, given positions good to %.2g m", result.sigma_m));
   }
-  if (!(result.rotation_sigma_deg <= options.max_rotation_deg)) {
+  if (!(result.rotation_sigma_deg <= kMaxRotationDeg)) {
     return FailedPrecondition(
         Text("the photos were taken along a line, given positions good to %.2g m", result.sigma_m));
   }
@@ -298,8 +309,7 @@ double InlierLimit(double sigma_m, bool in_space) {
 }
 
 // Which photos agree; their noise.
-void Judge(const Points& from, const Points& to, double sigma_m, double min_sigma_m,
-           Georeference* result) {
+void Judge(const Points& from, const Points& to, double sigma_m, Georeference* result) {
   Points centres_m;
   double sum = 0, num_values = 0;
   for (size_t i = 0; i < from.size(); ++i) {
@@ -321,7 +331,7 @@ void Judge(const Points& from, const Points& to, double sigma_m, double min_sigm
   if (centres_m.empty()) return;
   const double num_parameters = result->altitudes_used ? 7 : 4;
   result->sigma_m = std::sqrt(sum / std::max(1.0, num_values - num_parameters));
-  SetSigmas(centres_m, min_sigma_m, result);
+  SetSigmas(centres_m, result);
 }
 
 // One way to georeference, and its median residuals.
@@ -336,20 +346,18 @@ double TiltDeg(const Similarity& a, const Similarity& b) {
   return RadToDeg(std::acos(std::clamp(up.z(), -1.0, 1.0)));
 }
 
-bool AltitudesAreBad(const Attempt& with, const Attempt& without,
-                     const GeoreferenceOptions& options) {
-  const double ratio = without.horizontal_m / std::max(with.horizontal_m, options.min_sigma_m);
-  if (ratio < options.min_horizontal_gain) return true;
-  if (ratio > options.max_horizontal_loss) return false;
-  return with.vertical_m > options.max_vertical_ratio * with.horizontal_m ||
-         TiltDeg(with.result.enu_from_model, without.result.enu_from_model) > options.max_tilt_deg;
+bool AltitudesAreBad(const Attempt& with, const Attempt& without) {
+  const double ratio = without.horizontal_m / std::max(with.horizontal_m, kMinSigmaM);
+  if (ratio < kMinHorizontalGain) return true;
+  if (ratio > kMaxHorizontalLoss) return false;
+  return with.vertical_m > kMaxVerticalRatio * with.horizontal_m ||
+         TiltDeg(with.result.enu_from_model, without.result.enu_from_model) > kMaxTiltDeg;
 }
 
 class Estimator {
  public:
-  Estimator(const GeodeticPosition& origin, const std::vector<const GeoPhoto*>& photos,
-            const GeoreferenceOptions& options)
-      : origin_(origin), options_(options) {
+  Estimator(const GeodeticPosition& origin, const std::vector<const GeoPhoto*>& photos)
+      : origin_(origin) {
     for (const GeoPhoto* photo : photos) {
       from_.push_back(photo->cam_from_world.Centre());
       to_.push_back(EnuFromGeodetic(origin, photo->position));
@@ -376,8 +384,8 @@ class Estimator {
     result.origin = origin_;
     result.altitudes_used = !level;
     result.residuals = photos_;
-    const Fitter fitter(level ? from_ : WithAltitude(from_), level ? to_ : WithAltitude(to_), level,
-                        options_);
+    const Fitter fitter(level ? from_ : WithAltitude(from_), level ? to_ : WithAltitude(to_),
+                        level);
     const std::optional<Similarity> start = fitter.FitHalf();
     if (!start) {
       result.reason = "the photos or their positions lie in one spot or on one line";
@@ -386,7 +394,7 @@ class Estimator {
     const double sigma = fitter.RobustSigma(*start);
     result.enu_from_model = fitter.Reweight(*start, sigma);
     if (level) SetAltitude(&result.enu_from_model);
-    Judge(from_, to_, sigma, options_.min_sigma_m, &result);
+    Judge(from_, to_, sigma, &result);
     const Status status = Check(result);
     result.ok = status.ok();
     result.reason = status.error();
@@ -423,16 +431,15 @@ class Estimator {
   }
 
   Status Check(const Georeference& result) const {
-    if (result.num_inliers < options_.min_inliers ||
+    if (result.num_inliers < kMinAgreeing ||
         2 * result.num_inliers < static_cast<int>(from_.size())) {
       return FailedPrecondition(Text("only %.0f of %.0f positions agree with the model",
                                      result.num_inliers, static_cast<double>(from_.size())));
     }
-    return CheckSpread(result, options_);
+    return CheckSpread(result);
   }
 
   const GeodeticPosition origin_;
-  const GeoreferenceOptions options_;
   Points from_, to_;
   std::vector<GeoResidual> photos_;  // not yet judged
 };
@@ -480,30 +487,16 @@ GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
   return origin;
 }
 
-Status GeoreferenceOptions::Check() const {
-  return FirstError({InRange("min_inliers", min_inliers, 3, 1'000'000),
-                     InRange("num_trials", num_trials, 1, 10'000'000),
-                     InRange("min_sigma_m", min_sigma_m, 1e-6, 1e6),
-                     InRange("min_horizontal_gain", min_horizontal_gain, 0.0, 1.0),
-                     InRange("max_horizontal_loss", max_horizontal_loss, 1.0, 1000.0),
-                     InRange("max_vertical_ratio", max_vertical_ratio, 0.0, 1e6),
-                     InRange("max_tilt_deg", max_tilt_deg, 0.0, 180.0),
-                     InRange("max_rotation_deg", max_rotation_deg, 1e-6, 180.0),
-                     InRange("max_scale", max_scale, 1e-6, 1000.0)});
-}
-
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
-                                  const std::vector<GeoPhoto>& photos,
-                                  const GeoreferenceOptions& options) {
-  ThrowUnlessSound(options.Check());
+                                  const std::vector<GeoPhoto>& photos) {
   std::vector<const GeoPhoto*> usable;
   for (const GeoPhoto& photo : photos) {
     const bool finite = photo.cam_from_world.Centre().allFinite();
     if (finite && IsPlausible(photo.position)) usable.push_back(&photo);
   }
-  const Estimator estimator(origin, usable, options);
+  const Estimator estimator(origin, usable);
   // With one more than must agree, a wrong one shows.
-  const int num_needed = options.min_inliers + 1;
+  const int num_needed = kMinAgreeing + 1;
   if (static_cast<int>(usable.size()) < num_needed) {
     return estimator.Refuse(Text("%.0f registered photos carry a position; it takes %.0f",
                                  static_cast<double>(usable.size()), num_needed));
@@ -519,8 +512,8 @@ Georeference EstimateGeoreference(const GeodeticPosition& origin,
     }
     if (attempt.result.ok && attempt.horizontal_m < level.horizontal_m) level = std::move(attempt);
   }
-  const bool take_level = level.result.ok && (!with_altitudes.result.ok ||
-                                              AltitudesAreBad(with_altitudes, level, options));
+  const bool take_level =
+      level.result.ok && (!with_altitudes.result.ok || AltitudesAreBad(with_altitudes, level));
   return take_level ? level.result : with_altitudes.result;
 }
 

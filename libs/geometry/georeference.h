@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "core/result.h"
 #include "geometry/sim3_similarity.h"
 
 namespace skein {
@@ -35,26 +34,6 @@ struct GeoPhoto {
   std::string name;
   CameraPose cam_from_world;  // in the model's frame
   GeodeticPosition position;
-};
-
-struct GeoreferenceOptions {
-  int min_inliers = 4;        // and at least half of the photos with a position
-  int num_trials = 500;       // triples tried
-  double min_sigma_m = 0.02;  // positions are not taken for better than this, per axis
-  // h, v: the median horizontal and vertical residuals of the fit with altitudes. h0: the median
-  // horizontal residual of the fit without. t: the tilt between both. Altitudes are left out when
-  //
-  //   h0 < min_horizontal_gain * h, or
-  //   h0 <= max_horizontal_loss * h and (v > max_vertical_ratio * h or t > max_tilt_deg).
-  double min_horizontal_gain = 0.7;
-  double max_horizontal_loss = 1.25;
-  double max_vertical_ratio = 4;
-  double max_tilt_deg = 15;
-  double max_rotation_deg = 5;  // standard deviation of the rotation about its worst axis
-  double max_scale = 0.1;       // relative standard deviation of the scale
-  uint64_t seed = 1;
-
-  Status Check() const;
 };
 
 struct GeoResidual {
@@ -85,12 +64,11 @@ struct Georeference {
 //    Both with the photos that carry an altitude.
 //  - The same is done with the horizontal positions of all photos. Up is then what the cameras say:
 //    held level, or looking straight down. The altitudes give the height.
-// GeoreferenceOptions tells which of the two wins: altitudes may drift, and then tilt the model.
+// The residuals tell which of the two wins: altitudes may drift, and then tilt the model.
 // Too few altitudes count as none. Refused, with a reason: too few positions; too few that agree.
 // Also camera centres in a spot or on a line at the scale of the noise, as they leave scale or
-// rotation open. Throws std::invalid_argument on nonsensical options. Deterministic.
+// rotation open. Deterministic.
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
-                                  const std::vector<GeoPhoto>& photos,
-                                  const GeoreferenceOptions& options = {});
+                                  const std::vector<GeoPhoto>& photos);
 
 }  // namespace skein

@@ -76,4 +76,11 @@ json GeoreferenceToJson(const Georeference& georeference) {
   return result;
 }
 
+GeodeticPosition OriginOf(const json& georeference) {
+  const json& origin = georeference.at("origin");
+  GeodeticPosition position{origin.at("latitude_deg"), origin.at("longitude_deg"), {}};
+  if (!origin.at("altitude_m").is_null()) position.altitude_m = origin.at("altitude_m");
+  return position;
+}
+
 }  // namespace skein

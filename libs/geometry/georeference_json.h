@@ -20,4 +20,7 @@ namespace skein {
 // vertical_rmse is null. x_enu = scale * R(rotation) * x_model + translation.
 nlohmann::json GeoreferenceToJson(const Georeference& georeference);
 
+// The origin of a georeference that is ok.
+GeodeticPosition OriginOf(const nlohmann::json& georeference);
+
 }  // namespace skein

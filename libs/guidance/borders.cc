@@ -72,14 +72,6 @@ End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
   return end;
 }
 
-Borders::Borders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
-                 const Sights& sights, double cell)
-    : centres_(centres),
-      sights_(sights),
-      max_incidence_deg_(options.max_incidence_deg),
-      min_cos_(std::cos(options.max_incidence_deg * kRadian)),
-      cell_(cell) {}
-
 Eigen::Vector3d Borders::BeyondOf(const End& end, const Surfel& surfel) const {
   constexpr int kCellsBeyond = 2;
   return surfel.position + kCellsBeyond * cell_ * end.direction;
@@ -112,7 +104,7 @@ void Borders::Judge(const End& end, Surfel* surfel) const {
   surfel->open_border = false;
   surfel->beyond = surfel->position;
   surfel->beyond_normal = surfel->normal;
-  surfel->beyond_max_deg = end.is_end ? max_incidence_deg_ : 0;
+  surfel->beyond_max_deg = end.is_end ? kMaxSurfelIncidenceDeg : 0;
   if (!end.is_end) return;
   const Eigen::Vector3d beyond = BeyondOf(end, *surfel);
   surfel->open_border = !IsLookedAt(beyond, surfel->normal, true);
@@ -122,7 +114,8 @@ void Borders::Judge(const End& end, Surfel* surfel) const {
     surfel->open_border = true;
     surfel->beyond = BehindOf(*surfel);
     surfel->beyond_normal = (surfel->normal + end.direction).normalized();
-    surfel->beyond_max_deg = max_incidence_deg_ - 45;  // none of these is further off the face's
+    surfel->beyond_max_deg =
+        kMaxSurfelIncidenceDeg - 45;  // none of these is further off the face's
   }
 }
 

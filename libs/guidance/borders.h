@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "guidance/guided_map.h"
@@ -30,8 +31,8 @@ End FindEnd(const Surfel& surfel, const std::vector<const Surfel*>& around,
 // Finds frontiers: ends of a surface beyond which less than two photos look.
 class Borders {
  public:
-  Borders(const SurfaceOptions& options, const std::vector<Eigen::Vector3d>& centres,
-          const Sights& sights, double cell);
+  Borders(const std::vector<Eigen::Vector3d>& centres, const Sights& sights, double cell)
+      : centres_(centres), sights_(sights), cell_(cell) {}
 
   // Sets what a surfel says of its end and of beyond. Costs the number of photos where it is open.
   void Judge(const End& end, Surfel* surfel) const;
@@ -48,7 +49,8 @@ class Borders {
 
   const std::vector<Eigen::Vector3d>& centres_;  // of the photos
   const Sights& sights_;
-  double max_incidence_deg_, min_cos_, cell_;
+  const double min_cos_ = std::cos(kMaxSurfelIncidenceDeg * kRadian);
+  const double cell_;
 };
 
 }  // namespace skein

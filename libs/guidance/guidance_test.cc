@@ -14,7 +14,7 @@ namespace skein::guidance_test {
 
 TEST(Guidance, SurfelsLieOnTheSurfaceAndFaceThePhotos) {
   const GuidedMap map = SiteOfARow(FrontWall(-4, 8), -2, 2).Map();
-  const Surface surface = MakeSurface({}, map).surface;
+  const Surface surface = MakeSurface(map).surface;
   ASSERT_GT(surface.surfels.size(), 100u);
   double area = 0;
   for (const Surfel& surfel : surface.surfels) {
@@ -35,7 +35,7 @@ TEST(Guidance, APhotoWithoutAnObservationSeesASurfelUnlessItIsHidden) {
   const auto last = static_cast<uint32_t>(map.photos.size());
   map.photos.push_back({100, 0, 0, LookingAt({0, -12, 2}, {0, 0, 2})});
   int num_seen = 0, num_hidden = 0;
-  for (const Surfel& surfel : MakeSurface({}, map).surface.surfels) {
+  for (const Surfel& surfel : MakeSurface(map).surface.surfels) {
     if (std::abs(surfel.position.z() - 2) > 1) continue;
     const bool seen = std::count(surfel.photos.begin(), surfel.photos.end(), last) > 0;
     const bool behind = surfel.position.y() > -0.1 && std::abs(surfel.position.x()) < 0.7;
@@ -64,7 +64,7 @@ TEST(Guidance, ABorderIsOpenWhereNobodyLookedAndClosedWhereNothingIs) {
     if (shown == Shown::kSides) {
       for (const double x : {-7.0, -6.5, 6.5, 7.0}) site.Photograph({x, -3, 1.5}, {0, 0, 1.5});
     }
-    const Surface surface = MakeSurface({}, site.Map()).surface;
+    const Surface surface = MakeSurface(site.Map()).surface;
     int at_sides = 0, open_at_sides = 0, open_elsewhere = 0;
     double outermost = 0;
     for (const Surfel& s : surface.surfels)
@@ -89,7 +89,7 @@ TEST(Guidance, OnlyWhoStandsAtTheSideSeesAroundACorner) {
   Site site({FrontWall(-2, 4, 3)});
   for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) site.Photograph({x, -8, 1.5}, {x, 0, 1.5});
   for (const double x : {-0.5, 0.0, 0.5}) site.Photograph({x, 8, 1.5}, {x, 0, 1.5});
-  const Surface surface = MakeSurface({}, site.Map()).surface;
+  const Surface surface = MakeSurface(site.Map()).surface;
   int at_sides = 0, open = 0;
   for (const Surfel& surfel : surface.surfels) {
     if (std::abs(surfel.position.x()) < 2 - surface.cell) continue;
@@ -106,9 +106,7 @@ TEST(Guidance, SigmaOfTwoPhotosIsThatOfTriangulation) {
   const double a = 10 * kDegree;
   const std::vector<ViewOfSurfel> views = {{{std::sin(a), 0, std::cos(a)}, 0.01},
                                            {{-std::sin(a), 0, std::cos(a)}, 0.01}};
-  QualityOptions options;
-  options.target_gsd = 0.01;
-  const SurfelQuality quality = AssessSurfel(options, normal, views);
+  const SurfelQuality quality = AssessSurfel(0.01, normal, views);
   EXPECT_NEAR(quality.sigma, 0.01 / (std::sqrt(2.0) * std::sin(a)), 1e-9);
   EXPECT_DOUBLE_EQ(quality.best_gsd, 0.01);
   EXPECT_FALSE(quality.good) << "two photos";
@@ -116,8 +114,6 @@ TEST(Guidance, SigmaOfTwoPhotosIsThatOfTriangulation) {
 
 TEST(Guidance, WhatMakesASurfelGood) {
   const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  QualityOptions options;
-  options.target_gsd = 0.01;
   const auto views = [](std::vector<double> angles_deg, double gsd) {
     std::vector<ViewOfSurfel> result;
     for (const double angle : angles_deg) {
@@ -126,7 +122,7 @@ TEST(Guidance, WhatMakesASurfelGood) {
     return result;
   };
   const auto is_good = [&](const std::vector<double>& angles_deg, double gsd) {
-    return AssessSurfel(options, normal, views(angles_deg, gsd)).good;
+    return AssessSurfel(0.01, normal, views(angles_deg, gsd)).good;
   };
   EXPECT_TRUE(is_good({-20, 0, 20}, 0.01));
   EXPECT_FALSE(is_good({-20, 20}, 0.01)) << "two photos";
@@ -161,9 +157,8 @@ TEST(Guidance, WhatStandsInTheBackgroundDoesNotCount) {
   EXPECT_NEAR(place.completeness.area, 8 * 4, 0.3 * 8 * 4);
   EXPECT_TRUE(place.completeness.complete);
   // Who wants the wall finer than it was photographed is told so.
-  QualityOptions finer;
-  finer.target_gsd = 0.3 * place.completeness.target_gsd;
-  const Completeness too_coarse = AssessPlace({}, finer, map).completeness;
+  const Completeness too_coarse =
+      AssessPlace(map, 0.3 * place.completeness.target_gsd).completeness;
   EXPECT_NEAR(too_coarse.area, place.completeness.area, 1e-9);
   EXPECT_LT(too_coarse.good_share, 0.05);
 }
@@ -179,9 +174,7 @@ TEST(Guidance, WhatHasNoPointsAmidWhatHasThemKeepsAPlaceFromBeingComplete) {
                {{3, 0, 4}, {1, 0, 0}, {0, 0, -4}}});
     for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0}) site.Photograph({x, -8, 2}, {0.6 * x, 0, 2});
     for (const double x : {-11.0, -10.0, 10.0, 11.0}) site.Photograph({x, -5, 2}, {0, 0, 2});
-    QualityOptions options;
-    options.min_good_share = 0.9;
-    return AssessPlace({}, options, site.Map()).completeness;
+    return Assess(site.Map()).completeness;
   };
   const Completeness whole = assess(0), bare = assess(3);
   EXPECT_LT(whole.hole_share, 0.01);
@@ -295,7 +288,7 @@ TEST(Guidance, WhatNoPhotoShowsTextureOnIsNotGood) {
     if (std::abs(x) < cell) continue;
     EXPECT_EQ(place.surfels[i].textured_share, x < 0 ? 1 : 0) << x;
   }
-  EXPECT_TRUE(ChooseStations({}, {}, map, place, {SeekerAt(map)})[0].empty())
+  EXPECT_TRUE(ChooseStations({}, map, place, {SeekerAt(map)})[0].empty())
       << "no photo makes it better";
 }
 
@@ -342,7 +335,7 @@ TEST(Guidance, TheGroundHasBordersForThoseAloneWhoLookDown) {
     down.Photograph({x, -4, 6}, {x, -3.9, 0});
   }
   const auto count_open = [](const Site& site, const Eigen::Vector3d& normal) {
-    const Surface surface = MakeSurface({}, site.Map()).surface;
+    const Surface surface = MakeSurface(site.Map()).surface;
     return std::count_if(surface.surfels.begin(), surface.surfels.end(), [&](const Surfel& s) {
       return s.open_border && s.normal.dot(normal) > 0.9;
     });
@@ -365,21 +358,7 @@ TEST(Guidance, AnEmptyMapIsNoPlace) {
   const PlaceQuality place = Assess(GuidedMap{});
   EXPECT_TRUE(place.surface.surfels.empty());
   EXPECT_FALSE(place.completeness.complete);
-  EXPECT_TRUE(ChooseStations({}, {}, {}, place, {}).empty());
-}
-
-TEST(Guidance, RefusesOptionsWithoutSense) {
-  SurfaceOptions surface;
-  surface.points_per_cell = 0;
-  EXPECT_FALSE(surface.Check().ok());
-  QualityOptions quality;
-  quality.min_photos = 1;
-  EXPECT_FALSE(quality.Check().ok());
-  StationOptions stations;
-  stations.num_stations = 0;
-  EXPECT_FALSE(stations.Check().ok());
-  EXPECT_TRUE(SurfaceOptions{}.Check().ok() && QualityOptions{}.Check().ok() &&
-              StationOptions{}.Check().ok());
+  EXPECT_TRUE(ChooseStations({}, {}, place, {}).empty());
 }
 
 }  // namespace skein::guidance_test

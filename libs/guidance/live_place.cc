@@ -26,12 +26,8 @@ void ShareAreas(PlaceQuality* place) {
 
 }  // namespace
 
-LivePlace::LivePlace(const SurfaceOptions& surface_options, const QualityOptions& quality_options,
-                     const Holding& holding)
-    : options_(quality_options),
-      max_gsd_(quality_options.max_gsd),
-      tolerance_(holding.tolerance),
-      surface_(surface_options, holding, &place_.surface) {}
+LivePlace::LivePlace(const Holding& holding)
+    : tolerance_(holding.tolerance), surface_(holding, &place_.surface) {}
 
 const PlaceQuality& LivePlace::Update(const GuidedMap& map, double target_gsd) {
   surface_.Update(map);
@@ -44,7 +40,7 @@ const PlaceQuality& LivePlace::Update(const GuidedMap& map, double target_gsd) {
   for (Piece& piece : place_.pieces) piece.surfel.is_ground = surface_.IsGround(piece.surfel);
   ShareAreas(&place_);
   const double hole_share = holes_.Update(surface_.map(), surface_.changes().other_observations);
-  place_.completeness = Summarise(options_, place_, hole_share);
+  place_.completeness = Summarise(target_gsd_, max_gsd_, place_, hole_share);
   return place_;
 }
 
@@ -64,16 +60,14 @@ bool LivePlace::SetTarget(double target_gsd) {
   constexpr double kShare = 0.2;  // of the tolerance
   const double usual = 2 * place_.surface.median_gsd;
   const double wanted = target_gsd > 0 ? target_gsd : usual;
-  const double wanted_max = max_gsd_ > 0 ? max_gsd_ : std::max(wanted, usual);
+  const double wanted_max = std::max(wanted, usual);
   const auto is_near = [&](double value, double held) {
     return std::abs(value - held) <= kShare * tolerance_ * std::max(value, held);
   };
   const bool is_first = surface_.changes().all;
-  if (!is_first && is_near(wanted, options_.target_gsd) && is_near(wanted_max, options_.max_gsd)) {
-    return false;
-  }
-  options_.target_gsd = wanted;
-  options_.max_gsd = wanted_max;
+  if (!is_first && is_near(wanted, target_gsd_) && is_near(wanted_max, max_gsd_)) return false;
+  target_gsd_ = wanted;
+  max_gsd_ = wanted_max;
   return !is_first;
 }
 
@@ -113,16 +107,16 @@ void LivePlace::Assess(const Surfel& surfel, double width, const Change& change,
   *quality = {};
   if (!change.came) *texture = {};
   if (surfel.IsGone()) return;
-  texture->Add(surface_.map(), surfel, width, options_.min_photos,
-               change.came ? *change.came : surfel.photos);
+  texture->Add(surface_.map(), surfel, width, change.came ? *change.came : surfel.photos);
   AssessGeometry(surfel, *texture, quality);
 }
 
 void LivePlace::AssessGeometry(const Surfel& surfel, const TexturedShare& texture,
                                SurfelQuality* quality) const {
-  *quality = AssessSurfel(options_, surfel.normal, ViewsOf(surface_.map(), surfel));
+  *quality = AssessSurfel(target_gsd_, surfel.normal, ViewsOf(surface_.map(), surfel));
   quality->textured_share = texture.share();
-  quality->good = quality->good && HasTexture(options_, *quality);
+  quality->counts = quality->best_gsd <= max_gsd_;
+  quality->good = quality->good && HasTexture(*quality);
 }
 
 // With another target.

@@ -31,15 +31,14 @@ namespace skein {
 // Memory: about 40 KB a photo of 640 x 480, and 1 KB a surfel with its parts and points.
 class LivePlace {
  public:
-  LivePlace(const SurfaceOptions& surface_options, const QualityOptions& quality_options,
-            const Holding& holding = {});
+  explicit LivePlace(const Holding& holding = {});
   LivePlace(const LivePlace&) = delete;
   LivePlace& operator=(const LivePlace&) = delete;
 
   // The map as it is now. Photos, cameras and points keep their index from update to update, new
   // ones follow; a point without photos is none. If the photos are no longer the same, all is made
-  // again, as in a first update. target_gsd: as QualityOptions has it; held until it is off by a
-  // fifth of the tolerance.
+  // again, as in a first update. target_gsd: as AssessPlace has it; held until it is off by a fifth
+  // of the tolerance.
   const PlaceQuality& Update(const GuidedMap& map, double target_gsd);
 
   const PlaceQuality& place() const { return place_; }
@@ -64,8 +63,7 @@ class LivePlace {
   uint32_t AddPiece();
   void RemovePiece(uint32_t* piece);
 
-  QualityOptions options_;  // with the target, and what counts
-  const double max_gsd_;    // as it was given
+  double target_gsd_ = 0, max_gsd_ = 0;
   const double tolerance_;
   PlaceQuality place_;
   LiveSurface surface_;  // writes place_.surface
@@ -77,6 +75,7 @@ class LivePlace {
 };
 
 // Inside of libs/guidance: of place.surfels and place.pieces.
-Completeness Summarise(const QualityOptions& options, const PlaceQuality& place, double hole_share);
+Completeness Summarise(double target_gsd, double max_gsd, const PlaceQuality& place,
+                       double hole_share);
 
 }  // namespace skein

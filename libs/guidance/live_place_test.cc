@@ -186,13 +186,13 @@ void ExpectSame(const PlaceQuality& live, const PlaceQuality& anew) {
 const Holding kNothingHeld{0, PlaceScale{0.007, 8, 0.35, 0.15}};
 
 void ExpectSameAnew(LivePlace* live, const GuidedMap& map) {
-  LivePlace anew({}, {}, kNothingHeld);
+  LivePlace anew(kNothingHeld);
   ExpectSame(live->Update(map, 0), anew.Update(map, 0));
 }
 
 TEST(LivePlace, WithoutToleranceSaysWhatIsSaidOfTheMapAnew) {
   GrowingMap growing;
-  LivePlace live({}, {}, kNothingHeld);
+  LivePlace live(kNothingHeld);
   const auto check = [&](const char* what) {
     SCOPED_TRACE(what);
     ExpectSameAnew(&live, growing.Now());
@@ -236,7 +236,7 @@ TEST(LivePlace, WhatComesBetweenHidesPartsOfSurfels) {
     const auto first = static_cast<uint32_t>(7 * unit(random));
     map.points.push_back({{1 + 9 * unit(random), 0, 4 * unit(random)}, {first, first + 1}});
   }
-  LivePlace live({}, {}, kNothingHeld);
+  LivePlace live(kNothingHeld);
   ExpectSameAnew(&live, map);
   const auto count_views = [&] {
     size_t count = 0;
@@ -264,7 +264,7 @@ TEST(LivePlace, APartAppearsWithItsSurfel) {
     map.points.push_back({{0.31 + by, 0.44 - by, 0.01}, {0, 1, 2}});
     map.points.push_back({{0.44 - by, 0.31 + by, 0.01 + by}, {0, 1, 2}});
   }
-  LivePlace live({}, {}, kNothingHeld);
+  LivePlace live(kNothingHeld);
   ExpectSameAnew(&live, map);
   const auto num_parts = [&] {
     return std::count_if(live.place().pieces.begin(), live.place().pieces.end(),
@@ -279,7 +279,7 @@ TEST(LivePlace, APartAppearsWithItsSurfel) {
 TEST(LivePlace, WhereTheScaleStaysOnlyChangesAreMadeAnew) {
   GrowingMap growing;
   for (int i = 0; i < 20; ++i) growing.PhotographNext();
-  LivePlace live({}, {}, {1e-9});
+  LivePlace live({1e-9});
   GuidedMap now = growing.Now();
   live.Update(now, 0);
   // Points that trade places: no median changes, and many cells do.
@@ -292,7 +292,7 @@ TEST(LivePlace, WhereTheScaleStaysOnlyChangesAreMadeAnew) {
   }
   ASSERT_EQ(traded, 300);
   const std::vector<Surfel> before = live.place().surface.surfels;
-  ExpectSame(live.Update(now, 0), AssessPlace({}, {}, now));
+  ExpectSame(live.Update(now, 0), AssessPlace(now));
   ASSERT_EQ(live.place().surface.surfels.size(), before.size());
   for (size_t i = 0; i < before.size(); ++i) {
     EXPECT_LT((live.place().surface.surfels[i].position - before[i].position).norm(), 1e-9)
@@ -303,7 +303,7 @@ TEST(LivePlace, WhereTheScaleStaysOnlyChangesAreMadeAnew) {
 TEST(LivePlace, WhatMovesWithinTheToleranceIsHeld) {
   GrowingMap growing;
   for (int i = 0; i < 20; ++i) growing.PhotographNext();
-  LivePlace live({}, {});
+  LivePlace live;
   live.Update(growing.Now(), 0);
   const Positions before = [&] {
     Positions positions;
@@ -324,7 +324,7 @@ TEST(LivePlace, WhatMovesWithinTheToleranceIsHeld) {
 // Photos, small moves and the scale's changes, with the tolerance that the guide has.
 TEST(LivePlace, WithToleranceSaysNearlyTheSame) {
   GrowingMap growing;
-  LivePlace live({}, {});
+  LivePlace live;
   for (int i = 0; i < 32; ++i) {
     growing.PhotographNext();
     if (i == 20) growing.Scale(3);
@@ -332,7 +332,7 @@ TEST(LivePlace, WithToleranceSaysNearlyTheSame) {
     if (i > 2) growing.map().photos[i - 2].cam_from_world.translation.x() += 0.01;
     const GuidedMap now = growing.Now();
     const Completeness& said = live.Update(now, 0).completeness;
-    const Completeness anew = AssessPlace({}, {}, now).completeness;
+    const Completeness anew = AssessPlace(now).completeness;
     EXPECT_NEAR(said.good_share, anew.good_share, 0.06) << i;
     EXPECT_NEAR(said.hole_share, anew.hole_share, 0.03) << i;
     EXPECT_NEAR(said.area, anew.area, 0.1 * anew.area) << i;

@@ -140,13 +140,12 @@ void LiveSurface::TakeMap(const GuidedMap& map) {
   if (!changes_.all) {
     TakePhotos(map);
     TakePoints(map);
-    if (given_scale_ ||
-        IsWithin(tolerance_, MeasureScale(options_, map, num_observations_), scale_)) {
+    if (given_scale_ || IsWithin(tolerance_, MeasureScale(map, num_observations_), scale_)) {
       return;
     }
     changes_.all = true;
   }
-  Restart(map, given_scale_ ? *given_scale_ : MeasureScale(options_, map, CountObservations(map)));
+  Restart(map, given_scale_ ? *given_scale_ : MeasureScale(map, CountObservations(map)));
   if (scale_.median_gsd <= 0) return;
   TakePhotos(map);
   TakePoints(map);
@@ -178,8 +177,7 @@ void LiveSurface::Restart(const GuidedMap& map, const PlaceScale& scale) {
   ends_to_find_.clear();
   ends_to_judge_.clear();
   up_.setZero();
-  sights_ = Sights(scale.cell, scale.working_distance, options_.depth_tolerance,
-                   kDrawnPerTolerance * tolerance_);
+  sights_ = Sights(scale.cell, scale.working_distance, kDrawnPerTolerance * tolerance_);
   surface_ = {scale.cell, scale.median_gsd, scale.working_distance, {}};
 }
 
@@ -451,7 +449,7 @@ void LiveSurface::FindEnds() {
 // may_depend(borders, photo, end, surfel)
 template <typename MayDepend>
 void LiveSurface::DoubtEnds(const std::vector<bool>& photos, const MayDepend& may_depend) {
-  const Borders borders(options_, centres_, sights_, scale_.cell);
+  const Borders borders(centres_, sights_, scale_.cell);
   const std::vector<uint32_t> indices = IndicesOf(photos);
   ends_to_judge_.resize(wholes_.surfels.size(), false);
   for (uint32_t i = 0; i < ends_.size(); ++i) {
@@ -479,7 +477,7 @@ void LiveSurface::JudgeEnds() {
             [](const Borders& borders, uint32_t photo, const End& end, const Surfel& surfel) {
               return borders.MayDependOnGridOf(photo, end, surfel);
             });
-  const Borders borders(options_, centres_, sights_, scale_.cell);
+  const Borders borders(centres_, sights_, scale_.cell);
   for (uint32_t i = 0; i < ends_.size(); ++i) {
     if (!ends_to_judge_[i] || wholes_.surfels[i].IsGone()) continue;
     borders.Judge(ends_[i], &wholes_.surfels[i]);
@@ -504,8 +502,7 @@ void LiveSurface::MakeParts() {
 
 bool LiveSurface::IsSeenFrom(uint32_t photo, const Surfel& part) const {
   return LooksAt(photo, part) &&
-         sights_.GridOf(photo).Look(part.position, options_.depth_tolerance) ==
-             DepthGrid::Sight::kSeen;
+         sights_.GridOf(photo).Look(part.position, kDepthTolerance) == DepthGrid::Sight::kSeen;
 }
 
 // False may be wrong: of a photo that observes the part and has nothing of it in view.

@@ -26,12 +26,8 @@ struct Holding {
 // first update is MakeSurface. Surfels and parts keep their index while they live.
 class LiveSurface {
  public:
-  LiveSurface(const SurfaceOptions& options, const Holding& holding, Surface* surface)
-      : options_(options),
-        min_cos_(std::cos(options.max_incidence_deg * kRadian)),
-        tolerance_(holding.tolerance),
-        given_scale_(holding.scale),
-        surface_(*surface) {}
+  LiveSurface(const Holding& holding, Surface* surface)
+      : tolerance_(holding.tolerance), given_scale_(holding.scale), surface_(*surface) {}
 
   // A surfel or part that came, went, or changed, but for its border.
   struct Change {
@@ -115,8 +111,7 @@ class LiveSurface {
   bool AnyMoved(const std::vector<uint32_t>& photos) const;
   bool LooksAt(uint32_t photo, const Surfel& surfel) const;
 
-  const SurfaceOptions options_;
-  const double min_cos_;
+  const double min_cos_ = std::cos(kMaxSurfelIncidenceDeg * kRadian);
   const double tolerance_;
   const std::optional<PlaceScale> given_scale_;
   Surface& surface_;

@@ -54,7 +54,7 @@ TEST_F(ModelMapTest, OfManyPointsAPartSaysTheSame) {
   const auto summary_of = [&](size_t max_points) {
     const GuidedMap map = MapOfModel(model, max_points);
     EXPECT_LE(map.points.size(), max_points);
-    return SummarisePlace({}, AssessPlace({}, {}, map), map.photos.size());
+    return SummarisePlace(AssessPlace(map), map.photos.size());
   };
   const PlaceSummary all = summary_of(10'000), half = summary_of(model.NumPoints3D() / 2);
   EXPECT_GT(all.num_surfels, 20u);

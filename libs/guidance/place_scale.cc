@@ -13,6 +13,12 @@ namespace {
 
 constexpr size_t kMaxSamples = 10'000;
 
+// A surfel's cell is as wide as makes this many points in it, were a photo's points spread evenly;
+// of the median photo. So weakly textured places have wide cells.
+constexpr double kPointsPerCell = 4;
+constexpr double kMinCellPx = 24;      // as wide at least in the median photo,
+constexpr double kMaxCellShare = 0.1;  // and at most this part of the photo's width
+
 // Of a part's cell: then a plane has nine points in and around it, and kMinPointsOfNormal are there
 // in 88 % of the cells where points lie at random (Poisson).
 constexpr double kPointsPerPart = 1;
@@ -47,19 +53,18 @@ Distances MeasureDistances(const GuidedMap& map) {
           UpperMedian(std::move(distances))};
 }
 
-double CellWidth(const SurfaceOptions& options, const GuidedMap& map, double points_per_photo,
-                 double observed_gsd) {
+double CellWidth(const GuidedMap& map, double points_per_photo, double observed_gsd,
+                 double points_per_cell, double min_px) {
   std::vector<double> widths, areas;
   for (const GuidedPhoto& photo : map.photos) {
     const GuidedCamera& camera = map.cameras[photo.camera];
     widths.push_back(camera.width_px);
     areas.push_back(static_cast<double>(camera.width_px) * camera.height_px);
   }
-  const double wanted_px = std::sqrt(UpperMedian(std::move(areas)) * options.points_per_cell /
-                                     std::max(1.0, points_per_photo));
-  const double max_px =
-      std::max(options.min_cell_px, options.max_cell_share * UpperMedian(std::move(widths)));
-  return std::clamp(wanted_px, options.min_cell_px, max_px) * observed_gsd;
+  const double wanted_px =
+      std::sqrt(UpperMedian(std::move(areas)) * points_per_cell / std::max(1.0, points_per_photo));
+  const double max_px = std::max(min_px, kMaxCellShare * UpperMedian(std::move(widths)));
+  return std::clamp(wanted_px, min_px, max_px) * observed_gsd;
 }
 
 }  // namespace
@@ -72,18 +77,14 @@ std::vector<uint32_t> CountObservations(const GuidedMap& map) {
   return counts;
 }
 
-PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map,
-                        const std::vector<uint32_t>& num_observations) {
+PlaceScale MeasureScale(const GuidedMap& map, const std::vector<uint32_t>& num_observations) {
   const Distances distances = MeasureDistances(map);
   if (distances.median_gsd <= 0) return {};
-  SurfaceOptions of_parts = options;
-  of_parts.points_per_cell = std::min(options.points_per_cell, kPointsPerPart);
-  of_parts.min_cell_px = std::min(options.min_cell_px, kMinPartPx);
   const double points_per_photo =
       UpperMedian(std::vector<double>(num_observations.begin(), num_observations.end()));
   return {distances.median_gsd, distances.working_distance,
-          CellWidth(options, map, points_per_photo, distances.observed_gsd),
-          CellWidth(of_parts, map, points_per_photo, distances.observed_gsd)};
+          CellWidth(map, points_per_photo, distances.observed_gsd, kPointsPerCell, kMinCellPx),
+          CellWidth(map, points_per_photo, distances.observed_gsd, kPointsPerPart, kMinPartPx)};
 }
 
 bool IsWithin(double tolerance, const PlaceScale& a, const PlaceScale& b) {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "guidance/guided_map.h"
-#include "guidance/surface.h"
 
 namespace skein {
 
@@ -20,8 +19,7 @@ struct PlaceScale {
 std::vector<uint32_t> CountObservations(const GuidedMap& map);
 
 // Medians of distances are over some 10,000 points, evenly spread over their order.
-PlaceScale MeasureScale(const SurfaceOptions& options, const GuidedMap& map,
-                        const std::vector<uint32_t>& num_observations);
+PlaceScale MeasureScale(const GuidedMap& map, const std::vector<uint32_t>& num_observations);
 
 // Whether no length differs by more than this part of it.
 bool IsWithin(double tolerance, const PlaceScale& a, const PlaceScale& b);

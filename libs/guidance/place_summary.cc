@@ -11,8 +11,7 @@ constexpr size_t kMinPhotos = 5, kMinSurfels = 20;  // below it is too early to 
 
 }  // namespace
 
-PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& place,
-                            size_t num_photos) {
+PlaceSummary SummarisePlace(const PlaceQuality& place, size_t num_photos) {
   PlaceSummary summary;
   summary.num_photos = num_photos;
   for (size_t i = 0; i < place.surfels.size(); ++i) {
@@ -20,19 +19,19 @@ PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& p
     summary.num_open += place.Counts(i) && place.surface.surfels[i].open_border ? 1 : 0;
   }
   summary.completeness = place.completeness;
-  summary.verdict = VerdictOfPlace(options, place.completeness, num_photos, summary.num_surfels);
+  summary.verdict = VerdictOfPlace(place.completeness, num_photos, summary.num_surfels);
   summary.sentence =
       PlaceSentence(summary.verdict, place.completeness, num_photos, summary.num_open);
   return summary;
 }
 
-PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& completeness,
-                            size_t num_photos, size_t num_surfels) {
+PlaceVerdict VerdictOfPlace(const Completeness& completeness, size_t num_photos,
+                            size_t num_surfels) {
   constexpr double kNearlyGood = 0.8;  // of what completeness asks for
   constexpr double kNearlyOpen = 0.3;
   if (num_photos < kMinPhotos || num_surfels < kMinSurfels) return PlaceVerdict::kGrowing;
   if (completeness.complete) return PlaceVerdict::kComplete;
-  const bool nearly = completeness.GoodOfShown() >= kNearlyGood * options.min_good_share &&
+  const bool nearly = completeness.GoodOfShown() >= kNearlyGood * kMinGoodShare &&
                       completeness.open_share <= kNearlyOpen;
   return nearly ? PlaceVerdict::kNearly : PlaceVerdict::kWeak;
 }

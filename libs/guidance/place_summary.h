@@ -19,12 +19,10 @@ struct PlaceSummary {
   std::string sentence;  // for a person
 };
 
-// place: as AssessPlace made it with these options.
-PlaceSummary SummarisePlace(const QualityOptions& options, const PlaceQuality& place,
-                            size_t num_photos);
+PlaceSummary SummarisePlace(const PlaceQuality& place, size_t num_photos);
 
-PlaceVerdict VerdictOfPlace(const QualityOptions& options, const Completeness& completeness,
-                            size_t num_photos, size_t num_surfels);
+PlaceVerdict VerdictOfPlace(const Completeness& completeness, size_t num_photos,
+                            size_t num_surfels);
 
 // "82 % of the surface is good, 12 open borders: keep going"
 std::string PlaceSentence(PlaceVerdict verdict, const Completeness& completeness, size_t num_photos,

@@ -7,7 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/option_check.h"
 #include "core/statistics.h"
 #include "guidance/live_place.h"
 #include "guidance/surfel_views.h"
@@ -74,26 +73,22 @@ double SigmaAlong(const Eigen::Vector3d& normal, const Eigen::Matrix3d& informat
 }
 
 // Beyond this ground sampling distance a photo adds nothing.
-double MaxGsd(const QualityOptions& options) { return 4 * options.target_gsd; }
+double MaxGsd(double target_gsd) { return 4 * target_gsd; }
 
-bool Counts(const QualityOptions& options, const SurfelQuality& quality) {
-  return quality.best_gsd <= options.max_gsd;
-}
-
-bool IsGood(const QualityOptions& options, const SurfelQuality& quality) {
-  return quality.num_photos >= options.min_photos && quality.best_gsd <= options.target_gsd &&
-         quality.reconstructability >= options.min_reconstructability &&
-         quality.sigma <= options.max_sigma_gsd * options.target_gsd;
+bool IsGood(double target_gsd, const SurfelQuality& quality) {
+  return quality.num_photos >= static_cast<int>(kMinSurfelPhotos) &&
+         quality.best_gsd <= target_gsd && quality.reconstructability >= kMinReconstructability &&
+         quality.sigma <= kMaxSigmaGsd * target_gsd;
 }
 
 }  // namespace
 
-Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
+Completeness Summarise(double target_gsd, double max_gsd, const PlaceQuality& place,
                        double hole_share) {
   Completeness result;
   result.hole_share = hole_share;
-  result.target_gsd = options.target_gsd;
-  result.max_gsd = options.max_gsd;
+  result.target_gsd = target_gsd;
+  result.max_gsd = max_gsd;
   double good = 0, ground = 0;
   for (const Piece& piece : place.pieces) {
     if (piece.IsGone() || !place.surfels[piece.whole].counts) continue;
@@ -113,8 +108,7 @@ Completeness Summarise(const QualityOptions& options, const PlaceQuality& place,
   }
   result.open_share = static_cast<double>(open) / std::max(1, ends);
   if (!sigmas.empty()) result.median_sigma = UpperMedian(std::move(sigmas));
-  result.complete =
-      result.GoodOfShown() >= options.min_good_share && result.open_share <= options.max_open_share;
+  result.complete = result.GoodOfShown() >= kMinGoodShare && result.open_share <= kMaxOpenShare;
   return result;
 }
 
@@ -144,19 +138,9 @@ ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
   return {ray / distance, distance / focal_px};
 }
 
-Status QualityOptions::Check() const {
-  return FirstError(
-      {InRange("target_gsd", target_gsd, 0.0, 1e12), InRange("min_photos", min_photos, 2, 100),
-       InRange("min_reconstructability", min_reconstructability, 0.0, 100.0),
-       InRange("max_sigma_gsd", max_sigma_gsd, 0.01, 1000.0),
-       InRange("min_textured_share", min_textured_share, 0.0, 1.0),
-       InRange("max_gsd", max_gsd, 0.0, 1e12), InRange("min_good_share", min_good_share, 0.0, 1.0),
-       InRange("max_open_share", max_open_share, 0.0, 1.0)});
-}
-
-AssessedViews::AssessedViews(const QualityOptions& options, const Eigen::Vector3d& normal,
+AssessedViews::AssessedViews(double target_gsd, const Eigen::Vector3d& normal,
                              const std::vector<ViewOfSurfel>& views)
-    : normal_(normal) {
+    : target_gsd_(target_gsd), normal_(normal) {
   for (const ViewOfSurfel& view : views) sums_.Count(view);
   std::vector<std::pair<double, size_t>> ranks;
   ranks.reserve(views.size());
@@ -165,7 +149,7 @@ AssessedViews::AssessedViews(const QualityOptions& options, const Eigen::Vector3
     std::nth_element(ranks.begin(), ranks.begin() + kMaxViews, ranks.end());
     ranks.resize(kMaxViews);
   }
-  for (const auto& [rank, i] : ranks) Add(options, views[i]);
+  for (const auto& [rank, i] : ranks) Add(views[i]);
   sums_.sigma = SigmaAlong(normal_, sums_.information);
 }
 
@@ -181,8 +165,8 @@ void AssessedViews::Sums::Count(const ViewOfSurfel& view) {
 
 // Adds the pairs of the view with the best ones. Returns whether it matches one; `matches`: of
 // these, marks those that do.
-bool AssessedViews::AddPairs(const QualityOptions& options, const ViewOfSurfel& view,
-                             std::array<bool, kMaxViews>* matches, Sums* sums) const {
+bool AssessedViews::AddPairs(const ViewOfSurfel& view, std::array<bool, kMaxViews>* matches,
+                             Sums* sums) const {
   static const ParallaxWeights weights;
   constexpr double kMinCosIncidence = 0.7071067811865476;  // of a pair that counts: 45 degrees
   const double incidence = view.direction.dot(normal_);
@@ -197,7 +181,7 @@ bool AssessedViews::AddPairs(const QualityOptions& options, const ViewOfSurfel& 
     }
     if (cos_incidence < kMinCosIncidence) continue;
     const double resolution =
-        1 - std::min(std::max(view.gsd, views_[j].gsd) / MaxGsd(options), 1.0);
+        1 - std::min(std::max(view.gsd, views_[j].gsd) / MaxGsd(target_gsd_), 1.0);
     sums->reconstructability += weights.Of(cos_parallax) * resolution * cos_incidence;
   }
   if (matches_any) sums->information += InformationOf(view);
@@ -205,33 +189,31 @@ bool AssessedViews::AddPairs(const QualityOptions& options, const ViewOfSurfel& 
 }
 
 // To the best ones.
-void AssessedViews::Add(const QualityOptions& options, const ViewOfSurfel& view) {
-  matches_[num_] = AddPairs(options, view, &matches_, &sums_);
+void AssessedViews::Add(const ViewOfSurfel& view) {
+  matches_[num_] = AddPairs(view, &matches_, &sums_);
   incidence_[num_] = view.direction.dot(normal_);
   views_[num_++] = view;
 }
 
-SurfelQuality AssessedViews::QualityOf(const QualityOptions& options, const Sums& sums) {
+SurfelQuality AssessedViews::QualityOf(const Sums& sums) const {
   SurfelQuality quality;
   quality.num_photos = sums.num_photos;
   quality.best_gsd = sums.num_photos < 2 ? sums.best_gsd : sums.second_gsd;
   quality.reconstructability = sums.reconstructability;
   quality.sigma = sums.sigma;
-  quality.counts = Counts(options, quality);
-  quality.good = IsGood(options, quality);
+  quality.good = IsGood(target_gsd_, quality);
   return quality;
 }
 
-SurfelQuality AssessedViews::QualityWith(const QualityOptions& options,
-                                         const ViewOfSurfel& view) const {
+SurfelQuality AssessedViews::QualityWith(const ViewOfSurfel& view) const {
   Sums sums = sums_;
   sums.Count(view);
   if (num_ < kMaxViews) {
     std::array<bool, kMaxViews> matches = matches_;
-    if (AddPairs(options, view, &matches, &sums)) {
+    if (AddPairs(view, &matches, &sums)) {
       sums.sigma = SigmaAlong(normal_, sums.information);
     }
-    return QualityOf(options, sums);
+    return QualityOf(sums);
   }
   const auto worst =
       std::max_element(views_.begin(), views_.end(),
@@ -239,22 +221,21 @@ SurfelQuality AssessedViews::QualityWith(const QualityOptions& options,
   if (RankOf(view) < RankOf(*worst)) {
     std::vector<ViewOfSurfel> best(views_.begin(), views_.end());
     best[static_cast<size_t>(worst - views_.begin())] = view;
-    const AssessedViews replaced(options, normal_, best);
+    const AssessedViews replaced(target_gsd_, normal_, best);
     sums.reconstructability = replaced.sums_.reconstructability;
     sums.sigma = replaced.sums_.sigma;
   }
-  return QualityOf(options, sums);
+  return QualityOf(sums);
 }
 
-SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
+SurfelQuality AssessSurfel(double target_gsd, const Eigen::Vector3d& normal,
                            const std::vector<ViewOfSurfel>& views) {
-  return AssessedViews(options, normal, views).Quality(options);
+  return AssessedViews(target_gsd, normal, views).Quality();
 }
 
-PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
-                         const QualityOptions& quality_options, const GuidedMap& map) {
-  LivePlace live(surface_options, quality_options, {0});
-  live.Update(map, quality_options.target_gsd);
+PlaceQuality AssessPlace(const GuidedMap& map, double target_gsd) {
+  LivePlace live({0});
+  live.Update(map, target_gsd);
   return live.Take();
 }
 

@@ -2,40 +2,29 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
-#include "core/result.h"
 #include "guidance/guided_map.h"
 #include "guidance/surface.h"
 
 namespace skein {
 
-struct QualityOptions {
-  // Ground sampling distance that is wanted, submap units a pixel; 0: twice that of the median
-  // point.
-  double target_gsd = 0;
-  // A surfel is good when two photos have it at target_gsd and all of these hold.
-  // Reconstructability 1.2: three photos 10 degrees apart that look straight at it from the
-  // distance of the target.
-  int min_photos = 3;
-  double min_reconstructability = 1.2;
-  double max_sigma_gsd = 3;  // standard deviation of its depth, in target_gsd, at 1 px of noise
-  // Part of it and what is around it that has texture in at least min_photos photos. 0.8: the
-  // completeness from which a surfel is truly good in docs/experiments/guidance.md.
-  double min_textured_share = 0.8;
-  // The part of the surface that counts: two photos have it at this ground sampling distance. 0: at
-  // target_gsd, or at twice that of the median point where that is more. Surface further away is
-  // background.
-  double max_gsd = 0;
-  // A place is complete if good share >= min_good_share and open share <= max_open_share: bushes
-  // and eaves have frontiers that no photo can close.
-  double min_good_share = 0.9;
-  double max_open_share = 0.03;
+// A surfel is good when two photos have it at target_gsd, the ground sampling distance that is
+// wanted (submap units a pixel), and all of these hold. Reconstructability 1.2: three photos
+// 10 degrees apart that look straight at it from the distance of the target.
+constexpr size_t kMinSurfelPhotos = 3;
+constexpr double kMinReconstructability = 1.2;
+constexpr double kMaxSigmaGsd = 3;  // standard deviation of its depth, in target_gsd, at 1 px
+// Part of it and what is around it that has texture in at least kMinSurfelPhotos photos. 0.8: the
+// completeness from which a surfel is truly good in docs/experiments/guidance.md.
+constexpr double kMinTexturedShare = 0.8;
+// A place is complete if good share >= kMinGoodShare and open share <= kMaxOpenShare: bushes and
+// eaves have frontiers that no photo can close.
+constexpr double kMinGoodShare = 0.9;
+constexpr double kMaxOpenShare = 0.03;
 
-  Status Check() const;
-};
-
-// QualityOptions::target_gsd of so many millimetres a pixel.
+// target_gsd of so many millimetres a pixel.
 inline double TargetGsd(double target_gsd_mm, double metres_per_unit) {
   return target_gsd_mm / 1000 / metres_per_unit;
 }
@@ -57,7 +46,7 @@ struct SurfelQuality {
   // submap units. Infinite where no two do.
   double sigma = 0;
   double textured_share = 1;  // textured_share.h
-  bool counts = false;        // two photos have it at QualityOptions::max_gsd
+  bool counts = false;        // two photos have it at Completeness::max_gsd
   bool good = false;
 };
 
@@ -77,12 +66,12 @@ struct Piece {
 };
 
 // Whether dense matching finds anything to match there. No photo makes a bare wall good.
-inline bool HasTexture(const QualityOptions& options, const SurfelQuality& quality) {
-  return quality.textured_share >= options.min_textured_share;
+inline bool HasTexture(const SurfelQuality& quality) {
+  return quality.textured_share >= kMinTexturedShare;
 }
 
-// By geometry alone: as if it had texture.
-SurfelQuality AssessSurfel(const QualityOptions& options, const Eigen::Vector3d& normal,
+// By geometry alone: as if it had texture. Leaves `counts` false.
+SurfelQuality AssessSurfel(double target_gsd, const Eigen::Vector3d& normal,
                            const std::vector<ViewOfSurfel>& views);
 
 // How complete a place is. Shares are of the area that counts.
@@ -94,7 +83,9 @@ struct Completeness {
   double hole_share = 0;    // of what the photos show: without points (holes.h)
   double median_sigma = 0;  // submap units at 1 px of noise; of what counts
   double target_gsd = 0;
-  double max_gsd = 0;  // surface counts that two photos have at this ground sampling distance
+  // Surface counts that two photos have at this ground sampling distance: target_gsd, or twice that
+  // of the median point where that is more. Surface further away is background.
+  double max_gsd = 0;
   bool complete = false;
 
   // Good share of all that the photos show, with and without points.
@@ -118,8 +109,7 @@ struct PlaceQuality {
 // Good share of each surfel's area; 0 if it has no pieces.
 std::vector<double> GoodSharesOf(const PlaceQuality& place);
 
-// LivePlace's first update.
-PlaceQuality AssessPlace(const SurfaceOptions& surface_options,
-                         const QualityOptions& quality_options, const GuidedMap& map);
+// LivePlace's first update. target_gsd: submap units a pixel; 0: twice that of the median point.
+PlaceQuality AssessPlace(const GuidedMap& map, double target_gsd = 0);
 
 }  // namespace skein

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "guidance/surface.h"
+
 namespace skein {
 namespace {
 
@@ -118,7 +120,7 @@ void Sights::DrawMore(uint32_t photo) {
 }
 
 std::vector<InFrame> Sights::SeenOf(const DepthGrid& grid, std::vector<InFrame> in_frame) const {
-  const auto hidden = [&](const InFrame& surfel) { return !grid.IsSeen(surfel, depth_tolerance_); };
+  const auto hidden = [&](const InFrame& surfel) { return !grid.IsSeen(surfel, kDepthTolerance); };
   in_frame.erase(std::remove_if(in_frame.begin(), in_frame.end(), hidden), in_frame.end());
   return in_frame;
 }

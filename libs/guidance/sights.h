@@ -17,11 +17,10 @@ class Sights {
  public:
   Sights() = default;
   // max_move: in surfel widths, as Place has it.
-  Sights(double surfel_width, double working_distance, double depth_tolerance, double max_move)
+  Sights(double surfel_width, double working_distance, double max_move)
       : blocks_(surfel_width),
         surfel_width_(surfel_width),
         working_distance_(working_distance),
-        depth_tolerance_(depth_tolerance),
         max_move_(max_move) {}
 
   // Position of a surfel from the next Update on; not finite: the surfel has none. A surfel stays
@@ -59,7 +58,7 @@ class Sights {
 
   std::vector<Eigen::Vector3f> positions_;  // of the surfels; NaN: none
   SurfelBlocks blocks_;                     // the same
-  double surfel_width_ = 0, working_distance_ = 0, depth_tolerance_ = 0, max_move_ = 0;
+  double surfel_width_ = 0, working_distance_ = 0, max_move_ = 0;
   std::vector<View> views_;                    // of the photos
   std::vector<std::vector<uint32_t>> photos_;  // of the surfels
   std::vector<bool> has_other_grid_, has_other_photos_;

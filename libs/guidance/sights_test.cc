@@ -24,7 +24,7 @@ GuidedMap PhotosOfOnePlace() {
 
 // A surfel 5 away from the photos hides one that is 10 away.
 struct HiddenSurfel {
-  explicit HiddenSurfel(double max_move) : sights(1, 10, 0.1, max_move) {
+  explicit HiddenSurfel(double max_move) : sights(1, 10, max_move) {
     sights.Place(kNear, {0, -5, 0});
     sights.Place(kFar, {0, 0, 0});
     Update();

@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/option_check.h"
 #include "guidance/depth_grid.h"
 #include "guidance/free_space.h"
 #include "guidance/surfel_blocks.h"
@@ -19,8 +18,13 @@
 namespace skein {
 namespace {
 
-constexpr double kDepthTolerance = 0.1;
-constexpr double kMoreIsKnown = 2;  // times as many common points: a failed photo may succeed
+// Share of the map's points in view that are matched, if they were seen before from a direction
+// less than 30 degrees away.
+constexpr double kMatchRate = 0.3;
+// A viewpoint this many working distances from where the agent is counts half.
+constexpr double kHalfDistance = 3;
+constexpr size_t kMaxCandidates = 2000;  // that are looked at for an agent
+constexpr double kMoreIsKnown = 2;       // times as many common points: a failed photo may succeed
 
 // As a person holds a camera. `right`: of the photo where it looks straight up or down.
 CameraPose LookAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target,
@@ -68,11 +72,12 @@ double DistanceTo(const SurfelBlocks& blocks, const Eigen::Vector3d& position, d
 // Chooses for one map; weak places become better as viewpoints are chosen.
 class Chooser {
  public:
-  Chooser(const StationOptions& options, const QualityOptions& quality, const GuidedMap& map,
-          const PlaceQuality& place)
-      : options_(options), quality_(quality), map_(map), place_(place) {
-    if (quality_.target_gsd == 0) quality_.target_gsd = place.completeness.target_gsd;
-    weak_ = FindWeak(quality_, place);
+  Chooser(const StationOptions& options, const GuidedMap& map, const PlaceQuality& place)
+      : options_(options),
+        target_gsd_(place.completeness.target_gsd),
+        map_(map),
+        place_(place),
+        weak_(FindWeak(place)) {
     up_ = UpOf(map);
     blocks_ = BlocksOf(place.surface);
     weak_blocks_ = SurfelBlocks(place.surface.cell);
@@ -157,7 +162,7 @@ class Chooser {
   }
 
   const StationOptions& options_;
-  QualityOptions quality_;
+  const double target_gsd_;
   const GuidedMap& map_;
   const PlaceQuality& place_;
   std::vector<Weak> weak_;
@@ -201,7 +206,7 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   constexpr double kTiltsDeg[] = {0, 20, 40};
   const Surface& surface = place_.surface;
   const double focal_px = CameraOf(seeker).FocalPx();
-  const double distance = std::min(surface.working_distance, 0.9 * quality_.target_gsd * focal_px);
+  const double distance = std::min(surface.working_distance, 0.9 * target_gsd_ * focal_px);
   const Eigen::Vector3d right = RightOf(map_.photos[seeker.last_photo].cam_from_world);
   std::vector<Candidate> candidates;
   for (const WeakCluster& weak :
@@ -226,9 +231,7 @@ std::vector<Chooser::Candidate> Chooser::MakeCandidates(const StationSeeker& see
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.hope > b.hope; });
-  if (static_cast<int>(candidates.size()) > options_.max_candidates) {
-    candidates.resize(static_cast<size_t>(options_.max_candidates));
-  }
+  if (candidates.size() > kMaxCandidates) candidates.resize(kMaxCandidates);
   return candidates;
 }
 
@@ -334,7 +337,7 @@ std::vector<std::pair<uint32_t, Weak>> Chooser::TakeInVain(const StationSeeker& 
 }
 
 double Chooser::Nearness(const StationSeeker& seeker, const Eigen::Vector3d& centre) const {
-  const double half = options_.half_distance * place_.surface.working_distance;
+  const double half = kHalfDistance * place_.surface.working_distance;
   return half / (half + (centre - centres_[seeker.last_photo]).norm());
 }
 
@@ -358,13 +361,13 @@ std::vector<Chooser::Shown> Chooser::ShownIn(const View& view,
 void Chooser::FillViews(Weak* weak) const {
   if (weak->is_beyond || weak->assessed != nullptr) return;
   weak->views = ViewsOf(map_, *weak->surfel);
-  weak->assessed = std::make_shared<AssessedViews>(quality_, weak->normal, weak->views);
+  weak->assessed = std::make_shared<AssessedViews>(target_gsd_, weak->normal, weak->views);
 }
 
 double Chooser::UtilityWith(const ViewOfSurfel& view, Weak* weak) const {
   if (weak->is_beyond) return UtilityOfBorder(weak->views.size() + 1);
   FillViews(weak);
-  return UtilityOf(quality_, weak->assessed->QualityWith(quality_, view));
+  return UtilityOf(target_gsd_, weak->assessed->QualityWith(view));
 }
 
 double Chooser::GainOf(const Eigen::Vector3d& centre, double focal_px, Weak* weak) const {
@@ -427,7 +430,7 @@ double Chooser::CountCommon(const StationSeeker& seeker, const View& view,
     if (is_wary && !free_space_->IsClear(centre, surfel.position)) continue;
     num_points += surfel.num_points;
   }
-  return options_.match_rate * static_cast<double>(num_points);
+  return kMatchRate * static_cast<double>(num_points);
 }
 
 void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centre,
@@ -440,8 +443,8 @@ void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centr
     if (weak.is_beyond) {
       weak.utility = UtilityOfBorder(weak.views.size());
     } else {
-      weak.assessed = std::make_shared<AssessedViews>(quality_, weak.normal, weak.views);
-      weak.utility = UtilityOf(quality_, weak.assessed->Quality(quality_));
+      weak.assessed = std::make_shared<AssessedViews>(target_gsd_, weak.normal, weak.views);
+      weak.utility = UtilityOf(target_gsd_, weak.assessed->Quality());
     }
     weak.version = last_version_;
   }
@@ -452,15 +455,15 @@ Station::Why Chooser::WhyOf(Weak* weak_place) const {
   const Weak& weak = *weak_place;
   constexpr double kMinCosIncidence = 0.7071067811865476;  // 45 degrees
   if (weak.is_beyond) return Station::Why::kOpenBorder;
-  if (static_cast<int>(weak.views.size()) < quality_.min_photos) return Station::Why::kFewPhotos;
+  if (weak.views.size() < kMinSurfelPhotos) return Station::Why::kFewPhotos;
   std::vector<ViewOfSurfel> fine, straight;
   for (const ViewOfSurfel& view : weak.views) {
-    if (view.gsd > quality_.target_gsd) continue;
+    if (view.gsd > target_gsd_) continue;
     fine.push_back(view);
     if (view.direction.dot(weak.normal) >= kMinCosIncidence) straight.push_back(view);
   }
-  if (static_cast<int>(fine.size()) < quality_.min_photos) return Station::Why::kTooFar;
-  if (static_cast<int>(straight.size()) < quality_.min_photos) return Station::Why::kTooSlanted;
+  if (fine.size() < kMinSurfelPhotos) return Station::Why::kTooFar;
+  if (straight.size() < kMinSurfelPhotos) return Station::Why::kTooSlanted;
   return Station::Why::kNoParallax;
 }
 
@@ -530,21 +533,12 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
 
 }  // namespace
 
-Status StationOptions::Check() const {
-  return FirstError({InRange("num_stations", num_stations, 1, 100),
-                     InRange("min_common_points", min_common_points, 0.0, 1e6),
-                     InRange("match_rate", match_rate, 0.001, 1.0),
-                     InRange("half_distance", half_distance, 0.01, 1e6),
-                     InRange("max_candidates", max_candidates, 1, 1'000'000)});
-}
-
 std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,
-                                                 const QualityOptions& quality_options,
                                                  const GuidedMap& map, const PlaceQuality& place,
                                                  const std::vector<StationSeeker>& seekers) {
   std::vector<std::vector<Station>> stations(seekers.size());
   if (place.surface.surfels.empty()) return stations;
-  Chooser chooser(options, quality_options, map, place);
+  Chooser chooser(options, map, place);
   std::vector<bool> done(seekers.size(), false);
   for (int round = 0; round < options.num_stations; ++round) {
     for (size_t i = 0; i < seekers.size(); ++i) {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/result.h"
 #include "guidance/guided_map.h"
 #include "guidance/quality.h"
 
@@ -24,14 +23,6 @@ struct Reach {
 struct StationOptions {
   int num_stations = 5;            // of each agent
   double min_common_points = 100;  // predicted, with the map
-  // Share of the map's points in view that are matched, if they were seen before from a direction
-  // less than 30 degrees away.
-  double match_rate = 0.3;
-  // A viewpoint this many working distances from where the agent is counts half.
-  double half_distance = 3;
-  int max_candidates = 2000;  // that are looked at for an agent
-
-  Status Check() const;
 };
 
 // A viewpoint: the pose of a photo to take, and why.
@@ -72,9 +63,8 @@ struct StationSeeker {
 
 // For each agent its viewpoints, best first. A viewpoint is chosen as if those before it had been
 // photographed, and agents take turns, so no two get the same. Empty where nothing is weak within
-// reach. Deterministic. quality_options: `place` was assessed with these.
+// reach. Deterministic.
 std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,
-                                                 const QualityOptions& quality_options,
                                                  const GuidedMap& map, const PlaceQuality& place,
                                                  const std::vector<StationSeeker>& seekers);
 

@@ -5,23 +5,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/result.h"
 #include "guidance/guided_map.h"
 
 namespace skein {
 
-struct SurfaceOptions {
-  // A cell is as wide as makes this many points in it, were a photo's points spread evenly; of the
-  // median photo. So weakly textured places have wide cells.
-  double points_per_cell = 4;
-  double min_cell_px = 24;        // as wide at least in the median photo,
-  double max_cell_share = 0.1;    // and at most this part of the photo's width
-  double max_incidence_deg = 75;  // a photo sees no surfel beyond it
-  // A surfel is hidden where another one is in front of it by more than this part of its distance.
-  double depth_tolerance = 0.1;
-
-  Status Check() const;
-};
+constexpr double kMaxSurfelIncidenceDeg = 75;  // a photo sees no surfel beyond it
+// A surfel is hidden where another one is in front of it by more than this part of its distance.
+constexpr double kDepthTolerance = 0.1;
 
 // A piece of surface, as large as a cell.
 struct Surfel {
@@ -65,6 +55,6 @@ struct DetailedSurface {
 
 // Empty for a map without points. Costs the number of observations, of surfels times photos, and
 // of parts times the photos that have their surfel in view.
-DetailedSurface MakeSurface(const SurfaceOptions& options, const GuidedMap& map);
+DetailedSurface MakeSurface(const GuidedMap& map);
 
 }  // namespace skein

@@ -19,14 +19,14 @@ std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel);
 class AssessedViews {
  public:
   AssessedViews() = default;
-  AssessedViews(const QualityOptions& options, const Eigen::Vector3d& normal,
+  AssessedViews(double target_gsd, const Eigen::Vector3d& normal,
                 const std::vector<ViewOfSurfel>& views);
 
   // As AssessSurfel of the views.
-  SurfelQuality Quality(const QualityOptions& options) const { return QualityOf(options, sums_); }
+  SurfelQuality Quality() const { return QualityOf(sums_); }
   // As AssessSurfel of the views and this one. Costs 1/8 of it, or as much where there are more
   // than kMaxViews and this is among the best.
-  SurfelQuality QualityWith(const QualityOptions& options, const ViewOfSurfel& view) const;
+  SurfelQuality QualityWith(const ViewOfSurfel& view) const;
 
  private:
   // More photos of a surfel say little; the cost of pairs is quadratic.
@@ -44,11 +44,11 @@ class AssessedViews {
   };
 
   double RankOf(const ViewOfSurfel& view) const;
-  void Add(const QualityOptions& options, const ViewOfSurfel& view);
-  bool AddPairs(const QualityOptions& options, const ViewOfSurfel& view,
-                std::array<bool, kMaxViews>* matches, Sums* sums) const;
-  static SurfelQuality QualityOf(const QualityOptions& options, const Sums& sums);
+  void Add(const ViewOfSurfel& view);
+  bool AddPairs(const ViewOfSurfel& view, std::array<bool, kMaxViews>* matches, Sums* sums) const;
+  SurfelQuality QualityOf(const Sums& sums) const;
 
+  double target_gsd_ = 0;
   Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();
   Sums sums_;
   // The best ones, at most kMaxViews.

@@ -80,7 +80,7 @@ inline Site SiteOfARow(const Wall& wall, double from_x, double to_x) {
   return site;
 }
 
-inline PlaceQuality Assess(const GuidedMap& map) { return AssessPlace({}, {}, map); }
+inline PlaceQuality Assess(const GuidedMap& map) { return AssessPlace(map); }
 
 inline StationSeeker SeekerAt(const GuidedMap& map, int agent = 0) {
   StationSeeker seeker;

@@ -55,16 +55,16 @@ double ShareIn(const GuidedPhoto& photo, const GuidedCamera& camera, const Patch
 
 }  // namespace
 
-void TexturedShare::Add(const GuidedMap& map, const Surfel& surfel, double cell, int min_photos,
+void TexturedShare::Add(const GuidedMap& map, const Surfel& surfel, double cell,
                         const std::vector<uint32_t>& photos) {
   const Patch patch = PatchOf(surfel, cell);
   for (const uint32_t index : photos) {
     // No photo shows more, and most surfels have as many that show all.
-    if (best_.size() == static_cast<size_t>(min_photos) && best_.back() >= 1) return;
+    if (best_.size() == kMinSurfelPhotos && best_.back() >= 1) return;
     const GuidedPhoto& photo = map.photos[index];
     const double share = ShareIn(photo, map.cameras[photo.camera], patch);
     best_.insert(std::upper_bound(best_.begin(), best_.end(), share, std::greater<>()), share);
-    if (best_.size() > static_cast<size_t>(min_photos)) best_.pop_back();
+    if (best_.size() > kMinSurfelPhotos) best_.pop_back();
   }
 }
 

@@ -8,12 +8,12 @@
 
 namespace skein {
 
-double UtilityOf(const QualityOptions& options, const SurfelQuality& quality) {
+double UtilityOf(double target_gsd, const SurfelQuality& quality) {
   constexpr double kOfFirstTwo = 0.2;
   if (quality.good) return 1;
-  const double pairs = std::min(1.0, quality.reconstructability / options.min_reconstructability) *
-                       std::min(1.0, options.max_sigma_gsd * options.target_gsd / quality.sigma) *
-                       std::min(1.0, options.target_gsd / quality.best_gsd);
+  const double pairs = std::min(1.0, quality.reconstructability / kMinReconstructability) *
+                       std::min(1.0, kMaxSigmaGsd * target_gsd / quality.sigma) *
+                       std::min(1.0, target_gsd / quality.best_gsd);
   return kOfFirstTwo * std::min(quality.num_photos, 2) / 2 + (1 - kOfFirstTwo) * 0.95 * pairs;
 }
 
@@ -26,15 +26,15 @@ bool Shows(const Eigen::Vector3d& centre, const Weak& weak) {
   return ray.dot(weak.normal) > weak.min_cos * ray.norm();
 }
 
-std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place) {
+std::vector<Weak> FindWeak(const PlaceQuality& place) {
   std::vector<Weak> weak;
   for (const Piece& piece : place.pieces) {
     const SurfelQuality& quality = piece.quality;
-    if (!quality.counts || quality.good || !HasTexture(options, quality)) continue;
+    if (!quality.counts || quality.good || !HasTexture(quality)) continue;
     const Surfel& surfel = piece.surfel;
     if (surfel.is_ground) continue;
     weak.push_back({surfel.position, surfel.normal, piece.area, false, 0, &surfel,
-                    UtilityOf(options, quality)});
+                    UtilityOf(place.completeness.target_gsd, quality)});
   }
   for (size_t i = 0; i < place.surfels.size(); ++i) {
     const Surfel& surfel = place.surface.surfels[i];

@@ -29,7 +29,7 @@ struct Weak {
 
 // Utility of a piece: 0 without photos, 1 if it is good. The first photos count a little: without
 // them no further one makes it good.
-double UtilityOf(const QualityOptions& options, const SurfelQuality& quality);
+double UtilityOf(double target_gsd, const SurfelQuality& quality);
 // Utility of the unknown surface beyond a frontier, which closes with the second photo.
 double UtilityOfBorder(size_t num_photos);
 
@@ -39,7 +39,7 @@ inline double Missing(const Weak& weak) { return weak.area * (1 - weak.utility);
 bool Shows(const Eigen::Vector3d& centre, const Weak& weak);
 
 // The result points into `place`.
-std::vector<Weak> FindWeak(const QualityOptions& options, const PlaceQuality& place);
+std::vector<Weak> FindWeak(const PlaceQuality& place);
 
 // Weak places near each other and facing one way, as one place to look at. A cluster stays where it
 // is as its members become better.

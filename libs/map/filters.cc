@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/angles.h"
-#include "core/option_check.h"
 #include "map/map_access.h"
 #include "sfm/reprojection.h"
 #include "sfm/triangulation.h"
@@ -27,14 +26,14 @@ bool DeleteObservations(const std::vector<TrackElement>& bad, Point3DId id,
 }
 
 // One point: `elements` with their errors. Returns the observations taken out.
-int FilterPoint(const FilterOptions& options, Point3DId id,
+int FilterPoint(double max_error_px, Point3DId id,
                 const std::vector<std::pair<TrackElement, double>>& errors,
                 Reconstruction* reconstruction) {
   const int length = static_cast<int>(reconstruction->Point3D(id).Track().Length());
   std::vector<TrackElement> bad;
   double sum = 0;
   for (const auto& [element, error] : errors) {
-    if (error <= options.max_reprojection_error_px) {
+    if (error <= max_error_px) {
       sum += error;
     } else {
       bad.push_back(element);
@@ -42,8 +41,7 @@ int FilterPoint(const FilterOptions& options, Point3DId id,
   }
   if (!DeleteObservations(bad, id, reconstruction)) return length;
   Point3D& point = reconstruction->Point3D(id);
-  if (!HasTriangulationAngle(*reconstruction, point,
-                             DegToRad(options.min_triangulation_angle_deg))) {
+  if (!HasTriangulationAngle(*reconstruction, point, DegToRad(limits::kMinTriangulationAngleDeg))) {
     reconstruction->DeletePoint3D(id);
     return length;
   }
@@ -92,13 +90,7 @@ bool HasTriangulationAngle(const Reconstruction& reconstruction, const Point3D& 
   return false;
 }
 
-Status FilterOptions::Check() const {
-  return FirstError(
-      {InRange("max_reprojection_error_px", max_reprojection_error_px, 0.01, 1000.0),
-       InRange("min_triangulation_angle_deg", min_triangulation_angle_deg, 0.0, 180.0)});
-}
-
-int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map) {
+int FilterBundle(const Bundle& bundle, SceneMap* map) {
   Reconstruction& reconstruction = MapAccess::Model(map);
   const std::vector<double> errors = ReprojectionErrors(bundle);
   int num_filtered = 0;
@@ -112,18 +104,16 @@ int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* m
           TrackElement(bundle.poses[observation.pose].image_id, observation.point2D_idx),
           errors[i]);
     }
-    num_filtered += FilterPoint(options, point.point3D_id, of_point, &reconstruction);
+    num_filtered += FilterPoint(limits::kMaxErrorPx, point.point3D_id, of_point, &reconstruction);
   }
   return num_filtered;
 }
 
-int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
-                 SceneMap* map) {
-  return FilterPoints(options, points, &MapAccess::Model(map));
+int FilterPoints(const std::vector<Point3DId>& points, SceneMap* map, double max_error_px) {
+  return FilterPoints(points, &MapAccess::Model(map), max_error_px);
 }
 
-int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
-                 Reconstruction* model) {
+int FilterPoints(const std::vector<Point3DId>& points, Reconstruction* model, double max_error_px) {
   int num_filtered = 0;
   std::vector<std::pair<TrackElement, double>> errors;
   for (const Point3DId id : points) {
@@ -133,7 +123,7 @@ int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& poi
     for (const TrackElement& element : point.Track().Elements()) {
       errors.emplace_back(element, std::sqrt(SquaredError(*model, point, element)));
     }
-    num_filtered += FilterPoint(options, id, errors, model);
+    num_filtered += FilterPoint(max_error_px, id, errors, model);
   }
   return num_filtered;
 }

@@ -5,28 +5,22 @@
 
 #include "bundle/bundle.h"
 #include "core/limits.h"
-#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
 
-struct FilterOptions {
-  double max_reprojection_error_px = limits::kMaxErrorPx;
-  double min_triangulation_angle_deg = limits::kMinTriangulationAngleDeg;
-
-  Status Check() const;
-};
-
-// Removes observations of the bundle with too large an error. Then removes its points with less
-// than two observations or too small a triangulation angle. Sets the mean error of points whose
+// Removes observations of the bundle with too large an error (limits::kMaxErrorPx). Then removes
+// its points with less than two observations or too small a triangulation angle
+// (limits::kMinTriangulationAngleDeg). Sets the mean error of points whose
 // observations are all in the bundle. `bundle` must be solved and applied to the map. Returns the
 // number of removed observations.
-int FilterBundle(const FilterOptions& options, const Bundle& bundle, SceneMap* map);
+int FilterBundle(const Bundle& bundle, SceneMap* map);
 
 // The same for given points with all their observations.
-int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points, SceneMap* map);
-int FilterPoints(const FilterOptions& options, const std::vector<Point3DId>& points,
-                 Reconstruction* model);
+int FilterPoints(const std::vector<Point3DId>& points, SceneMap* map,
+                 double max_error_px = limits::kMaxErrorPx);
+int FilterPoints(const std::vector<Point3DId>& points, Reconstruction* model,
+                 double max_error_px = limits::kMaxErrorPx);
 
 // Removes what no third photo confirms and does not fit well. A false match is on the epipolar line
 // by chance, so the errors of such a point of two photos are spread over the whole limit. The rows

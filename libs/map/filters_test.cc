@@ -31,7 +31,7 @@ class FiltersTest : public testing::Test {
 
 TEST_F(FiltersTest, APointThatFitsKeepsAllAndGetsItsMeanError) {
   const size_t num_points = map_.reconstruction().NumPoints3D();
-  EXPECT_EQ(FilterPoints({}, AllPoints(map_), &map_), 0);
+  EXPECT_EQ(FilterPoints(AllPoints(map_), &map_), 0);
   EXPECT_EQ(map_.reconstruction().NumPoints3D(), num_points);
   EXPECT_GT(Point(FindPoint(2)).Error(), 0);
   EXPECT_LT(Point(FindPoint(2)).Error(), 2);
@@ -43,7 +43,7 @@ TEST_F(FiltersTest, AnObservationWithALargeErrorGoesAlone) {
   const TrackElement wrong = Point(id).Track().Element(1);
   Image& image = MapAccess::Model(&map_).Image(wrong.image_id);
   image.Point2D(wrong.point2D_idx).SetXY(image.Point2D(wrong.point2D_idx).XY().array() + 10);
-  EXPECT_EQ(FilterPoints({}, {id}, &map_), 1);
+  EXPECT_EQ(FilterPoints({id}, &map_), 1);
   EXPECT_EQ(Point(id).Track().Length(), length - 1);
   EXPECT_FALSE(image.Point2D(wrong.point2D_idx).HasPoint3D());
 }
@@ -52,22 +52,28 @@ TEST_F(FiltersTest, APointWithoutTwoGoodObservationsGoes) {
   const Point3DId id = FindPoint(3);
   const int length = static_cast<int>(Point(id).Track().Length());
   map_.SetPoint(id, Point(id).XYZ() + Eigen::Vector3d(1, 1, 0));
-  EXPECT_EQ(FilterPoints({}, {id}, &map_), length);
+  EXPECT_EQ(FilterPoints({id}, &map_), length);
   EXPECT_FALSE(map_.reconstruction().ExistsPoint3D(id));
 }
 
 TEST_F(FiltersTest, APointUnderTooSmallAnAngleGoes) {
   const Point3DId id = FindPoint(2);
-  FilterOptions options;
-  options.min_triangulation_angle_deg = 170;
-  EXPECT_GT(FilterPoints(options, {id}, &map_), 1);
+  ASSERT_EQ(FilterPoints({id}, &map_), 0);
+  const TrackElement first = Point(id).Track().Element(0), second = Point(id).Track().Element(1);
+  Reconstruction& model = MapAccess::Model(&map_);
+  const Image& image = model.Image(first.image_id);
+  Image& same_place = model.Image(second.image_id);
+  same_place.SetQvec(image.Qvec());
+  same_place.SetTvec(image.Tvec());
+  same_place.Point2D(second.point2D_idx).SetXY(image.Point2D(first.point2D_idx).XY());
+  EXPECT_EQ(FilterPoints({id}, &map_), 2);
   EXPECT_FALSE(map_.reconstruction().ExistsPoint3D(id));
 }
 
 // A false match lies up to the limit beside the epipolar line; without a third photo nothing else
 // would tell.
 TEST_F(FiltersTest, APointOfTwoPhotosHasToFitAsWellAsThoseOfMore) {
-  FilterPoints({}, AllPoints(map_), &map_);  // sets the errors
+  FilterPoints(AllPoints(map_), &map_);  // sets the errors
   Reconstruction& model = MapAccess::Model(&map_);
   const std::vector<Point3DId> ids = AllPoints(map_);
   const Point3DId good = *std::find_if(ids.begin(), ids.end(), [this](Point3DId id) {
@@ -87,7 +93,7 @@ TEST_F(FiltersTest, APointOfTwoPhotosHasToFitAsWellAsThoseOfMore) {
   const Point3DId of_three = FindPoint(3);
   move(of_three);
   move(good);
-  EXPECT_EQ(FilterPoints({}, AllPoints(map_), &map_), 0) << "within the limit";
+  EXPECT_EQ(FilterPoints(AllPoints(map_), &map_), 0) << "within the limit";
   EXPECT_EQ(FilterPointsOfTwoPhotos(&map_), 1);
   EXPECT_FALSE(map_.reconstruction().ExistsPoint3D(good));
   EXPECT_TRUE(map_.reconstruction().ExistsPoint3D(of_three));
@@ -105,7 +111,7 @@ TEST_F(FiltersTest, AMapOfTwoPhotosKeepsItsPoints) {
 TEST_F(FiltersTest, APointThatIsGoneIsPassedOver) {
   const Point3DId id = FindPoint(2);
   map_.DeletePoint(id);
-  EXPECT_EQ(FilterPoints({}, {id}, &map_), 0);
+  EXPECT_EQ(FilterPoints({id}, &map_), 0);
 }
 
 }  // namespace skein::filters_test

@@ -79,9 +79,7 @@ class Part {
     if (!matches.empty()) graph_.AddCorrespondences(id1, id2, matches);
   }
 
-  void Triangulate(const TriangulationOptions& options, ImageId id) {
-    Triangulator(&graph_, &model_).TriangulateImage(options, id);
-  }
+  void Triangulate(ImageId id) { Triangulator(&graph_, &model_).TriangulateImage(id); }
 
   void CopyPointsTo(Reconstruction* model) const {
     const auto ids = model_.Point3DIds();
@@ -164,8 +162,7 @@ std::vector<ImageId> RegisteredByName(const Reconstruction& model) {
 
 }  // namespace
 
-bool TriangulateAnew(const TriangulationOptions& options, int num_threads, SceneMap* map,
-                     const std::function<bool()>& stop) {
+bool TriangulateAnew(int num_threads, SceneMap* map, const std::function<bool()>& stop) {
   std::vector<Part> parts = Divide(*map, std::max(1, num_threads));
   const std::vector<ImageId> order = RegisteredByName(map->reconstruction());
   std::atomic<bool> stopped = false;
@@ -174,7 +171,7 @@ bool TriangulateAnew(const TriangulationOptions& options, int num_threads, Scene
     for (const ImageId id : order) {
       if (i == 0 && stop && stop()) stopped = true;
       if (stopped) return;
-      parts[i].Triangulate(options, id);
+      parts[i].Triangulate(id);
       if (i > 0) others.Add();
     }
     const size_t num_of_others = i == 0 && stop ? (parts.size() - 1) * order.size() : 0;

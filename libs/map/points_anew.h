@@ -17,7 +17,6 @@ namespace skein {
 // `stop`, if not null, is asked by the calling thread before each photo of its own share, and then
 // after each photo that another thread has done: once a photo and thread, so it's asked until all
 // is done. At true the former points are still there, and the result is false.
-bool TriangulateAnew(const TriangulationOptions& options, int num_threads, SceneMap* map,
-                     const std::function<bool()>& stop = nullptr);
+bool TriangulateAnew(int num_threads, SceneMap* map, const std::function<bool()>& stop = nullptr);
 
 }  // namespace skein

@@ -48,7 +48,6 @@ class PointsAnewTest : public testing::Test {
   }
 
   const SyntheticScene scene_ = MakeScene(Noisy());
-  const TriangulationOptions options_;
 };
 
 // As COLMAP's triangulator does over the whole map, photo by photo.
@@ -58,13 +57,13 @@ TEST_F(PointsAnewTest, AreTheSameWithAnyNumberOfThreads) {
   for (const Point3DId id : whole.reconstruction().Point3DIds()) whole.DeletePoint(id);
   std::vector<ImageId> images = whole.reconstruction().RegImageIds();
   std::sort(images.begin(), images.end());  // their names are in this order, too
-  for (const ImageId id : images) whole.TriangulateImage(options_, id);
+  for (const ImageId id : images) whole.TriangulateImage(id);
   const Points expected = PointsOf(whole);
   ASSERT_GT(expected.size(), 400u);
   for (const int num_threads : {1, 2, 5}) {
     SceneMap map;
     Fill(&map);
-    ASSERT_TRUE(TriangulateAnew(options_, num_threads, &map));
+    ASSERT_TRUE(TriangulateAnew(num_threads, &map));
     EXPECT_EQ(PointsOf(map), expected) << num_threads;
     EXPECT_TRUE(map.ModifiedPoints().empty());
   }
@@ -76,8 +75,7 @@ TEST_F(PointsAnewTest, ThatAreToStopLeaveTheFormerPoints) {
     Fill(&map);
     const Points before = PointsOf(map);
     int num_asked = 0;
-    EXPECT_FALSE(
-        TriangulateAnew(options_, num_threads, &map, [&num_asked] { return ++num_asked == 5; }));
+    EXPECT_FALSE(TriangulateAnew(num_threads, &map, [&num_asked] { return ++num_asked == 5; }));
     EXPECT_EQ(num_asked, 5);
     EXPECT_EQ(PointsOf(map), before);
   }
@@ -94,7 +92,7 @@ TEST_F(PointsAnewTest, AreAskedWhetherToStopUntilAllThreadsAreDone) {
       const Points before = PointsOf(map);
       int num_asked = 0;
       const auto stop = [&] { return ++num_asked == stop_at; };
-      EXPECT_EQ(TriangulateAnew(options_, num_threads, &map, stop), stop_at == 0);
+      EXPECT_EQ(TriangulateAnew(num_threads, &map, stop), stop_at == 0);
       EXPECT_EQ(num_asked, num_photos_done);
       EXPECT_EQ(PointsOf(map) == before, stop_at > 0);
     }
@@ -113,9 +111,9 @@ TEST(PointsAnew, NeedNoMoreMemoryWithMoreThreads) {
   for (const ImageId id : map.photos()) {
     keypoint_bytes += map.reconstruction().Image(id).NumPoints2D() * sizeof(Point2D);
   }
-  ASSERT_TRUE(TriangulateAnew({}, 1, &map));
+  ASSERT_TRUE(TriangulateAnew(1, &map));
   const int64_t before = PeakMemoryBytes();
-  ASSERT_TRUE(TriangulateAnew({}, 24, &map));
+  ASSERT_TRUE(TriangulateAnew(24, &map));
   EXPECT_LT(PeakMemoryBytes() - before, 8 * keypoint_bytes);
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "core/angles.h"
-#include "core/option_check.h"
 #include "map/map_access.h"
 #include "sfm/ids.h"
 #include "sfm/random.h"
@@ -13,15 +12,20 @@
 namespace skein {
 namespace {
 
-bool IsUnderReconstructed(const FeatureMatches& matches, const Image& image1, const Image& image2,
-                          double min_ratio) {
+// COLMAP's re_min_ratio and re_max_angle_error: pairs with a smaller part of triangulated matches
+// are tried; to continue a track.
+constexpr double kMinTriangulatedShare = 0.2;
+constexpr double kMaxRetriangulationErrorDeg = 5.0;
+
+bool IsUnderReconstructed(const FeatureMatches& matches, const Image& image1, const Image& image2) {
   size_t num_common = 0;
   for (const FeatureMatch& match : matches) {
     const Point2D& point1 = image1.Point2D(match.point2D_idx1);
     const Point2D& point2 = image2.Point2D(match.point2D_idx2);
     num_common += point1.HasPoint3D() && point1.Point3DId() == point2.Point3DId();
   }
-  return static_cast<double>(num_common) < min_ratio * static_cast<double>(matches.size());
+  return static_cast<double>(num_common) <
+         kMinTriangulatedShare * static_cast<double>(matches.size());
 }
 
 // A registered photo of a pair.
@@ -52,23 +56,23 @@ class View {
 };
 
 // Adds the free keypoint of `to` to the track of the other if the point is seen there.
-bool Continue(double max_angle_error_rad, Point3DId point3D_id, const View& to, Point2DIdx index,
+bool Continue(Point3DId point3D_id, const View& to, Point2DIdx index,
               Reconstruction* reconstruction) {
   const double error = to.AngularError(index, reconstruction->Point3D(point3D_id).XYZ());
-  if (!(error <= max_angle_error_rad)) return false;
+  if (!(error <= DegToRad(kMaxRetriangulationErrorDeg))) return false;
   reconstruction->AddObservation(point3D_id, to.Element(index));
   return true;
 }
 
-bool Create(const TriangulationOptions& options, const View& view1, Point2DIdx index1,
-            const View& view2, Point2DIdx index2, Reconstruction* reconstruction) {
+bool Create(const View& view1, Point2DIdx index1, const View& view2, Point2DIdx index2,
+            Reconstruction* reconstruction) {
   const Eigen::Vector3d xyz = TriangulatePoint(view1.cam_from_world(), view2.cam_from_world(),
                                                view1.Normalized(index1), view2.Normalized(index2));
-  const double max_error = DegToRad(options.create_max_angle_error);
+  const double max_error = DegToRad(Triangulator::kMaxCreateErrorDeg);
   if (!HasPointPositiveDepth(view1.cam_from_world(), xyz) ||
       !HasPointPositiveDepth(view2.cam_from_world(), xyz) ||
       CalculateTriangulationAngle(view1.center(), view2.center(), xyz) <
-          DegToRad(options.min_angle) ||
+          DegToRad(Triangulator::kMinAngleDeg) ||
       view1.AngularError(index1, xyz) > max_error || view2.AngularError(index2, xyz) > max_error) {
     return false;
   }
@@ -81,36 +85,26 @@ bool Create(const TriangulationOptions& options, const View& view1, Point2DIdx i
 
 }  // namespace
 
-Status RetriangulationOptions::Check() const {
-  return FirstError({InRange("min_ratio", min_ratio, 0.0, 1.0),
-                     InRange("max_angle_error_deg", max_angle_error_deg, 0.0, 180.0),
-                     triangulation.Check().Within("triangulation")});
-}
-
-int Retriangulate(const RetriangulationOptions& options,
-                  const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map) {
-  ThrowUnlessSound(options.Check());
+int Retriangulate(const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map) {
   Reconstruction& reconstruction = MapAccess::Model(map);
-  const double max_angle = DegToRad(options.max_angle_error_deg);
   int num_added = 0;
   for (const auto& [id1, id2] : pairs) {
     const Image& image1 = reconstruction.Image(id1);
     const Image& image2 = reconstruction.Image(id2);
     if (!image1.IsRegistered() || !image2.IsRegistered()) continue;
     const FeatureMatches matches = map->MatchesOfPair(id1, id2);
-    if (!IsUnderReconstructed(matches, image1, image2, options.min_ratio)) continue;
+    if (!IsUnderReconstructed(matches, image1, image2)) continue;
     const View view1(reconstruction, image1), view2(reconstruction, image2);
     for (const FeatureMatch& match : matches) {
       const Point2DIdx i1 = match.point2D_idx1, i2 = match.point2D_idx2;
       const Point2D &point1 = view1.At(i1), &point2 = view2.At(i2);
       const bool has1 = point1.HasPoint3D(), has2 = point2.HasPoint3D();
       if (has1 && !has2) {
-        num_added += Continue(max_angle, point1.Point3DId(), view2, i2, &reconstruction);
+        num_added += Continue(point1.Point3DId(), view2, i2, &reconstruction);
       } else if (has2 && !has1) {
-        num_added += Continue(max_angle, point2.Point3DId(), view1, i1, &reconstruction);
-      } else if (!has1 && !(options.triangulation.ignore_two_view_tracks &&
-                            map->graph().IsTwoViewObservation(id1, i1))) {
-        num_added += 2 * Create(options.triangulation, view1, i1, view2, i2, &reconstruction);
+        num_added += Continue(point2.Point3DId(), view1, i1, &reconstruction);
+      } else if (!has1 && !map->graph().IsTwoViewObservation(id1, i1)) {
+        num_added += 2 * Create(view1, i1, view2, i2, &reconstruction);
       }
     }
   }

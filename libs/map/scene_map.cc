@@ -318,9 +318,7 @@ void SceneMap::DeleteObservation(ImageId image_id, Point2DIdx index) {
   reconstruction_->DeleteObservation(image_id, index);
 }
 
-size_t SceneMap::TriangulateImage(const TriangulationOptions& options, ImageId id) {
-  return triangulator_->TriangulateImage(options, id);
-}
+size_t SceneMap::TriangulateImage(ImageId id) { return triangulator_->TriangulateImage(id); }
 
 std::vector<Point3DId> SceneMap::ModifiedPoints() {
   const auto& modified = triangulator_->GetModifiedPoints3D();

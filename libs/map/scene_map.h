@@ -101,7 +101,7 @@ class SceneMap {
 
   // Triangulator::TriangulateImage along the verified matches. Returns the number of observations
   // added; tracks that change count as modified.
-  size_t TriangulateImage(const TriangulationOptions& options, ImageId id);
+  size_t TriangulateImage(ImageId id);
   // Ascending ids of the points whose tracks were modified since ForgetModifiedPoints.
   std::vector<Point3DId> ModifiedPoints();
   void ForgetModifiedPoints();

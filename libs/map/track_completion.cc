@@ -28,8 +28,7 @@ bool IsSeenAt(const Reconstruction& reconstruction, const TrackElement& element,
 
 // Whether the images of both see the point between the two, nearer to the one with the longer
 // track.
-bool AreOne(const Reconstruction& reconstruction, double max_error_px, Point3DId id1,
-            Point3DId id2) {
+bool AreOne(const Reconstruction& reconstruction, Point3DId id1, Point3DId id2) {
   const Point3D& point1 = reconstruction.Point3D(id1);
   const Point3D& point2 = reconstruction.Point3D(id2);
   const double length1 = static_cast<double>(point1.Track().Length());
@@ -38,7 +37,7 @@ bool AreOne(const Reconstruction& reconstruction, double max_error_px, Point3DId
       (length1 * point1.XYZ() + length2 * point2.XYZ()) / (length1 + length2);
   for (const Point3D* point : {&point1, &point2}) {
     for (const TrackElement& element : point->Track().Elements()) {
-      if (!IsSeenAt(reconstruction, element, xyz, max_error_px)) return false;
+      if (!IsSeenAt(reconstruction, element, xyz, Triangulator::kMaxMergeErrorPx)) return false;
     }
   }
   return true;
@@ -51,7 +50,7 @@ struct Gain {
 };
 
 // Only reads the map.
-Gain GainOf(const TriangulationOptions& options, const SceneMap& map, Point3DId id) {
+Gain GainOf(const SceneMap& map, Point3DId id) {
   const Reconstruction& reconstruction = map.reconstruction();
   Gain gain;
   if (!reconstruction.ExistsPoint3D(id)) return gain;
@@ -60,7 +59,7 @@ Gain GainOf(const TriangulationOptions& options, const SceneMap& map, Point3DId 
   const auto is_twin = [&](Point3DId other) {
     if (other <= id || std::find(tried.begin(), tried.end(), other) != tried.end()) return false;
     tried.push_back(other);
-    return AreOne(reconstruction, options.merge_max_reproj_error, id, other);
+    return AreOne(reconstruction, id, other);
   };
   for (const TrackElement& element : point.Track().Elements()) {
     for (const auto& match :
@@ -73,7 +72,7 @@ Gain GainOf(const TriangulationOptions& options, const SceneMap& map, Point3DId 
       } else {
         gain.completes = gain.completes ||
                          IsSeenAt(reconstruction, TrackElement(match.image_id, match.point2D_idx),
-                                  point.XYZ(), options.complete_max_reproj_error);
+                                  point.XYZ(), Triangulator::kMaxCompleteErrorPx);
       }
       if (gain.completes && gain.merges) return gain;
     }
@@ -81,9 +80,9 @@ Gain GainOf(const TriangulationOptions& options, const SceneMap& map, Point3DId 
   return gain;
 }
 
-bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
+bool Merge(Point3DId id1, Point3DId id2, SceneMap* map) {
   Reconstruction& reconstruction = MapAccess::Model(map);
-  if (!AreOne(reconstruction, max_error_px, id1, id2)) return false;
+  if (!AreOne(reconstruction, id1, id2)) return false;
   MapAccess::Triangulator(map).AddModifiedPoint3D(reconstruction.MergePoints3D(id1, id2));
   return true;
 }
@@ -91,8 +90,8 @@ bool Merge(double max_error_px, Point3DId id1, Point3DId id2, SceneMap* map) {
 // What matches tie to a point with a long track that the new photo sees.
 class LongTrack {
  public:
-  LongTrack(const TriangulationOptions& options, ImageId image_id, Point2DIdx index, SceneMap* map)
-      : options_(options), image_id_(image_id), index_(index), map_(*map) {}
+  LongTrack(ImageId image_id, Point2DIdx index, SceneMap* map)
+      : image_id_(image_id), index_(index), map_(*map) {}
 
   void Merge() const {
     std::unordered_set<Point3DId> tried;
@@ -101,14 +100,14 @@ class LongTrack {
       const Point2D& point2D = other.Point2D(match.point2D_idx);
       if (!point2D.HasPoint3D() || point2D.Point3DId() == id()) continue;
       if (!tried.insert(point2D.Point3DId()).second) continue;
-      skein::Merge(options_.merge_max_reproj_error, id(), point2D.Point3DId(), &map_);
+      skein::Merge(id(), point2D.Point3DId(), &map_);
     }
   }
 
   // Follows the matches of what it adds, too.
   void Complete() const {
     std::vector<TrackElement> ends{{image_id_, index_}};
-    for (int i = 0; i < options_.complete_max_transitivity && !ends.empty(); ++i) {
+    for (int i = 0; i < Triangulator::kMaxTransitivity && !ends.empty(); ++i) {
       std::vector<TrackElement> added;
       for (const TrackElement& end : ends) AddMatchesOf(end, &added);
       ends.swap(added);
@@ -128,7 +127,7 @@ class LongTrack {
       if (!other.IsRegistered() || other.Point2D(match.point2D_idx).HasPoint3D()) continue;
       const TrackElement found(match.image_id, match.point2D_idx);
       if (!IsSeenAt(reconstruction, found, reconstruction.Point3D(id()).XYZ(),
-                    options_.complete_max_reproj_error)) {
+                    Triangulator::kMaxCompleteErrorPx)) {
         continue;
       }
       reconstruction.AddObservation(id(), found);
@@ -137,41 +136,36 @@ class LongTrack {
     if (!added->empty()) MapAccess::Triangulator(&map_).AddModifiedPoint3D(id());
   }
 
-  const TriangulationOptions& options_;
   const ImageId image_id_;
   const Point2DIdx index_;
   SceneMap& map_;
 };
 
 template <typename Function>
-void ForEachLongTrack(const TriangulationOptions& options, ImageId image_id, SceneMap* map,
-                      const Function& function) {
+void ForEachLongTrack(ImageId image_id, SceneMap* map, const Function& function) {
   const Image& image = map->reconstruction().Image(image_id);
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     if (!image.Point2D(i).HasPoint3D() || !IsLongTrack(*map, image.Point2D(i).Point3DId()))
       continue;
-    function(LongTrack(options, image_id, i, map));
+    function(LongTrack(image_id, i, map));
   }
 }
 
 }  // namespace
 
-void CompleteLocally(const TriangulationOptions& options, ImageId new_image, SceneMap* map) {
+void CompleteLocally(ImageId new_image, SceneMap* map) {
   Triangulator& triangulator = MapAccess::Triangulator(map);
-  triangulator.MergeTracks(options, ModifiedShortTracks(map));
-  ForEachLongTrack(options, new_image, map, [](const LongTrack& point) { point.Merge(); });
-  triangulator.CompleteTracks(options, ModifiedShortTracks(map));
-  ForEachLongTrack(options, new_image, map, [](const LongTrack& point) { point.Complete(); });
-  TriangulationOptions creating = options;
-  creating.complete_max_transitivity = 0;  // the photo's tracks are complete
-  triangulator.CompleteImage(creating, new_image);
+  triangulator.MergeTracks(ModifiedShortTracks(map));
+  ForEachLongTrack(new_image, map, [](const LongTrack& point) { point.Merge(); });
+  triangulator.CompleteTracks(ModifiedShortTracks(map));
+  ForEachLongTrack(new_image, map, [](const LongTrack& point) { point.Complete(); });
+  triangulator.StartPoints(new_image);
 }
 
-size_t GrowTracks(const TriangulationOptions& options, int num_threads,
-                  const std::vector<Point3DId>& points, SceneMap* map) {
+size_t GrowTracks(int num_threads, const std::vector<Point3DId>& points, SceneMap* map) {
   std::vector<Gain> gains(points.size());
   ForEachOnThreads(num_threads, points.size(),
-                   [&](size_t i) { gains[i] = GainOf(options, *map, points[i]); });
+                   [&](size_t i) { gains[i] = GainOf(*map, points[i]); });
   std::unordered_set<Point3DId> completing, merging;
   for (size_t i = 0; i < points.size(); ++i) {
     if (gains[i].completes) completing.insert(points[i]);
@@ -179,8 +173,8 @@ size_t GrowTracks(const TriangulationOptions& options, int num_threads,
     if (gains[i].completes || gains[i].merges) merging.insert(points[i]);
   }
   Triangulator& triangulator = MapAccess::Triangulator(map);
-  const size_t num_completed = triangulator.CompleteTracks(options, completing);
-  return num_completed + triangulator.MergeTracks(options, merging);
+  const size_t num_completed = triangulator.CompleteTracks(completing);
+  return num_completed + triangulator.MergeTracks(merging);
 }
 
 }  // namespace skein

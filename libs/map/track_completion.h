@@ -16,13 +16,12 @@ namespace skein {
 // matches are followed: those of the others were followed when these were new. Cost per photo is
 // independent of track length. The next global BA completes the rest. Points that change count as
 // modified.
-void CompleteLocally(const TriangulationOptions& options, ImageId new_image, SceneMap* map);
+void CompleteLocally(ImageId new_image, SceneMap* map);
 
 // Completes the tracks of points, then merges those of one point, as COLMAP's CompleteTracks and
 // MergeTracks do; if two points are one, the smaller id suffices. Threads look for what gains,
 // which few points do once a map is complete. The points that gain are then changed one after
 // another. The result is that of one thread. Returns the number of observations added or merged.
-size_t GrowTracks(const TriangulationOptions& options, int num_threads,
-                  const std::vector<Point3DId>& points, SceneMap* map);
+size_t GrowTracks(int num_threads, const std::vector<Point3DId>& points, SceneMap* map);
 
 }  // namespace skein

@@ -51,7 +51,7 @@ class TrackCompletionTest : public testing::Test {
   void TakeOut(ImageId begin, ImageId end, int point) {
     for (ImageId id = begin; id < end; ++id) TakeOut(id, point);
   }
-  void Complete() { CompleteLocally({}, kNewPhoto, &map_); }
+  void Complete() { CompleteLocally(kNewPhoto, &map_); }
 
   SyntheticScene scene_;
   SceneMap map_;
@@ -118,7 +118,7 @@ TEST_F(TrackCompletionTest, LooksAroundALongTrackInTheNewPhotoOnly) {
   for (const Point3DId id : PointsSeenBy(map, {kNewPhoto})) {
     MapAccess::Triangulator(&map).AddModifiedPoint3D(id);
   }
-  CompleteLocally({}, kNewPhoto, &map);
+  CompleteLocally(kNewPhoto, &map);
   EXPECT_FALSE(map.reconstruction().Image(1).Point2D(KeypointOf(1, 5)).HasPoint3D());
   EXPECT_TRUE(map.reconstruction().Image(1).Point2D(KeypointOf(1, 6)).HasPoint3D());
 }
@@ -167,30 +167,29 @@ class GrowTracksTest : public testing::Test {
     return tracks;
   }
 
-  const TriangulationOptions options_;
   SceneMap map_;
 };
 
 TEST_F(GrowTracksTest, DoesWhatColmapDoesToAllPoints) {
   const auto map = map_.Clone(), colmaps = map_.Clone();
   Triangulator& triangulator = MapAccess::Triangulator(colmaps.get());
-  const size_t num_changed = GrowTracks(options_, 1, AllPoints(*map), map.get());
+  const size_t num_changed = GrowTracks(1, AllPoints(*map), map.get());
   EXPECT_GT(num_changed, 1000u);
   const auto all = [](const SceneMap& of) { return of.reconstruction().Point3DIds(); };
-  size_t expected = triangulator.CompleteTracks(options_, all(*colmaps));
-  expected += triangulator.MergeTracks(options_, all(*colmaps));
+  size_t expected = triangulator.CompleteTracks(all(*colmaps));
+  expected += triangulator.MergeTracks(all(*colmaps));
   EXPECT_NEAR(num_changed, expected, 0.01 * expected);  // who is first takes what two points want
   EXPECT_EQ(map->reconstruction().NumPoints3D(), colmaps->reconstruction().NumPoints3D());
-  EXPECT_EQ(MapAccess::Triangulator(map.get()).CompleteTracks(options_, all(*map)), 0u);
-  EXPECT_EQ(MapAccess::Triangulator(map.get()).MergeTracks(options_, all(*map)), 0u);
+  EXPECT_EQ(MapAccess::Triangulator(map.get()).CompleteTracks(all(*map)), 0u);
+  EXPECT_EQ(MapAccess::Triangulator(map.get()).MergeTracks(all(*map)), 0u);
 }
 
 TEST_F(GrowTracksTest, IsTheSameWithAnyNumberOfThreads) {
   const auto map = map_.Clone();
-  const size_t num_changed = GrowTracks(options_, 1, AllPoints(*map), map.get());
+  const size_t num_changed = GrowTracks(1, AllPoints(*map), map.get());
   for (const int num_threads : {2, 5}) {
     const auto other = map_.Clone();
-    EXPECT_EQ(GrowTracks(options_, num_threads, AllPoints(*other), other.get()), num_changed);
+    EXPECT_EQ(GrowTracks(num_threads, AllPoints(*other), other.get()), num_changed);
     EXPECT_EQ(TracksOf(*other), TracksOf(*map)) << num_threads;
   }
 }

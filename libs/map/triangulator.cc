@@ -6,90 +6,74 @@
 #include <utility>
 
 #include "core/angles.h"
-#include "core/option_check.h"
+#include "map/image_pose.h"
 #include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
 
+constexpr double kMaxContinueErrorDeg = 2.0;  // to continue a track: COLMAP's default
 // As many observations that a new point does not fit are tried for another one.
 constexpr size_t kMinRest = 3;
 
 }  // namespace
 
-Status TriangulationOptions::Check() const {
-  return FirstError({InRange("create_max_angle_error", create_max_angle_error, 1e-6, 180.0),
-                     InRange("continue_max_angle_error", continue_max_angle_error, 1e-6, 180.0),
-                     InRange("merge_max_reproj_error", merge_max_reproj_error, 1e-6, 1e6),
-                     InRange("complete_max_reproj_error", complete_max_reproj_error, 1e-6, 1e6),
-                     InRange("complete_max_transitivity", complete_max_transitivity, 0, 1000),
-                     InRange("min_angle", min_angle, 1e-9, 180.0)});
-}
-
-void Triangulator::Begin(const TriangulationOptions& options) {
-  ThrowUnlessSound(options.Check());
+void Triangulator::Begin() {
   is_bogus_.clear();
   tried_.clear();
 }
 
-bool Triangulator::HasBogusParams(const TriangulationOptions& options, const Camera& camera) {
+bool Triangulator::HasBogusParams(const Camera& camera) {
   const auto [entry, is_new] = is_bogus_.try_emplace(camera.CameraId());
-  if (is_new) {
-    entry->second = camera.HasBogusParams(options.min_focal_length_ratio,
-                                          options.max_focal_length_ratio, options.max_extra_param);
-  }
+  if (is_new) entry->second = !HasPossibleIntrinsics(camera);
   return entry->second;
 }
 
-bool Triangulator::IsUsable(const TriangulationOptions& options, const Image& image) {
-  return image.IsRegistered() && !HasBogusParams(options, model_.Camera(image.CameraId()));
+bool Triangulator::IsUsable(const Image& image) {
+  return image.IsRegistered() && !HasBogusParams(model_.Camera(image.CameraId()));
 }
 
-void Triangulator::FindMatches(const TriangulationOptions& options, ImageId id, Point2DIdx index) {
+void Triangulator::FindMatches(ImageId id, Point2DIdx index) {
   matches_.clear();
   for (const auto& match : graph_.FindCorrespondences(id, index)) {
     const Image& image = model_.Image(match.image_id);
     if (!image.IsRegistered()) continue;
     const Camera& camera = model_.Camera(image.CameraId());
-    if (!HasBogusParams(options, camera)) matches_.push_back({&image, &camera, match.point2D_idx});
+    if (!HasBogusParams(camera)) matches_.push_back({&image, &camera, match.point2D_idx});
   }
 }
 
-size_t Triangulator::TriangulateImage(const TriangulationOptions& options, ImageId id) {
-  Begin(options);
+size_t Triangulator::TriangulateImage(ImageId id) {
+  Begin();
   const Image& image = model_.Image(id);
-  if (!IsUsable(options, image)) return 0;
+  if (!IsUsable(image)) return 0;
   const Camera& camera = model_.Camera(image.CameraId());
   size_t num_added = 0;
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
-    FindMatches(options, id, i);
+    FindMatches(id, i);
     if (matches_.empty()) continue;
     const Sight sight{&image, &camera, i};
-    num_added += Continue(options, sight);
+    num_added += Continue(sight);
     matches_.push_back(sight);
-    num_added += Create(options, matches_);
+    num_added += Create(matches_);
   }
   return num_added;
 }
 
-size_t Triangulator::CompleteImage(const TriangulationOptions& options, ImageId id) {
-  Begin(options);
+size_t Triangulator::StartPoints(ImageId id) {
+  Begin();
   const Image& image = model_.Image(id);
-  if (!IsUsable(options, image)) return 0;
+  if (!IsUsable(image)) return 0;
   const Camera& camera = model_.Camera(image.CameraId());
   TriangulationLimits limits;
   limits.error = TriangulationLimits::Error::kReprojection;
-  limits.max_error = options.complete_max_reproj_error;
-  limits.min_angle_rad = DegToRad(options.min_angle);
+  limits.max_error = kMaxCompleteErrorPx;
+  limits.min_angle_rad = DegToRad(kMinAngleDeg);
   size_t num_added = 0;
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     const Sight sight{&image, &camera, i};
-    if (sight.Keypoint().HasPoint3D()) {
-      num_added += Complete(options, sight.Keypoint().Point3DId());
-      continue;
-    }
-    if (IsOfTwoViews(options, sight)) continue;
-    FindMatches(options, id, i);
+    if (sight.Keypoint().HasPoint3D() || IsOfTwoViews(sight)) continue;
+    FindMatches(id, i);
     const bool is_seen = std::any_of(matches_.begin(), matches_.end(), [](const Sight& match) {
       return match.Keypoint().HasPoint3D();
     });
@@ -100,25 +84,24 @@ size_t Triangulator::CompleteImage(const TriangulationOptions& options, ImageId 
   return num_added;
 }
 
-bool Triangulator::IsOfTwoViews(const TriangulationOptions& options, const Sight& sight) const {
-  return options.ignore_two_view_tracks &&
-         graph_.IsTwoViewObservation(sight.image->ImageId(), sight.index);
+bool Triangulator::IsOfTwoViews(const Sight& sight) const {
+  return graph_.IsTwoViewObservation(sight.image->ImageId(), sight.index);
 }
 
 // Adds points of those that observe none, until too few are left.
-size_t Triangulator::Create(const TriangulationOptions& options, const std::vector<Sight>& sights) {
+size_t Triangulator::Create(const std::vector<Sight>& sights) {
   std::vector<Sight> free;
   free.reserve(sights.size());
   for (const Sight& sight : sights) {
     if (!sight.Keypoint().HasPoint3D()) free.push_back(sight);
   }
-  if (free.size() < 2 || (free.size() == 2 && IsOfTwoViews(options, free[0]))) return 0;
+  if (free.size() < 2 || (free.size() == 2 && IsOfTwoViews(free[0]))) return 0;
   TriangulationLimits limits;
-  limits.max_error = DegToRad(options.create_max_angle_error);
-  limits.min_angle_rad = DegToRad(options.min_angle);
+  limits.max_error = DegToRad(kMaxCreateErrorDeg);
+  limits.min_angle_rad = DegToRad(kMinAngleDeg);
   const size_t length = StartPoint(limits, free);
   if (length == 0 || free.size() - length < kMinRest) return length;
-  return length + Create(options, free);
+  return length + Create(free);
 }
 
 // Returns the length of the new point's track, 0 if there is none.
@@ -145,7 +128,7 @@ size_t Triangulator::StartPoint(const TriangulationLimits& limits,
 }
 
 // The keypoint observes the point of that match whose ray it is nearest to. 1 if it does.
-size_t Triangulator::Continue(const TriangulationOptions& options, const Sight& sight) {
+size_t Triangulator::Continue(const Sight& sight) {
   if (sight.Keypoint().HasPoint3D()) return 0;
   double least_error = std::numeric_limits<double>::max();
   Point3DId nearest = kInvalidPoint3DId;
@@ -159,43 +142,42 @@ size_t Triangulator::Continue(const TriangulationOptions& options, const Sight& 
     least_error = error;
     nearest = point2D.Point3DId();
   }
-  if (least_error > DegToRad(options.continue_max_angle_error)) return 0;
+  if (least_error > DegToRad(kMaxContinueErrorDeg)) return 0;
   model_.AddObservation(nearest, sight.Element());
   modified_.insert(nearest);
   return 1;
 }
 
-size_t Triangulator::CompleteTracks(const TriangulationOptions& options,
-                                    const std::unordered_set<Point3DId>& ids) {
-  Begin(options);
+size_t Triangulator::CompleteTracks(const std::unordered_set<Point3DId>& ids) {
+  Begin();
   size_t num_added = 0;
-  for (const Point3DId id : ids) num_added += Complete(options, id);
+  for (const Point3DId id : ids) num_added += Complete(id);
   return num_added;
 }
 
-size_t Triangulator::Complete(const TriangulationOptions& options, Point3DId id) {
+size_t Triangulator::Complete(Point3DId id) {
   if (!model_.ExistsPoint3D(id)) return 0;
   size_t num_added = 0;
   std::vector<TrackElement> ends = model_.Point3D(id).Track().Elements();
-  for (int step = 0; step < options.complete_max_transitivity && !ends.empty(); ++step) {
+  for (int step = 0; step < kMaxTransitivity && !ends.empty(); ++step) {
     std::vector<TrackElement> added;
-    for (const TrackElement& end : ends) AddMatchesOf(options, id, end, &added);
+    for (const TrackElement& end : ends) AddMatchesOf(id, end, &added);
     num_added += added.size();
     ends.swap(added);
   }
   return num_added;
 }
 
-void Triangulator::AddMatchesOf(const TriangulationOptions& options, Point3DId id,
-                                const TrackElement& from, std::vector<TrackElement>* added) {
+void Triangulator::AddMatchesOf(Point3DId id, const TrackElement& from,
+                                std::vector<TrackElement>* added) {
   for (const auto& match : graph_.FindCorrespondences(from.image_id, from.point2D_idx)) {
     const Image& image = model_.Image(match.image_id);
     if (!image.IsRegistered() || image.Point2D(match.point2D_idx).HasPoint3D() ||
-        HasBogusParams(options, model_.Camera(image.CameraId()))) {
+        HasBogusParams(model_.Camera(image.CameraId()))) {
       continue;
     }
     const TrackElement element(match.image_id, match.point2D_idx);
-    if (!IsSeenAt(element, model_.Point3D(id).XYZ(), options.complete_max_reproj_error)) continue;
+    if (!IsSeenAt(element, model_.Point3D(id).XYZ(), kMaxCompleteErrorPx)) continue;
     model_.AddObservation(id, element);
     modified_.insert(id);
     added->push_back(element);
@@ -210,16 +192,15 @@ bool Triangulator::IsSeenAt(const TrackElement& element, const Eigen::Vector3d& 
              model_.Camera(image.CameraId())) <= max_error_px * max_error_px;
 }
 
-size_t Triangulator::MergeTracks(const TriangulationOptions& options,
-                                 const std::unordered_set<Point3DId>& ids) {
-  Begin(options);
+size_t Triangulator::MergeTracks(const std::unordered_set<Point3DId>& ids) {
+  Begin();
   size_t num_merged = 0;
-  for (const Point3DId id : ids) num_merged += Merge(options, id);
+  for (const Point3DId id : ids) num_merged += Merge(id);
   return num_merged;
 }
 
 // Merges with the first point that is the same, then goes on with the joined one.
-size_t Triangulator::Merge(const TriangulationOptions& options, Point3DId id) {
+size_t Triangulator::Merge(Point3DId id) {
   if (!model_.ExistsPoint3D(id)) return 0;
   for (const TrackElement& element : model_.Point3D(id).Track().Elements()) {
     for (const auto& match : graph_.FindCorrespondences(element.image_id, element.point2D_idx)) {
@@ -228,7 +209,7 @@ size_t Triangulator::Merge(const TriangulationOptions& options, Point3DId id) {
       const Point2D& point2D = image.Point2D(match.point2D_idx);
       const Point3DId other = point2D.Point3DId();
       if (!point2D.HasPoint3D() || other == id || IsTried(id, other)) continue;
-      const size_t num_merged = MergeWith(options, id, other);
+      const size_t num_merged = MergeWith(id, other);
       if (num_merged > 0) return num_merged;
     }
   }
@@ -240,7 +221,7 @@ bool Triangulator::IsTried(Point3DId id, Point3DId other) const {
   return tried != tried_.end() && tried->second.count(other) > 0;
 }
 
-size_t Triangulator::MergeWith(const TriangulationOptions& options, Point3DId id, Point3DId other) {
+size_t Triangulator::MergeWith(Point3DId id, Point3DId other) {
   tried_[id].insert(other);
   tried_[other].insert(id);
   const Point3D& point1 = model_.Point3D(id);
@@ -250,7 +231,7 @@ size_t Triangulator::MergeWith(const TriangulationOptions& options, Point3DId id
   const Eigen::Vector3d xyz = (n1 * point1.XYZ() + n2 * point2.XYZ()) / (n1 + n2);
   for (const Point3D* point : {&point1, &point2}) {
     for (const TrackElement& element : point->Track().Elements()) {
-      if (!IsSeenAt(element, xyz, options.merge_max_reproj_error)) return 0;
+      if (!IsSeenAt(element, xyz, kMaxMergeErrorPx)) return 0;
     }
   }
   const size_t num_merged = point1.Track().Length() + point2.Track().Length();
@@ -258,7 +239,7 @@ size_t Triangulator::MergeWith(const TriangulationOptions& options, Point3DId id
   modified_.erase(id);
   modified_.erase(other);
   modified_.insert(joined);
-  const size_t num_further = Merge(options, joined);
+  const size_t num_further = Merge(joined);
   return num_further > 0 ? num_further : num_merged;
 }
 

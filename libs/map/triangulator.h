@@ -5,54 +5,43 @@
 #include <unordered_set>
 #include <vector>
 
-#include "core/result.h"
 #include "sfm/correspondence_graph.h"
 #include "sfm/reconstruction.h"
 #include "sfm/triangulation.h"
 
 namespace skein {
 
-// COLMAP's, with its defaults.
-struct TriangulationOptions {
-  double create_max_angle_error = 2.0;    // degrees, of the observations of a new point
-  double continue_max_angle_error = 2.0;  // degrees, to continue a track
-  double merge_max_reproj_error = 4.0;    // pixels, of all observations of both points
-  double complete_max_reproj_error = 4.0;
-  int complete_max_transitivity = 5;   // matches from a track's observation to a new one
-  double min_angle = 1.5;              // degrees, between two rays of a new point
-  bool ignore_two_view_tracks = true;  // no point of two keypoints without any other match
-  // Images whose camera lies outside of these are left out (Camera::HasBogusParams).
-  double min_focal_length_ratio = 0.1;
-  double max_focal_length_ratio = 10.0;
-  double max_extra_param = 1.0;
-
-  Status Check() const;
-};
-
 // Triangulates along verified matches as COLMAP's IncrementalTriangulator does (Schoenberger and
 // Frahm 2016, section 4.3). `graph` and `model` outlive it. Points whose tracks change count as
-// modified. Functions throw std::invalid_argument on nonsensical options.
+// modified. Two keypoints without any other match make no point. Images whose camera has impossible
+// intrinsics (limits.h) are left out.
 class Triangulator {
  public:
+  // COLMAP's defaults.
+  static constexpr double kMaxCreateErrorDeg = 2.0;   // of the observations of a new point
+  static constexpr double kMinAngleDeg = 1.5;         // between two rays of a new point
+  static constexpr double kMaxMergeErrorPx = 4.0;     // of all observations of both points
+  static constexpr double kMaxCompleteErrorPx = 4.0;  // of an observation that a match leads to
+  static constexpr int kMaxTransitivity = 5;  // matches from a track's observation to a new one
+
   Triangulator(const CorrespondenceGraph* graph, Reconstruction* model)
       : graph_(*graph), model_(*model) {}
 
   // Each keypoint of a registered image continues the track of a match, or starts a point with its
   // matches. Returns the number of observations added.
-  size_t TriangulateImage(const TriangulationOptions& options, ImageId id);
+  size_t TriangulateImage(ImageId id);
 
-  // Completes the tracks of the image's keypoints; starts points of keypoints whose matches observe
-  // none. Returns the number of observations added.
-  size_t CompleteImage(const TriangulationOptions& options, ImageId id);
+  // Starts points of the image's keypoints that observe none and whose matches observe none.
+  // Returns the number of observations added.
+  size_t StartPoints(ImageId id);
 
   // Adds matched keypoints that see a track's point, and their matches in turn. Returns their
   // number.
-  size_t CompleteTracks(const TriangulationOptions& options,
-                        const std::unordered_set<Point3DId>& ids);
+  size_t CompleteTracks(const std::unordered_set<Point3DId>& ids);
 
   // Joins points that matches connect and whose mean all observations see. Returns the number of
   // observations of the joined points.
-  size_t MergeTracks(const TriangulationOptions& options, const std::unordered_set<Point3DId>& ids);
+  size_t MergeTracks(const std::unordered_set<Point3DId>& ids);
 
   void AddModifiedPoint3D(Point3DId id) { modified_.insert(id); }
   // Points that are there.
@@ -70,19 +59,18 @@ class Triangulator {
     TrackElement Element() const { return {image->ImageId(), index}; }
   };
 
-  void Begin(const TriangulationOptions& options);
-  bool IsUsable(const TriangulationOptions& options, const Image& image);
-  bool HasBogusParams(const TriangulationOptions& options, const Camera& camera);
-  void FindMatches(const TriangulationOptions& options, ImageId id, Point2DIdx index);
-  bool IsOfTwoViews(const TriangulationOptions& options, const Sight& sight) const;
-  size_t Create(const TriangulationOptions& options, const std::vector<Sight>& sights);
+  void Begin();
+  bool IsUsable(const Image& image);
+  bool HasBogusParams(const Camera& camera);
+  void FindMatches(ImageId id, Point2DIdx index);
+  bool IsOfTwoViews(const Sight& sight) const;
+  size_t Create(const std::vector<Sight>& sights);
   size_t StartPoint(const TriangulationLimits& limits, const std::vector<Sight>& sights);
-  size_t Continue(const TriangulationOptions& options, const Sight& sight);
-  size_t Complete(const TriangulationOptions& options, Point3DId id);
-  void AddMatchesOf(const TriangulationOptions& options, Point3DId id, const TrackElement& from,
-                    std::vector<TrackElement>* added);
-  size_t Merge(const TriangulationOptions& options, Point3DId id);
-  size_t MergeWith(const TriangulationOptions& options, Point3DId id, Point3DId other);
+  size_t Continue(const Sight& sight);
+  size_t Complete(Point3DId id);
+  void AddMatchesOf(Point3DId id, const TrackElement& from, std::vector<TrackElement>* added);
+  size_t Merge(Point3DId id);
+  size_t MergeWith(Point3DId id, Point3DId other);
   bool IsTried(Point3DId id, Point3DId other) const;
   bool IsSeenAt(const TrackElement& element, const Eigen::Vector3d& xyz, double max_error_px) const;
 

@@ -35,7 +35,7 @@ int Adjuster::AdjustLocally(ImageId new_image) {
   if (!summary.usable) return summary.num_free_poses;
   ApplyBundle(bundle, &map_);
   if (local_->LeavesPointsOut()) AdjustPointsBeside(request);
-  FilterBundle(options_.filter, bundle, &map_);
+  FilterBundle(bundle, &map_);
   CompleteAround(new_image);
   adjusted_ = request.free;
   return summary.num_free_poses;
@@ -43,8 +43,8 @@ int Adjuster::AdjustLocally(ImageId new_image) {
 
 // What long tracks have gained was checked as it was added.
 void Adjuster::CompleteAround(ImageId new_image) {
-  CompleteLocally(options_.triangulation, new_image, &map_);
-  FilterPoints(options_.filter, WithoutLongTracks(map_, map_.ModifiedPoints()), &map_);
+  CompleteLocally(new_image, &map_);
+  FilterPoints(WithoutLongTracks(map_, map_.ModifiedPoints()), &map_);
 }
 
 // Adjusts the points that the window left out, with constant poses.
@@ -66,7 +66,7 @@ bool Adjuster::AdjustAndFilter(const BundleRequest& request, const BundleOptions
   Bundle bundle = BuildBundle(map_, request);
   if (!SolveBundle(options, &bundle).usable) return false;
   ApplyBundle(bundle, &map_);
-  FilterBundle(options_.filter, bundle, &map_);
+  FilterBundle(bundle, &map_);
   return true;
 }
 
@@ -107,9 +107,8 @@ double Adjuster::RunGlobalBa(bool converge) {
   timer.Restart();
   ApplyBundle(bundle, &map_);
   size_t num_changed = 0;
-  if (!converge)
-    num_changed += GrowTracks(options_.triangulation, options_.num_threads, AllPoints(map_), &map_);
-  num_changed += FilterPoints(options_.filter, AllPoints(map_), &map_);
+  if (!converge) num_changed += GrowTracks(options_.num_threads, AllPoints(map_), &map_);
+  num_changed += FilterPoints(AllPoints(map_), &map_);
   cost_.tracks_s += timer.ElapsedS();
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
 }
@@ -123,10 +122,8 @@ void Adjuster::AdjustUntilStable(int max_rounds, double max_change, bool converg
 void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   if (retriangulate) {
     const Timer timer;
-    GrowTracks(options_.triangulation, options_.num_threads, AllPoints(map_), &map_);
-    RetriangulationOptions options;
-    options.triangulation = options_.triangulation;
-    Retriangulate(options, map_.pairs(), &map_);
+    GrowTracks(options_.num_threads, AllPoints(map_), &map_);
+    Retriangulate(map_.pairs(), &map_);
     cost_.retriangulate_s += timer.ElapsedS();
   }
   AdjustUntilStable(max_rounds, final ? kMaxChangeBefore : kMaxChange, false);

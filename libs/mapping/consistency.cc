@@ -34,8 +34,7 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   if (!found.photos.empty() && !OnlySimilarStructuresContradict(found.photos)) return found;
   found.of_similar_place = true;
   found.refusal = {Refusal::Cause::kSimilarPlace, "of another, visually similar place"};
-  found.photos = FindPhotosOfAnotherPlace(options_.registration.similar_structures, map_, first,
-                                          options_.num_threads);
+  found.photos = FindPhotosOfAnotherPlace(map_, first, options_.num_threads);
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;
 }
@@ -52,7 +51,7 @@ bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& ph
       if (votes.contradict > votes.agree) pairs.emplace_back(id, other);
     }
   }
-  return AreOfSimilarStructures(options_.registration, map_, pairs);
+  return AreOfSimilarStructures(map_, pairs, options_.registration.min_cells);
 }
 
 std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {
@@ -69,20 +68,17 @@ std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {
     candidates.waiting[id] = ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
   }
   if (candidates.IsEmpty()) return {};
-  return FindPhotosOfAnotherPlaceByMissingCells(options_.registration.similar_structures, map_,
-                                                first, candidates);
+  return FindPhotosOfAnotherPlaceByMissingCells(map_, first, candidates);
 }
 
 std::vector<ImageId> Consistency::FindPhotosWithTooManyMissingCells() const {
-  const SimilarStructuresOptions& options = options_.registration.similar_structures;
   std::vector<ImageId> ids;
   for (const ImageId id : map_.reconstruction().RegImageIds()) {
     if (waiting_.IsOfSimilarPlace(id) || !waiting_.MatchesSimilarPlace(id)) continue;
     const Image& image = map_.reconstruction().Image(id);
-    const CellVotes votes =
-        CompareWithNeighbours(options, map_, id, map_.reconstruction().Camera(image.CameraId()),
-                              image.ProjectionMatrix());
-    if (HasTooManyMissingCells(options, votes)) ids.push_back(id);
+    const CellVotes votes = CompareWithNeighbours(
+        map_, id, map_.reconstruction().Camera(image.CameraId()), image.ProjectionMatrix());
+    if (HasTooManyMissingCells(votes, options_.registration.min_cells)) ids.push_back(id);
   }
   return ids;
 }

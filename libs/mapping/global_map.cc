@@ -204,7 +204,7 @@ void RegisterAt(const RotationAveraging& averaging,
 void AdjustCoarseToFine(const SubmapOptions& options, SceneMap* map) {
   for (const double factor : {8.0, 4.0, 2.0, 1.0}) {
     if (options.IsStopped()) return;
-    TriangulateAnew(options.triangulation, options.num_threads, map);
+    TriangulateAnew(options.num_threads, map);
     Bundle bundle = BuildGlobalBundle(*map, true);
     BundleOptions solve;
     solve.num_threads = options.num_threads;
@@ -212,9 +212,7 @@ void AdjustCoarseToFine(const SubmapOptions& options, SceneMap* map) {
     solve.stop = options.stop;
     if (!SolveBundle(solve, &bundle).usable) return;
     ApplyBundle(bundle, map);
-    FilterOptions filter = options.filter;
-    filter.max_reprojection_error_px *= factor;
-    FilterPoints(filter, AllPoints(*map), map);
+    FilterPoints(AllPoints(*map), map, factor * limits::kMaxErrorPx);
     LogInfo("global: {} points, {} observations, error {:.2f} px",
             map->reconstruction().NumPoints3D(), map->reconstruction().ComputeNumObservations(),
             map->reconstruction().ComputeMeanReprojectionError());

@@ -16,6 +16,8 @@
 namespace skein {
 namespace {
 
+// Largest part of the baseline along the view: COLMAP's init_max_forward_motion.
+constexpr double kMaxForwardMotion = 0.95;
 constexpr double kFocalFactors[] = {1.0, 0.8, 0.65, 0.5, 1.25, 1.55, 1.9};
 // The points of a pair are at first those seen under half its median angle, at most this.
 constexpr double kMaxPointAngleDeg = 16.0;
@@ -38,18 +40,17 @@ struct Pair {
   FeatureMatches matches;
 };
 
-TwoViewGeometry Estimate(const InitialPairOptions& options, const Pair& pair) {
+TwoViewGeometry Estimate(const Pair& pair) {
   RansacLimits limits;
   limits.min_num_trials = 30;
   limits.max_num_trials = 2000;
-  limits.max_error = options.max_error_px;
+  limits.max_error = limits::kMaxErrorPx;
   return EstimateCalibrated({pair.camera1, pair.points1, pair.camera2, pair.points2}, pair.matches,
                             limits);
 }
 
 // Tries focal lengths for cameras that have none from EXIF; leaves the best in `pair`.
-TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, bool free1, bool free2,
-                                  Pair* pair) {
+TwoViewGeometry EstimateWithFocal(bool free1, bool free2, Pair* pair) {
   const Pair prior = *pair;
   TwoViewGeometry best;
   double best_score = -1;
@@ -58,7 +59,7 @@ TwoViewGeometry EstimateWithFocal(const InitialPairOptions& options, bool free1,
     Pair scaled = prior;
     if (free1) ScaleFocal(factor, &scaled.camera1);
     if (free2) ScaleFocal(factor, &scaled.camera2);
-    const TwoViewGeometry geometry = Estimate(options, scaled);
+    const TwoViewGeometry geometry = Estimate(scaled);
     const double score =
         static_cast<double>(geometry.inlier_matches.size()) * (factor == 1.0 ? kMinGain : 1.0);
     if (score <= best_score) continue;
@@ -106,7 +107,7 @@ int TriangulatePair(const FeatureMatches& matches, double min_angle, ImageId ima
 
 Status CheckGeometry(const InitialPairOptions& options, const InitialPairResult& result) {
   if (result.num_inliers < options.min_num_inliers) return FailedPrecondition("too few inliers");
-  if (result.forward_motion > options.max_forward_motion) {
+  if (result.forward_motion > kMaxForwardMotion) {
     return FailedPrecondition("forward motion");
   }
   if (result.triangulation_angle_deg < options.min_triangulation_angle_deg) {
@@ -133,8 +134,6 @@ void Accept(const Pair& pair, const TwoViewGeometry& geometry, ImageId image_id1
 Status InitialPairOptions::Check() const {
   return FirstError(
       {InRange("min_num_inliers", min_num_inliers, 5, 1'000'000),
-       InRange("max_error_px", max_error_px, 0.01, 1000.0),
-       InRange("max_forward_motion", max_forward_motion, 0.0, 1.0),
        InRange("min_triangulation_angle_deg", min_triangulation_angle_deg, 0.0, 180.0)});
 }
 
@@ -158,7 +157,7 @@ InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId
             Points(image1), Points(image2), map->MatchesOfPair(image_id1, image_id2)};
   SetRandomSeed(SeedFromIds(image_id1, image_id2));
   TwoViewGeometry geometry =
-      EstimateWithFocal(options, IsFree(*map, pair.camera1), IsFree(*map, pair.camera2), &pair);
+      EstimateWithFocal(IsFree(*map, pair.camera1), IsFree(*map, pair.camera2), &pair);
   result.num_inliers = static_cast<int>(geometry.inlier_matches.size());
   if (result.num_inliers < options.min_num_inliers ||
       !EstimateRelativePose({pair.camera1, pair.points1, pair.camera2, pair.points2}, &geometry)) {

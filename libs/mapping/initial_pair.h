@@ -8,8 +8,6 @@ namespace skein {
 
 struct InitialPairOptions {
   int min_num_inliers = 100;
-  double max_error_px = limits::kMaxErrorPx;
-  double max_forward_motion = 0.95;
   double min_triangulation_angle_deg =
       limits::kInitialAnglesDeg[0];  // median; the caller relaxes it stepwise
 

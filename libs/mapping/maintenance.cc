@@ -113,17 +113,15 @@ void Maintenance::BeginPhases() {
 
 Maintenance::ToCheck Maintenance::DoPoints() {
   const std::vector<Point3DId> part = TakeLast(kPointsAtOnce, &points_);
-  FilterPoints(options_.filter, part, &map_);
-  GrowTracks(options_.triangulation, 1, part, &map_);
+  FilterPoints(part, &map_);
+  GrowTracks(1, part, &map_);
   if (!points_.empty()) return {};
   phase_ = Phase::kPairs;
   return {map_.reconstruction().RegImageIds(), {}, false, false};
 }
 
 void Maintenance::DoPairs() {
-  RetriangulationOptions options;
-  options.triangulation = options_.triangulation;
-  Retriangulate(options, TakeLast(kPairsAtOnce, &pairs_), &map_);
+  Retriangulate(TakeLast(kPairsAtOnce, &pairs_), &map_);
   if (!pairs_.empty()) return;
   images_ = map_.reconstruction().RegImageIds();
   phase_ = Phase::kImages;

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "core/limits.h"
 #include "core/option_check.h"
 #include "sfm/reprojection.h"
 
@@ -9,10 +10,10 @@ namespace skein {
 namespace {
 
 bool SeenAt(const Reconstruction& reconstruction, const Image& image, const Eigen::Vector2d& pixel,
-            Point3DId id, double max_error_px) {
+            Point3DId id) {
   return CalculateSquaredReprojectionError(pixel, reconstruction.Point3D(id).XYZ(), image.Qvec(),
                                            image.Tvec(), reconstruction.Camera(image.CameraId())) <=
-         max_error_px * max_error_px;
+         limits::kMaxPoseErrorPx * limits::kMaxPoseErrorPx;
 }
 
 std::vector<ImageId> Contradicted(const MisplacedOptions& options, const std::vector<ImageId>& ids,
@@ -46,11 +47,9 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
     const Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
     const Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
     if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
-    const bool agree =
-        keypoint1.Point3DId() == keypoint2.Point3DId() ||
-        SeenAt(reconstruction, image2, keypoint2.XY(), keypoint1.Point3DId(),
-               options.max_error_px) ||
-        SeenAt(reconstruction, image1, keypoint1.XY(), keypoint2.Point3DId(), options.max_error_px);
+    const bool agree = keypoint1.Point3DId() == keypoint2.Point3DId() ||
+                       SeenAt(reconstruction, image2, keypoint2.XY(), keypoint1.Point3DId()) ||
+                       SeenAt(reconstruction, image1, keypoint1.XY(), keypoint2.Point3DId());
     ++(agree ? votes.agree : votes.contradict);
   }
   if (!map.IsStrongPair(id1, id2, options.min_pair_share)) votes.contradict = 0;
@@ -77,8 +76,7 @@ bool IsTorn(const Votes& common_points) {
 }
 
 Status MisplacedOptions::Check() const {
-  return FirstError({InRange("max_error_px", max_error_px, 0.01, 1000.0),
-                     InRange("min_contradiction", min_contradiction, 1, 1'000'000),
+  return FirstError({InRange("min_contradiction", min_contradiction, 1, 1'000'000),
                      InRange("min_pair_share", min_pair_share, 0.0, 1.0),
                      InRange<size_t>("max_photos_around", max_photos_around, 1, 1'000'000)});
 }

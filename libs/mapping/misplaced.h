@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "core/limits.h"
 #include "core/result.h"
 #include "disambiguation/photo_groups.h"
 #include "map/scene_map.h"
@@ -10,8 +9,6 @@
 namespace skein {
 
 struct MisplacedOptions {
-  // Largest reprojection error of a matched point in the other photo, as in registration.
-  double max_error_px = limits::kMaxPoseErrorPx;
   int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
   // Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody.
   // Such weak pairs are as often false, of an object that two places share
@@ -23,8 +20,8 @@ struct MisplacedOptions {
 };
 
 // Votes of the matches of two registered photos on their poses: a match agrees if one photo's point
-// projects into the other within `max_error_px` of the matched keypoint. A match counts if both
-// keypoints have a point. A weak pair (IsStrongPair is false) has contradict = 0.
+// projects into the other within limits::kMaxPoseErrorPx of the matched keypoint. A match counts if
+// both keypoints have a point. A weak pair (IsStrongPair is false) has contradict = 0.
 Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2);
 
 // Votes of the matches whose two keypoints both have points: a match agrees if they have one point

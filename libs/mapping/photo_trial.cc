@@ -28,7 +28,7 @@ bool PhotoTrial::FindPose() {
 
 void PhotoTrial::Place() {
   const double before_s = MonotonicS();
-  placement_.emplace(estimate_, visible_, id_, options_.triangulation, &map_);
+  placement_.emplace(estimate_, visible_, id_, &map_);
   triangulate_s_ = MonotonicS() - before_s;
 }
 

@@ -20,12 +20,12 @@ Bundle BundleOfPhoto(const SceneMap& map, ImageId image_id) {
 }  // namespace
 
 Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
-                     const TriangulationOptions& triangulation, SceneMap* map)
+                     SceneMap* map)
     : image_id_(image_id), map_(*map) {
   const Reconstruction& reconstruction = map->reconstruction();
   params_before_ = reconstruction.Camera(reconstruction.Image(image_id).CameraId()).Params();
   RegisterWithPose(estimate, visible, image_id, map);
-  map->TriangulateImage(triangulation, image_id);
+  map->TriangulateImage(image_id);
   before_ = BundleOfPhoto(*map, image_id);
   Bundle bundle = before_;
   if (SolveBundle({}, &bundle).usable) ApplyBundle(bundle, map);
@@ -33,8 +33,7 @@ Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible,
 }
 
 bool Placement::AgreesWithMatches(const RegistrationOptions& options) const {
-  return EpipolarVotes(map_, image_id_, options.max_epipolar_error_px).AgreeingShare() >=
-         options.min_epipolar_share;
+  return EpipolarVotes(map_, image_id_).AgreeingShare() >= options.min_epipolar_share;
 }
 
 void Placement::Undo() {

@@ -14,7 +14,7 @@ class Placement {
  public:
   // Registers the photo with the estimate. The map must outlive this.
   Placement(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
-            const TriangulationOptions& triangulation, SceneMap* map);
+            SceneMap* map);
 
   // Whether enough of the photo's verified matches with registered photos agree with its pose,
   // triangulated or not. A few points in one corner can fit a wrong pose; the many matches around

@@ -35,7 +35,7 @@ class PlacementTest : public testing::Test {
 // 0.1 of 8 units' distance is more than 4 px.
 TEST_F(PlacementTest, RefinesAPoseThatIsOffBeforeTheMatchesAreAsked) {
   estimate_.pose.t += Eigen::Vector3d(0.1, 0.05, 0);
-  const Placement placement(estimate_, visible_, kNewPhoto, {}, &map_);
+  const Placement placement(estimate_, visible_, kNewPhoto, &map_);
   EXPECT_LT(CenterError(), 0.02);
   EXPECT_TRUE(placement.AgreesWithMatches(options_));
 }
@@ -45,7 +45,7 @@ TEST_F(PlacementTest, MatchesDisagreeWithAPhotoInTheWrongPlace) {
   estimate_.pose.R =
       Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitY()).toRotationMatrix() * estimate_.pose.R;
   estimate_.inlier_mask.assign(visible_.size(), false);
-  const Placement placement(estimate_, visible_, kNewPhoto, {}, &map_);
+  const Placement placement(estimate_, visible_, kNewPhoto, &map_);
   EXPECT_FALSE(placement.AgreesWithMatches(options_));
 }
 
@@ -53,7 +53,7 @@ TEST_F(PlacementTest, UndoPutsTheMapBack) {
   const auto points = map_.reconstruction().Points3D();
   const std::vector<double> params = map_.reconstruction().Camera(1).Params();
   estimate_.camera_params[0] *= 1.1;
-  Placement placement(estimate_, visible_, kNewPhoto, {}, &map_);
+  Placement placement(estimate_, visible_, kNewPhoto, &map_);
   EXPECT_TRUE(map_.IsRegistered(kNewPhoto));
   placement.Undo();
   EXPECT_FALSE(map_.IsRegistered(kNewPhoto));

@@ -91,7 +91,7 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
       agreement.to_win += map.Neighbours(id1).at(id2);
     }
   }
-  if (!torn.empty() && !AreOfSimilarStructures(options.registration, map, torn)) {
+  if (!torn.empty() && !AreOfSimilarStructures(map, torn, options.registration.min_cells)) {
     agreement.to_win += to_win_of_torn;
   }
   return agreement;

@@ -22,6 +22,11 @@
 namespace skein {
 namespace {
 
+// COLMAP's, of an absolute pose: share of the visible points that must be inliers; RANSAC.
+constexpr double kMinInlierRatio = 0.25;
+constexpr int kMinNumTrials = 100, kMaxNumTrials = 10000;
+constexpr double kConfidence = 0.99999;
+
 // A pose that is less determined than required by this factor can start a refinement with the
 // photo's other matches.
 constexpr double kSigmasOfAStart = 5;
@@ -83,13 +88,13 @@ PoseEstimate Refuse(PoseEstimate estimate, Refusal::Cause cause, const std::stri
   return estimate;
 }
 
-RansacLimits LimitsOf(const RegistrationOptions& options, double max_error_px) {
+RansacLimits LimitsOf(double max_error_px) {
   RansacLimits limits;
   limits.max_error = max_error_px;
-  limits.min_inlier_ratio = options.min_inlier_ratio;
-  limits.min_num_trials = options.min_num_trials;
-  limits.max_num_trials = options.max_num_trials;
-  limits.confidence = options.confidence;
+  limits.min_inlier_ratio = kMinInlierRatio;
+  limits.min_num_trials = kMinNumTrials;
+  limits.max_num_trials = kMaxNumTrials;
+  limits.confidence = kConfidence;
   return limits;
 }
 
@@ -117,8 +122,7 @@ bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
     pixels.push_back(visible.pixels[i] - center);
     xyz.push_back(visible.xyz[i]);
   }
-  const std::optional<double> found =
-      EstimateFocalLength(LimitsOf(options, max_error_px), pixels, xyz);
+  const std::optional<double> found = EstimateFocalLength(LimitsOf(max_error_px), pixels, xyz);
   if (!found) return false;
   const double factor = *found / camera->MeanFocalLength();
   if (factor < options.min_focal_factor || factor > options.max_focal_factor) return false;
@@ -130,12 +134,12 @@ bool EstimateWithRansac(const RegistrationOptions& options, double max_error_px,
                         bool estimate_focal, const VisiblePoints& visible, Camera* camera,
                         PoseEstimate* estimate) {
   if (estimate_focal && !FindFocalLength(options, max_error_px, visible, camera)) return false;
-  return RunRansac(LimitsOf(options, max_error_px), visible, *camera, estimate);
+  return RunRansac(LimitsOf(max_error_px), visible, *camera, estimate);
 }
 
 // Refines pose (and camera) on the inliers; counts them again at the refined pose.
-bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine_camera,
-            const VisiblePoints& visible, Camera* camera, PoseEstimate* estimate) {
+bool Refine(const SceneMap& map, bool refine_camera, const VisiblePoints& visible, Camera* camera,
+            PoseEstimate* estimate) {
   Bundle bundle = PoseOnlyBundle(map, *camera, refine_camera, visible, *estimate);
   BundleOptions solve;
   solve.loss = Loss::kCauchy;
@@ -148,7 +152,7 @@ bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine
     Eigen::Vector2d pixel;
     const bool inlier = Project(camera->ModelId(), camera->Params(),
                                 estimate->pose.R * visible.xyz[i] + estimate->pose.t, &pixel) &&
-                        (pixel - visible.pixels[i]).norm() <= options.max_error_px;
+                        (pixel - visible.pixels[i]).norm() <= limits::kMaxPoseErrorPx;
     estimate->inlier_mask[i] = inlier;
     estimate->num_inliers += inlier;
   }
@@ -158,11 +162,10 @@ bool Refine(const SceneMap& map, const RegistrationOptions& options, bool refine
 
 // Robust cost over all visible points, in px^2. An outlier costs as much as an error at the inlier
 // limit.
-double RobustCost(const RegistrationOptions& options, const Camera& camera,
-                  const VisiblePoints& visible, const BundlePose& pose) {
+double RobustCost(const Camera& camera, const VisiblePoints& visible, const BundlePose& pose) {
   double cost = 0;
   for (size_t i = 0; i < visible.size(); ++i) {
-    double error = options.max_error_px;
+    double error = limits::kMaxPoseErrorPx;
     Eigen::Vector2d pixel;
     if (Project(camera.ModelId(), camera.Params(), pose.R * visible.xyz[i] + pose.t, &pixel)) {
       error = std::min(error, (pixel - visible.pixels[i]).norm());
@@ -187,11 +190,11 @@ Candidate BestAtAnyLimit(const SceneMap& map, const RegistrationOptions& options
     Candidate candidate = none;
     if (!EstimateWithRansac(options, limit_px, use.estimate_focal, visible, &candidate.camera,
                             &candidate.estimate) ||
-        candidate.estimate.num_inliers < options.min_num_inliers ||
-        !Refine(map, options, use.refine, visible, &candidate.camera, &candidate.estimate)) {
+        candidate.estimate.num_inliers < limits::kMinPoseInliers ||
+        !Refine(map, use.refine, visible, &candidate.camera, &candidate.estimate)) {
       continue;
     }
-    candidate.cost = RobustCost(options, candidate.camera, visible, candidate.estimate.pose);
+    candidate.cost = RobustCost(candidate.camera, visible, candidate.estimate.pose);
     if (candidate.cost < best.cost) best = candidate;
   }
   return best;
@@ -264,24 +267,16 @@ bool MayEstimateCamera(const SceneMap& map, ImageId image_id) {
 }  // namespace
 
 Status RegistrationOptions::Check() const {
-  return FirstError({InRange("max_error_px", max_error_px, 0.01, 1000.0),
-                     CheckLimits(ransac_limits_px),
-                     InRange("min_num_inliers", min_num_inliers, 4, 100'000),
-                     InRange("min_inlier_ratio", min_inlier_ratio, 0.01, 1.0),
-                     InRange("max_num_trials", max_num_trials, 1, 10'000'000),
-                     InRange("min_num_trials", min_num_trials, 1, max_num_trials),
-                     InRange("confidence", confidence, 0.0, 0.999999999),
+  return FirstError({CheckLimits(ransac_limits_px),
                      InRange("max_position_sigma", max_position_sigma, 1e-6, 1e6),
                      InRange("max_frame_sigma_px", max_frame_sigma_px, 1e-6, 1e6),
                      InRange("min_epipolar_share", min_epipolar_share, 0.0, 1.0),
-                     InRange("max_epipolar_error_px", max_epipolar_error_px, 0.01, 1000.0),
-                     similar_structures.Check().Within("similar_structures"),
+                     InRange("min_cells", min_cells, 1, 1'000'000),
                      InRange("max_focal_factor", max_focal_factor, 0.01, 100.0),
                      InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor)});
 }
 
-std::optional<Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
-                                             const SceneMap& map, ImageId image_id, ImageId other) {
+std::optional<Matrix3x4d> EstimatePoseByPair(const SceneMap& map, ImageId image_id, ImageId other) {
   const Reconstruction& model = map.reconstruction();
   VisiblePoints visible;
   for (const auto& match : map.MatchesOfPair(image_id, other)) {
@@ -290,12 +285,12 @@ std::optional<Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
     visible.pixels.push_back(model.Image(image_id).Point2D(match.point2D_idx1).XY());
     visible.xyz.push_back(model.Point3D(theirs.Point3DId()).XYZ());
   }
-  if (static_cast<int>(visible.size()) < options.min_num_inliers) return std::nullopt;
+  if (static_cast<int>(visible.size()) < limits::kMinPoseInliers) return std::nullopt;
   SetRandomSeed(SeedFromIds(image_id, other));
   const Camera& camera = model.Camera(model.Image(image_id).CameraId());
   PoseEstimate estimate;
-  if (!RunRansac(LimitsOf(options, options.max_error_px), visible, camera, &estimate) ||
-      estimate.num_inliers < options.min_num_inliers) {
+  if (!RunRansac(LimitsOf(limits::kMaxPoseErrorPx), visible, camera, &estimate) ||
+      estimate.num_inliers < limits::kMinPoseInliers) {
     return std::nullopt;
   }
   return ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
@@ -307,10 +302,10 @@ bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, 
 }
 
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const Camera& camera,
-                    const BundlePose& pose, double max_error_px) {
+                    const BundlePose& pose) {
   const Reconstruction& reconstruction = map.reconstruction();
   const Image& image = reconstruction.Image(image_id);
-  const double max_error = max_error_px / camera.MeanFocalLength();
+  const double max_error = limits::kMaxErrorPx / camera.MeanFocalLength();
   std::unordered_map<ImageId, Eigen::Matrix3d> essentials;  // other from this
   Votes votes;
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
@@ -331,12 +326,11 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const Camera& camera,
   return votes;
 }
 
-Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px) {
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id) {
   const Image& image = map.reconstruction().Image(image_id);
   BundlePose pose;
   GetPose(image, &pose);
-  return EpipolarVotes(map, image_id, map.reconstruction().Camera(image.CameraId()), pose,
-                       max_error_px);
+  return EpipolarVotes(map, image_id, map.reconstruction().Camera(image.CameraId()), pose);
 }
 
 unsigned SeedFromIds(uint64_t a, uint64_t b) {
@@ -380,7 +374,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   PoseEstimate estimate;
   estimate.pose.image_id = image_id;
   estimate.num_visible = static_cast<int>(visible.size());
-  if (estimate.num_visible < options.min_num_inliers) {
+  if (estimate.num_visible < limits::kMinPoseInliers) {
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few visible points");
   }
   SetRandomSeed(SeedFromIds(image_id, visible.size()));
@@ -392,9 +386,9 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   camera = found.camera;
   estimate.has_own_camera |= map.HaveItsPhotosOwnCameras(camera.CameraId());
   estimate.camera_params = camera.Params();
-  if (estimate.num_inliers < options.min_num_inliers)
+  if (estimate.num_inliers < limits::kMinPoseInliers)
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few inliers");
-  if (estimate.num_inliers < options.min_inlier_ratio * estimate.num_visible) {
+  if (estimate.num_inliers < kMinInlierRatio * estimate.num_visible) {
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints,
                   "too small a part of the visible points fits");
   }
@@ -404,16 +398,15 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints,
                   "pose badly determined by its inliers");
   }
-  const CellVotes votes =
-      CompareWithNeighbours(options.similar_structures, map, image_id, camera,
-                            ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
-  estimate.has_too_many_missing_cells = HasTooManyMissingCells(options.similar_structures, votes);
+  const CellVotes votes = CompareWithNeighbours(
+      map, image_id, camera, ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
+  estimate.has_too_many_missing_cells = HasTooManyMissingCells(votes, options.min_cells);
   if (estimate.has_too_many_missing_cells && context.matches_similar_place) {
     return Refuse(estimate, Refusal::Cause::kSimilarPlace,
                   "another, visually similar place: " + std::to_string(votes.num_missing) + " of " +
                       std::to_string(votes.num_cells()) + " cells that it should show are missing");
   }
-  if (context.needs_min_cells && votes.num_cells() < options.similar_structures.min_cells) {
+  if (context.needs_min_cells && votes.num_cells() < options.min_cells) {
     return Refuse(estimate, Refusal::Cause::kSimilarPlace,
                   "perhaps of another, visually similar place: too few cells to tell");
   }
@@ -439,8 +432,7 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
   }
   Camera camera = map.reconstruction().Camera(image.CameraId());
   camera.SetParams(estimate.camera_params);
-  const Votes votes =
-      EpipolarVotes(map, image_id, camera, estimate.pose, options.max_epipolar_error_px);
+  const Votes votes = EpipolarVotes(map, image_id, camera, estimate.pose);
   return votes.AgreeingShare() >= options.min_epipolar_share;
 }
 

@@ -17,24 +17,17 @@
 namespace skein {
 
 struct RegistrationOptions {
-  double max_error_px = limits::kMaxPoseErrorPx;  // of an inlier, as COLMAP
   // RANSAC runs at each. Two poses can share their inliers at the widest limit, e.g. of a nearly
   // planar part of the scene. The smaller limits tell them apart.
   std::vector<double> ransac_limits_px = {limits::kMaxPoseErrorPx, limits::kMaxErrorPx, 2.0};
-  int min_num_inliers = limits::kMinPoseInliers;
-  double min_inlier_ratio = 0.25;
-  int min_num_trials = 100;
-  int max_num_trials = 10000;
-  double confidence = 0.99999;
   // Largest standard deviations of a refined pose (pose_sigmas.h). Deviations grow when the points
   // lie in one corner, on a line or too far away.
   double max_position_sigma = 0.02;
   double max_frame_sigma_px = 2 * limits::kMaxErrorPx;
   // Share of the verified matches with registered photos that must agree with the refined pose
-  // (placement.h). Sampson's error, in pixels.
+  // (placement.h).
   double min_epipolar_share = 0.65;
-  double max_epipolar_error_px = limits::kMaxErrorPx;
-  SimilarStructuresOptions similar_structures;
+  int min_cells = kMinCells;  // by which a place is told from a visually similar one
   // Focal lengths taken, as a factor of the prior, for a camera that has none from EXIF and was
   // never refined. The bounds cover 17 to 108 mm equivalents of a guess of 1.2; COLMAP takes 0.1 to
   // 10.
@@ -77,20 +70,19 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
                           const RegistrationOptions& options, const TrialContext& context = {});
 
 // Pose (cam_from_world) of a registered photo by its matches with one other registered photo alone,
-// with its camera as it is. nullopt if fewer than min_num_inliers agree.
-std::optional<Matrix3x4d> EstimatePoseByPair(const RegistrationOptions& options,
-                                             const SceneMap& map, ImageId image_id, ImageId other);
+// with its camera as it is. nullopt if fewer than limits::kMinPoseInliers agree.
+std::optional<Matrix3x4d> EstimatePoseByPair(const SceneMap& map, ImageId image_id, ImageId other);
 
 // Whether the sigmas are within `factor` times the limits.
 bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);
 
 // The photo's verified matches with registered photos. A match agrees if its Sampson error under
-// the pose is at most `max_error_px`.
+// the pose is at most limits::kMaxErrorPx.
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const Camera& camera,
-                    const BundlePose& pose, double max_error_px);
+                    const BundlePose& pose);
 
 // The same with the pose and camera of a registered photo.
-Votes EpipolarVotes(const SceneMap& map, ImageId image_id, double max_error_px);
+Votes EpipolarVotes(const SceneMap& map, ImageId image_id);
 
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
 // pose. Some outliers suffice if the photo has a camera of its own, or should have one: the photo

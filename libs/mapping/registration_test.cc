@@ -64,7 +64,7 @@ class TwoPoses : public testing::Test {
 // A few mismatches beside the plane agree with the wrong pose, the plane's points do within 12 px.
 TEST_F(TwoPoses, TheOneWithTheSmallerErrorsIsTakenNotTheOneWithMoreInliers) {
   RegistrationOptions only_wide;
-  only_wide.ransac_limits_px = {only_wide.max_error_px};
+  only_wide.ransac_limits_px = {limits::kMaxPoseErrorPx};
   ASSERT_GT(RotationErrorDeg(EstimatePose(map_, 1, visible_, only_wide)), 60) << "no trap";
   const PoseEstimate estimate = EstimatePose(map_, 1, visible_, {});
   ASSERT_TRUE(estimate.ok) << estimate.refusal.text;
@@ -96,7 +96,7 @@ SceneMap WithWrongFocal(int num_of_camera, bool focal_from_exif) {
   params[0] *= kFactor;
   map.SetCamera(image.CameraId(), params);
 
-  FilterPoints(FilterOptions(), AllPoints(map), &map);
+  FilterPoints(AllPoints(map), &map);
   return map;
 }
 

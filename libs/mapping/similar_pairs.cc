@@ -4,14 +4,14 @@
 
 namespace skein {
 
-bool AreOfSimilarStructures(const RegistrationOptions& options, const SceneMap& map,
-                            const std::vector<std::pair<ImageId, ImageId>>& pairs) {
+bool AreOfSimilarStructures(const SceneMap& map,
+                            const std::vector<std::pair<ImageId, ImageId>>& pairs, int min_cells) {
   CellVotes votes;
   for (const auto& [id, other] : pairs) {
-    const auto pose = EstimatePoseByPair(options, map, id, other);
-    if (pose) votes.Add(CompareWithPhoto(options.similar_structures, map, id, *pose, other));
+    const auto pose = EstimatePoseByPair(map, id, other);
+    if (pose) votes.Add(CompareWithPhoto(map, id, *pose, other));
   }
-  return ShowsAnotherPlace(options.similar_structures, votes);
+  return ShowsAnotherPlace(votes, min_cells);
 }
 
 }  // namespace skein

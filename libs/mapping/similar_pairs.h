@@ -13,7 +13,7 @@ namespace skein {
 // Whether these pairs together are of similar structures. The first photo of each pair is placed at
 // the pose by its matches with the second photo, and the two are compared
 // (disambiguation/similar_structures.h). Costs a pose estimation a pair.
-bool AreOfSimilarStructures(const RegistrationOptions& options, const SceneMap& map,
-                            const std::vector<std::pair<ImageId, ImageId>>& pairs);
+bool AreOfSimilarStructures(const SceneMap& map,
+                            const std::vector<std::pair<ImageId, ImageId>>& pairs, int min_cells);
 
 }  // namespace skein

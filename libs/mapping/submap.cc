@@ -5,12 +5,17 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "map/filters.h"
 #include "map/image_pose.h"
 #include "map/points_anew.h"
 #include "mapping/rebuild.h"
 
 namespace skein {
 namespace {
+
+// A photo is left to the submap of a visually similar place when that submap observes so many times
+// more points of it.
+constexpr double kMinYieldRatio = 2.0;
 
 // Whether the model's registered part can replace the map's.
 Status CheckFits(const SceneMap& map, const Reconstruction& model) {
@@ -278,7 +283,7 @@ void Submap::YieldPhotosTo(const Reconstruction& other, const EventSink& sink) {
   for (const ImageId id : ids) {
     if (!IsRegisteredIn(other, id)) continue;
     const double there = other.Image(id).NumPoints3D();
-    if (there < options_.min_yield_ratio * map_->reconstruction().Image(id).NumPoints3D()) continue;
+    if (there < kMinYieldRatio * map_->reconstruction().Image(id).NumPoints3D()) continue;
     if (Withdraw(id,
                  {Refusal::Cause::kSimilarPlace,
                   "of a visually similar place that another submap holds"},
@@ -420,7 +425,6 @@ bool Submap::LosesPhotos(const SceneMap& anew,
 // As a merge's target judges a merged model: by what photos of two submaps show of each other's.
 bool Submap::MixesPlaces(const SceneMap& anew,
                          const std::vector<std::vector<int64_t>>& others) const {
-  const SimilarStructuresOptions& options = options_.registration.similar_structures;
   return std::any_of(others.begin(), others.end(), [&](const std::vector<int64_t>& ids) {
     std::set<ImageId> ours, theirs;
     for (const ImageId id : anew.reconstruction().RegImageIds()) {
@@ -429,7 +433,8 @@ bool Submap::MixesPlaces(const SceneMap& anew,
       if (is_theirs && !map_->IsRegistered(id)) theirs.insert(id);
     }
     if (ours.empty() || theirs.empty()) return false;
-    return ComparePlaces(options, anew, anew.reconstruction(), ours, theirs).differ;
+    return ComparePlaces(anew, anew.reconstruction(), ours, theirs, options_.registration.min_cells)
+        .differ;
   });
 }
 
@@ -497,9 +502,8 @@ void Submap::Finish(const EventSink& sink) {
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {
   if (map_->reconstruction().NumRegImages() < 2 || options_.IsStopped()) return;
   Timer timer;
-  if (!TriangulateAnew(options_.triangulation, options_.num_threads, map_.get(), options_.stop))
-    return;
-  FilterPoints(options_.filter, AllPoints(*map_), map_.get());
+  if (!TriangulateAnew(options_.num_threads, map_.get(), options_.stop)) return;
+  FilterPoints(AllPoints(*map_), map_.get());
   const double triangulate_s = timer.ElapsedS();
   timer.Restart();
   AdjustGlobally(5, true, true);

@@ -124,8 +124,8 @@ TEST(Submap, TriangulatesAnewWithWhatThePosesSay) {
     if (id % 2 == 0) map.DeletePoint(id);
     if (id % 2 == 1) map.SetPoint(id, map.reconstruction().Point3D(id).XYZ() + shift);
   }
-  TriangulateAnew(rig.map.options().triangulation, 2, &rig.map.map());
-  FilterPoints(rig.map.options().filter, AllPoints(rig.map.map()), &rig.map.map());
+  TriangulateAnew(2, &rig.map.map());
+  FilterPoints(AllPoints(rig.map.map()), &rig.map.map());
   const SubmapStatistics after = rig.map.Statistics();
   EXPECT_GT(after.num_points * after.mean_track_length,
             0.95 * before.num_points * before.mean_track_length);

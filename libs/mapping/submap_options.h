@@ -5,8 +5,6 @@
 #include <string>
 
 #include "core/result.h"
-#include "map/filters.h"
-#include "map/triangulator.h"
 #include "mapping/local_adjustment.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
@@ -16,20 +14,15 @@ namespace skein {
 struct SubmapOptions {
   std::string camera_model = "SIMPLE_RADIAL";
   RegistrationOptions registration;
-  FilterOptions filter;
   MisplacedOptions misplaced;
-  TriangulationOptions triangulation;
   LocalAdjustmentMaker make_local = [] { return std::make_shared<ColmapWindow>(); };
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
   double global_growth = 1.1;      // growth of images or points that calls for a global BA
   int min_observations = 15;       // of a registered photo; with less it is withdrawn
   // Part of the points that its matches tie it to that a registered photo must observe. Looked at
-  // after each global BA. Registration asks for registration.min_inlier_ratio of them.
+  // after each global BA. Registration asks for a quarter of them.
   double min_observed_ratio = 0.15;
   int max_withdrawals = 4;  // of one photo; then it is rejected
-  // A photo is left to the submap of a visually similar place when that submap observes so many
-  // times more points of it.
-  double min_yield_ratio = 2.0;
   // Part of the matches that agree with a map which the same photos, mapped again, must win for
   // that map to stay. If the map cannot win so many, nothing is mapped again.
   double min_rebuild_gain = 0.005;

@@ -7,7 +7,7 @@ struct TrialContext {
   // The photo, or one that it matches, was found to show a visually similar place: it is judged by
   // missing cells, too.
   bool matches_similar_place = false;
-  bool needs_min_cells = false;  // at least SimilarStructuresOptions::min_cells must count
+  bool needs_min_cells = false;  // at least RegistrationOptions::min_cells must count
 };
 
 }  // namespace skein

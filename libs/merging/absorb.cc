@@ -5,12 +5,16 @@
 #include <optional>
 #include <vector>
 
+#include "core/limits.h"
 #include "core/option_check.h"
 #include "map/filters.h"
 #include "map/image_pose.h"
 
 namespace skein {
 namespace {
+
+// Of the points that both models see in one photo, those that fit together.
+constexpr double kMinFusedShare = 0.3;
 
 // The `max_neighbours` other photos that have most points in common with the shared ones.
 std::set<ImageId> NeighboursOf(const std::set<ImageId>& shared, int max_neighbours,
@@ -63,14 +67,14 @@ std::vector<Observation> ModelObservations(const Reconstruction& model,
 
 // How many of the shared photos still fit both models' points after the adjustment.
 int CountAgreeing(const Reconstruction& target, const Reconstruction& source,
-                  const AbsorbOptions& options, const AbsorbResult& result) {
+                  const AbsorbResult& result) {
   int num_agreeing = 0;
   for (const ImageId id : result.fused.agreeing) {
     bool fits = true;
     for (const Reconstruction* model : {&target, &source}) {
       const std::vector<Observation> observations = ObservationsOf(*model, {id});
       const Residuals after =
-          MeasureResiduals(result.merged, observations, 2 * options.max_reprojection_error_px);
+          MeasureResiduals(result.merged, observations, 2 * limits::kMaxErrorPx);
       fits = fits && after.num_observations > 0 && after.GoodShare() >= 0.5;
     }
     num_agreeing += fits;
@@ -83,7 +87,7 @@ Status CheckFused(const FuseResult& fused, const AbsorbOptions& options) {
     return FailedPrecondition("the poses of only " + std::to_string(fused.agreeing.size()) +
                               " shared images agree");
   }
-  if (fused.num_fused_points < options.min_fused_share * fused.num_common_points) {
+  if (fused.num_fused_points < kMinFusedShare * fused.num_common_points) {
     return FailedPrecondition("only " + std::to_string(fused.num_fused_points) + " of " +
                               std::to_string(fused.num_common_points) +
                               " common points fit together");
@@ -138,25 +142,23 @@ Status AdjustWithPossibleCameras(const AbsorbOptions& options, AbsorbResult* res
 }
 
 Status CheckBothModels(const Reconstruction& target, const Reconstruction& source,
-                       const AbsorbOptions& options, AbsorbResult* result) {
+                       AbsorbResult* result) {
   const auto of_target = ModelObservations(target, result->seam, result->fused.kept_source);
   const auto of_source = ModelObservations(source, result->seam, result->fused.kept_target);
-  const double max_px = options.max_reprojection_error_px;
-  result->target_before = MeasureResiduals(target, of_target, max_px);
-  result->target_after = MeasureResiduals(result->merged, of_target, max_px);
-  result->source_before = MeasureResiduals(source, of_source, max_px);
-  result->source_after = MeasureResiduals(result->merged, of_source, max_px);
-  const ResidualTolerance& tolerance = options.tolerance;
+  result->target_before = MeasureResiduals(target, of_target, limits::kMaxErrorPx);
+  result->target_after = MeasureResiduals(result->merged, of_target, limits::kMaxErrorPx);
+  result->source_before = MeasureResiduals(source, of_source, limits::kMaxErrorPx);
+  result->source_after = MeasureResiduals(result->merged, of_source, limits::kMaxErrorPx);
   return FirstError(
-      {CompareResiduals(result->target_before, result->target_after, tolerance).Within("target"),
-       CompareResiduals(result->source_before, result->source_after, tolerance).Within("source")});
+      {CompareResiduals(result->target_before, result->target_after).Within("target"),
+       CompareResiduals(result->source_before, result->source_after).Within("source")});
 }
 
 Status Verify(const Reconstruction& target, const Reconstruction& source,
               const AbsorbOptions& options, AbsorbResult* result) {
-  const Status status = CheckBothModels(target, source, options, result);
+  const Status status = CheckBothModels(target, source, result);
   if (!status.ok()) return status;
-  const int num_agreeing = CountAgreeing(target, source, options, *result);
+  const int num_agreeing = CountAgreeing(target, source, *result);
   if (num_agreeing < options.min_shared_images) {
     return FailedPrecondition("after the adjustment only " + std::to_string(num_agreeing) +
                               " shared images fit both models");
@@ -165,10 +167,9 @@ Status Verify(const Reconstruction& target, const Reconstruction& source,
 }
 
 // Filters points that the adjustment left outside of the limits.
-void CleanUp(const AbsorbOptions& options, AbsorbResult* result) {
+void CleanUp(AbsorbResult* result) {
   const std::set<Point3DId> points = PointsSeenBy(result->seam, result->merged);
-  FilterPoints({options.max_reprojection_error_px, options.min_tri_angle_deg},
-               {points.begin(), points.end()}, &result->merged);
+  FilterPoints({points.begin(), points.end()}, &result->merged);
 }
 
 AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstruction& source,
@@ -180,8 +181,7 @@ AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstructi
   result.status = result.fused.status;
   if (result.status.ok() && options.verify) result.status = CheckFused(result.fused, options);
   if (result.status.ok() && options.verify) {
-    result.status =
-        CheckSharedPhotos(options.similar_structures, target, source, result.fused.agreeing);
+    result.status = CheckSharedPhotos(target, source, result.fused.agreeing, options.min_cells);
     result.shows_another_place = !result.status.ok();
   }
   if (!result.status.ok()) return result;
@@ -190,7 +190,7 @@ AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstructi
   if (result.status.ok() && options.verify) {
     result.status = Verify(target, source, options, &result);
   }
-  if (result.status.ok()) CleanUp(options, &result);
+  if (result.status.ok()) CleanUp(&result);
   return result;
 }
 
@@ -204,12 +204,8 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options) {
 }
 
 Status AbsorbOptions::Check() const {
-  return FirstError({sim3.Check(), tolerance.Check().Within("tolerance"),
-                     similar_structures.Check().Within("similar_structures"),
-                     InRange("max_reprojection_error_px", max_reprojection_error_px, 0.01, 1000.0),
-                     InRange("min_tri_angle_deg", min_tri_angle_deg, 0.0, 180.0),
+  return FirstError({sim3.Check(), InRange("min_cells", min_cells, 1, 1'000'000),
                      InRange("min_shared_images", min_shared_images, 0, 1000),
-                     InRange("min_fused_share", min_fused_share, 0.0, 1.0),
                      InRange("max_whole_images", max_whole_images, 0, 1'000'000),
                      InRange("max_neighbours", max_neighbours, 0, 1'000'000),
                      InRange("intrinsics.min_images", intrinsics.min_images, 1, 1'000'000)});

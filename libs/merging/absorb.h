@@ -4,7 +4,6 @@
 
 #include <set>
 
-#include "core/limits.h"
 #include "core/result.h"
 #include "disambiguation/shared_photos.h"
 #include "geometry/sim3_ransac.h"
@@ -17,12 +16,8 @@ namespace skein {
 
 struct AbsorbOptions {
   Sim3Options sim3;
-  ResidualTolerance tolerance;
-  SimilarStructuresOptions similar_structures;                   // as while mapping
-  double max_reprojection_error_px = limits::kMaxErrorPx;        // of an observation that stays
-  double min_tri_angle_deg = limits::kMinTriangulationAngleDeg;  // of a point that stays
-  int min_shared_images = 3;     // agreeing, before and after the adjustment
-  double min_fused_share = 0.3;  // of the points that both models see in one photo
+  int min_cells = kMinCells;  // as while mapping: RegistrationOptions::min_cells
+  int min_shared_images = 3;  // agreeing, before and after the adjustment
   // A merged model up to this size is adjusted as a whole, intrinsics included. A larger one is
   // adjusted around the seam: the shared images and this many with most points in common with them.
   int max_whole_images = 150;

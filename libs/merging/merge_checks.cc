@@ -3,11 +3,16 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/option_check.h"
 #include "sfm/reprojection.h"
 
 namespace skein {
 namespace {
+
+// Tolerance of a merge.
+constexpr double kMaxErrorGrowth = 1.25;    // of the mean error, as a factor ...
+constexpr double kMaxErrorGrowthPx = 0.25;  // ... plus this
+constexpr double kMaxLostShare = 0.1;       // of a model's good observations
+constexpr double kMaxBehindShare = 0.005;   // of a model's observations
 
 std::string Text(const char* format, double a, double b) {
   char text[160];
@@ -36,13 +41,6 @@ void MeasureOne(const Reconstruction& model, const Observation& observation, dou
 
 }  // namespace
 
-Status ResidualTolerance::Check() const {
-  return FirstError({InRange("max_error_growth", max_error_growth, 1.0, 1000.0),
-                     InRange("max_error_growth_px", max_error_growth_px, 0.0, 1000.0),
-                     InRange("max_lost_share", max_lost_share, 0.0, 1.0),
-                     InRange("max_behind_share", max_behind_share, 0.0, 1.0)});
-}
-
 std::vector<Observation> ObservationsOf(const Reconstruction& model,
                                         const std::set<ImageId>& images) {
   std::vector<Observation> observations;
@@ -68,21 +66,19 @@ Residuals MeasureResiduals(const Reconstruction& model,
   return residuals;
 }
 
-Status CompareResiduals(const Residuals& before, const Residuals& after,
-                        const ResidualTolerance& tolerance) {
+Status CompareResiduals(const Residuals& before, const Residuals& after) {
   const double behind_before = before.num_behind / (before.num_observations + 1e-9);
   const double behind_after = after.num_behind / (after.num_observations + 1e-9);
-  if (behind_after > behind_before + tolerance.max_behind_share) {
+  if (behind_after > behind_before + kMaxBehindShare) {
     return FailedPrecondition(
         Text("%.1f %% of the points fell behind their cameras (before: %.1f %%)",
              100 * behind_after, 100 * behind_before));
   }
-  if (after.GoodShare() < before.GoodShare() * (1 - tolerance.max_lost_share)) {
+  if (after.GoodShare() < before.GoodShare() * (1 - kMaxLostShare)) {
     return FailedPrecondition(Text("only %.1f %% of the observations fit (before: %.1f %%)",
                                    100 * after.GoodShare(), 100 * before.GoodShare()));
   }
-  const double limit_px =
-      before.mean_error_px * tolerance.max_error_growth + tolerance.max_error_growth_px;
+  const double limit_px = before.mean_error_px * kMaxErrorGrowth + kMaxErrorGrowthPx;
   if (after.mean_error_px > limit_px) {
     return FailedPrecondition(Text("the mean reprojection error grew to %.2f px (before: %.2f px)",
                                    after.mean_error_px, before.mean_error_px));

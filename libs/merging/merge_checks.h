@@ -34,17 +34,7 @@ struct Residuals {
 Residuals MeasureResiduals(const Reconstruction& model,
                            const std::vector<Observation>& observations, double max_error_px);
 
-struct ResidualTolerance {
-  double max_error_growth = 1.25;     // of the mean error, as a factor ...
-  double max_error_growth_px = 0.25;  // ... plus this
-  double max_lost_share = 0.1;        // of a model's good observations
-  double max_behind_share = 0.005;    // of a model's observations
-
-  Status Check() const;
-};
-
 // An error if `after` is worse than `before` beyond the tolerance: what is worse.
-Status CompareResiduals(const Residuals& before, const Residuals& after,
-                        const ResidualTolerance& tolerance);
+Status CompareResiduals(const Residuals& before, const Residuals& after);
 
 }  // namespace skein

@@ -8,13 +8,9 @@ namespace skein::merging_options_test {
 TEST(AbsorbOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<AbsorbOptions>({
       {"trials", [](auto* o) { o->sim3.num_trials = 0; }},
-      {"tolerance: max_lost_share", [](auto* o) { o->tolerance.max_lost_share = 2; }},
-      {"similar_structures: min_cells", [](auto* o) { o->similar_structures.min_cells = 0; }},
+      {"min_cells", [](auto* o) { o->min_cells = 0; }},
       {"intrinsics.min_images", [](auto* o) { o->intrinsics.min_images = 0; }},
-      {"max_reprojection_error_px", [](auto* o) { o->max_reprojection_error_px = 0; }},
-      {"min_tri_angle_deg", [](auto* o) { o->min_tri_angle_deg = -1; }},
       {"min_shared_images", [](auto* o) { o->min_shared_images = -1; }},
-      {"min_fused_share", [](auto* o) { o->min_fused_share = 2; }},
       {"max_whole_images", [](auto* o) { o->max_whole_images = -1; }},
       {"max_neighbours", [](auto* o) { o->max_neighbours = -1; }},
   });

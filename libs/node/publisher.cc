@@ -8,6 +8,9 @@
 namespace skein {
 namespace {
 
+constexpr size_t kWindow = 4;       // photos offered at a time without a rate
+constexpr size_t kRateWindow = 32;  // the same with a rate: a backlog is limited, too
+
 constexpr double kOfferTickS = 0.02;
 constexpr double kFirstOfferRepeatS = 0.3;
 constexpr double kLastOfferRepeatS = 2;
@@ -42,8 +45,8 @@ void Publisher::Add(std::vector<PhotoToOffer> photos) {
 
 bool Publisher::MayStart(double now_s) const {
   if (waiting_.empty() || offered_.count(waiting_.front().name) > 0) return false;
-  const int window = options_.rate_hz > 0 ? options_.rate_window : options_.window;
-  return static_cast<int>(offered_.size()) < window && now_s >= next_start_s_;
+  const size_t window = options_.rate_hz > 0 ? kRateWindow : kWindow;
+  return offered_.size() < window && now_s >= next_start_s_;
 }
 
 void Publisher::Tick() {

@@ -18,10 +18,8 @@ namespace skein {
 
 struct PublisherOptions {
   std::string agent;
-  double rate_hz = 0;    // photos a second; 0: as fast as ingest takes them
-  double focal_px = 0;   // at full resolution, where EXIF tells none; 0: not known
-  int window = 4;        // photos offered at a time without a rate
-  int rate_window = 32;  // the same with a rate: a backlog is limited, too
+  double rate_hz = 0;   // photos a second; 0: as fast as ingest takes them
+  double focal_px = 0;  // at full resolution, where EXIF tells none; 0: not known
 };
 
 struct PhotoToOffer {

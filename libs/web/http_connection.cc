@@ -23,9 +23,15 @@ constexpr char kPermissions[] =
     "camera=(self), geolocation=(self), gyroscope=(self), magnetometer=(self), "
     "accelerometer=(self), screen-wake-lock=(self), microphone=()";
 
+constexpr uint32_t kMaxHeaderBytes = 8 << 10;  // of a request
+constexpr uint64_t kMaxBodyBytes = 64 << 10;   // of a POST
+constexpr size_t kMaxPartBytes = 256 << 10;    // of an upload that are in memory at a time
+
 constexpr double kHandshakeS = 10;
 constexpr double kSmallBodyS = 10;
+constexpr double kUploadIdleS = 30;  // an upload of which nothing comes for so long is closed
 constexpr double kPaceWindowS = 60;
+constexpr double kMinUploadBytesPerS = 1 << 10;  // a slower upload is closed after kPaceWindowS
 
 // Of a file, read at a time.
 constexpr size_t kFilePartBytes = 256 << 10;
@@ -91,7 +97,7 @@ HttpConnection::HttpConnection(ConnectionHost& host, int64_t id, tcp::socket soc
       id_(id),
       door_(door),
       stream_(StreamOf(std::move(socket), door)),
-      buffer_(static_cast<size_t>(host.options().max_header_bytes) * 2) {}
+      buffer_(size_t{kMaxHeaderBytes} * 2) {}
 
 void HttpConnection::Start() {
   if (!stream_.is_encrypted()) return ReadRequest();
@@ -106,7 +112,7 @@ void HttpConnection::ReadRequest() {
   waiting_since_s_ = MonotonicS();
   parser_.emplace();
   parser_->body_limit(UINT64_MAX);  // bodies have limits of their own; Boost 1.74 takes none for 0
-  parser_->header_limit(static_cast<uint32_t>(host_.options().max_header_bytes));
+  parser_->header_limit(kMaxHeaderBytes);
   stream_.lowest().expires_after(Milliseconds(host_.options().idle_s));
   http::async_read_header(stream_, buffer_, *parser_,
                           [self = shared_from_this()](ErrorCode error, size_t) {
@@ -117,7 +123,7 @@ void HttpConnection::ReadRequest() {
 void HttpConnection::OnBadRequest(ErrorCode error) {
   if (error == http::error::header_limit || error == http::error::buffer_overflow) {
     return AnswerAndClose(431, "the request's header is too large: at most " +
-                                   std::to_string(host_.options().max_header_bytes) + " bytes");
+                                   std::to_string(kMaxHeaderBytes) + " bytes");
   }
   const bool malformed = error.category() == make_error_code(http::error::bad_method).category() &&
                          error != http::error::end_of_stream &&
@@ -194,16 +200,15 @@ std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& r
 
 // Until it has come, another connection may take this one's place.
 void HttpConnection::ReadSmallBody(HttpRequest request) {
-  const auto limit = static_cast<uint64_t>(host_.options().max_body_bytes);
-  if (request.body_bytes > limit) {
-    return AnswerAndClose(413,
-                          "the body is too large: at most " + std::to_string(limit) + " bytes");
+  if (request.body_bytes > kMaxBodyBytes) {
+    return AnswerAndClose(
+        413, "the body is too large: at most " + std::to_string(kMaxBodyBytes) + " bytes");
   }
   waiting_since_s_ = MonotonicS();
   const auto parser =
       std::make_shared<http::request_parser<http::string_body>>(std::move(*parser_));
   parser_.reset();
-  parser->body_limit(limit);
+  parser->body_limit(kMaxBodyBytes);
   stream_.lowest().expires_after(Milliseconds(kSmallBodyS));
   http::async_read(stream_, buffer_, *parser,
                    [self = shared_from_this(), parser, request = std::move(request)](
@@ -226,7 +231,7 @@ void HttpConnection::BeginUpload(const HttpRequest& request) {
   const bool is_waited_for = Header(parser_->get(), http::field::expect).has_value();
   upload_parser_.emplace(std::move(*parser_));
   parser_.reset();
-  part_.resize(static_cast<size_t>(host_.options().max_part_bytes));
+  part_.resize(kMaxPartBytes);
   part_bytes_ = 0;
   pace_since_s_ = MonotonicS();
   pace_bytes_ = 0;
@@ -254,7 +259,7 @@ void HttpConnection::ReadUpload() {
   body.data = part_.data() + part_bytes_;
   body.size = part_.size() - part_bytes_;
   body.more = false;
-  stream_.lowest().expires_after(Milliseconds(host_.options().upload_idle_s));
+  stream_.lowest().expires_after(Milliseconds(kUploadIdleS));
   http::async_read_some(
       stream_, buffer_, *upload_parser_,
       [self = shared_from_this()](ErrorCode error, size_t) { self->OnUploadRead(error); });
@@ -280,8 +285,8 @@ void HttpConnection::OnUploadRead(ErrorCode error) {
 bool HttpConnection::IsTooSlow() {
   const double now_s = MonotonicS();
   if (now_s - pace_since_s_ < kPaceWindowS) return false;
-  const bool is_slow = static_cast<double>(pace_bytes_) <
-                       host_.options().min_upload_bytes_per_s * (now_s - pace_since_s_);
+  const bool is_slow =
+      static_cast<double>(pace_bytes_) < kMinUploadBytesPerS * (now_s - pace_since_s_);
   pace_since_s_ = now_s;
   pace_bytes_ = 0;
   return is_slow;

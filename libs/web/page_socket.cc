@@ -11,6 +11,10 @@ namespace {
 // A WebSocket's control frame has at most 125 bytes, two of them for the code (RFC 6455, 5.5).
 constexpr size_t kMaxReasonBytes = 123;
 
+constexpr size_t kMaxFrameBytes = 1 << 10;    // of a message that a page sends
+constexpr int kMaxFramesPerS = 20;            // the same
+constexpr size_t kMaxQueueBytes = 256 << 10;  // events that wait; beyond, the page pulls events
+
 // For a page to answer that it was closed.
 constexpr double kGoodbyeS = 0.3;
 
@@ -28,7 +32,7 @@ PageSocket::PageSocket(ConnectionHost& host, int64_t id, WebStream stream)
       id_(id),
       stream_(std::move(stream)),
       stalled_(stream_.get_executor()),
-      buffer_(static_cast<size_t>(host.options().max_frame_bytes) * 2) {}
+      buffer_(kMaxFrameBytes * 2) {}
 
 void PageSocket::Start(UpgradeRequest request, std::map<std::string, SharedText> latest) {
   request_ = std::move(request);
@@ -43,7 +47,7 @@ void PageSocket::Start(UpgradeRequest request, std::map<std::string, SharedText>
   timeout.idle_timeout = Milliseconds(options.idle_s);
   timeout.keep_alive_pings = true;
   stream_.set_option(timeout);
-  stream_.read_message_max(static_cast<size_t>(options.max_frame_bytes));
+  stream_.read_message_max(kMaxFrameBytes);
   stream_.text(true);
   stream_.control_callback(
       [this](websocket::frame_type, boost::beast::string_view) { CountFrame(); });
@@ -72,15 +76,14 @@ bool PageSocket::CountFrame() {
   const auto now = static_cast<int64_t>(MonotonicS());
   if (now != second_) num_frames_ = 0;
   second_ = now;
-  if (++num_frames_ <= host_.options().max_frames_per_s) return true;
+  if (++num_frames_ <= kMaxFramesPerS) return true;
   Close();
   return false;
 }
 
 void PageSocket::SendEvents(const SharedText& text) {
   if (!open_ || closed_ || refused_ || behind_) return;
-  const auto limit = static_cast<size_t>(host_.options().max_queue_bytes);
-  if (text == nullptr || queued_bytes_ + text->size() > limit) {
+  if (text == nullptr || queued_bytes_ + text->size() > kMaxQueueBytes) {
     behind_ = true;
   } else {
     queued_bytes_ += text->size();

@@ -13,7 +13,7 @@ namespace skein {
 
 using SharedText = std::shared_ptr<const std::string>;
 
-// The WebSocket of one page. Bounds of the data that waits for a page: max_queue_bytes for its
+// The WebSocket of one page. Bounds of the data that waits for a page: kMaxQueueBytes for its
 // events, one message a topic for the rest. The server's thread only; the host outlives it.
 class PageSocket : public std::enable_shared_from_this<PageSocket> {
  public:

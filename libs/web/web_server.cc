@@ -21,6 +21,7 @@
 namespace skein {
 namespace {
 
+constexpr int kKeptPlaces = 16;        // that doors leave to the own port, and others to operators
 constexpr double kCheckPassesS = 0.5;  // the list of revoked names is read each second
 constexpr double kAcceptPauseS = 0.1;  // where the process has no descriptor left
 constexpr int kNumFileThreads = 2;     // that read at a time, but for those that the disk holds up
@@ -47,16 +48,7 @@ std::string NetworkOf(const asio::ip::address& address) {
 
 }  // namespace
 
-Status WebServerOptions::Check() const {
-  return FirstError(
-      {InRange("port", port, 0, 65535), InRange("max_connections", max_connections, 1, 10'000),
-       InRange("max_of_pass", max_of_pass, 1, 10'000),
-       InRange("max_of_address", max_of_address, 1, 10'000),
-       InRange("kept_places", kept_places, 0, 1000),
-       InRange("max_header_bytes", max_header_bytes, 256, 1 << 20),
-       InRange("idle", idle_s, 0.01, 86400.0), InRange("stalled", stalled_s, 0.01, 86400.0),
-       InRange("gather", gather_s, 0.0, 10.0)});
-}
+Status WebServerOptions::Check() const { return InRange("port", port, 0, 65535); }
 
 class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_this<Impl> {
  public:
@@ -291,7 +283,7 @@ bool WebServer::Impl::FindPlace(const Place& place) {
   const int limit = options_.max_connections;
   const bool has_room = static_cast<int>(places_.size()) < limit;
   if (!place.is_public) return has_room || CloseIdle(Anyone) || CloseOldestPage(Anyone);
-  if (has_room && CountPlaces(is_public) < limit - options_.kept_places) return true;
+  if (has_room && CountPlaces(is_public) < limit - kKeptPlaces) return true;
   return CloseIdle(is_public) || CloseOldestPage(IsPublicNoOperator);
 }
 
@@ -301,7 +293,7 @@ Status WebServer::Impl::NoteVisitor(int64_t connection_id, const Visitor& visito
   if (found == places_.end()) return Unavailable("the connection is closed");
   found->second.visitor = visitor;
   if (!IsPublicNoOperator(found->second)) return Status::Ok();
-  const int limit = options_.max_connections - 2 * options_.kept_places;
+  const int limit = options_.max_connections - 2 * kKeptPlaces;
   if (CountPlaces(IsPublicNoOperator) > limit && !CloseIdle(IsPublicNoOperator) &&
       !CloseOldestPage(IsPublicNoOperator)) {
     return Unavailable("too many visitors: try again later");

@@ -33,22 +33,12 @@ struct WebServerOptions {
   std::optional<SessionTrust> trust;  // of the passes; set where there are doors
   IsRevoked is_revoked;               // none: no pass is
 
-  int max_connections = 64;        // of HTTP and WebSockets together
-  int max_of_pass = 64;            // of these by one pass
-  int max_of_address = 128;        // by the doors, of one address; of IPv6 one network of 64 bits
-  int kept_places = 16;            // that doors leave to the own port, and others to operators
-  int max_header_bytes = 8 << 10;  // of a request
-  int max_body_bytes = 64 << 10;   // of a POST
-  int max_part_bytes = 256 << 10;  // of an upload that are in memory at a time
-  double upload_idle_s = 30;       // an upload of which nothing comes for so long is closed
-  double min_upload_bytes_per_s = 1 << 10;  // a slower upload is closed after a minute
-  double idle_s = 60;  // of a connection: without a request, or without taking a byte
-
-  int max_frame_bytes = 1 << 10;    // of a message that a page sends
-  int max_frames_per_s = 20;        // the same
-  int max_queue_bytes = 256 << 10;  // events that wait for one page; beyond, the page pulls events
-  double stalled_s = 30;            // a page that takes nothing for so long is closed
-  double gather_s = 0.05;           // events are sent at most so often
+  int max_connections = 64;  // of HTTP and WebSockets together
+  int max_of_pass = 64;      // of these by one pass
+  int max_of_address = 128;  // by the doors, of one address; of IPv6 one network of 64 bits
+  double idle_s = 60;        // of a connection: without a request, or without taking a byte
+  double stalled_s = 30;     // a page that takes nothing for so long is closed
+  double gather_s = 0.05;    // events are sent at most so often
 
   Status Check() const;
 };
@@ -75,7 +65,7 @@ struct Uploads {
 //  - the one whose answer has been due for longest, if for more than idle_s;
 //  - the oldest WebSocket of the owner (pass, or else address) with most places, if these are more
 //    than one.
-// kept_places stay free for the own port, and as many more for operators.
+// kKeptPlaces stay free for the own port, and as many more for operators.
 class WebServer {
  public:
   // `log` outlives the server. Fails where the address cannot be had, with a line for the user;

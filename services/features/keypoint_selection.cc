@@ -8,22 +8,12 @@
 namespace skein {
 namespace {
 
-std::vector<float> Strengths(const std::vector<cv::KeyPoint>& keypoints, double scale_exponent) {
-  std::vector<float> strengths;
-  strengths.reserve(keypoints.size());
-  for (const auto& k : keypoints) {
-    strengths.push_back(static_cast<float>(k.response * std::pow(k.size, scale_exponent)));
-  }
-  return strengths;
-}
-
-std::vector<int> StrongestFirst(const std::vector<cv::KeyPoint>& keypoints, double scale_exponent) {
-  const std::vector<float> strengths = Strengths(keypoints, scale_exponent);
+std::vector<int> StrongestFirst(const std::vector<cv::KeyPoint>& keypoints) {
   std::vector<int> order(keypoints.size());
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&](int i) {
     const auto& k = keypoints[i];
-    return std::make_tuple(-strengths[i], k.pt.y, k.pt.x, k.size, k.angle);
+    return std::make_tuple(-k.response, k.pt.y, k.pt.x, k.size, k.angle);
   };
   std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
   return order;
@@ -49,7 +39,7 @@ std::vector<std::vector<size_t>> Bucket(const std::vector<cv::KeyPoint>& keypoin
 
 std::vector<int> SelectKeypoints(const std::vector<cv::KeyPoint>& keypoints, cv::Size image_size,
                                  const SelectionOptions& options) {
-  std::vector<int> order = StrongestFirst(keypoints, options.scale_exponent);
+  std::vector<int> order = StrongestFirst(keypoints);
   const size_t budget = std::max(0, options.max_features);
   if (order.size() <= budget) return order;
 

@@ -171,7 +171,7 @@ void OctaveTile::SearchRow(int y, std::vector<Extremum>* found) {
     extremum.x = static_cast<float>(left_ + found_[i].column + refined->dx) + refined->step.x;
     extremum.y = static_cast<float>(y + refined->dy) + refined->step.y;
     const double layer = refined->layer + double{refined->step.s};
-    extremum.sigma = static_cast<float>(options_.sigma * std::exp2(layer / kOctaveLayers));
+    extremum.sigma = static_cast<float>(kOctaveSigma * std::exp2(layer / kOctaveLayers));
     extremum.contrast = std::abs(refined->contrast) / 255;
     found->push_back(extremum);
   }

@@ -35,7 +35,7 @@ Keypoint ToKeypoint(const cv::KeyPoint& found) {
 
 LocalFeatures OpenCvSift(const cv::Mat& grey, const SiftOptions& options) {
   const auto sift = cv::SIFT::create(0, kOctaveLayers, options.contrast_threshold,
-                                     options.edge_threshold, options.sigma);
+                                     options.edge_threshold, kOctaveSigma);
   std::vector<cv::KeyPoint> found = Detect(*sift, grey, options.selection);
   if (found.empty()) return {};
   cv::Mat descriptors;

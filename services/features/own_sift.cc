@@ -28,13 +28,6 @@ constexpr double kSalientDeviations = 5;
 // a JPEG's coder has made coarser up to 67 were counted.
 constexpr ptrdiff_t kMinSalient = 300;
 
-ScaleSpaceOptions ToScaleSpace(const SiftOptions& options) {
-  ScaleSpaceOptions scale_space;
-  scale_space.edge_threshold = options.edge_threshold;
-  scale_space.sigma = options.sigma;
-  return scale_space;
-}
-
 // Photo pixels of an octave's pixel; octave 0 is the doubled photo.
 float PixelSize(const Extremum& extremum) { return std::ldexp(0.5f, extremum.octave); }
 
@@ -86,7 +79,7 @@ std::vector<int> ByPlace(const std::vector<T>& all, const Get& get) {
 OwnSift::OwnSift(const SiftOptions& options)
     : options_(options),
       kernels_(KernelsOf(options.kernel)),
-      scale_space_(ToScaleSpace(options), kernels_) {}
+      scale_space_({options.contrast_threshold, options.edge_threshold}, kernels_) {}
 
 template <typename T, typename Get>
 std::vector<T> OwnSift::Strongest(const std::vector<T>& all, cv::Size size, const Get& get) const {

@@ -43,7 +43,7 @@ void FloatRows::Resize(int width, int rows) {
 }
 
 ScaleSpace::ScaleSpace(const ScaleSpaceOptions& options, const SiftKernels& kernels)
-    : options_(options), blurs_(options.sigma), kernels_(kernels) {}
+    : options_(options), blurs_(kOctaveSigma), kernels_(kernels) {}
 
 std::vector<Extremum> ScaleSpace::Build(const cv::Mat& grey, double contrast_threshold,
                                         int threads) {

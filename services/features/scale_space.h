@@ -17,7 +17,6 @@ namespace skein {
 struct ScaleSpaceOptions {
   double contrast_threshold = 0.02;  // of the three differences of an octave together, 0..1
   double edge_threshold = 10;        // ratio of principal curvatures
-  double sigma = 1.6;                // of an octave's first level, its pixels
 };
 
 // An extremum of the differences of Gaussians, refined below a pixel.

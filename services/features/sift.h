@@ -15,7 +15,6 @@ struct SiftOptions {
   int max_image_px = 1600;           // longest side searched; larger photos are shrunk by area
   double contrast_threshold = 0.02;  // as COLMAP's peak threshold 0.02 / kOctaveLayers
   double edge_threshold = 10;
-  double sigma = 1.6;
   SiftKernelVersion kernel = FastestSiftKernel();  // of Skein's
   SelectionOptions selection;
 };

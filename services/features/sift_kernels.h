@@ -29,7 +29,8 @@ SiftKernelVersion FastestSiftKernel();
 constexpr int kOctaveLayers = 3;                    // Lowe 2004, section 3.2
 constexpr int kGaussianLevels = kOctaveLayers + 3;  // of an octave
 constexpr int kDogLevels = kOctaveLayers + 2;
-constexpr int kBlockRows = 4;  // rows that are blurred at a time
+constexpr double kOctaveSigma = 1.6;  // pixels, of an octave's first level (Lowe 2004, 3.3)
+constexpr int kBlockRows = 4;         // rows that are blurred at a time
 constexpr int kRowPadding = 64;
 constexpr int kMaxBlurRadius = 16;
 

@@ -14,6 +14,10 @@ namespace {
 
 using Matrix = Codebook::Matrix;
 
+constexpr int kNumIterations = 25;
+constexpr int kNumAttempts = 8;              // of k-means
+constexpr size_t kMaxDescriptors = 300'000;  // drawn at random when there are more
+
 void Check(const TrainingOptions& options, size_t num_descriptors) {
   if (options.local_dim > kDescriptorDim || options.cell_dim > options.local_dim ||
       options.cell_dim < 1 || options.num_cells < 1) {
@@ -70,8 +74,8 @@ Matrix LearnCentres(const Matrix& points, const TrainingOptions& options) {
                      const_cast<float*>(points.data()));
   cv::Mat cells, centres;
   cv::setRNGSeed(static_cast<int>(options.seed));
-  cv::kmeans(rows, options.num_cells, cells, {cv::TermCriteria::COUNT, options.num_iterations, 0},
-             options.num_attempts, cv::KMEANS_PP_CENTERS, centres);
+  cv::kmeans(rows, options.num_cells, cells, {cv::TermCriteria::COUNT, kNumIterations, 0},
+             kNumAttempts, cv::KMEANS_PP_CENTERS, centres);
   return Eigen::Map<const Matrix>(centres.ptr<float>(), centres.rows, centres.cols);
 }
 
@@ -118,10 +122,9 @@ Codebook TrainCodebook(const std::vector<LocalFeatures>& photos, const std::stri
                        const TrainingOptions& options) {
   Check(options, CountDescriptors(photos));
   std::mt19937_64 random(options.seed);
-  const std::vector<uint8_t> sample = Sample(photos, options.max_descriptors, &random);
+  const std::vector<uint8_t> sample = Sample(photos, kMaxDescriptors, &random);
   Codebook codebook;
   codebook.id = id;
-  codebook.vlad = options.vlad;
   LearnProjection(sample, options.local_dim, &codebook);
   const Matrix points = ProjectDescriptors(codebook, sample.data(), sample.size() / kDescriptorDim);
   codebook.centres = LearnCentres(points, options);

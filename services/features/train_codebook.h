@@ -14,11 +14,7 @@ struct TrainingOptions {
   int local_dim = 64;
   int num_cells = 64;
   int cell_dim = 16;
-  int num_iterations = 25;
-  int num_attempts = 8;           // of k-means
-  int max_descriptors = 300'000;  // drawn at random when there are more
   uint64_t seed = 1;
-  VladOptions vlad;
 };
 
 // Learns PCA of RootSIFT, k-means cells and each cell's principal axes from the local descriptors,

@@ -83,8 +83,7 @@ Result<NoGoAreas> ReadNoGo(const std::string& path) {
 }
 
 Status GuideOptions::Check() const {
-  return FirstError({surface.Check(), quality.Check(), stations.Check(),
-                     InRange("stations", stations.num_stations, 1, 5),
+  return FirstError({InRange("stations", stations.num_stations, 1, 5),
                      InRange("target_gsd", target_gsd_mm, 0.0, 1e6), CheckAltitude(altitude),
                      CheckNoGo(no_go), InRange("work_share", work_share, 0.001, 1.0),
                      InRange<int64_t>("max_points", max_points, 1000, 10'000'000)});

@@ -7,9 +7,7 @@
 #include "core/result.h"
 #include "geometry/georeference.h"
 #include "guidance/guided_map.h"
-#include "guidance/quality.h"
 #include "guidance/stations.h"
-#include "guidance/surface.h"
 
 namespace CLI {
 class App;
@@ -18,11 +16,9 @@ class App;
 namespace skein {
 
 struct GuideOptions {
-  SurfaceOptions surface;
-  QualityOptions quality;
   StationOptions stations;
-  // Ground sampling distance that is wanted, where the scale is known; 0: as quality.target_gsd
-  // says.
+  // Ground sampling distance that is wanted, where the scale is known; 0: twice that of the median
+  // point.
   double target_gsd_mm = 0;
   std::string altitude;  // "MIN:MAX", metres, as GPS tells them; "": as high as the agents' photos
   std::string no_go;     // file of polygons (ReadNoGo); "": none

@@ -114,7 +114,7 @@ AdvisedStation Advise(const PlaceInput& input, const GuidedMap& map, const Wordi
 }  // namespace
 
 PlaceGuide::PlaceGuide(const GuideOptions& options, const NoGoAreas& no_go)
-    : options_(options), no_go_(no_go), place_(options.surface, options.quality) {}
+    : options_(options), no_go_(no_go) {}
 
 Result<PlaceGuidance> PlaceGuide::Update(const PlaceInput& input) {
   const Agents agents = NumberAgents(input.photos);
@@ -129,13 +129,11 @@ Result<PlaceGuidance> PlaceGuide::Update(const PlaceInput& input) {
   guidance.version = input.shape->version;
   guidance.metres_per_unit = earth ? earth->enu_from_model.scale : 0;
 
-  QualityOptions quality = options_.quality;
-  if (earth && options_.target_gsd_mm > 0) {
-    quality.target_gsd = TargetGsd(options_.target_gsd_mm, guidance.metres_per_unit);
-  }
-  const PlaceQuality& place = place_.Update(map, quality.target_gsd);
-  quality.target_gsd = place.completeness.target_gsd;
-  guidance.place = SummarisePlace(quality, place, map.photos.size());
+  const double target_gsd = earth && options_.target_gsd_mm > 0
+                                ? TargetGsd(options_.target_gsd_mm, guidance.metres_per_unit)
+                                : 0;
+  const PlaceQuality& place = place_.Update(map, target_gsd);
+  guidance.place = SummarisePlace(place, map.photos.size());
   guidance.working_distance = place.surface.working_distance;
 
   const std::optional<Reach> reach = ReachOf(options_, no_go_, earth);
@@ -144,7 +142,7 @@ Result<PlaceGuidance> PlaceGuide::Update(const PlaceInput& input) {
   if (reach && place.surface.cell > 0) {
     StationOptions sampled = options_.stations;
     sampled.min_common_points *= shape_map_.share();
-    stations = ChooseStations(sampled, quality, place_.map(), place, seekers);
+    stations = ChooseStations(sampled, place_.map(), place, seekers);
   }
   Wording wording;
   wording.up = reach && !reach->up.isZero() ? reach->up : UpOf(map);

@@ -51,15 +51,14 @@ nlohmann::json CompletenessOf(const fs::path& folder, const Georeference& earth,
   const Result<Reconstruction> model = ReadWhole(folder);
   if (!model.ok()) return {{"reason", model.error()}};
   const double metres_per_unit = earth.ok ? earth.enu_from_model.scale : 0;
-  QualityOptions options;
-  if (earth.ok && target_gsd_mm > 0) options.target_gsd = TargetGsd(target_gsd_mm, metres_per_unit);
+  const double target_gsd =
+      earth.ok && target_gsd_mm > 0 ? TargetGsd(target_gsd_mm, metres_per_unit) : 0;
   GuidedMap map = MapOfModel(*model, kMaxGuidedPoints);
   for (GuidedPhoto& photo : map.photos) {
     const auto texture = photos.textures.find(photo.image_id);
     if (texture != photos.textures.end()) photo.texture = texture->second;
   }
-  const PlaceSummary place =
-      SummarisePlace(options, AssessPlace({}, options, map), map.photos.size());
+  const PlaceSummary place = SummarisePlace(AssessPlace(map, target_gsd), map.photos.size());
   return PlaceJson(ToMessage(place, metres_per_unit));
 }
 

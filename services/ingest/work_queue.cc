@@ -4,6 +4,14 @@
 #include <csignal>
 
 namespace skein {
+namespace {
+
+constexpr double kSilentS = 3;  // a worker that hasn't asked (at 1 Hz) for so long gets nothing new
+constexpr double kRetryDelayS = 1;  // from a reported failure to the next try
+constexpr double kResendS = 0.5;    // a grant that isn't confirmed after this is told again
+constexpr int kMaxKills = 10;       // deaths by SIGKILL while working on it: out of memory
+
+}  // namespace
 
 std::string SignalName(int signal) {
   static const std::map<int, const char*> kNames = {
@@ -77,7 +85,7 @@ std::vector<WorkQueue::Failure> WorkQueue::NoteDeath(const Worker& before, const
     const std::string name = SignalName(signal);
     if (IsCrash(signal)) {
       failures = NoteFailure(request.worker, item, "worker died of " + name, false, now_s);
-    } else if (signal == SIGKILL && ++history_[item].kills >= options_.max_kills) {
+    } else if (signal == SIGKILL && ++history_[item].kills >= kMaxKills) {
       failures =
           NoteFailure(request.worker, item, "kills its worker (out of memory?)", true, now_s);
     }
@@ -124,7 +132,7 @@ std::vector<WorkQueue::Failure> WorkQueue::OnFailed(const std::string& worker, i
 }
 
 void WorkQueue::Return(const std::string& worker, int64_t item, double now_s) {
-  if (TakeBack(worker, item)) history_[item].not_before_s = now_s + options_.retry_delay_s;
+  if (TakeBack(worker, item)) history_[item].not_before_s = now_s + kRetryDelayS;
 }
 
 // False if the worker has no lease on it.
@@ -142,7 +150,7 @@ std::vector<WorkQueue::Failure> WorkQueue::NoteFailure(const std::string& worker
                                                        double now_s) {
   History& history = history_[item];
   ++history.failures;
-  history.not_before_s = now_s + options_.retry_delay_s;
+  history.not_before_s = now_s + kRetryDelayS;
   const Failure failure{item, worker, reason, history.failures,
                         permanent || history.failures >= options_.max_failures};
   if (failure.parked) Remove(item);
@@ -155,7 +163,7 @@ void WorkQueue::Release(int64_t item) {
 }
 
 bool WorkQueue::IsSilent(const Worker& worker, double now_s) const {
-  return now_s - worker.seen_s > std::min(options_.silent_s, options_.lease_s);
+  return now_s - worker.seen_s > std::min(kSilentS, options_.lease_s);
 }
 
 // What a worker has not confirmed it has not begun, unless it is about to say so: once it is silent
@@ -207,7 +215,7 @@ std::vector<WorkQueue::Grant> WorkQueue::Assign(double now_s) {
   };
   std::vector<Grant> grants;
   for (auto& [item, lease] : leases_) {
-    if (lease.confirmed || now_s - lease.told_s < options_.resend_s) continue;
+    if (lease.confirmed || now_s - lease.told_s < kResendS) continue;
     lease.told_s = now_s;
     grants.push_back({lease.worker, item, attempt(item), false});
   }

@@ -11,12 +11,8 @@
 namespace skein {
 
 struct LeaseOptions {
-  double lease_s = 6;        // lapses when its worker hasn't named the item for so long
-  double silent_s = 3;       // a worker that hasn't asked (at 1 Hz) for so long gets nothing new
-  double retry_delay_s = 1;  // from a reported failure to the next try
-  double resend_s = 0.5;     // a grant that isn't confirmed after this is told again
-  int max_failures = 3;      // reported errors and crashes together
-  int max_kills = 10;        // deaths by SIGKILL while working on it: out of memory
+  double lease_s = 6;    // lapses when its worker hasn't named the item for so long
+  int max_failures = 3;  // reported errors and crashes together
 };
 
 // Items of one kind of work and their holders. Knows no messages and no clock: `now_s` is any

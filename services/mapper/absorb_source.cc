@@ -66,10 +66,10 @@ std::set<ImageId> RegisteredOnlyIn(const Reconstruction& model, const Reconstruc
 // took part in either model.
 Status CheckBothModels(const Submap& submap, const Reconstruction& target,
                        const Reconstruction& source, const Reconstruction& merged) {
-  const SimilarStructuresOptions& options = submap.options().registration.similar_structures;
   const DividedPhotos divided = DividePhotos(submap.map(), target, source, merged);
   const PlacesOfTwoSets places =
-      ComparePlaces(options, submap.map(), merged, divided.of_first, divided.of_second);
+      ComparePlaces(submap.map(), merged, divided.of_first, divided.of_second,
+                    submap.options().registration.min_cells);
   if (!places.differ) return Status::Ok();
   return FailedPrecondition("visually similar places: " + places.reason);
 }
@@ -93,7 +93,7 @@ Comparison Compare(const Reconstruction& target, const Reconstruction& source,
   Comparison comparison;
   AbsorbOptions options = OptionsFor(task);
   options.intrinsics.fixed = submap.map().FixedCameras();
-  options.similar_structures = submap.options().registration.similar_structures;
+  options.min_cells = submap.options().registration.min_cells;
   const std::optional<Similarity> similarity =
       FindSimilarity(task, SharedPhotosOf(source, target), options.sim3);
   if (!similarity) {

@@ -9,8 +9,7 @@ namespace skein::mapper_options_test {
 TEST(MapperOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MapperOptions>({
       {"camera_model is \"FISHY\"", [](auto* o) { o->run.submap.camera_model = "FISHY"; }},
-      {"registration: similar_structures: min_cells",
-       [](auto* o) { o->run.submap.registration.similar_structures.min_cells = 0; }},
+      {"registration: min_cells", [](auto* o) { o->run.submap.registration.min_cells = 0; }},
       {"checkpoint_photos", [](auto* o) { o->run.checkpoint.photos = 0; }},
       {"checkpoint_period", [](auto* o) { o->run.checkpoint.period_s = -1; }},
       {"local_ba_images", [](auto* o) { o->local_ba.colmap_images = 2; }},

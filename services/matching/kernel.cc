@@ -204,8 +204,7 @@ Status MatchOptions::Check() const {
   if (!IsKernelSupported(kernel)) {
     return InvalidArgument("this processor does not run kernel " + KernelName(kernel));
   }
-  return FirstError({InRange("max_ratio", max_ratio, 0.0, 1.0),
-                     InRange("max_distance_sq", max_distance_sq, 0, 1 << 30)});
+  return InRange("max_ratio", max_ratio, 0.0, 1.0);
 }
 
 class DescriptorMatcher::Workspace {

@@ -9,14 +9,14 @@ namespace skein {
 
 Status MatchingServiceOptions::Check() const {
   return FirstError({InRange("cache_mib", cache_mib, 1, 1 << 20),
-                     InRange("threads", num_threads, 1, 1024), pair.Check(), second_look.Check()});
+                     InRange("threads", num_threads, 1, 1024), pair.Check()});
 }
 
 void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
   MatchOptions& matching = options->pair.matching;
   TwoViewOptions& two_view = options->pair.two_view;
   app.add_option("--cache-mib", options->cache_mib, "Memory for features of recent photos, MiB");
-  AddSwitch(app, "second-look", &options->second_look.enabled,
+  AddSwitch(app, "second-look", &options->second_look,
             "Order a photo's candidates by what their neighbours matched, and add some; off: all "
             "candidates in the order of retrieval, and no others");
   AddSwitch(

@@ -4,7 +4,6 @@
 
 #include "core/result.h"
 #include "matching/pair_matcher.h"
-#include "matching/second_look.h"
 
 namespace CLI {
 class App;
@@ -14,8 +13,8 @@ namespace skein {
 
 struct MatchingServiceOptions {
   PairMatcherOptions pair;
-  int num_threads = 1;  // over which the pairs of a photo are spread
-  SecondLookOptions second_look;
+  int num_threads = 1;        // over which the pairs of a photo are spread
+  bool second_look = true;    // off: all candidates, in their order
   int cache_mib = 512;        // features of recently used photos, decoded
   std::string codebook_path;  // of the cascade's cells; "": the one shipped with Skein
 

@@ -10,20 +10,12 @@ TEST(MatchingServiceOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MatchingServiceOptions>({
       {"cache_mib is 0: give 1 to", [](auto* o) { o->cache_mib = 0; }},
       {"max_ratio is 1.5: give 0 to 1", [](auto* o) { o->pair.matching.max_ratio = 1.5; }},
-      {"max_distance_sq", [](auto* o) { o->pair.matching.max_distance_sq = -1; }},
       {"max_error is 0: give 0.1 to 1000", [](auto* o) { o->pair.two_view.max_error_px = 0; }},
-      {"confidence", [](auto* o) { o->pair.two_view.confidence = 1; }},
       {"min_inliers is 7: give 8 to 10000", [](auto* o) { o->pair.two_view.min_num_inliers = 7; }},
       {"min_inlier_ratio is 0: give 0.01 to 1",
        [](auto* o) { o->pair.two_view.min_inlier_ratio = 0; }},
       {"max_trials is 0: give 1 to", [](auto* o) { o->pair.two_view.max_num_trials = 0; }},
       {"threads", [](auto* o) { o->num_threads = 0; }},
-      {"max_in_work", [](auto* o) { o->second_look.max_in_work = 0; }},
-      {"prior_weight", [](auto* o) { o->second_look.prior_weight = 0; }},
-      {"min_evidence", [](auto* o) { o->second_look.min_evidence = -1; }},
-      {"min_expected", [](auto* o) { o->second_look.min_expected = 2; }},
-      {"min_expected_joined", [](auto* o) { o->second_look.min_expected_joined = 2; }},
-      {"max_implied", [](auto* o) { o->second_look.max_implied = -1; }},
   });
 }
 

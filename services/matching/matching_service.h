@@ -77,7 +77,7 @@ class MatchingService {
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
-  const SecondLookOptions second_look_;
+  const bool second_look_;
   const TwoViewOptions two_view_;
   SessionState session_;
   PhotoIndex index_{session_};

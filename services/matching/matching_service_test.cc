@@ -176,7 +176,7 @@ class Matching : public testing::Test {
   void StartService(bool second_look = true) {
     node_.emplace(OptionsOf("matching"), loop_, bus_);
     MatchingServiceOptions options;
-    options.second_look.enabled = second_look;
+    options.second_look = second_look;
     service_.emplace(*node_, options);
   }
 

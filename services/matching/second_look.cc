@@ -6,12 +6,25 @@
 #include <unordered_set>
 #include <utility>
 
-#include "core/option_check.h"
-
 namespace skein {
 namespace {
 
+constexpr size_t kMaxInWork = 3;  // pairs at once
+constexpr double kPriorWeight = 0.5;
+constexpr size_t kNumSure = 20;
+constexpr size_t kNumNamed = 30;
+constexpr double kMinEvidence = 0.5;        // as a tried photo that shows half of it gives
+constexpr double kMinExpected = 0.23;       // of the 15 inliers that keep a pair
+constexpr double kMinExpectedJoined = 0.5;  // of kOverlapping inliers
+constexpr double kMaxImplied = 0.5;
+constexpr size_t kMaxJoined = 10;  // photos that retrieval did not name
+
 constexpr int32_t kOverlapping = 50;  // inliers
+// Overlapping pairs.
+constexpr size_t kNumConnected = 3;
+constexpr size_t kFewStrong = 6;
+constexpr size_t kMinStrong = 12;
+
 constexpr int64_t kFromTheStart = std::numeric_limits<int64_t>::min();
 
 double Strength(int32_t num_inliers) {
@@ -20,51 +33,41 @@ double Strength(int32_t num_inliers) {
 
 }  // namespace
 
-Status SecondLookOptions::Check() const {
-  return FirstError({InRange<size_t>("max_in_work", max_in_work, 1, 10'000),
-                     InRange("prior_weight", prior_weight, 1e-9, 1e9),
-                     InRange("min_evidence", min_evidence, 0.0, 1e9),
-                     InRange("min_expected", min_expected, 0.0, 1.0),
-                     InRange("min_expected_joined", min_expected_joined, 0.0, 1.0),
-                     InRange("max_implied", max_implied, 0.0, 1.0)});
-}
-
 SecondLook::SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph,
-                       int64_t seq, MayJoin may_join, const SecondLookOptions& options)
+                       int64_t seq, MayJoin may_join, bool enabled)
     : graph_(graph),
       seq_(seq),
       may_join_(std::move(may_join)),
-      options_(options),
+      enabled_(enabled),
       order_(candidates) {
-  ThrowUnlessSound(options_.Check());
   for (size_t rank = 0; rank < candidates.size(); ++rank) {
     Candidate& candidate = candidates_[candidates[rank]];
-    candidate.named = rank < options_.num_named;
+    candidate.named = rank < kNumNamed;
     candidate.rank = rank;
     candidate.prior = 1.0 / static_cast<double>(2 + rank);
   }
 }
 
-double SecondLook::Expected(const Candidate& candidate) const {
-  return (options_.prior_weight * candidate.prior + candidate.weighted) /
-         (options_.prior_weight + candidate.weight);
+bool SecondLook::IsInformed(const Candidate& candidate) { return candidate.weight >= kMinEvidence; }
+
+double SecondLook::Expected(const Candidate& candidate) {
+  return (kPriorWeight * candidate.prior + candidate.weighted) / (kPriorWeight + candidate.weight);
 }
 
-double SecondLook::ExpectedInliers(const Candidate& candidate) const {
+double SecondLook::ExpectedInliers(const Candidate& candidate) {
   return Expected(candidate) * candidate.bottleneck;
 }
 
 bool SecondLook::IsWorthwhile(const Candidate& candidate) const {
   if (candidate.taken) return false;
   if (candidate.chosen) return true;
-  if (!options_.enabled) return candidate.named;
-  if (!candidate.named && num_joined_ >= options_.max_joined) return false;
-  const bool is_sure =
-      candidate.named && (candidate.rank < options_.num_sure || num_strong_ < options_.few_strong);
+  if (!enabled_) return candidate.named;
+  if (!candidate.named && num_joined_ >= kMaxJoined) return false;
+  const bool is_sure = candidate.named && (candidate.rank < kNumSure || num_strong_ < kFewStrong);
   if (!IsInformed(candidate)) return is_sure;
-  const double needed = is_sure ? options_.min_expected : options_.min_expected_joined;
+  const double needed = is_sure ? kMinExpected : kMinExpectedJoined;
   if (Expected(candidate) < needed) return false;
-  return num_strong_ < options_.min_strong || 1 - candidate.not_implied < options_.max_implied;
+  return num_strong_ < kMinStrong || 1 - candidate.not_implied < kMaxImplied;
 }
 
 bool SecondLook::IsLonely(int64_t image_id) const {
@@ -72,15 +75,15 @@ bool SecondLook::IsLonely(int64_t image_id) const {
   const auto num_strong = std::count_if(edges.begin(), edges.end(), [this](const auto& edge) {
     return edge.seq <= seq_ && edge.num_inliers >= kOverlapping;
   });
-  return static_cast<size_t>(num_strong) < options_.num_connected;
+  return static_cast<size_t>(num_strong) < kNumConnected;
 }
 
 std::vector<int64_t> SecondLook::ToCompare() const {
   std::vector<int64_t> ids;
-  if (!options_.enabled) return ids;
+  if (!enabled_) return ids;
   for (const int64_t id : order_) {
     const Candidate& candidate = candidates_.at(id);
-    const bool is_wanted = num_strong_ < options_.num_connected || IsLonely(id);
+    const bool is_wanted = num_strong_ < kNumConnected || IsLonely(id);
     if (!candidate.taken && is_wanted) ids.push_back(id);
   }
   return ids;
@@ -108,7 +111,7 @@ std::vector<int64_t> SecondLook::Best(size_t count) const {
   // Those that one in work or one of the best will speak for.
   std::unordered_set<int64_t> waiting;
   const auto will_speak = [this, &waiting](int64_t id) {
-    if (!options_.enabled) return;
+    if (!enabled_) return;
     for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(id)) {
       if (edge.seq <= seq_) waiting.insert(edge.other_id);
     }
@@ -125,7 +128,7 @@ std::vector<int64_t> SecondLook::Best(size_t count) const {
 
 std::optional<int64_t> SecondLook::Take() {
   while (true) {
-    const auto best = in_work_.size() < options_.max_in_work ? Best(1) : std::vector<int64_t>();
+    const auto best = in_work_.size() < kMaxInWork ? Best(1) : std::vector<int64_t>();
     if (!best.empty()) {
       Candidate& taken = candidates_.at(best.front());
       taken.taken = true;
@@ -168,7 +171,7 @@ double SecondLook::WeightOf(const CovisibilityGraph::Edge& edge) const {
 }
 
 void SecondLook::Learn(const Outcome& outcome, int64_t after_seq) {
-  if (!options_.enabled) return;
+  if (!enabled_) return;
   const int32_t num_inliers = outcome.num_inliers;
   for (const CovisibilityGraph::Edge& edge : graph_.EdgesOf(outcome.other_id)) {
     if (edge.seq <= after_seq || edge.seq > seq_) continue;

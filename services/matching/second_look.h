@@ -20,18 +20,18 @@
 // expected(c) * carried(c), then the unknown ones in the order of retrieval. A photo outside of
 // retrieval's list joins when it should overlap.
 //
-// One of the first num_sure candidates is left out for two reasons only, with a total weight of at
-// least min_evidence:
-//  - It would fail: expected(c) < min_expected.
-//  - It is implied: the photo has min_strong overlapping pairs, and
-//     1 - prod_v (1 - strength(photo, v) weight(v, c)) >= max_implied.
+// One of the first kNumSure candidates is left out for two reasons only, with a total weight of at
+// least kMinEvidence:
+//  - It would fail: expected(c) < kMinExpected.
+//  - It is implied: the photo has kMinStrong overlapping pairs, and
+//     1 - prod_v (1 - strength(photo, v) weight(v, c)) >= kMaxImplied.
 //
 // So candidates that the tried photos know nothing about, such as those of another walk, are always
-// tried. Candidates after num_sure are tried while the photo has fewer than few_strong overlapping
-// pairs, those after num_named only if they should overlap. With no known pair this is plain
-// matching in the order of retrieval.
+// tried. Candidates after kNumSure are tried while the photo has fewer than kFewStrong overlapping
+// pairs, those after kNumNamed only if they should overlap. With no known pair this is plain
+// matching in the order of retrieval. The constants stand in second_look.cc.
 //
-// A photo may be lonely then: fewer than num_connected overlapping pairs. ToCompare() names the
+// A photo may be lonely then: fewer than kNumConnected overlapping pairs. ToCompare() names the
 // candidates that were not tried although one of the two photos is lonely. coarse_search.h finds
 // the best of them by their features, and these are matched, too: global descriptors say little
 // about bare walls or photos that overlap by a corner.
@@ -43,41 +43,22 @@
 #include <unordered_map>
 #include <vector>
 
-#include "core/result.h"
 #include "covisibility/covisibility.h"
 
 namespace skein {
 
-struct SecondLookOptions {
-  bool enabled = true;     // off: all candidates, in their order
-  size_t max_in_work = 3;  // pairs at once
-  double prior_weight = 0.5;
-  size_t num_sure = 20;
-  size_t num_named = 30;
-  size_t num_connected = 3;          // pairs of at least 50 inliers
-  size_t few_strong = 6;             // pairs of at least 50 inliers
-  double min_evidence = 0.5;         // as a tried photo that shows half of it gives
-  double min_expected = 0.23;        // of the 15 inliers that keep a pair
-  double min_expected_joined = 0.5;  // of 50 inliers
-  size_t min_strong = 12;            // pairs of at least 50 inliers
-  double max_implied = 0.5;
-  size_t max_joined = 10;  // photos that retrieval did not name
-
-  Status Check() const;
-};
-
 // The order for one photo. The order is a function of the candidates, the outcomes, and the graph
 // up to `seq` or Advance's seq. The order in which pairs in work end does not matter: a choice
-// rests on the outcomes of all but the last max_in_work - 1, or of more if these leave none. The
+// rests on the outcomes of all but the last kMaxInWork - 1, or of more if these leave none. The
 // graph must outlive it.
 class SecondLook {
  public:
   // `candidates`: best first, each once, without the photo. `may_join`: whether a photo outside of
   // them may be matched. `may_join` is true of earlier photos only, so each pair is matched once.
-  // Throws std::invalid_argument on nonsensical options.
+  // Not `enabled`: all candidates, in their order.
   using MayJoin = std::function<bool(int64_t)>;
   SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph, int64_t seq,
-             MayJoin may_join, const SecondLookOptions& options);
+             MayJoin may_join, bool enabled);
 
   // The next photo to match, which is in work from then on. nullopt: call Tell for a photo in work
   // first; if none is in work, the photo has enough pairs.
@@ -129,9 +110,9 @@ class SecondLook {
   void Learn(const Outcome& outcome, int64_t after_seq);
   // weight(v, c) of v's `edge` to c.
   double WeightOf(const CovisibilityGraph::Edge& edge) const;
-  bool IsInformed(const Candidate& c) const { return c.weight >= options_.min_evidence; }
-  double Expected(const Candidate& candidate) const;
-  double ExpectedInliers(const Candidate& candidate) const;
+  static bool IsInformed(const Candidate& candidate);
+  static double Expected(const Candidate& candidate);
+  static double ExpectedInliers(const Candidate& candidate);
   std::vector<int64_t> WorthwhileBestFirst() const;
   bool IsWorthwhile(const Candidate& candidate) const;
   bool IsLonely(int64_t image_id) const;
@@ -139,7 +120,7 @@ class SecondLook {
   const CovisibilityGraph& graph_;
   int64_t seq_;
   MayJoin may_join_;
-  SecondLookOptions options_;
+  bool enabled_;
   std::unordered_map<int64_t, Candidate> candidates_;
   std::vector<int64_t> order_;  // ids of candidates_, as they came up
   std::deque<InWork> in_work_;  // as they were taken, told or not, but not learned from

@@ -69,24 +69,22 @@ bool Has(const std::vector<int64_t>& ids, int64_t id) {
 TEST(SecondLook, WithNothingKnownItIsPlainMatchingInTheOrderOfRetrieval) {
   const CovisibilityGraph nothing;
   const std::vector<int64_t> candidates{7, 3, 9, 1, 5};
-  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, {}), {{3, 80}, {1, 200}}),
+  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, true), {{3, 80}, {1, 200}}),
             candidates);
-  EXPECT_TRUE(Tried(SecondLook({}, nothing, kNow, IsEarlier, {}), {}).empty());
+  EXPECT_TRUE(Tried(SecondLook({}, nothing, kNow, IsEarlier, true), {}).empty());
 }
 
 TEST(SecondLook, SwitchedOffItTriesAllCandidatesAndNoOthers) {
   CovisibilityGraph graph;
   AddPlace(1, 40, 300, &graph);
-  SecondLookOptions options;
-  options.enabled = false;
   const auto candidates = Range(1, 30);
-  EXPECT_EQ(Tried(SecondLook(candidates, graph, kNow, IsEarlier, options), {{2, 300}}), candidates);
+  EXPECT_EQ(Tried(SecondLook(candidates, graph, kNow, IsEarlier, false), {{2, 300}}), candidates);
 }
 
 TEST(SecondLook, OneFailureSpeaksForTheRestOfItsPlace) {
   CovisibilityGraph graph;
   AddPlace(1, 10, 300, &graph);
-  const auto tried = Tried(SecondLook(Range(1, 10), graph, kNow, IsEarlier, {}), {});
+  const auto tried = Tried(SecondLook(Range(1, 10), graph, kNow, IsEarlier, true), {});
   EXPECT_EQ(tried, Range(1, 1));
 }
 
@@ -98,7 +96,7 @@ TEST(SecondLook, AFailureSaysLittleOfAPhotoThatSharesLittle) {
   graph.Add(7, 10, 550, 1);
   for (const int64_t id : {7, 18}) graph.Add(id, 12, 27, 1);  // false matches, as such few are
   const std::map<int64_t, int32_t> inliers{{10, 270}, {11, 760}, {12, 1300}};
-  const auto tried = Tried(SecondLook({7, 18, 10, 11, 12}, graph, kNow, IsEarlier, {}), inliers);
+  const auto tried = Tried(SecondLook({7, 18, 10, 11, 12}, graph, kNow, IsEarlier, true), inliers);
   for (const int64_t id : {10, 11, 12}) EXPECT_TRUE(Has(tried, id)) << id;
 }
 
@@ -111,21 +109,19 @@ TEST(SecondLook, EveryPlaceIsTriedHoweverWellAnotherOneFits) {
   candidates.push_back(500);
   std::map<int64_t, int32_t> inliers;
   for (const int64_t id : Range(1, 18)) inliers[id] = 200;
-  const auto tried = Tried(SecondLook(candidates, graph, kNow, IsEarlier, {}), inliers);
+  const auto tried = Tried(SecondLook(candidates, graph, kNow, IsEarlier, true), inliers);
   EXPECT_TRUE(Has(tried, 103));
   EXPECT_TRUE(Has(tried, 500));
 }
 
 TEST(SecondLook, LateCandidatesAreTriedWhileFewPairsOverlap) {
   const CovisibilityGraph nothing;
-  const SecondLookOptions options;
   const auto candidates = Range(1, 30);
   std::map<int64_t, int32_t> inliers;
-  for (const int64_t id : Range(1, options.few_strong - 1)) inliers[id] = 200;
-  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, options), inliers), candidates);
-  inliers[options.few_strong] = 200;
-  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, options), inliers),
-            Range(1, options.num_sure));
+  for (const int64_t id : Range(1, 5)) inliers[id] = 200;
+  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, true), inliers), candidates);
+  inliers[6] = 200;
+  EXPECT_EQ(Tried(SecondLook(candidates, nothing, kNow, IsEarlier, true), inliers), Range(1, 20));
 }
 
 TEST(SecondLook, LateCandidatesThatShouldOverlapAreTried) {
@@ -134,7 +130,7 @@ TEST(SecondLook, LateCandidatesThatShouldOverlapAreTried) {
   graph.Add(1, 29, 60, 1);
   std::map<int64_t, int32_t> inliers;
   for (const int64_t id : Range(1, 8)) inliers[id] = 200;
-  const auto tried = Tried(SecondLook(Range(1, 30), graph, kNow, IsEarlier, {}), inliers);
+  const auto tried = Tried(SecondLook(Range(1, 30), graph, kNow, IsEarlier, true), inliers);
   EXPECT_TRUE(Has(tried, 30));
   EXPECT_FALSE(Has(tried, 28));
 }
@@ -144,10 +140,9 @@ TEST(SecondLook, StopsWhenTheRestIsImplied) {
   AddPlace(1, 30, 300, &graph);
   std::map<int64_t, int32_t> inliers;
   for (const int64_t id : Range(1, 30)) inliers[id] = 200;
-  const SecondLookOptions options;
-  const auto tried = Tried(SecondLook(Range(1, 30), graph, kNow, IsEarlier, options), inliers);
-  EXPECT_GE(tried.size(), options.min_strong);
-  EXPECT_LT(tried.size(), options.min_strong + options.max_in_work);
+  const auto tried = Tried(SecondLook(Range(1, 30), graph, kNow, IsEarlier, true), inliers);
+  EXPECT_GE(tried.size(), 12u);
+  EXPECT_LT(tried.size(), 15u) << "three are in work at once";
 }
 
 TEST(SecondLook, PhotosThatRetrievalMissedJoinThroughVerifiedNeighbours) {
@@ -156,7 +151,7 @@ TEST(SecondLook, PhotosThatRetrievalMissedJoinThroughVerifiedNeighbours) {
   graph.Add(1, 51, 20, 1);  // weak: not worth a try
   graph.Add(2, 60, 400, 1);
   graph.Add(1, 2000, 400, 1);  // later than the photo: its own matching covers the pair
-  const auto tried = Tried(SecondLook({1, 2}, graph, kNow, IsEarlier, {}), {{1, 300}, {50, 120}});
+  const auto tried = Tried(SecondLook({1, 2}, graph, kNow, IsEarlier, true), {{1, 300}, {50, 120}});
   EXPECT_TRUE(Has(tried, 50));
   EXPECT_FALSE(Has(tried, 51));
   EXPECT_FALSE(Has(tried, 60)) << "a neighbour of one that failed";
@@ -166,22 +161,21 @@ TEST(SecondLook, PhotosThatRetrievalMissedJoinThroughVerifiedNeighbours) {
 TEST(SecondLook, JoinsAreBounded) {
   CovisibilityGraph graph;
   for (const int64_t id : Range(100, 50)) graph.Add(1, id, 400, 1);
-  const SecondLookOptions options;
-  const auto tried = Tried(SecondLook({1}, graph, kNow, IsEarlier, options), {{1, 500}});
-  EXPECT_LE(tried.size(), 1 + options.max_joined);
+  const auto tried = Tried(SecondLook({1}, graph, kNow, IsEarlier, true), {{1, 500}});
+  EXPECT_LE(tried.size(), 11u);
   EXPECT_GT(tried.size(), 1u);
 }
 
 TEST(SecondLook, DoesNotSeeWhatTheLedgerToldLater) {
   CovisibilityGraph graph;
   AddPlace(1, 10, 300, &graph, kNow + 1);
-  EXPECT_EQ(Tried(SecondLook(Range(1, 10), graph, kNow, IsEarlier, {}), {}), Range(1, 10));
+  EXPECT_EQ(Tried(SecondLook(Range(1, 10), graph, kNow, IsEarlier, true), {}), Range(1, 10));
 }
 
 TEST(SecondLook, SeesWhatBecomesKnownMeanwhile) {
   CovisibilityGraph graph;
   AddPlace(1, 10, 300, &graph, kNow + 1);
-  SecondLook look(Range(1, 10), graph, kNow, IsEarlier, {});
+  SecondLook look(Range(1, 10), graph, kNow, IsEarlier, true);
   for (const int64_t id : TakeAll(&look)) look.Tell(id, 0);
   EXPECT_FALSE(look.Best(1).empty());
   look.Advance(kNow + 1);
@@ -193,22 +187,21 @@ TEST(SecondLook, SeesWhatBecomesKnownMeanwhile) {
 TEST(SecondLook, EveryEdgeCountsOnceHoweverOftenItAdvances) {
   CovisibilityGraph graph;
   graph.Add(1, 2, 40, kNow + 1);  // one such failure is too little evidence, two would not be
-  SecondLookOptions options;
-  options.max_in_work = 1;
-  // Works through all but 2, whose outcomes it has learned when 9 is taken.
-  const auto tell_others = [](SecondLook* look) {
-    for (auto id = look->Take(); id && id != 9; id = look->Take()) look->Tell(*id, 0);
+  // Works through all before 7, whose outcomes it has learned when 7, 8 and 9 are in work.
+  const auto tell_first = [](SecondLook* look) {
+    for (auto id = look->Take(); id && id != 7; id = look->Take()) look->Tell(*id, 0);
+    TakeAll(look);
   };
-  SecondLook look({1, 9, 2}, graph, kNow, IsEarlier, options);
-  tell_others(&look);
+  SecondLook look({1, 7, 8, 9, 2}, graph, kNow, IsEarlier, true);
+  tell_first(&look);
   for (int64_t seq = kNow; seq <= kNow + 3; ++seq) look.Advance(seq);
-  look.Tell(9, 0);
+  look.Tell(7, 0);
   EXPECT_EQ(look.Take(), 2);
   graph.Add(3, 2, 40, kNow + 4);
-  SecondLook both({1, 3, 9, 2}, graph, kNow, IsEarlier, options);
-  tell_others(&both);
+  SecondLook both({1, 3, 7, 8, 9, 2}, graph, kNow, IsEarlier, true);
+  tell_first(&both);
   both.Advance(kNow + 4);
-  both.Tell(9, 0);
+  both.Tell(7, 0);
   EXPECT_FALSE(both.Take());
 }
 
@@ -216,11 +209,9 @@ TEST(SecondLook, ExpectsMostOfThoseWhoShareMostWithGoodPairs) {
   CovisibilityGraph graph;
   graph.Add(1, 30, 60, 1);
   graph.Add(1, 31, 500, 1);
-  SecondLookOptions options;
-  options.max_in_work = 1;
-  SecondLook look({1, 30, 31}, graph, kNow, IsEarlier, options);
+  SecondLook look({1, 30, 31}, graph, kNow, IsEarlier, true);
   ASSERT_EQ(look.Take(), 1);
-  EXPECT_FALSE(look.Take()) << "one at once";
+  EXPECT_FALSE(look.Take()) << "1 will speak for both";
   look.Tell(1, 400);
   EXPECT_EQ(look.Take(), 31);
 }
@@ -234,16 +225,16 @@ TEST(SecondLook, WhichOfThoseInWorkEndsFirstDoesNotMatter) {
   const std::vector<int64_t> candidates{1, 21, 70, 2, 22, 3, 23, 4, 71, 5, 24, 6};
   std::map<int64_t, int32_t> inliers;
   for (const int64_t id : Range(1, 12)) inliers[id] = static_cast<int32_t>(40 * id);
-  const auto tried = Tried(SecondLook(candidates, graph, kNow, IsEarlier, {}), inliers);
+  const auto tried = Tried(SecondLook(candidates, graph, kNow, IsEarlier, true), inliers);
   EXPECT_GE(tried.size(), 5u);
-  EXPECT_EQ(Tried(SecondLook(candidates, graph, kNow, IsEarlier, {}), inliers, true), tried);
+  EXPECT_EQ(Tried(SecondLook(candidates, graph, kNow, IsEarlier, true), inliers, true), tried);
 }
 
 // Nothing is known of 2 but what 1 will say, so the third goes first.
 TEST(SecondLook, WhatOneInWorkWillSpeakForWaits) {
   CovisibilityGraph graph;
   AddPlace(1, 2, 300, &graph);
-  SecondLook look({1, 2, 9}, graph, kNow, IsEarlier, {});
+  SecondLook look({1, 2, 9}, graph, kNow, IsEarlier, true);
   EXPECT_EQ(TakeAll(&look), (std::vector<int64_t>{1, 9}));
   look.Tell(9, 100);
   EXPECT_FALSE(look.Take()) << "9 counts when 1 is told";
@@ -251,22 +242,19 @@ TEST(SecondLook, WhatOneInWorkWillSpeakForWaits) {
   EXPECT_EQ(look.Take(), 2);
 }
 
-TEST(SecondLook, RefusesToBeToldTwiceOrOfWhatItDidNotGiveAndBadOptions) {
+TEST(SecondLook, RefusesToBeToldTwiceOrOfWhatItDidNotGive) {
   const CovisibilityGraph nothing;
-  SecondLook look({1, 2}, nothing, kNow, IsEarlier, {});
+  SecondLook look({1, 2}, nothing, kNow, IsEarlier, true);
   EXPECT_THROW(look.Tell(1, 20), std::invalid_argument);
   TakeAll(&look);
   look.Tell(2, 20);
   EXPECT_THROW(look.Tell(2, 20), std::invalid_argument);
-  SecondLookOptions options;
-  options.max_in_work = 0;
-  EXPECT_THROW(SecondLook({1}, nothing, kNow, IsEarlier, options), std::invalid_argument);
 }
 
 // The 31st candidate and further are matched only if somebody asks for them.
 TEST(SecondLook, ALonelyPhotoIsComparedWithAllThatWereNotTried) {
   const CovisibilityGraph nothing;
-  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, {});
+  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, true);
   EXPECT_EQ(Work(&look, {{1, 80}, {2, 80}}).size(), 30u);
   EXPECT_EQ(look.ToCompare(), Range(31, 10));
 }
@@ -274,7 +262,7 @@ TEST(SecondLook, ALonelyPhotoIsComparedWithAllThatWereNotTried) {
 TEST(SecondLook, APhotoWithThreePairsIsComparedWithLonelyOnes) {
   CovisibilityGraph graph;
   AddPlace(31, 5, 80, &graph);
-  SecondLook look(Range(1, 40), graph, kNow, IsEarlier, {});
+  SecondLook look(Range(1, 40), graph, kNow, IsEarlier, true);
   EXPECT_EQ(Work(&look, {{1, 80}, {2, 80}, {3, 80}}).size(), 30u);
   EXPECT_EQ(look.ToCompare(), Range(36, 5));
 }
@@ -282,14 +270,14 @@ TEST(SecondLook, APhotoWithThreePairsIsComparedWithLonelyOnes) {
 TEST(SecondLook, WhoIsLonelyDoesNotDependOnLaterFacts) {
   CovisibilityGraph graph;
   AddPlace(31, 5, 80, &graph, kNow + 1);
-  SecondLook look(Range(1, 35), graph, kNow, IsEarlier, {});
+  SecondLook look(Range(1, 35), graph, kNow, IsEarlier, true);
   Work(&look, {{1, 80}, {2, 80}, {3, 80}});
   EXPECT_EQ(look.ToCompare(), Range(31, 5));
 }
 
 TEST(SecondLook, ChosenCandidatesAreTaken) {
   const CovisibilityGraph nothing;
-  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, {});
+  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, true);
   Work(&look, {});
   look.Choose({35, 3});
   EXPECT_EQ(Work(&look, {{35, 20}}), std::vector<int64_t>{35});
@@ -297,9 +285,7 @@ TEST(SecondLook, ChosenCandidatesAreTaken) {
 
 TEST(SecondLook, SwitchedOffItComparesWithNone) {
   const CovisibilityGraph nothing;
-  SecondLookOptions off;
-  off.enabled = false;
-  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, off);
+  SecondLook look(Range(1, 40), nothing, kNow, IsEarlier, false);
   EXPECT_EQ(Work(&look, {}).size(), 30u);
   EXPECT_TRUE(look.ToCompare().empty());
 }

@@ -46,7 +46,7 @@ RansacLimits LimitsOf(const TwoViewOptions& options, double max_error, double us
                       size_t num_matches) {
   RansacLimits limits;
   limits.max_error = max_error;
-  limits.confidence = options.confidence;
+  limits.confidence = kTwoViewConfidence;
   limits.max_num_trials = options.max_num_trials;
   limits.min_inlier_ratio = options.min_inlier_ratio;
   if (options.limit_trials_by_outcome) {
@@ -255,7 +255,6 @@ TwoViewGeometry Conclude(const Camera& camera1, const std::vector<Eigen::Vector2
 
 Status TwoViewOptions::Check() const {
   return FirstError({InRange("max_error", max_error_px, 0.1, 1000.0),
-                     InRange("confidence", confidence, 0.0, 0.999999999),
                      InRange("min_inliers", min_num_inliers, 8, 10000),
                      InRange("min_inlier_ratio", min_inlier_ratio, 0.01, 1.0),
                      InRange("max_trials", max_num_trials, 1, 10'000'000)});

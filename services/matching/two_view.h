@@ -29,9 +29,11 @@
 
 namespace skein {
 
+// That a search finds the model, if there is one: COLMAP's.
+constexpr double kTwoViewConfidence = 0.999;
+
 struct TwoViewOptions {
   double max_error_px = limits::kMaxErrorPx;
-  double confidence = 0.999;
   double min_inlier_ratio = 0.25;
   int max_num_trials = 1000;
   int min_num_inliers = 15;

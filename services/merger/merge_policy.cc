@@ -7,6 +7,15 @@
 #include "core/option_check.h"
 
 namespace skein {
+namespace {
+
+constexpr int kMinSharedWhenFinishing = 1;  // nothing more can come then
+// Looked at in an attempt, of both submaps, beside shared ones. Neighbours of linked photos fill
+// them up, and the whole attempt to as many: a thin link grows, as in one map.
+constexpr int kMaxLinkedImages = 16;
+constexpr double kGrowth = 1.5;  // of the photos, before what failed is tried again
+
+}  // namespace
 
 void MergeEvidence::Note(const SubmapDirectory::Overlaps& overlaps, int min_shared_images,
                          int64_t utime_us) {
@@ -55,7 +64,7 @@ bool MergePolicy::WasTried(const Failures& failures, const Direction& direction,
                            bool finishing) const {
   const auto it = failures.find(direction);
   if (it == failures.end()) return false;
-  const double needed = finishing ? it->second + 1.0 : options_.growth * it->second;
+  const double needed = finishing ? it->second + 1.0 : kGrowth * it->second;
   return num_images < needed;
 }
 
@@ -63,30 +72,24 @@ std::vector<int64_t> MergePolicy::BestOf(const SubmapDirectory& directory,
                                          const SubmapDirectory::Pair& pair,
                                          const Overlap& overlap) const {
   std::vector<int64_t> images = overlap.shared;
-  const size_t num_linked =
-      std::min(overlap.linked.size(), static_cast<size_t>(options_.max_linked_images));
+  const size_t num_linked = std::min<size_t>(overlap.linked.size(), kMaxLinkedImages);
   images.insert(images.end(), overlap.linked.begin(), overlap.linked.begin() + num_linked);
-  return directory.WithNeighbours(pair, std::move(images), options_.max_linked_images);
+  return directory.WithNeighbours(pair, std::move(images), kMaxLinkedImages);
 }
 
 Status MergeOptions::Check() const {
-  return FirstError({InRange("min_shared_images", min_shared_images, 3, 1000),
-                     InRange("min_shared_when_finishing", min_shared_when_finishing, 1, 1000),
-                     InRange("min_linking_inliers", min_linking_inliers, 15, 100'000),
-                     InRange("max_linked_images", max_linked_images, 0, 10'000),
-                     InRange("growth", growth, 1.0, 1000.0)});
+  return InRange("min_shared_images", min_shared_images, 3, 1000);
 }
 
 std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
                                               bool finishing) const {
   if (!options_.enabled) return std::nullopt;
-  const int min_shared =
-      finishing ? options_.min_shared_when_finishing : options_.min_shared_images;
+  const int min_shared = finishing ? kMinSharedWhenFinishing : options_.min_shared_images;
   const SessionState& session = directory.session();
   const Failures failures = FailuresOf(session);
   std::optional<MergeAttempt> best;
   const Overlap* best_overlap = nullptr;
-  for (const auto& [pair, overlap] : directory.FindOverlaps(options_.min_linking_inliers)) {
+  for (const auto& [pair, overlap] : directory.FindOverlaps()) {
     if (overlap.size() < min_shared || directory.IsBusy(pair.first) ||
         directory.IsBusy(pair.second)) {
       continue;

@@ -20,15 +20,7 @@ namespace skein {
 
 struct MergeOptions {
   bool enabled = true;
-  int min_shared_images = 3;          // N_si; shared or linked
-  int min_shared_when_finishing = 1;  // nothing more can come then
-  // Inliers of a photo's verified pairs with the other submap's photos. Some 30 of their matches
-  // have points then, as many as a pose needs.
-  int min_linking_inliers = 60;
-  // Looked at in an attempt, of both submaps, beside shared ones. Neighbours of linked photos fill
-  // them up, and the whole attempt to as many: a thin link grows, as in one map.
-  int max_linked_images = 16;
-  double growth = 1.5;  // of the photos, before what failed is tried again
+  int min_shared_images = 3;  // N_si; shared or linked
 
   Status Check() const;
 };

@@ -107,16 +107,16 @@ TEST(MergePolicy, PhotosThatMatchWithTheOtherSubmapAreEvidence) {
 
 TEST(MergePolicy, AnAttemptLooksAtTheBestLinkedPhotosAlone) {
   TwoSubmaps ledger(1);
-  for (int64_t id = 16; id <= 18; ++id) {
+  for (int64_t id = 16; id <= 33; ++id) {
     ledger.Matches(id, {TestLedger::Pair(2, 50 + 10 * static_cast<int>(id))});
     ledger.Register(2, id);
   }
-  MergeOptions options;
-  options.max_linked_images = 2;
-  const auto attempt = ledger.Next(false, options);
+  const auto attempt = ledger.Next(false);
   ASSERT_TRUE(attempt);
-  EXPECT_EQ(attempt->images, (std::vector<int64_t>{1, 2, 18})) << "1 is shared";
-  EXPECT_EQ(attempt->num_images, 5);
+  std::vector<int64_t> expected{1, 2};  // 1 is shared
+  for (int64_t id = 33; id >= 19; --id) expected.push_back(id);
+  EXPECT_EQ(attempt->images, expected);
+  EXPECT_EQ(attempt->num_images, 20);
 }
 
 // One strong pair links the two: its photos have neighbours that would see points only after them.
@@ -130,9 +130,7 @@ TEST(MergePolicy, NeighboursOfLinkedPhotosFillAnAttempt) {
   ledger.Register(2, 18);
   ledger.Matches(19, {TestLedger::Pair(16, 40)});
   ledger.Register(2, 19);
-  MergeOptions options;
-  options.max_linked_images = 5;
-  const auto attempt = ledger.Next(true, options);
+  const auto attempt = ledger.Next(true);
   ASSERT_TRUE(attempt);
   EXPECT_EQ(attempt->images, (std::vector<int64_t>{1, 16, 17, 18, 19}));
   EXPECT_EQ(attempt->num_images, 2) << "of evidence";
@@ -187,9 +185,9 @@ TEST(MergePolicy, SwitchedOffNothingMerges) {
 TEST(SubmapDirectory, OverlapsAreOfTheSessionAsItIsNow) {
   TwoSubmaps ledger(3);
   const SubmapDirectory directory(ledger.state());
-  EXPECT_EQ(directory.FindOverlaps(1).at({1, 2}).size(), 3);
+  EXPECT_EQ(directory.FindOverlaps().at({1, 2}).size(), 3);
   ledger.Share(5);
-  EXPECT_EQ(directory.FindOverlaps(1).at({1, 2}).size(), 5);
+  EXPECT_EQ(directory.FindOverlaps().at({1, 2}).size(), 5);
 }
 
 Overlap OverlapOf(int num_images) {
@@ -225,7 +223,7 @@ TEST(SubmapDirectory, AMergedSubmapsPhotosBelongToTheTarget) {
   EXPECT_EQ(directory.Live().size(), 1u);
   EXPECT_TRUE(ledger.state().IsRegistered(15));
   EXPECT_EQ(ledger.state().FindSubmap(1)->num_registered, 15);
-  EXPECT_TRUE(directory.FindOverlaps(1).empty());
+  EXPECT_TRUE(directory.FindOverlaps().empty());
 }
 
 TEST(SubmapDirectory, AnEndedSubmapHoldsNothing) {

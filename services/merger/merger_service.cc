@@ -14,6 +14,12 @@
 namespace skein {
 namespace {
 
+constexpr double kDecidePeriodS = 0.1;
+constexpr double kRequestPeriodS = 0.5;  // of an unanswered request for shared images
+constexpr double kRequestTimeoutS = 20;  // then the attempt is given up, and made again
+constexpr double kIdleMapperS = 3;       // a mapper that asked for work within this is idle
+constexpr double kHoldAfterRefusalS = 1;
+
 // Requests of a merger that ran before must not be taken for ours.
 int64_t RandomRequestId() {
   std::random_device device;
@@ -75,7 +81,7 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
                                     [this](const auto& m) { OnSharedReply(m); })};
   follower_ =
       std::make_unique<LedgerFollower>(node_, 1, [this](const Fact& fact) { OnFact(fact); });
-  timer_ = node_.loop().AddTimer(options_.decide_period_s, [this] { Decide(); });
+  timer_ = node_.loop().AddTimer(kDecidePeriodS, [this] { Decide(); });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
     heartbeat->state = wants_mapper_s_ > 0 ? "a seed waits for an idle mapper"
                        : estimate_         ? "estimating a similarity"
@@ -160,7 +166,7 @@ int MergerService::NumIdleMappers() const {
   const double now_s = node_.loop().now_s();
   int num_idle = 0;
   for (const auto& [worker, asked_s] : idle_mappers_) {
-    num_idle += now_s - asked_s <= options_.idle_mapper_s;
+    num_idle += now_s - asked_s <= kIdleMapperS;
   }
   for (const LiveSubmap& submap : directory_.Live()) {
     num_idle -= submap.state->lease.epoch == 0;
@@ -186,8 +192,7 @@ void MergerService::Decide() {
 }
 
 void MergerService::NoteEvidence() {
-  const MergeOptions& options = merges_.options();
-  evidence_.Note(directory_.FindOverlaps(options.min_linking_inliers), options.min_shared_images,
+  evidence_.Note(directory_.FindOverlaps(), merges_.options().min_shared_images,
                  session_.last_utime_us());
 }
 
@@ -272,12 +277,12 @@ bool MergerService::EstimateIsStale() const {
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
     if (!session_.IsLive(submap_id) || directory_.IsBusy(submap_id)) return true;
   }
-  return node_.loop().now_s() - estimate_->started_s > options_.request_timeout_s;
+  return node_.loop().now_s() - estimate_->started_s > kRequestTimeoutS;
 }
 
 void MergerService::AskForShared() {
   const double now_s = node_.loop().now_s();
-  if (estimate_->computing || now_s - estimate_->asked_s < options_.request_period_s) return;
+  if (estimate_->computing || now_s - estimate_->asked_s < kRequestPeriodS) return;
   estimate_->asked_s = now_s;
   const MergeAttempt& attempt = estimate_->attempt;
   for (const int64_t submap_id : {attempt.source_id, attempt.target_id}) {
@@ -361,7 +366,7 @@ void MergerService::Submit(Fact fact, std::function<void(bool committed)> then) 
     } else {
       // The ledger moved on meanwhile; what it says now is looked at again in a while.
       LogWarn("{} was refused: {}", fact_id, done.reason);
-      hold_until_s_ = node_.loop().now_s() + options_.hold_after_refusal_s;
+      hold_until_s_ = node_.loop().now_s() + kHoldAfterRefusalS;
     }
     then(done.committed());
   });

@@ -1,17 +1,30 @@
 #include "merger/seed_policy.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 
 #include "core/angles.h"
 #include "core/disjoint_sets.h"
+#include "core/limits.h"
 #include "core/option_check.h"
 #include "covisibility/covisibility.h"
 #include "session/submap_steps.h"
 
 namespace skein {
 namespace {
+
+constexpr int kMinInliersAtLast = 50;       // when finishing and nothing better is left
+constexpr double kMaxForwardMotion = 0.95;  // COLMAP's init_max_forward_motion
+// A relaxation of limits::kInitialAnglesDeg applies after so many quiet seconds. All apply when the
+// session finishes.
+constexpr std::array<double, limits::kInitialAnglesDeg.size() - 1> kRelaxQuietS = {3, 6, 9};
+// While photos come, the best pair under a smaller angle waits until so many further orphans of
+// its component brought none better: frames of a video begin under angles that still grow.
+constexpr int kSmallAnglePatience = 4;
+// A deferred photo waits until so many further photos were matched, or it is quiet.
+constexpr int kDeferredPatience = 15;
 
 // The pairs that the photo's own matches tell of, by the other photo's id: of two equally good
 // pairs the first is chosen.
@@ -36,16 +49,7 @@ bool HasFailedMappers(const SessionState& session, int64_t image_id) {
 
 }  // namespace
 
-Status SeedOptions::Check() const {
-  if (min_tri_angle_steps_deg.empty()) return InvalidArgument("min_tri_angle_steps_deg is empty");
-  const size_t num_relaxations = min_tri_angle_steps_deg.size() - 1;
-  if (relax_quiet_s.size() != num_relaxations) {
-    return InvalidArgument("relax_quiet_s needs one entry for each relaxation");
-  }
-  return FirstError({InRange("seed_small_angle_patience", small_angle_patience, 0, 100'000),
-                     InRange("seed_min_inliers", min_inliers, 15, 100'000),
-                     InRange("seed_min_inliers_at_last", min_inliers_at_last, 15, min_inliers)});
-}
+Status SeedOptions::Check() const { return InRange("seed_min_inliers", min_inliers, 15, 100'000); }
 
 SeedPolicy::SeedPolicy(const SeedOptions& options) : options_(options) {
   ThrowUnlessSound(options.Check());
@@ -88,10 +92,9 @@ bool SeedPolicy::MayStillBeReached(const PhotoState& photo, int64_t component,
 bool SeedPolicy::IsPatient(int64_t image_id, const PhotoState& photo,
                            const SubmapDirectory& directory, const SeedSituation& situation) const {
   if (situation.finishing || !directory.IsDeferred(image_id)) return false;
-  const bool quiet =
-      !options_.relax_quiet_s.empty() && situation.quiet_s >= options_.relax_quiet_s.back();
+  const bool quiet = situation.quiet_s >= kRelaxQuietS.back();
   const int64_t num_later = directory.session().num_matched() - photo.matches_order;
-  return !quiet && num_later < options_.deferred_patience;
+  return !quiet && num_later < kDeferredPatience;
 }
 
 std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
@@ -110,12 +113,9 @@ std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
 }
 
 size_t SeedPolicy::RelaxationOf(const SeedSituation& situation) const {
-  if (situation.finishing) return options_.relax_quiet_s.size();
+  if (situation.finishing) return kRelaxQuietS.size();
   size_t step = 0;
-  while (step < options_.relax_quiet_s.size() &&
-         situation.quiet_s >= options_.relax_quiet_s[step]) {
-    ++step;
-  }
+  while (step < kRelaxQuietS.size() && situation.quiet_s >= kRelaxQuietS[step]) ++step;
   return step;
 }
 
@@ -123,9 +123,8 @@ bool SeedPolicy::IsOutlasted(const SeedChoice& pair, const std::vector<int64_t>&
                              const SessionState& session) const {
   const auto order = [&](int64_t id) { return session.FindPhoto(id)->matches_order; };
   const int64_t of_pair = std::max(order(pair.image_id1), order(pair.image_id2));
-  return std::count_if(orphans.begin(), orphans.end(), [&](int64_t id) {
-           return order(id) > of_pair;
-         }) >= options_.small_angle_patience;
+  return std::count_if(orphans.begin(), orphans.end(),
+                       [&](int64_t id) { return order(id) > of_pair; }) >= kSmallAnglePatience;
 }
 
 std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orphans,
@@ -140,7 +139,7 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
     if (refused_.count(std::minmax(image_id, pair.other_id))) return;
     const double angle_rad = pair.tri_angle_rad;
     if (pair.num_inliers < min_inliers || angle_rad < min_angle_rad ||
-        pair.forward_motion > options_.max_forward_motion) {
+        pair.forward_motion > kMaxForwardMotion) {
       return;
     }
     if (best && pair.num_inliers * angle_rad <= best->num_inliers * best->tri_angle_rad) return;
@@ -159,13 +158,14 @@ std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orpha
                                                const SeedSituation& situation) const {
   const size_t last_step = RelaxationOf(situation);
   for (size_t step = 0; step <= last_step; ++step) {
-    const double min_angle_rad = DegToRad(options_.min_tri_angle_steps_deg[step]);
+    const double min_angle_rad = DegToRad(limits::kInitialAnglesDeg[step]);
     const auto best = BestPair(orphans, min_angle_rad, options_.min_inliers, directory);
     if (best) return best;
   }
-  const double least_angle_rad = DegToRad(options_.min_tri_angle_steps_deg.back());
+  const double least_angle_rad = DegToRad(limits::kInitialAnglesDeg.back());
   if (situation.finishing) {
-    return BestPair(orphans, least_angle_rad, options_.min_inliers_at_last, directory);
+    const int min_inliers = std::min(kMinInliersAtLast, options_.min_inliers);
+    return BestPair(orphans, least_angle_rad, min_inliers, directory);
   }
   const auto best = BestPair(orphans, least_angle_rad, options_.min_inliers, directory);
   return best && IsOutlasted(*best, orphans, directory.session()) ? best : std::nullopt;

@@ -14,27 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/limits.h"
 #include "core/result.h"
 #include "merger/submap_directory.h"
 
 namespace skein {
 
 struct SeedOptions {
-  int min_inliers = 100;
-  int min_inliers_at_last = 50;  // when finishing and nothing better is left
-  double max_forward_motion = 0.95;
-  // Median triangulation angle asked for at first, and its relaxations, in degrees.
-  std::vector<double> min_tri_angle_steps_deg{limits::kInitialAnglesDeg.begin(),
-                                              limits::kInitialAnglesDeg.end()};
-  // A relaxation applies after so many quiet seconds. All apply when the session finishes. One
-  // entry a relaxation.
-  std::vector<double> relax_quiet_s = {3, 6, 9};
-  // While photos come, the best pair under a smaller angle waits until so many further orphans of
-  // its component brought none better: frames of a video begin under angles that still grow.
-  int small_angle_patience = 4;
-  // A deferred photo waits until so many further photos were matched, or it is quiet.
-  int deferred_patience = 15;
+  int min_inliers = 100;  // when finishing and nothing better is left, at most kMinInliersAtLast
 
   Status Check() const;
 };

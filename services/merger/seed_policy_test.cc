@@ -249,7 +249,7 @@ TEST_F(SeedPolicyTest, AFailedSeedIsNotTriedAgain) {
 
 TEST(SeedPolicy, RefusesNonsenseOptions) {
   SeedOptions options;
-  options.relax_quiet_s = {1};
+  options.min_inliers = 14;
   EXPECT_THROW(SeedPolicy{options}, std::invalid_argument);
 }
 

@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace skein {
+namespace {
+
+// Some 30 of their matches have points then, as many as a pose needs.
+constexpr int kMinLinkingInliers = 60;
+
+}  // namespace
 
 void SubmapDirectory::OnStatus(int64_t submap_id, int64_t epoch, int64_t ledger_seq) {
   const SubmapLife* submap = session_.FindSubmap(submap_id);
@@ -60,14 +66,12 @@ SubmapDirectory::Holders SubmapDirectory::HoldersOfPhotos() const {
   return holders;
 }
 
-const SubmapDirectory::Overlaps& SubmapDirectory::FindOverlaps(int min_linking_inliers) const {
-  if (cached_.head != session_.head() || cached_.min_linking_inliers != min_linking_inliers) {
-    cached_ = {session_.head(), min_linking_inliers, ComputeOverlaps(min_linking_inliers)};
-  }
+const SubmapDirectory::Overlaps& SubmapDirectory::FindOverlaps() const {
+  if (cached_.head != session_.head()) cached_ = {session_.head(), ComputeOverlaps()};
   return cached_.overlaps;
 }
 
-SubmapDirectory::Overlaps SubmapDirectory::ComputeOverlaps(int min_linking_inliers) const {
+SubmapDirectory::Overlaps SubmapDirectory::ComputeOverlaps() const {
   if (Live().size() < 2) return {};
   const Holders holders = HoldersOfPhotos();
   Overlaps overlaps;
@@ -79,7 +83,7 @@ SubmapDirectory::Overlaps SubmapDirectory::ComputeOverlaps(int min_linking_inlie
       }
     }
     for (const auto& [other, inliers] : LinksOf(image_id, own, holders)) {
-      if (inliers < min_linking_inliers) continue;
+      if (inliers < kMinLinkingInliers) continue;
       for (const int64_t submap_id : own) {
         linked[std::minmax(submap_id, other)].emplace_back(-inliers, image_id);
       }

@@ -46,10 +46,10 @@ class SubmapDirectory {
   bool IsBusy(int64_t submap_id) const;     // in a merge that was ordered and is open
   int NumOpenMerges() const;
   using Overlaps = std::map<Pair, Overlap>;
-  // Pairs with at least one such photo. A photo is linked with a submap by so many inliers, over
+  // Pairs with at least one such photo. A photo is linked with a submap by kMinLinkingInliers, over
   // all of its verified pairs with photos there. Visits all verified pairs when there are two
   // submaps, once a state of the session. Stands until the session has another fact.
-  const Overlaps& FindOverlaps(int min_linking_inliers) const;
+  const Overlaps& FindOverlaps() const;
 
   // Adds to `images`, up to `num`, photos that one of the two submaps holds alone. The next photo
   // is the one with most inliers with earlier photos of its own submap, so it can follow them as a
@@ -63,7 +63,7 @@ class SubmapDirectory {
   };
 
   int64_t PositionOf(int64_t submap_id, const SubmapLife& submap) const;
-  Overlaps ComputeOverlaps(int min_linking_inliers) const;
+  Overlaps ComputeOverlaps() const;
   using Holders = std::unordered_map<int64_t, std::vector<int64_t>>;
   Holders HoldersOfPhotos() const;
   std::map<int64_t, int64_t> LinksOf(int64_t image_id, const std::vector<int64_t>& own,
@@ -71,7 +71,6 @@ class SubmapDirectory {
 
   struct CachedOverlaps {
     int64_t head = -1;  // of the session
-    int min_linking_inliers = 0;
     Overlaps overlaps;
   };
 

@@ -32,6 +32,8 @@ constexpr int kSocketBufferBytes = 512 << 10;
 // Unsent in the kernel, where no sender's turn counts any more.
 constexpr int kUnsentBytes = 64 << 10;
 
+constexpr double kGreetingS = 5;  // a client that has said nothing by then is hung up on
+constexpr double kMessageS = 10;  // a client whose message takes longer is hung up on
 constexpr double kDeadlineCheckS = 0.5;
 constexpr double kIdleS =
     5;  // who has said nothing for so long yields its place where it is wanted
@@ -507,9 +509,8 @@ void Relay::ExpelOverdue() {
   for (const auto& [fd, client] : clients_) {
     if (client.is_late || client.held_until != 0) continue;
     if (!client.parser.greeted()) {
-      if (now_s - client.heard_s >= options_.greeting_s)
-        overdue.emplace_back(fd, "it says nothing");
-    } else if (client.parser.has_part() && now_s - client.began_s >= options_.message_s) {
+      if (now_s - client.heard_s >= kGreetingS) overdue.emplace_back(fd, "it says nothing");
+    } else if (client.parser.has_part() && now_s - client.began_s >= kMessageS) {
       overdue.emplace_back(fd, "its message does not end");
     }
   }

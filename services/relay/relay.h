@@ -33,8 +33,6 @@ struct RelayOptions {
   bool loopback = false;              // not reached from other hosts
   int max_clients = 512;              // connections
   int max_clients_of_address = 256;
-  double greeting_s = 5;                   // a client that has said nothing by then is hung up on
-  double message_s = 10;                   // a client whose message takes longer is hung up on
   size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
   size_t max_held_bytes = 256 << 20;       // in all queues
   // Rate of one client's messages, and their number at once, if a guard checks their signatures.

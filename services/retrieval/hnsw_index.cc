@@ -16,6 +16,8 @@
 namespace skein {
 namespace {
 
+constexpr size_t kM = 16;  // links of a node on a level, as hnswlib's default
+
 // A file in memory: hnswlib reads and writes files by name only.
 class MemoryFile {
  public:
@@ -66,7 +68,7 @@ size_t SearchBreadth(size_t ef, size_t size) {
 
 struct HnswIndex::Graph {
   Graph(size_t dim, const HnswOptions& o)
-      : space(dim), hnsw(&space, o.initial_capacity, o.M, o.ef_construction) {}
+      : space(dim), hnsw(&space, o.initial_capacity, kM, o.ef_construction) {}
   Graph(size_t dim, const HnswOptions& o, const std::string& path)
       : space(dim), hnsw(&space, path, o.initial_capacity) {}
 
@@ -191,8 +193,7 @@ Result<HnswIndex> HnswIndex::Decode(const Bytes& bytes, size_t dim, const HnswOp
   try {
     MemoryFile file;
     file.Write(bytes);
-    HnswIndex index(dim,
-                    HnswOptions{options.M, options.ef_construction, options.ef_search, 1, false});
+    HnswIndex index(dim, HnswOptions{options.ef_construction, options.ef_search, 1, false});
     index.graph_ = std::make_unique<Graph>(dim, options, file.path());
     index.options_ = options;
     return index;

@@ -13,7 +13,6 @@
 namespace skein {
 
 struct HnswOptions {
-  size_t M = 16;
   size_t ef_construction = 200;
   size_t ef_search = 200;            // SearchBreadth; at least as broad as insertion's
   size_t initial_capacity = 10'000;  // grows by doubling

@@ -8,12 +8,9 @@
 namespace skein {
 
 Status RetrievalServiceOptions::Check() const {
-  const HnswOptions& hnsw = retrieval.hnsw;
   return FirstError({InRange<size_t>("top_n", retrieval.top_n, 1, 200),
                      InRange<size_t>("expand", retrieval.num_expanding, 0, 100),
-                     InRange<size_t>("ef", hnsw.ef_search, 200, 100'000),
-                     InRange<size_t>("ef_construction", hnsw.ef_construction, 1, 100'000),
-                     InRange<size_t>("m", hnsw.M, 2, 1000),
+                     InRange<size_t>("ef", retrieval.hnsw.ef_search, 200, 100'000),
                      InRange("checkpoint_period", checkpoint_period_s, 0.1, 3600.0)});
 }
 

@@ -40,7 +40,7 @@ start_scale --engine local --max 2 --target 1 --idle-after 6
 wait_until 60 "it is heard" scale_tells 'workers? runs?'
 refuses 1 'another skein scale runs on' --max 2
 publish "$session"
-wait_until 120 "two workers come" scale_tells '^2 workers run, 0 wait in the queue of local'
+wait_until 120 "two workers come" scale_tells '^running: 2 workers, waiting in the queue of local: 0;'
 workers=("$session"/run/scale/*.pid)
 
 kill -9 "$scale_pid"

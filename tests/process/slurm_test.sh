@@ -98,7 +98,7 @@ refused=$("$SKEIN_BUILD/bin/skein" scale --session "$session" --lcm-url 'udpm://
 # From none to two, one a node, and through the finish.
 start_scale --engine slurm --max 2 --target 1 --idle-after 6
 publish "$session"
-wait_until 120 "two jobs run" scale_tells '^2 workers run, 0 wait in the queue of slurm'
+wait_until 120 "two jobs run" scale_tells '^running: 2 workers, waiting in the queue of slurm: 0;'
 nodes_are '2 allocated' || fail "the jobs run on one node: $(sinfo -N)"
 await_agents
 
@@ -134,7 +134,7 @@ stop_scale
 # No node is up, and the invitation ends in the queue.
 scontrol update nodename=node1,node2 state=down reason=test
 start_scale --engine slurm --min 1 --max 1 --expires 120s
-wait_until 120 "a job waits" scale_tells '^0 workers run, 1 wait in the queue of slurm'
+wait_until 120 "a job waits" scale_tells '^running: 0 workers, waiting in the queue of slurm: 1;'
 wait_until 120 "an invitation that ends in the queue is told" scale_says 'is cancelled: its invitation ended while it waited in the queue'
 stop_scale
 echo "said: $(grep -c . "$workspace/scale.log") lines"

@@ -1,0 +1,152 @@
+#include "clients/export/dense_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/file.h"
+#include "depth/wall_photos.h"
+#include "testing/test_folder.h"
+
+namespace skein::dense_folder_test {
+
+using depth_test::kWallHeight;
+using depth_test::kWallWidth;
+using depth_test::PoseAt;
+using depth_test::Wall;
+
+const std::vector<DepthPose> kPoses = {PoseAt({0, 0, 0}), PoseAt({1.2, 0, 0}), PoseAt({0, 1.2, 0}),
+                                       PoseAt({1.2, 1.2, 0}, 0, 0.4)};
+
+std::string NameOf(size_t i) { return "alice/wall " + std::to_string(i) + ".jpg"; }
+
+void AddPhoto(size_t i, Reconstruction* model) {
+  Image image;
+  image.SetImageId(static_cast<ImageId>(i + 1));
+  image.SetCameraId(1);
+  image.SetName(NameOf(i));
+  const Eigen::Quaterniond q(kPoses[i].rotation);
+  image.SetQvec({q.w(), q.x(), q.y(), q.z()});
+  image.SetTvec(kPoses[i].translation);
+  image.SetPoints2D(std::vector<Eigen::Vector2d>(100, Eigen::Vector2d(80, 60)));
+  model->AddImage(image);
+  model->RegisterImage(image.ImageId());
+}
+
+// All photos observe a hundred points of the wall.
+Reconstruction WallModel() {
+  Reconstruction model;
+  Camera camera;
+  camera.SetCameraId(1);
+  camera.SetModelIdFromName("PINHOLE");
+  camera.SetWidth(kWallWidth);
+  camera.SetHeight(kWallHeight);
+  camera.SetParams({150, 150, 80, 60});
+  model.AddCamera(camera);
+  for (size_t i = 0; i < kPoses.size(); ++i) AddPhoto(i, &model);
+  for (int p = 0; p < 100; ++p) {
+    const double x = -2 + 0.5 * (p % 10), y = -2 + 0.5 * (p / 10);
+    Track track;
+    for (size_t i = 0; i < kPoses.size(); ++i) track.AddElement(static_cast<ImageId>(i + 1), p);
+    model.AddPoint3D({x, y, Wall().distance + Wall().slope * x}, track);
+  }
+  return model;
+}
+
+Result<cv::Mat3b> Photo(const std::string& name) {
+  for (size_t i = 0; i < kPoses.size(); ++i) {
+    if (NameOf(i) != name) continue;
+    cv::Mat3b photo;
+    cv::merge(std::vector<cv::Mat>(3, Wall().Photo(kPoses[i]).grey), photo);
+    return photo;
+  }
+  return NotFound("no photo " + name);
+}
+
+class DenseFolderTest : public testing::Test {
+ protected:
+  Result<DenseFigures> Write(const std::set<std::string>& formats, const PhotoSource& photos) {
+    DenseOptions options;
+    options.formats = formats;
+    options.origin = GeodeticPosition{47, 8, 500.0};
+    return WriteDenseFolder(
+        WallModel(), options, photos, [] {}, folder_.path());
+  }
+
+  TestFolder folder_;
+};
+
+TEST_F(DenseFolderTest, TheWallComesOnce) {
+  const Result<DenseFigures> figures = Write({kDense}, Photo);
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  EXPECT_GT(figures->completeness, 0.5);
+  EXPECT_GT(figures->num_points, kWallWidth * kWallHeight / 2);
+  EXPECT_LT(figures->num_points, 2 * kWallWidth * kWallHeight) << "four photos show it";
+  const Bytes ply = *ReadFile((folder_.path() / "dense.ply").string());
+  constexpr size_t kVertexBytes = 6 * sizeof(float) + 3;
+  const size_t body = kVertexBytes * figures->num_points;
+  ASSERT_GT(ply.size(), body);
+  int num_off = 0;
+  for (size_t at = ply.size() - body; at < ply.size(); at += kVertexBytes) {
+    float v[6];
+    std::memcpy(v, ply.data() + at, sizeof(v));
+    num_off += std::abs(v[2] - (Wall().distance + Wall().slope * v[0])) > 0.05;
+  }
+  EXPECT_LT(num_off, figures->num_points / 50);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "depth"));
+}
+
+TEST_F(DenseFolderTest, DepthMapsComeWithTheirCameras) {
+  ASSERT_TRUE(Write({kDepth}, Photo).ok());
+  const auto folder = folder_.path() / "depth";
+  const auto cameras = nlohmann::json::parse(*ReadFile((folder / "cameras.json").string()));
+  ASSERT_EQ(cameras["photos"].size(), kPoses.size());
+  const auto& first = cameras["photos"][0];
+  EXPECT_EQ(first["name"], NameOf(0));
+  EXPECT_EQ(first["fx"], 150);
+  const std::string file = (folder / first["file"].get<std::string>()).string();
+  const cv::Mat1f depth = cv::imread(file + ".pfm", cv::IMREAD_UNCHANGED);
+  const cv::Mat error = cv::imread(file + ".error.pfm", cv::IMREAD_UNCHANGED);
+  const cv::Mat1w levels = cv::imread(file + ".png", cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(depth.size(), cv::Size(kWallWidth, kWallHeight));
+  ASSERT_EQ(error.size(), depth.size());
+  ASSERT_EQ(levels.size(), depth.size());
+  EXPECT_NEAR(depth(60, 80), 10, 0.05);
+  EXPECT_NEAR(levels(60, 80) * first["png_scale"].get<double>(), depth(60, 80), 1e-3);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "dense.ply"));
+}
+
+// The wall as ground: seen along z, its height is 10 + 0.3 x.
+TEST_F(DenseFolderTest, AnOrthophotoHasColoursAndHeights) {
+  const Result<DenseFigures> figures = Write({kOrthophoto}, Photo);
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  EXPECT_NEAR(figures->cell_m, 10 / 150.0, 0.005);
+  EXPECT_GT(figures->grid_completeness, 0.8);
+  const cv::Mat4b colours =
+      cv::imread((folder_.path() / "orthophoto.tif").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat1f heights =
+      cv::imread((folder_.path() / "elevation.tif").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_FALSE(colours.empty());
+  ASSERT_EQ(colours.size(), heights.size());
+  const int row = heights.rows / 2;
+  const float left = heights(row, heights.cols / 4), right = heights(row, 3 * heights.cols / 4);
+  EXPECT_NEAR((right - left) / (figures->cell_m * (3 * heights.cols / 4 - heights.cols / 4)), 0.3,
+              0.02);
+  EXPECT_NEAR(left, 510, 2);
+  EXPECT_EQ(colours(row, heights.cols / 4)[3], 255);
+}
+
+TEST_F(DenseFolderTest, APhotoThatIsMissingOrOfAnotherSizeIsTold) {
+  const auto missing = Write({kDense}, [](const std::string& name) -> Result<cv::Mat3b> {
+    return NotFound("no photo " + name);
+  });
+  EXPECT_NE(missing.error().find(NameOf(0)), std::string::npos) << missing.error();
+  const auto small = Write({kDense}, [](const std::string&) -> Result<cv::Mat3b> {
+    return cv::Mat3b(60, 80, cv::Vec3b());
+  });
+  EXPECT_NE(small.error().find("camera's size"), std::string::npos) << small.error();
+}
+
+}  // namespace skein::dense_folder_test

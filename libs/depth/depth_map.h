@@ -1,0 +1,75 @@
+// Depth maps of photos with known poses: what goes in and what comes out.
+//
+// Pixels: the centre of the upper left pixel is (0.5, 0.5). Camera frame: x right, y down, z
+// forward. Lengths are in the unit of the map that the poses are of. A bundle adjustment or a merge
+// changes poses alone, so a depth map, which is in its camera's frame, stays valid; a change of
+// the map's scale multiplies `depth` and `error`.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace skein {
+
+// A camera without distortion.
+struct DepthCamera {
+  int width = 0, height = 0;
+  Eigen::Vector2d focal_px = Eigen::Vector2d::Zero();  // in x and in y
+  Eigen::Vector2d principal_point_px = Eigen::Vector2d::Zero();
+
+  // x / z and y / z of what the pixel shows.
+  Eigen::Vector2d Ray(const Eigen::Vector2d& pixel) const {
+    return (pixel - principal_point_px).cwiseQuotient(focal_px);
+  }
+  Eigen::Vector2d Pixel(const Eigen::Vector2d& ray) const {
+    return ray.cwiseProduct(focal_px) + principal_point_px;
+  }
+  // Calibration matrix of OpenCV's pixels: the centre of the upper left one is (0, 0).
+  Eigen::Matrix3d CalibrationOfIndices() const {
+    Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
+    k.diagonal().head<2>() = focal_px;
+    k.topRightCorner<2, 1>() = principal_point_px.array() - 0.5;
+    return k;
+  }
+};
+
+// x_camera = rotation * x_world + translation.
+struct DepthPose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d Centre() const { return -rotation.transpose() * translation; }
+};
+
+// A photo freed of its distortion (photo_table.h), at the size of its depth map.
+struct DepthPhoto {
+  cv::Mat1b grey;   // height x width
+  cv::Mat1b valid;  // height x width: 0 where the camera's photo shows nothing; empty: all valid
+  DepthCamera camera;
+  DepthPose cam_from_world;
+};
+
+// The depths at which the surface is searched, 0 < near < far.
+struct DepthRange {
+  double near = 0, far = 0;
+};
+
+struct DepthMap {
+  DepthCamera camera;
+  DepthPose cam_from_world;
+  // height x width. z in the camera's frame; 0 is a hole.
+  cv::Mat1f depth;
+  // height x width. Predicted standard error of `depth`; 0 at holes.
+  cv::Mat1f error;
+
+  // Share of pixels that have a depth.
+  double Completeness() const;
+};
+
+// Asked between parts of a few milliseconds; true: stop. Empty: go on to the end.
+using DepthStop = std::function<bool()>;
+
+}  // namespace skein

@@ -1,0 +1,181 @@
+#include "depth/depth_sweep.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include "depth/consistency.h"
+#include "depth/wall_photos.h"
+
+namespace skein::depth_test {
+namespace {
+
+constexpr DepthRange kRange{7, 16};
+
+struct Quality {
+  double found = 0;  // part of the pixels
+  double right = 0;  // part of the found ones: within 1 %
+};
+
+Quality QualityOf(const DepthMap& map, const Wall& wall) {
+  int found = 0, right = 0;
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      if (!(map.depth(y, x) > 0)) continue;
+      const double truth = wall.Depth(map.cam_from_world, map.camera.Ray({x + 0.5, y + 0.5}));
+      ++found;
+      right += std::abs(map.depth(y, x) - truth) < 0.01 * truth;
+    }
+  }
+  return {static_cast<double>(found) / map.depth.total(),
+          found == 0 ? 0 : static_cast<double>(right) / found};
+}
+
+DepthMap MapOf(const Wall& wall, const std::vector<DepthPose>& neighbours,
+               const DepthOptions& options = {}) {
+  std::vector<DepthPhoto> photos;
+  for (const DepthPose& pose : neighbours) photos.push_back(wall.Photo(pose));
+  std::vector<const DepthPhoto*> pointers;
+  for (const DepthPhoto& photo : photos) pointers.push_back(&photo);
+  return *DepthSweep(options).Estimate(wall.Photo(PoseAt({0, 0, 0})), pointers, kRange);
+}
+
+const std::vector<DepthPose> kAround = {PoseAt({2, 0, 0}, -0.15), PoseAt({-2, 0, 0}, 0.15),
+                                        PoseAt({0, 1.8, 0})};
+
+TEST(DepthSweep, FindsASlantedWall) {
+  const Quality quality = QualityOf(MapOf({}, kAround), {});
+  EXPECT_GT(quality.found, 0.85);
+  EXPECT_GT(quality.right, 0.95);
+}
+
+TEST(DepthSweep, TakesNeighboursThatAreTurnedNearerAndFarther) {
+  const std::vector<DepthPose> poses = {
+      PoseAt({1.5, 0, 1.5}, 0, 1.2), PoseAt({-1.5, 0, -1.5}, 0, -1.5), PoseAt({0, 1.8, 0}, 0, 3)};
+  const Quality quality = QualityOf(MapOf({}, poses), {});
+  EXPECT_GT(quality.found, 0.7);
+  EXPECT_GT(quality.right, 0.9);
+}
+
+TEST(DepthSweep, PredictsItsErrorWithinAFactorOfThree) {
+  const Wall wall;
+  const DepthMap map = MapOf(wall, kAround);
+  std::vector<double> ratios;
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      if (!(map.depth(y, x) > 0)) continue;
+      const double truth = wall.Depth(map.cam_from_world, map.camera.Ray({x + 0.5, y + 0.5}));
+      ratios.push_back(std::abs(map.depth(y, x) - truth) / map.error(y, x));
+    }
+  }
+  ASSERT_FALSE(ratios.empty());
+  std::nth_element(ratios.begin(), ratios.begin() + ratios.size() * 68 / 100, ratios.end());
+  const double ratio = ratios[ratios.size() * 68 / 100];
+  EXPECT_GT(ratio, 1.0 / 3);
+  EXPECT_LT(ratio, 3);
+}
+
+TEST(DepthSweep, EveryKernelGivesTheSameMap) {
+  const Wall wall;
+  DepthOptions options;
+  options.kernel = SweepKernelVersion::kPortable;
+  const DepthMap portable = MapOf(wall, kAround, options);
+  for (const SweepKernelVersion version : kSweepKernelVersions) {
+    if (!IsSweepKernelSupported(version)) continue;
+    options.kernel = version;
+    const DepthMap map = MapOf(wall, kAround, options);
+    EXPECT_EQ(cv::countNonZero(map.depth != portable.depth), 0) << SweepKernelName(version);
+    EXPECT_EQ(cv::countNonZero(map.error != portable.error), 0) << SweepKernelName(version);
+  }
+}
+
+TEST(DepthSweep, WorkingMemoryKeepsNothingOfTheLastPhoto) {
+  const Wall wall, other{12, -0.2};
+  const DepthPhoto photo = wall.Photo(PoseAt({0, 0, 0})), neighbour = wall.Photo(kAround[0]);
+  DepthSweep sweep{DepthOptions{}};
+  const DepthMap first = *sweep.Estimate(photo, {&neighbour}, kRange);
+  const DepthPhoto a = other.Photo(PoseAt({0, 0, 0})), b = other.Photo(kAround[1]);
+  sweep.Estimate(a, {&b, &b}, {3, 40});
+  const DepthMap again = *sweep.Estimate(photo, {&neighbour}, kRange);
+  EXPECT_EQ(cv::countNonZero(first.depth != again.depth), 0);
+}
+
+TEST(DepthSweep, ABlankWallIsAHole) { EXPECT_EQ(MapOf({10, 0.3, 0}, kAround).Completeness(), 0); }
+
+// As of sky or water: one sweep finds something, but no two find the same.
+TEST(DepthSweep, NoiseIsAllHolesAfterTheCheck) {
+  cv::RNG random(1);
+  std::vector<DepthPhoto> photos;
+  for (const DepthPose& pose : kAround) {
+    photos.push_back(Wall().Photo(pose));
+    random.fill(photos.back().grey, cv::RNG::UNIFORM, 100, 140);
+  }
+  DepthSweep sweep{DepthOptions{}};
+  std::vector<DepthMap> maps;
+  for (int i = 0; i < 3; ++i) {
+    maps.push_back(
+        *sweep.Estimate(photos[i], {&photos[(i + 1) % 3], &photos[(i + 2) % 3]}, kRange));
+  }
+  EXPECT_LT(KeepAgreed({}, maps[0], {&maps[1], &maps[2]}).Completeness(), 0.02);
+}
+
+TEST(DepthSweep, WithoutNeighboursAllIsHoles) { EXPECT_EQ(MapOf({}, {}).Completeness(), 0); }
+
+TEST(DepthSweep, PureRotationIsAllHoles) {
+  EXPECT_EQ(MapOf({}, {PoseAt({0, 0, 0}, 0.1), PoseAt({0, 0, 0}, -0.1)}).Completeness(), 0);
+}
+
+TEST(DepthSweep, HalfADegreeOfBaselineIsAllHoles) {
+  EXPECT_EQ(MapOf({}, {PoseAt({0.087, 0, 0})}).Completeness(), 0);
+}
+
+TEST(DepthSweep, ANeighbourThatLooksAwayIsAllHoles) {
+  EXPECT_EQ(MapOf({}, {PoseAt({2, 0, 0}, 3.1)}).Completeness(), 0);
+}
+
+TEST(DepthSweep, WhatThePhotoDoesNotShowIsAHole) {
+  DepthPhoto photo = Wall().Photo(PoseAt({0, 0, 0}));
+  photo.valid = cv::Mat1b(photo.grey.size(), 255);
+  photo.valid.colRange(0, 80) = 0;
+  const DepthPhoto neighbour = Wall().Photo(kAround[0]);
+  const DepthMap map = *DepthSweep(DepthOptions{}).Estimate(photo, {&neighbour}, kRange);
+  EXPECT_EQ(cv::countNonZero(map.depth.colRange(0, 80)), 0);
+  EXPECT_GT(cv::countNonZero(map.depth.colRange(80, 160)), 2000);
+}
+
+TEST(DepthSweep, APhotoOfOnePixelIsAHole) {
+  DepthPhoto photo{
+      cv::Mat1b(1, 1, uint8_t{7}), {}, {1, 1, {150, 150}, {0.5, 0.5}}, PoseAt({0, 0, 0})};
+  DepthPhoto neighbour = photo;
+  neighbour.cam_from_world = PoseAt({2, 0, 0});
+  EXPECT_EQ(DepthSweep(DepthOptions{}).Estimate(photo, {&neighbour}, kRange)->Completeness(), 0);
+}
+
+TEST(DepthSweep, StopsWhenAsked) {
+  const DepthPhoto photo = Wall().Photo(PoseAt({0, 0, 0})), neighbour = Wall().Photo(kAround[0]);
+  int asked = 0;
+  const auto stop = [&] { return ++asked == 20; };
+  EXPECT_FALSE(DepthSweep(DepthOptions{}).Estimate(photo, {&neighbour}, kRange, stop));
+  EXPECT_EQ(asked, 20);
+}
+
+TEST(DepthSweep, RefusesUnsoundInput) {
+  const DepthPhoto photo = Wall().Photo(PoseAt({0, 0, 0}));
+  DepthSweep sweep{DepthOptions{}};
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const DepthRange& range :
+       {DepthRange{0, 1}, DepthRange{2, 1}, DepthRange{1, nan}, DepthRange{nan, 1}}) {
+    EXPECT_THROW(sweep.Estimate(photo, {}, range), std::invalid_argument);
+  }
+  DepthPhoto cut = photo;
+  cut.grey = cut.grey.rowRange(0, 50);
+  EXPECT_THROW(sweep.Estimate(cut, {}, kRange), std::invalid_argument);
+  EXPECT_THROW(sweep.Estimate(photo, {&cut}, kRange), std::invalid_argument);
+  DepthPhoto lost = photo;
+  lost.cam_from_world.translation.x() = nan;
+  EXPECT_THROW(sweep.Estimate(photo, {&lost}, kRange), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace skein::depth_test

@@ -1,0 +1,253 @@
+#include "depth/ground_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/statistics.h"
+
+namespace skein {
+namespace {
+
+constexpr double kBeyondGrid = 0.002;  // part of the points, on each side of the grid
+constexpr double kTopCells =
+    2;  // points of a cell's top surface lie so many sides below the highest
+constexpr int kFillPasses = 2, kFillNeighbours = 5;
+constexpr float kSeenDepth = 0.02f;  // part of the depth
+constexpr float kHole = std::numeric_limits<float>::quiet_NaN();
+
+struct Span {
+  double low = 0, high = 0;
+};
+
+Span SpanOf(std::vector<float>* values) {
+  const auto at = [&](double part) {
+    const auto nth = values->begin() + static_cast<ptrdiff_t>(part * (values->size() - 1));
+    std::nth_element(values->begin(), nth, values->end());
+    return double{*nth};
+  };
+  return {at(kBeyondGrid), at(1 - kBeyondGrid)};
+}
+
+// The axis' coordinates of all points.
+std::vector<float> Coordinates(const std::vector<ColouredMap>& maps, int axis) {
+  std::vector<float> values;
+  for (const ColouredMap& map : maps) {
+    for (const DensePoint& point : *map.points) values.push_back(point.position[axis]);
+  }
+  return values;
+}
+
+class GridMaker {
+ public:
+  GridMaker(const std::vector<ColouredMap>& maps, double cell, double most_cells)
+      : maps_(maps), most_cells_(most_cells) {
+    grid_.cell = cell;
+  }
+
+  GroundGrid Make() {
+    if (!SetSize()) return {};
+    SetHeights();
+    for (int pass = 0; pass < kFillPasses; ++pass) FillGaps();
+    sums_ = cv::Mat4f(grid_.height.size(), cv::Vec4f());
+    for (const ColouredMap& map : maps_) AddColours(map);
+    SetColours();
+    return std::move(grid_);
+  }
+
+ private:
+  bool SetSize() {
+    std::vector<float> x = Coordinates(maps_, 0), y = Coordinates(maps_, 1);
+    if (x.empty() || !(grid_.cell > 0)) return false;
+    const Span east = SpanOf(&x), north = SpanOf(&y);
+    const double width = east.high - east.low, height = north.high - north.low;
+    grid_.cell = std::max(grid_.cell, std::sqrt(width * height / most_cells_));
+    grid_.west = east.low;
+    grid_.north = north.high;
+    const cv::Size size(1 + static_cast<int>(width / grid_.cell),
+                        1 + static_cast<int>(height / grid_.cell));
+    grid_.height = cv::Mat1f(size, kHole);
+    grid_.colour = cv::Mat4b(size, cv::Vec4b());
+    return true;
+  }
+
+  std::optional<cv::Point> CellOf(const Eigen::Vector3f& position) const {
+    const double column = (position.x() - grid_.west) / grid_.cell;
+    const double row = (grid_.north - position.y()) / grid_.cell;
+    const cv::Size size = grid_.height.size();
+    if (!(column >= 0 && row >= 0 && column < size.width && row < size.height)) return std::nullopt;
+    return cv::Point(static_cast<int>(column), static_cast<int>(row));
+  }
+
+  template <typename Function>
+  void ForEachPoint(const Function& function) const {
+    for (const ColouredMap& map : maps_) {
+      for (const DensePoint& point : *map.points) {
+        if (const auto cell = CellOf(point.position)) function(*cell, point.position.z());
+      }
+    }
+  }
+
+  void SetHeights() {
+    const cv::Size size = grid_.height.size();
+    cv::Mat1f top(size, -std::numeric_limits<float>::infinity()), sum(size, 0.0f);
+    cv::Mat1i count(size, 0);
+    ForEachPoint([&](const cv::Point& cell, float z) { top(cell) = std::max(top(cell), z); });
+    const float depth = static_cast<float>(kTopCells * grid_.cell);
+    ForEachPoint([&](const cv::Point& cell, float z) {
+      if (z < top(cell) - depth) return;
+      sum(cell) += z;
+      ++count(cell);
+    });
+    for (int row = 0; row < size.height; ++row) {
+      for (int column = 0; column < size.width; ++column) {
+        const int n = count(row, column);
+        if (n > 0) grid_.height(row, column) = sum(row, column) / static_cast<float>(n);
+      }
+    }
+  }
+
+  void FillGaps() {
+    const cv::Mat1f before = grid_.height.clone();
+    for (int row = 1; row + 1 < before.rows; ++row) {
+      for (int column = 1; column + 1 < before.cols; ++column) {
+        if (!std::isnan(before(row, column))) continue;
+        float sum = 0;
+        int count = 0;
+        for (int k = 0; k < 9; ++k) {
+          const float near = before(row - 1 + k / 3, column - 1 + k % 3);
+          if (std::isnan(near)) continue;
+          sum += near;
+          ++count;
+        }
+        if (count >= kFillNeighbours) grid_.height(row, column) = sum / static_cast<float>(count);
+      }
+    }
+  }
+
+  void AddColours(const ColouredMap& coloured) {
+    const DepthMap& map = *coloured.map;
+    const cv::Rect footprint = Footprint(map);
+    const Eigen::Matrix3d& rotation = map.cam_from_world.rotation;
+    for (int row = footprint.y; row < footprint.br().y; ++row) {
+      for (int column = footprint.x; column < footprint.br().x; ++column) {
+        if (grid_.IsHole(row, column)) continue;
+        const Eigen::Vector3d world(grid_.west + (column + 0.5) * grid_.cell,
+                                    grid_.north - (row + 0.5) * grid_.cell,
+                                    grid_.height(row, column));
+        const Eigen::Vector3d camera = rotation * world + map.cam_from_world.translation;
+        const auto pixel = PixelOf(map, camera);
+        if (!pixel) continue;
+        // The third row of the rotation's transpose: the camera's axis' share of the vertical.
+        const double vertical = std::abs((rotation.transpose() * camera).z()) / camera.norm();
+        Add(*coloured.colours, *pixel, Weight(map, *pixel, camera.z(), vertical),
+            &sums_(row, column));
+      }
+    }
+  }
+
+  // The cells that the map's pixels lie in, and those between.
+  cv::Rect Footprint(const DepthMap& map) const {
+    cv::Rect footprint;
+    for (int y = 0; y < map.depth.rows; ++y) {
+      for (int x = 0; x < map.depth.cols; ++x) {
+        if (!(map.depth(y, x) > 0)) continue;
+        const Eigen::Vector3d camera =
+            map.depth(y, x) * map.camera.Ray({x + 0.5, y + 0.5}).homogeneous();
+        const Eigen::Vector3d world =
+            map.cam_from_world.rotation.transpose() * (camera - map.cam_from_world.translation);
+        const auto cell = CellOf(world.cast<float>());
+        if (cell) footprint |= cv::Rect(*cell, cv::Size(1, 1));
+      }
+    }
+    return footprint;
+  }
+
+  // Where the map shows the point.
+  static std::optional<Eigen::Vector2d> PixelOf(const DepthMap& map,
+                                                const Eigen::Vector3d& camera) {
+    if (!(camera.z() > 0)) return std::nullopt;
+    const Eigen::Vector2d pixel = map.camera.Pixel(camera.hnormalized());
+    if (!(pixel.minCoeff() >= 1 && pixel.x() < map.depth.cols - 1 &&
+          pixel.y() < map.depth.rows - 1)) {
+      return std::nullopt;
+    }
+    const float depth = map.depth(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
+    const float z = static_cast<float>(camera.z());
+    if (!(std::abs(depth - z) <= kSeenDepth * z)) return std::nullopt;
+    return pixel;
+  }
+
+  static float Weight(const DepthMap& map, const Eigen::Vector2d& pixel, double depth,
+                      double vertical) {
+    const double border =
+        std::min({pixel.x(), pixel.y(), map.depth.cols - pixel.x(), map.depth.rows - pixel.y()});
+    const double one = border * vertical * map.camera.focal_px.x() / depth;
+    return static_cast<float>(one * one * one * one);
+  }
+
+  static void Add(const cv::Mat3b& colours, const Eigen::Vector2d& pixel, float weight,
+                  cv::Vec4f* sum) {
+    const float x = static_cast<float>(pixel.x() - 0.5), y = static_cast<float>(pixel.y() - 0.5);
+    const int left = static_cast<int>(x), top = static_cast<int>(y);
+    const float a = x - static_cast<float>(left), b = y - static_cast<float>(top);
+    for (int c = 0; c < 3; ++c) {
+      const float above = (1 - a) * colours(top, left)[c] + a * colours(top, left + 1)[c];
+      const float below = (1 - a) * colours(top + 1, left)[c] + a * colours(top + 1, left + 1)[c];
+      (*sum)[c] += weight * ((1 - b) * above + b * below);
+    }
+    (*sum)[3] += weight;
+  }
+
+  void SetColours() {
+    for (int row = 0; row < sums_.rows; ++row) {
+      for (int column = 0; column < sums_.cols; ++column) {
+        const cv::Vec4f& sum = sums_(row, column);
+        if (!(sum[3] > 0)) continue;
+        cv::Vec4b& colour = grid_.colour(row, column);
+        for (int c = 0; c < 3; ++c) colour[c] = cv::saturate_cast<uint8_t>(sum[c] / sum[3]);
+        colour[3] = 255;
+      }
+    }
+  }
+
+  const std::vector<ColouredMap>& maps_;
+  const double most_cells_;
+  GroundGrid grid_;
+  cv::Mat4f sums_;  // weighted colours, weights
+};
+
+double PixelSize(const DepthMap& map) {
+  std::vector<double> depths;
+  for (const float depth : map.depth) {
+    if (depth > 0) depths.push_back(depth);
+  }
+  return depths.empty() ? 0 : UpperMedian(std::move(depths)) / map.camera.focal_px.x();
+}
+
+}  // namespace
+
+bool GroundGrid::IsHole(int row, int column) const { return std::isnan(height(row, column)); }
+
+double GroundGrid::Completeness() const {
+  if (colour.empty()) return 0;
+  cv::Mat1b alpha;
+  cv::extractChannel(colour, alpha, 3);
+  return static_cast<double>(cv::countNonZero(alpha)) / alpha.total();
+}
+
+double GroundSamplingDistance(const std::vector<ColouredMap>& maps) {
+  std::vector<double> sizes;
+  for (const ColouredMap& map : maps) {
+    const double size = PixelSize(*map.map);
+    if (size > 0) sizes.push_back(size);
+  }
+  return sizes.empty() ? 0 : UpperMedian(std::move(sizes));
+}
+
+GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps, double cell, double most_cells) {
+  return GridMaker(maps, cell, most_cells).Make();
+}
+
+}  // namespace skein

@@ -1,0 +1,90 @@
+#include "depth/ground_grid.h"
+
+#include <gtest/gtest.h>
+
+namespace skein::depth_test {
+namespace {
+
+constexpr int kSide = 100;
+constexpr double kHeight = 20;  // of the cameras above the ground
+constexpr double kPixel = 0.1;  // of the ground
+
+// Looks straight down, the photo's top to the north. East of x = 2 stands a block 4 high.
+struct Flight {
+  explicit Flight(double east, double north = 0) {
+    const DepthCamera camera{kSide, kSide, {kHeight / kPixel, kHeight / kPixel}, {50, 50}};
+    DepthPose pose;
+    pose.rotation << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+    pose.translation = -pose.rotation * Eigen::Vector3d(east, north, kHeight);
+    map = {camera, pose, cv::Mat1f(kSide, kSide), cv::Mat1f(kSide, kSide, 0.01f)};
+    colours = cv::Mat3b(kSide, kSide);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) Fill(x, y, east);
+    }
+    points = PointsOf(map, colours, {});
+  }
+
+  void Fill(int x, int y, double east) {
+    const Eigen::Vector2d ray = map.camera.Ray({x + 0.5, y + 0.5});
+    const bool is_block = east + ray.x() * (kHeight - 4) > 2;
+    map.depth(y, x) = static_cast<float>(is_block ? kHeight - 4 : kHeight);
+    colours(y, x) = is_block ? cv::Vec3b(0, 0, 200) : cv::Vec3b(0, 200, 0);
+  }
+
+  ColouredMap Coloured() const { return {&map, &colours, &points}; }
+
+  DepthMap map;
+  cv::Mat3b colours;
+  std::vector<DensePoint> points;
+};
+
+cv::Point CellAt(const GroundGrid& grid, double east, double north) {
+  return {static_cast<int>((east - grid.west) / grid.cell),
+          static_cast<int>((grid.north - north) / grid.cell)};
+}
+
+TEST(GroundGrid, HasTheHeightsAndColoursOfTheGround) {
+  const Flight a(0), b(1.5, 0.5);
+  const std::vector<ColouredMap> maps = {a.Coloured(), b.Coloured()};
+  EXPECT_NEAR(GroundSamplingDistance(maps), kPixel, 0.02);
+  const GroundGrid grid = MakeGroundGrid(maps, 0.1);
+  EXPECT_GT(grid.Completeness(), 0.8);
+  const cv::Point ground = CellAt(grid, -2, 1), block = CellAt(grid, 3, 1);
+  EXPECT_NEAR(grid.height(ground), 0, 1e-3);
+  EXPECT_NEAR(grid.height(block), 4, 1e-3);
+  EXPECT_EQ(grid.colour(ground), cv::Vec4b(0, 200, 0, 255));
+  EXPECT_EQ(grid.colour(block), cv::Vec4b(0, 0, 200, 255));
+}
+
+TEST(GroundGrid, GroundThatNoMapShowsIsAHole) {
+  const Flight a(-20), b(20);
+  const GroundGrid grid = MakeGroundGrid({a.Coloured(), b.Coloured()}, 0.2);
+  const cv::Point between = CellAt(grid, 0, 0);
+  EXPECT_TRUE(grid.IsHole(between.y, between.x));
+  EXPECT_EQ(grid.colour(between)[3], 0);
+  EXPECT_LT(grid.Completeness(), 0.6);
+}
+
+TEST(GroundGrid, AFarPointDoesNotMakeItLarge) {
+  Flight a(0);
+  a.points.push_back({{1e6f, 1e6f, 0}, {0, 0, 1}, {}});
+  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, 0.1);
+  EXPECT_LT(grid.height.cols, 200);
+}
+
+TEST(GroundGrid, TooManyCellsBecomeLarger) {
+  const Flight a(0);
+  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, 1e-4, 1e4);
+  EXPECT_LE(grid.height.total(), 10300);
+  EXPECT_NEAR(grid.cell, 0.1, 0.02);
+}
+
+TEST(GroundGrid, IsEmptyWithoutPoints) {
+  Flight a(0);
+  a.points.clear();
+  EXPECT_TRUE(MakeGroundGrid({a.Coloured()}, 0.1).height.empty());
+  EXPECT_EQ(GroundSamplingDistance({}), 0);
+}
+
+}  // namespace
+}  // namespace skein::depth_test

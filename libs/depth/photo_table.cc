@@ -1,0 +1,65 @@
+#include "depth/photo_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+namespace skein {
+
+PhotoTable::PhotoTable(const LensCamera& lens, int longer_side_px)
+    : photo_width_(lens.width), photo_height_(lens.height) {
+  if (lens.width < 1 || lens.height < 1 || longer_side_px < 1 || !(lens.focal_px.minCoeff() > 0)) {
+    throw std::invalid_argument("depth map: sizes and focal lengths are above 0");
+  }
+  const double scale =
+      std::min(1.0, static_cast<double>(longer_side_px) / std::max(lens.width, lens.height));
+  camera_.width = std::max(1, static_cast<int>(std::lround(scale * lens.width)));
+  camera_.height = std::max(1, static_cast<int>(std::lround(scale * lens.height)));
+  const Eigen::Vector2d scales(static_cast<double>(camera_.width) / lens.width,
+                               static_cast<double>(camera_.height) / lens.height);
+  camera_.focal_px = lens.focal_px.cwiseProduct(scales);
+  camera_.principal_point_px = lens.principal_point_px.cwiseProduct(scales);
+  const cv::Size size(camera_.width, camera_.height);
+  x_ = cv::Mat1f(size, -1.0f);
+  y_ = cv::Mat1f(size, -1.0f);
+  valid_ = cv::Mat1b(size, 0);
+  for (int v = 0; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u) {
+      const auto pixel = lens.project(camera_.Ray({u + 0.5, v + 0.5}));
+      if (!pixel || !pixel->allFinite()) continue;
+      const Eigen::Vector2d at = pixel->cwiseProduct(scales).array() - 0.5;
+      x_(v, u) = static_cast<float>(at.x());
+      y_(v, u) = static_cast<float>(at.y());
+      const bool is_inside =
+          at.minCoeff() >= -0.5 && at.x() <= size.width - 0.5 && at.y() <= size.height - 0.5;
+      if (is_inside && KeepsOrientation(u, v)) valid_(v, u) = 255;
+    }
+  }
+}
+
+// Where a polynomial of the radius turns back, it shows the photo's content a second time.
+bool PhotoTable::KeepsOrientation(int u, int v) const {
+  if (u == 0 || v == 0) return true;
+  const float dxu = x_(v, u) - x_(v, u - 1), dyu = y_(v, u) - y_(v, u - 1);
+  const float dxv = x_(v, u) - x_(v - 1, u), dyv = y_(v, u) - y_(v - 1, u);
+  return dxu * dyv - dxv * dyu > 0;
+}
+
+cv::Mat PhotoTable::Undistort(const cv::Mat& photo) const {
+  if (photo.cols != photo_width_ || photo.rows != photo_height_) {
+    throw std::invalid_argument("depth map: the photo has not its camera's size");
+  }
+  cv::Mat small = photo, undistorted;
+  if (small.size() != valid_.size()) cv::resize(photo, small, valid_.size(), 0, 0, cv::INTER_AREA);
+  cv::remap(small, undistorted, x_, y_, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  return undistorted;
+}
+
+DepthPhoto PhotoTable::Apply(const cv::Mat1b& photo, const DepthPose& cam_from_world) const {
+  return {Undistort(photo), valid_, camera_, cam_from_world};
+}
+
+cv::Mat3b PhotoTable::Apply(const cv::Mat3b& photo) const { return Undistort(photo); }
+
+}  // namespace skein

@@ -1,0 +1,116 @@
+#include "export/geotiff.h"
+
+#include <geotiff/geotiffio.h>
+#include <geotiff/xtiffio.h>
+
+#include <algorithm>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace skein {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kTileSide = 256;
+constexpr uint32_t kGdalNoData = 42113;  // GDAL's tag for the value of holes
+
+void KnowGdalNoData(TIFF* tiff) {
+  static char name[] = "GDAL_NODATA";
+  static const TIFFFieldInfo info[] = {{kGdalNoData, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, name}};
+  TIFFMergeFieldInfo(tiff, info, 1);
+}
+
+void SetLayout(const cv::Mat& pixels, TIFF* tiff) {
+  const bool is_colour = pixels.type() == CV_8UC4;
+  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, pixels.cols);
+  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, pixels.rows);
+  TIFFSetField(tiff, TIFFTAG_TILEWIDTH, kTileSide);
+  TIFFSetField(tiff, TIFFTAG_TILELENGTH, kTileSide);
+  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, pixels.channels());
+  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, is_colour ? 8 : 32);
+  TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, is_colour ? SAMPLEFORMAT_UINT : SAMPLEFORMAT_IEEEFP);
+  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, is_colour ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
+  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE);
+  TIFFSetField(tiff, TIFFTAG_PREDICTOR, is_colour ? PREDICTOR_HORIZONTAL : PREDICTOR_FLOATINGPOINT);
+  if (is_colour) {
+    const uint16_t alpha = EXTRASAMPLE_UNASSALPHA;
+    TIFFSetField(tiff, TIFFTAG_EXTRASAMPLES, 1, &alpha);
+  } else {
+    TIFFSetField(tiff, kGdalNoData, "nan");
+  }
+}
+
+bool SetPlace(const GridPlace& place, TIFF* tiff) {
+  const double scale[] = {place.cell_m, place.cell_m, 0};
+  const double corner[] = {0, 0, 0, place.west_m, place.north_m, 0};
+  TIFFSetField(tiff, TIFFTAG_GEOPIXELSCALE, 3, scale);
+  TIFFSetField(tiff, TIFFTAG_GEOTIEPOINTS, 6, corner);
+  const std::unique_ptr<GTIF, void (*)(GTIF*)> keys(GTIFNew(tiff), GTIFFree);
+  if (keys == nullptr) return false;
+  const auto set = [&](geokey_t key, int value) {
+    GTIFKeySet(keys.get(), key, TYPE_SHORT, 1, value);
+  };
+  const auto set_double = [&](geokey_t key, double value) {
+    GTIFKeySet(keys.get(), key, TYPE_DOUBLE, 1, value);
+  };
+  set(GTModelTypeGeoKey, ModelTypeProjected);
+  set(GTRasterTypeGeoKey, RasterPixelIsArea);
+  set(GeographicTypeGeoKey, GCS_WGS_84);
+  set(GeogAngularUnitsGeoKey, Angular_Degree);
+  set(ProjectedCSTypeGeoKey, KvUserDefined);
+  set(ProjectionGeoKey, KvUserDefined);
+  set(ProjCoordTransGeoKey, CT_TransverseMercator);
+  set(ProjLinearUnitsGeoKey, Linear_Meter);
+  set_double(ProjNatOriginLatGeoKey, place.origin.latitude_deg);
+  set_double(ProjNatOriginLongGeoKey, place.origin.longitude_deg);
+  set_double(ProjScaleAtNatOriginGeoKey, 1);
+  set_double(ProjFalseEastingGeoKey, 0);
+  set_double(ProjFalseNorthingGeoKey, 0);
+  return GTIFWriteKeys(keys.get()) != 0;
+}
+
+bool WriteTiles(const cv::Mat& pixels, TIFF* tiff) {
+  cv::Mat tile(kTileSide, kTileSide, pixels.type());
+  for (int y = 0; y < pixels.rows; y += kTileSide) {
+    for (int x = 0; x < pixels.cols; x += kTileSide) {
+      const cv::Rect part(x, y, std::min(kTileSide, pixels.cols - x),
+                          std::min(kTileSide, pixels.rows - y));
+      tile.setTo(cv::Scalar::all(0));
+      pixels(part).copyTo(tile(cv::Rect({0, 0}, part.size())));
+      const auto bytes = static_cast<tmsize_t>(tile.total() * tile.elemSize());
+      const uint32_t index = TIFFComputeTile(tiff, x, y, 0, 0);
+      if (TIFFWriteEncodedTile(tiff, index, tile.data, bytes) < 0) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Status WriteGeoTiff(const cv::Mat& pixels, const GridPlace& place, const fs::path& file) {
+  const bool is_colour = pixels.type() == CV_8UC4;
+  if (pixels.empty() || (!is_colour && pixels.type() != CV_32FC1)) {
+    return InvalidArgument("a GeoTIFF is of colours with alpha, or of heights");
+  }
+  cv::Mat stored = pixels;
+  if (is_colour) cv::cvtColor(pixels, stored, cv::COLOR_BGRA2RGBA);
+  const fs::path part = file.string() + ".part";
+  const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(XTIFFOpen(part.c_str(), "w"), XTIFFClose);
+  if (tiff == nullptr) return Unavailable("cannot write " + part.string());
+  KnowGdalNoData(tiff.get());
+  SetLayout(stored, tiff.get());
+  const bool is_whole =
+      SetPlace(place, tiff.get()) && WriteTiles(stored, tiff.get()) && TIFFFlush(tiff.get()) != 0;
+  if (!is_whole) return Unavailable("cannot write " + part.string() + ": is the disk full?");
+  std::error_code error;
+  fs::rename(part, file, error);
+  if (error) return Unavailable("cannot write " + file.string() + ": " + error.message());
+  return Status::Ok();
+}
+
+}  // namespace skein

@@ -1,0 +1,27 @@
+// Grids on the earth as GeoTIFF files.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+
+#include "core/result.h"
+#include "geometry/georeference.h"
+
+namespace skein {
+
+// Position of a grid in the plane of a transverse Mercator projection of WGS84 about `origin`
+// (scale 1, no false easting): within 5 km it differs from metres to the east and north of the
+// origin by less than 2 mm.
+struct GridPlace {
+  GeodeticPosition origin;
+  double west_m = 0, north_m = 0;  // outer corner of the first cell
+  double cell_m = 0;
+};
+
+// Rows go from north to south. `pixels`: CV_8UC4 (blue, green, red, alpha) or CV_32FC1 (NaN where
+// nothing is known). Tiled, compressed without loss. The file appears when it is whole. Error: it
+// cannot be written, or its pixels are of another type.
+Status WriteGeoTiff(const cv::Mat& pixels, const GridPlace& place,
+                    const std::filesystem::path& file);
+
+}  // namespace skein
