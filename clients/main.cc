@@ -21,6 +21,7 @@
 #include "clients/store/commands.h"
 #include "clients/subcommand.h"
 #include "clients/view/view.h"
+#include "core/one_line.h"
 #include "core/version.h"
 
 namespace {
@@ -70,7 +71,7 @@ int RunSubcommand(const Subcommand& subcommand, int argc, char** argv) {
   try {
     return subcommand.run(argc, argv);
   } catch (const std::exception& e) {
-    std::cerr << "skein " << subcommand.name << ": " << e.what() << std::endl;
+    std::cerr << "skein " << subcommand.name << ": " << skein::OneLine(e.what()) << std::endl;
     return skein::kExitError;
   }
 }

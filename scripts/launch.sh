@@ -77,7 +77,7 @@ while (($#)); do
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --adopt) adopt=(--adopt) ;;
-    --join) join=$2; [[ $join != @* ]] || join=$(cat -- "${join#@}") || die "--join $2: no such file"; shift ;;
+    --join) join=$2; [[ $join != @* ]] || join=$(cat -- "${join#@}") || die "--join $2: no such file"; join=${join%%[[:space:]]*}; shift ;;
     --lcm-url) url=$2; shift ;;
     --auth) auth_options=(--auth "$2"); shift ;;
     --config) [[ -f $2 && -r $2 ]] || usage_error "--config: '$2' is no file that can be read"; config_options=(--config "$(realpath "$2")"); shift ;;
@@ -166,12 +166,13 @@ remove_instance() {
 
 # On a joining host the names of workers have the invitation's or the host's in front. The link goes by
 # a file: who lists processes does not see it.
+# The shell works out what stands in the index of an array, and instances are indices: a name is checked here.
 prefix='' where=(--session "$session")
-if [[ $join =~ ^skein://([^/]+)/(tcpqs?|udpm)(-([0-9]+))?/[^/]+/[^/]+/([^/]+)/ ]]; then
+if [[ $join =~ ^skein://([]A-Za-z0-9.:%_[-]+)/(tcpqs?|udpm)(-([0-9]{1,3}))?/[0-9a-f]+/[a-z]+/([A-Za-z0-9_-]+)/[A-Za-z0-9_-]+$ ]]; then
   prefix=${BASH_REMATCH[5]}.$$- where=(--invite "@$session/run/invitation")
   url=${url:-${BASH_REMATCH[2]}://${BASH_REMATCH[1]}${BASH_REMATCH[4]:+?ttl=${BASH_REMATCH[4]}}}
 elif [[ $join == skein://* ]]; then
-  usage_error "--join: the invitation is cut; give the whole link"
+  usage_error "--join: the invitation is cut or damaged; give the whole link"
 elif [[ -n $join ]]; then
   prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$- where=(--session-id "$join")
 fi
@@ -440,7 +441,7 @@ stop_leftovers() {
   local file pid leftovers=()
   for file in "$session"/run/*.pid; do
     [[ -e $file ]] || continue
-    pid=$(<"$file")
+    pid=$(head -c 20 -- "$file" | tr -d '\0') # a file that was sent may tell terabytes
     if [[ $pid =~ ^[0-9]+$ ]] && tr '\0' '\n' 2>/dev/null <"/proc/$pid/environ" | grep -Fx "SKEIN_RUN_FOLDER=$session/run" >/dev/null; then
       leftovers+=("$pid")
     fi

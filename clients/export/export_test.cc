@@ -139,14 +139,14 @@ class ExportTest : public testing::Test {
   }
 
   // Left half bright, as stored.
-  void CommitStoredPhoto(int64_t id, int orientation) {
+  void CommitStoredPhoto(int64_t id, int orientation, const std::string& agent = "alice") {
     cv::Mat pixels(80, 96, CV_8UC3, cv::Scalar::all(20));
     pixels.colRange(0, 48).setTo(cv::Scalar::all(220));
     ExifBuilder exif;
     exif.Short(0, 0x0112, static_cast<uint16_t>(orientation));
     image_t image{};
     image.image_id = id;
-    image.agent = "alice";
+    image.agent = agent;
     image.name = std::to_string(id) + ".jpg";
     image.orientation = static_cast<int8_t>(orientation);
     image.blob_id = Put(exif.Into(Encode(pixels, ".jpg")));
@@ -170,6 +170,23 @@ TEST_F(ExportTest, WritesMirroredPhotosAsTheModelsHaveThem) {
   ASSERT_EQ(flipped.size(), cv::Size(96, 80));
   EXPECT_NEAR(flipped.at<cv::Vec3b>(40, 10)[0], 20, 5);
   EXPECT_NEAR(flipped.at<cv::Vec3b>(40, 85)[0], 220, 5);
+}
+
+// A ledger that somebody sent may name any agent.
+TEST_F(ExportTest, WritesNoMirroredPhotoOutsideOfItsFolder) {
+  const fs::path victim = folder_ / "elsewhere" / "1.jpg";
+  fs::create_directories(victim.parent_path());
+  ASSERT_TRUE(WriteFileAtomic(victim.string(), std::string("mine")).ok());
+  CommitStoredPhoto(1, 5, "../elsewhere");
+  EXPECT_FALSE(WriteUnmirrored(paths_, folder_ / "unmirrored").ok());
+  EXPECT_EQ(fs::file_size(victim), 4u);
+}
+
+TEST_F(ExportTest, WritesNoMirroredPhotoWhereAnAbsoluteNameLeads) {
+  fs::create_directories(folder_ / "elsewhere");
+  CommitStoredPhoto(1, 5, (folder_ / "elsewhere").string());
+  EXPECT_FALSE(WriteUnmirrored(paths_, folder_ / "unmirrored").ok());
+  EXPECT_TRUE(fs::is_empty(folder_ / "elsewhere"));
 }
 
 TEST_F(ExportTest, PhotosAreAsTheModelsHaveThem) {

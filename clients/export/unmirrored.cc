@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "blobs/blob_store.h"
-#include "core/file.h"
+#include "core/file_below.h"
+#include "core/folder.h"
 #include "ledger/facts.h"
 #include "ledger/ledger_record.h"
 #include "photo/exif.h"
@@ -48,8 +49,8 @@ Status WriteOne(const BlobStore& blobs, const skein::image_t& image, const fs::p
                     {cv::IMWRITE_JPEG_QUALITY, kJpegQuality})) {
     return Unavailable("OpenCV cannot encode " + file.string());
   }
-  fs::create_directories(file.parent_path());
-  return WriteFileAtomic(file.string(), encoded);
+  if (Status made = CreateFoldersBelow(folder, file.parent_path()); !made.ok()) return made;
+  return WriteFileBelow(folder, file, encoded);
 }
 
 }  // namespace
@@ -60,6 +61,7 @@ Result<int> WriteUnmirrored(const SessionPaths& paths, const fs::path& folder) {
   if (mirrored->empty()) return 0;
   const Result<std::unique_ptr<PhotoDecoder>> decoder = PhotoDecoder::Start();
   if (!decoder.ok()) return decoder.status();
+  if (Status made = CreateFolders(folder); !made.ok()) return made;
   const BlobStore blobs(paths.Blobs());
   for (const skein::image_t& image : *mirrored) {
     const Status written = WriteOne(blobs, image, folder, decoder->get());

@@ -11,6 +11,7 @@
 #include "clients/store/session_clone.h"
 #include "clients/store/session_repair.h"
 #include "clients/subcommand.h"
+#include "core/one_line.h"
 
 namespace skein {
 namespace {
@@ -23,7 +24,8 @@ Progress ShowIn(ProgressBar* bar) {
 
 void Print(const SessionCheck& check, std::ostream& out) {
   for (const Finding& finding : check.findings) {
-    out << finding.what << ": " << finding.problem << " (" << TextOf(finding.remedy) << ")\n";
+    out << OneLine(finding.what + ": " + finding.problem) << " (" << TextOf(finding.remedy)
+        << ")\n";
   }
   out << check.facts.size() << " facts, " << check.num_photos << " photos, " << check.num_blobs
       << " blobs: "
@@ -78,10 +80,10 @@ int RunAdmit(int argc, char** argv) {
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;
   const Result<std::vector<std::string>> done = AdmitSession(SessionPaths{dir}, adopt);
   if (!done.ok()) {
-    std::cerr << "skein admit: " << done.error() << std::endl;
+    std::cerr << "skein admit: " << OneLine(done.error()) << std::endl;
     return kExitError;
   }
-  for (const std::string& line : *done) std::cout << line << std::endl;
+  for (const std::string& line : *done) std::cout << OneLine(line) << std::endl;
   return kExitOk;
 }
 
@@ -121,12 +123,12 @@ int RunRepair(int argc, char** argv) {
   ProgressBar bar("checking", kProgressSteps);
   const Result<Repaired> repaired = RepairSession(SessionPaths{dir}, ShowIn(&bar));
   if (!repaired.ok()) {
-    std::cerr << "skein repair: " << repaired.error() << std::endl;
+    std::cerr << "skein repair: " << OneLine(repaired.error()) << std::endl;
     return kExitError;
   }
-  for (const std::string& line : repaired->done) std::cout << line << "\n";
+  for (const std::string& line : repaired->done) std::cout << OneLine(line) << "\n";
   for (const std::string& photo : repaired->photos_to_send) {
-    std::cout << "photo " << photo << " is lost here: send it again\n";
+    std::cout << "photo " << OneLine(photo) << " is lost here: send it again\n";
   }
   if (repaired->services_must_run) {
     std::cout << "now start the services (scripts/launch.sh --session " << dir
@@ -149,7 +151,7 @@ int RunClone(int argc, char** argv) {
   ProgressBar bar("copying", kProgressSteps);
   const Result<Session> clone = CloneSession(SessionPaths{from}, to, ShowIn(&bar));
   if (!clone.ok()) {
-    std::cerr << "skein clone: " << clone.error() << std::endl;
+    std::cerr << "skein clone: " << OneLine(clone.error()) << std::endl;
     return kExitError;
   }
   std::cout << to << " is session " << clone->session_id << std::endl;

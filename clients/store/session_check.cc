@@ -1,5 +1,8 @@
 #include "clients/store/session_check.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -10,7 +13,6 @@
 #include "core/file.h"
 #include "core/file_below.h"
 #include "core/folder.h"
-#include "core/hash.h"
 #include "ledger/ledger_record.h"
 #include "ledger/write_ahead_log.h"
 #include "session/needed_blobs.h"
@@ -57,9 +59,19 @@ class Checker {
   }
   // "" if it cannot be read. Throws if this process has no descriptors left.
   std::string HashOfFile(const fs::path& file) const {
-    const Result<Bytes> bytes =
-        RequireDescriptors(ReadFileBelow(paths_.root, file, kMaxStoredFileBytes));
-    return bytes.ok() ? HashBytes(bytes->data(), bytes->size()) : "";
+    const Result<std::string> hash = RequireDescriptors(HashFileBelow(paths_.root, file));
+    return hash.ok() ? *hash : "";
+  }
+  // "" if there are less.
+  std::string LastBytes(const fs::path& file, size_t size) const {
+    const Result<FileDescriptor> opened =
+        RequireDescriptors(OpenFileBelow(paths_.root, file, O_RDONLY));
+    if (!opened.ok()) return "";
+    std::string last(size, '\0');
+    const off_t at = ::lseek(opened->get(), 0, SEEK_END) - static_cast<off_t>(size);
+    const bool is_read =
+        at >= 0 && ::pread(opened->get(), last.data(), size, at) == static_cast<ssize_t>(size);
+    return is_read ? last : "";
   }
   std::string NameOf(const std::string& blob) const { return Relative(store_.Path(blob)); }
   std::string Relative(const fs::path& file) const {
@@ -207,13 +219,10 @@ class Checker {
     for (const fs::path& file : FilesUnder(paths_.Retrieval())) {
       if (IsTemporaryName(file.filename().string())) continue;
       constexpr size_t kHashSize = 64;
-      const Result<Bytes> bytes =
-          RequireDescriptors(ReadFileBelow(paths_.root, file, kMaxStoredFileBytes));
-      const bool sound =
-          bytes.ok() && bytes->size() > kHashSize &&
-          HashBytes(bytes->data(), bytes->size() - kHashSize) ==
-              std::string(bytes->end() - static_cast<std::ptrdiff_t>(kHashSize), bytes->end());
-      if (!sound) Add(Relative(file), "is damaged", Remedy::kNone);
+      const Result<std::string> hash =
+          RequireDescriptors(HashFileBelow(paths_.root, file, kHashSize));
+      if (!hash.ok() || *hash != LastBytes(file, kHashSize))
+        Add(Relative(file), "is damaged", Remedy::kNone);
     }
   }
 

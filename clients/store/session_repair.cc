@@ -118,8 +118,13 @@ class Repairer {
 
   // It has no content of its own; what a symbolic link leads to stays.
   void Remove(const OddEntry& odd) {
-    fs::remove(odd.path);
     const std::string name = odd.path.lexically_relative(paths_.root).string();
+    std::error_code error;
+    fs::remove(odd.path, error);
+    if (error) {
+      throw std::runtime_error(name + " is " + odd.kind + ", and cannot be removed: " +
+                               error.message() + "; make it readable or remove it yourself");
+    }
     repaired_.done.push_back(name + ", " + odd.kind + ", is removed");
   }
 

@@ -16,7 +16,6 @@ namespace {
 constexpr size_t kHashSize = 64;
 constexpr size_t kGapSize = 2;
 constexpr size_t kMaxListBytes = 16 << 20;
-constexpr size_t kMaxFileBytes = size_t{16} << 30;  // of a model
 
 // Relative to `root`: the file, or all below the folder.
 std::vector<std::string> FilesOf(const fs::path& root, const std::string& path) {
@@ -29,8 +28,8 @@ std::vector<std::string> FilesOf(const fs::path& root, const std::string& path) 
 }
 
 bool IsDamaged(const fs::path& root, const std::string& file, const std::string& hash) {
-  const Result<Bytes> bytes = ReadFileBelow(root, root / file, kMaxFileBytes);
-  return !bytes.ok() || HashBytes(bytes->data(), bytes->size()) != hash;
+  const Result<std::string> found = HashFileBelow(root, root / file);
+  return !found.ok() || *found != hash;
 }
 
 }  // namespace
@@ -40,9 +39,9 @@ Status WriteChecksumList(const fs::path& root, const std::string& list_name,
   std::string list;
   for (const std::string& path : paths) {
     for (const std::string& file : FilesOf(root, path)) {
-      const Result<Bytes> bytes = ReadFileBelow(root, root / file, kMaxFileBytes);
-      if (!bytes.ok()) return bytes.status();
-      list += HashBytes(bytes->data(), bytes->size()) + "  " + file + "\n";
+      const Result<std::string> hash = HashFileBelow(root, root / file);
+      if (!hash.ok()) return hash.status();
+      list += *hash + "  " + file + "\n";
     }
   }
   return WriteFileBelow(root, root / list_name, list.data(), list.size());

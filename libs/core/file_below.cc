@@ -12,6 +12,7 @@
 
 #include "core/file.h"
 #include "core/folder.h"
+#include "core/hash.h"
 
 namespace skein {
 
@@ -23,6 +24,7 @@ Status LastError(const std::string& what, const fs::path& path) {
   return FileError(what, path.string(), errno);
 }
 
+constexpr size_t kHashPieceBytes = 1 << 20;
 constexpr char kSecondName[] = "a file with a second name";
 
 std::string KindOf(mode_t mode) {
@@ -160,6 +162,27 @@ Result<Bytes> ReadFileBelow(const fs::path& root, const fs::path& path, size_t m
   return ReadDescriptor(file->get(), path.string(), max_bytes);
 }
 
+Result<std::string> HashFileBelow(const fs::path& root, const fs::path& path, size_t left_out) {
+  const Result<FileDescriptor> file = OpenFileBelow(root, path, O_RDONLY);
+  if (!file.ok()) return file.status();
+  struct stat info {};
+  if (::fstat(file->get(), &info) != 0) return LastError("cannot stat", path);
+  auto left = static_cast<size_t>(info.st_size);
+  if (left < left_out) return DataLoss("file is too short: " + path.string());
+  left -= left_out;
+  Hasher hasher;
+  Bytes piece(std::min(left, kHashPieceBytes));
+  while (left > 0) {
+    const ssize_t got = ::read(file->get(), piece.data(), std::min(left, piece.size()));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return LastError("cannot read", path);
+    if (got == 0) return DataLoss("file shrank while it was read: " + path.string());
+    hasher.Update(piece.data(), static_cast<size_t>(got));
+    left -= static_cast<size_t>(got);
+  }
+  return hasher.Finish();
+}
+
 Status CheckFileBelow(const fs::path& root, const fs::path& path) {
   const Result<Place> place = PlaceOf(root, path);
   if (!place.ok()) return place.status();
@@ -236,14 +259,15 @@ Status CopyFilesBelow(const fs::path& root, const fs::path& from, const fs::path
 
 std::vector<OddEntry> OddEntriesUnder(const fs::path& root) {
   std::vector<OddEntry> odd;
-  std::error_code error;
-  fs::recursive_directory_iterator entry(root, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    struct stat info {};
-    if (::lstat(entry->path().c_str(), &info) != 0) continue;
-    if (S_ISREG(info.st_mode) || S_ISDIR(info.st_mode)) continue;
-    odd.push_back({entry->path(), KindOf(info.st_mode)});
-  }
+  WalkFolder(
+      root,
+      [&](const fs::path& path, const struct stat& info) {
+        if (S_ISREG(info.st_mode) || S_ISDIR(info.st_mode)) return;
+        odd.push_back({path, KindOf(info.st_mode)});
+      },
+      [&](const fs::path& path, const std::string& why) {
+        odd.push_back({path, "an entry that cannot be read (" + why + ")"});
+      });
   std::sort(odd.begin(), odd.end(),
             [](const OddEntry& a, const OddEntry& b) { return a.path < b.path; });
   return odd;

@@ -49,6 +49,12 @@ Result<FileDescriptor> OpenFileBelow(const std::filesystem::path& root,
 Result<Bytes> ReadFileBelow(const std::filesystem::path& root, const std::filesystem::path& path,
                             size_t max_bytes);
 
+// SHA-256 of the file without its last `left_out` bytes, in the form of core/hash.h. Read in
+// pieces: a sparse file takes no room on the disk and would take much in memory. kDataLoss: it is
+// shorter.
+Result<std::string> HashFileBelow(const std::filesystem::path& root,
+                                  const std::filesystem::path& path, size_t left_out = 0);
+
 // Whether another library may open `path` by its name: it is absent, or a regular file with one
 // name. Opens nothing, as closing a file ends this process's locks on it (fcntl).
 Status CheckFileBelow(const std::filesystem::path& root, const std::filesystem::path& path);
@@ -77,10 +83,10 @@ Status CopyFilesBelow(const std::filesystem::path& root, const std::filesystem::
                       const std::filesystem::path& to_root, const std::filesystem::path& to,
                       size_t max_bytes);
 
-// An entry that is neither a regular file nor a folder.
+// An entry that is neither a regular file nor a folder that can be read.
 struct OddEntry {
   std::filesystem::path path;
-  std::string kind;  // "a symbolic link", "a FIFO", "a socket", "a device"
+  std::string kind;  // "a symbolic link", "a FIFO", "a socket", "a device", "an entry that ..."
 };
 // All of them under `root`, sorted by path.
 std::vector<OddEntry> OddEntriesUnder(const std::filesystem::path& root);

@@ -2,16 +2,19 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <climits>
 #include <cstring>
 #include <fstream>
 
 #include "core/file.h"
 #include "core/folder.h"
+#include "core/hash.h"
 
 namespace skein::file_below_test {
 
@@ -154,6 +157,47 @@ TEST_F(FileBelowTest, CopiesRegularFilesAndLeavesTheRestOut) {
   ASSERT_EQ(FilesUnder(to).size(), 1u);
   EXPECT_EQ(Text(to / "copy" / "file"), "content");
   EXPECT_TRUE(OddEntriesUnder(to).empty());
+}
+
+// A link that lies deeper than this process may have folders open, or than a path can tell.
+TEST_F(FileBelowTest, NoDepthHidesAnEntry) {
+  rlimit limit{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &limit), 0);
+  const rlimit few{64, limit.rlim_max};
+  fs::path deep = root_;
+  for (rlim_t i = 0; i < 2 * few.rlim_cur; ++i) deep /= "d";
+  fs::create_directories(deep);
+  fs::create_symlink(secret_, deep / "link");
+  std::ofstream(deep / "file") << "x";
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  const std::vector<OddEntry> odd = OddEntriesUnder(root_);
+  const size_t num_files = FilesUnder(root_).size();
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &limit), 0);
+  ASSERT_EQ(odd.size(), 1u);
+  EXPECT_EQ(odd[0].path, deep / "link");
+  EXPECT_EQ(num_files, 2u);
+}
+
+TEST_F(FileBelowTest, WhatCannotBeReadIsOdd) {
+  const std::string name(NAME_MAX, 'n');
+  FileDescriptor folder(::open(root_.c_str(), O_RDONLY | O_DIRECTORY));
+  for (int i = 0; i <= PATH_MAX / NAME_MAX; ++i) {
+    ASSERT_EQ(::mkdirat(folder.get(), name.c_str(), 0755), 0);
+    folder = FileDescriptor(::openat(folder.get(), name.c_str(), O_RDONLY | O_DIRECTORY));
+  }
+  const std::vector<OddEntry> odd = OddEntriesUnder(root_);
+  ASSERT_EQ(odd.size(), 1u);
+  EXPECT_EQ(odd[0].kind, "an entry that cannot be read (File name too long)");
+}
+
+TEST_F(FileBelowTest, HashesAFileAndWhatIsBeforeItsEnd) {
+  EXPECT_EQ(*HashFileBelow(root_, root_ / "a" / "file"), HashBytes("content", 7));
+  EXPECT_EQ(*HashFileBelow(root_, root_ / "a" / "file", 3), HashBytes("cont", 4));
+  EXPECT_EQ(*HashFileBelow(root_, root_ / "a" / "file", 7), HashBytes("", 0));
+  EXPECT_EQ(HashFileBelow(root_, root_ / "a" / "file", 8).code(), StatusCode::kDataLoss);
+  Bytes large(3'000'000, 7);
+  ASSERT_TRUE(WriteFileBelow(root_, root_ / "large", large).ok());
+  EXPECT_EQ(*HashFileBelow(root_, root_ / "large"), HashBytes(large.data(), large.size()));
 }
 
 }  // namespace skein::file_below_test

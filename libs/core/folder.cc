@@ -39,15 +39,45 @@ Status CreateFolders(const fs::path& dir) {
 
 Status SyncFileSystem(const fs::path& path) { return Synced(path, syncfs); }
 
+void WalkFolder(const fs::path& folder,
+                const std::function<void(const fs::path&, const struct stat&)>& on_entry,
+                const std::function<void(const fs::path&, const std::string&)>& on_unread) {
+  std::vector<fs::path> folders = {folder};
+  const auto cannot_read = [&](const fs::path& path, const std::error_code& error) {
+    const bool is_gone =
+        error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory;
+    if (!is_gone) on_unread(path, error.message());
+  };
+  const auto visit = [&](const fs::path& path) {
+    struct stat info {};
+    if (::lstat(path.c_str(), &info) != 0) {
+      return cannot_read(path, {errno, std::generic_category()});
+    }
+    on_entry(path, info);
+    if (S_ISDIR(info.st_mode)) folders.push_back(path);
+  };
+  while (!folders.empty()) {
+    const fs::path next = std::move(folders.back());
+    folders.pop_back();
+    std::error_code error;
+    fs::directory_iterator entry(next, error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+      visit(entry->path());
+    }
+    if (error) cannot_read(next, error);
+  }
+}
+
 std::vector<fs::path> FilesUnder(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
   if (!fs::is_directory(fs::symlink_status(folder, error))) return files;
-  fs::recursive_directory_iterator entry(folder, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    std::error_code vanished;
-    if (fs::is_regular_file(entry->symlink_status(vanished))) files.push_back(entry->path());
-  }
+  WalkFolder(
+      folder,
+      [&](const fs::path& path, const struct stat& info) {
+        if (S_ISREG(info.st_mode)) files.push_back(path);
+      },
+      [](const fs::path&, const std::string&) {});
   std::sort(files.begin(), files.end());
   return files;
 }

@@ -2,7 +2,11 @@
 // file's or a new folder's, is only there after a power loss when the folder was synced.
 #pragma once
 
+#include <sys/stat.h>
+
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "core/result.h"
@@ -16,6 +20,15 @@ Status CreateFolders(const std::filesystem::path& dir);
 
 // Everything on the file system of `path`: after many files, before they are called done.
 Status SyncFileSystem(const std::filesystem::path& path);
+
+// Calls `on_entry` for all below `folder`, at any depth, in no order, with what lstat(2) tells of
+// it. Symbolic links are not followed, but for `folder` itself. One folder is open at a time: no
+// depth uses up this process's descriptors. `on_unread`: a folder or an entry that is there and
+// cannot be read, and why. Entries that vanish meanwhile are left out.
+void WalkFolder(
+    const std::filesystem::path& folder,
+    const std::function<void(const std::filesystem::path&, const struct stat&)>& on_entry,
+    const std::function<void(const std::filesystem::path&, const std::string&)>& on_unread);
 
 // The regular files below `folder`, at any depth, sorted. Symbolic links are neither listed nor
 // followed, `folder` itself included. A file that vanishes meanwhile is left out; a folder that is

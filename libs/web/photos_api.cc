@@ -24,6 +24,13 @@ bool IsOfThisPhotoAlone(const HttpRequest& request, const image_t& image) {
   return version != request.query.end() && version->second == std::to_string(image.header.utime_us);
 }
 
+// An agent names its photos: one that is called page.html is shown as no page.
+std::string TypeOfPhoto(const std::string& name) {
+  const std::string type = ContentTypeOf(name);
+  const bool is_taken = type == "image/jpeg" || type == "image/png" || type == "image/tiff";
+  return is_taken ? type : "application/octet-stream";
+}
+
 json PointJson(const Keypoint& keypoint) {
   return {Rounded(keypoint.x, kPixelDigits), Rounded(keypoint.y, kPixelDigits)};
 }
@@ -57,7 +64,7 @@ void PhotosApi::GetPhoto(int64_t image_id, const HttpRequest& request, Respond r
   const image_t image = ImageOf(image_id);
   if (image.blob_id.empty()) return respond(NoSuch("photo " + std::to_string(image_id)));
   HttpResponse response;
-  response.content_type = ContentTypeOf(image.name);
+  response.content_type = TypeOfPhoto(image.name);
   response.immutable = IsOfThisPhotoAlone(request, image);
   pool_.Run([this, blob_id = image.blob_id, response, respond = std::move(respond)]() mutable {
     if (!source_.session_dir.empty()) {

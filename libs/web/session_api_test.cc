@@ -298,6 +298,19 @@ TEST_F(SessionApiTest, PhotosAreGivenAsStored) {
   EXPECT_EQ(StatusOf("/api/photos/99999999999999999999"), 400);
 }
 
+// A JPEG may hold HTML or CSS in a comment.
+TEST_F(SessionApiTest, APhotoIsShownAsNothingButAPhoto) {
+  for (const char* name : {"page.html", "style.css", "code.js", "x.svg", "issuer.crt", "none"}) {
+    image_t image{};
+    image.image_id = 100;
+    image.agent = "mallory";
+    image.name = name;
+    image.blob_id = Keep(SmallJpeg(2, 640, 400));
+    Commit(image);
+    EXPECT_EQ(Get("/api/photos/100").content_type, "application/octet-stream") << name;
+  }
+}
+
 TEST_F(SessionApiTest, MatchesAreTheVerifiedPairsStrongestFirst) {
   const json matches = GetJson("/api/photos/4/matches");
   ASSERT_GE(matches.size(), 3u);

@@ -14,6 +14,7 @@
 #include "core/folder.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "photo/photo_check.h"
 #include "photo/photo_name.h"
 #include "transport/invitation.h"
 
@@ -93,6 +94,7 @@ std::optional<UploadInfo> ReadInfo(const fs::path& path) {
     UploadInfo info;
     info.name = text.at("name");
     info.size_bytes = text.at("bytes");
+    if (info.size_bytes <= 0 || info.size_bytes > kMaxPhotoBytes) return std::nullopt;
     info.capture_utime_us = text.at("taken");
     info.has_gps = text.contains("gps");
     if (info.has_gps) {

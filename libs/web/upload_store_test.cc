@@ -438,6 +438,8 @@ TEST_F(UploadStoreTest, ClearsAwayWhatACrashLeft) {
     std::ofstream(dir_ / name) << "x";
   }
   std::ofstream(dir_ / "anna" / (IdOf("damaged") + ".json")) << "{\"name\":";
+  std::ofstream(dir_ / "anna" / (IdOf("none") + ".json"))
+      << "{\"name\":\"a.jpg\",\"bytes\":-1,\"taken\":0}";
   std::ofstream(dir_ / "anna" / (IdOf("0123") + ".part")) << "more bytes than it has";
   Open();
   EXPECT_EQ(store_->Waiting().size(), 1u);

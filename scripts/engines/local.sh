@@ -6,7 +6,7 @@ source "$(dirname "$0")/../lib.sh"
 # pid_of WORKER: of its running job
 pid_of() {
   local pid
-  pid=$(cat "$SKEIN_SCALE_FOLDER/$1.pid" 2>/dev/null) && [[ $pid =~ ^[0-9]+$ ]] || return 1
+  pid=$(head -c 20 -- "$SKEIN_SCALE_FOLDER/$1.pid" 2>/dev/null | tr -d '\0') && [[ $pid =~ ^[0-9]+$ ]] || return 1
   tr '\0' '\n' 2>/dev/null <"/proc/$pid/cmdline" | grep -Fx -- "$1" >/dev/null && echo "$pid"
 }
 

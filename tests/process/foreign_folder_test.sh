@@ -65,7 +65,35 @@ done
 copy_own
 ln -f "$outside/bashrc" "$session/log/ingest.log"
 expect_refused "log/ingest.log as a second name"
+# A folder of which not all can be listed at once: what lies deeper is found all the same.
+copy_own
+deep=$session/log/$(printf 'd/%.0s' {1..300})
+mkdir -p "$deep"
+ln -s "$outside/bashrc" "$deep/link"
+(ulimit -Sn 128 && expect_refused "a link below 300 folders") || exit 1
 echo "links are refused"
+
+# Names that steer a terminal or look like another line of what a command says.
+copy_own
+name=$(printf 'x\033]0;title\007\033[2J\nsession.json: is damaged')
+mkdir -p "$session/images/alice" && touch "$session/images/alice/$name"
+ln -s "$outside/secret" "$session/log/$name"
+for command in admit check repair; do
+  "$skein" "$command" "$session" >"$workspace/said" 2>&1 || true
+  grep -q '\\x1b\[2J\\x0asession.json' "$workspace/said" || fail "skein $command does not name the file: $(cat -v "$workspace/said")"
+  ! grep -q $'[\033\007]\|^session.json' "$workspace/said" || fail "skein $command steers the terminal: $(cat -v "$workspace/said")"
+done
+
+# A file that takes no room on the disk, and much where it is read as one.
+copy_own
+truncate -s 1200M "$session/retrieval/hnsw.bin"
+mkdir -p "$session/uploads/alice" && truncate -s 1200M "$session/uploads/alice/$(printf '0%.0s' {1..64}).photo"
+peak_kb=$(python3 -c 'import resource, subprocess, sys
+subprocess.run(sys.argv[2:], stdout=open(sys.argv[1], "w"), timeout=100)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)' "$workspace/said" "$skein" check "$session" 2>/dev/null)
+((peak_kb < 800000)) || fail "skein check took $peak_kb kB for sparse files"
+grep -q '^retrieval/hnsw.bin: is damaged' "$workspace/said" && grep -q '^uploads/alice/0.*: is damaged' "$workspace/said" ||
+  fail "skein check, sparse files: $(cat "$workspace/said")"
 
 # Row 4: FIFOs. Nobody writes to them: who opens one waits for ever.
 for file in images/alice/1.jpg report.json session.json keys/root.key keys/revoked ledger.db ledger.db-wal sparse/0/images.bin \
@@ -150,7 +178,8 @@ grep -q 'holds a trigger that Skein did not make' "$workspace/check" || fail "sk
 (($(sqlite3 "$session/ledger.db" 'SELECT COUNT(*) FROM facts') == facts)) || fail "facts went with the trigger"
 echo "a ledger with a trigger is refused and repaired"
 
-# launch.sh obeys at once, also while it starts.
+# launch.sh obeys at once, also while it starts, and reads no more of a file than it needs.
+truncate -s 1T "$own/run/mapper-9.pid"
 "${launch[@]}" --session "$own" >"$workspace/launch.log" 2>&1 &
 launch_pid=$!
 wait_until 20 "ingest is started" test -e "$own/run/ingest.pid"

@@ -253,6 +253,16 @@ if [[ -n $IN_NAMESPACE ]]; then
   umount "$workspace/fixed"
 fi
 
+# A link that somebody sent names workers, not commands.
+for link in 'skein://127.0.0.1:7700/udpm-0/0123456789abcdef/worker/$(touch${IFS}run)/code' \
+  'skein://$(touch${IFS}run)/udpm-0/0123456789abcdef/worker/name/code' 'skein://h:1/tcpq/0123456789abcdef/worker/a[$(touch run)]/code'; do
+  status=0
+  (cd "$workspace" && echo "$link" >link && exec timeout 20 "$SKEIN_ROOT/scripts/launch.sh" --join @link --session joins --build "$workspace") \
+    >"$workspace/link.out" 2>&1 || status=$?
+  [[ ! -e $workspace/run ]] || fail "a link's name ran as a command: $link"
+  [[ $status == 2 ]] && grep -q 'give the whole link' "$workspace/link.out" || fail "$link: $status, $(cat "$workspace/link.out")"
+done
+
 # Workers wait for the relays of the host they join.
 port=$((20000 + 2 * ($$ % 5000)))
 "$SKEIN_ROOT/scripts/launch.sh" --join 1 --session "$workspace/joins" --lcm-url "tcpq://127.0.0.1:$port" \
