@@ -29,7 +29,7 @@ struct DenseOptions {
 struct DenseFigures {
   double completeness = 0;  // share of the photos' pixels that have a depth
   int64_t num_points = 0;   // of kDense
-  // Of kOrthophoto: side of a cell, and the share of the grid that has a colour.
+  // The orthophoto's: side of a cell, and the share of the grid that has a colour.
   double cell_m = 0, grid_completeness = 0;
 };
 

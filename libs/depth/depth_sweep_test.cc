@@ -117,7 +117,7 @@ TEST(DepthSweep, NoiseIsAllHolesAfterTheCheck) {
     maps.push_back(
         *sweep.Estimate(photos[i], {&photos[(i + 1) % 3], &photos[(i + 2) % 3]}, kRange));
   }
-  EXPECT_LT(KeepAgreed({}, maps[0], {&maps[1], &maps[2]}).Completeness(), 0.02);
+  EXPECT_LT(KeepAgreed(maps[0], {&maps[1], &maps[2]}).Completeness(), 0.02);
 }
 
 TEST(DepthSweep, WithoutNeighboursAllIsHoles) { EXPECT_EQ(MapOf({}, {}).Completeness(), 0); }
