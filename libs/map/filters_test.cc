@@ -58,9 +58,13 @@ TEST_F(FiltersTest, APointWithoutTwoGoodObservationsGoes) {
 
 TEST_F(FiltersTest, APointUnderTooSmallAnAngleGoes) {
   const Point3DId id = FindPoint(2);
+  Reconstruction& model = MapAccess::Model(&map_);
+  while (Point(id).Track().Length() > 2) {
+    const TrackElement last = Point(id).Track().Elements().back();
+    model.DeleteObservation(last.image_id, last.point2D_idx);
+  }
   ASSERT_EQ(FilterPoints({id}, &map_), 0);
   const TrackElement first = Point(id).Track().Element(0), second = Point(id).Track().Element(1);
-  Reconstruction& model = MapAccess::Model(&map_);
   const Image& image = model.Image(first.image_id);
   Image& same_place = model.Image(second.image_id);
   same_place.SetQvec(image.Qvec());

@@ -32,7 +32,14 @@ pid_t DecoderProcess() {
     std::string pid, name, state;
     pid_t parent = 0;
     if (!(stat >> pid >> name >> state >> parent)) continue;
-    if (parent == getpid() && name == "(skein-decoder)" && state != "Z") return std::stoi(pid);
+    if (parent != getpid() || name != "(skein-decoder)") continue;
+    // A thread that outlives the first one keeps the socket open.
+    constexpr int kFieldsBetween = 15;
+    std::string skipped;
+    for (int i = 0; i < kFieldsBetween; ++i) stat >> skipped;
+    int num_threads = 0;
+    stat >> num_threads;
+    if (state != "Z" || num_threads > 1) return std::stoi(pid);
   }
   return 0;
 }
