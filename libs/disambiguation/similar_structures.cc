@@ -295,6 +295,10 @@ bool IsAbove(double max_share, int num, const CellVotes& votes, int min_cells) {
   return votes.num_cells() >= min_cells && num > max_share * votes.num_cells();
 }
 
+double MissingShare(const CellVotes& votes) {
+  return votes.num_missing / std::max<double>(1, votes.num_cells());
+}
+
 // Other photos that observe points of this one, with how many.
 std::map<ImageId, int> CountCommonPoints(const Reconstruction& model, ImageId image_id) {
   std::map<ImageId, int> counts;
@@ -409,19 +413,26 @@ PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
                               int min_cells) {
   Views views(kGrid, &map.graph(), model);
   CellVotes sum;
-  int num_pairs = 0, num_different = 0, num_missing = 0;
+  int num_different = 0;
+  std::vector<double> missing_across, missing_within;
   for (const auto& [id1, id2] : map.pairs()) {
-    const bool is_across = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
-                           (photos2.count(id1) > 0 && photos1.count(id2) > 0);
-    if (!is_across) continue;
+    const bool is_first1 = photos1.count(id1) > 0, is_first2 = photos1.count(id2) > 0;
+    if (!is_first1 && photos2.count(id1) == 0) continue;
+    if (!is_first2 && photos2.count(id2) == 0) continue;
     const CellVotes votes = views.CompareBothWays(id1, id2);
-    sum.Add(votes);
-    if (votes.num_cells() < kMinPairCells) continue;
-    ++num_pairs;
-    num_different += ShowsAnotherPlace(votes, kMinPairCells);
-    num_missing += HasTooManyMissingCells(votes, kMinPairCells);
+    const bool is_across = is_first1 != is_first2, has_vote = votes.num_cells() >= kMinPairCells;
+    if (is_across) sum.Add(votes);
+    if (!has_vote) continue;
+    (is_across ? missing_across : missing_within).push_back(MissingShare(votes));
+    num_different += is_across && ShowsAnotherPlace(votes, kMinPairCells);
   }
   if (sum.num_cells() < min_cells) return {};
+  const double limit = missing_within.empty() ? kMaxMissingShare
+                                              : std::clamp(percentile(missing_within, 95),
+                                                           kMaxMissingShare / 2, kMaxMissingShare);
+  const auto num_missing = std::count_if(missing_across.begin(), missing_across.end(),
+                                         [&](double share) { return share > limit; });
+  const auto num_pairs = static_cast<std::ptrdiff_t>(missing_across.size());
   const auto differ = [&](int num, const char* how) {
     return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(sum.num_cells()) +
                                      " cells that both show are " + how};
