@@ -11,10 +11,10 @@ struct DividedPhotos {
   std::set<ImageId> of_first, of_second;
 };
 
-// A photo that both models have belongs to that with more of its verified matches: one that stands
-// in the wrong map, by an object that two places have in common, has few matches there. `map` has
-// the verified pairs of all photos. Costs the pairs of the merged model's photos.
-DividedPhotos DividePhotos(const SceneMap& map, const Reconstruction& first,
-                           const Reconstruction& second, const Reconstruction& merged);
+// `first`, `second`: the photos of the two. One that both have belongs to that with more of its
+// verified matches: in the wrong map, by an object that two places have in common, it has few.
+// `map` has the verified pairs of all photos. Costs the pairs of the merged model's photos.
+DividedPhotos DividePhotos(const SceneMap& map, const std::set<ImageId>& first,
+                           const std::set<ImageId>& second, const Reconstruction& merged);
 
 }  // namespace skein

@@ -5,6 +5,8 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "disambiguation/divided_photos.h"
+#include "disambiguation/similar_structures.h"
 #include "map/filters.h"
 #include "map/image_pose.h"
 #include "map/points_anew.h"
@@ -425,19 +427,17 @@ bool Submap::LosesPhotos(const SceneMap& anew,
 // As a merge's target judges a merged model: by what photos of two submaps show of each other's.
 bool Submap::MixesPlaces(const SceneMap& anew,
                          const std::vector<std::vector<int64_t>>& others) const {
-  return std::any_of(others.begin(), others.end(), [&](const std::vector<int64_t>& ids) {
-    std::set<ImageId> ours, theirs;
-    for (const ImageId id : anew.reconstruction().RegImageIds()) {
-      const bool is_theirs = std::binary_search(ids.begin(), ids.end(), int64_t{id});
-      if (map_->IsRegistered(id)) ours.insert(id);
-      if (is_theirs && !map_->IsRegistered(id)) theirs.insert(id);
+  const std::vector<ImageId>& registered = map_->reconstruction().RegImageIds();
+  const std::set<ImageId> ours(registered.begin(), registered.end());
+  return std::any_of(others.begin(), others.end(), [&](const std::vector<int64_t>& theirs) {
+    const DividedPhotos photos =
+        DividePhotos(anew, ours, {theirs.begin(), theirs.end()}, anew.reconstruction());
+    const PlacesOfTwoSets places = ComparePlaces(anew, anew.reconstruction(), photos.of_first,
+                                                 photos.of_second, options_.registration.min_cells);
+    if (places.differ) {
+      LogInfo("batch: {} and {} photos show two places: {}", photos.of_first.size(),
+              photos.of_second.size(), places.reason);
     }
-    if (ours.empty() || theirs.empty()) return false;
-    const PlacesOfTwoSets places =
-        ComparePlaces(anew, anew.reconstruction(), ours, theirs, options_.registration.min_cells);
-    if (places.differ)
-      LogInfo("batch: {} and {} photos show two places: {}", ours.size(), theirs.size(),
-              places.reason);
     return places.differ;
   });
 }

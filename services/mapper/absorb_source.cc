@@ -62,11 +62,16 @@ std::set<ImageId> RegisteredOnlyIn(const Reconstruction& model, const Reconstruc
   return ids;
 }
 
+std::set<ImageId> PhotosOf(const Reconstruction& model) {
+  return {model.RegImageIds().begin(), model.RegImageIds().end()};
+}
+
 // An error if the photos of the two models show different places. Few of the matches between them
 // took part in either model.
 Status CheckBothModels(const Submap& submap, const Reconstruction& target,
                        const Reconstruction& source, const Reconstruction& merged) {
-  const DividedPhotos divided = DividePhotos(submap.map(), target, source, merged);
+  const DividedPhotos divided =
+      DividePhotos(submap.map(), PhotosOf(target), PhotosOf(source), merged);
   const PlacesOfTwoSets places =
       ComparePlaces(submap.map(), merged, divided.of_first, divided.of_second,
                     submap.options().registration.min_cells);
