@@ -79,10 +79,11 @@ std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
 
 // Whether two sets of photos show different places, although one model holds both: photos of one
 // object that two places share fit well together. Each pair of photos across with 20 cells has a
-// vote, and most must say so: by more than 0.15 different cells, or by a share of missing ones
-// above the 95th percentile of the pairs within the sets, which counts as 0.2 to 0.4. Trees, zoom
-// and light leave cells of single pairs without a match: in a crowd's photos of one statue one pair
-// in eight misses 0.4. Rooms that share an object: 7 of 7 pairs across, none of 46 within.
+// vote, and most must say so. A pair says so by more than 0.15 different cells, or by a share of
+// missing ones above the 95th percentile of the pairs within the sets; that counts as 0.2 to 0.4.
+// Trees, zoom and light leave cells of single pairs without a match: in a crowd's photos of one
+// statue one pair in eight misses 0.4. Rooms that share an object: 7 of 7 pairs across, none of 46
+// within.
 struct PlacesOfTwoSets {
   bool differ = false;
   std::string reason;  // "" if they don't
