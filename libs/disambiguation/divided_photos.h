@@ -11,7 +11,7 @@ struct DividedPhotos {
   std::set<ImageId> of_first, of_second;
 };
 
-// `first`, `second`: the photos of the two. One that both have belongs to that with more of its
+// `first`, `second`: the photos of the two. A photo of both belongs to that with more of its
 // verified matches: in the wrong map, by an object that two places have in common, it has few.
 // `map` has the verified pairs of all photos. Costs the pairs of the merged model's photos.
 DividedPhotos DividePhotos(const SceneMap& map, const std::set<ImageId>& first,
