@@ -37,7 +37,7 @@ PATH=$workspace/without_slurm timeout 60 "$skein" scale --session "$session" --l
   fail "without Slurm: exit code $status: $(<"$workspace/said")"
 
 start_scale --engine local --max 2 --target 1 --idle-after 6
-wait_until 60 "it is heard" scale_tells 'workers? runs?'
+wait_until 60 "it is heard" scale_tells '^running: 0 workers'
 refuses 1 'another skein scale runs on' --max 2
 publish "$session"
 wait_until 120 "two workers come" scale_tells '^running: 2 workers, waiting in the queue of local: 0;'
