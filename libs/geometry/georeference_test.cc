@@ -330,4 +330,16 @@ TEST(Georeference, JsonHoldsTransformAndResiduals) {
   EXPECT_EQ(json["enu_from_model"]["scale"], result.enu_from_model.scale);
 }
 
+TEST(Georeference, TheOriginComesBackFromJson) {
+  Georeference georeference;
+  georeference.ok = true;
+  for (const std::optional<double> altitude : {std::optional<double>(), {400.0}}) {
+    georeference.origin = {48.1, 11.5, altitude};
+    const GeodeticPosition origin = OriginOf(GeoreferenceToJson(georeference));
+    EXPECT_EQ(origin.latitude_deg, 48.1);
+    EXPECT_EQ(origin.longitude_deg, 11.5);
+    EXPECT_EQ(origin.altitude_m, altitude);
+  }
+}
+
 }  // namespace skein::georeference_test

@@ -15,13 +15,13 @@ for folder in "$place"/images/*/; do images+=(--images "$folder"); done
   --lcm-url "$url" "${images[@]}" --ground-truth "$place/truth" || fail "reconstruct.sh"
 expect_model "$workspace/a session" 1
 
-# The surface: as many points as a tenth of the photos' pixels, and a depth map of each photo.
+# The surface: at least a point for twenty pixels of the photos, and a depth map of each.
 "$SKEIN_BUILD/bin/skein" export --session "$workspace/a session" --output "$workspace/surface" --format dense,depth \
   >"$workspace/surface.log" 2>&1 || fail "no surface: $(<"$workspace/surface.log")"
 num_points=$(grep -ao -m1 'element vertex [0-9]*' "$workspace/surface/0/dense.ply" | grep -o '[0-9]*')
 echo "$num_points dense points"
 num_pixels=$(jq '[.photos[] | .width * .height] | add' "$workspace/surface/0/depth/cameras.json")
-((10 * num_points > num_pixels && num_points < num_pixels)) || fail "$num_points points of $num_pixels pixels"
+((20 * num_points > num_pixels && num_points < num_pixels)) || fail "$num_points points of $num_pixels pixels"
 num_maps=$(find "$workspace/surface/0/depth" -name '*.error.pfm' | wc -l)
 ((num_maps == $(jq '.photos | length' "$workspace/surface/0/depth/cameras.json"))) || fail "$num_maps depth maps"
 

@@ -86,7 +86,7 @@ done
 
 # A file that takes no room on the disk, and much where it is read as one.
 copy_own
-truncate -s 1200M "$session/retrieval/hnsw.bin"
+mkdir -p "$session/retrieval" && truncate -s 1200M "$session/retrieval/hnsw.bin"
 mkdir -p "$session/uploads/alice" && truncate -s 1200M "$session/uploads/alice/$(printf '0%.0s' {1..64}).photo"
 peak_kb=$(python3 -c 'import resource, subprocess, sys
 subprocess.run(sys.argv[2:], stdout=open(sys.argv[1], "w"), timeout=100)
