@@ -119,11 +119,6 @@ std::vector<DepthMap> Agreed(const std::vector<Prepared>& photos, const std::vec
 
 // ---- OpenCV's StereoSGBM on the rectified pair of a photo and a neighbour ----
 
-cv::Mat1d Calibration(const DepthCamera& c) {
-  return (cv::Mat1d(3, 3) << c.focal_px.x(), 0, c.principal_point_px.x() - 0.5, 0, c.focal_px.y(),
-          c.principal_point_px.y() - 0.5, 0, 0, 1);
-}
-
 template <class M>
 cv::Mat1d ToCv(const M& m) {
   cv::Mat1d out(static_cast<int>(m.rows()), static_cast<int>(m.cols()));
@@ -139,7 +134,8 @@ DepthMap StereoSgbm(const DepthPhoto& photo, const DepthPhoto& neighbour, const 
       neighbour.cam_from_world.rotation * photo.cam_from_world.rotation.transpose();
   const Eigen::Vector3d t =
       neighbour.cam_from_world.translation - r * photo.cam_from_world.translation;
-  const cv::Mat1d k1 = Calibration(photo.camera), k2 = Calibration(neighbour.camera), none;
+  const cv::Mat1d k1 = ToCv(photo.camera.CalibrationOfIndices()),
+                  k2 = ToCv(neighbour.camera.CalibrationOfIndices()), none;
   const cv::Size size = photo.grey.size();
   cv::Mat1d r1, r2, p1, p2;
   cv::Mat q;
@@ -280,14 +276,14 @@ json Run(const Arguments& arguments) {
   if (!arguments.rgbd.empty()) {
     out["grey_difference_of_frames"] = RgbdGreyDifference(arguments.rgbd, arguments.rig, 20);
   }
-  out["kernel"] = SweepKernelName(arguments.depth.kernel);
+  out["kernel"] = InstructionSetName(arguments.depth.kernel);
   if (!arguments.output.empty()) WritePictures(arguments.output, scene, photos, maps, kept);
   return out;
 }
 
-SweepKernelVersion KernelOfName(const std::string& name) {
-  for (const SweepKernelVersion version : kSweepKernelVersions) {
-    if (SweepKernelName(version) == name) return version;
+InstructionSet KernelOfName(const std::string& name) {
+  for (const InstructionSet version : kInstructionSets) {
+    if (InstructionSetName(version) == name) return version;
   }
   throw std::runtime_error("no kernel is called " + name);
 }

@@ -394,7 +394,7 @@ class Run {
     return sorted;
   }
 
-  // Of cells, and of pairs of photos with 20 cells or more: how many have a share above the limit.
+  // Cells between two sets, and how many pairs of photos with 20 cells or more tell another place.
   void PrintCells(const std::string& what, const std::set<ImageId>& photos1,
                   const std::set<ImageId>& photos2) const {
     const SceneMap& map = submap_.map();
@@ -406,10 +406,10 @@ class Run {
       if (!is_between) continue;
       const CellVotes cells = ComparePair(map, map.reconstruction(), id1, id2);
       sum.Add(cells);
-      if (cells.num_cells() < 20) continue;
-      ++num_pairs;
-      num_missing += cells.num_missing > 0.4 * cells.num_cells();
-      num_different += cells.num_different > 0.15 * cells.num_cells();
+      constexpr int kMinCells = 20;
+      num_pairs += cells.num_cells() >= kMinCells;
+      num_missing += HasTooManyMissingCells(cells, kMinCells);
+      num_different += ShowsAnotherPlace(cells, kMinCells);
     }
     std::cout << "  " << what << ": of " << sum.num_cells() << " cells missing " << sum.num_missing
               << " different " << sum.num_different << "; of " << num_pairs

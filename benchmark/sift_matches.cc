@@ -168,9 +168,9 @@ std::vector<Method> MethodsOf(const Arguments& arguments) {
     methods.push_back({"OpenCV", std::make_unique<skein::SiftExtractor>(options), {}, {}});
   }
   options.method = "skein";
-  for (const auto version : skein::kSiftKernelVersions) {
-    const std::string name = skein::SiftKernelName(version);
-    if (!skein::IsSiftKernelSupported(version) || !is_wanted(name)) continue;
+  for (const auto version : skein::kInstructionSets) {
+    const std::string name = skein::InstructionSetName(version);
+    if (!skein::IsInstructionSetSupported(version) || !is_wanted(name)) continue;
     options.kernel = version;
     methods.push_back({"Skein, " + name, std::make_unique<skein::SiftExtractor>(options), {}, {}});
   }

@@ -4,12 +4,12 @@
 #include <atomic>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "clients/export/image_file.h"
 #include "core/file.h"
 #include "core/threads.h"
 #include "depth/consistency.h"
@@ -28,14 +28,6 @@ namespace fs = std::filesystem;
 constexpr size_t kNumNeighbours = 3;               // that a photo is matched with
 constexpr size_t kNumConfirming = 6;               // maps that may agree with one
 constexpr int64_t kSweepBytes = int64_t{2} << 30;  // of all threads
-
-Status WriteEncoded(const std::string& extension, const cv::Mat& image, const fs::path& path) {
-  Bytes encoded;
-  if (!cv::imencode(extension, image, encoded)) {
-    return Unavailable("OpenCV cannot encode " + path.string());
-  }
-  return WriteFileAtomic(path.string(), encoded);
-}
 
 nlohmann::json ToJson(const Eigen::Matrix3d& m) {
   nlohmann::json rows = nlohmann::json::array();
@@ -76,13 +68,12 @@ class DenseFolder {
   Status ReadPhotos() {
     std::map<int, PhotoTable> tables;
     for (size_t i = 0; i < size(); ++i) {
-      const Result<cv::Mat3b> photo = photo_source_(scene_.names[i]);
+      const auto camera_id = static_cast<CameraId>(scene_.cameras[i]);
+      const Result<cv::Mat3b> photo =
+          ReadPhoto(photo_source_, scene_.names[i], model_.Camera(camera_id));
       if (!photo.ok()) return photo.status();
-      const LensCamera& lens = scene_.lenses[i];
-      if (photo->size() != cv::Size(lens.width, lens.height)) {
-        return InvalidArgument("photo " + scene_.names[i] + " has not its camera's size");
-      }
-      const auto table = tables.try_emplace(scene_.cameras[i], lens, options_.size_px).first;
+      const auto table =
+          tables.try_emplace(scene_.cameras[i], scene_.lenses[i], options_.size_px).first;
       colours_.push_back(table->second.Apply(*photo));
       cv::Mat1b grey;
       cv::cvtColor(*photo, grey, cv::COLOR_BGR2GRAY);
@@ -91,8 +82,8 @@ class DenseFolder {
     return Status::Ok();
   }
 
-  // Those that a photo is matched with come first. Whatever may confirm a map may be confirmed by
-  // it.
+  // The first kNumNeighbours are those that a photo is matched with. Maps confirm each other both
+  // ways.
   void FindNeighbours() {
     neighbours_.resize(size());
     ForEachOnThreads(NumThreads(), size(), [&](size_t i) {
@@ -172,10 +163,8 @@ class DenseFolder {
       const std::string& file = files.at(scene_.names[i]);
       double scale = 0;
       Status status = WritePng(maps_[i].depth, folder / (file + ".png"), &scale);
-      if (status.ok()) status = WriteEncoded(".pfm", maps_[i].depth, folder / (file + ".pfm"));
-      if (status.ok()) {
-        status = WriteEncoded(".pfm", maps_[i].error, folder / (file + ".error.pfm"));
-      }
+      if (status.ok()) status = WriteImage(maps_[i].depth, folder / (file + ".pfm"));
+      if (status.ok()) status = WriteImage(maps_[i].error, folder / (file + ".error.pfm"));
       if (!status.ok()) return status;
       photos.push_back(Describe(i, file, scale));
     }
@@ -191,7 +180,7 @@ class DenseFolder {
     *scale = farthest > 0 ? farthest / kMostLevels : 1;
     cv::Mat levels;
     depth.convertTo(levels, CV_16U, 1 / *scale);
-    return WriteEncoded(".png", levels, path);
+    return WriteImage(levels, path);
   }
 
   nlohmann::json Describe(size_t i, const std::string& file, double scale) const {

@@ -146,7 +146,8 @@ TEST_F(DenseFolderTest, APhotoThatIsMissingOrOfAnotherSizeIsTold) {
   const auto small = Write({kDense}, [](const std::string&) -> Result<cv::Mat3b> {
     return cv::Mat3b(60, 80, cv::Vec3b());
   });
-  EXPECT_NE(small.error().find("camera's size"), std::string::npos) << small.error();
+  EXPECT_EQ(small.error(),
+            "photo " + NameOf(0) + " has 80 x 60 pixels, its camera in the model 160 x 120");
 }
 
 }  // namespace skein::dense_folder_test

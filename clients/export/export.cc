@@ -101,7 +101,7 @@ std::set<std::string> TrainingFormats(const ExportOptions& options) {
   return FormatsOfKind(options, IsTraining);
 }
 
-// What libs/export writes: neither the database nor folders that photos are needed for.
+// Formats that libs/export writes: neither the database nor folders that need photos.
 std::vector<std::string> PlainFormats(const ExportOptions& options) {
   const std::set<std::string> training = TrainingFormats(options);
   std::vector<std::string> formats;

@@ -30,7 +30,20 @@ Result<cv::Mat3b> Decode(PhotoDecoder* decoder, const std::string& name,
   return cv::Mat3b(decoded->image);
 }
 
+std::string SizeText(cv::Size size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
 }  // namespace
+
+Result<cv::Mat3b> ReadPhoto(const PhotoSource& photos, const std::string& name,
+                            const Camera& camera) {
+  Result<cv::Mat3b> photo = photos(name);
+  const cv::Size size(static_cast<int>(camera.Width()), static_cast<int>(camera.Height()));
+  if (!photo.ok() || photo->size() == size) return photo;
+  return InvalidArgument("photo " + name + " has " + SizeText(photo->size()) +
+                         " pixels, its camera in the model " + SizeText(size));
+}
 
 Result<PhotoSource> PhotosOfSession(const SessionPaths& paths) {
   const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());

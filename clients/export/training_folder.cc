@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
 
+#include "clients/export/image_file.h"
 #include "clients/export/undistortion.h"
-#include "core/file.h"
 #include "export/model_writer.h"
 #include "export/nerfstudio.h"
 #include "export/written_names.h"
@@ -16,8 +16,6 @@ namespace skein {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kTrainingJpegQuality = 95;
 
 class TrainingFolder {
  public:
@@ -79,14 +77,9 @@ class TrainingFolder {
 
   Status WritePhoto(const Undistortion& undistortion, ImageId id) {
     Image& image = undistorted_.Image(id);
-    const Result<cv::Mat3b> photo = photos_(image.Name());
+    const Result<cv::Mat3b> photo =
+        ReadPhoto(photos_, image.Name(), model_.Camera(image.CameraId()));
     if (!photo.ok()) return photo.status();
-    const Camera& camera = model_.Camera(image.CameraId());
-    const cv::Size size(static_cast<int>(camera.Width()), static_cast<int>(camera.Height()));
-    if (photo->size() != size) {
-      return InvalidArgument("photo " + image.Name() + " has " + SizeText(photo->size()) +
-                             " pixels, its camera in the model " + SizeText(size));
-    }
     for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
       image.Point2D(i).SetXY(undistortion.Apply(image.Point2D(i).XY()));
     }
@@ -95,21 +88,8 @@ class TrainingFolder {
     return WriteImage(pixels, folder_ / "images" / names_.at(id));
   }
 
-  static std::string SizeText(cv::Size size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-  }
-
   static std::string MaskPath(CameraId camera_id) {
     return "masks/camera-" + std::to_string(camera_id) + ".png";
-  }
-
-  static Status WriteImage(const cv::Mat& image, const fs::path& path) {
-    Bytes encoded;
-    if (!cv::imencode(path.extension().string(), image, encoded,
-                      {cv::IMWRITE_JPEG_QUALITY, kTrainingJpegQuality})) {
-      return Unavailable("OpenCV cannot encode " + path.string());
-    }
-    return WriteFileAtomic(path.string(), encoded);
   }
 
   Status WriteTransforms() const {

@@ -16,11 +16,6 @@ class Surface {
  public:
   explicit Surface(const DepthMap& map) : map_(map) {}
 
-  // In the camera's frame.
-  Eigen::Vector3d Point(int x, int y) const {
-    return map_.depth(y, x) * map_.camera.Ray({x + 0.5, y + 0.5}).homogeneous();
-  }
-
   // In the camera's frame; nullopt without a pixel of the surface beside it and one above or below.
   std::optional<Eigen::Vector3d> Normal(int x, int y) const {
     const auto along_x = Slope(x, y, 1, 0), along_y = Slope(x, y, 0, 1);
@@ -43,8 +38,8 @@ class Surface {
     const bool before = IsSameSurface(x - dx, y - dy, depth);
     const bool after = IsSameSurface(x + dx, y + dy, depth);
     if (!before && !after) return std::nullopt;
-    const Eigen::Vector3d last = after ? Point(x + dx, y + dy) : Point(x, y);
-    return last - (before ? Point(x - dx, y - dy) : Point(x, y));
+    const Eigen::Vector3d last = after ? map_.Point(x + dx, y + dy) : map_.Point(x, y);
+    return last - (before ? map_.Point(x - dx, y - dy) : map_.Point(x, y));
   }
 
   const DepthMap& map_;
@@ -70,8 +65,7 @@ std::vector<DensePoint> PointsOf(const DepthMap& map, const cv::Mat3b& colours,
       if (!(map.depth(y, x) > 0) || is_shown_better(x, y)) continue;
       const std::optional<Eigen::Vector3d> normal = surface.Normal(x, y);
       if (!normal) continue;
-      const Eigen::Vector3d point =
-          world_from_cam * (surface.Point(x, y) - map.cam_from_world.translation);
+      const Eigen::Vector3d point = map.cam_from_world.ToWorld(map.Point(x, y));
       points.push_back(
           {point.cast<float>(), (world_from_cam * *normal).cast<float>(), colours(y, x)});
     }

@@ -42,6 +42,9 @@ struct DepthPose {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d Centre() const { return -rotation.transpose() * translation; }
+  Eigen::Vector3d ToWorld(const Eigen::Vector3d& in_camera) const {
+    return rotation.transpose() * (in_camera - translation);
+  }
 };
 
 // A photo freed of its distortion (photo_table.h), at the size of its depth map.
@@ -64,6 +67,11 @@ struct DepthMap {
   cv::Mat1f depth;
   // height x width. Predicted standard error of `depth`; 0 at holes.
   cv::Mat1f error;
+
+  // The point at a pixel's depth, in the camera's frame.
+  Eigen::Vector3d Point(int x, int y) const {
+    return depth(y, x) * camera.Ray({x + 0.5, y + 0.5}).homogeneous();
+  }
 
   // Share of pixels that have a depth.
   double Completeness() const;

@@ -1,12 +1,11 @@
 #include "depth/depth_sweep.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "core/clock.h"
 #include "core/option_check.h"
 #include "depth/padded_rows.h"
 #include "depth/warped_view.h"
@@ -31,22 +30,17 @@ constexpr int kEvidenceWindow = 5;
 constexpr double kMatchErrorPx = 0.35;
 constexpr double kSubStepError = 0.1;  // of a step
 
-double ThreadSeconds() {
-  timespec now = {};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-class Timer {
+// Adds the CPU time of its life.
+class PartTimer {
  public:
-  explicit Timer(double* sum) : sum_(sum), start_(ThreadSeconds()) {}
-  ~Timer() { *sum_ += ThreadSeconds() - start_; }
-  Timer(const Timer&) = delete;
-  Timer& operator=(const Timer&) = delete;
+  explicit PartTimer(double* sum) : sum_(sum) {}
+  ~PartTimer() { *sum_ += ThreadCpuS() - start_s_; }
+  PartTimer(const PartTimer&) = delete;
+  PartTimer& operator=(const PartTimer&) = delete;
 
  private:
   double* sum_;
-  double start_;
+  const double start_s_ = ThreadCpuS();
 };
 
 bool HasSize(const cv::Mat& pixels, const DepthCamera& camera) {
@@ -77,8 +71,8 @@ void CheckInput(const DepthPhoto& photo, const std::vector<const DepthPhoto*>& n
 
 Status DepthOptions::Check() const {
   if (max_steps < min_steps) return InvalidArgument("max_steps is below min_steps");
-  if (!IsSweepKernelSupported(kernel)) {
-    return InvalidArgument("this processor does not run kernel " + SweepKernelName(kernel));
+  if (!IsInstructionSetSupported(kernel)) {
+    return InvalidArgument("this processor does not run kernel " + InstructionSetName(kernel));
   }
   return FirstError({InRange("min_steps", min_steps, kSweepLanes, kMaxSweepSteps),
                      InRange("max_steps", max_steps, kSweepLanes, kMaxSweepSteps)});
@@ -123,7 +117,7 @@ class DepthSweep::Workspace {
   }
 
   void MakeViews(const std::vector<const DepthPhoto*>& neighbours, const DepthRange& range) {
-    const Timer timer(&times_.warp);
+    const PartTimer timer(&times_.warp);
     views_.clear();
     const double near = 1 / range.near, far = 1 / range.far;
     double longest = 0;
@@ -170,7 +164,7 @@ class DepthSweep::Workspace {
   }
 
   void SumCostsOf(int step) {
-    const Timer timer(&times_.costs);
+    const PartTimer timer(&times_.costs);
     const int num_views = static_cast<int>(views_.size());
     warped_.Resize(width_ + 2 * kWarpBorder + 2 * kSweepMargin, num_views * kCensusRows);
     int widest = 0;
@@ -270,7 +264,7 @@ class DepthSweep::Workspace {
   }
 
   void AddPathsOfRow(int y, bool is_first, int direction) {
-    const Timer timer(&times_.paths);
+    const PartTimer timer(&times_.paths);
     TransposeRow(y);
     PathTask task = {};
     task.cost = row_costs_.data();
@@ -297,7 +291,7 @@ class DepthSweep::Workspace {
   uint16_t* SumRow(int y) { return sums_.data() + static_cast<size_t>(y) * width_ * steps_; }
 
   void ChooseRow(int y) {
-    const Timer timer(&times_.choice);
+    const PartTimer timer(&times_.choice);
     kernels_.choose({SumRow(y), row_costs_.data(), width_, steps_,
                      choices_.data() + static_cast<size_t>(y) * width_});
   }
@@ -371,7 +365,7 @@ class DepthSweep::Workspace {
   }
 
   void FillMap(DepthMap* map) {
-    const Timer timer(&times_.choice);
+    const PartTimer timer(&times_.choice);
     const cv::Mat1f evidence = Evidence(), steps = FoundSteps(evidence);
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {

@@ -24,7 +24,7 @@ struct DepthOptions {
   // limits, rounded up to a multiple of kSweepLanes.
   int min_steps = 64, max_steps = 128;
 
-  SweepKernelVersion kernel = FastestSweepKernel();
+  InstructionSet kernel = FastestInstructionSet();
 
   Status Check() const;
 };

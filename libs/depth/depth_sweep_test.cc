@@ -79,14 +79,14 @@ TEST(DepthSweep, PredictsItsErrorWithinAFactorOfThree) {
 TEST(DepthSweep, EveryKernelGivesTheSameMap) {
   const Wall wall;
   DepthOptions options;
-  options.kernel = SweepKernelVersion::kPortable;
+  options.kernel = InstructionSet::kPortable;
   const DepthMap portable = MapOf(wall, kAround, options);
-  for (const SweepKernelVersion version : kSweepKernelVersions) {
-    if (!IsSweepKernelSupported(version)) continue;
+  for (const InstructionSet version : kInstructionSets) {
+    if (!IsInstructionSetSupported(version)) continue;
     options.kernel = version;
     const DepthMap map = MapOf(wall, kAround, options);
-    EXPECT_EQ(cv::countNonZero(map.depth != portable.depth), 0) << SweepKernelName(version);
-    EXPECT_EQ(cv::countNonZero(map.error != portable.error), 0) << SweepKernelName(version);
+    EXPECT_EQ(cv::countNonZero(map.depth != portable.depth), 0) << InstructionSetName(version);
+    EXPECT_EQ(cv::countNonZero(map.error != portable.error), 0) << InstructionSetName(version);
   }
 }
 

@@ -153,10 +153,7 @@ class GridMaker {
     for (int y = 0; y < map.depth.rows; ++y) {
       for (int x = 0; x < map.depth.cols; ++x) {
         if (!(map.depth(y, x) > 0)) continue;
-        const Eigen::Vector3d camera =
-            map.depth(y, x) * map.camera.Ray({x + 0.5, y + 0.5}).homogeneous();
-        const Eigen::Vector3d world =
-            map.cam_from_world.rotation.transpose() * (camera - map.cam_from_world.translation);
+        const Eigen::Vector3d world = map.cam_from_world.ToWorld(map.Point(x, y));
         const auto cell = CellOf(world.cast<float>());
         if (cell) footprint |= cv::Rect(*cell, cv::Size(1, 1));
       }
@@ -164,7 +161,7 @@ class GridMaker {
     return footprint;
   }
 
-  // Where the map shows the point.
+  // The pixel in which the map shows a point of the camera's frame.
   static std::optional<Eigen::Vector2d> PixelOf(const DepthMap& map,
                                                 const Eigen::Vector3d& camera) {
     if (!(camera.z() > 0)) return std::nullopt;

@@ -38,7 +38,7 @@ PhotoTable::PhotoTable(const LensCamera& lens, int longer_side_px)
   }
 }
 
-// Where a polynomial of the radius turns back, it shows the photo's content a second time.
+// A polynomial of the radius that turns back shows the photo's content a second time.
 bool PhotoTable::KeepsOrientation(int u, int v) const {
   if (u == 0 || v == 0) return true;
   const float dxu = x_(v, u) - x_(v, u - 1), dyu = y_(v, u) - y_(v, u - 1);

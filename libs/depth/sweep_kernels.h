@@ -6,26 +6,11 @@
 // A row is a pointer to its column 0, with kSweepMargin readable bytes before it and behind its
 // width.
 
-#include <array>
 #include <cstdint>
-#include <string>
+
+#include "core/instruction_set.h"
 
 namespace skein {
-
-enum class SweepKernelVersion { kPortable, kAvx2, kAvx512 };
-
-// All, the slowest first.
-constexpr std::array<SweepKernelVersion, 3> kSweepKernelVersions = {
-    SweepKernelVersion::kPortable, SweepKernelVersion::kAvx2, SweepKernelVersion::kAvx512};
-
-// "portable", "avx2", "avx512".
-std::string SweepKernelName(SweepKernelVersion version);
-
-// Whether this processor and operating system run it.
-bool IsSweepKernelSupported(SweepKernelVersion version);
-
-// The fastest one supported here.
-SweepKernelVersion FastestSweepKernel();
 
 constexpr int kSweepMargin = 128;  // bytes
 constexpr int kSweepBlock = 8;     // columns that read one window of a warped row
@@ -120,7 +105,7 @@ struct SweepKernels {
 };
 
 // Throws std::invalid_argument for a version that is not supported here.
-const SweepKernels& SweepKernelsOf(SweepKernelVersion version);
+const SweepKernels& SweepKernelsOf(InstructionSet version);
 
 SweepKernels PortableSweepKernels();
 SweepKernels Avx2SweepKernels();

@@ -44,8 +44,7 @@ struct Wall {
     for (int y = 0; y < kWallHeight; ++y) {
       for (int x = 0; x < kWallWidth; ++x) {
         const Eigen::Vector2d ray = photo.camera.Ray({x + 0.5, y + 0.5});
-        const Eigen::Vector3d point =
-            pose.rotation.transpose() * (Depth(pose, ray) * ray.homogeneous() - pose.translation);
+        const Eigen::Vector3d point = pose.ToWorld(Depth(pose, ray) * ray.homogeneous());
         photo.grey(y, x) =
             texture > 0 ? static_cast<uint8_t>(WallGrey(texture * point.x(), texture * point.y()))
                         : uint8_t{128};

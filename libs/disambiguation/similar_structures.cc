@@ -311,6 +311,32 @@ std::map<ImageId, int> CountCommonPoints(const Reconstruction& model, ImageId im
   return counts;
 }
 
+// Verified pairs of a photo of each set.
+template <typename Function>
+void ForEachPair(const SceneMap& map, const std::set<ImageId>& photos1,
+                 const std::set<ImageId>& photos2, const Function& function) {
+  for (const auto& [id1, id2] : map.pairs()) {
+    const bool is_between = (photos1.count(id1) > 0 && photos2.count(id2) > 0) ||
+                            (photos2.count(id1) > 0 && photos1.count(id2) > 0);
+    if (is_between) function(id1, id2);
+  }
+}
+
+// The 95th percentile of the pairs within the sets, at least half of kMaxMissingShare and at most
+// that; that without such a pair.
+double UsualMissingShare(const SceneMap& map, const std::set<ImageId>& photos1,
+                         const std::set<ImageId>& photos2, Views* views) {
+  std::vector<double> shares;
+  for (const std::set<ImageId>* photos : {&photos1, &photos2}) {
+    ForEachPair(map, *photos, *photos, [&](ImageId id1, ImageId id2) {
+      const CellVotes votes = views->CompareBothWays(id1, id2);
+      if (votes.num_cells() >= kMinPairCells) shares.push_back(MissingShare(votes));
+    });
+  }
+  if (shares.empty()) return kMaxMissingShare;
+  return std::clamp(percentile(shares, 95), kMaxMissingShare / 2, kMaxMissingShare);
+}
+
 // Between the shared photos and the others of one model, along the tracks they have in common.
 CellVotes CompareShared(const Reconstruction& model, const std::set<ImageId>& shared) {
   CellVotes sum;
@@ -411,34 +437,36 @@ CellVotes ComparePair(const SceneMap& map, const Reconstruction& model, ImageId 
 PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
                               const std::set<ImageId>& photos1, const std::set<ImageId>& photos2,
                               int min_cells) {
+  if (photos1.empty() || photos2.empty()) return {};
   Views views(kGrid, &map.graph(), model);
   CellVotes sum;
   int num_different = 0;
-  std::vector<double> missing_across, missing_within;
-  for (const auto& [id1, id2] : map.pairs()) {
-    const bool is_first1 = photos1.count(id1) > 0, is_first2 = photos1.count(id2) > 0;
-    if (!is_first1 && photos2.count(id1) == 0) continue;
-    if (!is_first2 && photos2.count(id2) == 0) continue;
+  std::vector<double> missing;  // shares of the pairs across
+  ForEachPair(map, photos1, photos2, [&](ImageId id1, ImageId id2) {
     const CellVotes votes = views.CompareBothWays(id1, id2);
-    const bool is_across = is_first1 != is_first2, has_vote = votes.num_cells() >= kMinPairCells;
-    if (is_across) sum.Add(votes);
-    if (!has_vote) continue;
-    (is_across ? missing_across : missing_within).push_back(MissingShare(votes));
-    num_different += is_across && ShowsAnotherPlace(votes, kMinPairCells);
-  }
+    sum.Add(votes);
+    if (votes.num_cells() < kMinPairCells) return;
+    missing.push_back(MissingShare(votes));
+    num_different += ShowsAnotherPlace(votes, kMinPairCells);
+  });
   if (sum.num_cells() < min_cells) return {};
-  const double limit = missing_within.empty() ? kMaxMissingShare
-                                              : std::clamp(percentile(missing_within, 95),
-                                                           kMaxMissingShare / 2, kMaxMissingShare);
-  const auto num_missing = std::count_if(missing_across.begin(), missing_across.end(),
-                                         [&](double share) { return share > limit; });
-  const auto num_pairs = static_cast<std::ptrdiff_t>(missing_across.size());
   const auto differ = [&](int num, const char* how) {
     return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(sum.num_cells()) +
                                      " cells that both show are " + how};
   };
-  if (2 * num_different > num_pairs) return differ(sum.num_different, "different");
-  if (2 * num_missing > num_pairs) return differ(sum.num_missing, "missing");
+  const auto most_miss = [&](double limit) {
+    const auto num =
+        std::count_if(missing.begin(), missing.end(), [&](double share) { return share > limit; });
+    return 2 * static_cast<size_t>(num) > missing.size();
+  };
+  if (2 * static_cast<size_t>(num_different) > missing.size()) {
+    return differ(sum.num_different, "different");
+  }
+  // The pairs within cost most, and only shares between the two limits depend on them.
+  if (!most_miss(kMaxMissingShare / 2)) return {};
+  if (most_miss(kMaxMissingShare) || most_miss(UsualMissingShare(map, photos1, photos2, &views))) {
+    return differ(sum.num_missing, "missing");
+  }
   return {};
 }
 

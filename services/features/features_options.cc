@@ -12,9 +12,9 @@ Status FeaturesOptions::Check() const {
   return FirstError({sift.method == "skein" || sift.method == "opencv"
                          ? Status::Ok()
                          : InvalidArgument("sift is " + sift.method + ": give skein or opencv"),
-                     IsSiftKernelSupported(sift.kernel)
+                     IsInstructionSetSupported(sift.kernel)
                          ? Status::Ok()
-                         : InvalidArgument("kernel " + SiftKernelName(sift.kernel) +
+                         : InvalidArgument("kernel " + InstructionSetName(sift.kernel) +
                                            " needs another processor: give fastest"),
                      InRange("max_size", sift.max_image_px, 64, 16384),
                      InRange("max_features", selection.max_features, 1, 65536),
@@ -28,7 +28,7 @@ void AddOptions(CLI::App& app, FeaturesOptions* options) {
   SiftOptions& sift = options->sift;
   ModelChoice& model = options->model;
   app.add_option("--sift", sift.method, "Whose SIFT: skein or opencv, the latter for comparison");
-  AddKernelChoice(app, kSiftKernelVersions, SiftKernelName, FastestSiftKernel(), &sift.kernel,
+  AddKernelChoice(app, kInstructionSets, InstructionSetName, FastestInstructionSet(), &sift.kernel,
                   "SIFT kernel: the fastest that the processor has, or portable, avx2 or avx512");
   app.add_option("--max-size", sift.max_image_px, "Longest side of the searched photo, pixels");
   app.add_option("--max-features", sift.selection.max_features, "Most keypoints a photo");

@@ -22,10 +22,10 @@ TEST(FeaturesOptions, TakeAKernelByItsName) {
   FeaturesOptions options;
   AddOptions(app, &options);
   app.parse("--kernel portable");
-  EXPECT_EQ(options.sift.kernel, SiftKernelVersion::kPortable);
+  EXPECT_EQ(options.sift.kernel, InstructionSet::kPortable);
   EXPECT_NE(SectionText("features", &app, false).find("kernel = \"portable\""), std::string::npos);
   app.parse("--kernel fastest");
-  EXPECT_EQ(options.sift.kernel, FastestSiftKernel());
+  EXPECT_EQ(options.sift.kernel, FastestInstructionSet());
   EXPECT_NE(SectionText("features", &app, false).find("kernel = \"fastest\""), std::string::npos);
   EXPECT_THROW(app.parse("--kernel mmx"), CLI::ValidationError);
 }

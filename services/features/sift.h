@@ -15,7 +15,7 @@ struct SiftOptions {
   int max_image_px = 1600;           // longest side searched; larger photos are shrunk by area
   double contrast_threshold = 0.02;  // as COLMAP's peak threshold 0.02 / kOctaveLayers
   double edge_threshold = 10;
-  SiftKernelVersion kernel = FastestSiftKernel();  // of Skein's
+  InstructionSet kernel = FastestInstructionSet();  // of Skein's
   SelectionOptions selection;
 };
 

@@ -5,26 +5,11 @@
 // A row is a pointer to its column 0. Rows that are written or read by vectors are aligned and have
 // kRowPadding floats of room behind their width.
 
-#include <array>
 #include <cstdint>
-#include <string>
+
+#include "core/instruction_set.h"
 
 namespace skein {
-
-enum class SiftKernelVersion { kPortable, kAvx2, kAvx512 };
-
-// All, the slowest first.
-constexpr std::array<SiftKernelVersion, 3> kSiftKernelVersions = {
-    SiftKernelVersion::kPortable, SiftKernelVersion::kAvx2, SiftKernelVersion::kAvx512};
-
-// "portable", "avx2", "avx512".
-std::string SiftKernelName(SiftKernelVersion version);
-
-// Whether this processor and operating system run it.
-bool IsSiftKernelSupported(SiftKernelVersion version);
-
-// The fastest one supported here.
-SiftKernelVersion FastestSiftKernel();
 
 constexpr int kOctaveLayers = 3;                    // Lowe 2004, section 3.2
 constexpr int kGaussianLevels = kOctaveLayers + 3;  // of an octave
@@ -97,7 +82,7 @@ struct SiftKernels {
   void (*describe)(const KeypointPatch& patch, float* descriptor);
 };
 
-const SiftKernels& KernelsOf(SiftKernelVersion version);
+const SiftKernels& KernelsOf(InstructionSet version);
 
 SiftKernels PortableSiftKernels();
 // x86-64 only.

@@ -115,17 +115,17 @@ SiftOptions With(const std::string& method) {
   options.method = method;
   return options;
 }
-SiftOptions Own(SiftKernelVersion kernel = FastestSiftKernel()) {
+SiftOptions Own(InstructionSet kernel = FastestInstructionSet()) {
   SiftOptions options = With("skein");
   options.kernel = kernel;
   return options;
 }
 SiftOptions OpenCv() { return With("opencv"); }
 
-std::vector<SiftKernelVersion> SupportedVersions() {
-  std::vector<SiftKernelVersion> versions;
-  for (const auto version : kSiftKernelVersions) {
-    if (IsSiftKernelSupported(version)) versions.push_back(version);
+std::vector<InstructionSet> SupportedVersions() {
+  std::vector<InstructionSet> versions;
+  for (const auto version : kInstructionSets) {
+    if (IsInstructionSetSupported(version)) versions.push_back(version);
   }
   return versions;
 }
@@ -165,7 +165,7 @@ TEST(Sift, FindsBlobsAtTheirCentresAtAnySubpixelPhaseAndScale) {
     SiftExtractor extractor(Own(version));
     for (const double sigma : {1.5, 2.0, 3.0, 6.0, 12.0}) {
       const BlobErrors errors = FindBlobs(&extractor, sigma);
-      const std::string where = SiftKernelName(version) + ", sigma " + std::to_string(sigma);
+      const std::string where = InstructionSetName(version) + ", sigma " + std::to_string(sigma);
       EXPECT_LT(errors.most, 0.02) << where;
       EXPECT_LT(cv::norm(errors.mean), 0.012) << where;
     }
@@ -183,7 +183,7 @@ TEST(Sift, OpenCvsFindsBlobsAtTheirCentresOnAverage) {
 
 TEST(Sift, EveryVersionFindsTheSameWithinRounding) {
   const cv::Mat photo = Scene({800, 600});
-  const auto portable = SiftExtractor(Own(SiftKernelVersion::kPortable)).Extract(photo);
+  const auto portable = SiftExtractor(Own(InstructionSet::kPortable)).Extract(photo);
   ASSERT_GT(portable.keypoints.size(), 2000u);
   const KeypointGrid grid(portable.keypoints);
   for (const auto version : SupportedVersions()) {
@@ -198,7 +198,7 @@ TEST(Sift, EveryVersionFindsTheSameWithinRounding) {
               DescriptorDistance(features.descriptors.row(i), portable.descriptors.row(other)) < 10;
     }
     EXPECT_NEAR(features.keypoints.size(), portable.keypoints.size(), 5);
-    EXPECT_GT(same, 0.998 * portable.keypoints.size()) << SiftKernelName(version);
+    EXPECT_GT(same, 0.998 * portable.keypoints.size()) << InstructionSetName(version);
   }
 }
 
