@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kServices[] = {"ingest", "features", "retrieval", "matching", "mapper",
-                                     "merger", "guide",    "relay",     "web"};
+                                     "merger", "guide",    "dense",     "relay",    "web"};
 
 // A service knows its options itself. Its output is ours.
 int Run(std::vector<std::string> words) {

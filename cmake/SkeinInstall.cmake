@@ -11,7 +11,7 @@ file(CREATE_LINK ${CMAKE_SOURCE_DIR}/scripts ${CMAKE_BINARY_DIR}/scripts SYMBOLI
 
 set(skein_folder lib/skein)
 install(TARGETS skein skein-decoder skein-ingest skein-features skein-retrieval skein-matching skein-mapper skein-merger
-  skein-guide skein-relay skein-web RUNTIME DESTINATION ${skein_folder}/bin)
+  skein-guide skein-dense skein-relay skein-web RUNTIME DESTINATION ${skein_folder}/bin)
 install(CODE "
   set(bin \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/bin\")
   file(MAKE_DIRECTORY \"\${bin}\")

@@ -29,6 +29,7 @@
 #   --local-ba FORM   of the mappers: colmap (default), consistent, paper or equal
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
+#   --dense on|off  makes depth maps and dense points while photos are placed (default on)
 #   --guide on|off  tells how complete each place is and what to photograph next (default on)
 #   --target-gsd MM  millimetres of the surface that a pixel may cover, for what is told of completeness
 #                   where GPS gives the scale (default: twice that of the median point)
@@ -61,7 +62,7 @@ half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1
 session='' join='' url='' watch_url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
 adopt=()
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
-retrieval_options=() matching_options=() ingest_options=() guide_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0 guide=on
+retrieval_options=() matching_options=() ingest_options=() guide_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0 guide=on dense=on
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
 need_port() { need_count "$1" "$2"; ((10#$2 > 0 && 10#$2 < 65536)) || usage_error "$1 $2: a port is 1 to 65535"; }
@@ -73,7 +74,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --guide | --target-gsd | --web | --web-public | --web-public-port | --web-plain)
+    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --dense | --guide | --target-gsd | --web | --web-public | --web-public-port | --web-plain)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --adopt) adopt=(--adopt) ;;
@@ -89,6 +90,7 @@ while (($#)); do
     --hang-after) need_count "$1" "$2"; hang_after_s=$((10#$2)); shift ;;
     --build) SKEIN_BUILD=$2; shift ;;
     --ready-file) ready_file=$2; shift ;;
+    --dense) dense=$2; [[ $dense == on || $dense == off ]] || usage_error "--dense needs on or off, not '$dense'"; shift ;;
     --guide) guide=$2; [[ $guide == on || $guide == off ]] || usage_error "--guide needs on or off, not '$guide'"; shift ;;
     --target-gsd) [[ $2 =~ ^[0-9]+(\.[0-9]+)?$ ]] || usage_error "$1 needs millimetres, not '$2'"; ingest_options+=(--target-gsd "$2"); guide_options+=(--target-gsd "$2"); shift ;;
     --web) need_count "$1" "$2"; web_port=$((10#$2)); ((web_port < 65536)) || usage_error "--web $2: a port is at most 65535"; shift ;;
@@ -181,13 +183,14 @@ url=${url:-${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}}
 where+=("${auth_options[@]}")
 
 # Features and matching keep all cores busy: photos are placed and maps merged before them. Nor does
-# who looks hold them up. The guide bounds its work itself (--work-share).
-readonly bulk_niceness=5
+# who looks hold them up. The guide bounds its work itself (--work-share). Depth maps take what is left.
+readonly bulk_niceness=5 least_niceness=19
 
 add_service() {
   local instance=$1 service=$2 priority=()
   shift 2
   [[ $service != features && $service != matching && $service != web ]] || priority=(nice -n "$bulk_niceness")
+  [[ $service != dense ]] || priority=(nice -n "$least_niceness")
   add_instance "$instance" "${priority[@]}" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
     --instance "$instance" --threads "$threads" "${config_options[@]}" "${service_options[@]}" "$@"
 }
@@ -500,6 +503,7 @@ if [[ -z $join ]]; then
   add_service retrieval retrieval "${retrieval_options[@]}"
   add_service merger merger "${merger_options[@]}"
   [[ $guide == off ]] || add_service guide guide "${guide_options[@]}"
+  [[ $dense == off ]] || add_service dense dense
   add_web
 fi
 add_workers features "$features" "${features_options[@]}"

@@ -18,13 +18,14 @@
 #   --no-merge             leave the submaps apart, for comparison
 #   --no-background-ba     mappers refine the whole map in turn with registration, for comparison
 #   --local-ba FORM        of the mappers: colmap (default), consistent, paper or equal
+#   --dense on|off         depth maps and dense points for the live view (default off; with --keep on)
 #   --keep                 leave the services running after the finish (until Ctrl-C)
 #   --check                only say what is wrong with the options; --images may be missing
 #
 # Exit codes: 0 every photo is accounted for, 1 not or an error, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
 
-session='' url='' truth='' keep=0 check=0 launch_options=() agent_options=()
+session='' url='' truth='' keep=0 check=0 dense='' launch_options=() agent_options=()
 names=() folders=()
 
 # has_photos DIR: any that `skein agent` takes
@@ -54,12 +55,13 @@ while (($#)); do
     -h | --help) print_help; exit 0 ;;
   esac
   case $1 in
-    --session | --images | --rate | --order | --config | --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba | --ground-truth | --lcm-url | --build)
+    --session | --images | --rate | --order | --config | --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba | --dense | --ground-truth | --lcm-url | --build)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2 ;;
     --images) add_images "$2" ;;
     --rate | --order) agent_options+=("$1" "$2") ;;
     --config) [[ -r $2 ]] || usage_error "--config: cannot read '$2'"; launch_options+=("$1" "$2") ;;
+    --dense) dense=$2 ;;
     --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba) launch_options+=("$1" "$2") ;;
     --ground-truth) [[ -e $2 ]] || usage_error "--ground-truth: there is no '$2'"; truth=$(realpath "$2") ;;
     --lcm-url) url=$2 ;;
@@ -100,7 +102,9 @@ publish() {
   return "$failed"
 }
 
-start_services "$session" "$url" "${launch_options[@]}"
+# Nobody sees the surface of services that are stopped at once.
+[[ -n $dense ]] || { ((keep)) && dense=on || dense=off; }
+start_services "$session" "$url" --dense "$dense" "${launch_options[@]}"
 status=0
 publish || status=1
 "$skein" finish --session "$session" --lcm-url "$url" || die "the session did not finish"

@@ -11,9 +11,9 @@ namespace skein {
 namespace {
 
 // Every section that some process reads.
-constexpr std::array<const char*, 10> kSections = {"ingest",   "cameras", "features", "retrieval",
+constexpr std::array<const char*, 11> kSections = {"ingest",   "cameras", "features", "retrieval",
                                                    "matching", "mapper",  "merger",   "guide",
-                                                   "relay",    "web"};
+                                                   "dense",    "relay",   "web"};
 constexpr size_t kMaxBytes = 1 << 20;
 constexpr char kSectionBegin[] = "++";  // as CLI11 marks them
 constexpr char kSectionEnd[] = "--";

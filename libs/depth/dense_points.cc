@@ -66,8 +66,8 @@ std::vector<DensePoint> PointsOf(const DepthMap& map, const cv::Mat3b& colours,
       const std::optional<Eigen::Vector3d> normal = surface.Normal(x, y);
       if (!normal) continue;
       const Eigen::Vector3d point = map.cam_from_world.ToWorld(map.Point(x, y));
-      points.push_back(
-          {point.cast<float>(), (world_from_cam * *normal).cast<float>(), colours(y, x)});
+      points.push_back({point.cast<float>(), (world_from_cam * *normal).cast<float>(),
+                        colours(y, x), map.error(y, x) / map.depth(y, x)});
     }
   }
   return points;

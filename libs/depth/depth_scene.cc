@@ -6,7 +6,6 @@
 #include <unordered_map>
 
 namespace skein {
-namespace {
 
 LensCamera LensOf(const Camera& camera) {
   LensCamera lens;
@@ -20,6 +19,8 @@ LensCamera LensOf(const Camera& camera) {
   };
   return lens;
 }
+
+namespace {
 
 DepthPose PoseOf(const Image& image) { return {image.RotationMatrix(), image.Tvec()}; }
 

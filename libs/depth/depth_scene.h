@@ -21,4 +21,6 @@ struct DepthScene {
 
 DepthScene DepthSceneOf(const Reconstruction& model);
 
+LensCamera LensOf(const Camera& camera);
+
 }  // namespace skein

@@ -46,8 +46,15 @@ bool PhotoTable::KeepsOrientation(int u, int v) const {
   return dxu * dyv - dxv * dyu > 0;
 }
 
+bool PhotoTable::IsOfCamera(cv::Size photo) const {
+  if (photo.width < 1) return false;
+  const int reduction = (photo_width_ + photo.width - 1) / photo.width;
+  const auto reduced = [reduction](int side) { return (side + reduction - 1) / reduction; };
+  return photo == cv::Size(reduced(photo_width_), reduced(photo_height_));
+}
+
 cv::Mat PhotoTable::Undistort(const cv::Mat& photo) const {
-  if (photo.cols != photo_width_ || photo.rows != photo_height_) {
+  if (!IsOfCamera(photo.size())) {
     throw std::invalid_argument("depth map: the photo has not its camera's size");
   }
   cv::Mat small = photo, undistorted;

@@ -29,13 +29,15 @@ class PhotoTable {
 
   const DepthCamera& camera() const { return camera_; }
 
-  // `photo`: of the lens camera's size. Areas are averaged first, so that nothing aliases. Throws
+  // `photo`: of the lens camera's size, or its sides divided by a whole number, rounded up, as a
+  // decoder reduces it. Areas are averaged first, so that nothing aliases. Throws
   // std::invalid_argument for another size.
   DepthPhoto Apply(const cv::Mat1b& photo, const DepthPose& cam_from_world) const;
   cv::Mat3b Apply(const cv::Mat3b& photo) const;
 
  private:
   bool KeepsOrientation(int u, int v) const;  // of the table around a pixel and those before it
+  bool IsOfCamera(cv::Size photo) const;
   cv::Mat Undistort(const cv::Mat& photo) const;
 
   int photo_width_, photo_height_;

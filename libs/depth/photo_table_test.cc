@@ -60,6 +60,14 @@ TEST(PhotoTable, FortyMegapixelsBecomeTheSizeThatIsWanted) {
   EXPECT_EQ(table.Apply(cv::Mat1b(5152, 7728, uint8_t{50}), {}).grey.cols, 800);
 }
 
+TEST(PhotoTable, TakesAPhotoThatItsDecoderHasReduced) {
+  cv::Mat1b photo(60, 81);
+  for (int x = 0; x < 81; ++x) photo.col(x) = 2 * x;
+  const DepthPhoto small = PhotoTable(Lens(161, 119, 0), 40).Apply(photo, {});
+  EXPECT_EQ(small.grey.cols, 40);
+  EXPECT_NEAR(small.grey(15, 20), 80, 3);
+}
+
 TEST(PhotoTable, RefusesAnotherSize) {
   EXPECT_THROW(PhotoTable(Lens(160, 120, 0), 80).Apply(cv::Mat1b(100, 160), {}),
                std::invalid_argument);

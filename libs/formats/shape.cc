@@ -13,7 +13,7 @@ constexpr char kChunk[] = "SKC1";
 constexpr char kTracks[] = "SKPT";
 constexpr char kManifest[] = "SKSM";
 
-constexpr size_t kPhotoBytes = 2 * 4 + 7 * 8, kCameraBytes = 4 + 2 * 8 + 4 * 8;
+constexpr size_t kPhotoBytes = 2 * 4 + 7 * 8, kMinCameraBytes = 4 + 2 * 8 + 4 * 8 + 4 + 4;
 constexpr size_t kMinChunkBytes = 8 + 8 + 4 + 4 + 4 + 8;
 
 void PutPoint(ByteWriter* writer, const ShapePoint& point) {
@@ -35,7 +35,9 @@ bool GetPhoto(ByteReader* reader, ShapePhoto* photo) {
 bool GetCamera(ByteReader* reader, ShapeCamera* camera) {
   return reader->Get(&camera->camera_id) && reader->Get(&camera->width) &&
          reader->Get(&camera->height) && reader->Get(&camera->fx) && reader->Get(&camera->fy) &&
-         reader->Get(&camera->cx) && reader->Get(&camera->cy);
+         reader->Get(&camera->cx) && reader->Get(&camera->cy) && reader->Get(&camera->model_id) &&
+         GetVector(reader, sizeof(double), &camera->params,
+                   [](ByteReader* in, double* value) { return in->Get(value); });
 }
 
 bool GetChunk(ByteReader* reader, ShapeManifest::Chunk* chunk) {
@@ -121,6 +123,9 @@ Bytes EncodeShapeManifest(const ShapeManifest& manifest) {
     writer.Put(camera.camera_id);
     for (const uint64_t side : {camera.width, camera.height}) writer.Put(side);
     for (const double value : {camera.fx, camera.fy, camera.cx, camera.cy}) writer.Put(value);
+    writer.Put(camera.model_id);
+    writer.Put(static_cast<uint32_t>(camera.params.size()));
+    for (const double value : camera.params) writer.Put(value);
   }
   writer.Put(static_cast<uint32_t>(manifest.chunks.size()));
   for (const ShapeManifest::Chunk& chunk : manifest.chunks) {
@@ -137,7 +142,7 @@ Bytes EncodeShapeManifest(const ShapeManifest& manifest) {
 Result<ShapeManifest> DecodeShapeManifest(const Bytes& bytes) {
   return DecodeAll<ShapeManifest>(bytes, kManifest, [](ByteReader* in, ShapeManifest* manifest) {
     return in->Get(&manifest->version) && GetVector(in, kPhotoBytes, &manifest->photos, GetPhoto) &&
-           GetVector(in, kCameraBytes, &manifest->cameras, GetCamera) &&
+           GetVector(in, kMinCameraBytes, &manifest->cameras, GetCamera) &&
            GetVector(in, kMinChunkBytes, &manifest->chunks, GetChunk);
   });
 }

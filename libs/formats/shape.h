@@ -61,15 +61,18 @@ struct ShapePhoto {
   }
 };
 
-// Without its distortion.
 struct ShapeCamera {
   uint32_t camera_id = 0;
   uint64_t width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
+  // The same with the lens distortion: COLMAP's id of the camera model, and its parameters.
+  int32_t model_id = -1;
+  std::vector<double> params = {};
 
   bool operator==(const ShapeCamera& other) const {
     return camera_id == other.camera_id && width == other.width && height == other.height &&
-           fx == other.fx && fy == other.fy && cx == other.cx && cy == other.cy;
+           fx == other.fx && fy == other.fy && cx == other.cx && cy == other.cy &&
+           model_id == other.model_id && params == other.params;
   }
 };
 

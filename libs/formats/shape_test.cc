@@ -81,7 +81,7 @@ TEST(Shape, ManifestsComeBackAsTheyWere) {
   ShapeManifest manifest;
   manifest.version = 12;
   manifest.photos = {{3, 1, {1, 0, 0, 0}, {1, 2, 3}}};
-  manifest.cameras = {{1, 640, 480, 500, 501, 320, 240}};
+  manifest.cameras = {{1, 640, 480, 500, 501, 320, 240, 1, {500, 501, 320, 240}}};
   manifest.chunks = {{1, 11, 4, "aa", "bb", 100}, {5, 12, 9, "cc", "", 0}};
   const Bytes bytes = EncodeShapeManifest(manifest);
   const Result<ShapeManifest> read = DecodeShapeManifest(bytes);

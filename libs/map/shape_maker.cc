@@ -43,6 +43,8 @@ ShapeCamera CameraOf(const Camera& camera) {
   shape.fy = camera.Params(focal.back());
   shape.cx = camera.PrincipalPointX();
   shape.cy = camera.PrincipalPointY();
+  shape.model_id = camera.ModelId();
+  shape.params = camera.Params();
   return shape;
 }
 

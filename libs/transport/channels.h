@@ -59,6 +59,7 @@ inline constexpr Channel<demand_t> kDemandChannel{"SKEIN_DEMAND"};
 inline constexpr Channel<submap_status_t> kSubmapStatusChannel{"SKEIN_SUBMAP_STATUS"};
 inline constexpr Channel<submap_shape_t> kSubmapShapeChannel{"SKEIN_SUBMAP_SHAPE"};
 inline constexpr Channel<shape_wanted_t> kShapeWantedChannel{"SKEIN_SHAPE_WANTED"};
+inline constexpr Channel<dense_points_t> kDensePointsChannel{"SKEIN_DENSE_POINTS"};
 inline constexpr Channel<guidance_t> kGuidanceChannel{"SKEIN_GUIDANCE"};
 inline constexpr Channel<advice_t> kAdviceChannel{"SKEIN_ADVICE"};
 inline constexpr Channel<shared_request_t> kSharedRequestChannel{"SKEIN_SHARED_REQUEST"};

@@ -40,6 +40,7 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kSubmapStatusChannel.name, kWorker},
     {kSubmapShapeChannel.name, kWorker},
     {kShapeWantedChannel.name, kWorker | kViewer},
+    {kDensePointsChannel.name, kWorker},
     {kGuidanceChannel.name, kWorker},
     {kAdviceChannel.name, kWorker},
     {kSharedRequestChannel.name, kWorker},

@@ -54,6 +54,9 @@ inline bool SpeaksForItself(const Sender& sender, const submap_shape_t& shape) {
 inline bool SpeaksForItself(const Sender& sender, const shape_wanted_t& wanted) {
   return MayBe(sender, wanted.author);
 }
+inline bool SpeaksForItself(const Sender& sender, const dense_points_t& points) {
+  return MayBe(sender, points.author);
+}
 inline bool SpeaksForItself(const Sender& sender, const guidance_t& guidance) {
   return MayBe(sender, guidance.author);
 }

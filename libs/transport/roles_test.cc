@@ -150,6 +150,9 @@ TEST(Roles, NobodySpeaksInAnothersName) {
   shape_wanted_t wanted{};
   wanted.author = name;
   ExpectBound(kShapeWantedChannel, Role::kViewer, name, wanted);
+  dense_points_t points{};
+  points.author = name;
+  ExpectBound(kDensePointsChannel, Role::kWorker, name, points);
   guidance_t guidance{};
   guidance.author = name;
   ExpectBound(kGuidanceChannel, Role::kWorker, name, guidance);

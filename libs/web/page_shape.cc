@@ -14,6 +14,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int kShapeDigits = 9;
+constexpr int kShareDigits = 4;
 
 // Each form of the model is freed once the next one is made: together they are several times the
 // shape.
@@ -75,6 +76,38 @@ std::string ShapeJson(const Shape& shape) {
                {"cameras", std::move(cameras)},
                {"chunks", std::move(chunks)}})
       .dump();
+}
+
+std::string DenseJson(int64_t submap_id, const DensePoints& points) {
+  json photos = json::array();
+  for (const DenseManifest::Photo& photo : points.manifest.photos) {
+    json chunks = json::array();
+    for (const DenseManifest::Chunk& chunk : photo.chunks) {
+      chunks.push_back(
+          {{"id", chunk.id}, {"version", chunk.version}, {"points", chunk.num_points}});
+    }
+    photos.push_back({{"image", photo.image_id},
+                      {"scale", photo.scale},
+                      {"share", Rounded(photo.share, kShareDigits)},
+                      {"chunks", std::move(chunks)}});
+  }
+  return json({{"submap", submap_id},
+               {"version", points.manifest.version},
+               {"photos", std::move(photos)}})
+      .dump();
+}
+
+std::string DenseMessage(int64_t submap_id, const DensePoints& points) {
+  return json({{"type", "dense"},
+               {"submap", submap_id},
+               {"version", points.manifest.version},
+               {"photos", points.manifest.photos.size()},
+               {"points", points.manifest.NumPoints()}})
+      .dump();
+}
+
+std::string DenseGoneMessage(int64_t submap_id) {
+  return json({{"type", "dense"}, {"submap", submap_id}, {"gone", true}}).dump();
 }
 
 std::string ShapeMessage(int64_t submap_id, uint64_t version) {

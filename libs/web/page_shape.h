@@ -7,6 +7,7 @@
 
 #include "core/bytes.h"
 #include "core/result.h"
+#include "shapes/dense_store.h"
 #include "shapes/shape_store.h"
 
 namespace skein {
@@ -17,6 +18,13 @@ Result<ShapePtr> ShapeOfModel(int64_t submap_id, const std::string& model_blob, 
 
 // /api/submaps/ID.
 std::string ShapeJson(const Shape& shape);
+
+// /api/submaps/ID/dense.
+std::string DenseJson(int64_t submap_id, const DensePoints& points);
+
+// The messages that tell all pages of a submap's dense points, or that it has none any more.
+std::string DenseMessage(int64_t submap_id, const DensePoints& points);
+std::string DenseGoneMessage(int64_t submap_id);
 
 // The messages that tell all pages the version of a shape, or that a submap has none any more.
 std::string ShapeMessage(int64_t submap_id, uint64_t version);

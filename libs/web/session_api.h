@@ -31,6 +31,7 @@ class SessionApi {
   SessionApi(const SessionView& view, SessionSource source, int num_threads);
 
   ShapeStore& shapes() { return submaps_.shapes(); }
+  DenseStore& dense() { return submaps_.dense(); }
 
   // For a WebServer.
   void Handle(const HttpRequest& request, Respond respond);

@@ -212,6 +212,34 @@ TEST_F(SessionApiTest, AVersionThatIsGoneNamesTheNewest) {
   EXPECT_EQ(StatusOf("/api/submaps/4/chunks/999?v=1"), 404);
 }
 
+TEST_F(SessionApiTest, DensePointsAreGivenByTheirOwnersChunks) {
+  EXPECT_EQ(StatusOf("/api/submaps/4/dense"), 404);
+  ShapeChunk chunk;
+  chunk.step = 1;
+  chunk.points.resize(3);
+  auto points = std::make_shared<DensePoints>();
+  points->owner = "dense";
+  points->manifest.version = 50;
+  points->manifest.photos = {{2, 1.5, 0.25f, {{131072, 49, 3, Keep(EncodeShapeChunk(chunk))}}}};
+  api_->dense().Set(kSubmap, points);
+  const json dense = GetJson("/api/submaps/4/dense");
+  EXPECT_EQ(dense["version"], 50);
+  EXPECT_EQ(dense["photos"][0]["image"], 2);
+  EXPECT_EQ(dense["photos"][0]["scale"], 1.5);
+  EXPECT_EQ(dense["photos"][0]["chunks"][0]["points"], 3);
+  const HttpResponse bytes = Get("/api/submaps/4/dense/131072?v=49");
+  ASSERT_EQ(bytes.status, 200);
+  EXPECT_TRUE(bytes.immutable && bytes.ranges);
+  EXPECT_EQ(DecodeShapeChunk(*bytes.bytes)->points.size(), 3u);
+  const HttpResponse gone = Get("/api/submaps/4/dense/131072?v=48");
+  EXPECT_EQ(gone.status, 404);
+  EXPECT_EQ(json::parse(gone.text)["version"], 49);
+  EXPECT_EQ(StatusOf("/api/submaps/4/dense/131072"), 400);
+  EXPECT_EQ(StatusOf("/api/submaps/4/dense/5?v=49"), 404);
+  EXPECT_TRUE(api_->dense().Drop(kSubmap));
+  EXPECT_EQ(StatusOf("/api/submaps/4/dense"), 404);
+}
+
 // Each photo sees the point where the keypoint is.
 TEST_F(SessionApiTest, APointTellsWhoSeesIt) {
   const json shape = GetJson("/api/submaps/4");

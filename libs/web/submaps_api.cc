@@ -32,6 +32,7 @@ SubmapsApi::SubmapsApi(const SessionView& view, const SessionSource& source, Blo
 void SubmapsApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
   const std::optional<int64_t> id = ParseId(parts[1]);
   if (!id) return respond(HttpError(400, "a submap is a number"));
+  if (parts.size() >= 3 && parts[2] == "dense") return HandleDense(*id, parts, request, respond);
   source_.on_look();
   WithShape(*id, respond, [this, parts, request, respond](const ShapePtr& shape) {
     if (parts.size() == 2) return respond(JsonResponse(ShapeJson(*shape)));
@@ -100,29 +101,55 @@ Result<ShapePtr> SubmapsApi::MakeShape(int64_t submap_id, const std::string& mod
   return made;
 }
 
+// Answers, and returns false, unless the request asks for the version that there is.
+bool SubmapsApi::IsVersion(uint64_t version, const HttpRequest& request, const Respond& respond) {
+  const auto given = request.query.find("v");
+  const std::optional<int64_t> wanted =
+      given == request.query.end() ? std::nullopt : ParseId(given->second);
+  if (!wanted) {
+    respond(HttpError(400, "v: give the chunk's version"));
+    return false;
+  }
+  if (static_cast<uint64_t>(*wanted) == version) return true;
+  HttpResponse gone;
+  gone.status = 404;
+  gone.text =
+      json({{"error", "this version is gone: take the newest one"}, {"version", version}}).dump();
+  respond(std::move(gone));
+  return false;
+}
+
+void SubmapsApi::AnswerChunk(std::shared_ptr<const Bytes> points, const Respond& respond) {
+  HttpResponse response = BytesResponse(std::move(points), "application/octet-stream");
+  response.immutable = true;
+  response.ranges = true;
+  respond(std::move(response));
+}
+
+void SubmapsApi::HandleDense(int64_t submap_id, const PathParts& parts, const HttpRequest& request,
+                             const Respond& respond) {
+  const DensePointsPtr points = dense_.Find(submap_id);
+  if (points == nullptr) {
+    return respond(NoSuch("dense points of submap " + std::to_string(submap_id) + " yet"));
+  }
+  if (parts.size() == 3) return respond(JsonResponse(DenseJson(submap_id, *points)));
+  const std::optional<int64_t> id = parts.size() == 4 ? ParseId(parts[3]) : std::nullopt;
+  const auto* chunk = id ? points->Find(static_cast<uint64_t>(*id)) : nullptr;
+  if (chunk == nullptr) return respond(NoSuch("such chunk of the newest dense points"));
+  if (!IsVersion(chunk->version, request, respond)) return;
+  blobs_.FetchAll(
+      {chunk->points_blob}, points->owner, respond, [respond](BlobFetcher::Blobs blobs) {
+        AnswerChunk(std::make_shared<const Bytes>(std::move(blobs.begin()->second)), respond);
+      });
+}
+
 void SubmapsApi::GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,
                           Respond respond) {
   const std::optional<int64_t> id = ParseId(parts[3]);
   const Shape::Chunk* chunk = id ? shape.Find(static_cast<uint64_t>(*id)) : nullptr;
   if (chunk == nullptr) return respond(NoSuch("such chunk in the newest shape"));
-  const auto version = request.query.find("v");
-  const std::optional<int64_t> wanted =
-      version == request.query.end() ? std::nullopt : ParseId(version->second);
-  if (!wanted) return respond(HttpError(400, "v: give the chunk's version"));
-  if (static_cast<uint64_t>(*wanted) != chunk->version) {
-    HttpResponse gone;
-    gone.status = 404;
-    gone.text =
-        json({{"error", "this version is gone: take the newest one"}, {"version", chunk->version}})
-            .dump();
-    return respond(std::move(gone));
-  }
-  if (parts.size() == 4) {
-    HttpResponse response = BytesResponse(chunk->points, "application/octet-stream");
-    response.immutable = true;
-    response.ranges = true;
-    return respond(std::move(response));
-  }
+  if (!IsVersion(chunk->version, request, respond)) return;
+  if (parts.size() == 4) return AnswerChunk(chunk->points, respond);
   const std::optional<int64_t> index = parts.size() == 6 ? ParseId(parts[5]) : std::nullopt;
   if (parts[4] != "points" || !index) {
     return respond(HttpError(404, "there is no such path; points/INDEX of a chunk is one"));

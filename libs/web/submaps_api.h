@@ -1,4 +1,5 @@
-// /api/submaps: map snapshots (shapes), their chunks, and the photos that see a point.
+// /api/submaps: map snapshots (shapes), their chunks, the photos that see a point, and dense
+// points.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 
 #include "core/bytes.h"
 #include "core/result.h"
+#include "shapes/dense_store.h"
 #include "shapes/shape_store.h"
 #include "web/api_answers.h"
 #include "web/blob_fetcher.h"
@@ -24,6 +26,7 @@ class SubmapsApi {
   SubmapsApi(const SessionView& view, const SessionSource& source, BlobFetcher& blobs);
 
   ShapeStore& shapes() { return shapes_; }
+  DenseStore& dense() { return dense_; }
 
   // `parts`: {"submaps", ID, ...}.
   void Handle(const PathParts& parts, const HttpRequest& request, Respond respond);
@@ -33,8 +36,12 @@ class SubmapsApi {
   // Map snapshot (shape) of a submap's newest model.
   Result<ShapePtr> MakeShape(int64_t submap_id, const std::string& model_blob, Bytes archive,
                              int64_t version);
+  void HandleDense(int64_t submap_id, const PathParts& parts, const HttpRequest& request,
+                   const Respond& respond);
   void GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,
                 Respond respond);
+  static bool IsVersion(uint64_t version, const HttpRequest& request, const Respond& respond);
+  static void AnswerChunk(std::shared_ptr<const Bytes> points, const Respond& respond);
   void GetPoint(const Shape::Chunk& chunk, const std::string& owner, int64_t index,
                 Respond respond);
   void AnswerPoint(const Shape::Chunk& chunk, const Bytes& tracks, int64_t index, Respond respond);
@@ -43,6 +50,7 @@ class SubmapsApi {
   const SessionSource& source_;
   BlobFetcher& blobs_;
   ShapeStore shapes_;
+  DenseStore dense_;
   std::mutex making_;
 };
 

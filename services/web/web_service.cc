@@ -28,6 +28,8 @@ fs::path PageDir(const std::string& given) {
                        : fs::path(given);
 }
 
+std::string DenseKey(int64_t submap_id) { return "dense/" + std::to_string(submap_id); }
+
 // A fetch that ends, with an error where its owner is silent.
 struct Fetching {
   BlobClient::FetchId id = 0;
@@ -69,6 +71,7 @@ WebService::WebService(Node& node, const WebOptions& options)
   }
   api_ = std::make_unique<SessionApi>(view_, Source(), kNumPoolThreads);
   shapes_ = std::make_unique<ShapeFollower>(node, api_->shapes(), FollowShapes());
+  dense_ = std::make_unique<DenseFollower>(node, api_->dense(), FollowDense());
   StartServer();
   subscriptions_ = {
       node.bus().Subscribe(kHeartbeatChannel, [this](const heartbeat_t& m) { OnHeartbeat(m); }),
@@ -101,6 +104,7 @@ WebService::~WebService() {
   for (const auto id : subscriptions_) node_.bus().Unsubscribe(id);
   node_.loop().CancelTimer(timer_);
   desk_.reset();
+  dense_.reset();
   server_.reset();       // no request comes any more
   upload_jobs_.reset();  // nor is one under way, before what they ask goes
   api_.reset();
@@ -116,6 +120,18 @@ ShapeFollowerOptions WebService::FollowShapes() {
     server_->TellLatest("shape/" + std::to_string(submap_id), ShapeMessage(submap_id, version));
   };
   options.on_model = options.on_shape;
+  return options;
+}
+
+DenseFollowerOptions WebService::FollowDense() {
+  DenseFollowerOptions options;
+  options.is_live = [this](int64_t submap_id) {
+    return view_.With(
+        [&](const SessionRecord& session) { return session.state.IsLive(submap_id); });
+  };
+  options.on_points = [this](int64_t submap_id, const DensePoints& points) {
+    server_->TellLatest(DenseKey(submap_id), DenseMessage(submap_id, points));
+  };
   return options;
 }
 
@@ -191,6 +207,9 @@ void WebService::OnFact(const Fact& fact) {
   server_->NoteEvents();
   if (const auto* end = std::get_if<submap_end_t>(&fact)) {
     api_->shapes().Drop(end->submap_id);
+    if (api_->dense().Drop(end->submap_id)) {
+      server_->TellLatest(DenseKey(end->submap_id), DenseGoneMessage(end->submap_id));
+    }
     const std::lock_guard<std::mutex> lock(told_mutex_);
     guidance_.places.erase(end->submap_id);
     server_->TellLatest("shape/" + std::to_string(end->submap_id), GoneMessage(end->submap_id));

@@ -11,6 +11,7 @@
 #include "event_loop/alive.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
+#include "shapes/dense_follower.h"
 #include "shapes/shape_follower.h"
 #include "web/finish_asker.h"
 #include "web/job_pool.h"
@@ -40,6 +41,7 @@ class WebService {
   SessionSource Source();
   void AddVisitors(SessionSource* source);
   ShapeFollowerOptions FollowShapes();
+  DenseFollowerOptions FollowDense();
   void StartServer();
   void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   void OnFact(const Fact& fact);
@@ -60,6 +62,7 @@ class WebService {
   std::unique_ptr<SessionApi> api_;
   std::unique_ptr<JobPool> upload_jobs_;  // use both
   std::unique_ptr<ShapeFollower> shapes_;
+  std::unique_ptr<DenseFollower> dense_;
   std::unique_ptr<WebServer> server_;
   std::unique_ptr<LedgerFollower> follower_;
   std::unique_ptr<UploadDesk> desk_;

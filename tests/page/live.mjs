@@ -84,6 +84,13 @@ await browser.rest();
 await page.locator('#tab_overview').click();
 await browser.rest();
 await picture('finished');
+await page.locator('#tool_surface').click();
+state = await browser.until('the surface', (s) => s.surface.on && s.surface.points > 20_000 && s.surface.loading === 0);
+await browser.rest();
+await picture('surface');
+await page.locator('#tool_surface').click();
+await browser.until('the points again', (s) => !s.surface.on);
+await browser.rest();
 const point = await page.evaluate(() => {
   for (let y = 150; y < 700; y += 4) {
     for (let x = 150; x < 950; x += 4) {

@@ -191,6 +191,59 @@ const cases = {
     await page.locator('.sightings li').nth(1).waitFor();
   },
 
+  async 'the surface is shown in place of points, and asked for only then'({ browser, start }) {
+    const server = await start('--at', 'end', '--depth', '100');
+    const { page } = browser;
+    const asked = [];
+    page.on('request', (r) => /\/dense/.test(r.url()) && asked.push(r.url()));
+    await page.goto(server.url);
+    const before = await browser.until('the map is there', (s) => isShown(s) && s.surface.of.length === 1);
+    const button = page.locator('#tool_surface');
+    assert.deepEqual([asked, await button.getAttribute('aria-pressed'), await button.isEnabled()], [[], 'false', true]);
+    await button.click();
+    const shown = await browser.until('the surface is there', (s) => s.surface.on && s.surface.points > 100000 && s.surface.loading === 0);
+    assert.deepEqual([shown.points, shown.pointsShown], [before.points, 0]);
+    assert.equal(await button.getAttribute('aria-pressed'), 'true');
+    await browser.rest();
+    await picture(page, 'surface');
+    // A point of it tells its photo, and a distance is measured on it.
+    const [a, b] = await twoPoints(page);
+    const box = await page.locator('#canvas').boundingBox();
+    await page.mouse.click(box.x + a.x, box.y + a.y);
+    await browser.until('its photo is told', (s) => s.selection?.photo > 0 && s.selection.seen.photos.length === 1);
+    await page.locator('.inspect', { hasText: 'It is from the depth map of this photo' }).waitFor();
+    await page.locator('#tool_measure').click();
+    for (const { x, y } of [a, b]) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('.measure_label').waitFor();
+    await page.keyboard.press('Escape');
+    // As it was: fewer photos, less surface.
+    await page.locator('#timeline input').evaluate((slider) => {
+      slider.value = 300;
+      slider.dispatchEvent(new Event('input'));
+    });
+    await browser.until('an earlier time has less of it', (s) => !s.isLive && s.surface.pointsShown < 0.8 * shown.surface.pointsShown);
+    await page.locator('#timeline .now').click();
+    await browser.until('now again', (s) => s.isLive && s.surface.pointsShown === shown.surface.pointsShown);
+    // A reload keeps the choice; the key takes it back.
+    await page.reload();
+    await browser.until('it is shown again', (s) => s.surface.on && s.surface.points === shown.surface.points && s.surface.loading === 0);
+    await page.keyboard.press('p');
+    await browser.until('the points are back', (s) => !s.surface.on && s.pointsShown === before.pointsShown && s.surface.pointsShown === 0);
+    return server.url;
+  },
+
+  async 'without a surface its switch says so'({ browser, start }) {
+    const server = await start('--at', 'end', '--depth', '0');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', isShown);
+    assert.equal(await page.locator('#tool_surface').isEnabled(), false);
+    assert.match(await page.locator('#tool_surface').getAttribute('title'), /^No surface yet: /);
+    await page.keyboard.press('p');
+    assert.equal((await browser.state()).surface.on, false);
+    return server.url;
+  },
+
   async 'what is not placed says why; names are text'({ browser, url }) {
     const { page } = browser;
     await page.goto(url);

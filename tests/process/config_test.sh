@@ -9,7 +9,7 @@ file=$workspace/my.toml
 "$skein" config >"$file" || fail "skein config"
 "$skein" config --config "$file" >"$workspace/again.toml" || fail "the defaults were refused"
 diff "$file" "$workspace/again.toml" || fail "the defaults read back changed something"
-for service in ingest features retrieval matching mapper merger guide relay web; do
+for service in ingest features retrieval matching mapper merger guide dense relay web; do
   grep -qx "\[$service\]" "$file" || fail "no section of $service"
   # Every option of --help stands in the file, but for those that say where a process runs.
   "$SKEIN_BUILD/bin/skein-$service" --help | grep -oE -- '^ +--[a-z-]+' | tr -d ' ' | sort -u >"$workspace/help"
@@ -27,7 +27,7 @@ sed -i 's/^max_features = .*/max_features = 4096/; s/^merge = .*/merge = false/;
 
 # NaN and infinity are no values, of any option of any service.
 num_numbers=0
-for service in ingest features retrieval matching mapper merger guide relay web; do
+for service in ingest features retrieval matching mapper merger guide dense relay web; do
   while read -r option; do
     for value in nan inf; do
       status=0

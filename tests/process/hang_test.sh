@@ -36,8 +36,9 @@ hang merger
 wait_until 60 "photos are registered" has_facts "$session" registration 3
 hang mapper-1
 hang guide
+hang dense
 await_agents
 finish "$session"
 stop_services
 expect_model "$session" 1
-echo "$((SECONDS - started)) s with nine hung processes"
+echo "$((SECONDS - started)) s with ten hung processes"

@@ -22,6 +22,7 @@ kill_service "$session" merger
 wait_until 60 "photos are registered" has_facts "$session" registration 3
 kill_service "$session" mapper-1
 kill_service "$session" guide
+kill_service "$session" dense
 await_agents
 finish "$session"
 stop_services

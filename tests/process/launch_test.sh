@@ -26,7 +26,7 @@ echo "ready $instance"
 while [[ -z ${elastic:-} || ! -e $session/retire ]]; do touch "$SKEIN_ALIVE_FILE"; sleep 0.05; done
 SERVICE
 chmod +x "$workspace/bin/skein-ingest"
-for service in features retrieval matching mapper merger guide web; do
+for service in features retrieval matching mapper merger guide dense web; do
   ln -s skein-ingest "$workspace/bin/skein-$service"
 done
 # `skein demand`: says what the test has written for it. `skein admit` is the real one.
@@ -66,10 +66,10 @@ none_runs() { [[ $(running) == 0 ]]; }
 
 echo '[features]' >"$workspace/my.toml"
 start_services "$session" udpm://239.255.76.67:7667?ttl=0 --features 2 --mappers 2 --max-size 800 --hang-after 3 --config "$workspace/my.toml"
-for instance in ingest features-2 retrieval matching-1 mapper-2 merger guide web; do
+for instance in ingest features-2 retrieval matching-1 mapper-2 merger guide dense web; do
   grep -qx "config $workspace/my.toml" "$session/log/$instance.log" || fail "$instance did not get --config"
 done
-[[ $(ls "$session"/run/*.pid | wc -l) == 10 ]] || fail "expected 10 services: $(ls "$session/run")"
+[[ $(ls "$session"/run/*.pid | wc -l) == 11 ]] || fail "expected 11 services: $(ls "$session/run")"
 tr '\0' ' ' <"/proc/$(pid_of features-2)/cmdline" | grep -- '--max-size 800 ' >/dev/null || fail "features-2 does not know of --max-size"
 tr '\0' ' ' <"/proc/$(pid_of matching-1)/cmdline" | grep -- '--max-size' >/dev/null && fail "only features take --max-size"
 
@@ -158,8 +158,9 @@ mappers() { (cd "$session/run" && ls mapper-*.pid 2>/dev/null | tr '\n' ' '); }
 mappers_are() { [[ $(mappers) == "$1" ]]; }
 says() { echo "$1" >"$session/next" && mv "$session/next" "$session/says"; }
 was_read() { grep -qxF "$1" "$session/log/demand.log"; }
-start_services "$session" udpm://239.255.76.67:7667?ttl=0 --mappers 1:3 --guide off
+start_services "$session" udpm://239.255.76.67:7667?ttl=0 --mappers 1:3 --guide off --dense off
 [[ ! -e $session/run/guide.pid ]] || fail "the guide runs although it is off"
+[[ ! -e $session/run/dense.pid ]] || fail "depth maps are made although they are off"
 mappers_are 'mapper-1.pid ' || fail "not one mapper at the start: $(mappers)"
 says "short 1 of mapper-1"
 wait_until 10 "the pool grows" mappers_are 'mapper-1.pid mapper-2.pid '

@@ -10,7 +10,7 @@ said_in() { sed -n 's/.*return "\(.*\)".*/\1/p' "$1"; }
 version=$(sed -n 's/^project(skein VERSION \([0-9.]*\) .*/\1/p' "$SKEIN_ROOT/CMakeLists.txt")
 built=$(said_in "$SKEIN_BUILD/generated/commit.cc") # HEAD may have moved since
 [[ $built == "$version" || $built == "$version ("?*")" ]] || fail "version $version was built as '$built'"
-for program in skein skein-{ingest,features,retrieval,matching,mapper,merger,guide,relay,web}; do
+for program in skein skein-{ingest,features,retrieval,matching,mapper,merger,guide,dense,relay,web}; do
   said=$("$SKEIN_BUILD/bin/$program" --version) || fail "$program --version: exit code $?"
   [[ $said == "$program $built" ]] || fail "$program says '$said', not '$program $built'"
 done

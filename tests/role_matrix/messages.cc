@@ -17,6 +17,7 @@ void SpeakAs(const Name& as, demand_t* demand) { demand->author = as.instance; }
 void SpeakAs(const Name& as, submap_status_t* status) { status->owner = as.instance; }
 void SpeakAs(const Name& as, submap_shape_t* shape) { shape->owner = as.instance; }
 void SpeakAs(const Name& as, shape_wanted_t* wanted) { wanted->author = as.instance; }
+void SpeakAs(const Name& as, dense_points_t* points) { points->author = as.instance; }
 void SpeakAs(const Name& as, guidance_t* guidance) { guidance->author = as.instance; }
 void SpeakAs(const Name& as, advice_t* advice) { advice->author = as.instance; }
 void SpeakAs(const Name& as, shared_reply_t* reply) { reply->owner = as.instance; }

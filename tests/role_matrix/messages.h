@@ -60,6 +60,7 @@ void ForEachMainChannel(Fn fn) {
   fn(kSubmapStatusChannel);
   fn(kSubmapShapeChannel);
   fn(kShapeWantedChannel);
+  fn(kDensePointsChannel);
   fn(kGuidanceChannel);
   fn(kAdviceChannel);
   fn(kSharedRequestChannel);

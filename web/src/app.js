@@ -1,5 +1,7 @@
 // The page: what comes from the server goes into the timeline and the shapes; what is shown follows from them.
+import { storedChoice, storeChoice } from './choices.js';
 import { kGrid, kMark, kPaper, rgb } from './colours.js';
+import { kDense } from './dense.js';
 import { Dismissed } from './dismissed.js';
 import { Feed } from './feed.js';
 import { heirOf, liveSubmaps, notPlacedOf, placeOf, standingOf, summarize } from './fold.js';
@@ -7,7 +9,6 @@ import { guidanceOf } from './guidance.js';
 import { thumbnailUrl } from './photo_urls.js';
 import * as sim from './similarity.js';
 import { Shapes } from './shapes.js';
-import { storedTheme, storeTheme } from './theme.js';
 import { Timeline } from './timeline.js';
 import { Compare } from './ui/compare.js';
 import { byId, h, iconButton, setText } from './ui/dom.js';
@@ -32,7 +33,9 @@ const kPhonePoints = 2_000_000;
 const kDefaultPoints = 10_000_000;
 const kFaded = 0.55; // of points, in a replay, until it is known when each came
 const kUpdateMs = 120;
+const kSurfaceLabel = 'Surface instead of points (P)';
 
+const storedTheme = () => storedChoice('theme', ['dark', 'light']); // null: as the system says
 const isPhone = () => matchMedia('(pointer: coarse)').matches;
 const reducedMotion = () => matchMedia('(prefers-reduced-motion: reduce)').matches;
 
@@ -50,6 +53,7 @@ export class App {
     this.maxPoints = isPhone() ? kPhonePoints : kDefaultPoints;
     this.tintMaps = true;
     this.showsStations = true;
+    this.wantsSurface = storedChoice('points', ['surface']) !== null;
     this.theme = 'dark';
     this.updatedAt = -Infinity;
     this.clockOffset = null; // utime of the server less performance.now(), in microseconds
@@ -83,6 +87,7 @@ export class App {
     this.shapes = new Shapes({
       manifest: (id, manifest) => {
         this.world.setManifest(id, manifest);
+        this.dense.pump(); // photos have got a place
         this.changed();
       },
       chunk: (id, chunkId, chunk) => {
@@ -90,8 +95,9 @@ export class App {
         this.changed();
       },
       chunkGone: (id, chunkId) => this.viewer.submaps.dropChunk(id, chunkId),
+      chunkCut: (id, chunkId, points) => this.viewer.submaps.cutChunk(id, chunkId, points),
       gone: (id) => {
-        this.world.dropShape(id);
+        if (this.world.dropShape(id)) this.dense.again(id);
         this.changed();
       },
       load: (waiting) => {
@@ -99,11 +105,13 @@ export class App {
         this.changed();
       },
     }, { budget: this.maxPoints });
+    this.dense = this.followDense();
     this.feed = new Feed({
       reset: (id) => this.begin(id),
       events: (events) => this.take(events),
       synced: () => this.wantShapes(),
-      shape: (message) => this.hearShape(message),
+      shape: (message) => this.hear(this.shapes, message),
+      dense: (message) => this.hear(this.dense, message),
       status: (message) => {
         this.status = message;
         this.changed();
@@ -113,6 +121,7 @@ export class App {
         this.connection = connection;
         if (again) this.numConnections++;
         if (again) this.askSession();
+        if (again) this.dense.doubt();
         if (connection.connected && this.feed.synced) this.wantShapes();
         this.changed();
       },
@@ -120,10 +129,35 @@ export class App {
     this.feed.start();
   }
 
+  // Nothing is loaded until the surface is to be shown.
+  followDense() {
+    return new Shapes({
+      manifest: (id, manifest) => {
+        this.world.setDense(id, manifest);
+        this.changed();
+      },
+      chunk: (id, chunkId, chunk, { image }) => {
+        this.viewer.submaps.setSurfaceChunk(id, chunkId, chunk, image);
+        this.changed();
+      },
+      chunkGone: (id, chunkId) => this.viewer.submaps.dropSurfaceChunk(id, chunkId),
+      chunkCut: (id, chunkId, points) => this.viewer.submaps.cutSurfaceChunk(id, chunkId, points),
+      gone: (id) => {
+        this.world.dropDense(id);
+        this.changed();
+      },
+      load: (waiting) => {
+        this.loadingDense = waiting;
+        this.changed();
+      },
+    }, { budget: this.maxPoints, form: kDense, wants: (id, { image }) => this.world.hasPose(id, image), follows: this.wantsSurface });
+  }
+
   begin(session) {
     this.timeline.reset();
     this.dismissed.open(session);
     this.measure.begin(session);
+    this.dense.reset();
     this.shapes.reset();
     this.world.reset();
     this.status = null;
@@ -151,6 +185,7 @@ export class App {
     this.maxPoints = points;
     this.viewer.submaps.setBudget(points);
     this.shapes.setBudget(points);
+    this.dense.setBudget(points);
   }
 
   take(events) {
@@ -170,29 +205,33 @@ export class App {
       if (merge && this.world.join(merge, performance.now() / 1000)) {
         this.shapes.announce(merge.target, 0);
       } else {
-        this.shapes.drop(event.source);
+        this.drop(event.source);
       }
     } else if (event.kind === 'submap') {
       const submap = this.timeline.live.submaps.get(event.submap);
       if (submap && !submap.ended) this.shapes.announce(event.submap, 0);
-      else if (submap && !submap.mergedInto) this.shapes.drop(event.submap);
+      else if (submap && !submap.mergedInto) this.drop(event.submap);
     }
   }
 
   // Of every live submap: what was told while nobody listened is not told again.
   wantShapes() {
     for (const submap of liveSubmaps(this.timeline.live)) this.shapes.announce(submap.id, 0);
-    for (const id of this.shapes.submaps.keys()) {
-      if (this.timeline.live.submaps.get(id)?.ended && !this.world.joining.has(id)) this.shapes.drop(id);
+    for (const id of new Set([...this.shapes.submaps.keys(), ...this.dense.submaps.keys()])) {
+      if (this.timeline.live.submaps.get(id)?.ended && !this.world.joining.has(id)) this.drop(id);
     }
   }
 
-  hearShape({ submap, version, gone }) {
-    if (gone) {
-      if (!this.world.joining.has(submap)) this.shapes.drop(submap);
-    } else {
-      this.shapes.announce(submap, version);
-    }
+  // shapes: those that the message is of.
+  hear(shapes, { submap, version, gone }) {
+    if (!gone) shapes.announce(submap, version);
+    else if (!this.world.joining.has(submap)) shapes.drop(submap);
+    this.changed();
+  }
+
+  drop(submap) {
+    this.dense.drop(submap);
+    this.shapes.drop(submap);
   }
 
   // ---- what is shown
@@ -254,7 +293,7 @@ export class App {
     if (this.feed.synced) this.dismissed.forgetPlaced(this.timeline.live);
     const view = this.view();
     const nowS = performance.now() / 1000;
-    for (const id of this.world.takeJoined(nowS)) this.shapes.drop(id);
+    for (const id of this.world.takeJoined(nowS)) this.drop(id);
     if (this.world.joining.size > 0) setTimeout(() => this.changed(), 300);
     // Who takes the view into their hands follows no longer.
     if (this.follow && this.viewer.controls.moved) this.setFollow(false);
@@ -265,6 +304,7 @@ export class App {
     this.stations = this.world.showStations({ theme: this.theme, advice: this.showsStations ? guidanceOf(view).advice : [] });
     this.viewer.cameras.setBase(this.world.cameraBase());
     this.world.showTints(this.theme, this.tintMaps);
+    this.showSurface();
     const ranking = this.world.showRanks();
     this.viewer.setFaded(ranking ? kFaded : 0);
     if (ranking) setTimeout(() => this.changed(), 0);
@@ -279,6 +319,21 @@ export class App {
     this.labels.update(view, this.hoveredImage);
     this.updateEmpty(view);
     this.measure.update(kMark[this.theme]);
+  }
+
+  // Of submaps that have a surface: that, or their points.
+  showSurface() {
+    const has = this.dense.submaps.size > 0;
+    const on = has && this.wantsSurface;
+    this.world.showSurfaces();
+    this.viewer.submaps.showSurfaces(on);
+    const button = byId('tool_surface');
+    const label = has ? kSurfaceLabel : 'No surface yet: skein-dense makes it of photos that are placed';
+    button.disabled = !has;
+    button.setAttribute('aria-pressed', String(on));
+    if (button.title === label) return;
+    button.title = label;
+    button.setAttribute('aria-label', label);
   }
 
   tick() {
@@ -343,9 +398,11 @@ export class App {
     this.changed();
   }
 
-  async selectPoint({ submap, chunk, index, version, own, point }) {
-    const selection = { submap, chunk, index, version, own, point, at: this.world.coordinatesOf(submap, own), seen: null };
+  async selectPoint({ submap, chunk, index, version, own, point, photo }) {
+    const selection = { submap, chunk, index, version, own, point, photo, at: this.world.coordinatesOf(submap, own), seen: null };
+    if (photo) selection.seen = { photos: this.world.sightingsOf(submap, photo, own) };
     this.select(selection);
+    if (photo) return;
     try {
       const answer = await fetch(`/api/submaps/${submap}/chunks/${chunk}/points/${index}?v=${version}`);
       if (answer.status === 404) selection.seen = { error: 'The map has changed just now: click the point again.' };
@@ -476,6 +533,7 @@ export class App {
       tool('follow', 'follow', 'Follow the newest photo (N)', () => this.setFollow(!this.follow), 'false'),
       tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!viewer.controls.flying), 'false'),
       tool('measure', 'measure', 'Measure a distance (M)', () => this.measure.setActive(!this.measure.active), 'false'),
+      tool('surface', 'surface', kSurfaceLabel, () => this.setSurface(!this.wantsSurface), 'false'),
       settings.button, settings.element);
   }
 
@@ -501,6 +559,14 @@ export class App {
     if (this.newest) this.viewer.followCamera(this.newest);
   }
 
+  setSurface(on) {
+    if (this.dense.submaps.size === 0) return;
+    this.wantsSurface = on;
+    storeChoice('points', on ? 'surface' : null);
+    this.dense.follow(on);
+    this.changed();
+  }
+
   setFlying(on) {
     this.viewer.controls.flying = on;
     this.viewer.controls.moved = true;
@@ -521,7 +587,7 @@ export class App {
     const system = matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark';
     this.theme = theme ?? system;
     document.documentElement.dataset.theme = this.theme;
-    if (keep) storeTheme(this.theme === system ? null : this.theme);
+    if (keep) storeChoice('theme', this.theme === system ? null : this.theme);
     this.viewer.setPaper(kPaper[this.theme], kGrid[this.theme]);
     this.changed();
   }
@@ -533,7 +599,7 @@ export class App {
     if (typing) return;
     const actions = {
       f: () => this.fit(), n: () => this.setFollow(!this.follow), v: () => this.setFlying(!this.viewer.controls.flying),
-      m: () => this.measure.setActive(!this.measure.active), '?': () => showHelp(this.session.version ?? ''),
+      m: () => this.measure.setActive(!this.measure.active), p: () => this.setSurface(!this.wantsSurface), '?': () => showHelp(this.session.version ?? ''),
       Escape: () => (this.measure.active ? this.measure.setActive(false) : this.select(null)),
       ...(onButton ? {} : { ' ': () => this.timebar.toggle() }),
     };
@@ -558,6 +624,10 @@ export class App {
       joining: [...this.world.joining.keys()], joined: this.world.joined,
       unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p).standing)).map((p) => p.id),
       points: this.viewer.submaps.numPoints, pointsShown: this.viewer.submaps.numPointsShown, loading: this.loading ?? 0,
+      surface: {
+        of: [...this.dense.submaps.keys()], on: this.viewer.submaps.showsSurfaces, loading: this.loadingDense ?? 0,
+        points: this.viewer.submaps.numSurfacePoints, pointsShown: this.viewer.submaps.numSurfacePointsShown,
+      },
       cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,
       stations: (this.stations ?? []).map(({ agent, number, from }) => ({ agent, number, from })),
       newest: this.newest, view: this.viewer.controls.describe(), framesDrawn: this.viewer.framesDrawn, finish: shown.finish,

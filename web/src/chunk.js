@@ -43,5 +43,13 @@ export function pointOf(chunk, index) {
   return [0, 1, 2].map((k) => chunk.origin[k] + chunk.step * chunk.position[4 * index + k]);
 }
 
+// A chunk with the first `points` of its points.
+export function prefixOf({ total, origin, step, version, position, colour, lowest, highest }, points) {
+  return { points, total, origin, step, version, position: position.slice(0, 4 * points), colour: colour.slice(0, 4 * points), lowest, highest };
+}
+
+// The share of `total` points that a budget of points allows.
+export const shareWithin = (budget, total) => (total > budget ? budget / total : 1);
+
 // The bytes of a chunk's first `points` points.
 export const prefixBytes = (points) => kHeaderBytes + kPointBytes * points;

@@ -10,7 +10,7 @@ const kAnswerMs = 8000;
 const kRefusedCode = 1008; // RFC 6455: against the server's policy
 
 export class Feed {
-  // on: {events(list), reset(sessionId), shape(message), status(message), connection({connected, heard, refused}), synced()}
+  // on: {events(list), reset(sessionId), shape(message), dense(message), status(message), connection({connected, heard, refused}), synced()}
   // refused: '' or why the server lets this page in no more; the feed stops then.
   constructor(on, { fetch, WebSocket, url, now, setTimeout, clearTimeout, random } = {}) {
     this.on = on;
@@ -118,6 +118,9 @@ export class Feed {
         break;
       case 'shape':
         this.on.shape(message);
+        break;
+      case 'dense':
+        this.on.dense(message);
         break;
       case 'status':
         this.on.status(message);

@@ -1,15 +1,27 @@
 // The newest shape of each submap: its manifest, and the chunks whose version is another one. Old chunks stay until the
 // new ones are there. Loads at most kAtOnce chunks at a time, and of each only the prefix that the budget allows.
-import { decodeChunk, prefixBytes } from './chunk.js';
+import { decodeChunk, prefixBytes, shareWithin } from './chunk.js';
 
 const kAtOnce = 4;
 const kRetryMs = 1500;
 const kVersionsTried = 3;
+const kKeptTimes = 2; // of the points that the budget allows: a chunk with more is cut
+
+// A form of shapes: where the server has them, and `checked`, which bounds what a page believes of a manifest and throws
+// on what is none. dropsAbsent: whether a manifest that the server has no more ends the shape.
+export const kSparse = {
+  manifestPath: (submap) => `/api/submaps/${submap}`,
+  chunkPath: (submap, chunk) => `/api/submaps/${submap}/chunks/${chunk}`,
+  checked: checkedManifest,
+  dropsAbsent: false,
+};
 
 export class Shapes {
-  // on: {manifest(submap, manifest), chunk(submap, id, chunk), chunkGone(submap, id), gone(submap), load(waiting)}
-  constructor(on, { fetch, setTimeout, budget = 2_000_000 } = {}) {
-    this.on = on;
+  // on: {manifest(submap, manifest), chunk(submap, id, chunk, entry of the manifest), chunkGone(submap, id),
+  //   chunkCut(submap, id, points), gone(submap), load(waiting)}
+  // wants(submap, entry): whether a chunk is to be loaded; pump() asks again. follows: as follow().
+  constructor(on, { fetch, setTimeout, budget = 2_000_000, form = kSparse, wants = () => true, follows = true } = {}) {
+    Object.assign(this, { on, form, wants, follows });
     this.fetch = fetch ?? globalThis.fetch.bind(globalThis);
     this.setTimeout = setTimeout ?? globalThis.setTimeout.bind(globalThis);
     this.budget = budget;
@@ -35,6 +47,33 @@ export class Shapes {
     if (!submap.fetching) this.fetchManifest(id, submap);
   }
 
+  // While it does not follow, it notes what is announced and asks for nothing.
+  follow(on) {
+    if (on === this.follows) return;
+    this.follows = on;
+    if (!on) return;
+    for (const [id, submap] of this.submaps) {
+      if (!submap.fetching && submap.wanted > (submap.manifest?.version ?? -1)) this.fetchManifest(id, submap);
+    }
+    this.pump();
+  }
+
+  // After a new connection: what was announced before may be no more. The server announces what there is.
+  doubt() {
+    for (const id of [...this.submaps.keys()]) {
+      if (this.follows) this.announce(id, 0);
+      else this.drop(id);
+    }
+  }
+
+  // What was loaded of a submap is lost: it is loaded anew.
+  again(id) {
+    const wanted = this.submaps.get(id)?.wanted;
+    if (wanted === undefined) return;
+    this.drop(id);
+    this.announce(id, wanted);
+  }
+
   drop(id) {
     if (!this.submaps.delete(id)) return;
     this.on.gone(id);
@@ -43,19 +82,35 @@ export class Shapes {
 
   setBudget(points) {
     this.budget = points;
+    this.cut();
     this.pump();
   }
 
   // The share of each chunk's points that the budget allows.
   get share() {
     let total = 0;
-    for (const { manifest } of this.submaps.values()) {
-      for (const chunk of manifest?.chunks ?? []) total += chunk.points;
+    for (const [id, { manifest }] of this.submaps) {
+      for (const chunk of manifest?.chunks ?? []) if (this.wants(id, chunk)) total += chunk.points;
     }
-    return total > this.budget ? this.budget / total : 1;
+    return shareWithin(this.budget, total);
+  }
+
+  // Chunks that were loaded when there were fewer keep about what the budget allows now.
+  cut() {
+    const { share } = this;
+    for (const [id, { manifest, loaded }] of this.submaps) {
+      for (const chunk of manifest?.chunks ?? []) {
+        const have = loaded.get(chunk.id);
+        const wanted = Math.ceil(share * chunk.points);
+        if (!have || have.points <= kKeptTimes * wanted) continue;
+        have.points = wanted;
+        this.on.chunkCut?.(id, chunk.id, wanted);
+      }
+    }
   }
 
   async fetchManifest(id, submap) {
+    if (!this.follows) return;
     const { generation } = this;
     submap.fetching = true;
     submap.retry = false;
@@ -63,8 +118,8 @@ export class Shapes {
     let manifest = null;
     let absent = false;
     try {
-      const answer = await this.fetch(`/api/submaps/${id}`, { cache: 'no-store' });
-      if (answer.ok) manifest = checkedManifest(await answer.json());
+      const answer = await this.fetch(this.form.manifestPath(id), { cache: 'no-store' });
+      if (answer.ok) manifest = this.form.checked(await answer.json());
       absent = answer.status === 404;
     } catch {
       // The connection is lost, or will be told to be: the next shape or the retry goes on.
@@ -75,10 +130,12 @@ export class Shapes {
       submap.manifest = manifest;
       this.on.manifest(id, manifest);
       this.dropAbsent(id, submap);
+      this.cut();
       this.pump();
     }
     // What was told meanwhile. A server that began anew may have older ones than were told before.
     if (submap.wanted > Math.max(wanted, manifest?.version ?? 0)) this.fetchManifest(id, submap);
+    else if (absent && this.form.dropsAbsent) this.drop(id);
     else if (!manifest && !absent) this.retryLater(id, submap);
   }
 
@@ -95,7 +152,7 @@ export class Shapes {
 
   // Chunks that the newest shape has no more go when all that it has are there, so that no hole is seen.
   dropAbsent(id, submap) {
-    if (this.missingOf(submap).length > 0 || submap.loading.size > 0) return;
+    if (this.missingOf(id, submap).length > 0 || submap.loading.size > 0) return;
     const present = new Set(submap.manifest.chunks.map((c) => c.id));
     for (const chunk of [...submap.loaded.keys()]) {
       if (present.has(chunk)) continue;
@@ -104,11 +161,11 @@ export class Shapes {
     }
   }
 
-  missingOf(submap) {
+  missingOf(id, submap) {
     if (!submap.manifest) return [];
     const share = this.share;
     return submap.manifest.chunks.filter((chunk) => {
-      if (submap.loading.has(chunk.id)) return false;
+      if (submap.loading.has(chunk.id) || !this.wants(id, chunk)) return false;
       const have = submap.loaded.get(chunk.id);
       const isIt = have && (have.version === chunk.version || have.asked === chunk.version);
       return !isIt || have.points < 0.8 * Math.ceil(share * chunk.points);
@@ -116,9 +173,13 @@ export class Shapes {
   }
 
   pump() {
+    if (!this.follows) {
+      this.on.load?.(this.active);
+      return;
+    }
     let waiting = 0;
     for (const [id, submap] of this.submaps) {
-      for (const chunk of this.missingOf(submap)) {
+      for (const chunk of this.missingOf(id, submap)) {
         if (this.active >= kAtOnce || submap.retry) {
           waiting++;
           continue;
@@ -130,8 +191,9 @@ export class Shapes {
   }
 
   // A version that is gone was followed by a newer one, which the answer tells: then that one is fetched.
-  async fetchChunk(id, submap, { id: chunkId, version, points }) {
+  async fetchChunk(id, submap, entry) {
     const { generation } = this;
+    const { id: chunkId, version, points } = entry;
     const wanted = Math.ceil(this.share * points);
     submap.loading.add(chunkId);
     this.active++;
@@ -140,7 +202,7 @@ export class Shapes {
     try {
       for (let tries = 0; !chunk && newer && tries < kVersionsTried; ++tries) {
         const headers = wanted < points ? { Range: `bytes=0-${prefixBytes(wanted) - 1}` } : {};
-        const answer = await this.fetch(`/api/submaps/${id}/chunks/${chunkId}?v=${newer}`, { headers });
+        const answer = await this.fetch(`${this.form.chunkPath(id, chunkId)}?v=${newer}`, { headers });
         if (answer.ok) chunk = decodeChunk(await answer.arrayBuffer());
         else newer = answer.status === 404 ? Number((await answer.json()).version) : 0;
       }
@@ -155,7 +217,7 @@ export class Shapes {
     }
     if (chunk) {
       submap.loaded.set(chunkId, { asked: version, version: newer, points: chunk.points });
-      this.on.chunk(id, chunkId, chunk);
+      this.on.chunk(id, chunkId, chunk, entry);
       this.dropAbsent(id, submap);
     } else {
       this.retryLater(id, submap); // with the manifest of then
@@ -164,7 +226,6 @@ export class Shapes {
   }
 }
 
-// Bounds what a page believes; throws on what is no manifest.
 function checkedManifest(manifest) {
   if (!Array.isArray(manifest.photos) || !Array.isArray(manifest.chunks) || typeof manifest.cameras !== 'object') {
     throw new Error('not a shape of a submap');

@@ -1,6 +1,7 @@
 // What the viewer is given: the shown state of the session and the newest shapes of its submaps, as places, cameras,
 // colours and links.
 import { agentColour, mapColour, rgb } from './colours.js';
+import { photoPlaces, projectPoint } from './dense.js';
 import { heirOf, liveSubmaps, placeOf } from './fold.js';
 import { coordinatesOf, joined, measureSubmap, sideBySide } from './frames.js';
 import { stationCameras } from './guidance.js';
@@ -21,6 +22,8 @@ export class World {
   reset() {
     for (const id of this.shapes?.keys() ?? []) this.viewer.submaps.drop(id);
     this.shapes = new Map(); // submap id -> {manifest, cameras: Map(image -> {centre, worldFromCam, aspect})}
+    this.dense = new Map(); // submap id -> manifest of its surface, as checkedDense() has it
+    this.surfacesAt = null; // utime of the photos whose surfaces are shown; null: now
     this.measures = new Map(); // submap id -> {measure, photos}
     this.joining = new Map(); // source id -> {target, targetFromSource, photos, until, arrived, sent}
     this.joined = []; // ids of sources that were seen moving into their targets
@@ -36,7 +39,55 @@ export class World {
     for (const [source, join] of this.joining) {
       if (join.target === id && [...join.photos].some((image) => cameras.has(image))) join.arrived = true;
     }
+    this.placeSurface(id);
   }
+
+  // ---- surfaces
+
+  setDense(id, manifest) {
+    this.dense.set(id, manifest);
+    this.placeSurface(id);
+  }
+
+  dropDense(id) {
+    this.dense.delete(id);
+    this.viewer.submaps.dropSurface(id);
+  }
+
+  // Whether a photo has a place in the submap: without one its surface cannot be shown.
+  hasPose(id, image) {
+    return Boolean(this.shapes.get(id)?.cameras.has(image));
+  }
+
+  placeSurface(id) {
+    const dense = this.dense.get(id);
+    const shape = this.shapes.get(id);
+    if (dense && shape) this.viewer.submaps.setPhotos(id, photoPlaces(dense, shape.cameras, (image) => this.isPlaced(image)));
+  }
+
+  // At the time that is shown.
+  isPlaced(image) {
+    const { timeline } = this;
+    return timeline.isLive || (timeline.live.photos.get(image)?.firstPlaced || Infinity) <= timeline.utime;
+  }
+
+  // Surfaces of the photos that are placed at the time that is shown.
+  showSurfaces() {
+    if (this.surfacesAt === this.timeline.utime) return;
+    this.surfacesAt = this.timeline.utime;
+    for (const id of this.dense.keys()) this.placeSurface(id);
+  }
+
+  // Where a photo shows a point of its submap's frame: [{image, x, y}] in px of the stored photo; none where it does not.
+  sightingsOf(id, image, own) {
+    const manifest = this.shapes.get(id)?.manifest;
+    const photo = manifest?.photos.find((p) => p.image === image);
+    const camera = manifest?.cameras[photo?.camera];
+    const at = camera && projectPoint(photo.pose, camera, own);
+    return at?.every(Number.isFinite) ? [{ image, x: at[0], y: at[1] }] : [];
+  }
+
+  // ---- places
 
   // An adjustment may move a submap's whole frame. What is seen stays where it is.
   keepStill(id, cameras) {
@@ -55,11 +106,13 @@ export class World {
     this.viewer.submaps.setPlace(id, sim.compose(place, oldFromNew), { animate: false });
   }
 
+  // Returns whether it went.
   dropShape(id) {
-    if (this.joining.has(id)) return; // it is still on its way into another one
+    if (this.joining.has(id)) return false; // it is still on its way into another one
     this.shapes.delete(id);
     this.measures.delete(id);
     this.viewer.submaps.drop(id);
+    return true;
   }
 
   // The source's points and cameras move to where the target has them.
@@ -218,7 +271,7 @@ export class World {
     const { timeline, viewer } = this;
     let left = false;
     for (const [id, { manifest, cameras }] of this.shapes) {
-      if (timeline.isLive) {
+      if (timeline.isLive || viewer.submaps.showsSurface(id)) {
         viewer.submaps.setRank(id, null);
         continue;
       }

@@ -17,7 +17,8 @@ class World {
     this.answering = true;
     const world = this;
     this.feed = new Feed({
-      events: (list) => this.got.push(...list.map((e) => e.seq)), reset: (id) => this.resets.push(id), shape: () => {}, status: (s) => { this.status = s; },
+      events: (list) => this.got.push(...list.map((e) => e.seq)), reset: (id) => this.resets.push(id), shape: (m) => { this.shape = m; },
+      dense: (m) => { this.dense = m; }, status: (s) => { this.status = s; },
       connection: (c) => {
         this.connections.push(c.connected);
         this.refused = c.refused;
@@ -192,6 +193,14 @@ test('A range that cannot be had is asked for again', async () => {
   world.answering = true;
   await world.pass(1001);
   assert.deepEqual(world.got, [1, 2]);
+});
+
+test('Shapes and surfaces are handed on as they are told', () => {
+  const world = new World([1]);
+  world.hello();
+  world.say({ type: 'shape', submap: 1, version: 4 });
+  world.say({ type: 'dense', submap: 2, gone: true });
+  assert.deepEqual([world.shape.version, world.dense.submap, world.dense.gone], [4, 2, true]);
 });
 
 test('What is no message does no harm', async () => {

@@ -1,7 +1,7 @@
 // Serves the page with a synthetic session, by the same protocol as skein-web, without any of Skein's processes:
 //
 //   node test_server/server.mjs [--port 8471] [--page dist] [--speed 8] [--photos 24] [--points 30000] [--gps] [--at end]
-//                               [--hold S[,S ...]]
+//                               [--hold S[,S ...]] [--depth PX: of the longer side of a photo's depth map; 0: none]
 //
 // For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
@@ -21,13 +21,14 @@ import { dirname, extname, join, normalize, resolve } from 'node:path';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
-import { chunkBytes, drawing, guidanceAt, makeSession, shapeAt } from './synthetic.mjs';
+import { chunkBytes, denseAt, denseChunkBytes, depthPoints, drawing, guidanceAt, makeSession, shapeAt } from './synthetic.mjs';
 
 const { values: options } = parseArgs({
   options: {
     port: { type: 'string', default: '8471' }, page: { type: 'string', default: join(dirname(fileURLToPath(import.meta.url)), '../dist') },
     speed: { type: 'string', default: '8' }, photos: { type: 'string', default: '24' }, points: { type: 'string', default: '30000' },
     gps: { type: 'boolean', default: false }, at: { type: 'string', default: 'start' }, hold: { type: 'string', default: 'Infinity' },
+    depth: { type: 'string', default: '60' },
   },
 });
 const session = makeSession({
@@ -72,11 +73,28 @@ const sendJson = (response, value, status = 200) => send(response, status, JSON.
 
 // Made once a second, as mappers do.
 const shapes = new Map();
+const dense = new Map(); // submap -> denseAt()
 let shapesAt = -1;
 function makeShapes() {
   if (shapesAt === told) return;
   shapesAt = told;
-  for (const id of [1, 2]) shapes.set(id, shapeAt(session, id, events[told - 1]?.t ?? 0));
+  const now = events[told - 1]?.t ?? 0;
+  for (const id of [1, 2]) {
+    shapes.set(id, shapeAt(session, id, now));
+    dense.set(id, Number(options.depth) > 0 ? denseAt(session, id, now, depthOf) : null);
+  }
+}
+
+const depths = new Map(); // image -> depthPoints()
+function depthOf(photo) {
+  if (!depths.has(photo.id)) depths.set(photo.id, depthPoints(session, photo, Number(options.depth)));
+  return depths.get(photo.id);
+}
+
+function sendRange(request, response, bytes) {
+  const range = /^bytes=0-(\d+)$/.exec(request.headers.range ?? '');
+  if (range) send(response, 206, bytes.subarray(0, Number(range[1]) + 1), 'application/octet-stream');
+  else send(response, 200, bytes, 'application/octet-stream');
 }
 
 const routes = [
@@ -119,11 +137,17 @@ const routes = [
     const found = shape?.chunks.find((c) => c.id === Number(chunk));
     const version = shape?.manifest.chunks.find((c) => c.id === Number(chunk))?.version;
     if (!found || String(version) !== query.get('v')) return sendJson(r, { error: 'gone', version }, 404);
-    const bytes = chunkBytes(session, shape, { ...found, version });
-    const range = /^bytes=0-(\d+)$/.exec(request.headers.range ?? '');
-    if (range) send(r, 206, bytes.subarray(0, Number(range[1]) + 1), 'application/octet-stream');
-    else send(r, 200, bytes, 'application/octet-stream');
-    return undefined;
+    return sendRange(request, r, chunkBytes(session, shape, { ...found, version }));
+  }],
+  [/^\/api\/submaps\/(\d+)\/dense$/, (r, [id]) => {
+    const surface = dense.get(Number(id));
+    if (surface) sendJson(r, surface);
+    else sendJson(r, { error: 'this submap has no surface' }, 404);
+  }],
+  [/^\/api\/submaps\/(\d+)\/dense\/(\d+)$/, (r, [id, chunk], query, request) => {
+    const photo = dense.get(Number(id))?.photos.find((p) => p.chunks.some((c) => c.id === Number(chunk)));
+    if (!photo || query.get('v') !== '1') return sendJson(r, { error: 'gone', version: photo ? 1 : undefined }, 404);
+    return sendRange(request, r, denseChunkBytes(depthOf(session.photos[photo.image - 1]), Number(chunk)));
   }],
   [/^\/api\/submaps\/(\d+)\/chunks\/(\d+)\/points\/(\d+)$/, (r, [id, chunk, index]) => {
     const shape = shapes.get(Number(id));
@@ -184,12 +208,19 @@ server.on('upgrade', (request, socket) => {
   socket.on('close', () => sockets.delete(socket));
   socket.on('data', () => {});
   sockets.add(socket);
-  return socket.write(frame(JSON.stringify({ type: 'hello', session_id: 'synthetic', head: head() })));
+  socket.write(frame(JSON.stringify({ type: 'hello', session_id: 'synthetic', head: head() })));
+  for (const surface of dense.values()) if (surface) socket.write(frame(JSON.stringify(denseMessage(surface))));
 });
+
+function denseMessage({ submap, version, photos }) {
+  const points = photos.flatMap((p) => p.chunks).reduce((n, c) => n + c.points, 0);
+  return { type: 'dense', submap, version, photos: photos.length, points };
+}
 
 // Once every 50 ms: what has happened by now.
 let toldHead = 2;
 const versions = {};
+const denseVersions = {};
 function advance() {
   const now = utimeNow();
   const before = told;
@@ -208,6 +239,16 @@ function tellShapes() {
     if (version === (versions[id] ?? 0)) continue;
     versions[id] = version;
     tell(version ? { type: 'shape', submap: id, version } : { type: 'shape', submap: id, gone: true });
+  }
+  tellDense();
+}
+function tellDense() {
+  for (const id of [1, 2]) {
+    const surface = dense.get(id);
+    const version = surface?.version ?? 0;
+    if (version === (denseVersions[id] ?? 0)) continue;
+    denseVersions[id] = version;
+    tell(surface ? denseMessage(surface) : { type: 'dense', submap: id, gone: true });
   }
 }
 function tellStatus() {

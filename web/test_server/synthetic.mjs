@@ -1,5 +1,6 @@
 // A session that never was: two agents photograph a house from both ends of a street, in a map each, until their photos
 // overlap and the maps are joined. Everything that the page can show occurs. Deterministic.
+import { kMaxChunkPoints } from '../src/chunk.js';
 import * as sim from '../src/similarity.js';
 
 export function randomOf(seed) {
@@ -270,23 +271,83 @@ export function guidanceAt(session, utime) {
 }
 
 export function chunkBytes(session, { frame }, { part, version }) {
-  const xyz = part.map(([i]) => sim.apply(frame, session.points[i].xyz));
+  return encodeChunk(part.map(([i, by]) => ({ xyz: sim.apply(frame, session.points[i].xyz), colour: session.points[i].colour, quality: by.length })), version);
+}
+
+// points: [{xyz, colour, quality}]
+function encodeChunk(points, version) {
+  const xyz = points.map((p) => p.xyz);
   const low = [0, 1, 2].map((k) => Math.min(...xyz.map((p) => p[k])));
   const high = [0, 1, 2].map((k) => Math.max(...xyz.map((p) => p[k])));
   const step = Math.max(...high.map((v, k) => v - low[k]), 1e-9) / 65535;
-  const bytes = new DataView(new ArrayBuffer(48 + 10 * part.length));
+  const bytes = new DataView(new ArrayBuffer(48 + 10 * points.length));
   bytes.setUint32(0, 0x534b4331, false);
-  bytes.setUint32(4, part.length, true);
+  bytes.setUint32(4, points.length, true);
   low.forEach((v, k) => bytes.setFloat64(8 + 8 * k, v, true));
   bytes.setFloat64(32, step, true);
   bytes.setBigUint64(40, BigInt(version), true);
-  part.forEach(([i, by], n) => {
+  points.forEach(({ colour, quality }, n) => {
     const at = 48 + 10 * n;
     xyz[n].forEach((v, k) => bytes.setUint16(at + 2 * k, Math.round((v - low[k]) / step), true));
-    session.points[i].colour.forEach((v, k) => bytes.setUint8(at + 6 + k, v));
-    bytes.setUint8(at + 9, Math.min(255, by.length));
+    colour.forEach((v, k) => bytes.setUint8(at + 6 + k, v));
+    bytes.setUint8(at + 9, Math.min(255, quality));
   });
   return Buffer.from(bytes.buffer);
+}
+
+const kSplat = 0.36; // metres: a point of the world covers as much of a depth map
+const kDepthUs = 1_000_000; // from a photo's place to its depth map
+
+// Points of a photo's depth map, `px` pixels on its longer side, in a random order: [{xyz: in the camera's frame, in a
+// unit of the photo's own, colour, quality}], and the unit in metres.
+export function depthPoints(session, photo, px) {
+  const f = px / session.width;
+  const [width, height] = [px, Math.round(session.height * f)];
+  const focal = session.focal * f;
+  const depth = new Float32Array(width * height).fill(Infinity);
+  const nearest = new Int32Array(width * height); // the point, where there is a depth
+  for (const [i, [x, y, z]] of photo.seen) {
+    const half = Math.max(0.5, (0.5 * kSplat * focal) / z);
+    for (let v = Math.max(0, Math.round(y * f - half)); v < Math.min(height, y * f + half); ++v) {
+      for (let u = Math.max(0, Math.round(x * f - half)); u < Math.min(width, x * f + half); ++u) {
+        if (z >= depth[v * width + u]) continue;
+        depth[v * width + u] = z;
+        nearest[v * width + u] = i;
+      }
+    }
+  }
+  const unit = 1 + 0.5 * (photo.id % 3);
+  const random = randomOf(photo.id);
+  const points = [];
+  depth.forEach((z, pixel) => {
+    if (z === Infinity) return;
+    const [u, v] = [pixel % width, Math.floor(pixel / width)];
+    const ray = [(u + 0.5 - width / 2) / focal, (v + 0.5 - height / 2) / focal, 1];
+    points.push({ xyz: sim.scaled(ray, z / unit), colour: session.points[nearest[pixel]].colour, quality: 200, order: random() });
+  });
+  return { points: points.sort((a, b) => a.order - b.order), unit, share: points.length / (width * height) };
+}
+
+// The dense surface of a submap at a time, as the server tells it; null if there is none. mapOf(photo): its depthPoints().
+export function denseAt(session, submap, utime, mapOf) {
+  const shape = shapeAt(session, submap, utime);
+  const images = shape?.manifest.photos.map((p) => p.image).filter((image) => session.photos[image - 1].placedAt + kDepthUs <= utime) ?? [];
+  if (images.length === 0) return null;
+  const photos = images.map((image) => {
+    const { points, unit, share } = mapOf(session.photos[image - 1]);
+    const chunks = [];
+    for (let at = 0; at < points.length; at += kMaxChunkPoints) {
+      chunks.push({ id: 100 * image + chunks.length, version: 1, points: Math.min(kMaxChunkPoints, points.length - at) });
+    }
+    return { image, scale: shape.frame.s * unit, share, chunks };
+  });
+  return { submap, version: shape.manifest.version + images.length, photos };
+}
+
+// A chunk of denseAt() by its id.
+export function denseChunkBytes({ points }, id) {
+  const from = (id % 100) * kMaxChunkPoints;
+  return encodeChunk(points.slice(from, from + kMaxChunkPoints), 1);
 }
 
 const kDots = 1000; // of a drawing: a browser takes longer over ten times as many than over a photo

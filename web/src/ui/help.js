@@ -4,10 +4,11 @@ import { byId, h, iconButton } from './dom.js';
 const kKeys = [
   ['Drag', 'turn'], ['Right or shift drag, two fingers', 'move'], ['Wheel, pinch, + −', 'zoom'], ['Double click', 'look at that'],
   ['Arrow keys', 'turn'], ['W A S D, Q E', 'move, up and down; with shift faster'], ['F', 'show everything'], ['N', 'follow the newest photo'],
-  ['V', 'fly'], ['M', 'measure'], ['Space', 'replay or pause'], ['Esc', 'deselect'], ['?', 'this help'],
+  ['V', 'fly'], ['M', 'measure'], ['P', 'points or surface'], ['Space', 'replay or pause'], ['Esc', 'deselect'], ['?', 'this help'],
 ];
 const kNotes = [
   'Each pyramid is a photo where it was taken; its colour is its agent’s. Maps that do not overlap yet stand side by side, each with a scale of its own, until photos join them.',
+  'The surface is made of the photos’ depth maps, while photos come. It needs the process skein-dense. In a replay a photo’s part is there once that photo is placed.',
   'In a replay a point appears once two placed cameras have it in view: an estimate, as nothing tells when it came.',
 ];
 

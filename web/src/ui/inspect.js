@@ -98,7 +98,10 @@ export class Inspect {
     parts.push(places(view, selection));
     if (!seen) parts.push(h('p', { className: 'muted' }, 'Asking who sees it…'));
     else if (seen.error) parts.push(h('p', { className: 'muted' }, seen.error));
-    else {
+    else if (selection.photo) {
+      parts.push(h('p', {}, seen.photos.length ? 'A point of the surface. It is from the depth map of this photo.' : 'A point of the surface.'));
+      parts.push(h('ul', { className: 'sightings' }, seen.photos.map((s) => this.sighting(view, s))));
+    } else {
       parts.push(h('p', {}, `${plural(seen.photos.length, 'photo')} of map ${selection.submap} ${seen.photos.length === 1 ? 'sees' : 'see'} it.`));
       parts.push(h('ul', { className: 'sightings' }, seen.photos.map((s) => this.sighting(view, s))));
     }
@@ -127,7 +130,7 @@ const diagnosisOf = ({ timeline, status }, image) => (timeline.isLive ? status?.
 function signatureOf(view) {
   const { state, selection, theme } = view;
   if (!selection) return 'none';
-  if (!selection.image) return JSON.stringify(['point', theme, selection.submap, selection.chunk, selection.index, selection.seen ?? null]);
+  if (!selection.image) return JSON.stringify(['point', theme, selection.submap, selection.chunk, selection.index, selection.photo, selection.seen ?? null]);
   const photo = state.photos.get(selection.image);
   if (!photo) return `absent ${selection.image}`;
   const { standing, reason, submap, trial } = standingOf(state, photo);

@@ -1,5 +1,4 @@
 // What is written over the picture: names of maps, of what is hovered or selected, a measurement, and the scale.
-import { pointOf } from '../chunk.js';
 import { liveSubmaps, photoName } from '../fold.js';
 import * as sim from '../similarity.js';
 import { length, plural } from '../words.js';
@@ -36,10 +35,10 @@ export class Labels {
   }
 
   // A point stays with its submap.
-  pointNow({ submap, chunk, index, version, point }) {
-    const place = this.viewer.submaps.placeOf(submap);
-    const points = this.viewer.submaps.chunk(submap, chunk);
-    return place && points?.version === version ? sim.apply(place, pointOf(points, index)) : point;
+  pointNow(selection) {
+    const place = this.viewer.submaps.placeOf(selection.submap);
+    const own = this.viewer.submaps.ownOf(selection);
+    return place && own ? sim.apply(place, own) : selection.point;
   }
 
   // After each frame.

@@ -7,7 +7,7 @@ export class Settings {
     this.element = h('div', { id: 'settings', hidden: true, role: 'group', 'aria-label': 'What is shown' },
       range('Point size', { min: 1, max: 8, step: 0.5, value: 3 }, on.pointPx),
       range('Camera size', { min: 0, max: 3, step: 0.1, value: 1 }, on.cameraScale),
-      check('Points', (visible) => on.show('points', visible)),
+      check('Points or surface', (visible) => on.show('points', visible)),
       check('Cameras', (visible) => on.show('cameras', visible)),
       check('Photos to take', on.stations),
       check('Floor grid', (visible) => on.show('grid', visible)),

@@ -1,6 +1,5 @@
 // What is under the pointer: ids instead of colours, drawn around it.
 import { Color, WebGLRenderTarget } from 'three';
-import { pointOf } from '../chunk.js';
 import * as sim from '../similarity.js';
 import { pointPickMaterial } from './points.js';
 
@@ -14,7 +13,8 @@ export class Picker {
     this.target = new WebGLRenderTarget(kPickPx, kPickPx);
   }
 
-  // x, y, width, height, pointPx: CSS pixels. {image}, {submap, chunk, index, version, own, point} or null.
+  // x, y, width, height, pointPx: CSS pixels. {image}, {submap, chunk, index, version, own, point, photo: the image that
+  // a surface's point is of} or null.
   pick(x, y, { width, height, pointPx }) {
     const half = (kPickPx - 1) / 2;
     this.camera.setViewOffset(width, height, x - half, y - half, kPickPx, kPickPx);
@@ -34,28 +34,21 @@ export class Picker {
       object.visible = false;
     }
     this.bases = [];
-    for (const { chunks } of this.submaps.all.values()) {
-      for (const points of chunks.values()) {
-        const own = base;
-        this.bases.push({ base, points });
-        base += points.shown;
-        restore.push([points, points.material]);
-        points.material = this.material;
-        points.onBeforeRender = () => {
-          this.material.uniforms.uBase.value = own;
-          this.material.uniforms.uRank.value = points.parent.userData.uRank.value;
-          this.material.uniformsNeedUpdate = true;
-        };
-      }
+    for (const points of this.submaps.drawn()) {
+      points.pickBase = base;
+      this.bases.push({ base, points });
+      base += points.shown;
+      restore.push([points, points.material]);
+      points.material = this.material;
     }
     const { fill } = this.frusta;
     restore.push([fill, fill.material]);
     fill.material = fill.userData.pickMaterial;
     const clear = renderer.getClearColor(new Color());
     // Points are as large as on the screen, in a picture of as many pixels as CSS has.
-    const { uPixels, uSmallest } = this.shared;
-    const onScreen = [uPixels.value, uSmallest.value];
-    [uPixels.value, uSmallest.value] = [pointPx, 1];
+    const { uPixels, uSmallest, uHalfHeight } = this.shared;
+    const onScreen = [uPixels.value, uSmallest.value, uHalfHeight.value];
+    [uPixels.value, uSmallest.value, uHalfHeight.value] = [pointPx, 1, kPickPx / 2];
     renderer.setRenderTarget(this.target);
     renderer.setClearColor(0x000000, 0);
     renderer.clear();
@@ -64,12 +57,9 @@ export class Picker {
     renderer.readRenderTargetPixels(this.target, 0, 0, kPickPx, kPickPx, bytes);
     renderer.setRenderTarget(null);
     renderer.setClearColor(clear, 1);
-    [uPixels.value, uSmallest.value] = onScreen;
+    [uPixels.value, uSmallest.value, uHalfHeight.value] = onScreen;
     for (const [object, visible] of hidden) object.visible = visible;
-    for (const [object, material] of restore) {
-      object.material = material;
-      object.onBeforeRender = () => {};
-    }
+    for (const [object, material] of restore) object.material = material;
     return bytes;
   }
 
@@ -92,10 +82,10 @@ export class Picker {
     const found = this.bases.find(({ base, points }) => best.id >= base && best.id < base + points.shown);
     if (!found) return null;
     const index = best.id - found.base;
-    const { submap, chunk } = found.points.userData;
-    const own = pointOf(found.points.chunk, index);
+    const { submap } = found.points.userData;
+    const own = found.points.own(index);
     return {
-      submap, chunk, index, version: found.points.chunk.version, own,
+      ...found.points.userData, index, version: found.points.chunk.version, own,
       point: sim.apply(this.submaps.placeOf(submap), own),
     };
   }

@@ -1,12 +1,23 @@
 // The points of one chunk each, as GPU buffers that are replaced in place, and how they are drawn.
-import { BufferAttribute, BufferGeometry, Color, NoBlending, Points, ShaderMaterial, Sphere, Vector3 } from 'three';
+import { BufferAttribute, BufferGeometry, Color, Matrix4, NoBlending, Points, Quaternion, ShaderMaterial, Sphere, Vector3 } from 'three';
+import { pointOf, prefixOf } from '../chunk.js';
+import { chunkPlace, discSize } from '../dense.js';
+import * as sim from '../similarity.js';
 
+// Points of a depth map are as large as the surface between them, by their depth in their photo, so that it looks closed.
+// All others are as large at the same distance. Some GPUs draw no point above 64 px.
 const kSize = /* glsl */ `
   uniform float uPixels;     // diameter at the distance uReference, device pixels
   uniform float uReference;
   uniform float uSmallest;
-  float sizeAt(float depth) {
-    return clamp(uPixels * uReference / max(depth, 1e-6), uSmallest, uPixels * 4.0);
+  uniform float uHalfHeight; // of the picture, device pixels
+  uniform float uDisc;       // diameter over depth in the photo; 0: of no photo
+  uniform float uOriginDepth; // of the chunk's origin in the photo, in the chunk's steps
+  float sizeOf(vec3 at, float depth) {
+    float far = max(depth, 1e-6);
+    if (uDisc == 0.0) return clamp(uPixels * uReference / far, uSmallest, uPixels * 4.0);
+    float diameter = uDisc * (at.z + uOriginDepth) * length(modelViewMatrix[0].xyz);
+    return clamp(diameter * projectionMatrix[1][1] * uHalfHeight / far, uSmallest, max(64.0, uSmallest));
   }
 `;
 
@@ -23,7 +34,7 @@ const kVertex = /* glsl */ `
   void main() {
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
     gl_Position = rank > uRank ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
-    gl_PointSize = sizeAt(-seen.z);
+    gl_PointSize = sizeOf(position, -seen.z);
     float grey = dot(colour.rgb, vec3(0.299, 0.587, 0.114));
     vec3 tinted = mix(colour.rgb, uTint * (0.35 + 0.9 * grey), uTintShare);
     vColour = mix(tinted, uPaper, uFaded);
@@ -47,7 +58,7 @@ const kPickVertex = /* glsl */ `
   void main() {
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
     gl_Position = rank > uRank ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
-    gl_PointSize = max(sizeAt(-seen.z), 3.0);
+    gl_PointSize = max(sizeOf(position, -seen.z), 3.0);
     uint id = uint(uBase) + uint(gl_VertexID);
     vId = vec4(float(id & 255u), float((id >> 8) & 255u), float((id >> 16) & 255u), float((id >> 24) & 255u)) / 255.0;
   }
@@ -67,14 +78,21 @@ export const kAll = 1e6; // a rank above all
 // What all points share.
 export function pointUniforms() {
   return {
-    uPixels: { value: 3 }, uReference: { value: 10 }, uSmallest: { value: 1 },
+    uPixels: { value: 3 }, uReference: { value: 10 }, uSmallest: { value: 1 }, uHalfHeight: { value: 1 },
     uPaper: { value: new Color() }, uFaded: { value: 0 },
   };
 }
 
+const ownUniforms = () => ({ uDisc: { value: 0 }, uOriginDepth: { value: 0 }, uRank: { value: kAll } });
+
+// What a submap's points share.
+export function tintUniforms() {
+  return { uTint: { value: new Vector3(1, 1, 1) }, uTintShare: { value: 0 } };
+}
+
 export function pointMaterial(shared) {
   return new ShaderMaterial({
-    uniforms: { ...shared, uTint: { value: new Vector3(1, 1, 1) }, uTintShare: { value: 0 }, uRank: { value: kAll } },
+    uniforms: { ...shared, ...ownUniforms() },
     vertexShader: kVertex,
     fragmentShader: kFragment,
   });
@@ -82,19 +100,38 @@ export function pointMaterial(shared) {
 
 export function pointPickMaterial(shared) {
   return new ShaderMaterial({
-    uniforms: { ...shared, uBase: { value: 0 }, uRank: { value: kAll } },
+    uniforms: { ...shared, ...ownUniforms(), uBase: { value: 0 } },
     vertexShader: kPickVertex,
     fragmentShader: kPickFragment,
     blending: NoBlending,
   });
 }
 
+// Of display_from_submap, submap_from_chunk and the like.
+export function matrixOf({ s, q: [w, x, y, z], t }) {
+  return new Matrix4().compose(new Vector3(...t), new Quaternion(x, y, z, w), new Vector3(s, s, s));
+}
+
 export class ChunkPoints extends Points {
   constructor(material) {
     super(new BufferGeometry(), material);
     this.chunk = null;
-    this.pickBase = 0;
+    this.pickBase = 0; // the id of its first point while ids are drawn
+    this.rank = kAll; // points above it are not drawn
+    this.place = sim.identity(); // submap_from_camera of a depth map's points
+    this.spacing = 0; // of their samples over their depth
+    this.shown = 0;
     this.matrixAutoUpdate = false;
+  }
+
+  // Also when ids are drawn, by another material.
+  onBeforeRender() {
+    const { uniforms } = this.material;
+    uniforms.uDisc.value = discSize(this.spacing, this.shown, this.chunk.total);
+    uniforms.uOriginDepth.value = this.chunk.origin[2] / this.chunk.step;
+    uniforms.uRank.value = this.rank;
+    if (uniforms.uBase) uniforms.uBase.value = this.pickBase;
+    this.material.uniformsNeedUpdate = true;
   }
 
   // The old buffers go only after the new ones are there.
@@ -109,9 +146,25 @@ export class ChunkPoints extends Points {
       lowest.clone().add(highest).multiplyScalar(0.5), 0.5 * lowest.distanceTo(highest) + 1);
     this.geometry = geometry;
     this.chunk = chunk;
-    this.matrix.makeScale(chunk.step, chunk.step, chunk.step).setPosition(...chunk.origin);
-    this.matrixWorldNeedsUpdate = true;
+    this.setPlace(this);
     old.dispose();
+  }
+
+  // Of a depth map's points: as photoPlaces() has it.
+  setPlace({ place, spacing }) {
+    Object.assign(this, { place, spacing });
+    this.matrix.copy(matrixOf(chunkPlace(place, this.chunk)));
+    this.matrixWorldNeedsUpdate = true;
+  }
+
+  // Keeps the first `points`.
+  cut(points) {
+    if (points < this.chunk.points) this.set(prefixOf(this.chunk, points));
+  }
+
+  // Of a point, in the submap's frame.
+  own(index) {
+    return sim.apply(this.place, pointOf(this.chunk, index));
   }
 
   // Points show when their submap's uRank has reached theirs.
@@ -122,7 +175,6 @@ export class ChunkPoints extends Points {
 
   // At most this share of the chunk's points: they are shuffled, so any prefix is a sample.
   showShare(share) {
-    if (!this.chunk) return;
     this.shown = Math.min(this.chunk.points, Math.ceil(share * this.chunk.total));
     this.geometry.setDrawRange(0, this.shown);
   }

@@ -1,8 +1,9 @@
-// The submaps' points: a submap is a group that moves as a whole, a chunk of its points a child.
-import { Color, Group, Quaternion, Vector3 } from 'three';
-import { pointOf } from '../chunk.js';
+// The submaps' points: a submap is a group that moves as a whole, a chunk of its points a child. Its surface is chunks as
+// well, each at the place of its photo; where it is shown, the submap's other points are not.
+import { Color, Group } from 'three';
+import { pointOf, shareWithin } from '../chunk.js';
 import * as sim from '../similarity.js';
-import { ChunkPoints, kAll, pointMaterial } from './points.js';
+import { ChunkPoints, kAll, matrixOf, pointMaterial, tintUniforms } from './points.js';
 
 const kMoveS = 1.4; // of a submap that changes its place
 
@@ -10,11 +11,14 @@ export class Submaps {
   // shared: pointUniforms(). on: {changed(): it is to be drawn, moved(): what stands in a submap's frame is, too}
   constructor(scene, shared, on, { reducedMotion = () => false } = {}) {
     Object.assign(this, { scene, shared, on, reducedMotion });
-    this.all = new Map(); // id -> {group, material, chunks: Map, place, move, goal}
+    this.all = new Map(); // id -> {group, material, tint, rank, chunks: Map, surface: Map, photos: Map, place, move, goal}
     this.visible = true;
+    this.showsSurfaces = false;
     this.budget = 2_000_000;
-    this.numPoints = 0;
+    this.numPoints = 0; // of chunks, whether shown or not
     this.numPointsShown = 0;
+    this.numSurfacePoints = 0; // the same
+    this.numSurfacePointsShown = 0;
   }
 
   // Made where there is none yet.
@@ -24,8 +28,9 @@ export class Submaps {
       const group = new Group();
       group.matrixAutoUpdate = false;
       group.visible = this.visible;
-      submap = { group, material: pointMaterial(this.shared), chunks: new Map(), place: null, move: null };
-      group.userData.uRank = submap.material.uniforms.uRank;
+      const tint = tintUniforms();
+      const material = pointMaterial({ ...this.shared, ...tint });
+      submap = { group, material, tint, rank: kAll, chunks: new Map(), surface: new Map(), photos: new Map(), place: null, move: null };
       this.all.set(id, submap);
       this.scene.add(group);
     }
@@ -34,33 +39,73 @@ export class Submaps {
 
   setChunk(id, chunkId, chunk) {
     const submap = this.submap(id);
-    let points = submap.chunks.get(chunkId);
-    if (!points) {
-      points = new ChunkPoints(submap.material);
-      submap.chunks.set(chunkId, points);
-      submap.group.add(points);
-    }
+    const points = chunkIn(submap, submap.chunks, chunkId);
     points.set(chunk);
+    points.rank = submap.rank;
     points.userData = { submap: id, chunk: chunkId };
-    this.spend();
-    this.on.changed();
+    this.changed();
+  }
+
+  // Of the depth map of `image`; it is shown where setPhotos() gave that photo a place.
+  setSurfaceChunk(id, chunkId, chunk, image) {
+    const submap = this.submap(id);
+    const points = chunkIn(submap, submap.surface, chunkId);
+    points.set(chunk);
+    points.userData = { submap: id, chunk: chunkId, photo: image };
+    placeAt(points, submap.photos.get(image));
+    this.changed();
+  }
+
+  // photos: of photoPlaces()
+  setPhotos(id, photos) {
+    const submap = this.submap(id);
+    submap.photos = photos;
+    for (const points of submap.surface.values()) placeAt(points, photos.get(points.userData.photo));
+    this.changed();
+  }
+
+  // Keeps the first `points` of a chunk.
+  cutChunk(id, chunkId, points) {
+    this.all.get(id)?.chunks.get(chunkId)?.cut(points);
+    this.changed();
+  }
+
+  cutSurfaceChunk(id, chunkId, points) {
+    this.all.get(id)?.surface.get(chunkId)?.cut(points);
+    this.changed();
   }
 
   dropChunk(id, chunkId) {
     const submap = this.all.get(id);
-    const points = submap?.chunks.get(chunkId);
+    if (submap) this.remove(submap, submap.chunks, chunkId);
+  }
+
+  dropSurfaceChunk(id, chunkId) {
+    const submap = this.all.get(id);
+    if (submap) this.remove(submap, submap.surface, chunkId);
+  }
+
+  remove(submap, chunks, chunkId) {
+    const points = chunks.get(chunkId);
     if (!points) return;
-    submap.chunks.delete(chunkId);
+    chunks.delete(chunkId);
     submap.group.remove(points);
     points.dispose();
-    this.spend();
-    this.on.changed();
+    this.changed();
+  }
+
+  dropSurface(id) {
+    const submap = this.all.get(id);
+    if (!submap) return;
+    for (const chunkId of [...submap.surface.keys()]) this.remove(submap, submap.surface, chunkId);
+    submap.photos = new Map();
   }
 
   drop(id) {
     const submap = this.all.get(id);
     if (!submap) return;
     for (const chunkId of [...submap.chunks.keys()]) this.dropChunk(id, chunkId);
+    this.dropSurface(id);
     submap.material.dispose();
     this.scene.remove(submap.group);
     this.all.delete(id);
@@ -73,34 +118,67 @@ export class Submaps {
     this.on.changed();
   }
 
+  // Surfaces instead of points, of submaps that have one.
+  showSurfaces(on) {
+    if (on === this.showsSurfaces) return;
+    this.showsSurfaces = on;
+    this.changed();
+  }
+
+  showsSurface(id) {
+    return this.showsSurfaces && this.all.get(id)?.surface.size > 0;
+  }
+
   setBudget(points) {
     this.budget = points;
+    this.changed();
+  }
+
+  changed() {
     this.spend();
     this.on.changed();
   }
 
-  // Each chunk shows the same share of its points.
+  // Each chunk that is drawn shows the same share of its points.
   spend() {
     let total = 0;
-    for (const { chunks } of this.all.values()) for (const { chunk } of chunks.values()) total += chunk.total;
-    const share = total > this.budget ? this.budget / total : 1;
-    this.numPoints = 0;
-    this.numPointsShown = 0;
-    for (const { chunks } of this.all.values()) {
+    for (const [id, { chunks, surface }] of this.all) {
+      const isSurface = this.showsSurface(id);
+      for (const points of chunks.values()) points.visible = !isSurface;
+      for (const points of surface.values()) points.visible = isSurface && points.isPlaced;
+    }
+    for (const { chunk } of this.drawn()) total += chunk.total;
+    const share = shareWithin(this.budget, total);
+    Object.assign(this, { numPoints: 0, numPointsShown: 0, numSurfacePoints: 0, numSurfacePointsShown: 0 });
+    for (const { chunks, surface } of this.all.values()) {
       for (const points of chunks.values()) {
         points.showShare(share);
         this.numPoints += points.chunk.total;
-        this.numPointsShown += points.shown;
+        if (points.visible) this.numPointsShown += points.shown;
       }
+      for (const points of surface.values()) {
+        points.showShare(share);
+        this.numSurfacePoints += points.chunk.total;
+        if (points.visible) this.numSurfacePointsShown += points.shown;
+      }
+    }
+  }
+
+  // The chunks that are drawn while points are.
+  * drawn() {
+    for (const { chunks, surface } of this.all.values()) {
+      for (const points of chunks.values()) if (points.visible) yield points;
+      for (const points of surface.values()) if (points.visible) yield points;
     }
   }
 
   // Of a replay: only points up to this rank; null: all.
   setRank(id, rank) {
-    const { uRank } = this.submap(id).material.uniforms;
+    const submap = this.submap(id);
     const value = rank ?? kAll;
-    if (uRank.value === value) return;
-    uRank.value = value;
+    if (submap.rank === value) return;
+    submap.rank = value;
+    for (const points of submap.chunks.values()) points.rank = value;
     this.on.changed();
   }
 
@@ -110,7 +188,7 @@ export class Submaps {
   }
 
   setTint(id, colour, share) {
-    const { uniforms } = this.submap(id).material;
+    const { tint: uniforms } = this.submap(id);
     const tint = new Color(colour).convertLinearToSRGB().toArray();
     if (uniforms.uTintShare.value === share && uniforms.uTint.value.toArray().every((v, k) => v === tint[k])) return;
     uniforms.uTint.value.set(...tint);
@@ -146,8 +224,12 @@ export class Submaps {
     return [...this.all.keys()];
   }
 
-  chunk(id, chunkId) {
-    return this.all.get(id)?.chunks.get(chunkId)?.chunk ?? null;
+  // Of a point that was picked: where it is in its submap's frame now; null where its chunk is another one.
+  ownOf({ submap, chunk, index, version, photo }) {
+    const of = this.all.get(submap);
+    const points = (photo ? of?.surface : of?.chunks)?.get(chunk);
+    if (points?.chunk.version !== version || index >= points.chunk.points) return null;
+    return points.own(index);
   }
 
   isMoving(id) {
@@ -171,8 +253,7 @@ export class Submaps {
   }
 
   applyPlace({ group, place }) {
-    const [w, x, y, z] = place.q;
-    group.matrix.compose(new Vector3(...place.t), new Quaternion(x, y, z, w), new Vector3(place.s, place.s, place.s));
+    group.matrix.copy(matrixOf(place));
     group.matrixWorldNeedsUpdate = true;
   }
 
@@ -190,6 +271,22 @@ export class Submaps {
     }
     return sample;
   }
+}
+
+// Made where there is none yet.
+function chunkIn({ material, group }, chunks, chunkId) {
+  let points = chunks.get(chunkId);
+  if (!points) {
+    points = new ChunkPoints(material);
+    chunks.set(chunkId, points);
+    group.add(points);
+  }
+  return points;
+}
+
+function placeAt(points, at) {
+  points.isPlaced = Boolean(at);
+  if (at) points.setPlace(at);
 }
 
 const isSame = (a, b) =>

@@ -10,7 +10,7 @@ import { pointUniforms } from './points.js';
 import { Submaps } from './submaps.js';
 
 export class Viewer {
-  // on: {pick(hit), hover(hit), drawn(), resized()}; a hit is {image}, {submap, chunk, index, point} or null
+  // on: {pick(hit), hover(hit), drawn(), resized()}; a hit is {image}, {submap, chunk, index, point, photo?} or null
   constructor(canvas, on, { reducedMotion = () => false } = {}) {
     this.canvas = canvas;
     this.on = on;
@@ -83,6 +83,7 @@ export class Viewer {
     this.shared.uReference.value = this.controls.now.distance;
     this.shared.uPixels.value = this.autoPointPx * this.size.ratio;
     this.shared.uSmallest.value = this.size.ratio;
+    this.shared.uHalfHeight.value = (this.size.height * this.size.ratio) / 2;
     this.renderer?.render(this.scene, this.camera);
     this.framesDrawn++;
     this.on.drawn();

@@ -1,0 +1,78 @@
+#include "shapes/dense_follower.h"
+
+#include <memory>
+#include <utility>
+
+#include "core/log.h"
+
+namespace skein {
+namespace {
+
+constexpr double kDenseStalledS = 10;
+constexpr int64_t kMaxDenseManifestBytes = 64 << 20;
+
+}  // namespace
+
+DenseFollower::DenseFollower(Node& node, DenseStore& store, DenseFollowerOptions options)
+    : node_(node), store_(store), options_(std::move(options)) {
+  subscription_ = node_.bus().Subscribe(
+      kDensePointsChannel, [this](const dense_points_t& message) { OnMessage(message); });
+}
+
+DenseFollower::~DenseFollower() {
+  node_.bus().Unsubscribe(subscription_);
+  for (const auto& [id, pull] : pulls_) node_.blobs().Cancel(pull.fetch);
+}
+
+// A publisher that began again may have the same points under another version.
+void DenseFollower::OnMessage(const dense_points_t& message) {
+  const int64_t id = message.submap_id;
+  const DensePointsPtr known = store_.Find(id);
+  const auto version = static_cast<uint64_t>(message.version);
+  if (!options_.is_live(id) || (known != nullptr && known->manifest.version >= version)) return;
+  if (message.manifest_bytes < 0 || message.manifest_bytes > kMaxDenseManifestBytes) {
+    return LogWarn("submap {}: a list of dense points of {} bytes is not taken", id,
+                   message.manifest_bytes);
+  }
+  if (const auto pull = pulls_.find(id); pull != pulls_.end()) {
+    if (!IsStalled(&pull->second)) return;
+    node_.blobs().Cancel(pull->second.fetch);
+    pulls_.erase(pull);
+  }
+  BlobClient::FetchOptions options;
+  options.max_bytes = kMaxDenseManifestBytes;
+  options.size_bytes = message.manifest_bytes;
+  Pull& pull = pulls_[id];
+  pull.progress_s = node_.loop().now_s();
+  pull.fetch = node_.blobs().Fetch(
+      message.manifest_blob, message.author,
+      alive_.Guarded([this, message](const Result<Bytes>& bytes) { OnManifest(message, bytes); }),
+      options);
+}
+
+bool DenseFollower::IsStalled(Pull* pull) const {
+  const double now_s = node_.loop().now_s();
+  const int64_t received = node_.blobs().ReceivedBytes(pull->fetch);
+  if (received > pull->received_bytes) pull->progress_s = now_s;
+  pull->received_bytes = received;
+  return now_s - pull->progress_s > kDenseStalledS;
+}
+
+void DenseFollower::OnManifest(const dense_points_t& message, const Result<Bytes>& bytes) {
+  pulls_.erase(message.submap_id);
+  if (!options_.is_live(message.submap_id)) return;
+  Status status = bytes.ok() ? Status::Ok() : bytes.status();
+  if (status.ok()) {
+    Result<DenseManifest> manifest = DecodeDenseManifest(*bytes);
+    if (manifest.ok() && manifest->version == static_cast<uint64_t>(message.version)) {
+      const auto points =
+          std::make_shared<const DensePoints>(DensePoints{message.author, *std::move(manifest)});
+      store_.Set(message.submap_id, points);
+      return options_.on_points(message.submap_id, *points);
+    }
+    status = manifest.ok() ? DataLoss("of another version") : manifest.status();
+  }
+  LogWarn("submap {}: its list of dense points: {}", message.submap_id, status.error());
+}
+
+}  // namespace skein

@@ -1,0 +1,467 @@
+#include "dense/dense_maps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <utility>
+
+#include "core/hash.h"
+#include "core/statistics.h"
+#include "depth/agreement.h"
+#include "depth/consistency.h"
+#include "depth/depth_scene.h"
+#include "formats/dense.h"
+
+namespace skein {
+namespace {
+
+constexpr size_t kNumNeighbours = 3;  // that a photo is matched with
+constexpr size_t kMinNeighbours = 2;  // as many must confirm a depth
+constexpr size_t kNumConfirming = 6;  // maps that may agree with one
+constexpr size_t kMinSamples = 8;     // sparse points with a depth, to tell a scale
+constexpr double kScaleStep = 0.002;  // a fifth of what two maps may differ by
+constexpr double kMisfit = 0.5;       // of the share of sparse points that fitted a new map
+constexpr double kMaxShiftPx = 1;     // of a depth map, when the camera is refined
+constexpr int kMaxSweepsForBetter = 2;
+constexpr double kGrowth = 1.25;  // of the submap, before neighbours are looked at again
+constexpr int kRefinedAfterMap = 2;
+constexpr int kChunkBits = 16;  // of a chunk's id: its number in the photo
+
+// Pixels of a depth map between where two calibrations of a camera show its border.
+double ShiftPx(const Camera& a, const Camera& b, int size_px) {
+  const double width = static_cast<double>(a.Width()), height = static_cast<double>(a.Height());
+  double most = 0;
+  for (const double x : {0.0, 0.5, 1.0}) {
+    for (const double y : {0.0, 0.5, 1.0}) {
+      const Eigen::Vector2d pixel(x * width, y * height);
+      const double shift = (b.WorldToImage(a.ImageToWorld(pixel)) - pixel).norm();
+      most = std::isfinite(shift) ? std::max(most, shift) : HUGE_VAL;
+    }
+  }
+  return most * std::min(1.0, size_px / std::max(width, height));
+}
+
+// How a depth map fits the sparse points that its photo sees.
+struct Fit {
+  double ratio = 0;  // median of a point's depth over the map's
+  double share = 0;  // of the points, of those that lie on the map at this ratio
+};
+
+std::optional<Fit> FitOf(const DepthMap& map, const SparsePhoto& photo,
+                         const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> ratios;
+  for (const int i : photo.points) {
+    const Eigen::Vector3d point =
+        photo.cam_from_world.rotation * points[i] + photo.cam_from_world.translation;
+    if (!(point.z() > 0)) continue;
+    const Eigen::Vector2d pixel = map.camera.Pixel(point.hnormalized());
+    const bool is_inside =
+        pixel.minCoeff() >= 0 && pixel.x() < map.depth.cols && pixel.y() < map.depth.rows;
+    if (!is_inside) continue;
+    const float depth = map.depth(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
+    if (depth > 0) ratios.push_back(point.z() / depth);
+  }
+  if (ratios.size() < kMinSamples) return std::nullopt;
+  Fit fit;
+  fit.ratio = UpperMedian(ratios);
+  const auto fits = std::count_if(ratios.begin(), ratios.end(), [&](double ratio) {
+    return std::abs(ratio / fit.ratio - 1) <= kMaxDepthDifference;
+  });
+  fit.share = static_cast<double>(fits) / static_cast<double>(ratios.size());
+  return fit;
+}
+
+void Scale(double scale, DepthMap* map) {
+  map->depth *= scale;
+  map->error *= scale;
+}
+
+struct CameraPoint {
+  Eigen::Vector3d position;
+  const DensePoint* point;
+};
+
+// Near points first, so that a chunk's box, and its step, is in proportion to its distance;
+// shuffled within a chunk, so that a prefix is a sample.
+std::vector<std::vector<CameraPoint>> Deal(const std::vector<DensePoint>& points,
+                                           const DepthPose& pose, uint32_t seed) {
+  std::vector<CameraPoint> all;
+  all.reserve(points.size());
+  for (const DensePoint& point : points) {
+    all.push_back({pose.rotation * point.position.cast<double>() + pose.translation, &point});
+  }
+  std::stable_sort(all.begin(), all.end(), [](const CameraPoint& a, const CameraPoint& b) {
+    return a.position.z() < b.position.z();
+  });
+  std::mt19937 random(seed);
+  std::vector<std::vector<CameraPoint>> chunks;
+  for (size_t begin = 0; begin < all.size(); begin += ShapeChunk::kMaxPoints) {
+    const size_t end = std::min(all.size(), begin + ShapeChunk::kMaxPoints);
+    chunks.emplace_back(all.begin() + static_cast<int64_t>(begin),
+                        all.begin() + static_cast<int64_t>(end));
+    std::shuffle(chunks.back().begin(), chunks.back().end(), random);
+  }
+  return chunks;
+}
+
+uint8_t ConfidenceOf(const DensePoint& point) {
+  const double confidence = 1 - point.relative_error / kMaxDepthDifference;
+  return static_cast<uint8_t>(std::lround(255 * std::clamp(confidence, 0.0, 1.0)));
+}
+
+ShapeChunk ChunkOf(const std::vector<CameraPoint>& points, uint64_t version) {
+  Eigen::AlignedBox3d box;
+  for (const CameraPoint& point : points) box.extend(point.position);
+  ShapeChunk chunk;
+  chunk.version = version;
+  Eigen::Vector3d::Map(chunk.origin.data()) = box.min();
+  // Above 0 for a single point, too.
+  chunk.step = std::max(box.sizes().maxCoeff(), 1e-9 * box.max().norm()) / 65535;
+  for (const CameraPoint& point : points) {
+    ShapePoint packed;
+    for (int i = 0; i < 3; ++i) {
+      packed.xyz[i] =
+          static_cast<uint16_t>(std::lround((point.position[i] - box.min()[i]) / chunk.step));
+      packed.rgb[i] = point.point->colour[2 - i];
+    }
+    packed.num_photos = ConfidenceOf(*point.point);
+    chunk.points.push_back(packed);
+  }
+  return chunk;
+}
+
+}  // namespace
+
+struct DenseMaps::Photo {
+  int64_t submap_id = 0;  // 0: none that lives
+  // Pixels and their camera; pixels.grey is empty where they are not here.
+  DepthPhoto pixels;
+  cv::Mat3b colours;
+  Camera camera;
+  // Of the sweep, and what others agree with; empty where there is none.
+  DepthMap map, agreed;
+  std::vector<uint32_t> neighbours;  // of the sweep, best first
+  Fit fit;                           // when the map was new
+  bool misfits = false;
+  bool is_forgotten = false;  // its map was, for room
+  int num_sweeps = 0;
+  size_t looked_at = 0;  // photos of the submap when its neighbours were chosen
+  DensePhotoPoints points;
+  int64_t used = 0;
+
+  bool has_pixels() const { return !pixels.grey.empty(); }
+  bool has_map() const { return !map.depth.empty(); }
+  int64_t bytes() const {
+    return static_cast<int64_t>(pixels.grey.total() + 3 * colours.total() +
+                                8 * (map.depth.total() + agreed.depth.total()));
+  }
+  void DropMaps() {
+    pixels = {};
+    colours.release();
+    map = agreed = {};
+  }
+};
+
+DenseMaps::DenseMaps(const DenseMapsOptions& options) : options_(options), sweep_(options.depth) {}
+
+DenseMaps::~DenseMaps() = default;
+
+// ---- Shapes ----
+
+Status DenseMaps::Update(const Shape& shape) {
+  SparseScene& scene = scenes_[shape.submap_id];
+  if (Status taken = scene.Update(shape); !taken.ok()) return taken;
+  no_task_.clear();
+  for (auto& [id, photo] : photos_) {
+    if (photo.submap_id == shape.submap_id && scene.Find(id) < 0) Leave(&photo);
+  }
+  for (size_t i = 0; i < scene.photos().size(); ++i) {
+    TakePose(scene, static_cast<int>(i), shape.submap_id);
+  }
+  return Status::Ok();
+}
+
+void DenseMaps::Leave(Photo* photo) {
+  photo->submap_id = 0;
+  if (!photo->points.chunks.empty()) ++changes_;
+}
+
+void DenseMaps::TakePose(const SparseScene& scene, int index, int64_t submap_id) {
+  const uint32_t id = scene.image_ids()[index];
+  if (left_out_.count(id) > 0) return;
+  Photo& photo = photos_[id];
+  if (photo.submap_id != submap_id && !photo.points.chunks.empty()) ++changes_;
+  photo.submap_id = submap_id;
+  const DepthPose& pose = scene.photos()[index].cam_from_world;
+  photo.pixels.cam_from_world = photo.map.cam_from_world = photo.agreed.cam_from_world = pose;
+  if (photo.has_map()) FitScale(scene.photos()[index], scene.points(), &photo);
+}
+
+void DenseMaps::FitScale(const SparsePhoto& sparse, const std::vector<Eigen::Vector3d>& points,
+                         Photo* photo) {
+  const auto fit = FitOf(photo->map, sparse, points);
+  if (!fit) return;
+  const double scale = fit->ratio / photo->fit.ratio;
+  if (std::abs(scale - 1) > kScaleStep) {
+    Scale(scale, &photo->map);
+    Scale(scale, &photo->agreed);
+    photo->points.scale *= scale;
+    if (!photo->points.chunks.empty()) ++changes_;
+  }
+  photo->misfits = fit->share < kMisfit * photo->fit.share;
+}
+
+void DenseMaps::DropSubmap(int64_t submap_id) {
+  scenes_.erase(submap_id);
+  for (auto& [id, photo] : photos_) {
+    if (photo.submap_id == submap_id) Leave(&photo);
+  }
+}
+
+void DenseMaps::LeaveOut(uint32_t image_id) {
+  left_out_.insert(image_id);
+  dirty_.erase(image_id);
+  if (const auto photo = photos_.find(image_id); photo != photos_.end()) {
+    Leave(&photo->second);
+    photos_.erase(photo);
+  }
+}
+
+// ---- Tasks ----
+
+std::optional<DenseTask> DenseMaps::Next() {
+  for (auto photo = photos_.rbegin(); photo != photos_.rend(); ++photo) {
+    if (!IsWaiting(photo->first, photo->second)) continue;
+    if (auto task = TaskFor(photo->first, photo->second)) return task;
+    no_task_.insert(photo->first);
+  }
+  for (auto& [id, photo] : photos_) {
+    if (photo.submap_id == 0 || !photo.has_map()) continue;
+    if (!IsOutdated(id, photo) && !HasBetterNeighbours(id, &photo)) continue;
+    if (auto task = TaskFor(id, photo)) return task;
+  }
+  return std::nullopt;
+}
+
+bool DenseMaps::IsWaiting(uint32_t image_id, const Photo& photo) const {
+  return photo.submap_id != 0 && !photo.has_map() && !photo.is_forgotten &&
+         no_task_.count(image_id) == 0;
+}
+
+// The sparse points contradict the map, or the camera was refined.
+bool DenseMaps::IsOutdated(uint32_t image_id, const Photo& photo) const {
+  return photo.misfits || HasMoved(image_id, photo);
+}
+
+bool DenseMaps::HasMoved(uint32_t image_id, const Photo& photo) const {
+  const SparseScene& scene = scenes_.at(photo.submap_id);
+  const Camera& camera = scene.CameraOf(scene.Find(image_id));
+  return ShiftPx(photo.camera, camera, options_.size_px) > kMaxShiftPx;
+}
+
+// Looked at again whenever the submap has grown by a quarter.
+bool DenseMaps::HasBetterNeighbours(uint32_t image_id, Photo* photo) const {
+  const SparseScene& scene = scenes_.at(photo->submap_id);
+  const size_t size = scene.photos().size();
+  if (photo->num_sweeps >= kMaxSweepsForBetter ||
+      static_cast<double>(size) < kGrowth * static_cast<double>(photo->looked_at)) {
+    return false;
+  }
+  photo->looked_at = size;
+  const std::vector<uint32_t> now = Matched(NeighboursOf(scene, image_id));
+  const std::vector<uint32_t> then = Matched(photo->neighbours);
+  const auto num_new = std::count_if(now.begin(), now.end(), [&](uint32_t id) {
+    return std::find(then.begin(), then.end(), id) == then.end();
+  });
+  return num_new >= static_cast<int>(kMinNeighbours);
+}
+
+std::vector<uint32_t> DenseMaps::Matched(std::vector<uint32_t> neighbours) {
+  if (neighbours.size() > kNumNeighbours) neighbours.resize(kNumNeighbours);
+  return neighbours;
+}
+
+std::vector<uint32_t> DenseMaps::NeighboursOf(const SparseScene& scene, uint32_t image_id) const {
+  std::vector<uint32_t> ids;
+  for (const int other : ChooseNeighbours(scene.photos(), scene.points(), scene.Find(image_id),
+                                          kNumConfirming + left_out_.size())) {
+    const uint32_t id = scene.image_ids()[other];
+    if (left_out_.count(id) == 0 && ids.size() < kNumConfirming) ids.push_back(id);
+  }
+  return ids;
+}
+
+// nullopt: too few neighbours to confirm a depth.
+std::optional<DenseTask> DenseMaps::TaskFor(uint32_t image_id, const Photo& photo) const {
+  DenseTask task;
+  task.image_id = image_id;
+  task.neighbours = NeighboursOf(scenes_.at(photo.submap_id), image_id);
+  if (task.neighbours.size() < kMinNeighbours) return std::nullopt;
+  std::vector<uint32_t> shown = Matched(task.neighbours);
+  shown.push_back(image_id);
+  for (const uint32_t id : shown) {
+    const Photo& other = photos_.at(id);
+    if (!other.has_pixels() || HasMoved(id, other)) task.wanted.push_back(id);
+  }
+  return task;
+}
+
+Status DenseMaps::SetPhoto(uint32_t image_id, const cv::Mat3b& image) {
+  const auto found = photos_.find(image_id);
+  if (found == photos_.end() || found->second.submap_id == 0) return Status::Ok();
+  Photo& photo = found->second;
+  const SparseScene& scene = scenes_.at(photo.submap_id);
+  const int index = scene.Find(image_id);
+  photo.camera = scene.CameraOf(index);
+  try {
+    const PhotoTable& table = TableOf(photo.camera);
+    cv::Mat1b grey;
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+    photo.pixels = table.Apply(grey, scene.photos()[index].cam_from_world);
+    photo.colours = table.Apply(image);
+  } catch (const std::invalid_argument& error) {
+    return InvalidArgument(error.what());
+  }
+  return Status::Ok();
+}
+
+const PhotoTable& DenseMaps::TableOf(const Camera& camera) {
+  const auto [known, is_new] = tables_.try_emplace(camera.CameraId());
+  if (is_new || ShiftPx(known->second.camera, camera, options_.size_px) > 0) {
+    known->second = {camera, std::make_shared<PhotoTable>(LensOf(camera), options_.size_px)};
+  }
+  return *known->second.table;
+}
+
+// ---- Depth maps and points ----
+
+void DenseMaps::Make(const DenseTask& task, int64_t utime_us) {
+  const auto found = photos_.find(task.image_id);
+  if (found == photos_.end() || found->second.submap_id == 0) return;
+  Photo& photo = found->second;
+  std::vector<const DepthPhoto*> neighbours;
+  for (const uint32_t id : Matched(task.neighbours)) {
+    const auto other = photos_.find(id);
+    const bool is_here = other != photos_.end() && other->second.submap_id == photo.submap_id &&
+                         other->second.has_pixels();
+    if (!is_here) continue;
+    other->second.used = ++clock_;
+    neighbours.push_back(&other->second.pixels);
+  }
+  const SparseScene& scene = scenes_.at(photo.submap_id);
+  const SparsePhoto& sparse = scene.photos()[scene.Find(task.image_id)];
+  const auto range = RangeOfPoints(sparse, scene.points());
+  if (!range || !photo.has_pixels() || neighbours.size() < kMinNeighbours) {
+    photo.misfits = false;
+    no_task_.insert(task.image_id);
+    return;
+  }
+  photo.map = *sweep_.Estimate(photo.pixels, neighbours, *range);
+  photo.neighbours = task.neighbours;
+  photo.fit = FitOf(photo.map, sparse, scene.points()).value_or(Fit{1, 0});
+  photo.misfits = false;
+  photo.looked_at = scene.photos().size();
+  ++photo.num_sweeps;
+  photo.used = ++clock_;
+  for (const uint32_t id : Confirming(task.image_id)) dirty_.insert(id);
+  MakePoints(task.image_id, utime_us);
+  for (int i = 0; i < kRefinedAfterMap; ++i) Refine(utime_us);
+  Forget();
+}
+
+bool DenseMaps::Refine(int64_t utime_us) {
+  if (dirty_.empty()) return false;
+  const uint32_t id = *dirty_.rbegin();
+  dirty_.erase(id);
+  MakePoints(id, utime_us);
+  return true;
+}
+
+// Those that it was matched with or may be, and those of which it is one; all with a depth map.
+std::set<uint32_t> DenseMaps::Confirming(uint32_t image_id) const {
+  const Photo& photo = photos_.at(image_id);
+  std::set<uint32_t> ids(photo.neighbours.begin(), photo.neighbours.end());
+  for (const auto& [id, other] : photos_) {
+    const auto& theirs = other.neighbours;
+    if (std::find(theirs.begin(), theirs.end(), image_id) != theirs.end()) ids.insert(id);
+  }
+  for (auto id = ids.begin(); id != ids.end();) {
+    const auto other = photos_.find(*id);
+    const bool confirms = other != photos_.end() && other->second.has_map() &&
+                          other->second.submap_id == photo.submap_id;
+    id = confirms ? std::next(id) : ids.erase(id);
+  }
+  return ids;
+}
+
+void DenseMaps::MakePoints(uint32_t image_id, int64_t utime_us) {
+  const auto found = photos_.find(image_id);
+  if (found == photos_.end()) return;
+  Photo& photo = found->second;
+  if (photo.submap_id == 0 || !photo.has_map() || !photo.has_pixels()) return;
+  dirty_.erase(image_id);
+  std::vector<const DepthMap*> maps, agreed;
+  for (const uint32_t id : Confirming(image_id)) {
+    const Photo& other = photos_.at(id);
+    maps.push_back(&other.map);
+    if (!other.agreed.depth.empty()) agreed.push_back(&other.agreed);
+  }
+  if (maps.size() < kMinNeighbours) return;
+  photo.agreed = KeepAgreed(photo.map, maps);
+  Publish(image_id, PointsOf(photo.agreed, photo.colours, agreed), utime_us, &photo);
+}
+
+void DenseMaps::Publish(uint32_t image_id, const std::vector<DensePoint>& points, int64_t utime_us,
+                        Photo* photo) {
+  photo->points = {};
+  photo->points.share = static_cast<float>(static_cast<double>(points.size()) /
+                                           static_cast<double>(photo->agreed.depth.total()));
+  for (const auto& dealt : Deal(points, photo->agreed.cam_from_world, image_id)) {
+    const auto version = static_cast<uint64_t>(utime_us);
+    const uint64_t id = (uint64_t{image_id} << kChunkBits) | photo->points.chunks.size();
+    auto bytes = std::make_shared<const Bytes>(EncodeShapeChunk(ChunkOf(dealt, version)));
+    std::string blob_id = HashBytes(bytes->data(), bytes->size());
+    photo->points.chunks.push_back(
+        {id, version, static_cast<uint32_t>(dealt.size()), std::move(bytes), std::move(blob_id)});
+  }
+  ++changes_;
+}
+
+// Points stay: they are what is published.
+void DenseMaps::Forget() {
+  int64_t bytes = memory_bytes();
+  while (bytes > options_.memory_bytes) {
+    Photo* oldest = nullptr;
+    for (auto& [id, photo] : photos_) {
+      if (photo.bytes() > 0 && (oldest == nullptr || photo.used < oldest->used)) oldest = &photo;
+    }
+    if (oldest == nullptr) return;
+    bytes -= oldest->bytes();
+    oldest->is_forgotten |= oldest->has_map();
+    oldest->DropMaps();
+  }
+}
+
+// ---- Figures ----
+
+std::map<uint32_t, DensePhotoPoints> DenseMaps::PointsOfSubmap(int64_t submap_id) const {
+  std::map<uint32_t, DensePhotoPoints> points;
+  for (const auto& [id, photo] : photos_) {
+    if (photo.submap_id == submap_id && !photo.points.chunks.empty()) points[id] = photo.points;
+  }
+  return points;
+}
+
+size_t DenseMaps::num_waiting() const {
+  return std::count_if(photos_.begin(), photos_.end(),
+                       [this](const auto& photo) { return IsWaiting(photo.first, photo.second); });
+}
+
+int64_t DenseMaps::memory_bytes() const {
+  return std::accumulate(photos_.begin(), photos_.end(), int64_t{0},
+                         [](int64_t sum, const auto& photo) { return sum + photo.second.bytes(); });
+}
+
+}  // namespace skein

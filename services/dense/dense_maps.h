@@ -1,0 +1,126 @@
+// Depth maps and dense points of photos, while their submaps grow.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/bytes.h"
+#include "core/result.h"
+#include "dense/sparse_scene.h"
+#include "depth/dense_points.h"
+#include "depth/depth_sweep.h"
+#include "shapes/shape_store.h"
+
+namespace skein {
+
+struct DenseMapsOptions {
+  int size_px = 400;  // longer side of a depth map
+  int64_t memory_bytes = int64_t{1} << 30;
+  DepthOptions depth;
+};
+
+// What is to be done next for a photo.
+struct DenseTask {
+  uint32_t image_id = 0;
+  std::vector<uint32_t> neighbours;  // best first: to be matched, and to confirm
+  // Photos to give to SetPhoto before: the photo and those to be matched, as far as they are not
+  // here.
+  std::vector<uint32_t> wanted;
+};
+
+// A photo's points as they can be published.
+struct DensePhotoPoints {
+  struct Chunk {
+    uint64_t id = 0;
+    uint64_t version = 0;
+    uint32_t num_points = 0;
+    std::shared_ptr<const Bytes> bytes;  // EncodeShapeChunk, in the frame of formats/dense.h
+    std::string blob_id;                 // of the bytes
+  };
+  double scale = 1;
+  float share = 0;  // of the depth map's pixels that are a point
+  std::vector<Chunk> chunks;
+};
+
+// Keeps for each photo its pixels, the depth map of a sweep (depth/depth_sweep.h), and the depths
+// that other maps agree with (depth/consistency.h), all in the camera's frame. A bundle adjustment
+// or a merge changes poses and the scale alone. So depth maps stay, also when a photo comes to
+// another submap, unless the sparse points contradict one: then it is made again.
+//
+// One thread, but it may be another one for each call.
+class DenseMaps {
+ public:
+  explicit DenseMaps(const DenseMapsOptions& options);
+  ~DenseMaps();
+
+  // The newest shape of a submap, with tracks.
+  Status Update(const Shape& shape);
+  void DropSubmap(int64_t submap_id);
+  // The photo cannot be read, or failed too often: it gets no depth map and is nobody's neighbour.
+  void LeaveOut(uint32_t image_id);
+
+  // The newest photo without a depth map that has neighbours, else one whose map does not fit any
+  // more, or has better neighbours by now. nullopt: nothing is to do until a shape comes.
+  std::optional<DenseTask> Next();
+  // The photo as its features were found in: unmirrored, of its camera's size or reduced
+  // (PhotoTable).
+  Status SetPhoto(uint32_t image_id, const cv::Mat3b& photo);
+  // Makes the depth map of the task's photo, then its points and those of a few photos that it
+  // confirms. The photos that it wanted and that did not come are no neighbours.
+  void Make(const DenseTask& task, int64_t utime_us);
+  // Works out points again of photos that a depth map has come to confirm. False: there are none.
+  bool Refine(int64_t utime_us);
+
+  // By image, of the submap's newest shape.
+  std::map<uint32_t, DensePhotoPoints> PointsOfSubmap(int64_t submap_id) const;
+  // Rises with each change of what PointsOfSubmap returns.
+  uint64_t changes() const { return changes_; }
+  // Photos in a map that have no depth map yet and may get one.
+  size_t num_waiting() const;
+  int64_t memory_bytes() const;
+
+ private:
+  struct Photo;
+
+  struct Table {
+    Camera camera;
+    std::shared_ptr<const PhotoTable> table;
+  };
+
+  void Leave(Photo* photo);
+  void TakePose(const SparseScene& scene, int index, int64_t submap_id);
+  void FitScale(const SparsePhoto& sparse, const std::vector<Eigen::Vector3d>& points,
+                Photo* photo);
+  bool IsWaiting(uint32_t image_id, const Photo& photo) const;
+  bool IsOutdated(uint32_t image_id, const Photo& photo) const;
+  bool HasMoved(uint32_t image_id, const Photo& photo) const;
+  bool HasBetterNeighbours(uint32_t image_id, Photo* photo) const;
+  static std::vector<uint32_t> Matched(std::vector<uint32_t> neighbours);
+  std::vector<uint32_t> NeighboursOf(const SparseScene& scene, uint32_t image_id) const;
+  std::optional<DenseTask> TaskFor(uint32_t image_id, const Photo& photo) const;
+  const PhotoTable& TableOf(const Camera& camera);
+  std::set<uint32_t> Confirming(uint32_t image_id) const;
+  void MakePoints(uint32_t image_id, int64_t utime_us);
+  void Publish(uint32_t image_id, const std::vector<DensePoint>& points, int64_t utime_us,
+               Photo* photo);
+  void Forget();
+
+  const DenseMapsOptions options_;
+  DepthSweep sweep_;
+  std::map<int64_t, SparseScene> scenes_;  // by submap
+  std::map<uint32_t, Photo> photos_;       // by image
+  std::map<uint32_t, Table> tables_;       // by camera
+  std::set<uint32_t> left_out_;
+  std::set<uint32_t> dirty_;    // whose points are to be worked out again
+  std::set<uint32_t> no_task_;  // too few neighbours, as of the newest shape
+  uint64_t changes_ = 0;
+  int64_t clock_ = 0;  // of uses
+};
+
+}  // namespace skein

@@ -1,0 +1,187 @@
+#include "dense/dense_maps.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "dense/test_wall.h"
+#include "formats/dense.h"
+
+namespace skein::dense_maps_test {
+
+constexpr int64_t kSubmap = 3;
+
+DenseMapsOptions Options() {
+  DenseMapsOptions options;
+  options.size_px = depth_test::kWallWidth;
+  return options;
+}
+
+class DenseMapsTest : public testing::Test {
+ protected:
+  // Until nothing is left to do. Returns the photos of the tasks, in order.
+  std::vector<uint32_t> Work(const TestWall& wall, DenseMaps* maps) {
+    std::vector<uint32_t> made;
+    while (const auto task = maps->Next()) {
+      made.push_back(task->image_id);
+      for (const uint32_t id : task->wanted) {
+        EXPECT_TRUE(maps->SetPhoto(id, wall.Picture(id)).ok());
+      }
+      maps->Make(*task, ++utime_us_);
+      if (made.size() > 100) break;
+    }
+    while (maps->Refine(++utime_us_)) {
+    }
+    return made;
+  }
+  int64_t utime_us_ = 1000;
+};
+
+struct Figures {
+  int64_t num_points = 0;
+  double worst_mean_error = 0;  // of a photo's points, to the wall
+};
+
+Figures FiguresOf(const std::map<uint32_t, DensePhotoPoints>& photos, const TestWall& wall,
+                  double scale = 1) {
+  Figures figures;
+  for (const auto& [id, photo] : photos) {
+    double sum = 0;
+    int count = 0;
+    for (const DensePhotoPoints::Chunk& chunk : photo.chunks) {
+      const Result<ShapeChunk> points = DecodeShapeChunk(*chunk.bytes);
+      EXPECT_TRUE(points.ok());
+      EXPECT_EQ(points->points.size(), chunk.num_points);
+      for (const ShapePoint& point : points->points) {
+        const Eigen::Vector3d steps(point.xyz[0], point.xyz[1], point.xyz[2]);
+        const Eigen::Vector3d in_camera =
+            photo.scale / scale *
+            (Eigen::Vector3d::Map(points->origin.data()) + points->step * steps);
+        sum += std::abs(wall.Error(wall.Pose(id).ToWorld(in_camera)));
+        ++count;
+      }
+    }
+    figures.num_points += count;
+    if (count > 0) figures.worst_mean_error = std::max(figures.worst_mean_error, sum / count);
+  }
+  return figures;
+}
+
+TEST_F(DenseMapsTest, PointsLieOnTheWallThatPhotosShow) {
+  TestWall wall;
+  wall.Walk(5);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  EXPECT_EQ(maps.num_waiting(), 5u);
+  EXPECT_EQ(Work(wall, &maps), (std::vector<uint32_t>{5, 4, 3, 2, 1}));
+  EXPECT_EQ(maps.num_waiting(), 0u);
+  const auto photos = maps.PointsOfSubmap(kSubmap);
+  ASSERT_EQ(photos.size(), 5u);
+  for (const auto& [id, photo] : photos) EXPECT_GT(photo.share, 0.05) << id;
+  const Figures figures = FiguresOf(photos, wall);
+  EXPECT_GT(figures.num_points, depth_test::kWallWidth * depth_test::kWallHeight);
+  EXPECT_LT(figures.worst_mean_error, 0.01);
+}
+
+TEST_F(DenseMapsTest, AnAdjustmentOfPosesChangesNoChunk) {
+  TestWall wall;
+  wall.Walk(4);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  Work(wall, &maps);
+  const uint64_t changes = maps.changes();
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 2, 1, 0.3)).ok());
+  EXPECT_TRUE(Work(wall, &maps).empty());
+  EXPECT_EQ(maps.changes(), changes);
+}
+
+TEST_F(DenseMapsTest, AMergeIntoALargerFrameScalesChunks) {
+  TestWall wall;
+  wall.Walk(4);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  Work(wall, &maps);
+  const auto before = maps.PointsOfSubmap(kSubmap);
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap + 1, 2, 2.5)).ok());
+  maps.DropSubmap(kSubmap);
+  EXPECT_TRUE(Work(wall, &maps).empty());
+  EXPECT_TRUE(maps.PointsOfSubmap(kSubmap).empty());
+  const auto after = maps.PointsOfSubmap(kSubmap + 1);
+  ASSERT_EQ(after.size(), before.size());
+  for (const auto& [id, photo] : after) {
+    EXPECT_NEAR(photo.scale, 2.5, 0.01);
+    ASSERT_EQ(photo.chunks.size(), before.at(id).chunks.size());
+    EXPECT_EQ(photo.chunks[0].blob_id, before.at(id).chunks[0].blob_id);
+  }
+  EXPECT_LT(FiguresOf(after, wall, 2.5).worst_mean_error, 0.01);
+}
+
+TEST_F(DenseMapsTest, AMapThatSparsePointsContradictIsMadeAgain) {
+  TestWall wall, other({10, -0.3});
+  wall.Walk(4);
+  other.Walk(4);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  Work(wall, &maps);
+  ASSERT_TRUE(maps.Update(*other.MakeShape(kSubmap, 2)).ok());
+  const auto task = maps.Next();
+  ASSERT_TRUE(task);
+  EXPECT_TRUE(task->wanted.empty());
+}
+
+TEST_F(DenseMapsTest, APhotoThatIsLeftOutIsNobodysNeighbour) {
+  TestWall wall;
+  wall.Walk(5);
+  DenseMaps maps(Options());
+  maps.LeaveOut(3);
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  EXPECT_EQ(Work(wall, &maps), (std::vector<uint32_t>{5, 4, 2, 1}));
+  maps.LeaveOut(2);
+  EXPECT_EQ(maps.PointsOfSubmap(kSubmap).count(2), 0u);
+}
+
+TEST_F(DenseMapsTest, TwoPhotosConfirmNothing) {
+  TestWall wall;
+  wall.Walk(2);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  EXPECT_TRUE(Work(wall, &maps).empty());
+  EXPECT_EQ(maps.num_waiting(), 0u);
+  wall.Photograph(3);
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 2)).ok());
+  EXPECT_EQ(Work(wall, &maps), (std::vector<uint32_t>{3, 2, 1}));
+}
+
+TEST_F(DenseMapsTest, MapsUsedLongestAgoAreForgottenAndTheirPointsStay) {
+  TestWall wall;
+  wall.Walk(8);
+  DenseMapsOptions options = Options();
+  // Of a photo: grey, colours, and two maps of depth and error.
+  options.memory_bytes = 5 * (1 + 3 + 16) * depth_test::kWallWidth * depth_test::kWallHeight;
+  DenseMaps maps(options);
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  EXPECT_EQ(Work(wall, &maps).size(), 8u);
+  EXPECT_LE(maps.memory_bytes(), options.memory_bytes);
+  EXPECT_GE(maps.PointsOfSubmap(kSubmap).size(), 6u);
+  EXPECT_LT(FiguresOf(maps.PointsOfSubmap(kSubmap), wall).worst_mean_error, 0.01);
+}
+
+TEST_F(DenseMapsTest, AShapeWithoutItsPointsIsRefused) {
+  TestWall wall;
+  wall.Walk(3);
+  Shape shape = *wall.MakeShape(kSubmap, 1);
+  shape.chunks[0].tracks = nullptr;
+  DenseMaps maps(Options());
+  EXPECT_FALSE(maps.Update(shape).ok());
+  EXPECT_FALSE(maps.Next());
+}
+
+TEST_F(DenseMapsTest, APhotoOfAnotherSizeIsRefused) {
+  TestWall wall;
+  wall.Walk(3);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  EXPECT_FALSE(maps.SetPhoto(1, cv::Mat3b(77, 99)).ok());
+}
+
+}  // namespace skein::dense_maps_test

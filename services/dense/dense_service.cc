@@ -1,0 +1,261 @@
+#include "dense/dense_service.h"
+
+#include <algorithm>
+#include <exception>
+
+#include "core/clock.h"
+#include "core/counted.h"
+#include "core/hash.h"
+#include "core/log.h"
+
+namespace skein {
+namespace {
+
+constexpr double kTellS = 1;  // period of points that have changed
+constexpr double kAgainS = 5;
+constexpr char kStep[] = "depth map";
+
+DenseMapsOptions MapsOptions(const DenseOptions& options) {
+  DenseMapsOptions maps;
+  maps.size_px = options.size_px;
+  maps.memory_bytes = int64_t{options.memory_mib} << 20;
+  return maps;
+}
+
+DenseManifest ManifestOf(const std::map<uint32_t, DensePhotoPoints>& points) {
+  DenseManifest manifest;
+  for (const auto& [id, photo] : points) {
+    manifest.photos.push_back({id, photo.scale, photo.share, {}});
+    for (const DensePhotoPoints::Chunk& chunk : photo.chunks) {
+      manifest.photos.back().chunks.push_back(
+          {chunk.id, chunk.version, chunk.num_points, chunk.blob_id});
+    }
+  }
+  return manifest;
+}
+
+}  // namespace
+
+DenseService::DenseService(Node& node, const DenseOptions& options,
+                           std::unique_ptr<PhotoDecoder> decoder)
+    : node_(node),
+      options_(options),
+      failed_(node.options().session_dir, node.steps().left()),
+      maps_(MapsOptions(options)),
+      decoder_(std::move(decoder)),
+      left_out_(failed_.LeftOut()) {
+  worker_ = std::make_unique<WorkerThread>(node.loop());
+  shapes_ = std::make_unique<ShapeFollower>(node, store_, FollowShapes());
+  follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
+  timers_ = {node.loop().AddTimer(kTellS, [this] { TakeSnapshot(); }),
+             node.loop().AddTimer(kAgainS, [this] { TellAgain(); })};
+  node.OnHeartbeat([this](heartbeat_t* heartbeat) {
+    int64_t num_points = 0;
+    for (const auto& [id, told] : told_) num_points += told.message.num_points;
+    heartbeat->ledger_seq = follower_->processed_seq();
+    heartbeat->backlog = static_cast<int32_t>(num_waiting_);
+    heartbeat->num_done = num_done_;
+    heartbeat->mean_s = num_done_ == 0 ? 0.F : static_cast<float>(sum_s_ / num_done_);
+    heartbeat->state = Counted(num_points, "dense point");
+  });
+}
+
+DenseService::~DenseService() {
+  for (const auto timer : timers_) node_.loop().CancelTimer(timer);
+}
+
+ShapeFollowerOptions DenseService::FollowShapes() {
+  ShapeFollowerOptions options;
+  options.read_session = [this](const std::function<void(const SessionState&)>& read) {
+    read(state_);
+  };
+  options.is_wanted = [this] {
+    const auto& submaps = state_.submaps();
+    return std::any_of(submaps.begin(), submaps.end(),
+                       [](const auto& submap) { return !submap.second.ended; });
+  };
+  options.with_tracks = true;
+  options.on_shape = [this](int64_t submap_id, uint64_t) {
+    changed_.insert(submap_id);
+    Go();
+  };
+  return options;
+}
+
+void DenseService::OnFact(const Fact& fact) {
+  state_.Apply(fact);
+  const auto* end = std::get_if<submap_end_t>(&fact);
+  if (end == nullptr) return;
+  store_.Drop(end->submap_id);
+  Forget(end->submap_id);
+  changed_.erase(end->submap_id);
+  ended_.insert(end->submap_id);
+  Go();
+}
+
+// One step of the worker at a time: shapes that came, then the next photo.
+void DenseService::Go() {
+  struct Step {
+    std::optional<DenseTask> task;
+    bool refined = false;
+  };
+  if (working_) return;
+  working_ = true;
+  std::vector<ShapePtr> shapes;
+  for (const int64_t id : std::exchange(changed_, {})) {
+    if (ShapePtr shape = store_.Find(id); shape != nullptr && state_.IsLive(id)) {
+      shapes.push_back(std::move(shape));
+    }
+  }
+  worker_->Run(
+      [this, shapes, ended = std::exchange(ended_, {}), left_out = std::exchange(left_out_, {})] {
+        for (const uint32_t id : left_out) maps_.LeaveOut(id);
+        for (const ShapePtr& shape : shapes) {
+          const Status taken = maps_.Update(*shape);
+          if (!taken.ok()) LogWarn("submap {}: {}", shape->submap_id, taken.error());
+        }
+        for (const int64_t id : ended) maps_.DropSubmap(id);
+        Step step{maps_.Next()};
+        if (!step.task) step.refined = maps_.Refine(NowUs());
+        return step;
+      },
+      [this](const Step& step) {
+        if (step.task) return Gather(*step.task);
+        working_ = false;
+        if (step.refined || !changed_.empty() || !ended_.empty() || !left_out_.empty()) Go();
+      });
+}
+
+void DenseService::Gather(DenseTask task) {
+  const auto gathering = std::make_shared<Gathering>();
+  gathering->task = std::move(task);
+  gathering->num_missing = gathering->task.wanted.size();
+  if (gathering->num_missing == 0) return MakeMap(gathering);
+  for (const uint32_t id : gathering->task.wanted) {
+    const auto take = [this, gathering, id](Result<Bytes> photo) {
+      gathering->photos.emplace(id, std::move(photo));
+      if (--gathering->num_missing == 0) MakeMap(gathering);
+    };
+    const PhotoState* photo = state_.FindPhoto(id);
+    if (photo == nullptr) {
+      node_.loop().Post([take] { take(NotFound("the ledger has no such photo")); });
+    } else {
+      node_.blobs().Fetch(photo->image.blob_id, "ingest", take);
+    }
+  }
+}
+
+void DenseService::MakeMap(const std::shared_ptr<Gathering>& gathering) {
+  worker_->Run([this, gathering] { return MakeOnWorker(*gathering); },
+               [this](const Made& made) { OnMade(made); });
+}
+
+DenseService::Made DenseService::MakeOnWorker(const Gathering& gathering) {
+  const Timer timer;
+  Made made;
+  const uint32_t image_id = gathering.task.image_id;
+  try {
+    const StepRecord::Scope scope(&node_.steps(), 0, {image_id, kStep});
+    for (const auto& [id, photo] : gathering.photos) {
+      if (!Decode(id, photo)) made.failed.push_back(id);
+    }
+    maps_.Make(gathering.task, NowUs());
+  } catch (const std::exception& error) {
+    LogWarn("image {}: {}", image_id, error.what());
+    made.failed.push_back(image_id);
+  }
+  made.seconds = timer.ElapsedS();
+  return made;
+}
+
+bool DenseService::Decode(uint32_t image_id, const Result<Bytes>& photo) {
+  Status status = photo.ok() ? Status::Ok() : photo.status();
+  if (status.ok()) {
+    const Result<DecodedPhoto> decoded = decoder_->Decode(*photo, options_.size_px);
+    status = decoded.ok() ? maps_.SetPhoto(image_id, cv::Mat3b(decoded->image)) : decoded.status();
+  }
+  if (!status.ok()) LogWarn("image {}: {}", image_id, status.error());
+  return status.ok();
+}
+
+void DenseService::OnMade(const Made& made) {
+  working_ = false;
+  ++num_done_;
+  sum_s_ += made.seconds;
+  for (const uint32_t id : made.failed) {
+    if (failed_.Note(id)) left_out_.push_back(id);
+  }
+  Go();
+}
+
+// ---- What is published ----
+
+void DenseService::TakeSnapshot() {
+  if (worker_->num_pending() > 1) return;  // the last snapshot waits still
+  std::vector<int64_t> live;
+  for (const auto& [id, submap] : state_.submaps()) {
+    if (!submap.ended) live.push_back(id);
+  }
+  worker_->Run(
+      [this, live, told = told_changes_] {
+        Snapshot snapshot;
+        snapshot.num_waiting = maps_.num_waiting();
+        snapshot.changes = maps_.changes();
+        if (snapshot.changes == told) return snapshot;
+        for (const int64_t id : live) snapshot.points[id] = maps_.PointsOfSubmap(id);
+        return snapshot;
+      },
+      [this](Snapshot snapshot) { OnSnapshot(std::move(snapshot)); });
+}
+
+void DenseService::OnSnapshot(Snapshot snapshot) {
+  num_waiting_ = snapshot.num_waiting;
+  told_changes_ = snapshot.changes;
+  for (const auto& [submap_id, points] : snapshot.points) {
+    if (state_.IsLive(submap_id)) Tell(submap_id, points);
+  }
+}
+
+void DenseService::Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPoints>& points) {
+  DenseManifest manifest = ManifestOf(points);
+  Told& told = told_[submap_id];
+  manifest.version = told.manifest.version;
+  if (EncodeDenseManifest(manifest) == EncodeDenseManifest(told.manifest)) return;
+  last_version_ = std::max(NowUs(), last_version_ + 1);
+  manifest.version = static_cast<uint64_t>(last_version_);
+  auto bytes = std::make_shared<const Bytes>(EncodeDenseManifest(manifest));
+  dense_points_t& message = told.message;
+  message.author = node_.instance();
+  message.submap_id = submap_id;
+  message.version = last_version_;
+  message.num_photos = static_cast<int32_t>(manifest.photos.size());
+  message.num_points = manifest.NumPoints();
+  message.manifest_blob = HashBytes(bytes->data(), bytes->size());
+  message.manifest_bytes = static_cast<int64_t>(bytes->size());
+  Blobs blobs{{message.manifest_blob, std::move(bytes)}};
+  for (const auto& [id, photo] : points) {
+    for (const DensePhotoPoints::Chunk& chunk : photo.chunks) blobs[chunk.blob_id] = chunk.bytes;
+  }
+  for (const auto& [id, blob] : blobs) node_.blobs().Keep(id, blob);
+  for (const auto& [id, blob] : told.previous) node_.blobs().Release(id);
+  told.previous = std::exchange(told.blobs, std::move(blobs));
+  told.manifest = std::move(manifest);
+  node_.Publish(kDensePointsChannel, message);
+}
+
+void DenseService::TellAgain() {
+  for (const auto& [id, told] : told_) {
+    if (!told.message.manifest_blob.empty()) node_.Publish(kDensePointsChannel, told.message);
+  }
+}
+
+void DenseService::Forget(int64_t submap_id) {
+  const auto told = told_.find(submap_id);
+  if (told == told_.end()) return;
+  for (const Blobs* blobs : {&told->second.blobs, &told->second.previous}) {
+    for (const auto& [id, blob] : *blobs) node_.blobs().Release(id);
+  }
+  told_.erase(told);
+}
+
+}  // namespace skein

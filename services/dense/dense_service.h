@@ -1,0 +1,99 @@
+// The process that makes depth maps while photos are placed: follows the ledger and the map
+// snapshots (shapes) of the submaps, and publishes dense points.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "blobs/blob_shelf.h"
+#include "dense/dense_maps.h"
+#include "dense/dense_options.h"
+#include "dense/failed_photos.h"
+#include "event_loop/worker_thread.h"
+#include "formats/dense.h"
+#include "node/ledger_follower.h"
+#include "node/node.h"
+#include "photo/photo_decoder.h"
+#include "session/session_state.h"
+#include "shapes/shape_follower.h"
+#include "shapes/shape_store.h"
+
+namespace skein {
+
+// DenseService knows only what the ledger, the photos and the mappers tell, so it may die and
+// return at any time: it then begins again. Loop's thread; maps are made on another.
+class DenseService {
+ public:
+  DenseService(Node& node, const DenseOptions& options, std::unique_ptr<PhotoDecoder> decoder);
+  ~DenseService();
+  DenseService(const DenseService&) = delete;
+  DenseService& operator=(const DenseService&) = delete;
+
+ private:
+  using Blobs = std::map<std::string, BlobPtr>;
+  // Points of a submap as they are published.
+  struct Told {
+    DenseManifest manifest;
+    dense_points_t message{};
+    Blobs blobs, previous;  // those before: somebody may be pulling them
+  };
+  // Points of all submaps, by submap.
+  struct Snapshot {
+    uint64_t changes = 0;
+    size_t num_waiting = 0;
+    std::map<int64_t, std::map<uint32_t, DensePhotoPoints>> points;
+  };
+  // Photos of a task, which come one by one.
+  struct Gathering {
+    DenseTask task;
+    size_t num_missing = 0;
+    std::map<uint32_t, Result<Bytes>> photos;
+  };
+  struct Made {
+    std::vector<uint32_t> failed;  // photos, for the first time or again
+    double seconds = 0;
+  };
+
+  ShapeFollowerOptions FollowShapes();
+  void OnFact(const Fact& fact);
+  void Go();
+  void Gather(DenseTask task);
+  void MakeMap(const std::shared_ptr<Gathering>& gathering);
+  Made MakeOnWorker(const Gathering& gathering);
+  bool Decode(uint32_t image_id, const Result<Bytes>& photo);
+  void OnMade(const Made& made);
+  void TakeSnapshot();
+  void OnSnapshot(Snapshot snapshot);
+  void Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPoints>& points);
+  void TellAgain();
+  void Forget(int64_t submap_id);
+
+  Node& node_;
+  const DenseOptions options_;
+  FailedPhotos failed_;
+  SessionState state_;
+  ShapeStore store_;
+  DenseMaps maps_;                               // used by the worker
+  const std::unique_ptr<PhotoDecoder> decoder_;  // the same
+  std::set<int64_t> changed_, ended_;            // submaps that the worker is to hear of
+  std::vector<uint32_t> left_out_;               // the same, photos
+  bool working_ = false;
+  std::map<int64_t, Told> told_;  // by submap
+  uint64_t told_changes_ = 0;
+  int64_t last_version_ = 0;
+  size_t num_waiting_ = 0;
+  int64_t num_done_ = 0;
+  double sum_s_ = 0;
+  std::vector<PollLoop::TimerId> timers_;
+  std::unique_ptr<LedgerFollower> follower_;
+  std::unique_ptr<ShapeFollower> shapes_;
+  std::unique_ptr<WorkerThread> worker_;  // last: ends first
+};
+
+}  // namespace skein

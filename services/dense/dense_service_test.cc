@@ -1,0 +1,151 @@
+#include "dense/dense_service.h"
+
+#include <gtest/gtest.h>
+
+#include "dense/test_wall.h"
+#include "shapes/dense_follower.h"
+#include "testing/test_node.h"
+#include "testing/test_photos.h"
+
+namespace skein::dense_service_test {
+
+constexpr char kMapper[] = "mapper-1";
+constexpr int64_t kSubmap = 3;
+constexpr double kDeadlineS = 60;
+
+// The service, an ingest with photos of a wall, a mapper that publishes the shape of their map
+// whenever one is wanted, and a process that follows what comes of it.
+class DenseServiceTest : public testing::Test {
+ protected:
+  DenseServiceTest() {
+    bus_.Subscribe(kShapeWantedChannel, [this](const shape_wanted_t&) {
+      if (!told_.manifest_blob.empty()) mapper_.Publish(kSubmapShapeChannel, told_);
+    });
+    seed_t seed{};
+    seed.submap_id = kSubmap;
+    Commit(seed);
+    submap_lease_t lease{};
+    lease.submap_id = kSubmap;
+    lease.epoch = 1;
+    lease.owner = kMapper;
+    Commit(lease);
+    wall_.Walk(4);
+  }
+
+  template <class T>
+  void Commit(T fact) {
+    fact.header.fact_id = std::to_string(++num_facts_);
+    ingest_.Commit(Fact(fact));
+  }
+  void StorePhoto(uint32_t image_id, Bytes bytes) {
+    image_t image{};
+    image.image_id = image_id;
+    image.agent = "alice";
+    image.name = std::to_string(image_id) + ".png";
+    image.blob_id = ingest_node_.blobs().Serve(std::move(bytes));
+    Commit(image);
+  }
+  void StorePhotos() {
+    for (uint32_t id = 1; id <= 4; ++id) StorePhoto(id, Encode(wall_.Picture(id), ".png"));
+  }
+  void ShowMap(uint64_t version) {
+    const ShapePtr shape = wall_.MakeShape(kSubmap, version);
+    ShapeManifest manifest;
+    manifest.version = version;
+    manifest.photos = shape->photos;
+    manifest.cameras = shape->cameras;
+    for (const Shape::Chunk& chunk : shape->chunks) {
+      manifest.chunks.push_back({chunk.id, chunk.version, chunk.num_points,
+                                 mapper_.blobs().Serve(*chunk.points),
+                                 mapper_.blobs().Serve(*chunk.tracks), chunk.tracks->size()});
+    }
+    const Bytes bytes = EncodeShapeManifest(manifest);
+    told_.submap_id = kSubmap;
+    told_.epoch = 1;
+    told_.owner = kMapper;
+    told_.version = static_cast<int64_t>(version);
+    told_.manifest_bytes = static_cast<int64_t>(bytes.size());
+    told_.manifest_blob = mapper_.blobs().Serve(bytes);
+  }
+  std::unique_ptr<DenseService> Start() {
+    DenseOptions options;
+    options.size_px = depth_test::kWallWidth;
+    auto decoder = PhotoDecoder::Start(options.decoder);
+    EXPECT_TRUE(decoder.ok()) << decoder.error();
+    return std::make_unique<DenseService>(node_, options, *std::move(decoder));
+  }
+  bool WaitFor(const std::function<bool()>& done) { return loop_.RunUntil(done, kDeadlineS); }
+  size_t NumPhotos() const {
+    const DensePointsPtr points = store_.Find(kSubmap);
+    return points == nullptr ? 0 : points->manifest.photos.size();
+  }
+
+  TestWall wall_;
+  PollLoop loop_;
+  Bus bus_{"memq://", loop_};
+  Node ingest_node_{TestOptions("ingest"), loop_, bus_};
+  Node mapper_{TestOptions(kMapper), loop_, bus_};
+  Node node_{TestOptions("dense"), loop_, bus_};
+  Node web_{TestOptions("web"), loop_, bus_};
+  MemoryIngest ingest_{ingest_node_};
+  int num_facts_ = 0;
+  submap_shape_t told_{};
+  bool is_live_ = true;
+  int num_told_ = 0;
+  DenseStore store_;
+  DenseFollower follower_{
+      web_,
+      store_,
+      {[this](int64_t) { return is_live_; }, [this](int64_t, const DensePoints&) { ++num_told_; }}};
+};
+
+TEST_F(DenseServiceTest, PublishesPointsOfPhotosThatAreInAMap) {
+  StorePhotos();
+  ShowMap(1);
+  const auto service = Start();
+  ASSERT_TRUE(WaitFor([&] { return NumPhotos() == 4; }));
+  const DensePointsPtr points = store_.Find(kSubmap);
+  EXPECT_EQ(points->owner, "dense");
+  EXPECT_GT(points->manifest.NumPoints(), 10'000);
+  const DenseManifest::Chunk& chunk = points->manifest.photos[0].chunks[0];
+  std::optional<Result<Bytes>> bytes;
+  web_.blobs().Fetch(chunk.points_blob, points->owner,
+                     [&](Result<Bytes> came) { bytes = std::move(came); });
+  ASSERT_TRUE(WaitFor([&] { return bytes.has_value(); }));
+  ASSERT_TRUE(bytes->ok()) << bytes->error();
+  EXPECT_EQ(DecodeShapeChunk(**bytes)->points.size(), chunk.num_points);
+}
+
+TEST_F(DenseServiceTest, APhotoThatCannotBeDecodedIsLeftOut) {
+  StorePhoto(1, Bytes(5000, 7));
+  for (uint32_t id = 2; id <= 4; ++id) StorePhoto(id, Encode(wall_.Picture(id), ".png"));
+  ShowMap(1);
+  const auto service = Start();
+  ASSERT_TRUE(WaitFor([&] { return NumPhotos() == 3; }));
+  EXPECT_NE(store_.Find(kSubmap)->manifest.photos[0].image_id, 1u);
+}
+
+TEST_F(DenseServiceTest, AnotherOneBeginsAgain) {
+  StorePhotos();
+  ShowMap(1);
+  auto service = Start();
+  ASSERT_TRUE(WaitFor([&] { return NumPhotos() == 4; }));
+  service.reset();
+  const uint64_t version = store_.Find(kSubmap)->manifest.version;
+  service = Start();
+  ASSERT_TRUE(WaitFor([&] { return store_.Find(kSubmap)->manifest.version > version; }));
+}
+
+TEST_F(DenseServiceTest, NothingIsTakenOfAMapThatHasEnded) {
+  is_live_ = false;
+  StorePhotos();
+  ShowMap(1);
+  int num_messages = 0;
+  bus_.Subscribe(kDensePointsChannel, [&](const dense_points_t&) { ++num_messages; });
+  const auto service = Start();
+  ASSERT_TRUE(WaitFor([&] { return num_messages >= 2; }));
+  EXPECT_EQ(NumPhotos(), 0u);
+  EXPECT_EQ(num_told_, 0);
+}
+
+}  // namespace skein::dense_service_test
