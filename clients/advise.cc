@@ -99,7 +99,7 @@ std::string AdviceWatch::Text() const {
   std::string text;
   for (const auto& [submap_id, heard] : guidance_) {
     text += "submap " + std::to_string(submap_id) + ": " +
-            Printable(heard.message.sentence, kMaxSentence) + "\n";
+            Printable(heard.message.place.sentence, kMaxSentence) + "\n";
   }
   for (const auto& [agent, heard] : advice_) {
     const advice_t& advice = heard.message;

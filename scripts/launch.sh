@@ -62,7 +62,7 @@ half=$((cores / 2 > 0 ? cores / 2 : 1)) quarter=$((cores / 4 > 0 ? cores / 4 : 1
 session='' join='' url='' watch_url='' ready_file='' service_options=() config_options=() auth_options=() hang_after_s=10
 adopt=()
 features=$quarter matching=$half min_mappers=1 max_mappers=16 threads=$((half > 1 || cores == 1 ? half : 2)) features_options=() merger_options=() mapper_options=()
-retrieval_options=() matching_options=() ingest_options=() guide_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0 guide=on dense=on
+retrieval_options=() matching_options=() guide_options=() web_port=8470 web_host='' web_public_port=8471 web_plain_port=0 guide=on dense=on
 
 need_count() { [[ $2 =~ ^[0-9]+$ ]] || usage_error "$1 needs a number, not '$2'"; }
 need_port() { need_count "$1" "$2"; ((10#$2 > 0 && 10#$2 < 65536)) || usage_error "$1 $2: a port is 1 to 65535"; }
@@ -92,7 +92,7 @@ while (($#)); do
     --ready-file) ready_file=$2; shift ;;
     --dense) dense=$2; [[ $dense == on || $dense == off ]] || usage_error "--dense needs on or off, not '$dense'"; shift ;;
     --guide) guide=$2; [[ $guide == on || $guide == off ]] || usage_error "--guide needs on or off, not '$guide'"; shift ;;
-    --target-gsd) [[ $2 =~ ^[0-9]+(\.[0-9]+)?$ ]] || usage_error "$1 needs millimetres, not '$2'"; ingest_options+=(--target-gsd "$2"); guide_options+=(--target-gsd "$2"); shift ;;
+    --target-gsd) [[ $2 =~ ^[0-9]+(\.[0-9]+)?$ ]] || usage_error "$1 needs millimetres, not '$2'"; mapper_options+=(--target-gsd "$2"); guide_options+=(--target-gsd "$2"); shift ;;
     --web) need_count "$1" "$2"; web_port=$((10#$2)); ((web_port < 65536)) || usage_error "--web $2: a port is at most 65535"; shift ;;
     --web-public) web_host=$2; [[ $web_host =~ ^[A-Za-z0-9.:-]+$ ]] || usage_error "--web-public: give this host's address or name, not '$2'"; shift ;;
     --web-public-port) need_port "$1" "$2"; web_public_port=$((10#$2)); shift ;;
@@ -499,7 +499,7 @@ stop_leftovers
 add_relays
 await_ready "${instances[@]}"
 if [[ -z $join ]]; then
-  add_service ingest ingest "${ingest_options[@]}"
+  add_service ingest ingest
   add_service retrieval retrieval "${retrieval_options[@]}"
   add_service merger merger "${merger_options[@]}"
   [[ $guide == off ]] || add_service guide guide "${guide_options[@]}"

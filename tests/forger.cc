@@ -137,8 +137,8 @@ class Forger {
     guidance_t guidance{};
     guidance.author = "guide";
     guidance.submap_id = 1;
-    guidance.verdict = guidance_t::COMPLETE;
-    guidance.sentence = "forged";
+    guidance.place.verdict = completeness_t::COMPLETE;
+    guidance.place.sentence = "forged";
     bus_.Publish(kGuidanceChannel, guidance);
     advice_t advice{};
     advice.author = "guide";

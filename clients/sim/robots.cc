@@ -117,8 +117,8 @@ void Robots::Move(Robot* robot) {
     return;
   }
   const auto guidance = guidance_.find(robot->advice->submap_id);
-  if (guidance != guidance_.end() && guidance->second.verdict == guidance_t::COMPLETE) {
-    return end("the place is complete: " + guidance->second.sentence);
+  if (guidance != guidance_.end() && guidance->second.place.verdict == completeness_t::COMPLETE) {
+    return end("the place is complete: " + guidance->second.place.sentence);
   }
   // Advice on the same photo may still change: the map is adjusted.
   if (!FollowAdvice(robot) && waited_s > options_.patience_s) {

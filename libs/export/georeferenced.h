@@ -2,12 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "export/session_models.h"
-#include "geometry/georeference.h"
+#include "geometry/model_georeference.h"
 
 namespace skein {
 
@@ -17,8 +16,8 @@ namespace skein {
 //
 // If no photo carries an altitude, the models' heights are above their own cameras: the json says
 // so (GeoreferenceToJson).
-void PlaceOnEarth(const std::map<std::string, GeodeticPosition>& positions,
-                  std::vector<ExportModel>* models, std::vector<std::string>* refusals);
+void PlaceOnEarth(const PhotoPositions& positions, std::vector<ExportModel>* models,
+                  std::vector<std::string>* refusals);
 
 // georeference.json into the folder; nothing for a model in its mapper's frame.
 Status WriteGeoreference(const ExportModel& model, const std::filesystem::path& folder);

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/georeference.h"
+#include "geometry/georeference_summary.h"
 
 namespace skein {
 
@@ -18,7 +18,7 @@ namespace skein {
 // altitude, the origin's is null and heights are above the median camera. residual_m is that of the
 // inliers; where altitudes are not used rmse, median and max are horizontal, and without any
 // vertical_rmse is null. x_enu = scale * R(rotation) * x_model + translation.
-nlohmann::json GeoreferenceToJson(const Georeference& georeference);
+nlohmann::json GeoreferenceToJson(const GeoreferenceSummary& summary);
 
 // The origin of a georeference that is ok.
 GeodeticPosition OriginOf(const nlohmann::json& georeference);

@@ -216,7 +216,7 @@ TEST(Georeference, DoesWithoutAnyAltitude) {
   }
   std::sort(heights.begin(), heights.end());
   EXPECT_NEAR(heights[heights.size() / 2], 0, 0.5) << "above the median camera";
-  const nlohmann::json json = GeoreferenceToJson(result);
+  const nlohmann::json json = GeoreferenceToJson(Summarise(result));
   EXPECT_EQ(json["altitudes"], 0);
   EXPECT_TRUE(json["origin"]["altitude_m"].is_null());
   EXPECT_TRUE(json["residual_m"]["vertical_rmse"].is_null());
@@ -268,7 +268,7 @@ TEST(Georeference, RefusesTooFewPositions) {
   world = World(flight);
   result = EstimateGeoreference(world.origin, world.photos);
   EXPECT_EQ(result.reason, "0 registered photos carry a position; it takes 5");
-  EXPECT_FALSE(GeoreferenceToJson(result)["ok"]);
+  EXPECT_FALSE(GeoreferenceToJson(Summarise(result))["ok"]);
 }
 
 TEST(Georeference, RefusesPositionsThatDoNotAgree) {
@@ -321,7 +321,7 @@ TEST(Georeference, JsonHoldsTransformAndResiduals) {
   flight.outliers = 0.1;
   const World world(flight);
   const Georeference result = EstimateGeoreference(world.origin, world.photos);
-  const nlohmann::json json = GeoreferenceToJson(result);
+  const nlohmann::json json = GeoreferenceToJson(Summarise(result));
   EXPECT_TRUE(json["ok"]);
   EXPECT_EQ(json["positions"], 40);
   EXPECT_EQ(json["outliers"].size() + json["inliers"].get<size_t>(), 40u);
@@ -335,7 +335,7 @@ TEST(Georeference, TheOriginComesBackFromJson) {
   georeference.ok = true;
   for (const std::optional<double> altitude : {std::optional<double>(), {400.0}}) {
     georeference.origin = {48.1, 11.5, altitude};
-    const GeodeticPosition origin = OriginOf(GeoreferenceToJson(georeference));
+    const GeodeticPosition origin = OriginOf(GeoreferenceToJson(Summarise(georeference)));
     EXPECT_EQ(origin.latitude_deg, 48.1);
     EXPECT_EQ(origin.longitude_deg, 11.5);
     EXPECT_EQ(origin.altitude_m, altitude);

@@ -4,7 +4,6 @@
 #include <array>
 #include <string>
 
-#include "core/finite.h"
 #include "ledger/facts.h"
 
 namespace skein {
@@ -22,7 +21,7 @@ const char* NameOf(const std::array<const char*, kCount>& names, int8_t value) {
 }
 
 // The reverse of PlaceJson.
-guidance_t PlaceOf(const json& place) {
+completeness_t PlaceOf(const json& place) {
   const auto number = [&place](const char* name) {
     const auto found = place.find(name);
     return found != place.end() && found->is_number() ? found->get<double>() : 0.0;
@@ -34,21 +33,20 @@ guidance_t PlaceOf(const json& place) {
   const auto count = [&number](const char* name) {
     return static_cast<int32_t>(std::clamp(number(name), 0.0, 1e9));
   };
-  guidance_t guidance{};
-  guidance.num_photos = count("photos");
-  guidance.num_surfels = count("surfels");
-  guidance.num_open = count("open");
-  guidance.area = number("area");
-  guidance.good_share = static_cast<float>(number("good_share"));
-  guidance.open_share = static_cast<float>(number("open_share"));
-  guidance.median_sigma = number("median_sigma");
-  guidance.target_gsd = number("target_gsd");
-  guidance.metres_per_unit = number("metres_per_unit");
+  completeness_t told{};
+  told.num_photos = count("photos");
+  told.num_surfels = count("surfels");
+  told.num_open = count("open");
+  told.area = number("area");
+  told.good_share = static_cast<float>(number("good_share"));
+  told.open_share = static_cast<float>(number("open_share"));
+  told.median_sigma = number("median_sigma");
+  told.target_gsd = number("target_gsd");
+  told.metres_per_unit = number("metres_per_unit");
   const auto verdict = std::find(kVerdicts.begin(), kVerdicts.end(), text("verdict"));
-  guidance.verdict =
-      verdict == kVerdicts.end() ? 0 : static_cast<int8_t>(verdict - kVerdicts.begin());
-  guidance.sentence = ClampText(text("sentence"));
-  return guidance;
+  told.verdict = verdict == kVerdicts.end() ? 0 : static_cast<int8_t>(verdict - kVerdicts.begin());
+  told.sentence = ClampText(text("sentence"));
+  return told;
 }
 
 json StationJson(const station_t& station) {
@@ -67,39 +65,22 @@ json StationJson(const station_t& station) {
 
 }  // namespace
 
-guidance_t ToMessage(const PlaceSummary& place, double metres_per_unit) {
-  const Completeness& completeness = place.completeness;
-  guidance_t message{};
-  message.num_photos = static_cast<int32_t>(place.num_photos);
-  message.num_surfels = static_cast<int32_t>(place.num_surfels);
-  message.num_open = static_cast<int32_t>(place.num_open);
-  message.area = FiniteOrZero(completeness.area);
-  message.good_share = static_cast<float>(FiniteOrZero(completeness.good_share));
-  message.open_share = static_cast<float>(FiniteOrZero(completeness.open_share));
-  message.median_sigma = FiniteOrZero(completeness.median_sigma);
-  message.target_gsd = FiniteOrZero(completeness.target_gsd);
-  message.metres_per_unit = FiniteOrZero(metres_per_unit);
-  message.verdict = static_cast<int8_t>(place.verdict);
-  message.sentence = ClampText(place.sentence);
-  return message;
-}
-
-json PlaceJson(const guidance_t& guidance) {
-  return {{"photos", guidance.num_photos},
-          {"surfels", guidance.num_surfels},
-          {"open", guidance.num_open},
-          {"area", guidance.area},
-          {"good_share", guidance.good_share},
-          {"open_share", guidance.open_share},
-          {"median_sigma", guidance.median_sigma},
-          {"target_gsd", guidance.target_gsd},
-          {"metres_per_unit", guidance.metres_per_unit},
-          {"verdict", NameOf(kVerdicts, guidance.verdict)},
-          {"sentence", guidance.sentence}};
+json PlaceJson(const completeness_t& place) {
+  return {{"photos", place.num_photos},
+          {"surfels", place.num_surfels},
+          {"open", place.num_open},
+          {"area", place.area},
+          {"good_share", place.good_share},
+          {"open_share", place.open_share},
+          {"median_sigma", place.median_sigma},
+          {"target_gsd", place.target_gsd},
+          {"metres_per_unit", place.metres_per_unit},
+          {"verdict", NameOf(kVerdicts, place.verdict)},
+          {"sentence", place.sentence}};
 }
 
 json GuidanceJson(const guidance_t& guidance) {
-  json told = PlaceJson(guidance);
+  json told = PlaceJson(guidance.place);
   told["submap"] = guidance.submap_id;
   told["version"] = guidance.version;
   return told;
@@ -113,8 +94,9 @@ std::map<int64_t, guidance_t> PlacesOfReport(const json& report) {
       continue;
     const json place = submap.value("completeness", json());
     if (!place.is_object() || !place.contains("verdict")) continue;
-    guidance_t guidance = PlaceOf(place);
+    guidance_t guidance{};
     guidance.submap_id = submap["id"];
+    guidance.place = PlaceOf(place);
     places[guidance.submap_id] = guidance;
   }
   return places;

@@ -5,20 +5,16 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "guidance/place_summary.h"
 #include "skein/advice_t.hpp"
+#include "skein/completeness_t.hpp"
 #include "skein/guidance_t.hpp"
 
 namespace skein {
 
-// The submap, its version and the author are the caller's to fill in. metres_per_unit: 0, not
-// known.
-guidance_t ToMessage(const PlaceSummary& place, double metres_per_unit);
-
 // {photos, surfels, open, area, good_share, open_share, median_sigma, target_gsd, metres_per_unit,
 //  verdict: growing|weak|nearly|complete, sentence}; of a guidance with its submap and version,
 //  too.
-nlohmann::json PlaceJson(const guidance_t& guidance);
+nlohmann::json PlaceJson(const completeness_t& place);
 nlohmann::json GuidanceJson(const guidance_t& guidance);
 
 // The places of a report.json, by submap: those with a completeness. A field that is missing or of

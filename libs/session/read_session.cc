@@ -1,5 +1,6 @@
 #include "session/read_session.h"
 
+#include <string>
 #include <vector>
 
 #include "core/statistics.h"
@@ -10,11 +11,13 @@ namespace skein {
 namespace {
 
 // Of each agent the median, so that a few absurd altitudes don't matter.
-std::map<std::string, double> TakeOffAltitudes(const SessionState& state) {
+std::map<std::string, double> TakeOffAltitudes(const SessionState& state, int64_t last_seq) {
   std::map<std::string, std::vector<double>> all;
   for (const auto& [id, photo] : state.photos()) {
     const image_t& image = photo.image;
-    if (!image.has_gps || !image.has_altitude || !image.has_relative_altitude) continue;
+    if (image.header.seq > last_seq || !image.has_gps || !image.has_altitude ||
+        !image.has_relative_altitude)
+      continue;
     all[image.agent].push_back(image.altitude_m - image.relative_altitude_m);
   }
   std::map<std::string, double> medians;
@@ -48,11 +51,12 @@ std::optional<GeodeticPosition> PositionOf(const image_t& image) {
   return position;
 }
 
-std::map<std::string, GeodeticPosition> PositionsOf(const SessionState& state) {
-  const std::map<std::string, double> take_offs = TakeOffAltitudes(state);
-  std::map<std::string, GeodeticPosition> positions;
+PhotoPositions PositionsOf(const SessionState& state, int64_t last_seq) {
+  const std::map<std::string, double> take_offs = TakeOffAltitudes(state, last_seq);
+  PhotoPositions positions;
   for (const auto& [id, photo] : state.photos()) {
     const image_t& image = photo.image;
+    if (image.header.seq > last_seq) continue;
     std::optional<GeodeticPosition> position = PositionOf(image);
     if (!position) continue;
     const auto take_off = take_offs.find(image.agent);

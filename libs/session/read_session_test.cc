@@ -64,4 +64,13 @@ TEST_F(PositionsTest, HeightsAboveTheTakeOffNeedItsAltitude) {
   EXPECT_FALSE(positions.at("other/6.jpg").altitude_m) << "another drone took off elsewhere";
 }
 
+TEST_F(PositionsTest, PhotosThatCameLaterDoNotCount) {
+  Add("drone", 570, 70);
+  Add("drone", {}, 80);
+  Add("drone", 9000, 60);
+  const auto positions = PositionsOf(state_, 2);
+  EXPECT_EQ(positions.size(), 2u);
+  EXPECT_EQ(positions.at("drone/2.jpg").altitude_m, 580.0);
+}
+
 }  // namespace skein::read_session_test

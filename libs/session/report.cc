@@ -8,6 +8,7 @@
 #include "core/statistics.h"
 #include "session/diagnosis.h"
 #include "session/finish_cut.h"
+#include "session/model_place.h"
 #include "session/model_verdict.h"
 #include "session/state_names.h"
 
@@ -52,6 +53,8 @@ json SubmapsPart(const SessionState& state) {
                        {"mean_reprojection_error_px", model.mean_reprojection_error_px},
                        {"mean_track_length", model.mean_track_length},
                        {"check", CheckPart(state, *submap)},
+                       {"georeference", GeoreferencePart(state, *submap)},
+                       {"completeness", CompletenessPart(*submap)},
                        {"epoch", submap->lease.epoch}});
   }
   return submaps;

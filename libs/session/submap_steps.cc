@@ -14,6 +14,7 @@ std::string ConsolidationStep(int64_t finish_id) {
 }
 std::string BatchStep(int64_t finish_id) { return "batch " + std::to_string(finish_id); }
 std::string FinalStep(int64_t finish_id) { return "final adjustment " + std::to_string(finish_id); }
+std::string AssessmentStep(int64_t finish_id) { return "assessment " + std::to_string(finish_id); }
 std::string MaintenanceStep() { return "maintenance"; }
 std::string ShapeStep() { return "shape"; }
 std::string SeedStep() { return "seed"; }

@@ -14,6 +14,7 @@ std::string ComparisonStep(int64_t other_submap);  // for a merge: the other get
 std::string ConsolidationStep(int64_t finish_id);  // the map stays as it was before it
 std::string BatchStep(int64_t finish_id);          // the same
 std::string FinalStep(int64_t finish_id);          // the same
+std::string AssessmentStep(int64_t finish_id);     // the final model tells not how complete it is
 std::string MaintenanceStep();                     // no bundle adjustment in the background
 std::string ShapeStep();                           // the live view does not show the submap
 

@@ -221,7 +221,7 @@ TEST(Facts, ListsTheBlobsThatAreSet) {
 }
 
 // What the defaults can make largest: 30 candidates, 30 verified pairs, clamped reasons, 64-byte
-// instance names.
+// instance names. A model tells up to 1,000 outliers: 10 fit.
 TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   fact_header_t header{};
   header.session_id = std::string(16, 'a');
@@ -257,7 +257,14 @@ TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   image.num_camera_params = 12;  // FULL_OPENCV
   image.camera_params.resize(12);
   image.camera_model = "FULL_OPENCV";
-  for (const Fact& fact : std::vector<Fact>{features, candidates, matches, failure, image}) {
+  submap_model_t model{};
+  model.header = header;
+  model.model_blob = std::string(64, 'a');
+  model.place.sentence = std::string(200, 'a');
+  model.georeference.num_outliers = 10;
+  model.georeference.outlier_images.resize(10);
+  model.georeference.outlier_residuals_m.resize(10);
+  for (const Fact& fact : std::vector<Fact>{features, candidates, matches, failure, image, model}) {
     EXPECT_LE(EncodeFact(fact).size() + kMaxTrailerBytes, kMaxDatagramBytes) << FactKindName(fact);
   }
 }

@@ -111,9 +111,9 @@ TEST_F(GuideServiceTest, TellsOfAPlaceAndAdvisesItsAgents) {
   ASSERT_TRUE(WaitFor([&] { return Version() == 10 && advice_.size() == 2; }));
   EXPECT_EQ(guidance_.back().submap_id, kSubmap);
   EXPECT_EQ(guidance_.back().author, "guide");
-  EXPECT_EQ(guidance_.back().num_photos, 12);
-  EXPECT_GT(guidance_.back().good_share, 0);
-  EXPECT_NE(guidance_.back().sentence, "");
+  EXPECT_EQ(guidance_.back().place.num_photos, 12);
+  EXPECT_GT(guidance_.back().place.good_share, 0);
+  EXPECT_NE(guidance_.back().place.sentence, "");
   EXPECT_EQ(advice_["alice"].author, "guide");
   EXPECT_EQ(advice_["alice"].last_image_id, 6);
   EXPECT_GT(advice_["alice"].num_stations, 0);

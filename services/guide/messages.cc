@@ -2,7 +2,6 @@
 
 #include "core/finite.h"
 #include "ledger/facts.h"
-#include "session/guidance_json.h"
 
 namespace skein {
 namespace {
@@ -35,7 +34,8 @@ station_t ToMessage(const AdvisedStation& advised) {
 }  // namespace
 
 guidance_t ToMessage(const PlaceGuidance& guidance) {
-  guidance_t message = ToMessage(guidance.place, guidance.metres_per_unit);
+  guidance_t message{};
+  SetCompleteness(guidance.place, guidance.metres_per_unit, &message.place);
   message.submap_id = guidance.submap_id;
   message.version = static_cast<int64_t>(guidance.version);
   return message;

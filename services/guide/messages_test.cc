@@ -57,34 +57,34 @@ TEST(GuideMessages, GuidanceRoundTrips) {
   const guidance_t read = RoundTrip(ToMessage(MakeGuidance()));
   EXPECT_EQ(read.submap_id, 3);
   EXPECT_EQ(read.version, 1'700'000'000'000'000);
-  EXPECT_EQ(read.num_photos, 40);
-  EXPECT_EQ(read.num_surfels, 800);
-  EXPECT_EQ(read.num_open, 12);
-  EXPECT_EQ(read.area, 55.5);
-  EXPECT_EQ(read.good_share, 0.75F);
-  EXPECT_EQ(read.open_share, 0.125F);
-  EXPECT_EQ(read.median_sigma, 0) << "not known";
-  EXPECT_EQ(read.target_gsd, 0.01);
-  EXPECT_EQ(read.metres_per_unit, 2.5);
-  EXPECT_EQ(read.verdict, +guidance_t::WEAK);
-  EXPECT_EQ(read.sentence, MakeGuidance().place.sentence);
+  EXPECT_EQ(read.place.num_photos, 40);
+  EXPECT_EQ(read.place.num_surfels, 800);
+  EXPECT_EQ(read.place.num_open, 12);
+  EXPECT_EQ(read.place.area, 55.5);
+  EXPECT_EQ(read.place.good_share, 0.75F);
+  EXPECT_EQ(read.place.open_share, 0.125F);
+  EXPECT_EQ(read.place.median_sigma, 0) << "not known";
+  EXPECT_EQ(read.place.target_gsd, 0.01);
+  EXPECT_EQ(read.place.metres_per_unit, 2.5);
+  EXPECT_EQ(read.place.verdict, +completeness_t::WEAK);
+  EXPECT_EQ(read.place.sentence, MakeGuidance().place.sentence);
   EXPECT_EQ(GuidanceJson(read)["verdict"], "weak");
 }
 
 TEST(GuideMessages, AReportTellsThePlacesAgain) {
-  const guidance_t place = ToMessage(MakeGuidance());
+  const guidance_t guidance = ToMessage(MakeGuidance());
   nlohmann::json report = {{"submaps",
-                            {{{"id", 3}, {"completeness", PlaceJson(place)}},
+                            {{{"id", 3}, {"completeness", PlaceJson(guidance.place)}},
                              {{"id", 4}, {"completeness", {{"reason", "no model"}}}},
                              {{"id", "5"}},
                              7}}};
   const auto places = PlacesOfReport(report);
   ASSERT_EQ(places.size(), 1u);
-  nlohmann::json expected = GuidanceJson(place);
+  nlohmann::json expected = GuidanceJson(guidance);
   expected["version"] = 0;
   EXPECT_EQ(GuidanceJson(places.at(3)), expected);
   report["submaps"][0]["completeness"] = {{"verdict", 3}, {"photos", "many"}};
-  EXPECT_EQ(PlacesOfReport(report).at(3).num_photos, 0);
+  EXPECT_EQ(PlacesOfReport(report).at(3).place.num_photos, 0);
   EXPECT_TRUE(PlacesOfReport(nullptr).empty());
   EXPECT_TRUE(PlacesOfReport({{"submaps", nullptr}}).empty());
 }
@@ -120,9 +120,9 @@ TEST(GuideMessages, ConstantsOfTheMessagesAreThoseOfTheCode) {
   EXPECT_EQ(static_cast<int>(Station::Why::kTooSlanted), +station_t::TOO_SLANTED);
   EXPECT_EQ(static_cast<int>(Station::Why::kTooFar), +station_t::TOO_FAR);
   EXPECT_EQ(static_cast<int>(Station::Why::kOpenBorder), +station_t::OPEN_BORDER);
-  EXPECT_EQ(static_cast<int>(PlaceVerdict::kGrowing), +guidance_t::GROWING);
-  EXPECT_EQ(static_cast<int>(PlaceVerdict::kNearly), +guidance_t::NEARLY);
-  EXPECT_EQ(static_cast<int>(PlaceVerdict::kComplete), +guidance_t::COMPLETE);
+  EXPECT_EQ(static_cast<int>(PlaceVerdict::kGrowing), +completeness_t::GROWING);
+  EXPECT_EQ(static_cast<int>(PlaceVerdict::kNearly), +completeness_t::NEARLY);
+  EXPECT_EQ(static_cast<int>(PlaceVerdict::kComplete), +completeness_t::COMPLETE);
 }
 
 TEST(GuideMessages, AnAdviceFitsOneFrameWithTheBestStations) {
@@ -148,7 +148,7 @@ TEST(GuideMessages, JsonTakesWhatItDoesNotKnow) {
   advice.stations[0].why = 77;
   EXPECT_EQ(AdviceJson(advice)["stations"][0]["why"], "unknown");
   guidance_t guidance{};
-  guidance.verdict = -5;
+  guidance.place.verdict = -5;
   EXPECT_EQ(GuidanceJson(guidance)["verdict"], "growing");
 }
 

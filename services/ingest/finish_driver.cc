@@ -12,9 +12,9 @@
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "session/finish_cut.h"
+#include "session/model_place.h"
 #include "session/model_verdict.h"
 #include "session/photo_homes.h"
-#include "session/read_session.h"
 #include "session/report.h"
 #include "session/submap_facts.h"
 
@@ -234,26 +234,20 @@ std::vector<const SubmapLife*> FinishDriver::Models() const {
   return live;
 }
 
-FinishDriver::WrittenResults FinishDriver::WriteModelsAndReport(
-    const SessionPaths& paths, double target_gsd_mm, const std::vector<submap_model_t>& models,
-    const PlacePhotos& photos, nlohmann::json report) {
+WrittenModels FinishDriver::WriteModelsAndReport(const SessionPaths& paths,
+                                                 const std::vector<submap_model_t>& models,
+                                                 const nlohmann::json& report) {
   std::vector<std::string> blobs;
   for (const submap_model_t& model : models) blobs.push_back(model.model_blob);
-  WrittenResults written{WriteModels(paths, blobs), {}};
-  Status& status = written.models.status;
-  if (!written.models.ok()) return written;
-  AddPlaces(paths, photos, target_gsd_mm, &report);
-  for (const nlohmann::json& submap : report["submaps"]) {
-    const std::string sentence = submap["completeness"].value("sentence", "");
-    if (!sentence.empty()) written.places[submap["id"]] = sentence;
-  }
+  WrittenModels written = WriteModels(paths, blobs);
+  if (!written.ok()) return written;
   const std::string text =
       report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  status = WriteFileBelow(paths.root, paths.Report(), text.data(), text.size());
-  if (!status.ok()) return written;
+  written.status = WriteFileBelow(paths.root, paths.Report(), text.data(), text.size());
+  if (!written.status.ok()) return written;
   const auto name = [](const std::filesystem::path& path) { return path.filename().string(); };
-  status = WriteChecksumList(paths.root, name(paths.Results()),
-                             {name(paths.Sparse()), name(paths.Report())});
+  written.status = WriteChecksumList(paths.root, name(paths.Results()),
+                                     {name(paths.Sparse()), name(paths.Report())});
   return written;
 }
 
@@ -270,16 +264,13 @@ void FinishDriver::WriteResults() {
   const nlohmann::json report = MakeReportNow();
   writing_ = true;
   worker_.Run(
-      [paths = paths_, target_gsd_mm = options_.target_gsd_mm, models,
-       photos = PlacePhotos{PositionsOf(writer_.state()), TexturesOf(writer_.state())},
-       report] { return WriteModelsAndReport(paths, target_gsd_mm, models, photos, report); },
-      [this, models](const WrittenResults& results) { OnWritten(models, results); });
+      [paths = paths_, models, report] { return WriteModelsAndReport(paths, models, report); },
+      [this, models](const WrittenModels& written) { OnWritten(models, written); });
 }
 
 // Without the submaps whose models are damaged the results are written at the next step.
 void FinishDriver::OnWritten(const std::vector<submap_model_t>& models,
-                             const WrittenResults& results) {
-  const WrittenModels& written = results.models;
+                             const WrittenModels& written) {
   writing_ = false;
   if (!written.status.ok()) {
     problem_ = "cannot write the models: " + written.status.error();
@@ -294,10 +285,10 @@ void FinishDriver::OnWritten(const std::vector<submap_model_t>& models,
     if (!submap.ended) EndSubmap(models[place].submap_id, submap.lease.epoch, reason);
   }
   if (!written.damaged.empty()) return;
-  Stage(finish_t::DONE, Summary(results.places));
+  Stage(finish_t::DONE, Summary());
 }
 
-std::string FinishDriver::Summary(const std::map<int64_t, std::string>& places) const {
+std::string FinishDriver::Summary() const {
   const PhotoCounts counts = CountPhotos(writer_.session(), environment_.num_duplicates());
   const size_t num_models = Models().size();
   std::string text = std::to_string(counts.registered) + " of " + std::to_string(counts.received) +
@@ -317,8 +308,9 @@ std::string FinishDriver::Summary(const std::map<int64_t, std::string>& places) 
     const std::string verdict = submap.ended ? "" : VerdictOf(state, submap);
     if (!verdict.empty()) text += "\nmap " + std::to_string(id) + " " + verdict;
   }
-  for (const auto& [id, sentence] : places) {
-    text += "\nmap " + std::to_string(id) + ": " + sentence;
+  for (const auto& [id, submap] : state.submaps()) {
+    const std::string sentence = submap.ended ? "" : PlaceSentenceOf(submap);
+    if (!sentence.empty()) text += "\nmap " + std::to_string(id) + ": " + sentence;
   }
   return ClampText(text, kMaxSummaryBytes);
 }

@@ -10,7 +10,6 @@
 
 #include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
-#include "ingest/model_places.h"
 #include "ingest/model_writer.h"
 #include "ledger/session_folder.h"
 #include "node/node.h"
@@ -20,7 +19,6 @@ namespace skein {
 struct FinishOptions {
   int min_model_size = 3;   // photos; fewer where the session has fewer
   double cut_grace_s = 10;  // from CUT until the results are written with the models that are there
-  double target_gsd_mm = 0;  // of the report's "completeness"; 0: twice that of the median point
 };
 
 // Takes a session from the `finish` command to its models and report.
@@ -56,13 +54,9 @@ class FinishDriver {
   const std::string& problem() const { return problem_; }  // for a person; "" if there is none
 
  private:
-  struct WrittenResults {
-    WrittenModels models;
-    std::map<int64_t, std::string> places;  // by submap: how complete it is, in a sentence
-  };
-  static WrittenResults WriteModelsAndReport(const SessionPaths& paths, double target_gsd_mm,
-                                             const std::vector<submap_model_t>& models,
-                                             const PlacePhotos& photos, nlohmann::json report);
+  static WrittenModels WriteModelsAndReport(const SessionPaths& paths,
+                                            const std::vector<submap_model_t>& models,
+                                            const nlohmann::json& report);
   void OnCommitted(const finish_t& finish);
   void Request(const command_t& command, int64_t deadline_utime_us);
   void Join(const command_t& command, int64_t deadline_utime_us);
@@ -79,10 +73,10 @@ class FinishDriver {
   std::vector<const SubmapLife*> Models() const;
   nlohmann::json MakeReportNow() const;
   void WriteResults();
-  void OnWritten(const std::vector<submap_model_t>& models, const WrittenResults& results);
+  void OnWritten(const std::vector<submap_model_t>& models, const WrittenModels& written);
   void Stage(int8_t state, const std::string& detail);
   void Reply(int64_t command_id, bool ok, const std::string& text);
-  std::string Summary(const std::map<int64_t, std::string>& places) const;
+  std::string Summary() const;
   std::string DescribeStage() const;
 
   Node& node_;

@@ -8,21 +8,11 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "node/work_client.h"
-#include "sfm/model_io.h"
-#include "testing/synthetic_scene.h"
 #include "testing/test_ingest.h"
 #include "testing/test_node.h"
 #include "testing/test_photos.h"
 
 namespace skein::finish_driver_test {
-
-SyntheticScene WallOfTwelvePhotos() {
-  SyntheticOptions options;
-  options.shape = SyntheticOptions::Shape::kWall;
-  options.num_photos = 12;
-  options.num_points = 4000;
-  return MakeScene(options);
-}
 
 class FinishDriverTest : public IngestServiceTest {
  protected:
@@ -112,7 +102,7 @@ TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   EXPECT_EQ(report["failures"][0]["image"], "alice/bad.jpg");
   EXPECT_EQ(report["images_in_time"].size(), 2u);
   EXPECT_EQ(report["submaps"][0]["images"], 2);
-  EXPECT_NE(report["submaps"][0]["completeness"]["reason"], "") << "not a real model";
+  EXPECT_NE(report["submaps"][0]["completeness"]["reason"], "") << "the mapper tells nothing";
   // A lost reply is told again; the session takes photos again.
   AskToFinish(77);
   Await([&] { return replies.size() == 2; }, "the reply again");
@@ -160,39 +150,23 @@ TEST_F(FinishDriverTest, AMapWhosePhotosAreAllInALargerOneIsNoModelOfItsOwn) {
   EXPECT_EQ(Report()["submaps"].size(), 2u);
 }
 
-TEST_F(FinishDriverTest, TellsHowCompleteThePlaceIs) {
-  SceneMap map;
-  FillMap(WallOfTwelvePhotos(), &map);
+TEST_F(FinishDriverTest, CopiesHowCompleteThePlaceIsAndWhereItLies) {
   AddSubmap();
   FinishUpToSettled(77);
   submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
-  model.model_blob = peer_->blobs().Offer(EncodeModelArchive(EncodeModel(map.reconstruction())));
+  model.place.num_photos = 12;
+  model.place.good_share = 0.75F;
+  model.place.sentence = "75 % of the surface is good, 3 open borders: keep going";
+  model.georeference.reason = "0 registered photos carry a position; it takes 5";
   EXPECT_EQ(Submit(model), "");
   AwaitReplyTo(77);
-  const nlohmann::json place = Report()["submaps"][0]["completeness"];
-  EXPECT_EQ(place["photos"], 12);
-  EXPECT_GT(place["surfels"], 20);
-  EXPECT_GT(place["area"], 0.0);
-  EXPECT_GT(place["good_share"], 0.0) << "two of its photos show no texture";
-  EXPECT_EQ(place["metres_per_unit"], 0);
-  const std::string sentence = place["sentence"];
-  EXPECT_NE(sentence.find("of the surface is good"), std::string::npos) << sentence;
-  EXPECT_EQ(ReplyTo(77)->text, "2 of 2 photos placed, 1 model in sparse/\nmap 1: " + sentence);
-}
-
-TEST_F(FinishDriverTest, APlaceWhosePhotosShowNoTextureIsNotGood) {
-  SceneMap map;
-  FillMap(WallOfTwelvePhotos(), &map);
-  for (uint8_t id = 1; id <= 12; ++id) AddMatchedPhoto(id);
-  EXPECT_EQ(Submit(Seed(1, 2)), "");
-  LeaseSubmaps(1);
-  for (int64_t id = 1; id <= 12; ++id) EXPECT_EQ(Submit(Registration(id, 1, 1)), "");
-  FinishUpToSettled(77);
-  submap_model_t model = FinalModel(1, 1, follower_->processed_seq());
-  model.model_blob = peer_->blobs().Offer(EncodeModelArchive(EncodeModel(map.reconstruction())));
-  EXPECT_EQ(Submit(model), "");
-  AwaitReplyTo(77);
-  EXPECT_EQ(Report()["submaps"][0]["completeness"]["good_share"], 0);
+  const nlohmann::json submap = Report()["submaps"][0];
+  EXPECT_EQ(submap["completeness"]["photos"], 12);
+  EXPECT_EQ(submap["completeness"]["good_share"], 0.75F);
+  EXPECT_EQ(submap["completeness"]["sentence"], model.place.sentence);
+  EXPECT_EQ(submap["georeference"]["reason"], model.georeference.reason);
+  EXPECT_EQ(ReplyTo(77)->text,
+            "2 of 2 photos placed, 1 model in sparse/\nmap 1: " + model.place.sentence);
 }
 
 TEST_F(FinishDriverTest, EndsASubmapWhoseModelCannotBeReadAndIsDoneWithoutIt) {
@@ -301,6 +275,8 @@ TEST_F(FinishDriverTest, TakesTheNewestModelOfAMapperThatIsSilent) {
   EXPECT_EQ(*ReadFile((Paths().Sparse() / "0" / "images.bin").string()), (Bytes{2, 2}));
   EXPECT_NE(ReplyTo(77)->text.find("submap 1: its mapper did not answer"), std::string::npos);
   EXPECT_EQ(Report()["cut"]["submaps"][0]["id"], 1);
+  EXPECT_EQ(Report()["submaps"][0]["completeness"]["reason"],
+            "the model is a checkpoint: its mapper did not finish it");
 }
 
 TEST_F(FinishDriverTest, IsDoneWithoutASubmapThatHasNoModelYet) {

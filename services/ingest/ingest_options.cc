@@ -13,8 +13,7 @@ Status IngestOptions::Check() const {
                      InRange<int64_t>("min_free", intake.min_free_bytes, 0, int64_t{1} << 60),
                      garbage.Check(), InRange("max_failures", leases.max_failures, 1, 1000),
                      InRange("min_model_size", finish.min_model_size, 2, 10'000),
-                     InRange("cut_grace", finish.cut_grace_s, 0.0, 3600.0),
-                     InRange("target_gsd", finish.target_gsd_mm, 0.0, 1e6)});
+                     InRange("cut_grace", finish.cut_grace_s, 0.0, 3600.0)});
 }
 
 void AddOptions(CLI::App& app, IngestOptions* options) {
@@ -43,9 +42,6 @@ void AddOptions(CLI::App& app, IngestOptions* options) {
   app.add_option("--cut-grace", options->finish.cut_grace_s,
                  "Seconds that mappers have to write their models when the time of a finish is up; "
                  "then the newest ones in the ledger are taken");
-  app.add_option("--target-gsd", options->finish.target_gsd_mm,
-                 "Millimetres of the surface that a pixel may cover for the report's completeness, "
-                 "where GPS tells the scale; 0: twice that of the median point");
 }
 
 Program IngestProgram(NodeOptions* node, IngestOptions* options) {

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
 #include "ledger/fact_ids.h"
@@ -277,6 +279,24 @@ TEST_F(LedgerWriterTest, RefusesAModelOfNoKindOrWithoutItsBlob) {
   EXPECT_FALSE(CheckSubmission(model, state()).ok());
   model.kind = submap_model_t::FINAL;
   model.ledger_seq = state().head() + 1;
+  EXPECT_FALSE(CheckSubmission(model, state()).ok());
+}
+
+TEST_F(LedgerWriterTest, RefusesAModelWhosePositionOnTheEarthIsNoSimilarity) {
+  submap_model_t model{};
+  model.submap_id = AddSubmap("mapper-1");
+  model.header.author = "mapper-1";
+  model.header.fact_id = SubmapModelFactId(model.submap_id, 1, 1);
+  model.kind = submap_model_t::FINAL;
+  model.model_blob = std::string(64, 'a');
+  georeference_t& earth = model.georeference;
+  earth.ok = 1;
+  EXPECT_FALSE(CheckSubmission(model, state()).ok()) << "its scale is 0";
+  earth.scale = 2;
+  EXPECT_FALSE(CheckSubmission(model, state()).ok()) << "its rotation is none";
+  earth.rotation_qwxyz[0] = 1;
+  EXPECT_EQ(CheckSubmission(model, state()).error(), "");
+  earth.translation_m[2] = NAN;
   EXPECT_FALSE(CheckSubmission(model, state()).ok());
 }
 

@@ -34,6 +34,12 @@ bool IsUnit(const double* qwxyz) {
   return std::abs(sum - 1) < 1e-3;
 }
 
+// Or tells nothing.
+bool IsPlaced(const georeference_t& earth) {
+  return !earth.ok || (AllFinite(earth.translation_m, 3) && std::isfinite(earth.scale) &&
+                       earth.scale > 0 && IsUnit(earth.rotation_qwxyz));
+}
+
 // One method a kind.
 class Rules {
  public:
@@ -105,7 +111,7 @@ class Rules {
     if (std::max(f.ledger_seq, f.merge_seq) > state_.head()) {
       return Refuse("ledger position lies in the future");
     }
-    return Status::Ok();
+    return IsPlaced(f.georeference) ? Status::Ok() : Refuse("georeference is no similarity");
   }
 
   Status operator()(const seed_t& f) const {

@@ -88,7 +88,19 @@ TEST_P(SteplessFinish, HasAllPhotosThatItCanHave) {
 
 INSTANTIATE_TEST_SUITE_P(Steps, SteplessFinish,
                          testing::Values("photo 5", "maintenance", "consolidation",
-                                         "final adjustment", "shape"));
+                                         "final adjustment", "assessment", "shape"));
+
+TEST_F(FailedStepsTest, AModelThatCannotBeAssessedTellsNothingOfItsPlace) {
+  Fail("assessment");
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  AwaitFinalModel();
+  const auto& model = std::get<submap_model_t>(
+      *Find([](const Fact& f) { return IsModel(f, submap_model_t::FINAL); }));
+  EXPECT_EQ(model.num_images, 8);
+  EXPECT_EQ(model.place.num_photos, 0);
+  EXPECT_EQ(model.georeference.reason, "");
+}
 
 TEST_F(FailedStepsTest, AMergeEndsUndoneWithTheReason) {
   Fail("merge");

@@ -37,6 +37,9 @@ void AddOptions(CLI::App& app, MapperOptions* options) {
                  "Photos between checkpoints, at least");
   app.add_option("--checkpoint-period", options->run.checkpoint.period_s,
                  "Seconds between checkpoints, at least");
+  app.add_option("--target-gsd", options->run.target_gsd_mm,
+                 "Millimetres of the surface that a pixel may cover for the final models' "
+                 "completeness, where GPS tells the scale; 0: twice that of the median point");
   app.add_option("--max-submaps", options->pool.sharing.max_submaps,
                  "Submaps that a mapper holds at a time before it takes no further seed");
   app.add_option("--share-after", options->pool.sharing.after_s,

@@ -12,6 +12,7 @@ TEST(MapperOptions, RefusesWhatMakesNoSense) {
       {"registration: min_cells", [](auto* o) { o->run.submap.registration.min_cells = 0; }},
       {"checkpoint_photos", [](auto* o) { o->run.checkpoint.photos = 0; }},
       {"checkpoint_period", [](auto* o) { o->run.checkpoint.period_s = -1; }},
+      {"target_gsd", [](auto* o) { o->run.target_gsd_mm = -1; }},
       {"local_ba_images", [](auto* o) { o->local_ba.colmap_images = 2; }},
       {"local_ba_free", [](auto* o) { o->local_ba.tree.max_free = -1; }},
       {"local_ba_held", [](auto* o) { o->local_ba.tree.max_held = -1; }},

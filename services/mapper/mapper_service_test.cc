@@ -64,6 +64,25 @@ TEST_F(MapperServiceTest, AFinishLeavesAPhotoToTheSubmapThatHoldsIt) {
   EXPECT_EQ(States(8).size(), 1u) << "the other submap's";
 }
 
+TEST_F(MapperServiceTest, TheFinalModelTellsOfItsPlaceAndCheckpointsDoNot) {
+  Give(8);
+  Await([&] { return Registered().size() == 8; }, "all photos registered");
+  const auto is_checkpoint = [](const Fact& f) { return IsModel(f, submap_model_t::CHECKPOINT); };
+  Await([&] { return Find(is_checkpoint); }, "a checkpoint");
+  const auto& checkpoint = std::get<submap_model_t>(*Find(is_checkpoint));
+  EXPECT_EQ(checkpoint.place.num_photos, 0);
+  EXPECT_EQ(checkpoint.georeference.reason, "");
+  CommitFinish(finish_t::DRAINED);
+  CommitFinish(finish_t::SETTLED);
+  const auto is_final = [](const Fact& f) { return IsModel(f, submap_model_t::FINAL); };
+  Await([&] { return Find(is_final); }, "the final model");
+  const auto& model = std::get<submap_model_t>(*Find(is_final));
+  EXPECT_EQ(model.place.num_photos, 8);
+  EXPECT_NE(model.place.sentence, "");
+  EXPECT_EQ(model.place.metres_per_unit, 0);
+  EXPECT_NE(model.georeference.reason, "") << "no photo carries a position";
+}
+
 TEST_F(MapperServiceTest, WhenAFinishIsCutItWritesTheModelAndTriesWhatIsLeftAfterwards) {
   Give(8);
   Await([&] { return Registered().size() == 8; }, "all photos registered");

@@ -1,10 +1,56 @@
 #include "mapper/messages.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
+#include "ledger/facts.h"
 #include "sfm/pose.h"
 
 namespace skein {
+namespace {
+
+void SetFrame(const GeoreferenceSummary& summary, georeference_t* message) {
+  message->latitude_deg = summary.origin.latitude_deg;
+  message->longitude_deg = summary.origin.longitude_deg;
+  message->has_altitude = summary.origin.altitude_m ? 1 : 0;
+  message->altitude_m = summary.origin.altitude_m.value_or(0);
+  const Similarity& enu_from_model = summary.enu_from_model;
+  message->scale = enu_from_model.scale;
+  const Eigen::Quaterniond& q = enu_from_model.rotation;
+  const double qwxyz[] = {q.w(), q.x(), q.y(), q.z()};
+  std::copy(std::begin(qwxyz), std::end(qwxyz), message->rotation_qwxyz);
+  for (int i = 0; i < 3; ++i) message->translation_m[i] = enu_from_model.translation[i];
+}
+
+void SetAccuracy(const GeoreferenceSummary& summary, georeference_t* message) {
+  message->num_inliers = static_cast<int32_t>(summary.num_inliers);
+  message->altitudes_used = summary.altitudes_used ? 1 : 0;
+  message->rotation_sigma_deg = summary.rotation_sigma_deg;
+  message->scale_sigma = summary.scale_sigma;
+  message->rmse_m = summary.rmse_m;
+  message->median_m = summary.median_m;
+  message->max_m = summary.max_m;
+  message->horizontal_rmse_m = summary.horizontal_rmse_m;
+  message->has_vertical_rmse = summary.vertical_rmse_m ? 1 : 0;
+  message->vertical_rmse_m = summary.vertical_rmse_m.value_or(0);
+}
+
+void SetOutliers(const ModelAssessment& assessment, georeference_t* message) {
+  std::vector<GeoOutlier> outliers = assessment.georeference.outliers;
+  if (outliers.size() > kMaxToldOutliers) {
+    std::stable_sort(outliers.begin(), outliers.end(),
+                     [](const auto& a, const auto& b) { return a.residual_m > b.residual_m; });
+    outliers.resize(kMaxToldOutliers);
+  }
+  for (const GeoOutlier& outlier : outliers) {
+    message->outlier_images.push_back(assessment.image_of.at(outlier.name));
+    message->outlier_residuals_m.push_back(outlier.residual_m);
+  }
+  message->num_outliers = static_cast<int32_t>(outliers.size());
+}
+
+}  // namespace
 
 PhotoInput ToPhotoInput(const image_t& image, Keypoints keypoints) {
   PhotoInput photo;
@@ -79,6 +125,20 @@ model_check_t ToMessage(const ModelCheck& check) {
   message.contradicting_image1 = check.pairs.strongest1;
   message.contradicting_image2 = check.pairs.strongest2;
   message.num_contradicting_matches = check.pairs.num_contradicting_matches;
+  return message;
+}
+
+georeference_t GeoreferenceOf(const ModelAssessment& assessment) {
+  const GeoreferenceSummary& summary = assessment.georeference;
+  georeference_t message{};
+  message.ok = summary.ok ? 1 : 0;
+  message.reason = ClampText(summary.reason);
+  message.num_positions = static_cast<int32_t>(summary.num_positions);
+  message.num_altitudes = static_cast<int32_t>(summary.num_altitudes);
+  if (!summary.ok) return message;
+  SetFrame(summary, &message);
+  SetAccuracy(summary, &message);
+  SetOutliers(assessment, &message);
   return message;
 }
 

@@ -2,12 +2,15 @@
 
 // Between Skein's messages and the mapper's core.
 
+#include <cstddef>
 #include <utility>
 #include <vector>
 
 #include "core/result.h"
+#include "mapper/model_assessment.h"
 #include "mapping/submap.h"
 #include "skein/candidates_t.hpp"
+#include "skein/georeference_t.hpp"
 #include "skein/image_t.hpp"
 #include "skein/model_check_t.hpp"
 #include "skein/registration_t.hpp"
@@ -35,5 +38,12 @@ void SetFigures(const SubmapStatistics& statistics, T* message) {
 
 // Errors of the model that its residuals don't show.
 model_check_t ToMessage(const ModelCheck& check);
+
+// Outliers that a georeference_t tells: 16 KB of a message's 32.
+constexpr size_t kMaxToldOutliers = 1000;
+
+// The model's position on the earth. If there are more than kMaxToldOutliers outliers, the largest
+// are told.
+georeference_t GeoreferenceOf(const ModelAssessment& assessment);
 
 }  // namespace skein

@@ -7,6 +7,7 @@
 
 #include "ledger/fact_ids.h"
 #include "ledger/facts.h"
+#include "transport/bus.h"
 
 namespace skein::messages_test {
 
@@ -104,6 +105,68 @@ TEST(MapperMessages, ModelTellsItsCheck) {
   EXPECT_EQ(message.contradicting_image1, 5);
   EXPECT_EQ(message.contradicting_image2, 6);
   EXPECT_EQ(message.num_contradicting_matches, 83);
+}
+
+// A model whose position on the earth has one outlier for each photo.
+ModelAssessment WithOutliers(size_t num_photos) {
+  ModelAssessment assessment;
+  GeoreferenceSummary& summary = assessment.georeference;
+  summary.ok = true;
+  summary.num_positions = num_photos + 9;
+  summary.num_altitudes = 8;
+  summary.num_inliers = 9;
+  summary.origin = {48.1, 11.5, 400};
+  summary.enu_from_model.scale = 7.5;
+  summary.enu_from_model.rotation = Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5);
+  summary.enu_from_model.translation = {1, 2, 3};
+  summary.rmse_m = 2;
+  summary.horizontal_rmse_m = 1.5;
+  for (size_t i = 1; i <= num_photos; ++i) {
+    const std::string name = "alice/" + std::to_string(i);
+    assessment.image_of[name] = static_cast<int64_t>(i);
+    summary.outliers.push_back({name, 0.5 * static_cast<double>(i)});
+  }
+  return assessment;
+}
+
+TEST(MapperMessages, ModelTellsWhereItLies) {
+  const georeference_t message = GeoreferenceOf(WithOutliers(2));
+  EXPECT_TRUE(message.ok);
+  EXPECT_EQ(message.num_positions, 11);
+  EXPECT_EQ(message.num_altitudes, 8);
+  EXPECT_EQ(message.num_inliers, 9);
+  EXPECT_EQ(message.latitude_deg, 48.1);
+  EXPECT_TRUE(message.has_altitude);
+  EXPECT_EQ(message.altitude_m, 400);
+  EXPECT_EQ(message.scale, 7.5);
+  EXPECT_EQ(message.rotation_qwxyz[1], -0.5);
+  EXPECT_EQ(message.translation_m[2], 3);
+  EXPECT_EQ(message.rmse_m, 2);
+  EXPECT_EQ(message.horizontal_rmse_m, 1.5);
+  EXPECT_FALSE(message.has_vertical_rmse);
+  EXPECT_EQ(message.num_outliers, 2);
+  EXPECT_EQ(message.outlier_images, (std::vector<int64_t>{1, 2}));
+  EXPECT_EQ(message.outlier_residuals_m, (std::vector<double>{0.5, 1}));
+}
+
+TEST(MapperMessages, OfManyOutliersTheLargestAreTold) {
+  submap_model_t model{};
+  model.georeference = GeoreferenceOf(WithOutliers(kMaxToldOutliers + 500));
+  EXPECT_EQ(model.georeference.num_outliers, static_cast<int32_t>(kMaxToldOutliers));
+  EXPECT_EQ(model.georeference.outlier_images.front(), 1500);
+  EXPECT_EQ(model.georeference.outlier_images.back(), 501);
+  EXPECT_LT(model.getEncodedSize() + kMaxTrailerBytes, kMaxMessageBytes);
+}
+
+TEST(MapperMessages, AModelThatCannotBeLocatedTellsTheReason) {
+  ModelAssessment assessment = WithOutliers(2);
+  assessment.georeference.ok = false;
+  assessment.georeference.reason = "the photos were taken along a line";
+  const georeference_t message = GeoreferenceOf(assessment);
+  EXPECT_FALSE(message.ok);
+  EXPECT_EQ(message.reason, "the photos were taken along a line");
+  EXPECT_EQ(message.num_positions, 11);
+  EXPECT_EQ(message.num_outliers, 0);
 }
 
 TEST(MapperMessages, PhotoIsNamedByItsAgent) {

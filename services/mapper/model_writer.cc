@@ -42,13 +42,15 @@ std::optional<ModelWriter::Kind> ModelWriter::Due(int num_images, bool all_decid
 }
 
 void ModelWriter::Write(Kind kind, const ItemCursor& done, int num_images,
-                        const SubmapStatistics& statistics, OnEncoded encoded) {
+                        const SubmapStatistics& statistics,
+                        std::optional<ModelAssessment> assessment, OnEncoded encoded) {
   struct Encoding {
     Reader read;
     std::optional<SubmapStatistics> statistics;
   };
   const bool final = kind == Kind::kFinal;
-  under_way_ = Model{kind, done.seq(), done.merge_seq(), num_images, statistics};
+  under_way_ =
+      Model{kind, done.seq(), done.merge_seq(), num_images, statistics, std::move(assessment)};
   num_changes_ = 0;
   last_checkpoint_s_ = clock_();
   if (final) final_due_s_ = HUGE_VAL;
@@ -101,6 +103,10 @@ submap_model_t ModelWriter::MakeFact(const Model& model, const std::string& blob
   submap_model_t fact{};
   SetFigures(model.statistics, &fact);
   fact.check = ToMessage(model.statistics.check);
+  if (model.assessment) {
+    SetCompleteness(model.assessment->place, model.assessment->metres_per_unit, &fact.place);
+    fact.georeference = GeoreferenceOf(*model.assessment);
+  }
   fact.num_images = model.num_images;
   fact.submap_id = lease_.submap_id;
   fact.epoch = lease_.epoch;

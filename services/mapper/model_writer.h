@@ -13,6 +13,7 @@
 #include "event_loop/worker_thread.h"
 #include "mapper/item_log.h"
 #include "mapper/lease.h"
+#include "mapper/model_assessment.h"
 #include "mapper/submap_worker.h"
 #include "mapper/submissions.h"
 #include "skein/submap_model_t.hpp"
@@ -55,9 +56,10 @@ class ModelWriter {
 
   // Writes the submap as it is when all items up to there are done. `encoded` is called once
   // the worker is free again, for a final model with the statistics of its very state.
+  // `assessment`: nullopt, the model tells nothing of its place.
   using OnEncoded = std::function<void(const std::optional<SubmapStatistics>&)>;
   void Write(Kind kind, const ItemCursor& done, int num_images, const SubmapStatistics& statistics,
-             OnEncoded encoded);
+             std::optional<ModelAssessment> assessment, OnEncoded encoded);
 
  private:
   // Being encoded or stored.
@@ -66,6 +68,7 @@ class ModelWriter {
     int64_t ledger_seq = 0, merge_seq = 0;
     int num_images = 0;
     SubmapStatistics statistics;
+    std::optional<ModelAssessment> assessment;
   };
   // Gives the bytes; waits, in any thread.
   using Reader = std::function<Result<Bytes>()>;

@@ -13,6 +13,7 @@
 #include "mapping/checkpoint.h"
 #include "session/one_spot.h"
 #include "session/places.h"
+#include "session/read_session.h"
 #include "session/submap_facts.h"
 #include "session/submap_steps.h"
 
@@ -85,7 +86,10 @@ std::string About(double seconds) {
 
 }  // namespace
 
-Status SubmapRunOptions::Check() const { return FirstError({submap.Check(), checkpoint.Check()}); }
+Status SubmapRunOptions::Check() const {
+  return FirstError(
+      {submap.Check(), checkpoint.Check(), InRange("target_gsd", target_gsd_mm, 0.0, 1e6)});
+}
 
 SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads,
                      const SubmapRunOptions& options, const Lease& lease, OnEnd on_end)
@@ -93,6 +97,7 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
       ledger_(ledger),
       lease_(lease),
       on_end_(std::move(on_end)),
+      target_gsd_mm_(options.target_gsd_mm),
       is_cut_(std::make_shared<std::atomic<bool>>(ledger.session.finish().is_cut())),
       worker_(threads.worker, threads.current, node.steps(), lease.submap_id,
               OptionsOfRun(options.submap, is_cut_, threads.worker, node.steps(), lease),
@@ -193,10 +198,12 @@ bool SubmapRun::IsOver(const Item& step_of_finish) const {
   return !session.finishing() || session.finish().finish_id != step_of_finish.id;
 }
 
+// A checkpoint must not supersede the final model before the finish is over: it tells less.
 bool SubmapRun::WriteDueModel() {
   const auto kind = writer_.Due(num_images(), submissions_.empty());
-  if (kind) WriteModel(*kind);
-  return kind.has_value();
+  if (!kind || (*kind == ModelWriter::Kind::kCheckpoint && IsFinal())) return false;
+  WriteModel(*kind);
+  return true;
 }
 
 // The item that was open is done.
@@ -512,9 +519,30 @@ void SubmapRun::MaintainSoon() {
   }));
 }
 
+// A final model is assessed first: a step of its own, without which the model is written all the
+// same.
 void SubmapRun::WriteModel(ModelWriter::Kind kind) {
   state_.Become(Activity::kWriting);
-  writer_.Write(kind, cursor_, num_images(), statistics_,
+  const std::string step = AssessmentStep(FinishId());
+  if (kind == ModelWriter::Kind::kCheckpoint || IsLeftOut(step)) return Encode(kind, std::nullopt);
+  RunOnWorker(
+      step,
+      [photos = FactsOfPhotos(), target_gsd_mm = target_gsd_mm_](Submap& submap) {
+        return AssessModel(submap.map().reconstruction(), photos, target_gsd_mm);
+      },
+      [this, kind](ModelAssessment assessment) {
+        if (!state_.Is(Life::kEnded)) Encode(kind, std::move(assessment));
+      });
+}
+
+// Up to SETTLED, so that all final models of a finish lie in one frame on the earth.
+PhotoFacts SubmapRun::FactsOfPhotos() const {
+  const SessionState& session = ledger_.session;
+  return {PositionsOf(session, session.finish().settled_seq), TexturesOf(session)};
+}
+
+void SubmapRun::Encode(ModelWriter::Kind kind, std::optional<ModelAssessment> assessment) {
+  writer_.Write(kind, cursor_, num_images(), statistics_, std::move(assessment),
                 [this](const std::optional<SubmapStatistics>& statistics) {
                   if (state_.Is(Life::kEnded)) return;
                   state_.Become(Activity::kNone);

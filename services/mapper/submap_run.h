@@ -13,6 +13,7 @@
 #include "mapper/item_log.h"
 #include "mapper/lease.h"
 #include "mapper/merge_executor.h"
+#include "mapper/model_assessment.h"
 #include "mapper/model_loader.h"
 #include "mapper/model_writer.h"
 #include "mapper/offered_photos.h"
@@ -33,6 +34,7 @@ struct SubmapRunOptions {
   SubmapOptions submap;
   bool one_home = true;  // see OfferedPhotos
   CheckpointOptions checkpoint;
+  double target_gsd_mm = 0;  // of the final model's completeness, see AssessModel
 
   Status Check() const;
 };
@@ -155,6 +157,8 @@ class SubmapRun {
   void Maintain();
   void MaintainSoon();
   void WriteModel(ModelWriter::Kind kind);
+  PhotoFacts FactsOfPhotos() const;
+  void Encode(ModelWriter::Kind kind, std::optional<ModelAssessment> assessment);
 
   void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
   void TellHeldElsewhere();
@@ -179,6 +183,7 @@ class SubmapRun {
   const LedgerView ledger_;
   const Lease lease_;
   const OnEnd on_end_;
+  const double target_gsd_mm_;
 
   const std::shared_ptr<std::atomic<bool>> is_cut_;  // IsCut for the worker's thread
   RunState state_;
