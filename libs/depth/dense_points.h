@@ -13,7 +13,7 @@ struct DensePoint {
   Eigen::Vector3f position;  // in the frame of the poses
   Eigen::Vector3f normal;    // unit, towards the camera
   cv::Vec3b colour;          // blue, green, red
-  float relative_error;      // predicted standard error of the depth, part of the depth
+  float relative_error = 0;  // predicted standard error of the depth, part of the depth
 };
 
 // The pixels of a map as points, without those that another map shows with a smaller error: so all

@@ -15,6 +15,13 @@
 #include "formats/dense.h"
 
 namespace skein {
+
+// How a depth map fits the sparse points that its photo sees.
+struct DenseMaps::Fit {
+  double ratio = 0;  // median of a point's depth over the map's
+  double share = 0;  // of the points, of those that lie on the map at this ratio
+};
+
 namespace {
 
 constexpr size_t kNumNeighbours = 3;  // that a photo is matched with
@@ -41,36 +48,6 @@ double ShiftPx(const Camera& a, const Camera& b, int size_px) {
     }
   }
   return most * std::min(1.0, size_px / std::max(width, height));
-}
-
-// How a depth map fits the sparse points that its photo sees.
-struct Fit {
-  double ratio = 0;  // median of a point's depth over the map's
-  double share = 0;  // of the points, of those that lie on the map at this ratio
-};
-
-std::optional<Fit> FitOf(const DepthMap& map, const SparsePhoto& photo,
-                         const std::vector<Eigen::Vector3d>& points) {
-  std::vector<double> ratios;
-  for (const int i : photo.points) {
-    const Eigen::Vector3d point =
-        photo.cam_from_world.rotation * points[i] + photo.cam_from_world.translation;
-    if (!(point.z() > 0)) continue;
-    const Eigen::Vector2d pixel = map.camera.Pixel(point.hnormalized());
-    const bool is_inside =
-        pixel.minCoeff() >= 0 && pixel.x() < map.depth.cols && pixel.y() < map.depth.rows;
-    if (!is_inside) continue;
-    const float depth = map.depth(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
-    if (depth > 0) ratios.push_back(point.z() / depth);
-  }
-  if (ratios.size() < kMinSamples) return std::nullopt;
-  Fit fit;
-  fit.ratio = UpperMedian(ratios);
-  const auto fits = std::count_if(ratios.begin(), ratios.end(), [&](double ratio) {
-    return std::abs(ratio / fit.ratio - 1) <= kMaxDepthDifference;
-  });
-  fit.share = static_cast<double>(fits) / static_cast<double>(ratios.size());
-  return fit;
 }
 
 void Scale(double scale, DepthMap* map) {
@@ -163,6 +140,30 @@ struct DenseMaps::Photo {
     map = agreed = {};
   }
 };
+
+std::optional<DenseMaps::Fit> DenseMaps::FitOf(const DepthMap& map, const SparsePhoto& photo,
+                                               const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> ratios;
+  for (const int i : photo.points) {
+    const Eigen::Vector3d point =
+        photo.cam_from_world.rotation * points[i] + photo.cam_from_world.translation;
+    if (!(point.z() > 0)) continue;
+    const Eigen::Vector2d pixel = map.camera.Pixel(point.hnormalized());
+    const bool is_inside =
+        pixel.minCoeff() >= 0 && pixel.x() < map.depth.cols && pixel.y() < map.depth.rows;
+    if (!is_inside) continue;
+    const float depth = map.depth(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
+    if (depth > 0) ratios.push_back(point.z() / depth);
+  }
+  if (ratios.size() < kMinSamples) return std::nullopt;
+  Fit fit;
+  fit.ratio = UpperMedian(ratios);
+  const auto fits = std::count_if(ratios.begin(), ratios.end(), [&](double ratio) {
+    return std::abs(ratio / fit.ratio - 1) <= kMaxDepthDifference;
+  });
+  fit.share = static_cast<double>(fits) / static_cast<double>(ratios.size());
+  return fit;
+}
 
 DenseMaps::DenseMaps(const DenseMapsOptions& options) : options_(options), sweep_(options.depth) {}
 

@@ -25,7 +25,7 @@ struct DenseMapsOptions {
   DepthOptions depth;
 };
 
-// What is to be done next for a photo.
+// The next depth map.
 struct DenseTask {
   uint32_t image_id = 0;
   std::vector<uint32_t> neighbours;  // best first: to be matched, and to confirm
@@ -86,6 +86,7 @@ class DenseMaps {
   int64_t memory_bytes() const;
 
  private:
+  struct Fit;
   struct Photo;
 
   struct Table {
@@ -93,6 +94,8 @@ class DenseMaps {
     std::shared_ptr<const PhotoTable> table;
   };
 
+  static std::optional<Fit> FitOf(const DepthMap& map, const SparsePhoto& photo,
+                                  const std::vector<Eigen::Vector3d>& points);
   void Leave(Photo* photo);
   void TakePose(const SparseScene& scene, int index, int64_t submap_id);
   void FitScale(const SparsePhoto& sparse, const std::vector<Eigen::Vector3d>& points,

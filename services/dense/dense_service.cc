@@ -236,11 +236,22 @@ void DenseService::Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPo
   for (const auto& [id, photo] : points) {
     for (const DensePhotoPoints::Chunk& chunk : photo.chunks) blobs[chunk.blob_id] = chunk.bytes;
   }
+  LogNew(manifest);
   for (const auto& [id, blob] : blobs) node_.blobs().Keep(id, blob);
   for (const auto& [id, blob] : told.previous) node_.blobs().Release(id);
   told.previous = std::exchange(told.blobs, std::move(blobs));
   told.manifest = std::move(manifest);
   node_.Publish(kDensePointsChannel, message);
+}
+
+// For benchmark/while_captured.sh.
+void DenseService::LogNew(const DenseManifest& manifest) {
+  for (const DenseManifest::Photo& photo : manifest.photos) {
+    const PhotoState* known = state_.FindPhoto(photo.image_id);
+    if (known == nullptr || !shown_.insert(photo.image_id).second) continue;
+    LogDebug("image {}: its surface is shown {:.3f} s after its receipt", photo.image_id,
+             1e-6 * static_cast<double>(NowUs() - known->image.header.utime_us));
+  }
 }
 
 void DenseService::TellAgain() {

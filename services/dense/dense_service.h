@@ -71,6 +71,7 @@ class DenseService {
   void TakeSnapshot();
   void OnSnapshot(Snapshot snapshot);
   void Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPoints>& points);
+  void LogNew(const DenseManifest& manifest);
   void TellAgain();
   void Forget(int64_t submap_id);
 
@@ -85,6 +86,7 @@ class DenseService {
   std::vector<uint32_t> left_out_;               // the same, photos
   bool working_ = false;
   std::map<int64_t, Told> told_;  // by submap
+  std::set<uint32_t> shown_;      // photos whose points were published
   uint64_t told_changes_ = 0;
   int64_t last_version_ = 0;
   size_t num_waiting_ = 0;

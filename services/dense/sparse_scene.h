@@ -26,7 +26,7 @@ class SparseScene {
   const std::vector<uint32_t>& image_ids() const { return image_ids_; }
   const std::vector<SparsePhoto>& photos() const { return photos_; }
   const Camera& CameraOf(int index) const { return cameras_.at(camera_ids_[index]); }
-  // Of all photos: what SparsePhoto::points names.
+  // The points of all photos: SparsePhoto::points are indices into them.
   const std::vector<Eigen::Vector3d>& points() const { return points_; }
   // -1: there is no such photo.
   int Find(uint32_t image_id) const;

@@ -57,7 +57,8 @@ class TestWall {
     return shape;
   }
 
-  // Of a point in the wall's frame, to the wall, along z, part of the distance.
+  // The distance of a point in the wall's frame from the wall, along z, part of the wall's
+  // distance.
   double Error(const Eigen::Vector3d& point) const {
     return (wall_.distance + wall_.slope * point.x() - point.z()) / wall_.distance;
   }
