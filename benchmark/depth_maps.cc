@@ -11,18 +11,14 @@
 #include <ctime>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 
 #include "benchmark/depth_truth.h"
 #include "benchmark/rgbd_scene.h"
-#include "depth/consistency.h"
-#include "depth/depth_scene.h"
-#include "depth/depth_sweep.h"
+#include "depth/model_depths.h"
 #include "export/session_models.h"
 
 namespace skein {
@@ -33,40 +29,36 @@ using nlohmann::json;
 struct Arguments {
   std::string model, images, surfaces, rgbd, output, kernel;
   RgbdRig rig;
-  int size = 800, neighbours = 3, agree_with = 6, most = 1000;
+  size_t most = 1000;
   bool sgbm = false;
-  DepthOptions depth;
+  ModelDepthOptions depth;
 };
 
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-DepthScene ReadDepthScene(const std::string& folder) {
+DepthScene ReadModelScene(const std::string& folder) {
   const Result<ExportModel> model = ReadModelFolder(folder);
   if (!model) throw std::runtime_error(model.error());
   return DepthSceneOf(*model->reconstruction);
 }
 
-struct Prepared {
-  DepthPhoto photo;
-  std::vector<int> neighbours;
-  std::optional<DepthRange> range;
-};
+// The first photos by name.
+DepthScene ReadDepthScene(const Arguments& arguments) {
+  DepthScene scene = arguments.rgbd.empty() ? ReadModelScene(arguments.model)
+                                            : ReadRgbdScene(arguments.rgbd, arguments.rig);
+  const size_t count = std::min(arguments.most, scene.photos.size());
+  scene.names.resize(count);
+  scene.lenses.resize(count);
+  scene.cameras.resize(count);
+  scene.photos.resize(count);
+  return scene;
+}
 
-std::vector<Prepared> Prepare(const Arguments& arguments, const DepthScene& scene) {
-  std::map<int, PhotoTable> tables;
-  std::vector<Prepared> all;
-  const int count = std::min<int>(arguments.most, static_cast<int>(scene.photos.size()));
-  for (int i = 0; i < count; ++i) {
-    const auto table = tables.try_emplace(scene.cameras[i], scene.lenses[i], arguments.size).first;
-    const cv::Mat1b grey = ReadGreyPhoto(arguments.images + "/" + scene.names[i]);
-    Prepared one{table->second.Apply(grey, scene.photos[i].cam_from_world), {}, {}};
-    for (const int other : ChooseNeighbours(scene.photos, scene.points, i, arguments.agree_with)) {
-      if (other < count) one.neighbours.push_back(other);
-    }
-    one.range = RangeOfPoints(scene.photos[i], scene.points);
-    all.push_back(std::move(one));
-  }
-  return all;
+DepthInput Prepare(const Arguments& arguments, const DepthScene& scene) {
+  const auto photo = [&](size_t i) -> Result<cv::Mat3b> {
+    return ReadPhoto(arguments.images + "/" + scene.names[i]);
+  };
+  return *ReadDepthInput(scene, arguments.depth, photo);
 }
 
 DepthMap Holes(const DepthPhoto& photo) {
@@ -74,47 +66,31 @@ DepthMap Holes(const DepthPhoto& photo) {
           cv::Mat1f(photo.grey.size(), 0.0f)};
 }
 
-std::vector<DepthMap> Sweep(const Arguments& arguments, const std::vector<Prepared>& photos,
-                            json* times) {
-  DepthSweep sweep(arguments.depth);
+std::vector<DepthMap> Sweep(const Arguments& arguments, const DepthInput& input, json* times) {
+  DepthSweep sweep(arguments.depth.sweep);
   std::vector<DepthMap> maps;
   DepthTimes sum;
   double steps = 0;
-  for (const Prepared& one : photos) {
-    if (!one.range) {
-      maps.push_back(Holes(one.photo));
-      continue;
-    }
-    std::vector<const DepthPhoto*> neighbours;
-    for (const int i : one.neighbours) {
-      if (static_cast<int>(neighbours.size()) < arguments.neighbours) {
-        neighbours.push_back(&photos[i].photo);
-      }
-    }
-    maps.push_back(*sweep.Estimate(one.photo, neighbours, *one.range));
+  for (size_t i = 0; i < input.photos.size(); ++i) {
+    maps.push_back(SweepPhoto(input, i, arguments.depth.num_matched, &sweep));
     sum.warp += sweep.times().warp;
     sum.costs += sweep.times().costs;
     sum.paths += sweep.times().paths;
     sum.choice += sweep.times().choice;
     steps += sweep.steps();
   }
-  const double n = static_cast<double>(photos.size());
+  const double n = static_cast<double>(maps.size());
   *times = {{"warp", sum.warp / n},     {"costs", sum.costs / n}, {"paths", sum.paths / n},
             {"choice", sum.choice / n}, {"sum", sum.Sum() / n},   {"steps", steps / n}};
   return maps;
 }
 
-std::vector<DepthMap> Agreed(const std::vector<Prepared>& photos, const std::vector<DepthMap>& maps,
+std::vector<DepthMap> Agreed(const DepthInput& input, const std::vector<DepthMap>& maps,
                              json* times) {
-  std::vector<DepthMap> kept;
   const double start = CpuSeconds();
-  for (size_t i = 0; i < maps.size(); ++i) {
-    std::vector<const DepthMap*> others;
-    for (const int other : photos[i].neighbours) others.push_back(&maps[other]);
-    kept.push_back(KeepAgreed(maps[i], others));
-  }
+  std::vector<DepthMap> agreed = AgreedMaps(maps, input.Confirming());
   (*times)["agreement"] = (CpuSeconds() - start) / static_cast<double>(maps.size());
-  return kept;
+  return agreed;
 }
 
 // ---- OpenCV's StereoSGBM on the rectified pair of a photo and a neighbour ----
@@ -184,15 +160,17 @@ DepthMap StereoSgbm(const DepthPhoto& photo, const DepthPhoto& neighbour, const 
   return map;
 }
 
-std::vector<DepthMap> SgbmMaps(const std::vector<Prepared>& photos, json* times) {
+std::vector<DepthMap> SgbmMaps(const DepthInput& input, json* times) {
   const double start = CpuSeconds();
   std::vector<DepthMap> maps;
-  for (const Prepared& one : photos) {
-    const bool has_pair = one.range && !one.neighbours.empty();
-    maps.push_back(has_pair ? StereoSgbm(one.photo, photos[one.neighbours[0]].photo, *one.range)
-                            : Holes(one.photo));
+  for (size_t i = 0; i < input.photos.size(); ++i) {
+    const DepthPhoto& photo = input.photos[i];
+    const bool has_pair = input.ranges[i] && !input.neighbours[i].empty();
+    maps.push_back(has_pair
+                       ? StereoSgbm(photo, input.photos[input.neighbours[i][0]], *input.ranges[i])
+                       : Holes(photo));
   }
-  (*times)["stereo_sgbm"] = (CpuSeconds() - start) / static_cast<double>(photos.size());
+  (*times)["stereo_sgbm"] = (CpuSeconds() - start) / static_cast<double>(maps.size());
   return maps;
 }
 
@@ -214,16 +192,14 @@ cv::Mat3b Colours(const cv::Mat1f& depth, const DepthRange& range) {
   return colours;
 }
 
-void WritePictures(const std::string& folder, const DepthScene& scene,
-                   const std::vector<Prepared>& photos, const std::vector<DepthMap>& maps,
-                   const std::vector<DepthMap>& kept) {
+void WritePictures(const std::string& folder, const DepthScene& scene, const DepthInput& input,
+                   const std::vector<DepthMap>& maps, const std::vector<DepthMap>& kept) {
   std::filesystem::create_directories(folder);
   for (size_t i = 0; i < maps.size(); ++i) {
-    if (!photos[i].range) continue;
-    cv::Mat grey, row;
-    cv::cvtColor(photos[i].photo.grey, grey, cv::COLOR_GRAY2BGR);
-    cv::hconcat(std::vector<cv::Mat>{grey, Colours(maps[i].depth, *photos[i].range),
-                                     Colours(kept[i].depth, *photos[i].range)},
+    if (!input.ranges[i]) continue;
+    cv::Mat row;
+    cv::hconcat(std::vector<cv::Mat>{input.colours[i], Colours(maps[i].depth, *input.ranges[i]),
+                                     Colours(kept[i].depth, *input.ranges[i])},
                 row);
     std::string name = scene.names[i];
     std::replace(name.begin(), name.end(), '/', '_');
@@ -231,53 +207,46 @@ void WritePictures(const std::string& folder, const DepthScene& scene,
   }
 }
 
-double MeanCompleteness(const std::vector<DepthMap>& maps) {
-  double sum = 0;
-  for (const DepthMap& map : maps) sum += map.Completeness();
-  return maps.empty() ? 0 : sum / static_cast<double>(maps.size());
-}
-
-json FiguresOf(const std::vector<Prepared>& photos, const std::vector<DepthMap>& maps,
+json FiguresOf(const DepthInput& input, const std::vector<DepthMap>& maps,
                const std::vector<cv::Mat1f>& truths) {
   DepthFigures figures;
-  for (size_t i = 0; i < truths.size(); ++i) figures.Add(maps[i], truths[i], photos[i].photo.grey);
+  for (size_t i = 0; i < truths.size(); ++i) figures.Add(maps[i], truths[i], input.photos[i].grey);
   json out = truths.empty() ? json::object() : figures.ToJson();
   out["completeness_of_photos"] = MeanCompleteness(maps);
   return out;
 }
 
 json Run(const Arguments& arguments) {
-  const DepthScene scene = arguments.rgbd.empty() ? ReadDepthScene(arguments.model)
-                                                  : ReadRgbdScene(arguments.rgbd, arguments.rig);
-  const std::vector<Prepared> photos = Prepare(arguments, scene);
+  const DepthScene scene = ReadDepthScene(arguments);
+  const DepthInput input = Prepare(arguments, scene);
   json times;
-  const std::vector<DepthMap> maps = Sweep(arguments, photos, &times);
-  const std::vector<DepthMap> kept = Agreed(photos, maps, &times);
+  const std::vector<DepthMap> maps = Sweep(arguments, input, &times);
+  const std::vector<DepthMap> kept = Agreed(input, maps, &times);
   std::vector<cv::Mat1f> truths;
   if (!arguments.rgbd.empty()) {
-    for (size_t i = 0; i < photos.size(); ++i) {
+    for (size_t i = 0; i < scene.names.size(); ++i) {
       truths.push_back(
-          RgbdTruth(arguments.rgbd, scene.names[i], arguments.rig, photos[i].photo.camera));
+          RgbdTruth(arguments.rgbd, scene.names[i], arguments.rig, input.photos[i].camera));
     }
   } else if (!arguments.surfaces.empty()) {
     const sim::Scene surfaces = ReadSurfaces(arguments.surfaces);
-    for (const Prepared& one : photos) {
-      truths.push_back(TrueDepth(surfaces, one.photo.camera, one.photo.cam_from_world));
+    for (const DepthPhoto& photo : input.photos) {
+      truths.push_back(TrueDepth(surfaces, photo.camera, photo.cam_from_world));
     }
   }
-  json out = {{"single", FiguresOf(photos, maps, truths)},
-              {"agreed", FiguresOf(photos, kept, truths)}};
+  json out = {{"single", FiguresOf(input, maps, truths)},
+              {"agreed", FiguresOf(input, kept, truths)}};
   if (arguments.sgbm) {
-    const std::vector<DepthMap> pairs = SgbmMaps(photos, &times);
-    out["stereo_sgbm"] = FiguresOf(photos, pairs, truths);
-    out["stereo_sgbm_agreed"] = FiguresOf(photos, Agreed(photos, pairs, &times), truths);
+    const std::vector<DepthMap> pairs = SgbmMaps(input, &times);
+    out["stereo_sgbm"] = FiguresOf(input, pairs, truths);
+    out["stereo_sgbm_agreed"] = FiguresOf(input, Agreed(input, pairs, &times), truths);
   }
   out["cpu_seconds_a_photo"] = times;
   if (!arguments.rgbd.empty()) {
     out["grey_difference_of_frames"] = RgbdGreyDifference(arguments.rgbd, arguments.rig, 20);
   }
-  out["kernel"] = InstructionSetName(arguments.depth.kernel);
-  if (!arguments.output.empty()) WritePictures(arguments.output, scene, photos, maps, kept);
+  out["kernel"] = InstructionSetName(arguments.depth.sweep.kernel);
+  if (!arguments.output.empty()) WritePictures(arguments.output, scene, input, maps, kept);
   return out;
 }
 
@@ -298,18 +267,18 @@ int Main(int argc, char** argv) {
   app.add_option("--colour-offset-m", arguments.rig.colour_offset_m, "Of the RGB-D camera");
   app.add_option("--surfaces", arguments.surfaces, "True surfaces, as skein sim writes them");
   app.add_option("--output", arguments.output, "Folder for pictures");
-  app.add_option("--size", arguments.size, "Longer side of a depth map, pixels");
-  app.add_option("--neighbours", arguments.neighbours, "Photos that one is matched with");
-  app.add_option("--agree-with", arguments.agree_with, "Depth maps that confirm one");
+  app.add_option("--size", arguments.depth.size_px, "Longer side of a depth map, pixels");
+  app.add_option("--neighbours", arguments.depth.num_matched, "Photos that one is matched with");
+  app.add_option("--agree-with", arguments.depth.num_confirming, "Depth maps that confirm one");
   app.add_option("--most", arguments.most, "Photos, the first by name");
   app.add_option("--kernel", arguments.kernel, "portable, avx2 or avx512");
-  app.add_option("--min-steps", arguments.depth.min_steps);
-  app.add_option("--max-steps", arguments.depth.max_steps);
+  app.add_option("--min-steps", arguments.depth.sweep.min_steps);
+  app.add_option("--max-steps", arguments.depth.sweep.max_steps);
   app.add_flag("--sgbm", arguments.sgbm, "Compare with OpenCV's StereoSGBM");
   CLI11_PARSE(app, argc, argv);
   if (!arguments.rgbd.empty()) arguments.images = arguments.rgbd;
   try {
-    if (!arguments.kernel.empty()) arguments.depth.kernel = KernelOfName(arguments.kernel);
+    if (!arguments.kernel.empty()) arguments.depth.sweep.kernel = KernelOfName(arguments.kernel);
     std::cout << Run(arguments).dump(1) << "\n";
     return 0;
   } catch (const std::exception& error) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 namespace skein {
@@ -89,8 +90,8 @@ bool Confirms(const Frame& frame, const DepthCamera& camera, const Eigen::Vector
 
 }  // namespace
 
-cv::Mat1b ReadGreyPhoto(const std::string& path) {
-  const cv::Mat1b photo = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+cv::Mat3b ReadPhoto(const std::string& path) {
+  const cv::Mat3b photo = cv::imread(path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   if (photo.empty()) throw std::runtime_error(path + " is no photo");
   return photo;
 }
@@ -145,11 +146,15 @@ double RgbdGreyDifference(const std::string& folder, const RgbdRig& rig, int ste
   const std::vector<Frame> frames = ReadFrames(folder);
   const DepthCamera depth = CameraOf(frames[0].depth.size(), rig.depth_focal_px);
   const DepthCamera colour = CameraOf(frames[0].depth.size(), rig.colour_focal_px);
+  const auto read_grey = [&](const Frame& frame) {
+    cv::Mat1b grey;
+    cv::cvtColor(ReadPhoto(folder + "/" + frame.name), grey, cv::COLOR_BGR2GRAY);
+    return grey;
+  };
   double sum = 0;
   size_t count = 0;
   for (size_t i = 0; i + step < frames.size(); i += 3) {
-    const cv::Mat1b greys[] = {ReadGreyPhoto(folder + "/" + frames[i].name),
-                               ReadGreyPhoto(folder + "/" + frames[i + step].name)};
+    const cv::Mat1b greys[] = {read_grey(frames[i]), read_grey(frames[i + step])};
     const DepthPose poses[] = {ColourPose(frames[i].pose, rig),
                                ColourPose(frames[i + step].pose, rig)};
     for (int y = 8; y < depth.height; y += 4) {

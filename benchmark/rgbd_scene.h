@@ -17,8 +17,8 @@ struct RgbdRig {
   double colour_offset_m = 0.025;  // of the colour camera along x of the depth camera
 };
 
-// A photo in shades of grey, as it is stored. Throws std::runtime_error.
-cv::Mat1b ReadGreyPhoto(const std::string& path);
+// A photo as it is stored. Throws std::runtime_error.
+cv::Mat3b ReadPhoto(const std::string& path);
 
 // Points are depths of a grid of pixels; a photo observes those that its own depths confirm. Throws
 // std::runtime_error without frames.

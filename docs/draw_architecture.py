@@ -6,7 +6,7 @@
 import os
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
-WIDTH, HEIGHT = 964, 974
+WIDTH, HEIGHT = 1200, 974
 
 # What comes up from the ledger and what goes back, for each stage.
 STAGES = [
@@ -32,18 +32,21 @@ ROOMS = {
     'guidance': (1.5, 2, 'how good a surface is, what to add'),
     'geometry': (1, 3, 'similarities, GPS, errors'),
     'auth': (1, 4, 'keys, signatures of messages'),
-    'config': (3, 5, 'the options, in one TOML file'),
-    'photo': (2, 5, 'names, headers, the decoder child'),
-    'codecs': (2, 4, 'JPEG, PNG, TIFF, EXIF; confined'),
+    'config': (4, 5, 'the options, in one TOML file'),
+    'photo': (3, 5, 'names, headers, the decoder child'),
+    'codecs': (3, 4, 'JPEG, PNG, TIFF, EXIF; confined'),
     'merging': (2, 0, 'two submaps: align, fuse, check'),
     'mapping': (3, 0, 'one submap: register, adjust'),
     'disambiguation': (2.5, 1, 'visually similar structures'),
     'map': (2.5, 2, 'scene map, tracks, filters'),
-    'formats': (2, 3, 'contents of blobs'),
-    'bundle': (3, 3, 'bundle adjustment'),
-    'covisibility': (3, 4, 'verified pairs as a graph'),
+    'formats': (2, 5, 'contents of blobs'),
+    'bundle': (2, 3, 'bundle adjustment'),
+    'sfm': (2, 4, 'cameras, images, tracks; COLMAP'),
+    'depth': (3, 3, 'depth maps, dense points'),
+    'surface': (4, 3, 'depth maps as a mesh'),
+    'covisibility': (4, 1, 'verified pairs as a graph'),
     'vocabulary': (3, -1, 'trained cells of local descriptors'),
-    'core': (0, 5, 'files, hashes, log, status; all but bundle and covisibility use it'),
+    'core': (0, 5, 'files, hashes, log, status; all but covisibility use it'),
 }
 COLUMN_PX, ROW_PX, ROOM_WIDTH, ROOM_HEIGHT, ROOMS_TOP, ROOMS_LEFT = 236, 74, 212, 46, 538, 20
 

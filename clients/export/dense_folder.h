@@ -12,40 +12,50 @@
 #include "core/result.h"
 #include "geometry/georeference.h"
 #include "sfm/reconstruction.h"
+#include "surface/model_mesh.h"
 
 namespace skein {
 
 inline constexpr char kDepth[] = "depth";
 inline constexpr char kDense[] = "dense";
+inline constexpr char kLas[] = "las";
+inline constexpr char kMesh[] = "mesh";
 inline constexpr char kOrthophoto[] = "orthophoto";
 
 struct DenseOptions {
   std::set<std::string> formats;
   int size_px = 800;  // longer side of a depth map; a smaller photo keeps its own
-  // The model's frame, for kOrthophoto: metres to the east, north and up of it.
+  int64_t mesh_triangles = MeshOptions().max_triangles;
+  // The model's frame, if it is on the earth: metres to the east, north and up of it. Needed for
+  // kOrthophoto.
   std::optional<GeodeticPosition> origin;
 };
 
 struct DenseFigures {
-  double completeness = 0;  // share of the photos' pixels that have a depth
-  int64_t num_points = 0;   // of kDense
+  double completeness = 0;    // share of the photos' pixels that have a depth
+  int64_t num_points = 0;     // of kDense and kLas
+  int64_t num_triangles = 0;  // of kMesh
+  double mesh_voxel = 0, mesh_ground_sampling_distance = 0;  // model_mesh.h
   // The orthophoto's: side of a cell, and the share of the grid that has a colour.
   double cell_m = 0, grid_completeness = 0;
 };
 
 // Makes a depth map of each registered photo and keeps the depths that two other maps agree with
-// (depth/consistency.h). Writes for the formats
+// (depth/model_depths.h). Writes for the formats
 //  - "dense": dense.ply, points with normals and colours in the model's frame, binary;
+//  - "las": dense.las, the same points without normals (export/las.h), on the earth if `origin` is
+//    given;
+//  - "mesh": mesh.ply and mesh.glb, the surface as triangles (surface/model_mesh.h); the glTF file
+//    has y up where `origin` is given, else the model's frame;
 //  - "depth": in depth/, of each photo NAME.png (16 bit), NAME.pfm and NAME.error.pfm, and
 //    cameras.json with scale, intrinsics and pose of each;
 //  - "orthophoto": orthophoto.tif and elevation.tif (depth/ground_grid.h, export/geotiff.h).
-//  Heights
-//    are above the ellipsoid or whatever the photos' altitudes are above, else above the median
-//    camera.
-// clients/README.md describes the files. Takes 19 bytes a pixel of all depth maps, 28 a point, and
-// up to 2 GiB while maps are made. on_photo: after each photo, from any thread. `folder` must
-// exist. Error: a photo cannot be read or has another size than its camera, no surface was found,
-// or a file cannot be written; the folder is then incomplete.
+//    Heights are above the ellipsoid or whatever the photos' altitudes are above, else above the
+//    median camera.
+// clients/README.md describes the files. Takes 19 bytes a pixel of all depth maps, 32 a point, and
+// up to 2 GiB while maps or a mesh are made. on_photo: after each photo, from any thread. `folder`
+// must exist. Error: a photo cannot be read or has another size than its camera, no surface was
+// found, or a file cannot be written; the folder is then incomplete.
 Result<DenseFigures> WriteDenseFolder(const Reconstruction& model, const DenseOptions& options,
                                       const PhotoSource& photos,
                                       const std::function<void()>& on_photo,

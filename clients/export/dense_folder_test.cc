@@ -138,6 +138,50 @@ TEST_F(DenseFolderTest, AnOrthophotoHasColoursAndHeights) {
   EXPECT_EQ(colours(row, heights.cols / 4)[3], 255);
 }
 
+TEST_F(DenseFolderTest, LasHoldsThePoints) {
+  const Result<DenseFigures> figures = Write({kLas}, Photo);
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  const Bytes las = *ReadFile((folder_.path() / "dense.las").string());
+  uint32_t num_points = 0;
+  ASSERT_GT(las.size(), 227U);
+  std::memcpy(&num_points, las.data() + 107, sizeof(num_points));
+  EXPECT_EQ(num_points, figures->num_points);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "dense.ply"));
+}
+
+TEST_F(DenseFolderTest, TheMeshIsTheWall) {
+  const Result<DenseFigures> figures = Write({kMesh}, Photo);
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  EXPECT_GT(figures->num_triangles, kWallWidth * kWallHeight / 2);
+  EXPECT_EQ(figures->mesh_voxel, figures->mesh_ground_sampling_distance);
+  const Bytes ply = *ReadFile((folder_.path() / "mesh.ply").string());
+  const Bytes glb = *ReadFile((folder_.path() / "mesh.glb").string());
+  EXPECT_EQ(std::memcmp(glb.data(), "glTF", 4), 0);
+  constexpr size_t kVertexBytes = 6 * sizeof(float) + 3, kFaceBytes = 1 + 3 * sizeof(int32_t);
+  const std::string text(ply.begin(), ply.begin() + 200), key = "element vertex ";
+  const size_t num_vertices = std::stoul(text.substr(text.find(key) + key.size()));
+  size_t at = ply.size() - kFaceBytes * figures->num_triangles - kVertexBytes * num_vertices;
+  size_t num_off = 0;
+  for (size_t i = 0; i < num_vertices; ++i, at += kVertexBytes) {
+    float v[3];
+    std::memcpy(v, ply.data() + at, sizeof(v));
+    num_off += std::abs(v[2] - (Wall().distance + Wall().slope * v[0])) > 0.1;  // 1 %
+  }
+  EXPECT_LT(num_off, num_vertices / 50);
+}
+
+TEST_F(DenseFolderTest, TheMeshKeepsItsBudget) {
+  DenseOptions options;
+  options.formats = {kMesh};
+  options.mesh_triangles = 2000;
+  const Result<DenseFigures> figures = WriteDenseFolder(
+      WallModel(), options, Photo, [] {}, folder_.path());
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  EXPECT_LE(figures->num_triangles, 2000);
+  EXPECT_GT(figures->num_triangles, 500);
+  EXPECT_GT(figures->mesh_voxel, figures->mesh_ground_sampling_distance);
+}
+
 TEST_F(DenseFolderTest, APhotoThatIsMissingOrOfAnotherSizeIsTold) {
   const auto missing = Write({kDense}, [](const std::string& name) -> Result<cv::Mat3b> {
     return NotFound("no photo " + name);

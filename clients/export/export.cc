@@ -33,11 +33,14 @@ namespace fs = std::filesystem;
 
 constexpr int kPictureSidePx = 1000;
 constexpr char kDatabase[] = "database";
+// A glTF file has less than 4 GiB, and 28 bytes a triangle.
+constexpr int64_t kLeastTriangles = 1000, kMostTriangles = 100'000'000;
 
 struct ExportOptions {
   std::string session, model, images, output, picture;
   std::vector<std::string> formats = {"bin"};
   int depth_size_px = DenseOptions().size_px;
+  int64_t mesh_triangles = DenseOptions().mesh_triangles;
   bool georeferenced = false;
 };
 
@@ -78,8 +81,10 @@ bool IsTraining(const std::string& format) {
   return format == kNerfstudio || format == kGaussianSplatting;
 }
 
+constexpr const char* kDenseFormats[] = {kDepth, kDense, kLas, kMesh, kOrthophoto};
+
 bool IsDense(const std::string& format) {
-  return format == kDepth || format == kDense || format == kOrthophoto;
+  return std::count(std::begin(kDenseFormats), std::end(kDenseFormats), format) > 0;
 }
 
 using IsOfKind = bool (*)(const std::string& format);
@@ -176,23 +181,38 @@ void WriteTrainingFolders(const std::vector<ExportModel>& models, const ExportOp
   }
 }
 
+void TellFigures(const DenseFigures& figures, const ExportOptions& options) {
+  std::cout << "depths at " << std::lround(100 * figures.completeness)
+            << " % of the photos' pixels";
+  if (Has(options, kDense) || Has(options, kLas)) {
+    std::cout << ", " << figures.num_points << " dense points";
+  }
+  if (Has(options, kMesh)) {
+    const double pixels = figures.mesh_voxel / figures.mesh_ground_sampling_distance;
+    std::cout << ", a mesh of " << figures.num_triangles << " triangles, its voxels "
+              << std::lround(10 * pixels) / 10.0 << " pixels wide on the ground";
+  }
+  if (Has(options, kOrthophoto)) {
+    std::cout << ", an orthophoto of " << figures.cell_m << " m a pixel, "
+              << std::lround(100 * figures.grid_completeness) << " % of its area known";
+  }
+  std::cout << std::endl;
+}
+
 void WriteDenseFolders(const std::vector<ExportModel>& models, const ExportOptions& options) {
   const PhotoSource photos = OpenPhotos(options);
   ProgressBar progress("depth maps", CountPhotos(models));
   for (size_t i = 0; i < models.size(); ++i) {
-    DenseOptions dense{FormatsOfKind(options, IsDense), options.depth_size_px, {}};
+    DenseOptions dense;
+    dense.formats = FormatsOfKind(options, IsDense);
+    dense.size_px = options.depth_size_px;
+    dense.mesh_triangles = options.mesh_triangles;
     if (options.georeferenced) dense.origin = OriginOf(models[i].georeference);
     const Result<DenseFigures> figures = WriteDenseFolder(
         *models[i].reconstruction, dense, photos, [&] { progress.Add(); }, FolderOf(options, i));
     ThrowUnlessOk(figures.status());
-    std::cout << FolderOf(options, i).string() << ": depths at "
-              << std::lround(100 * figures->completeness) << " % of the photos' pixels";
-    if (Has(options, kDense)) std::cout << ", " << figures->num_points << " dense points";
-    if (Has(options, kOrthophoto)) {
-      std::cout << ", an orthophoto of " << figures->cell_m << " m a pixel, "
-                << std::lround(100 * figures->grid_completeness) << " % of its area known";
-    }
-    std::cout << std::endl;
+    std::cout << FolderOf(options, i).string() << ": ";
+    TellFigures(*figures, options);
   }
 }
 
@@ -227,9 +247,9 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
     return "an orthophoto lies on the earth: give --georeferenced";
   }
   const bool has_photos = !options.session.empty() || !options.images.empty();
-  for (const char* format : {kGaussianSplatting, kDepth, kDense, kOrthophoto}) {
-    if (Has(options, format) && !has_photos) {
-      return std::string(format) + " needs the model's photos: give --images";
+  for (const std::string& format : options.formats) {
+    if ((format == kGaussianSplatting || IsDense(format)) && !has_photos) {
+      return format + " needs the model's photos: give --images";
     }
   }
   return "";
@@ -240,15 +260,17 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
 int RunExport(int argc, char** argv) {
   ExportOptions options;
   std::vector<std::string> known = ModelFormats();
-  known.insert(known.end(), {kGaussianSplatting, kDatabase, kDepth, kDense, kOrthophoto});
+  known.insert(known.end(), {kGaussianSplatting, kDatabase});
+  known.insert(known.end(), std::begin(kDenseFormats), std::end(kDenseFormats));
   CLI::App app(
       "Exports a session's submaps, at any time, also while it runs: OUTPUT/0 is the one with "
       "most\n"
       "photos. database: OUTPUT/database.db with features and verified matches for COLMAP.\n"
       "nerfstudio, gaussian-splatting: with undistorted photos, to be trained on as they are.\n"
-      "dense: OUTPUT/N/dense.ply, the surface as points with normals and colours; depth: a depth\n"
-      "map of each photo in OUTPUT/N/depth. orthophoto, with --georeferenced: orthophoto.tif and\n"
-      "elevation.tif, GeoTIFF.",
+      "dense: OUTPUT/N/dense.ply, the surface as points with normals and colours; las: dense.las,\n"
+      "the same points; mesh: mesh.ply and mesh.glb, as triangles; depth: a depth map of each\n"
+      "photo in OUTPUT/N/depth.\n"
+      "orthophoto, with --georeferenced: orthophoto.tif and elevation.tif, GeoTIFF.",
       "skein export");
   app.add_option("--session", options.session, "Session folder")->check(CLI::ExistingDirectory);
   app.add_option("--model", options.model, "Or: a COLMAP model folder")
@@ -264,6 +286,10 @@ int RunExport(int argc, char** argv) {
   app.add_option("--depth-size", options.depth_size_px,
                  "Longer side of the depth maps, pixels; half of it takes a quarter of the time")
       ->check(CLI::Range(100, 2048))
+      ->capture_default_str();
+  app.add_option("--mesh-triangles", options.mesh_triangles,
+                 "At most so many; beyond them the mesh gets coarser")
+      ->check(CLI::Range(kLeastTriangles, kMostTriangles))
       ->capture_default_str();
   app.add_option("--picture", options.picture,
                  "PNG of the largest model: points and cameras from above and obliquely");

@@ -1,9 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <thread>
 #include <vector>
 
 namespace skein {
+
+// Threads that run at once on this host, at least 1.
+inline int NumHardwareThreads() {
+  return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
 
 // Calls function(0) to function(num_threads - 1) at once, the first one on the calling thread, and
 // returns when all have returned. The calls must not throw.

@@ -9,15 +9,8 @@ namespace {
 
 // The wall's true depths, times `factor`.
 DepthMap TrueMap(const DepthPose& pose, double factor = 1) {
-  const DepthCamera camera = WallCamera();
-  DepthMap map{camera, pose, cv::Mat1f(camera.height, camera.width),
-               cv::Mat1f(camera.height, camera.width, 0.02f)};
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      map.depth(y, x) =
-          static_cast<float>(factor * Wall().Depth(pose, camera.Ray({x + 0.5, y + 0.5})));
-    }
-  }
+  DepthMap map = Wall().Map(pose, 0.02f);
+  map.depth *= factor;
   return map;
 }
 

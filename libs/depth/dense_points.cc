@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "depth/agreement.h"
 
@@ -16,7 +15,6 @@ class Surface {
  public:
   explicit Surface(const DepthMap& map) : map_(map) {}
 
-  // In the camera's frame; nullopt without a pixel of the surface beside it and one above or below.
   std::optional<Eigen::Vector3d> Normal(int x, int y) const {
     const auto along_x = Slope(x, y, 1, 0), along_y = Slope(x, y, 0, 1);
     if (!along_x || !along_y) return std::nullopt;
@@ -47,6 +45,10 @@ class Surface {
 
 }  // namespace
 
+std::optional<Eigen::Vector3d> NormalAt(const DepthMap& map, int x, int y) {
+  return Surface(map).Normal(x, y);
+}
+
 std::vector<DensePoint> PointsOf(const DepthMap& map, const cv::Mat3b& colours,
                                  const std::vector<const DepthMap*>& others) {
   std::vector<Agreement> agreements;
@@ -57,13 +59,12 @@ std::vector<DensePoint> PointsOf(const DepthMap& map, const cv::Mat3b& colours,
       return estimate && estimate->error < map.error(y, x);
     });
   };
-  const Surface surface(map);
   const Eigen::Matrix3d world_from_cam = map.cam_from_world.rotation.transpose();
   std::vector<DensePoint> points;
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       if (!(map.depth(y, x) > 0) || is_shown_better(x, y)) continue;
-      const std::optional<Eigen::Vector3d> normal = surface.Normal(x, y);
+      const std::optional<Eigen::Vector3d> normal = NormalAt(map, x, y);
       if (!normal) continue;
       const Eigen::Vector3d point = map.cam_from_world.ToWorld(map.Point(x, y));
       points.push_back({point.cast<float>(), (world_from_cam * *normal).cast<float>(),

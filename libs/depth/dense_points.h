@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "depth/depth_map.h"
@@ -15,6 +16,10 @@ struct DensePoint {
   cv::Vec3b colour;          // blue, green, red
   float relative_error = 0;  // predicted standard error of the depth, part of the depth
 };
+
+// The surface's normal at a pixel with a depth, unit, in the camera's frame, towards the camera.
+// nullopt without a pixel of the surface beside it and one above or below.
+std::optional<Eigen::Vector3d> NormalAt(const DepthMap& map, int x, int y);
 
 // The pixels of a map as points, without those that another map shows with a smaller error: so all
 // maps together show each part of the surface once. `colours`: height x width. `others`: maps that

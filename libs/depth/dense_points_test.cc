@@ -9,20 +9,8 @@ namespace {
 
 const cv::Mat3b kColours(kWallHeight, kWallWidth, cv::Vec3b(10, 20, 30));
 
-DepthMap WallMap(const DepthPose& pose, float error) {
-  const DepthCamera camera = WallCamera();
-  DepthMap map{camera, pose, cv::Mat1f(camera.height, camera.width),
-               cv::Mat1f(camera.height, camera.width, error)};
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      map.depth(y, x) = static_cast<float>(Wall().Depth(pose, camera.Ray({x + 0.5, y + 0.5})));
-    }
-  }
-  return map;
-}
-
 TEST(DensePoints, LieOnTheSurfaceAndHaveItsNormal) {
-  const DepthMap map = WallMap(PoseAt({1, 0, 0}, 0.1, 0.3), 0.02f);
+  const DepthMap map = Wall().Map(PoseAt({1, 0, 0}, 0.1, 0.3), 0.02f);
   const std::vector<DensePoint> points = PointsOf(map, kColours, {});
   ASSERT_EQ(points.size(), static_cast<size_t>(kWallWidth * kWallHeight));
   const Wall wall;
@@ -36,7 +24,8 @@ TEST(DensePoints, LieOnTheSurfaceAndHaveItsNormal) {
 }
 
 TEST(DensePoints, APartOfTheSurfaceComesFromTheMapThatShowsItBest) {
-  const DepthMap good = WallMap(PoseAt({0, 0, 0}), 0.01f), bad = WallMap(PoseAt({1, 0, 0}), 0.02f);
+  const DepthMap good = Wall().Map(PoseAt({0, 0, 0}), 0.01f),
+                 bad = Wall().Map(PoseAt({1, 0, 0}), 0.02f);
   const size_t all = kWallWidth * kWallHeight;
   EXPECT_EQ(PointsOf(good, kColours, {&bad}).size(), all);
   const size_t beside = PointsOf(bad, kColours, {&good}).size();
@@ -45,7 +34,7 @@ TEST(DensePoints, APartOfTheSurfaceComesFromTheMapThatShowsItBest) {
 }
 
 TEST(DensePoints, ASinglePixelIsLeftOut) {
-  DepthMap map = WallMap(PoseAt({0, 0, 0}), 0.01f);
+  DepthMap map = Wall().Map(PoseAt({0, 0, 0}), 0.01f);
   const float depth = map.depth(60, 80);
   map.depth = 0;
   map.depth(60, 80) = depth;
@@ -53,7 +42,7 @@ TEST(DensePoints, ASinglePixelIsLeftOut) {
 }
 
 TEST(DensePoints, AnEdgeIsNoSlope) {
-  DepthMap map = WallMap(PoseAt({0, 0, 0}), 0.01f);
+  DepthMap map = Wall().Map(PoseAt({0, 0, 0}), 0.01f);
   map.depth.colRange(0, 80) = 5.0f;  // something before the wall
   for (const DensePoint& point : PointsOf(map, kColours, {})) {
     ASSERT_LT(point.normal.z(), -0.9) << point.position.transpose();

@@ -25,7 +25,7 @@ struct GroundGrid {
 struct ColouredMap {
   const DepthMap* map;
   const cv::Mat3b* colours;
-  const std::vector<DensePoint>* points;  // of PointsOf
+  const std::vector<DensePoint>* points;  // of PointsOf; nullptr where only the map matters
 };
 
 // Median over the maps of the surface that a pixel covers.

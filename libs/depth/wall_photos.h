@@ -1,4 +1,4 @@
-// Photos of a flat, textured wall, for tests.
+// Photos and depth maps of a flat, textured wall, for tests.
 #pragma once
 
 #include <cmath>
@@ -51,6 +51,18 @@ struct Wall {
       }
     }
     return photo;
+  }
+
+  // The true depths of a photo.
+  DepthMap Map(const DepthPose& pose, float error) const {
+    DepthMap map{WallCamera(), pose, cv::Mat1f(kWallHeight, kWallWidth),
+                 cv::Mat1f(kWallHeight, kWallWidth, error)};
+    for (int y = 0; y < kWallHeight; ++y) {
+      for (int x = 0; x < kWallWidth; ++x) {
+        map.depth(y, x) = static_cast<float>(Depth(pose, map.camera.Ray({x + 0.5, y + 0.5})));
+      }
+    }
+    return map;
   }
 };
 

@@ -10,6 +10,8 @@
 #include <system_error>
 #include <vector>
 
+#include "export/local_projection.h"
+
 namespace skein {
 namespace {
 
@@ -52,25 +54,8 @@ bool SetPlace(const GridPlace& place, TIFF* tiff) {
   TIFFSetField(tiff, TIFFTAG_GEOTIEPOINTS, 6, corner);
   const std::unique_ptr<GTIF, void (*)(GTIF*)> keys(GTIFNew(tiff), GTIFFree);
   if (keys == nullptr) return false;
-  const auto set = [&](geokey_t key, int value) {
-    GTIFKeySet(keys.get(), key, TYPE_SHORT, 1, value);
-  };
-  const auto set_double = [&](geokey_t key, double value) {
-    GTIFKeySet(keys.get(), key, TYPE_DOUBLE, 1, value);
-  };
-  set(GTModelTypeGeoKey, ModelTypeProjected);
-  set(GTRasterTypeGeoKey, RasterPixelIsArea);
-  set(GeographicTypeGeoKey, GCS_WGS_84);
-  set(GeogAngularUnitsGeoKey, Angular_Degree);
-  set(ProjectedCSTypeGeoKey, KvUserDefined);
-  set(ProjectionGeoKey, KvUserDefined);
-  set(ProjCoordTransGeoKey, CT_TransverseMercator);
-  set(ProjLinearUnitsGeoKey, Linear_Meter);
-  set_double(ProjNatOriginLatGeoKey, place.origin.latitude_deg);
-  set_double(ProjNatOriginLongGeoKey, place.origin.longitude_deg);
-  set_double(ProjScaleAtNatOriginGeoKey, 1);
-  set_double(ProjFalseEastingGeoKey, 0);
-  set_double(ProjFalseNorthingGeoKey, 0);
+  SetLocalProjection(place.origin, keys.get());
+  GTIFKeySet(keys.get(), GTRasterTypeGeoKey, TYPE_SHORT, 1, static_cast<int>(RasterPixelIsArea));
   return GTIFWriteKeys(keys.get()) != 0;
 }
 

@@ -9,9 +9,7 @@
 
 namespace skein {
 
-// Position of a grid in the plane of a transverse Mercator projection of WGS84 about `origin`
-// (scale 1, no false easting): within 5 km it differs from metres to the east and north of the
-// origin by less than 2 mm.
+// Position of a grid in the plane of local_projection.h.
 struct GridPlace {
   GeodeticPosition origin;
   double west_m = 0, north_m = 0;  // outer corner of the first cell
